@@ -1,0 +1,34 @@
+"""Rebuilds the test scenes: python3 build_all.py [--blender PATH] [NAME ...]"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+from pathlib import Path
+
+SCENES = ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Rebuild the test scenes beside this script.")
+    parser.add_argument("--blender", default="blender", help="the Blender to build with")
+    parser.add_argument("scenes", nargs="*", metavar="NAME", help=f"some of: {' '.join(SCENES)}")
+    options = parser.parse_args()
+    unknown = sorted(set(options.scenes) - set(SCENES))
+    if unknown:
+        parser.error(f"no such scene: {', '.join(unknown)}; there are: {', '.join(SCENES)}")
+
+    here = Path(__file__).resolve().parent
+    failed = []
+    for name in options.scenes or SCENES:
+        command = [options.blender, "-b", "--factory-startup", "--python-exit-code", "1",
+                   "--python", str(here / f"build_{name}.py"), "--", str(here / f"{name}.blend")]
+        if subprocess.run(command).returncode != 0:
+            failed.append(name)
+    if failed:
+        print(f"failed: {', '.join(failed)}")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
