@@ -1,0 +1,50 @@
+// What every rendering algorithm looks like from outside.
+//
+// prepare once, then iterations; each iteration adds an estimate of the same image
+// to the film and ends soon (well below a second per megapixel and core). Work units are fixed by the image and
+// chains are numbered, so the same seed gives the same image for any number of threads.
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "film/film.h"
+#include "scene/scene.h"
+
+namespace ajar {
+
+enum class Honesty : uint8_t { Unbiased, Consistent, Biased };
+
+struct IntegratorStatistics {
+  uint64_t rays = 0;            ///< closest-hit and shadow rays
+  uint64_t paths = 0;
+  std::map<std::string, double> extra;
+};
+
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  virtual Honesty honesty() const = 0;
+  virtual void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) = 0;
+  /// Add `samples_per_pixel` samples per pixel (on average) to the film. Returns early, leaving
+  /// whole pixels consistent, when `stop` is raised.
+  virtual void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) = 0;
+  virtual IntegratorStatistics statistics() const = 0;
+};
+
+struct IntegratorInfo {
+  const char* name;
+  const char* label;            ///< in the UI
+  Honesty honesty;
+  const char* sentence;         ///< one sentence for the artist
+  std::unique_ptr<Integrator> (*make)();   ///< null: named in the contract, not built yet
+};
+/// The one list of integrators, in the order of the UI.
+const std::vector<IntegratorInfo>& integrator_list();
+/// Throws SceneError naming the valid ones for an unknown name, and saying so for one that is not yet built.
+std::unique_ptr<Integrator> make_integrator(const std::string& name);
+
+}  // namespace ajar

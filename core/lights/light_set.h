@@ -1,0 +1,86 @@
+// All lights of a scene: chosen by power, sampled, and found again when a ray hits them.
+//
+// The order of lights is fixed by the description: lamps first, then emissive triangles
+// instance by instance, then the environment. Nothing here traces rays.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "lights/light.h"
+#include "scene/geometry.h"
+#include "shading/shader_program.h"
+
+namespace ajar {
+
+/// What LightSet needs to know of the built geometry and shaders.
+struct LightBuildInput {
+  const SceneDescription& description;
+  const std::vector<BuiltMesh>& meshes;
+  std::vector<BuiltInstance>& instances;             ///< first_light is filled in
+  const std::vector<uint32_t>& material_table;       ///< first_material + slot -> program
+  const std::vector<ShaderProgram>& programs;        ///< materials, in order
+  const std::vector<ShaderProgram>& lamp_programs;   ///< one per LightDescription; may be constant
+  const ShaderProgram& world_program;
+  Vec3 scene_center{0.0f};
+  float scene_radius = 1.0f;
+};
+
+class LightSet {
+ public:
+  LightSet();
+  LightSet(const LightBuildInput& input, Diagnostics& diagnostics);
+  LightSet(LightSet&&) noexcept;
+  LightSet& operator=(LightSet&&) noexcept;
+  ~LightSet();
+
+  size_t size() const;
+  bool empty() const { return size() == 0; }
+  const Light& light(uint32_t index) const;
+  int environment_index() const;          ///< -1 when the world is black
+  bool has_distant_disks() const;
+  double total_power() const;
+
+  /// Choose a light for a point with normal n (n = 0 for volumes).
+  struct Choice {
+    uint32_t light;
+    float pmf;
+    float u_remapped;
+  };
+  Choice choose(Vec3 p, Vec3 n, float u) const;
+  float choice_pmf(Vec3 p, Vec3 n, uint32_t light) const;
+
+  /// A direction towards light `index` seen from p. Empty when p cannot receive from it.
+  std::optional<LightSample> sample_li(uint32_t index, Vec3 p, Vec2 u, float time) const;
+  /// Density with which sample_li would have chosen the direction `wi` that reaches
+  /// the light at `distance` with the light's geometric normal `light_normal`.
+  float pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 light_normal) const;
+  /// Radiance leaving lamp `index` from `position` towards `wo` (spot cone, spread and shader included).
+  Color lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time) const;
+
+  /// Radiance of the environment (without suns) from direction `wi`, as a ray of this kind sees it.
+  Color environment_radiance(Vec3 wi, uint32_t ray_kind) const;
+  /// Suns with extent around direction `wi`: calls back for each (there are few).
+  template <class F> void for_each_distant_disk(Vec3 wi, F&& visit) const {
+    for (uint32_t index : distant_disks()) {
+      if (distant_disk_contains(index, wi)) visit(index);
+    }
+  }
+  const std::vector<uint32_t>& distant_disks() const;
+  bool distant_disk_contains(uint32_t index, Vec3 wi) const;
+
+  /// Rays that leave lights; for photons and bidirectional paths.
+  Choice choose_by_power(float u) const;
+  float power_pmf(uint32_t light) const;
+  std::optional<LightRay> sample_le(uint32_t index, Vec2 u_position, Vec2 u_direction, float time) const;
+  struct LePdf {
+    float pdf_area, pdf_solid_angle;
+  };
+  LePdf pdf_le(uint32_t index, Vec3 position, Vec3 normal, Vec3 direction) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace ajar

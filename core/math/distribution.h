@@ -1,0 +1,57 @@
+// Tabulated distributions: discrete choices, and piecewise-constant densities on [0,1]^2.
+// All tables accept non-negative finite weights; a table whose weights sum to
+// zero is empty and must not be sampled.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "math/types.h"
+
+namespace ajar {
+
+/// Discrete distribution over {0..n-1} sampled by inverting the cumulative sum;
+/// keeps the stratification of u, and returns u rescaled to [0,1) for reuse.
+class DiscreteDistribution {
+ public:
+  DiscreteDistribution() = default;
+  explicit DiscreteDistribution(const std::vector<double>& weights);
+
+  struct Choice {
+    uint32_t index;
+    float pmf;
+    float u_remapped;
+  };
+  bool empty() const { return !(total_ > 0.0); }
+  size_t size() const { return pmf_.size(); }
+  double total() const { return total_; }
+  float pmf(uint32_t index) const { return pmf_[index]; }
+  Choice sample(float u) const;
+
+ private:
+  std::vector<float> cdf_;  // cdf_[i] = sum of pmf_[0..i]; last is 1
+  std::vector<float> pmf_;
+  double total_ = 0.0;
+};
+
+/// Piecewise-constant density over the unit square, rows by marginal then
+/// column by conditional. Density is with respect to area of the unit square.
+class Distribution2D {
+ public:
+  Distribution2D() = default;
+  /// `values` row-major, row 0 first, width*height non-negative numbers.
+  Distribution2D(const std::vector<float>& values, int width, int height);
+  bool empty() const { return marginal_.empty(); }
+  int width() const { return width_; }
+  int height() const { return height_; }
+  /// Point (x along the width, y along the height) in [0,1)^2 and its density.
+  Vec2 sample(Vec2 u, float& pdf_square) const;
+  float pdf_square(Vec2 point) const;
+
+ private:
+  int width_ = 0, height_ = 0;
+  DiscreteDistribution marginal_;
+  std::vector<DiscreteDistribution> conditional_;
+};
+
+}  // namespace ajar

@@ -1,0 +1,43 @@
+// Running statistics that survive millions of samples.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+namespace ajar {
+
+/// Neumaier's compensated sum: the error does not grow with the number of terms.
+class CompensatedSum {
+ public:
+  void add(double x) {
+    const double t = sum_ + x;
+    compensation_ += std::abs(sum_) >= std::abs(x) ? (sum_ - t) + x : (x - t) + sum_;
+    sum_ = t;
+  }
+  double value() const { return sum_ + compensation_; }
+
+ private:
+  double sum_ = 0.0, compensation_ = 0.0;
+};
+
+/// Mean and unbiased variance by Welford's recurrence.
+class RunningMoments {
+ public:
+  void add(double x) {
+    ++count_;
+    const double delta = x - mean_;
+    mean_ += delta / double(count_);
+    m2_ += delta * (x - mean_);
+  }
+  uint64_t count() const { return count_; }
+  double mean() const { return mean_; }
+  /// Variance of one sample; 0 with fewer than two samples.
+  double variance() const { return count_ > 1 ? m2_ / double(count_ - 1) : 0.0; }
+  double variance_of_mean() const { return count_ > 1 ? variance() / double(count_) : 0.0; }
+
+ private:
+  uint64_t count_ = 0;
+  double mean_ = 0.0, m2_ = 0.0;
+};
+
+}  // namespace ajar

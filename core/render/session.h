@@ -1,0 +1,65 @@
+// One render from start to finish in its own threads. Final render, viewport and
+// command line are the same loop with another stopping rule.
+//
+// The owner polls: `wait`, `snapshot`, `progress`, `error`. Nothing calls back into
+// the owner. An exception in a thread surfaces once, as text, through `error`.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "film/film.h"
+#include "integrators/integrator.h"
+#include "render/render_plan.h"
+
+namespace ajar {
+
+struct Progress {
+  enum class Phase : uint8_t { Idle, Building, Rendering, Done, Cancelled, Failed } phase = Phase::Idle;
+  std::string step;
+  float fraction = 0.0f;          ///< of the whole, in [0, 1]
+  double samples = 0.0;           ///< per pixel, mean
+  uint64_t iteration = 0;
+  double build_seconds = 0.0, render_seconds = 0.0;
+  double estimated_relmse = -1.0;
+};
+
+struct ErrorPoint {
+  double seconds, samples, relmse;
+};
+
+class Session {
+ public:
+  Session();
+  ~Session();                     ///< cancels and joins
+  Session(const Session&) = delete;
+
+  /// Build the description and render it. Returns at once.
+  void start(SceneDescription description);
+  void cancel();
+  /// Wait until done or `seconds` have passed; true when done, cancelled or failed.
+  bool wait(double seconds);
+  Progress progress() const;
+  /// The text of what went wrong, empty when nothing has; given once.
+  std::string take_error();
+  Diagnostics diagnostics() const;
+
+  /// Pass as floats at the last iteration boundary; empty before the first. Rows bottom up.
+  std::vector<float> snapshot(const std::string& pass) const;
+  int width() const;
+  int height() const;
+
+  /// Everything `--ajar-stats` promises, as JSON text.
+  std::string statistics_json() const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace ajar

@@ -1,0 +1,94 @@
+// Random numbers of one path: Owen-scrambled Sobol points padded in pairs, or
+// independent numbers, behind one face.
+//
+// Each pair of dimensions is the two-dimensional Sobol sequence with its index
+// shuffled and its points scrambled by a nested uniform (Owen) scramble; both
+// depend on pixel and dimension, so pixels and pairs are decorrelated while
+// every pair stays a (0,2)-sequence over the samples of a pixel.
+// Source: Burley 2020, "Practical Hash-based Owen Scrambling"; the scramble's
+// hash is Laine and Karras 2011 with Vegdahl's constants.
+#pragma once
+
+#include "math/random.h"
+#include "math/types.h"
+
+namespace ajar {
+
+namespace sobol {
+
+inline uint32_t reverse_bits(uint32_t x) {
+  x = __builtin_bswap32(x);
+  x = ((x & 0x0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0fU);
+  x = ((x & 0x33333333U) << 2) | ((x >> 2) & 0x33333333U);
+  return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
+}
+
+/// Scramble of a bit-reversed number: each bit is flipped by a hash of the bits below it.
+inline uint32_t laine_karras_permutation(uint32_t x, uint32_t seed) {
+  x ^= x * 0x3d20adeaU;
+  x += seed;
+  x *= (seed >> 16) | 1U;
+  x ^= x * 0x05526c56U;
+  x ^= x * 0x53a22864U;
+  return x;
+}
+
+/// Second Sobol dimension of `index`, bit-reversed: multiplication by Pascal's
+/// triangle modulo 2, which factors into five butterfly steps.
+inline uint32_t second_dimension_reversed(uint32_t x) {
+  x ^= (x >> 16) & 0x0000ffffU;
+  x ^= (x >> 8) & 0x00ff00ffU;
+  x ^= (x >> 4) & 0x0f0f0f0fU;
+  x ^= (x >> 2) & 0x33333333U;
+  x ^= (x >> 1) & 0x55555555U;
+  return x;
+}
+
+}  // namespace sobol
+
+class Sampler {
+ public:
+  enum class Kind : uint8_t { Sobol, Independent };
+
+  Sampler(Kind kind, uint32_t seed) : kind_(kind), seed_(seed) {}
+
+  /// Begin sample `index` of the unit (pixel or chain) `unit`; dimension restarts at 0.
+  void start(uint32_t unit, uint32_t index) {
+    unit_seed_ = hash_combine(seed_, unit);
+    index_ = index;
+    index_reversed_ = sobol::reverse_bits(index);
+    dimension_ = 0;
+    if (kind_ == Kind::Independent) rng_ = Pcg32((uint64_t(unit_seed_) << 32) | index, unit);
+  }
+  /// Continue at a fixed dimension, so that paths that branch stay aligned.
+  void set_dimension(uint32_t dimension) { dimension_ = dimension; }
+  uint32_t dimension() const { return dimension_; }
+
+  float get_1d() {
+    if (kind_ == Kind::Independent) return rng_.next_float();
+    const uint32_t seed = hash32(unit_seed_ ^ (dimension_++ * 0x9e3779b9U));
+    const uint32_t shuffled = sobol::reverse_bits(sobol::laine_karras_permutation(index_reversed_, seed));
+    return to_unit_float(sobol::reverse_bits(sobol::laine_karras_permutation(shuffled, hash32(seed))));
+  }
+
+  Vec2 get_2d() {
+    if (kind_ == Kind::Independent) {
+      const float x = rng_.next_float();
+      return {x, rng_.next_float()};
+    }
+    const uint32_t seed = hash32(unit_seed_ ^ (dimension_ * 0x9e3779b9U));
+    dimension_ += 2;
+    const uint32_t shuffled = sobol::reverse_bits(sobol::laine_karras_permutation(index_reversed_, seed));
+    const uint32_t seed_x = hash32(seed), seed_y = hash32(seed_x);
+    const uint32_t x = sobol::laine_karras_permutation(shuffled, seed_x);
+    const uint32_t y = sobol::laine_karras_permutation(sobol::second_dimension_reversed(shuffled), seed_y);
+    return {to_unit_float(sobol::reverse_bits(x)), to_unit_float(sobol::reverse_bits(y))};
+  }
+
+ private:
+  Kind kind_;
+  uint32_t seed_, unit_seed_ = 0, index_ = 0, index_reversed_ = 0, dimension_ = 0;
+  Pcg32 rng_;
+};
+
+}  // namespace ajar

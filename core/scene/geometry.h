@@ -1,0 +1,46 @@
+// Meshes and instances as the renderer holds them after the build.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scene/scene_description.h"
+
+namespace ajar {
+
+/// A triangle mesh shared by its instances. When only one instance uses it, its positions and
+/// normals may have been moved to world space (`baked`), which saves Embree an instance.
+struct BuiltMesh {
+  std::string name;
+  std::vector<Vec3> positions;       ///< padded by one element, as Embree reads 16 bytes
+  std::vector<UVec3> triangles;
+  std::vector<uint16_t> material_slots;
+  Domain normal_domain = Domain::Corner;
+  std::vector<Vec3> normals;         ///< empty: flat
+  std::vector<Attribute> attributes;
+  int active_uv = -1;                ///< index into attributes
+  Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};
+  bool baked = false;                ///< positions are in world space
+  size_t memory_bytes() const;
+
+  /// Attribute of this name, or -1.
+  int find_attribute(const std::string& attribute_name) const;
+  /// Value at a point of a triangle; missing components are 0 (alpha 1).
+  Vec4 interpolate(const Attribute& attribute, uint32_t triangle, Vec2 barycentric) const;
+};
+
+struct BuiltInstance {
+  Mat4 world_from_object{1.0f}, object_from_world{1.0f};
+  uint32_t mesh = 0;
+  uint32_t object = 0;               ///< index into SceneDescription::objects
+  uint32_t first_material = 0;       ///< into Scene's table of slots
+  uint32_t material_count = 0;
+  uint32_t first_light = ~0u;        ///< of its emissive triangles, or ~0
+  uint32_t visibility = kVisibleAll;
+  float random = 0.0f;
+  float transform_scale = 1.0f;      ///< largest row sum of |M|, for error bounds
+  bool flips_orientation = false;    ///< negative determinant
+};
+
+}  // namespace ajar

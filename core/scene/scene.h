@@ -1,0 +1,124 @@
+// The scene, built: geometry in Embree, shaders compiled, lights gathered. Immutable
+// after build and shared by all threads; no globals.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "lights/light_set.h"
+#include "scene/camera.h"
+#include "scene/geometry.h"
+#include "scene/scene_description.h"
+#include "shading/shader_program.h"
+#include "shading/texture.h"
+
+namespace ajar {
+
+class Accel;
+
+/// A scene that cannot be rendered; the text names the artist's object.
+class SceneError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+/// Thrown out of long work when the stop flag was raised.
+class Cancelled : public std::runtime_error {
+ public:
+  Cancelled() : std::runtime_error("cancelled") {}
+};
+
+/// Closest surface found along a ray.
+struct Hit {
+  float t = kInfinity;
+  uint32_t instance = ~0u;
+  uint32_t primitive = ~0u;
+  Vec2 barycentric{0.0f};
+  Vec3 ng_unnormalized{0.0f};     ///< as Embree gives it, in world space for baked meshes, object space otherwise
+  bool found() const { return instance != ~0u; }
+};
+
+/// A lamp with extent crossed by a ray. Lamps never block rays.
+struct LampHit {
+  float t = kInfinity;
+  uint32_t light = ~0u;
+  Vec3 normal{0.0f};
+};
+
+struct BuildStatistics {
+  double seconds = 0.0;
+  uint64_t triangles = 0, instanced_triangles = 0, instances = 0, meshes = 0, lights = 0;
+  uint64_t geometry_bytes = 0, accel_bytes = 0, texture_bytes = 0;
+  uint64_t skipped_triangles = 0, repaired_values = 0;
+  bool transparent_shadows = false;
+};
+
+class Scene {
+ public:
+  struct Options {
+    bool bake_single_instances = true;   ///< off in the viewport, where transforms change
+    const std::atomic<bool>* stop = nullptr;
+    std::function<void(const char* step, float fraction)> progress;
+  };
+  /// Throws SceneError when there is nothing sensible to render, Cancelled when stopped.
+  static std::shared_ptr<const Scene> build(SceneDescription description, const Options& options,
+                                            Diagnostics& diagnostics);
+  ~Scene();
+
+  Hit intersect(const Ray& ray, uint32_t ray_kind) const;
+  /// Nearest lamp with extent before t_max that rays of this kind see.
+  LampHit intersect_lamp(const Ray& ray, uint32_t ray_kind) const;
+  /// Fraction of light let through along the segment (0 when blocked); evaluates
+  /// transparent surfaces, at most `max_transparent` of them.
+  Color transmittance(const Ray& ray, int max_transparent) const;
+
+  /// Fill `point` for shading at `hit`. Position comes from the triangle, not from t, for precision.
+  void shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;
+  const ShaderProgram& material(const Hit& hit) const;
+  /// Index of the light of an emissive triangle, or -1.
+  int light_of(const Hit& hit) const;
+
+  /// Ray from a surface point towards `direction`, its origin moved off the surface
+  /// to the side of `direction` by the error bound of the point.
+  Ray spawn_ray(const ShadingPoint& point, Vec3 direction) const;
+  /// The same, ending just before `target` (a point on another surface or lamp).
+  Ray spawn_segment(const ShadingPoint& point, Vec3 direction, float distance) const;
+
+  const Camera& camera() const { return camera_; }
+  const LightSet& lights() const { return lights_; }
+  const RenderSettings& settings() const { return settings_; }
+  const BuildStatistics& statistics() const { return statistics_; }
+  const ShaderProgram& world_program() const { return world_program_; }
+  Vec3 center() const { return center_; }
+  float radius() const { return radius_; }
+  const std::vector<BuiltMesh>& meshes() const { return meshes_; }
+  const std::vector<BuiltInstance>& instances() const { return instances_; }
+  const std::vector<ShaderProgram>& programs() const { return programs_; }
+  const ObjectDescription& object(uint32_t index) const { return objects_[index]; }
+  const TextureStore& textures() const { return *textures_; }
+  int material_index(const Hit& hit) const;
+  const std::vector<int>& material_pass_indices() const { return material_pass_indices_; }
+
+ private:
+  Scene();
+  RenderSettings settings_;
+  Camera camera_;
+  std::vector<BuiltMesh> meshes_;
+  std::vector<BuiltInstance> instances_;
+  std::vector<ObjectDescription> objects_;
+  std::vector<uint32_t> material_table_;
+  std::vector<ShaderProgram> programs_, lamp_programs_;
+  std::vector<int> material_pass_indices_;
+  ShaderProgram world_program_;
+  std::unique_ptr<TextureStore> textures_;
+  LightSet lights_;
+  std::unique_ptr<Accel> accel_;
+  BuildStatistics statistics_;
+  bool any_transparent_ = false;
+  Vec3 center_{0.0f};
+  float radius_ = 1.0f;
+};
+
+}  // namespace ajar

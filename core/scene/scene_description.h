@@ -1,0 +1,216 @@
+// The only door into the engine: a scene as plain data, in Blender's axes and
+// units, with the artist's names. Nothing of Blender survives past here.
+//
+// A description can be built by any program, saved, loaded and rendered. It
+// holds indices, never pointers. `validate` (validate.h) says what is wrong
+// with it before anything is built; `Scene::build` consumes it.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "math/types.h"
+
+namespace ajar {
+
+// ---- Shader node graphs -----------------------------------------------------------
+
+/// Which output of which node; node < 0 means "nothing connected".
+struct NodeLink {
+  int node = -1;
+  std::string socket;
+};
+
+/// One input socket: its Blender identifier, what feeds it, and the value used when nothing does
+/// (a number in x; colours and vectors in xyz[w]).
+struct NodeInput {
+  std::string socket;
+  NodeLink link;
+  Vec4 value{0.0f};
+};
+
+/// Anything a node has besides sockets: enums and paths as text, numbers and
+/// baked curves as numbers. Names are Blender's RNA identifiers.
+struct NodeProperty {
+  std::string name;
+  std::string text;
+  std::vector<float> numbers;
+};
+
+/// `type` is Blender's bl_idname ("ShaderNodeBsdfPrincipled"); groups, reroutes
+/// and muted nodes have been resolved by the exporter.
+struct Node {
+  std::string type;
+  std::string name;
+  std::vector<NodeInput> inputs;
+  std::vector<NodeProperty> properties;
+};
+
+struct NodeGraph {
+  std::vector<Node> nodes;
+  NodeLink surface, volume, displacement;
+  bool empty() const { return nodes.empty(); }
+};
+
+struct MaterialDescription {
+  std::string name;
+  NodeGraph graph;
+  int pass_index = 0;
+};
+
+enum class AlphaMode : uint8_t { Straight, Premultiplied, ChannelPacked, None };
+
+/// A picture for textures. Exactly one source: `path`, `packed` (bytes of an
+/// image file) or `pixels` (float RGBA rows from the bottom up). An image with no source, or one that
+/// cannot be read, renders magenta and is reported by name.
+struct ImageDescription {
+  std::string name;
+  std::string path;
+  std::vector<uint8_t> packed;
+  std::vector<float> pixels;
+  int width = 0, height = 0;            ///< of `pixels`
+  std::string color_space = "sRGB";     ///< Blender's name; "Non-Color", "Linear", "sRGB", ...
+  AlphaMode alpha_mode = AlphaMode::Straight;
+};
+
+// ---- Geometry ------------------------------------------------------------------------
+
+enum class Domain : uint8_t { Vertex, Corner, Face };
+
+/// A named attribute: `components` floats per element of its domain. UV maps have 2 per
+/// corner; colours 4 (linear RGBA).
+struct Attribute {
+  std::string name;
+  Domain domain = Domain::Corner;
+  int components = 2;
+  std::vector<float> values;
+};
+
+/// Triangles in object space. A corner is one vertex of one triangle, 3*t+k.
+struct MeshDescription {
+  std::string name;
+  std::vector<Vec3> positions;
+  std::vector<UVec3> triangles;
+  std::vector<uint16_t> material_slots;     ///< per triangle; empty means slot 0 everywhere
+  Domain normal_domain = Domain::Corner;    ///< Vertex or Corner
+  std::vector<Vec3> normals;                ///< shading normals; empty means flat everywhere
+  std::vector<Attribute> attributes;
+  std::string active_uv;                    ///< name of the UV map used where none is named
+  Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};  ///< for Generated coordinates
+};
+
+/// Which kinds of ray see an object. Bits of `ObjectDescription::visibility`.
+enum VisibilityBits : uint32_t {
+  kVisibleCamera = 1, kVisibleDiffuse = 2, kVisibleGlossy = 4, kVisibleTransmission = 8,
+  kVisibleVolumeScatter = 16, kVisibleShadow = 32, kVisibleAll = 63
+};
+
+/// What instances share: a mesh with materials for its slots.
+struct ObjectDescription {
+  std::string name;
+  int mesh = -1;
+  std::vector<int> materials;               ///< per slot; -1 is the default grey
+  uint32_t visibility = kVisibleAll;
+  bool holdout = false, shadow_catcher = false;
+  int pass_index = 0;
+  Vec4 color{1.0f};                         ///< Object Info > Color
+};
+
+struct InstanceDescription {
+  int object = -1;
+  std::array<float, 12> world_from_object{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< three rows of four
+  float random = 0.0f;                      ///< Object Info > Random
+};
+
+// ---- Lights, world, camera --------------------------------------------------------------
+
+enum class LightKind : uint8_t { Point, Spot, Sun, Area };
+enum class AreaShape : uint8_t { Rectangle, Ellipse };
+
+/// A Blender lamp. It shines along its local -z. `color` * `energy` is in Blender's units:
+/// watts for point, spot and area, W/m^2 for sun; their meaning is Cycles'.
+struct LightDescription {
+  std::string name;
+  LightKind kind = LightKind::Point;
+  std::array<float, 12> world_from_light{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  Color color{1.0f};
+  float energy = 1.0f;
+  float radius = 0.0f;                      ///< point, spot: of the sphere
+  float spot_angle = 0.785398f, spot_blend = 0.15f;  ///< full angle in radians
+  float sun_angle = 0.0f;                   ///< full angle in radians
+  AreaShape area_shape = AreaShape::Rectangle;
+  Vec2 area_size{1.0f};                     ///< full extents along local x and y
+  float spread = kPi;                       ///< area: full angle of the beam
+  NodeGraph graph;                          ///< optional; its Emission multiplies the lamp's own
+  uint32_t visibility = kVisibleAll;
+  bool cast_shadow = true, multiple_importance = true;
+};
+
+struct WorldDescription {
+  std::string name;
+  NodeGraph graph;                          ///< empty: the constant `color`
+  Color color{0.0f};
+  uint32_t visibility = kVisibleAll;
+};
+
+enum class CameraKind : uint8_t { Perspective, Orthographic, Panorama };
+
+/// The camera looks along its local -z with +y up.
+struct CameraDescription {
+  std::string name;
+  bool present = false;
+  CameraKind kind = CameraKind::Perspective;
+  std::array<float, 12> world_from_camera{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  Vec4 screen_window{-1, 1, -0.75f, 0.75f};  ///< left, right, bottom, top on the plane z = -1 (in metres for orthographic)
+  float clip_start = 0.1f, clip_end = 1000.0f;
+  float aperture_radius = 0.0f, focus_distance = 10.0f;
+  int blades = 0;
+  float blade_rotation = 0.0f, aperture_ratio = 1.0f;
+};
+
+// ---- Settings -----------------------------------------------------------------------------
+
+enum class FilterKind : uint8_t { Box, Gaussian, BlackmanHarris };
+
+struct BounceLimits {
+  int total = 12, diffuse = 4, glossy = 4, transmission = 12, transparent = 8, volume = 0;
+};
+
+struct RenderSettings {
+  int width = 640, height = 480;                 ///< full frame
+  std::array<int, 4> region{0, 0, 0, 0};         ///< x0, y0, x1, y1 in pixels, y up; all 0 is the full frame
+  FilterKind filter = FilterKind::BlackmanHarris;
+  float filter_width = 1.5f;                     ///< pixels, full width
+  float exposure = 1.0f;                         ///< factor on the film
+  bool transparent_film = false;
+  BounceLimits bounces;
+  float clamp_direct = 0.0f, clamp_indirect = 0.0f;  ///< 0 is off
+  bool reflective_caustics = true, refractive_caustics = true;
+  std::string integrator = "path", direct = "mis", image = "uniform";
+  int samples = 64;                              ///< per pixel; 0 = until time or error says stop
+  double seconds = 0.0, target_error = 0.0;      ///< 0 is off
+  uint32_t seed = 0;
+  int threads = 0;                               ///< 0 = all
+  std::vector<std::string> passes{"Combined"};
+};
+
+struct SceneDescription {
+  std::vector<MeshDescription> meshes;
+  std::vector<ObjectDescription> objects;
+  std::vector<InstanceDescription> instances;
+  std::vector<MaterialDescription> materials;
+  std::vector<ImageDescription> images;
+  std::vector<LightDescription> lights;
+  WorldDescription world;
+  CameraDescription camera;
+  RenderSettings settings;
+};
+
+/// Rows of a 3x4 affine transform as a matrix.
+inline Mat4 to_matrix(const std::array<float, 12>& rows) {
+  return Mat4(Vec4(rows[0], rows[4], rows[8], 0.0f), Vec4(rows[1], rows[5], rows[9], 0.0f),
+              Vec4(rows[2], rows[6], rows[10], 0.0f), Vec4(rows[3], rows[7], rows[11], 1.0f));
+}
+
+}  // namespace ajar

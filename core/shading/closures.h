@@ -1,0 +1,56 @@
+// From a closure's sockets to lobes: one maker per Blender closure, with Blender's parameters.
+// `weight` is the product of the closure's colour and all mix factors above it. Normals are in world space
+// and already safe (see safe_shading_normal); `roughness` is the socket's value, squared here.
+// Every maker adds the lobes that Cycles would use for the same sockets, in the same physical meaning.
+#pragma once
+
+#include "shading/bsdf.h"
+
+namespace ajar::closures {
+
+enum class Distribution : uint8_t { Sharp, Ggx, Beckmann, MultiGgx, AshikhminShirley };
+
+struct Surface {
+  Vec3 wo;
+  Vec3 ng;                ///< turned to wo's side
+  bool backfacing;        ///< wo is on the back of the face: indices of refraction are inverted
+};
+
+void add_diffuse(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, float roughness);
+void add_translucent(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal);
+void add_transparent(Bsdf& bsdf, Color weight);
+void add_glossy(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Vec3 tangent, Distribution distribution,
+                float roughness, float anisotropy, float rotation);
+void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution,
+                    float roughness, float ior);
+void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution, float roughness,
+               float ior);
+
+/// Sockets of the Principled BSDF. `version` 1 is Blender 3.x (Disney 2012 with Blender's changes), 2 is Blender 4.0 and
+/// later; sockets that a version lacks are ignored.
+struct PrincipledInputs {
+  int version = 1;
+  Distribution distribution = Distribution::Ggx;
+  Color base_color{0.8f};
+  float metallic = 0.0f, roughness = 0.5f, ior = 1.45f, transmission = 0.0f, transmission_roughness = 0.0f;
+  float anisotropic = 0.0f, anisotropic_rotation = 0.0f;
+  float specular = 0.5f, specular_tint = 0.0f;         ///< version 1
+  float specular_ior_level = 0.5f;                     ///< version 2
+  Color specular_tint_color{1.0f};                     ///< version 2
+  float sheen = 0.0f, sheen_tint = 0.5f, sheen_roughness = 0.5f;
+  Color sheen_tint_color{1.0f};                        ///< version 2
+  float clearcoat = 0.0f, clearcoat_roughness = 0.03f, coat_ior = 1.5f;
+  Color coat_tint{1.0f};
+  float subsurface = 0.0f;
+  Color subsurface_color{0.8f};
+  float diffuse_roughness = 0.0f;                      ///< version 2 (4.3+)
+  Vec3 normal{0, 0, 1}, clearcoat_normal{0, 0, 1}, tangent{1, 0, 0};
+  bool reflective_caustics = true, refractive_caustics = true;  ///< lobes allowed after a diffuse bounce
+};
+/// Emission and alpha are handled by the caller.
+void add_principled(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& inputs);
+
+/// Shading normal bent as little as needed so that the mirror direction of wo lies above ng.
+Vec3 safe_shading_normal(Vec3 ng, Vec3 wo, Vec3 ns);
+
+}  // namespace ajar::closures

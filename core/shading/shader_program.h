@@ -1,0 +1,70 @@
+// A shader node graph compiled once into a short register program, and evaluated at every hit.
+//
+// Compilation walks back from the output sockets (so dead nodes never appear), folds
+// every subgraph that depends on constants only, and leaves the rest as instructions
+// over a small file of float registers. A graph whose surface is constant keeps its finished closures
+// and runs no instruction per hit.
+// A node type the compiler does not know takes a documented fallback and is reported once per
+// material in `Diagnostics`, by node name and material.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "scene/scene_description.h"
+#include "shading/bsdf.h"
+#include "shading/shading_point.h"
+
+namespace ajar {
+
+class TextureStore;
+
+/// Messages for the artist, each once. `object` is the name of a material, object, image, ...
+struct Diagnostic {
+  enum class Severity : uint8_t { Info, Warning, Error } severity = Severity::Warning;
+  std::string object;
+  std::string message;
+};
+using Diagnostics = std::vector<Diagnostic>;
+void report_once(Diagnostics& diagnostics, Diagnostic diagnostic);
+
+/// What a shader gives back. `bsdf.prepare(wo)` has been called.
+struct SurfaceShading {
+  Bsdf bsdf;
+  Color emission{0.0f};         ///< radiance towards wo
+  float holdout = 0.0f;         ///< fraction that cuts a hole in the film
+};
+
+class ShaderProgram {
+ public:
+  /// Compile `graph` of the material (or world, or lamp) `owner`. Textures are
+  /// registered in `textures`. Never throws for bad graphs: falls back and reports.
+  static ShaderProgram compile(const NodeGraph& graph, const std::string& owner, TextureStore& textures,
+                               Diagnostics& diagnostics);
+  ShaderProgram();
+  ShaderProgram(ShaderProgram&&) noexcept;
+  ShaderProgram& operator=(ShaderProgram&&) noexcept;
+  ~ShaderProgram();
+
+  /// Surface closures at `point`. Sets out.bsdf.ng and .n (safe shading normals) first.
+  void evaluate_surface(const ShadingPoint& point, SurfaceShading& out) const;
+  /// Only the emitted radiance (for lights and the world; cheaper than the above).
+  Color evaluate_emission(const ShadingPoint& point) const;
+  /// Only what a shadow ray needs: the fraction let straight through.
+  Color evaluate_transparency(const ShadingPoint& point) const;
+
+  bool is_constant() const;           ///< no instruction at a hit
+  bool emits() const;                 ///< emission may be non-zero
+  bool emission_is_constant() const;
+  bool may_be_transparent() const;    ///< has a Transparent closure with non-zero weight
+  bool scatters() const;              ///< has any closure beyond emission and transparency
+  int instruction_count() const;
+  std::string listing() const;        ///< the program as text, for tests and people
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace ajar
