@@ -44,7 +44,7 @@ def add_room() -> None:
 
 
 def add_lamp() -> None:
-    tools.area_light("Ceiling light", LIGHT, LIGHT - Vector((0, 0, 1)), LIGHT_SIZE, 34.0, (1.0, 0.92, 0.80))
+    tools.area_light("Ceiling light", LIGHT, LIGHT - Vector((0, 0, 1)), LIGHT_SIZE, 34.0, (1.0, 0.92, 0.80), seen=True)
     # A thin frame round the light, so that it reads as a lamp.
     metal = tools.principled("Lamp frame", (0.20, 0.20, 0.21), roughness=0.4)
     inner, outer, low = LIGHT_SIZE / 2 + 0.002, LIGHT_SIZE / 2 + 0.02, HEIGHT - 0.02

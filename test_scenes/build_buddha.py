@@ -183,12 +183,12 @@ def lotus(x: Array, y: Array, z: Array) -> Array:
     d = join(d, disc(-0.26, 0.07, 0.86, 0.03), 0.03)
     d = join(d, disc(-0.38, 0.035, 0.98, 0.015), 0.02)
     d = join(d, disc(-0.435, 0.025, 1.06, 0.012), 0.012)
-    for count, offset, lean, height, out, high in ((18, 0.0, 0.42, -0.125, 0.925, 0.120), (18, 0.5, 0.30, -0.115, 0.890, 0.125),
-                                                   (18, 0.5, -0.45, -0.295, 0.915, 0.075)):
-        along, across = around(count, offset)
-        tip = (z - height) / high
+    for offset, lean, height, out, high in ((0.0, 0.42, -0.125, 0.925, 0.120), (0.5, 0.30, -0.115, 0.890, 0.125),
+                                            (0.5, -0.45, -0.295, 0.915, 0.075)):
+        along, across = around(18, offset)
         # Leaning out towards the tip, and pointed there.
-        petal = ellipsoid(along - lean * (z - height), across * (1.0 + 0.35 * np.clip(tip * np.sign(lean), 0, 1) ** 2), z,
+        tip = np.clip((z - height) / high * np.sign(lean), 0.0, 1.0)
+        petal = ellipsoid(along - lean * (z - height), across * (1.0 + 0.35 * tip ** 2), z,
                           (out, 0, height), (0.058, 0.150, high))
         rib = -0.006 * np.exp(-(across / 0.012) ** 2)
         d = join(d, petal + rib, 0.010)
@@ -217,8 +217,8 @@ def add_figure() -> None:
     bronze = tools.principled("Bronze", (0.42, 0.22, 0.10), roughness=0.38, metallic=0.85)
 
     # The skin is left open below, inside the robe.
-    add_part("Skin", skin, axis(-0.70, 0.70, 0.021, (-0.25, 0.25, 0.0100)), axis(-0.60, 0.42, 0.019, (-0.30, -0.13, 0.0093)),
-             axis(0.19, 1.56, 0.020, (1.02, 1.40, 0.009)), ivory)
+    add_part("Skin", skin, axis(-0.70, 0.70, 0.021, (-0.25, 0.25, 0.0100)),
+             axis(-0.60, 0.42, 0.019, (-0.30, -0.13, 0.0093)), axis(0.19, 1.56, 0.020, (1.02, 1.40, 0.009)), ivory)
     add_part("Robe", robe, axis(-0.95, 0.95, 0.019), axis(-0.80, 0.48, 0.019), axis(-0.10, 1.10, 0.016), gold)
     add_part("Hair", hair, axis(-0.27, 0.27, 0.0100), axis(-0.29, 0.29, 0.0100), axis(1.05, 1.65, 0.0100), lacquer)
     add_part("Lotus", lotus, axis(-1.10, 1.10, 0.022), axis(-0.98, 0.84, 0.022), axis(-0.50, 0.07, 0.0155), bronze)

@@ -193,12 +193,13 @@ def _light(name: str, kind: str, watts: float, colour: Colour) -> bpy.types.Obje
 
 
 def area_light(name: str, position: Point, target: Point, size: float | tuple[float, float], watts: float,
-               colour: Colour = (1.0, 1.0, 1.0), *, disk: bool = False) -> bpy.types.Object:
-    """A rectangle (or an ellipse) that shines towards `target`."""
+               colour: Colour = (1.0, 1.0, 1.0), *, disk: bool = False, seen: bool = False) -> bpy.types.Object:
+    """A rectangle (or an ellipse) that shines towards `target`. Only when `seen` does the camera see it directly."""
     made = _light(name, "AREA", watts, colour)
     size_x, size_y = (size, size) if isinstance(size, (int, float)) else size
     made.data.shape = "ELLIPSE" if disk else "RECTANGLE"
     made.data.size, made.data.size_y = size_x, size_y
+    made.visible_camera = seen
     made.matrix_world = look_at(position, target)
     return made
 
