@@ -1,0 +1,416 @@
+// Hypothesis tests for everything that is sampled: does `sample` draw from `pdf`?
+//
+// A density lives on a domain that the tests walk through an equal-area map from
+// the unit square, so one pdf value times `domain_measure` is a density over the
+// square. Points of all domains are Vec3 (z = 0 on the square and the disk).
+// `sample` draws its own numbers from a Pcg32 (wrap a map of the square with
+// `from_square`) and may refuse (std::nullopt): the refused fraction must be the
+// mass that is missing from the integral of the pdf.
+//
+// * chi_square_agrees: Pearson's test on bins that follow a pilot set of samples,
+//   so that a peak of 1e-4 rad gets as many bins as a uniform density. Expected
+//   counts are integrated adaptively. Bins of small expectation are merged: below
+//   about five the chi-square distribution is no longer that of the statistic.
+// * integral_agrees: the integral of the pdf is the stated mass.
+// * jacobian_agrees: 1 / |det| of the sampling map equals the pdf, by central
+//   differences [lajolla's test]. No bins, works in the tails.
+// * means_agree (Welch) and mean_agrees (one sample): t-tests.
+//
+// A test repeated `test_count` times at `significance` uses Šidák's threshold
+// 1 - (1 - significance)^(1 / test_count), so that the whole family raises a
+// false alarm with probability `significance`. Seeds are fixed: what passes today passes tomorrow.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <optional>
+#include <vector>
+
+#include "math/random.h"
+#include "math/statistics.h"
+#include "math/types.h"
+
+namespace ajar::statistical {
+
+// ---- Distribution functions -------------------------------------------------------
+
+inline double sidak_threshold(double significance, int test_count) {
+  return -std::expm1(std::log1p(-significance) / std::max(1, test_count));
+}
+
+/// Q(a, x), the regularised upper incomplete gamma function: series of 1 - Q below a + 1, Lentz's continued fraction above.
+inline double regularized_gamma_upper(double a, double x) {
+  if (x <= 0.0) return 1.0;
+  const double front = std::exp(a * std::log(x) - x - std::lgamma(a));
+  if (x < a + 1.0) {
+    double term = 1.0 / a, sum = term;
+    for (int n = 1; n < 10000 && term > sum * 1e-15; ++n) sum += term *= x / (a + n);
+    return 1.0 - sum * front;
+  }
+  double b = x + 1.0 - a, c = 1e300, d = 1.0 / b, h = d;
+  for (int n = 1; n < 10000; ++n) {
+    const double an = -n * (n - a);
+    b += 2.0;
+    d = 1.0 / (an * d + b);
+    c = b + an / c;
+    h *= d * c;
+    if (std::abs(d * c - 1.0) < 1e-15) break;
+  }
+  return front * h;
+}
+
+/// I_x(a, b), the regularised incomplete beta function, by Lentz's continued fraction.
+inline double regularized_beta(double a, double b, double x) {
+  if (x <= 0.0 || x >= 1.0) return x <= 0.0 ? 0.0 : 1.0;
+  if (x > (a + 1.0) / (a + b + 2.0)) return 1.0 - regularized_beta(b, a, 1.0 - x);
+  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) / a;
+  double c = 1.0, d = 1.0 / (1.0 - (a + b) * x / (a + 1.0)), h = d;
+  for (int m = 1; m < 10000; ++m) {
+    const double even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
+    d = 1.0 / (1.0 + even * d);
+    c = 1.0 + even / c;
+    h *= d * c;
+    const double odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
+    d = 1.0 / (1.0 + odd * d);
+    c = 1.0 + odd / c;
+    h *= d * c;
+    if (std::abs(d * c - 1.0) < 1e-14) break;
+  }
+  return front * h;
+}
+
+/// Probability that a chi-square variable exceeds `statistic`.
+inline double chi_square_p_value(double statistic, double degrees_of_freedom) {
+  return regularized_gamma_upper(0.5 * degrees_of_freedom, 0.5 * statistic);
+}
+/// Probability that |T| of Student's distribution exceeds |t|.
+inline double student_p_value(double t, double degrees_of_freedom) {
+  return regularized_beta(0.5 * degrees_of_freedom, 0.5, degrees_of_freedom / (degrees_of_freedom + t * t));
+}
+
+// ---- t-tests -----------------------------------------------------------------------
+
+struct Significance {
+  double significance = 0.01;   ///< chance of a false alarm in the whole family of tests
+  int test_count = 1;           ///< size of that family
+  double threshold() const { return sidak_threshold(significance, test_count); }
+};
+
+/// Welch's test: two sets of samples, their variances unknown and different, have one mean.
+inline testing::AssertionResult means_agree(const RunningMoments& a, const RunningMoments& b, Significance level = {}) {
+  const double va = a.variance_of_mean(), vb = b.variance_of_mean(), v = va + vb;
+  if (v == 0.0) {
+    if (a.mean() == b.mean()) return testing::AssertionSuccess();
+    return testing::AssertionFailure() << "means " << a.mean() << " and " << b.mean() << " without any variance";
+  }
+  const double t = (a.mean() - b.mean()) / std::sqrt(v);
+  const double dof = v * v / (va * va / std::max(1.0, double(a.count()) - 1.0) + vb * vb / std::max(1.0, double(b.count()) - 1.0));
+  const double p = student_p_value(t, dof);
+  if (p >= level.threshold()) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << "means " << a.mean() << " and " << b.mean() << " differ: t = " << t << ", p = " << p
+                                     << " below " << level.threshold();
+}
+
+/// One-sample test: the samples have mean `expected`. `relative_slack` forgives that
+/// much error of `expected` itself (floats, a truncated integral).
+inline testing::AssertionResult mean_agrees(const RunningMoments& a, double expected, Significance level = {}, double relative_slack = 1e-5) {
+  const double difference = std::max(0.0, std::abs(a.mean() - expected) - relative_slack * std::abs(expected));
+  if (difference == 0.0) return testing::AssertionSuccess();
+  const double error = std::sqrt(a.variance_of_mean());
+  const double p = error > 0.0 ? student_p_value(difference / error, double(a.count()) - 1.0) : 0.0;
+  if (p >= level.threshold()) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << "mean " << a.mean() << " +- " << error << " instead of " << expected << ": p = " << p
+                                     << " below " << level.threshold();
+}
+
+// ---- Domains -----------------------------------------------------------------------
+
+enum class Domain { Square, Disk, Hemisphere, Sphere };
+
+inline double domain_measure(Domain domain) {
+  switch (domain) {
+    case Domain::Disk: return kPi;
+    case Domain::Hemisphere: return 2.0 * kPi;
+    case Domain::Sphere: return 4.0 * kPi;
+    default: return 1.0;
+  }
+}
+/// Equal-area map of the unit square onto the domain: polar coordinates with the angle along v.
+inline Vec3 domain_point(Domain domain, double u, double v) {
+  if (domain == Domain::Square) return {float(u), float(v), 0.0f};
+  const double phi = 2.0 * M_PI * v;
+  const double z = domain == Domain::Sphere ? 1.0 - 2.0 * u : 1.0 - u;  // the pole +z at u = 0
+  const double r = domain == Domain::Disk ? std::sqrt(u) : std::sqrt(std::max(0.0, (1.0 - z) * (1.0 + z)));
+  return {float(r * std::cos(phi)), float(r * std::sin(phi)), domain == Domain::Disk ? 0.0f : float(z)};
+}
+inline std::array<double, 2> domain_square(Domain domain, Vec3 p) {
+  if (domain == Domain::Square) return {p.x, p.y};
+  const double r2 = double(p.x) * p.x + double(p.y) * p.y;
+  double v = std::atan2(double(p.y), double(p.x)) / (2.0 * M_PI);
+  if (v < 0.0) v += 1.0;
+  if (domain == Domain::Disk) return {std::min(1.0, r2), v};
+  // 1 - z without cancellation near the pole.
+  const double one_minus_z = p.z > 0.0f ? r2 / (1.0 + p.z) : 1.0 - p.z;
+  return {std::min(1.0, domain == Domain::Sphere ? 0.5 * one_minus_z : one_minus_z), v};
+}
+
+using Sample = std::function<std::optional<Vec3>(Pcg32&)>;
+using Density = std::function<double(Vec3)>;
+using Map = std::function<std::optional<Vec3>(Vec2)>;
+
+inline Sample from_square(Map map) {
+  return [map = std::move(map)](Pcg32& rng) {
+    const float x = rng.next_float();
+    return map(Vec2(x, rng.next_float()));
+  };
+}
+
+struct DensityTest {
+  Domain domain = Domain::Sphere;
+  int sample_count = 100000;
+  int bin_count = 256;                 ///< before merging
+  double minimum_expected = 5.0;       ///< below it, bins are merged
+  double integral_tolerance = 3e-3;    ///< of the numerical integral, absolute
+  double outside_fraction = 1e-4;      ///< samples allowed where the pdf is 0 (rounding at an edge)
+  Significance level{};
+  uint64_t seed = 1;
+};
+
+namespace detail {
+
+struct Cell {
+  double u0, v0, u1, v1;
+};
+using SquarePoint = std::array<double, 2>;
+
+/// Integral of the density over cells of the square. A cell is halved at the median of its
+/// pilot samples down to a few of them, then cut into strips that grow away from their bounding box (so
+/// that no peak is stepped over, however small), each refined until the 3x3 Gauss-Legendre rule agrees with its two halves.
+class Integrator {
+ public:
+  Integrator(const Density& pdf, Domain domain, double tolerance) : pdf_(pdf), domain_(domain), tolerance_(tolerance) {}
+
+  double integrate(const Cell& cell, SquarePoint* first, SquarePoint* last, int axis = 0) const {
+    if (last - first > 8) {
+      SquarePoint* middle = first + (last - first) / 2;
+      std::nth_element(first, middle, last, [=](const SquarePoint& p, const SquarePoint& q) { return p[axis] < q[axis]; });
+      Cell a = cell, b = cell;
+      (axis == 0 ? a.u1 : a.v1) = (axis == 0 ? b.u0 : b.v0) = (*middle)[axis];
+      return integrate(a, first, middle, 1 - axis) + integrate(b, middle, last, 1 - axis);
+    }
+    const auto us = graded(cell.u0, cell.u1, first, last, 0), vs = graded(cell.v0, cell.v1, first, last, 1);
+    double sum = 0.0;
+    for (size_t i = 0; i + 1 < us.size(); ++i)
+      for (size_t j = 0; j + 1 < vs.size(); ++j) {
+        const Cell piece{us[i], vs[j], us[i + 1], vs[j + 1]};
+        sum += refine(piece, rule(piece), tolerance_, 0);
+      }
+    return sum;
+  }
+
+ private:
+  /// Cuts of [low, high] along `axis`: two inside the samples' extent, then doubling steps.
+  static std::vector<double> graded(double low, double high, const SquarePoint* first, const SquarePoint* last, int axis) {
+    if (first == last) return {low, 0.5 * (low + high), high};
+    double a = high, b = low;
+    for (const SquarePoint* p = first; p != last; ++p) a = std::min(a, (*p)[axis]), b = std::max(b, (*p)[axis]);
+    const double step = b > a ? 0.25 * (b - a) : 1e-3 * (high - low);
+    std::vector<double> cuts{low, a, 0.5 * (a + b), b, high};
+    double s = step;
+    for (double x = a - s; x > low; x -= s *= 2.0) cuts.push_back(x);
+    s = step;
+    for (double x = b + s; x < high; x += s *= 2.0) cuts.push_back(x);
+    std::sort(cuts.begin(), cuts.end());
+    cuts.erase(std::unique(cuts.begin(), cuts.end()), cuts.end());
+    return cuts;
+  }
+  double rule(const Cell& c) const {
+    constexpr double x[3] = {0.1127016653792583, 0.5, 0.8872983346207417}, w[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    double sum = 0.0;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        sum += w[i] * w[j] * density(c.u0 + x[i] * (c.u1 - c.u0), c.v0 + x[j] * (c.v1 - c.v0));
+    return sum * (c.u1 - c.u0) * (c.v1 - c.v0);
+  }
+  double density(double u, double v) const { return pdf_(domain_point(domain_, u, v)) * domain_measure(domain_); }
+  double refine(const Cell& c, double whole, double tolerance, int depth) const {
+    Cell a = c, b = c;
+    if (depth % 2 == 0)
+      a.u1 = b.u0 = 0.5 * (c.u0 + c.u1);
+    else
+      a.v1 = b.v0 = 0.5 * (c.v0 + c.v1);
+    const double ia = rule(a), ib = rule(b);
+    if (depth >= 20 || (depth >= 1 && std::abs(ia + ib - whole) <= tolerance)) return ia + ib;
+    return refine(a, ia, 0.6 * tolerance, depth + 1) + refine(b, ib, 0.6 * tolerance, depth + 1);
+  }
+
+  const Density& pdf_;
+  Domain domain_;
+  double tolerance_;
+};
+
+struct Bin {
+  Cell cell;
+  int first, last;    // of the pilot samples
+};
+
+/// Halve the pilot samples at their median until there are `count` bins; the bins tile the square.
+inline void make_bins(std::vector<SquarePoint>& points, const Bin& bin, int count, int axis, std::vector<Bin>& bins) {
+  if (count <= 1 || bin.last - bin.first < 2) {
+    bins.push_back(bin);
+    return;
+  }
+  const int middle = (bin.first + bin.last) / 2;
+  std::nth_element(points.begin() + bin.first, points.begin() + middle, points.begin() + bin.last,
+                   [axis](const SquarePoint& a, const SquarePoint& b) { return a[axis] < b[axis]; });
+  const double split = points[middle][axis];
+  Bin a{bin.cell, bin.first, middle}, b{bin.cell, middle, bin.last};
+  (axis == 0 ? a.cell.u1 : a.cell.v1) = split;
+  (axis == 0 ? b.cell.u0 : b.cell.v0) = split;
+  make_bins(points, a, count / 2, 1 - axis, bins);
+  make_bins(points, b, count - count / 2, 1 - axis, bins);
+}
+
+inline bool contains(const Cell& c, const SquarePoint& p) {
+  // The last cell of the square is closed.
+  return p[0] >= c.u0 && (p[0] < c.u1 || c.u1 == 1.0) && p[1] >= c.v0 && (p[1] < c.v1 || c.v1 == 1.0);
+}
+
+struct Tally {
+  std::vector<double> expected, observed;
+  double integral = 0.0;
+  int outside = 0;       // samples at pdf <= 0 or not finite
+  std::string complaint;
+};
+
+inline Tally tally(const Sample& sample, const Density& pdf, const DensityTest& test) {
+  Tally out;
+  std::vector<SquarePoint> pilot;
+  Pcg32 pilot_rng(test.seed, 1);
+  for (int i = 0; i < test.bin_count * 32; ++i)
+    if (const auto p = sample(pilot_rng)) pilot.push_back(domain_square(test.domain, *p));
+  std::vector<Bin> bins;
+  make_bins(pilot, Bin{{0.0, 0.0, 1.0, 1.0}, 0, int(pilot.size())}, test.bin_count, 0, bins);
+
+  const Integrator integrator(pdf, test.domain, 0.02 * test.integral_tolerance / test.bin_count);
+  out.expected.assign(bins.size() + 1, 0.0);
+  out.observed.assign(bins.size() + 1, 0.0);
+  for (size_t i = 0; i < bins.size(); ++i) {
+    const double mass = integrator.integrate(bins[i].cell, pilot.data() + bins[i].first, pilot.data() + bins[i].last);
+    out.expected[i] = mass * test.sample_count;
+    out.integral += mass;
+  }
+  out.expected.back() = std::max(0.0, 1.0 - out.integral) * test.sample_count;   // refused samples
+
+  Pcg32 rng(test.seed, 2);
+  for (int i = 0; i < test.sample_count; ++i) {
+    const auto p = sample(rng);
+    if (!p) {
+      out.observed.back() += 1.0;
+      continue;
+    }
+    const double density = pdf(*p);
+    if (!(density > 0.0) || !std::isfinite(density)) ++out.outside;
+    const SquarePoint q = domain_square(test.domain, *p);
+    const auto bin = std::find_if(bins.begin(), bins.end(), [&](const Bin& b) { return contains(b.cell, q); });
+    if (bin == bins.end()) {
+      out.complaint = "a sample lies outside the domain";
+      return out;
+    }
+    out.observed[size_t(bin - bins.begin())] += 1.0;
+  }
+  return out;
+}
+
+}  // namespace detail
+
+/// Samples fall where the pdf says, and the pdf integrates to the fraction of samples not refused.
+inline testing::AssertionResult chi_square_agrees(const Sample& sample, const Density& pdf, const DensityTest& test) {
+  detail::Tally tally = detail::tally(sample, pdf, test);
+  if (!tally.complaint.empty()) return testing::AssertionFailure() << tally.complaint << " (seed " << test.seed << ")";
+  if (!(tally.integral <= 1.0 + test.integral_tolerance))
+    return testing::AssertionFailure() << "the pdf integrates to " << tally.integral << " (seed " << test.seed << ")";
+  if (tally.outside > test.outside_fraction * test.sample_count)
+    return testing::AssertionFailure() << tally.outside << " of " << test.sample_count << " samples have no density (seed " << test.seed << ")";
+  // The bin of refused samples takes the error of the integral; compare it on its own terms.
+  const double refused = tally.observed.back() / test.sample_count, missing = 1.0 - tally.integral;
+  if (std::abs(refused - missing) > test.integral_tolerance + 5.0 * std::sqrt(refused * (1.0 - refused) / test.sample_count))
+    return testing::AssertionFailure() << "the pdf integrates to " << tally.integral << " but " << refused
+                                       << " of the samples are refused (seed " << test.seed << ")";
+  tally.expected.pop_back();
+  tally.observed.pop_back();
+  // Given the number of accepted samples, the rest is multinomial with these shares.
+  const double accepted = std::accumulate(tally.observed.begin(), tally.observed.end(), 0.0);
+  const double scale = tally.integral > 0.0 ? accepted / (tally.integral * test.sample_count) : 0.0;
+  std::vector<size_t> order(tally.expected.size());
+  std::iota(order.begin(), order.end(), size_t(0));
+  std::sort(order.begin(), order.end(), [&](size_t a, size_t b) { return tally.expected[a] < tally.expected[b]; });
+  double statistic = 0.0, expected = 0.0, observed = 0.0;
+  int used = 0;
+  for (size_t k = 0; k < order.size(); ++k) {
+    expected += tally.expected[order[k]] * scale;
+    observed += tally.observed[order[k]];
+    if (expected < test.minimum_expected && k + 1 < order.size()) continue;
+    if (expected > 0.0) {
+      statistic += (observed - expected) * (observed - expected) / expected;
+      ++used;
+    }
+    expected = observed = 0.0;
+  }
+  if (used < 2) return testing::AssertionFailure() << "only " << used << " bins have enough samples";
+  const double p = chi_square_p_value(statistic, used - 1);
+  if (p >= test.level.threshold()) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << "chi-square " << statistic << " with " << used - 1 << " degrees of freedom, p = " << p << " below "
+                                     << test.level.threshold() << ", integral " << tally.integral << " (seed " << test.seed << ")";
+}
+
+/// The pdf integrates to `mass`. `sample` only shows where the density is.
+inline testing::AssertionResult integral_agrees(const Sample& sample, const Density& pdf, double mass, const DensityTest& test) {
+  DensityTest short_test = test;
+  short_test.sample_count = 0;
+  const double integral = detail::tally(sample, pdf, short_test).integral;
+  if (std::abs(integral - mass) <= test.integral_tolerance) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << "the pdf integrates to " << integral << " instead of " << mass;
+}
+
+struct JacobianTest {
+  int grid = 24;               ///< grid x grid points of the square, jittered
+  double step = 1.0 / 512.0;   ///< of the central difference; wider for narrow peaks in floats
+  double tolerance = 0.02;     ///< relative
+  double smooth_fraction = 0.7;///< of the points must lie where the map is smooth
+  uint64_t seed = 1;
+};
+
+/// |d map / du x d map / dv| * pdf(map(u)) = 1 wherever the map is smooth: where the one-sided
+/// determinants on the four sides agree. Holds for surfaces in space, so for all domains.
+inline testing::AssertionResult jacobian_agrees(const Map& map, const Density& pdf, const JacobianTest& test = {}) {
+  Pcg32 rng(test.seed, 3);
+  int smooth = 0;
+  for (int i = 0; i < test.grid * test.grid; ++i) {
+    const double margin = 2.0 * test.step;
+    const double u = margin + (1.0 - 2.0 * margin) * (i % test.grid + rng.next_float()) / test.grid;
+    const double v = margin + (1.0 - 2.0 * margin) * (i / test.grid + rng.next_float()) / test.grid;
+    const auto at = [&](double du, double dv) { return map(Vec2(float(u + du * test.step), float(v + dv * test.step))); };
+    const auto c = at(0, 0), u0 = at(-1, 0), u1 = at(1, 0), v0 = at(0, -1), v1 = at(0, 1);
+    if (!c || !u0 || !u1 || !v0 || !v1) continue;
+    const auto determinant = [&](glm::dvec3 du, glm::dvec3 dv) { return glm::length(glm::cross(du, dv)) / (test.step * test.step); };
+    const glm::dvec3 dc(*c), du0 = dc - glm::dvec3(*u0), du1 = glm::dvec3(*u1) - dc, dv0 = dc - glm::dvec3(*v0), dv1 = glm::dvec3(*v1) - dc;
+    const double sides[4] = {determinant(du0, dv0), determinant(du0, dv1), determinant(du1, dv0), determinant(du1, dv1)};
+    const auto [low, high] = std::minmax_element(sides, sides + 4);
+    if (*high > *low * 1.2) continue;
+    ++smooth;
+    const double expected = 1.0 / determinant(0.5 * (du0 + du1), 0.5 * (dv0 + dv1)), density = pdf(*c);
+    if (!(std::abs(density / expected - 1.0) <= test.tolerance))
+      return testing::AssertionFailure() << "pdf " << density << " where 1 / |det| is " << expected << " at u = (" << u << ", " << v << ")";
+  }
+  if (smooth < test.smooth_fraction * test.grid * test.grid)
+    return testing::AssertionFailure() << "the map is smooth at only " << smooth << " of " << test.grid * test.grid << " points";
+  return testing::AssertionSuccess();
+}
+
+}  // namespace ajar::statistical
