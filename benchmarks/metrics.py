@@ -1,0 +1,132 @@
+"""How far an image is from the truth, and how much sooner one renderer gets there than another.
+
+Images are arrays of linear radiance, height x width x 3; `R` is the reference, `I` the image judged. Every function gives
+a number that is smaller for a better image, unless its name says efficiency or speedup. Times are seconds of the render proper:
+scene export and building are reported beside it, never inside.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+# CIE Y of linear Rec. 709 primaries, as Blender uses them.
+LUMINANCE_WEIGHTS = np.array([0.2126729, 0.7151522, 0.0721750])
+
+# Radiance 1 in a scene is the white of a display; ITU-R BT.709 / sRGB viewing assumes 80 to 100 cd/m^2. The thesis does
+# not state its mapping, so its tables compare as ratios only.
+CANDELAS_PER_UNIT = 100.0
+
+
+def luminance(image: np.ndarray) -> np.ndarray:
+    """CIE Y of each pixel."""
+    return np.asarray(image, dtype=np.float64)[..., :3] @ LUMINANCE_WEIGHTS
+
+
+# ---- Errors ------------------------------------------------------------------------------------------
+
+
+def relative_squared_errors(image, reference, reference_variance=None, epsilon: float = 0.01) -> np.ndarray:
+    """(I-R)^2 / (R^2 + epsilon) per pixel, mean over channels [Rousselle et al. 2011, "Adaptive Sampling and
+    Reconstruction using Greedy Error Minimization", section 6].
+
+    A reference has noise of its own, which adds var(R) / (R^2 + epsilon) to the expectation. Give
+    `reference_variance` (variance of the reference's pixel means) and it is taken off again; single pixels may then be negative.
+    """
+    image = np.asarray(image, dtype=np.float64)[..., :3]
+    reference = np.asarray(reference, dtype=np.float64)[..., :3]
+    squared = (image - reference) ** 2
+    if reference_variance is not None:
+        squared = squared - np.asarray(reference_variance, dtype=np.float64)[..., :3]
+    return (squared / (reference**2 + epsilon)).mean(axis=-1)
+
+
+def relmse(image, reference, reference_variance=None, discard: float = 0.0) -> float:
+    """Relative mean squared error; `discard` is the share of worst pixels left out (0.001 for the
+    customary 0.1 %, which takes single fireflies off and leaves the noise)."""
+    errors = np.sort(relative_squared_errors(image, reference, reference_variance), axis=None)
+    kept = errors.size - int(np.ceil(discard * errors.size))
+    return float(errors[: max(kept, 1)].mean())
+
+
+def tvi(candelas) -> np.ndarray:
+    """Threshold versus intensity: the smallest luminance difference an eye adapted to `candelas` (cd/m^2) can see,
+    in cd/m^2 [Ferwerda et al. 1996; Ward Larson et al. 1997, "A Visibility Matching Tone Reproduction Operator",
+    table 1, in its piecewise form]. Black has the threshold of the darkest piece."""
+    level = np.log10(np.maximum(np.asarray(candelas, dtype=np.float64), 1e-30))
+    rods = np.maximum(0.405 * level + 1.6, 0.0) ** 2.18 - 2.86
+    cones = np.maximum(0.249 * level + 0.65, 0.0) ** 2.7 - 0.72
+    # The first condition that holds decides.
+    exponent = np.select([level < -3.94, level < -1.44, level < -0.0184, level < 1.9],
+                         [-2.86, rods, level - 0.395, cones], level - 1.255)
+    return 10.0**exponent
+
+
+def perceptual_error(image, reference, candelas_per_unit: float = CANDELAS_PER_UNIT) -> float:
+    """Err = sum over pixels of e^2 / tvi(L), with e and L in cd/m^2 [Fan 2006, section 5.3.4 and the tables of chapter 5;
+    L is the reference's]. It grows with the number of pixels: compare equal resolutions only."""
+    true = luminance(reference) * candelas_per_unit
+    error = luminance(image) * candelas_per_unit - true
+    return float((error**2 / tvi(true)).sum())
+
+
+def perceptual_efficiency(seconds: float, error: float) -> float:
+    """P-Eff = 1 / (T * Err) [Fan 2006, chapter 5]."""
+    return 1.0 / (seconds * error)
+
+
+def ocv_error(image, reference, candelas_per_unit: float = CANDELAS_PER_UNIT) -> float:
+    """Square root of the mean over pixels of ((L - L_true) / tvi(L_true))^2 [Fan 2006, section 6.5; Fan et al. 2006]."""
+    true = luminance(reference) * candelas_per_unit
+    relative = (luminance(image) * candelas_per_unit - true) / tvi(true)
+    return float(np.sqrt((relative**2).mean()))
+
+
+def mps_error(image, reference) -> float:
+    """Root mean square over pixels of the relative luminance error (I - I_ref) / I_ref [Fan 2006, section 4.6;
+    Fan et al. 2005]. Pixels with a black reference have no relative error and are left out."""
+    true = luminance(reference)
+    lit = true > 0.0
+    return float(np.sqrt((((luminance(image) - true)[lit] / true[lit]) ** 2).mean()))
+
+
+# ---- Efficiency --------------------------------------------------------------------------------------
+
+
+def efficiency(seconds: float, error: float) -> float:
+    """1 / (T * relMSE): constant in T for a renderer whose variance falls as 1/T [Hammersley and Handscomb 1964, 5.1]."""
+    return 1.0 / (seconds * error)
+
+
+class ErrorCurve:
+    """Error against time of one renderer on one scene, read between its points along straight lines on log-log axes.
+
+    Noise can make a longer render worse than a shorter one. The time at which an error is reached is the first time, so
+    such points are dropped.
+    """
+
+    def __init__(self, seconds, errors):
+        order = np.argsort(np.asarray(seconds, dtype=np.float64), kind="stable")
+        self.seconds = np.asarray(seconds, dtype=np.float64)[order]
+        self.errors = np.asarray(errors, dtype=np.float64)[order]
+        if self.seconds.size == 0 or (self.seconds <= 0).any() or (self.errors <= 0).any():
+            raise ValueError("an error curve needs points with positive times and errors")
+        best_before = np.concatenate([[np.inf], np.minimum.accumulate(self.errors)[:-1]])
+        better = self.errors < best_before
+        self.seconds, self.errors = self.seconds[better], self.errors[better]
+
+    def time_to(self, error: float) -> float:
+        """Seconds until the error has fallen to `error`; nan outside the curve: nothing is extrapolated."""
+        log_errors = np.log(self.errors[::-1])
+        log_seconds = np.log(self.seconds[::-1])
+        return float(np.exp(np.interp(np.log(error), log_errors, log_seconds, left=np.nan, right=np.nan)))
+
+
+def equal_error_speedup(ours: ErrorCurve, theirs: ErrorCurve, levels: int = 33) -> float:
+    """Time theirs / time ours at equal error: geometric mean over the errors that both curves reach,
+    evenly spaced in log error; nan when the curves share no error level. 2 means twice as fast."""
+    low = max(ours.errors.min(), theirs.errors.min())
+    high = min(ours.errors.max(), theirs.errors.max())
+    if low > high:
+        return float("nan")
+    ratios = [theirs.time_to(error) / ours.time_to(error) for error in np.geomspace(high, low, levels)[1:-1]]
+    return float(np.exp(np.nanmean(np.log(ratios))))
