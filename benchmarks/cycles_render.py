@@ -1,0 +1,106 @@
+"""Render a .blend with Cycles, at its best settings for the scene, to linear EXR files. Runs inside Blender or the bpy wheel:
+
+    blender -b --factory-startup --debug-cycles FILE.blend --python cycles_render.py -- --out DIR [options]
+    python3 cycles_render.py -- --blend FILE.blend --out DIR [options]
+
+One Blender start renders every pair of --samples and --seeds. Each render leaves DIR/<samples>_<seed>.exr and prints one line
+`CYCLES {json}` with its times. `seconds` is path tracing alone as Cycles counts it: its render time less scene
+synchronisation, shader compilation, texture loading and BVH building, which are `sync_seconds`. Cycles leaves both in the metadata of
+the file, in every version, to 0.01 s. With --debug-cycles (not in the wheel) it also prints `Path Tracing <wall>` to the microsecond,
+which renderers.py prefers; on box.blend the two differ by less than the rounding.
+
+"Best settings": what makes Cycles solve the same problem as an unbiased path tracer, as fast as it can. Caustics on, no clamping,
+no filtering of glossy bounces, no denoising, no fast GI, light tree and guiding where the version has them. Bounce limits, pixel filter,
+light thresholds and everything else stay as the file has them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+import bpy
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from images import read_exr_text  # noqa: E402
+
+
+def parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="cycles_render.py", description="Render with Cycles for comparison.")
+    parser.add_argument("--blend", help="file to open; without it the one Blender has opened")
+    parser.add_argument("--out", type=Path, required=True, help="directory of the images")
+    parser.add_argument("--samples", default="64", help="per pixel, comma-separated")
+    parser.add_argument("--seeds", default="0", help="comma-separated")
+    parser.add_argument("--percentage", type=int, help="of the file's resolution")
+    parser.add_argument("--threads", type=int, default=0, help="0: all")
+    parser.add_argument("--adaptive", choices=["off", "on"], default="off", help="adaptive sampling")
+    parser.add_argument("--noise-threshold", type=float, default=0.01, help="of adaptive sampling")
+    parser.add_argument("--guiding", choices=["off", "on"], default="off", help="path guiding, where the version has it")
+    return parser.parse_args(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else [])
+
+
+def set_if_known(settings, **values) -> None:
+    """Properties come and go between versions; those this version lacks do not exist to be set."""
+    for name, value in values.items():
+        if hasattr(settings, name):
+            setattr(settings, name, value)
+
+
+def apply_settings(scene, options: argparse.Namespace) -> None:
+    scene.render.engine = "CYCLES"
+    set_if_known(
+        scene.cycles, device="CPU", caustics_reflective=True, caustics_refractive=True, blur_glossy=0.0, sample_clamp_direct=0.0,
+        sample_clamp_indirect=0.0, use_denoising=False, use_fast_gi=False, use_light_tree=True, use_animated_seed=False,
+        time_limit=0.0, use_auto_tile=False, use_adaptive_sampling=options.adaptive == "on",
+        adaptive_threshold=options.noise_threshold, adaptive_min_samples=0, use_guiding=options.guiding == "on",
+        use_sample_subset=False)
+    render = scene.render
+    set_if_known(render, use_compositing=False, use_sequencer=False, use_persistent_data=False, use_stamp=False,
+                 use_overwrite=True, use_file_extension=True, use_multiview=False)
+    if options.percentage:
+        render.resolution_percentage = options.percentage
+    render.threads_mode = "FIXED" if options.threads else "AUTO"
+    if options.threads:
+        render.threads = options.threads
+    image = render.image_settings
+    set_if_known(image, media_type="IMAGE")
+    image.file_format, image.color_mode, image.color_depth, image.exr_codec = "OPEN_EXR", "RGBA", "32", "ZIP"
+
+
+def clock_seconds(text: str) -> float:
+    """Seconds of Blender's [hours:]minutes:seconds.hundredths."""
+    total = 0.0
+    for part in text.split(":"):
+        total = total * 60.0 + float(part)
+    return total
+
+
+def cycles_times(path: Path) -> dict[str, float]:
+    """Times of all view layers from a file's metadata."""
+    text = read_exr_text(path)
+    return {kind: sum(clock_seconds(value) for name, value in text.items() if name.startswith("cycles.") and name.endswith(key))
+            for kind, key in (("seconds", ".render_time"), ("sync_seconds", ".synchronization_time"))}
+
+
+def main() -> None:
+    options = parse_arguments()
+    if options.blend:
+        bpy.ops.wm.open_mainfile(filepath=options.blend)
+    scene = bpy.context.scene
+    apply_settings(scene, options)
+    options.out.mkdir(parents=True, exist_ok=True)
+    for seed in map(int, options.seeds.split(",")):
+        for samples in map(int, options.samples.split(",")):
+            path = options.out / f"{samples}_{seed}.exr"
+            scene.cycles.samples, scene.cycles.seed = samples, seed
+            scene.render.filepath = str(path)
+            bpy.ops.render.render(write_still=True)
+            record = {"path": str(path), "samples": samples, "seed": seed, "threads": scene.render.threads,
+                      "frame": scene.frame_current, "renderer": f"Cycles {bpy.app.version_string}", **cycles_times(path)}
+            print("CYCLES " + json.dumps(record), flush=True)
+
+
+if __name__ == "__main__":
+    main()

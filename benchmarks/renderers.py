@@ -1,0 +1,82 @@
+"""The renderers under test, each called the same way: a .blend in, images with their times out."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import images
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+PROJECT = HERE.parent
+BLENDER = os.environ.get("BLENDER", "blender")
+
+
+class RenderFailed(RuntimeError):
+    """A renderer that ended with an error or without its images; the text holds the end of its log."""
+
+
+@dataclass
+class Render:
+    """One image and what it took. `seconds` is the render proper; scene export and build are `sync_seconds`."""
+
+    renderer: str
+    path: Path
+    samples: float
+    seed: int
+    threads: int
+    seconds: float
+    sync_seconds: float
+    statistics: dict = field(default_factory=dict)
+
+    def image(self) -> np.ndarray:
+        return images.read_exr(self.path)
+
+
+def run(command: list[str], what: str, timeout: float | None = None) -> str:
+    """Output of a command; RenderFailed names what failed and ends with the last lines it printed."""
+    result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
+                            timeout=timeout, check=False)
+    if result.returncode != 0:
+        raise RenderFailed(f"{what} ended with code {result.returncode}:\n" + "\n".join(result.stdout.splitlines()[-20:]))
+    return result.stdout
+
+
+def parse_cycles_log(log: str) -> list[Render]:
+    """Renders from the lines that cycles_render.py prints, with the microsecond time of --debug-cycles before each."""
+    renders, wall = [], None
+    for line in log.splitlines():
+        if match := re.match(r"\s*Path Tracing\s+(\d+\.\d+)\s+\d+\.\d+\s*$", line):
+            wall = (wall or 0.0) + float(match[1])
+        elif line.startswith("CYCLES "):
+            record = json.loads(line[7:])
+            seconds = wall if wall is not None else record["seconds"]
+            renders.append(Render(record["renderer"], Path(record["path"]), record["samples"], record["seed"], record["threads"],
+                                  seconds, record["sync_seconds"], {"frame": record["frame"]}))
+            wall = None
+    return renders
+
+
+def render_cycles(blend: Path, out: Path, samples: list[int], seeds: list[int], threads: int, percentage: int | None = None,
+                  adaptive: bool = False, guiding: bool = False, python: str | None = None) -> list[Render]:
+    """All pairs of samples and seeds in one start of Blender; with `python`, of that interpreter's bpy wheel."""
+    script = [str(HERE / "cycles_render.py"), "--", "--out", str(out), "--samples", ",".join(map(str, samples)),
+              "--seeds", ",".join(map(str, seeds)), "--threads", str(threads), "--adaptive", "on" if adaptive else "off",
+              "--guiding", "on" if guiding else "off"]
+    if percentage:
+        script += ["--percentage", str(percentage)]
+    if python:
+        command = [python] + script + ["--blend", str(blend)]
+    else:
+        command = [BLENDER, "-b", "--factory-startup", "--debug-cycles", "--python-exit-code", "1", str(blend), "--python"] + script
+    log = run(command, f"Cycles on {blend.name}")
+    renders = parse_cycles_log(log)
+    if len(renders) != len(samples) * len(seeds):
+        raise RenderFailed(f"Cycles on {blend.name} left {len(renders)} images of {len(samples) * len(seeds)}:\n"
+                           + "\n".join(log.splitlines()[-20:]))
+    return renders
