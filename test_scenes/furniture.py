@@ -136,20 +136,20 @@ def frame(width: float, height: float, wide: float = 0.05, deep: float = 0.03) -
             + block((-x - wide, -deep, -z), (-x, 0, z), 0.006) + block((x, -deep, -z), (x + wide, 0, z), 0.006))
 
 
-def sofa(width: float = 1.9) -> tuple[Shape, Shape]:
+def sofa(width: float = 1.9, cells: int = 12) -> tuple[Shape, Shape]:
     """Frame with legs, and upholstery."""
     x = width / 2
     legs = Shape()
     for sx in (-1, 1):
         for y in (-0.38, 0.38):
             legs += taper(sx * (x - 0.08), y, 0.0, 0.13, 0.03, 0.05)
-    soft = cushion(width, 0.88, 0.22, 12).moved(z=0.23)
+    soft = cushion(width, 0.88, 0.22, 12, cells).moved(z=0.23)
     for sx in (-1, 1):
-        soft += cushion(0.18, 0.90, 0.46, 7).moved(x=sx * (x - 0.09), z=0.38)
-        soft += cushion(x - 0.17, 0.70, 0.18, 7).moved(x=sx * (x - 0.18) / 2, y=-0.06, z=0.40)
-        back = cushion(x - 0.17, 0.20, 0.50, 6).placed(Matrix.Rotation(math.radians(-12), 4, "X"))
+        soft += cushion(0.18, 0.90, 0.46, 7, cells).moved(x=sx * (x - 0.09), z=0.38)
+        soft += cushion(x - 0.17, 0.70, 0.18, 7, cells).moved(x=sx * (x - 0.18) / 2, y=-0.06, z=0.40)
+        back = cushion(x - 0.17, 0.20, 0.50, 6, cells).placed(Matrix.Rotation(math.radians(-12), 4, "X"))
         soft += back.moved(x=sx * (x - 0.18) / 2, y=0.24, z=0.66)
-    soft += cushion(width - 0.1, 0.20, 0.62, 9).moved(y=0.38, z=0.44)
+    soft += cushion(width - 0.1, 0.20, 0.62, 9, cells).moved(y=0.38, z=0.44)
     return legs, soft
 
 
@@ -173,17 +173,17 @@ def book(thick: float, depth: float, high: float) -> tuple[Shape, Shape]:
 
 # Things to put on a table, standing on z = 0.
 
-def teapot(size: float = 0.15, segments: int = 64) -> Shape:
-    """Body, lid and knob, spout towards +X, handle towards -X; `size` is the height."""
+def teapot(size: float = 0.15, segments: int = 64, steps: int = 8) -> Shape:
+    """Body, lid and knob, spout towards +X, handle towards -X; `size` is the height, `steps` the fineness along curves."""
     s = size / 0.15
     body = lathe(smooth_profile([(0.0, 0.0), (0.035, 0.001), (0.048, 0.004), (0.056, 0.012), (0.076, 0.038), (0.082, 0.062), (0.073, 0.092),
-                                 (0.055, 0.112), (0.050, 0.116), (0.047, 0.114), (0.0, 0.108)], 8), segments)
+                                 (0.055, 0.112), (0.050, 0.116), (0.047, 0.114), (0.0, 0.108)], steps), segments)
     lid = lathe(smooth_profile([(0.0, 0.110), (0.046, 0.112), (0.047, 0.117), (0.036, 0.127), (0.014, 0.134), (0.007, 0.138), (0.010, 0.144),
-                                (0.014, 0.149), (0.010, 0.155), (0.0, 0.156)], 8), segments)
+                                (0.014, 0.149), (0.010, 0.155), (0.0, 0.156)], steps), segments)
     spout = tube([(0.060, 0, 0.040), (0.092, 0, 0.048), (0.112, 0, 0.076), (0.124, 0, 0.104), (0.140, 0, 0.116)],
-                 [0.021, 0.019, 0.013, 0.0095, 0.0085], 32, 10)
+                 [0.021, 0.019, 0.013, 0.0095, 0.0085], segments // 2, steps)
     handle = tube([(-0.066, 0, 0.098), (-0.092, 0, 0.108), (-0.122, 0, 0.098), (-0.128, 0, 0.068), (-0.108, 0, 0.040), (-0.074, 0, 0.030)],
-                  [0.008, 0.0075, 0.007, 0.007, 0.0075, 0.009], 20, 10)
+                  [0.008, 0.0075, 0.007, 0.007, 0.0075, 0.009], segments // 3, steps)
     return (body + lid + spout + handle).placed(Matrix.Scale(s, 4))
 
 
@@ -200,17 +200,17 @@ def tumbler(radius: float = 0.036, height: float = 0.10, segments: int = 64) -> 
                   (radius - 0.0018, height), (radius - 0.0025, height - 0.001), (0.93 * radius - 0.003, 0.012), (0.88 * radius - 0.003, 0.009), (0.0, 0.009)], segments)
 
 
-def vase(height: float = 0.30, segments: int = 48) -> Shape:
+def vase(height: float = 0.30, segments: int = 48, steps: int = 6) -> Shape:
     k = height / 0.30
     return lathe([(r * k, z * k) for r, z in smooth_profile(
         [(0.0, 0.0), (0.045, 0.0), (0.055, 0.012), (0.088, 0.10), (0.085, 0.16), (0.045, 0.235), (0.030, 0.262), (0.042, 0.30),
-         (0.038, 0.299), (0.025, 0.262), (0.040, 0.23), (0.0, 0.20)], 6)], segments)
+         (0.038, 0.299), (0.025, 0.262), (0.040, 0.23), (0.0, 0.20)], steps)], segments)
 
 
-def bowl(radius: float = 0.13, segments: int = 64) -> Shape:
+def bowl(radius: float = 0.13, segments: int = 64, steps: int = 6) -> Shape:
     k = radius / 0.13
     return lathe([(r * k, z * k) for r, z in smooth_profile(
-        [(0.0, 0.0), (0.045, 0.0), (0.052, 0.006), (0.095, 0.030), (0.128, 0.072), (0.130, 0.076), (0.125, 0.075), (0.092, 0.037), (0.05, 0.015), (0.0, 0.011)], 6)], segments)
+        [(0.0, 0.0), (0.045, 0.0), (0.052, 0.006), (0.095, 0.030), (0.128, 0.072), (0.130, 0.076), (0.125, 0.075), (0.092, 0.037), (0.05, 0.015), (0.0, 0.011)], steps)], segments)
 
 
 def plant(leaves: int = 26, seed: int = 4) -> tuple[Shape, Shape]:
