@@ -30,13 +30,15 @@ class Cancelled : public std::runtime_error {
   Cancelled() : std::runtime_error("cancelled") {}
 };
 
+/// VisibilityBits that a ray of this kind (bits of ShadingPoint::ray_kind) needs an object to have.
+uint32_t visibility_mask(uint32_t ray_kind);
+
 /// Closest surface found along a ray.
 struct Hit {
   float t = kInfinity;
   uint32_t instance = ~0u;
   uint32_t primitive = ~0u;
   Vec2 barycentric{0.0f};
-  Vec3 ng_unnormalized{0.0f};     ///< as Embree gives it, in world space for baked meshes, object space otherwise
   bool found() const { return instance != ~0u; }
 };
 
@@ -70,6 +72,7 @@ class Scene {
   Hit intersect(const Ray& ray, uint32_t ray_kind) const;
   /// Nearest lamp with extent before t_max that rays of this kind see.
   LampHit intersect_lamp(const Ray& ray, uint32_t ray_kind) const;
+  bool has_lamp_shapes() const;
   /// Fraction of light let through along the segment (0 when blocked); evaluates
   /// transparent surfaces, at most `max_transparent` of them.
   Color transmittance(const Ray& ray, int max_transparent) const;

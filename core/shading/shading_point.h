@@ -19,6 +19,7 @@ struct BuiltInstance;
 
 struct ShadingPoint {
   Vec3 position{0.0f};          ///< world space
+  Vec3 position_error{0.0f};    ///< bound on its rounding error, per axis
   Vec3 wo{0, 0, 1};             ///< towards where the ray came from
   Vec3 ng{0, 0, 1};             ///< geometric normal, turned towards wo
   Vec3 ns{0, 0, 1};             ///< smooth normal, turned with ng, not yet made safe

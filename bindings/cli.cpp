@@ -1,0 +1,75 @@
+// ajar-render SCENE.ajar OUTPUT.exr|png [--samples N] [--seconds S] [--seed N] [--threads N] [--stats FILE.json]
+// Renders a saved SceneDescription without Blender.
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+
+#include "film/image_io.h"
+#include "render/session.h"
+#include "scene/archive.h"
+
+namespace {
+
+int usage() {
+  std::cerr << "usage: ajar-render SCENE.ajar OUTPUT.exr|.png [--samples N] [--seconds S] [--error RELMSE] [--integrator NAME]\n"
+               "                   [--direct NAME] [--image NAME] [--seed N] [--threads N] [--stats FILE.json]\n";
+  return 2;
+}
+
+/// A whole non-negative number, or exit with the reason.
+double number(const char* option, const char* text) {
+  char* end = nullptr;
+  const double value = std::strtod(text, &end);
+  if (end == text || *end != '\0' || !(value >= 0.0)) {
+    std::cerr << "ajar-render: " << option << " needs a number that is not negative, not '" << text << "'\n";
+    std::exit(2);
+  }
+  return value;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 3) return usage();
+  try {
+    ajar::SceneDescription description = ajar::load_description(argv[1]);
+    ajar::RenderSettings& settings = description.settings;
+    std::string statistics_path;
+    for (int i = 3; i < argc; i += 2) {
+      if (i + 1 >= argc) return usage();
+      const std::string option = argv[i];
+      const char* value = argv[i + 1];
+      if (option == "--samples") settings.samples = int(number("--samples", value));
+      else if (option == "--seconds") settings.seconds = number("--seconds", value), settings.samples = 0;
+      else if (option == "--error") settings.target_error = number("--error", value), settings.samples = 0;
+      else if (option == "--integrator") settings.integrator = value;
+      else if (option == "--direct") settings.direct = value;
+      else if (option == "--image") settings.image = value;
+      else if (option == "--seed") settings.seed = uint32_t(number("--seed", value));
+      else if (option == "--threads") settings.threads = int(number("--threads", value));
+      else if (option == "--stats") statistics_path = value;
+      else return usage();
+    }
+    ajar::Session session;
+    session.start(std::move(description));
+    while (!session.wait(0.25)) {
+      const ajar::Progress progress = session.progress();
+      std::fprintf(stderr, "\r%-40s %5.1f %%  %.0f samples", progress.step.c_str(), 100.0 * double(progress.fraction), progress.samples);
+    }
+    std::fputc('\n', stderr);
+    for (const ajar::Diagnostic& diagnostic : session.diagnostics())
+      std::cerr << diagnostic.object << ": " << diagnostic.message << "\n";
+    if (const std::string error = session.take_error(); !error.empty()) {
+      std::cerr << "ajar-render: " << error << "\n";
+      return 1;
+    }
+    ajar::write_image(argv[2], session.snapshot("Combined"), session.width(), session.height(), 4);
+    if (!statistics_path.empty()) std::ofstream(statistics_path) << session.statistics_json() << "\n";
+    return 0;
+  } catch (const std::exception& exception) {
+    std::cerr << "ajar-render: " << exception.what() << "\n";
+    return 1;
+  }
+}

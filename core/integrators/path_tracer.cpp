@@ -1,0 +1,263 @@
+#include "integrators/path_tracer.h"
+
+#include <tbb/blocked_range2d.h>
+#include <tbb/combinable.h>
+#include <tbb/parallel_for.h>
+
+#include "film/filter.h"
+#include "sampling/sampler.h"
+#include "transport/direct_light.h"
+
+namespace ajar {
+
+namespace {
+
+/// Dimensions of the sampler: the camera's, then a fixed number for each vertex.
+constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 8;
+constexpr uint32_t kLightChoice = 0, kLightPoint = 1, kLobe = 3, kDirection = 4, kRoulette = 6;
+constexpr int kTile = 16;
+
+struct Counters {
+  uint64_t rays = 0, paths = 0;
+};
+
+/// Kind of ray that leaves a surface after the sampled lobe, as Blender tells them apart.
+uint32_t ray_kind_after(const BsdfSample& sample) {
+  uint32_t kind = (sample.flags & kTransmission) ? uint32_t(kRayTransmission) : uint32_t(kRayReflection);
+  if (sample.flags & kDiffuse) kind |= kRayDiffuse;
+  if (sample.flags & (kGlossy | kSpecular)) kind |= kRayGlossy;
+  if (sample.flags & kSpecular) kind |= kRaySingular;
+  // A transmitted ray is seen as such, not also as a glossy one.
+  if ((sample.flags & kTransmission) && !(sample.flags & kDiffuse)) kind &= ~uint32_t(kRayGlossy);
+  return kind;
+}
+
+class PathTracer final : public Integrator {
+ public:
+  Honesty honesty() const override { return Honesty::Unbiased; }
+
+  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+    scene_ = std::move(scene);
+    seed_ = seed;
+    samples_done_ = 0;
+    statistics_ = {};
+    const RenderSettings& settings = scene_->settings();
+    filter_ = PixelFilter(settings.filter, settings.filter_width);
+  }
+
+  void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
+    const int width = film.width(), height = film.height();
+    tbb::combinable<Counters> counters;
+    tbb::parallel_for(
+        tbb::blocked_range2d<int>(0, (height + kTile - 1) / kTile, 1, 0, (width + kTile - 1) / kTile, 1),
+        [&](const tbb::blocked_range2d<int>& tiles) {
+          Counters& counter = counters.local();
+          for (int ty = tiles.rows().begin(); ty < tiles.rows().end(); ++ty) {
+            for (int tx = tiles.cols().begin(); tx < tiles.cols().end(); ++tx) {
+              render_tile(film, tx * kTile, ty * kTile, samples_per_pixel, stop, counter);
+            }
+          }
+        },
+        tbb::simple_partitioner());
+    counters.combine_each([&](const Counters& c) {
+      statistics_.rays += c.rays;
+      statistics_.paths += c.paths;
+    });
+    samples_done_ += uint32_t(samples_per_pixel);
+  }
+
+  IntegratorStatistics statistics() const override { return statistics_; }
+
+ private:
+  void render_tile(Film& film, int tile_x, int tile_y, int samples_per_pixel, const std::atomic<bool>& stop, Counters& counter) {
+    Sampler sampler(Sampler::Kind::Sobol, seed_);
+    const int full_width = scene_->settings().width;
+    for (int y = tile_y; y < std::min(tile_y + kTile, film.height()); ++y) {
+      for (int x = tile_x; x < std::min(tile_x + kTile, film.width()); ++x) {
+        const int px = film.x0() + x, py = film.y0() + y;
+        for (int s = 0; s < samples_per_pixel; ++s) {
+          if (stop.load(std::memory_order_relaxed)) return;
+          sampler.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), samples_done_ + uint32_t(s));
+          const Vec2 offset = filter_.sample(sampler.get_2d());
+          const Vec2 on_film(float(px) + 0.5f + offset.x, float(py) + 0.5f + offset.y);
+          const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
+          const Ray ray = scene_->camera().generate_ray(on_film, u_lens, 0.0f);
+          SampleAux aux;
+          float alpha = 1.0f;
+          const Color radiance = trace(ray, sampler, film.wants_aux() ? &aux : nullptr, alpha, counter);
+          film.add_sample(px, py, radiance, alpha, &aux);
+        }
+      }
+    }
+  }
+
+  Color trace(Ray ray, Sampler& sampler, SampleAux* aux, float& alpha, Counters& counter) const {
+    const Scene& scene = *scene_;
+    const LightSet& lights = scene.lights();
+    const RenderSettings& settings = scene.settings();
+    const bool lamp_shapes = scene.has_lamp_shapes();
+    Color radiance(0.0f), beta(1.0f);
+    ShadingPoint point;
+    SurfaceShading shading;
+    Vec3 previous_position(0.0f), previous_normal(0.0f);
+    float bsdf_pdf = 0.0f;         // of the direction travelled; 0 when no light sampling could have found it
+    bool last_chance = false;      // a bounce limit is reached: only what the next surface emits still counts
+    int vertex = 0;
+    alpha = 0.0f;
+    ++counter.paths;
+
+    // `bounces` is how often the light was scattered before; the optional clamp tells direct from indirect by it.
+    const auto add = [&](Color contribution, int bounces) {
+      const float limit = bounces > 1 ? settings.clamp_indirect : settings.clamp_direct;
+      if (limit > 0.0f) {
+        const float sum = contribution.x + contribution.y + contribution.z;
+        if (sum > 3.0f * limit) contribution *= 3.0f * limit / sum;
+      }
+      radiance += contribution;
+    };
+    // Weight of light found by following the BSDF, against having sampled that light.
+    const auto weight_of_hit = [&](uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) {
+      if (bsdf_pdf == 0.0f) return 1.0f;
+      // Measured from the vertex that chose the direction: transparent surfaces in between do not count.
+      const float distance = is_finite(position) ? glm::length(position - previous_position) : kInfinity;
+      const float light_pdf = lights.choice_pmf(previous_position, previous_normal, light) *
+                              lights.pdf_li(light, previous_position, wi, distance, normal);
+      return power_heuristic(bsdf_pdf, light_pdf);
+    };
+
+    for (;;) {
+      const Hit hit = scene.intersect(ray, point.ray_kind);
+      ++counter.rays;
+
+      // Lamps with extent crossed on the way; they emit and let the ray pass.
+      if (lamp_shapes) {
+        Ray segment = ray;
+        segment.t_max = hit.t;
+        for (LampHit lamp = scene.intersect_lamp(segment, point.ray_kind); lamp.light != ~0u;
+             lamp = scene.intersect_lamp(segment, point.ray_kind)) {
+          const Vec3 on_lamp = ray.origin + ray.direction * lamp.t;
+          const Color emitted = lights.lamp_radiance(lamp.light, on_lamp, -ray.direction, ray.time);
+          if (!is_black(emitted)) add(beta * emitted * weight_of_hit(lamp.light, ray.direction, on_lamp, lamp.normal), point.ray_depth);
+          segment.t_min = std::nextafter(lamp.t, kInfinity) * (1.0f + 1e-6f);
+          if (!(segment.t_min < segment.t_max)) break;
+        }
+      }
+
+      if (!hit.found()) {
+        const int environment = lights.environment_index();
+        const bool direct_view = point.ray_depth == 0;
+        if (!(direct_view && settings.transparent_film) && environment >= 0) {
+          const Color emitted = lights.environment_radiance(ray.direction, point.ray_kind);
+          if (!is_black(emitted))
+            add(beta * emitted * weight_of_hit(uint32_t(environment), ray.direction, Vec3(kInfinity), -ray.direction), point.ray_depth);
+        }
+        lights.for_each_distant_disk(ray.direction, [&](uint32_t index) {
+          const Light& sun = lights.light(index);
+          if (!(sun.visibility & visibility_mask(point.ray_kind))) return;
+          add(beta * sun.radiance * weight_of_hit(index, ray.direction, Vec3(kInfinity), -ray.direction), point.ray_depth);
+        });
+        if (direct_view && !settings.transparent_film) alpha += luminance(beta);
+        break;
+      }
+
+      scene.shading_point(ray, hit, point);
+      scene.material(hit).evaluate_surface(point, shading);
+      const Bsdf& bsdf = shading.bsdf;
+
+      if (!is_black(shading.emission)) {
+        const int light = scene.light_of(hit);
+        // Without a light of its own (strength unknown at build) the emission is only found this way.
+        const float weight = light >= 0 ? weight_of_hit(uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
+        add(beta * shading.emission * weight, point.ray_depth);
+      }
+      if (aux && point.ray_depth == 0) {
+        record(*aux, point, bsdf);
+        aux = nullptr;
+      }
+      const Color transparency = bsdf.transparency();
+      if (point.ray_depth == 0) alpha += luminance(beta * (Color(1.0f) - transparency)) * (1.0f - shading.holdout);
+      if (bsdf.empty()) break;
+      const bool passes_only = last_chance && !is_black(transparency);
+      if (last_chance && !passes_only) break;
+
+      const uint32_t base = kCameraDimensions + kVertexDimensions * uint32_t(vertex++);
+      if (bsdf.has_non_delta() && !last_chance && !lights.empty()) {
+        sampler.set_dimension(base + kLightChoice);
+        const float u_choice = lights.size() > 1 ? sampler.get_1d() : 0.5f;
+        sampler.set_dimension(base + kLightPoint);
+        const Color direct = estimate_direct({scene, point, bsdf}, u_choice, sampler.get_2d(), counter.rays);
+        if (!is_black(direct)) add(beta * direct, point.ray_depth + 1);
+      }
+
+      // Continue the path.
+      float u_lobe = 0.5f;
+      if (bsdf.lobe_count() > 1 || bsdf.lobe(0).kind == LobeKind::MicrofacetGlass) {
+        sampler.set_dimension(base + kLobe);
+        u_lobe = sampler.get_1d();
+      }
+      sampler.set_dimension(base + kDirection);
+      const auto sample = bsdf.sample(point.wo, u_lobe, sampler.get_2d());
+      if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
+      beta *= sample->f_cos / sample->pdf_solid_angle;
+      if (!(max_component(beta) > 0.0f)) break;
+
+      if (sample->flags & kTransparent) {
+        // Straight on: the light sampled from the vertex before still competes, and bounces are not counted.
+        if (++point.transparent_depth > settings.bounces.transparent) break;
+        const float left = ray.t_max - hit.t;
+        ray = scene.spawn_ray(point, ray.direction);
+        ray.t_max = left;
+        continue;
+      }
+      if (last_chance) break;
+
+      ++point.ray_depth;
+      const bool diffuse = sample->flags & kDiffuse, transmitted = sample->flags & kTransmission;
+      if (diffuse) ++point.diffuse_depth;
+      if (!diffuse && !transmitted) ++point.glossy_depth;
+      if (transmitted) ++point.transmission_depth;
+      const BounceLimits& limits = settings.bounces;
+      last_chance = point.ray_depth > limits.total || point.diffuse_depth > limits.diffuse ||
+                    point.glossy_depth > limits.glossy || point.transmission_depth > limits.transmission;
+      point.ray_kind = ray_kind_after(*sample);
+
+      // Russian roulette: survival in proportion to what the path can still carry.
+      if (point.ray_depth > 2) {
+        const float survival = std::min(1.0f, std::sqrt(max_component(beta)));
+        if (survival < 1.0f) {
+          sampler.set_dimension(base + kRoulette);
+          if (sampler.get_1d() >= survival) break;
+          beta /= survival;
+        }
+      }
+      bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
+      previous_position = point.position;
+      previous_normal = point.ns;
+      ray = scene.spawn_ray(point, sample->wi);
+    }
+    return radiance;
+  }
+
+  void record(SampleAux& aux, const ShadingPoint& point, const Bsdf& bsdf) const {
+    const Camera& camera = scene_->camera();
+    aux.depth = glm::dot(point.position - camera.position(), camera.forward());
+    aux.normal = bsdf.n;
+    aux.position = point.position;
+    aux.albedo = bsdf.albedo();
+    if (point.mesh->active_uv >= 0) {
+      const Attribute& uv = point.mesh->attributes[size_t(point.mesh->active_uv)];
+      aux.uv = Vec3(Vec2(point.mesh->interpolate(uv, point.primitive, point.barycentric)), 1.0f);
+    }
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  uint32_t seed_ = 0, samples_done_ = 0;
+  PixelFilter filter_;
+  IntegratorStatistics statistics_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_path_tracer() { return std::make_unique<PathTracer>(); }
+
+}  // namespace ajar

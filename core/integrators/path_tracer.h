@@ -1,0 +1,15 @@
+// Unidirectional path tracing with multiple importance sampling of lights and BSDFs.
+//
+// Computes the radiance through every pixel by paths from the eye [Kajiya 1986; Veach 1997, chapter 9].
+// Unbiased (with clamping off). The reference for all others, and the best choice for open
+// scenes and easily seen lights. Finds caustics of small lights and light behind
+// narrow openings only by luck, delta lights behind specular surfaces never; does not handle volumes.
+#pragma once
+
+#include "integrators/integrator.h"
+
+namespace ajar {
+
+std::unique_ptr<Integrator> make_path_tracer();
+
+}  // namespace ajar

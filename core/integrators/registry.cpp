@@ -1,0 +1,30 @@
+#include "integrators/integrator.h"
+#include "integrators/path_tracer.h"
+
+namespace ajar {
+
+const std::vector<IntegratorInfo>& integrator_list() {
+  static const std::vector<IntegratorInfo> list{
+      {"auto", "Auto", Honesty::Unbiased, "Chooses the technique for each scene.", nullptr},
+      {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer},
+      {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", nullptr},
+      {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", nullptr},
+      {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", nullptr},
+      {"metropolis", "Metropolis", Honesty::Unbiased, "One chain of mutations over all light paths.", nullptr},
+      {"photon_map", "Photon Mapping", Honesty::Consistent, "Photons from the lights, gathered at what the eye sees.", nullptr}};
+  return list;
+}
+
+std::unique_ptr<Integrator> make_integrator(const std::string& name) {
+  std::string names;
+  for (const IntegratorInfo& info : integrator_list()) {
+    if (info.name == name) {
+      if (!info.make) throw SceneError("The integrator '" + name + "' is not built yet. Use 'path'.");
+      return info.make();
+    }
+    names += (names.empty() ? "" : ", ") + std::string(info.name);
+  }
+  throw SceneError("Unknown integrator '" + name + "'. Valid names: " + names + ".");
+}
+
+}  // namespace ajar

@@ -1,0 +1,35 @@
+#include "render/render_plan.h"
+
+namespace ajar {
+
+RenderPlan make_render_plan(const Scene& scene) {
+  RenderPlan plan;
+  const LightSet& lights = scene.lights();
+  const auto add = [&](const char* step, bool used, std::string reason) { plan.push_back({step, used, std::move(reason)}); };
+  const auto number = [](uint64_t n) { return std::to_string(n); };
+
+  add("light sampling", !lights.empty(),
+      lights.empty() ? "nothing emits light" : number(lights.size()) + " lights and emissive triangles, chosen by power");
+  const bool environment = lights.environment_index() >= 0;
+  add("environment", environment, environment ? "the world emits light" : "the world is black");
+  const bool lamp_shapes = scene.has_lamp_shapes();
+  add("lamp shapes", lamp_shapes, lamp_shapes ? "some lamps have extent and can be hit" : "no lamp has extent");
+  const bool transparent = scene.statistics().transparent_shadows;
+  add("transparent shadows", transparent,
+      transparent ? "a visible material lets light straight through" : "no visible material is transparent: shadow rays stop at the first hit");
+  const bool lens = scene.camera().has_lens();
+  add("depth of field", lens, lens ? "the camera has an aperture" : "the camera is a pinhole");
+  const int textures = scene.textures().decoded_count();
+  add("textures", textures > 0, textures > 0 ? number(uint64_t(textures)) + " images decoded" : "no visible material uses an image");
+  uint64_t used = 0, constant = 0;
+  for (const ShaderProgram& program : scene.programs()) {
+    ++used;
+    constant += program.is_constant() ? 1 : 0;
+  }
+  add("shader programs", constant < used, number(used - constant) + " of " + number(used) + " materials evaluated per hit, the others constant");
+  const bool aux = scene.settings().passes.size() > 1;
+  add("passes beyond Combined", aux, aux ? number(scene.settings().passes.size() - 1) + " asked for" : "nobody asked for one");
+  return plan;
+}
+
+}  // namespace ajar

@@ -1,0 +1,328 @@
+#include "render/session.h"
+
+#include <chrono>
+#include <map>
+#include <set>
+
+#include <sys/resource.h>
+
+#include <nlohmann/json.hpp>
+#include <tbb/task_arena.h>
+
+namespace ajar {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+const char* name_of(Progress::Phase phase) {
+  switch (phase) {
+    case Progress::Phase::Idle: return "idle";
+    case Progress::Phase::Building: return "building";
+    case Progress::Phase::Rendering: return "rendering";
+    case Progress::Phase::Done: return "done";
+    case Progress::Phase::Cancelled: return "cancelled";
+    case Progress::Phase::Failed: return "failed";
+  }
+  return "";
+}
+
+const char* name_of(Honesty honesty) {
+  switch (honesty) {
+    case Honesty::Unbiased: return "unbiased";
+    case Honesty::Consistent: return "consistent";
+    case Honesty::Biased: return "biased";
+  }
+  return "";
+}
+
+/// Names that later steps of the project give meaning to are refused in words, unknown ones with the list.
+void check_choice(const char* option, const std::string& value, std::initializer_list<const char*> built,
+                  std::initializer_list<const char*> planned) {
+  std::string names;
+  for (const char* name : built) {
+    if (value == name) return;
+    names += (names.empty() ? "" : ", ") + std::string(name);
+  }
+  for (const char* name : planned) {
+    if (value == name) throw SceneError(std::string(option) + " '" + value + "' is not built yet. Use one of: " + names + ".");
+    names += ", " + std::string(name);
+  }
+  throw SceneError("Unknown " + std::string(option) + " '" + value + "'. Valid names: " + names + ".");
+}
+
+}  // namespace
+
+struct Session::Data {
+  std::thread thread;
+  std::atomic<bool> stop{false};
+  mutable std::mutex mutex;               // guards everything below
+  std::condition_variable changed;
+  Progress progress;
+  std::string error;
+  Diagnostics diagnostics;
+  RenderSettings settings;
+  std::unique_ptr<Film> film;
+  bool film_idle = false;                 // no thread writes to the film: it may be resolved directly
+  std::map<std::string, std::vector<float>> published;
+  mutable std::set<std::string> wanted{"Combined"};
+  std::shared_ptr<const Scene> scene;
+  std::unique_ptr<Integrator> integrator;
+  IntegratorStatistics statistics;
+  std::vector<ErrorPoint> error_over_time;
+  RenderPlan plan;
+  std::string integrator_name;
+  int threads = 0;
+
+  bool finished() const { return progress.phase >= Progress::Phase::Done; }
+
+  void run(SceneDescription description);
+  void render_all();
+  bool enough(double render_seconds, double samples, double relmse) const;
+  int next_samples(double render_seconds, uint64_t done) const;
+  void publish(double render_seconds);
+};
+
+Session::Session() : data_(std::make_unique<Data>()) {}
+
+Session::~Session() {
+  cancel();
+  if (data_->thread.joinable()) data_->thread.join();
+}
+
+void Session::start(SceneDescription description) {
+  cancel();
+  if (data_->thread.joinable()) data_->thread.join();
+  data_ = std::make_unique<Data>();
+  Data& d = *data_;
+  d.progress.phase = Progress::Phase::Building;
+  d.settings = description.settings;
+  d.thread = std::thread([&d, description = std::move(description)]() mutable {
+    Progress::Phase end = Progress::Phase::Done;
+    std::string error;
+    try {
+      d.threads = d.settings.threads > 0 ? d.settings.threads : tbb::this_task_arena::max_concurrency();
+      // The session's own arena: several sessions share the machine without sharing queues.
+      tbb::task_arena arena(d.threads);
+      arena.execute([&] { d.run(std::move(description)); });
+      if (d.stop.load()) end = Progress::Phase::Cancelled;
+    } catch (const Cancelled&) {
+      end = Progress::Phase::Cancelled;
+    } catch (const std::bad_alloc&) {
+      end = Progress::Phase::Failed;
+      error = "There is not enough memory for this scene.";
+    } catch (const std::exception& exception) {
+      end = Progress::Phase::Failed;
+      error = exception.what();
+    }
+    std::lock_guard lock(d.mutex);
+    d.error = error;
+    d.film_idle = true;
+    d.progress.phase = end;
+    if (end == Progress::Phase::Done) d.progress.fraction = 1.0f;
+    d.changed.notify_all();
+  });
+}
+
+void Session::Data::run(SceneDescription description) {
+  const auto start = Clock::now();
+  // What cannot be rendered is refused before anything is built.
+  integrator_name = settings.integrator;
+  auto chosen = make_integrator(settings.integrator);
+  check_choice("direct light method", settings.direct, {"mis"},
+               {"bsdf", "light", "ris", "correlated", "pmc_hi", "ocv", "ocv_paper", "ocv_progressive"});
+  check_choice("image sampling", settings.image, {"uniform"}, {"pmc_ip"});
+
+  Scene::Options options;
+  options.stop = &stop;
+  options.progress = [this, start](const char* step, float fraction) {
+    std::lock_guard lock(mutex);
+    progress.step = step;
+    progress.fraction = 0.05f * fraction;
+    progress.build_seconds = seconds_since(start);
+  };
+  Diagnostics found;
+  std::shared_ptr<const Scene> built;
+  try {
+    built = Scene::build(std::move(description), options, found);
+  } catch (...) {
+    std::lock_guard lock(mutex);
+    diagnostics = std::move(found);
+    throw;
+  }
+  const RenderSettings& s = built->settings();
+  auto new_film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
+  chosen->prepare(built, s.seed);
+  {
+    std::lock_guard lock(mutex);
+    diagnostics = std::move(found);
+    scene = built;
+    plan = make_render_plan(*built);
+    settings = s;
+    film = std::move(new_film);
+    integrator = std::move(chosen);
+    progress.phase = Progress::Phase::Rendering;
+    progress.step = "Rendering";
+    progress.build_seconds = seconds_since(start);
+  }
+  render_all();
+}
+
+bool Session::Data::enough(double render_seconds, double samples, double relmse) const {
+  if (settings.samples > 0 && samples >= double(settings.samples)) return true;
+  if (settings.seconds > 0.0 && render_seconds >= settings.seconds) return true;
+  return settings.target_error > 0.0 && relmse >= 0.0 && samples >= 16.0 && relmse <= settings.target_error;
+}
+
+/// First single samples for a quick picture, then as many as last about a third of a second.
+int Session::Data::next_samples(double render_seconds, uint64_t done) const {
+  double next = double(std::max<uint64_t>(1, done));
+  if (done > 0 && render_seconds > 0.0) {
+    const double rate = double(done) / render_seconds;
+    next = std::min(next, std::max(1.0, rate * 0.33));
+    if (settings.seconds > 0.0) next = std::min(next, std::max(1.0, rate * (settings.seconds - render_seconds)));
+  }
+  if (settings.samples > 0) next = std::min(next, double(settings.samples) - double(done));
+  return std::max(1, int(next));
+}
+
+void Session::Data::publish(double render_seconds) {
+  std::lock_guard lock(mutex);
+  statistics = integrator->statistics();
+  progress.samples = film->sample_counts().mean;
+  progress.render_seconds = render_seconds;
+  progress.estimated_relmse = film->estimated_relmse();
+  float fraction = 0.0f;
+  if (settings.samples > 0) fraction = float(progress.samples / settings.samples);
+  if (settings.seconds > 0.0) fraction = std::max(fraction, float(render_seconds / settings.seconds));
+  progress.fraction = 0.05f + 0.95f * std::min(1.0f, fraction);
+  ++progress.iteration;
+  if (progress.estimated_relmse >= 0.0)
+    error_over_time.push_back({render_seconds, progress.samples, progress.estimated_relmse});
+  for (const std::string& pass : wanted) published[pass] = film->resolve(pass, settings.exposure);
+  wanted.clear();
+  changed.notify_all();
+}
+
+void Session::Data::render_all() {
+  uint64_t done = 0;
+  double rendering = 0.0;  // time of iterations only, without publishing
+  while (!stop.load()) {
+    const int samples = next_samples(rendering, done);
+    const auto start = Clock::now();
+    integrator->run_iteration(*film, samples, stop);
+    rendering += seconds_since(start);
+    done += uint64_t(samples);
+    publish(rendering);
+    double relmse;
+    {
+      std::lock_guard lock(mutex);
+      relmse = progress.estimated_relmse;
+    }
+    if (enough(rendering, double(done), relmse)) break;
+  }
+}
+
+void Session::cancel() { data_->stop.store(true); }
+
+bool Session::wait(double seconds) {
+  std::unique_lock lock(data_->mutex);
+  if (data_->progress.phase == Progress::Phase::Idle) return true;
+  return data_->changed.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return data_->finished(); });
+}
+
+Progress Session::progress() const {
+  std::lock_guard lock(data_->mutex);
+  return data_->progress;
+}
+
+std::string Session::take_error() {
+  std::lock_guard lock(data_->mutex);
+  return std::exchange(data_->error, {});
+}
+
+Diagnostics Session::diagnostics() const {
+  std::lock_guard lock(data_->mutex);
+  return data_->diagnostics;
+}
+
+std::vector<float> Session::snapshot(const std::string& pass) const {
+  std::lock_guard lock(data_->mutex);
+  if (data_->film && data_->film_idle) return data_->film->resolve(pass, data_->settings.exposure);
+  data_->wanted.insert(pass);
+  const auto found = data_->published.find(pass);
+  return found == data_->published.end() ? std::vector<float>{} : found->second;
+}
+
+int Session::width() const {
+  std::lock_guard lock(data_->mutex);
+  return data_->film ? data_->film->width() : 0;
+}
+
+int Session::height() const {
+  std::lock_guard lock(data_->mutex);
+  return data_->film ? data_->film->height() : 0;
+}
+
+std::string Session::statistics_json() const {
+  std::lock_guard lock(data_->mutex);
+  const Data& d = *data_;
+  using nlohmann::json;
+  json j;
+  j["version"] = AJAR_VERSION;
+  j["state"] = name_of(d.progress.phase);
+  j["integrator"] = d.integrator_name;
+  j["direct"] = d.settings.direct;
+  j["image"] = d.settings.image;
+  j["seeds"] = {d.settings.seed};
+  j["threads"] = d.threads;
+  j["resolution"] = {d.settings.width, d.settings.height};
+  j["build_seconds"] = d.progress.build_seconds;
+  j["render_seconds"] = d.progress.render_seconds;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  j["peak_memory_bytes"] = int64_t(usage.ru_maxrss) * 1024;
+  j["rays"] = d.statistics.rays;
+  j["paths"] = d.statistics.paths;
+  if (d.progress.render_seconds > 0.0) {
+    j["rays_per_second"] = double(d.statistics.rays) / d.progress.render_seconds;
+  }
+  for (const auto& [key, value] : d.statistics.extra) j[key] = value;
+  if (d.film) {
+    const Film::SampleCounts counts = d.film->sample_counts();
+    j["samples_per_pixel"] = {{"mean", counts.mean}, {"min", counts.least}, {"max", counts.most}};
+    j["refused_samples"] = d.film->refused();
+  }
+  if (d.integrator) j["honesty"] = name_of(d.integrator->honesty());
+  if (d.scene) {
+    const BuildStatistics& b = d.scene->statistics();
+    j["scene"] = {{"triangles", b.triangles},
+                  {"instanced_triangles", b.instanced_triangles},
+                  {"instances", b.instances},
+                  {"meshes", b.meshes},
+                  {"lights", b.lights},
+                  {"geometry_bytes", b.geometry_bytes},
+                  {"accel_bytes", b.accel_bytes},
+                  {"texture_bytes", b.texture_bytes},
+                  {"skipped_triangles", b.skipped_triangles},
+                  {"repaired_values", b.repaired_values}};
+  }
+  j["plan"] = json::array();
+  for (const PlanStep& step : d.plan) j["plan"].push_back({{"step", step.step}, {"used", step.used}, {"reason", step.reason}});
+  j["hints"] = json::array();
+  j["acceptance_rates"] = json::object();
+  j["estimated_error"] = json::array();
+  for (const ErrorPoint& point : d.error_over_time) j["estimated_error"].push_back({point.seconds, point.samples, point.relmse});
+  j["diagnostics"] = json::array();
+  for (const Diagnostic& diagnostic : d.diagnostics) {
+    const char* severity = diagnostic.severity == Diagnostic::Severity::Info      ? "info"
+                           : diagnostic.severity == Diagnostic::Severity::Warning ? "warning"
+                                                                                  : "error";
+    j["diagnostics"].push_back({{"severity", severity}, {"object", diagnostic.object}, {"message", diagnostic.message}});
+  }
+  // Names may hold bytes that are not UTF-8; they are replaced, not fatal.
+  return j.dump(1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace ajar

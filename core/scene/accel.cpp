@@ -1,0 +1,246 @@
+#include "scene/accel.h"
+
+#include <cstring>
+#include <mutex>
+
+#include <tbb/parallel_for.h>
+
+#include "scene/embree.h"
+#include "scene/scene.h"
+
+namespace ajar {
+
+uint32_t visibility_mask(uint32_t ray_kind) {
+  uint32_t mask = 0;
+  if (ray_kind & kRayCamera) mask |= kVisibleCamera;
+  if (ray_kind & kRayDiffuse) mask |= kVisibleDiffuse;
+  if (ray_kind & kRayGlossy) mask |= kVisibleGlossy;
+  if (ray_kind & kRayTransmission) mask |= kVisibleTransmission;
+  if (ray_kind & kRayVolumeScatter) mask |= kVisibleVolumeScatter;
+  if (ray_kind & kRayShadow) mask |= kVisibleShadow;
+  return mask;
+}
+
+struct Accel::Data {
+  RTCDevice device = nullptr;
+  RTCScene top = nullptr, lamps = nullptr;
+  std::vector<RTCScene> mesh_scenes;
+  std::vector<uint32_t> lamp_of_geometry;
+  std::atomic<int64_t> bytes{0};
+  std::mutex error_mutex;
+  std::string error;
+  const std::atomic<bool>* stop = nullptr;
+
+  ~Data() {
+    if (lamps) rtcReleaseScene(lamps);
+    if (top) rtcReleaseScene(top);
+    for (RTCScene scene : mesh_scenes) {
+      if (scene) rtcReleaseScene(scene);
+    }
+    if (device) rtcReleaseDevice(device);
+  }
+
+  void check() {
+    if (stop && stop->load(std::memory_order_relaxed)) throw Cancelled();
+    std::lock_guard lock(error_mutex);
+    if (!error.empty()) throw SceneError("Building the ray tracing structure failed: " + error);
+  }
+
+  RTCScene new_scene() {
+    RTCScene scene = rtcNewScene(device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+    rtcSetSceneProgressMonitorFunction(
+        scene, [](void* self, double) { return !(static_cast<Data*>(self)->stop && static_cast<Data*>(self)->stop->load()); },
+        this);
+    return scene;
+  }
+
+  RTCGeometry new_triangles(const BuiltMesh& mesh) {
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.positions.data(), 0,
+                               sizeof(Vec3), mesh.positions.size() - 1);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
+                               sizeof(UVec3), mesh.triangles.size());
+    return geometry;
+  }
+};
+
+Accel::Accel(const std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances,
+             const std::atomic<bool>* stop)
+    : data_(std::make_unique<Data>()) {
+  Data& d = *data_;
+  d.stop = stop;
+  d.device = rtcNewDevice("start_threads=0,set_affinity=0");
+  if (!d.device) throw SceneError("Embree could not be started on this machine.");
+  rtcSetDeviceErrorFunction(
+      d.device,
+      [](void* self, RTCError code, const char* text) {
+        if (code == RTC_ERROR_CANCELLED) return;
+        Data& data = *static_cast<Data*>(self);
+        std::lock_guard lock(data.error_mutex);
+        if (data.error.empty()) data.error = text ? text : "unknown Embree error";
+      },
+      &d);
+  rtcSetDeviceMemoryMonitorFunction(
+      d.device,
+      [](void* self, ssize_t bytes, bool) {
+        static_cast<Data*>(self)->bytes += bytes;
+        return true;
+      },
+      &d);
+
+  d.mesh_scenes.assign(meshes.size(), nullptr);
+  tbb::parallel_for(size_t(0), meshes.size(), [&](size_t i) {
+    if (meshes[i].baked || meshes[i].triangles.empty() || (stop && stop->load())) return;
+    RTCScene scene = d.new_scene();
+    d.mesh_scenes[i] = scene;
+    RTCGeometry geometry = d.new_triangles(meshes[i]);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(scene);
+  });
+  d.check();
+
+  d.top = d.new_scene();
+  for (size_t i = 0; i < instances.size(); ++i) {
+    const BuiltInstance& instance = instances[i];
+    const BuiltMesh& mesh = meshes[instance.mesh];
+    if (mesh.triangles.empty()) continue;
+    RTCGeometry geometry;
+    if (mesh.baked) {
+      geometry = d.new_triangles(mesh);
+    } else {
+      geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_INSTANCE);
+      rtcSetGeometryInstancedScene(geometry, d.mesh_scenes[instance.mesh]);
+      rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.world_from_object[0][0]);
+    }
+    rtcSetGeometryMask(geometry, instance.visibility);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(d.top, geometry, unsigned(i));
+    rtcReleaseGeometry(geometry);
+    if ((i & 1023) == 0) d.check();
+  }
+  rtcCommitScene(d.top);
+  d.check();
+}
+
+Accel::~Accel() = default;
+
+namespace {
+
+/// Ellipses are quads whose corners are cut away.
+void reject_outside_ellipse(const RTCFilterFunctionNArguments* args) {
+  for (unsigned i = 0; i < args->N; ++i) {
+    if (args->valid[i] != -1) continue;
+    const float u = 2.0f * RTCHitN_u(args->hit, args->N, i) - 1.0f, v = 2.0f * RTCHitN_v(args->hit, args->N, i) - 1.0f;
+    if (u * u + v * v > 1.0f) args->valid[i] = 0;
+  }
+}
+
+}  // namespace
+
+void Accel::build_lamps(const LightSet& lights) {
+  Data& d = *data_;
+  for (uint32_t i = 0; i < lights.size(); ++i) {
+    const Light& light = lights.light(i);
+    const bool sphere = light.type == LightType::Sphere || light.type == LightType::SpotSphere;
+    const bool flat = light.type == LightType::Rectangle || light.type == LightType::Ellipse;
+    if (!(sphere || flat) || !light.mis) continue;
+    if (!d.lamps) d.lamps = d.new_scene();
+    RTCGeometry geometry;
+    if (sphere) {
+      geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
+      auto* point = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 16, 1));
+      std::memcpy(point, &light.position, 12);
+      point[3] = light.radius;
+    } else {
+      geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_QUAD);
+      auto* corners = static_cast<Vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 4));
+      auto* index = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 16, 1));
+      corners[0] = light.position - light.edge1 - light.edge2;
+      corners[1] = light.position + light.edge1 - light.edge2;
+      corners[2] = light.position + light.edge1 + light.edge2;
+      corners[3] = light.position - light.edge1 + light.edge2;
+      for (uint32_t k = 0; k < 4; ++k) index[k] = k;
+      if (light.type == LightType::Ellipse) rtcSetGeometryIntersectFilterFunction(geometry, reject_outside_ellipse);
+    }
+    rtcSetGeometryMask(geometry, light.visibility);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(d.lamps, geometry, unsigned(d.lamp_of_geometry.size()));
+    rtcReleaseGeometry(geometry);
+    d.lamp_of_geometry.push_back(i);
+  }
+  if (d.lamps) rtcCommitScene(d.lamps);
+  d.check();
+}
+
+namespace {
+
+inline void fill(RTCRay& r, const Ray& ray, uint32_t mask) {
+  r.org_x = ray.origin.x;
+  r.org_y = ray.origin.y;
+  r.org_z = ray.origin.z;
+  r.tnear = ray.t_min;
+  r.dir_x = ray.direction.x;
+  r.dir_y = ray.direction.y;
+  r.dir_z = ray.direction.z;
+  r.time = ray.time;
+  r.tfar = ray.t_max;
+  r.mask = mask;
+  r.id = 0;
+  r.flags = 0;
+}
+
+}  // namespace
+
+void Accel::intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const {
+  RTCRayHit query;
+  fill(query.ray, ray, visibility_mask(ray_kind));
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree::intersect(data_->top, query, (ray_kind & kRayCamera) != 0);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
+    hit.instance = ~0u;
+    hit.t = ray.t_max;
+    return;
+  }
+  hit.t = query.ray.tfar;
+  hit.instance = query.hit.instID[0] != RTC_INVALID_GEOMETRY_ID ? query.hit.instID[0] : query.hit.geomID;
+  hit.primitive = query.hit.primID;
+  hit.barycentric = Vec2(query.hit.u, query.hit.v);
+}
+
+bool Accel::occluded(const Ray& ray) const {
+  RTCRay query;
+  fill(query, ray, kVisibleShadow);
+  embree::occluded(data_->top, query);
+  return query.tfar < 0.0f;
+}
+
+void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) const {
+  hit.light = ~0u;
+  if (!data_->lamps) return;
+  RTCRayHit query;
+  fill(query.ray, ray, visibility_mask(ray_kind));
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree::intersect(data_->lamps, query, false);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
+  hit.t = query.ray.tfar;
+  hit.light = data_->lamp_of_geometry[query.hit.geomID];
+  hit.normal = glm::normalize(Vec3(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z));
+}
+
+bool Accel::has_lamps() const { return data_->lamps != nullptr; }
+uint64_t Accel::memory_bytes() const { return uint64_t(std::max<int64_t>(0, data_->bytes.load())); }
+
+void Accel::bounds(Vec3& lower, Vec3& upper) const {
+  RTCBounds b;
+  rtcGetSceneBounds(data_->top, &b);
+  lower = Vec3(b.lower_x, b.lower_y, b.lower_z);
+  upper = Vec3(b.upper_x, b.upper_y, b.upper_z);
+}
+
+}  // namespace ajar

@@ -1,0 +1,43 @@
+// Ray queries on the built geometry. accel.cpp alone includes Embree.
+//
+// A hit names the instance (index into Scene::instances) and the triangle of its mesh. Baked meshes
+// sit in the top-level structure, others behind Embree instances that share one structure per mesh.
+// Lamps with extent live in a structure of their own, since they never block a ray.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "lights/light_set.h"
+#include "scene/geometry.h"
+
+namespace ajar {
+
+struct Hit;
+struct LampHit;
+
+class Accel {
+ public:
+  /// Builds everything; throws Cancelled when `stop` is raised, SceneError when Embree fails (out of memory).
+  /// `meshes` and `instances` must outlive this object: Embree reads their arrays in place.
+  Accel(const std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances,
+        const std::atomic<bool>* stop);
+  ~Accel();
+  void build_lamps(const LightSet& lights);
+
+  void intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const;
+  bool occluded(const Ray& ray) const;
+  void intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) const;
+  bool has_lamps() const;
+  uint64_t memory_bytes() const;
+  /// Bounds of everything that is not empty; min > max when there is nothing.
+  void bounds(Vec3& lower, Vec3& upper) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace ajar

@@ -1,0 +1,186 @@
+#include "scene/archive.h"
+
+#include <cstring>
+#include <fstream>
+#include <type_traits>
+
+#include "scene/scene.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '1'};
+
+/// Types whose bytes are their value.
+template <class T> struct IsPlain : std::bool_constant<std::is_arithmetic_v<T> || std::is_enum_v<T>> {};
+template <> struct IsPlain<Vec2> : std::true_type {};
+template <> struct IsPlain<Vec3> : std::true_type {};
+template <> struct IsPlain<Vec4> : std::true_type {};
+template <> struct IsPlain<UVec3> : std::true_type {};
+template <class T, size_t N> struct IsPlain<std::array<T, N>> : IsPlain<T> {};
+
+class Writer {
+ public:
+  std::vector<char> bytes;
+  void raw(const void* data, size_t size) {
+    const char* begin = static_cast<const char*>(data);
+    bytes.insert(bytes.end(), begin, begin + size);
+  }
+  template <class T> void count(const T& container) {
+    const uint64_t n = container.size();
+    raw(&n, sizeof n);
+  }
+  template <class T> void resize(T& container, size_t) { count(container); }
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::vector<char>& bytes) : bytes_(bytes) {}
+  void raw(void* data, size_t size) {
+    if (size > bytes_.size() - position_) throw SceneError("The scene file ends too early.");
+    std::memcpy(data, bytes_.data() + position_, size);
+    position_ += size;
+  }
+  template <class T> void resize(T& container, size_t least_bytes_each) {
+    uint64_t n;
+    raw(&n, sizeof n);
+    if (n > (bytes_.size() - position_) / least_bytes_each) throw SceneError("The scene file is damaged.");
+    container.resize(n);
+  }
+  bool at_end() const { return position_ == bytes_.size(); }
+
+ private:
+  const std::vector<char>& bytes_;
+  size_t position_ = 0;
+};
+
+template <class A, class T> void visit(A& a, T& value);
+
+template <class A, class T> void visit(A& a, std::vector<T>& values) {
+  a.resize(values, IsPlain<T>::value ? sizeof(T) : 1);
+  if constexpr (IsPlain<T>::value) {
+    if (!values.empty()) a.raw(values.data(), values.size() * sizeof(T));
+  } else {
+    for (T& value : values) visit(a, value);
+  }
+}
+template <class A> void visit(A& a, std::string& text) {
+  a.resize(text, 1);
+  if (!text.empty()) a.raw(text.data(), text.size());
+}
+/// A byte that is neither 0 nor 1 must not become a bool.
+template <class A> void visit(A& a, bool& value) {
+  uint8_t byte = value;
+  a.raw(&byte, 1);
+  value = byte != 0;
+}
+
+template <class A, class... T> void all(A& a, T&... values) { (visit(a, values), ...); }
+
+template <class A> void fields(A& a, NodeLink& v) { all(a, v.node, v.socket); }
+template <class A> void fields(A& a, NodeInput& v) { all(a, v.socket, v.link, v.value); }
+template <class A> void fields(A& a, NodeProperty& v) { all(a, v.name, v.text, v.numbers); }
+template <class A> void fields(A& a, Node& v) { all(a, v.type, v.name, v.inputs, v.properties); }
+template <class A> void fields(A& a, NodeGraph& v) { all(a, v.nodes, v.surface, v.volume, v.displacement); }
+template <class A> void fields(A& a, MaterialDescription& v) { all(a, v.name, v.graph, v.pass_index); }
+template <class A> void fields(A& a, ImageDescription& v) {
+  all(a, v.name, v.path, v.packed, v.pixels, v.width, v.height, v.color_space, v.alpha_mode);
+}
+template <class A> void fields(A& a, Attribute& v) { all(a, v.name, v.domain, v.components, v.values); }
+template <class A> void fields(A& a, MeshDescription& v) {
+  all(a, v.name, v.positions, v.triangles, v.material_slots, v.normal_domain, v.normals, v.attributes, v.active_uv,
+      v.texture_space_location, v.texture_space_size);
+}
+template <class A> void fields(A& a, ObjectDescription& v) {
+  all(a, v.name, v.mesh, v.materials, v.visibility, v.holdout, v.shadow_catcher, v.pass_index, v.color);
+}
+template <class A> void fields(A& a, InstanceDescription& v) { all(a, v.object, v.world_from_object, v.random); }
+template <class A> void fields(A& a, LightDescription& v) {
+  all(a, v.name, v.kind, v.world_from_light, v.color, v.energy, v.radius, v.spot_angle, v.spot_blend, v.sun_angle,
+      v.area_shape, v.area_size, v.spread, v.graph, v.visibility, v.cast_shadow, v.multiple_importance);
+}
+template <class A> void fields(A& a, WorldDescription& v) { all(a, v.name, v.graph, v.color, v.visibility); }
+template <class A> void fields(A& a, CameraDescription& v) {
+  all(a, v.name, v.present, v.kind, v.world_from_camera, v.screen_window, v.clip_start, v.clip_end, v.aperture_radius,
+      v.focus_distance, v.blades, v.blade_rotation, v.aperture_ratio);
+}
+template <class A> void fields(A& a, BounceLimits& v) {
+  all(a, v.total, v.diffuse, v.glossy, v.transmission, v.transparent, v.volume);
+}
+template <class A> void fields(A& a, RenderSettings& v) {
+  all(a, v.width, v.height, v.region, v.filter, v.filter_width, v.exposure, v.transparent_film, v.bounces, v.clamp_direct,
+      v.clamp_indirect, v.reflective_caustics, v.refractive_caustics, v.integrator, v.direct, v.image, v.samples, v.seconds,
+      v.target_error, v.seed, v.threads, v.passes);
+}
+template <class A> void fields(A& a, SceneDescription& v) {
+  all(a, v.meshes, v.objects, v.instances, v.materials, v.images, v.lights, v.world, v.camera, v.settings);
+}
+
+template <class A, class T> void visit(A& a, T& value) {
+  if constexpr (IsPlain<T>::value) {
+    a.raw(&value, sizeof(T));
+  } else {
+    fields(a, value);
+  }
+}
+
+/// Enums arrive from files as bytes; one outside its list must not survive.
+template <class E> void check_enum(E value, E last) {
+  if (uint8_t(value) > uint8_t(last)) throw SceneError("The scene file is damaged.");
+}
+
+void check_enums(const SceneDescription& d) {
+  for (const MeshDescription& mesh : d.meshes) {
+    check_enum(mesh.normal_domain, Domain::Face);
+    for (const Attribute& attribute : mesh.attributes) check_enum(attribute.domain, Domain::Face);
+  }
+  for (const ImageDescription& image : d.images) check_enum(image.alpha_mode, AlphaMode::None);
+  for (const LightDescription& light : d.lights) {
+    check_enum(light.kind, LightKind::Area);
+    check_enum(light.area_shape, AreaShape::Ellipse);
+  }
+  check_enum(d.camera.kind, CameraKind::Panorama);
+  check_enum(d.settings.filter, FilterKind::BlackmanHarris);
+}
+
+}  // namespace
+
+std::vector<char> to_bytes(const SceneDescription& description) {
+  Writer writer;
+  writer.raw(kMagic, sizeof kMagic);
+  // The visitor takes references for both directions; writing changes nothing.
+  visit(writer, const_cast<SceneDescription&>(description));
+  return std::move(writer.bytes);
+}
+
+SceneDescription from_bytes(const std::vector<char>& bytes) {
+  Reader reader(bytes);
+  char magic[sizeof kMagic];
+  reader.raw(magic, sizeof magic);
+  if (std::memcmp(magic, kMagic, sizeof magic) != 0) throw SceneError("This is not an Ajar scene file.");
+  SceneDescription description;
+  visit(reader, description);
+  if (!reader.at_end()) throw SceneError("The scene file is damaged.");
+  check_enums(description);
+  return description;
+}
+
+void save_description(const SceneDescription& description, const std::string& path) {
+  const std::vector<char> bytes = to_bytes(description);
+  std::ofstream file(path, std::ios::binary);
+  file.write(bytes.data(), std::streamsize(bytes.size()));
+  if (!file.flush()) throw SceneError("Cannot write the scene file '" + path + "'.");
+}
+
+SceneDescription load_description(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) throw SceneError("Cannot open the scene file '" + path + "'.");
+  std::vector<char> bytes(size_t(file.tellg()));
+  file.seekg(0);
+  file.read(bytes.data(), std::streamsize(bytes.size()));
+  if (!file) throw SceneError("Cannot read the scene file '" + path + "'.");
+  return from_bytes(bytes);
+}
+
+}  // namespace ajar

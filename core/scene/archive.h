@@ -1,0 +1,21 @@
+// A SceneDescription in one file: the bug report, the benchmark input and the unit of distribution.
+//
+// Little-endian binary: magic "AJARSCN1", then every field in the order of scene_description.h, arrays as
+// a 64-bit count followed by their elements. Reading checks every count against what is left of the
+// file, so a damaged file gives SceneError, never a crash or a huge allocation.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/scene_description.h"
+
+namespace ajar {
+
+void save_description(const SceneDescription& description, const std::string& path);
+SceneDescription load_description(const std::string& path);
+
+std::vector<char> to_bytes(const SceneDescription& description);
+SceneDescription from_bytes(const std::vector<char>& bytes);
+
+}  // namespace ajar

@@ -1,0 +1,69 @@
+#include "scene/camera.h"
+
+#include "math/warps.h"
+
+namespace ajar {
+
+Camera::Camera(const CameraDescription& description, int width, int height)
+    : kind_(description.kind),
+      world_from_camera_(to_matrix(description.world_from_camera)),
+      width_(width),
+      height_(height),
+      window_(description.screen_window),
+      clip_start_(description.clip_start),
+      clip_end_(description.clip_end),
+      lens_radius_(description.aperture_radius),
+      focus_distance_(description.focus_distance),
+      blades_(description.blades),
+      blade_rotation_(description.blade_rotation),
+      aperture_ratio_(description.aperture_ratio) {
+  // A camera's scale does not change its picture: keep rotation and position only.
+  for (int axis = 0; axis < 3; ++axis) {
+    const float len = glm::length(Vec3(world_from_camera_[axis]));
+    if (len > 0.0f) world_from_camera_[axis] /= len;
+  }
+  camera_from_world_ = glm::inverse(world_from_camera_);
+}
+
+Vec2 Camera::sample_lens(Vec2 u) const {
+  Vec2 p;
+  if (blades_ < 3) {
+    p = warp::square_to_disk(u);
+  } else {
+    // A regular polygon: choose a blade's triangle, then a point uniform in it.
+    const float scaled = u.x * float(blades_);
+    const int blade = std::min(int(scaled), blades_ - 1);
+    const Vec2 b = warp::square_to_triangle({std::min(scaled - float(blade), kOneMinusEpsilon), u.y});
+    const float step = 2.0f * kPi / float(blades_), a0 = float(blade) * step + blade_rotation_, a1 = a0 + step;
+    p = b.x * Vec2(std::cos(a0), std::sin(a0)) + b.y * Vec2(std::cos(a1), std::sin(a1));
+  }
+  return {lens_radius_ * p.x / aperture_ratio_, lens_radius_ * p.y};
+}
+
+Ray Camera::generate_ray(Vec2 film, Vec2 u_lens, float time) const {
+  const float sx = window_.x + (window_.y - window_.x) * film.x / float(width_);
+  const float sy = window_.z + (window_.w - window_.z) * film.y / float(height_);
+  Vec3 origin(0.0f), direction(sx, sy, -1.0f);
+  if (kind_ == CameraKind::Orthographic) {
+    origin = Vec3(sx, sy, 0.0f);
+    direction = Vec3(0.0f, 0.0f, -1.0f);
+  }
+  if (lens_radius_ > 0.0f) {
+    const Vec3 focus = origin + direction * focus_distance_;
+    const Vec2 lens = sample_lens(u_lens);
+    origin += Vec3(lens, 0.0f);
+    direction = focus - origin;
+  }
+  const float len = glm::length(direction);
+  Ray ray;
+  ray.origin = transform_point(world_from_camera_, origin);
+  ray.direction = glm::normalize(transform_vector(world_from_camera_, direction));
+  // Clipping planes are perpendicular to the view axis.
+  const float along = len / std::abs(direction.z);
+  ray.t_min = clip_start_ * along;
+  ray.t_max = clip_end_ * along;
+  ray.time = time;
+  return ray;
+}
+
+}  // namespace ajar

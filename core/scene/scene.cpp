@@ -1,0 +1,322 @@
+#include "scene/scene.h"
+
+#include <chrono>
+
+#include "scene/accel.h"
+#include "scene/validate.h"
+
+namespace ajar {
+
+namespace {
+
+/// Bound on the relative error of n rounded operations (Higham; pbrt-4, section 6.8).
+constexpr float gamma_bound(int n) {
+  constexpr float unit_roundoff = 0x1p-24f;
+  return float(n) * unit_roundoff / (1.0f - float(n) * unit_roundoff);
+}
+
+Mat3 absolute(const Mat3& m) { return Mat3(glm::abs(m[0]), glm::abs(m[1]), glm::abs(m[2])); }
+
+/// True for transforms that flatten space, which have no inverse.
+bool is_singular(const Mat4& m) {
+  const Mat3 linear(m);
+  const float scale = glm::length(linear[0]) * glm::length(linear[1]) * glm::length(linear[2]);
+  const float det = glm::determinant(linear);
+  return !(std::abs(det) > 1e-9f * scale) || !std::isfinite(1.0f / det);
+}
+
+/// Grey surface of objects without a material, as Blender shows them.
+NodeGraph default_surface() {
+  NodeGraph graph;
+  Node diffuse;
+  diffuse.type = "ShaderNodeBsdfDiffuse";
+  diffuse.name = "Default Surface";
+  diffuse.inputs.push_back({"Color", {}, Vec4(0.8f, 0.8f, 0.8f, 1.0f)});
+  diffuse.inputs.push_back({"Roughness", {}, Vec4(0.0f)});
+  graph.nodes.push_back(std::move(diffuse));
+  graph.surface = {0, "BSDF"};
+  return graph;
+}
+
+/// Move a mesh's vertices and normals to world space.
+void bake(BuiltMesh& mesh, const Mat4& world_from_object) {
+  for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) mesh.positions[i] = transform_point(world_from_object, mesh.positions[i]);
+  const Mat3 linear(world_from_object);
+  const Mat3 normal_matrix = is_singular(world_from_object) ? linear : glm::inverseTranspose(linear);
+  for (Vec3& n : mesh.normals) {
+    n = normal_matrix * n;
+    const float len = glm::length(n);
+    n = len > 0.0f ? n / len : Vec3(0.0f);
+  }
+  mesh.baked = true;
+}
+
+BuiltMesh take(MeshDescription&& d) {
+  BuiltMesh mesh;
+  mesh.name = std::move(d.name);
+  mesh.positions = std::move(d.positions);
+  mesh.positions.push_back(Vec3(0.0f));
+  mesh.triangles = std::move(d.triangles);
+  mesh.material_slots = std::move(d.material_slots);
+  mesh.normal_domain = d.normal_domain;
+  mesh.normals = std::move(d.normals);
+  mesh.attributes = std::move(d.attributes);
+  mesh.texture_space_location = d.texture_space_location;
+  mesh.texture_space_size = d.texture_space_size;
+  mesh.active_uv = mesh.find_attribute(d.active_uv);
+  return mesh;
+}
+
+class Stopwatch {
+ public:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
+Scene::Scene() = default;
+Scene::~Scene() = default;
+
+std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& options, Diagnostics& diagnostics) {
+  const Stopwatch watch;
+  const auto step = [&](const char* name, float fraction) {
+    if (options.stop && options.stop->load(std::memory_order_relaxed)) throw Cancelled();
+    if (options.progress) options.progress(name, fraction);
+  };
+  step("Checking the scene", 0.0f);
+  const ValidationCounts counts = validate(d, diagnostics);
+
+  std::shared_ptr<Scene> scene(new Scene());
+  Scene& s = *scene;
+  s.settings_ = d.settings;
+  s.camera_ = Camera(d.camera, d.settings.width, d.settings.height);
+  s.statistics_.skipped_triangles = counts.skipped_triangles;
+  s.statistics_.repaired_values = counts.repaired_values;
+
+  // Meshes: those used once (or flattened by a transform without an inverse) are moved to world space.
+  step("Preparing geometry", 0.1f);
+  std::vector<uint32_t> users(d.meshes.size(), 0);
+  for (const InstanceDescription& instance : d.instances) ++users[d.objects[instance.object].mesh];
+  for (MeshDescription& mesh : d.meshes) s.meshes_.push_back(take(std::move(mesh)));
+  const uint32_t default_material = uint32_t(d.materials.size());
+  std::vector<uint32_t> first_material(d.objects.size());
+  std::vector<uint8_t> used(d.materials.size() + 1, 0);
+  for (size_t i = 0; i < d.objects.size(); ++i) {
+    first_material[i] = uint32_t(s.material_table_.size());
+    if (d.objects[i].materials.empty()) s.material_table_.push_back(default_material);
+    for (int material : d.objects[i].materials) s.material_table_.push_back(material < 0 ? default_material : uint32_t(material));
+  }
+  s.instances_.reserve(d.instances.size());
+  for (const InstanceDescription& in : d.instances) {
+    const ObjectDescription& object = d.objects[in.object];
+    BuiltInstance instance;
+    instance.world_from_object = to_matrix(in.world_from_object);
+    instance.object = uint32_t(in.object);
+    instance.mesh = uint32_t(object.mesh);
+    const bool singular = is_singular(instance.world_from_object);
+    instance.object_from_world = singular ? Mat4(1.0f) : glm::inverse(instance.world_from_object);
+    instance.flips_orientation = glm::determinant(Mat3(instance.world_from_object)) < 0.0f;
+    if (singular && users[instance.mesh] > 1) {
+      BuiltMesh copy = s.meshes_[instance.mesh];
+      instance.mesh = uint32_t(s.meshes_.size());
+      s.meshes_.push_back(std::move(copy));
+      users.push_back(1);
+    }
+    if (users[instance.mesh] == 1 && (singular || options.bake_single_instances) && !s.meshes_[instance.mesh].baked)
+      bake(s.meshes_[instance.mesh], instance.world_from_object);
+    instance.first_material = first_material[in.object];
+    instance.material_count = std::max<uint32_t>(1, uint32_t(object.materials.size()));
+    instance.visibility = object.visibility;
+    instance.random = in.random;
+    s.instances_.push_back(instance);
+    s.statistics_.instanced_triangles += s.meshes_[instance.mesh].triangles.size();
+    for (uint32_t k = 0; k < instance.material_count; ++k) used[s.material_table_[instance.first_material + k]] = 1;
+  }
+  s.statistics_.instances = s.instances_.size();
+  s.statistics_.meshes = s.meshes_.size();
+  for (const BuiltMesh& mesh : s.meshes_) {
+    s.statistics_.triangles += mesh.triangles.size();
+    s.statistics_.geometry_bytes += mesh.memory_bytes();
+  }
+
+  // Shaders: only those somebody can see.
+  step("Compiling shaders", 0.3f);
+  s.textures_ = std::make_unique<TextureStore>(std::move(d.images));
+  for (size_t i = 0; i < d.materials.size(); ++i) {
+    step("Compiling shaders", 0.3f);
+    s.material_pass_indices_.push_back(d.materials[i].pass_index);
+    s.programs_.push_back(used[i] ? ShaderProgram::compile(d.materials[i].graph, d.materials[i].name, *s.textures_, diagnostics)
+                                  : ShaderProgram());
+  }
+  s.material_pass_indices_.push_back(0);
+  s.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s.textures_, diagnostics));
+  for (size_t i = 0; i < used.size(); ++i) s.any_transparent_ |= used[i] && s.programs_[i].may_be_transparent();
+  s.statistics_.transparent_shadows = s.any_transparent_;
+  for (const LightDescription& light : d.lights)
+    s.lamp_programs_.push_back(ShaderProgram::compile(light.graph, light.name, *s.textures_, diagnostics));
+  if (d.world.graph.empty()) {
+    Node background;
+    background.type = "ShaderNodeBackground";
+    background.inputs.push_back({"Color", {}, Vec4(d.world.color, 1.0f)});
+    background.inputs.push_back({"Strength", {}, Vec4(1.0f)});
+    d.world.graph.nodes.push_back(std::move(background));
+    d.world.graph.surface = {0, "Background"};
+  }
+  s.world_program_ = ShaderProgram::compile(d.world.graph, d.world.name, *s.textures_, diagnostics);
+  s.statistics_.texture_bytes = s.textures_->memory_bytes();
+
+  step("Building the ray tracing structure", 0.5f);
+  s.accel_ = std::make_unique<Accel>(s.meshes_, s.instances_, options.stop);
+  Vec3 lower, upper;
+  s.accel_->bounds(lower, upper);
+  if (lower.x <= upper.x) {
+    s.center_ = 0.5f * (lower + upper);
+    s.radius_ = std::max(0.5f * glm::length(upper - lower), 1e-6f);
+  }
+
+  step("Gathering lights", 0.9f);
+  s.lights_ = LightSet({d, s.meshes_, s.instances_, s.material_table_, s.programs_, s.lamp_programs_, s.world_program_,
+                        s.center_, s.radius_},
+                       diagnostics);
+  s.accel_->build_lamps(s.lights_);
+  s.statistics_.lights = s.lights_.size();
+  s.statistics_.accel_bytes = s.accel_->memory_bytes();
+  s.objects_ = std::move(d.objects);
+  s.statistics_.seconds = watch.seconds();
+  step("Built", 1.0f);
+  return scene;
+}
+
+Hit Scene::intersect(const Ray& ray, uint32_t ray_kind) const {
+  Hit hit;
+  accel_->intersect(ray, ray_kind, hit);
+  return hit;
+}
+
+LampHit Scene::intersect_lamp(const Ray& ray, uint32_t ray_kind) const {
+  LampHit hit;
+  accel_->intersect_lamp(ray, ray_kind, hit);
+  return hit;
+}
+
+bool Scene::has_lamp_shapes() const { return accel_->has_lamps(); }
+
+Color Scene::transmittance(const Ray& shadow_ray, int max_transparent) const {
+  if (!any_transparent_) return accel_->occluded(shadow_ray) ? Color(0.0f) : Color(1.0f);
+  Color through(1.0f);
+  Ray ray = shadow_ray;
+  ShadingPoint point;
+  for (int crossed = 0;; ++crossed) {
+    const Hit hit = intersect(ray, kRayShadow);
+    if (!hit.found()) return through;
+    const ShaderProgram& program = material(hit);
+    if (!program.may_be_transparent() || crossed >= max_transparent) return Color(0.0f);
+    shading_point(ray, hit, point);
+    point.ray_kind = kRayShadow;
+    through *= program.evaluate_transparency(point);
+    if (!(max_component(through) > 0.0f)) return Color(0.0f);
+    // Go on behind the surface, measuring what is left from the new origin.
+    const Vec3 end = ray.origin + ray.direction * ray.t_max;
+    const float t_max = ray.t_max;
+    ray = spawn_ray(point, ray.direction);
+    if (t_max < kInfinity) {
+      ray.t_max = glm::dot(end - ray.origin, ray.direction);
+      if (!(ray.t_max > 0.0f)) return through;
+    }
+  }
+}
+
+void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const {
+  const BuiltInstance& instance = instances_[hit.instance];
+  const BuiltMesh& mesh = meshes_[instance.mesh];
+  const UVec3 v = mesh.triangles[hit.primitive];
+  const Vec3 p0 = mesh.positions[v.x], p1 = mesh.positions[v.y], p2 = mesh.positions[v.z];
+  const float b1 = hit.barycentric.x, b2 = hit.barycentric.y, b0 = 1.0f - b1 - b2;
+  point.position = b0 * p0 + b1 * p1 + b2 * p2;
+  point.position_error = gamma_bound(7) * (glm::abs(b0 * p0) + glm::abs(b1 * p1) + glm::abs(b2 * p2));
+  point.dpdu = p1 - p0;
+  point.dpdv = p2 - p0;
+  Vec3 ng = glm::cross(point.dpdu, point.dpdv);
+  Vec3 ns(0.0f);
+  if (!mesh.normals.empty()) {
+    if (mesh.normal_domain == Domain::Vertex) {
+      ns = b0 * mesh.normals[v.x] + b1 * mesh.normals[v.y] + b2 * mesh.normals[v.z];
+    } else {
+      const Vec3* n = mesh.normals.data() + size_t(hit.primitive) * 3;
+      ns = b0 * n[0] + b1 * n[1] + b2 * n[2];
+    }
+  }
+  if (!mesh.baked) {
+    const Mat4& m = instance.world_from_object;
+    const Mat3 linear(m);
+    const Mat3 absolute_linear = absolute(linear);
+    point.position_error = absolute_linear * (point.position_error + gamma_bound(4) * glm::abs(point.position)) +
+                           gamma_bound(4) * glm::abs(Vec3(m[3]));
+    point.position = transform_point(m, point.position);
+    point.dpdu = linear * point.dpdu;
+    point.dpdv = linear * point.dpdv;
+    ng = glm::cross(point.dpdu, point.dpdv);
+    ns = ns * Mat3(instance.object_from_world);  // row vector times inverse = inverse transpose times column
+  }
+  // A cross product of tiny edges may underflow: scale before normalising.
+  float len2 = length_squared(ng);
+  if (!(len2 > 1e-30f) || !(len2 < 1e30f)) {
+    const float scale = 1.0f / std::max(max_component(glm::abs(point.dpdu)), max_component(glm::abs(point.dpdv)));
+    ng = glm::cross(point.dpdu * scale, point.dpdv * scale);
+    len2 = length_squared(ng);
+  }
+  ng = len2 > 0.0f ? ng / std::sqrt(len2) : -ray.direction;
+  if (instance.flips_orientation) ng = -ng;
+  const float ns_len2 = length_squared(ns);
+  ns = ns_len2 > 0.0f && ns_len2 < kInfinity ? ns / std::sqrt(ns_len2) : ng;
+
+  point.wo = -ray.direction;
+  point.backfacing = glm::dot(ng, point.wo) < 0.0f;
+  point.ng = point.backfacing ? -ng : ng;
+  point.ns = point.backfacing ? -ns : ns;
+  point.barycentric = hit.barycentric;
+  point.primitive = hit.primitive;
+  point.mesh = &mesh;
+  point.instance = &instance;
+  point.ray_length = hit.t;
+  point.time = ray.time;
+}
+
+int Scene::material_index(const Hit& hit) const {
+  const BuiltInstance& instance = instances_[hit.instance];
+  const BuiltMesh& mesh = meshes_[instance.mesh];
+  uint32_t slot = mesh.material_slots.empty() ? 0 : mesh.material_slots[hit.primitive];
+  // Blender shows the last slot for faces whose slot was removed.
+  slot = std::min(slot, instance.material_count - 1);
+  return int(material_table_[instance.first_material + slot]);
+}
+
+const ShaderProgram& Scene::material(const Hit& hit) const { return programs_[size_t(material_index(hit))]; }
+
+int Scene::light_of(const Hit& hit) const {
+  const uint32_t first = instances_[hit.instance].first_light;
+  return first == ~0u ? -1 : int(first + hit.primitive);
+}
+
+Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
+  // Twice the bound of the point itself covers the intersection's own error on the surface left behind.
+  const float distance = 2.0f * glm::dot(glm::abs(point.ng), point.position_error);
+  const Vec3 offset = point.ng * (glm::dot(direction, point.ng) < 0.0f ? -distance : distance);
+  Ray ray;
+  ray.origin = point.position + offset;
+  ray.direction = direction;
+  ray.time = point.time;
+  return ray;
+}
+
+Ray Scene::spawn_segment(const ShadingPoint& point, Vec3 direction, float distance) const {
+  Ray ray = spawn_ray(point, direction);
+  // Light sources are approached up to a relative epsilon, so that an emissive triangle never shadows itself.
+  if (distance < kInfinity) ray.t_max = distance * (1.0f - 1e-4f);
+  return ray;
+}
+
+}  // namespace ajar

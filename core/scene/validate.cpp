@@ -1,0 +1,176 @@
+#include "scene/validate.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/scene.h"
+
+namespace ajar {
+
+namespace {
+
+using Severity = Diagnostic::Severity;
+
+std::string count_of(uint64_t n, const char* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); }
+
+template <class Container> uint64_t replace_non_finite(Container& values, float replacement) {
+  uint64_t replaced = 0;
+  for (float& value : values) {
+    if (!std::isfinite(value)) {
+      value = replacement;
+      ++replaced;
+    }
+  }
+  return replaced;
+}
+
+/// Elements an attribute must have in its domain.
+size_t domain_size(const MeshDescription& mesh, Domain domain) {
+  switch (domain) {
+    case Domain::Vertex: return mesh.positions.size();
+    case Domain::Corner: return mesh.triangles.size() * 3;
+    case Domain::Face: return mesh.triangles.size();
+  }
+  return 0;
+}
+
+/// Remove triangles from every per-triangle and per-corner array; `keep` has one flag each.
+void compact_triangles(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
+  const auto compact = [&](auto& array, size_t per_triangle) {
+    if (array.empty()) return;
+    size_t out = 0;
+    for (size_t t = 0; t < keep.size(); ++t) {
+      if (!keep[t]) continue;
+      for (size_t k = 0; k < per_triangle; ++k) array[out++] = array[t * per_triangle + k];
+    }
+    array.resize(out);
+  };
+  for (Attribute& attribute : mesh.attributes) {
+    if (attribute.domain == Domain::Corner) compact(attribute.values, 3 * size_t(attribute.components));
+    if (attribute.domain == Domain::Face) compact(attribute.values, size_t(attribute.components));
+  }
+  if (mesh.normal_domain == Domain::Corner) compact(mesh.normals, 3);
+  compact(mesh.material_slots, 1);
+  compact(mesh.triangles, 1);
+}
+
+void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
+  const size_t triangle_count = mesh.triangles.size();
+  const auto warn = [&](const std::string& text) { report_once(diagnostics, {Severity::Warning, mesh.name, text}); };
+
+  // Arrays of the wrong length cannot be trusted at all.
+  if (!mesh.material_slots.empty() && mesh.material_slots.size() != triangle_count) {
+    warn("Material slots do not match the triangles; slot 0 is used everywhere.");
+    mesh.material_slots.clear();
+  }
+  if (!mesh.normals.empty() && mesh.normals.size() != domain_size(mesh, mesh.normal_domain)) {
+    warn("Normals do not match the mesh; it is shaded flat.");
+    mesh.normals.clear();
+  }
+  std::erase_if(mesh.attributes, [&](const Attribute& attribute) {
+    const bool bad = attribute.components < 1 || attribute.components > 4 ||
+                     attribute.values.size() != domain_size(mesh, attribute.domain) * size_t(attribute.components);
+    if (bad) warn("Attribute '" + attribute.name + "' does not match the mesh and is ignored.");
+    return bad;
+  });
+
+  std::vector<uint8_t> bad_vertex;
+  for (size_t v = 0; v < mesh.positions.size(); ++v) {
+    if (is_finite(mesh.positions[v])) continue;
+    if (bad_vertex.empty()) bad_vertex.assign(mesh.positions.size(), 0);
+    bad_vertex[v] = 1;
+    mesh.positions[v] = Vec3(0.0f);
+  }
+  std::vector<uint8_t> keep;
+  uint64_t bad_triangles = 0, degenerate = 0;
+  for (size_t t = 0; t < triangle_count; ++t) {
+    const UVec3 i = mesh.triangles[t];
+    const size_t n = mesh.positions.size();
+    bool bad = i.x >= n || i.y >= n || i.z >= n;
+    bool flat = false;
+    if (!bad && !bad_vertex.empty()) bad = bad_vertex[i.x] || bad_vertex[i.y] || bad_vertex[i.z];
+    if (!bad) {
+      const Vec3 p = mesh.positions[i.x], q = mesh.positions[i.y], r = mesh.positions[i.z];
+      flat = p == q || q == r || r == p;
+    }
+    if (!bad && !flat) continue;
+    if (keep.empty()) keep.assign(triangle_count, 1);
+    keep[t] = 0;
+    (bad ? bad_triangles : degenerate) += 1;
+  }
+  if (!keep.empty()) compact_triangles(mesh, keep);
+  if (bad_triangles > 0) warn(count_of(bad_triangles, "triangle") + " with invalid vertices left out.");
+  counts.skipped_triangles += bad_triangles + degenerate;
+
+  uint64_t repaired = 0;
+  for (Vec3& n : mesh.normals) {
+    if (is_finite(n)) continue;
+    n = Vec3(0.0f);  // a zero normal means "use the triangle's own"
+    ++repaired;
+  }
+  for (Attribute& attribute : mesh.attributes) repaired += replace_non_finite(attribute.values, 0.0f);
+  if (repaired > 0) warn(count_of(repaired, "invalid normal or attribute value") + " replaced.");
+  counts.repaired_values += repaired;
+}
+
+bool finite(const std::array<float, 12>& rows) {
+  return std::all_of(rows.begin(), rows.end(), [](float x) { return std::isfinite(x); });
+}
+
+void validate_camera(const SceneDescription& d) {
+  const CameraDescription& camera = d.camera;
+  if (!camera.present) throw SceneError("The scene has no camera. Add one, or make one active.");
+  if (!finite(camera.world_from_camera)) throw SceneError("Camera '" + camera.name + "' has an invalid transform.");
+  const Vec4 w = camera.screen_window;
+  if (!(w.y > w.x) || !(w.w > w.z) || !std::isfinite(w.y - w.x) || !std::isfinite(w.w - w.z))
+    throw SceneError("Camera '" + camera.name + "' has an empty field of view.");
+  if (!(camera.clip_end > camera.clip_start))
+    throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
+}
+
+void validate_settings(RenderSettings& s) {
+  if (s.width < 1 || s.height < 1 || s.width > 65536 || s.height > 65536)
+    throw SceneError("The resolution " + std::to_string(s.width) + " x " + std::to_string(s.height) + " cannot be rendered.");
+  auto& r = s.region;
+  if (r == std::array<int, 4>{0, 0, 0, 0}) r = {0, 0, s.width, s.height};
+  if (r[0] < 0 || r[1] < 0 || r[2] > s.width || r[3] > s.height || r[0] >= r[2] || r[1] >= r[3])
+    throw SceneError("The render region is empty or outside the frame.");
+  if (s.samples <= 0 && s.seconds <= 0.0 && s.target_error <= 0.0)
+    throw SceneError("Nothing says when to stop: set samples, a time limit or a noise target.");
+  if (!(s.filter_width > 0.0f)) s.filter_width = 1e-3f;
+}
+
+}  // namespace
+
+ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
+  ValidationCounts counts;
+  validate_settings(d.settings);
+  validate_camera(d);
+  for (MeshDescription& mesh : d.meshes) validate_mesh(mesh, counts, diagnostics);
+  for (ObjectDescription& object : d.objects) {
+    if (object.mesh >= int(d.meshes.size())) object.mesh = -1;
+    for (int& material : object.materials) {
+      if (material >= int(d.materials.size())) material = -1;
+    }
+  }
+  std::erase_if(d.instances, [&](const InstanceDescription& instance) {
+    if (instance.object < 0 || instance.object >= int(d.objects.size()) || d.objects[instance.object].mesh < 0) {
+      ++counts.skipped_instances;
+      return true;
+    }
+    if (finite(instance.world_from_object)) return false;
+    report_once(diagnostics, {Severity::Warning, d.objects[instance.object].name,
+                              "The object's transform is invalid (not a number); it is left out."});
+    ++counts.skipped_instances;
+    return true;
+  });
+  std::erase_if(d.lights, [&](LightDescription& light) {
+    const bool good = finite(light.world_from_light) && is_finite(light.color) && std::isfinite(light.energy) &&
+                      std::isfinite(light.radius) && std::isfinite(light.area_size.x) && std::isfinite(light.area_size.y);
+    if (!good) report_once(diagnostics, {Severity::Warning, light.name, "The light has invalid values; it is left out."});
+    return !good;
+  });
+  return counts;
+}
+
+}  // namespace ajar

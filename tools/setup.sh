@@ -1,0 +1,21 @@
+#!/bin/sh
+# Installs the Debian packages that are missing, and only then needs root. `setup.sh test` adds what tests need.
+set -eu
+packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
+ pybind11-dev python3-dev python3-numpy nlohmann-json3-dev"
+[ "${BLENDER:-blender}" = blender ] && packages="$packages blender"
+[ "${1:-}" = test ] && packages="$packages libgtest-dev python3-pytest"
+missing=""
+for package in $packages; do
+  dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing="$missing $package"
+done
+[ -z "$missing" ] && exit 0
+as_root=""
+if [ "$(id -u)" != 0 ]; then
+  command -v sudo >/dev/null || { echo "Please install as root:$missing" >&2; exit 1; }
+  as_root=sudo
+fi
+echo "Installing:$missing"
+$as_root apt-get update -qq
+# shellcheck disable=SC2086
+DEBIAN_FRONTEND=noninteractive $as_root apt-get install -y -qq --no-install-recommends $missing >/dev/null
