@@ -1,0 +1,15 @@
+"""Ajar without Blender: describe a scene, or load one, and render it.
+
+    import ajar
+    description = ajar.load_description("room.ajar")
+    session = ajar.Session()
+    session.start(description)
+    while not session.wait(0.5):
+        print(session.progress())
+    ajar.write_image("room.exr", session.snapshot("Combined"))
+"""
+
+from __future__ import annotations
+
+from ._ajar import *  # noqa: F403
+from ._ajar import __doc__ as _doc, __version__  # noqa: F401

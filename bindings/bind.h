@@ -1,0 +1,13 @@
+// The parts of the module; each binds one header of the core.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace ajar::python {
+
+void bind_shader_graph(pybind11::module_& module);
+void bind_description(pybind11::module_& module);
+void bind_session(pybind11::module_& module);
+void bind_image(pybind11::module_& module);
+
+}  // namespace ajar::python

@@ -1,0 +1,291 @@
+// SceneDescription: geometry in bulk by NumPy arrays, everything else field by field.
+//
+// `add_*` return the index that other parts refer to. Lists read from a description are copies.
+#include "arrays.h"
+#include "bind.h"
+#include "scene/archive.h"
+#include "scene/scene_description.h"
+
+namespace ajar::python {
+namespace {
+
+using OptionalFloats = std::optional<Floats>;
+using Rows = std::array<float, 12>;
+
+int index_of_last(size_t size) { return static_cast<int>(size) - 1; }
+
+
+int add_mesh(SceneDescription& description, const std::string& name, const Floats& positions, const Array<uint32_t>& triangles,
+             const std::optional<Array<uint16_t>>& material_slots, const OptionalFloats& normals, Domain normal_domain,
+             const std::vector<py::tuple>& attributes, const std::string& active_uv, Vec3 texture_space_location,
+             Vec3 texture_space_size) {
+  const std::string of = " of mesh \"" + name + "\"";
+  MeshDescription mesh;
+  mesh.name = name;
+  mesh.positions = copy_rows<Vec3>(positions, "positions" + of);
+  mesh.triangles = copy_rows<UVec3>(triangles, "triangles" + of);
+  if (material_slots) mesh.material_slots = copy_rows<uint16_t>(*material_slots, "material_slots" + of);
+  if (normals) mesh.normals = copy_rows<Vec3>(*normals, "normals" + of);
+  mesh.normal_domain = normal_domain;
+  for (const py::tuple& item : attributes) {
+    if (item.size() != 3) throw py::value_error("attributes" + of + " must be tuples (name, domain, values[n, components])");
+    const auto values = item[2].cast<Floats>();
+    Attribute attribute;
+    attribute.name = item[0].cast<std::string>();
+    attribute.domain = item[1].cast<Domain>();
+    attribute.components = values.ndim() == 2 ? int(values.shape(1)) : 1;
+    if (attribute.components < 1 || attribute.components > 4)
+      throw py::value_error("attribute \"" + attribute.name + "\"" + of + " must have 1 to 4 components, not " + shape_text(values));
+    attribute.values = copy_numbers(values);
+    mesh.attributes.push_back(std::move(attribute));
+  }
+  mesh.active_uv = active_uv;
+  mesh.texture_space_location = texture_space_location;
+  mesh.texture_space_size = texture_space_size;
+  description.meshes.push_back(std::move(mesh));
+  return index_of_last(description.meshes.size());
+}
+
+int add_object(SceneDescription& description, const std::string& name, int mesh, const std::vector<int>& materials, uint32_t visibility,
+               bool holdout, bool shadow_catcher, int pass_index, Vec4 color) {
+  description.objects.push_back({name, mesh, materials, visibility, holdout, shadow_catcher, pass_index, color});
+  return index_of_last(description.objects.size());
+}
+
+void add_instances(SceneDescription& description, const Array<int32_t>& objects, const Floats& world_from_object,
+                   const OptionalFloats& random) {
+  const size_t count = check_rows(objects, 1, "objects");
+  if (check_rows(world_from_object, 12, "world_from_object") != count)
+    throw py::value_error("world_from_object must have one row of 12 per object");
+  if (random && check_rows(*random, 1, "random") != count) throw py::value_error("random must have one number per object");
+  const int32_t* object = objects.data();
+  const float* rows = world_from_object.data();
+  const float* randoms = random ? random->data() : nullptr;
+  py::gil_scoped_release release;
+  description.instances.reserve(description.instances.size() + count);
+  for (size_t i = 0; i < count; ++i) {
+    InstanceDescription instance;
+    instance.object = object[i];
+    std::memcpy(instance.world_from_object.data(), rows + 12 * i, sizeof(Rows));
+    if (randoms) instance.random = randoms[i];
+    description.instances.push_back(instance);
+  }
+}
+
+int add_image(SceneDescription& description, const std::string& name, const std::string& path, const py::bytes& packed,
+              const OptionalFloats& pixels, int width, int height, const std::string& color_space, AlphaMode alpha_mode) {
+  ImageDescription image;
+  image.name = name;
+  image.path = path;
+  const std::string_view bytes = packed;
+  image.packed.assign(bytes.begin(), bytes.end());
+  if (pixels) {
+    if (size_t(pixels->size()) != size_t(width) * height * 4)
+      throw py::value_error("pixels of image \"" + name + "\" must be width * height * 4 floats, not " + shape_text(*pixels));
+    image.pixels = copy_numbers(*pixels);
+  }
+  image.width = width;
+  image.height = height;
+  image.color_space = color_space;
+  image.alpha_mode = alpha_mode;
+  description.images.push_back(std::move(image));
+  return index_of_last(description.images.size());
+}
+
+void bind_enums(py::module_& module) {
+  py::enum_<AlphaMode>(module, "AlphaMode")
+      .value("Straight", AlphaMode::Straight)
+      .value("Premultiplied", AlphaMode::Premultiplied)
+      .value("ChannelPacked", AlphaMode::ChannelPacked)
+      .value("None_", AlphaMode::None);
+  py::enum_<Domain>(module, "Domain")
+      .value("Vertex", Domain::Vertex)
+      .value("Corner", Domain::Corner)
+      .value("Face", Domain::Face);
+  py::enum_<LightKind>(module, "LightKind")
+      .value("Point", LightKind::Point)
+      .value("Spot", LightKind::Spot)
+      .value("Sun", LightKind::Sun)
+      .value("Area", LightKind::Area);
+  py::enum_<AreaShape>(module, "AreaShape").value("Rectangle", AreaShape::Rectangle).value("Ellipse", AreaShape::Ellipse);
+  py::enum_<CameraKind>(module, "CameraKind")
+      .value("Perspective", CameraKind::Perspective)
+      .value("Orthographic", CameraKind::Orthographic)
+      .value("Panorama", CameraKind::Panorama);
+  py::enum_<FilterKind>(module, "FilterKind")
+      .value("Box", FilterKind::Box)
+      .value("Gaussian", FilterKind::Gaussian)
+      .value("BlackmanHarris", FilterKind::BlackmanHarris);
+  module.attr("VISIBLE_CAMERA") = int(kVisibleCamera);
+  module.attr("VISIBLE_DIFFUSE") = int(kVisibleDiffuse);
+  module.attr("VISIBLE_GLOSSY") = int(kVisibleGlossy);
+  module.attr("VISIBLE_TRANSMISSION") = int(kVisibleTransmission);
+  module.attr("VISIBLE_VOLUME_SCATTER") = int(kVisibleVolumeScatter);
+  module.attr("VISIBLE_SHADOW") = int(kVisibleShadow);
+  module.attr("VISIBLE_ALL") = int(kVisibleAll);
+}
+
+void bind_geometry(py::module_& module) {
+  py::class_<Attribute>(module, "Attribute")
+      .def_readonly("name", &Attribute::name)
+      .def_readonly("domain", &Attribute::domain)
+      .def_readonly("components", &Attribute::components)
+      .def_property_readonly("values", [](const Attribute& a) { return to_array<float>(a.values, a.components); });
+  py::class_<MeshDescription>(module, "MeshDescription", "Its arrays are copies.")
+      .def_readonly("name", &MeshDescription::name)
+      .def_property_readonly("positions", [](const MeshDescription& m) { return to_array<float>(m.positions); })
+      .def_property_readonly("triangles", [](const MeshDescription& m) { return to_array<uint32_t>(m.triangles); })
+      .def_property_readonly("material_slots", [](const MeshDescription& m) { return to_array<uint16_t>(m.material_slots); })
+      .def_property_readonly("normals", [](const MeshDescription& m) { return to_array<float>(m.normals); })
+      .def_readonly("normal_domain", &MeshDescription::normal_domain)
+      .def_readonly("attributes", &MeshDescription::attributes)
+      .def_readonly("active_uv", &MeshDescription::active_uv)
+      .def_readonly("texture_space_location", &MeshDescription::texture_space_location)
+      .def_readonly("texture_space_size", &MeshDescription::texture_space_size);
+  py::class_<ObjectDescription>(module, "ObjectDescription")
+      .def_readonly("name", &ObjectDescription::name)
+      .def_readonly("mesh", &ObjectDescription::mesh)
+      .def_readonly("materials", &ObjectDescription::materials)
+      .def_readonly("visibility", &ObjectDescription::visibility)
+      .def_readonly("holdout", &ObjectDescription::holdout)
+      .def_readonly("shadow_catcher", &ObjectDescription::shadow_catcher)
+      .def_readonly("pass_index", &ObjectDescription::pass_index)
+      .def_readonly("color", &ObjectDescription::color);
+  py::class_<InstanceDescription>(module, "InstanceDescription")
+      .def_readonly("object", &InstanceDescription::object)
+      .def_readonly("world_from_object", &InstanceDescription::world_from_object)
+      .def_readonly("random", &InstanceDescription::random);
+  py::class_<ImageDescription>(module, "ImageDescription")
+      .def_readonly("name", &ImageDescription::name)
+      .def_readonly("path", &ImageDescription::path)
+      .def_property_readonly("packed_size", [](const ImageDescription& i) { return i.packed.size(); })
+      .def_property_readonly("pixels", [](const ImageDescription& i) { return to_array<float>(i.pixels, 4); })
+      .def_readonly("width", &ImageDescription::width)
+      .def_readonly("height", &ImageDescription::height)
+      .def_readonly("color_space", &ImageDescription::color_space)
+      .def_readonly("alpha_mode", &ImageDescription::alpha_mode);
+}
+
+void bind_light_world_camera(py::module_& module) {
+  py::class_<LightDescription>(module, "LightDescription")
+      .def(py::init<>())
+      .def_readwrite("name", &LightDescription::name)
+      .def_readwrite("kind", &LightDescription::kind)
+      .def_readwrite("world_from_light", &LightDescription::world_from_light)
+      .def_readwrite("color", &LightDescription::color)
+      .def_readwrite("energy", &LightDescription::energy)
+      .def_readwrite("radius", &LightDescription::radius)
+      .def_readwrite("spot_angle", &LightDescription::spot_angle)
+      .def_readwrite("spot_blend", &LightDescription::spot_blend)
+      .def_readwrite("sun_angle", &LightDescription::sun_angle)
+      .def_readwrite("area_shape", &LightDescription::area_shape)
+      .def_readwrite("area_size", &LightDescription::area_size)
+      .def_readwrite("spread", &LightDescription::spread)
+      .def_readwrite("graph", &LightDescription::graph)
+      .def_readwrite("visibility", &LightDescription::visibility)
+      .def_readwrite("cast_shadow", &LightDescription::cast_shadow)
+      .def_readwrite("multiple_importance", &LightDescription::multiple_importance);
+  py::class_<WorldDescription>(module, "WorldDescription")
+      .def_readwrite("name", &WorldDescription::name)
+      .def_readwrite("graph", &WorldDescription::graph)
+      .def_readwrite("color", &WorldDescription::color)
+      .def_readwrite("visibility", &WorldDescription::visibility);
+  py::class_<CameraDescription>(module, "CameraDescription")
+      .def_readwrite("name", &CameraDescription::name)
+      .def_readwrite("present", &CameraDescription::present)
+      .def_readwrite("kind", &CameraDescription::kind)
+      .def_readwrite("world_from_camera", &CameraDescription::world_from_camera)
+      .def_readwrite("screen_window", &CameraDescription::screen_window)
+      .def_readwrite("clip_start", &CameraDescription::clip_start)
+      .def_readwrite("clip_end", &CameraDescription::clip_end)
+      .def_readwrite("aperture_radius", &CameraDescription::aperture_radius)
+      .def_readwrite("focus_distance", &CameraDescription::focus_distance)
+      .def_readwrite("blades", &CameraDescription::blades)
+      .def_readwrite("blade_rotation", &CameraDescription::blade_rotation)
+      .def_readwrite("aperture_ratio", &CameraDescription::aperture_ratio);
+}
+
+void bind_settings(py::module_& module) {
+  py::class_<BounceLimits>(module, "BounceLimits")
+      .def_readwrite("total", &BounceLimits::total)
+      .def_readwrite("diffuse", &BounceLimits::diffuse)
+      .def_readwrite("glossy", &BounceLimits::glossy)
+      .def_readwrite("transmission", &BounceLimits::transmission)
+      .def_readwrite("transparent", &BounceLimits::transparent)
+      .def_readwrite("volume", &BounceLimits::volume);
+  py::class_<RenderSettings>(module, "RenderSettings")
+      .def_readwrite("width", &RenderSettings::width)
+      .def_readwrite("height", &RenderSettings::height)
+      .def_readwrite("region", &RenderSettings::region)
+      .def_readwrite("filter", &RenderSettings::filter)
+      .def_readwrite("filter_width", &RenderSettings::filter_width)
+      .def_readwrite("exposure", &RenderSettings::exposure)
+      .def_readwrite("transparent_film", &RenderSettings::transparent_film)
+      .def_readwrite("bounces", &RenderSettings::bounces)
+      .def_readwrite("clamp_direct", &RenderSettings::clamp_direct)
+      .def_readwrite("clamp_indirect", &RenderSettings::clamp_indirect)
+      .def_readwrite("reflective_caustics", &RenderSettings::reflective_caustics)
+      .def_readwrite("refractive_caustics", &RenderSettings::refractive_caustics)
+      .def_readwrite("integrator", &RenderSettings::integrator)
+      .def_readwrite("direct", &RenderSettings::direct)
+      .def_readwrite("image", &RenderSettings::image)
+      .def_readwrite("samples", &RenderSettings::samples)
+      .def_readwrite("seconds", &RenderSettings::seconds)
+      .def_readwrite("target_error", &RenderSettings::target_error)
+      .def_readwrite("seed", &RenderSettings::seed)
+      .def_readwrite("threads", &RenderSettings::threads)
+      .def_readwrite("passes", &RenderSettings::passes);
+}
+
+}  // namespace
+
+void bind_description(py::module_& module) {
+  bind_enums(module);
+  bind_geometry(module);
+  bind_light_world_camera(module);
+  bind_settings(module);
+
+  py::class_<SceneDescription>(module, "SceneDescription", "A scene as plain data, in Blender's axes and units.")
+      .def(py::init<>())
+      .def("add_mesh", &add_mesh, py::kw_only(), py::arg("name"), py::arg("positions"), py::arg("triangles"),
+           py::arg("material_slots") = py::none(), py::arg("normals") = py::none(), py::arg("normal_domain") = Domain::Corner,
+           py::arg("attributes") = std::vector<py::tuple>{}, py::arg("active_uv") = "",
+           py::arg("texture_space_location") = Vec3(0.0f), py::arg("texture_space_size") = Vec3(1.0f),
+           "Add a mesh; arrays are copied once. `attributes` are tuples (name, Domain, values[n, components]).")
+      .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"), py::arg("materials") = std::vector<int>{},
+           py::arg("visibility") = uint32_t(kVisibleAll), py::arg("holdout") = false, py::arg("shadow_catcher") = false,
+           py::arg("pass_index") = 0, py::arg("color") = Vec4(1.0f))
+      .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"), py::arg("random") = py::none(),
+           "Instances in bulk: int32[n], float32[n, 12] (three rows of four), float32[n].")
+      .def("add_image", &add_image, py::kw_only(), py::arg("name"), py::arg("path") = "", py::arg("packed") = py::bytes(),
+           py::arg("pixels") = py::none(), py::arg("width") = 0, py::arg("height") = 0, py::arg("color_space") = "sRGB",
+           py::arg("alpha_mode") = AlphaMode::Straight)
+      .def(
+          "add_material",
+          [](SceneDescription& description, std::string name, const NodeGraph& graph, int pass_index) {
+            description.materials.push_back({std::move(name), graph, pass_index});
+            return index_of_last(description.materials.size());
+          },
+          py::kw_only(), py::arg("name"), py::arg("graph"), py::arg("pass_index") = 0)
+      .def(
+          "add_light",
+          [](SceneDescription& description, const LightDescription& light) {
+            description.lights.push_back(light);
+            return index_of_last(description.lights.size());
+          },
+          py::arg("light"))
+      .def_readonly("meshes", &SceneDescription::meshes)
+      .def_readonly("objects", &SceneDescription::objects)
+      .def_readonly("instances", &SceneDescription::instances)
+      .def_readonly("materials", &SceneDescription::materials)
+      .def_readonly("images", &SceneDescription::images)
+      .def_readonly("lights", &SceneDescription::lights)
+      .def_readwrite("world", &SceneDescription::world)
+      .def_readwrite("camera", &SceneDescription::camera)
+      .def_readwrite("settings", &SceneDescription::settings);
+
+  module.def("save_description", &save_description, py::arg("description"), py::arg("path"), py::call_guard<py::gil_scoped_release>());
+  module.def("load_description", &load_description, py::arg("path"), py::call_guard<py::gil_scoped_release>());
+}
+
+}  // namespace ajar::python

@@ -1,0 +1,121 @@
+// Session, what it reports, and the lists of what this build can do.
+#include <utility>
+
+#include "arrays.h"
+#include "bind.h"
+#include "film/film.h"
+#include "integrators/integrator.h"
+#include "render/session.h"
+
+namespace ajar::python {
+namespace {
+
+/// Destroying a session waits for its threads; Python may go on meanwhile.
+struct DeleteWithoutLock {
+  void operator()(Session* session) const {
+    py::gil_scoped_release release;
+    delete session;
+  }
+};
+
+int channels_of(const std::string& pass) {
+  std::string valid;
+  for (const PassInfo& info : known_passes()) {
+    if (info.name == pass) return info.channels;
+    valid += (valid.empty() ? "" : ", ") + info.name;
+  }
+  throw py::value_error("unknown pass \"" + pass + "\"; valid: " + valid);
+}
+
+py::object snapshot(const Session& session, const std::string& pass) {
+  const size_t channels = channels_of(pass);
+  std::vector<float> values;
+  {
+    py::gil_scoped_release release;
+    values = session.snapshot(pass);
+  }
+  if (values.empty()) return py::none();
+  const size_t width = session.width();
+  const size_t height = width ? values.size() / (width * channels) : 0;
+  if (width * height * channels != values.size()) throw std::runtime_error("pass \"" + pass + "\" has the wrong size");
+  return take_array(std::move(values), {height, width, channels});
+}
+
+void bind_reports(py::module_& module) {
+  py::class_<Progress> progress(module, "Progress");
+  py::enum_<Progress::Phase>(progress, "Phase")
+      .value("Idle", Progress::Phase::Idle)
+      .value("Building", Progress::Phase::Building)
+      .value("Rendering", Progress::Phase::Rendering)
+      .value("Done", Progress::Phase::Done)
+      .value("Cancelled", Progress::Phase::Cancelled)
+      .value("Failed", Progress::Phase::Failed);
+  progress.def_readonly("phase", &Progress::phase)
+      .def_readonly("step", &Progress::step)
+      .def_readonly("fraction", &Progress::fraction)
+      .def_readonly("samples", &Progress::samples)
+      .def_readonly("iteration", &Progress::iteration)
+      .def_readonly("build_seconds", &Progress::build_seconds)
+      .def_readonly("render_seconds", &Progress::render_seconds)
+      .def_readonly("estimated_relmse", &Progress::estimated_relmse)
+      .def("__repr__", [](const Progress& p) {
+        return p.step + " " + std::to_string(int(100.0f * p.fraction)) + " %, " + std::to_string(p.samples) + " samples";
+      });
+
+  py::class_<Diagnostic> diagnostic(module, "Diagnostic");
+  py::enum_<Diagnostic::Severity>(diagnostic, "Severity")
+      .value("Info", Diagnostic::Severity::Info)
+      .value("Warning", Diagnostic::Severity::Warning)
+      .value("Error", Diagnostic::Severity::Error);
+  diagnostic.def_readonly("severity", &Diagnostic::severity)
+      .def_readonly("object", &Diagnostic::object)
+      .def_readonly("message", &Diagnostic::message);
+
+  py::enum_<Honesty>(module, "Honesty")
+      .value("Unbiased", Honesty::Unbiased)
+      .value("Consistent", Honesty::Consistent)
+      .value("Biased", Honesty::Biased);
+  py::class_<IntegratorInfo>(module, "IntegratorInfo")
+      .def_readonly("name", &IntegratorInfo::name)
+      .def_readonly("label", &IntegratorInfo::label)
+      .def_readonly("honesty", &IntegratorInfo::honesty)
+      .def_readonly("sentence", &IntegratorInfo::sentence)
+      .def_property_readonly("available", [](const IntegratorInfo& info) { return info.make != nullptr; });
+}
+
+}  // namespace
+
+void bind_session(py::module_& module) {
+  bind_reports(module);
+  using Release = py::call_guard<py::gil_scoped_release>;
+  py::class_<Session, std::unique_ptr<Session, DeleteWithoutLock>>(module, "Session", "One render in its own threads; poll it.")
+      .def(py::init<>())
+      .def(
+          "start",
+          [](Session& session, SceneDescription& description, bool keep) {
+            if (keep)
+              session.start(description);
+            else
+              session.start(std::exchange(description, {}));
+          },
+          py::arg("description"), py::arg("keep") = false, Release(),
+          "Build and render. Returns at once. Unless `keep`, the description is emptied (it is not copied).")
+      .def("cancel", &Session::cancel, Release())
+      .def("wait", &Session::wait, py::arg("seconds"), Release(), "True when done, cancelled or failed.")
+      .def("progress", &Session::progress, Release())
+      .def("take_error", &Session::take_error, Release(), "What went wrong, once; empty when nothing has.")
+      .def("diagnostics", &Session::diagnostics, Release())
+      .def("snapshot", &snapshot, py::arg("pass_name"), "float32[height, width, channels], rows bottom up; None before the first.")
+      .def_property_readonly("width", &Session::width)
+      .def_property_readonly("height", &Session::height)
+      .def("statistics_json", &Session::statistics_json, Release());
+
+  module.def("integrator_list", &integrator_list, py::return_value_policy::reference);
+  module.def("known_passes", [] {
+    py::dict passes;
+    for (const PassInfo& info : known_passes()) passes[py::str(info.name)] = info.channels;
+    return passes;
+  }, "Channels of each pass, by name.");
+}
+
+}  // namespace ajar::python
