@@ -1,0 +1,140 @@
+// Small scenes for tests, as descriptions: built in code, so that their answers are known.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace ajar::fixtures {
+
+inline std::array<float, 12> rows(const Mat4& m) {
+  return {m[0][0], m[1][0], m[2][0], m[3][0], m[0][1], m[1][1], m[2][1], m[3][1], m[0][2], m[1][2], m[2][2], m[3][2]};
+}
+
+/// Camera at `eye` looking at `target`, square frame of `size` pixels, field of view 2 atan(half_extent).
+inline void set_camera(SceneDescription& d, Vec3 eye, Vec3 target, int size, float half_extent = 0.5f) {
+  const Vec3 back = glm::normalize(eye - target);
+  const Vec3 helper = std::abs(back.z) < 0.9f ? Vec3(0, 0, 1) : Vec3(0, 1, 0);
+  const Vec3 right = glm::normalize(glm::cross(helper, back)), up = glm::cross(back, right);
+  d.camera.present = true;
+  d.camera.name = "Camera";
+  d.camera.clip_start = 1e-6f;
+  d.camera.clip_end = 1e12f;
+  d.camera.world_from_camera = rows(Mat4(Vec4(right, 0), Vec4(up, 0), Vec4(back, 0), Vec4(eye, 1)));
+  d.camera.screen_window = Vec4(-half_extent, half_extent, -half_extent, half_extent);
+  d.settings.width = d.settings.height = size;
+}
+
+inline Node closure_node(const std::string& type, Color color) {
+  Node node;
+  node.type = type;
+  node.name = type;
+  node.inputs.push_back({"Color", {}, Vec4(color, 1.0f)});
+  return node;
+}
+
+/// Material of one diffuse closure, optionally adding emission of strength 1 and colour `emission`.
+inline int add_diffuse(SceneDescription& d, Color albedo, Color emission = Color(0.0f)) {
+  MaterialDescription material;
+  material.name = "Material";
+  material.graph.nodes.push_back(closure_node("ShaderNodeBsdfDiffuse", albedo));
+  material.graph.surface = {0, "BSDF"};
+  if (!is_black(emission)) {
+    Node emit = closure_node("ShaderNodeEmission", emission);
+    emit.inputs.push_back({"Strength", {}, Vec4(1.0f)});
+    material.graph.nodes.push_back(emit);
+    Node sum;
+    sum.type = "ShaderNodeAddShader";
+    sum.name = "Add Shader";
+    sum.inputs.push_back({"Shader", {0, "BSDF"}, Vec4(0.0f)});
+    sum.inputs.push_back({"Shader_001", {1, "Emission"}, Vec4(0.0f)});
+    material.graph.nodes.push_back(sum);
+    material.graph.surface = {2, "Shader"};
+  }
+  d.materials.push_back(material);
+  return int(d.materials.size()) - 1;
+}
+
+inline void set_world(SceneDescription& d, Color color) { d.world.color = color; }
+
+/// Add the mesh as an object with one instance.
+inline int add_object(SceneDescription& d, MeshDescription mesh, int material, const Mat4& world_from_object = Mat4(1.0f)) {
+  ObjectDescription object;
+  object.name = mesh.name;
+  object.mesh = int(d.meshes.size());
+  object.materials = {material};
+  d.meshes.push_back(std::move(mesh));
+  d.objects.push_back(object);
+  InstanceDescription instance;
+  instance.object = int(d.objects.size()) - 1;
+  instance.world_from_object = rows(world_from_object);
+  d.instances.push_back(instance);
+  return instance.object;
+}
+
+/// The axis-aligned cube [-1, 1]^3; normals outwards, or inwards for rooms.
+inline MeshDescription cube(bool inwards = false) {
+  MeshDescription mesh;
+  mesh.name = "Cube";
+  for (int i = 0; i < 8; ++i) mesh.positions.push_back(Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
+  const uint32_t quads[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+  for (const auto& q : quads) {
+    mesh.triangles.push_back(UVec3(q[0], q[1], q[2]));
+    mesh.triangles.push_back(UVec3(q[0], q[2], q[3]));
+  }
+  if (inwards) {
+    for (UVec3& t : mesh.triangles) std::swap(t.y, t.z);
+  }
+  return mesh;
+}
+
+/// Square [-half, half]^2 in the plane z = 0, facing +z.
+inline MeshDescription plane(float half) {
+  MeshDescription mesh;
+  mesh.name = "Plane";
+  mesh.positions = {{-half, -half, 0}, {half, -half, 0}, {half, half, 0}, {-half, half, 0}};
+  mesh.triangles = {UVec3(0, 1, 2), UVec3(0, 2, 3)};
+  return mesh;
+}
+
+/// Unit sphere of latitude-longitude triangles with smooth normals.
+inline MeshDescription sphere(int rings = 24) {
+  MeshDescription mesh;
+  mesh.name = "Sphere";
+  const int segments = 2 * rings;
+  mesh.normal_domain = Domain::Vertex;
+  for (int r = 0; r <= rings; ++r) {
+    for (int s = 0; s < segments; ++s) {
+      const float theta = kPi * float(r) / float(rings), phi = 2.0f * kPi * float(s) / float(segments);
+      mesh.positions.push_back(Vec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)));
+    }
+  }
+  mesh.normals = mesh.positions;
+  for (int r = 0; r < rings; ++r) {
+    for (int s = 0; s < segments; ++s) {
+      const uint32_t a = uint32_t(r * segments + s), b = uint32_t(r * segments + (s + 1) % segments);
+      mesh.triangles.push_back(UVec3(a, a + uint32_t(segments), b + uint32_t(segments)));
+      mesh.triangles.push_back(UVec3(a, b + uint32_t(segments), b));
+    }
+  }
+  return mesh;
+}
+
+inline LightDescription point_light(Vec3 position, float watts, float radius = 0.0f) {
+  LightDescription light;
+  light.name = "Light";
+  light.energy = watts;
+  light.radius = radius;
+  light.world_from_light = rows(Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(position, 1)));
+  return light;
+}
+
+inline std::shared_ptr<const Scene> build(SceneDescription d, Diagnostics* diagnostics = nullptr, bool bake = true) {
+  Diagnostics ignored;
+  Scene::Options options;
+  options.bake_single_instances = bake;
+  return Scene::build(std::move(d), options, diagnostics ? *diagnostics : ignored);
+}
+
+}  // namespace ajar::fixtures

@@ -1,0 +1,69 @@
+#include <gtest/gtest.h>
+
+#include "math/random.h"
+#include "scene/archive.h"
+#include "scene_fixtures.h"
+
+using namespace ajar;
+
+namespace {
+
+SceneDescription rich_description() {
+  SceneDescription d;
+  const int material = fixtures::add_diffuse(d, Color(0.5f), Color(1.0f, 0.0f, 0.25f));
+  MeshDescription mesh = fixtures::sphere(4);
+  mesh.attributes.push_back({"UVMap", Domain::Corner, 2, std::vector<float>(mesh.triangles.size() * 6, 0.25f)});
+  mesh.material_slots.assign(mesh.triangles.size(), 0);
+  fixtures::add_object(d, mesh, material);
+  fixtures::set_camera(d, Vec3(0, -4, 0), Vec3(0), 32);
+  d.lights.push_back(fixtures::point_light(Vec3(0, 0, 3), 100.0f, 0.1f));
+  ImageDescription image;
+  image.name = "Bild";
+  image.packed = {1, 2, 3};
+  d.images.push_back(image);
+  d.materials[0].graph.nodes[0].properties.push_back({"distribution", "GGX", {1.0f, 2.0f}});
+  return d;
+}
+
+}  // namespace
+
+TEST(Archive, round_trip_keeps_every_byte) {
+  const SceneDescription d = rich_description();
+  const std::vector<char> bytes = to_bytes(d);
+  const SceneDescription again = from_bytes(bytes);
+  EXPECT_EQ(to_bytes(again), bytes);
+  EXPECT_EQ(again.meshes.at(0).attributes.at(0).name, "UVMap");
+  EXPECT_EQ(again.materials.at(0).graph.nodes.at(0).properties.at(0).text, "GGX");
+  EXPECT_EQ(again.lights.at(0).radius, 0.1f);
+}
+
+TEST(Archive, truncated_files_are_refused_at_every_length) {
+  const std::vector<char> bytes = to_bytes(rich_description());
+  for (size_t length = 0; length < bytes.size(); length += 1 + length / 50)
+    EXPECT_THROW(from_bytes(std::vector<char>(bytes.begin(), bytes.begin() + std::ptrdiff_t(length))), SceneError) << length;
+}
+
+TEST(Archive, flipped_bytes_never_crash_the_reader_or_the_build) {
+  const std::vector<char> bytes = to_bytes(rich_description());
+  Pcg32 rng(1);
+  int survived = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    std::vector<char> damaged = bytes;
+    for (int k = 0; k < 3; ++k) damaged[rng.next() % damaged.size()] = char(rng.next());
+    try {
+      fixtures::build(from_bytes(damaged));
+      ++survived;
+    } catch (const SceneError&) {
+    }
+  }
+  EXPECT_GT(survived, 0);
+}
+
+TEST(Archive, missing_file_names_the_path) {
+  try {
+    load_description("/nonexistent/x.ajar");
+    FAIL();
+  } catch (const SceneError& error) {
+    EXPECT_NE(std::string(error.what()).find("/nonexistent/x.ajar"), std::string::npos);
+  }
+}

@@ -1,0 +1,76 @@
+#include <gtest/gtest.h>
+
+#include "film/film.h"
+#include "film/filter.h"
+#include "math/random.h"
+
+using namespace ajar;
+
+TEST(Film, refuses_and_counts_non_finite_samples_without_losing_the_rest) {
+  Film film(0, 0, 2, 1, {"Combined"});
+  EXPECT_TRUE(film.add_sample(0, 0, Color(1.0f), 1.0f, nullptr));
+  EXPECT_FALSE(film.add_sample(0, 0, Color(std::nanf("")), 1.0f, nullptr));
+  EXPECT_FALSE(film.add_sample(1, 0, Color(kInfinity, 0, 0), 1.0f, nullptr));
+  EXPECT_EQ(film.refused(), 2u);
+  const auto combined = film.resolve("Combined", 1.0f);
+  EXPECT_FLOAT_EQ(combined[0], 0.5f);
+  EXPECT_FLOAT_EQ(combined[4], 0.0f);
+}
+
+TEST(Film, ten_million_samples_do_not_drift) {
+  Film film(0, 0, 1, 1, {"Combined"});
+  const Color value(0.1f, 1e6f, 3e-7f);
+  for (int i = 0; i < 10'000'000; ++i) film.add_sample(0, 0, value, 1.0f, nullptr);
+  const auto combined = film.resolve("Combined", 1.0f);
+  for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(combined[size_t(c)], value[c]);
+}
+
+TEST(Film, estimated_relmse_is_the_variance_of_the_mean) {
+  // Independent noise of known variance around a bright mean.
+  Film film(0, 0, 64, 64, {"Combined"});
+  Pcg32 rng(11);
+  const int samples = 64;
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x)
+      for (int s = 0; s < samples; ++s) film.add_sample(x, y, Color(10.0f + rng.next_float()), 1.0f, nullptr);
+  const double expected = (1.0 / 12.0) / samples / (10.5 * 10.5 + 0.01);
+  EXPECT_NEAR(film.estimated_relmse() / expected, 1.0, 0.1);
+  const auto variance = film.resolve("Variance", 1.0f);
+  double mean = 0.0;
+  for (float v : variance) mean += double(v) / double(variance.size());
+  EXPECT_NEAR(mean / ((1.0 / 12.0) / samples), 1.0, 0.05);
+}
+
+TEST(Film, unknown_pass_names_the_known_ones) {
+  try {
+    Film film(0, 0, 1, 1, {"Kombiniert"});
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("Combined"), std::string::npos);
+  }
+}
+
+class Filters : public ::testing::TestWithParam<std::pair<FilterKind, float>> {};
+
+TEST_P(Filters, samples_are_distributed_like_the_filter) {
+  const auto [kind, width] = GetParam();
+  const PixelFilter filter(kind, width);
+  constexpr int kBins = 64, kSamples = 1 << 20;
+  const float full = kind == FilterKind::Box ? 1.0f : width;
+  std::vector<double> counts(kBins, 0.0), expected(kBins, 0.0);
+  double total = 0.0;
+  for (int i = 0; i < kSamples; ++i) {
+    const float x = filter.sample({(float(i) + 0.5f) / kSamples, 0.5f}).x;
+    ASSERT_LE(std::abs(x), 0.5f * full + 1e-5f);
+    counts[size_t(std::min(kBins - 1, int((x / full + 0.5f) * kBins)))] += 1.0;
+  }
+  for (int b = 0; b < kBins; ++b) {
+    for (int k = 0; k < 100; ++k) expected[size_t(b)] += filter.value(kind, ((b + (k + 0.5) / 100.0) / kBins - 0.5) * double(full));
+    total += expected[size_t(b)];
+  }
+  for (int b = 0; b < kBins; ++b) EXPECT_NEAR(counts[size_t(b)] / kSamples, expected[size_t(b)] / total, 2e-4) << "bin " << b;
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Filters,
+                         ::testing::Values(std::pair(FilterKind::Box, 1.0f), std::pair(FilterKind::Gaussian, 1.5f),
+                                           std::pair(FilterKind::BlackmanHarris, 1.5f), std::pair(FilterKind::BlackmanHarris, 4.0f)));

@@ -1,0 +1,182 @@
+#include <gtest/gtest.h>
+
+#include "integrators/integrator.h"
+#include "math/statistics.h"
+#include "render/session.h"
+#include "scene_fixtures.h"
+
+using namespace ajar;
+using namespace ajar::fixtures;
+
+namespace {
+
+std::vector<float> render(SceneDescription d, int samples, uint32_t seed = 1, int threads = 2) {
+  d.settings.samples = samples;
+  d.settings.seed = seed;
+  d.settings.threads = threads;
+  Session session;
+  session.start(std::move(d));
+  EXPECT_TRUE(session.wait(120.0));
+  EXPECT_EQ(session.take_error(), "");
+  return session.snapshot("Combined");
+}
+
+/// Mean over the image of one channel and the standard error of that mean from independent seeds.
+struct Estimate {
+  double mean, standard_error;
+};
+Estimate estimate(const SceneDescription& d, int samples, int seeds, int channel = 0) {
+  RunningMoments moments;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const auto image = render(d, samples, uint32_t(seed));
+    double sum = 0.0;
+    for (size_t i = size_t(channel); i < image.size(); i += 4) sum += double(image[i]);
+    moments.add(sum / double(image.size() / 4));
+  }
+  return {moments.mean(), std::sqrt(moments.variance_of_mean())};
+}
+
+SceneDescription closed_furnace(float albedo) {
+  SceneDescription d;
+  add_object(d, cube(true), add_diffuse(d, Color(albedo), Color(1.0f - albedo)));
+  set_camera(d, Vec3(0.1f, -0.5f, 0.2f), Vec3(0.3f, 0.5f, -0.1f), 8);
+  d.settings.bounces = {1000, 1000, 1000, 1000, 1000, 0};
+  return d;
+}
+
+}  // namespace
+
+class Furnace : public ::testing::TestWithParam<float> {};
+
+TEST_P(Furnace, closed_room_of_albedo_a_and_emission_one_minus_a_is_one_everywhere) {
+  const Estimate e = estimate(closed_furnace(GetParam()), 64, 16);
+  EXPECT_NEAR(e.mean, 1.0, 4.0 * e.standard_error + 1e-5);
+  EXPECT_LT(e.standard_error, 0.01);
+}
+INSTANTIATE_TEST_SUITE_P(Albedos, Furnace, ::testing::Values(0.0f, 0.2f, 0.5f, 0.8f, 0.95f));
+
+TEST(PathTracer, white_object_in_a_white_world_vanishes) {
+  SceneDescription d;
+  add_object(d, sphere(), add_diffuse(d, Color(1.0f)));
+  set_camera(d, Vec3(0, -4, 0), Vec3(0), 16);
+  set_world(d, Color(1.0f));
+  d.settings.bounces = {1000, 1000, 1000, 1000, 1000, 0};
+  const Estimate e = estimate(d, 64, 16);
+  EXPECT_NEAR(e.mean, 1.0, 4.0 * e.standard_error + 1e-5);
+}
+
+TEST(PathTracer, irradiance_under_a_point_light_is_analytic) {
+  // A lamp of P watts is an isotropic source of radiant intensity P / (4 pi) * 1 / pi in Blender's units.
+  SceneDescription d;
+  add_object(d, plane(100.0f), add_diffuse(d, Color(0.5f)));
+  d.lights.push_back(point_light(Vec3(0, 0, 2), 100.0f));
+  set_camera(d, Vec3(0, -0.001f, 1), Vec3(0), 1, 1e-4f);
+  d.settings.bounces.total = 0;
+  const auto image = render(d, 16);
+  const double intensity = 100.0 / (4.0 * 3.14159265 * 3.14159265);
+  EXPECT_NEAR(image[0], 0.5 / 3.14159265 * intensity / 4.0, 1e-5);
+}
+
+TEST(PathTracer, same_seed_same_image_for_any_number_of_threads) {
+  SceneDescription d = closed_furnace(0.7f);
+  d.settings.width = 40;
+  d.settings.height = 33;
+  d.lights.push_back(point_light(Vec3(0.2f, 0.1f, 0.5f), 5.0f, 0.1f));
+  const auto one = render(d, 8, 5, 1);
+  EXPECT_EQ(one, render(d, 8, 5, 2));
+  EXPECT_EQ(one, render(d, 8, 5, 8));
+  EXPECT_NE(one, render(d, 8, 6, 2));
+}
+
+TEST(PathTracer, rendering_a_region_gives_the_same_pixels_as_the_full_frame) {
+  SceneDescription d = closed_furnace(0.7f);
+  d.settings.width = d.settings.height = 16;
+  const auto full = render(d, 4);
+  d.settings.region = {3, 5, 9, 12};
+  const auto part = render(d, 4);
+  ASSERT_EQ(part.size(), 6u * 7u * 4u);
+  for (size_t y = 0; y < 7; ++y)
+    for (size_t x = 0; x < 6 * 4; ++x) EXPECT_EQ(part[y * 24 + x], full[((y + 5) * 16 + 3) * 4 + x]);
+}
+
+TEST(PathTracer, bounce_limit_zero_is_direct_light_only) {
+  SceneDescription d = closed_furnace(0.5f);
+  d.settings.bounces.total = 0;
+  // Emission seen directly (0.5), and light emitted by the walls scattered once (0.5 * 0.5).
+  const Estimate e = estimate(d, 64, 16);
+  EXPECT_NEAR(e.mean, 0.75, 4.0 * e.standard_error);
+}
+
+TEST(Session, cancel_returns_within_a_fifth_of_a_second) {
+  SceneDescription d = closed_furnace(0.95f);
+  d.settings.width = d.settings.height = 1024;
+  d.settings.samples = 1 << 20;
+  Session session;
+  session.start(d);
+  session.wait(0.5);
+  const auto start = std::chrono::steady_clock::now();
+  session.cancel();
+  EXPECT_TRUE(session.wait(5.0));
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 0.2);
+  EXPECT_EQ(session.progress().phase, Progress::Phase::Cancelled);
+  EXPECT_FALSE(session.snapshot("Combined").empty());
+}
+
+TEST(Session, stops_at_the_time_limit_and_at_the_error_target) {
+  SceneDescription d = closed_furnace(0.5f);
+  d.settings.samples = 0;
+  d.settings.seconds = 0.3;
+  Session timed;
+  timed.start(d);
+  EXPECT_TRUE(timed.wait(10.0));
+  EXPECT_NEAR(timed.progress().render_seconds, 0.3, 0.25);
+  d.settings.seconds = 0.0;
+  d.settings.target_error = 1e-4;
+  Session precise;
+  precise.start(d);
+  EXPECT_TRUE(precise.wait(60.0));
+  EXPECT_LE(precise.progress().estimated_relmse, 1e-4);
+}
+
+TEST(Session, errors_surface_once_and_name_the_valid_choices) {
+  SceneDescription d = closed_furnace(0.5f);
+  d.settings.integrator = "warp";
+  Session session;
+  session.start(d);
+  EXPECT_TRUE(session.wait(10.0));
+  EXPECT_EQ(session.progress().phase, Progress::Phase::Failed);
+  EXPECT_NE(session.take_error().find("metropolis"), std::string::npos);
+  EXPECT_EQ(session.take_error(), "");
+  d.settings.integrator = "pmc_pt";
+  session.start(d);
+  EXPECT_TRUE(session.wait(10.0));
+  EXPECT_NE(session.take_error().find("not built yet"), std::string::npos);
+}
+
+TEST(Session, statistics_hold_what_the_command_line_promises) {
+  SceneDescription d = closed_furnace(0.5f);
+  d.settings.samples = 4;
+  Session session;
+  session.start(d);
+  EXPECT_TRUE(session.wait(10.0));
+  const std::string json = session.statistics_json();
+  for (const char* key : {"version", "integrator", "seeds", "threads", "resolution", "samples_per_pixel", "rays", "build_seconds",
+                          "render_seconds", "peak_memory_bytes", "refused_samples", "plan", "hints", "acceptance_rates",
+                          "estimated_error"})
+    EXPECT_NE(json.find("\"" + std::string(key) + "\""), std::string::npos) << key;
+}
+
+TEST(Session, several_sessions_run_at_once) {
+  std::vector<std::unique_ptr<Session>> sessions;
+  for (int i = 0; i < 4; ++i) {
+    SceneDescription d = closed_furnace(0.5f);
+    d.settings.samples = 16;
+    sessions.push_back(std::make_unique<Session>());
+    sessions.back()->start(d);
+  }
+  const auto expected = render(closed_furnace(0.5f), 16, 0);
+  for (auto& session : sessions) {
+    EXPECT_TRUE(session->wait(60.0));
+    EXPECT_EQ(session->snapshot("Combined"), expected);
+  }
+}

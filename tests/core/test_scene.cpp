@@ -1,0 +1,165 @@
+#include <gtest/gtest.h>
+
+#include "math/random.h"
+#include "math/warps.h"
+#include "scene_fixtures.h"
+
+using namespace ajar;
+using namespace ajar::fixtures;
+
+namespace {
+
+SceneDescription one_object(MeshDescription mesh, const Mat4& transform) {
+  SceneDescription d;
+  add_object(d, std::move(mesh), add_diffuse(d, Color(0.5f)), transform);
+  set_camera(d, Vec3(0, -5, 0), Vec3(0), 8);
+  return d;
+}
+
+Mat4 scaled_and_moved(float scale, Vec3 position) {
+  Mat4 m(scale);
+  m[3] = Vec4(position, 1.0f);
+  return m;
+}
+
+}  // namespace
+
+class SelfIntersection : public ::testing::TestWithParam<std::tuple<float, float, bool>> {};
+
+TEST_P(SelfIntersection, rays_leaving_a_convex_body_never_hit_it_and_rays_inside_always_do) {
+  const auto [scale, distance, baked] = GetParam();
+  const Vec3 centre = Vec3(0.3f, -0.7f, 0.2f) * distance;
+  const auto scene = build(one_object(cube(), scaled_and_moved(scale, centre)), nullptr, baked);
+  Pcg32 rng(7);
+  ShadingPoint point;
+  int hits = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const Vec3 from = centre + 4.0f * scale * warp::square_to_sphere({rng.next_float(), rng.next_float()});
+    const Vec3 to = centre + 0.9f * scale * warp::square_to_sphere({rng.next_float(), rng.next_float()});
+    Ray ray;
+    ray.origin = from;
+    ray.direction = glm::normalize(to - from);
+    const Hit hit = scene->intersect(ray, kRayCamera);
+    if (!hit.found()) continue;
+    ++hits;
+    scene->shading_point(ray, hit, point);
+    EXPECT_GT(glm::dot(point.ng, point.wo), 0.0f);
+    const Vec3 local = warp::square_to_hemisphere({rng.next_float(), rng.next_float()});
+    const Vec3 out = Frame(point.ng).to_world(local);
+    EXPECT_FALSE(scene->intersect(scene->spawn_ray(point, out), kRayDiffuse).found()) << "left the surface at " << i;
+    EXPECT_TRUE(scene->intersect(scene->spawn_ray(point, -out), kRayTransmission).found()) << "fell through at " << i;
+  }
+  EXPECT_GT(hits, 15000);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scales, SelfIntersection,
+                         ::testing::Values(std::tuple(1.0f, 0.0f, true), std::tuple(1.0f, 0.0f, false),
+                                           std::tuple(1e-5f, 0.0f, true), std::tuple(1e-5f, 0.0f, false),
+                                           std::tuple(1e6f, 0.0f, true), std::tuple(1e6f, 0.0f, false),
+                                           std::tuple(1.0f, 1e3f, true), std::tuple(1.0f, 1e3f, false)));
+
+TEST(Scene, instances_and_baked_meshes_give_the_same_shading_points) {
+  Mat4 transform(Vec4(0.5f, 0.2f, 0, 0), Vec4(-0.3f, 1.5f, 0.1f, 0), Vec4(0, 0.4f, -0.8f, 0), Vec4(1, 2, 3, 1));
+  const auto baked = build(one_object(sphere(), transform)), instanced = build(one_object(sphere(), transform), nullptr, false);
+  Pcg32 rng(3);
+  ShadingPoint a, b;
+  int compared = 0;
+  for (int i = 0; i < 2000; ++i) {
+    Ray ray;
+    ray.origin = Vec3(1, 2, 3) + 6.0f * warp::square_to_sphere({rng.next_float(), rng.next_float()});
+    ray.direction = glm::normalize(Vec3(1, 2, 3) - ray.origin + Vec3(0.3f * rng.next_float()));
+    const Hit ha = baked->intersect(ray, kRayCamera), hb = instanced->intersect(ray, kRayCamera);
+    if (!ha.found() || !hb.found() || ha.primitive != hb.primitive) continue;
+    baked->shading_point(ray, ha, a);
+    instanced->shading_point(ray, hb, b);
+    EXPECT_LT(glm::length(a.position - b.position), 1e-4f);
+    EXPECT_GT(glm::dot(a.ng, b.ng), 0.9999f);
+    EXPECT_GT(glm::dot(a.ns, b.ns), 0.9999f);
+    EXPECT_EQ(a.backfacing, b.backfacing);
+    ++compared;
+  }
+  EXPECT_GT(compared, 1000);
+}
+
+TEST(Scene, mirrored_objects_keep_their_outside) {
+  const auto scene = build(one_object(cube(), Mat4(Vec4(-1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, 0, 1))));
+  Ray ray;
+  ray.origin = Vec3(0.1f, -5, 0.2f);
+  ray.direction = Vec3(0, 1, 0);
+  ShadingPoint point;
+  scene->shading_point(ray, scene->intersect(ray, kRayCamera), point);
+  EXPECT_FALSE(point.backfacing);
+  EXPECT_NEAR(point.ng.y, -1.0f, 1e-6f);
+}
+
+TEST(Scene, flattened_objects_are_rendered_flat) {
+  Mat4 flat(1.0f);
+  flat[1][1] = 0.0f;
+  for (bool shared : {false, true}) {
+    SceneDescription d = one_object(cube(), flat);
+    if (shared) d.instances.push_back({0, rows(scaled_and_moved(1.0f, Vec3(10, 0, 0))), 0.0f});
+    const auto scene = build(std::move(d));
+    Ray ray;
+    ray.origin = Vec3(0.1f, -5, 0.2f);
+    ray.direction = Vec3(0, 1, 0);
+    const Hit hit = scene->intersect(ray, kRayCamera);
+    ASSERT_TRUE(hit.found());
+    EXPECT_NEAR(hit.t, 5.0f, 1e-5f);
+  }
+}
+
+TEST(Scene, visibility_hides_objects_from_the_chosen_kind_of_ray_only) {
+  SceneDescription d = one_object(cube(), Mat4(1.0f));
+  d.objects[0].visibility = kVisibleAll & ~kVisibleCamera;
+  const auto scene = build(std::move(d));
+  Ray ray;
+  ray.origin = Vec3(0, -5, 0);
+  ray.direction = Vec3(0, 1, 0);
+  EXPECT_FALSE(scene->intersect(ray, kRayCamera).found());
+  EXPECT_TRUE(scene->intersect(ray, kRayDiffuse | kRayReflection).found());
+  EXPECT_EQ(scene->transmittance(ray, 8), Color(0.0f));
+}
+
+TEST(Scene, bad_meshes_are_repaired_and_reported_by_name) {
+  SceneDescription d = one_object(cube(), Mat4(1.0f));
+  d.meshes[0].name = "Kaputt";
+  d.meshes[0].positions[3].y = std::nanf("");
+  d.meshes[0].triangles[0].x = 4000000;
+  d.meshes[0].attributes.push_back({"short", Domain::Corner, 2, {1.0f}});
+  Diagnostics diagnostics;
+  const auto scene = build(std::move(d), &diagnostics);
+  EXPECT_GT(scene->statistics().skipped_triangles, 0u);
+  int named = 0;
+  for (const Diagnostic& diagnostic : diagnostics) named += diagnostic.object == "Kaputt";
+  EXPECT_EQ(named, 2);
+}
+
+TEST(Scene, a_scene_without_camera_is_refused_in_words) {
+  SceneDescription d = one_object(cube(), Mat4(1.0f));
+  d.camera.present = false;
+  try {
+    build(std::move(d));
+    FAIL();
+  } catch (const SceneError& error) {
+    EXPECT_NE(std::string(error.what()).find("camera"), std::string::npos);
+  }
+}
+
+TEST(Scene, empty_scenes_build) {
+  SceneDescription d;
+  set_camera(d, Vec3(0, -5, 0), Vec3(0), 1);
+  const auto scene = build(std::move(d));
+  EXPECT_TRUE(scene->lights().empty());
+  EXPECT_FALSE(scene->intersect({}, kRayCamera).found());
+}
+
+TEST(Scene, nan_transforms_leave_the_object_out_and_say_so) {
+  SceneDescription d = one_object(cube(), Mat4(1.0f));
+  d.objects[0].name = "Verirrt";
+  d.instances[0].world_from_object[5] = std::nanf("");
+  Diagnostics diagnostics;
+  const auto scene = build(std::move(d), &diagnostics);
+  EXPECT_TRUE(scene->instances().empty());
+  ASSERT_EQ(diagnostics.size(), 1u);
+  EXPECT_EQ(diagnostics[0].object, "Verirrt");
+}
