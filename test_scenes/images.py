@@ -97,3 +97,27 @@ def landscape(height: int = 256, width: int = 384, seed: int = 3, sky_low=(0.98,
         pixels = pixels * (1 - cover) + colour * (0.9 + 0.25 * (line[None, :, None] - v[..., None])) * cover
     strokes = smooth_noise(rng, height, width, height // 3, width // 12)
     return pixels * (0.92 + 0.16 * strokes[..., None])
+
+
+def mottled(first: tuple[float, float, float], second: tuple[float, float, float], size: int = 256, cells: int = 6,
+            seed: int = 5) -> np.ndarray:
+    """Patches of two colours at many scales: earth, gravel, turf. Repeats without a seam."""
+    rng = np.random.default_rng(seed)
+    octaves = [(cells << k, 0.7 ** k) for k in range(5)]
+    value = sum(share * smooth_noise(rng, size, size, count, count) for count, share in octaves) / sum(s for _, s in octaves)
+    return blend(first, second, np.clip((value - 0.5) * 2.2 + 0.5, 0.0, 1.0))
+
+
+def sky(sun: tuple[float, float, float], height: int = 128, width: int = 256) -> np.ndarray:
+    """Radiance of a clear sky with a haze at the horizon and a glow about the sun (the sun itself is a lamp).
+
+    Equirectangular as Cycles reads it; `sun` points to the sun. Below the horizon, the colour of distant ground.
+    """
+    v, u = (np.mgrid[0:height, 0:width] + 0.5) / np.array([height, width]).reshape(2, 1, 1)
+    elevation, azimuth = (v - 0.5) * np.pi, (0.5 - u) * 2 * np.pi
+    toward = np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1)
+    cosine = np.clip(toward @ (np.asarray(sun) / np.linalg.norm(sun)), -1.0, 1.0)
+    up = np.clip(toward[..., 2], 0.0, 1.0)
+    pixels = blend((0.90, 1.02, 1.15), (0.14, 0.34, 0.85), up ** 0.45)
+    pixels += (0.55 * np.exp((cosine - 1.0) / 0.10) + 0.25 * np.exp((cosine - 1.0) / 0.6))[..., None] * np.asarray((1.0, 0.82, 0.58))
+    return np.where((toward[..., 2] < 0.0)[..., None], np.asarray((0.16, 0.17, 0.12)), pixels)
