@@ -4,15 +4,30 @@
 // (the eye side when tracing radiance), `wi` to where it goes; both point away from
 // the surface and have unit length. `n` is the shading normal on the side of wo; every
 // lobe may have its own (bump per closure). The geometric normal `ng`, turned
-// to wo's side, decides what is reflection and what transmission.
+// to wo's side, decides what is reflection and what transmission; where a lobe's normal disagrees
+// with it about either direction the lobe is black, so no light leaks through.
+//
 // Values: `f` excludes the cosine; `f_cos` is f(wo, wi) |cos(wi, n_lobe)| summed over lobes,
 // which is what transport needs when lobes have their own normals. Densities are per solid angle.
 // Specular (delta) lobes and transparency contribute zero to f, f_cos and pdf; `sample` returns them with
 // `specular` set, f_cos = weight, and pdf = the discrete probability of having chosen them.
-// Refraction scales radiance by 1/eta^2 (Veach section 5.2) and importance not at all.
-// Shading normals: see `shading_normal_correction` for importance (Veach section 5.3).
+// sample returns nothing when the random numbers lead nowhere (below the horizon, beyond the critical angle); that
+// is part of the estimate and counts as zero.
+//
+// Directions may be swapped: evaluate(wi, wo) holds for any pair, on either side. The density depends on its two
+// directions only: selection probabilities are those for the wo passed (cached for the one given to `prepare`), so
+// the density of the reverse step is evaluate(wi, wo).pdf_solid_angle, nothing else.
+//
+// Refraction. As in Cycles, what is transported along rays is radiance divided by the square of the index of refraction
+// (basic radiance), which a boundary passes on unchanged: Radiance is not scaled by 1/eta^2. Its adjoint is:
+// Importance (particles) is scaled by 1/eta^2, eta being the index of the side entered over that of the side left. Pictures
+// differ from the physical ones only when a light or the camera is inside the denser medium, by eta^2.
+// Shading normals: see `shading_normal_correction` for importance (Veach section 5.3). Measured from the lobe's own normal,
+// importance f_cos already contains what is needed for f_cos times that one factor to be exact for every lobe.
 #pragma once
 
+#include <array>
+#include <cstring>
 #include <optional>
 
 #include "math/frame.h"
@@ -26,22 +41,24 @@ enum class LobeKind : uint8_t {
   Diffuse,             ///< Lambert; Oren-Nayar when roughness > 0
   PrincipledDiffuse,   ///< Disney diffuse with retro-reflection (Blender 3.x Principled)
   Translucent,         ///< Lambert on the other side
-  Sheen,               ///< principled sheen (Blender 3.x); microfiber sheen (4.x) by `model`
-  MicrofacetReflection,   ///< GGX or Beckmann
+  Sheen,               ///< Disney sheen (Blender 3.x Principled)
+  MicrofiberSheen,     ///< fibres standing on the surface (Blender 4.x Principled)
+  MicrofacetReflection,
   MicrofacetRefraction,   ///< transmission part only
   MicrofacetGlass,        ///< reflection and transmission, chosen by dielectric Fresnel
   Transparent,         ///< straight through, no change of direction
 };
 
-enum class Microfacet : uint8_t { Ggx, Beckmann };
-/// How the colour of a reflection lobe varies with angle.
+enum class Microfacet : uint8_t { Ggx, Beckmann, Gtr1, AshikhminShirley };
+/// How the colour of a reflection lobe varies with the angle to the facet.
 enum class FresnelKind : uint8_t {
-  None,               ///< constant
-  SchlickF0F90,       ///< f0 to f90 by Schlick's curve
-  DielectricTint,     ///< Blender 3.x Principled: f0 scaled by the exact dielectric curve of `eta`
-  Dielectric,         ///< exact dielectric curve of `eta` times the weight
-  F82Tint             ///< 4.x Principled metal: Schlick with an edge tint at 82 degrees
+  None,               ///< white; a glass lobe then splits without colouring
+  DielectricTint,     ///< from f0 to f90 as far as the exact dielectric curve of `eta` is from its own f0 to 1
+  Dielectric,         ///< exact dielectric curve of `eta`
+  F82Tint             ///< Schlick from f0 to white, less the coefficient f90 at 82 degrees (fresnel::f82)
 };
+/// Blender 3.x splits glass by the reflectance at the lobe's normal, 4.x at the facet's.
+enum class NormalFresnel : uint8_t { None, Reflected, Transmitted };
 
 enum LobeFlags : uint32_t {
   kReflection = 1, kTransmission = 2,
@@ -53,16 +70,29 @@ struct Lobe {
   LobeKind kind = LobeKind::Diffuse;
   Microfacet microfacet = Microfacet::Ggx;
   FresnelKind fresnel = FresnelKind::None;
-  bool backfacing_eta = false;      ///< the ray is inside: eta has been inverted already
+  NormalFresnel normal_fresnel = NormalFresnel::None;  ///< factor by the reflectance of `eta` at n (glass: split there)
+  bool compensated = false;         ///< light lost between facets is put back, coloured by `multiple_scattering`
+  uint8_t layers = 0;               ///< which of the Bsdf's layers lie above, as bits
   Color weight{0.0f};               ///< product of all mix factors and the closure's colour
   Color f0{1.0f}, f90{1.0f};
+  Color transmission_tint{1.0f};    ///< glass: colour of what is transmitted
+  Color multiple_scattering{1.0f};
   float alpha_x = 1.0f, alpha_y = 1.0f;  ///< microfacet roughness (already squared)
   float roughness = 0.0f;           ///< Oren-Nayar sigma, sheen and principled diffuse roughness
   float eta = 1.0f;                 ///< index of refraction, transmitted over incident side
-  float energy_scale = 1.0f;        ///< multiple-scattering compensation
   float selection = 0.0f;           ///< probability of being sampled; set by Bsdf::prepare
   Frame frame;                      ///< n: the lobe's normal on wo's side; s: tangent of anisotropy
   bool is_delta() const;
+};
+
+/// A coating whose albedo dims what lies below it (Blender 4.x Principled): factor 1 - albedo(eye direction), and
+/// absorption along the refracted ray. The makers multiply it into the weights of the lobes below for their wo; the
+/// Bsdf needs it again only for importance, where the eye is at wi.
+struct Layer {
+  Lobe lobe;                        ///< its weight included
+  float tint_share = 0.0f;          ///< of the area that is tinted
+  Color tint{1.0f};                 ///< transmittance at normal incidence
+  Color transmittance(Vec3 eye) const;
 };
 
 struct BsdfSample {
@@ -77,14 +107,21 @@ struct BsdfSample {
 
 class Bsdf {
  public:
-  static constexpr int kMaxLobes = 12;
+  static constexpr int kMaxLobes = 12, kMaxLayers = 6;
 
   Vec3 ng{0, 0, 1};                 ///< geometric normal on wo's side
   Vec3 n{0, 0, 1};                  ///< shading normal of the surface, on wo's side
 
+  Bsdf() = default;
+  Bsdf(const Bsdf& other) { *this = other; }
+  Bsdf& operator=(const Bsdf& other);
+
   /// Add a lobe; black or non-finite weights are ignored. When storage is full the
   /// weakest lobe makes room and `dropped_lobes` counts it.
   void add(const Lobe& lobe);
+  /// Returns the bit by which lobes below name this layer; 0 when there is no room (importance then takes the dimming
+  /// for wo as it is).
+  uint8_t add_layer(const Layer& layer);
   /// Compute selection probabilities for this wo. Call once after the last add.
   void prepare(Vec3 wo);
 
@@ -103,15 +140,31 @@ class Bsdf {
   bool has_non_delta() const { return has_non_delta_; }
   bool empty() const { return count_ == 0; }
   int lobe_count() const { return count_; }
-  const Lobe& lobe(int i) const { return lobes_[i]; }
+  const Lobe& lobe(int i) const { return lobes()[i]; }
+  int layer_count() const { return layer_count_; }
   uint32_t dropped_lobes() const { return dropped_; }
 
  private:
+  // Storage is not initialised: constructing and copying cost only the lobes in use.
+  Lobe* lobes() { return reinterpret_cast<Lobe*>(lobe_bytes_); }
+  const Lobe* lobes() const { return reinterpret_cast<const Lobe*>(lobe_bytes_); }
+  Layer* layers() { return reinterpret_cast<Layer*>(layer_bytes_); }
+  const Layer* layers() const { return reinterpret_cast<const Layer*>(layer_bytes_); }
+  void select(Vec3 wo, float (&selection)[kMaxLobes]) const;
+  float selection_for(int i, const float* recomputed) const { return recomputed ? recomputed[i] : lobes()[i].selection; }
+  float importance_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const;
+  Color layer_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const;
+  template <bool kWithCosine>
+  Evaluation sum_lobes(Vec3 wo, Vec3 wi, TransportMode mode) const;
+
   int count_ = 0;
+  int layer_count_ = 0;
   uint32_t dropped_ = 0;
   bool has_non_delta_ = false;
-  float sum_selection_ = 0.0f;
-  Lobe lobes_[kMaxLobes];
+  bool single_lambert_ = false;
+  Vec3 prepared_wo_{0.0f};
+  alignas(Lobe) unsigned char lobe_bytes_[kMaxLobes * sizeof(Lobe)];
+  alignas(Layer) unsigned char layer_bytes_[kMaxLayers * sizeof(Layer)];
 };
 
 /// Factor on f_cos when importance is carried through shading normals

@@ -1,0 +1,231 @@
+#include "shading/bsdf.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "math/warps.h"
+#include "shading/lobe.h"
+
+namespace ajar {
+namespace {
+
+bool is_diffuse(LobeKind kind) {
+  return kind == LobeKind::Diffuse || kind == LobeKind::PrincipledDiffuse || kind == LobeKind::Translucent ||
+         kind == LobeKind::Sheen || kind == LobeKind::MicrofiberSheen;
+}
+
+}  // namespace
+
+Bsdf& Bsdf::operator=(const Bsdf& other) {
+  ng = other.ng;
+  n = other.n;
+  count_ = other.count_;
+  layer_count_ = other.layer_count_;
+  dropped_ = other.dropped_;
+  has_non_delta_ = other.has_non_delta_;
+  single_lambert_ = other.single_lambert_;
+  prepared_wo_ = other.prepared_wo_;
+  std::memmove(lobe_bytes_, other.lobe_bytes_, size_t(count_) * sizeof(Lobe));
+  std::memmove(layer_bytes_, other.layer_bytes_, size_t(layer_count_) * sizeof(Layer));
+  return *this;
+}
+
+void Bsdf::add(const Lobe& lobe) {
+  if (!is_finite(lobe.weight)) return;
+  const Color weight = glm::max(lobe.weight, Color(0.0f));
+  if (is_black(weight)) return;
+  int slot = count_;
+  if (count_ == kMaxLobes) {
+    slot = 0;
+    for (int i = 1; i < kMaxLobes; ++i)
+      if (luminance(lobes()[i].weight) < luminance(lobes()[slot].weight)) slot = i;
+    ++dropped_;
+    if (!(luminance(weight) > luminance(lobes()[slot].weight))) return;
+  } else {
+    ++count_;
+  }
+  Lobe* stored = new (lobes() + slot) Lobe(lobe);
+  stored->weight = weight;
+}
+
+uint8_t Bsdf::add_layer(const Layer& layer) {
+  if (layer_count_ == kMaxLayers) return 0;
+  new (layers() + layer_count_) Layer(layer);
+  return uint8_t(1u << layer_count_++);
+}
+
+void Bsdf::prepare(Vec3 wo) {
+  prepared_wo_ = wo;
+  has_non_delta_ = false;
+  for (int i = 0; i < count_; ++i) has_non_delta_ |= !lobes()[i].is_delta();
+  single_lambert_ = count_ == 1 && lobes()[0].kind == LobeKind::Diffuse && lobes()[0].roughness == 0.0f && lobes()[0].frame.n == n;
+  if (count_ == 1) {
+    lobes()[0].selection = 1.0f;
+    return;
+  }
+  float selection[kMaxLobes];
+  select(wo, selection);
+  for (int i = 0; i < count_; ++i) lobes()[i].selection = selection[i];
+}
+
+/// Lobes are chosen in proportion to the light they scatter for this wo, none with less than a hundredth of its weight.
+void Bsdf::select(Vec3 wo, float (&selection)[kMaxLobes]) const {
+  const bool flipped = glm::dot(ng, wo) < 0.0f;
+  float sum = 0.0f;
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes()[i];
+    const float cosine = flipped ? -glm::dot(lobe.frame.n, wo) : glm::dot(lobe.frame.n, wo);
+    const float floor = 0.01f * luminance(lobe.weight);
+    selection[i] = std::max(luminance(lobe_albedo(lobe, cosine, flipped)), floor);
+    if (!(cosine > 0.0f) && lobe.kind != LobeKind::Transparent) selection[i] = floor;
+    sum += selection[i];
+  }
+  const float scale = sum > 0.0f ? 1.0f / sum : 0.0f;
+  for (int i = 0; i < count_; ++i) selection[i] *= scale;
+}
+
+/// Turns f |cos(wi, n_lobe)| into what importance transport needs before shading_normal_correction.
+float Bsdf::importance_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const {
+  if (lobe.frame.n == n) return 1.0f;
+  const float denominator = glm::dot(wi, lobe.frame.n) * glm::dot(wo, n);
+  return denominator != 0.0f ? std::abs(glm::dot(wo, lobe.frame.n) * glm::dot(wi, n) / denominator) : 0.0f;
+}
+
+/// The weights hold the dimming by layers for the wo of the makers; importance needs it for the eye at wi.
+Color Bsdf::layer_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const {
+  Color factor(1.0f);
+  for (int i = 0; i < layer_count_; ++i) {
+    if ((lobe.layers >> i & 1) == 0) continue;
+    const Color had = layers()[i].transmittance(wo);
+    factor *= layers()[i].transmittance(wi) / glm::max(had, 1e-6f);
+  }
+  return factor;
+}
+
+template <bool kWithCosine>
+Bsdf::Evaluation Bsdf::sum_lobes(Vec3 wo, Vec3 wi, TransportMode mode) const {
+  // Seen from behind, everything is mirrored through the point: the same lobes on the other side.
+  const bool flipped = glm::dot(ng, wo) < 0.0f;
+  float recomputed_storage[kMaxLobes];
+  const float* recomputed = nullptr;
+  if (count_ > 1 && wo != prepared_wo_) {
+    select(wo, recomputed_storage);
+    recomputed = recomputed_storage;
+  }
+  if (flipped) {
+    wo = -wo;
+    wi = -wi;
+  }
+  const float side = glm::dot(ng, wi);
+  if (side == 0.0f) return {Color(0.0f), 0.0f};
+  Evaluation sum{Color(0.0f), 0.0f};
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes()[i];
+    if (lobe.is_delta()) continue;
+    LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, mode, flipped);
+    if (!(value.pdf_solid_angle > 0.0f)) continue;
+    if (mode == TransportMode::Importance) {
+      value.f_cos *= importance_factor(lobe, wo, wi);
+      if (lobe.layers != 0) value.f_cos *= layer_factor(lobe, wo, wi);
+    }
+    if (is_diffuse(lobe.kind) && lobe.frame.n != n)
+      value.f_cos *= bump_shadowing(n, lobe.frame.n, mode == TransportMode::Radiance ? wi : wo);
+    if (!kWithCosine) value.f_cos /= std::abs(glm::dot(lobe.frame.n, wi));
+    sum.f_cos += value.f_cos;
+    sum.pdf_solid_angle += selection_for(i, recomputed) * value.pdf_solid_angle;
+  }
+  return sum;
+}
+
+Bsdf::Evaluation Bsdf::evaluate(Vec3 wo, Vec3 wi, TransportMode mode) const {
+  if (single_lambert_) {
+    const float cos_o = glm::dot(n, wo), cos_i = glm::dot(n, wi);
+    const float side_o = glm::dot(ng, wo), side_i = glm::dot(ng, wi);
+    if (!(cos_o * side_o > 0.0f && cos_i * side_i > 0.0f && side_o * side_i > 0.0f)) return {Color(0.0f), 0.0f};
+    const float pdf = std::abs(cos_i) * kInvPi;
+    return {lobes()[0].weight * pdf, pdf};
+  }
+  return sum_lobes<true>(wo, wi, mode);
+}
+
+Color Bsdf::f(Vec3 wo, Vec3 wi, TransportMode mode) const { return sum_lobes<false>(wo, wi, mode).f_cos; }
+
+std::optional<BsdfSample> Bsdf::sample(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode) const {
+  if (count_ == 0) return std::nullopt;
+  const bool flipped = glm::dot(ng, wo) < 0.0f;
+  float recomputed_storage[kMaxLobes];
+  const float* recomputed = nullptr;
+  if (count_ > 1 && wo != prepared_wo_) {
+    select(wo, recomputed_storage);
+    recomputed = recomputed_storage;
+  }
+
+  // Choose a lobe, and stretch u_lobe to [0, 1) for its own choices.
+  int chosen = 0;
+  float probability = selection_for(0, recomputed);
+  while (u_lobe >= probability && chosen + 1 < count_) {
+    u_lobe -= probability;
+    probability = selection_for(++chosen, recomputed);
+  }
+  if (!(probability > 0.0f)) return std::nullopt;
+  u_lobe = std::min(u_lobe / probability, kOneMinusEpsilon);
+
+  const Lobe& lobe = lobes()[chosen];
+  const Vec3 wo_front = flipped ? -wo : wo;
+  LobeSample drawn;
+  if (!sample_lobe(lobe, wo_front, u_lobe, u, mode, flipped, drawn)) return std::nullopt;
+  const Vec3 wi = flipped ? -drawn.wi : drawn.wi;
+
+  BsdfSample result{wi, Color(0.0f), 0.0f, drawn.flags, (drawn.flags & kSpecular) != 0, drawn.eta, drawn.roughness};
+  if (result.specular) {
+    const bool transparent = (drawn.flags & kTransparent) != 0;
+    const float side = glm::dot(ng, drawn.wi);
+    if (!transparent && ((drawn.flags & kReflection) != 0 ? !(side > 0.0f) : !(side < 0.0f))) return std::nullopt;
+    result.f_cos = drawn.weight;
+    if (mode == TransportMode::Importance && !transparent) {
+      result.f_cos *= importance_factor(lobe, wo_front, drawn.wi);
+      if (lobe.layers != 0) result.f_cos *= layer_factor(lobe, wo_front, drawn.wi);
+    }
+    result.pdf_solid_angle = probability * drawn.probability;
+    return result.pdf_solid_angle > 0.0f ? std::optional(result) : std::nullopt;
+  }
+
+  const Evaluation value = evaluate(wo, wi, mode);
+  if (!(value.pdf_solid_angle > 0.0f) || !std::isfinite(value.pdf_solid_angle)) return std::nullopt;
+  result.f_cos = value.f_cos;
+  result.pdf_solid_angle = value.pdf_solid_angle;
+  return result;
+}
+
+Color Bsdf::transparency() const {
+  Color sum(0.0f);
+  for (int i = 0; i < count_; ++i)
+    if (lobes()[i].kind == LobeKind::Transparent) sum += lobes()[i].weight;
+  return sum;
+}
+
+Color Bsdf::albedo() const {
+  Color sum(0.0f);
+  for (int i = 0; i < count_; ++i)
+    if (lobes()[i].kind != LobeKind::Transparent) sum += lobe_albedo(lobes()[i], glm::dot(lobes()[i].frame.n, prepared_wo_));
+  return sum;
+}
+
+Color Layer::transmittance(Vec3 eye) const {
+  const float cosine = saturate(std::abs(glm::dot(lobe.frame.n, eye)));
+  Color factor(saturate(1.0f - max_component(lobe_albedo(lobe, cosine))));
+  if (tint_share > 0.0f) {
+    const float cos_inside = std::sqrt(std::max(1.0f - (1.0f - cosine * cosine) / sqr(lobe.eta), 1e-4f));
+    factor *= glm::mix(Color(1.0f), glm::pow(tint, Color(1.0f / cos_inside)), tint_share);
+  }
+  return factor;
+}
+
+float shading_normal_correction(const Bsdf& bsdf, Vec3 wo, Vec3 wi) {
+  if (bsdf.n == bsdf.ng) return 1.0f;
+  const float denominator = glm::dot(wo, bsdf.ng) * glm::dot(wi, bsdf.n);
+  if (denominator == 0.0f) return 0.0f;
+  return std::abs(glm::dot(wo, bsdf.n) * glm::dot(wi, bsdf.ng) / denominator);
+}
+
+}  // namespace ajar
