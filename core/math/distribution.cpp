@@ -1,22 +1,33 @@
 #include "math/distribution.h"
 
+#include <cmath>
+
 namespace ajar {
 
 DiscreteDistribution::DiscreteDistribution(const std::vector<double>& weights) {
-  for (double w : weights) total_ += w;
-  pmf_.resize(weights.size(), 0.0f);
+  size_t positive = 0;
+  for (double w : weights) {
+    total_ += w;
+    positive += w > 0.0;
+  }
   cdf_.resize(weights.size(), 0.0f);
   if (!(total_ > 0.0)) return;
+  // In units of 2^-24: every positive weight takes one unit at least and leaves one for
+  // each that follows. Beyond 2^24 entries the floor is given up; some are then never chosen.
+  constexpr double kUnits = 0x1p24;
+  const uint32_t floor = positive <= size_t(kUnits) ? 1 : 0;
   double sum = 0.0;
-  size_t last_positive = 0;
+  uint32_t units = 0;
+  size_t left = positive;
   for (size_t i = 0; i < weights.size(); ++i) {
-    sum += weights[i];
-    cdf_[i] = float(sum / total_);
-    pmf_[i] = float(weights[i] / total_);
-    if (weights[i] > 0.0) last_positive = i;
+    if (weights[i] > 0.0) {
+      sum += weights[i];
+      --left;
+      const double rounded = left == 0 ? kUnits : std::round(sum / total_ * kUnits);
+      units = uint32_t(std::clamp(rounded, double(units + floor), kUnits - double(floor * left)));
+    }
+    cdf_[i] = float(units) * 0x1p-24f;
   }
-  // Rounding must never leave u without an entry, nor choose one of weight zero.
-  for (size_t i = last_positive; i < cdf_.size(); ++i) cdf_[i] = 1.0f;
 }
 
 DiscreteDistribution::Choice DiscreteDistribution::sample(float u) const {
@@ -25,7 +36,7 @@ DiscreteDistribution::Choice DiscreteDistribution::sample(float u) const {
   const float low = index > 0 ? cdf_[index - 1] : 0.0f;
   const float width = cdf_[index] - low;
   const float remapped = width > 0.0f ? std::min((u - low) / width, kOneMinusEpsilon) : 0.5f;
-  return {index, pmf_[index], remapped};
+  return {index, width, remapped};
 }
 
 Distribution2D::Distribution2D(const std::vector<float>& values, int width, int height) : width_(width), height_(height) {

@@ -12,6 +12,8 @@ namespace ajar {
 
 /// Discrete distribution over {0..n-1} sampled by inverting the cumulative sum;
 /// keeps the stratification of u, and returns u rescaled to [0,1) for reuse.
+/// The cumulative sum is rounded to multiples of 2^-24, as random floats are, and pmf is its
+/// difference: exactly the chance of the entry, never zero for a positive weight (up to 2^24 of them).
 class DiscreteDistribution {
  public:
   DiscreteDistribution() = default;
@@ -23,14 +25,13 @@ class DiscreteDistribution {
     float u_remapped;
   };
   bool empty() const { return !(total_ > 0.0); }
-  size_t size() const { return pmf_.size(); }
+  size_t size() const { return cdf_.size(); }
   double total() const { return total_; }
-  float pmf(uint32_t index) const { return pmf_[index]; }
+  float pmf(uint32_t index) const { return cdf_[index] - (index > 0 ? cdf_[index - 1] : 0.0f); }
   Choice sample(float u) const;
 
  private:
-  std::vector<float> cdf_;  // cdf_[i] = sum of pmf_[0..i]; last is 1
-  std::vector<float> pmf_;
+  std::vector<float> cdf_;  // cdf_[i] = sum of pmf(0..i); last is 1
   double total_ = 0.0;
 };
 

@@ -17,8 +17,9 @@ inline uint32_t hash32(uint32_t x) {
   x ^= x >> 16;
   return x;
 }
+/// Both sides are hashed before they meet: small seeds and values must not cancel.
 inline uint32_t hash_combine(uint32_t seed, uint32_t value) {
-  return hash32(seed ^ (value + 0x9e3779b9U + (seed << 6) + (seed >> 2)));
+  return hash32(hash32(seed + 0x9e3779b9U) ^ hash32(value + 0x85ebca6bU));
 }
 /// Finaliser for 64 bits (Stafford 2011, mix 13; the output step of SplitMix64).
 inline uint64_t hash64(uint64_t x) {

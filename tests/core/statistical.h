@@ -190,7 +190,7 @@ using SquarePoint = std::array<double, 2>;
 
 /// Integral of the density over cells of the square. A cell is halved at the median of its
 /// pilot samples down to a few of them, then cut into strips that grow away from their bounding box (so
-/// that no peak is stepped over, however small), each refined until the 3x3 Gauss-Legendre rule agrees with its two halves.
+/// that no peak is stepped over, however small), each refined until Simpson's 3x3 rule agrees with its quarters.
 class Integrator {
  public:
   Integrator(const Density& pdf, Domain domain, double tolerance) : pdf_(pdf), domain_(domain), tolerance_(tolerance) {}
@@ -230,7 +230,9 @@ class Integrator {
     return cuts;
   }
   double rule(const Cell& c) const {
-    constexpr double x[3] = {0.1127016653792583, 0.5, 0.8872983346207417}, w[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+    // Simpson's rule with its ends a hair inside: a jump next to an edge is seen, one on the edge is not.
+    constexpr double a = 1.0 - 2e-4, x[3] = {0.5 - 0.5 * a, 0.5, 0.5 + 0.5 * a};
+    constexpr double w[3] = {1.0 / (6.0 * a * a), 1.0 - 1.0 / (3.0 * a * a), 1.0 / (6.0 * a * a)};
     double sum = 0.0;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
@@ -239,14 +241,14 @@ class Integrator {
   }
   double density(double u, double v) const { return pdf_(domain_point(domain_, u, v)) * domain_measure(domain_); }
   double refine(const Cell& c, double whole, double tolerance, int depth) const {
-    Cell a = c, b = c;
-    if (depth % 2 == 0)
-      a.u1 = b.u0 = 0.5 * (c.u0 + c.u1);
-    else
-      a.v1 = b.v0 = 0.5 * (c.v0 + c.v1);
-    const double ia = rule(a), ib = rule(b);
-    if (depth >= 20 || (depth >= 1 && std::abs(ia + ib - whole) <= tolerance)) return ia + ib;
-    return refine(a, ia, 0.6 * tolerance, depth + 1) + refine(b, ib, 0.6 * tolerance, depth + 1);
+    const double u = 0.5 * (c.u0 + c.u1), v = 0.5 * (c.v0 + c.v1);
+    const Cell quarters[4] = {{c.u0, c.v0, u, v}, {u, c.v0, c.u1, v}, {c.u0, v, u, c.v1}, {u, v, c.u1, c.v1}};
+    double parts[4], sum = 0.0;
+    for (int i = 0; i < 4; ++i) sum += parts[i] = rule(quarters[i]);
+    if (depth >= 9 || std::abs(sum - whole) <= tolerance) return sum;
+    sum = 0.0;
+    for (int i = 0; i < 4; ++i) sum += refine(quarters[i], parts[i], 0.5 * tolerance, depth + 1);
+    return sum;
   }
 
   const Density& pdf_;
@@ -297,7 +299,7 @@ inline Tally tally(const Sample& sample, const Density& pdf, const DensityTest& 
   std::vector<Bin> bins;
   make_bins(pilot, Bin{{0.0, 0.0, 1.0, 1.0}, 0, int(pilot.size())}, test.bin_count, 0, bins);
 
-  const Integrator integrator(pdf, test.domain, 0.02 * test.integral_tolerance / test.bin_count);
+  const Integrator integrator(pdf, test.domain, 0.1 * test.integral_tolerance / test.bin_count);
   out.expected.assign(bins.size() + 1, 0.0);
   out.observed.assign(bins.size() + 1, 0.0);
   for (size_t i = 0; i < bins.size(); ++i) {
@@ -402,7 +404,7 @@ inline testing::AssertionResult jacobian_agrees(const Map& map, const Density& p
     const glm::dvec3 dc(*c), du0 = dc - glm::dvec3(*u0), du1 = glm::dvec3(*u1) - dc, dv0 = dc - glm::dvec3(*v0), dv1 = glm::dvec3(*v1) - dc;
     const double sides[4] = {determinant(du0, dv0), determinant(du0, dv1), determinant(du1, dv0), determinant(du1, dv1)};
     const auto [low, high] = std::minmax_element(sides, sides + 4);
-    if (*high > *low * 1.2) continue;
+    if (*high > *low * (1.0 + 1.5 * test.tolerance)) continue;
     ++smooth;
     const double expected = 1.0 / determinant(0.5 * (du0 + du1), 0.5 * (dv0 + dv1)), density = pdf(*c);
     if (!(std::abs(density / expected - 1.0) <= test.tolerance))
