@@ -1,0 +1,164 @@
+"""The render engine AJAR: one render from the dependency graph to Blender's result.
+
+Blender calls `render` for each view layer in a thread of its own, or in the main thread in the background. The renderer works in its
+threads; this one looks every tenth of a second, hands on what there is, and asks whether to stop.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+
+import bpy
+import numpy as np
+
+from . import headless, passes
+from .ajar_module import ajar
+from .export import ExportCancelled, export_scene
+from .interrupt import Interrupt
+
+POLL_SECONDS = 0.1
+WORDS_SECONDS = 0.25  # between two lines of progress: the background prints them all
+FIRST_IMAGE_SECONDS, IMAGE_SECONDS = 0.5, 2.0  # until the first picture is shown, and between two later ones
+NAME = "Ajar"
+
+
+class RenderFailed(Exception):
+    """There is no picture, for a reason the artist can read."""
+
+
+class AjarRenderEngine(bpy.types.RenderEngine):
+    bl_idname = "AJAR"
+    bl_label = NAME
+    bl_use_preview = False
+    bl_use_eevee_viewport = True         # Material Preview is drawn by Eevee
+    bl_use_postprocess = True
+    bl_use_shading_nodes_custom = False  # else Blender hides its standard shader nodes
+
+    _next_words = 0.0
+
+    def render(self, depsgraph: bpy.types.Depsgraph) -> None:
+        options = headless.current()
+        with Interrupt() as interrupt:
+            try:
+                self._render(depsgraph, options, lambda: interrupt.raised or self.test_break())
+            except ExportCancelled:
+                pass
+            except (RenderFailed, OSError, RuntimeError) as error:
+                self._fail(str(error))
+        if interrupt.raised and headless.renders_from_command_line():
+            interrupt.leave_after_writing()
+
+    def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
+        for item in passes.wanted(renderlayer):
+            self.register_pass(scene, renderlayer, item.name, len(item.letters), item.letters, item.kind)
+
+    def _render(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled) -> None:
+        started = time.monotonic()
+        scene = depsgraph.scene_eval
+        wanted = passes.wanted(depsgraph.view_layer_eval)
+        exported = export_scene(depsgraph, options, [item.name for item in wanted], self.camera_override or scene.camera,
+                                is_cancelled, lambda step: self._show(depsgraph, f"Exporting {step}"))
+        export_seconds = time.monotonic() - started
+        for name, message in exported.warnings:
+            self.report({"WARNING"}, f"{name}: {message}")
+        if options.dump_scene is not None:
+            ajar.save_description(exported.description, str(options.dump_scene))
+
+        session = ajar.Session()
+        session.start(exported.description)
+        self._follow(depsgraph, session, wanted, is_cancelled)
+
+        error = session.take_error()
+        for diagnostic in session.diagnostics():
+            self._report(diagnostic)
+        if error:
+            raise RenderFailed(error)
+        statistics = json.loads(session.statistics_json())
+        statistics |= {"export_seconds": export_seconds, "blender_version": bpy.app.version_string, "file": bpy.data.filepath,
+                       "scene": scene.name, "view_layer": depsgraph.view_layer.name, "frame": scene.frame_current}
+        self._show_memory(statistics)
+        if not self._hand_over(depsgraph, session, wanted, statistics):
+            return  # cancelled before the first sample
+        if options.stats is not None:
+            options.stats.write_text(json.dumps(statistics, indent=2) + "\n", encoding="utf-8")
+
+    def _follow(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass], is_cancelled) -> None:
+        """Until the session ends, by itself or because the user wants no more."""
+        next_image = time.monotonic() + FIRST_IMAGE_SECONDS
+        while not session.wait(POLL_SECONDS):
+            progress = session.progress()
+            self.update_progress(progress.fraction)
+            self._show(depsgraph, describe(progress))
+            if is_cancelled():
+                session.cancel()
+                session.wait(60.0)
+                return
+            if not bpy.app.background and time.monotonic() > next_image:
+                self._hand_over(depsgraph, session, wanted, None)
+                next_image = time.monotonic() + IMAGE_SECONDS
+
+    def _hand_over(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass],
+                   statistics: dict | None) -> bool:
+        """Give Blender the picture as it is now; False when there is none yet."""
+        if session.snapshot("Combined") is None:
+            return False
+        result = self.begin_result(0, 0, session.width, session.height, layer=depsgraph.view_layer.name)
+        layer = result.layers[0]
+        for item in wanted:
+            target = layer.passes.get(item.name)
+            values = session.snapshot(item.name)
+            if target is not None and values is not None:
+                target.rect.foreach_set(passes.fitted(values, target.channels))
+        self.end_result(result)
+        if statistics is not None:
+            self._stamp(depsgraph.view_layer.name, statistics)
+        return True
+
+    def _stamp(self, view_layer: str, statistics: dict) -> None:
+        """The statistics into the image's metadata, where its format has any."""
+        result = self.get_result()
+        for name, value in statistics.items():
+            result.stamp_data_add_field(f"ajar.{view_layer}.{name}", value if isinstance(value, str) else json.dumps(value))
+
+    # ---- Words --------------------------------------------------------------------------------------------------------
+
+    def _show(self, depsgraph: bpy.types.Depsgraph, text: str) -> None:
+        now = time.monotonic()
+        if now < self._next_words:
+            return
+        self._next_words = now + WORDS_SECONDS
+        self.update_stats(f"{depsgraph.scene.name}, {depsgraph.view_layer.name}", text)
+
+    def _show_memory(self, statistics: dict) -> None:
+        peak = statistics.get("peak_memory_bytes")
+        if isinstance(peak, (int, float)):
+            self.update_memory_stats(memory_used=peak / 2**20, memory_peak=peak / 2**20)
+
+    def _report(self, diagnostic: ajar.Diagnostic) -> None:
+        kind = {ajar.Diagnostic.Severity.Info: "INFO", ajar.Diagnostic.Severity.Warning: "WARNING"}.get(diagnostic.severity, "ERROR")
+        self.report({kind}, f"{diagnostic.object}: {diagnostic.message}" if diagnostic.object else diagnostic.message)
+
+    def _fail(self, message: str) -> None:
+        headless.say_error(message)
+        self.report({"ERROR"}, message)
+        self.error_set(message)
+        if headless.renders_from_command_line():
+            headless.leave(headless.EXIT_NO_IMAGE)
+
+
+def describe(progress: ajar.Progress) -> str:
+    if progress.phase == ajar.Progress.Phase.Building:
+        return f"Building: {progress.step}"
+    text = f"Rendering {progress.fraction:.0%} | {progress.samples:.1f} samples"
+    if progress.estimated_relmse >= 0.0:
+        text += f" | error {progress.estimated_relmse:.2e}"
+    return text
+
+
+def register() -> None:
+    bpy.utils.register_class(AjarRenderEngine)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(AjarRenderEngine)

@@ -1,0 +1,27 @@
+"""From Blender's evaluated dependency graph to Ajar's SceneDescription.
+
+One module per kind of datablock. Axes, units and names are Blender's own; arrays are copied in bulk; nothing of Blender is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import bpy
+
+from ..headless import Options
+from . import camera, objects, settings, world
+from .context import ExportCancelled, ExportContext
+
+__all__ = ["ExportCancelled", "ExportContext", "export_scene"]
+
+
+def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[str], camera_object: bpy.types.Object | None,
+                 is_cancelled: Callable[[], bool], report_step: Callable[[str], None]) -> ExportContext:
+    """The whole scene as seen by `camera_object`. Raises ExportCancelled soon after `is_cancelled` says so."""
+    context = ExportContext(depsgraph, is_cancelled, report_step)
+    settings.export(context, options, passes)
+    camera.export(context, camera_object)
+    world.export(context)
+    objects.export(context)
+    return context

@@ -1,0 +1,67 @@
+"""The camera: what part of the plane at distance 1 the frame shows, and the lens."""
+
+from __future__ import annotations
+
+import bpy
+from mathutils import Matrix
+
+from ..ajar_module import ajar
+from .context import ExportContext, rows_3x4
+from .settings import resolution
+
+_KINDS = {"PERSP": ajar.CameraKind.Perspective, "ORTHO": ajar.CameraKind.Orthographic, "PANO": ajar.CameraKind.Panorama}
+
+
+def export(context: ExportContext, camera_object: bpy.types.Object | None) -> None:
+    out = context.description.camera
+    if camera_object is None or camera_object.type != "CAMERA":
+        return  # the core says so
+    camera = camera_object.data
+    out.present = True
+    out.name = camera_object.name
+    out.kind = _KINDS.get(camera.type, ajar.CameraKind.Panorama)
+    frame = _without_scale(camera_object.matrix_world)
+    out.world_from_camera = rows_3x4(frame)
+    out.screen_window = screen_window(context.scene.render, camera)
+    out.clip_start = camera.clip_start
+    out.clip_end = camera.clip_end
+    _lens(out, camera, frame)
+
+
+def screen_window(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> tuple[float, float, float, float]:
+    """Left, right, bottom, top at z = -1 (orthographic: in metres). The sensor fits one axis; the other follows the aspect."""
+    width, height = resolution(render)
+    width, height = width * render.pixel_aspect_x, height * render.pixel_aspect_y
+    horizontal = camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and width >= height)
+    if camera.type == "ORTHO":
+        extent = camera.ortho_scale
+    else:
+        extent = (camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width) / camera.lens
+    half_width = 0.5 * extent * (1.0 if horizontal else width / height)
+    half_height = 0.5 * extent * (height / width if horizontal else 1.0)
+    x, y = camera.shift_x * extent, camera.shift_y * extent  # shifts are measured along the fitted axis, both
+    return (x - half_width, x + half_width, y - half_height, y + half_height)
+
+
+def _lens(out: ajar.CameraDescription, camera: bpy.types.Camera, frame: Matrix) -> None:
+    lens = camera.dof
+    if not lens.use_dof or lens.aperture_fstop <= 0.0:
+        return
+    focal_length = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3  # metres; orthographic lenses count as one metre
+    out.aperture_radius = focal_length / (2.0 * lens.aperture_fstop)
+    out.focus_distance = lens.focus_distance
+    if lens.focus_object is not None:
+        target = lens.focus_object.matrix_world.translation
+        out.focus_distance = abs((target - frame.translation).dot(frame.col[2].to_3d()))
+    out.blades = lens.aperture_blades
+    out.blade_rotation = lens.aperture_rotation
+    out.aperture_ratio = lens.aperture_ratio
+
+
+def _without_scale(matrix: Matrix) -> Matrix:
+    result = matrix.copy()
+    for column in range(3):
+        axis = matrix.col[column].to_3d().normalized()
+        for row in range(3):
+            result[row][column] = axis[row]
+    return result

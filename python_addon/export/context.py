@@ -1,0 +1,55 @@
+"""What the exporters of one render share."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import bpy
+
+from ..ajar_module import ajar
+
+CHECK_SECONDS = 0.05  # between two looks at the cancel button
+
+
+class ExportCancelled(Exception):
+    """The user wants no picture any more."""
+
+
+class ExportContext:
+    """The description under construction and the indices already given away.
+
+    Lives for one export: its keys are addresses of Blender's data, which hold only that long.
+    """
+
+    def __init__(self, depsgraph: bpy.types.Depsgraph, is_cancelled: Callable[[], bool], report_step: Callable[[str], None]) -> None:
+        self.depsgraph = depsgraph
+        self.scene = depsgraph.scene_eval
+        self.view_layer = depsgraph.view_layer_eval
+        self.description = ajar.SceneDescription()
+        self.materials: dict[int, int] = {}              # address of a material -> index
+        self.images: dict[tuple, int] = {}
+        self.attribute_names: set[str] = set()           # attributes that materials ask for by name
+        self.warnings: list[tuple[str, str]] = []        # (name of the datablock, message)
+        self.report_step = report_step
+        self._is_cancelled = is_cancelled
+        self._next_check = 0.0
+
+    def warn(self, name: str, message: str) -> None:
+        """Tell the artist, once."""
+        if (name, message) not in self.warnings:
+            self.warnings.append((name, message))
+
+    def check_cancelled(self) -> None:
+        """Cheap enough for every turn of a loop."""
+        now = time.monotonic()
+        if now < self._next_check:
+            return
+        if self._is_cancelled():
+            raise ExportCancelled
+        self._next_check = time.monotonic() + CHECK_SECONDS
+
+
+def rows_3x4(matrix) -> list[float]:
+    """A Blender matrix as the twelve numbers of an affine transform."""
+    return [*matrix[0], *matrix[1], *matrix[2]]

@@ -1,0 +1,66 @@
+"""Lamps. Their matrix and energy go over unchanged; the core gives them Cycles' meaning."""
+
+from __future__ import annotations
+
+import bpy
+
+from .. import compat
+from ..ajar_module import ajar
+from . import node_graph
+from .context import ExportContext, rows_3x4
+
+
+def export(context: ExportContext, light: bpy.types.Light, name: str, matrix_world, visibility: int) -> None:
+    """One lamp of the scene. Instances of a lamp are lamps."""
+    if light.type == "AREA" and compat.cycles_value(light, "is_portal", False):
+        return  # a portal only guides Cycles' sampling of the sky
+    out = ajar.LightDescription()
+    out.name = name
+    out.world_from_light = rows_3x4(matrix_world)
+    out.color = tuple(light.color)
+    out.energy = light.energy
+    out.visibility = visibility
+    out.cast_shadow = bool(compat.cycles_value(light, "cast_shadow", True))
+    out.multiple_importance = bool(compat.cycles_value(light, "use_multiple_importance_sampling", True))
+    _KINDS[light.type](out, light)
+    if light.use_nodes and light.node_tree is not None:
+        out.graph = _graph(context, light)
+    context.description.add_light(out)
+
+
+def _point(out: ajar.LightDescription, light: bpy.types.PointLight) -> None:
+    out.kind = ajar.LightKind.Point
+    out.radius = light.shadow_soft_size
+
+
+def _spot(out: ajar.LightDescription, light: bpy.types.SpotLight) -> None:
+    out.kind = ajar.LightKind.Spot
+    out.radius = light.shadow_soft_size
+    out.spot_angle = light.spot_size
+    out.spot_blend = light.spot_blend
+
+
+def _sun(out: ajar.LightDescription, light: bpy.types.SunLight) -> None:
+    out.kind = ajar.LightKind.Sun
+    out.sun_angle = light.angle
+
+
+def _area(out: ajar.LightDescription, light: bpy.types.AreaLight) -> None:
+    out.kind = ajar.LightKind.Area
+    round_shape = light.shape in ("DISK", "ELLIPSE")
+    out.area_shape = ajar.AreaShape.Ellipse if round_shape else ajar.AreaShape.Rectangle
+    two_sizes = light.shape in ("RECTANGLE", "ELLIPSE")
+    out.area_size = (light.size, light.size_y if two_sizes else light.size)
+    out.spread = light.spread
+
+
+_KINDS = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}
+
+
+def _graph(context: ExportContext, light: bpy.types.Light) -> ajar.NodeGraph:
+    graph = node_graph.export(context, light.node_tree, light.name)
+    if graph.surface.node < 0:  # nothing linked: the lamp is dark
+        node = graph.add_node("ShaderNodeEmission", "Emission")
+        graph.add_input(node, "Strength", (0.0, 0.0, 0.0, 0.0))
+        graph.surface = ajar.NodeLink(node, "Emission")
+    return graph

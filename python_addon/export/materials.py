@@ -1,0 +1,35 @@
+"""Materials: their node graphs, or what a material without nodes shows."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..ajar_module import ajar
+from . import node_graph
+from .context import ExportContext
+
+NO_MATERIAL = -1  # the core's default grey
+
+
+def export(context: ExportContext, material: bpy.types.Material | None) -> int:
+    """Index of the material."""
+    if material is None:
+        return NO_MATERIAL
+    key = material.as_pointer()
+    if key not in context.materials:
+        if material.use_nodes and material.node_tree is not None:
+            graph = node_graph.export(context, material.node_tree, material.name)
+            # An output with nothing linked to it neither reflects nor emits.
+            if graph.surface.node < 0:
+                _diffuse(graph, (0.0, 0.0, 0.0, 1.0))
+        else:
+            graph = ajar.NodeGraph()
+            _diffuse(graph, tuple(material.diffuse_color))
+        context.materials[key] = context.description.add_material(name=material.name, graph=graph, pass_index=material.pass_index)
+    return context.materials[key]
+
+
+def _diffuse(graph: ajar.NodeGraph, color: tuple[float, ...]) -> None:
+    node = graph.add_node("ShaderNodeBsdfDiffuse", "Diffuse BSDF")
+    graph.add_input(node, "Color", color)
+    graph.surface = ajar.NodeLink(node, "BSDF")

@@ -1,0 +1,106 @@
+"""Meshes as triangles: bulk copies only, no loop over elements.
+
+A corner of triangle t is one of Blender's loops; `loops[t, k]` carries every per-corner quantity over to triangles.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from .. import compat
+from ..ajar_module import ajar
+from .context import ExportContext
+
+EMPTY = -1
+
+_DOMAINS = {"POINT": ajar.Domain.Vertex, "CORNER": ajar.Domain.Corner, "FACE": ajar.Domain.Face}
+_VALUES = {  # data type of an attribute -> RNA name of its value, components
+    "FLOAT": ("value", 1), "INT": ("value", 1), "INT8": ("value", 1), "BOOLEAN": ("value", 1), "FLOAT2": ("vector", 2),
+    "FLOAT_VECTOR": ("vector", 3), "FLOAT_COLOR": ("color", 4), "BYTE_COLOR": ("color", 4),
+}
+
+
+def export(context: ExportContext, mesh: bpy.types.Mesh, name: str) -> int:
+    """Index of the mesh; EMPTY when it has no triangles."""
+    mesh.calc_loop_triangles()
+    count = len(mesh.loop_triangles)
+    if count == 0:
+        return EMPTY
+    context.check_cancelled()
+    loops = _read(mesh.loop_triangles, "loops", 3, np.int32)
+    polygons = _read(mesh.loop_triangles, "polygon_index", 1, np.int32)
+    triangles = _read(mesh.loops, "vertex_index", 1, np.int32)[loops]
+    positions = _read(mesh.vertices, "co", 3, np.float32)
+    context.check_cancelled()
+    normal_domain, normals = _normals(mesh, positions, triangles, loops, polygons)
+    context.check_cancelled()
+    materials = compat.polygon_materials(mesh)
+    slots = materials[polygons].astype(np.uint16) if materials is not None and materials.any() else None
+    attributes = _uv_maps(mesh, loops) + _colors(mesh, loops, polygons) + _requested(context, mesh, loops, polygons)
+    context.check_cancelled()
+    location, size = compat.texture_space(mesh)
+    active = mesh.uv_layers.active
+    rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), active.name if active else "")
+    return context.description.add_mesh(
+        name=name, positions=positions, triangles=triangles.view(np.uint32), material_slots=slots, normals=normals,
+        normal_domain=normal_domain, attributes=attributes, active_uv=rendered,
+        texture_space_location=location, texture_space_size=size)
+
+
+def _read(collection: bpy.types.bpy_prop_collection, name: str, columns: int, kind: type) -> np.ndarray:
+    values = np.empty(len(collection) * columns, dtype=kind)
+    collection.foreach_get(name, values)
+    return values.reshape(-1, columns) if columns > 1 else values
+
+
+def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray, loops: np.ndarray,
+             polygons: np.ndarray) -> tuple[ajar.Domain, np.ndarray | None]:
+    """Shading normals: none when all faces are flat, per vertex when all are smooth, else per corner."""
+    smooth = compat.polygon_smooth(mesh)
+    if not smooth.any():
+        return ajar.Domain.Corner, None
+    split = compat.has_split_normals(mesh)
+    if smooth.all() and not split:
+        return ajar.Domain.Vertex, compat.vertex_normals(mesh)
+    if split:
+        corners = compat.corner_normals(mesh)[loops]
+    else:
+        corners = compat.vertex_normals(mesh)[triangles]
+    flat = ~smooth[polygons]
+    if flat.any():
+        # The triangle's own normal, not its polygon's: faces of more corners need not be planar.
+        a, b, c = (positions[triangles[flat, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        corners[flat] = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)[:, None, :]
+    return ajar.Domain.Corner, corners.reshape(-1, 3)
+
+
+def _uv_maps(mesh: bpy.types.Mesh, loops: np.ndarray) -> list[tuple]:
+    flat_loops = loops.reshape(-1)
+    return [(layer.name, ajar.Domain.Corner, np.take(_read(layer.data, "uv", 2, np.float32), flat_loops, axis=0))
+            for layer in mesh.uv_layers if len(layer.data) == len(mesh.loops)]
+
+
+def _colors(mesh: bpy.types.Mesh, loops: np.ndarray, polygons: np.ndarray) -> list[tuple]:
+    return [_attribute(attribute, loops, polygons) for attribute in mesh.color_attributes if len(attribute.data)]
+
+
+def _requested(context: ExportContext, mesh: bpy.types.Mesh, loops: np.ndarray, polygons: np.ndarray) -> list[tuple]:
+    """Other attributes that a material asks for by name."""
+    known = {layer.name for layer in mesh.uv_layers} | {attribute.name for attribute in mesh.color_attributes}
+    wanted = [mesh.attributes.get(name) for name in sorted(context.attribute_names - known)]
+    return [_attribute(attribute, loops, polygons) for attribute in wanted
+            if attribute is not None and attribute.domain in _DOMAINS and attribute.data_type in _VALUES]
+
+
+def _attribute(attribute: bpy.types.Attribute, loops: np.ndarray, polygons: np.ndarray) -> tuple:
+    value, components = _VALUES[attribute.data_type]
+    kind = {"INT": np.int32, "INT8": np.int32, "BOOLEAN": bool}.get(attribute.data_type, np.float32)
+    values = _read(attribute.data, value, components, kind).astype(np.float32, copy=False).reshape(-1, components)
+    if attribute.domain == "CORNER":
+        values = values[loops.reshape(-1)]
+    elif attribute.domain == "FACE":
+        values = values[polygons]
+    return attribute.name, _DOMAINS[attribute.domain], values

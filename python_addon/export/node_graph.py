@@ -1,0 +1,279 @@
+"""Shader node trees as flat graphs: docs/developer/node_contract.md.
+
+A graph is followed from its output, so nodes that nothing uses never appear. Groups, reroutes and muted nodes are looked through: what
+feeds an input in the end is another node, a constant, or nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import bpy
+
+from ..ajar_module import ajar
+from . import images
+from .context import ExportContext, rows_3x4
+
+Value = tuple[float, float, float, float]
+ZERO: Value = (0.0, 0.0, 0.0, 0.0)
+TABLE_SIZE = 256
+
+
+@dataclass(eq=False)
+class Scope:
+    """One use of a node tree: the material's own, or a group's by one group node."""
+
+    tree: bpy.types.NodeTree
+    group_node: bpy.types.Node | None = None
+    parent: Scope | None = None
+    prefix: str = ""
+    feeding: dict[int, bpy.types.NodeLink] = field(default_factory=dict)   # address of an input -> the link into it
+    children: dict[int, Scope] = field(default_factory=dict)               # address of a group node -> its scope
+
+    def __post_init__(self) -> None:
+        for link in self.tree.links:
+            if link.is_valid and not link.is_muted and link.from_socket.enabled and link.to_socket.enabled:
+                self.feeding[link.to_socket.as_pointer()] = link
+
+    def child(self, group_node: bpy.types.Node) -> Scope:
+        key = group_node.as_pointer()
+        if key not in self.children:
+            self.children[key] = Scope(group_node.node_tree, group_node, self, f"{self.prefix}{group_node.name}/")
+        return self.children[key]
+
+
+@dataclass
+class Source:
+    """What feeds an input in the end: an output of a node, or (node None) a constant of a socket type."""
+
+    node: bpy.types.Node | None
+    scope: Scope
+    socket: bpy.types.NodeSocket | None
+    value: Value = ZERO
+    type: str = "VALUE"
+
+
+def export(context: ExportContext, tree: bpy.types.NodeTree, owner: str) -> ajar.NodeGraph:
+    """The graph behind the active output of `tree`; empty when it has none or nothing is linked to it."""
+    return GraphExporter(context, tree, owner).run()
+
+
+class GraphExporter:
+    def __init__(self, context: ExportContext, tree: bpy.types.NodeTree, owner: str) -> None:
+        self.context = context
+        self.owner = owner
+        self.root = Scope(tree)
+        self.graph = ajar.NodeGraph()
+        self.indices: dict[tuple[int, int], int] = {}
+        self.pending: list[tuple[int, bpy.types.Node, Scope]] = []
+
+    def run(self) -> ajar.NodeGraph:
+        output = self.root.tree.get_output_node("CYCLES")
+        if output is None:
+            return self.graph
+        for name in ("Surface", "Volume", "Displacement"):
+            socket = output.inputs.get(name)
+            if socket is not None:
+                source = self.trace(socket, self.root)
+                if source is not None and source.node is not None:
+                    setattr(self.graph, name.lower(), self.link_to(source))
+        while self.pending:
+            self.context.check_cancelled()
+            self.fill(*self.pending.pop())
+        return self.graph
+
+    # ---- Following links ----------------------------------------------------------------------------------------------
+
+    def trace(self, socket: bpy.types.NodeSocket, scope: Scope) -> Source | None:
+        """What feeds `socket` by links; None when it is not linked."""
+        link = scope.feeding.get(socket.as_pointer())
+        if link is None:
+            return None
+        seen: set[tuple[int, int]] = set()
+        while True:
+            node, output = link.from_node, link.from_socket
+            if (id(scope), output.as_pointer()) in seen:    # a loop of reroutes
+                return Source(None, scope, None, ZERO, output.type)
+            seen.add((id(scope), output.as_pointer()))
+            step = self.look_through(node, output, scope)
+            if step is None:
+                return Source(node, scope, output)
+            inner, scope = step
+            if inner is None:
+                return Source(None, scope, None, ZERO, output.type)
+            link = scope.feeding.get(inner.as_pointer())
+            if link is None:
+                return Source(None, scope, None, value_of(inner), inner.type)
+
+    def look_through(self, node: bpy.types.Node, output: bpy.types.NodeSocket,
+                     scope: Scope) -> tuple[bpy.types.NodeSocket | None, Scope] | None:
+        """The input that `output` stands for, and its scope; (None, scope) when it stands for zero; None when the node is a real one."""
+        if node.mute:
+            inputs = [link.from_socket for link in node.internal_links if link.to_socket == output]
+            return (inputs[0] if inputs else None), scope
+        if node.bl_idname == "NodeReroute":
+            return node.inputs[0], scope
+        if node.bl_idname == "NodeGroupInput":
+            if scope.parent is None:
+                return None, scope
+            return with_identifier(scope.group_node.inputs, output.identifier), scope.parent
+        if node.bl_idname == "ShaderNodeGroup" or node.type == "GROUP":
+            if node.node_tree is None:
+                self.context.warn(self.owner, f'node group "{scope.prefix}{node.name}" has lost its tree')
+                return None, scope
+            inner = scope.child(node)
+            outputs = [other for other in inner.tree.nodes if other.bl_idname == "NodeGroupOutput"]
+            active = next((other for other in outputs if other.is_active_output), outputs[0] if outputs else None)
+            return (with_identifier(active.inputs, output.identifier) if active is not None else None), inner
+        return None
+
+    def link_to(self, source: Source) -> ajar.NodeLink:
+        key = (id(source.scope), source.node.as_pointer())
+        if key not in self.indices:
+            index = self.graph.add_node(source.node.bl_idname, source.scope.prefix + source.node.name)
+            self.indices[key] = index
+            self.pending.append((index, source.node, source.scope))
+        return ajar.NodeLink(self.indices[key], source.socket.identifier)
+
+    # ---- Nodes --------------------------------------------------------------------------------------------------------
+
+    def fill(self, index: int, node: bpy.types.Node, scope: Scope) -> None:
+        for socket in node.inputs:
+            if not socket.identifier:
+                continue
+            source = self.trace(socket, scope)
+            if source is None:
+                self.graph.add_input(index, socket.identifier, value_of(socket))
+            elif source.node is not None:
+                self.graph.add_input(index, socket.identifier, value_of(socket), self.link_to(source))
+            elif socket.type == "SHADER" and source.type != "SHADER":
+                self.graph.add_input(index, socket.identifier, ZERO, self.constant_node(source))
+            else:
+                self.graph.add_input(index, socket.identifier, converted(source.value, source.type, socket.type))
+        for name in own_properties(node):
+            self.add_property(index, node, name)
+        special = SPECIAL.get(node.bl_idname)
+        if special is not None:
+            for name, content in special(self.context, node):
+                if isinstance(content, str):
+                    self.graph.add_property(index, name, text=content)
+                else:
+                    self.graph.add_property(index, name, numbers=content)
+
+    def add_property(self, index: int, node: bpy.types.Node, name: str) -> None:
+        value = getattr(node, name)
+        if isinstance(value, str):
+            self.graph.add_property(index, name, text=value)
+        elif isinstance(value, set):
+            self.graph.add_property(index, name, text=" ".join(sorted(value)))
+        elif isinstance(value, (bool, int, float)):
+            self.graph.add_property(index, name, numbers=[float(value)])
+        else:
+            self.graph.add_property(index, name, numbers=[float(number) for number in value])
+
+    def constant_node(self, source: Source) -> ajar.NodeLink:
+        """A number or colour where a closure is expected: it emits, which needs a node to come from."""
+        index = self.graph.add_node("ShaderNodeRGB", f"{self.owner} constant")
+        self.graph.add_property(index, "value", numbers=list(converted(source.value, source.type, "RGBA")))
+        return ajar.NodeLink(index, "Color")
+
+
+# ---- Sockets --------------------------------------------------------------------------------------------------------------
+
+def with_identifier(sockets: bpy.types.bpy_prop_collection, identifier: str) -> bpy.types.NodeSocket | None:
+    return next((socket for socket in sockets if socket.identifier == identifier), None)
+
+
+def value_of(socket: bpy.types.NodeSocket) -> Value:
+    if socket.type in ("VALUE", "INT", "BOOLEAN"):
+        return (float(socket.default_value), 0.0, 0.0, 0.0)
+    if socket.type in ("RGBA", "VECTOR", "ROTATION"):
+        numbers = [float(number) for number in socket.default_value]
+        return tuple((numbers + [0.0, 0.0, 0.0, 0.0])[:4])
+    return ZERO
+
+
+def converted(value: Value, source: str, target: str) -> Value:
+    """A constant of one socket type as another, by the rules of the contract."""
+    source_is_number = source in ("VALUE", "INT", "BOOLEAN")
+    if "SHADER" in (source, target):
+        return ZERO
+    if target in ("VALUE", "INT", "BOOLEAN"):
+        if source == "RGBA":
+            return (0.2126729 * value[0] + 0.7151522 * value[1] + 0.0721750 * value[2], 0.0, 0.0, 0.0)
+        return value if source_is_number else (sum(value[:3]) / 3.0, 0.0, 0.0, 0.0)
+    if source_is_number:
+        return (value[0], value[0], value[0], 1.0)
+    return value if source == "RGBA" else (*value[:3], 1.0)
+
+
+def own_properties(node: bpy.types.Node) -> list[str]:
+    """Identifiers of what this type of node adds to every node, apart from pointers and collections."""
+    common = bpy.types.Node.bl_rna.properties
+    return [prop.identifier for prop in node.bl_rna.properties
+            if prop.identifier not in common and prop.type in ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")]
+
+
+# ---- Values that live outside sockets and plain properties --------------------------------------------------------------
+
+Content = list[float] | str
+
+
+def _output_value(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    value = node.outputs[0].default_value
+    return [("value", [float(value)] if isinstance(value, float) else [float(number) for number in value])]
+
+
+def _image(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [("image", [float(images.export(context, node.image, node.image_user))])]
+
+
+def _ramp(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    ramp = node.color_ramp
+    numbers = [number for i in range(TABLE_SIZE) for number in ramp.evaluate(i / (TABLE_SIZE - 1))]
+    return [("ramp", numbers), ("ramp_interpolation", ramp.interpolation)]
+
+
+def _curve(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    mapping = node.mapping
+    mapping.initialize()
+    curves = mapping.curves
+    places = [point.location[0] for curve in curves for point in curve.points]
+    low, high = min(places), max(places)
+    numbers: list[float] = []
+    for i in range(TABLE_SIZE):
+        t = low + (high - low) * i / (TABLE_SIZE - 1)
+        if len(curves) == 4:                             # red, green, blue, combined
+            t = mapping.evaluate(curves[3], t)
+        axes = curves[:3] if len(curves) >= 3 else [curves[0]] * 3
+        numbers += [*(mapping.evaluate(curve, t) for curve in axes), 1.0]
+    return [("curve", numbers), ("curve_range", [low, high]), ("curve_extrapolate", [float(mapping.extend == "EXTRAPOLATED")])]
+
+
+def _object_of_coordinates(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    if node.object is None:
+        return []
+    return [("object", rows_3x4(node.object.matrix_world.inverted_safe()))]
+
+
+def _attribute_name(name: str) -> Callable:
+    def remember(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+        context.attribute_names.add(getattr(node, name))
+        return []
+    return remember
+
+
+SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Content]]]] = {
+    "ShaderNodeValue": _output_value,
+    "ShaderNodeRGB": _output_value,
+    "ShaderNodeNormal": _output_value,
+    "ShaderNodeTexImage": _image,
+    "ShaderNodeTexEnvironment": _image,
+    "ShaderNodeValToRGB": _ramp,
+    "ShaderNodeRGBCurve": _curve,
+    "ShaderNodeVectorCurve": _curve,
+    "ShaderNodeFloatCurve": _curve,
+    "ShaderNodeTexCoord": _object_of_coordinates,
+    "ShaderNodeAttribute": _attribute_name("attribute_name"),
+}

@@ -1,0 +1,156 @@
+"""Objects and their instances: everything the dependency graph shows, each mesh exported once.
+
+First one pass over the graph, which only collects; then the meshes. Instances of collections, particles and geometry nodes are the
+same thing here: a mesh, a list of materials, and a matrix for each appearance.
+"""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..ajar_module import ajar
+from . import lights, materials, mesh
+from .context import ExportContext, rows_3x4
+
+GEOMETRY_TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
+NOT_YET = {"CURVES": "hair curves", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
+
+
+@dataclass
+class Geometry:
+    """What instances share. `owner` is a real object, whose own data this is when `is_own`."""
+
+    owner: bpy.types.Object
+    data: bpy.types.ID
+    is_own: bool
+    name: str
+    materials: list[int]
+    visibility: int
+    index: int = -1
+
+
+class Collected:
+    """One entry per instance, in arrays that grow."""
+
+    def __init__(self) -> None:
+        self.geometries: dict[tuple[int, int, int], Geometry] = {}
+        self.order: list[Geometry] = []
+        self.geometry_of = array("i")
+        self.rows = array("f")
+        self.random = array("f")
+
+
+def export(context: ExportContext) -> None:
+    context.report_step("objects")
+    collected = Collected()
+    for instance in context.depsgraph.object_instances:
+        context.check_cancelled()
+        _collect(context, collected, instance)
+    _export_meshes(context, collected)
+    _add_instances(context, collected)
+
+
+def _collect(context: ExportContext, collected: Collected, instance: bpy.types.DepsgraphObjectInstance) -> None:
+    thing = instance.object
+    if not instance.show_self:
+        return
+    owner = instance.instance_object if instance.is_instance else thing
+    if thing.type == "LIGHT":
+        visibility = _visibility(context, owner, instance.parent if instance.is_instance else None)
+        lights.export(context, thing.data, owner.name, instance.matrix_world, visibility)
+        return
+    data = thing.data
+    if data is None:
+        return
+    if thing.type in NOT_YET:
+        context.warn(owner.name, f"{NOT_YET[thing.type]} are not yet supported and do not render")
+        return
+    if thing.type not in GEOMETRY_TYPES and not isinstance(data, bpy.types.Mesh):
+        return
+
+    parent = instance.parent if instance.is_instance else None
+    # Instances of one object under one parent share everything but the matrix.
+    key = (owner.as_pointer(), data.as_pointer(), parent.as_pointer() if parent is not None else 0)
+    geometry = collected.geometries.get(key)
+    if geometry is None:
+        slots = [materials.export(context, slot.material) for slot in thing.material_slots]
+        is_own = owner.data is not None and owner.data.as_pointer() == data.as_pointer()
+        geometry = Geometry(owner, data, is_own, owner.name, slots, _visibility(context, owner, parent), len(collected.order))
+        collected.geometries[key] = geometry
+        collected.order.append(geometry)
+    collected.geometry_of.append(geometry.index)
+    collected.rows.extend(rows_3x4(instance.matrix_world))
+    collected.random.append((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
+
+
+def _visibility(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> int:
+    bits = _ray_visibility(owner)
+    if parent is not None:
+        bits &= _ray_visibility(parent)
+    if owner.indirect_only_get(view_layer=context.view_layer):
+        bits &= ~ajar.VISIBLE_CAMERA
+    return bits
+
+
+def _ray_visibility(thing: bpy.types.Object) -> int:
+    return ((ajar.VISIBLE_CAMERA if thing.visible_camera else 0) | (ajar.VISIBLE_DIFFUSE if thing.visible_diffuse else 0)
+            | (ajar.VISIBLE_GLOSSY if thing.visible_glossy else 0)
+            | (ajar.VISIBLE_TRANSMISSION if thing.visible_transmission else 0)
+            | (ajar.VISIBLE_VOLUME_SCATTER if thing.visible_volume_scatter else 0)
+            | (ajar.VISIBLE_SHADOW if thing.visible_shadow else 0))
+
+
+def _export_meshes(context: ExportContext, collected: Collected) -> None:
+    """Every mesh once; `Geometry.index` becomes the index of the object, or mesh.EMPTY."""
+    indices: dict[int, int] = {}
+    for number, geometry in enumerate(collected.order):
+        context.report_step(f"mesh {number + 1} of {len(collected.order)}")
+        context.check_cancelled()
+        key = geometry.data.as_pointer()
+        if key not in indices:
+            indices[key] = _export_mesh(context, geometry)
+        if indices[key] == mesh.EMPTY or geometry.visibility == 0:
+            geometry.index = mesh.EMPTY
+            continue
+        owner = geometry.owner
+        geometry.index = context.description.add_object(
+            name=geometry.name, mesh=indices[key], materials=geometry.materials, visibility=geometry.visibility,
+            holdout=owner.holdout_get(view_layer=context.view_layer), shadow_catcher=owner.is_shadow_catcher,
+            pass_index=owner.pass_index, color=tuple(owner.color))
+
+
+def _export_mesh(context: ExportContext, geometry: Geometry) -> int:
+    data = geometry.data
+    if isinstance(data, bpy.types.Mesh) and not (data.is_editmode or (geometry.is_own and _wants_copy(data))):
+        return mesh.export(context, data, data.name)
+    if not geometry.is_own:
+        return mesh.EMPTY
+    try:
+        converted = geometry.owner.to_mesh()
+    except RuntimeError:  # what has no surface, such as all balls of a metaball family but the first
+        return mesh.EMPTY
+    try:
+        return mesh.export(context, converted, data.name) if converted is not None else mesh.EMPTY
+    finally:
+        geometry.owner.to_mesh_clear()
+
+
+def _wants_copy(data: bpy.types.Mesh) -> bool:
+    """Whether reading its normals would write to the dependency graph's mesh (before 4.1)."""
+    return getattr(data, "use_auto_smooth", False)
+
+
+def _add_instances(context: ExportContext, collected: Collected) -> None:
+    context.report_step("instances")
+    if not collected.order:
+        return
+    object_index = np.array([geometry.index for geometry in collected.order], dtype=np.int32)
+    objects = object_index[np.frombuffer(collected.geometry_of, dtype=np.int32)] if len(collected.geometry_of) else object_index[:0]
+    shown = objects != mesh.EMPTY
+    rows = np.frombuffer(collected.rows, dtype=np.float32).reshape(-1, 12)
+    random = np.frombuffer(collected.random, dtype=np.float32)
+    context.description.add_instances(objects[shown], rows[shown], random[shown])

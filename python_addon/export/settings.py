@@ -1,0 +1,53 @@
+"""Render settings: the scene's, overridden by the command line's."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..ajar_module import ajar
+from ..headless import Options
+from .context import ExportContext
+
+_FILTERS = {"BOX": ajar.FilterKind.Box, "GAUSSIAN": ajar.FilterKind.Gaussian, "BLACKMAN_HARRIS": ajar.FilterKind.BlackmanHarris}
+
+
+def export(context: ExportContext, options: Options, passes: list[str]) -> None:
+    out = context.description.settings
+    render, ours = context.scene.render, context.scene.ajar
+    out.width, out.height = resolution(render)
+    out.region = region(render)
+    out.filter = _FILTERS[ours.filter]
+    out.filter_width = ours.filter_width
+    out.exposure = ours.exposure
+    out.transparent_film = render.film_transparent
+    out.clamp_direct, out.clamp_indirect = ours.clamp_direct, ours.clamp_indirect
+    out.reflective_caustics, out.refractive_caustics = ours.reflective_caustics, ours.refractive_caustics
+    for kind in ("total", "diffuse", "glossy", "transmission", "transparent", "volume"):
+        setattr(out.bounces, kind, getattr(ours, f"bounces_{kind}"))
+    out.integrator = _first(options.integrator, ours.integrator)
+    out.direct = _first(options.direct, ours.direct)
+    out.image = _first(options.image, "uniform")
+    out.samples = _first(options.samples, ours.samples)
+    out.seconds = _first(options.time, ours.time_limit)
+    out.target_error = _first(options.error, ours.noise_target)
+    out.seed = _first(options.seed, ours.seed)
+    out.threads = _first(options.threads, render.threads if render.threads_mode == "FIXED" else 0)
+    out.passes = passes
+
+
+def resolution(render: bpy.types.RenderSettings) -> tuple[int, int]:
+    """Of the full frame in pixels, rounded as Blender does."""
+    return tuple(max(1, side * render.resolution_percentage // 100) for side in (render.resolution_x, render.resolution_y))
+
+
+def region(render: bpy.types.RenderSettings) -> tuple[int, int, int, int]:
+    """The border in pixels, truncated as Blender does; the full frame where there is none."""
+    width, height = resolution(render)
+    if not render.use_border:
+        return (0, 0, width, height)
+    return (int(render.border_min_x * width), int(render.border_min_y * height),
+            int(render.border_max_x * width), int(render.border_max_y * height))
+
+
+def _first(override, value):
+    return value if override is None else override

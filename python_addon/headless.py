@@ -1,0 +1,165 @@
+"""Options on Blender's command line, after `--`.
+
+    blender -b --addons ajar_render FILE.blend -E AJAR -o //out -F PNG -f 1 -- --ajar-samples 64 --ajar-stats out.json
+
+Each overrides its counterpart in the user interface. Arguments of others are left alone. A mistake is found when the add-on is
+enabled, before anything is rendered: Blender in the background then ends with exit code 2.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+
+from .ajar_module import ajar
+
+PREFIX = "--ajar-"
+EXIT_BAD_OPTION = 2
+EXIT_NO_IMAGE = 1
+
+INTEGRATORS = ("auto", "path", "pmc_pt", "erpt", "mps", "metropolis", "photon_map")
+DIRECT = ("mis", "bsdf", "light", "ris", "correlated", "pmc_hi", "ocv", "ocv_paper", "ocv_progressive")
+IMAGE = ("uniform", "pmc_ip")
+
+
+class OptionError(Exception):
+    """What is wrong with the command line, in words for its author."""
+
+
+@dataclass
+class Options:
+    """None: not given."""
+
+    integrator: str | None = None
+    direct: str | None = None
+    image: str | None = None
+    samples: int | None = None
+    time: float | None = None
+    error: float | None = None
+    seed: int | None = None
+    threads: int | None = None
+    stats: Path | None = None
+    dump_scene: Path | None = None
+
+
+def available_integrators() -> set[str]:
+    return {info.name for info in ajar.integrator_list() if info.available}
+
+
+def _name(valid: Sequence[str], available: Callable[[], set[str]]) -> Callable[[str], str]:
+    def read(text: str) -> str:
+        if text not in valid:
+            raise OptionError(f'has no "{text}"; valid: {", ".join(valid)}')
+        if text not in available():
+            usable = ", ".join(name for name in valid if name in available())
+            raise OptionError(f'"{text}" is not yet available in Ajar {ajar.version}; available: {usable}')
+        return text
+    return read
+
+
+def _number(kind: type, least: float, most: float) -> Callable[[str], float]:
+    wanted = "a whole number" if kind is int else "a number"
+
+    def read(text: str) -> float:
+        try:
+            value = kind(text)
+        except ValueError:
+            value = None
+        # A NaN fails both comparisons.
+        if value is None or not least <= value <= most:
+            raise OptionError(f'wants {wanted} from {least:g} to {most:.10g}, not "{text}"')
+        return value
+    return read
+
+
+def _file(text: str) -> Path:
+    path = Path(text).expanduser().absolute()
+    if not path.parent.is_dir():
+        raise OptionError(f'cannot write "{text}": there is no folder "{path.parent}"')
+    if path.is_dir():
+        raise OptionError(f'cannot write "{text}": it is a folder')
+    return path
+
+
+def _not_yet(_text: str) -> None:
+    raise OptionError(f"is not yet available in Ajar {ajar.version}")
+
+
+READERS: dict[str, Callable[[str], object]] = {
+    "integrator": _name(INTEGRATORS, available_integrators),
+    "direct": _name(DIRECT, lambda: {"mis"}),
+    "image": _name(IMAGE, lambda: {"uniform"}),
+    "samples": _number(int, 1, 2**31 - 1),
+    "time": _number(float, 1e-3, 1e9),
+    "error": _number(float, 1e-12, 1e6),
+    "seed": _number(int, 0, 2**32 - 1),
+    "threads": _number(int, 0, 1024),
+    "stats": _file,
+    "dump-scene": _file,
+    "checkpoint": _not_yet,
+    "resume": _not_yet,
+}
+
+
+def parse(argv: Sequence[str]) -> Options:
+    """The options among `argv` (the whole command line). Raises OptionError."""
+    options = Options()
+    arguments = list(argv[argv.index("--") + 1:]) if "--" in argv else []
+    while arguments:
+        argument = arguments.pop(0)
+        if not argument.startswith(PREFIX):
+            continue
+        name, equals, value = argument.removeprefix(PREFIX).partition("=")
+        reader = READERS.get(name)
+        if reader is None:
+            valid = ", ".join(PREFIX + known for known in READERS)
+            raise OptionError(f'there is no option "{PREFIX}{name}"; valid: {valid}')
+        if not equals:
+            if not arguments or arguments[0].startswith(PREFIX):
+                raise OptionError(f"{PREFIX}{name} wants a value after it")
+            value = arguments.pop(0)
+        try:
+            setattr(options, name.replace("-", "_"), reader(value))
+        except OptionError as error:
+            raise OptionError(f"{PREFIX}{name} {error}") from None
+    return options
+
+
+def current() -> Options:
+    """The options of this Blender. A wrong command line has been refused before."""
+    try:
+        return parse(sys.argv)
+    except OptionError:
+        return Options()
+
+
+def check() -> None:
+    """Refuse a wrong command line: say what is wrong and, in the background, end Blender."""
+    try:
+        parse(sys.argv)
+    except OptionError as error:
+        say_error(str(error))
+        if bpy.app.background:
+            leave(EXIT_BAD_OPTION)
+
+
+def say_error(message: str) -> None:
+    print(f"Ajar: error: {message}", file=sys.stderr, flush=True)
+
+
+def renders_from_command_line() -> bool:
+    """True when Blender was told to render by its own arguments (`-f`, `-a`), and so reports failure only by our doing."""
+    own = sys.argv[:sys.argv.index("--")] if "--" in sys.argv else sys.argv
+    return bpy.app.background and any(argument in ("-f", "-a", "--render-frame", "--render-anim") for argument in own)
+
+
+def leave(code: int) -> None:
+    """End Blender at once with an exit code, which its background mode cannot do otherwise."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)

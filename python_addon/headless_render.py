@@ -1,0 +1,59 @@
+"""Renders the current frame of an open file by AJAR into exactly the file named after `--`.
+
+    blender -b --addons ajar_render FILE.blend --python headless_render.py -- OUT.png|OUT.exr [--ajar-options]
+
+`.png` is as seen (the view transform applied), `.exr` is linear 32-bit float. Anything else is refused.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import bpy
+
+EXIT_FAILED = 1
+FORMATS = {".png": ("PNG", "8"), ".exr": ("OPEN_EXR", "32")}
+
+
+def main() -> None:
+    arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
+    if not arguments or arguments[0].startswith("--"):
+        leave("name the picture to write first after --")
+    out = Path(arguments[0]).expanduser().absolute()
+    if out.suffix not in FORMATS:
+        leave(f'"{out.name}": the name must end in {" or ".join(FORMATS)}')
+    if not out.parent.is_dir():
+        leave(f'cannot write "{out}": there is no folder "{out.parent}"')
+
+    scene = bpy.context.scene
+    try:
+        scene.render.engine = "AJAR"
+    except TypeError:
+        leave("the add-on ajar_render is not enabled")
+    image_settings = scene.render.image_settings
+    image_settings.file_format, image_settings.color_depth = FORMATS[out.suffix]
+    if out.suffix == ".exr":
+        image_settings.color_mode = "RGBA"
+        image_settings.exr_codec = "ZIP"
+    scene.render.use_file_extension = False
+    scene.render.filepath = str(out)
+    written_before = out.stat().st_mtime_ns if out.exists() else None
+    try:
+        bpy.ops.render.render(write_still=True)
+    except RuntimeError as error:
+        leave(str(error).strip())
+    if not out.exists() or out.stat().st_mtime_ns == written_before:
+        leave(f'"{out}" was not written')
+
+
+def leave(message: str) -> None:
+    """End Blender with a message and an exit code, which an exception in a script does not."""
+    print(f"Ajar: error: {message}", file=sys.stderr)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(EXIT_FAILED)
+
+
+main()

@@ -1,0 +1,44 @@
+"""Render passes: what a view layer asks for, and how Blender wants it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Pass:
+    name: str       # Blender's and the film's
+    letters: str    # one per channel
+    kind: str       # how the compositor treats it
+
+
+COMBINED = Pass("Combined", "RGBA", "COLOR")
+BUILT_IN = {  # property of the view layer -> pass. Two channels are not accepted, so UV has three.
+    "use_pass_z": Pass("Depth", "Z", "VALUE"),
+    "use_pass_position": Pass("Position", "XYZ", "VECTOR"),
+    "use_pass_normal": Pass("Normal", "XYZ", "VECTOR"),
+    "use_pass_uv": Pass("UV", "UVA", "VECTOR"),
+}
+OWN = {  # property of our own settings -> pass
+    "use_pass_albedo": Pass("Albedo", "RGB", "COLOR"),
+    "use_pass_sample_count": Pass("Sample Count", "X", "VALUE"),
+    "use_pass_variance": Pass("Variance", "X", "VALUE"),
+}
+
+
+def wanted(view_layer: bpy.types.ViewLayer) -> list[Pass]:
+    return ([COMBINED] + [item for name, item in BUILT_IN.items() if getattr(view_layer, name)]
+            + [item for name, item in OWN.items() if getattr(view_layer.ajar, name)])
+
+
+def fitted(values: np.ndarray, channels: int) -> np.ndarray:
+    """[height, width, any] as [height * width, channels]: cut, or padded with zeros."""
+    flat = values.reshape(-1, values.shape[2])
+    if flat.shape[1] > channels:
+        return np.ascontiguousarray(flat[:, :channels])
+    if flat.shape[1] < channels:
+        return np.pad(flat, ((0, 0), (0, channels - flat.shape[1])))
+    return flat

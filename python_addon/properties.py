@@ -1,0 +1,119 @@
+"""Settings of Ajar, stored in the .blend.
+
+A setting nobody has touched takes the value that the file has for Cycles, where Cycles has the same setting and somebody has set
+any of Cycles' there: an unmodified scene renders the same. The user interface shows the value in force.
+"""
+
+# No `from __future__ import annotations`: Blender reads these annotations as they are.
+
+import bpy
+
+from . import compat
+from .ajar_module import ajar
+from .headless import available_integrators
+
+# The numbers are stored in files and never change.
+INTEGRATOR_NUMBERS = {"auto": 0, "path": 1, "pmc_pt": 2, "erpt": 3, "mps": 4, "metropolis": 5, "photon_map": 6}
+DIRECT_ITEMS = [("mis", "MIS", "Light and material sampling, combined by multiple importance sampling", 0)]
+FILTER_ITEMS = [
+    ("BOX", "Box", "The square of the pixel", 0),
+    ("GAUSSIAN", "Gaussian", "Soft", 1),
+    ("BLACKMAN_HARRIS", "Blackman-Harris", "Soft, with more contrast at edges", 2),
+]
+
+
+def integrator_items() -> list[tuple[str, str, str, int]]:
+    """Those that this build has."""
+    return [(info.name, info.label, info.sentence, INTEGRATOR_NUMBERS[info.name])
+            for info in ajar.integrator_list() if info.available and info.name in INTEGRATOR_NUMBERS]
+
+
+def default_integrator() -> str:
+    return "auto" if "auto" in available_integrators() else "path"
+
+
+def _accessors(name: str, default, cycles: str, numbers: dict[str, int] | None = None):
+    """A getter that falls back on Cycles' setting, and a setter that ends that."""
+    key = f"{name}_"
+
+    def get(self):
+        stored = self.get(key)
+        if stored is not None:
+            return stored
+        scene = self.id_data
+        value = compat.cycles_value(scene, cycles, default) if compat.has_cycles_settings(scene) else default
+        return value if numbers is None else numbers.get(value, numbers[default])
+
+    def set_(self, value):
+        self[key] = value
+
+    return {"get": get, "set": set_}
+
+
+def _int(name: str, label: str, tip: str, default: int, cycles: str, low: int, high: int):
+    return bpy.props.IntProperty(name=label, description=tip, default=default, min=low, max=high,
+                                 **_accessors(name, default, cycles))
+
+
+def _float(name: str, label: str, tip: str, default: float, cycles: str, low: float, high: float, **more):
+    return bpy.props.FloatProperty(name=label, description=tip, default=default, min=low, max=high, **more,
+                                   **_accessors(name, default, cycles))
+
+
+def _bool(name: str, label: str, tip: str, default: bool, cycles: str):
+    return bpy.props.BoolProperty(name=label, description=tip, default=default, **_accessors(name, default, cycles))
+
+
+class AjarSceneSettings(bpy.types.PropertyGroup):
+    integrator: bpy.props.EnumProperty(name="Integrator", description="How light is followed", items=integrator_items(),
+                                       default=default_integrator())
+    direct: bpy.props.EnumProperty(name="Direct Light", description="How the light that arrives straight from lamps is sampled",
+                                   items=DIRECT_ITEMS, default="mis")
+    samples: _int("samples", "Samples", "Samples per pixel", 64, "samples", 1, 2**24)
+    time_limit: _float("time_limit", "Time Limit", "Seconds after which rendering stops; 0: none", 0.0, "time_limit", 0.0, 1e7,
+                       subtype="TIME_ABSOLUTE")
+    noise_target: bpy.props.FloatProperty(
+        name="Noise Target", description="Stop when the estimated relative mean squared error is below this; 0: never",
+        default=0.0, min=0.0, max=1.0, precision=6)
+    seed: _int("seed", "Seed", "Another number gives another pattern of noise", 0, "seed", 0, 2**31 - 1)
+    bounces_total: _int("bounces_total", "Total", "Bounces of any kind", 12, "max_bounces", 0, 1024)
+    bounces_diffuse: _int("bounces_diffuse", "Diffuse", "Diffuse bounces", 4, "diffuse_bounces", 0, 1024)
+    bounces_glossy: _int("bounces_glossy", "Glossy", "Glossy bounces", 4, "glossy_bounces", 0, 1024)
+    bounces_transmission: _int("bounces_transmission", "Transmission", "Bounces through glass", 12, "transmission_bounces", 0, 1024)
+    bounces_transparent: _int("bounces_transparent", "Transparent", "Transparent surfaces crossed", 8, "transparent_max_bounces", 0, 1024)
+    bounces_volume: _int("bounces_volume", "Volume", "Bounces in volumes", 0, "volume_bounces", 0, 1024)
+    clamp_direct: _float("clamp_direct", "Clamp Direct", "Limit of direct light; darkens; 0: none", 0.0, "sample_clamp_direct", 0.0, 1e8)
+    clamp_indirect: _float("clamp_indirect", "Clamp Indirect", "Limit of indirect light; darkens; 0: none", 0.0,
+                           "sample_clamp_indirect", 0.0, 1e8)
+    reflective_caustics: _bool("reflective_caustics", "Reflective Caustics", "Light that mirrors throw on diffuse surfaces", True,
+                               "caustics_reflective")
+    refractive_caustics: _bool("refractive_caustics", "Refractive Caustics", "Light that glass throws on diffuse surfaces", True,
+                               "caustics_refractive")
+    filter: bpy.props.EnumProperty(
+        name="Pixel Filter", description="Which part of the image a pixel gathers", items=FILTER_ITEMS, default="BLACKMAN_HARRIS",
+        **_accessors("filter", "BLACKMAN_HARRIS", "pixel_filter_type", {item[0]: item[3] for item in FILTER_ITEMS}))
+    filter_width: _float("filter_width", "Width", "Full width of the filter in pixels", 1.5, "filter_width", 0.01, 10.0)
+    exposure: _float("exposure", "Exposure", "Factor on the light that the film receives", 1.0, "film_exposure", 0.0, 10.0)
+
+
+class AjarViewLayerSettings(bpy.types.PropertyGroup):
+    use_pass_albedo: bpy.props.BoolProperty(name="Albedo", description="Colour of the first surface without its light")
+    use_pass_sample_count: bpy.props.BoolProperty(name="Sample Count", description="Samples that each pixel received")
+    use_pass_variance: bpy.props.BoolProperty(name="Variance", description="Estimated variance of each pixel's mean")
+
+
+CLASSES = (AjarSceneSettings, AjarViewLayerSettings)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.Scene.ajar = bpy.props.PointerProperty(type=AjarSceneSettings)
+    bpy.types.ViewLayer.ajar = bpy.props.PointerProperty(type=AjarViewLayerSettings)
+
+
+def unregister() -> None:
+    del bpy.types.ViewLayer.ajar
+    del bpy.types.Scene.ajar
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
