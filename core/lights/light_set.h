@@ -1,7 +1,19 @@
 // All lights of a scene: chosen by power, sampled, and found again when a ray hits them.
 //
-// The order of lights is fixed by the description: lamps first, then emissive triangles
-// instance by instance, then the environment. Nothing here traces rays.
+// The order of lights is fixed by the description: lamps first (light i is lamp i, also
+// when it emits nothing), then the triangles of emissive instances, then the environment. An instance with any emissive
+// material owns one index for *every* of its triangles, so that a hit's light is first_light + primitive; those that do
+// not emit have no power and are never chosen. A triangle costs four bytes a table, its vertices stay in the mesh.
+// A set in which nothing emits is empty. Nothing here traces rays.
+//
+// Choosing. Each lamp, each emissive instance and the environment is a *source*. A quarter of the chances goes to the
+// sources in equal parts, three quarters by power. The power of what is far away (suns, environment) grows with the
+// size of the scene, which says nothing about how much of it enters a room: together it counts at most as
+// much as all local sources together. The price is at most 4/3 of the variance where power is right; in return a lamp
+// in a sunlit scene, a sky beside its sun and a window in a lamplit room are never starved.
+//
+// The description, meshes, instances, materials and programs it was built from must outlive it
+// and stay where they are.
 #pragma once
 
 #include <memory>
@@ -20,7 +32,7 @@ struct LightBuildInput {
   std::vector<BuiltInstance>& instances;             ///< first_light is filled in
   const std::vector<uint32_t>& material_table;       ///< first_material + slot -> program
   const std::vector<ShaderProgram>& programs;        ///< materials, in order
-  const std::vector<ShaderProgram>& lamp_programs;   ///< one per LightDescription; may be constant
+  const std::vector<ShaderProgram>& lamp_programs;   ///< one per LightDescription; of an empty graph: unused
   const ShaderProgram& world_program;
   Vec3 scene_center{0.0f};
   float scene_radius = 1.0f;
@@ -36,27 +48,34 @@ class LightSet {
 
   size_t size() const;
   bool empty() const { return size() == 0; }
-  const Light& light(uint32_t index) const;
+  /// Lamps are the lights below this index.
+  uint32_t lamp_count() const;
+  /// Made on demand for triangles; ask `flags` at every sample.
+  Light light(uint32_t index) const;
+  LightFlags flags(uint32_t index) const;
   int environment_index() const;          ///< -1 when the world is black
-  bool has_distant_disks() const;
+  bool has_distant_disks() const { return !distant_disks().empty(); }
+  /// Luminance of all watts emitted.
   double total_power() const;
 
-  /// Choose a light for a point with normal n (n = 0 for volumes).
+  /// Choose a light for a point with normal n (n = 0 for volumes). Not on an empty set.
   struct Choice {
     uint32_t light;
     float pmf;
-    float u_remapped;
+    float u_remapped;                     ///< few bits left when there are many lights
   };
   Choice choose(Vec3 p, Vec3 n, float u) const;
   float choice_pmf(Vec3 p, Vec3 n, uint32_t light) const;
 
-  /// A direction towards light `index` seen from p. Empty when p cannot receive from it.
-  std::optional<LightSample> sample_li(uint32_t index, Vec3 p, Vec2 u, float time) const;
+  /// A direction towards light `index` seen from p. Empty when p cannot receive from it. Shaders see
+  /// `ray_kind`; by default none of Light Path's kinds, as Cycles does when it samples a light.
+  std::optional<LightSample> sample_li(uint32_t index, Vec3 p, Vec2 u, float time, uint32_t ray_kind = 0) const;
   /// Density with which sample_li would have chosen the direction `wi` that reaches
   /// the light at `distance` with the light's geometric normal `light_normal`.
   float pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 light_normal) const;
-  /// Radiance leaving lamp `index` from `position` towards `wo` (spot cone, spread and shader included).
-  Color lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time) const;
+  /// Radiance leaving lamp `index` from `position` towards `wo` (spot cone, spread and shader included); for suns
+  /// `position` does not matter.
+  Color lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time, uint32_t ray_kind = 0) const;
 
   /// Radiance of the environment (without suns) from direction `wi`, as a ray of this kind sees it.
   Color environment_radiance(Vec3 wi, uint32_t ray_kind) const;
@@ -69,7 +88,7 @@ class LightSet {
   const std::vector<uint32_t>& distant_disks() const;
   bool distant_disk_contains(uint32_t index, Vec3 wi) const;
 
-  /// Rays that leave lights; for photons and bidirectional paths.
+  /// Rays that leave lights; for photons and bidirectional paths. They start from the outside of spheres only.
   Choice choose_by_power(float u) const;
   float power_pmf(uint32_t light) const;
   std::optional<LightRay> sample_le(uint32_t index, Vec2 u_position, Vec2 u_direction, float time) const;

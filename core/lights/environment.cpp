@@ -1,0 +1,116 @@
+#include "lights/environment.h"
+
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+#include "math/warps.h"
+
+namespace ajar {
+
+namespace {
+
+Color evaluate(const ShaderProgram& program, Vec3 wi, uint32_t ray_kind) {
+  ShadingPoint point;
+  point.position = wi;
+  point.wo = point.ng = point.ns = -wi;
+  point.ray_kind = ray_kind;
+  return program.evaluate_emission(point);
+}
+
+/// Weight of a radiance for sampling: never negative, never infinite.
+float weight(Color radiance) {
+  const float y = luminance(glm::abs(radiance));
+  return std::isfinite(y) ? y : 0.0f;
+}
+
+}  // namespace
+
+Environment::Environment(const ShaderProgram& program, uint32_t visibility) : program_(&program), visibility_(visibility) {
+  if (!program.emits()) return;
+  constant_ = program.emission_is_constant();
+  if (constant_) {
+    constant_radiance_ = evaluate(program, Vec3(0, 0, 1), 0);
+    mean_luminance_ = weight(constant_radiance_);
+    return;
+  }
+  build_map();
+}
+
+void Environment::build_map() {
+  cos_rows_.resize(kHeight + 1);
+  for (int y = 0; y <= kHeight; ++y) cos_rows_[size_t(y)] = float(std::cos(M_PI * y / kHeight));
+
+  std::vector<float> corners(size_t(kWidth) * (kHeight + 1));
+  tbb::parallel_for(0, kHeight + 1, [&](int y) {
+    const double theta = M_PI * y / kHeight;
+    for (int x = 0; x < kWidth; ++x) {
+      const double phi = 2.0 * M_PI * x / kWidth;
+      const Vec3 wi(float(std::sin(theta) * std::cos(phi)), float(std::sin(theta) * std::sin(phi)), float(std::cos(theta)));
+      corners[size_t(y) * kWidth + size_t(x)] = weight(evaluate(*program_, wi, 0));
+    }
+  });
+
+  std::vector<float> cells(size_t(kWidth) * kHeight);
+  double sum = 0.0;
+  for (int y = 0; y < kHeight; ++y) {
+    const float* above = corners.data() + size_t(y) * kWidth;
+    const float* below = above + kWidth;
+    const float solid_angle = 0.5f * (cos_rows_[size_t(y)] - cos_rows_[size_t(y) + 1]) / float(kWidth);  // of 1 for the sphere
+    for (int x = 0; x < kWidth; ++x) {
+      const int next = (x + 1) % kWidth;
+      const float mean = 0.25f * (above[x] + above[next] + below[x] + below[next]);
+      cells[size_t(y) * kWidth + size_t(x)] = mean * solid_angle;
+      sum += double(mean) * solid_angle;
+    }
+  }
+  // Nothing at the corners may still be something between them: then the floor is all there is.
+  const float floor = sum > 0.0 ? kFloor * float(sum) : 1e-6f;
+  for (int y = 0; y < kHeight; ++y) {
+    const float solid_angle = 0.5f * (cos_rows_[size_t(y)] - cos_rows_[size_t(y) + 1]) / float(kWidth);
+    for (int x = 0; x < kWidth; ++x) cells[size_t(y) * kWidth + size_t(x)] += floor * solid_angle;
+  }
+  mean_luminance_ = float(sum) + floor;
+  map_ = Distribution2D(cells, kWidth, kHeight);
+}
+
+Color Environment::radiance(Vec3 wi, uint32_t ray_kind) const {
+  if (!program_ || visibility_ == 0) return Color(0.0f);
+  if (visibility_ != kVisibleAll) {
+    const auto hidden_from = [&](uint32_t kinds, uint32_t bit) { return (ray_kind & kinds) && !(visibility_ & bit); };
+    if (hidden_from(kRayCamera, kVisibleCamera) || hidden_from(kRayDiffuse, kVisibleDiffuse) || hidden_from(kRayGlossy, kVisibleGlossy) ||
+        hidden_from(kRayTransmission, kVisibleTransmission) || hidden_from(kRayVolumeScatter, kVisibleVolumeScatter))
+      return Color(0.0f);
+  }
+  return constant_ ? constant_radiance_ : evaluate(*program_, wi, ray_kind);
+}
+
+Vec3 Environment::sample(Vec2 u, float& pdf) const {
+  if (constant_) {
+    pdf = warp::sphere_pdf_solid_angle();
+    return warp::square_to_sphere(u);
+  }
+  float pdf_square;
+  const Vec2 point = map_.sample(u, pdf_square);
+  const float y = point.y * float(kHeight);
+  const int row = std::min(int(y), kHeight - 1);
+  const float top = cos_rows_[size_t(row)], bottom = cos_rows_[size_t(row) + 1];
+  const float z = top + (y - float(row)) * (bottom - top);
+  const float r = safe_sqrt((1.0f - z) * (1.0f + z)), phi = 2.0f * kPi * point.x;
+  pdf = pdf_square / (2.0f * kPi * float(kHeight) * (top - bottom));
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+float Environment::pdf_solid_angle(Vec3 wi) const {
+  if (constant_) return warp::sphere_pdf_solid_angle();
+  // The row by its cosine's inverse; atan2 keeps the poles exact.
+  const float theta = std::atan2(std::sqrt(wi.x * wi.x + wi.y * wi.y), wi.z);
+  float phi = std::atan2(wi.y, wi.x);
+  if (phi < 0.0f) phi += 2.0f * kPi;
+  const Vec2 point(phi * (0.5f * kInvPi), theta * kInvPi);
+  const int row = std::clamp(int(point.y * float(kHeight)), 0, kHeight - 1);
+  const float top = cos_rows_[size_t(row)], bottom = cos_rows_[size_t(row) + 1];
+  return map_.pdf_square(point) / (2.0f * kPi * float(kHeight) * (top - bottom));
+}
+
+}  // namespace ajar

@@ -1,0 +1,400 @@
+#include "lights/lamp.h"
+
+#include <algorithm>
+
+#include "lights/spherical_rectangle.h"
+#include "math/warps.h"
+
+namespace ajar {
+
+namespace {
+
+/// Spot cone of Cycles 3.4: cosine times a smooth step inside the cone.
+float spot_profile(const Light& light, float cos_theta) {
+  if (cos_theta <= light.cos_outer) return 0.0f;
+  const float x = cos_theta - light.cos_outer;
+  if (x >= light.spot_smooth) return cos_theta;
+  const float t = x / light.spot_smooth;
+  return cos_theta * t * t * (3.0f - 2.0f * t);
+}
+
+/// Soft-box grid in front of an area lamp: the part of the light its slats let through.
+float spread_profile(const Light& light, float cos_theta) {
+  if (!(cos_theta > 0.0f)) return 0.0f;
+  if (light.spread_tan == 0.0f) return 1.0f;
+  const float tan_theta = safe_sqrt(1.0f - cos_theta * cos_theta) / cos_theta;
+  return std::max(0.0f, (1.0f - light.spread_tan * tan_theta) * light.spread_norm);
+}
+
+/// sin^2 of the half angle beyond which the spread lets nothing through.
+float spread_sin2(const Light& light) { return 1.0f / (1.0f + sqr(light.spread_tan)); }
+
+/// 1 - cos of the cone in which a sphere is seen from distance^2 `d2` > r2.
+float sphere_one_minus_cos(float r2, float d2) {
+  const float sin2 = std::min(1.0f, r2 / d2);
+  return sin2 / (1.0f + safe_sqrt(1.0f - sin2));
+}
+
+/// The part of a rectangle that can shine on p: all of it, or what the spread's beam can reach.
+struct LitRectangle {
+  Vec3 corner;
+  float length_x, length_y;
+  bool empty() const { return !(length_x > 0.0f && length_y > 0.0f); }
+};
+LitRectangle lit_part(const Light& light, Vec3 p) {
+  const float hx = glm::dot(light.edge1, light.frame.s), hy = glm::dot(light.edge2, light.frame.t);
+  Vec2 low(-hx, -hy), high(hx, hy);
+  if (light.spread_tan > 0.0f) {
+    const Vec3 local = light.frame.to_local(p - light.position);
+    const float reach = local.z / light.spread_tan * 1.0001f;
+    low = glm::max(low, Vec2(local) - reach);
+    high = glm::min(high, Vec2(local) + reach);
+  }
+  return {light.position + low.x * light.frame.s + low.y * light.frame.t, high.x - low.x, high.y - low.y};
+}
+
+LightSample towards(const Light& light, Vec3 p, Vec3 position, Vec3 normal) {
+  LightSample s;
+  const Vec3 d = position - p;
+  s.distance = glm::length(d);
+  s.wi = d / s.distance;
+  s.position = position;
+  s.normal = normal;
+  s.delta = false;
+  s.radiance = light.radiance * lamp_profile(light, -s.wi);
+  s.pdf_solid_angle = 1.0f;
+  return s;
+}
+
+std::optional<LightSample> sample_sphere(const Light& light, Vec3 p, Vec2 u) {
+  const Vec3 to_center = light.position - p;
+  const float d2 = length_squared(to_center), r2 = sqr(light.radius);
+  LightSample s;
+  s.delta = false;
+  if (d2 > r2) {
+    const float d = std::sqrt(d2), size = sphere_one_minus_cos(r2, d2);
+    const Vec3 local = warp::square_to_cone(u, size);
+    s.wi = Frame(to_center / d).to_world(local);
+    // Entry point; sin^2 from the sampled sine keeps small cones exact.
+    const float sin2 = local.x * local.x + local.y * local.y;
+    s.distance = d * local.z - safe_sqrt(r2 - d2 * sin2);
+    s.pdf_solid_angle = warp::cone_pdf_solid_angle(size);
+  } else {
+    s.wi = warp::square_to_sphere(u);
+    const float b = glm::dot(to_center, s.wi);
+    s.distance = b + safe_sqrt(b * b - d2 + r2);
+    s.pdf_solid_angle = warp::sphere_pdf_solid_angle();
+  }
+  s.position = p + s.wi * s.distance;
+  s.normal = glm::normalize(s.position - light.position);
+  s.radiance = light.radiance * lamp_profile(light, -s.wi);
+  return s;
+}
+
+std::optional<LightSample> sample_flat(const Light& light, Vec3 p, Vec2 u) {
+  const float height = glm::dot(p - light.position, light.frame.n);
+  if (!(height > 0.0f) || !(light.area > 0.0f)) return std::nullopt;
+  if (light.type == LightType::Ellipse) {
+    const Vec2 d = warp::square_to_disk(u);
+    LightSample s = towards(light, p, light.position + d.x * light.edge1 + d.y * light.edge2, light.frame.n);
+    s.pdf_solid_angle = sqr(s.distance) / (light.area * abs_dot(light.frame.n, s.wi));
+    if (!std::isfinite(s.pdf_solid_angle)) return std::nullopt;
+    return s;
+  }
+  const LitRectangle lit = lit_part(light, p);
+  if (lit.empty()) return std::nullopt;
+  const SphericalRectangle rectangle(p, lit.corner, light.frame.s, light.frame.t, lit.length_x, lit.length_y);
+  if (rectangle.usable()) {
+    LightSample s = towards(light, p, p + rectangle.sample(u), light.frame.n);
+    s.pdf_solid_angle = 1.0f / rectangle.solid_angle();
+    return s;
+  }
+  const Vec3 position = lit.corner + u.x * lit.length_x * light.frame.s + u.y * lit.length_y * light.frame.t;
+  LightSample s = towards(light, p, position, light.frame.n);
+  s.pdf_solid_angle = sqr(s.distance) / (lit.length_x * lit.length_y * abs_dot(light.frame.n, s.wi));
+  if (!std::isfinite(s.pdf_solid_angle)) return std::nullopt;
+  return s;
+}
+
+float pdf_flat(const Light& light, Vec3 p, Vec3 wi, float distance) {
+  const float cos_light = -glm::dot(light.frame.n, wi);
+  if (!(cos_light > 0.0f) || !(light.area > 0.0f)) return 0.0f;
+  if (light.type == LightType::Ellipse) return sqr(distance) / (light.area * cos_light);
+  const LitRectangle lit = lit_part(light, p);
+  if (lit.empty()) return 0.0f;
+  if (light.spread_tan > 0.0f) {
+    const Vec3 local = p + wi * distance - lit.corner;
+    const float x = glm::dot(local, light.frame.s), y = glm::dot(local, light.frame.t);
+    if (x < 0.0f || y < 0.0f || x > lit.length_x || y > lit.length_y) return 0.0f;
+  }
+  const SphericalRectangle rectangle(p, lit.corner, light.frame.s, light.frame.t, lit.length_x, lit.length_y);
+  if (rectangle.usable()) return 1.0f / rectangle.solid_angle();
+  return sqr(distance) / (lit.length_x * lit.length_y * cos_light);
+}
+
+/// Direction from the surface of the lamp around its axis `n` (spots: around the cone's axis).
+Vec3 sample_le_direction(const Light& light, Vec3 n, Vec2 u) {
+  switch (light.type) {
+    case LightType::Point: return warp::square_to_sphere(u);
+    case LightType::Spot:
+    case LightType::SpotSphere: return light.frame.to_world(warp::square_to_cone(u, 1.0f - light.cos_outer));
+    case LightType::Rectangle:
+    case LightType::Ellipse: {
+      // Cosine-weighted inside the cone the spread lets through.
+      const Vec2 d = warp::square_to_disk(u) * std::sqrt(spread_sin2(light));
+      return light.frame.to_world({d.x, d.y, safe_sqrt(1.0f - d.x * d.x - d.y * d.y)});
+    }
+    default: return Frame(n).to_world(warp::square_to_cosine_hemisphere(u));
+  }
+}
+float pdf_le_direction(const Light& light, Vec3 n, Vec3 direction) {
+  switch (light.type) {
+    case LightType::Point: return warp::sphere_pdf_solid_angle();
+    case LightType::Spot:
+    case LightType::SpotSphere:
+      return glm::dot(direction, light.frame.n) > light.cos_outer ? warp::cone_pdf_solid_angle(1.0f - light.cos_outer) : 0.0f;
+    case LightType::Rectangle:
+    case LightType::Ellipse: {
+      const float cos_theta = glm::dot(direction, light.frame.n), sin2_max = spread_sin2(light);
+      return cos_theta > 0.0f && 1.0f - cos_theta * cos_theta <= sin2_max ? cos_theta * kInvPi / sin2_max : 0.0f;
+    }
+    default: return warp::cosine_hemisphere_pdf_solid_angle(glm::dot(direction, n));
+  }
+}
+
+}  // namespace
+
+Light make_lamp(const LightDescription& d) {
+  const Mat4 m = to_matrix(d.world_from_light);
+  const Vec3 x(m[0]), y(m[1]), z(m[2]);
+  const auto safe_normalize = [](Vec3 v, Vec3 fallback) {
+    const float length = glm::length(v);
+    return length > 0.0f ? v / length : fallback;
+  };
+  Light light;
+  light.visibility = d.visibility;
+  light.cast_shadow = d.cast_shadow;
+  light.position = Vec3(m[3]);
+  light.frame = Frame(-safe_normalize(z, Vec3(0, 0, 1)), x);
+  const Color power = d.color * d.energy;
+  switch (d.kind) {
+    case LightKind::Point:
+    case LightKind::Spot: {
+      const bool spot = d.kind == LightKind::Spot;
+      light.radius = std::max(0.0f, d.radius);
+      if (light.radius > 0.0f) {
+        light.type = spot ? LightType::SpotSphere : LightType::Sphere;
+        light.area = 4.0f * kPi * sqr(light.radius);
+        light.radiance = power / (kPi * light.area);
+      } else {
+        light.type = spot ? LightType::Spot : LightType::Point;
+        light.radiance = power / (4.0f * kPi);
+      }
+      if (spot) {
+        light.cos_outer = std::cos(0.5f * d.spot_angle);
+        light.spot_smooth = (1.0f - light.cos_outer) * d.spot_blend;
+      }
+      break;
+    }
+    case LightKind::Sun: {
+      const float half_angle = std::clamp(0.5f * d.sun_angle, 0.0f, 1.55f);
+      light.type = half_angle > 0.0f ? LightType::DistantDisk : LightType::DistantDelta;
+      light.radius = std::tan(half_angle);
+      light.area = kPi * sqr(light.radius);
+      light.radiance = power;
+      break;
+    }
+    case LightKind::Area: {
+      const bool ellipse = d.area_shape == AreaShape::Ellipse;
+      light.type = ellipse ? LightType::Ellipse : LightType::Rectangle;
+      // Orthogonal axes in the plane of the lamp: sheared lamps are not a thing of Blender's.
+      const float half_x = 0.5f * std::abs(d.area_size.x) * glm::length(x), half_y = 0.5f * std::abs(d.area_size.y) * glm::length(y);
+      if (glm::dot(light.frame.t, y) < 0.0f) {
+        light.frame.s = -light.frame.s;
+        light.frame.t = -light.frame.t;
+      }
+      light.edge1 = half_x * light.frame.s;
+      light.edge2 = half_y * light.frame.t;
+      light.area = (ellipse ? kPi : 4.0f) * half_x * half_y;
+      light.radiance = light.area > 0.0f ? power / (4.0f * light.area) : Color(0.0f);
+      // Spread below one degree is one degree, as in Cycles.
+      const float slats = 0.5f * (kPi - std::clamp(d.spread, kPi / 180.0f, kPi));
+      if (slats > 1e-6f) {
+        light.spread_tan = std::tan(slats);
+        light.spread_norm = 2.0f / (2.0f + (2.0f * slats - kPi) * light.spread_tan);
+      }
+      break;
+    }
+  }
+  light.mis = d.multiple_importance && !is_delta(light.type);
+  return light;
+}
+
+Color lamp_flux(const Light& light, float scene_radius) {
+  switch (light.type) {
+    case LightType::Point: return light.radiance * (4.0f * kPi);
+    case LightType::Sphere: return light.radiance * (kPi * light.area);
+    case LightType::Spot:
+    case LightType::SpotSphere: {
+      // Integral of the profile over the cone, in cos(theta); a sphere shows pi r^2 to every direction.
+      constexpr int kSteps = 256;
+      double sum = 0.0;
+      for (int i = 0; i < kSteps; ++i)
+        sum += spot_profile(light, light.cos_outer + (1.0f - light.cos_outer) * (float(i) + 0.5f) / float(kSteps));
+      const float integral = 2.0f * kPi * (1.0f - light.cos_outer) * float(sum / kSteps);
+      return light.radiance * (integral * (light.type == LightType::Spot ? 1.0f : 0.25f * light.area));
+    }
+    case LightType::Rectangle:
+    case LightType::Ellipse: return light.radiance * (kPi * light.area);
+    case LightType::DistantDelta:
+    case LightType::DistantDisk: return light.radiance * (kPi * sqr(scene_radius));
+    default: return Color(0.0f);
+  }
+}
+
+float lamp_profile(const Light& light, Vec3 wo) {
+  switch (light.type) {
+    case LightType::Spot:
+    case LightType::SpotSphere: return spot_profile(light, glm::dot(wo, light.frame.n));
+    case LightType::Rectangle:
+    case LightType::Ellipse: return spread_profile(light, glm::dot(wo, light.frame.n));
+    case LightType::DistantDisk: {
+      const float cos_theta = glm::dot(wo, light.frame.n);
+      return cos_theta > 0.0f ? 1.0f / (light.area * cos_theta * cos_theta * cos_theta) : 0.0f;
+    }
+    default: return 1.0f;
+  }
+}
+
+std::optional<LightSample> sample_lamp_li(const Light& light, Vec3 p, Vec2 u) {
+  switch (light.type) {
+    case LightType::Point:
+    case LightType::Spot: {
+      LightSample s = towards(light, p, light.position, light.frame.n);
+      if (!(s.distance > 0.0f)) return std::nullopt;
+      s.normal = -s.wi;
+      s.radiance /= sqr(s.distance);
+      s.delta = true;
+      if (light.type == LightType::Spot && is_black(s.radiance)) return std::nullopt;
+      return s;
+    }
+    case LightType::Sphere:
+    case LightType::SpotSphere: return sample_sphere(light, p, u);
+    case LightType::Rectangle:
+    case LightType::Ellipse: return sample_flat(light, p, u);
+    case LightType::DistantDelta:
+    case LightType::DistantDisk: {
+      LightSample s;
+      s.delta = light.type == LightType::DistantDelta;
+      const Vec2 d = s.delta ? Vec2(0.0f) : light.radius * warp::square_to_disk(u);
+      s.wi = glm::normalize(-light.frame.n + d.x * light.frame.s + d.y * light.frame.t);
+      s.normal = -s.wi;
+      s.position = Vec3(0.0f);
+      s.distance = kInfinity;
+      s.pdf_solid_angle = s.delta ? 1.0f : lamp_profile(light, -s.wi);
+      s.radiance = light.radiance * s.pdf_solid_angle;
+      return s;
+    }
+    default: return std::nullopt;
+  }
+}
+
+float pdf_lamp_li(const Light& light, Vec3 p, Vec3 wi, float distance, Vec3) {
+  switch (light.type) {
+    case LightType::Sphere:
+    case LightType::SpotSphere: {
+      const float d2 = length_squared(light.position - p), r2 = sqr(light.radius);
+      return d2 > r2 ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2)) : warp::sphere_pdf_solid_angle();
+    }
+    case LightType::Rectangle:
+    case LightType::Ellipse: return pdf_flat(light, p, wi, distance);
+    case LightType::DistantDisk: return lamp_profile(light, -wi);
+    default: return 0.0f;
+  }
+}
+
+std::optional<LightRay> sample_lamp_le(const Light& light, Vec2 u_position, Vec2 u_direction, Vec3 center, float radius) {
+  LightRay r;
+  switch (light.type) {
+    case LightType::Point:
+    case LightType::Spot:
+      r.ray.origin = light.position;
+      r.ray.direction = sample_le_direction(light, light.frame.n, u_direction);
+      r.normal = r.ray.direction;
+      break;
+    case LightType::Sphere:
+    case LightType::SpotSphere:
+      r.normal = warp::square_to_sphere(u_position);
+      r.ray.origin = light.position + light.radius * r.normal;
+      r.ray.direction = sample_le_direction(light, r.normal, u_direction);
+      if (!(glm::dot(r.ray.direction, r.normal) > 0.0f)) return std::nullopt;
+      break;
+    case LightType::Rectangle:
+    case LightType::Ellipse: {
+      const Vec2 d = light.type == LightType::Ellipse ? warp::square_to_disk(u_position) : 2.0f * u_position - 1.0f;
+      r.normal = light.frame.n;
+      r.ray.origin = light.position + d.x * light.edge1 + d.y * light.edge2;
+      r.ray.direction = sample_le_direction(light, light.frame.n, u_direction);
+      break;
+    }
+    case LightType::DistantDelta:
+    case LightType::DistantDisk: {
+      const auto s = sample_lamp_li(light, center, u_direction);
+      r.ray.direction = r.normal = -s->wi;
+      const Vec2 d = radius * warp::square_to_disk(u_position);
+      const Frame frame(r.ray.direction);
+      r.ray.origin = center - radius * r.ray.direction + d.x * frame.s + d.y * frame.t;
+      break;
+    }
+    default: return std::nullopt;
+  }
+  r.radiance = light.radiance * (light.type == LightType::DistantDelta ? 1.0f : lamp_profile(light, r.ray.direction));
+  pdf_lamp_le(light, r.normal, r.ray.direction, radius, r.pdf_area, r.pdf_solid_angle);
+  if (is_delta(light.type) && is_distant(light.type)) r.pdf_solid_angle = 1.0f;
+  if (!(r.pdf_solid_angle > 0.0f)) return std::nullopt;
+  return r;
+}
+
+void pdf_lamp_le(const Light& light, Vec3 normal, Vec3 direction, float scene_radius, float& pdf_area, float& pdf_solid_angle) {
+  switch (light.type) {
+    case LightType::Point:
+    case LightType::Spot:
+      pdf_area = 1.0f;
+      pdf_solid_angle = pdf_le_direction(light, normal, direction);
+      return;
+    case LightType::DistantDelta:
+    case LightType::DistantDisk:
+      pdf_area = kInvPi / sqr(scene_radius);
+      pdf_solid_angle = light.type == LightType::DistantDisk ? lamp_profile(light, direction) : 0.0f;
+      return;
+    default:
+      pdf_area = light.area > 0.0f ? 1.0f / light.area : 0.0f;
+      pdf_solid_angle = pdf_le_direction(light, normal, direction);
+  }
+}
+
+std::optional<LampCrossing> intersect_lamp_shape(const Light& light, const Ray& ray) {
+  const Vec3 to_center = light.position - ray.origin;
+  if (light.type == LightType::Sphere || light.type == LightType::SpotSphere) {
+    const float b = glm::dot(to_center, ray.direction), d2 = length_squared(to_center), r2 = sqr(light.radius);
+    // Distance of the centre from the ray, without cancellation (Haines et al. 2019).
+    const float h2 = r2 - length_squared(to_center - b * ray.direction);
+    if (!(h2 >= 0.0f)) return std::nullopt;
+    const float t = d2 > r2 ? b - std::sqrt(h2) : b + std::sqrt(h2);
+    if (!(t > ray.t_min && t < ray.t_max)) return std::nullopt;
+    return LampCrossing{t, glm::normalize(ray.direction * t - to_center)};
+  }
+  if (light.type == LightType::Rectangle || light.type == LightType::Ellipse) {
+    const float t = glm::dot(to_center, light.frame.n) / glm::dot(ray.direction, light.frame.n);
+    if (!(t > ray.t_min && t < ray.t_max)) return std::nullopt;
+    const Vec3 on_plane = ray.direction * t - to_center;
+    const float x = glm::dot(on_plane, light.edge1) / length_squared(light.edge1);
+    const float y = glm::dot(on_plane, light.edge2) / length_squared(light.edge2);
+    const bool inside = light.type == LightType::Ellipse ? x * x + y * y <= 1.0f : std::abs(x) <= 1.0f && std::abs(y) <= 1.0f;
+    if (!inside) return std::nullopt;
+    return LampCrossing{t, light.frame.n};
+  }
+  return std::nullopt;
+}
+
+}  // namespace ajar

@@ -1,0 +1,461 @@
+#include "lights/light_set.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+#include "lights/environment.h"
+#include "lights/lamp.h"
+#include "lights/triangle_light.h"
+#include "math/distribution.h"
+#include "math/warps.h"
+
+namespace ajar {
+
+namespace {
+
+/// Triangles of textured emission keep this part of their instance's mean.
+constexpr float kTriangleFloor = 0.05f;
+/// Share of the chances given to all sources alike.
+constexpr double kEqualShare = 0.25;
+
+struct SlotEmission {
+  const ShaderProgram* program = nullptr;   // null: does not emit
+  bool constant = true;
+  Color radiance{0.0f};                     // when constant
+};
+
+/// All triangles of one emissive instance: lights first .. first + count - 1.
+struct TriangleBlock {
+  uint32_t instance = 0, first = 0, count = 0;
+  std::vector<SlotEmission> slots;
+};
+
+/// A lamp, an emissive instance or the environment, as a candidate for choice.
+struct Source {
+  uint32_t first, count;
+  double power;             // 0: may emit though the estimate found nothing
+  bool far;
+};
+
+double luminous(Color c) { return luminance(glm::abs(c)); }
+
+}  // namespace
+
+struct LightSet::Data {
+  const BuiltMesh* meshes = nullptr;
+  const BuiltInstance* instances = nullptr;
+  const ShaderProgram* lamp_programs = nullptr;
+  std::vector<Light> lamps;
+  std::vector<TriangleBlock> blocks;        // by `first`
+  Environment environment;
+  uint32_t environment_visibility = 0;
+  int environment_index = -1;
+  std::vector<uint32_t> distant_disks;
+  Vec3 scene_center{0.0f};
+  float scene_radius = 1.0f;
+  DiscreteDistribution choice, by_power;
+  uint32_t size = 0;
+
+  const TriangleBlock& block_of(uint32_t index) const {
+    return *(std::upper_bound(blocks.begin(), blocks.end(), index, [](uint32_t i, const TriangleBlock& b) { return i < b.first; }) - 1);
+  }
+  const SlotEmission& emission_of(const TriangleBlock& block, uint32_t primitive) const {
+    const BuiltMesh& mesh = meshes[instances[block.instance].mesh];
+    const size_t slot = mesh.material_slots.empty() ? 0 : mesh.material_slots[primitive];
+    return block.slots[std::min(slot, block.slots.size() - 1)];  // removed slots: the last one
+  }
+  bool is_lamp(uint32_t index) const { return index < lamps.size(); }
+  bool is_environment(uint32_t index) const { return int(index) == environment_index; }
+
+  void add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources);
+  void add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources, std::vector<double>& weights);
+  void add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources, std::vector<double>& weights);
+  void make_tables(const std::vector<Source>& sources, std::vector<double>& weights);
+
+  Color lamp_radiance(const Light& light, Vec3 position, Vec3 normal, Vec3 wo, float time, uint32_t ray_kind) const {
+    const Color radiance = light.radiance * lamp_profile(light, wo);
+    return light.shader < 0 || is_black(radiance) ? radiance : radiance * shader_factor(light, position, normal, wo, time, ray_kind);
+  }
+  Color shader_factor(const Light& light, Vec3 position, Vec3 normal, Vec3 wo, float time, uint32_t ray_kind) const {
+    ShadingPoint point;
+    point.position = is_distant(light.type) ? -wo : position;
+    point.wo = wo;
+    point.ng = point.ns = normal;
+    point.time = time;
+    point.ray_kind = ray_kind;
+    return lamp_programs[light.shader].evaluate_emission(point);
+  }
+};
+
+// ---- Building -------------------------------------------------------------------------
+
+void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources) {
+  for (size_t i = 0; i < in.description.lights.size(); ++i) {
+    const LightDescription& description = in.description.lights[i];
+    Light light = make_lamp(description);
+    bool may_emit = true;
+    double factor = 1.0;
+    if (!description.graph.empty()) {
+      const ShaderProgram& program = in.lamp_programs[i];
+      may_emit = program.emits();
+      if (may_emit && program.emission_is_constant()) {
+        light.radiance *= program.evaluate_emission(ShadingPoint());
+      } else if (may_emit) {
+        light.shader = int(i);
+        // Mean of the shader over directions, from the centre.
+        factor = 0.0;
+        for (int k = 0; k < 64; ++k) {
+          const Vec3 wo = warp::square_to_sphere({(float(k % 8) + 0.5f) / 8.0f, (float(k / 8) + 0.5f) / 8.0f});
+          factor += luminous(shader_factor(light, light.position, wo, wo, 0.0f, 0)) / 64.0;
+        }
+        if (!std::isfinite(factor)) factor = 0.0;
+      }
+    }
+    if (!may_emit) light.radiance = Color(0.0f);
+    const double power = luminous(lamp_flux(light, scene_radius));
+    if (!is_finite(light.radiance) || !std::isfinite(power)) {
+      report_once(diagnostics, {Diagnostic::Severity::Error, description.name, "The light's strength or size is not a usable number; it is left dark."});
+      light.radiance = Color(0.0f);
+    } else if (power > 0.0) {
+      light.power = float(power * factor);
+      sources.push_back({uint32_t(i), 1, power * factor, is_distant(light.type)});
+    }
+    if (light.type == LightType::DistantDisk && !is_black(light.radiance) && light.mis) distant_disks.push_back(uint32_t(i));
+    lamps.push_back(light);
+  }
+}
+
+void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
+                                   std::vector<double>& weights) {
+  for (size_t i = 0; i < in.instances.size(); ++i) {
+    BuiltInstance& instance = in.instances[i];
+    const BuiltMesh& mesh = in.meshes[instance.mesh];
+    const uint32_t count = uint32_t(mesh.triangles.size());
+    TriangleBlock block;
+    block.instance = uint32_t(i);
+    block.first = uint32_t(weights.size());
+    block.count = count;
+    bool emits = false, constant = true;
+    for (uint32_t slot = 0; slot < std::max(1u, instance.material_count); ++slot) {
+      SlotEmission emission;
+      const ShaderProgram& program = in.programs[in.material_table[instance.first_material + slot]];
+      if (program.emits()) {
+        emission.program = &program;
+        emission.constant = program.emission_is_constant();
+        if (emission.constant) emission.radiance = program.evaluate_emission(ShadingPoint());
+        if (!is_finite(emission.radiance)) {
+          report_once(diagnostics, {Diagnostic::Severity::Error, in.description.objects[instance.object].name,
+                                    "The emission of a material is not a finite number; the object is not used as a light."});
+          emission.program = nullptr;
+        }
+        emits |= emission.program && (!emission.constant || !is_black(emission.radiance));
+        constant &= emission.constant;
+      }
+      block.slots.push_back(emission);
+    }
+    if (!emits || count == 0) continue;
+    if (uint64_t(block.first) + count > 0x7fffffffu) {
+      report_once(diagnostics, {Diagnostic::Severity::Error, in.description.objects[instance.object].name,
+                                "Too many emissive triangles; the object is not used as a light."});
+      continue;
+    }
+
+    // Watts of every triangle, both sides; where emission varies, part of the mean besides.
+    weights.resize(block.first + size_t(count), 0.0);
+    double* const power = weights.data() + block.first;
+    std::vector<float> areas(constant ? 0 : count, 0.0f);
+    tbb::parallel_for(tbb::blocked_range<uint32_t>(0, count, 4096), [&](const tbb::blocked_range<uint32_t>& range) {
+      for (uint32_t t = range.begin(); t != range.end(); ++t) {
+        const SlotEmission& emission = emission_of(block, t);
+        if (!emission.program) continue;
+        const WorldTriangle triangle = world_triangle(mesh, instance, t);
+        const Color radiance = emission.constant ? emission.radiance : mean_emission(*emission.program, mesh, instance, t, triangle);
+        const double watts = 2.0 * M_PI * double(triangle.area) * luminous(radiance);
+        power[t] = std::isfinite(watts) ? watts : 0.0;
+        if (!constant && !emission.constant && std::isfinite(triangle.area)) areas[t] = triangle.area;
+      }
+    });
+    double total = 0.0, area = 0.0;
+    for (uint32_t t = 0; t < count; ++t) total += power[t];
+    for (float a : areas) area += a;
+    if (area > 0.0) {
+      const double floor = total > 0.0 ? kTriangleFloor * total / area : 1.0;
+      for (uint32_t t = 0; t < count; ++t) power[t] += floor * areas[t];
+    }
+    if (!(total > 0.0) && !(area > 0.0)) {
+      weights.resize(block.first);
+      continue;
+    }
+    instance.first_light = block.first;
+    sources.push_back({block.first, count, total, false});
+    blocks.push_back(std::move(block));
+  }
+}
+
+void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
+                                     std::vector<double>& weights) {
+  environment = Environment(in.world_program, in.description.world.visibility);
+  if (environment.black()) return;
+  if (!std::isfinite(environment.mean_luminance())) {
+    report_once(diagnostics, {Diagnostic::Severity::Error, in.description.world.name, "The world's strength is not a finite number; it is left dark."});
+    environment = Environment();
+    return;
+  }
+  environment_visibility = in.description.world.visibility;
+  environment_index = int(weights.size());
+  // Radiance over the sphere times the area of the scene's disk.
+  const double power = 4.0 * M_PI * double(environment.mean_luminance()) * M_PI * double(scene_radius) * double(scene_radius);
+  sources.push_back({uint32_t(environment_index), 1, power, true});
+  weights.push_back(1.0);
+}
+
+void LightSet::Data::make_tables(const std::vector<Source>& sources, std::vector<double>& weights) {
+  double near_power = 0.0, far_power = 0.0;
+  for (const Source& s : sources) (s.far ? far_power : near_power) += s.power;
+  const double far_scale = near_power > 0.0 && far_power > near_power ? near_power / far_power : 1.0;
+  const double choice_total = near_power + far_scale * far_power, total = near_power + far_power;
+
+  // Inside a source, chances follow `weights` (watts with floors).
+  std::vector<double> watts(weights.size(), 0.0), inside;
+  std::swap(inside, weights);
+  weights.assign(inside.size(), 0.0);
+  for (const Source& s : sources) {
+    const double share = choice_total > 0.0 ? s.power * (s.far ? far_scale : 1.0) / choice_total : 1.0 / double(sources.size());
+    const double chance = kEqualShare / double(sources.size()) + (1.0 - kEqualShare) * share;
+    // A source of unknown power must leave rays as well.
+    const double power = s.power > 0.0 ? s.power : std::max(total, 1.0) * 0.01 / double(sources.size());
+    double sum = 0.0;
+    for (uint32_t i = s.first; i < s.first + s.count; ++i) sum += inside[i];
+    for (uint32_t i = s.first; i < s.first + s.count; ++i) {
+      weights[i] = chance * inside[i] / sum;
+      watts[i] = power * inside[i] / sum;
+    }
+  }
+  choice = DiscreteDistribution(weights);
+  by_power = DiscreteDistribution(watts);
+}
+
+LightSet::LightSet() : data_(std::make_unique<Data>()) {}
+LightSet::LightSet(LightSet&&) noexcept = default;
+LightSet& LightSet::operator=(LightSet&&) noexcept = default;
+LightSet::~LightSet() = default;
+
+LightSet::LightSet(const LightBuildInput& in, Diagnostics& diagnostics) : LightSet() {
+  Data& d = *data_;
+  d.meshes = in.meshes.data();
+  d.instances = in.instances.data();
+  d.lamp_programs = in.lamp_programs.data();
+  d.scene_center = in.scene_center;
+  d.scene_radius = in.scene_radius;
+  for (BuiltInstance& instance : in.instances) instance.first_light = ~0u;
+  std::vector<Source> sources;
+  d.add_lamps(in, diagnostics, sources);
+  std::vector<double> weights(d.lamps.size(), 1.0);
+  d.add_triangles(in, diagnostics, sources, weights);
+  d.add_environment(in, diagnostics, sources, weights);
+  if (sources.empty()) {
+    *data_ = Data();
+    return;
+  }
+  d.size = uint32_t(weights.size());
+  d.make_tables(sources, weights);
+}
+
+// ---- Asking ---------------------------------------------------------------------------
+
+size_t LightSet::size() const { return data_->size; }
+uint32_t LightSet::lamp_count() const { return uint32_t(data_->lamps.size()); }
+int LightSet::environment_index() const { return data_->environment_index; }
+const std::vector<uint32_t>& LightSet::distant_disks() const { return data_->distant_disks; }
+double LightSet::total_power() const { return data_->by_power.total(); }
+
+Light LightSet::light(uint32_t index) const {
+  const Data& d = *data_;
+  if (d.is_lamp(index)) return d.lamps[index];
+  Light light;
+  light.visibility = flags(index).visibility;
+  light.power = float(d.by_power.pmf(index) * d.by_power.total());
+  if (d.is_environment(index)) {
+    light.type = LightType::Environment;
+    return light;
+  }
+  const TriangleBlock& block = d.block_of(index);
+  const BuiltInstance& instance = d.instances[block.instance];
+  light.type = LightType::Triangle;
+  light.instance = block.instance;
+  light.primitive = index - block.first;
+  const WorldTriangle triangle = world_triangle(d.meshes[instance.mesh], instance, light.primitive);
+  light.position = triangle.p0;
+  light.edge1 = triangle.e1;
+  light.edge2 = triangle.e2;
+  light.frame = Frame(triangle.normal);
+  light.area = triangle.area;
+  light.radiance = d.emission_of(block, light.primitive).radiance;
+  return light;
+}
+
+LightFlags LightSet::flags(uint32_t index) const {
+  const Data& d = *data_;
+  if (d.is_lamp(index)) {
+    const Light& lamp = d.lamps[index];
+    return {lamp.type, lamp.visibility, lamp.cast_shadow, lamp.mis};
+  }
+  if (d.is_environment(index)) return {LightType::Environment, d.environment_visibility, true, true};
+  return {LightType::Triangle, d.instances[d.block_of(index).instance].visibility, true, true};
+}
+
+LightSet::Choice LightSet::choose(Vec3, Vec3, float u) const {
+  const auto choice = data_->choice.sample(u);
+  return {choice.index, choice.pmf, choice.u_remapped};
+}
+float LightSet::choice_pmf(Vec3, Vec3, uint32_t light) const { return data_->choice.pmf(light); }
+LightSet::Choice LightSet::choose_by_power(float u) const {
+  const auto choice = data_->by_power.sample(u);
+  return {choice.index, choice.pmf, choice.u_remapped};
+}
+float LightSet::power_pmf(uint32_t light) const { return data_->by_power.pmf(light); }
+
+std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, float time, uint32_t ray_kind) const {
+  const Data& d = *data_;
+  if (d.is_lamp(index)) {
+    const Light& lamp = d.lamps[index];
+    auto sample = sample_lamp_li(lamp, p, u);
+    if (sample && lamp.shader >= 0) sample->radiance *= d.shader_factor(lamp, sample->position, sample->normal, -sample->wi, time, ray_kind);
+    return sample;
+  }
+  LightSample s;
+  s.delta = false;
+  if (d.is_environment(index)) {
+    s.wi = d.environment.sample(u, s.pdf_solid_angle);
+    s.distance = kInfinity;
+    s.radiance = d.environment.radiance(s.wi, ray_kind);
+    s.position = Vec3(0.0f);
+    s.normal = -s.wi;
+    return s;
+  }
+  const TriangleBlock& block = d.block_of(index);
+  const uint32_t primitive = index - block.first;
+  const BuiltInstance& instance = d.instances[block.instance];
+  const BuiltMesh& mesh = d.meshes[instance.mesh];
+  const WorldTriangle triangle = world_triangle(mesh, instance, primitive);
+  const Vec2 barycentric = warp::square_to_triangle(u);
+  s.position = triangle.p0 + barycentric.x * triangle.e1 + barycentric.y * triangle.e2;
+  s.normal = triangle.normal;
+  const Vec3 to_light = s.position - p;
+  s.distance = glm::length(to_light);
+  s.wi = to_light / s.distance;
+  s.pdf_solid_angle = sqr(s.distance) / (triangle.area * abs_dot(triangle.normal, s.wi));
+  if (!(s.pdf_solid_angle > 0.0f) || !std::isfinite(s.pdf_solid_angle)) return std::nullopt;
+  const SlotEmission& emission = d.emission_of(block, primitive);
+  if (emission.constant) {
+    s.radiance = emission.radiance;
+  } else {
+    ShadingPoint point = triangle_point(mesh, instance, primitive, triangle, barycentric, -s.wi);
+    point.time = time;
+    point.ray_kind = ray_kind;
+    point.ray_length = s.distance;
+    s.radiance = emission.program->evaluate_emission(point);
+  }
+  return s;
+}
+
+float LightSet::pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 light_normal) const {
+  const Data& d = *data_;
+  if (d.is_lamp(index)) {
+    const Light& lamp = d.lamps[index];
+    if (lamp.type == LightType::DistantDisk && !distant_disk_contains(index, wi)) return 0.0f;
+    return pdf_lamp_li(lamp, p, wi, distance, light_normal);
+  }
+  if (d.is_environment(index)) return d.environment.pdf_solid_angle(wi);
+  const TriangleBlock& block = d.block_of(index);
+  const BuiltInstance& instance = d.instances[block.instance];
+  const WorldTriangle triangle = world_triangle(d.meshes[instance.mesh], instance, index - block.first);
+  const float projected = triangle.area * abs_dot(light_normal, wi);
+  return projected > 0.0f ? sqr(distance) / projected : 0.0f;
+}
+
+Color LightSet::lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time, uint32_t ray_kind) const {
+  const Light& lamp = data_->lamps[index];
+  Vec3 normal = wo;
+  if (lamp.type == LightType::Rectangle || lamp.type == LightType::Ellipse) normal = lamp.frame.n;
+  if (lamp.type == LightType::Sphere || lamp.type == LightType::SpotSphere) normal = glm::normalize(position - lamp.position);
+  return data_->lamp_radiance(lamp, position, normal, wo, time, ray_kind);
+}
+
+Color LightSet::environment_radiance(Vec3 wi, uint32_t ray_kind) const { return data_->environment.radiance(wi, ray_kind); }
+
+bool LightSet::distant_disk_contains(uint32_t index, Vec3 wi) const {
+  const Light& sun = data_->lamps[index];
+  // Tangents rather than cosines, which do not resolve half a degree.
+  const Vec3 local = sun.frame.to_local(-wi);
+  return local.z > 0.0f && local.x * local.x + local.y * local.y <= sqr(sun.radius * local.z);
+}
+
+std::optional<LightRay> LightSet::sample_le(uint32_t index, Vec2 u_position, Vec2 u_direction, float time) const {
+  const Data& d = *data_;
+  if (d.is_lamp(index)) {
+    const Light& lamp = d.lamps[index];
+    auto r = sample_lamp_le(lamp, u_position, u_direction, d.scene_center, d.scene_radius);
+    if (!r) return r;
+    r->ray.time = time;
+    if (lamp.shader >= 0) r->radiance *= d.shader_factor(lamp, r->ray.origin, r->normal, r->ray.direction, time, 0);
+    return r;
+  }
+  LightRay r;
+  r.ray.time = time;
+  if (d.is_environment(index)) {
+    const Vec3 wi = d.environment.sample(u_direction, r.pdf_solid_angle);
+    r.radiance = d.environment.radiance(wi, 0);
+    r.ray.direction = r.normal = -wi;
+    const Vec2 on_disk = d.scene_radius * warp::square_to_disk(u_position);
+    const Frame frame(r.ray.direction);
+    r.ray.origin = d.scene_center - d.scene_radius * r.ray.direction + on_disk.x * frame.s + on_disk.y * frame.t;
+    r.pdf_area = kInvPi / sqr(d.scene_radius);
+    return r;
+  }
+  const TriangleBlock& block = d.block_of(index);
+  const uint32_t primitive = index - block.first;
+  const BuiltInstance& instance = d.instances[block.instance];
+  const BuiltMesh& mesh = d.meshes[instance.mesh];
+  const WorldTriangle triangle = world_triangle(mesh, instance, primitive);
+  if (!(triangle.area > 0.0f)) return std::nullopt;
+  const Vec2 barycentric = warp::square_to_triangle(u_position);
+  // One half of the numbers for each side.
+  const bool front = u_direction.x < 0.5f;
+  u_direction.x = front ? 2.0f * u_direction.x : 2.0f * u_direction.x - 1.0f;
+  const Vec3 side = front ? triangle.normal : -triangle.normal;
+  const Vec3 local = warp::square_to_cosine_hemisphere(u_direction);
+  r.ray.origin = triangle.p0 + barycentric.x * triangle.e1 + barycentric.y * triangle.e2;
+  r.ray.direction = Frame(side).to_world(local);
+  r.normal = triangle.normal;
+  r.pdf_area = 1.0f / triangle.area;
+  r.pdf_solid_angle = 0.5f * warp::cosine_hemisphere_pdf_solid_angle(local.z);
+  if (!(r.pdf_solid_angle > 0.0f)) return std::nullopt;
+  const SlotEmission& emission = d.emission_of(block, primitive);
+  if (!emission.program) return std::nullopt;
+  r.radiance = emission.constant ? emission.radiance
+                                 : emission.program->evaluate_emission(
+                                       triangle_point(mesh, instance, primitive, triangle, barycentric, r.ray.direction));
+  return r;
+}
+
+LightSet::LePdf LightSet::pdf_le(uint32_t index, Vec3, Vec3 normal, Vec3 direction) const {
+  const Data& d = *data_;
+  LePdf pdf{0.0f, 0.0f};
+  if (d.is_lamp(index)) {
+    const Light& lamp = d.lamps[index];
+    pdf_lamp_le(lamp, normal, direction, d.scene_radius, pdf.pdf_area, pdf.pdf_solid_angle);
+    if (lamp.type == LightType::DistantDisk && !distant_disk_contains(index, -direction)) pdf.pdf_solid_angle = 0.0f;
+    return pdf;
+  }
+  if (d.is_environment(index)) return {kInvPi / sqr(d.scene_radius), d.environment.pdf_solid_angle(-direction)};
+  const TriangleBlock& block = d.block_of(index);
+  const BuiltInstance& instance = d.instances[block.instance];
+  const WorldTriangle triangle = world_triangle(d.meshes[instance.mesh], instance, index - block.first);
+  if (!(triangle.area > 0.0f)) return pdf;
+  return {1.0f / triangle.area, 0.5f * kInvPi * abs_dot(triangle.normal, direction)};
+}
+
+}  // namespace ajar

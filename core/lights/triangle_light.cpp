@@ -1,0 +1,68 @@
+#include "lights/triangle_light.h"
+
+namespace ajar {
+
+WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive) {
+  const UVec3 v = mesh.triangles[primitive];
+  WorldTriangle t;
+  t.p0 = mesh.positions[v.x];
+  t.e1 = mesh.positions[v.y] - t.p0;
+  t.e2 = mesh.positions[v.z] - t.p0;
+  if (!mesh.baked) {
+    t.p0 = transform_point(instance.world_from_object, t.p0);
+    t.e1 = transform_vector(instance.world_from_object, t.e1);
+    t.e2 = transform_vector(instance.world_from_object, t.e2);
+  }
+  // Scaled so that neither tiny nor huge triangles leave the range of floats.
+  const float scale = std::max(max_component(glm::abs(t.e1)), max_component(glm::abs(t.e2)));
+  t.normal = Vec3(0.0f);
+  t.area = 0.0f;
+  if (!(scale > 0.0f)) return t;
+  const Vec3 cross = glm::cross(t.e1 / scale, t.e2 / scale);
+  const float length = glm::length(cross);
+  if (!(length > 0.0f)) return t;
+  t.normal = cross * ((instance.flips_orientation ? -1.0f : 1.0f) / length);
+  t.area = 0.5f * length * scale * scale;
+  return t;
+}
+
+ShadingPoint triangle_point(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle,
+                            Vec2 barycentric, Vec3 wo) {
+  ShadingPoint point;
+  point.position = triangle.p0 + barycentric.x * triangle.e1 + barycentric.y * triangle.e2;
+  point.dpdu = triangle.e1;
+  point.dpdv = triangle.e2;
+  point.wo = wo;
+  point.barycentric = barycentric;
+  point.primitive = primitive;
+  point.mesh = &mesh;
+  point.instance = &instance;
+  point.ray_kind = 0;
+  Vec3 ns(0.0f);
+  if (!mesh.normals.empty()) {
+    const float b0 = 1.0f - barycentric.x - barycentric.y;
+    const UVec3 v = mesh.normal_domain == Domain::Vertex ? mesh.triangles[primitive] : UVec3(0, 1, 2) + 3u * primitive;
+    ns = b0 * mesh.normals[v.x] + barycentric.x * mesh.normals[v.y] + barycentric.y * mesh.normals[v.z];
+    if (!mesh.baked) ns = ns * Mat3(instance.object_from_world);  // row vector: inverse transpose times column
+  }
+  const float ns_length = glm::length(ns);
+  ns = ns_length > 0.0f ? ns / ns_length : triangle.normal;
+  point.backfacing = glm::dot(triangle.normal, wo) < 0.0f;
+  point.ng = point.backfacing ? -triangle.normal : triangle.normal;
+  point.ns = point.backfacing ? -ns : ns;
+  return point;
+}
+
+Color mean_emission(const ShaderProgram& program, const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive,
+                    const WorldTriangle& triangle) {
+  // Centres of the four similar quarters.
+  constexpr float a = 1.0f / 6.0f, b = 2.0f / 3.0f, c = 1.0f / 3.0f;
+  const Vec2 points[4] = {{c, c}, {a, a}, {b, a}, {a, b}};
+  Color sum(0.0f);
+  for (Vec2 barycentric : points)
+    for (float side : {1.0f, -1.0f})
+      sum += program.evaluate_emission(triangle_point(mesh, instance, primitive, triangle, barycentric, side * triangle.normal));
+  return sum / 8.0f;
+}
+
+}  // namespace ajar

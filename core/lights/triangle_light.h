@@ -1,0 +1,28 @@
+// Emissive triangles: their place in the world, and what their shader emits.
+//
+// A triangle shines from both sides, as in Cycles; a shader may tell the sides apart by
+// Backfacing. Vertices stay in the mesh, shared by its instances. Sampling is uniform over the area.
+#pragma once
+
+#include "scene/geometry.h"
+#include "shading/shader_program.h"
+#include "shading/shading_point.h"
+
+namespace ajar {
+
+struct WorldTriangle {
+  Vec3 p0, e1, e2;     ///< world space
+  Vec3 normal;         ///< unit, to the outside of the mesh also when mirrored; zero for a degenerate triangle
+  float area;
+};
+WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive);
+
+/// Everything a shader may ask, at `barycentric` of the triangle seen from direction `wo`.
+ShadingPoint triangle_point(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle,
+                            Vec2 barycentric, Vec3 wo);
+
+/// Mean emitted radiance over the triangle and both sides, estimated at a few points.
+Color mean_emission(const ShaderProgram& program, const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive,
+                    const WorldTriangle& triangle);
+
+}  // namespace ajar
