@@ -152,9 +152,9 @@ class PathTracer final : public Integrator {
             add(beta * emitted * weight_of_hit(uint32_t(environment), ray.direction, Vec3(kInfinity), -ray.direction), point.ray_depth);
         }
         lights.for_each_distant_disk(ray.direction, [&](uint32_t index) {
-          const Light& sun = lights.light(index);
-          if (!(sun.visibility & visibility_mask(point.ray_kind))) return;
-          add(beta * sun.radiance * weight_of_hit(index, ray.direction, Vec3(kInfinity), -ray.direction), point.ray_depth);
+          if (!(lights.flags(index).visibility & visibility_mask(point.ray_kind))) return;
+          const Color emitted = lights.lamp_radiance(index, Vec3(0.0f), -ray.direction, ray.time, point.ray_kind);
+          add(beta * emitted * weight_of_hit(index, ray.direction, Vec3(kInfinity), -ray.direction), point.ray_depth);
         });
         if (direct_view && !settings.transparent_film) alpha += luminance(beta);
         break;

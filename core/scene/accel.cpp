@@ -26,6 +26,7 @@ struct Accel::Data {
   RTCScene top = nullptr, lamps = nullptr;
   std::vector<RTCScene> mesh_scenes;
   std::vector<uint32_t> lamp_of_geometry;
+  std::vector<Vec4> lamp_spheres;         // centre and radius, for their filter; never reallocated
   std::atomic<int64_t> bytes{0};
   std::mutex error_mutex;
   std::string error;
@@ -139,15 +140,30 @@ void reject_outside_ellipse(const RTCFilterFunctionNArguments* args) {
   }
 }
 
+/// A sphere shines once on every ray: where it enters or, for an origin inside, where it leaves.
+void accept_one_side_of_sphere(const RTCFilterFunctionNArguments* args) {
+  const Vec4& sphere = *static_cast<const Vec4*>(args->geometryUserPtr);
+  const unsigned n = args->N;
+  for (unsigned i = 0; i < n; ++i) {
+    if (args->valid[i] != -1) continue;
+    const Vec3 origin(RTCRayN_org_x(args->ray, n, i), RTCRayN_org_y(args->ray, n, i), RTCRayN_org_z(args->ray, n, i));
+    const Vec3 direction(RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i), RTCRayN_dir_z(args->ray, n, i));
+    const Vec3 ng(RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i), RTCHitN_Ng_z(args->hit, n, i));
+    const bool inside = length_squared(origin - Vec3(sphere)) <= sqr(sphere.w), leaves = glm::dot(ng, direction) > 0.0f;
+    if (inside != leaves) args->valid[i] = 0;
+  }
+}
+
 }  // namespace
 
 void Accel::build_lamps(const LightSet& lights) {
   Data& d = *data_;
-  for (uint32_t i = 0; i < lights.size(); ++i) {
-    const Light& light = lights.light(i);
+  d.lamp_spheres.reserve(lights.lamp_count());
+  for (uint32_t i = 0; i < lights.lamp_count(); ++i) {
+    const Light light = lights.light(i);
     const bool sphere = light.type == LightType::Sphere || light.type == LightType::SpotSphere;
     const bool flat = light.type == LightType::Rectangle || light.type == LightType::Ellipse;
-    if (!(sphere || flat) || !light.mis) continue;
+    if (!(sphere || flat) || !light.mis || is_black(light.radiance)) continue;
     if (!d.lamps) d.lamps = d.new_scene();
     RTCGeometry geometry;
     if (sphere) {
@@ -155,6 +171,9 @@ void Accel::build_lamps(const LightSet& lights) {
       auto* point = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 16, 1));
       std::memcpy(point, &light.position, 12);
       point[3] = light.radius;
+      d.lamp_spheres.emplace_back(light.position, light.radius);
+      rtcSetGeometryUserData(geometry, &d.lamp_spheres.back());
+      rtcSetGeometryIntersectFilterFunction(geometry, accept_one_side_of_sphere);
     } else {
       geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_QUAD);
       auto* corners = static_cast<Vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 4));

@@ -30,7 +30,7 @@ inline Color estimate_direct(const DirectLightContext& c, float u_choice, Vec2 u
   if (!sample || is_black(sample->radiance)) return Color(0.0f);
   const Bsdf::Evaluation scattered = c.bsdf.evaluate(c.point.wo, sample->wi);
   if (is_black(scattered.f_cos)) return Color(0.0f);
-  const Light& light = lights.light(choice.light);
+  const LightFlags light = lights.flags(choice.light);
   float weight = 1.0f / (choice.pmf * sample->pdf_solid_angle);
   if (!sample->delta && light.mis) weight *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
   Color contribution = scattered.f_cos * sample->radiance * weight;
