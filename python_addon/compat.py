@@ -77,7 +77,9 @@ def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:
     if bpy.app.version >= (4, 1):
         return _numbers(mesh.corner_normals, "vector", 3, np.float32)
     mesh.calc_normals_split()
-    return _numbers(mesh.loops, "normal", 3, np.float32)
+    normals = _numbers(mesh.loops, "normal", 3, np.float32)
+    mesh.free_normals_split()
+    return normals
 
 
 def vertex_normals(mesh: bpy.types.Mesh) -> np.ndarray:

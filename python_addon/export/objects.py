@@ -47,44 +47,59 @@ class Collected:
 def export(context: ExportContext) -> None:
     context.report_step("objects")
     collected = Collected()
-    for instance in context.depsgraph.object_instances:
-        context.check_cancelled()
-        _collect(context, collected, instance)
+    _collect(context, collected)
     _export_meshes(context, collected)
     _add_instances(context, collected)
 
 
-def _collect(context: ExportContext, collected: Collected, instance: bpy.types.DepsgraphObjectInstance) -> None:
-    thing = instance.object
-    if not instance.show_self:
-        return
-    owner = instance.instance_object if instance.is_instance else thing
-    if thing.type == "LIGHT":
-        visibility = _visibility(context, owner, instance.parent if instance.is_instance else None)
-        lights.export(context, thing.data, owner.name, instance.matrix_world, visibility)
-        return
-    data = thing.data
-    if data is None:
-        return
+def _collect(context: ExportContext, collected: Collected) -> None:
+    """One turn per instance, of which there may be a million: as little as possible happens in each."""
+    geometries = collected.geometries
+    add_geometry, add_row, add_random = collected.geometry_of.append, collected.rows.extend, collected.random.append
+    for number, instance in enumerate(context.depsgraph.object_instances):
+        if number % 64 == 0:
+            context.check_cancelled()
+        if not instance.show_self:
+            continue
+        thing = instance.object
+        data = thing.data
+        if data is None:
+            continue
+        if instance.is_instance:
+            owner, parent = instance.instance_object, instance.parent
+            key = (owner.as_pointer(), data.as_pointer(), parent.as_pointer())
+        else:
+            owner, parent = thing, None
+            key = (owner.as_pointer(), data.as_pointer(), 0)
+        # Instances of one object under one parent share everything but the matrix.
+        geometry = geometries.get(key)
+        if geometry is None:
+            if thing.type == "LIGHT":
+                lights.export(context, data, owner.name, instance.matrix_world, _visibility(context, owner, parent))
+                continue
+            if not _has_surface(context, thing, owner):
+                continue
+            geometry = _geometry(context, thing, owner, parent, len(collected.order))
+            geometries[key] = geometry
+            collected.order.append(geometry)
+        x, y, z, _ = instance.matrix_world
+        add_row((*x, *y, *z))
+        add_random((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
+        add_geometry(geometry.index)
+
+
+def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object) -> bool:
     if thing.type in NOT_YET:
         context.warn(owner.name, f"{NOT_YET[thing.type]} are not yet supported and do not render")
-        return
-    if thing.type not in GEOMETRY_TYPES and not isinstance(data, bpy.types.Mesh):
-        return
+        return False
+    return thing.type in GEOMETRY_TYPES or isinstance(thing.data, bpy.types.Mesh)
 
-    parent = instance.parent if instance.is_instance else None
-    # Instances of one object under one parent share everything but the matrix.
-    key = (owner.as_pointer(), data.as_pointer(), parent.as_pointer() if parent is not None else 0)
-    geometry = collected.geometries.get(key)
-    if geometry is None:
-        slots = [materials.export(context, slot.material) for slot in thing.material_slots]
-        is_own = owner.data is not None and owner.data.as_pointer() == data.as_pointer()
-        geometry = Geometry(owner, data, is_own, owner.name, slots, _visibility(context, owner, parent), len(collected.order))
-        collected.geometries[key] = geometry
-        collected.order.append(geometry)
-    collected.geometry_of.append(geometry.index)
-    collected.rows.extend(rows_3x4(instance.matrix_world))
-    collected.random.append((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
+
+def _geometry(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object, parent: bpy.types.Object | None,
+              index: int) -> Geometry:
+    slots = [materials.export(context, slot.material) for slot in thing.material_slots]
+    is_own = owner.data is not None and owner.data.as_pointer() == thing.data.as_pointer()
+    return Geometry(owner, thing.data, is_own, owner.name, slots, _visibility(context, owner, parent), index)
 
 
 def _visibility(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> int:
@@ -125,7 +140,7 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
 
 def _export_mesh(context: ExportContext, geometry: Geometry) -> int:
     data = geometry.data
-    if isinstance(data, bpy.types.Mesh) and not (data.is_editmode or (geometry.is_own and _wants_copy(data))):
+    if isinstance(data, bpy.types.Mesh) and not data.is_editmode:
         return mesh.export(context, data, data.name)
     if not geometry.is_own:
         return mesh.EMPTY
@@ -137,11 +152,6 @@ def _export_mesh(context: ExportContext, geometry: Geometry) -> int:
         return mesh.export(context, converted, data.name) if converted is not None else mesh.EMPTY
     finally:
         geometry.owner.to_mesh_clear()
-
-
-def _wants_copy(data: bpy.types.Mesh) -> bool:
-    """Whether reading its normals would write to the dependency graph's mesh (before 4.1)."""
-    return getattr(data, "use_auto_smooth", False)
 
 
 def _add_instances(context: ExportContext, collected: Collected) -> None:

@@ -1,6 +1,6 @@
-"""Renders the current frame of an open file by AJAR into exactly the file named after `--`.
+"""Run inside Blender by render.sh: renders the current frame by AJAR into exactly one file.
 
-    blender -b --addons ajar_render FILE.blend --python headless_render.py -- OUT.png|OUT.exr [--ajar-options]
+    blender -b --addons ajar_render FILE.blend --python tools/render_to_file.py -- --output OUT.png|OUT.exr [--ajar-options]
 
 `.png` is as seen (the view transform applied), `.exr` is linear 32-bit float. Anything else is refused.
 """
@@ -19,10 +19,11 @@ FORMATS = {".png": ("PNG", "8"), ".exr": ("OPEN_EXR", "32")}
 
 def main() -> None:
     arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
-    if not arguments or arguments[0].startswith("--"):
-        leave("name the picture to write first after --")
-    out = Path(arguments[0]).expanduser().absolute()
-    if out.suffix not in FORMATS:
+    if "--output" not in arguments[:-1]:
+        leave("name the picture to write: -- --output OUT.png")
+    out = Path(arguments[arguments.index("--output") + 1]).expanduser().absolute()
+    ending = out.suffix.lower()
+    if ending not in FORMATS:
         leave(f'"{out.name}": the name must end in {" or ".join(FORMATS)}')
     if not out.parent.is_dir():
         leave(f'cannot write "{out}": there is no folder "{out.parent}"')
@@ -33,8 +34,8 @@ def main() -> None:
     except TypeError:
         leave("the add-on ajar_render is not enabled")
     image_settings = scene.render.image_settings
-    image_settings.file_format, image_settings.color_depth = FORMATS[out.suffix]
-    if out.suffix == ".exr":
+    image_settings.file_format, image_settings.color_depth = FORMATS[ending]
+    if ending == ".exr":
         image_settings.color_mode = "RGBA"
         image_settings.exr_codec = "ZIP"
     scene.render.use_file_extension = False
