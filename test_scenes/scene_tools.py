@@ -36,7 +36,7 @@ OLDER_SOCKET_NAMES = {
 # --- The scene -------------------------------------------------------------------------------------------------------
 
 def start_scene(width: int, height: int, *, samples: int = 64, bounces: int = 16) -> bpy.types.Scene:
-    """An empty scene whose Cycles settings solve the whole light transport problem: nothing clamped, nothing skipped."""
+    """An empty scene whose Cycles settings solve the whole light transport problem: nothing clamped or skipped."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.unit_settings.system = "METRIC"
@@ -205,9 +205,10 @@ def area_light(name: str, position: Point, target: Point, size: float | tuple[fl
 
 
 def point_light(name: str, position: Point, watts: float, colour: Colour = (1.0, 1.0, 1.0), *,
-                radius: float = 0.0) -> bpy.types.Object:
+                radius: float = 0.0, seen: bool = False) -> bpy.types.Object:
     made = _light(name, "POINT", watts, colour)
     made.data.shadow_soft_size = radius
+    made.visible_camera = seen
     made.location = position
     return made
 
