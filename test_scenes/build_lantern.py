@@ -2,6 +2,7 @@
 
 Most of the light never leaves the lantern; what does paints its carving on the walls.
 """
+
 from __future__ import annotations
 
 import math
@@ -13,7 +14,7 @@ from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import scene_tools as st  # noqa: E402
+import scene_tools as tools  # noqa: E402
 from furniture import bowl, chair, put, table, vase  # noqa: E402
 from images import pack, wood  # noqa: E402
 from shapes import Shape, block, lathe, smooth_curve, smooth_profile, sphere, tube  # noqa: E402
@@ -22,18 +23,29 @@ LEFT, RIGHT, NEAR, FAR, CEILING = -1.75, 2.3, -2.6, 1.55, 2.45
 TABLE_HEIGHT = 0.68
 COLUMNS = 24
 THICKNESS = 0.005
-SIDE = 4                      # vertices along one side of a cell
-BULB = 0.205                  # height of the bulb above the table
+SIDE = 4  # vertices along one side of a cell
+BULB = 0.205  # height of the bulb above the table
 
-BODY = [(0.070, 0.022), (0.118, 0.055), (0.158, 0.125), (0.168, 0.205), (0.148, 0.285), (0.108, 0.345), (0.070, 0.395), (0.050, 0.430)]
+BODY = [
+    (0.070, 0.022),
+    (0.118, 0.055),
+    (0.158, 0.125),
+    (0.168, 0.205),
+    (0.148, 0.285),
+    (0.108, 0.345),
+    (0.070, 0.395),
+    (0.050, 0.430),
+]
 
 
 # Holes: the radius, as a share of the cell's half side, in each direction from its centre.
+
 
 def star(points: int, outer: float, inner: float) -> Callable[[float], float]:
     def radius(angle: float) -> float:
         part = abs((angle * points / (2 * math.pi)) % 1.0 - 0.5) * 2.0
         return inner + (outer - inner) * part
+
     return radius
 
 
@@ -50,8 +62,21 @@ def lozenge(size: float) -> Callable[[float], float]:
 
 
 # From the foot to the neck; every second row is shifted by half a cell.
-ROWS = [disc(0.30), lozenge(0.62), petals(4, 0.66, 0.22), lozenge(0.62), star(8, 0.76, 0.36), lozenge(0.62), star(8, 0.76, 0.36), lozenge(0.62),
-        petals(4, 0.66, 0.22), lozenge(0.62), disc(0.34), lozenge(0.5), disc(0.30)]
+ROWS = [
+    disc(0.30),
+    lozenge(0.62),
+    petals(4, 0.66, 0.22),
+    lozenge(0.62),
+    star(8, 0.76, 0.36),
+    lozenge(0.62),
+    star(8, 0.76, 0.36),
+    lozenge(0.62),
+    petals(4, 0.66, 0.22),
+    lozenge(0.62),
+    disc(0.34),
+    lozenge(0.5),
+    disc(0.30),
+]
 
 
 def carved_body() -> Shape:
@@ -64,7 +89,7 @@ def carved_body() -> Shape:
     def point(column: float, row: float, depth: float) -> Vector:
         """`column` and `row` count cells; `depth` inwards, metres."""
         along = min(max(row / len(ROWS), 0.0), 1.0) * lengths[-1]
-        k = min(max(next((i for i, l in enumerate(lengths) if l >= along), len(line) - 1), 1), len(line) - 1)
+        k = min(max(next((i for i, length in enumerate(lengths) if length >= along), len(line) - 1), 1), len(line) - 1)
         step = line[k] - line[k - 1]
         place = line[k - 1] + step * ((along - lengths[k - 1]) / (lengths[k] - lengths[k - 1]))
         place += depth * Vector((-step.y, step.x)).normalized()
@@ -73,7 +98,9 @@ def carved_body() -> Shape:
 
     # The outline of a cell, anticlockwise from its lower left corner, as seen from outside.
     walk = [k / SIDE * 2 - 1 for k in range(SIDE)]
-    outline = [(t, -1.0) for t in walk] + [(1.0, t) for t in walk] + [(-t, 1.0) for t in walk] + [(-1.0, -t) for t in walk]
+    outline = (
+        [(t, -1.0) for t in walk] + [(1.0, t) for t in walk] + [(-t, 1.0) for t in walk] + [(-1.0, -t) for t in walk]
+    )
     verts: list[Vector] = []
     numbers: dict[tuple[int, ...], int] = {}
 
@@ -85,7 +112,7 @@ def carved_body() -> Shape:
         return numbers[key]
 
     faces: list[tuple[int, ...]] = []
-    refine = 3                # vertices of a hole for each on the cell's outline
+    refine = 3  # vertices of a hole for each on the cell's outline
     for row, hole in enumerate(ROWS):
         for column in range(COLUMNS):
             middle = (column + 0.5 * (row % 2), row + 0.5)
@@ -99,7 +126,11 @@ def carved_body() -> Shape:
                         t = j / refine
                         angle = math.atan2(y + (after[1] - y) * t, x + (after[0] - x) * t)
                         size = hole(angle)
-                        rim.append(vertex(middle[0] + size * math.cos(angle) / 2, middle[1] + size * math.sin(angle) / 2, depth))
+                        rim.append(
+                            vertex(
+                                middle[0] + size * math.cos(angle) / 2, middle[1] + size * math.sin(angle) / 2, depth
+                            )
+                        )
                 rims.append(rim)
             count = len(outline)
             for k in range(count):
@@ -113,48 +144,111 @@ def carved_body() -> Shape:
         shift = 0.5 * ((row - 1 if row else 0) % 2)
         for k in range(COLUMNS * SIDE):
             a, b = shift + k / SIDE, shift + (k + 1) / SIDE
-            faces.append((vertex(a, row, 0.0), vertex(b, row, 0.0), vertex(b, row, THICKNESS), vertex(a, row, THICKNESS))[::order])
+            faces.append(
+                (vertex(a, row, 0.0), vertex(b, row, 0.0), vertex(b, row, THICKNESS), vertex(a, row, THICKNESS))[
+                    ::order
+                ]
+            )
     return Shape(verts, faces)
 
 
 def build() -> None:
-    st.start_scene(684, 513)
+    tools.start_scene(684, 513)
     build_room()
     x, y = 0.0, 0.25
-    oak = st.principled("Oak", (1, 1, 1), roughness=0.35)
-    st.image_texture(oak, pack("Oak", wood((0.42, 0.26, 0.15), (0.66, 0.46, 0.29), 256, seed=7)), socket="Base Color")
+    oak = tools.principled("Oak", (1, 1, 1), roughness=0.35)
+    tools.image_texture(
+        oak, pack("Oak", wood((0.42, 0.26, 0.15), (0.66, 0.46, 0.29), 256, seed=7)), socket="Base Color"
+    )
     put("Table", table(1.15, 0.80, TABLE_HEIGHT).moved(x + 0.05, y), oak, metres=0.8)
     put("Chair", chair().moved(-0.98, -0.12, 0.0, 112), oak, metres=0.8)
 
-    clay = st.principled("Clay", (0.74, 0.50, 0.32), roughness=0.45)
-    brass = st.principled("Brass", (0.80, 0.56, 0.22), roughness=0.25, metallic=1.0)
+    clay = tools.principled("Clay", (0.74, 0.50, 0.32), roughness=0.45)
+    brass = tools.principled("Brass", (0.80, 0.56, 0.22), roughness=0.25, metallic=1.0)
     put("Lantern", carved_body().moved(x, y, TABLE_HEIGHT), clay)
-    foot = lathe(smooth_profile([(0.0, 0.001), (0.085, 0.001), (0.090, 0.006), (0.082, 0.014), (0.072, 0.024), (0.066, 0.024), (0.0, 0.018)], 4), 64)
-    top = lathe(smooth_profile([(0.0, 0.428), (0.053, 0.428), (0.058, 0.436), (0.050, 0.448), (0.030, 0.470), (0.014, 0.480), (0.010, 0.488),
-                                (0.016, 0.500), (0.009, 0.512), (0.0, 0.514)], 5), 64)
+    foot = lathe(
+        smooth_profile(
+            [
+                (0.0, 0.001),
+                (0.085, 0.001),
+                (0.090, 0.006),
+                (0.082, 0.014),
+                (0.072, 0.024),
+                (0.066, 0.024),
+                (0.0, 0.018),
+            ],
+            4,
+        ),
+        64,
+    )
+    top = lathe(
+        smooth_profile(
+            [
+                (0.0, 0.428),
+                (0.053, 0.428),
+                (0.058, 0.436),
+                (0.050, 0.448),
+                (0.030, 0.470),
+                (0.014, 0.480),
+                (0.010, 0.488),
+                (0.016, 0.500),
+                (0.009, 0.512),
+                (0.0, 0.514),
+            ],
+            5,
+        ),
+        64,
+    )
     ring = [(0.045 * math.sin(a), 0.0, 0.555 - 0.045 * math.cos(a)) for a in (math.pi * k / 8 for k in range(17))]
     put("Lantern fittings", (foot + top + tube(ring, 0.004, 12, 4)).moved(x, y, TABLE_HEIGHT), brass, True)
-    st.point_light("Bulb", (x, y, TABLE_HEIGHT + BULB), 190.0, (1.0, 0.74, 0.46), radius=0.002)
+    tools.point_light("Bulb", (x, y, TABLE_HEIGHT + BULB), 190.0, (1.0, 0.74, 0.46), radius=0.002)
 
-    put("Glass ball", sphere(0.065, 64, 32).moved(x + 0.36, y - 0.20, TABLE_HEIGHT + 0.065), st.glass("Glass", ior=1.5), True)
-    put("Vase", vase(0.27).moved(x + 0.44, y + 0.17, TABLE_HEIGHT), st.principled("Blue glaze", (0.06, 0.16, 0.30), roughness=0.12), True)
-    put("Bowl", bowl(0.11).moved(x - 0.33, y - 0.17, TABLE_HEIGHT), st.principled("White glaze", (0.72, 0.70, 0.66), roughness=0.15), True)
-    st.camera((0.80, -1.72, 1.38), (-0.09, 0.5, 1.04), lens=27.0)
+    put(
+        "Glass ball",
+        sphere(0.065, 64, 32).moved(x + 0.36, y - 0.20, TABLE_HEIGHT + 0.065),
+        tools.glass("Glass", ior=1.5),
+        True,
+    )
+    put(
+        "Vase",
+        vase(0.27).moved(x + 0.44, y + 0.17, TABLE_HEIGHT),
+        tools.principled("Blue glaze", (0.06, 0.16, 0.30), roughness=0.12),
+        True,
+    )
+    put(
+        "Bowl",
+        bowl(0.11).moved(x - 0.33, y - 0.17, TABLE_HEIGHT),
+        tools.principled("White glaze", (0.72, 0.70, 0.66), roughness=0.15),
+        True,
+    )
+    tools.camera((0.80, -1.72, 1.38), (-0.09, 0.5, 1.04), lens=27.0)
 
 
 def build_room() -> None:
-    plaster = st.diffuse("Plaster", (0.74, 0.69, 0.62))
-    tiles = st.principled("Boards", (1, 1, 1), roughness=0.4)
-    st.image_texture(tiles, pack("Boards", wood((0.30, 0.20, 0.14), (0.52, 0.38, 0.27), 512, boards=6, seed=9)), socket="Base Color")
+    plaster = tools.diffuse("Plaster", (0.74, 0.69, 0.62))
+    tiles = tools.principled("Boards", (1, 1, 1), roughness=0.4)
+    tools.image_texture(
+        tiles, pack("Boards", wood((0.30, 0.20, 0.14), (0.52, 0.38, 0.27), 512, boards=6, seed=9)), socket="Base Color"
+    )
     put("Floor", block((LEFT, NEAR, -0.1), (RIGHT, FAR, 0.0)), tiles, metres=1.2)
     put("Ceiling", block((LEFT, NEAR, CEILING), (RIGHT, FAR, CEILING + 0.1)), plaster)
     w = 0.1
-    put("Walls", block((LEFT - w, NEAR - w, -0.1), (LEFT, FAR + w, CEILING)) + block((RIGHT, NEAR - w, -0.1), (RIGHT + w, FAR + w, CEILING))
-        + block((LEFT, NEAR - w, -0.1), (RIGHT, NEAR, CEILING)) + block((LEFT, FAR, -0.1), (RIGHT, FAR + w, CEILING)), plaster)
-    put("Skirting", block((LEFT, NEAR, 0.0), (LEFT + 0.016, FAR, 0.09), 0.004) + block((LEFT, FAR - 0.016, 0.0), (RIGHT, FAR, 0.09), 0.004),
-        st.principled("Paint", (0.45, 0.36, 0.28), roughness=0.4))
+    put(
+        "Walls",
+        block((LEFT - w, NEAR - w, -0.1), (LEFT, FAR + w, CEILING))
+        + block((RIGHT, NEAR - w, -0.1), (RIGHT + w, FAR + w, CEILING))
+        + block((LEFT, NEAR - w, -0.1), (RIGHT, NEAR, CEILING))
+        + block((LEFT, FAR, -0.1), (RIGHT, FAR + w, CEILING)),
+        plaster,
+    )
+    put(
+        "Skirting",
+        block((LEFT, NEAR, 0.0), (LEFT + 0.016, FAR, 0.09), 0.004)
+        + block((LEFT, FAR - 0.016, 0.0), (RIGHT, FAR, 0.09), 0.004),
+        tools.principled("Paint", (0.45, 0.36, 0.28), roughness=0.4),
+    )
 
 
 if __name__ == "__main__":
     build()
-    st.save(st.output_path(__file__))
+    tools.save(tools.output_path(__file__))

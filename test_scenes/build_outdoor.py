@@ -3,6 +3,7 @@
 Two square kilometres are lit and 50 metres are seen. Trees are collections of one twig mesh, instanced; grass is one
 patch of turf, instanced. Y points along the lane, away from the eye.
 """
+
 from __future__ import annotations
 
 import math
@@ -15,34 +16,35 @@ from mathutils import Matrix, Vector
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import scene_tools as st  # noqa: E402
+import scene_tools as tools  # noqa: E402
 from furniture import put  # noqa: E402
 from images import mottled, pack, sky, wood  # noqa: E402
 from shapes import Shape, block, cylinder, lathe, tube  # noqa: E402
 
 TO_SUN = (0.58, 0.62, 0.80)
-LANE = 1.5                      # half its width
-TWIGS = 210                     # on one tree
+LANE = 1.5  # half its width
+TWIGS = 210  # on one tree
 
 
 def build() -> None:
-    scene = st.start_scene(640, 360)
-    st.environment(scene, pack("Sky", sky(TO_SUN), hdr=True), 0.95)
-    st.sun_light("Sun", [-c for c in TO_SUN], 11.0, (1.0, 0.87, 0.68))
+    scene = tools.start_scene(640, 360)
+    tools.environment(scene, pack("Sky", sky(TO_SUN), hdr=True), 0.95)
+    tools.sun_light("Sun", [-c for c in TO_SUN], 11.0, (1.0, 0.87, 0.68))
     build_ground()
     build_trees()
     build_turf()
     build_village()
     build_bench()
-    st.camera((0.55, -6.5, 1.55), (-0.15, 14.0, 2.75), lens=25.0)
+    tools.camera((0.55, -6.5, 1.55), (-0.15, 14.0, 2.75), lens=25.0)
 
 
 def build_ground() -> None:
     for name, first, second, low, high, metres in (
-            ("Meadow", (0.22, 0.30, 0.12), (0.42, 0.48, 0.20), (-700, -700, -1.0), (700, 700, 0.0), 9.0),
-            ("Gravel", (0.46, 0.39, 0.31), (0.66, 0.58, 0.48), (-LANE, -300, -0.5), (LANE, 38.8, 0.015), 2.5)):
-        material = st.diffuse(name, (1, 1, 1))
-        st.image_texture(material, pack(name, mottled(first, second, 128 if name == "Meadow" else 256)))
+        ("Meadow", (0.22, 0.30, 0.12), (0.42, 0.48, 0.20), (-700, -700, -1.0), (700, 700, 0.0), 9.0),
+        ("Gravel", (0.46, 0.39, 0.31), (0.66, 0.58, 0.48), (-LANE, -300, -0.5), (LANE, 38.8, 0.015), 2.5),
+    ):
+        material = tools.diffuse(name, (1, 1, 1))
+        tools.image_texture(material, pack(name, mottled(first, second, 128 if name == "Meadow" else 256)))
         put(name, block(low, high), material, metres=metres)
     dome = lathe([(math.cos(a), math.sin(a)) for a in (0.1 * math.pi * k for k in range(5))] + [(0.0, 1.0)], 20)
     hills = Shape()
@@ -51,15 +53,29 @@ def build_ground() -> None:
         angle = 2 * math.pi * k / 26
         far = rng.uniform(420, 620)
         mound = [Vector((v.x * rng.uniform(100, 170), v.y * 90, v.z * rng.uniform(18, 46))) for v in dome.verts]
-        hills += Shape(mound, dome.faces).moved(far * math.cos(angle), far * math.sin(angle), -4.0, math.degrees(angle) + 90)
-    put("Hills", hills, st.diffuse("Wooded hills", (0.10, 0.16, 0.09)), True)
+        hills += Shape(mound, dome.faces).moved(
+            far * math.cos(angle), far * math.sin(angle), -4.0, math.degrees(angle) + 90
+        )
+    put("Hills", hills, tools.diffuse("Wooded hills", (0.10, 0.16, 0.09)), True)
 
 
 def leaf(length: float, width: float) -> Shape:
     """Folded along the midrib, tip along +X."""
     half, fold = width / 2, 0.25 * width
-    return Shape([Vector(p) for p in ((0, 0, 0), (0.30 * length, -half, fold), (0.68 * length, -0.8 * half, fold), (length, 0, -0.1 * length),
-                                      (0.68 * length, 0.8 * half, fold), (0.30 * length, half, fold))], [(0, 1, 2, 3), (0, 3, 4, 5)])
+    return Shape(
+        [
+            Vector(p)
+            for p in (
+                (0, 0, 0),
+                (0.30 * length, -half, fold),
+                (0.68 * length, -0.8 * half, fold),
+                (length, 0, -0.1 * length),
+                (0.68 * length, 0.8 * half, fold),
+                (0.30 * length, half, fold),
+            )
+        ],
+        [(0, 1, 2, 3), (0, 3, 4, 5)],
+    )
 
 
 def twig(leaves: int, seed: int) -> tuple[Shape, Shape]:
@@ -72,7 +88,11 @@ def twig(leaves: int, seed: int) -> tuple[Shape, Shape]:
         side = 1 if k % 2 else -1
         reach = 0.28 * math.sin(math.pi * min(1.0, 1.15 * (1 - t) + 0.12))
         place = Vector((0.88 * t, side * reach * rng.random(), 0.03 - 0.06 * t * t + rng.uniform(-0.10, 0.08)))
-        turn = Matrix.Rotation(side * rng.uniform(0.3, 1.3), 4, "Z") @ Matrix.Rotation(rng.uniform(-0.1, 0.7), 4, "Y") @ Matrix.Rotation(rng.uniform(-0.7, 0.7), 4, "X")
+        turn = (
+            Matrix.Rotation(side * rng.uniform(0.3, 1.3), 4, "Z")
+            @ Matrix.Rotation(rng.uniform(-0.1, 0.7), 4, "Y")
+            @ Matrix.Rotation(rng.uniform(-0.7, 0.7), 4, "X")
+        )
         green += leaf(rng.uniform(0.12, 0.17), rng.uniform(0.07, 0.10)).placed(Matrix.Translation(place) @ turn)
     return stem, green
 
@@ -81,7 +101,13 @@ def grow(seed: int) -> tuple[Shape, list[tuple[Vector, Vector]]]:
     """Trunk and boughs of one tree about 9 m high, and where its twigs sit: place and direction."""
     rng = random.Random(seed)
     lean = Vector((rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3), 0))
-    spine = [Vector((0, 0, -0.2)), Vector((0, 0, 0.35)), Vector((0, 0, 2.2)) + 0.4 * lean, Vector((0, 0, 4.6)) + 0.8 * lean, Vector((0, 0, 7.4)) + 1.6 * lean]
+    spine = [
+        Vector((0, 0, -0.2)),
+        Vector((0, 0, 0.35)),
+        Vector((0, 0, 2.2)) + 0.4 * lean,
+        Vector((0, 0, 4.6)) + 0.8 * lean,
+        Vector((0, 0, 7.4)) + 1.6 * lean,
+    ]
     wood_shape = tube([tuple(p) for p in spine], [0.33, 0.23, 0.19, 0.13, 0.04], 14, 5)
     boughs = []
     for k in range(15):
@@ -92,14 +118,23 @@ def grow(seed: int) -> tuple[Shape, list[tuple[Vector, Vector]]]:
         start = Vector((0, 0, height)) + lean * (0.4 + 1.0 * t)
         reach = (3.1 - 1.7 * t) * rng.uniform(0.85, 1.15)
         rise = 0.75 + 0.9 * rng.random()
-        boughs.append([start, start + out * 0.45 * reach + Vector((0, 0, 0.55 * rise)), start + out * reach + Vector((0, 0, rise + 0.15))])
+        boughs.append(
+            [
+                start,
+                start + out * 0.45 * reach + Vector((0, 0, 0.55 * rise)),
+                start + out * reach + Vector((0, 0, rise + 0.15)),
+            ]
+        )
         size = 0.075 - 0.035 * t
         wood_shape += tube([tuple(p) for p in boughs[-1]], [size, 0.7 * size, 0.25 * size], 7, 4)
         for j in range(3):
             t2 = (0.35, 0.55, 0.75)[j]
             base = boughs[k * 4][0].lerp(boughs[k * 4][2], t2) + Vector((0, 0, 0.25 * rise * math.sin(math.pi * t2)))
             sideways = out.cross(Vector((0, 0, 1))) * (1 if j % 2 else -1)
-            end = base + (sideways * rng.uniform(0.6, 1.0) + out * 0.5 + Vector((0, 0, rng.uniform(0.1, 0.7)))) * 0.45 * reach
+            end = (
+                base
+                + (sideways * rng.uniform(0.6, 1.0) + out * 0.5 + Vector((0, 0, rng.uniform(0.1, 0.7)))) * 0.45 * reach
+            )
             boughs.append([base, base.lerp(end, 0.5) + Vector((0, 0, 0.08)), end])
             wood_shape += tube([tuple(p) for p in boughs[-1]], [0.5 * size, 0.35 * size, 0.15 * size], 5, 2)
     twigs = []
@@ -121,29 +156,42 @@ def along_x(place: Vector, direction: Vector, size: float) -> Matrix:
 
 
 def build_trees() -> None:
-    bark = st.diffuse("Bark", (1, 1, 1))
-    st.image_texture(bark, pack("Bark", wood((0.22, 0.17, 0.13), (0.46, 0.39, 0.32), 128, seed=13)))
-    greens = [st.mixed(f"Leaves {k + 1}", st.principled("Leaf top", top, roughness=0.4), st.translucent("Leaf below", below), 0.42)
-              for k, (top, below) in enumerate((((0.075, 0.19, 0.030), (0.26, 0.46, 0.05)), ((0.11, 0.22, 0.035), (0.36, 0.50, 0.06))))]
-    source = st.collection("Plants", in_scene=False)
+    bark = tools.diffuse("Bark", (1, 1, 1))
+    tools.image_texture(bark, pack("Bark", wood((0.22, 0.17, 0.13), (0.46, 0.39, 0.32), 128, seed=13)))
+    greens = [
+        tools.mixed(
+            f"Leaves {k + 1}",
+            tools.principled("Leaf top", top, roughness=0.4),
+            tools.translucent("Leaf below", below),
+            0.42,
+        )
+        for k, (top, below) in enumerate(
+            (((0.075, 0.19, 0.030), (0.26, 0.46, 0.05)), ((0.11, 0.22, 0.035), (0.36, 0.50, 0.06)))
+        )
+    ]
     twigs = []
     for k, green in enumerate(greens):
         stem, leaves = twig(46, k)
         shape = stem + leaves
-        mesh = st.mesh_data(f"Twig {k + 1}", shape.verts, shape.faces, bark)
+        mesh = tools.mesh_data(f"Twig {k + 1}", shape.verts, shape.faces, bark)
         mesh.materials.append(green)
         mesh.polygons.foreach_set("material_index", [0] * len(stem.faces) + [1] * len(leaves.faces))
         twigs.append(mesh)
     trees = []
     for k in range(3):
         rng = random.Random(30 + k)
-        tree = st.collection(f"Tree {k + 1}", in_scene=False)
+        tree = tools.collection(f"Tree {k + 1}", in_scene=False)
         shape, places = grow(20 + k)
         trunk = put(f"Trunk {k + 1}", shape, bark, True, metres=1.2)
         bpy.context.scene.collection.objects.unlink(trunk)
         tree.objects.link(trunk)
         for j, (place, direction) in enumerate(places):
-            st.add_instance(f"Twig {k + 1}.{j + 1}", twigs[(j + k) % 7 == 0], along_x(place, direction, rng.uniform(0.9, 1.35)), tree)
+            tools.add_instance(
+                f"Twig {k + 1}.{j + 1}",
+                twigs[(j + k) % 7 == 0],
+                along_x(place, direction, rng.uniform(0.9, 1.35)),
+                tree,
+            )
         trees.append(tree)
 
     rng = random.Random(41)
@@ -155,10 +203,15 @@ def build_trees() -> None:
         x, y = rng.uniform(-45, 45), rng.uniform(-10, 75)
         if abs(x) > 9 and all((x - a) ** 2 + (y - b) ** 2 > 22 for a, b in places):
             places.append((x, y))
-    planted = st.collection("Trees")
+    planted = tools.collection("Trees")
     for k, (x, y) in enumerate(places):
         turn = Matrix.Rotation(rng.uniform(0, 2 * math.pi), 4, "Z")
-        st.add_instance(f"Tree {k + 1}", trees[k % 3], Matrix.Translation((x, y, 0)) @ turn @ Matrix.Scale(rng.uniform(0.9, 1.15), 4), planted)
+        tools.add_instance(
+            f"Tree {k + 1}",
+            trees[k % 3],
+            Matrix.Translation((x, y, 0)) @ turn @ Matrix.Scale(rng.uniform(0.9, 1.15), 4),
+            planted,
+        )
 
 
 def build_turf() -> None:
@@ -171,59 +224,99 @@ def build_turf() -> None:
         lean = Vector((math.cos(angle), math.sin(angle), 0)) * tall * rng.uniform(0.1, 0.7)
         first = len(verts)
         middle = root + 0.35 * lean + Vector((0, 0, 0.6 * tall))
-        verts += [root - side, root + side, middle + 0.8 * side, middle - 0.8 * side, root + lean + Vector((0, 0, tall))]
+        verts += [
+            root - side,
+            root + side,
+            middle + 0.8 * side,
+            middle - 0.8 * side,
+            root + lean + Vector((0, 0, tall)),
+        ]
         faces += [(first, first + 1, first + 2, first + 3), (first + 3, first + 2, first + 4)]
     blades = Shape(verts, faces)
-    grass = st.mixed("Grass", st.diffuse("Blade", (0.13, 0.24, 0.045)), st.translucent("Blade below", (0.26, 0.40, 0.06)), 0.35)
-    mesh = st.mesh_data("Turf", blades.verts, blades.faces, grass)
-    turf = st.collection("Turf")
+    grass = tools.mixed(
+        "Grass", tools.diffuse("Blade", (0.13, 0.24, 0.045)), tools.translucent("Blade below", (0.26, 0.40, 0.06)), 0.35
+    )
+    mesh = tools.mesh_data("Turf", blades.verts, blades.faces, grass)
+    turf = tools.collection("Turf")
     for k in range(1500):
         y = -7.5 + 34 * rng.random() ** 1.7
         x = rng.choice((-1, 1)) * (LANE - 0.1 + 9.0 * rng.random() ** 1.5)
         size = rng.uniform(0.8, 1.25)
-        st.add_instance(f"Turf {k + 1}", mesh, Matrix.Translation((x + math.copysign(0.42 * size, x), y, 0)) @ Matrix.Rotation(rng.uniform(0, 6.28), 4, "Z") @ Matrix.Scale(size, 4), turf)
+        tools.add_instance(
+            f"Turf {k + 1}",
+            mesh,
+            Matrix.Translation((x + math.copysign(0.42 * size, x), y, 0))
+            @ Matrix.Rotation(rng.uniform(0, 6.28), 4, "Z")
+            @ Matrix.Scale(size, 4),
+            turf,
+        )
 
 
 def build_village() -> None:
     """One cottage at the end of the lane, and the same cottage two hundred times out of sight."""
-    render = st.diffuse("Limewash", (0.80, 0.76, 0.68))
-    roof = st.diffuse("Roof tiles", (1, 1, 1))
-    st.image_texture(roof, pack("Roof tiles", wood((0.40, 0.16, 0.10), (0.66, 0.32, 0.20), 128, boards=8, seed=15)))
-    dark = st.principled("Panes", (0.03, 0.035, 0.04), roughness=0.05)
-    paint = st.principled("Blue paint", (0.10, 0.22, 0.34), roughness=0.4)
-    cottage = st.collection("Cottage", in_scene=False)
-    gable = Shape([Vector(p) for p in ((-4.5, -3, 3), (4.5, -3, 3), (4.5, 3, 3), (-4.5, 3, 3), (-4.5, 0, 5.6), (4.5, 0, 5.6))],
-                  [(0, 3, 4), (1, 5, 2), (0, 4, 5, 1), (3, 2, 5, 4), (0, 1, 2, 3)])
+    render = tools.diffuse("Limewash", (0.80, 0.76, 0.68))
+    roof = tools.diffuse("Roof tiles", (1, 1, 1))
+    tools.image_texture(roof, pack("Roof tiles", wood((0.40, 0.16, 0.10), (0.66, 0.32, 0.20), 128, boards=8, seed=15)))
+    dark = tools.principled("Panes", (0.03, 0.035, 0.04), roughness=0.05)
+    paint = tools.principled("Blue paint", (0.10, 0.22, 0.34), roughness=0.4)
+    cottage = tools.collection("Cottage", in_scene=False)
+    gable = Shape(
+        [Vector(p) for p in ((-4.5, -3, 3), (4.5, -3, 3), (4.5, 3, 3), (-4.5, 3, 3), (-4.5, 0, 5.6), (4.5, 0, 5.6))],
+        [(0, 3, 4), (1, 5, 2), (0, 4, 5, 1), (3, 2, 5, 4), (0, 1, 2, 3)],
+    )
     slope = math.atan2(2.6, 3.0)
     tiles = Shape()
     for side in (0, 180):
         tiles += block((-4.9, -0.5, 0.0), (4.9, math.hypot(2.6, 3.0), 0.14)).placed(
-            Matrix.Rotation(math.radians(side), 4, "Z") @ Matrix.Translation((0, -3, 3)) @ Matrix.Rotation(slope, 4, "X"))
+            Matrix.Rotation(math.radians(side), 4, "Z")
+            @ Matrix.Translation((0, -3, 3))
+            @ Matrix.Rotation(slope, 4, "X")
+        )
     panes, frames = Shape(), Shape()
     for x in (-3.0, 2.9):
         panes += block((x - 0.5, -3.02, 1.0), (x + 0.5, -2.9, 2.2))
-        for a, b, low, high in ((x - 0.58, x + 0.58, 0.92, 1.0), (x - 0.58, x + 0.58, 2.2, 2.28), (x - 0.58, x - 0.5, 1.0, 2.2), (x + 0.5, x + 0.58, 1.0, 2.2), (x - 0.03, x + 0.03, 1.0, 2.2)):
+        for a, b, low, high in (
+            (x - 0.58, x + 0.58, 0.92, 1.0),
+            (x - 0.58, x + 0.58, 2.2, 2.28),
+            (x - 0.58, x - 0.5, 1.0, 2.2),
+            (x + 0.5, x + 0.58, 1.0, 2.2),
+            (x - 0.03, x + 0.03, 1.0, 2.2),
+        ):
             frames += block((a, -3.06, low), (b, -2.9, high))
     frames += block((-0.5, -3.05, 0.0), (0.5, -2.9, 2.15))
-    for name, shape, material in (("Cottage walls", block((-4.5, -3, 0), (4.5, 3, 3)) + gable + block((2.6, -0.4, 4.4), (3.4, 0.4, 6.6)), render),
-                                  ("Cottage roof", tiles, roof), ("Cottage panes", panes, dark), ("Cottage woodwork", frames, paint)):
+    for name, shape, material in (
+        ("Cottage walls", block((-4.5, -3, 0), (4.5, 3, 3)) + gable + block((2.6, -0.4, 4.4), (3.4, 0.4, 6.6)), render),
+        ("Cottage roof", tiles, roof),
+        ("Cottage panes", panes, dark),
+        ("Cottage woodwork", frames, paint),
+    ):
         part = put(name, shape, material, metres=2.0)
         bpy.context.scene.collection.objects.unlink(part)
         cottage.objects.link(part)
     rng = random.Random(61)
-    village = st.collection("Village")
-    st.add_instance("Cottage 1", cottage, Matrix.Translation((-0.5, 42.0, 0)) @ Matrix.Rotation(-0.08, 4, "Z"), village)
+    village = tools.collection("Village")
+    tools.add_instance(
+        "Cottage 1", cottage, Matrix.Translation((-0.5, 42.0, 0)) @ Matrix.Rotation(-0.08, 4, "Z"), village
+    )
     k = 1
     while k < 200:  # out of sight, behind the eye
         x, y = 22 * rng.randint(-13, 13) + rng.uniform(-4, 4), -40 - 24 * rng.randint(0, 12) + rng.uniform(-5, 5)
         if abs(x) > 12:
             k += 1
-            st.add_instance(f"Cottage {k}", cottage, Matrix.Translation((x, y, 0)) @ Matrix.Rotation(rng.uniform(-0.3, 0.3) + math.pi * rng.randint(0, 1), 4, "Z"), village)
+            tools.add_instance(
+                f"Cottage {k}",
+                cottage,
+                Matrix.Translation((x, y, 0))
+                @ Matrix.Rotation(rng.uniform(-0.3, 0.3) + math.pi * rng.randint(0, 1), 4, "Z"),
+                village,
+            )
 
 
 def build_bench() -> None:
-    oak = st.principled("Weathered oak", (1, 1, 1), roughness=0.5)
-    st.image_texture(oak, pack("Weathered oak", wood((0.40, 0.32, 0.25), (0.62, 0.53, 0.43), 128, seed=17)), socket="Base Color")
+    oak = tools.principled("Weathered oak", (1, 1, 1), roughness=0.5)
+    tools.image_texture(
+        oak, pack("Weathered oak", wood((0.40, 0.32, 0.25), (0.62, 0.53, 0.43), 128, seed=17)), socket="Base Color"
+    )
     bench = Shape()
     for k in range(4):
         bench += block((-0.85, -0.22 + 0.115 * k, 0.43), (0.85, -0.12 + 0.115 * k, 0.455), 0.006)
@@ -231,14 +324,20 @@ def build_bench() -> None:
         bench += block((-0.85, 0.255 + 0.02 * k, 0.56 + 0.12 * k), (0.85, 0.278 + 0.02 * k, 0.65 + 0.12 * k), 0.006)
     iron = Shape()
     for x in (-0.65, 0.65):
-        iron += block((x - 0.03, -0.20, 0.0), (x + 0.03, -0.14, 0.43)) + block((x - 0.03, 0.20, 0.0), (x + 0.03, 0.25, 0.62))
-        iron += block((x - 0.03, -0.22, 0.395), (x + 0.03, 0.25, 0.43)) + block((x - 0.03, 0.28, 0.55), (x + 0.03, 0.31, 0.90))
+        iron += block((x - 0.03, -0.20, 0.0), (x + 0.03, -0.14, 0.43)) + block(
+            (x - 0.03, 0.20, 0.0), (x + 0.03, 0.25, 0.62)
+        )
+        iron += block((x - 0.03, -0.22, 0.395), (x + 0.03, 0.25, 0.43)) + block(
+            (x - 0.03, 0.28, 0.55), (x + 0.03, 0.31, 0.90)
+        )
     put("Bench", bench.moved(-2.45, 1.1, 0.0, 72), oak, metres=0.8)
-    put("Bench irons", iron.moved(-2.45, 1.1, 0.0, 72), st.principled("Cast iron", (0.03, 0.03, 0.03), roughness=0.4))
+    put(
+        "Bench irons", iron.moved(-2.45, 1.1, 0.0, 72), tools.principled("Cast iron", (0.03, 0.03, 0.03), roughness=0.4)
+    )
     post = cylinder(0.05, 0.0, 0.95, 16)
     put("Posts", sum((post.moved(side * 1.75, -1.5 + 4.5 * k) for k in range(9) for side in (-1, 1)), Shape()), oak)
 
 
 if __name__ == "__main__":
     build()
-    st.save(st.output_path(__file__))
+    tools.save(tools.output_path(__file__))

@@ -3,6 +3,7 @@
 Functions return float arrays of shape (height, width, 3), first row at the bottom, in display (sRGB) values;
 `sky` alone is linear radiance.
 """
+
 from __future__ import annotations
 
 import bpy
@@ -35,8 +36,14 @@ def blend(low: tuple[float, float, float], high: tuple[float, float, float], t: 
     return np.asarray(low) * (1 - t[..., None]) + np.asarray(high) * t[..., None]
 
 
-def wood(dark: tuple[float, float, float], light: tuple[float, float, float], size: int = 512, boards: int = 1,
-         joint: float = 0.012, seed: int = 1) -> np.ndarray:
+def wood(
+    dark: tuple[float, float, float],
+    light: tuple[float, float, float],
+    size: int = 512,
+    boards: int = 1,
+    joint: float = 0.012,
+    seed: int = 1,
+) -> np.ndarray:
     """Wood with its grain along U; `boards` planks side by side in V, their ends staggered, joints dark."""
     rng = np.random.default_rng(seed)
     grain = np.zeros((size, size))
@@ -46,9 +53,12 @@ def wood(dark: tuple[float, float, float], light: tuple[float, float, float], si
     for board in range(boards):
         rows = slice(board * size // boards, (board + 1) * size // boards)
         count = rows.stop - rows.start
-        streaks = sum(smooth_noise(rng, count, size, max(2, count // (12 >> k)), 3 << k) / 2 ** k for k in range(3)) / 1.75
-        rings = 0.5 + 0.5 * np.sin(2 * np.pi * (4 * smooth_noise(rng, count, size, 2, 3)
-                                                + 3 * smooth_noise(rng, count, size, 5, 2)))
+        streaks = (
+            sum(smooth_noise(rng, count, size, max(2, count // (12 >> k)), 3 << k) / 2**k for k in range(3)) / 1.75
+        )
+        rings = 0.5 + 0.5 * np.sin(
+            2 * np.pi * (4 * smooth_noise(rng, count, size, 2, 3) + 3 * smooth_noise(rng, count, size, 5, 2))
+        )
         grain[rows] = 0.6 * streaks + 0.4 * rings
         if boards == 1:
             tone[rows] = 0.5
@@ -62,8 +72,14 @@ def wood(dark: tuple[float, float, float], light: tuple[float, float, float], si
     return blend(dark, light, np.clip(0.55 * grain + 0.45 * tone, 0.0, 1.0)) * gap[..., None]
 
 
-def cloth(first: tuple[float, float, float], second: tuple[float, float, float], border: tuple[float, float, float],
-          height: int = 256, width: int = 384, seed: int = 2) -> np.ndarray:
+def cloth(
+    first: tuple[float, float, float],
+    second: tuple[float, float, float],
+    border: tuple[float, float, float],
+    height: int = 256,
+    width: int = 384,
+    seed: int = 2,
+) -> np.ndarray:
     """A woven carpet: a border of bands and a field of diamonds."""
     rng = np.random.default_rng(seed)
     y, x = np.mgrid[0:height, 0:width].astype(float)
@@ -78,8 +94,15 @@ def cloth(first: tuple[float, float, float], second: tuple[float, float, float],
     return pixels * (0.86 + 0.14 * rng.random((height, width, 1)))
 
 
-def landscape(height: int = 256, width: int = 384, seed: int = 3, sky_low=(0.98, 0.78, 0.48), sky_high=(0.25, 0.42, 0.60),
-              near=(0.10, 0.16, 0.14), far=(0.52, 0.53, 0.55)) -> np.ndarray:
+def landscape(
+    height: int = 256,
+    width: int = 384,
+    seed: int = 3,
+    sky_low=(0.98, 0.78, 0.48),
+    sky_high=(0.25, 0.42, 0.60),
+    near=(0.10, 0.16, 0.14),
+    far=(0.52, 0.53, 0.55),
+) -> np.ndarray:
     """A painted evening: a low sun, five ridges fading with distance, a lake."""
     rng = np.random.default_rng(seed)
     v, u = np.mgrid[0:height, 0:width].astype(float)
@@ -90,8 +113,11 @@ def landscape(height: int = 256, width: int = 384, seed: int = 3, sky_low=(0.98,
     for ridge in range(5):
         t = ridge / 4
         base = 0.56 - 0.11 * ridge
-        line = base + (0.10 + 0.04 * t) * (smooth_noise(rng, 1, width, 1, 5 + ridge)[0] - 0.5) \
+        line = (
+            base
+            + (0.10 + 0.04 * t) * (smooth_noise(rng, 1, width, 1, 5 + ridge)[0] - 0.5)
             + 0.03 * (smooth_noise(rng, 1, width, 1, 23)[0] - 0.5)
+        )
         colour = np.asarray(far) * (1 - t) + np.asarray(near) * t
         cover = np.clip((line[None, :] - v) * height / 2, 0, 1)[..., None]
         pixels = pixels * (1 - cover) + colour * (0.9 + 0.25 * (line[None, :, None] - v[..., None])) * cover
@@ -99,12 +125,19 @@ def landscape(height: int = 256, width: int = 384, seed: int = 3, sky_low=(0.98,
     return pixels * (0.92 + 0.16 * strokes[..., None])
 
 
-def mottled(first: tuple[float, float, float], second: tuple[float, float, float], size: int = 256, cells: int = 6,
-            seed: int = 5) -> np.ndarray:
+def mottled(
+    first: tuple[float, float, float],
+    second: tuple[float, float, float],
+    size: int = 256,
+    cells: int = 6,
+    seed: int = 5,
+) -> np.ndarray:
     """Patches of two colours at many scales: earth, gravel, turf. Repeats without a seam."""
     rng = np.random.default_rng(seed)
-    octaves = [(cells << k, 0.7 ** k) for k in range(5)]
-    value = sum(share * smooth_noise(rng, size, size, count, count) for count, share in octaves) / sum(s for _, s in octaves)
+    octaves = [(cells << k, 0.7**k) for k in range(5)]
+    value = sum(share * smooth_noise(rng, size, size, count, count) for count, share in octaves) / sum(
+        s for _, s in octaves
+    )
     return blend(first, second, np.clip((value - 0.5) * 2.2 + 0.5, 0.0, 1.0))
 
 
@@ -115,9 +148,13 @@ def sky(sun: tuple[float, float, float], height: int = 128, width: int = 256) ->
     """
     v, u = (np.mgrid[0:height, 0:width] + 0.5) / np.array([height, width]).reshape(2, 1, 1)
     elevation, azimuth = (v - 0.5) * np.pi, (0.5 - u) * 2 * np.pi
-    toward = np.stack([np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1)
+    toward = np.stack(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1
+    )
     cosine = np.clip(toward @ (np.asarray(sun) / np.linalg.norm(sun)), -1.0, 1.0)
     up = np.clip(toward[..., 2], 0.0, 1.0)
-    pixels = blend((0.90, 1.02, 1.15), (0.14, 0.34, 0.85), up ** 0.45)
-    pixels += (0.55 * np.exp((cosine - 1.0) / 0.10) + 0.25 * np.exp((cosine - 1.0) / 0.6))[..., None] * np.asarray((1.0, 0.82, 0.58))
+    pixels = blend((0.90, 1.02, 1.15), (0.14, 0.34, 0.85), up**0.45)
+    pixels += (0.55 * np.exp((cosine - 1.0) / 0.10) + 0.25 * np.exp((cosine - 1.0) / 0.6))[..., None] * np.asarray(
+        (1.0, 0.82, 0.58)
+    )
     return np.where((toward[..., 2] < 0.0)[..., None], np.asarray((0.16, 0.17, 0.12)), pixels)

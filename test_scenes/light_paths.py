@@ -1,4 +1,5 @@
 """Light paths that carry light: each point is found by a ray on a surface, and the last is seen by the camera."""
+
 from __future__ import annotations
 
 from collections.abc import Sequence

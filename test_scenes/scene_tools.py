@@ -65,6 +65,7 @@ def start_scene(width: int, height: int, *, samples: int = 64, bounces: int = 16
     cycles.diffuse_bounces = bounces
     cycles.glossy_bounces = bounces
     cycles.transmission_bounces = bounces
+    cycles.volume_bounces = bounces
     cycles.transparent_max_bounces = bounces
     cycles.caustics_reflective = True
     cycles.caustics_refractive = True

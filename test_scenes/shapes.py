@@ -2,6 +2,7 @@
 
 A `Shape` is a value: `moved` and `+` return new shapes. Faces turn anticlockwise seen from outside. Metres, Z up.
 """
+
 from __future__ import annotations
 
 import math
@@ -19,8 +20,7 @@ class Shape:
 
     def __add__(self, other: Shape) -> Shape:
         first = len(self.verts)
-        return Shape(self.verts + other.verts,
-                     self.faces + [tuple(i + first for i in face) for face in other.faces])
+        return Shape(self.verts + other.verts, self.faces + [tuple(i + first for i in face) for face in other.faces])
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0, turn: float = 0.0) -> Shape:
         """Turned about the vertical axis by `turn` degrees, then moved."""
@@ -41,8 +41,14 @@ def block(low: tuple[float, float, float], high: tuple[float, float, float], bev
     for corner in range(8):
         side = [corner >> axis & 1 for axis in range(3)]
         for axis in range(3):
-            verts.append(Vector([(high if side[k] else low)[k] if k == axis
-                                 else (high[k] - bevel if side[k] else low[k] + bevel) for k in range(3)]))
+            verts.append(
+                Vector(
+                    [
+                        (high if side[k] else low)[k] if k == axis else (high[k] - bevel if side[k] else low[k] + bevel)
+                        for k in range(3)
+                    ]
+                )
+            )
     faces: list[tuple[int, ...]] = []
     for axis in range(3):
         u, v = (axis + 1) % 3, (axis + 2) % 3
@@ -66,8 +72,10 @@ def lathe(profile: list[tuple[float, float]], segments: int = 48) -> Shape:
 
 
 def sphere(radius: float, segments: int = 48, rings: int = 24) -> Shape:
-    profile = [(radius * math.sin(math.pi * k / rings) if 0 < k < rings else 0.0, -radius * math.cos(math.pi * k / rings))
-               for k in range(rings + 1)]
+    profile = [
+        (radius * math.sin(math.pi * k / rings) if 0 < k < rings else 0.0, -radius * math.cos(math.pi * k / rings))
+        for k in range(rings + 1)
+    ]
     return lathe(profile, segments)
 
 
@@ -75,8 +83,9 @@ def cylinder(radius: float, low: float, high: float, segments: int = 32) -> Shap
     return lathe([(0.0, low), (radius, low), (radius, high), (0.0, high)], segments)
 
 
-def tube(points: list[tuple[float, float, float]], radii: float | list[float], segments: int = 16,
-         steps: int = 8) -> Shape:
+def tube(
+    points: list[tuple[float, float, float]], radii: float | list[float], segments: int = 16, steps: int = 8
+) -> Shape:
     """A round tube along a smooth curve through `points`, its radius interpolated like the points; capped."""
     if not isinstance(radii, list):
         radii = [radii] * len(points)
@@ -106,8 +115,15 @@ def smooth_curve(knots: list[Vector], steps: int) -> list[Vector]:
         p0, p1, p2, p3 = knots[max(k - 1, 0)], knots[k], knots[k + 1], knots[min(k + 2, len(knots) - 1)]
         for s in range(steps):
             t = s / steps
-            line.append(0.5 * (2 * p1 + t * (p2 - p0) + t * t * (2 * p0 - 5 * p1 + 4 * p2 - p3)
-                               + t * t * t * (3 * p1 - p0 - 3 * p2 + p3)))
+            line.append(
+                0.5
+                * (
+                    2 * p1
+                    + t * (p2 - p0)
+                    + t * t * (2 * p0 - 5 * p1 + 4 * p2 - p3)
+                    + t * t * t * (3 * p1 - p0 - 3 * p2 + p3)
+                )
+            )
     return line + [knots[-1]]
 
 
@@ -119,6 +135,7 @@ def smooth_profile(profile: list[tuple[float, float]], steps: int = 6) -> list[t
 
 def cushion(width: float, depth: float, height: float, bulge: float = 4.0, cells: int = 12) -> Shape:
     """A pillow: a superellipsoid about the origin, squarer for a larger `bulge`."""
+
     def power(value: float, exponent: float) -> float:
         return math.copysign(abs(value) ** exponent, value)
 
@@ -127,7 +144,13 @@ def cushion(width: float, depth: float, height: float, bulge: float = 4.0, cells
     for v in ball.verts:
         flat = math.hypot(v.x, v.y)
         level = power(flat, 2 / bulge)
-        verts.append(Vector((width / 2 * level * power(v.x / flat if flat else 0.0, 2 / bulge),
-                             depth / 2 * level * power(v.y / flat if flat else 0.0, 2 / bulge),
-                             height / 2 * power(v.z, 0.8))))
+        verts.append(
+            Vector(
+                (
+                    width / 2 * level * power(v.x / flat if flat else 0.0, 2 / bulge),
+                    depth / 2 * level * power(v.y / flat if flat else 0.0, 2 / bulge),
+                    height / 2 * power(v.z, 0.8),
+                )
+            )
+        )
     return Shape(verts, ball.faces)
