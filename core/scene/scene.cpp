@@ -145,10 +145,16 @@ std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& opt
   // Shaders: only those somebody can see.
   step("Compiling shaders", 0.3f);
   s.textures_ = std::make_unique<TextureStore>(std::move(d.images));
+  ShaderContext context;
+  context.camera = &d.camera;
+  context.reflective_caustics = d.settings.reflective_caustics;
+  context.refractive_caustics = d.settings.refractive_caustics;
   for (size_t i = 0; i < d.materials.size(); ++i) {
     step("Compiling shaders", 0.3f);
     s.material_pass_indices_.push_back(d.materials[i].pass_index);
-    s.programs_.push_back(used[i] ? ShaderProgram::compile(d.materials[i].graph, d.materials[i].name, *s.textures_, diagnostics)
+    context.material_pass_index = d.materials[i].pass_index;
+    s.programs_.push_back(used[i] ? ShaderProgram::compile(d.materials[i].graph, d.materials[i].name, *s.textures_,
+                                                           diagnostics, context)
                                   : ShaderProgram());
   }
   s.material_pass_indices_.push_back(0);
@@ -156,7 +162,7 @@ std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& opt
   for (size_t i = 0; i < used.size(); ++i) s.any_transparent_ |= used[i] && s.programs_[i].may_be_transparent();
   s.statistics_.transparent_shadows = s.any_transparent_;
   for (const LightDescription& light : d.lights)
-    s.lamp_programs_.push_back(ShaderProgram::compile(light.graph, light.name, *s.textures_, diagnostics));
+    s.lamp_programs_.push_back(ShaderProgram::compile(light.graph, light.name, *s.textures_, diagnostics, context));
   if (d.world.graph.empty()) {
     Node background;
     background.type = "ShaderNodeBackground";
@@ -165,7 +171,7 @@ std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& opt
     d.world.graph.nodes.push_back(std::move(background));
     d.world.graph.surface = {0, "Background"};
   }
-  s.world_program_ = ShaderProgram::compile(d.world.graph, d.world.name, *s.textures_, diagnostics);
+  s.world_program_ = ShaderProgram::compile(d.world.graph, d.world.name, *s.textures_, diagnostics, context);
   s.statistics_.texture_bytes = s.textures_->memory_bytes();
 
   step("Building the ray tracing structure", 0.5f);
@@ -281,6 +287,7 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
   point.primitive = hit.primitive;
   point.mesh = &mesh;
   point.instance = &instance;
+  point.object = &objects_[instance.object];
   point.ray_length = hit.t;
   point.time = ray.time;
 }

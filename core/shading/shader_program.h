@@ -29,6 +29,13 @@ struct Diagnostic {
 using Diagnostics = std::vector<Diagnostic>;
 void report_once(Diagnostics& diagnostics, Diagnostic diagnostic);
 
+/// What a program may need of the scene around it. All of it is optional.
+struct ShaderContext {
+  const CameraDescription* camera = nullptr;   ///< for camera and window coordinates
+  int material_pass_index = 0;                 ///< Object Info > Material Index
+  bool reflective_caustics = true, refractive_caustics = true;  ///< RenderSettings' switches
+};
+
 /// What a shader gives back. `bsdf.prepare(wo)` has been called.
 struct SurfaceShading {
   Bsdf bsdf;
@@ -41,7 +48,7 @@ class ShaderProgram {
   /// Compile `graph` of the material (or world, or lamp) `owner`. Textures are
   /// registered in `textures`. Never throws for bad graphs: falls back and reports.
   static ShaderProgram compile(const NodeGraph& graph, const std::string& owner, TextureStore& textures,
-                               Diagnostics& diagnostics);
+                               Diagnostics& diagnostics, const ShaderContext& context = {});
   ShaderProgram();
   ShaderProgram(ShaderProgram&&) noexcept;
   ShaderProgram& operator=(ShaderProgram&&) noexcept;

@@ -16,6 +16,7 @@ enum RayKindBits : uint32_t {
 
 struct BuiltMesh;
 struct BuiltInstance;
+struct ObjectDescription;
 
 struct ShadingPoint {
   Vec3 position{0.0f};          ///< world space
@@ -28,6 +29,7 @@ struct ShadingPoint {
   uint32_t primitive = 0;       ///< triangle of the mesh
   const BuiltMesh* mesh = nullptr;          ///< null for world and lamps
   const BuiltInstance* instance = nullptr;
+  const ObjectDescription* object = nullptr;  ///< for Object Info; may be null
   Vec3 dpdu{0.0f}, dpdv{0.0f};  ///< world-space edge vectors p1-p0, p2-p0 of the triangle
   float ray_length = 0.0f;
   float time = 0.0f;

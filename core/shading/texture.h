@@ -1,8 +1,8 @@
 // Images as textures. texture.cpp alone includes OpenImageIO.
 //
-// Texels are decoded when first asked for by a visible material at build time, converted to
-// the scene's linear space (8-bit sRGB stays bytes with a table), and looked up with
-// Blender's interpolation and extension. A missing or unreadable image is magenta, and reported.
+// Texels are decoded when first asked for by a visible material at build time and stored as the file has them (8 or 16
+// bits, half, float). As in Cycles, interpolation happens on the encoded, alpha-associated values;
+// sRGB becomes linear after it. A missing or unreadable image is magenta, and reported.
 #pragma once
 
 #include <memory>
@@ -38,17 +38,30 @@ class TextureStore {
 
 class Texture {
  public:
-  /// Linear RGBA at `uv` (v up). Colour is unassociated (straight) as Blender's Image Texture node outputs it.
-  Vec4 lookup(Vec2 uv, Interpolation interpolation, Extension extension) const;
+  enum class Storage : uint8_t { Byte, Short, Half, Float };
+
+  /// Linear RGBA at `uv` (v up). Colour is unassociated (straight), what Blender's Image Texture node gives when its
+  /// alpha output is used.
+  Vec4 lookup(Vec2 uv, Interpolation interpolation, Extension extension) const {
+    return sample(uv, interpolation, extension, true);
+  }
+  /// The same with colour left multiplied by alpha unless `unassociate`.
+  Vec4 sample(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const;
   int width() const { return width_; }
   int height() const { return height_; }
+  size_t memory_bytes() const { return texels_.size(); }
 
  private:
   friend class TextureStore;
+  template <typename Texel>
+  Vec4 interpolate(Vec2 uv, Interpolation interpolation, Extension extension) const;
+
   int width_ = 0, height_ = 0;
-  bool bytes_ = false, opaque_ = false, srgb_ = false;
-  std::vector<uint8_t> texels8_;
-  std::vector<float> texels32_;
+  Storage storage_ = Storage::Byte;
+  bool srgb_ = false;        ///< decoded after interpolation
+  bool has_alpha_ = false;   ///< some alpha is not 1, and colour belongs to it (not a data or channel-packed image)
+  bool associate_ = false;   ///< texels are straight and multiplied by alpha when fetched
+  std::vector<uint8_t> texels_;   ///< RGBA, rows from the bottom up
 };
 
 }  // namespace ajar

@@ -1,0 +1,38 @@
+// A tree of mixed closures, flattened: each closure once, with the product of the mix factors above it
+// as its weight (summed when several ways lead to it). Closures whose weight is the constant 0 do not appear.
+#pragma once
+
+#include "shading/closures.h"
+#include "shading/program_builder.h"
+
+namespace ajar {
+
+enum class ClosureKind : uint8_t {
+  Diffuse, Glossy, Glass, Refraction, Translucent, Principled, Transparent, Emission, Holdout
+};
+
+/// Copy `count` floats from registers into the closure's inputs before use.
+struct InputPatch {
+  uint16_t offset;   ///< bytes into PrincipledInputs
+  uint8_t count;
+  Operand from;
+};
+
+/// A closure with its constant inputs filled in. All kinds share the Principled inputs: the simple ones use base_color,
+/// roughness, ior, anisotropic, anisotropic_rotation and distribution; emission has its strength in base_color.
+struct Closure {
+  ClosureKind kind = ClosureKind::Diffuse;
+  Operand weight = 0;
+  Operand normal = kNoOperand, coat_normal = kNoOperand, tangent = kNoOperand;  ///< none: the surface's own
+  closures::PrincipledInputs inputs;
+  std::vector<InputPatch> patches;
+};
+
+bool is_closure_type(std::string_view node_type);
+
+/// All closures under the graph's surface output.
+std::vector<Closure> flatten_closures(ProgramBuilder& builder);
+
+std::string_view name_of(ClosureKind kind);
+
+}  // namespace ajar

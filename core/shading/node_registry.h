@@ -1,0 +1,33 @@
+// Which function compiles which node type. A node family is one file under nodes/, which lists its own.
+//
+// To add a node: write its function beside its relatives and name it in that file's table; if no instruction does what it
+// needs, add an Op with its arithmetic in register_program and a pure function it calls.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "shading/program_builder.h"
+
+namespace ajar {
+
+/// Value of `output` of node `node`. Returns false for an output the node does not have.
+using NodeFunction = bool (*)(ProgramBuilder& builder, int node, std::string_view output, Value& value);
+
+struct NodeType {
+  std::string_view name;   ///< bl_idname
+  NodeFunction function;
+};
+
+namespace nodes {
+std::span<const NodeType> input_nodes();
+std::span<const NodeType> texture_nodes();
+std::span<const NodeType> math_nodes();
+std::span<const NodeType> vector_nodes();
+std::span<const NodeType> color_nodes();
+}  // namespace nodes
+
+/// Null for a type that is not a value node we know.
+NodeFunction find_value_node(std::string_view type);
+
+}  // namespace ajar

@@ -1,0 +1,242 @@
+#include "shading/nodes/closure_nodes.h"
+
+#include <cstddef>
+#include <cstring>
+
+#include "shading/node_registry.h"
+#include "shading/nodes/point_functions.h"
+
+namespace ajar::nodes {
+namespace {
+
+constexpr SocketType Float = SocketType::Float, Vector = SocketType::Vector, Color = SocketType::Color;
+using Inputs = closures::PrincipledInputs;
+using closures::Distribution;
+
+/// Fills a closure's inputs: constants at once, the rest by patches.
+class ClosureWriter {
+ public:
+  ClosureWriter(ProgramBuilder& builder, int node, ClosureKind kind, Value weight) : b_(builder), node_(node) {
+    closure.kind = kind;
+    closure.weight = weight.at;
+  }
+
+  void set(size_t offset, Value value, int count) {
+    if (value.is_constant()) {
+      for (int i = 0; i < count; ++i) {
+        const float x = b_.constant_value(value, i);
+        std::memcpy(reinterpret_cast<char*>(&closure.inputs) + offset + i * sizeof(float), &x, sizeof x);
+      }
+    } else {
+      closure.patches.push_back({uint16_t(offset), uint8_t(count), value.at});
+    }
+  }
+  /// Take a number or colour from the socket; a socket that is missing keeps `fallback`.
+  Value number(size_t offset, const char* socket, float fallback) {
+    const Value value = b_.input(node_, socket, Float, Vec4(fallback));
+    set(offset, value, 1);
+    return value;
+  }
+  Value color(size_t offset, const char* socket, ::ajar::Color fallback) {
+    const Value value = b_.input(node_, socket, SocketType::Color, Vec4(fallback, 1.0f));
+    set(offset, value, 3);
+    return value;
+  }
+  void normal(const char* socket, Operand& target) {
+    if (b_.is_linked(node_, socket)) target = b_.input(node_, socket, Vector).at;
+  }
+  /// Only anisotropic closures ask for a tangent.
+  void tangent(Value anisotropy) {
+    if (anisotropy.is_constant() && b_.constant_value(anisotropy) == 0.0f) return;
+    closure.tangent = b_.is_linked(node_, "Tangent") ? b_.input(node_, "Tangent", Vector).at
+                                                     : b_.emit(Op::RadialTangent, Vector, {}, int(Axis::Z)).at;
+  }
+
+  Closure closure;
+
+ private:
+  ProgramBuilder& b_;
+  int node_;
+};
+
+Distribution distribution(ProgramBuilder& b, int node, Distribution fallback) {
+  const int choice = b.choice(node, "distribution", {"SHARP", "GGX", "BECKMANN", "MULTI_GGX", "ASHIKHMIN_SHIRLEY"},
+                              int(fallback));
+  return Distribution(choice);
+}
+static_assert(int(Distribution::Sharp) == 0 && int(Distribution::AshikhminShirley) == 4);
+
+void diffuse(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  ClosureWriter w(b, node, ClosureKind::Diffuse, weight);
+  w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
+  w.number(offsetof(Inputs, roughness), "Roughness", 0.0f);
+  w.normal("Normal", w.closure.normal);
+  out.push_back(std::move(w.closure));
+}
+
+void glossy(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  ClosureWriter w(b, node, ClosureKind::Glossy, weight);
+  w.closure.inputs.distribution = distribution(b, node, Distribution::Ggx);
+  w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
+  w.number(offsetof(Inputs, roughness), "Roughness", 0.5f);
+  const Value anisotropy = w.number(offsetof(Inputs, anisotropic), "Anisotropy", 0.0f);
+  w.number(offsetof(Inputs, anisotropic_rotation), "Rotation", 0.0f);
+  w.normal("Normal", w.closure.normal);
+  w.tangent(anisotropy);
+  out.push_back(std::move(w.closure));
+}
+
+template <ClosureKind kKind>
+void dielectric(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  ClosureWriter w(b, node, kKind, weight);
+  w.closure.inputs.distribution = distribution(b, node, Distribution::Beckmann);
+  w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(1.0f));
+  w.number(offsetof(Inputs, roughness), "Roughness", 0.0f);
+  w.number(offsetof(Inputs, ior), "IOR", 1.45f);
+  w.normal("Normal", w.closure.normal);
+  out.push_back(std::move(w.closure));
+}
+
+void translucent(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  ClosureWriter w(b, node, ClosureKind::Translucent, weight);
+  w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
+  w.normal("Normal", w.closure.normal);
+  out.push_back(std::move(w.closure));
+}
+
+void add_colored(ProgramBuilder& b, ClosureKind kind, int node, Value color, Value weight, std::vector<Closure>& out) {
+  if (color.is_constant() && max_component(b.constant_vector(color)) <= 0.0f) return;
+  ClosureWriter w(b, node, kind, weight);
+  w.set(offsetof(Inputs, base_color), color, 3);
+  out.push_back(std::move(w.closure));
+}
+
+void transparent(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  add_colored(b, ClosureKind::Transparent, node, b.input(node, "Color", Color, Vec4(1.0f)), weight, out);
+}
+
+void emission(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  const Value strength = b.input(node, "Strength", Float, Vec4(1.0f));
+  if (strength.is_constant() && b.constant_value(strength) <= 0.0f) return;
+  const Value color = b.input(node, "Color", Color, Vec4(1.0f));
+  add_colored(b, ClosureKind::Emission, node, b.emit(Op::Scale, Color, {color, strength}), weight, out);
+}
+
+void holdout(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  out.push_back(ClosureWriter(b, node, ClosureKind::Holdout, weight).closure);
+}
+
+bool is_second_generation(const Node& node) {
+  for (const NodeInput& input : node.inputs)
+    if (input.socket == "Coat Weight" || input.socket == "Specular IOR Level" || input.socket == "Emission Color")
+      return true;
+  return false;
+}
+
+/// Blender 4.0 renamed half of the sockets and changed what some mean.
+void principled(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  const bool v2 = is_second_generation(b.node(node));
+
+  // Alpha mixes the whole with transparency; emission is added below it.
+  const Value alpha = b.clamped(b.input(node, "Alpha", Float, Vec4(1.0f)));
+  const Value through = b.emit(Op::ProductInverse, Float, {weight, alpha});
+  if (!through.is_constant() || b.constant_value(through) > 0.0f)
+    add_colored(b, ClosureKind::Transparent, node, b.constant(Vec3(1.0f), Color), through, out);
+  weight = b.emit(Op::Product, Float, {weight, alpha});
+  if (weight.is_constant() && b.constant_value(weight) == 0.0f) return;
+
+  const Value strength = b.input(node, "Emission Strength", Float, Vec4(v2 ? 0.0f : 1.0f));
+  if (!strength.is_constant() || b.constant_value(strength) > 0.0f) {
+    const Value color = b.input(node, v2 ? "Emission Color" : "Emission", Color, v2 ? Vec4(1.0f) : Vec4(0.0f));
+    add_colored(b, ClosureKind::Emission, node, b.emit(Op::Scale, Color, {color, strength}), weight, out);
+  }
+
+  ClosureWriter w(b, node, ClosureKind::Principled, weight);
+  w.closure.inputs.version = v2 ? 2 : 1;
+  w.closure.inputs.distribution = distribution(b, node, v2 ? Distribution::MultiGgx : Distribution::Ggx);
+  w.color(offsetof(Inputs, base_color), "Base Color", ::ajar::Color(0.8f));
+  w.number(offsetof(Inputs, metallic), "Metallic", 0.0f);
+  w.number(offsetof(Inputs, roughness), "Roughness", 0.5f);
+  w.number(offsetof(Inputs, ior), "IOR", v2 ? 1.5f : 1.45f);
+  w.number(offsetof(Inputs, transmission), v2 ? "Transmission Weight" : "Transmission", 0.0f);
+  const Value anisotropy = w.number(offsetof(Inputs, anisotropic), "Anisotropic", 0.0f);
+  w.number(offsetof(Inputs, anisotropic_rotation), "Anisotropic Rotation", 0.0f);
+  w.number(offsetof(Inputs, clearcoat), v2 ? "Coat Weight" : "Clearcoat", 0.0f);
+  w.number(offsetof(Inputs, clearcoat_roughness), v2 ? "Coat Roughness" : "Clearcoat Roughness", 0.03f);
+  w.number(offsetof(Inputs, sheen), v2 ? "Sheen Weight" : "Sheen", 0.0f);
+  const Value subsurface = w.number(offsetof(Inputs, subsurface), v2 ? "Subsurface Weight" : "Subsurface", 0.0f);
+  if (v2) {
+    w.number(offsetof(Inputs, diffuse_roughness), "Diffuse Roughness", 0.0f);
+    w.number(offsetof(Inputs, specular_ior_level), "Specular IOR Level", 0.5f);
+    w.color(offsetof(Inputs, specular_tint_color), "Specular Tint", ::ajar::Color(1.0f));
+    w.number(offsetof(Inputs, sheen_roughness), "Sheen Roughness", 0.5f);
+    w.color(offsetof(Inputs, sheen_tint_color), "Sheen Tint", ::ajar::Color(1.0f));
+    w.number(offsetof(Inputs, coat_ior), "Coat IOR", 1.5f);
+    w.color(offsetof(Inputs, coat_tint), "Coat Tint", ::ajar::Color(1.0f));
+  } else {
+    w.number(offsetof(Inputs, specular), "Specular", 0.5f);
+    w.number(offsetof(Inputs, specular_tint), "Specular Tint", 0.0f);
+    w.number(offsetof(Inputs, sheen_tint), "Sheen Tint", 0.5f);
+    w.number(offsetof(Inputs, transmission_roughness), "Transmission Roughness", 0.0f);
+    w.color(offsetof(Inputs, subsurface_color), "Subsurface Color", ::ajar::Color(0.8f));
+  }
+  if (!subsurface.is_constant() || b.constant_value(subsurface) > 0.0f)
+    b.report(node, "subsurface scattering is not supported yet; it is diffuse");
+  w.normal("Normal", w.closure.normal);
+  w.normal(v2 ? "Coat Normal" : "Clearcoat Normal", w.closure.coat_normal);
+  w.tangent(anisotropy);
+  out.push_back(std::move(w.closure));
+}
+
+struct ClosureType {
+  std::string_view name;
+  ClosureFunction function;
+};
+constexpr ClosureType kNodes[] = {
+    {"ShaderNodeBsdfPrincipled", principled},
+    {"ShaderNodeBsdfDiffuse", diffuse},
+    {"ShaderNodeBsdfGlossy", glossy},
+    {"ShaderNodeBsdfAnisotropic", glossy},
+    {"ShaderNodeBsdfGlass", dielectric<ClosureKind::Glass>},
+    {"ShaderNodeBsdfRefraction", dielectric<ClosureKind::Refraction>},
+    {"ShaderNodeBsdfTranslucent", translucent},
+    {"ShaderNodeBsdfTransparent", transparent},
+    {"ShaderNodeEmission", emission},
+    {"ShaderNodeBackground", emission},
+    {"ShaderNodeHoldout", holdout},
+};
+
+/// Diffuse of the closest thing to a colour that the node has.
+void unknown_closure(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  const char* socket = nullptr;
+  for (const NodeInput& input : b.node(node).inputs)
+    if (input.socket == "Color" || input.socket == "Base Color") socket = input.socket == "Color" ? "Color" : "Base Color";
+  b.report(node, socket ? std::string("is not supported yet; rendered as diffuse of its '") + socket + "'"
+                        : std::string("is not supported yet; rendered as grey diffuse"));
+  ClosureWriter w(b, node, ClosureKind::Diffuse, weight);
+  w.closure.inputs.roughness = 0.0f;
+  w.color(offsetof(Inputs, base_color), socket ? socket : "", ::ajar::Color(0.8f));
+  w.normal("Normal", w.closure.normal);
+  out.push_back(std::move(w.closure));
+}
+
+}  // namespace
+
+ClosureFunction find_closure_node(std::string_view type) {
+  for (const ClosureType& known : kNodes)
+    if (known.name == type) return known.function;
+  return nullptr;
+}
+
+void add_closures(ProgramBuilder& b, int node, const std::string& output, Value weight, std::vector<Closure>& closures) {
+  if (const ClosureFunction function = find_closure_node(b.node(node).type)) {
+    function(b, node, weight, closures);
+  } else if (find_value_node(b.node(node).type)) {
+    const Value value = b.output(node, output);
+    if (value.type != SocketType::Closure) add_colored(b, ClosureKind::Emission, node, b.convert(value, Color), weight, closures);
+  } else {
+    unknown_closure(b, node, weight, closures);
+  }
+}
+
+}  // namespace ajar::nodes

@@ -1,0 +1,12 @@
+// Baked ramps and curves of a node, as tables of the program.
+#pragma once
+
+#include "shading/program_builder.h"
+
+namespace ajar::nodes {
+
+/// The node's `ramp` or `curve`; false, reported, when it has none.
+bool ramp_table(ProgramBuilder& builder, int node, uint32_t& table);
+bool curve_table(ProgramBuilder& builder, int node, uint32_t& table);
+
+}  // namespace ajar::nodes

@@ -1,0 +1,199 @@
+// Input nodes: values, geometry, coordinates, attributes, the object, the ray.
+#include <algorithm>
+
+#include "shading/node_registry.h"
+#include "shading/nodes/math_functions.h"
+#include "shading/nodes/point_functions.h"
+
+namespace ajar::nodes {
+namespace {
+
+using enum SocketType;
+
+Value camera_point(ProgramBuilder& b, int node) {
+  const CameraDescription* camera = b.context().camera;
+  if (!camera || !camera->present) {
+    b.report(node, "there is no camera; world coordinates are used");
+    return b.emit(Op::Position, Vector, {});
+  }
+  const uint32_t matrix = b.add_matrix(glm::affineInverse(to_matrix(camera->world_from_camera)));
+  return b.emit(Op::CameraPosition, Vector, {}, 0, matrix);
+}
+
+Value window_point(ProgramBuilder& b, int node) {
+  const CameraDescription* camera = b.context().camera;
+  if (!camera || !camera->present || camera->kind == CameraKind::Panorama) {
+    b.report(node, "window coordinates need a perspective or orthographic camera");
+    return b.constant(Vec3(0.0f), Vector);
+  }
+  const uint32_t matrix = b.add_matrix(glm::affineInverse(to_matrix(camera->world_from_camera)));
+  Mat4 screen(0.0f);   // the window in the first column, perspective or not in the second
+  screen[0] = camera->screen_window;
+  screen[1][0] = camera->kind == CameraKind::Perspective ? 1.0f : 0.0f;
+  return b.emit(Op::WindowPosition, Vector, {}, 0, matrix << 16 | b.add_matrix(screen));
+}
+
+bool value_node(ProgramBuilder& b, int node, std::string_view, Value& value) {
+  value = b.constant(b.number(node, "value"));
+  return true;
+}
+
+bool rgb_node(ProgramBuilder& b, int node, std::string_view, Value& value) {
+  const std::vector<float>* rgb = b.numbers(node, "value");
+  value = b.constant(rgb && rgb->size() >= 3 ? Vec3((*rgb)[0], (*rgb)[1], (*rgb)[2]) : Vec3(0.5f), Color);
+  return true;
+}
+
+bool texture_coordinate(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  if (output == "Generated") value = b.emit(Op::Generated, Vector, {});
+  else if (output == "Normal") value = b.emit(Op::ObjectNormal, Vector, {});
+  else if (output == "UV") value = b.emit(Op::ActiveUv, Vector, {});
+  else if (output == "Camera") value = camera_point(b, node);
+  else if (output == "Window") value = window_point(b, node);
+  else if (output == "Reflection") value = b.emit(Op::Reflection, Vector, {});
+  else if (output == "Object") {
+    const std::vector<float>* rows = b.numbers(node, "object");
+    if (rows && rows->size() >= 12) {
+      std::array<float, 12> matrix;
+      std::copy_n(rows->begin(), 12, matrix.begin());
+      value = b.emit(Op::TransformPosition, Vector, {}, 0, b.add_matrix(to_matrix(matrix)));
+    } else {
+      value = b.emit(Op::ObjectPosition, Vector, {});
+    }
+  } else return false;
+  return true;
+}
+
+bool uv_map(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  const std::string_view name = b.text(node, "uv_map");
+  value = name.empty() ? b.emit(Op::ActiveUv, Vector, {}) : b.emit(Op::NamedUv, Vector, {}, 0, b.add_name(name));
+  return output == "UV";
+}
+
+bool attribute_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  const bool geometry = b.choice(node, "attribute_type", {"GEOMETRY", "OBJECT", "INSTANCER", "VIEW_LAYER"}) == 0;
+  if (!geometry) {
+    b.report(node, "only attributes of geometry are supported yet; 0 is used");
+    value = b.constant(0.0f);
+    return true;
+  }
+  const Value whole = b.emit(Op::NamedAttribute, Color, {}, 1, b.add_name(b.text(node, "attribute_name")));
+  if (output == "Color") value = whole;
+  else if (output == "Vector") value = {Vector, whole.at};
+  else if (output == "Fac") value = b.convert({Vector, whole.at}, Float);
+  else if (output == "Alpha") value = b.part(whole, 3);
+  else return false;
+  return true;
+}
+
+bool vertex_color(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  const Value whole = b.emit(Op::NamedAttribute, Color, {}, 0, b.add_name(b.text(node, "layer_name")));
+  value = output == "Alpha" ? b.part(whole, 3) : whole;
+  return output == "Color" || output == "Alpha";
+}
+
+bool geometry(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  if (output == "Position") value = b.emit(Op::Position, Vector, {});
+  else if (output == "Normal") value = b.emit(Op::ShadingNormal, Vector, {});
+  else if (output == "Tangent") value = b.emit(Op::RadialTangent, Vector, {}, int(Axis::Z));
+  else if (output == "True Normal") value = b.emit(Op::TrueNormal, Vector, {});
+  else if (output == "Incoming") value = b.emit(Op::Incoming, Vector, {});
+  else if (output == "Parametric") value = b.emit(Op::Parametric, Vector, {});
+  else if (output == "Backfacing") value = b.emit(Op::Backfacing, Float, {});
+  else if (output == "Pointiness" || output == "Random Per Island") {
+    b.report(node, "output '" + std::string(output) + "' is not supported yet; 0.5 is used");
+    value = b.constant(0.5f);
+  } else return false;
+  return true;
+}
+
+bool object_info(ProgramBuilder& b, int, std::string_view output, Value& value) {
+  if (output == "Location") value = b.emit(Op::ObjectLocation, Vector, {});
+  else if (output == "Color") value = b.emit(Op::ObjectColor, Color, {});
+  else if (output == "Alpha") value = b.part(b.emit(Op::ObjectColor, Color, {}), 3);
+  else if (output == "Object Index") value = b.emit(Op::ObjectIndex, Float, {});
+  else if (output == "Material Index") value = b.constant(float(b.context().material_pass_index));
+  else if (output == "Random") value = b.emit(Op::ObjectRandom, Float, {});
+  else return false;
+  return true;
+}
+
+bool light_path_node(ProgramBuilder& b, int, std::string_view output, Value& value) {
+  static constexpr std::string_view kOutputs[] = {
+      "Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray",
+      "Is Transmission Ray", "Is Volume Scatter Ray", "Ray Length", "Ray Depth", "Diffuse Depth", "Glossy Depth",
+      "Transparent Depth", "Transmission Depth"};
+  for (int i = 0; i < int(std::size(kOutputs)); ++i) {
+    if (output != kOutputs[i]) continue;
+    value = b.emit(Op::LightPath, Float, {}, i);
+    return true;
+  }
+  return false;
+}
+
+bool light_falloff(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  const int power = output == "Quadratic" ? 0 : output == "Linear" ? 1 : output == "Constant" ? 2 : -1;
+  if (power < 0) return false;
+  value = b.emit(Op::LightFalloff, Float, {b.input(node, "Strength", Float, Vec4(100.0f)), b.input(node, "Smooth", Float)},
+                 power);
+  return true;
+}
+
+bool camera_data(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  const Value p = camera_point(b, node);
+  if (output == "View Vector") value = b.emit(Op::Normalize, Vector, {p});
+  else if (output == "View Z Depth") value = b.part(p, 2);
+  else if (output == "View Distance") {
+    const Value none = b.constant(Vec3(0.0f), Vector);
+    value = b.emit(Op::VectorMathValue, Float, {p, none}, int(VectorOperation::Length));
+  } else return false;
+  return true;
+}
+
+Value normal_input(ProgramBuilder& b, int node) {
+  return b.is_linked(node, "Normal") ? b.input(node, "Normal", Vector) : b.emit(Op::ShadingNormal, Vector, {});
+}
+
+bool fresnel_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  value = b.emit(Op::Fresnel, Float, {b.input(node, "IOR", Float, Vec4(1.5f)), normal_input(b, node)});
+  return output == "Fac";
+}
+
+bool layer_weight(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  value = b.emit(Op::LayerWeight, Float, {b.input(node, "Blend", Float, Vec4(0.5f)), normal_input(b, node)},
+                 output == "Fresnel" ? 0 : 1);
+  return output == "Fresnel" || output == "Facing";
+}
+
+bool tangent_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  if (b.choice(node, "direction_type", {"RADIAL", "UV_MAP"}) == 1)
+    value = b.emit(Op::UvTangent, Vector, {}, 0, b.add_name(b.text(node, "uv_map")));
+  else
+    value = b.emit(Op::RadialTangent, Vector, {}, b.choice(node, "axis", {"X", "Y", "Z"}, 2));
+  return output == "Tangent";
+}
+
+bool normal_map_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  const int space = b.choice(node, "space", {"TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD"});
+  value = b.emit(Op::NormalMap, Vector,
+                 {b.input(node, "Strength", Float, Vec4(1.0f)), b.input(node, "Color", Color, Vec4(0.5f, 0.5f, 1.0f, 1.0f))},
+                 space, b.add_name(b.text(node, "uv_map")));
+  return output == "Normal";
+}
+
+constexpr NodeType kNodes[] = {
+    {"ShaderNodeValue", value_node},           {"ShaderNodeRGB", rgb_node},
+    {"ShaderNodeTexCoord", texture_coordinate}, {"ShaderNodeUVMap", uv_map},
+    {"ShaderNodeAttribute", attribute_node},   {"ShaderNodeVertexColor", vertex_color},
+    {"ShaderNodeNewGeometry", geometry},       {"ShaderNodeObjectInfo", object_info},
+    {"ShaderNodeLightPath", light_path_node},  {"ShaderNodeLightFalloff", light_falloff},
+    {"ShaderNodeCameraData", camera_data},     {"ShaderNodeFresnel", fresnel_node},
+    {"ShaderNodeLayerWeight", layer_weight},   {"ShaderNodeTangent", tangent_node},
+    {"ShaderNodeNormalMap", normal_map_node},
+};
+
+}  // namespace
+
+std::span<const NodeType> input_nodes() { return kNodes; }
+
+}  // namespace ajar::nodes

@@ -1,0 +1,149 @@
+#include "shading/nodes/point_functions.h"
+
+#include "scene/geometry.h"
+#include "shading/nodes/math_functions.h"
+
+namespace ajar::nodes {
+
+Vec3 position(const ShadingPoint& point) { return point.instance ? point.position : -point.wo; }
+Vec3 shading_normal(const ShadingPoint& point) { return point.instance ? point.ns : point.wo; }
+Vec3 true_normal(const ShadingPoint& point) { return point.instance ? point.ng : point.wo; }
+
+Vec3 object_position(const ShadingPoint& point) {
+  return point.instance ? transform_point(point.instance->object_from_world, point.position) : position(point);
+}
+
+namespace {
+
+/// Normals transform by the transpose of the inverse.
+Vec3 normal_to_object(const BuiltInstance& instance, Vec3 n) {
+  return normalize_or_zero(Vec3(glm::transpose(Mat3(instance.world_from_object)) * n));
+}
+Vec3 normal_to_world(const BuiltInstance& instance, Vec3 n) {
+  return normalize_or_zero(Vec3(glm::transpose(Mat3(instance.object_from_world)) * n));
+}
+
+/// `tangent` projected to the plane of `normal`.
+Vec3 tangent_of(Vec3 normal, Vec3 tangent) {
+  return glm::cross(normal, normalize_or_zero(glm::cross(tangent, normal)));
+}
+
+}  // namespace
+
+Vec3 object_normal(const ShadingPoint& point) {
+  return point.instance ? normal_to_object(*point.instance, point.ns) : shading_normal(point);
+}
+
+Vec3 generated(const ShadingPoint& point) {
+  if (!point.mesh) return position(point);
+  const Vec3 p = object_position(point) - point.mesh->texture_space_location;
+  return divide(p * 0.5f, point.mesh->texture_space_size) + 0.5f;
+}
+
+Vec3 active_uv(const ShadingPoint& point) {
+  if (!point.mesh || point.mesh->active_uv < 0) return Vec3(0.0f);
+  const Attribute& uv = point.mesh->attributes[point.mesh->active_uv];
+  const Vec4 value = point.mesh->interpolate(uv, point.primitive, point.barycentric);
+  return {value.x, value.y, 0.0f};
+}
+
+Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found) {
+  const int index = point.mesh ? point.mesh->find_attribute(name) : -1;
+  if (found) *found = index >= 0;
+  if (index < 0) return Vec4(0.0f);
+  const Attribute& attribute = point.mesh->attributes[index];
+  const Vec4 value = point.mesh->interpolate(attribute, point.primitive, point.barycentric);
+  return attribute.components == 1 ? Vec4(Vec3(value.x), 1.0f) : value;
+}
+
+Vec3 radial_tangent(const ShadingPoint& point, Axis axis) {
+  const Vec3 p = generated(point) - 0.5f;
+  const Vec3 around = axis == Axis::X   ? Vec3(0.0f, -p.z, p.y)
+                      : axis == Axis::Y ? Vec3(-p.z, 0.0f, p.x)
+                                        : Vec3(-p.y, p.x, 0.0f);
+  const Vec3 n = shading_normal(point);
+  return tangent_of(n, point.instance ? normal_to_world(*point.instance, around) : around);
+}
+
+namespace {
+
+/// Unit tangent of the triangle along u in world space; `sign` is -1 on mirrored islands.
+bool triangle_tangent(const ShadingPoint& point, const std::string& name, Vec3& tangent, float& sign) {
+  if (!point.mesh) return false;
+  const int index = name.empty() ? point.mesh->active_uv : point.mesh->find_attribute(name);
+  if (index < 0) return false;
+  const Attribute& uv = point.mesh->attributes[index];
+  const Vec2 uv0 = Vec2(point.mesh->interpolate(uv, point.primitive, Vec2(0.0f)));
+  const Vec2 e1 = Vec2(point.mesh->interpolate(uv, point.primitive, Vec2(1.0f, 0.0f))) - uv0;
+  const Vec2 e2 = Vec2(point.mesh->interpolate(uv, point.primitive, Vec2(0.0f, 1.0f))) - uv0;
+  const float area = e1.x * e2.y - e1.y * e2.x;
+  if (area == 0.0f) return false;
+  sign = area < 0.0f ? -1.0f : 1.0f;
+  tangent = normalize_or_zero((point.dpdu * e2.y - point.dpdv * e1.y) * sign);
+  return true;
+}
+
+}  // namespace
+
+Vec3 uv_tangent(const ShadingPoint& point, const std::string& name) {
+  Vec3 tangent;
+  float sign;
+  return triangle_tangent(point, name, tangent, sign) ? tangent_of(shading_normal(point), tangent) : Vec3(0.0f);
+}
+
+Vec3 reflection(const ShadingPoint& point) {
+  if (!point.instance) return point.wo;
+  return 2.0f * glm::dot(point.ns, point.wo) * point.ns - point.wo;
+}
+
+Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::string& uv, float strength, Vec3 color) {
+  const Vec3 surface = shading_normal(point);
+  const float side = point.backfacing ? -1.0f : 1.0f;
+  Vec3 c = 2.0f * color - 1.0f, n;
+  if (space == NormalMapSpace::Tangent) {
+    Vec3 tangent;
+    float sign;
+    if (!triangle_tangent(point, uv, tangent, sign)) return surface;
+    const Vec3 front = surface * side;
+    if (point.instance && point.instance->flips_orientation) sign = -sign;
+    tangent = tangent_of(front, tangent);
+    n = c.x * tangent + c.y * sign * glm::cross(front, tangent) + c.z * front;
+  } else {
+    if (space == NormalMapSpace::BlenderObject || space == NormalMapSpace::BlenderWorld) c = {c.x, -c.y, -c.z};
+    const bool object = space == NormalMapSpace::Object || space == NormalMapSpace::BlenderObject;
+    n = object && point.instance ? normal_to_world(*point.instance, c) : c;
+  }
+  n = normalize_or_zero(n) * side;
+  if (strength != 1.0f) n = normalize_or_zero(surface + (n - surface) * std::max(strength, 0.0f));
+  return n == Vec3(0.0f) ? surface : n;
+}
+
+float light_path(const ShadingPoint& point, LightPathOutput output) {
+  const auto is = [&](uint32_t bit) { return point.ray_kind & bit ? 1.0f : 0.0f; };
+  switch (output) {
+    case LightPathOutput::IsCamera: return is(kRayCamera);
+    case LightPathOutput::IsShadow: return is(kRayShadow);
+    case LightPathOutput::IsDiffuse: return is(kRayDiffuse);
+    case LightPathOutput::IsGlossy: return is(kRayGlossy);
+    case LightPathOutput::IsSingular: return is(kRaySingular);
+    case LightPathOutput::IsReflection: return is(kRayReflection);
+    case LightPathOutput::IsTransmission: return is(kRayTransmission);
+    case LightPathOutput::IsVolumeScatter: return is(kRayVolumeScatter);
+    case LightPathOutput::RayLength: return point.ray_length;
+    case LightPathOutput::RayDepth: return float(point.ray_depth);
+    case LightPathOutput::DiffuseDepth: return float(point.diffuse_depth);
+    case LightPathOutput::GlossyDepth: return float(point.glossy_depth);
+    case LightPathOutput::TransparentDepth: return float(point.transparent_depth);
+    case LightPathOutput::TransmissionDepth: return float(point.transmission_depth);
+  }
+  return 0.0f;
+}
+
+float fresnel(float cosine, float eta) {
+  const float c = std::abs(cosine), g2 = eta * eta - 1.0f + c * c;
+  if (!(g2 > 0.0f)) return 1.0f;
+  const float g = std::sqrt(g2), a = (g - c) / (g + c), b = (c * (g + c) - 1.0f) / (c * (g - c) + 1.0f);
+  return 0.5f * a * a * (1.0f + b * b);
+}
+
+}  // namespace ajar::nodes

@@ -1,0 +1,39 @@
+// What input nodes read from the shading point. Without an instance the point belongs to the world (or a lamp):
+// its position is the direction looked in, and its normals face the viewer, as in Cycles.
+#pragma once
+
+#include <string>
+
+#include "math/types.h"
+#include "shading/shading_point.h"
+
+namespace ajar::nodes {
+
+enum class LightPathOutput : uint8_t {
+  IsCamera, IsShadow, IsDiffuse, IsGlossy, IsSingular, IsReflection, IsTransmission, IsVolumeScatter, RayLength, RayDepth,
+  DiffuseDepth, GlossyDepth, TransparentDepth, TransmissionDepth
+};
+enum class Axis : uint8_t { X, Y, Z };
+enum class Space : uint8_t { World, Object, Camera };
+enum class NormalMapSpace : uint8_t { Tangent, Object, World, BlenderObject, BlenderWorld };
+
+Vec3 position(const ShadingPoint& point);
+Vec3 shading_normal(const ShadingPoint& point);
+Vec3 true_normal(const ShadingPoint& point);
+Vec3 object_position(const ShadingPoint& point);
+Vec3 object_normal(const ShadingPoint& point);
+/// Position within the bounding box of the mesh's texture space, [0, 1] on each axis.
+Vec3 generated(const ShadingPoint& point);
+Vec3 active_uv(const ShadingPoint& point);
+/// UV map or attribute by name; zero where the mesh has none. `found` may be null.
+Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found);
+Vec3 radial_tangent(const ShadingPoint& point, Axis axis);
+/// Direction of growing u of the UV map `name` (empty: the active one), in world space.
+Vec3 uv_tangent(const ShadingPoint& point, const std::string& name);
+Vec3 reflection(const ShadingPoint& point);
+Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::string& uv, float strength, Vec3 color);
+float light_path(const ShadingPoint& point, LightPathOutput output);
+/// Unpolarised Fresnel reflectance of a dielectric; `eta` is transmitted over incident index.
+float fresnel(float cosine, float eta);
+
+}  // namespace ajar::nodes

@@ -1,0 +1,211 @@
+#include "shading/register_program.h"
+
+#include "scene/geometry.h"
+#include "shading/nodes/color_functions.h"
+#include "shading/nodes/math_functions.h"
+#include "shading/nodes/point_functions.h"
+#include "shading/nodes/texture_functions.h"
+
+namespace ajar {
+
+const OpInfo& info(Op op) {
+  static constexpr OpInfo kInfo[] = {
+#define AJAR_OP(name, width, needs_point) {#name, width, needs_point},
+      AJAR_SHADER_OPS(AJAR_OP)
+#undef AJAR_OP
+  };
+  return kInfo[size_t(op)];
+}
+
+namespace {
+
+Vec3 window_position(const ShadingPoint& point, const Mat4& camera_from_world, const Mat4& screen) {
+  const Vec3 p = transform_point(camera_from_world, nodes::position(point));
+  const bool perspective = screen[1][0] != 0.0f;
+  const float scale = perspective ? -1.0f / p.z : 1.0f;
+  const Vec4 window = screen[0];
+  return {(p.x * scale - window.x) / (window.y - window.x), (p.y * scale - window.z) / (window.w - window.z), 0.0f};
+}
+
+/// Blender's camera space: z grows away from the camera.
+Vec3 camera_position(const ShadingPoint& point, const Mat4& camera_from_world) {
+  const Vec3 p = transform_point(camera_from_world, nodes::position(point));
+  return {p.x, p.y, -p.z};
+}
+
+// variant: kind of vector (0 point, 1 vector, 2 normal) + 4 * (from + 4 * to)
+Vec3 vector_transform(const ShadingPoint& point, uint8_t variant, const Mat4& camera_from_world, Vec3 v) {
+  const bool is_point = (variant & 3) == 0;
+  const auto from = nodes::Space(variant >> 2 & 3), to = nodes::Space(variant >> 4 & 3);
+  const auto apply = [&](const Mat4& m) { v = is_point ? transform_point(m, v) : transform_vector(m, v); };
+  const auto flip_z = [&] { v.z = -v.z; };
+  if (from != to) {
+    if (from == nodes::Space::Object && point.instance) apply(point.instance->world_from_object);
+    if (from == nodes::Space::Camera) flip_z(), apply(glm::affineInverse(camera_from_world));
+    if (to == nodes::Space::Object && point.instance) apply(point.instance->object_from_world);
+    if (to == nodes::Space::Camera) apply(camera_from_world), flip_z();
+  }
+  return (variant & 3) == 2 ? nodes::normalize_or_zero(v) : v;
+}
+
+}  // namespace
+
+void run(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
+         float* registers) {
+  const float* constants = tables.constants.data();
+  for (const Instruction* i = code; i != code + count; ++i) {
+    float* const out = registers + i->out;
+    const auto f = [&](int k) { return *operand(i->in[k], registers, constants); };
+    const auto v = [&](int k) { return load3(operand(i->in[k], registers, constants)); };
+    const auto store3 = [out](Vec3 value) { out[0] = value.x, out[1] = value.y, out[2] = value.z; };
+    const auto store4 = [out](Vec4 value) { out[0] = value.x, out[1] = value.y, out[2] = value.z, out[3] = value.w; };
+    switch (i->op) {
+      case Op::Splat: store3(Vec3(f(0))); break;
+      case Op::Luminance: *out = luminance(v(0)); break;
+      case Op::Average: { const Vec3 a = v(0); *out = (a.x + a.y + a.z) * (1.0f / 3.0f); break; }
+      case Op::Combine: store3({f(0), f(1), f(2)}); break;
+      case Op::Saturate: *out = saturate(f(0)); break;
+      case Op::SaturateColor: store3(glm::clamp(v(0), 0.0f, 1.0f)); break;
+      case Op::Product: *out = f(0) * f(1); break;
+      case Op::ProductInverse: *out = f(0) * (1.0f - f(1)); break;
+      case Op::Sum: *out = f(0) + f(1); break;
+      case Op::Scale: store3(v(0) * f(1)); break;
+      case Op::Math: *out = nodes::math(nodes::MathOperation(i->variant), f(0), f(1), f(2)); break;
+      case Op::VectorMath: store3(nodes::vector_math(nodes::VectorOperation(i->variant), v(0), v(1), v(2), f(3))); break;
+      case Op::VectorMathValue: *out = nodes::vector_math_value(nodes::VectorOperation(i->variant), v(0), v(1)); break;
+      case Op::MixFloat: *out = f(1) * (1.0f - f(0)) + f(2) * f(0); break;
+      case Op::MixVector: store3(v(1) * (1.0f - f(0)) + v(2) * f(0)); break;
+      case Op::MixVectorNonUniform: store3(v(1) * (1.0f - v(0)) + v(2) * v(0)); break;
+      case Op::MixColor: store3(nodes::blend(nodes::Blend(i->variant), f(0), v(1), v(2))); break;
+      case Op::Clamp: *out = nodes::clamp_between(f(0), f(1), f(2), i->variant); break;
+      case Op::MapRange:
+        *out = nodes::map_range(nodes::RangeInterpolation(i->variant), f(0), f(1), f(2), f(3), f(4), f(5));
+        break;
+      case Op::MapRangeVector: {
+        const Vec3 a = v(0), b = v(1), c = v(2), d = v(3), e = v(4), g = v(5);
+        for (int k = 0; k < 3; ++k)
+          out[k] = nodes::map_range_component(nodes::RangeInterpolation(i->variant), a[k], b[k], c[k], d[k], e[k], g[k]);
+        break;
+      }
+      case Op::Mapping: store3(nodes::mapping(nodes::MappingKind(i->variant), v(0), v(1), v(2), v(3))); break;
+      case Op::Affine: store3(transform_point(tables.matrices[i->data], v(0))); break;
+      case Op::VectorRotate: {   // vector, centre, axis, angle, Euler angles; variant 1: Euler, 2: inverted
+        const Vec3 centre = v(1), p = v(0) - centre;
+        if (i->variant & 1) {
+          const Mat3 rotate = nodes::euler_rotation(v(4));
+          store3((i->variant & 2 ? p * rotate : rotate * p) + centre);
+        } else {
+          const Vec3 axis = nodes::normalize_or_zero(v(2));
+          store3(axis == Vec3(0.0f) ? p + centre : nodes::rotate_around(p, axis, i->variant & 2 ? -f(3) : f(3)) + centre);
+        }
+        break;
+      }
+      case Op::Normalize: store3(nodes::normalize_or_zero(v(0))); break;
+      case Op::Invert: store3(nodes::invert(v(1), f(0))); break;
+      case Op::Gamma: store3(nodes::gamma(v(0), f(1))); break;
+      case Op::BrightContrast: store3(nodes::bright_contrast(v(0), f(1), f(2))); break;
+      case Op::HueSaturation: store3(nodes::hue_saturation(v(4), f(0), f(1), f(2), f(3))); break;
+      case Op::CombineColor: store3(nodes::combine(nodes::ColorModel(i->variant), v(0))); break;
+      case Op::SeparateColor: store3(nodes::separate(nodes::ColorModel(i->variant), v(0))); break;
+      case Op::Blackbody: store3(nodes::blackbody(f(0))); break;
+      case Op::Ramp: store4(nodes::table_lookup(tables.curves[i->data], f(0))); break;
+      case Op::Curve: {
+        const CurveTable& table = tables.curves[i->data];
+        const Vec3 c = v(1), x = (c - table.min) / (table.max - table.min);
+        const Vec3 curved(nodes::table_lookup(table, x.x).x, nodes::table_lookup(table, x.y).y,
+                          nodes::table_lookup(table, x.z).z);
+        store3((1.0f - f(0)) * c + f(0) * curved);
+        break;
+      }
+      case Op::FloatCurve: {
+        const CurveTable& table = tables.curves[i->data];
+        const float c = f(1), curved = nodes::table_lookup(table, (c - table.min) / (table.max - table.min)).x;
+        *out = (1.0f - f(0)) * c + f(0) * curved;
+        break;
+      }
+      case Op::Checker: *out = nodes::checker(v(0) * f(1)); break;
+      case Op::SelectColor: store3(f(0) == 1.0f ? v(1) : v(2)); break;
+      case Op::Gradient: *out = nodes::gradient(nodes::GradientKind(i->variant), v(0)); break;
+      case Op::Image: store4(nodes::image(tables.images[i->data], Vec2(v(0)))); break;
+      case Op::ImageBox: store4(nodes::image_box(tables.images[i->data], v(0), nodes::object_normal(point))); break;
+      case Op::Environment: {
+        const Vec3 d = nodes::normalize_or_zero(v(0));
+        const bool ball = nodes::EnvironmentProjection(i->variant) == nodes::EnvironmentProjection::MirrorBall;
+        store4(nodes::image(tables.images[i->data], ball ? nodes::mirror_ball(d) : nodes::equirectangular(d)));
+        break;
+      }
+      case Op::ProjectSphere: store3(Vec3(nodes::project_sphere(v(0)), 0.0f)); break;
+      case Op::ProjectTube: store3(Vec3(nodes::project_tube(v(0)), 0.0f)); break;
+      case Op::Position: store3(nodes::position(point)); break;
+      case Op::ShadingNormal: store3(nodes::shading_normal(point)); break;
+      case Op::TrueNormal: store3(nodes::true_normal(point)); break;
+      case Op::Incoming: store3(point.wo); break;
+      case Op::Parametric:
+        store3({1.0f - point.barycentric.x - point.barycentric.y, point.barycentric.x, 0.0f});
+        break;
+      case Op::Backfacing: *out = point.backfacing ? 1.0f : 0.0f; break;
+      case Op::RadialTangent: store3(nodes::radial_tangent(point, nodes::Axis(i->variant))); break;
+      case Op::UvTangent: store3(nodes::uv_tangent(point, tables.names[i->data])); break;
+      case Op::Generated: store3(nodes::generated(point)); break;
+      case Op::ObjectPosition: store3(nodes::object_position(point)); break;
+      case Op::TransformPosition: store3(transform_point(tables.matrices[i->data], nodes::position(point))); break;
+      case Op::ObjectNormal: store3(nodes::object_normal(point)); break;
+      case Op::CameraPosition: store3(camera_position(point, tables.matrices[i->data])); break;
+      case Op::WindowPosition:
+        store3(window_position(point, tables.matrices[i->data >> 16], tables.matrices[i->data & 0xffff]));
+        break;
+      case Op::Reflection: store3(nodes::reflection(point)); break;
+      case Op::ActiveUv: store3(nodes::active_uv(point)); break;
+      case Op::NamedUv: {
+        const Vec4 uv = nodes::attribute(point, tables.names[i->data], nullptr);
+        store3({uv.x, uv.y, 0.0f});
+        break;
+      }
+      case Op::NamedAttribute: {
+        bool found;
+        const Vec4 value = nodes::attribute(point, tables.names[i->data], &found);
+        store4(found ? value : Vec4(0.0f, 0.0f, 0.0f, i->variant));
+        break;
+      }
+      case Op::ObjectLocation: store3(point.instance ? Vec3(point.instance->world_from_object[3]) : Vec3(0.0f)); break;
+      case Op::ObjectColor: store4(point.object ? point.object->color : Vec4(1.0f)); break;
+      case Op::ObjectIndex: *out = point.object ? float(point.object->pass_index) : 0.0f; break;
+      case Op::ObjectRandom: *out = point.instance ? point.instance->random : 0.0f; break;
+      case Op::LightPath: *out = nodes::light_path(point, nodes::LightPathOutput(i->variant)); break;
+      case Op::LightFalloff: {   // strength, smooth; variant is the power of the distance: 0, 1, 2
+        const float r2 = sqr(point.ray_length), smooth = f(1);
+        float strength = f(0) * (i->variant == 0 ? 1.0f : i->variant == 1 ? point.ray_length : r2);
+        if (smooth > 0.0f && std::isfinite(r2)) strength *= r2 / (smooth + r2);
+        *out = strength;
+        break;
+      }
+      case Op::Fresnel: {
+        const float eta = std::max(f(0), 1e-5f);
+        *out = nodes::fresnel(glm::dot(point.wo, v(1)), point.backfacing ? 1.0f / eta : eta);
+        break;
+      }
+      case Op::LayerWeight: {   // blend, normal; variant 0: Fresnel, 1: facing
+        const float cosine = glm::dot(point.wo, v(1));
+        float blend = f(0);
+        if (i->variant == 0) {
+          const float eta = std::max(1.0f - blend, 1e-5f);
+          *out = nodes::fresnel(cosine, point.backfacing ? eta : 1.0f / eta);
+        } else {
+          float facing = std::abs(cosine);
+          if (blend != 0.5f) {
+            blend = glm::clamp(blend, 0.0f, 1.0f - 1e-5f);
+            facing = std::pow(facing, blend < 0.5f ? 2.0f * blend : 0.5f / (1.0f - blend));
+          }
+          *out = 1.0f - facing;
+        }
+        break;
+      }
+      case Op::NormalMap:
+        store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant), tables.names[i->data], f(0), v(1)));
+        break;
+      case Op::VectorTransform: store3(vector_transform(point, i->variant, tables.matrices[i->data], v(0))); break;
+    }
+  }
+}
+
+}  // namespace ajar

@@ -1,0 +1,238 @@
+#include "shading/shader_program.h"
+
+#include <algorithm>
+#include <cstring>
+#include <sstream>
+
+#include "shading/closure_list.h"
+
+namespace ajar {
+
+void report_once(Diagnostics& diagnostics, Diagnostic diagnostic) {
+  for (const Diagnostic& known : diagnostics)
+    if (known.object == diagnostic.object && known.message == diagnostic.message) return;
+  diagnostics.push_back(std::move(diagnostic));
+}
+
+// Emission and transparency have closure lists and code of their own, because light sampling and shadow rays
+// ask for nothing else. All three codes share one numbering of registers.
+struct ShaderProgram::Data {
+  std::vector<Closure> scattering, emission, transparency, holdout;
+  std::vector<Instruction> code, emission_code, transparency_code;
+  ProgramTables tables;
+  bool reflective_caustics = true, refractive_caustics = true;
+  bool may_be_transparent = false;
+  int register_count = 0;
+};
+
+namespace {
+
+using Closures = std::vector<Closure>;
+
+/// The instructions that `closures` need, in order.
+std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int register_count,
+                                     std::initializer_list<const Closures*> lists) {
+  std::vector<bool> live(size_t(register_count), false);
+  const auto mark = [&](Operand o) {
+    if (o >= 0 && o != kNoOperand) live[o] = true;
+  };
+  for (const Closures* list : lists)
+    for (const Closure& closure : *list) {
+      for (const Operand o : {closure.weight, closure.normal, closure.coat_normal, closure.tangent}) mark(o);
+      for (const InputPatch& patch : closure.patches) mark(patch.from);
+    }
+  // An operand always lies within the output of one instruction, so that any live register keeps its writer.
+  std::vector<Instruction> needed;
+  for (auto i = code.rbegin(); i != code.rend(); ++i) {
+    bool is_live = false;
+    for (int k = 0; k < info(i->op).width; ++k) is_live = is_live || live[i->out + k];
+    if (!is_live) continue;
+    for (const Operand o : i->in) mark(o);
+    needed.push_back(*i);
+  }
+  std::reverse(needed.begin(), needed.end());
+  return needed;
+}
+
+Color color_of(const Closure& closure, const float* registers, const float* constants) {
+  Color color = closure.inputs.base_color;
+  for (const InputPatch& patch : closure.patches) color = load3(operand(patch.from, registers, constants));
+  return glm::max(color, 0.0f) * *operand(closure.weight, registers, constants);
+}
+
+/// Sum of coloured closures (emission, transparency) that have their colour as only input.
+Color sum(const Closures& closures, const float* registers, const float* constants) {
+  Color total(0.0f);
+  for (const Closure& closure : closures) {
+    const Color color = color_of(closure, registers, constants);
+    if (is_finite(color)) total += color;
+  }
+  return total;
+}
+
+void apply_patches(const Closure& closure, const float* registers, closures::PrincipledInputs& inputs) {
+  for (const InputPatch& patch : closure.patches)
+    for (int i = 0; i < patch.count; ++i) {
+      const float x = registers[patch.from + i];
+      const float safe = std::isfinite(x) ? x : 0.0f;
+      std::memcpy(reinterpret_cast<char*>(&inputs) + patch.offset + i * sizeof(float), &safe, sizeof safe);
+    }
+}
+
+}  // namespace
+
+ShaderProgram::ShaderProgram() : data_(std::make_unique<Data>()) {}
+ShaderProgram::ShaderProgram(ShaderProgram&&) noexcept = default;
+ShaderProgram& ShaderProgram::operator=(ShaderProgram&&) noexcept = default;
+ShaderProgram::~ShaderProgram() = default;
+
+ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& owner, TextureStore& textures,
+                                     Diagnostics& diagnostics, const ShaderContext& context) {
+  ShaderProgram program;
+  Data& data = *program.data_;
+  data.reflective_caustics = context.reflective_caustics;
+  data.refractive_caustics = context.refractive_caustics;
+  if (graph.volume.node >= 0)
+    report_once(diagnostics, {Diagnostic::Severity::Warning, owner, "its volume is not supported yet and is ignored"});
+  if (graph.displacement.node >= 0)
+    report_once(diagnostics, {Diagnostic::Severity::Warning, owner, "its displacement is not supported yet and is ignored"});
+
+  ProgramBuilder builder(graph, owner, textures, diagnostics, context);
+  for (Closure& closure : flatten_closures(builder)) {
+    Closures& list = closure.kind == ClosureKind::Emission      ? data.emission
+                     : closure.kind == ClosureKind::Transparent ? data.transparency
+                     : closure.kind == ClosureKind::Holdout     ? data.holdout
+                                                                : data.scattering;
+    list.push_back(std::move(closure));
+  }
+  if (builder.overflowed())
+    report_once(diagnostics, {Diagnostic::Severity::Warning, owner,
+                              "its node graph is too large; what exceeds the limit is grey"});
+
+  data.register_count = builder.register_count();
+  const auto code_for = [&](std::initializer_list<const Closures*> lists) {
+    return needed_code(builder.code, data.register_count, lists);
+  };
+  data.code = code_for({&data.scattering, &data.emission, &data.transparency, &data.holdout});
+  data.emission_code = code_for({&data.emission});
+  data.transparency_code = code_for({&data.transparency});
+  data.tables = std::move(builder.tables);
+  data.may_be_transparent = !data.transparency.empty();
+  return program;
+}
+
+void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& out) const {
+  const Data& d = *data_;
+  float registers[kMaxRegisters];
+  const float* constants = d.tables.constants.data();
+  run(d.code.data(), d.code.size(), d.tables, point, registers);
+
+  out.bsdf.ng = point.ng;
+  out.bsdf.n = closures::safe_shading_normal(point.ng, point.wo, point.ns);
+  out.emission = sum(d.emission, registers, constants);
+  out.holdout = 0.0f;
+  for (const Closure& closure : d.holdout) out.holdout += *operand(closure.weight, registers, constants);
+
+  const closures::Surface surface{point.wo, point.ng, point.backfacing};
+  const auto normal_of = [&](Operand o) {
+    if (o == kNoOperand) return out.bsdf.n;
+    const Vec3 n = load3(operand(o, registers, constants));
+    const float length2 = length_squared(n);
+    if (!(length2 > 1e-20f && length2 < 1e20f)) return out.bsdf.n;
+    return closures::safe_shading_normal(point.ng, point.wo, n / std::sqrt(length2));
+  };
+  const bool after_diffuse = point.ray_kind & kRayDiffuse;
+  const bool reflective = d.reflective_caustics || !after_diffuse, refractive = d.refractive_caustics || !after_diffuse;
+
+  for (const Closure& closure : d.scattering) {
+    const float weight = *operand(closure.weight, registers, constants);
+    if (!(weight > 0.0f)) continue;
+    closures::PrincipledInputs inputs = closure.inputs;
+    apply_patches(closure, registers, inputs);
+    inputs.normal = normal_of(closure.normal);
+    if (closure.tangent != kNoOperand) inputs.tangent = load3(operand(closure.tangent, registers, constants));
+    const Color color = glm::max(inputs.base_color, 0.0f) * weight;
+    switch (closure.kind) {
+      case ClosureKind::Diffuse: closures::add_diffuse(out.bsdf, surface, color, inputs.normal, inputs.roughness); break;
+      case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
+      case ClosureKind::Glossy:
+        if (reflective)
+          closures::add_glossy(out.bsdf, surface, color, inputs.normal, inputs.tangent, inputs.distribution,
+                               inputs.roughness, inputs.anisotropic, inputs.anisotropic_rotation);
+        break;
+      case ClosureKind::Refraction:
+        if (refractive)
+          closures::add_refraction(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness,
+                                   inputs.ior);
+        break;
+      case ClosureKind::Glass:
+        if (reflective || refractive)
+          closures::add_glass(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness, inputs.ior);
+        break;
+      case ClosureKind::Principled:
+        inputs.base_color = glm::max(inputs.base_color, 0.0f);
+        inputs.clearcoat_normal = normal_of(closure.coat_normal);
+        inputs.reflective_caustics = reflective;
+        inputs.refractive_caustics = refractive;
+        closures::add_principled(out.bsdf, surface, Color(weight), inputs);
+        break;
+      case ClosureKind::Emission:
+      case ClosureKind::Transparent:
+      case ClosureKind::Holdout: break;   // in lists of their own
+    }
+  }
+  for (const Closure& closure : d.transparency)
+    closures::add_transparent(out.bsdf, color_of(closure, registers, constants));
+  out.bsdf.prepare(point.wo);
+}
+
+Color ShaderProgram::evaluate_emission(const ShadingPoint& point) const {
+  const Data& d = *data_;
+  if (d.emission.empty()) return Color(0.0f);
+  float registers[kMaxRegisters];
+  run(d.emission_code.data(), d.emission_code.size(), d.tables, point, registers);
+  return sum(d.emission, registers, d.tables.constants.data());
+}
+
+Color ShaderProgram::evaluate_transparency(const ShadingPoint& point) const {
+  const Data& d = *data_;
+  if (d.transparency.empty()) return Color(0.0f);
+  float registers[kMaxRegisters];
+  run(d.transparency_code.data(), d.transparency_code.size(), d.tables, point, registers);
+  return sum(d.transparency, registers, d.tables.constants.data());
+}
+
+bool ShaderProgram::is_constant() const { return data_->code.empty(); }
+bool ShaderProgram::emits() const { return !data_->emission.empty(); }
+bool ShaderProgram::emission_is_constant() const { return data_->emission_code.empty(); }
+bool ShaderProgram::may_be_transparent() const { return data_->may_be_transparent; }
+bool ShaderProgram::scatters() const { return !data_->scattering.empty(); }
+int ShaderProgram::instruction_count() const { return int(data_->code.size()); }
+
+std::string ShaderProgram::listing() const {
+  const Data& d = *data_;
+  std::ostringstream text;
+  const auto write = [&](Operand o) {
+    if (o >= 0) text << 'r' << o;
+    else text << d.tables.constants[-1 - o];
+  };
+  for (const Instruction& i : d.code) {
+    text << 'r' << i.out << " = " << info(i.op).name;
+    if (i.variant) text << '.' << int(i.variant);
+    if (i.data) text << '#' << i.data;
+    for (const Operand o : i.in)
+      if (o != kNoOperand) text << ' ', write(o);
+    text << '\n';
+  }
+  for (const Closures* list : {&d.scattering, &d.emission, &d.transparency, &d.holdout})
+    for (const Closure& closure : *list) {
+      text << name_of(closure.kind) << " weight ";
+      write(closure.weight);
+      for (const InputPatch& patch : closure.patches) text << " [" << patch.offset << "] <- r" << patch.from;
+      if (closure.normal != kNoOperand) text << " normal ", write(closure.normal);
+      text << '\n';
+    }
+  return text.str();
+}
+
+}  // namespace ajar
