@@ -28,6 +28,10 @@ struct Closure {
   std::vector<InputPatch> patches;
 };
 
+/// Bring the inputs into the ranges in which closures are defined, as Cycles does; numbers that are not finite
+/// become 0. Node graphs can compute anything.
+void make_valid(closures::PrincipledInputs& inputs);
+
 bool is_closure_type(std::string_view node_type);
 
 /// All closures under the graph's surface output.

@@ -71,12 +71,10 @@ Color sum(const Closures& closures, const float* registers, const float* constan
 }
 
 void apply_patches(const Closure& closure, const float* registers, closures::PrincipledInputs& inputs) {
+  if (closure.patches.empty()) return;
   for (const InputPatch& patch : closure.patches)
-    for (int i = 0; i < patch.count; ++i) {
-      const float x = registers[patch.from + i];
-      const float safe = std::isfinite(x) ? x : 0.0f;
-      std::memcpy(reinterpret_cast<char*>(&inputs) + patch.offset + i * sizeof(float), &safe, sizeof safe);
-    }
+    std::memcpy(reinterpret_cast<char*>(&inputs) + patch.offset, registers + patch.from, patch.count * sizeof(float));
+  make_valid(inputs);
 }
 
 }  // namespace
@@ -127,6 +125,7 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
   const float* constants = d.tables.constants.data();
   run(d.code.data(), d.code.size(), d.tables, point, registers);
 
+  out.bsdf = Bsdf();
   out.bsdf.ng = point.ng;
   out.bsdf.n = closures::safe_shading_normal(point.ng, point.wo, point.ns);
   out.emission = sum(d.emission, registers, constants);
@@ -151,7 +150,7 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
     apply_patches(closure, registers, inputs);
     inputs.normal = normal_of(closure.normal);
     if (closure.tangent != kNoOperand) inputs.tangent = load3(operand(closure.tangent, registers, constants));
-    const Color color = glm::max(inputs.base_color, 0.0f) * weight;
+    const Color color = inputs.base_color * weight;
     switch (closure.kind) {
       case ClosureKind::Diffuse: closures::add_diffuse(out.bsdf, surface, color, inputs.normal, inputs.roughness); break;
       case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
@@ -170,7 +169,6 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
           closures::add_glass(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness, inputs.ior);
         break;
       case ClosureKind::Principled:
-        inputs.base_color = glm::max(inputs.base_color, 0.0f);
         inputs.clearcoat_normal = normal_of(closure.coat_normal);
         inputs.reflective_caustics = reflective;
         inputs.refractive_caustics = refractive;

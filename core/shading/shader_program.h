@@ -54,7 +54,7 @@ class ShaderProgram {
   ShaderProgram& operator=(ShaderProgram&&) noexcept;
   ~ShaderProgram();
 
-  /// Surface closures at `point`. Sets out.bsdf.ng and .n (safe shading normals) first.
+  /// Surface closures at `point`; what `out` held before is forgotten. Sets out.bsdf.ng and .n (safe shading normals) first.
   void evaluate_surface(const ShadingPoint& point, SurfaceShading& out) const;
   /// Only the emitted radiance (for lights and the world; cheaper than the above).
   Color evaluate_emission(const ShadingPoint& point) const;

@@ -1,0 +1,47 @@
+// Small node graphs for tests, written as they would come from the exporter.
+#pragma once
+
+#include <initializer_list>
+
+#include "scene/scene_description.h"
+#include "shading/shader_program.h"
+#include "shading/texture.h"
+
+namespace ajar::fixtures {
+
+struct GraphBuilder {
+  NodeGraph graph;
+
+  int node(const std::string& type, std::initializer_list<NodeInput> inputs = {},
+           std::initializer_list<NodeProperty> properties = {}) {
+    Node n;
+    n.type = type;
+    n.name = type.substr(std::min<size_t>(type.size(), 10)) + " " + std::to_string(graph.nodes.size());
+    n.inputs = inputs;
+    n.properties = properties;
+    graph.nodes.push_back(n);
+    return int(graph.nodes.size()) - 1;
+  }
+  /// Emission of this socket on the surface, so that a value can be read as radiance.
+  void emit(int from, const std::string& socket) {
+    const int emission = node("ShaderNodeEmission", {{"Color", {from, socket}, Vec4(0.0f)}, {"Strength", {}, Vec4(1.0f)}});
+    graph.surface = {emission, "Emission"};
+  }
+};
+
+inline NodeInput value_input(const std::string& socket, Vec4 value) { return {socket, {}, value}; }
+inline NodeInput value_input(const std::string& socket, float value) { return {socket, {}, Vec4(value)}; }
+inline NodeInput linked_input(const std::string& socket, int node, const std::string& output) {
+  return {socket, {node, output}, Vec4(0.0f)};
+}
+inline NodeProperty text_property(const std::string& name, const std::string& text) { return {name, text, {}}; }
+inline NodeProperty number_property(const std::string& name, std::vector<float> numbers) { return {name, "", numbers}; }
+
+inline ShaderProgram compile(const NodeGraph& graph, Diagnostics* diagnostics = nullptr, TextureStore* textures = nullptr,
+                             const ShaderContext& context = {}) {
+  TextureStore none({});
+  Diagnostics ignored;
+  return ShaderProgram::compile(graph, "Material", textures ? *textures : none, diagnostics ? *diagnostics : ignored, context);
+}
+
+}  // namespace ajar::fixtures
