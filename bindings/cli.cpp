@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
       std::cerr << "ajar-render: " << error << "\n";
       return 1;
     }
-    ajar::write_image(argv[2], session.snapshot("Combined"), session.width(), session.height(), 4);
+    ajar::write_image(argv[2], {session.width(), session.height(), 4, session.snapshot("Combined")});
     if (!statistics_path.empty()) std::ofstream(statistics_path) << session.statistics_json() << "\n";
     return 0;
   } catch (const std::exception& exception) {
