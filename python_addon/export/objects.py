@@ -16,7 +16,6 @@ from ..ajar_module import ajar
 from . import lights, materials, mesh
 from .context import ExportContext, rows_3x4
 
-GEOMETRY_TYPES = {"MESH", "CURVE", "SURFACE", "META", "FONT"}
 NOT_YET = {"CURVES": "hair curves", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
 
 
@@ -92,7 +91,8 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
     if thing.type in NOT_YET:
         context.warn(owner.name, f"{NOT_YET[thing.type]} are not yet supported and do not render")
         return False
-    return thing.type in GEOMETRY_TYPES or isinstance(thing.data, bpy.types.Mesh)
+    # Curves, texts and metaballs come a second time, as instances of the mesh they evaluate to.
+    return isinstance(thing.data, bpy.types.Mesh)
 
 
 def _geometry(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object, parent: bpy.types.Object | None,
@@ -140,16 +140,11 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
 
 def _export_mesh(context: ExportContext, geometry: Geometry) -> int:
     data = geometry.data
-    if isinstance(data, bpy.types.Mesh) and not data.is_editmode:
+    if not (data.is_editmode and geometry.is_own):
         return mesh.export(context, data, data.name)
-    if not geometry.is_own:
-        return mesh.EMPTY
+    # In edit mode the evaluated mesh has not all its layers.
     try:
-        converted = geometry.owner.to_mesh()
-    except RuntimeError:  # what has no surface, such as all balls of a metaball family but the first
-        return mesh.EMPTY
-    try:
-        return mesh.export(context, converted, data.name) if converted is not None else mesh.EMPTY
+        return mesh.export(context, geometry.owner.to_mesh(), data.name)
     finally:
         geometry.owner.to_mesh_clear()
 

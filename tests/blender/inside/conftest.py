@@ -1,0 +1,84 @@
+"""For tests that run inside Blender: an empty scene for each, and what the exporter makes of it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+import pytest
+from ajar_render.ajar_module import ajar
+from ajar_render.export import export_scene
+from ajar_render.headless import Options
+
+
+@pytest.fixture(autouse=True)
+def scene() -> bpy.types.Scene:
+    """An empty scene with a camera, for each test."""
+    bpy.ops.wm.read_homefile(use_empty=True)
+    scene = bpy.context.scene
+    scene.render.engine = "AJAR"
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location.z = 5.0
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    return scene
+
+
+class Builder:
+    """Makers of small things, linked to the scene."""
+
+    def mesh(self, name: str = "Square", vertices=((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), faces=((0, 1, 2, 3),)) -> bpy.types.Mesh:
+        mesh = bpy.data.meshes.new(name)
+        mesh.from_pydata(vertices, [], faces)
+        return mesh
+
+    def object(self, data: bpy.types.ID | None, name: str = "Object", location=(0.0, 0.0, 0.0)) -> bpy.types.Object:
+        thing = bpy.data.objects.new(name, data)
+        thing.location = location
+        bpy.context.scene.collection.objects.link(thing)
+        return thing
+
+    def material(self, name: str = "Material") -> bpy.types.Material:
+        """With an output node alone."""
+        material = bpy.data.materials.new(name)
+        material.use_nodes = True
+        material.node_tree.nodes.clear()
+        material.node_tree.nodes.new("ShaderNodeOutputMaterial")
+        return material
+
+
+@pytest.fixture
+def build() -> Builder:
+    return Builder()
+
+
+Export = Callable[[], ajar.SceneDescription]
+
+
+@pytest.fixture
+def export_context(scene) -> Callable:
+    def run(options: Options | None = None, is_cancelled=lambda: False):
+        bpy.context.scene.update_tag()  # scripts change settings without telling the dependency graph
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        depsgraph.update()
+        return export_scene(depsgraph, options or Options(), ["Combined"], depsgraph.scene_eval.camera, is_cancelled, lambda step: None)
+    return run
+
+
+@pytest.fixture
+def export(export_context) -> Export:
+    return lambda *arguments: export_context(*arguments).description
+
+
+@pytest.fixture
+def graph_of(export, build) -> Callable[[bpy.types.Material], ajar.NodeGraph]:
+    """The graph of a material, on a square."""
+
+    def run(material: bpy.types.Material) -> ajar.NodeGraph:
+        mesh = build.mesh()
+        mesh.materials.append(material)
+        build.object(mesh)
+        return export().materials[0].graph
+    return run

@@ -1,0 +1,289 @@
+"""Node graphs: what feeds what after groups, reroutes and muted nodes are gone; images; special values."""
+
+import bpy
+import numpy as np
+import pytest
+from ajar_render.ajar_module import ajar
+
+
+@pytest.fixture
+def shader(build):
+    """A material with an emission node on its output."""
+    material = build.material()
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    emission = nodes.new("ShaderNodeEmission")
+    links.new(emission.outputs[0], nodes["Material Output"].inputs["Surface"])
+
+    class Shader:
+        pass
+    shader = Shader()
+    shader.material, shader.nodes, shader.links, shader.emission = material, nodes, links, emission
+    return shader
+
+
+def value(graph, node, socket):
+    return next(i for i in graph.nodes[node].inputs if i.socket == socket).value
+
+
+def source(graph, node, socket):
+    link = next(i for i in graph.nodes[node].inputs if i.socket == socket).link
+    return (graph.nodes[link.node].type, link.socket) if link.node >= 0 else None
+
+
+def property_of(graph, node, name):
+    return next(p for p in graph.nodes[node].properties if p.name == name)
+
+
+def node_of(graph, type_):
+    return next(i for i, node in enumerate(graph.nodes) if node.type == type_)
+
+
+def float_group(name="Group"):
+    """A group of one Math node (addition) between a Value input and a Value output."""
+    tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
+    if bpy.app.version >= (4, 0):
+        tree.interface.new_socket("In", in_out="INPUT", socket_type="NodeSocketFloat")
+        tree.interface.new_socket("Out", in_out="OUTPUT", socket_type="NodeSocketFloat")
+    else:
+        tree.inputs.new("NodeSocketFloat", "In")
+        tree.outputs.new("NodeSocketFloat", "Out")
+    inside, outside, math = (tree.nodes.new(t) for t in ("NodeGroupInput", "NodeGroupOutput", "ShaderNodeMath"))
+    tree.links.new(inside.outputs[0], math.inputs[0])
+    tree.links.new(math.outputs[0], outside.inputs[0])
+    return tree
+
+
+def test_surface_names_the_node_behind_the_output(shader, graph_of):
+    shader.emission.inputs["Strength"].default_value = 3.0
+    graph = graph_of(shader.material)
+    assert len(graph.nodes) == 1
+    assert (graph.surface.node, graph.surface.socket) == (0, "Emission")
+    assert value(graph, 0, "Strength")[0] == 3.0
+
+
+def test_unused_nodes_do_not_appear(shader, graph_of):
+    shader.nodes.new("ShaderNodeTexNoise")
+    assert len(graph_of(shader.material).nodes) == 1
+
+
+def test_reroutes_vanish(shader, graph_of):
+    number = shader.nodes.new("ShaderNodeValue")
+    number.outputs[0].default_value = 0.25
+    first, second = shader.nodes.new("NodeReroute"), shader.nodes.new("NodeReroute")
+    shader.links.new(number.outputs[0], first.inputs[0])
+    shader.links.new(first.outputs[0], second.inputs[0])
+    shader.links.new(second.outputs[0], shader.emission.inputs["Strength"])
+    graph = graph_of(shader.material)
+    assert source(graph, 0, "Strength") == ("ShaderNodeValue", "Value")
+    assert property_of(graph, 1, "value").numbers == [0.25]
+
+
+def test_reroute_from_nowhere_is_a_zero(shader, graph_of):
+    reroute = shader.nodes.new("NodeReroute")
+    shader.links.new(reroute.outputs[0], shader.emission.inputs["Color"])
+    graph = graph_of(shader.material)
+    assert source(graph, 0, "Color") is None
+
+
+def test_groups_are_flattened_and_each_use_has_its_own_nodes(shader, graph_of):
+    tree = float_group()
+    add = shader.nodes.new("ShaderNodeMath")
+    for i, number in enumerate((2.0, 5.0)):
+        use = shader.nodes.new("ShaderNodeGroup")
+        use.node_tree = tree
+        use.name = f"Use {i}"
+        use.inputs[0].default_value = number
+        shader.links.new(use.outputs[0], add.inputs[i])
+    shader.links.new(add.outputs[0], shader.emission.inputs["Strength"])
+    graph = graph_of(shader.material)
+    assert sorted(node.name for node in graph.nodes if node.type == "ShaderNodeMath") == ["Math", "Use 0/Math", "Use 1/Math"]
+    numbers = {node.name: value(graph, i, node.inputs[0].socket)[0] for i, node in enumerate(graph.nodes) if "/" in node.name}
+    assert numbers == {"Use 0/Math": 2.0, "Use 1/Math": 5.0}
+
+
+def test_link_into_a_nested_group_arrives(shader, graph_of):
+    inner = float_group("Inner")
+    outer = float_group("Outer")
+    math = next(node for node in outer.nodes if node.type == "MATH")
+    use = outer.nodes.new("ShaderNodeGroup")
+    use.node_tree = inner
+    outer.links.new(math.outputs[0], use.inputs[0])
+    outer.links.new(use.outputs[0], next(node for node in outer.nodes if node.bl_idname == "NodeGroupOutput").inputs[0])
+    top = shader.nodes.new("ShaderNodeGroup")
+    top.node_tree = outer
+    number = shader.nodes.new("ShaderNodeValue")
+    shader.links.new(number.outputs[0], top.inputs[0])
+    shader.links.new(top.outputs[0], shader.emission.inputs["Strength"])
+    graph = graph_of(shader.material)
+    assert sorted(node.name for node in graph.nodes) == ["Emission", "Group/Group/Math", "Group/Math", "Value"]
+    assert source(graph, node_of(graph, "ShaderNodeEmission"), "Strength")[0] == "ShaderNodeMath"
+
+
+def test_group_without_tree_is_zero_and_reported(shader, build, export_context):
+    use = shader.nodes.new("ShaderNodeGroup")
+    tree = float_group()
+    use.node_tree = tree
+    shader.links.new(use.outputs[0], shader.emission.inputs["Strength"])
+    bpy.data.node_groups.remove(tree)
+    mesh = build.mesh()
+    mesh.materials.append(shader.material)
+    build.object(mesh)
+    graph = export_context().description.materials[0].graph
+    assert source(graph, 0, "Strength") is None
+
+
+def test_muted_node_passes_its_internal_link(shader, graph_of):
+    math, number = shader.nodes.new("ShaderNodeMath"), shader.nodes.new("ShaderNodeValue")
+    shader.links.new(number.outputs[0], math.inputs[0])
+    shader.links.new(math.outputs[0], shader.emission.inputs["Strength"])
+    math.mute = True
+    graph = graph_of(shader.material)
+    assert source(graph, 0, "Strength") == ("ShaderNodeValue", "Value")
+
+
+def test_muted_node_passes_its_constant_converted(shader, graph_of):
+    math = shader.nodes.new("ShaderNodeMath")
+    math.inputs[0].default_value = 0.25
+    shader.links.new(math.outputs[0], shader.emission.inputs["Color"])
+    math.mute = True
+    graph = graph_of(shader.material)
+    assert source(graph, 0, "Color") is None
+    assert value(graph, 0, "Color") == (0.25, 0.25, 0.25, 1.0)
+
+
+def test_muted_link_is_not_there(shader, graph_of):
+    number = shader.nodes.new("ShaderNodeValue")
+    link = shader.links.new(number.outputs[0], shader.emission.inputs["Strength"])
+    link.is_muted = True
+    shader.emission.inputs["Strength"].default_value = 7.0
+    graph = graph_of(shader.material)
+    assert source(graph, 0, "Strength") is None and value(graph, 0, "Strength")[0] == 7.0
+
+
+def test_loops_end(shader, graph_of):
+    a, b = shader.nodes.new("ShaderNodeMath"), shader.nodes.new("ShaderNodeMath")
+    shader.links.new(a.outputs[0], b.inputs[0])
+    shader.links.new(b.outputs[0], a.inputs[0])
+    shader.links.new(a.outputs[0], shader.emission.inputs["Strength"])
+    assert len(graph_of(shader.material).nodes) <= 3
+
+
+def test_a_thousand_nodes_in_a_row(shader, graph_of):
+    last = shader.emission.inputs["Strength"]
+    for _ in range(1000):
+        node = shader.nodes.new("ShaderNodeMath")
+        shader.links.new(node.outputs[0], last)
+        last = node.inputs[0]
+    assert len(graph_of(shader.material).nodes) == 1001
+
+
+def test_properties_are_names_and_numbers(shader, graph_of):
+    math, image = shader.nodes.new("ShaderNodeMath"), shader.nodes.new("ShaderNodeTexImage")
+    math.operation, math.use_clamp = "POWER", True
+    shader.links.new(math.outputs[0], shader.emission.inputs["Strength"])
+    image.interpolation, image.extension = "Closest", "CLIP"
+    shader.links.new(image.outputs["Color"], shader.emission.inputs["Color"])
+    graph = graph_of(shader.material)
+    math_index, image_index = node_of(graph, "ShaderNodeMath"), node_of(graph, "ShaderNodeTexImage")
+    assert property_of(graph, math_index, "operation").text == "POWER"
+    assert property_of(graph, math_index, "use_clamp").numbers == [1.0]
+    assert property_of(graph, image_index, "interpolation").text == "Closest"
+    assert property_of(graph, image_index, "extension").text == "CLIP"
+    assert property_of(graph, image_index, "image").numbers == [-1.0]
+
+
+def test_ramp_is_a_table(shader, graph_of):
+    ramp = shader.nodes.new("ShaderNodeValToRGB")
+    shader.links.new(ramp.outputs["Color"], shader.emission.inputs["Color"])
+    graph = graph_of(shader.material)
+    table = np.reshape(property_of(graph, 1, "ramp").numbers, (256, 4))
+    np.testing.assert_allclose(table[:, 0], np.linspace(0, 1, 256), atol=1e-6)
+    assert property_of(graph, 1, "ramp_interpolation").text == "LINEAR"
+
+
+@pytest.mark.parametrize("kind", ["RGBCurve", "VectorCurve", "FloatCurve"])
+def test_curves_are_tables(shader, graph_of, kind):
+    curve = shader.nodes.new(f"ShaderNode{kind}")
+    shader.links.new(curve.outputs[0], shader.emission.inputs["Color"])
+    graph = graph_of(shader.material)
+    low, high = property_of(graph, 1, "curve_range").numbers
+    table = np.reshape(property_of(graph, 1, "curve").numbers, (256, 4))
+    np.testing.assert_allclose(table[:, 0], np.linspace(low, high, 256), atol=1e-3)
+
+
+def test_images_are_shared_between_nodes(shader, build, export, tmp_path):
+    generated = bpy.data.images.new("Generated", 4, 2)
+    generated.pixels.foreach_set(np.linspace(0, 1, 32, dtype=np.float32))
+    missing = bpy.data.images.load(str(write_image(tmp_path / "x.png")))
+    missing.filepath = str(tmp_path / "gone.png")
+    mix = shader.nodes.new("ShaderNodeMixRGB")
+    first, second, third = (shader.nodes.new("ShaderNodeTexImage") for _ in range(3))
+    first.image = second.image = generated
+    third.image = missing
+    for i, node in enumerate((first, second, third)):
+        shader.links.new(node.outputs["Color"], mix.inputs[i])
+    shader.links.new(mix.outputs[0], shader.emission.inputs["Color"])
+    mesh = build.mesh()
+    mesh.materials.append(shader.material)
+    build.object(mesh)
+    images = {image.name: image for image in export().images}
+    assert len(images) == 2
+    assert (images["Generated"].width, images["Generated"].height) == (4, 2)
+    np.testing.assert_allclose(images["Generated"].pixels.ravel(), np.linspace(0, 1, 32), atol=0.003)
+    assert images["Generated"].color_space == "sRGB"
+    assert images["x.png"].path == str(tmp_path / "gone.png")
+
+
+def test_packed_image_is_bytes(shader, build, export, tmp_path):
+    path = write_image(tmp_path / "x.png")
+    image = bpy.data.images.load(str(path))
+    image.pack()
+    image.colorspace_settings.name = "Non-Color"
+    node = shader.nodes.new("ShaderNodeTexImage")
+    node.image = image
+    shader.links.new(node.outputs["Color"], shader.emission.inputs["Color"])
+    mesh = build.mesh()
+    mesh.materials.append(shader.material)
+    build.object(mesh)
+    out = export().images[0]
+    assert out.packed_size == path.stat().st_size and out.path == ""
+    assert out.color_space == "Non-Color"
+
+
+def write_image(path):
+    ajar.write_image(str(path), np.full((2, 2, 4), 0.5, np.float32))
+    return path
+
+
+def test_material_without_nodes_is_diffuse_of_its_colour(build, graph_of):
+    material = bpy.data.materials.new("Plain")
+    material.use_nodes = False
+    material.diffuse_color = (0.1, 0.2, 0.3, 1.0)
+    graph = graph_of(material)
+    assert graph.nodes[0].type == "ShaderNodeBsdfDiffuse"
+    np.testing.assert_allclose(value(graph, 0, "Color"), (0.1, 0.2, 0.3, 1.0), rtol=1e-6)
+
+
+def test_output_with_nothing_linked_is_black(build, graph_of):
+    graph = graph_of(build.material())
+    assert graph.nodes[graph.surface.node].type == "ShaderNodeBsdfDiffuse"
+    assert value(graph, 0, "Color")[:3] == (0.0, 0.0, 0.0)
+
+
+def test_output_for_cycles_wins(shader, graph_of):
+    other = shader.nodes.new("ShaderNodeOutputMaterial")
+    other.target = "CYCLES"
+    glossy = shader.nodes.new("ShaderNodeBsdfGlossy")
+    shader.links.new(glossy.outputs[0], other.inputs["Surface"])
+    graph = graph_of(shader.material)
+    assert graph.nodes[graph.surface.node].type in ("ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic")
+
+
+def test_coordinates_of_an_object_carry_its_inverse(shader, build, graph_of):
+    empty = build.object(None, "Origin", (1, 2, 3))
+    coordinates = shader.nodes.new("ShaderNodeTexCoord")
+    coordinates.object = empty
+    shader.links.new(coordinates.outputs["Object"], shader.emission.inputs["Color"])
+    graph = graph_of(shader.material)
+    rows = np.reshape(property_of(graph, 1, "object").numbers, (3, 4))
+    np.testing.assert_allclose(rows[:, 3], (-1, -2, -3))
