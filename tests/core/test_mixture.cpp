@@ -1,0 +1,97 @@
+#include <gtest/gtest.h>
+
+#include "sampling/mixture.h"
+#include "statistical.h"
+#include "toy_mixture.h"
+
+using namespace ajar;
+
+TEST(Mixture, shares_are_exact_in_expectation_and_every_count_is_next_to_its_share) {
+  const std::vector<std::vector<float>> cases{{0.5f, 0.25f, 0.25f}, {0.013f, 0.3f, 0.687f}, {0.2f, 0.2f, 0.2f, 0.2f, 0.2f}, {1.0f}};
+  for (const auto& shares : cases) {
+    for (int n : {1, 2, 3, 7, 16}) {
+      constexpr int kOffsets = 20000;
+      std::vector<double> mean(shares.size(), 0.0);
+      for (int o = 0; o < kOffsets; ++o) {
+        std::vector<int> counts(shares.size());
+        deterministic_counts(shares, n, (float(o) + 0.5f) / kOffsets, counts);
+        EXPECT_EQ(std::accumulate(counts.begin(), counts.end(), 0), n);
+        for (size_t k = 0; k < shares.size(); ++k) {
+          EXPECT_LT(std::abs(float(counts[k]) - float(n) * shares[k]), 1.0f + 1e-5f);
+          mean[k] += double(counts[k]) / kOffsets;
+        }
+      }
+      // Offsets on a grid: the mean is exact up to the grid.
+      for (size_t k = 0; k < shares.size(); ++k) EXPECT_NEAR(mean[k], n * double(shares[k]), 2.0 / kOffsets + 1e-5);
+    }
+  }
+}
+
+TEST(Mixture, shares_never_fall_below_the_floor) {
+  Pcg32 rng(7);
+  for (int trial = 0; trial < 2000; ++trial) {
+    const size_t m = 1 + rng.next() % 8;
+    std::vector<double> sums(m);
+    std::vector<float> prior(m, 1.0f / float(m)), shares(m);
+    for (double& s : sums) s = rng.next() % 3 == 0 ? 0.0 : std::exp(40.0 * double(rng.next_float()) - 20.0);
+    const float floor = 0.5f * rng.next_float() / float(m);
+    learn_shares(sums, int(m) * 2, prior, 2.0f, floor, shares);
+    float sum = 0.0f;
+    for (float s : shares) {
+      EXPECT_GE(s, floor);
+      sum += s;
+    }
+    EXPECT_NEAR(sum, 1.0f, 1e-5f);
+  }
+}
+
+TEST(Mixture, nonsense_in_the_past_gives_the_prior) {
+  std::vector<float> prior{0.7f, 0.3f}, shares(2);
+  for (double bad : {0.0, std::nan(""), HUGE_VAL}) {
+    const std::vector<double> sums{bad, 0.0};
+    learn_shares(sums, 4, prior, 2.0f, 0.0f, shares);
+    EXPECT_FLOAT_EQ(shares[0], 0.7f);
+  }
+}
+
+TEST(Mixture, few_samples_move_the_shares_less_than_many) {
+  const std::vector<float> prior{0.5f, 0.5f};
+  std::vector<float> few(2), many(2);
+  const std::vector<double> sums{1.0, 0.0};
+  learn_shares(sums, 2, prior, 4.0f, 0.01f, few);
+  learn_shares(sums, 200, prior, 4.0f, 0.01f, many);
+  EXPECT_GT(few[1], 0.3f);
+  EXPECT_LT(many[1], 0.03f);
+}
+
+TEST(Mixture, one_sample_of_unequal_shares_is_already_unbiased) {
+  auto mixture = toy::mixture();
+  mixture.set_shares({0.81f, 0.02f, 0.17f}, 0.01f);
+  for (int n : {1, 2, 5}) {
+    RunningMoments estimates;
+    Pcg32 rng(11, uint64_t(n));
+    for (int r = 0; r < 40000; ++r) estimates.add(toy::plain_estimate(mixture, n, rng));
+    EXPECT_TRUE(statistical::mean_agrees(estimates, toy::kIntegral, {0.001}));
+  }
+}
+
+TEST(Mixture, shares_learned_in_earlier_iterations_keep_the_mean_and_lower_the_variance) {
+  // The second light is dark: a third of equal shares is wasted on it.
+  RunningMoments adapted, equal;
+  for (int r = 0; r < 20000; ++r) {
+    Pcg32 rng(5, uint64_t(r));
+    auto mixture = toy::mixture();
+    equal.add(toy::plain_estimate(mixture, 18, rng, nullptr, 0.0f));
+    // Three iterations of six samples, each with the shares that the ones before found.
+    double sum = 0.0;
+    for (int iteration = 0; iteration < 3; ++iteration) {
+      std::vector<double> sums(mixture.size(), 0.0);
+      sum += toy::plain_estimate(mixture, 6, rng, &sums, 0.0f) / 3.0;
+      mixture.adapt(sums, 6, 3.0f, 0.05f);
+    }
+    adapted.add(sum);
+  }
+  EXPECT_TRUE(statistical::mean_agrees(adapted, toy::integral(0.0), {0.001}));
+  EXPECT_TRUE(statistical::mean_agrees(equal, toy::integral(0.0), {0.001}));
+  EXPECT_LT(adapted.variance(), 0.95 * equal.variance());
+}

@@ -1,0 +1,56 @@
+// A one-dimensional stand-in for direct light: a "BSDF" and two "lights", one of them half hidden.
+#pragma once
+
+#include "math/random.h"
+#include "sampling/control_variates.h"
+#include "sampling/mixture.h"
+
+namespace ajar::toy {
+
+/// Uniform over an interval of [0, 1), or rising linearly over all of it.
+struct Component {
+  using State = float;
+  float begin, end;
+  bool linear = false;
+  float sample(Vec2 u) const { return linear ? std::sqrt(u.x) : begin + (end - begin) * u.x; }
+  float pdf(float x) const { return linear ? 2.0f * x : (x >= begin && x < end ? 1.0f / (end - begin) : 0.0f); }
+};
+
+inline Mixture<Component> mixture() { return Mixture<Component>({{0, 1, true}, {0.1f, 0.3f}, {0.6f, 0.7f}}); }
+
+/// Emission is 1 on the first light and `second` on the other, of which [0.65, 0.7) is occluded; times the "BSDF" 2x.
+inline float integrand(float x, float second = 8.0f) {
+  if (x >= 0.1f && x < 0.3f) return 2.0f * x;
+  return x >= 0.6f && x < 0.65f ? second * 2.0f * x : 0.0f;
+}
+constexpr double integral(double second = 8.0) { return (0.09 - 0.01) + second * (0.65 * 0.65 - 0.36); }
+constexpr double kIntegral = integral();
+
+/// 1/n sum f / p; `sums` collects the weights per component.
+inline double plain_estimate(const Mixture<Component>& m, int n, Pcg32& rng, std::vector<double>* sums = nullptr,
+                             float second = 8.0f) {
+  double sum = 0.0;
+  m.draw(n, [&] { return rng.next_float(); }, [&] { return Vec2(rng.next_float(), 0.5f); },
+         [&](float x, size_t k) {
+           const double w = double(integrand(x, second) / m.pdf(x));
+           sum += w;
+           if (sums) (*sums)[k] += w;
+         });
+  return sum / n;
+}
+
+/// The same samples with the ratios of densities. Channels have different scales, so that each needs its own coefficients.
+inline std::vector<ControlSample> control_samples(const Mixture<Component>& m, int n, Pcg32& rng) {
+  std::vector<ControlSample> samples;
+  m.draw(n, [&] { return rng.next_float(); }, [&] { return Vec2(rng.next_float(), 0.5f); },
+         [&](float x, size_t) {
+           ControlSample s{};
+           const float p = m.pdf(x), f = integrand(x);
+           s.y = Color(f, 0.5f * f, x < 0.5f ? f : 0.0f) / p;
+           for (size_t j = 0; j < m.size(); ++j) s.z[j] = m.component(j).pdf(x) / p;
+           samples.push_back(s);
+         });
+  return samples;
+}
+
+}  // namespace ajar::toy
