@@ -277,9 +277,11 @@ Decoded decode(const ImageDescription& image) {
   } else {
     const char* name = name_for(image.packed);
     OIIO::Filesystem::IOMemReader memory(image.packed.data(), image.packed.size());
-    const auto reader = OIIO::ImageInput::create(name, false, &config);
+    const auto reader = OIIO::ImageInput::create(name, false, &config, &memory);
     if (reader && reader->supports("ioproxy")) {
-      if (const auto input = OIIO::ImageInput::open(name, &config, &memory)) return read(*input, input->spec());
+      // Set on the reader itself: the convenience open() looks for a file of that name first.
+      OIIO::ImageSpec spec;
+      if (reader->set_ioproxy(&memory) && reader->open(name, spec, config)) return read(*reader, reader->spec());
     } else if (reader) {
       const TemporaryFile file(image.packed, name);
       if (const auto input = OIIO::ImageInput::open(file.path(), &config)) return read(*input, input->spec());
