@@ -309,8 +309,9 @@ int Scene::light_of(const Hit& hit) const {
 }
 
 Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
-  // Twice the bound of the point itself covers the intersection's own error on the surface left behind.
-  const float distance = 2.0f * glm::dot(glm::abs(point.ng), point.position_error);
+  // Twice the bound of the point itself covers the intersection's own error on the surface left behind. That error
+  // grows with the largest coordinate, not only the one along the normal: a floor at z = 0 has no error in z.
+  const float distance = 2.0f * max_component(point.position_error);
   const Vec3 offset = point.ng * (glm::dot(direction, point.ng) < 0.0f ? -distance : distance);
   Ray ray;
   ray.origin = point.position + offset;

@@ -58,6 +58,25 @@ INSTANTIATE_TEST_SUITE_P(Scales, SelfIntersection,
                                            std::tuple(1e6f, 0.0f, true), std::tuple(1e6f, 0.0f, false),
                                            std::tuple(1.0f, 1e3f, true), std::tuple(1.0f, 1e3f, false)));
 
+TEST(Scene, rays_leaving_a_floor_at_zero_height_never_hit_it) {
+  for (const bool bake : {true, false}) {
+    const auto scene = build(one_object(plane(3.0f), Mat4(1.0f)), nullptr, bake);
+    Pcg32 rng(4);
+    for (int i = 0; i < 2000; ++i) {
+      Ray ray;
+      ray.origin = Vec3(6.0f * rng.next_float() - 3.0f, 6.0f * rng.next_float() - 3.0f, 2.0f);
+      ray.direction = Vec3(0, 0, -1);
+      const Hit hit = scene->intersect(ray, kRayCamera);
+      if (!hit.found()) continue;
+      ShadingPoint point;
+      scene->shading_point(ray, hit, point);
+      const Vec3 out = warp::square_to_hemisphere({rng.next_float(), rng.next_float()});
+      ASSERT_FALSE(scene->intersect(scene->spawn_ray(point, out), kRayDiffuse).found()) << "baked " << bake << ", ray " << i;
+      ASSERT_GT(max_component(scene->transmittance(scene->spawn_segment(point, out, 1.0f), 0)), 0.0f) << "baked " << bake << ", ray " << i;
+    }
+  }
+}
+
 TEST(Scene, instances_and_baked_meshes_give_the_same_shading_points) {
   Mat4 transform(Vec4(0.5f, 0.2f, 0, 0), Vec4(-0.3f, 1.5f, 0.1f, 0), Vec4(0, 0.4f, -0.8f, 0), Vec4(1, 2, 3, 1));
   const auto baked = build(one_object(sphere(), transform)), instanced = build(one_object(sphere(), transform), nullptr, false);
