@@ -71,7 +71,7 @@ TEST(ControlVariates, the_published_estimator_is_biased_and_the_test_sees_it) {
 TEST(ControlVariates, fitting_on_the_samples_corrected_is_biased_even_without_the_ridge_on_the_intercept) {
   const auto m = half_bsdf();
   const auto moments = replicate(40000, [&](Pcg32& rng) {
-    const auto samples = toy::control_samples(m, 12, rng);
+    const auto samples = toy::control_samples(m, 8, rng);
     NormalEquations own(int(m.size()));
     for (const ControlSample& s : samples) own.add(s);
     return control_estimate(samples, own.fit(1e-6, 4));
