@@ -47,8 +47,19 @@ Vec3 active_uv(const ShadingPoint& point) {
   return {value.x, value.y, 0.0f};
 }
 
+namespace {
+
+int find_attribute(const BuiltMesh& mesh, const std::string& name) {
+  if (!name.empty()) return mesh.find_attribute(name);
+  for (size_t i = 0; i < mesh.attributes.size(); ++i)
+    if (mesh.attributes[i].components == 4) return int(i);
+  return -1;
+}
+
+}  // namespace
+
 Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found) {
-  const int index = point.mesh ? point.mesh->find_attribute(name) : -1;
+  const int index = point.mesh ? find_attribute(*point.mesh, name) : -1;
   if (found) *found = index >= 0;
   if (index < 0) return Vec4(0.0f);
   const Attribute& attribute = point.mesh->attributes[index];

@@ -25,7 +25,7 @@ Vec3 object_normal(const ShadingPoint& point);
 /// Position within the bounding box of the mesh's texture space, [0, 1] on each axis.
 Vec3 generated(const ShadingPoint& point);
 Vec3 active_uv(const ShadingPoint& point);
-/// UV map or attribute by name; zero where the mesh has none. `found` may be null.
+/// UV map or attribute by name (empty: the first colour attribute); zero where the mesh has none. `found` may be null.
 Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found);
 Vec3 radial_tangent(const ShadingPoint& point, Axis axis);
 /// Direction of growing u of the UV map `name` (empty: the active one), in world space.
