@@ -1,6 +1,7 @@
 // Pixel reconstruction filters by importance sampling: every sample belongs to one pixel and is displaced
 // by a draw from the filter, so that the plain mean is the filtered image (Ernst et al. 2006).
-// All filters here are non-negative and separable; widths are full widths in pixels, as in Blender.
+// All filters here are non-negative and separable. Their width is Blender's number, which Cycles stretches for
+// filters that fall off smoothly, so that equal numbers look equally sharp: see full_width.
 #pragma once
 
 #include <cmath>
@@ -14,10 +15,10 @@ namespace ajar {
 class PixelFilter {
  public:
   PixelFilter() : PixelFilter(FilterKind::Box, 1.0f) {}
-  PixelFilter(FilterKind kind, float width) : width_(kind == FilterKind::Box ? 1.0f : width), box_(kind == FilterKind::Box) {
+  PixelFilter(FilterKind kind, float width) : width_(full_width(kind, width)), box_(kind == FilterKind::Box) {
     if (box_) return;
     // Inverse of the cumulative filter, tabulated; piecewise linear between entries.
-    constexpr int kFine = 8192;
+    constexpr int kFine = 32768;
     std::vector<double> cumulative(kFine + 1, 0.0);
     for (int i = 0; i < kFine; ++i) {
       const double x = ((double(i) + 0.5) / kFine - 0.5) * double(width_);
@@ -32,6 +33,16 @@ class PixelFilter {
       const double inside = mass > 0.0 ? (target - cumulative[size_t(cell)]) / mass : 0.5;
       inverse_[size_t(k)] = float(((double(cell) + inside) / kFine - 0.5) * double(width_));
     }
+  }
+
+  /// Pixels from end to end of a filter whose width in Blender is `width`.
+  static float full_width(FilterKind kind, float width) {
+    switch (kind) {
+      case FilterKind::Box: return 1.0f;
+      case FilterKind::Gaussian: return 3.0f * width;
+      case FilterKind::BlackmanHarris: return 2.0f * width;
+    }
+    return width;
   }
 
   /// Displacement from the pixel's centre, in pixels.
@@ -55,7 +66,7 @@ class PixelFilter {
   }
 
  private:
-  static constexpr int kEntries = 1024;
+  static constexpr int kEntries = 4096;   ///< tails of the Gaussian need them
   float sample_1d(float u) const {
     if (box_) return u - 0.5f;
     const float x = u * float(kEntries);

@@ -181,7 +181,7 @@ struct RenderSettings {
   int width = 640, height = 480;                 ///< full frame
   std::array<int, 4> region{0, 0, 0, 0};         ///< x0, y0, x1, y1 in pixels, y up; all 0 is the full frame
   FilterKind filter = FilterKind::BlackmanHarris;
-  float filter_width = 1.5f;                     ///< pixels, full width
+  float filter_width = 1.5f;                     ///< Blender's number; film/filter.h makes pixels of it
   float exposure = 1.0f;                         ///< factor on the film
   bool transparent_film = false;
   BounceLimits bounces;

@@ -56,7 +56,7 @@ TEST_P(Filters, samples_are_distributed_like_the_filter) {
   const auto [kind, width] = GetParam();
   const PixelFilter filter(kind, width);
   constexpr int kBins = 64, kSamples = 1 << 20;
-  const float full = kind == FilterKind::Box ? 1.0f : width;
+  const float full = PixelFilter::full_width(kind, width);
   std::vector<double> counts(kBins, 0.0), expected(kBins, 0.0);
   double total = 0.0;
   for (int i = 0; i < kSamples; ++i) {
