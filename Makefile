@@ -13,7 +13,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all render test bench bench-full setup build install clean
+.PHONY: all render test bench bench-full bench_program setup build install clean
 all: build
 
 setup:
@@ -34,11 +34,14 @@ test:
 	@tools/install_addon.sh build/ci $(abspath build/ci)/blender_profile
 	@tools/test.sh build/ci
 
-bench: install
-	@/usr/bin/python3 benchmarks/bench.py --profile $(PROFILE) --build $(BUILD)
+bench_program: install
+	@cmake -DAJAR_BENCHMARKS=ON $(BUILD) > $(BUILD)/configure.log && cmake --build $(BUILD) --target bare_embree
 
-bench-full: install
-	@/usr/bin/python3 benchmarks/bench.py --full --profile $(PROFILE) --build $(BUILD)
+bench: bench_program
+	@/usr/bin/python3 benchmarks/bench.py --build $(BUILD)
+
+bench-full: bench_program
+	@/usr/bin/python3 benchmarks/bench.py --full --build $(BUILD)
 
 clean:
 	rm -rf build out

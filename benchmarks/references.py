@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 """Make or remake reference renders, by script and never by hand:
 
-    benchmarks/references.py [SCENE ...] [--seconds 60] [--replicates 16] [--threads 2]
+    benchmarks/references.py [SCENE ...] [--seconds 60 | --samples 1024] [--replicates 16] [--threads 2]
 
 Each scene is rendered by Cycles with independent seeds, so that the variance of every mean is known. Two files are written:
 `test_scenes/references/SCENE.npz`, 16 x 16-pixel block means with standard errors, small enough to be kept with the project, and
 `build/references/SCENE.npz`, mean and variance of every pixel. SCENE.json beside the first tells where it comes from.
-The time is shared out evenly between replicates; the samples are what fits in it, a power of two.
+--seconds is shared out evenly between replicates; the samples are what fits in it, a power of two. --samples is per replicate,
+and the same on a busy machine.
 """
 
 from __future__ import annotations
@@ -56,11 +57,11 @@ def samples_within(scene: Scene, seconds: float, threads: int, folder: Path) -> 
     return 2 ** max(2, min(16, int(np.log2(max(seconds / per_sample, 1.0)))))
 
 
-def make_reference(scene: Scene, seconds: float, replicates: int, threads: int) -> str:
+def make_reference(scene: Scene, seconds: float, samples: int | None, replicates: int, threads: int) -> str:
     """Render and write both files; returns one line that says how good the reference is."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        samples = samples_within(scene, seconds / replicates, threads, folder)
+        samples = samples or samples_within(scene, seconds / replicates, threads, folder)
         seeds = list(range(1, replicates + 1))
         renders = renderers.render_cycles(scene.path, folder, [samples], seeds, threads, scene.percentage)
         replicate_images = [render.image() for render in renders]
@@ -92,6 +93,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Make reference renders with Cycles.")
     parser.add_argument("scenes", nargs="*", help="names; without any, all that exist")
     parser.add_argument("--seconds", type=float, default=60.0, help="of path tracing per scene (default 60)")
+    parser.add_argument("--samples", type=int, help="per pixel and replicate, instead of --seconds")
     parser.add_argument("--replicates", type=int, default=16, help="independent seeds (default 16)")
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--missing", action="store_true", help="only scenes without a reference of the present file")
@@ -100,7 +102,7 @@ def main() -> int:
     for scene in scenes:
         if options.missing and scene.reference.exists() and load_reference(scene).origin["blend_sha256"] == file_hash(scene.path):
             continue
-        print(make_reference(scene, options.seconds, options.replicates, options.threads), flush=True)
+        print(make_reference(scene, options.seconds, options.samples, options.replicates, options.threads), flush=True)
     return 0
 
 

@@ -38,10 +38,10 @@ class Render:
         return images.read_exr(self.path)
 
 
-def run(command: list[str], what: str, timeout: float | None = None) -> str:
+def run(command: list[str], what: str, environment: dict[str, str] | None = None) -> str:
     """Output of a command; RenderFailed names what failed and ends with the last lines it printed."""
     result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
-                            timeout=timeout, check=False)
+                            env=environment, check=False)
     if result.returncode != 0:
         raise RenderFailed(f"{what} ended with code {result.returncode}:\n" + "\n".join(result.stdout.splitlines()[-20:]))
     return result.stdout
@@ -80,3 +80,64 @@ def render_cycles(blend: Path, out: Path, samples: list[int], seeds: list[int], 
         raise RenderFailed(f"Cycles on {blend.name} left {len(renders)} images of {len(samples) * len(seeds)}:\n"
                            + "\n".join(log.splitlines()[-20:]))
     return renders
+
+
+# ---- Ajar ----------------------------------------------------------------------------------------------
+
+# Render at the file's own frame, as F12 would (-f would move it), and the same problem as cycles_render.py.
+RENDER_UNCLAMPED = """
+import bpy
+render, ajar = bpy.context.scene.render, bpy.context.scene.ajar
+ajar.clamp_direct = ajar.clamp_indirect = 0
+ajar.reflective_caustics = ajar.refractive_caustics = True
+render.resolution_percentage = {percentage} or render.resolution_percentage
+render.filepath = {path!r}
+image = render.image_settings
+image.file_format, image.color_mode, image.color_depth, image.exr_codec = "OPEN_EXR", "RGBA", "32", "ZIP"
+render.use_compositing = render.use_sequencer = False
+bpy.ops.render.render(write_still=True)
+"""
+
+
+@dataclass(frozen=True)
+class AjarBuild:
+    """Where `make` put things: the build tree, with the Blender profile that holds the add-on."""
+
+    build: Path
+
+    @classmethod
+    def default(cls) -> "AjarBuild":
+        return cls(Path(os.environ.get("AJAR_BUILD", PROJECT / "build" / "release")))
+
+    def blender(self, blend: Path, image: Path, options: list[str], percentage: int | None = None) -> str:
+        """Render a .blend with the add-on inside Blender; returns the log."""
+        profile = self.build / "blender_profile"
+        environment = os.environ | {"BLENDER_USER_CONFIG": str(profile / "config"), "BLENDER_USER_SCRIPTS": str(profile / "scripts")}
+        script = RENDER_UNCLAMPED.format(percentage=percentage, path=str(image))
+        command = [BLENDER, "-b", "--factory-startup", "--addons", "ajar_render", str(blend), "-E", "AJAR", "--python-exit-code", "1",
+                   "--python-expr", script, "--", *options]
+        return run(command, f"Ajar on {blend.name}", environment=environment)
+
+    def dump(self, blend: Path, out: Path, percentage: int | None = None) -> tuple[Path, dict]:
+        """The scene as the core sees it, in `out`, and the statistics of its export."""
+        out.mkdir(parents=True, exist_ok=True)
+        scene, statistics = out / "scene.ajar", out / "export.json"
+        self.blender(blend, out / "export.exr", ["--ajar-samples", "1", "--ajar-dump-scene", str(scene), "--ajar-stats", str(statistics)],
+                     percentage)
+        if not scene.exists():
+            raise RenderFailed(f"Ajar on {blend.name} left no scene file")
+        return scene, json.loads(statistics.read_text())
+
+    def render(self, scene: Path, out: Path, samples: list[int], seeds: list[int], threads: int, extra: list[str] = ()) -> list[Render]:
+        """All pairs of samples and seeds of a dumped scene, by the program `ajar-render`."""
+        renders = []
+        for seed in seeds:
+            for count in samples:
+                path, statistics = out / f"{count}_{seed}.exr", out / f"{count}_{seed}.json"
+                out.mkdir(parents=True, exist_ok=True)
+                run([str(self.build / "ajar-render"), str(scene), str(path), "--samples", str(count), "--seed", str(seed),
+                     "--threads", str(threads), "--stats", str(statistics), *extra], f"ajar-render on {scene}")
+                found = json.loads(statistics.read_text())
+                renders.append(Render(f"Ajar {found['version']}", path, count, seed, threads, found["render_seconds"],
+                                      found["build_seconds"], found))
+        return renders

@@ -41,7 +41,7 @@ SHARED_SCENES = [
         ("armory/material_bake", 10), ("armory/teapots", 12), ("blenderseed/area_light", 10), ("blenderseed/camera_shift", 25),
         ("blenderseed/dof", 32), ("blenderseed/dupli_groups", 25), ("blenderseed/motion_blur_mesh", 30),
         ("blenderseed/multiple_materials", 10), ("blenderseed/no_node_tree", 10), ("blenderseed/particle_emitter", 40),
-        ("blenderseed/split_normals", 30), ("clevr/base_scene", 60), ("ignis/box", 75), ("ignis/roughness", 75), ("ignis/tex", 75),
+        ("blenderseed/split_normals", 30), ("clevr/base_scene", 60), ("ignis/box", 100), ("ignis/roughness", 100), ("ignis/tex", 100),
     )
 ]
 
