@@ -19,6 +19,23 @@ void bind_image(py::module_& module) {
       },
       py::arg("path"), "Linear floats [height, width, channels], rows bottom up.");
   module.def(
+      "read_channels",
+      [](const std::string& path) {
+        Image image;
+        {
+          py::gil_scoped_release release;
+          image = read_image(path);
+        }
+        py::dict channels;
+        for (int c = 0; c < image.channels; ++c) {
+          py::array_t<float> values({image.height, image.width});
+          for (py::ssize_t i = 0; i < values.size(); ++i) values.mutable_data()[i] = image.pixels[i * image.channels + c];
+          channels[py::str(image.channel_names[c])] = values;
+        }
+        return channels;
+      },
+      py::arg("path"), "Every channel [height, width] of a file by its name, such as those of a multilayer EXR.");
+  module.def(
       "write_image",
       [](const std::string& path, const Floats& pixels, const std::map<std::string, std::string>& metadata) {
         if (pixels.ndim() != 2 && pixels.ndim() != 3)

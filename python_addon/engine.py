@@ -18,7 +18,7 @@ from .export import ExportCancelled, export_scene
 from .interrupt import Interrupt
 
 POLL_SECONDS = 0.1
-WORDS_SECONDS = 0.25  # between two lines of progress: the background prints them all
+WORDS_SECONDS = 0.5  # between two lines of progress: the background prints them all
 FIRST_IMAGE_SECONDS, IMAGE_SECONDS = 0.5, 2.0  # until the first picture is shown, and between two later ones
 NAME = "Ajar"
 

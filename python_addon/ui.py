@@ -16,7 +16,9 @@ EXCLUDED = {
 }
 
 
-class AjarPanel(Panel):
+class AjarPanel:
+    """What our panels share; not a panel itself."""
+
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
     bl_context = "render"
@@ -32,7 +34,7 @@ class AjarPanel(Panel):
         return self.layout.column()
 
 
-class AJAR_RENDER_PT_sampling(AjarPanel):
+class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
     bl_label = "Sampling"
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -42,7 +44,7 @@ class AJAR_RENDER_PT_sampling(AjarPanel):
             column.prop(settings, name)
 
 
-class AJAR_RENDER_PT_integrator(AjarPanel):
+class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
     bl_label = "Integrator"
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -51,7 +53,7 @@ class AJAR_RENDER_PT_integrator(AjarPanel):
         column.prop(context.scene.ajar, "direct")
 
 
-class AJAR_RENDER_PT_light_paths(AjarPanel):
+class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
     bl_label = "Light Paths"
 
     def draw(self, context: bpy.types.Context) -> None:
@@ -69,7 +71,7 @@ class AJAR_RENDER_PT_light_paths(AjarPanel):
         column.prop(settings, "refractive_caustics")
 
 
-class AJAR_RENDER_PT_film(AjarPanel):
+class AJAR_RENDER_PT_film(AjarPanel, Panel):
     bl_label = "Film"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -84,7 +86,7 @@ class AJAR_RENDER_PT_film(AjarPanel):
         column.prop(context.scene.render, "film_transparent", text="Transparent")
 
 
-class AJAR_RENDER_PT_performance(AjarPanel):
+class AJAR_RENDER_PT_performance(AjarPanel, Panel):
     bl_label = "Performance"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -97,7 +99,7 @@ class AJAR_RENDER_PT_performance(AjarPanel):
         row.prop(render, "threads")
 
 
-class AJAR_VIEWLAYER_PT_passes(AjarPanel):
+class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
 
@@ -128,8 +130,7 @@ def register() -> None:
 
 
 def unregister() -> None:
-    for panel in Panel.__subclasses__():
-        if panel not in CLASSES:
-            getattr(panel, "COMPAT_ENGINES", set()).discard(ENGINE)
+    for panel in built_in_panels():
+        panel.COMPAT_ENGINES.discard(ENGINE)
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -61,7 +61,7 @@ Image read_image(const std::string& path) {
   auto input = OIIO::ImageInput::open(path, &config);
   if (!input) fail("cannot open image", path, OIIO::geterror());
   const OIIO::ImageSpec spec = input->spec();
-  Image image{spec.width, spec.height, spec.nchannels, {}};
+  Image image{spec.width, spec.height, spec.nchannels, {}, spec.channelnames};
   const size_t row = size_t(spec.width) * spec.nchannels;
   image.pixels.resize(row * spec.height);
   // A negative stride fills from the last row, so that the first is the bottom one.

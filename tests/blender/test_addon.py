@@ -1,0 +1,70 @@
+"""The add-on in a clean profile: it comes up, goes away, and leaves nothing behind."""
+
+
+def test_engine_is_offered(blender):
+    assert "AJAR" in blender("-E", "help").stdout
+
+
+def test_registers_twice_and_leaves_nothing(blender, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("""
+import addon_utils, bpy
+def panels():
+    return {p.__name__ for p in bpy.types.Panel.__subclasses__() if "AJAR" in getattr(p, "COMPAT_ENGINES", ())}
+assert hasattr(bpy.context.scene, "ajar")
+assert {"RENDER_PT_output", "RENDER_PT_format"} & panels(), panels()
+assert "AJAR_RENDER_PT_sampling" in panels()
+before = panels()
+addon_utils.disable("ajar_render")
+assert not hasattr(bpy.types.Scene, "ajar")
+assert not [p for p in panels() if not p.startswith("AJAR_")]
+addon_utils.enable("ajar_render")
+assert panels() == before, panels() ^ before
+print("all is well")
+""")
+    result = blender("--python-exit-code", 1, "--python", script)
+    assert result.returncode == 0 and "all is well" in result.stdout, result.stdout
+
+
+def test_every_enum_item_has_its_number(blender, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("""
+import bpy
+from ajar_render import properties
+for items in (properties.integrator_items(), properties.DIRECT_ITEMS, properties.FILTER_ITEMS):
+    assert all(len(item) == 4 for item in items) and len({item[3] for item in items}) == len(items)
+assert bpy.context.scene.ajar.integrator in ("path", "auto")
+print("all is well")
+""")
+    result = blender("--python-exit-code", 1, "--python", script)
+    assert "all is well" in result.stdout, result.stdout
+
+
+def test_panels_draw_only_what_exists(blender, tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text("""
+import bpy
+from ajar_render import ui
+
+class Layout:
+    drawn = 0
+    def prop(self, data, name, **more):
+        assert name in data.bl_rna.properties, (data, name)
+        Layout.drawn += 1
+    def separator(self): pass
+    def column(self, **more): return Layout()
+    row = column
+
+class Self:
+    layout = Layout()
+    column = ui.AjarPanel.column
+
+bpy.context.scene.render.engine = "AJAR"
+for panel in ui.CLASSES:
+    assert panel.poll(bpy.context), panel
+    panel.draw(Self(), bpy.context)
+assert Layout.drawn > 25, Layout.drawn
+print("all is well")
+""")
+    result = blender("--python-exit-code", 1, "--python", script)
+    assert "all is well" in result.stdout, result.stdout

@@ -1,0 +1,56 @@
+"""The command line: what is wrong is said before rendering, with the valid names and a non-zero exit code."""
+
+import json
+
+import pytest
+from scenes import script
+
+WRONG = [
+    (["--ajar-integrator", "bogus"], ["bogus", "path", "pmc_pt", "erpt", "mps", "metropolis", "photon_map"]),
+    (["--ajar-direct", "bogus"], ["bogus", "mis", "ocv_progressive"]),
+    (["--ajar-image", "bogus"], ["bogus", "uniform", "pmc_ip"]),
+    (["--ajar-bogus", "1"], ["--ajar-bogus", "--ajar-integrator", "--ajar-dump-scene"]),
+    (["--ajar-samples", "many"], ["--ajar-samples", "many"]),
+    (["--ajar-samples", "0"], ["--ajar-samples", "0"]),
+    (["--ajar-samples"], ["--ajar-samples", "value"]),
+    (["--ajar-time", "nan"], ["--ajar-time", "nan"]),
+    (["--ajar-time", "-1"], ["--ajar-time", "-1"]),
+    (["--ajar-error", "x"], ["--ajar-error", "x"]),
+    (["--ajar-seed", "-1"], ["--ajar-seed", "-1"]),
+    (["--ajar-threads", "1.5"], ["--ajar-threads", "1.5"]),
+    (["--ajar-stats", "/no/such/folder/x.json"], ["--ajar-stats", "/no/such/folder"]),
+    (["--ajar-dump-scene", "/"], ["--ajar-dump-scene"]),
+]
+
+
+@pytest.mark.parametrize("arguments, words", WRONG, ids=[" ".join(arguments) for arguments, _ in WRONG])
+def test_wrong_options_end_blender_before_rendering(blender, tmp_path, arguments, words):
+    result = blender("--python", script(tmp_path, ""), "-o", tmp_path / "out", "-f", 1, "--", *arguments)
+    assert result.returncode != 0
+    assert all(word in result.stdout for word in words), result.stdout
+    assert not list(tmp_path.glob("out*"))
+
+
+@pytest.mark.parametrize("option", ["--ajar-checkpoint", "--ajar-resume"])
+def test_options_of_the_future_say_not_yet(blender, option):
+    result = blender("--", option, "file")
+    assert result.returncode != 0 and "not yet" in result.stdout
+
+
+def test_arguments_of_others_are_left_alone(blender):
+    assert blender("--", "--my-option", "3", "word").returncode == 0
+
+
+def test_statistics_hold_what_the_contract_lists(blender, tmp_path):
+    stats, dump = tmp_path / "stats.json", tmp_path / "scene.ajar"
+    result = blender("--python", script(tmp_path, ""), "-o", tmp_path / "out", "-F", "PNG", "-f", 1, "--",
+                     "--ajar-samples", 3, "--ajar-seed=7", "--ajar-threads", 1, "--ajar-stats", stats, "--ajar-dump-scene", dump)
+    assert result.returncode == 0, result.stdout
+    assert (tmp_path / "out0001.png").exists() and dump.exists()
+    found = json.loads(stats.read_text())
+    for name in ("version", "integrator", "threads", "resolution", "samples_per_pixel", "export_seconds", "build_seconds",
+                 "render_seconds", "peak_memory_bytes", "refused_samples", "plan", "blender_version", "file"):
+        assert name in found, name
+    assert found["samples_per_pixel"]["mean"] == 3
+    assert found["seeds"] == [7] and found["threads"] == 1 and found["integrator"] == "path"
+    assert b"ajar." in (tmp_path / "out0001.png").read_bytes()

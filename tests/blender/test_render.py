@@ -1,0 +1,182 @@
+"""Pictures by `blender -b`: passes, borders, formats, bad input, interruption."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from blender_process import BUILD, ROOT, command, environment
+from scenes import script
+
+sys.path.insert(0, str(BUILD / "python"))
+import ajar  # noqa: E402
+
+RENDER_TO_FILE = ROOT / "tools" / "render_to_file.py"
+
+
+@pytest.fixture
+def render(blender, tmp_path):
+    """Render LIT_SQUARE, changed by a script, to a picture of linear floats; (pixels, what Blender said)."""
+
+    def run(text: str = "", *options: object, name: str = "out.exr"):
+        out = tmp_path / name
+        result = blender("--python-exit-code", 1, "--python", script(tmp_path, text), "--python", RENDER_TO_FILE, "--",
+                         "--output", out, *options)
+        assert result.returncode == 0, result.stdout
+        pixels = ajar.read_image(str(out))
+        assert np.isfinite(pixels).all(), result.stdout
+        return pixels, result.stdout
+    return run
+
+
+def test_lit_square_has_the_light_of_its_lamp(render):
+    pixels, _ = render("lamp.data.shadow_soft_size = 0", "--ajar-samples", 16)
+    assert pixels.shape == (24, 32, 4)
+    # Blender's point lamp of P watts has intensity P / (4 pi); a diffuse surface of albedo a, h below it, has radiance
+    # a / pi * P / (4 pi h^2).
+    power, albedo, height = 100, 0.8, 2
+    np.testing.assert_allclose(pixels[11:13, 15:17, :3], albedo / np.pi * power / (4 * np.pi * height**2), rtol=0.02)
+
+
+def test_png_is_as_seen(render):
+    pixels, _ = render("scene.view_settings.view_transform = 'Standard'; lamp.data.energy = 20", name="out.png")
+    linear, _ = render("lamp.data.energy = 20")
+    np.testing.assert_allclose(pixels[..., :3], np.clip(linear[..., :3], 0, 1), atol=0.02)
+
+
+def test_border_renders_its_region_and_crop_shrinks_the_picture(render):
+    border = "scene.render.use_border = True\nscene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75\n" \
+             "scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0\n"
+    full, _ = render()
+    uncropped, _ = render(border)
+    assert uncropped.shape[:2] == (24, 32)
+    inside = np.zeros((24, 32), bool)
+    inside[12:, 8:24] = True
+    assert (uncropped[~inside] == 0).all()
+    np.testing.assert_array_equal(uncropped[inside], full[inside])
+    cropped, _ = render(border + "scene.render.use_crop_to_border = True")
+    np.testing.assert_array_equal(cropped, full[12:, 8:24])
+
+
+def test_same_seed_same_picture_for_any_number_of_threads(render):
+    one, _ = render("", "--ajar-threads", 1, "--ajar-seed", 5)
+    two, _ = render("", "--ajar-threads", 2, "--ajar-seed", 5)
+    other, _ = render("", "--ajar-seed", 6)
+    np.testing.assert_array_equal(one, two)
+    assert (one != other).any()
+
+
+def test_passes_arrive_under_their_names(blender, tmp_path):
+    text = """
+layer = scene.view_layers[0]
+layer.use_pass_z = layer.use_pass_normal = layer.use_pass_position = layer.use_pass_uv = True
+layer.ajar.use_pass_albedo = layer.ajar.use_pass_sample_count = layer.ajar.use_pass_variance = True
+"""
+    result = blender("--python", script(tmp_path, text), "-o", tmp_path / "out", "-F", "OPEN_EXR_MULTILAYER", "-f", 1)
+    assert result.returncode == 0, result.stdout
+    center = {name: values[12, 16] for name, values in ajar.read_channels(str(tmp_path / "out0001.exr")).items()}
+    layer = "ViewLayer."
+    assert center[layer + "Depth.Z"] == pytest.approx(4, abs=0.01)
+    assert center[layer + "Normal.Z"] == pytest.approx(1, abs=1e-4)
+    assert center[layer + "Position.Z"] == pytest.approx(0, abs=1e-4)
+    assert 0.0 <= center[layer + "UV.U"] <= 1.0
+    assert center[layer + "Albedo.R"] == pytest.approx(0.8, abs=0.01)
+    assert center[layer + "Sample Count.X"] == 4
+    assert center[layer + "Variance.X"] >= 0
+
+
+BAD = {
+    "NaN vertex": "mesh.vertices[0].co.x = float('nan')",
+    "empty mesh": "scene.collection.objects.link(bpy.data.objects.new('Nothing', bpy.data.meshes.new('Nothing')))",
+    "zero scale": "square.scale = (0, 0, 0)",
+    "mirrored": "square.scale = (-1, 1, 1)",
+    "no light": "bpy.data.objects.remove(lamp)",
+    "no geometry": "bpy.data.objects.remove(square)",
+    "no world": "scene.world = None",
+    "1x1 pixel": "scene.render.resolution_x = 4; scene.render.resolution_y = 4; scene.render.resolution_percentage = 25",
+    "no modifiers' object": "square.modifiers.new('Boolean', 'BOOLEAN')",
+}
+
+
+@pytest.mark.parametrize("text", BAD.values(), ids=BAD.keys())
+def test_bad_input_gives_a_picture(render, text):
+    render(text)
+
+
+def test_missing_image_is_magenta_and_named(render):
+    pixels, words = render("""
+material = bpy.data.materials.new("Poster")
+material.use_nodes = True
+nodes, links = material.node_tree.nodes, material.node_tree.links
+nodes.clear()
+texture, emission, output = (nodes.new(f"ShaderNode{t}") for t in ("TexImage", "Emission", "OutputMaterial"))
+texture.image = bpy.data.images.new("Lost picture", 1, 1)
+texture.image.source, texture.image.filepath = "FILE", "/no/such/file.png"
+links.new(texture.outputs["Color"], emission.inputs["Color"])
+links.new(emission.outputs[0], output.inputs["Surface"])
+mesh.materials.append(material)
+""")
+    assert "Lost picture" in words
+    red, green, blue = pixels[12, 16, :3]
+    assert red > 0.5 and blue > 0.5 and green < 0.1
+
+
+def test_unknown_node_is_reported_once_by_name(render):
+    _, words = render("""
+material = bpy.data.materials.new("Velvet")
+material.use_nodes = True
+node = material.node_tree.nodes.new("ShaderNodeBsdfToon")
+node.name = "Cartoon"
+material.node_tree.links.new(node.outputs[0], material.node_tree.nodes["Material Output"].inputs["Surface"])
+mesh.materials.append(material)
+""")
+    assert words.count("Cartoon") == 1 and "Velvet" in words
+
+
+HOPELESS = {
+    "no camera": ("bpy.data.objects.remove(camera)", "camera"),
+    "equal clip planes": ("camera.name = 'Eye'; camera.data.clip_start = camera.data.clip_end = 1.0", "Eye"),
+}
+
+
+@pytest.mark.parametrize("text, word", HOPELESS.values(), ids=HOPELESS.keys())
+def test_a_scene_without_a_picture_is_an_error_with_an_exit_code(blender, tmp_path, text, word):
+    result = blender("--python", script(tmp_path, text), "-o", tmp_path / "out", "-f", 1)
+    assert result.returncode != 0 and word in result.stdout, result.stdout
+    assert not list(tmp_path.glob("out*"))
+
+
+def test_two_view_layers_and_two_frames(blender, tmp_path):
+    text = "scene.view_layers.new('Second')\nscene.frame_end = 2"
+    result = blender("--python", script(tmp_path, text), "-o", tmp_path / "out", "-F", "PNG", "-a")
+    assert result.returncode == 0, result.stdout
+    assert len(list(tmp_path.glob("out*.png"))) == 2
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_keeps_the_picture_and_ends_soon(profile, tmp_path, number):
+    arguments = command("--python", script(tmp_path, "scene.ajar.samples = 2**20"), "-o", tmp_path / "out", "-F", "PNG", "-a",
+                        "--", "--ajar-stats", tmp_path / "stats.json")
+    process = subprocess.Popen(arguments, env=environment(profile), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    for line in process.stdout:
+        if "samples" in line:
+            break
+    asked = time.monotonic()
+    process.send_signal(number)
+    words, _ = process.communicate(timeout=60)
+    assert time.monotonic() - asked < 3.0  # with the time to write and to leave
+    assert process.returncode != 0, words
+    assert (tmp_path / "out0001.png").exists() and not (tmp_path / "out0002.png").exists()
+    assert (tmp_path / "stats.json").exists()
+
+
+def test_description_renders_the_same_without_blender(render, tmp_path):
+    inside, _ = render("", "--ajar-dump-scene", tmp_path / "scene.ajar")
+    session = ajar.Session()
+    session.start(ajar.load_description(str(tmp_path / "scene.ajar")))
+    while not session.wait(1.0):
+        pass
+    assert session.take_error() == ""
+    np.testing.assert_array_equal(session.snapshot("Combined"), inside)
