@@ -85,6 +85,7 @@ std::optional<LightSample> sample_sphere(const Light& light, Vec3 p, Vec2 u) {
     s.distance = b + safe_sqrt(b * b - d2 + r2);
     s.pdf_solid_angle = warp::sphere_pdf_solid_angle();
   }
+  if (!std::isfinite(s.pdf_solid_angle)) return std::nullopt;  // smaller than floats can say
   s.position = p + s.wi * s.distance;
   s.normal = glm::normalize(s.position - light.position);
   s.radiance = light.radiance * lamp_profile(light, -s.wi);
@@ -217,11 +218,11 @@ Light make_lamp(const LightDescription& d) {
       light.edge2 = half_y * light.frame.t;
       light.area = (ellipse ? kPi : 4.0f) * half_x * half_y;
       light.radiance = light.area > 0.0f ? power / (4.0f * light.area) : Color(0.0f);
-      // Spread below one degree is one degree, as in Cycles.
-      const float slats = 0.5f * (kPi - std::clamp(d.spread, kPi / 180.0f, kPi));
-      if (slats > 1e-6f) {
-        light.spread_tan = std::tan(slats);
-        light.spread_norm = 2.0f / (2.0f + (2.0f * slats - kPi) * light.spread_tan);
+      // Spread below one degree is one degree, as in Cycles; the norm is half the integral of cos(x) (1 - tan(x) tan(slats)).
+      const double slats = 0.5 * (M_PI - std::clamp(double(d.spread), M_PI / 180.0, M_PI));
+      if (slats > 1e-6) {
+        light.spread_tan = float(std::tan(slats));
+        light.spread_norm = float(2.0 / (2.0 + (2.0 * slats - M_PI) * std::tan(slats)));
       }
       break;
     }
@@ -304,7 +305,8 @@ float pdf_lamp_li(const Light& light, Vec3 p, Vec3 wi, float distance, Vec3) {
     case LightType::Sphere:
     case LightType::SpotSphere: {
       const float d2 = length_squared(light.position - p), r2 = sqr(light.radius);
-      return d2 > r2 ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2)) : warp::sphere_pdf_solid_angle();
+      const float pdf = d2 > r2 ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2)) : warp::sphere_pdf_solid_angle();
+      return std::isfinite(pdf) ? pdf : 0.0f;
     }
     case LightType::Rectangle:
     case LightType::Ellipse: return pdf_flat(light, p, wi, distance);

@@ -340,19 +340,18 @@ std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, f
   const BuiltInstance& instance = d.instances[block.instance];
   const BuiltMesh& mesh = d.meshes[instance.mesh];
   const WorldTriangle triangle = world_triangle(mesh, instance, primitive);
-  const Vec2 barycentric = warp::square_to_triangle(u);
-  s.position = triangle.p0 + barycentric.x * triangle.e1 + barycentric.y * triangle.e2;
+  const TriangleSample on_triangle = sample_triangle_li(triangle, p, u);
+  if (!(on_triangle.pdf_solid_angle > 0.0f)) return std::nullopt;
+  s.wi = on_triangle.wi;
+  s.distance = on_triangle.distance;
+  s.pdf_solid_angle = on_triangle.pdf_solid_angle;
+  s.position = p + s.wi * s.distance;
   s.normal = triangle.normal;
-  const Vec3 to_light = s.position - p;
-  s.distance = glm::length(to_light);
-  s.wi = to_light / s.distance;
-  s.pdf_solid_angle = sqr(s.distance) / (triangle.area * abs_dot(triangle.normal, s.wi));
-  if (!(s.pdf_solid_angle > 0.0f) || !std::isfinite(s.pdf_solid_angle)) return std::nullopt;
   const SlotEmission& emission = d.emission_of(block, primitive);
   if (emission.constant) {
     s.radiance = emission.radiance;
   } else {
-    ShadingPoint point = triangle_point(mesh, instance, primitive, triangle, barycentric, -s.wi);
+    ShadingPoint point = triangle_point(mesh, instance, primitive, triangle, on_triangle.barycentric, -s.wi);
     point.time = time;
     point.ray_kind = ray_kind;
     point.ray_length = s.distance;
@@ -372,8 +371,7 @@ float LightSet::pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 lig
   const TriangleBlock& block = d.block_of(index);
   const BuiltInstance& instance = d.instances[block.instance];
   const WorldTriangle triangle = world_triangle(d.meshes[instance.mesh], instance, index - block.first);
-  const float projected = triangle.area * abs_dot(light_normal, wi);
-  return projected > 0.0f ? sqr(distance) / projected : 0.0f;
+  return pdf_triangle_li(triangle, p, wi, distance);
 }
 
 Color LightSet::lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time, uint32_t ray_kind) const {

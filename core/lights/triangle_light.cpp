@@ -1,5 +1,8 @@
 #include "lights/triangle_light.h"
 
+#include "lights/spherical_triangle.h"
+#include "math/warps.h"
+
 namespace ajar {
 
 WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive) {
@@ -24,6 +27,38 @@ WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instanc
   t.normal = cross * ((instance.flips_orientation ? -1.0f : 1.0f) / length);
   t.area = 0.5f * length * scale * scale;
   return t;
+}
+
+TriangleSample sample_triangle_li(const WorldTriangle& t, Vec3 p, Vec2 u) {
+  TriangleSample s{Vec2(0.0f), Vec3(0.0f), 0.0f, 0.0f};
+  const Vec3 to_p0 = t.p0 - p;
+  const SphericalTriangle spherical(to_p0, to_p0 + t.e1, to_p0 + t.e2);
+  if (spherical.usable()) {
+    s.wi = spherical.sample(u);
+    s.distance = glm::dot(t.normal, to_p0) / glm::dot(t.normal, s.wi);
+    // Barycentric coordinates of the point in the plane (Cramer), kept inside the triangle.
+    const Vec3 local = s.wi * s.distance - to_p0, n = glm::cross(t.e1, t.e2);
+    const float n2 = length_squared(n);
+    const float b1 = saturate(glm::dot(glm::cross(local, t.e2), n) / n2);
+    s.barycentric = Vec2(b1, std::clamp(glm::dot(glm::cross(t.e1, local), n) / n2, 0.0f, 1.0f - b1));
+    if (s.distance > 0.0f && s.distance < kInfinity) s.pdf_solid_angle = 1.0f / spherical.solid_angle();
+    return s;
+  }
+  s.barycentric = warp::square_to_triangle(u);
+  const Vec3 d = to_p0 + s.barycentric.x * t.e1 + s.barycentric.y * t.e2;
+  s.distance = glm::length(d);
+  s.wi = d / s.distance;
+  const float pdf = sqr(s.distance) / (t.area * abs_dot(t.normal, s.wi));
+  if (std::isfinite(pdf)) s.pdf_solid_angle = pdf;
+  return s;
+}
+
+float pdf_triangle_li(const WorldTriangle& t, Vec3 p, Vec3 wi, float distance) {
+  const Vec3 to_p0 = t.p0 - p;
+  const SphericalTriangle spherical(to_p0, to_p0 + t.e1, to_p0 + t.e2);
+  if (spherical.usable()) return 1.0f / spherical.solid_angle();
+  const float projected = t.area * abs_dot(t.normal, wi);
+  return projected > 0.0f ? sqr(distance) / projected : 0.0f;
 }
 
 ShadingPoint triangle_point(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle,

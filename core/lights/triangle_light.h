@@ -1,7 +1,8 @@
 // Emissive triangles: their place in the world, and what their shader emits.
 //
 // A triangle shines from both sides, as in Cycles; a shader may tell the sides apart by
-// Backfacing. Vertices stay in the mesh, shared by its instances. Sampling is uniform over the area.
+// Backfacing. Vertices stay in the mesh, shared by its instances. Sampling is uniform in solid angle where
+// the triangle looks large and uniform over the area where it looks small.
 #pragma once
 
 #include "scene/geometry.h"
@@ -16,6 +17,16 @@ struct WorldTriangle {
   float area;
 };
 WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive);
+
+/// A point of the triangle for p, and the density of its direction at p. Zero density: none.
+struct TriangleSample {
+  Vec2 barycentric;
+  Vec3 wi;
+  float distance;
+  float pdf_solid_angle;
+};
+TriangleSample sample_triangle_li(const WorldTriangle& triangle, Vec3 p, Vec2 u);
+float pdf_triangle_li(const WorldTriangle& triangle, Vec3 p, Vec3 wi, float distance);
 
 /// Everything a shader may ask, at `barycentric` of the triangle seen from direction `wo`.
 ShadingPoint triangle_point(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle,

@@ -12,21 +12,20 @@ DiscreteDistribution::DiscreteDistribution(const std::vector<double>& weights) {
   }
   cdf_.resize(weights.size(), 0.0f);
   if (!(total_ > 0.0)) return;
-  // In units of 2^-24: every positive weight takes one unit at least and leaves one for
-  // each that follows. Beyond 2^24 entries the floor is given up; some are then never chosen.
+  // In units of 2^-24: one for every positive weight, the rest in proportion. Beyond 2^24
+  // entries the first unit is given up; some are then never chosen.
   constexpr double kUnits = 0x1p24;
-  const uint32_t floor = positive <= size_t(kUnits) ? 1 : 0;
+  const bool floor = double(positive) <= kUnits;
+  const double shared = floor ? kUnits - double(positive) : kUnits;
   double sum = 0.0;
-  uint32_t units = 0;
-  size_t left = positive;
+  size_t seen = 0;
   for (size_t i = 0; i < weights.size(); ++i) {
     if (weights[i] > 0.0) {
       sum += weights[i];
-      --left;
-      const double rounded = left == 0 ? kUnits : std::round(sum / total_ * kUnits);
-      units = uint32_t(std::clamp(rounded, double(units + floor), kUnits - double(floor * left)));
+      ++seen;
     }
-    cdf_[i] = float(units) * 0x1p-24f;
+    const double units = (floor ? double(seen) : 0.0) + std::round(std::min(sum / total_, 1.0) * shared);
+    cdf_[i] = seen == positive ? 1.0f : float(units) * 0x1p-24f;
   }
 }
 

@@ -245,7 +245,7 @@ class Integrator {
     const Cell quarters[4] = {{c.u0, c.v0, u, v}, {u, c.v0, c.u1, v}, {c.u0, v, u, c.v1}, {u, v, c.u1, c.v1}};
     double parts[4], sum = 0.0;
     for (int i = 0; i < 4; ++i) sum += parts[i] = rule(quarters[i]);
-    if (depth >= 9 || std::abs(sum - whole) <= tolerance) return sum;
+    if (depth >= 7 || std::abs(sum - whole) <= tolerance) return sum;
     sum = 0.0;
     for (int i = 0; i < 4; ++i) sum += refine(quarters[i], parts[i], 0.5 * tolerance, depth + 1);
     return sum;
