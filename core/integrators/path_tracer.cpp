@@ -7,6 +7,7 @@
 #include "film/filter.h"
 #include "sampling/sampler.h"
 #include "transport/direct_light.h"
+#include "transport/ray_events.h"
 
 namespace ajar {
 
@@ -20,17 +21,6 @@ constexpr int kTile = 16;
 struct Counters {
   uint64_t rays = 0, paths = 0;
 };
-
-/// Kind of ray that leaves a surface after the sampled lobe, as Blender tells them apart.
-uint32_t ray_kind_after(const BsdfSample& sample) {
-  uint32_t kind = (sample.flags & kTransmission) ? uint32_t(kRayTransmission) : uint32_t(kRayReflection);
-  if (sample.flags & kDiffuse) kind |= kRayDiffuse;
-  if (sample.flags & (kGlossy | kSpecular)) kind |= kRayGlossy;
-  if (sample.flags & kSpecular) kind |= kRaySingular;
-  // A transmitted ray is seen as such, not also as a glossy one.
-  if ((sample.flags & kTransmission) && !(sample.flags & kDiffuse)) kind &= ~uint32_t(kRayGlossy);
-  return kind;
-}
 
 class PathTracer final : public Integrator {
  public:
@@ -129,33 +119,14 @@ class PathTracer final : public Integrator {
       const Hit hit = scene.intersect(ray, point.ray_kind);
       ++counter.rays;
 
-      // Lamps with extent crossed on the way; they emit and let the ray pass.
-      if (lamp_shapes) {
-        Ray segment = ray;
-        segment.t_max = hit.t;
-        for (LampHit lamp = scene.intersect_lamp(segment, point.ray_kind); lamp.light != ~0u;
-             lamp = scene.intersect_lamp(segment, point.ray_kind)) {
-          const Vec3 on_lamp = ray.origin + ray.direction * lamp.t;
-          const Color emitted = lights.lamp_radiance(lamp.light, on_lamp, -ray.direction, ray.time);
-          if (!is_black(emitted)) add(beta * emitted * weight_of_hit(lamp.light, ray.direction, on_lamp, lamp.normal), point.ray_depth);
-          segment.t_min = std::nextafter(lamp.t, kInfinity) * (1.0f + 1e-6f);
-          if (!(segment.t_min < segment.t_max)) break;
-        }
-      }
+      const auto add_met = [&](const LightMet& met) {
+        add(beta * met.radiance * weight_of_hit(met.light, ray.direction, met.position, met.normal), point.ray_depth);
+      };
+      if (lamp_shapes) for_each_lamp_crossed(scene, ray, hit.t, point.ray_kind, add_met);
 
       if (!hit.found()) {
-        const int environment = lights.environment_index();
         const bool direct_view = point.ray_depth == 0;
-        if (!(direct_view && settings.transparent_film) && environment >= 0) {
-          const Color emitted = lights.environment_radiance(ray.direction, point.ray_kind);
-          if (!is_black(emitted))
-            add(beta * emitted * weight_of_hit(uint32_t(environment), ray.direction, Vec3(kInfinity), -ray.direction), point.ray_depth);
-        }
-        lights.for_each_distant_disk(ray.direction, [&](uint32_t index) {
-          if (!(lights.flags(index).visibility & visibility_mask(point.ray_kind))) return;
-          const Color emitted = lights.lamp_radiance(index, Vec3(0.0f), -ray.direction, ray.time, point.ray_kind);
-          add(beta * emitted * weight_of_hit(index, ray.direction, Vec3(kInfinity), -ray.direction), point.ray_depth);
-        });
+        for_each_distant_light(scene, ray, point.ray_kind, !(direct_view && settings.transparent_film), add_met);
         if (direct_view && !settings.transparent_film) alpha += luminance(beta);
         break;
       }
@@ -171,7 +142,7 @@ class PathTracer final : public Integrator {
         add(beta * shading.emission * weight, point.ray_depth);
       }
       if (aux && point.ray_depth == 0) {
-        record(*aux, point, bsdf);
+        record_first_hit(scene.camera(), point, bsdf, *aux);
         aux = nullptr;
       }
       const Color transparency = bsdf.transparency();
@@ -236,18 +207,6 @@ class PathTracer final : public Integrator {
       ray = scene.spawn_ray(point, sample->wi);
     }
     return radiance;
-  }
-
-  void record(SampleAux& aux, const ShadingPoint& point, const Bsdf& bsdf) const {
-    const Camera& camera = scene_->camera();
-    aux.depth = glm::dot(point.position - camera.position(), camera.forward());
-    aux.normal = bsdf.n;
-    aux.position = point.position;
-    aux.albedo = bsdf.albedo();
-    if (point.mesh->active_uv >= 0) {
-      const Attribute& uv = point.mesh->attributes[size_t(point.mesh->active_uv)];
-      aux.uv = Vec3(Vec2(point.mesh->interpolate(uv, point.primitive, point.barycentric)), 1.0f);
-    }
   }
 
   std::shared_ptr<const Scene> scene_;

@@ -1,0 +1,71 @@
+// What every walk from the eye does with a ray: the kind it has for visibility and the Light Path node, the light it
+// meets besides surfaces, and what its first hit leaves in the passes.
+#pragma once
+
+#include <cmath>
+
+#include "film/film.h"
+#include "scene/scene.h"
+
+namespace ajar {
+
+/// Kind of ray that leaves a surface after the sampled lobe, as Blender tells them apart.
+inline uint32_t ray_kind_after(const BsdfSample& sample) {
+  uint32_t kind = (sample.flags & kTransmission) ? uint32_t(kRayTransmission) : uint32_t(kRayReflection);
+  if (sample.flags & kDiffuse) kind |= kRayDiffuse;
+  if (sample.flags & (kGlossy | kSpecular)) kind |= kRayGlossy;
+  if (sample.flags & kSpecular) kind |= kRaySingular;
+  // A transmitted ray is seen as such, not also as a glossy one.
+  if ((sample.flags & kTransmission) && !(sample.flags & kDiffuse)) kind &= ~uint32_t(kRayGlossy);
+  return kind;
+}
+
+/// Light met by a ray that is not a surface: `position` is kInfinity in all components for distant light.
+struct LightMet {
+  uint32_t light;
+  Color radiance;
+  Vec3 position, normal;
+};
+
+/// Lamps with extent crossed before t_end; they emit and let the ray pass. Calls back with each that shines.
+template <class F>
+void for_each_lamp_crossed(const Scene& scene, const Ray& ray, float t_end, uint32_t ray_kind, F&& visit) {
+  Ray segment = ray;
+  segment.t_max = t_end;
+  for (LampHit lamp = scene.intersect_lamp(segment, ray_kind); lamp.light != ~0u; lamp = scene.intersect_lamp(segment, ray_kind)) {
+    const Vec3 on_lamp = ray.origin + ray.direction * lamp.t;
+    const Color emitted = scene.lights().lamp_radiance(lamp.light, on_lamp, -ray.direction, ray.time);
+    if (!is_black(emitted)) visit(LightMet{lamp.light, emitted, on_lamp, lamp.normal});
+    segment.t_min = std::nextafter(lamp.t, kInfinity) * (1.0f + 1e-6f);
+    if (!(segment.t_min < segment.t_max)) break;
+  }
+}
+
+/// Environment and suns met by a ray that leaves the scene.
+template <class F>
+void for_each_distant_light(const Scene& scene, const Ray& ray, uint32_t ray_kind, bool with_environment, F&& visit) {
+  const LightSet& lights = scene.lights();
+  const int environment = lights.environment_index();
+  if (with_environment && environment >= 0) {
+    const Color emitted = lights.environment_radiance(ray.direction, ray_kind);
+    if (!is_black(emitted)) visit(LightMet{uint32_t(environment), emitted, Vec3(kInfinity), -ray.direction});
+  }
+  lights.for_each_distant_disk(ray.direction, [&](uint32_t index) {
+    if (!(lights.flags(index).visibility & visibility_mask(ray_kind))) return;
+    const Color emitted = lights.lamp_radiance(index, Vec3(0.0f), -ray.direction, ray.time, ray_kind);
+    visit(LightMet{index, emitted, Vec3(kInfinity), -ray.direction});
+  });
+}
+
+inline void record_first_hit(const Camera& camera, const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) {
+  aux.depth = glm::dot(point.position - camera.position(), camera.forward());
+  aux.normal = bsdf.n;
+  aux.position = point.position;
+  aux.albedo = bsdf.albedo();
+  if (point.mesh->active_uv >= 0) {
+    const Attribute& uv = point.mesh->attributes[size_t(point.mesh->active_uv)];
+    aux.uv = Vec3(Vec2(point.mesh->interpolate(uv, point.primitive, point.barycentric)), 1.0f);
+  }
+}
+
+}  // namespace ajar
