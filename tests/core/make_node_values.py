@@ -1,0 +1,163 @@
+"""What Cycles gives for single nodes with constant inputs, as a table for test_shader_nodes.cpp.
+
+    blender -b --factory-startup --python tests/core/make_node_values.py -- tests/core/node_values.txt
+
+Every case is a small plane that emits the node's output, seen by one pixel and more; Cycles renders it once without light transport.
+"""
+
+import math
+import sys
+import tempfile
+
+import bpy
+import numpy as np
+
+PIXELS = 4      # per case and side
+
+CASES: list[tuple[str, str, dict, dict]] = []      # type, output, properties, inputs
+
+
+def case(node: str, output: str, properties: dict | None = None, **inputs: object) -> None:
+    CASES.append((f"ShaderNode{node}", output, properties or {}, {name.replace("__", " "): value for name, value in inputs.items()}))
+
+
+def enum(node: str, name: str) -> list[str]:
+    return [item.identifier for item in getattr(bpy.types, f"ShaderNode{node}").bl_rna.properties[name].enum_items]
+
+
+def define() -> None:
+    for operation in enum("Math", "operation"):
+        for a, b, c in ((0.7, 1.9, 0.4), (-2.3, 0.6, 1.5), (3.0, 0.0, 0.0), (0.5, 0.5, 2.0)):
+            case("Math", "Value", {"operation": operation}, Value=a, Value_001=b, Value_002=c)
+    case("Math", "Value", {"operation": "ADD", "use_clamp": True}, Value=0.9, Value_001=0.8)
+    for operation in enum("VectorMath", "operation"):
+        output = "Value" if operation in ("DOT_PRODUCT", "DISTANCE", "LENGTH") else "Vector"
+        for a, b in (((0.7, -1.9, 0.4), (0.3, 0.6, -1.5)), ((3.0, 2.0, -0.7), (0.0, 2.0, 0.5))):
+            case("VectorMath", output, {"operation": operation}, Vector=a, Vector_001=b, Vector_002=(0.2, -0.4, 0.9), Scale=0.8)
+    for mode in enum("MixRGB", "blend_type"):
+        for a, b in (((0.2, 0.6, 0.9), (0.8, 0.3, 0.5)), ((1.4, 0.0, 0.3), (0.4, 0.4, 0.0))):
+            case("MixRGB", "Color", {"blend_type": mode}, Fac=0.35, Color1=a, Color2=b)
+            case("Mix", "Result_Color", {"data_type": "RGBA", "blend_type": mode, "clamp_result": True},
+                 Factor_Float=0.8, A_Color=a, B_Color=b)
+    case("MixRGB", "Color", {"blend_type": "ADD", "use_clamp": True}, Fac=1.7, Color1=(0.2, 0.6, 0.9), Color2=(0.8, 0.3, 0.5))
+    case("Mix", "Result_Float", {"data_type": "FLOAT", "clamp_factor": False}, Factor_Float=1.3, A_Float=2.0, B_Float=-1.0)
+    case("Mix", "Result_Vector", {"data_type": "VECTOR", "factor_mode": "NON_UNIFORM"}, Factor_Vector=(0.1, 0.5, 1.2),
+         A_Vector=(1.0, 2.0, 3.0), B_Vector=(-1.0, 0.5, 8.0))
+    for kind in enum("Mapping", "vector_type"):
+        case("Mapping", "Vector", {"vector_type": kind}, Vector=(0.3, -0.8, 1.2), Location=(0.5, 0.1, -2.0),
+             Rotation=(0.4, -0.9, 1.7), Scale=(2.0, 0.5, -1.5))
+    for kind in enum("VectorRotate", "rotation_type"):
+        for invert in (False, True):
+            case("VectorRotate", "Vector", {"rotation_type": kind, "invert": invert}, Vector=(0.3, -0.8, 1.2),
+                 Center=(0.5, 0.1, -2.0), Axis=(0.2, 1.0, -0.4), Angle=1.1, Rotation=(0.4, -0.9, 1.7))
+    for kind in enum("Clamp", "clamp_type"):
+        case("Clamp", "Result", {"clamp_type": kind}, Value=0.7, Min=0.9, Max=0.2)
+    for kind in enum("MapRange", "interpolation_type"):
+        for value in (0.37, 2.0, -1.0):
+            case("MapRange", "Result", {"interpolation_type": kind, "clamp": value > 1.0}, Value=value, From__Min=0.2,
+                 From__Max=0.9, To__Min=3.0, To__Max=-1.0, Steps=3.0)
+            case("MapRange", "Vector", {"interpolation_type": kind, "data_type": "FLOAT_VECTOR", "clamp": value > 1.0},
+                 Vector=(value, 0.4, 0.8), From_Min_FLOAT3=(0.2, 0.5, 0.1), From_Max_FLOAT3=(0.9, 0.5, 0.7),
+                 To_Min_FLOAT3=(3.0, 1.0, 0.0), To_Max_FLOAT3=(-1.0, 2.0, 4.0), Steps_FLOAT3=(3.0, 4.0, 5.0))
+    color = (0.9, 0.35, 0.1)
+    case("Invert", "Color", Fac=0.7, Color=color)
+    case("Gamma", "Color", Color=color, Gamma=2.2)
+    case("BrightContrast", "Color", Color=color, Bright=0.1, Contrast=0.5)
+    case("HueSaturation", "Color", Hue=0.8, Saturation=1.3, Value=0.7, Fac=0.9, Color=color)
+    case("RGBToBW", "Val", Color=color)
+    for kelvin in (500.0, 1000.0, 2500.0, 4000.0, 6500.0, 9000.0, 20000.0):
+        case("Blackbody", "Color", Temperature=kelvin)
+    for mode in enum("SeparateColor", "mode"):
+        for output in ("Red", "Green", "Blue"):
+            case("SeparateColor", output, {"mode": mode}, Color=color)
+        case("CombineColor", "Color", {"mode": mode}, Red=0.4, Green=0.7, Blue=0.35)
+    on_borders = [(0.3, 0.3, cell / 5) for cell in range(-4, 9)]
+    for point in [(0.05, 0.05, 0.0), (0.25, 0.05, 0.0), (-0.1, 0.3, 0.71), (0.2, 0.4, 0.6), *on_borders]:
+        case("TexChecker", "Color", Vector=point, Color1=(0.1, 0.2, 0.3), Color2=(0.7, 0.8, 0.9), Scale=5.0)
+    for kind in enum("TexGradient", "gradient_type"):
+        case("TexGradient", "Fac", {"gradient_type": kind}, Vector=(0.4, -0.3, 0.2))
+
+
+def set_inputs(node: bpy.types.Node, inputs: dict, links: bpy.types.NodeLinks, nodes: bpy.types.Nodes) -> None:
+    for socket in node.inputs:
+        if socket.identifier not in inputs:
+            continue
+        value = inputs[socket.identifier]
+        if isinstance(value, tuple) and socket.hide_value:
+            source = nodes.new("ShaderNodeCombineXYZ")
+            for part, number in zip(source.inputs, value):
+                part.default_value = number
+            links.new(source.outputs[0], socket)
+        elif isinstance(value, tuple):
+            socket.default_value = (*value, 1.0) if socket.type == "RGBA" else value
+        else:
+            socket.default_value = value
+
+
+def build_scene(side: int) -> None:
+    scene = bpy.context.scene
+    for i, (kind, output, properties, inputs) in enumerate(CASES):
+        mesh = bpy.data.meshes.new(f"case {i}")
+        x, y = i % side, i // side
+        mesh.from_pydata([(x, y, 0), (x + 1, y, 0), (x + 1, y + 1, 0), (x, y + 1, 0)], [], [(0, 1, 2, 3)])
+        material = bpy.data.materials.new(f"case {i}")
+        material.use_nodes = True
+        nodes, links = material.node_tree.nodes, material.node_tree.links
+        nodes.clear()
+        node = nodes.new(kind)
+        for name, value in properties.items():
+            setattr(node, name, value)
+        set_inputs(node, inputs, links, nodes)
+        emission, end = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeOutputMaterial")
+        source = next(socket for socket in node.outputs if socket.identifier == output)
+        links.new(source, emission.inputs["Color"])
+        links.new(emission.outputs[0], end.inputs["Surface"])
+        mesh.materials.append(material)
+        scene.collection.objects.link(bpy.data.objects.new(f"case {i}", mesh))
+    camera = bpy.data.cameras.new("camera")
+    camera.type, camera.ortho_scale = "ORTHO", side
+    holder = bpy.data.objects.new("camera", camera)
+    holder.location = (side / 2, side / 2, 5)
+    scene.collection.objects.link(holder)
+    scene.camera = holder
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising, scene.cycles.filter_width = 1, False, 0.01
+    scene.render.resolution_x = scene.render.resolution_y = side * PIXELS
+    scene.render.image_settings.file_format, scene.render.image_settings.color_depth = "OPEN_EXR", "32"
+
+
+def render(side: int) -> np.ndarray:
+    with tempfile.NamedTemporaryFile(suffix=".exr") as file:
+        bpy.context.scene.render.filepath = file.name
+        bpy.ops.render.render(write_still=True)
+        image = bpy.data.images.load(file.name)
+        image.colorspace_settings.name = "Raw"
+        pixels = np.empty(image.size[0] * image.size[1] * 4, "f4")
+        image.pixels.foreach_get(pixels)
+    return pixels.reshape(side * PIXELS, side * PIXELS, 4)
+
+
+def text_of(value: object) -> str:
+    numbers = value if isinstance(value, tuple) else (value,)
+    return ",".join(f"{number:.7g}" for number in numbers)
+
+
+def main(path: str) -> None:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    define()
+    side = math.ceil(math.sqrt(len(CASES)))
+    build_scene(side)
+    pixels = render(side)
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(f"# Made by make_node_values.py: single nodes as Cycles of Blender {bpy.app.version_string} evaluates them.\n"
+                   "# type, output, properties, inputs, result; separated by tabs\n")
+        for i, (kind, output, properties, inputs) in enumerate(CASES):
+            x, y = i % side, i // side
+            value = tuple(float(number) for number in pixels[y * PIXELS + PIXELS // 2, x * PIXELS + PIXELS // 2, :3])
+            listed = ";".join(f"{name}={content if isinstance(content, str) else int(content)}" for name, content in properties.items())
+            sockets = ";".join(f"{name}={text_of(content)}" for name, content in inputs.items())
+            file.write("\t".join((kind, output, listed, sockets, text_of(value))) + "\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[sys.argv.index("--") + 1])

@@ -1,0 +1,264 @@
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "graph_fixtures.h"
+#include "scene/geometry.h"
+#include "shading/nodes/texture_functions.h"
+
+namespace ajar {
+
+using namespace fixtures;
+
+namespace {
+
+constexpr float kOffset = 256.0f;   ///< keeps negative results visible as emission
+
+/// Compile an emission of `socket` of node `from` and read it back.
+Color value_of(GraphBuilder g, int from, const std::string& socket, const ShadingPoint& point = {}, bool* constant = nullptr,
+               TextureStore* textures = nullptr, const ShaderContext& context = {}) {
+  const int shifted = g.node("ShaderNodeVectorMath", {linked_input("Vector", from, socket), value_input("Vector_001", kOffset)},
+                             {text_property("operation", "ADD")});
+  g.emit(shifted, "Vector");
+  Diagnostics diagnostics;
+  const ShaderProgram program = compile(g.graph, &diagnostics, textures, context);
+  EXPECT_TRUE(diagnostics.empty()) << diagnostics[0].message;
+  if (constant) *constant = program.is_constant();
+  return program.evaluate_emission(point) - kOffset;
+}
+
+void expect_near(Color actual, Color expected, float tolerance, const std::string& what = "") {
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(actual[i], expected[i], tolerance * std::max(1.0f, std::abs(expected[i]))) << what << " [" << i << "]";
+}
+
+/// One triangle in the xy plane with a UV map, an instance that moves and stretches it, and a point on it.
+struct Surface {
+  BuiltMesh mesh;
+  BuiltInstance instance;
+  ObjectDescription object;
+  ShadingPoint point;
+
+  Surface() {
+    mesh.positions = {Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 2, 0), Vec3(0)};
+    mesh.triangles = {UVec3(0, 1, 2)};
+    mesh.attributes = {{"UVMap", Domain::Corner, 2, {0, 0, 1, 0, 0, 1}},
+                       {"Weight", Domain::Vertex, 1, {0, 1, 2}},
+                       {"Paint", Domain::Vertex, 4, {1, 0, 0, 1, 0, 1, 0, 0.5f, 0, 0, 1, 0}}};
+    mesh.active_uv = 0;
+    mesh.texture_space_location = Vec3(1, 1, 0);
+    mesh.texture_space_size = Vec3(1, 1, 0);
+    instance.world_from_object = Mat4(Vec4(2, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(10, 20, 30, 1));
+    instance.object_from_world = glm::inverse(instance.world_from_object);
+    instance.random = 0.625f;
+    object.color = Vec4(0.1f, 0.2f, 0.3f, 0.4f);
+    object.pass_index = 7;
+    point.mesh = &mesh;
+    point.instance = &instance;
+    point.object = &object;
+    point.barycentric = Vec2(0.25f, 0.5f);                  // object space (0.5, 1, 0)
+    point.position = Vec3(11, 21, 30);
+    point.dpdu = Vec3(4, 0, 0);
+    point.dpdv = Vec3(0, 2, 0);
+    point.wo = glm::normalize(Vec3(1, 0, 1));
+  }
+};
+
+Color read(const Surface& s, const std::string& type, const std::string& output, std::initializer_list<NodeInput> inputs = {},
+           std::initializer_list<NodeProperty> properties = {}, const ShaderContext& context = {}) {
+  GraphBuilder g;
+  const int node = g.node(type, inputs, properties);
+  return value_of(g, node, output, s.point, nullptr, nullptr, context);
+}
+
+}  // namespace
+
+TEST(ShaderNodes, constant_nodes_fold_to_what_cycles_gives) {
+  const auto split = [](const std::string& text, char at) {
+    std::vector<std::string> parts;
+    std::istringstream stream(text);
+    for (std::string part; std::getline(stream, part, at);) parts.push_back(part);
+    return parts;
+  };
+  const auto vector_of = [&](const std::string& text) {   // a single number counts for all components
+    const std::vector<std::string> parts = split(text, ',');
+    Vec4 v(std::stof(parts[0]));
+    for (size_t i = 0; i < parts.size(); ++i) v[int(i)] = std::stof(parts[i]);
+    return v;
+  };
+  std::ifstream file(std::filesystem::path(__FILE__).parent_path() / "node_values.txt");
+  int cases = 0;
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    const std::vector<std::string> columns = split(line, '\t');
+    ASSERT_EQ(columns.size(), 5u) << line;
+    GraphBuilder g;
+    Node n;
+    n.type = n.name = columns[0];
+    for (const std::string& property : split(columns[2], ';')) {
+      const std::vector<std::string> parts = split(property, '=');
+      const bool is_number = parts[1].find_first_not_of("0123456789") == std::string::npos;
+      n.properties.push_back(is_number ? number_property(parts[0], {std::stof(parts[1])}) : text_property(parts[0], parts[1]));
+    }
+    for (const std::string& input : split(columns[3], ';')) {
+      const std::vector<std::string> parts = split(input, '=');
+      const Vec4 v = vector_of(parts[1]);
+      if (parts[0] == "Vector" && n.type.find("Tex") != std::string::npos) {   // unlinked it would mean coordinates
+        const int xyz = g.node("ShaderNodeCombineXYZ", {value_input("X", v.x), value_input("Y", v.y), value_input("Z", v.z)});
+        n.inputs.push_back(linked_input("Vector", xyz, "Vector"));
+      } else {
+        n.inputs.push_back(value_input(parts[0], v));
+      }
+    }
+    g.graph.nodes.push_back(n);
+    bool constant;
+    const Color value = value_of(g, int(g.graph.nodes.size()) - 1, columns[1], {}, &constant);
+    EXPECT_TRUE(constant) << line;
+    expect_near(value, Color(vector_of(columns[4])), 1e-4f, line);
+    ++cases;
+  }
+  EXPECT_GT(cases, 300);
+}
+
+TEST(ShaderNodes, texture_coordinates_of_a_moved_and_stretched_object) {
+  Surface s;
+  expect_near(read(s, "ShaderNodeTexCoord", "UV"), Color(0.25f, 0.5f, 0.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeTexCoord", "Object"), Color(0.5f, 1.0f, 0.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeTexCoord", "Generated"), Color(0.25f, 0.5f, 0.5f), 5e-5f);
+  expect_near(read(s, "ShaderNodeTexCoord", "Reflection"), Color(-std::sqrt(0.5f), 0.0f, std::sqrt(0.5f)), 5e-5f);
+  expect_near(read(s, "ShaderNodeUVMap", "UV", {}, {text_property("uv_map", "UVMap")}), Color(0.25f, 0.5f, 0.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeUVMap", "UV", {}, {text_property("uv_map", "None")}), Color(0.0f), 5e-5f);
+  // Object space of another object, half as large and one metre up.
+  expect_near(read(s, "ShaderNodeTexCoord", "Object", {}, {number_property("object", {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, -2})}),
+              Color(22.0f, 42.0f, 58.0f), 5e-5f);
+  // A normal on the stretched side keeps pointing off the surface.
+  s.point.ns = glm::normalize(Vec3(1, 2, 0));
+  expect_near(read(s, "ShaderNodeTexCoord", "Normal"), Color(std::sqrt(0.5f), std::sqrt(0.5f), 0.0f), 5e-5f);
+}
+
+TEST(ShaderNodes, camera_and_window_coordinates_follow_the_camera) {
+  const Surface s;
+  CameraDescription camera;
+  camera.present = true;
+  camera.world_from_camera = {1, 0, 0, 11, 0, 1, 0, 20, 0, 0, 1, 34};   // four metres above, looking down
+  ShaderContext context;
+  context.camera = &camera;
+  expect_near(read(s, "ShaderNodeTexCoord", "Camera", {}, {}, context), Color(0.0f, 1.0f, 4.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeTexCoord", "Window", {}, {}, context), Color(0.5f, (0.25f + 0.75f) / 1.5f, 0.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeCameraData", "View Z Depth", {}, {}, context), Color(4.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeCameraData", "View Distance", {}, {}, context), Color(std::sqrt(17.0f)), 5e-5f);
+}
+
+TEST(ShaderNodes, attributes_geometry_and_object_reach_the_graph) {
+  const Surface s;
+  const auto name = [](const char* n) { return text_property("attribute_name", n); };
+  expect_near(read(s, "ShaderNodeAttribute", "Fac", {}, {name("Weight")}), Color(1.25f), 5e-5f);
+  expect_near(read(s, "ShaderNodeAttribute", "Color", {}, {name("Paint")}), Color(0.25f, 0.25f, 0.5f), 5e-5f);
+  expect_near(read(s, "ShaderNodeAttribute", "Alpha", {}, {name("Paint")}), Color(0.375f), 5e-5f);
+  expect_near(read(s, "ShaderNodeVertexColor", "Color"), Color(0.25f, 0.25f, 0.5f), 5e-5f);
+  expect_near(read(s, "ShaderNodeNewGeometry", "Position"), Color(11, 21, 30), 5e-5f);
+  expect_near(read(s, "ShaderNodeNewGeometry", "Parametric"), Color(0.25f, 0.25f, 0.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeObjectInfo", "Location"), Color(10, 20, 30), 5e-5f);
+  expect_near(read(s, "ShaderNodeObjectInfo", "Color"), Color(0.1f, 0.2f, 0.3f), 5e-5f);
+  expect_near(read(s, "ShaderNodeObjectInfo", "Alpha"), Color(0.4f), 5e-5f);
+  expect_near(read(s, "ShaderNodeObjectInfo", "Object Index"), Color(7.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeObjectInfo", "Random"), Color(0.625f), 5e-5f);
+}
+
+TEST(ShaderNodes, fresnel_turns_around_inside) {
+  Surface s;
+  s.point.wo = Vec3(0, 0, 1);
+  const float outside = sqr(0.5f / 2.5f);
+  expect_near(read(s, "ShaderNodeFresnel", "Fac", {value_input("IOR", 1.5f)}), Color(outside), 5e-5f);
+  s.point.wo = glm::normalize(Vec3(1, 0, 0.2f));
+  s.point.backfacing = true;
+  expect_near(read(s, "ShaderNodeFresnel", "Fac", {value_input("IOR", 1.5f)}), Color(1.0f), 5e-5f);   // total reflection
+}
+
+TEST(ShaderNodes, ramps_interpolate_their_table_unless_constant) {
+  std::vector<float> table;
+  for (int i = 0; i < 256; ++i) table.insert(table.end(), {i / 255.0f, i < 128 ? 0.0f : 1.0f, 0.0f, 1.0f - i / 255.0f});
+  const auto ramp = [&](float t, const char* kind, const char* output) {
+    GraphBuilder g;
+    const int node = g.node("ShaderNodeValToRGB", {value_input("Fac", t)}, {number_property("ramp", table), text_property("ramp_interpolation", kind)});
+    return value_of(g, node, output);
+  };
+  expect_near(ramp(0.3f, "LINEAR", "Color"), Color(0.3f, 0, 0), 5e-5f);
+  expect_near(ramp(127.5f / 255, "LINEAR", "Color"), Color(0.5f, 0.5f, 0), 1e-4f);
+  expect_near(ramp(127.5f / 255, "CONSTANT", "Color"), Color(127.0f / 255, 0, 0), 5e-5f);
+  expect_near(ramp(0.25f, "LINEAR", "Alpha"), Color(0.75f), 5e-5f);
+  expect_near(ramp(-1.0f, "LINEAR", "Color"), Color(0.0f), 5e-5f);
+  expect_near(ramp(2.0f, "LINEAR", "Color"), Color(1, 1, 0), 5e-5f);
+}
+
+TEST(ShaderNodes, numbers_colors_and_vectors_convert_as_in_cycles) {
+  GraphBuilder g;
+  const int rgb = g.node("ShaderNodeRGB", {}, {number_property("value", {0.2f, 0.5f, 0.9f, 1})});
+  const int xyz = g.node("ShaderNodeCombineXYZ", {value_input("X", 0.3f), value_input("Y", 0.6f), value_input("Z", 1.5f)});
+  const auto add_zero = [&](int from, const char* socket) {
+    return g.node("ShaderNodeMath", {linked_input("Value", from, socket), value_input("Value_001", 0.0f)}, {text_property("operation", "ADD")});
+  };
+  expect_near(value_of(g, add_zero(rgb, "Color"), "Value"), Color(luminance({0.2f, 0.5f, 0.9f})), 5e-5f);
+  expect_near(value_of(g, add_zero(xyz, "Vector"), "Value"), Color(0.8f), 5e-5f);
+}
+
+TEST(ShaderNodes, environment_directions_are_those_of_cycles) {
+  using nodes::equirectangular;
+  const auto near = [](Vec2 a, Vec2 b) {
+    EXPECT_NEAR(a.x, b.x, 1e-6f);
+    EXPECT_NEAR(a.y, b.y, 1e-6f);
+  };
+  near(equirectangular({1, 0, 0}), {0.5f, 0.5f});
+  near(equirectangular({0, 1, 0}), {0.25f, 0.5f});
+  near(equirectangular({0, -2, 0}), {0.75f, 0.5f});
+  near(equirectangular({0, 0, 1}), {0.5f, 1.0f});
+  near(nodes::mirror_ball({0, -1, 0}), {0.5f, 0.5f});
+  near(nodes::mirror_ball({1, 0, 0}), {0.5f + 0.5f * std::sqrt(0.5f), 0.5f});
+}
+
+TEST(ShaderNodes, the_world_is_textured_by_direction) {
+  // A picture of four columns around the horizon; +x is the middle of the picture.
+  ImageDescription image;
+  image.name = "Sky";
+  image.width = 4;
+  image.height = 1;
+  image.color_space = "Linear";
+  for (int i = 0; i < 4; ++i) image.pixels.insert(image.pixels.end(), {1.0f + i, 0, 0, 1});
+  std::vector<ImageDescription> images = {image};
+  TextureStore store(images);
+  GraphBuilder g;
+  const int sky = g.node("ShaderNodeTexEnvironment", {value_input("Vector", 0.0f)}, {number_property("image", {0}), text_property("interpolation", "Closest")});
+  const auto at = [&](Vec3 direction) {
+    ShadingPoint point;
+    point.wo = -glm::normalize(direction);
+    return value_of(g, sky, "Color", point, nullptr, &store).x;
+  };
+  EXPECT_NEAR(at({-1, 0.1f, 0}), 1.0f, 1e-4f);
+  EXPECT_NEAR(at({1, 1.5f, 0}), 2.0f, 1e-4f);
+  EXPECT_NEAR(at({1, -0.1f, 0}), 3.0f, 1e-4f);
+  EXPECT_NEAR(at({-1, -0.1f, 0.2f}), 4.0f, 1e-4f);
+}
+
+TEST(ShaderNodes, box_projection_weights_sum_to_one_and_single_out_axes) {
+  for (const float blend : {0.0f, 0.2f, 0.7f, 1.0f})
+    for (int i = 0; i < 500; ++i) {
+      const float z = 1.0f - 2.0f * (i + 0.5f) / 500, phi = 2.4f * i;
+      const Vec3 n(std::sqrt(1 - z * z) * std::cos(phi), std::sqrt(1 - z * z) * std::sin(phi), z);
+      const Vec3 w = nodes::box_weights(n, blend);
+      EXPECT_NEAR(w.x + w.y + w.z, 1.0f, 5e-5f);
+      EXPECT_GE(std::min({w.x, w.y, w.z}), -1e-6f);
+    }
+  EXPECT_EQ(nodes::box_weights({0, 0, -1}, 0.3f), Vec3(0, 0, 1));
+}
+
+TEST(ShaderNodes, normal_map_of_the_neutral_color_keeps_the_normal) {
+  Surface s;
+  s.point.ns = glm::normalize(Vec3(0.2f, -0.3f, 1.0f));
+  expect_near(read(s, "ShaderNodeNormalMap", "Normal", {value_input("Color", Vec4(0.5f, 0.5f, 1, 1)), value_input("Strength", 1.0f)}), s.point.ns, 5e-5f);
+  s.point.ns = Vec3(0, 0, 1);   // red leans along u, green along v
+  const Color leaning = read(s, "ShaderNodeNormalMap", "Normal", {value_input("Color", Vec4(1, 0.5f, 1, 1)), value_input("Strength", 1.0f)});
+  expect_near(leaning, Color(std::sqrt(0.5f), 0.0f, std::sqrt(0.5f)), 5e-5f);
+}
+
+}  // namespace ajar
