@@ -152,7 +152,7 @@ class PathTracer final : public Integrator {
       if (last_chance && !passes_only) break;
 
       const uint32_t base = kCameraDimensions + kVertexDimensions * uint32_t(vertex++);
-      if (bsdf.has_non_delta() && !last_chance && !lights.empty()) {
+      if (bsdf.has_non_delta() && !last_chance && lights.can_choose()) {
         sampler.set_dimension(base + kLightChoice);
         const float u_choice = lights.size() > 1 ? sampler.get_1d() : 0.5f;
         sampler.set_dimension(base + kLightPoint);

@@ -51,26 +51,33 @@ void Environment::build_map() {
     }
   });
 
+  const auto solid_angle = [&](int y) {  // of one cell, 1 for the sphere
+    return 0.5f * (cos_rows_[size_t(y)] - cos_rows_[size_t(y) + 1]) / float(kWidth);
+  };
   std::vector<float> cells(size_t(kWidth) * kHeight);
   double sum = 0.0;
   for (int y = 0; y < kHeight; ++y) {
     const float* above = corners.data() + size_t(y) * kWidth;
     const float* below = above + kWidth;
-    const float solid_angle = 0.5f * (cos_rows_[size_t(y)] - cos_rows_[size_t(y) + 1]) / float(kWidth);  // of 1 for the sphere
     for (int x = 0; x < kWidth; ++x) {
       const int next = (x + 1) % kWidth;
       const float mean = 0.25f * (above[x] + above[next] + below[x] + below[next]);
-      cells[size_t(y) * kWidth + size_t(x)] = mean * solid_angle;
-      sum += double(mean) * solid_angle;
+      cells[size_t(y) * kWidth + size_t(x)] = mean;
+      sum += double(mean) * solid_angle(y);
     }
   }
   // Nothing at the corners may still be something between them: then the floor is all there is.
-  const float floor = sum > 0.0 ? kFloor * float(sum) : 1e-6f;
+  mean_luminance_ = sum > 0.0 ? float(sum) : 1e-6f;
+  double excess = 0.0;
   for (int y = 0; y < kHeight; ++y) {
-    const float solid_angle = 0.5f * (cos_rows_[size_t(y)] - cos_rows_[size_t(y) + 1]) / float(kWidth);
-    for (int x = 0; x < kWidth; ++x) cells[size_t(y) * kWidth + size_t(x)] += floor * solid_angle;
+    for (int x = 0; x < kWidth; ++x) {
+      float& cell = cells[size_t(y) * kWidth + size_t(x)];
+      const float above_mean = std::max(0.0f, cell - mean_luminance_);
+      excess += double(above_mean) * solid_angle(y);
+      cell = (above_mean + kFloor * mean_luminance_) * solid_angle(y);
+    }
   }
-  mean_luminance_ = float(sum) + floor;
+  excess_luminance_ = float(excess);
   map_ = Distribution2D(cells, kWidth, kHeight);
 }
 

@@ -37,6 +37,7 @@ struct Source {
   uint32_t first, count;
   double power;             // 0: may emit though the estimate found nothing
   bool far;
+  double chosen = 1.0;      // part of the power that choosing counts
 };
 
 double luminous(Color c) { return luminance(glm::abs(c)); }
@@ -207,23 +208,29 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
   environment_index = int(weights.size());
   // Radiance over the sphere times the area of the scene's disk.
   const double power = 4.0 * M_PI * double(environment.mean_luminance()) * M_PI * double(scene_radius) * double(scene_radius);
-  sources.push_back({uint32_t(environment_index), 1, power, true});
+  const double chosen = double(environment.excess_luminance()) / double(environment.mean_luminance());
+  sources.push_back({uint32_t(environment_index), 1, power, true, chosen});
   weights.push_back(1.0);
 }
 
 void LightSet::Data::make_tables(const std::vector<Source>& sources, std::vector<double>& weights) {
-  double near_power = 0.0, far_power = 0.0;
-  for (const Source& s : sources) (s.far ? far_power : near_power) += s.power;
+  double near_power = 0.0, far_power = 0.0, total = 0.0, equal = 0.0;
+  for (const Source& s : sources) {
+    (s.far ? far_power : near_power) += s.power * s.chosen;
+    total += s.power;
+    equal += s.chosen;
+  }
   const double far_scale = near_power > 0.0 && far_power > near_power ? near_power / far_power : 1.0;
-  const double choice_total = near_power + far_scale * far_power, total = near_power + far_power;
+  const double choice_total = near_power + far_scale * far_power;
 
   // Inside a source, chances follow `weights` (watts with floors).
   std::vector<double> watts(weights.size(), 0.0), inside;
   std::swap(inside, weights);
   weights.assign(inside.size(), 0.0);
   for (const Source& s : sources) {
-    const double share = choice_total > 0.0 ? s.power * (s.far ? far_scale : 1.0) / choice_total : 1.0 / double(sources.size());
-    const double chance = kEqualShare / double(sources.size()) + (1.0 - kEqualShare) * share;
+    const double alike = equal > 0.0 ? s.chosen / equal : 0.0;
+    const double by_power_share = choice_total > 0.0 ? s.power * s.chosen * (s.far ? far_scale : 1.0) / choice_total : alike;
+    const double chance = kEqualShare * alike + (1.0 - kEqualShare) * by_power_share;
     // A source of unknown power must leave rays as well.
     const double power = s.power > 0.0 ? s.power : std::max(total, 1.0) * 0.01 / double(sources.size());
     double sum = 0.0;
@@ -306,7 +313,9 @@ LightFlags LightSet::flags(uint32_t index) const {
   return {LightType::Triangle, d.instances[d.block_of(index).instance].visibility, true, true};
 }
 
+bool LightSet::can_choose() const { return !data_->choice.empty(); }
 LightSet::Choice LightSet::choose(Vec3, Vec3, float u) const {
+  if (data_->choice.empty()) return {0, 0.0f, u};
   const auto choice = data_->choice.sample(u);
   return {choice.index, choice.pmf, choice.u_remapped};
 }

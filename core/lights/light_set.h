@@ -6,14 +6,16 @@
 // not emit have no power and are never chosen. A triangle costs four bytes a table, its vertices stay in the mesh.
 // A set in which nothing emits is empty. Nothing here traces rays.
 //
-// Choosing. Each lamp, each emissive instance and the environment is a *source*. A quarter of the chances goes to the
-// sources in equal parts, three quarters by power. The power of what is far away (suns, environment) grows with the
-// size of the scene, which says nothing about how much of it enters a room: together it counts at most as
-// much as all local sources together. The price is at most 4/3 of the variance where power is right; in return a lamp
-// in a sunlit scene, a sky beside its sun and a window in a lamplit room are never starved.
+// Choosing is for light sampling combined with BSDF sampling (MIS). Each lamp, each emissive instance and the environment is
+// a *source*. A quarter of the chances goes to the sources in equal parts, three quarters by power. The power of
+// what is far away (suns, environment) grows with the size of the scene, which says nothing about how much of it
+// enters a room: together it counts at most as much as all local sources together. The price is at most 4/3 of
+// the variance where power is right; in return no lamp in a sunlit scene and no window in a lamplit room is starved.
+// Of the environment only what exceeds its mean counts: BSDF sampling finds the rest better (environment.h), and a constant
+// world is never chosen. Measured on nine spheres, leaving a constant world out divides the variance by 1.2 alone, by 5.6
+// beside a sun, by 2.8 beside a lamp. Light sampling alone must use choose_by_power, which covers everything.
 //
-// The description, meshes, instances, materials and programs it was built from must outlive it
-// and stay where they are.
+// The meshes, instances and programs it was built from must outlive it and stay where they are.
 #pragma once
 
 #include <memory>
@@ -58,12 +60,13 @@ class LightSet {
   /// Luminance of all watts emitted.
   double total_power() const;
 
-  /// Choose a light for a point with normal n (n = 0 for volumes). Not on an empty set.
+  /// Choose a light for a point with normal n (n = 0 for volumes). The pmf is 0 when there is none to choose.
   struct Choice {
     uint32_t light;
     float pmf;
     float u_remapped;                     ///< few bits left when there are many lights
   };
+  bool can_choose() const;
   Choice choose(Vec3 p, Vec3 n, float u) const;
   float choice_pmf(Vec3 p, Vec3 n, uint32_t light) const;
 

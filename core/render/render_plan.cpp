@@ -8,8 +8,10 @@ RenderPlan make_render_plan(const Scene& scene) {
   const auto add = [&](const char* step, bool used, std::string reason) { plan.push_back({step, used, std::move(reason)}); };
   const auto number = [](uint64_t n) { return std::to_string(n); };
 
-  add("light sampling", !lights.empty(),
-      lights.empty() ? "nothing emits light" : number(lights.size()) + " lights and emissive triangles, chosen by power");
+  add("light sampling", lights.can_choose(),
+      lights.empty()         ? "nothing emits light"
+      : lights.can_choose() ? number(lights.size()) + " lights and emissive triangles, chosen by power"
+                             : "only the world emits, alike in all directions: scattered rays find it better");
   const bool environment = lights.environment_index() >= 0;
   add("environment", environment, environment ? "the world emits light" : "the world is black");
   const bool lamp_shapes = scene.has_lamp_shapes();
