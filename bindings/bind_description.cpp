@@ -116,6 +116,7 @@ void bind_enums(py::module_& module) {
       .value("Box", FilterKind::Box)
       .value("Gaussian", FilterKind::Gaussian)
       .value("BlackmanHarris", FilterKind::BlackmanHarris);
+  module.attr("UNDEFORMED_POSITION") = kUndeformedPosition;
   module.attr("VISIBLE_CAMERA") = int(kVisibleCamera);
   module.attr("VISIBLE_DIFFUSE") = int(kVisibleDiffuse);
   module.attr("VISIBLE_GLOSSY") = int(kVisibleGlossy);

@@ -20,6 +20,7 @@ struct BuiltMesh {
   std::vector<Vec3> normals;         ///< empty: flat
   std::vector<Attribute> attributes;
   int active_uv = -1;                ///< index into attributes
+  int undeformed_position = -1;      ///< the same
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};
   bool baked = false;                ///< positions are in world space
   size_t memory_bytes() const;

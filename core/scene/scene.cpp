@@ -64,6 +64,7 @@ BuiltMesh take(MeshDescription&& d) {
   mesh.texture_space_location = d.texture_space_location;
   mesh.texture_space_size = d.texture_space_size;
   mesh.active_uv = mesh.find_attribute(d.active_uv);
+  mesh.undeformed_position = mesh.find_attribute(kUndeformedPosition);
   return mesh;
 }
 

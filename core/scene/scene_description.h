@@ -87,6 +87,10 @@ struct Attribute {
   std::vector<float> values;
 };
 
+/// Name of the vertex attribute (3 components) that says where vertices were before modifiers moved them; Generated
+/// coordinates follow it. Where there is none, they follow the positions.
+inline constexpr const char* kUndeformedPosition = ".undeformed_position";
+
 /// Triangles in object space. A corner is one vertex of one triangle, 3*t+k.
 struct MeshDescription {
   std::string name;

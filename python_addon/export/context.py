@@ -29,6 +29,7 @@ class ExportContext:
         self.description = ajar.SceneDescription()
         self.materials: dict[int, int] = {}              # address of a material -> index
         self.images: dict[tuple, int] = {}
+        self.uses_generated = False                      # whether a material may ask for Generated coordinates
         self.attribute_names: set[str] = set()           # attributes that materials ask for by name
         self.warnings: list[tuple[str, str]] = []        # (name of the datablock, message)
         self.report_step = report_step

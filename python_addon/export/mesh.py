@@ -21,7 +21,7 @@ _VALUES = {  # data type of an attribute -> RNA name of its value, components
 }
 
 
-def export(context: ExportContext, mesh: bpy.types.Mesh, name: str) -> int:
+def export(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified: bool) -> int:
     """Index of the mesh; EMPTY when it has no triangles."""
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
@@ -38,6 +38,8 @@ def export(context: ExportContext, mesh: bpy.types.Mesh, name: str) -> int:
     materials = compat.polygon_materials(mesh)
     slots = materials[polygons].astype(np.uint16) if materials is not None and materials.any() else None
     attributes = _uv_maps(mesh, loops) + _colors(mesh, loops, polygons) + _requested(context, mesh, loops, polygons)
+    if is_modified and context.uses_generated:
+        attributes += _undeformed(mesh, positions)
     context.check_cancelled()
     location, size = compat.texture_space(mesh)
     active = mesh.uv_layers.active
@@ -81,6 +83,12 @@ def _uv_maps(mesh: bpy.types.Mesh, loops: np.ndarray) -> list[tuple]:
     flat_loops = loops.reshape(-1)
     return [(layer.name, ajar.Domain.Corner, np.take(_read(layer.data, "uv", 2, np.float32), flat_loops, axis=0))
             for layer in mesh.uv_layers if len(layer.data) == len(mesh.loops)]
+
+
+def _undeformed(mesh: bpy.types.Mesh, positions: np.ndarray) -> list[tuple]:
+    """Where the vertices were before modifiers moved them, which Blender keeps when it evaluates for a render."""
+    undeformed = _read(mesh.vertices, "undeformed_co", 3, np.float32)
+    return [] if np.array_equal(undeformed, positions) else [(ajar.UNDEFORMED_POSITION, ajar.Domain.Vertex, undeformed)]
 
 
 def _colors(mesh: bpy.types.Mesh, loops: np.ndarray, polygons: np.ndarray) -> list[tuple]:

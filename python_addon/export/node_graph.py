@@ -18,6 +18,8 @@ from .context import ExportContext, rows_3x4
 Value = tuple[float, float, float, float]
 ZERO: Value = (0.0, 0.0, 0.0, 0.0)
 TABLE_SIZE = 256
+# Every other texture node falls back on Generated coordinates.
+WITHOUT_GENERATED = {"ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeTexSky"}
 
 
 @dataclass(eq=False)
@@ -153,6 +155,8 @@ class GraphExporter:
                 self.graph.add_input(index, socket.identifier, converted(source.value, source.type, socket.type))
         for name in own_properties(node):
             self.add_property(index, node, name)
+        if node.bl_idname.startswith("ShaderNodeTex") and node.bl_idname not in WITHOUT_GENERATED:
+            self.context.uses_generated = True
         special = SPECIAL.get(node.bl_idname)
         if special is not None:
             for name, content in special(self.context, node):

@@ -141,10 +141,10 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
 def _export_mesh(context: ExportContext, geometry: Geometry) -> int:
     data = geometry.data
     if not (data.is_editmode and geometry.is_own):
-        return mesh.export(context, data, data.name)
+        return mesh.export(context, data, data.name, geometry.is_own and len(geometry.owner.modifiers) > 0)
     # In edit mode the evaluated mesh has not all its layers.
     try:
-        return mesh.export(context, geometry.owner.to_mesh(), data.name)
+        return mesh.export(context, geometry.owner.to_mesh(), data.name, len(geometry.owner.modifiers) > 0)
     finally:
         geometry.owner.to_mesh_clear()
 

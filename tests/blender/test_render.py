@@ -180,3 +180,21 @@ def test_description_renders_the_same_without_blender(render, tmp_path):
         pass
     assert session.take_error() == ""
     np.testing.assert_array_equal(session.snapshot("Combined"), inside)
+
+
+def test_generated_coordinates_ignore_what_modifiers_moved(render):
+    text = """
+material = bpy.data.materials.new("Generated")
+material.use_nodes = True
+nodes, links = material.node_tree.nodes, material.node_tree.links
+nodes.clear()
+coordinates, emission, output = (nodes.new(f"ShaderNode{t}") for t in ("TexCoord", "Emission", "OutputMaterial"))
+links.new(coordinates.outputs["Generated"], emission.inputs["Color"])
+links.new(emission.outputs[0], output.inputs["Surface"])
+mesh.materials.append(material)
+"""
+    plain, _ = render(text)
+    moved, _ = render(text + "modifier = square.modifiers.new('Lift', 'DISPLACE')\nmodifier.direction, modifier.strength = 'X', 0.25\n"
+                             "modifier.mid_level = -1.0\nsquare.location.x -= 0.5\n")
+    assert plain[12, 16, 0] == pytest.approx(0.5, abs=0.05)
+    np.testing.assert_allclose(moved[12, 12:20], plain[12, 12:20], atol=0.02)

@@ -36,8 +36,10 @@ Vec3 object_normal(const ShadingPoint& point) {
 
 Vec3 generated(const ShadingPoint& point) {
   if (!point.mesh) return position(point);
-  const Vec3 p = object_position(point) - point.mesh->texture_space_location;
-  return divide(p * 0.5f, point.mesh->texture_space_size) + 0.5f;
+  const BuiltMesh& mesh = *point.mesh;
+  const Vec3 position = mesh.undeformed_position < 0 ? object_position(point)
+      : Vec3(mesh.interpolate(mesh.attributes[mesh.undeformed_position], point.primitive, point.barycentric));
+  return divide((position - mesh.texture_space_location) * 0.5f, mesh.texture_space_size) + 0.5f;
 }
 
 Vec3 active_uv(const ShadingPoint& point) {
