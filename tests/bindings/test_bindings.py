@@ -1,0 +1,191 @@
+"""The package `ajar` without Blender: a scene from arrays, its picture, its file, its errors."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(os.environ.get("AJAR_BUILD", Path(__file__).resolve().parents[2] / "build" / "release")) / "python"))
+import ajar  # noqa: E402
+
+IDENTITY = np.eye(3, 4, dtype=np.float32).reshape(1, 12)
+
+
+def emission(strength: float = 1.0) -> ajar.NodeGraph:
+    graph = ajar.NodeGraph()
+    node = graph.add_node("ShaderNodeEmission", "Emission")
+    graph.add_input(node, "Color", (1.0, 1.0, 1.0, 1.0))
+    graph.add_input(node, "Strength", (strength, 0.0, 0.0, 0.0))
+    graph.surface = ajar.NodeLink(node, "Emission")
+    return graph
+
+
+def square(samples: int = 4, width: int = 16, height: int = 12) -> ajar.SceneDescription:
+    """A glowing square that fills the frame."""
+    description = ajar.SceneDescription()
+    material = description.add_material(name="Glow", graph=emission(2.0))
+    mesh = description.add_mesh(name="Square", positions=[(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)],
+                                triangles=[(0, 1, 2), (0, 2, 3)])
+    thing = description.add_object(name="Square", mesh=mesh, materials=[material])
+    description.add_instances([thing], IDENTITY)
+    camera = description.camera
+    camera.present, camera.name = True, "Camera"
+    rows = IDENTITY[0].tolist()
+    rows[11] = 3.0
+    camera.world_from_camera = rows
+    settings = description.settings
+    settings.width, settings.height, settings.region, settings.samples = width, height, [0, 0, width, height], samples
+    return description
+
+
+def render(description: ajar.SceneDescription) -> ajar.Session:
+    session = ajar.Session()
+    session.start(description)
+    while not session.wait(1.0):
+        pass
+    return session
+
+
+def test_glowing_square_is_exactly_its_radiance():
+    session = render(square())
+    assert session.take_error() == ""
+    picture = session.snapshot("Combined")
+    assert picture.shape == (12, 16, 4) and picture.dtype == np.float32
+    np.testing.assert_allclose(picture, np.tile([2, 2, 2, 1], (12, 16, 1)), rtol=1e-6)
+    assert session.progress().phase == ajar.Progress.Phase.Done
+    assert json.loads(session.statistics_json())["refused_samples"] == 0
+
+
+def test_start_empties_the_description_unless_kept():
+    description = square()
+    session = ajar.Session()
+    session.start(description, keep=True)
+    assert len(description.meshes) == 1
+    session = ajar.Session()
+    session.start(description)
+    assert len(description.meshes) == 0
+
+
+def test_file_keeps_everything(tmp_path):
+    description = square()
+    path = str(tmp_path / "scene.ajar")
+    ajar.save_description(description, path)
+    loaded = ajar.load_description(path)
+    np.testing.assert_array_equal(loaded.meshes[0].positions, description.meshes[0].positions)
+    assert loaded.materials[0].graph.nodes[0].inputs[1].value[0] == 2.0
+    np.testing.assert_array_equal(render(loaded).snapshot("Combined"), render(description).snapshot("Combined"))
+
+
+def test_damaged_file_is_an_error_that_names_it(tmp_path):
+    path = tmp_path / "scene.ajar"
+    ajar.save_description(square(), str(path))
+    path.write_bytes(path.read_bytes()[:100])
+    with pytest.raises(RuntimeError):
+        ajar.load_description(str(path))
+    with pytest.raises(RuntimeError, match="nothing.ajar"):
+        ajar.load_description(str(tmp_path / "nothing.ajar"))
+
+
+def test_no_camera_is_an_error_given_once():
+    description = square()
+    description.camera.present = False
+    session = render(description)
+    assert "camera" in session.take_error().lower()
+    assert session.take_error() == ""
+    assert session.progress().phase == ajar.Progress.Phase.Failed
+
+
+@pytest.mark.parametrize("bad", [
+    {"positions": np.zeros((3, 2))},
+    {"triangles": np.zeros((1, 4))},
+    {"normals": np.zeros((3, 4))},
+    {"attributes": [("UV", ajar.Domain.Corner)]},
+    {"attributes": [("UV", ajar.Domain.Corner, np.zeros((3, 5)))]},
+])
+def test_arrays_of_the_wrong_shape_are_refused_by_name(bad):
+    good = {"name": "Mesh", "positions": np.zeros((3, 3)), "triangles": [(0, 1, 2)]}
+    with pytest.raises(ValueError, match="Mesh"):
+        ajar.SceneDescription().add_mesh(**(good | bad))
+
+
+def test_unknown_pass_names_the_valid_ones():
+    with pytest.raises(ValueError, match="Combined"):
+        ajar.Session().snapshot("Bogus")
+
+
+def test_cancel_ends_within_a_fifth_of_a_second():
+    session = ajar.Session()
+    session.start(square(samples=2**24, width=512, height=512))
+    while session.progress().phase != ajar.Progress.Phase.Rendering:
+        time.sleep(0.01)
+    time.sleep(0.1)
+    started = time.monotonic()
+    session.cancel()
+    assert session.wait(5.0)
+    assert time.monotonic() - started < 0.2
+    assert session.progress().phase == ajar.Progress.Phase.Cancelled
+
+
+def test_waiting_leaves_python_running():
+    session = ajar.Session()
+    session.start(square(samples=2**24))
+    ticks = 0
+    waiter = threading.Thread(target=session.wait, args=(0.5,))
+    waiter.start()
+    while waiter.is_alive():
+        ticks += 1
+        time.sleep(0.01)
+    session.cancel()
+    assert ticks > 10
+
+
+def test_several_sessions_at_once():
+    sessions = [ajar.Session() for _ in range(3)]
+    for number, session in enumerate(sessions):
+        session.start(square(samples=number + 1))
+    for session in sessions:
+        assert session.wait(60.0)
+    for number, session in enumerate(sessions):
+        assert session.progress().samples == number + 1
+
+
+def test_dropping_a_session_stops_it():
+    session = ajar.Session()
+    session.start(square(samples=2**24))
+    started = time.monotonic()
+    del session
+    assert time.monotonic() - started < 1.0
+
+
+@pytest.mark.parametrize("name, tolerance", [("x.exr", 0.0), ("x.png", 0.005)])
+def test_pictures_survive_a_file(tmp_path, name, tolerance):
+    picture = np.random.default_rng(1).random((5, 7, 4), dtype=np.float32)
+    picture[..., 3] = 1.0
+    ajar.write_image(str(tmp_path / name), picture, {"note": "hello"})
+    np.testing.assert_allclose(ajar.read_image(str(tmp_path / name)), picture, atol=tolerance)
+
+
+def test_premultiplied_alpha_survives_png(tmp_path):
+    picture = np.zeros((2, 2, 4), np.float32)
+    picture[:] = (0.25, 0.125, 0.0, 0.5)
+    ajar.write_image(str(tmp_path / "x.png"), picture)
+    np.testing.assert_allclose(ajar.read_image(str(tmp_path / "x.png")), picture, atol=0.005)
+
+
+def test_channels_have_their_names(tmp_path):
+    ajar.write_image(str(tmp_path / "x.exr"), np.ones((2, 3, 4), np.float32) * (1, 2, 3, 4))
+    channels = ajar.read_channels(str(tmp_path / "x.exr"))
+    assert {name: values[0, 0] for name, values in channels.items()} == {"R": 1, "G": 2, "B": 3, "A": 4}
+
+
+@pytest.mark.parametrize("name", ["x.jpg", "noending", "no/such/folder/x.png"])
+def test_pictures_that_cannot_be_written_are_named(tmp_path, name):
+    with pytest.raises(RuntimeError, match="cannot write"):
+        ajar.write_image(str(tmp_path / name), np.zeros((2, 2, 3), np.float32))
