@@ -29,6 +29,11 @@ float reflected(Vec3 wo, Vec3 m, float alpha) {
   const Vec3 wi = 2.0f * glm::dot(wo, m) * m - wo;
   return wi.z > 0.0f ? masking(wi, alpha) : 0.0f;
 }
+float reflected_correlated(Vec3 wo, Vec3 m, float alpha) {
+  const Vec3 wi = 2.0f * glm::dot(wo, m) * m - wo;
+  if (!(wi.z > 0.0f)) return 0.0f;
+  return wi.z * microfacet::ggx_correlated_over_cosines(wo, wi, alpha, alpha) / microfacet::ggx_masking_over_cos(wo, alpha, alpha);
+}
 
 float transmitted(Vec3 wo, Vec3 m, float alpha, float eta) {
   Vec3 wi;
@@ -54,13 +59,13 @@ struct MirrorTable {
   std::array<std::array<float, kCosines>, kRoughnesses> albedo;
   std::array<float, kRoughnesses> mean;
 
-  MirrorTable() {
+  explicit MirrorTable(float (*reflected_by_facet)(Vec3 wo, Vec3 m, float alpha)) {
     for (int r = 0; r < kRoughnesses; ++r) {
       const float alpha = std::max(sqr(float(r) / float(kRoughnesses - 1)), 1e-4f);
       double sum = 0.0, weight = 0.0;
       for (int c = 0; c < kCosines; ++c) {
         const float cosine = std::max(float(c) / float(kCosines - 1), kSmallestCosine);
-        albedo[r][c] = mean_over_visible(cosine, alpha, kLattice, [&](Vec3 wo, Vec3 m) { return reflected(wo, m, alpha); });
+        albedo[r][c] = mean_over_visible(cosine, alpha, kLattice, [&](Vec3 wo, Vec3 m) { return reflected_by_facet(wo, m, alpha); });
         const double share = (c == 0 || c == kCosines - 1) ? 0.5 : 1.0;
         sum += share * albedo[r][c] * cosine;
         weight += share * cosine;
@@ -71,8 +76,22 @@ struct MirrorTable {
 };
 
 const MirrorTable& mirror_table() {
-  static const MirrorTable table;
+  static const MirrorTable table(reflected);
   return table;
+}
+const MirrorTable& correlated_table() {
+  static const MirrorTable table(reflected_correlated);
+  return table;
+}
+
+float lookup(const MirrorTable& t, float cosine, float alpha) {
+  const auto c = locate(cosine, t.kCosines), r = locate(std::sqrt(alpha), t.kRoughnesses);
+  const auto row = [&](int i) { return lerp(t.albedo[i][c.index], t.albedo[i][c.index + 1], c.fraction); };
+  return lerp(row(r.index), row(r.index + 1), r.fraction);
+}
+float lookup_mean(const MirrorTable& t, float alpha) {
+  const auto r = locate(std::sqrt(alpha), t.kRoughnesses);
+  return lerp(t.mean[r.index], t.mean[r.index + 1], r.fraction);
 }
 
 struct GlassTable {
@@ -115,18 +134,10 @@ const GlassTable& glass_table() {
 
 }  // namespace
 
-float ggx(float cosine, float alpha) {
-  const auto& t = mirror_table();
-  const auto c = locate(cosine, t.kCosines), r = locate(std::sqrt(alpha), t.kRoughnesses);
-  const auto row = [&](int i) { return lerp(t.albedo[i][c.index], t.albedo[i][c.index + 1], c.fraction); };
-  return lerp(row(r.index), row(r.index + 1), r.fraction);
-}
-
-float ggx_mean(float alpha) {
-  const auto& t = mirror_table();
-  const auto r = locate(std::sqrt(alpha), t.kRoughnesses);
-  return lerp(t.mean[r.index], t.mean[r.index + 1], r.fraction);
-}
+float ggx(float cosine, float alpha) { return lookup(mirror_table(), cosine, alpha); }
+float ggx_mean(float alpha) { return lookup_mean(mirror_table(), alpha); }
+float ggx_correlated(float cosine, float alpha) { return lookup(correlated_table(), cosine, alpha); }
+float ggx_correlated_mean(float alpha) { return lookup_mean(correlated_table(), alpha); }
 
 float ggx_glass(float cosine, float alpha, float eta) {
   const auto& t = glass_table();

@@ -11,6 +11,9 @@ namespace ajar::albedo_table {
 
 float ggx(float cosine, float alpha);
 float ggx_mean(float alpha);
+/// The same under height-correlated masking (microfacet.h).
+float ggx_correlated(float cosine, float alpha);
+float ggx_correlated_mean(float alpha);
 /// Reflected plus transmitted; eta as in fresnel.h.
 float ggx_glass(float cosine, float alpha, float eta);
 float ggx_glass_mean(float alpha, float eta);

@@ -60,6 +60,13 @@ enum class FresnelKind : uint8_t {
 /// Blender 3.x splits glass by the reflectance at the lobe's normal, 4.x at the facet's.
 enum class NormalFresnel : uint8_t { None, Reflected, Transmitted };
 
+/// How the light that single scattering loses between facets is put back.
+enum class Compensation : uint8_t {
+  None,
+  Mixed,     ///< by scaling the lobe, and the rougher the more as a nearly diffuse part; near Blender 3.x' random walk
+  Scaled     ///< by scaling the lobe (Turquin 2019), as Blender 4.x does
+};
+
 enum LobeFlags : uint32_t {
   kReflection = 1, kTransmission = 2,
   kDiffuse = 4, kGlossy = 8, kSpecular = 16, kTransparent = 32
@@ -71,12 +78,13 @@ struct Lobe {
   Microfacet microfacet = Microfacet::Ggx;
   FresnelKind fresnel = FresnelKind::None;
   NormalFresnel normal_fresnel = NormalFresnel::None;  ///< factor by the reflectance of `eta` at n (glass: split there)
-  bool compensated = false;         ///< light lost between facets is put back, coloured by `multiple_scattering`
+  Compensation compensation = Compensation::None;      ///< coloured by `multiple_scattering`
   uint8_t layers = 0;               ///< which of the Bsdf's layers lie above, as bits
   Color weight{0.0f};               ///< product of all mix factors and the closure's colour
   Color f0{1.0f}, f90{1.0f};
   Color transmission_tint{1.0f};    ///< glass: colour of what is transmitted
-  Color multiple_scattering{1.0f};
+  Color multiple_scattering{1.0f};  ///< reflectance of all bounces after the first together
+  Color mean_fresnel{1.0f};         ///< reflectance of the first bounce where it has lost its direction
   float alpha_x = 1.0f, alpha_y = 1.0f;  ///< microfacet roughness (already squared)
   float roughness = 0.0f;           ///< Oren-Nayar sigma, sheen and principled diffuse roughness
   float eta = 1.0f;                 ///< index of refraction, transmitted over incident side

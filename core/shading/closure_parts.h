@@ -15,7 +15,7 @@ void set_tangent(Lobe& lobe, Vec3 tangent, float rotation);
 Vec3 rotate_about(Vec3 v, Vec3 axis, float angle);
 /// Put back the light that single scattering loses. `mean_fresnel` is the mean reflectance of a facet, which colours
 /// what bounces more than once (Kulla and Conty 2017).
-void compensate(Lobe& lobe, Color mean_fresnel);
+void compensate(Lobe& lobe, Compensation compensation, Color mean_fresnel);
 float eta_from_ior(const Surface& surface, float ior);
 
 }  // namespace ajar::closures

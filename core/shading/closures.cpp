@@ -39,14 +39,16 @@ Microfacet microfacet_of(Distribution distribution) {
   }
 }
 
-void compensate(Lobe& lobe, Color mean_fresnel) {
+void compensate(Lobe& lobe, Compensation compensation, Color mean_fresnel) {
   if (lobe.is_delta()) return;
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
-  const float mean = lobe.kind == LobeKind::MicrofacetGlass ? albedo_table::ggx_glass_mean(alpha, lobe.eta)
-                                                            : albedo_table::ggx_mean(alpha);
+  const float mean = lobe.kind == LobeKind::MicrofacetGlass    ? albedo_table::ggx_glass_mean(alpha, lobe.eta)
+                     : compensation == Compensation::Mixed ? albedo_table::ggx_correlated_mean(alpha)
+                                                             : albedo_table::ggx_mean(alpha);
   mean_fresnel = glm::clamp(mean_fresnel, 0.0f, 1.0f);
-  lobe.compensated = true;
+  lobe.compensation = compensation;
   lobe.multiple_scattering = mean_fresnel * mean / (1.0f - mean_fresnel * (1.0f - mean));
+  if (lobe.fresnel != FresnelKind::None) lobe.mean_fresnel = mean_fresnel;  // else the weight holds it
 }
 
 float eta_from_ior(const Surface& surface, float ior) {
@@ -77,7 +79,7 @@ void add_glossy(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, Vec3 tang
   else
     set_roughness(lobe, alpha * (1.0f - anisotropy), alpha / (1.0f - anisotropy));
   if (lobe.alpha_x != lobe.alpha_y) set_tangent(lobe, tangent, rotation);
-  if (distribution == Distribution::MultiGgx) compensate(lobe, weight);
+  if (distribution == Distribution::MultiGgx) compensate(lobe, Compensation::Mixed, weight);
   bsdf.add(lobe);
 }
 
@@ -100,7 +102,7 @@ void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Di
   lobe.eta = eta_from_ior(surface, ior);
   if (distribution == Distribution::MultiGgx) {
     lobe.fresnel = FresnelKind::Dielectric;
-    compensate(lobe, weight);
+    compensate(lobe, Compensation::Scaled, weight);
   } else {
     lobe.normal_fresnel = NormalFresnel::Reflected;
   }

@@ -91,11 +91,26 @@ Vec3 sample_normal(const Lobe& lobe, Vec3 wo, Vec2 u) {
 }
 
 /// Light lost between facets, put back in the shape of single scattering (Turquin 2019), for the eye's direction.
-Color compensation(const Lobe& lobe, float cos_eye, float eta_eye) {
+Color scaled_compensation(const Lobe& lobe, float cos_eye, float eta_eye) {
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
   const float albedo = lobe.kind == LobeKind::MicrofacetGlass ? albedo_table::ggx_glass(cos_eye, alpha, eta_eye)
                                                               : albedo_table::ggx(cos_eye, alpha);
   return 1.0f + lobe.multiple_scattering * ((1.0f - albedo) / albedo);
+}
+
+/// The same light split by roughness between that shape and a nearly diffuse, reciprocal one (Kulla and Conty 2017): what
+/// bounces between smooth facets stays near the mirror direction, between rough ones it goes anywhere.
+struct MixedCompensation {
+  float scale;            ///< on single scattering, less 1
+  float diffuse;          ///< value of the diffuse part times the cosine
+  float diffuse_share;    ///< of the samples
+};
+MixedCompensation mixed_compensation(const Lobe& lobe, float cos_o, float cos_i, float cos_eye) {
+  const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y), diffuse = std::sqrt(alpha);
+  const float lost_o = 1.0f - albedo_table::ggx_correlated(cos_o, alpha), lost_i = 1.0f - albedo_table::ggx_correlated(cos_i, alpha);
+  const float lost_mean = std::max(1.0f - albedo_table::ggx_correlated_mean(alpha), 1e-6f);
+  const float lost_eye = cos_eye == cos_o ? lost_o : lost_i;
+  return {(1.0f - diffuse) * lost_eye / (1.0f - lost_eye), diffuse * kInvPi * cos_i * lost_o * lost_i / lost_mean, diffuse * lost_o};
 }
 
 float normal_fresnel(const Lobe& lobe, float cos_eye, float eta_eye) {
@@ -118,7 +133,9 @@ LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
     f_cos = pdf * wi.z / std::max(wo.z, wi.z);
   } else {
     const float common = 0.25f * density * masking_over_cos(lobe, wo);
-    f_cos = common * masking_over_cos(lobe, wi) * wi.z;
+    f_cos = lobe.compensation == Compensation::Mixed
+                ? 0.25f * density * wi.z * microfacet::ggx_correlated_over_cosines(wo, wi, lobe.alpha_x, lobe.alpha_y)
+                : common * masking_over_cos(lobe, wi) * wi.z;
     pdf = lobe.microfacet == Microfacet::Gtr1 ? 0.25f * density * m.z / cos_facet : common;
   }
   Color color = lobe.weight * f_cos;
@@ -129,7 +146,12 @@ LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
   } else {
     color *= fresnel_color(lobe, cos_facet, eta) * normal_fresnel(lobe, cos_eye, eta);
   }
-  if (lobe.compensated) color *= compensation(lobe, cos_eye, eta);
+  if (lobe.compensation == Compensation::Scaled) color *= scaled_compensation(lobe, cos_eye, eta);
+  if (lobe.compensation == Compensation::Mixed) {
+    const MixedCompensation added = mixed_compensation(lobe, wo.z, wi.z, cos_eye);
+    color = color * (1.0f + lobe.multiple_scattering * added.scale) + lobe.weight * lobe.mean_fresnel * lobe.multiple_scattering * added.diffuse;
+    pdf = glm::mix(pdf, wi.z * kInvPi, added.diffuse_share);
+  }
   return {color, pdf};
 }
 
@@ -156,7 +178,7 @@ LobeValue refract_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
   } else {
     color *= normal_fresnel(lobe, cos_eye, eta_eye);
   }
-  if (lobe.compensated) color *= compensation(lobe, cos_eye, eta_eye);
+  if (lobe.compensation == Compensation::Scaled) color *= scaled_compensation(lobe, cos_eye, eta_eye);
   return {color, pdf};
 }
 
@@ -195,6 +217,11 @@ bool sample_microfacet(const Lobe& lobe, Vec3 wo_world, float u_branch, Vec2 u, 
   sample.probability = 1.0f;
   switch (lobe.kind) {
     case LobeKind::MicrofacetReflection:
+      if (lobe.compensation == Compensation::Mixed && u_branch < mixed_compensation(lobe, wo.z, 1.0f, wo.z).diffuse_share) {
+        sample.wi = lobe.frame.to_world(warp::square_to_cosine_hemisphere(u));
+        sample.flags = kReflection | kGlossy;
+        return true;
+      }
       if (!sample_reflection(lobe, wo, m, sample)) return false;
       if (delta) sample.weight = lobe.weight * fresnel_color(lobe, wo.z, eta) * normal_fresnel(lobe, wo.z, eta);
       return true;
@@ -307,7 +334,8 @@ Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped) {
   }
   if (lobe.microfacet == Microfacet::Gtr1 || lobe.is_delta()) return color;
   const float single = albedo_table::ggx(cos_wo, alpha);
-  return color * (lobe.compensated ? single + lobe.multiple_scattering * (1.0f - single) : Color(single));
+  if (lobe.compensation == Compensation::None) return color * single;
+  return color * (single + lobe.multiple_scattering * (1.0f - single));
 }
 
 float bump_shadowing(Vec3 n, Vec3 bumped, Vec3 light) {

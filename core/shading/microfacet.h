@@ -2,7 +2,7 @@
 // (z is the macroscopic normal). Sources: Walter et al. 2007, Heitz 2014 (anisotropy, masking), Dupuy and Benyoub
 // 2023 (visible normals of GGX by spherical caps), Jakob 2014 (visible normals of Beckmann).
 //
-// Masking and shadowing are independent: G(wo, wi) = G1(wo) G1(wi), as in Cycles. Everything stays
+// Masking and shadowing are independent, G(wo, wi) = G1(wo) G1(wi), as in Cycles, unless said otherwise. Everything stays
 // finite at grazing angles because G1(w) / cos(w) is computed as one quantity.
 #pragma once
 
@@ -28,6 +28,13 @@ inline float ggx_density(Vec3 m, float alpha_x, float alpha_y) {
 inline float ggx_masking_over_cos(Vec3 w, float alpha_x, float alpha_y) {
   const float a2 = sqr(alpha_x * w.x) + sqr(alpha_y * w.y);
   return 2.0f / (w.z + std::sqrt(w.z * w.z + a2));
+}
+
+/// G(wo, wi) / (cos(wo) cos(wi)) when masking and shadowing are correlated by height (Heitz 2014, eq. 99).
+inline float ggx_correlated_over_cosines(Vec3 wo, Vec3 wi, float alpha_x, float alpha_y) {
+  const float ro = std::sqrt(wo.z * wo.z + sqr(alpha_x * wo.x) + sqr(alpha_y * wo.y));
+  const float ri = std::sqrt(wi.z * wi.z + sqr(alpha_x * wi.x) + sqr(alpha_y * wi.y));
+  return 2.0f / (ro * wi.z + ri * wo.z);
 }
 
 /// Normal distributed as those that w sees; density G1(w) (w.m) D(m) / cos(w) per solid angle.

@@ -48,7 +48,7 @@ void add_specular_v1(Bsdf& bsdf, Color weight, const PrincipledInputs& in) {
   lobe.f0 = glm::clamp(glm::mix(0.08f * in.specular * tint, in.base_color, in.metallic), 0.0f, 1.0f);
   set_anisotropy(lobe, in);
   if (in.distribution == Distribution::MultiGgx && in.roughness > 0.075f)
-    compensate(lobe, mean_dielectric_tint(lobe.f0, lobe.f90, lobe.eta));
+    compensate(lobe, Compensation::Mixed, mean_dielectric_tint(lobe.f0, lobe.f90, lobe.eta));
   bsdf.add(lobe);
 }
 
@@ -61,7 +61,7 @@ void add_transmission_v1(Bsdf& bsdf, const Surface& surface, Color weight, const
     lobe.eta = eta;
     lobe.transmission_tint = glm::clamp(in.base_color, 0.0f, 1.0f);
     set_roughness(lobe, sqr(in.roughness), sqr(in.roughness));
-    compensate(lobe, lobe.transmission_tint);
+    compensate(lobe, Compensation::Scaled, lobe.transmission_tint);
     bsdf.add(lobe);
     return;
   }
@@ -157,7 +157,7 @@ void add_metal_v2(Bsdf& bsdf, const Below& below, float metallic, const Principl
   lobe.f90 = fresnel::f82_coefficient(lobe.f0, glm::clamp(in.specular_tint_color, 0.0f, 1.0f));
   set_anisotropy(lobe, in);
   // Means over the hemisphere: 1/21 of Schlick's rise, 1/126 of the dip.
-  if (compensated_v2(in)) compensate(lobe, glm::mix(lobe.f0, Color(1.0f), 1.0f / 21.0f) - lobe.f90 / 126.0f);
+  if (compensated_v2(in)) compensate(lobe, Compensation::Scaled, glm::mix(lobe.f0, Color(1.0f), 1.0f / 21.0f) - lobe.f90 / 126.0f);
   add_below(bsdf, below, lobe);
 }
 
@@ -173,7 +173,7 @@ void add_transmission_v2(Bsdf& bsdf, const Surface& surface, const Below& below,
   set_roughness(lobe, sqr(saturate(in.roughness)), sqr(saturate(in.roughness)));
   if (compensated_v2(in)) {
     const Color reflected = mean_dielectric_tint(lobe.f0, lobe.f90, lobe.eta);
-    compensate(lobe, reflected + (1.0f - reflected) * lobe.transmission_tint);
+    compensate(lobe, Compensation::Scaled, reflected + (1.0f - reflected) * lobe.transmission_tint);
   }
   add_below(bsdf, below, lobe);
 }
@@ -190,7 +190,7 @@ void add_specular_v2(Bsdf& bsdf, const Surface& surface, Below& below, const Pri
   lobe.eta = eta;
   lobe.f0 = glm::min(f0 * glm::max(in.specular_tint_color, 0.0f), 1.0f);
   set_anisotropy(lobe, in);
-  if (compensated_v2(in)) compensate(lobe, mean_dielectric_tint(lobe.f0, lobe.f90, eta));
+  if (compensated_v2(in)) compensate(lobe, Compensation::Scaled, mean_dielectric_tint(lobe.f0, lobe.f90, eta));
   add_covering(bsdf, surface, below, lobe, 0.0f, Color(1.0f));
 }
 
