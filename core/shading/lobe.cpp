@@ -267,7 +267,7 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
       return cosine_lobe(sheen::disney(glm::dot(wo, wi)));
     case LobeKind::MicrofiberSheen:
       if (!reflection) return {};
-      return cosine_lobe(sheen::microfiber(lobe.roughness, lobe.frame.n, wo, wi));
+      return cosine_lobe(sheen::microfiber(lobe.roughness, lobe.frame.n, wo, wi, mode == TransportMode::Radiance ? cos_o : cos_i));
     case LobeKind::Translucent:
       if (reflection) return {};
       return {lobe.weight * (-cos_i * kInvPi), -cos_i * kInvPi};
