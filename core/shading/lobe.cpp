@@ -51,6 +51,8 @@ Split split_glass(const Lobe& lobe, float cos_facet, float cos_normal, float eta
   Split split;
   if (at_normal || lobe.fresnel != FresnelKind::DielectricTint) {
     split = {Color(f), (1.0f - f) * lobe.transmission_tint, f};
+    // Split at n, importance weighs both parts by the reflectance that the eye sees, where either may be large.
+    if (at_normal && !lobe.is_delta()) split.probability_reflected = std::clamp(f, 0.02f, 0.95f);
   } else {
     split.reflected = glm::mix(lobe.f0, lobe.f90, fresnel::dielectric_position(cos_facet, eta));
     split.transmitted = f < 1.0f ? glm::max(1.0f - split.reflected, 0.0f) * lobe.transmission_tint : Color(0.0f);

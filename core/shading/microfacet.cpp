@@ -115,7 +115,7 @@ float ashikhmin_shirley_density(Vec3 m, float alpha_x, float alpha_y) {
   const float sin2 = m.x * m.x + m.y * m.y;
   const float exponent = sin2 > 0.0f ? (nx * m.x * m.x + ny * m.y * m.y) / sin2 : 0.5f * (nx + ny);
   // pow((1 - sin2) / 2) keeps the digits that cos(m) loses near the normal.
-  const float power = m.z > 0.0f ? std::exp(0.5f * exponent * std::log1p(-std::min(sin2, 1.0f))) : 0.0f;
+  const float power = m.z > 0.0f ? std::exp(0.5f * exponent * std::log1p(-std::min(sin2, kOneMinusEpsilon))) : 0.0f;
   return 0.5f * kInvPi * std::sqrt((nx + 1.0f) * (ny + 1.0f)) * power;
 }
 

@@ -172,7 +172,7 @@ void add_transmission_v2(Bsdf& bsdf, const Surface& surface, const Below& below,
   if (!in.refractive_caustics) lobe.transmission_tint = Color(0.0f);
   set_roughness(lobe, sqr(saturate(in.roughness)), sqr(saturate(in.roughness)));
   if (compensated_v2(in)) {
-    const Color reflected = mean_dielectric_tint(lobe.f0, lobe.f90, lobe.eta);
+    const Color reflected = mean_dielectric_tint(lobe.f0, lobe.f90, std::max(lobe.eta, 1.0f / lobe.eta));
     compensate(lobe, Compensation::Scaled, reflected + (1.0f - reflected) * lobe.transmission_tint);
   }
   add_below(bsdf, below, lobe);

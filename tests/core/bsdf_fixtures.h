@@ -1,0 +1,95 @@
+// Every closure at several settings, as the tests of test_bsdf.cpp and test_closures.cpp walk through them.
+#pragma once
+
+#include <functional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "shading/closures.h"
+
+namespace ajar::fixtures {
+
+struct Material {
+  std::string name;
+  std::function<void(Bsdf&, const closures::Surface&)> add;   ///< its normal is surface.ng
+  bool conserves_all = false;     ///< white: scatters exactly what arrives
+  bool has_fresnel_at_normal = false;
+  float largest_weight = 4.0f;    ///< of a sample, over a grid of directions
+};
+inline std::ostream& operator<<(std::ostream& out, const Material& m) { return out << m.name; }
+
+/// wo at this cosine and azimuth around ng = z.
+inline Vec3 direction(float cosine, float azimuth = 0.4f) {
+  const float s = safe_sqrt(1.0f - cosine * cosine);
+  return {s * std::cos(azimuth), s * std::sin(azimuth), cosine};
+}
+
+/// The material lit and seen from above (wo.z >= 0) or from below, as the shader would build it for a hit from there.
+inline Bsdf make_bsdf(const Material& material, Vec3 wo) {
+  const bool below = wo.z < 0.0f;
+  closures::Surface surface{wo, Vec3(0, 0, below ? -1.0f : 1.0f), below};
+  Bsdf bsdf;
+  bsdf.ng = bsdf.n = surface.ng;
+  material.add(bsdf, surface);
+  bsdf.prepare(wo);
+  return bsdf;
+}
+
+inline std::vector<Material> all_materials() {
+  using namespace closures;
+  const Color white(1.0f), tint(0.9f, 0.6f, 0.3f);
+  const Vec3 tangent(0.8f, 0.6f, 0.0f);
+  std::vector<Material> list;
+  list.push_back({"diffuse", [=](Bsdf& b, const Surface& s) { add_diffuse(b, s, white, s.ng, 0.0f); }, true});
+  list.push_back({"diffuse_rough", [=](Bsdf& b, const Surface& s) { add_diffuse(b, s, white, s.ng, 0.8f); }, false, false, 60.0f});
+  list.push_back({"translucent", [=](Bsdf& b, const Surface& s) { add_translucent(b, s, white, s.ng); }, true});
+
+  const std::pair<const char*, Distribution> distributions[] = {{"ggx", Distribution::Ggx}, {"beckmann", Distribution::Beckmann},
+      {"multi_ggx", Distribution::MultiGgx}, {"ashikhmin_shirley", Distribution::AshikhminShirley}};
+  for (const auto& [name, d] : distributions) {
+    const bool multiple = d == Distribution::MultiGgx;
+    for (const auto& [roughness, label] : {std::pair(0.15f, "smooth"), {0.5f, "medium"}, {1.0f, "rough"}})
+      list.push_back({std::string("glossy_") + name + "_" + label,
+                      [=, d = d, roughness = roughness](Bsdf& b, const Surface& s) { add_glossy(b, s, white, s.ng, tangent, d, roughness, 0.0f, 0.0f); },
+                      multiple, false, 12.0f});
+    list.push_back({std::string("glossy_") + name + "_anisotropic",
+                    [=, d = d](Bsdf& b, const Surface& s) { add_glossy(b, s, tint, s.ng, tangent, d, 0.5f, 0.6f, 0.1f); }});
+    if (d == Distribution::AshikhminShirley) continue;
+    for (const auto& [roughness, label] : {std::pair(0.2f, "smooth"), {0.7f, "rough"}})
+      list.push_back({std::string("glass_") + name + "_" + label,
+                      [=, d = d, roughness = roughness](Bsdf& b, const Surface& s) { add_glass(b, s, white, s.ng, d, roughness, 1.5f); },
+                      multiple, !multiple});
+    if (multiple) continue;
+    list.push_back({std::string("refraction_") + name,
+                    [=, d = d](Bsdf& b, const Surface& s) { add_refraction(b, s, white, s.ng, d, 0.4f, 1.33f); }});
+  }
+
+  const auto principled = [&](const char* name, float largest, auto&& change) {
+    for (int version : {1, 2}) {
+      PrincipledInputs in;
+      in.version = version;
+      in.tangent = tangent;
+      change(in);
+      list.push_back({std::string("principled_") + std::to_string(version) + "_" + name,
+                      [=](Bsdf& b, const Surface& s) {
+                        PrincipledInputs here = in;
+                        here.normal = here.clearcoat_normal = s.ng;
+                        add_principled(b, s, white, here);
+                      },
+                      false, false, largest});
+    }
+  };
+  principled("default", 4.0f, [](PrincipledInputs&) {});
+  principled("metal", 4.0f, [=](PrincipledInputs& in) { in.metallic = 1.0f, in.base_color = tint, in.anisotropic = 0.7f, in.anisotropic_rotation = 0.2f; });
+  principled("cloth", 30.0f, [=](PrincipledInputs& in) { in.sheen = 1.0f, in.base_color = tint, in.roughness = 0.8f; });
+  principled("glass", 8.0f, [=](PrincipledInputs& in) { in.transmission = 1.0f, in.roughness = 0.3f, in.transmission_roughness = 0.2f, in.specular_tint = 0.5f, in.base_color = tint; });
+  principled("everything", 30.0f, [=](PrincipledInputs& in) {
+    in.distribution = Distribution::MultiGgx;
+    in.metallic = 0.3f, in.transmission = 0.4f, in.clearcoat = 0.8f, in.clearcoat_roughness = 0.2f, in.sheen = 0.3f;
+    in.specular_tint_color = Color(0.9f, 0.8f, 0.7f), in.coat_tint = Color(0.9f, 0.95f, 1.0f), in.base_color = tint, in.anisotropic = 0.3f;
+  });
+  return list;
+}
+
+}  // namespace ajar::fixtures
