@@ -214,17 +214,30 @@ class Integrator {
   }
 
  private:
-  /// Cuts of [low, high] along `axis`: two inside the samples' extent, then doubling steps.
+  /// Cuts of [low, high] along `axis`: steps that double away from the samples' extent, and into
+  /// a gap that parts them in two (the tails of two peaks may share a cell).
   static std::vector<double> graded(double low, double high, const SquarePoint* first, const SquarePoint* last, int axis) {
     if (first == last) return {low, 0.5 * (low + high), high};
-    double a = high, b = low;
-    for (const SquarePoint* p = first; p != last; ++p) a = std::min(a, (*p)[axis]), b = std::max(b, (*p)[axis]);
-    const double step = b > a ? 0.25 * (b - a) : 1e-3 * (high - low);
+    std::vector<double> at;
+    for (const SquarePoint* p = first; p != last; ++p) at.push_back((*p)[axis]);
+    std::sort(at.begin(), at.end());
+    const double a = at.front(), b = at.back();
     std::vector<double> cuts{low, a, 0.5 * (a + b), b, high};
-    double s = step;
-    for (double x = a - s; x > low; x -= s *= 2.0) cuts.push_back(x);
-    s = step;
-    for (double x = b + s; x < high; x += s *= 2.0) cuts.push_back(x);
+    const auto cut_away = [&](double from, double until, double step) {
+      for (double x = from + step; step > 0.0 ? x < until : x > until; x += step *= 2.0) cuts.push_back(x);
+    };
+    const double step = b > a ? 0.25 * (b - a) : 1e-3 * (high - low);
+    cut_away(a, low, -step);
+    cut_away(b, high, step);
+    size_t widest = 1;
+    for (size_t i = 2; i < at.size(); ++i)
+      if (at[i] - at[i - 1] > at[widest] - at[widest - 1]) widest = i;
+    if (at.size() > 2 && at[widest] - at[widest - 1] > 0.5 * (b - a)) {
+      const double left = at[widest - 1], right = at[widest], least = 1e-3 * (right - left), middle = 0.5 * (left + right);
+      cut_away(left, middle, std::max(0.25 * (left - a), least));
+      cut_away(right, middle, -std::max(0.25 * (b - right), least));
+      cuts.insert(cuts.end(), {left, right});
+    }
     std::sort(cuts.begin(), cuts.end());
     cuts.erase(std::unique(cuts.begin(), cuts.end()), cuts.end());
     return cuts;
