@@ -46,6 +46,7 @@ void Bsdf::add(const Lobe& lobe) {
   }
   Lobe* stored = new (lobes() + slot) Lobe(lobe);
   stored->weight = weight;
+  stored->delta = lobe.is_delta();
 }
 
 uint8_t Bsdf::add_layer(const Layer& layer) {
@@ -57,7 +58,7 @@ uint8_t Bsdf::add_layer(const Layer& layer) {
 void Bsdf::prepare(Vec3 wo) {
   prepared_wo_ = wo;
   has_non_delta_ = false;
-  for (int i = 0; i < count_; ++i) has_non_delta_ |= !lobes()[i].is_delta();
+  for (int i = 0; i < count_; ++i) has_non_delta_ |= !lobes()[i].delta;
   single_lambert_ = count_ == 1 && lobes()[0].kind == LobeKind::Diffuse && lobes()[0].roughness == 0.0f && lobes()[0].frame.n == n;
   if (count_ == 1) {
     lobes()[0].selection = 1.0f;
@@ -76,7 +77,7 @@ void Bsdf::select(Vec3 wo, float (&selection)[kMaxLobes]) const {
     const Lobe& lobe = lobes()[i];
     const float cosine = flipped ? -glm::dot(lobe.frame.n, wo) : glm::dot(lobe.frame.n, wo);
     const float floor = 0.01f * luminance(lobe.weight);
-    selection[i] = std::max(luminance(lobe_albedo(lobe, cosine, flipped)), floor);
+    selection[i] = std::max(luminance(lobe_scattered(lobe, cosine, flipped)), floor);
     if (!(cosine > 0.0f) && lobe.kind != LobeKind::Transparent) selection[i] = floor;
     sum += selection[i];
   }
@@ -121,7 +122,7 @@ Bsdf::Evaluation Bsdf::sum_lobes(Vec3 wo, Vec3 wi, TransportMode mode) const {
   Evaluation sum{Color(0.0f), 0.0f};
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes()[i];
-    if (lobe.is_delta()) continue;
+    if (lobe.delta) continue;
     LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, mode, flipped);
     if (!(value.pdf_solid_angle > 0.0f)) continue;
     if (mode == TransportMode::Importance) {
@@ -153,6 +154,14 @@ Color Bsdf::f(Vec3 wo, Vec3 wi, TransportMode mode) const { return sum_lobes<fal
 std::optional<BsdfSample> Bsdf::sample(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode) const {
   if (count_ == 0) return std::nullopt;
   const bool flipped = glm::dot(ng, wo) < 0.0f;
+  if (single_lambert_) {
+    const Vec3 local = warp::square_to_cosine_hemisphere(u), above = lobes()[0].frame.to_world(local);
+    const Vec3 wi = flipped ? -above : above;
+    const float pdf = local.z * kInvPi;
+    const float cos_o = flipped ? -glm::dot(n, wo) : glm::dot(n, wo);
+    if (!(cos_o > 0.0f && glm::dot(ng, above) > 0.0f && pdf > 0.0f)) return std::nullopt;
+    return BsdfSample{wi, lobes()[0].weight * pdf, pdf, kReflection | kDiffuse, false, 1.0f, 1.0f};
+  }
   float recomputed_storage[kMaxLobes];
   const float* recomputed = nullptr;
   if (count_ > 1 && wo != prepared_wo_) {

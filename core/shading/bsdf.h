@@ -79,6 +79,7 @@ struct Lobe {
   FresnelKind fresnel = FresnelKind::None;
   NormalFresnel normal_fresnel = NormalFresnel::None;  ///< factor by the reflectance of `eta` at n (glass: split there)
   Compensation compensation = Compensation::None;      ///< coloured by `multiple_scattering`
+  bool delta = false;               ///< is_delta(), set by Bsdf::add
   uint8_t layers = 0;               ///< which of the Bsdf's layers lie above, as bits
   Color weight{0.0f};               ///< product of all mix factors and the closure's colour
   Color f0{1.0f}, f90{1.0f};

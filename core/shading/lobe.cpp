@@ -13,6 +13,13 @@ namespace ajar {
 namespace {
 
 bool is_delta_roughness(const Lobe& lobe) { return lobe.alpha_x * lobe.alpha_y <= kDeltaAlphaProduct; }
+
+/// The index for a wo on the other side of the surface is the inverse, except where it only shapes a reflection.
+float eta_from(const Lobe& lobe, bool flipped) {
+  const bool shapes_reflection = lobe.kind == LobeKind::MicrofacetReflection && lobe.normal_fresnel == NormalFresnel::None;
+  return flipped && !shapes_reflection ? 1.0f / lobe.eta : lobe.eta;
+}
+
 bool is_index_matched(float eta) { return std::abs(eta - 1.0f) < 1e-4f; }
 
 /// Oren-Nayar in Fujii's form, which Cycles uses.
@@ -52,7 +59,7 @@ Split split_glass(const Lobe& lobe, float cos_facet, float cos_normal, float eta
   if (at_normal || lobe.fresnel != FresnelKind::DielectricTint) {
     split = {Color(f), (1.0f - f) * lobe.transmission_tint, f};
     // Split at n, importance weighs both parts by the reflectance that the eye sees, where either may be large.
-    if (at_normal && !lobe.is_delta()) split.probability_reflected = std::clamp(f, 0.02f, 0.95f);
+    if (at_normal && !lobe.delta) split.probability_reflected = std::clamp(f, 0.02f, 0.95f);
   } else {
     split.reflected = glm::mix(lobe.f0, lobe.f90, fresnel::dielectric_position(cos_facet, eta));
     split.transmitted = f < 1.0f ? glm::max(1.0f - split.reflected, 0.0f) * lobe.transmission_tint : Color(0.0f);
@@ -184,13 +191,13 @@ LobeValue refract_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
   return {color, pdf};
 }
 
-uint32_t glossy_or_specular(const Lobe& lobe) { return lobe.is_delta() ? kSpecular : kGlossy; }
+uint32_t glossy_or_specular(const Lobe& lobe) { return lobe.delta ? kSpecular : kGlossy; }
 
 /// Reflect at facet m (local), or at n for delta lobes.
 bool sample_reflection(const Lobe& lobe, Vec3 wo, Vec3 m, LobeSample& sample) {
   const float cos_facet = glm::dot(wo, m);
   if (!(cos_facet > 0.0f)) return false;
-  const Vec3 wi = glm::normalize(2.0f * cos_facet * m - wo);
+  const Vec3 wi = 2.0f * cos_facet * m - wo;
   if (!(wi.z > 0.0f)) return false;
   sample.wi = lobe.frame.to_world(wi);
   sample.flags = kReflection | glossy_or_specular(lobe);
@@ -211,7 +218,7 @@ bool sample_microfacet(const Lobe& lobe, Vec3 wo_world, float u_branch, Vec2 u, 
                        LobeSample& sample) {
   const Vec3 wo = lobe.frame.to_local(wo_world);
   if (!(wo.z > 0.0f)) return false;
-  const bool delta = lobe.is_delta();
+  const bool delta = lobe.delta;
   const Vec3 m = delta ? Vec3(0, 0, 1) : sample_normal(lobe, wo, u);
   const float cos_facet = std::min(glm::dot(wo, m), 1.0f);
   const float importance_scale = mode == TransportMode::Radiance ? 1.0f : 1.0f / (eta * eta);
@@ -283,8 +290,7 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
     case LobeKind::Transparent: return {};
   }
   const Vec3 local_o = lobe.frame.to_local(wo), local_i = lobe.frame.to_local(wi);
-  const bool own_eta = !flipped || (lobe.kind == LobeKind::MicrofacetReflection && lobe.normal_fresnel == NormalFresnel::None);
-  const float eta = own_eta ? lobe.eta : 1.0f / lobe.eta;
+  const float eta = eta_from(lobe, flipped);
   return reflection ? reflect_microfacet(lobe, local_o, local_i, mode, eta)
                     : refract_microfacet(lobe, local_o, local_i, mode, eta);
 }
@@ -307,11 +313,10 @@ bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMod
       return true;
     default: break;
   }
-  const bool own_eta = !flipped || (lobe.kind == LobeKind::MicrofacetReflection && lobe.normal_fresnel == NormalFresnel::None);
-  return sample_microfacet(lobe, wo, u_branch, u, mode, own_eta ? lobe.eta : 1.0f / lobe.eta, sample);
+  return sample_microfacet(lobe, wo, u_branch, u, mode, eta_from(lobe, flipped), sample);
 }
 
-Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped) {
+Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped) {
   cos_wo = saturate(cos_wo);
   switch (lobe.kind) {
     case LobeKind::Sheen: return lobe.weight * sheen::disney_albedo(cos_wo);
@@ -321,23 +326,28 @@ Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped) {
     case LobeKind::MicrofacetGlass: break;
     default: return lobe.weight;
   }
-  const bool own_eta = !flipped || (lobe.kind == LobeKind::MicrofacetReflection && lobe.normal_fresnel == NormalFresnel::None);
-  const float eta = own_eta ? lobe.eta : 1.0f / lobe.eta;
-  const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
+  const float eta = eta_from(lobe, flipped);
   // Facets are seen under a mean cosine that roughness draws from the eye's towards 2/3.
-  const float cos_facet = cos_wo + (2.0f / 3.0f - cos_wo) * alpha;
-  Color color = lobe.weight;
+  const float cos_facet = cos_wo + (2.0f / 3.0f - cos_wo) * std::sqrt(lobe.alpha_x * lobe.alpha_y);
   if (lobe.kind == LobeKind::MicrofacetGlass) {
     const Split split = split_glass(lobe, cos_facet, cos_wo, eta);
-    color *= split.reflected + split.transmitted;
-  } else {
-    color *= normal_fresnel(lobe, cos_wo, eta);
-    if (lobe.kind == LobeKind::MicrofacetReflection) color *= fresnel_color(lobe, cos_facet, eta);
+    return lobe.weight * (split.reflected + split.transmitted);
   }
-  if (lobe.microfacet == Microfacet::Gtr1 || lobe.is_delta()) return color;
-  const float single = albedo_table::ggx(cos_wo, alpha);
-  if (lobe.compensation == Compensation::None) return color * single;
-  return color * (single + lobe.multiple_scattering * (1.0f - single));
+  const Color color = lobe.weight * normal_fresnel(lobe, cos_wo, eta);
+  return lobe.kind == LobeKind::MicrofacetReflection ? color * fresnel_color(lobe, cos_facet, eta) : color;
+}
+
+Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped) {
+  const Color scattered = lobe_scattered(lobe, cos_wo, flipped);
+  const bool microfacet = lobe.kind == LobeKind::MicrofacetReflection || lobe.kind == LobeKind::MicrofacetRefraction ||
+                          lobe.kind == LobeKind::MicrofacetGlass;
+  if (!microfacet || lobe.microfacet == Microfacet::Gtr1 || lobe.delta) return scattered;
+  const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
+  const float single = lobe.kind == LobeKind::MicrofacetGlass
+                           ? albedo_table::ggx_glass(saturate(cos_wo), alpha, eta_from(lobe, flipped))
+                           : albedo_table::ggx(saturate(cos_wo), alpha);
+  if (lobe.compensation == Compensation::None) return scattered * single;
+  return scattered * (single + lobe.multiple_scattering * (1.0f - single));
 }
 
 float bump_shadowing(Vec3 n, Vec3 bumped, Vec3 light) {

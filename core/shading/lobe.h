@@ -24,7 +24,10 @@ struct LobeSample {
 LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, TransportMode mode, bool flipped);
 /// Any lobe; false when no direction results. u_branch chooses inside glass.
 bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMode mode, bool flipped, LobeSample& sample);
-/// Estimated fraction scattered, weight included, seen under this cosine.
+/// Fraction scattered, weight included, seen under this cosine, as far as weight and Fresnel tell: enough to
+/// choose a lobe by.
+Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped = false);
+/// The same less what is lost between facets: an estimate of the albedo.
 Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped = false);
 /// Cycles' softening of the terminator where a diffuse lobe is bumped away from the surface's normal n (Chiang et al. 2019);
 /// `light` is the direction to the light's side.

@@ -8,6 +8,12 @@ namespace {
 
 constexpr float kInvSqrtPi = 0.56418958354775628f;
 
+/// erf for x >= 0 given exp(-x^2) (Abramowitz and Stegun 1964, 7.1.26; absolute error 2e-7).
+float erf_positive(float x, float exp_minus_x2) {
+  const float t = 1.0f / (1.0f + 0.3275911f * x);
+  return 1.0f - t * (0.254829592f + t * (-0.284496736f + t * (1.421413741f + t * (-1.453152027f + t * 1.061405429f)))) * exp_minus_x2;
+}
+
 /// Inverse of erf in single precision (Giles 2010, "Approximating the erfinv function").
 float inverse_erf(float x) {
   x = std::clamp(x, -0.99999994f, 0.99999994f);
@@ -44,8 +50,8 @@ float inverse_erf(float x) {
 /// shrinking bracket.
 float beckmann_visible_slope(float tan_theta, float u) {
   const float cot_theta = 1.0f / tan_theta, k = tan_theta * kInvSqrtPi;
-  const float erf_cot = std::erf(cot_theta);
-  const float target = u * (1.0f + erf_cot + k * std::exp(-cot_theta * cot_theta));
+  const float exp_cot = std::exp(-cot_theta * cot_theta), erf_cot = erf_positive(cot_theta, exp_cot);
+  const float target = u * (1.0f + erf_cot + k * exp_cot);
   float low = -1.0f, high = erf_cot, b = 0.5f * (low + high);
   for (int i = 0; i < 24; ++i) {
     const float x = inverse_erf(b);
@@ -76,7 +82,8 @@ float beckmann_masking_over_cos(Vec3 w, float alpha_x, float alpha_y) {
   const float a = std::sqrt(sqr(alpha_x * w.x) + sqr(alpha_y * w.y));
   if (w.z > 4.0f * a) return 1.0f / w.z;  // 1 + lambda is 1 in single precision
   const float c = w.z / a;
-  return 1.0f / (0.5f * w.z * (1.0f + std::erf(c)) + 0.5f * kInvSqrtPi * a * std::exp(-c * c));
+  const float exp_c = std::exp(-c * c);
+  return 1.0f / (0.5f * w.z * (1.0f + erf_positive(c, exp_c)) + 0.5f * kInvSqrtPi * a * exp_c);
 }
 
 Vec3 beckmann_sample_visible(Vec3 w, float alpha_x, float alpha_y, Vec2 u) {

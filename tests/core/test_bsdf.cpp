@@ -17,15 +17,22 @@ constexpr TransportMode kModes[] = {TransportMode::Radiance, TransportMode::Impo
 
 std::string printable(const testing::TestParamInfo<Material>& info) { return info.param.name; }
 
-/// wo above, and below where light can enter from.
 std::vector<Vec3> eye_directions() {
   std::vector<Vec3> list;
   for (float c : kCosines) list.push_back(direction(c));
-  list.push_back(-direction(0.8f));
+  list.push_back(-direction(0.8f));   // light may enter from below
   return list;
 }
 
 Vec3 uniform_direction(Pcg32& rng) { return warp::square_to_sphere({rng.next_float(), rng.next_float()}); }
+
+bool transmits(const Bsdf& bsdf) {
+  for (int i = 0; i < bsdf.lobe_count(); ++i) {
+    const LobeKind kind = bsdf.lobe(i).kind;
+    if (kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass) return true;
+  }
+  return false;
+}
 
 std::optional<Vec3> bsdf_direction(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u) {
   const auto s = bsdf.sample(wo, u_lobe, u);
@@ -46,8 +53,9 @@ TEST_P(EveryMaterial, is_sampled_with_the_density_it_states) {
   for (Vec3 wo : eye_directions()) {
     const Bsdf bsdf = make_bsdf(GetParam(), wo);
     DensityTest test;
-    test.sample_count = 25000;
-    test.bin_count = 96;
+    if (wo.z < 0.0f && !transmits(bsdf)) continue;  // the mirror image of above
+    test.sample_count = 20000;
+    test.bin_count = 64;
     test.integral_tolerance = 0.01;
     test.level = {0.01, count};
     const Sample sample = [&](Pcg32& rng) -> std::optional<Vec3> {
@@ -70,8 +78,8 @@ TEST_P(EveryMaterial, samples_carry_what_evaluate_says_with_bounded_weight) {
         if (!s) continue;
         const auto e = bsdf.evaluate(wo, s->wi, mode);
         EXPECT_NEAR(length_squared(s->wi), 1.0f, 1e-4f);
-        EXPECT_EQ(e.f_cos, s->f_cos);
-        EXPECT_EQ(e.pdf_solid_angle, s->pdf_solid_angle);
+        expect_close(e.f_cos, s->f_cos, 1e-5f, "");
+        EXPECT_NEAR(e.pdf_solid_angle, s->pdf_solid_angle, 1e-5f * e.pdf_solid_angle + 1e-9f);
         EXPECT_EQ((s->flags & kReflection) != 0, glm::dot(bsdf.ng, s->wi) > 0.0f);
         EXPECT_FALSE(s->specular);
         if (mode == TransportMode::Radiance) {
