@@ -140,11 +140,11 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         self.report({kind}, f"{diagnostic.object}: {diagnostic.message}" if diagnostic.object else diagnostic.message)
 
     def _fail(self, message: str) -> None:
-        headless.say_error(message)
+        if headless.renders_from_command_line():
+            headless.say_error(message)
+            headless.leave(headless.EXIT_NO_IMAGE)
         self.report({"ERROR"}, message)
         self.error_set(message)
-        if headless.renders_from_command_line():
-            headless.leave(headless.EXIT_NO_IMAGE)
 
 
 def describe(progress: ajar.Progress) -> str:

@@ -44,7 +44,7 @@ def main() -> None:
     try:
         bpy.ops.render.render(write_still=True)
     except RuntimeError as error:
-        leave(str(error).strip())
+        leave(str(error).strip().removeprefix("Error: "))
     if not out.exists() or out.stat().st_mtime_ns == written_before:
         leave(f'"{out}" was not written')
 

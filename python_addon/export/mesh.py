@@ -28,9 +28,10 @@ def export(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified:
     if count == 0:
         return EMPTY
     context.check_cancelled()
-    loops = _read(mesh.loop_triangles, "loops", 3, np.int32)
-    polygons = _read(mesh.loop_triangles, "polygon_index", 1, np.int32)
-    triangles = _read(mesh.loops, "vertex_index", 1, np.int32)[loops]
+    # Unsigned, as Blender's own numbers: then it copies them by the block.
+    loops = _read(mesh.loop_triangles, "loops", 3, np.uint32)
+    polygons = _read(mesh.loop_triangles, "polygon_index", 1, np.uint32)
+    triangles = _read(mesh.loops, "vertex_index", 1, np.uint32)[loops]
     positions = _read(mesh.vertices, "co", 3, np.float32)
     context.check_cancelled()
     normal_domain, normals = _normals(mesh, positions, triangles, loops, polygons)
@@ -45,7 +46,7 @@ def export(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified:
     active = mesh.uv_layers.active
     rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), active.name if active else "")
     return context.description.add_mesh(
-        name=name, positions=positions, triangles=triangles.view(np.uint32), material_slots=slots, normals=normals,
+        name=name, positions=positions, triangles=triangles, material_slots=slots, normals=normals,
         normal_domain=normal_domain, attributes=attributes, active_uv=rendered,
         texture_space_location=location, texture_space_size=size)
 
