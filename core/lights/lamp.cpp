@@ -53,6 +53,12 @@ LitRectangle lit_part(const Light& light, Vec3 p) {
   return {light.position + low.x * light.frame.s + low.y * light.frame.t, high.x - low.x, high.y - low.y};
 }
 
+/// Small and distant enough that the area may be sampled as if it were the solid angle: cosine and distance vary
+/// little over it, and the map of a spherical rectangle costs more than it saves.
+bool looks_small(const LitRectangle& lit, const Light& light, Vec3 p) {
+  return sqr(lit.length_x) + sqr(lit.length_y) < 0.1f * length_squared(light.position - p);
+}
+
 LightSample towards(const Light& light, Vec3 p, Vec3 position, Vec3 normal) {
   LightSample s;
   const Vec3 d = position - p;
@@ -104,11 +110,13 @@ std::optional<LightSample> sample_flat(const Light& light, Vec3 p, Vec2 u) {
   }
   const LitRectangle lit = lit_part(light, p);
   if (lit.empty()) return std::nullopt;
-  const SphericalRectangle rectangle(p, lit.corner, light.frame.s, light.frame.t, lit.length_x, lit.length_y);
-  if (rectangle.usable()) {
-    LightSample s = towards(light, p, p + rectangle.sample(u), light.frame.n);
-    s.pdf_solid_angle = 1.0f / rectangle.solid_angle();
-    return s;
+  if (!looks_small(lit, light, p)) {
+    const SphericalRectangle rectangle(p, lit.corner, light.frame.s, light.frame.t, lit.length_x, lit.length_y);
+    if (rectangle.usable()) {
+      LightSample s = towards(light, p, p + rectangle.sample(u), light.frame.n);
+      s.pdf_solid_angle = 1.0f / rectangle.solid_angle();
+      return s;
+    }
   }
   const Vec3 position = lit.corner + u.x * lit.length_x * light.frame.s + u.y * lit.length_y * light.frame.t;
   LightSample s = towards(light, p, position, light.frame.n);
@@ -128,8 +136,10 @@ float pdf_flat(const Light& light, Vec3 p, Vec3 wi, float distance) {
     const float x = glm::dot(local, light.frame.s), y = glm::dot(local, light.frame.t);
     if (x < 0.0f || y < 0.0f || x > lit.length_x || y > lit.length_y) return 0.0f;
   }
-  const SphericalRectangle rectangle(p, lit.corner, light.frame.s, light.frame.t, lit.length_x, lit.length_y);
-  if (rectangle.usable()) return 1.0f / rectangle.solid_angle();
+  if (!looks_small(lit, light, p)) {
+    const SphericalRectangle rectangle(p, lit.corner, light.frame.s, light.frame.t, lit.length_x, lit.length_y);
+    if (rectangle.usable()) return 1.0f / rectangle.solid_angle();
+  }
   return sqr(distance) / (lit.length_x * lit.length_y * cos_light);
 }
 
@@ -387,7 +397,9 @@ std::optional<LampCrossing> intersect_lamp_shape(const Light& light, const Ray& 
     return LampCrossing{t, glm::normalize(ray.direction * t - to_center)};
   }
   if (light.type == LightType::Rectangle || light.type == LightType::Ellipse) {
-    const float t = glm::dot(to_center, light.frame.n) / glm::dot(ray.direction, light.frame.n);
+    const float cosine = glm::dot(ray.direction, light.frame.n);
+    if (!(cosine < 0.0f)) return std::nullopt;  // its back is dark
+    const float t = glm::dot(to_center, light.frame.n) / cosine;
     if (!(t > ray.t_min && t < ray.t_max)) return std::nullopt;
     const Vec3 on_plane = ray.direction * t - to_center;
     const float x = glm::dot(on_plane, light.edge1) / length_squared(light.edge1);

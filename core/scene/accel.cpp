@@ -5,6 +5,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "lights/lamp.h"
 #include "scene/embree.h"
 #include "scene/scene.h"
 
@@ -26,6 +27,8 @@ struct Accel::Data {
   RTCScene top = nullptr, lamps = nullptr;
   std::vector<RTCScene> mesh_scenes;
   std::vector<uint32_t> lamp_of_geometry;
+  std::vector<Light> few_lamps;           // when there are few, a loop over them is quicker than a structure
+  std::vector<uint32_t> few_lamp_indices;
   std::vector<Vec4> lamp_spheres;         // centre and radius, for their filter; never reallocated
   std::atomic<int64_t> bytes{0};
   std::mutex error_mutex;
@@ -158,13 +161,24 @@ void accept_one_side_of_sphere(const RTCFilterFunctionNArguments* args) {
 
 void Accel::build_lamps(const LightSet& lights) {
   Data& d = *data_;
-  d.lamp_spheres.reserve(lights.lamp_count());
+  constexpr size_t kFew = 8;
+  std::vector<uint32_t> shapes;
   for (uint32_t i = 0; i < lights.lamp_count(); ++i) {
     const Light light = lights.light(i);
+    const bool has_shape = light.type == LightType::Sphere || light.type == LightType::SpotSphere ||
+                           light.type == LightType::Rectangle || light.type == LightType::Ellipse;
+    if (has_shape && light.mis && !is_black(light.radiance)) shapes.push_back(i);
+  }
+  if (shapes.size() <= kFew) {
+    for (uint32_t i : shapes) d.few_lamps.push_back(lights.light(i));
+    d.few_lamp_indices = std::move(shapes);
+    return;
+  }
+  d.lamps = d.new_scene();
+  d.lamp_spheres.reserve(shapes.size());
+  for (uint32_t i : shapes) {
+    const Light light = lights.light(i);
     const bool sphere = light.type == LightType::Sphere || light.type == LightType::SpotSphere;
-    const bool flat = light.type == LightType::Rectangle || light.type == LightType::Ellipse;
-    if (!(sphere || flat) || !light.mis || is_black(light.radiance)) continue;
-    if (!d.lamps) d.lamps = d.new_scene();
     RTCGeometry geometry;
     if (sphere) {
       geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
@@ -191,7 +205,7 @@ void Accel::build_lamps(const LightSet& lights) {
     rtcReleaseGeometry(geometry);
     d.lamp_of_geometry.push_back(i);
   }
-  if (d.lamps) rtcCommitScene(d.lamps);
+  rtcCommitScene(d.lamps);
   d.check();
 }
 
@@ -240,6 +254,19 @@ bool Accel::occluded(const Ray& ray) const {
 
 void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) const {
   hit.light = ~0u;
+  if (!data_->few_lamps.empty()) {
+    const uint32_t mask = visibility_mask(ray_kind);
+    Ray left = ray;
+    for (size_t i = 0; i < data_->few_lamps.size(); ++i) {
+      if (!(data_->few_lamps[i].visibility & mask)) continue;
+      const auto crossing = intersect_lamp_shape(data_->few_lamps[i], left);
+      if (!crossing) continue;
+      left.t_max = hit.t = crossing->t;
+      hit.light = data_->few_lamp_indices[i];
+      hit.normal = crossing->normal;
+    }
+    return;
+  }
   if (!data_->lamps) return;
   RTCRayHit query;
   fill(query.ray, ray, visibility_mask(ray_kind));
@@ -252,7 +279,7 @@ void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) cons
   hit.normal = glm::normalize(Vec3(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z));
 }
 
-bool Accel::has_lamps() const { return data_->lamps != nullptr; }
+bool Accel::has_lamps() const { return data_->lamps != nullptr || !data_->few_lamps.empty(); }
 uint64_t Accel::memory_bytes() const { return uint64_t(std::max<int64_t>(0, data_->bytes.load())); }
 
 void Accel::bounds(Vec3& lower, Vec3& upper) const {

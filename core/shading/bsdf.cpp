@@ -138,21 +138,22 @@ Bsdf::Evaluation Bsdf::sum_lobes(Vec3 wo, Vec3 wi, TransportMode mode) const {
   return sum;
 }
 
-Bsdf::Evaluation Bsdf::evaluate(Vec3 wo, Vec3 wi, TransportMode mode) const {
-  if (single_lambert_) {
-    const float cos_o = glm::dot(n, wo), cos_i = glm::dot(n, wi);
-    const float side_o = glm::dot(ng, wo), side_i = glm::dot(ng, wi);
-    if (!(cos_o * side_o > 0.0f && cos_i * side_i > 0.0f && side_o * side_i > 0.0f)) return {Color(0.0f), 0.0f};
-    const float pdf = std::abs(cos_i) * kInvPi;
-    return {lobes()[0].weight * pdf, pdf};
-  }
-  return sum_lobes<true>(wo, wi, mode);
-}
+template Bsdf::Evaluation Bsdf::sum_lobes<true>(Vec3 wo, Vec3 wi, TransportMode mode) const;
 
 Color Bsdf::f(Vec3 wo, Vec3 wi, TransportMode mode) const { return sum_lobes<false>(wo, wi, mode).f_cos; }
 
+std::optional<BsdfSample> Bsdf::sample_lambert(Vec3 wo, Vec2 u) const {
+  const Vec3 local = warp::square_to_cosine_hemisphere(u);
+  const Vec3 front = lobes()[0].frame.to_world(local);
+  const Vec3 wi = glm::dot(ng, wo) < 0.0f ? -front : front;
+  const Evaluation value = evaluate_lambert(wo, wi);
+  if (!(value.pdf_solid_angle > 0.0f)) return std::nullopt;
+  return BsdfSample{wi, value.f_cos, value.pdf_solid_angle, kReflection | kDiffuse, false, 1.0f, 1.0f};
+}
+
 std::optional<BsdfSample> Bsdf::sample(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode) const {
   if (count_ == 0) return std::nullopt;
+  if (single_lambert_) return sample_lambert(wo, u);
   const bool flipped = glm::dot(ng, wo) < 0.0f;
   if (single_lambert_) {
     const Vec3 local = warp::square_to_cosine_hemisphere(u), above = lobes()[0].frame.to_world(local);

@@ -125,6 +125,26 @@ class Bsdf {
   Bsdf(const Bsdf& other) { *this = other; }
   Bsdf& operator=(const Bsdf& other);
 
+  /// Forget all lobes and begin again with these normals, both on wo's side.
+  void start(Vec3 geometric_normal, Vec3 shading_normal) {
+    ng = geometric_normal;
+    n = shading_normal;
+    count_ = layer_count_ = 0;
+    dropped_ = 0;
+    has_non_delta_ = single_lambert_ = false;
+  }
+  /// After start: the whole surface is one Lambert lobe around n. The same as add and prepare, without their work.
+  void set_lambert(Color weight, Vec3 wo) {
+    if (!(max_component(weight) > 0.0f)) return;
+    Lobe* lobe = new (lobes()) Lobe;
+    lobe->weight = weight;
+    lobe->selection = 1.0f;
+    lobe->frame = Frame(n);
+    count_ = 1;
+    has_non_delta_ = single_lambert_ = true;
+    prepared_wo_ = wo;
+  }
+
   /// Add a lobe; black or non-finite weights are ignored. When storage is full the
   /// weakest lobe makes room and `dropped_lobes` counts it.
   void add(const Lobe& lobe);
@@ -138,7 +158,9 @@ class Bsdf {
     Color f_cos;
     float pdf_solid_angle;
   };
-  Evaluation evaluate(Vec3 wo, Vec3 wi, TransportMode mode = TransportMode::Radiance) const;
+  Evaluation evaluate(Vec3 wo, Vec3 wi, TransportMode mode = TransportMode::Radiance) const {
+    return single_lambert_ ? evaluate_lambert(wo, wi) : sum_lobes<true>(wo, wi, mode);
+  }
   Color f(Vec3 wo, Vec3 wi, TransportMode mode = TransportMode::Radiance) const;
   float pdf_solid_angle(Vec3 wo, Vec3 wi) const { return evaluate(wo, wi).pdf_solid_angle; }
   std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode = TransportMode::Radiance) const;
@@ -161,6 +183,15 @@ class Bsdf {
   const Layer* layers() const { return reinterpret_cast<const Layer*>(layer_bytes_); }
   void select(Vec3 wo, float (&selection)[kMaxLobes]) const;
   float selection_for(int i, const float* recomputed) const { return recomputed ? recomputed[i] : lobes()[i].selection; }
+  /// The commonest surface of all, without a loop over lobes.
+  Evaluation evaluate_lambert(Vec3 wo, Vec3 wi) const {
+    const float cos_o = glm::dot(n, wo), cos_i = glm::dot(n, wi);
+    const float side_o = glm::dot(ng, wo), side_i = glm::dot(ng, wi);
+    if (!(cos_o * side_o > 0.0f && cos_i * side_i > 0.0f && side_o * side_i > 0.0f)) return {Color(0.0f), 0.0f};
+    const float pdf = std::abs(cos_i) * kInvPi;
+    return {lobes()[0].weight * pdf, pdf};
+  }
+  std::optional<BsdfSample> sample_lambert(Vec3 wo, Vec2 u) const;
   float importance_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const;
   Color layer_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const;
   template <bool kWithCosine>

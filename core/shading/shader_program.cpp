@@ -22,6 +22,7 @@ struct ShaderProgram::Data {
   ProgramTables tables;
   bool reflective_caustics = true, refractive_caustics = true;
   bool may_be_transparent = false;
+  bool plain_diffuse = false;   // nothing scatters but one Lambert closure around the surface's own normal
   int register_count = 0;
 };
 
@@ -70,6 +71,15 @@ Color sum(const Closures& closures, const float* registers, const float* constan
   return total;
 }
 
+/// A Lambert closure of constant or computed colour and nothing else that varies.
+bool is_plain_diffuse(const Closure& closure) {
+  if (closure.kind != ClosureKind::Diffuse || closure.normal != kNoOperand || closure.inputs.roughness != 0.0f) return false;
+  if (closure.patches.empty()) return true;
+  const InputPatch& patch = closure.patches.front();
+  return closure.patches.size() == 1 && patch.count == 3 && patch.offset == offsetof(closures::PrincipledInputs, base_color) &&
+         patch.from >= 0;
+}
+
 void apply_patches(const Closure& closure, const float* registers, closures::PrincipledInputs& inputs) {
   if (closure.patches.empty()) return;
   for (const InputPatch& patch : closure.patches)
@@ -116,6 +126,7 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.transparency_code = code_for({&data.transparency});
   data.tables = std::move(builder.tables);
   data.may_be_transparent = !data.transparency.empty();
+  data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() && is_plain_diffuse(data.scattering.front());
   return program;
 }
 
@@ -125,12 +136,19 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
   const float* constants = d.tables.constants.data();
   run(d.code.data(), d.code.size(), d.tables, point, registers);
 
-  out.bsdf = Bsdf();
-  out.bsdf.ng = point.ng;
-  out.bsdf.n = closures::safe_shading_normal(point.ng, point.wo, point.ns);
+  out.bsdf.start(point.ng, closures::safe_shading_normal(point.ng, point.wo, point.ns));
   out.emission = sum(d.emission, registers, constants);
   out.holdout = 0.0f;
   for (const Closure& closure : d.holdout) out.holdout += *operand(closure.weight, registers, constants);
+
+  if (d.plain_diffuse) {
+    const Closure& diffuse = d.scattering.front();
+    Color color = diffuse.inputs.base_color;
+    if (!diffuse.patches.empty()) color = glm::max(load3(registers + diffuse.patches.front().from), Color(0.0f));
+    color *= *operand(diffuse.weight, registers, constants);
+    if (is_finite(color)) out.bsdf.set_lambert(color, point.wo);
+    return;
+  }
 
   const closures::Surface surface{point.wo, point.ng, point.backfacing};
   const auto normal_of = [&](Operand o) {
@@ -143,10 +161,11 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
   const bool after_diffuse = point.ray_kind & kRayDiffuse;
   const bool reflective = d.reflective_caustics || !after_diffuse, refractive = d.refractive_caustics || !after_diffuse;
 
+  closures::PrincipledInputs inputs;
   for (const Closure& closure : d.scattering) {
     const float weight = *operand(closure.weight, registers, constants);
     if (!(weight > 0.0f)) continue;
-    closures::PrincipledInputs inputs = closure.inputs;
+    inputs = closure.inputs;
     apply_patches(closure, registers, inputs);
     inputs.normal = normal_of(closure.normal);
     if (closure.tangent != kNoOperand) inputs.tangent = load3(operand(closure.tangent, registers, constants));
