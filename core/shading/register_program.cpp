@@ -19,8 +19,14 @@ const OpInfo& info(Op op) {
 
 namespace {
 
+/// The world is infinitely far: what it has for a position turns with the camera but does not move.
+Vec3 seen_by_camera(const ShadingPoint& point, const Mat4& camera_from_world) {
+  const Vec3 p = nodes::position(point);
+  return point.instance ? transform_point(camera_from_world, p) : transform_vector(camera_from_world, p);
+}
+
 Vec3 window_position(const ShadingPoint& point, const Mat4& camera_from_world, const Mat4& screen) {
-  const Vec3 p = transform_point(camera_from_world, nodes::position(point));
+  const Vec3 p = seen_by_camera(point, camera_from_world);
   const bool perspective = screen[1][0] != 0.0f;
   const float scale = perspective ? -1.0f / p.z : 1.0f;
   const Vec4 window = screen[0];
@@ -29,7 +35,7 @@ Vec3 window_position(const ShadingPoint& point, const Mat4& camera_from_world, c
 
 /// Blender's camera space: z grows away from the camera.
 Vec3 camera_position(const ShadingPoint& point, const Mat4& camera_from_world) {
-  const Vec3 p = transform_point(camera_from_world, nodes::position(point));
+  const Vec3 p = seen_by_camera(point, camera_from_world);
   return {p.x, p.y, -p.z};
 }
 

@@ -53,12 +53,23 @@ constexpr float kScale<uint8_t> = 1.0f / 255.0f;
 template <>
 constexpr float kScale<uint16_t> = 1.0f / 65535.0f;
 
+/// Four floats in one register; sums of texels are the whole cost of a lookup.
+using Float4 = float __attribute__((vector_size(16)));
+
 template <typename T>
-Vec4 fetch(const uint8_t* texels, int64_t index) {
+Float4 fetch(const uint8_t* texels, int64_t index) {
   T t[4];
   std::memcpy(t, texels + index * int64_t(sizeof t), sizeof t);
-  return Vec4(float(t[0]), float(t[1]), float(t[2]), float(t[3])) * kScale<T>;
+  return Float4{float(t[0]), float(t[1]), float(t[2]), float(t[3])} * kScale<T>;
 }
+template <>
+Float4 fetch<uint8_t>(const uint8_t* texels, int64_t index) {
+  uint8_t t __attribute__((vector_size(4)));
+  std::memcpy(&t, texels + index * 4, 4);
+  return __builtin_convertvector(t, Float4) * kScale<uint8_t>;
+}
+
+Vec4 to_vec4(Float4 f) { return {f[0], f[1], f[2], f[3]}; }
 
 /// Integer and fractional part of a texel position; far away coordinates and NaN stay in the range of int.
 int split(float x, float& fraction) {
@@ -103,31 +114,32 @@ template <typename Texel>
 Vec4 Texture::interpolate(Vec2 uv, Interpolation interpolation, Extension extension) const {
   const uint8_t* texels = texels_.data();
   const auto texel = [&](int x, int y) {
-    if ((x | y) < 0) return Vec4(0.0f);
-    Vec4 t = fetch<Texel>(texels, int64_t(y) * width_ + x);
-    if (associate_) t = Vec4(Vec3(t) * t.w, t.w);
+    if ((x | y) < 0) return Float4{};
+    Float4 t = fetch<Texel>(texels, int64_t(y) * width_ + x);
+    if (associate_) t *= Float4{t[3], t[3], t[3], 1.0f};
     return t;
   };
   if (extension == Extension::Repeat) uv -= glm::floor(uv);   // keeps precision far from the origin
   float tx, ty;
   const float offset = interpolation == Interpolation::Closest ? 0.0f : 0.5f;
   const int x = split(uv.x * width_ - offset, tx), y = split(uv.y * height_ - offset, ty);
-  if (interpolation == Interpolation::Closest) return texel(extend(x, width_, extension), extend(y, height_, extension));
+  if (interpolation == Interpolation::Closest)
+    return to_vec4(texel(extend(x, width_, extension), extend(y, height_, extension)));
   if (interpolation == Interpolation::Linear) {
     const int x0 = extend(x, width_, extension), x1 = extend(x + 1, width_, extension);
     const int y0 = extend(y, height_, extension), y1 = extend(y + 1, height_, extension);
-    return (1.0f - ty) * ((1.0f - tx) * texel(x0, y0) + tx * texel(x1, y0)) +
-           ty * ((1.0f - tx) * texel(x0, y1) + tx * texel(x1, y1));
+    return to_vec4((1.0f - ty) * ((1.0f - tx) * texel(x0, y0) + tx * texel(x1, y0)) +
+                   ty * ((1.0f - tx) * texel(x0, y1) + tx * texel(x1, y1)));
   }
   float wx[4], wy[4];
   cubic_weights(tx, wx);
   cubic_weights(ty, wy);
-  Vec4 sum(0.0f);
+  Float4 sum{};
   for (int j = 0; j < 4; ++j) {
     const int row = extend(y + j - 1, height_, extension);
     for (int i = 0; i < 4; ++i) sum += wx[i] * wy[j] * texel(extend(x + i - 1, width_, extension), row);
   }
-  return sum;
+  return to_vec4(sum);
 }
 
 Vec4 Texture::sample(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const {

@@ -43,7 +43,9 @@ def _add(context: ExportContext, image: bpy.types.Image, path: str, color_space:
         if width > 0 and height > 0 and image.channels > 0:
             pixels = np.empty(width * height * 4, dtype=np.float32)
             image.pixels.foreach_get(pixels)
-            # Blender keeps float pixels in the scene's linear space, whatever their file was.
+            # Blender keeps float pixels in the scene's linear space and multiplied by alpha, whatever their file was.
+            if image.is_float and image.alpha_mode == "STRAIGHT":
+                common["alpha_mode"] = ajar.AlphaMode.Premultiplied
             return context.description.add_image(
                 pixels=pixels, width=width, height=height, color_space="Linear" if image.is_float else color_space, **common)
     packed = compat.packed_bytes(image)
