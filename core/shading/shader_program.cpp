@@ -136,13 +136,7 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
   const float* constants = d.tables.constants.data();
   run(d.code.data(), d.code.size(), d.tables, point, registers);
 
-<<<<<<< HEAD
   out.bsdf.start(point.ng, closures::safe_shading_normal(point.ng, point.wo, point.ns));
-=======
-  out.bsdf.clear();
-  out.bsdf.ng = point.ng;
-  out.bsdf.n = closures::safe_shading_normal(point.ng, point.wo, point.ns);
->>>>>>> bcc5abb (shading: halve the time of a constant material)
   out.emission = sum(d.emission, registers, constants);
   out.holdout = 0.0f;
   for (const Closure& closure : d.holdout) out.holdout += *operand(closure.weight, registers, constants);
