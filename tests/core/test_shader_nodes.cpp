@@ -1,6 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -87,7 +86,7 @@ TEST(ShaderNodes, constant_nodes_fold_to_what_cycles_gives) {
     for (size_t i = 0; i < parts.size(); ++i) v[int(i)] = std::stof(parts[i]);
     return v;
   };
-  std::ifstream file(std::filesystem::path(__FILE__).parent_path() / "node_values.txt");
+  std::ifstream file(AJAR_TEST_DIRECTORY "/node_values.txt");
   int cases = 0;
   for (std::string line; std::getline(file, line);) {
     if (line.empty() || line[0] == '#') continue;
