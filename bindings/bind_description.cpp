@@ -233,6 +233,9 @@ void bind_settings(py::module_& module) {
       .def_readwrite("samples", &RenderSettings::samples)
       .def_readwrite("seconds", &RenderSettings::seconds)
       .def_readwrite("target_error", &RenderSettings::target_error)
+      .def_readwrite("photons", &RenderSettings::photons)
+      .def_readwrite("photon_radius", &RenderSettings::photon_radius)
+      .def_readwrite("gather_rays", &RenderSettings::gather_rays)
       .def_readwrite("seed", &RenderSettings::seed)
       .def_readwrite("threads", &RenderSettings::threads)
       .def_readwrite("passes", &RenderSettings::passes);

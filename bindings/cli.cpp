@@ -14,7 +14,7 @@ namespace {
 
 int usage() {
   std::cerr << "usage: ajar-render SCENE.ajar OUTPUT.exr|.png [--samples N] [--seconds S] [--error RELMSE] [--integrator NAME]\n"
-               "                   [--direct NAME] [--image NAME] [--seed N] [--threads N] [--stats FILE.json]\n";
+               "                   [--direct NAME] [--image NAME] [--photons N] [--photon-radius METRES] [--gather-rays N] [--seed N] [--threads N] [--stats FILE.json]\n";
   return 2;
 }
 
@@ -47,6 +47,9 @@ int main(int argc, char** argv) {
       else if (option == "--integrator") settings.integrator = value;
       else if (option == "--direct") settings.direct = value;
       else if (option == "--image") settings.image = value;
+      else if (option == "--photons") settings.photons = int(number("--photons", value));
+      else if (option == "--photon-radius") settings.photon_radius = float(number("--photon-radius", value));
+      else if (option == "--gather-rays") settings.gather_rays = int(number("--gather-rays", value));
       else if (option == "--seed") settings.seed = uint32_t(number("--seed", value));
       else if (option == "--threads") settings.threads = int(number("--threads", value));
       else if (option == "--stats") statistics_path = value;

@@ -1,5 +1,6 @@
 #include "integrators/integrator.h"
 #include "integrators/path_tracer.h"
+#include "integrators/photon_mapping.h"
 
 namespace ajar {
 
@@ -11,7 +12,7 @@ const std::vector<IntegratorInfo>& integrator_list() {
       {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", nullptr},
       {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", nullptr},
       {"metropolis", "Metropolis", Honesty::Unbiased, "One chain of mutations over all light paths.", nullptr},
-      {"photon_map", "Photon Mapping", Honesty::Consistent, "Photons from the lights, gathered at what the eye sees.", nullptr}};
+      {"photon_map", "Photon Mapping", Honesty::Consistent, "Photons from the lights, gathered at what the eye sees.", make_photon_mapping}};
   return list;
 }
 

@@ -1,5 +1,7 @@
 #include "render/render_plan.h"
 
+#include "transport/photon_tracer.h"
+
 namespace ajar {
 
 RenderPlan make_render_plan(const Scene& scene) {
@@ -29,6 +31,9 @@ RenderPlan make_render_plan(const Scene& scene) {
     constant += program.is_constant() ? 1 : 0;
   }
   add("shader programs", constant < used, number(used - constant) + " of " + number(used) + " materials evaluated per hit, the others constant");
+  const PhotonPlan photons = plan_photons(scene);
+  add("photon map", photons.global, photons.global_reason);
+  add("caustic map", photons.caustic, photons.caustic_reason);
   const bool aux = scene.settings().passes.size() > 1;
   add("passes beyond Combined", aux, aux ? number(scene.settings().passes.size() - 1) + " asked for" : "nobody asked for one");
   return plan;

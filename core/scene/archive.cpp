@@ -10,7 +10,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '1'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '2'};
 
 /// Types whose bytes are their value.
 template <class T> struct IsPlain : std::bool_constant<std::is_arithmetic_v<T> || std::is_enum_v<T>> {};
@@ -111,7 +111,7 @@ template <class A> void fields(A& a, BounceLimits& v) {
 template <class A> void fields(A& a, RenderSettings& v) {
   all(a, v.width, v.height, v.region, v.filter, v.filter_width, v.exposure, v.transparent_film, v.bounces, v.clamp_direct,
       v.clamp_indirect, v.reflective_caustics, v.refractive_caustics, v.integrator, v.direct, v.image, v.samples, v.seconds,
-      v.target_error, v.seed, v.threads, v.passes);
+      v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays);
 }
 template <class A> void fields(A& a, SceneDescription& v) {
   all(a, v.meshes, v.objects, v.instances, v.materials, v.images, v.lights, v.world, v.camera, v.settings);

@@ -194,6 +194,9 @@ struct RenderSettings {
   std::string integrator = "path", direct = "mis", image = "uniform";
   int samples = 64;                              ///< per pixel; 0 = until time or error says stop
   double seconds = 0.0, target_error = 0.0;      ///< 0 is off
+  int photons = 0;                               ///< emitted for each sample of the picture; 0 = by the picture's size
+  float photon_radius = 0.0f;                    ///< metres, of the first pass; 0 = by the photons' density
+  int gather_rays = 8;                           ///< per sample, at the first rough surface, where photon maps are used
   uint32_t seed = 0;
   int threads = 0;                               ///< 0 = all
   std::vector<std::string> passes{"Combined"};

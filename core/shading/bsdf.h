@@ -151,6 +151,16 @@ class Bsdf {
   /// Returns the bit by which lobes below name this layer; 0 when there is no room (importance then takes the dimming
   /// for wo as it is).
   uint8_t add_layer(const Layer& layer);
+  /// Become the lobes of `other` that `wanted(lobe)` selects, with its normals and all its layers. Prepare afterwards.
+  template <class Wanted> void assign_lobes(const Bsdf& other, Wanted&& wanted) {
+    ng = other.ng;
+    n = other.n;
+    count_ = 0;
+    layer_count_ = other.layer_count_;
+    std::memcpy(layer_bytes_, other.layer_bytes_, size_t(layer_count_) * sizeof(Layer));
+    for (int i = 0; i < other.count_; ++i)
+      if (wanted(other.lobe(i))) std::memcpy(lobe_bytes_ + size_t(count_++) * sizeof(Lobe), other.lobe_bytes_ + size_t(i) * sizeof(Lobe), sizeof(Lobe));
+  }
   /// Compute selection probabilities for this wo. Call once after the last add.
   void prepare(Vec3 wo);
 

@@ -224,6 +224,36 @@ bool ShaderProgram::emits() const { return !data_->emission.empty(); }
 bool ShaderProgram::emission_is_constant() const { return data_->emission_code.empty(); }
 bool ShaderProgram::may_be_transparent() const { return data_->may_be_transparent; }
 bool ShaderProgram::scatters() const { return !data_->scattering.empty(); }
+
+bool ShaderProgram::may_be_rough(float roughness) const {
+  return std::any_of(data_->scattering.begin(), data_->scattering.end(), [=](const Closure& c) {
+    switch (c.kind) {
+      case ClosureKind::Diffuse:
+      case ClosureKind::Translucent:
+      case ClosureKind::Principled: return true;
+      case ClosureKind::Glossy:
+      case ClosureKind::Glass:
+      case ClosureKind::Refraction: return !c.patches.empty() || (c.inputs.roughness >= roughness && c.inputs.distribution != closures::Distribution::Sharp);
+      default: return false;
+    }
+  });
+}
+
+bool ShaderProgram::may_be_smooth(float roughness) const {
+  const bool reflective = data_->reflective_caustics, refractive = data_->refractive_caustics;
+  return std::any_of(data_->scattering.begin(), data_->scattering.end(), [=](const Closure& c) {
+    // A colour that varies is patched as well; looking closer would gain little.
+    const bool smooth = !c.patches.empty() || c.inputs.roughness < roughness || c.inputs.distribution == closures::Distribution::Sharp;
+    switch (c.kind) {
+      case ClosureKind::Glossy: return reflective && smooth;
+      case ClosureKind::Refraction: return refractive && smooth;
+      case ClosureKind::Glass: return (reflective || refractive) && smooth;
+      case ClosureKind::Principled: return (reflective || refractive) && (smooth || c.inputs.clearcoat > 0.0f || c.inputs.transmission > 0.0f);
+      default: return false;
+    }
+  });
+}
+
 int ShaderProgram::instruction_count() const { return int(data_->code.size()); }
 
 std::string ShaderProgram::listing() const {

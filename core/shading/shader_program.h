@@ -66,6 +66,9 @@ class ShaderProgram {
   bool emission_is_constant() const;
   bool may_be_transparent() const;    ///< has a Transparent closure with non-zero weight
   bool scatters() const;              ///< has any closure beyond emission and transparency
+  /// Whether some lobe may be diffuse or at least as rough as this; whether some lobe may be smoother. Transparency is neither.
+  bool may_be_rough(float roughness) const;
+  bool may_be_smooth(float roughness) const;
   int instruction_count() const;
   std::string listing() const;        ///< the program as text, for tests and people
 

@@ -1,0 +1,215 @@
+#include "transport/photon_gather.h"
+
+#include <algorithm>
+
+#include "transport/direct_light.h"
+
+namespace ajar {
+
+namespace {
+
+/// Dimensions of the eye's sampler: the camera's, then a fixed number for each vertex.
+constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
+/// At a vertex: direct light of the rough and of the sharp lobes, then the choices of the sharp ones.
+constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kDirection = 7, kRoulette = 9;
+/// Of a gather ray: its own direction, then a number for each vertex of its chain.
+constexpr uint32_t kGatherDimensions = 4;
+/// Gather rays shorter than this many radii end where blur would show as light from the wrong side of a corner: there light is
+/// gathered once more instead.
+constexpr float kNear = 1.0f;
+
+/// Counts a bounce; true when a limit is passed, and only what the next surface emits still counts.
+bool count_bounce(ShadingPoint& point, const BsdfSample& sample, const BounceLimits& limits) {
+  ++point.ray_depth;
+  const bool diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
+  point.diffuse_depth += diffuse;
+  point.glossy_depth += !diffuse && !transmitted;
+  point.transmission_depth += transmitted;
+  point.ray_kind = ray_kind_after(sample);
+  return point.ray_depth > limits.total || point.diffuse_depth > limits.diffuse || point.glossy_depth > limits.glossy ||
+         point.transmission_depth > limits.transmission;
+}
+
+}  // namespace
+
+float PhotonGatherer::weight_of_hit(const Origin& origin, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const {
+  if (origin.pdf_solid_angle == 0.0f) return 1.0f;
+  const LightSet& lights = scene_.lights();
+  const float distance = is_finite(position) ? glm::length(position - origin.position) : kInfinity;
+  return power_heuristic(origin.pdf_solid_angle, lights.choice_pmf(origin.position, origin.normal, light) *
+                                                     lights.pdf_li(light, origin.position, wi, distance, normal));
+}
+
+Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension) {
+  const LightSet& lights = scene_.lights();
+  if (lights.empty() || !bsdf.has_non_delta()) return Color(0.0f);
+  sampler.set_dimension(dimension);
+  const float u_choice = lights.size() > 1 ? sampler.get_1d() : 0.5f;
+  sampler.set_dimension(dimension + 1);
+  return estimate_direct({scene_, point, bsdf}, u_choice, sampler.get_2d(), rays_);
+}
+
+Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
+  const RenderSettings& settings = scene_.settings();
+  Color radiance(0.0f), beta(1.0f);
+  ShadingPoint point;
+  SurfaceShading shading;
+  Origin origin;
+  bool last_chance = false;
+  alpha = 0.0f;
+  for (uint32_t vertex = 0;; ++vertex) {
+    const Hit hit = scene_.intersect(ray, point.ray_kind);
+    ++rays_;
+    const auto add_met = [&](const LightMet& met) {
+      radiance += beta * met.radiance * weight_of_hit(origin, met.light, ray.direction, met.position, met.normal);
+    };
+    if (scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, add_met);
+    if (!hit.found()) {
+      const bool direct_view = point.ray_depth == 0;
+      for_each_distant_light(scene_, ray, point.ray_kind, !(direct_view && settings.transparent_film), add_met);
+      if (direct_view && !settings.transparent_film) alpha += luminance(beta);
+      break;
+    }
+    scene_.shading_point(ray, hit, point);
+    scene_.material(hit).evaluate_surface(point, shading);
+    if (!is_black(shading.emission)) {
+      const int light = scene_.light_of(hit);
+      const float weight = light >= 0 ? weight_of_hit(origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
+      radiance += beta * shading.emission * weight;
+    }
+    if (aux && point.ray_depth == 0) {
+      record_first_hit(scene_.camera(), point, shading.bsdf, *aux);
+      aux = nullptr;
+    }
+    const Color transparency = shading.bsdf.transparency();
+    if (point.ray_depth == 0) alpha += luminance(beta * (Color(1.0f) - transparency)) * (1.0f - shading.holdout);
+    if (last_chance && is_black(transparency)) break;
+
+    const LobeSplit split(shading.bsdf, point.wo);
+    const uint32_t base = kCameraDimensions + kVertexDimensions * vertex;
+    if (split.rough() && !last_chance) {
+      // Reflections of rough surfaces get gather rays in proportion to what they can carry.
+      const int rays = std::max(1, int(std::ceil(float(settings_.rays) * std::min(1.0f, max_component(beta)))));
+      radiance += beta * reflected(point, *split.rough(), rays, 0, sampler_, base + kRoughLight);
+    }
+    if (!split.sharp()) break;
+    if (!last_chance) radiance += beta * direct_light(point, *split.sharp(), sampler_, base + kSharpLight);
+
+    sampler_.set_dimension(base + kLobe);
+    const float u_lobe = sampler_.get_1d();
+    const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler_.get_2d());
+    if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
+    beta *= sample->f_cos / sample->pdf_solid_angle;
+    if (!(max_component(beta) > 0.0f)) break;
+    if (sample->flags & kTransparent) {
+      if (++point.transparent_depth > settings.bounces.transparent) break;
+      const float left = ray.t_max - hit.t;
+      ray = scene_.spawn_ray(point, ray.direction);
+      ray.t_max = left;
+      continue;
+    }
+    if (last_chance) break;
+    last_chance = count_bounce(point, *sample, settings.bounces);
+    if (point.ray_depth > 2) {
+      const float survival = std::min(1.0f, std::sqrt(max_component(beta)));
+      sampler_.set_dimension(base + kRoulette);
+      if (survival < 1.0f && sampler_.get_1d() >= survival) break;
+      beta /= survival;
+    }
+    origin = {point.position, point.ns, sample->specular ? 0.0f : sample->pdf_solid_angle};
+    ray = scene_.spawn_ray(point, sample->wi);
+  }
+  return radiance;
+}
+
+Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, int rays, int depth, Sampler& sampler, uint32_t dimension) {
+  Color sum = direct_light(point, rough, sampler, dimension);
+  if (maps_.has_caustic) sum += maps_.caustic.radiance(point, rough, {settings_.neighbours, maps_.caustic_radius});
+  Color gathered(0.0f);
+  for (int i = 0; i < rays; ++i) {
+    // The first surface has a sequence of its own over all samples and rays of the pixel.
+    Sampler& own = depth == 0 ? gather_sampler_ : sampler;
+    uint32_t base = dimension + 3;
+    if (depth == 0) {
+      own.start(hash_combine(pixel_, dimension), index_ * uint32_t(rays) + uint32_t(i));
+      base = 0;
+    }
+    own.set_dimension(base);
+    const float u_lobe = own.get_1d();
+    own.set_dimension(base + 1);
+    const auto sample = rough.sample(point.wo, u_lobe, own.get_2d());
+    if (!sample || !(sample->pdf_solid_angle > 0.0f) || is_black(sample->f_cos)) continue;
+    ++gathered_;
+    gathered += sample->f_cos / sample->pdf_solid_angle * incoming(point, *sample, depth, own, base + kGatherDimensions);
+  }
+  return sum + gathered / float(rays);
+}
+
+Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, int depth, Sampler& sampler, uint32_t dimension) {
+  const BounceLimits& limits = scene_.settings().bounces;
+  const Origin origin{from.position, from.ns, first.pdf_solid_angle};
+  ShadingPoint point = from;
+  SurfaceShading shading;
+  Color radiance(0.0f), beta(1.0f);
+  const bool last_chance = count_bounce(point, first, limits);
+  Ray ray = scene_.spawn_ray(from, first.wi);
+  bool straight = true;    // no sharp bounce yet: light met is direct light; after one it would be a caustic
+  float length = 0.0f;
+  for (uint32_t vertex = 0;; ++vertex) {
+    const Hit hit = scene_.intersect(ray, point.ray_kind);
+    ++rays_;
+    const auto add_met = [&](const LightMet& met) {
+      radiance += beta * met.radiance * weight_of_hit(origin, met.light, ray.direction, met.position, met.normal);
+    };
+    if (straight && scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, add_met);
+    if (straight && !hit.found()) for_each_distant_light(scene_, ray, point.ray_kind, true, add_met);
+    if (!hit.found()) break;
+    scene_.shading_point(ray, hit, point);
+    length += hit.t;
+    scene_.material(hit).evaluate_surface(point, shading);
+    if (straight && !is_black(shading.emission)) {
+      const int light = scene_.light_of(hit);
+      const float weight = light >= 0 ? weight_of_hit(origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
+      radiance += beta * shading.emission * weight;
+    }
+    if (last_chance && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
+    if (!maps_.has_global && is_black(shading.bsdf.transparency())) break;
+    const LobeSplit split(shading.bsdf, point.wo);
+    if (split.rough() && !last_chance && maps_.has_global) {
+      const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
+      radiance += beta * (near ? reflected(point, *split.rough(), 1, depth + 1, sampler, dimension + kVertexDimensions * (vertex + 1))
+                               : from_map(point, *split.rough()));
+    }
+    if (!split.sharp()) break;
+    const uint32_t base = dimension + kVertexDimensions * vertex;
+    sampler.set_dimension(base + kLobe);
+    const float u_lobe = sampler.get_1d();
+    const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler.get_2d());
+    if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
+    beta *= sample->f_cos / sample->pdf_solid_angle;
+    if (sample->flags & kTransparent) {
+      if (++point.transparent_depth > limits.transparent || !(max_component(beta) > 0.0f)) break;
+      ray = scene_.spawn_ray(point, ray.direction);
+      continue;
+    }
+    straight = false;
+    if (last_chance || !maps_.has_global || count_bounce(point, *sample, limits)) break;
+    const float survival = std::min(1.0f, max_component(beta));
+    sampler.set_dimension(base + kRoulette);
+    if (!(survival > 0.0f) || (survival < 1.0f && sampler.get_1d() >= survival)) break;
+    beta /= survival;
+    ray = scene_.spawn_ray(point, sample->wi);
+  }
+  return radiance;
+}
+
+Color PhotonGatherer::from_map(const ShadingPoint& point, const Bsdf& rough) {
+  Color irradiance;
+  if (is_plain_lambert(rough) && maps_.sites.find(point.position, point.ng, 0.5f * maps_.global_radius, irradiance)) {
+    ++from_sites_;
+    return rough.lobe(0).weight * kInvPi * irradiance;
+  }
+  return maps_.global.radiance(point, rough, {settings_.gather_neighbours, maps_.global_radius});
+}
+
+}  // namespace ajar

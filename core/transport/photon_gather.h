@@ -1,0 +1,73 @@
+// Radiance from photon maps as the eye sees it: specular chains followed, direct light sampled, caustics read from the
+// caustic map, the rest gathered. Used by every integrator that fills maps, whatever filled them.
+//
+// Paths by the events of LobeSplit (D rough, S sharp, from light to eye), each counted once:
+//   L S* E            emission met, and light sampled at sharp lobes, along the chain from the eye
+//   L D S* E          light sampled at the first rough vertex, weighted against gather rays that meet the light
+//   L S+ D S* E       caustic map
+//   L (D|S)* D S* D S* E   gather rays through sharp chains to the next rough vertex, and the global map there
+#pragma once
+
+#include "sampling/sampler.h"
+#include "transport/lobe_split.h"
+#include "transport/photon_map.h"
+#include "transport/ray_events.h"
+
+namespace ajar {
+
+struct PhotonMaps {
+  PhotonMap global, caustic;
+  IrradianceMap sites;
+  float global_radius = 0.0f, caustic_radius = 0.0f;
+  bool has_global = false, has_caustic = false;
+};
+
+struct GatherSettings {
+  int rays = 8;                     ///< gathered at the first rough surface of a sample
+  int neighbours = 60;              ///< in density estimates
+  int gather_neighbours = 20;       ///< in estimates at the ends of gather rays that no irradiance site answers
+};
+
+/// One thread's work. Radiance along camera rays; counts what it traces.
+class PhotonGatherer {
+ public:
+  PhotonGatherer(const Scene& scene, const PhotonMaps& maps, const GatherSettings& settings, uint32_t seed)
+      : scene_(scene), maps_(maps), settings_(settings), sampler_(Sampler::Kind::Sobol, seed),
+        gather_sampler_(Sampler::Kind::Sobol, hash_combine(seed, 0x67617468U)) {}
+
+  /// Sample `index` of pixel number `pixel`; `camera` has been called with this sampler's first dimensions.
+  Sampler& start(uint32_t pixel, uint32_t index) {
+    pixel_ = pixel;
+    index_ = index;
+    sampler_.start(pixel, index);
+    return sampler_;
+  }
+  Color trace(Ray ray, SampleAux* aux, float& alpha);
+
+  uint64_t rays() const { return rays_; }
+  uint64_t gathered() const { return gathered_; }
+  uint64_t from_sites() const { return from_sites_; }
+
+ private:
+  /// A vertex whose sampled direction is being followed, for the weight of light met against light sampled there.
+  struct Origin {
+    Vec3 position{0.0f}, normal{0.0f};
+    float pdf_solid_angle = 0.0f;   ///< 0 when no light sampling could have found the direction
+  };
+  float weight_of_hit(const Origin& origin, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const;
+  Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension);
+  /// Light scattered towards the eye by the rough lobes of a surface: direct, caustic and gathered.
+  Color reflected(const ShadingPoint& point, const Bsdf& rough, int rays, int depth, Sampler& sampler, uint32_t dimension);
+  /// Light along a gather ray: emission of what it meets first, and what maps tell about the rough surface it comes to.
+  Color incoming(const ShadingPoint& from, const BsdfSample& sample, int depth, Sampler& sampler, uint32_t dimension);
+  Color from_map(const ShadingPoint& point, const Bsdf& rough);
+
+  const Scene& scene_;
+  const PhotonMaps& maps_;
+  const GatherSettings& settings_;
+  Sampler sampler_, gather_sampler_;
+  uint32_t pixel_ = 0, index_ = 0;
+  uint64_t rays_ = 0, gathered_ = 0, from_sites_ = 0;
+};
+
+}  // namespace ajar

@@ -1,0 +1,96 @@
+#include "transport/photon_map.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace ajar {
+
+namespace {
+
+bool transmits(const Bsdf& bsdf) {
+  for (int i = 0; i < bsdf.lobe_count(); ++i) {
+    const LobeKind kind = bsdf.lobe(i).kind;
+    if (kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void PhotonMap::build(std::vector<Photon> photons) {
+  std::vector<SurfacePoint> points(photons.size());
+  for (size_t i = 0; i < photons.size(); ++i) points[i] = photons[i].point;
+  std::vector<uint32_t> order;
+  tree_.build(std::move(points), order);
+  lights_.resize(photons.size());
+  for (size_t i = 0; i < photons.size(); ++i) lights_[i] = {photons[order[i]].flux_over_cosine, photons[order[i]].packed_direction};
+}
+
+Color PhotonMap::radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const {
+  if (empty()) return Color(0.0f);
+  PointTree::Neighbours found;
+  Color radiance(0.0f);
+  const int sides = transmits(bsdf) ? 2 : 1;
+  for (int side = 0; side < sides; ++side) {
+    tree_.nearest(point.position, side == 0 ? point.ng : -point.ng, lookup.neighbours, lookup.radius, found);
+    Color sum(0.0f);
+    for (int i = 0; i < found.count; ++i) {
+      const Light& light = lights_[found.index[i]];
+      sum += bsdf.evaluate(point.wo, unpack_direction(light.packed_direction)).f_cos * light.flux_over_cosine;
+    }
+    if (found.count > 0) radiance += sum / (kPi * found.radius2);
+  }
+  return radiance;
+}
+
+Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const {
+  PointTree::Neighbours found;
+  tree_.nearest(position, ng, lookup.neighbours, lookup.radius, found);
+  Color sum(0.0f);
+  for (int i = 0; i < found.count; ++i) {
+    const Light& light = lights_[found.index[i]];
+    sum += std::max(glm::dot(unpack_direction(light.packed_direction), ns), 0.0f) * light.flux_over_cosine;
+  }
+  return found.count > 0 ? sum / (kPi * found.radius2) : sum;
+}
+
+float PhotonMap::median_distance(int k, float most) const {
+  if (empty()) return 0.0f;
+  constexpr size_t kProbes = 255;
+  std::vector<float> distances;
+  PointTree::Neighbours found;
+  const size_t step = std::max<size_t>(1, size() / kProbes);
+  for (size_t i = 0; i < size(); i += step) {
+    const SurfacePoint& probe = tree_[uint32_t(i)];
+    tree_.nearest(probe.position, unpack_direction(probe.packed_normal), k, most, found);
+    distances.push_back(std::sqrt(found.radius2));
+  }
+  std::nth_element(distances.begin(), distances.begin() + std::ptrdiff_t(distances.size() / 2), distances.end());
+  return distances[distances.size() / 2];
+}
+
+void IrradianceMap::build(const std::vector<IrradianceSite>& sites, const PhotonMap& photons, const PhotonMap::Lookup& lookup) {
+  std::vector<SurfacePoint> points(sites.size());
+  for (size_t i = 0; i < sites.size(); ++i) points[i] = sites[i].point;
+  std::vector<uint32_t> order;
+  tree_.build(std::move(points), order);
+  irradiance_.resize(sites.size());
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, sites.size(), 256), [&](const tbb::blocked_range<size_t>& range) {
+    for (size_t i = range.begin(); i != range.end(); ++i) {
+      const SurfacePoint& point = tree_[uint32_t(i)];
+      irradiance_[i] = Vec4(
+          photons.irradiance(point.position, unpack_direction(point.packed_normal), sites[order[i]].shading_normal, lookup), 0.0f);
+    }
+  });
+}
+
+double radius2_factor(uint32_t pass) {
+  double factor = 1.0;
+  for (uint32_t i = 1; i <= pass; ++i) factor *= (i + 2.0 / 3.0) / (i + 1.0);
+  return factor;
+}
+
+}  // namespace ajar

@@ -1,0 +1,83 @@
+// A photon map: where light arrives, from where, and how much; radiance by density estimation
+// [Jensen 2001, chapter 7].
+//
+// A photon keeps its flux divided by the cosine at the geometric normal of the surface it lies on, so that a sum of f_cos
+// (which holds the cosine at the shading normal) over photons is exact also where the two normals differ:
+//   L(x, wo) = 1 / (pi r^2) sum_p f_cos(wo, wi_p) flux_p / |cos(wi_p, ng_p)|.
+// 32 bytes a photon.
+#pragma once
+
+#include "scene/scene.h"
+#include "transport/point_tree.h"
+
+namespace ajar {
+
+struct Photon {
+  SurfacePoint point;
+  Color flux_over_cosine;     ///< watts
+  uint32_t packed_direction;  ///< towards where the light came from
+};
+static_assert(sizeof(Photon) == 32);
+
+class PhotonMap {
+ public:
+  /// Density estimates take at most so many photons, all within `radius`.
+  struct Lookup {
+    int neighbours = 60;
+    float radius = 0.0f;
+  };
+
+  void build(std::vector<Photon> photons);
+  size_t size() const { return tree_.size(); }
+  bool empty() const { return tree_.empty(); }
+  size_t memory_bytes() const { return size() * sizeof(Photon); }
+
+  /// Radiance that leaves `point` towards point.wo by way of `bsdf`. Lobes that transmit see the photons behind the surface too.
+  Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const;
+  /// Irradiance, its cosine taken at `ns`, on the side of `ng`.
+  Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const;
+  /// Median over some photons of the distance to the k-th neighbour; 0 for an empty map. Where fewer than k are
+  /// within `most`, the distance is `most`.
+  float median_distance(int k, float most) const;
+
+ private:
+  struct Light {
+    Color flux_over_cosine;
+    uint32_t packed_direction;
+  };
+  PointTree tree_;
+  std::vector<Light> lights_;
+};
+
+/// Where irradiance is worked out once for many gather rays: on plain Lambertian surfaces.
+struct IrradianceSite {
+  SurfacePoint point;
+  Vec3 shading_normal;
+};
+
+/// Irradiance precomputed at sites [Christensen 1999]. Sites must not depend on the photons of the map they are
+/// filled from: at a photon's own place the estimate counts itself, and is too high by 1/k.
+/// 32 bytes a site.
+class IrradianceMap {
+ public:
+  void build(const std::vector<IrradianceSite>& sites, const PhotonMap& photons, const PhotonMap::Lookup& lookup);
+  size_t size() const { return tree_.size(); }
+  size_t memory_bytes() const { return size() * (sizeof(SurfacePoint) + sizeof(Vec4)); }
+  /// That of the nearest site within `radius`; false when there is none.
+  bool find(Vec3 position, Vec3 ng, float radius, Color& irradiance) const {
+    const int site = tree_.nearest(position, ng, radius);
+    if (site < 0) return false;
+    irradiance = Color(irradiance_[size_t(site)]);
+    return true;
+  }
+
+ private:
+  PointTree tree_;
+  std::vector<Vec4> irradiance_;
+};
+
+/// Squared radius of pass i (from 0) over that of the first: r^2_{i+1} / r^2_i = (i + alpha) / (i + 1), i from 1, alpha = 2/3
+/// [Knaus and Zwicker 2011, eq. 16]. Bias then falls as passes^(-1/3), as does the variance of density estimates by passes^(-2/3).
+double radius2_factor(uint32_t pass);
+
+}  // namespace ajar
