@@ -278,6 +278,20 @@ void bind_description(py::module_& module) {
             return index_of_last(description.lights.size());
           },
           py::arg("light"))
+      .def(
+          "add_hint",
+          [](SceneDescription& description, std::string name, const Floats& points, float spread, float weight, bool enabled) {
+            HintDescription hint;
+            hint.points = copy_rows<Vec3>(points, "points of " + name);
+            hint.name = std::move(name);
+            hint.spread = spread;
+            hint.weight = weight;
+            hint.enabled = enabled;
+            description.hints.push_back(std::move(hint));
+            return index_of_last(description.hints.size());
+          },
+          py::kw_only(), py::arg("name"), py::arg("points"), py::arg("spread") = 0.0872665f, py::arg("weight") = 1.0f, py::arg("enabled") = true,
+          "A light path drawn by the artist: float32[n, 3] in world space, from a light to what the camera sees.")
       .def_readonly("meshes", &SceneDescription::meshes)
       .def_readonly("objects", &SceneDescription::objects)
       .def_readonly("instances", &SceneDescription::instances)

@@ -113,8 +113,9 @@ template <class A> void fields(A& a, RenderSettings& v) {
       v.clamp_indirect, v.reflective_caustics, v.refractive_caustics, v.integrator, v.direct, v.image, v.samples, v.seconds,
       v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays);
 }
+template <class A> void fields(A& a, HintDescription& v) { all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled); }
 template <class A> void fields(A& a, SceneDescription& v) {
-  all(a, v.meshes, v.objects, v.instances, v.materials, v.images, v.lights, v.world, v.camera, v.settings);
+  all(a, v.meshes, v.objects, v.instances, v.materials, v.images, v.lights, v.world, v.camera, v.hints, v.settings);
 }
 
 template <class A, class T> void visit(A& a, T& value) {

@@ -202,6 +202,18 @@ struct RenderSettings {
   std::vector<std::string> passes{"Combined"};
 };
 
+// ---- Hints --------------------------------------------------------------------------------
+
+/// A curve the artist drew: from a light, over the surfaces light should bounce on, to something the camera sees. It only
+/// proposes; see transport/hints.h for how its points are attached.
+struct HintDescription {
+  std::string name;
+  std::vector<Vec3> points;                      ///< world space; the first near a light
+  std::vector<float> spreads;                    ///< half-angle of the cone of each segment in radians; missing ones are `spread`
+  float spread = 0.0872665f, weight = 1.0f;
+  bool enabled = true;
+};
+
 struct SceneDescription {
   std::vector<MeshDescription> meshes;
   std::vector<ObjectDescription> objects;
@@ -211,6 +223,7 @@ struct SceneDescription {
   std::vector<LightDescription> lights;
   WorldDescription world;
   CameraDescription camera;
+  std::vector<HintDescription> hints;
   RenderSettings settings;
 };
 
