@@ -162,7 +162,7 @@ class PathTracer final : public Integrator {
 
       // Continue the path.
       float u_lobe = 0.5f;
-      if (bsdf.lobe_count() > 1 || bsdf.lobe(0).kind == LobeKind::MicrofacetGlass) {
+      if (bsdf.lobe_count() > 1 || bsdf.lobe(0).kind != LobeKind::Diffuse) {
         sampler.set_dimension(base + kLobe);
         u_lobe = sampler.get_1d();
       }
