@@ -39,7 +39,7 @@ inline NodeProperty number_property(const std::string& name, std::vector<float> 
 
 inline ShaderProgram compile(const NodeGraph& graph, Diagnostics* diagnostics = nullptr, TextureStore* textures = nullptr,
                              const ShaderContext& context = {}) {
-  TextureStore none({});
+  static TextureStore none({});   // outlives the program, which may show its magenta
   Diagnostics ignored;
   return ShaderProgram::compile(graph, "Material", textures ? *textures : none, diagnostics ? *diagnostics : ignored, context);
 }
