@@ -8,6 +8,11 @@
 
 namespace ajar {
 
+namespace {
+constexpr double kSplatUnits = 0x1p32;
+constexpr float kMaxSplat = 0x1p30f;
+}  // namespace
+
 const std::vector<PassInfo>& known_passes() {
   static const std::vector<PassInfo> passes{{"Combined", 4}, {"Depth", 1}, {"Normal", 3}, {"Position", 3}, {"UV", 3},
                                             {"Albedo", 3}, {"Sample Count", 1}, {"Variance", 1}};
@@ -62,6 +67,30 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
   return true;
 }
 
+void Film::enable_splats() {
+  if (!splats_) splats_ = std::make_unique<SplatPixel[]>(pixels_.size());
+}
+
+void Film::add_splat(int x, int y, Color value, bool odd) {
+  if (x < x0_ || x >= x1_ || y < y0_ || y >= y1_) return;
+  const float largest = max_component(glm::abs(value));
+  if (!(largest <= kMaxSplat)) {
+    refused_.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  SplatPixel& pixel = splats_[size_t(y - y0_) * size_t(width()) + size_t(x - x0_)];
+  for (int c = 0; c < 3; ++c)
+    pixel.pending[odd][c].fetch_add(int64_t(std::llrint(double(value[c]) * kSplatUnits)), std::memory_order_relaxed);
+}
+
+void Film::end_splats(double scale) {
+  splat_scale_ = scale;
+  for (size_t i = 0; i < pixels_.size(); ++i)
+    for (int half = 0; half < 2; ++half)
+      for (int c = 0; c < 3; ++c)
+        splats_[i].sum[half][c] += double(splats_[i].pending[half][c].exchange(0, std::memory_order_relaxed)) / kSplatUnits;
+}
+
 Film::SampleCounts Film::sample_counts() const {
   SampleCounts counts{0.0, pixels_.empty() ? 0u : ~0u, 0};
   CompensatedSum sum;
@@ -84,11 +113,11 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   if (is_aux && aux_.empty()) return out;
   for (size_t i = 0; i < pixels_.size(); ++i) {
     const Pixel& p = pixels_[i];
-    if (p.count == 0) continue;
-    const double scale = 1.0 / double(p.count);
+    if (p.count == 0 && !splats_) continue;
+    const double scale = p.count > 0 ? 1.0 / double(p.count) : 0.0;
     float* o = out.data() + i * channels;
     if (pass == "Combined") {
-      for (int c = 0; c < 3; ++c) o[c] = float(p.sum[c] * scale * double(exposure));
+      for (int c = 0; c < 3; ++c) o[c] = float((p.sum[c] * scale + splatted(i, c)) * double(exposure));
       o[3] = float(p.sum_alpha * scale);
     } else if (pass == "Sample Count") {
       o[0] = float(p.count);
@@ -111,12 +140,19 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
 double Film::estimated_relmse() const {
   CompensatedSum sum;
   uint64_t terms = 0;
-  for (const Pixel& p : pixels_) {
+  for (size_t i = 0; i < pixels_.size(); ++i) {
+    const Pixel& p = pixels_[i];
     const uint32_t even = p.count - p.half_count;
-    if (p.half_count == 0 || even == 0) return -1.0;
+    if ((p.half_count == 0 || even == 0) && !(splats_ && p.count == 0)) return -1.0;
     for (int c = 0; c < 3; ++c) {
-      const double odd_mean = p.half[c] / double(p.half_count), even_mean = (p.sum[c] - p.half[c]) / double(even);
-      const double mean = p.sum[c] / double(p.count), difference = odd_mean - even_mean;
+      double odd_mean = 0.0, even_mean = 0.0, mean = splatted(i, c);
+      if (p.count > 0) {
+        odd_mean = p.half[c] / double(p.half_count);
+        even_mean = (p.sum[c] - p.half[c]) / double(even);
+        mean += p.sum[c] / double(p.count);
+      }
+      double difference = odd_mean - even_mean;
+      if (splats_) difference += 2.0 * splat_scale_ * (splats_[i].sum[1][c] - splats_[i].sum[0][c]);
       sum.add(0.25 * difference * difference / (mean * mean + 0.01));
       ++terms;
     }

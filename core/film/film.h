@@ -2,12 +2,17 @@
 //
 // Samples are drawn from the pixel filter (importance sampling), so each belongs to one pixel with
 // weight 1 and the mean over a pixel's samples is the filtered image. Paths that arrive
-// from lights are splatted instead. Sums are double; non-finite samples are refused and counted.
+// from lights are splatted instead: from any thread, in any order. Sums are double; non-finite samples are refused and counted.
+//
+// Splats are summed in 64-bit integers, so that their sum does not depend on the order of threads: units
+// of 2^-32, up to 2^30 for one splat (what exceeds it is refused) and 2^31 for the sum over an iteration, after which
+// `end_splats` moves it to doubles. The image is the mean of the samples plus the sum of splats times the splat scale.
 // Pixels are rows from the bottom up over the render region.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -45,6 +50,14 @@ class Film {
   /// One sample of pixel (x, y) of the full frame. Different pixels may be written by different threads.
   /// Returns false (and counts) when the sample is not finite.
   bool add_sample(int x, int y, Color radiance, float alpha, const SampleAux* aux);
+  /// Make room for splats; once, before the first.
+  void enable_splats();
+  /// What arrives at pixel (x, y) of the full frame from a light, from any thread; outside the region it is ignored.
+  /// `odd` tells apart two independent halves of all splats, for the estimate of the error.
+  void add_splat(int x, int y, Color value, bool odd);
+  /// Between iterations: everything splatted so far, times `scale`, is the splatted part of the image
+  /// (scale: one over the number of light paths a pixel, say).
+  void end_splats(double scale);
   /// Samples so far: mean over the film, least and most of any pixel.
   struct SampleCounts {
     double mean;
@@ -71,6 +84,15 @@ class Film {
     double depth = 0.0, normal[3] = {0, 0, 0}, position[3] = {0, 0, 0}, uv[3] = {0, 0, 0}, albedo[3] = {0, 0, 0};
     bool has_first = false;
   };
+  struct SplatPixel {
+    std::atomic<int64_t> pending[2][3]{};  ///< even, odd
+    double sum[2][3] = {};
+  };
+  double splatted(size_t index, int channel) const {
+    return splats_ ? (splats_[index].sum[0][channel] + splats_[index].sum[1][channel]) * splat_scale_ : 0.0;
+  }
+  std::unique_ptr<SplatPixel[]> splats_;
+  double splat_scale_ = 0.0;
   int x0_ = 0, y0_ = 0, x1_ = 0, y1_ = 0;
   bool wants_aux_ = false;
   std::vector<Pixel> pixels_;

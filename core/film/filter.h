@@ -1,9 +1,13 @@
 // Pixel reconstruction filters by importance sampling: every sample belongs to one pixel and is displaced
 // by a draw from the filter, so that the plain mean is the filtered image (Ernst et al. 2006).
+// What arrives from lights at a point of the film belongs to every pixel whose filter covers it: `place` picks one of
+// them in proportion, and says how much the filters of all sum to there, so that splats have the same mean as samples.
 // All filters here are non-negative and separable. Their width is Blender's number, which Cycles stretches for
 // filters that fall off smoothly, so that equal numbers look equally sharp: see full_width.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -17,6 +21,13 @@ class PixelFilter {
   PixelFilter() : PixelFilter(FilterKind::Box, 1.0f) {}
   PixelFilter(FilterKind kind, float width) : width_(full_width(kind, width)), box_(kind == FilterKind::Box) {
     if (box_) return;
+    double integral = 0.0;
+    for (int i = 0; i < kDensityEntries; ++i) {
+      const double x = (double(i) / (kDensityEntries - 1) - 0.5) * double(width_);
+      density_[size_t(i)] = float(value(kind, x * (1.0 - 1e-9)));
+      integral += double(density_[size_t(i)]) * (i == 0 || i == kDensityEntries - 1 ? 0.5 : 1.0) * double(width_) / (kDensityEntries - 1);
+    }
+    for (float& d : density_) d = float(double(d) / integral);
     // Inverse of the cumulative filter, tabulated; piecewise linear between entries.
     constexpr int kFine = 32768;
     std::vector<double> cumulative(kFine + 1, 0.0);
@@ -48,6 +59,36 @@ class PixelFilter {
   /// Displacement from the pixel's centre, in pixels.
   Vec2 sample(Vec2 u) const { return {sample_1d(u.x), sample_1d(u.y)}; }
 
+  float half_width() const { return 0.5f * width_; }
+  /// The normalised filter along one axis, per pixel.
+  float density(float x) const {
+    const float place = (x / width_ + 0.5f) * float(kDensityEntries - 1);
+    if (box_) return place >= 0.0f && place < float(kDensityEntries - 1) ? 1.0f : 0.0f;
+    if (!(place >= 0.0f && place < float(kDensityEntries - 1))) return 0.0f;
+    const int i = int(place);
+    return density_[size_t(i)] + (place - float(i)) * (density_[size_t(i) + 1] - density_[size_t(i)]);
+  }
+  /// Which of the pixels lower <= i < upper a point of the film is splatted to, and the sum of all their filters there
+  /// (0: it belongs to none).
+  struct Place {
+    int pixel;
+    float weight;
+  };
+  Place place(float film, int lower, int upper, float u) const {
+    const int first = std::max(lower, int(std::ceil(film - 0.5f - half_width()))), last = std::min(upper - 1, int(std::floor(film - 0.5f + half_width())));
+    float sum = 0.0f;
+    for (int i = first; i <= last; ++i) sum += density(film - 0.5f - float(i));
+    if (!(sum > 0.0f)) return {0, 0.0f};
+    float left = u * sum;
+    int chosen = first;
+    for (; chosen < last; ++chosen) {
+      const float d = density(film - 0.5f - float(chosen));
+      if (left < d) break;
+      left -= d;
+    }
+    return {chosen, sum};
+  }
+
   /// The unnormalised one-dimensional filter.
   double value(FilterKind kind, double x) const {
     if (std::abs(x) > 0.5 * double(width_)) return 0.0;
@@ -66,6 +107,7 @@ class PixelFilter {
   }
 
  private:
+  static constexpr int kDensityEntries = 2049;
   static constexpr int kEntries = 4096;   ///< tails of the Gaussian need them
   float sample_1d(float u) const {
     if (box_) return u - 0.5f;
@@ -78,6 +120,7 @@ class PixelFilter {
   float width_;
   bool box_;
   std::vector<float> inverse_;
+  std::array<float, kDensityEntries> density_{};
 };
 
 }  // namespace ajar

@@ -23,6 +23,11 @@ Camera::Camera(const CameraDescription& description, int width, int height)
     if (len > 0.0f) world_from_camera_[axis] /= len;
   }
   camera_from_world_ = glm::inverse(world_from_camera_);
+  pixel_area_ = std::abs((window_.y - window_.x) * (window_.w - window_.z)) / (float(width_) * float(height_));
+  if (lens_radius_ > 0.0f) {
+    const float unit = blades_ < 3 ? kPi : 0.5f * float(blades_) * std::sin(2.0f * kPi / float(blades_));
+    pdf_lens_area_ = aperture_ratio_ / (unit * sqr(lens_radius_));
+  }
 }
 
 Vec2 Camera::sample_lens(Vec2 u) const {
@@ -38,6 +43,41 @@ Vec2 Camera::sample_lens(Vec2 u) const {
     p = b.x * Vec2(std::cos(a0), std::sin(a0)) + b.y * Vec2(std::cos(a1), std::sin(a1));
   }
   return {lens_radius_ * p.x / aperture_ratio_, lens_radius_ * p.y};
+}
+
+Vec3 Camera::sample_lens_point(Vec2 u_lens) const {
+  if (!has_lens()) return position();
+  return transform_point(world_from_camera_, Vec3(sample_lens(u_lens), 0.0f));
+}
+
+Vec3 Camera::orthographic_direction(Vec3 lens_point) const {
+  if (!has_lens()) return forward();
+  const Vec2 lens(transform_point(camera_from_world_, lens_point));
+  return glm::normalize(transform_vector(world_from_camera_, Vec3(-lens, -focus_distance_)));
+}
+
+std::optional<Vec2> Camera::film_of(Vec3 lens_point, Vec3 p) const {
+  const Vec3 local = transform_point(camera_from_world_, p);
+  const float depth = -local.z;
+  if (!(depth >= clip_start_ && depth <= clip_end_ && depth > 0.0f)) return std::nullopt;
+  Vec2 on_window(local);
+  if (has_lens()) {
+    // Through the point in focus, whose place on the window every lens point shares.
+    const Vec2 lens(transform_point(camera_from_world_, lens_point));
+    on_window = lens + (on_window - lens) * (focus_distance_ / depth);
+    if (is_orthographic()) on_window = Vec2(local) - lens * (1.0f - depth / focus_distance_);
+    else on_window /= focus_distance_;
+  } else if (!is_orthographic()) {
+    on_window /= depth;
+  }
+  return Vec2((on_window.x - window_.x) / (window_.y - window_.x) * float(width_),
+              (on_window.y - window_.z) / (window_.w - window_.z) * float(height_));
+}
+
+float Camera::film_density(Vec3 direction) const {
+  const float cos_theta = glm::dot(direction, forward());
+  if (!(cos_theta > 0.0f)) return 0.0f;
+  return is_orthographic() ? 1.0f / (pixel_area_ * cos_theta) : 1.0f / (pixel_area_ * cos_theta * cos_theta * cos_theta);
 }
 
 Ray Camera::generate_ray(Vec2 film, Vec2 u_lens, float time) const {

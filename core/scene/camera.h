@@ -2,7 +2,14 @@
 //
 // Film coordinates are pixels of the full frame, y up, pixel (i, j) covering
 // [i, i+1) x [j, j+1). Perspective and orthographic with a thin lens (polygonal blades, anamorphic ratio).
+//
+// For paths that arrive from lights: a measurement is the integral of radiance over the film (in pixels^2) and the mean over
+// the lens (Veach 1997, section 8.3.2.2, with the pixel as the unit of area). `film_density` converts densities between
+// film and directions; where all rays through one lens point are parallel (orthographic), between the film
+// and the area perpendicular to them.
 #pragma once
+
+#include <optional>
 
 #include "scene/scene_description.h"
 
@@ -15,6 +22,22 @@ class Camera {
 
   /// Ray through film point `film`, lens point from `u_lens`. Clipping is in t_min, t_max.
   Ray generate_ray(Vec2 film, Vec2 u_lens, float time) const;
+
+  /// Point of the lens in world space, uniform over its area. Of a pinhole: where it is.
+  Vec3 sample_lens_point(Vec2 u_lens) const;
+  /// 1 / area of the lens; 1 for a pinhole.
+  float pdf_lens_area() const { return pdf_lens_area_; }
+  /// All rays through one lens point are parallel.
+  bool is_orthographic() const { return kind_ == CameraKind::Orthographic; }
+  /// Direction of the rays through a lens point of an orthographic camera.
+  Vec3 orthographic_direction(Vec3 lens_point) const;
+  /// Film point through which the ray from `lens_point` to p goes, perhaps outside the frame. Empty for what is behind
+  /// the camera or clipped.
+  std::optional<Vec2> film_of(Vec3 lens_point, Vec3 p) const;
+  /// Pixels^2 per steradian of the unit direction (away from the lens); per m^2 across it for an orthographic camera.
+  float film_density(Vec3 direction) const;
+  /// Distance along `direction` from the lens to the near clipping plane.
+  float clip_distance(Vec3 direction) const { return clip_start_ / std::abs(glm::dot(direction, forward())); }
 
   bool has_lens() const { return lens_radius_ > 0.0f; }
   const Mat4& world_from_camera() const { return world_from_camera_; }
@@ -34,6 +57,8 @@ class Camera {
   float lens_radius_ = 0.0f, focus_distance_ = 1.0f;
   int blades_ = 0;
   float blade_rotation_ = 0.0f, aperture_ratio_ = 1.0f;
+  float pdf_lens_area_ = 1.0f;
+  float pixel_area_ = 1.0f;       ///< on the plane z = -1; in m^2 for orthographic
 };
 
 }  // namespace ajar

@@ -3,6 +3,7 @@
 #include "film/film.h"
 #include "film/filter.h"
 #include "math/random.h"
+#include "math/statistics.h"
 
 using namespace ajar;
 
@@ -74,3 +75,54 @@ TEST_P(Filters, samples_are_distributed_like_the_filter) {
 INSTANTIATE_TEST_SUITE_P(Kinds, Filters,
                          ::testing::Values(std::pair(FilterKind::Box, 1.0f), std::pair(FilterKind::Gaussian, 1.5f),
                                            std::pair(FilterKind::BlackmanHarris, 1.5f), std::pair(FilterKind::BlackmanHarris, 4.0f)));
+
+TEST(Film, splats_add_to_the_mean_of_samples_whatever_their_order) {
+  Film film(2, 3, 4, 5, {"Combined"}), other(2, 3, 4, 5, {"Combined"});
+  film.enable_splats();
+  other.enable_splats();
+  Pcg32 rng(3);
+  std::vector<Color> values;
+  for (int i = 0; i < 1000; ++i) values.push_back(Color(rng.next_float() * 1000.0f, rng.next_float() * 1e-3f, 1.0f));
+  for (size_t i = 0; i < values.size(); ++i) film.add_splat(3, 4, values[i], i & 1);
+  for (size_t i = values.size(); i-- > 0;) other.add_splat(3, 4, values[i], i & 1);
+  film.add_splat(0, 0, Color(1e6f), false);    // outside: ignored
+  for (Film* f : {&film, &other}) {
+    f->add_sample(3, 4, Color(2.0f), 1.0f, nullptr);
+    f->add_sample(3, 4, Color(4.0f), 1.0f, nullptr);
+    f->end_splats(0.5);
+  }
+  double sum = 0.0;
+  for (const Color& v : values) sum += double(v.x);
+  const auto image = film.resolve("Combined", 1.0f);
+  EXPECT_EQ(image, other.resolve("Combined", 1.0f));
+  EXPECT_FLOAT_EQ(image[3 * 4], float(3.0 + 0.5 * sum));
+  EXPECT_FLOAT_EQ(image[3 * 4 + 2], 503.0f);
+  EXPECT_EQ(image[0], 0.0f);
+}
+
+TEST(Film, splats_that_are_not_usable_numbers_are_refused_and_counted) {
+  Film film(0, 0, 1, 1, {"Combined"});
+  film.enable_splats();
+  for (float bad : {std::nanf(""), kInfinity, 2e9f}) film.add_splat(0, 0, Color(bad, 0.0f, 0.0f), false);
+  film.end_splats(1.0);
+  EXPECT_EQ(film.refused(), 3u);
+  EXPECT_EQ(film.resolve("Combined", 1.0f)[0], 0.0f);
+}
+
+TEST(Film, places_of_splats_follow_the_pixel_filters) {
+  // The pixel's own mean over points drawn from its filter is what splats of uniform points must give it.
+  for (const FilterKind kind : {FilterKind::Box, FilterKind::Gaussian, FilterKind::BlackmanHarris}) {
+    const PixelFilter filter(kind, 1.5f);
+    RunningMoments splatted;
+    double expected = 0.0;
+    const auto radiance = [](float film) { return std::sin(1.3 * double(film)) + 1.0; };
+    Pcg32 rng(9);
+    for (int i = 0; i < 200000; ++i) {
+      const float film = 20.0f * (float(i) + rng.next_float()) / 200000.0f;
+      const auto place = filter.place(film, 0, 20, rng.next_float());
+      splatted.add(place.pixel == 7 ? 20.0 * double(place.weight) * radiance(film) : 0.0);
+      expected += radiance(7.5f + filter.sample({(float(i) + 0.5f) / 200000.0f, 0.5f}).x) / 200000.0;
+    }
+    EXPECT_NEAR(splatted.mean(), expected, 4.0 * std::sqrt(splatted.variance_of_mean()) + 1e-3);
+  }
+}
