@@ -207,6 +207,115 @@ std::optional<BsdfSample> Bsdf::sample(Vec3 wo, float u_lobe, Vec2 u, TransportM
   return result;
 }
 
+void Bsdf::remove_transparency(Vec3 wo) {
+  int kept = 0;
+  for (int i = 0; i < count_; ++i) {
+    if (lobes()[i].kind == LobeKind::Transparent) continue;
+    if (kept != i) std::memcpy(lobe_bytes_ + size_t(kept) * sizeof(Lobe), lobe_bytes_ + size_t(i) * sizeof(Lobe), sizeof(Lobe));
+    ++kept;
+  }
+  if (kept == count_) return;
+  count_ = kept;
+  prepare(wo);
+}
+
+/// Every delta event but transparency: visit(event, probability).
+template <class F>
+void Bsdf::for_each_specular(Vec3 wo, TransportMode mode, F&& visit) const {
+  const bool flipped = glm::dot(ng, wo) < 0.0f;
+  float recomputed_storage[kMaxLobes];
+  const float* recomputed = nullptr;
+  if (count_ > 1 && wo != prepared_wo_) {
+    select(wo, recomputed_storage);
+    recomputed = recomputed_storage;
+  }
+  const Vec3 wo_front = flipped ? -wo : wo;
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes()[i];
+    if (!lobe.is_delta() || lobe.kind == LobeKind::Transparent) continue;
+    const float selection = selection_for(i, recomputed);
+    uint32_t seen = 0;
+    // The two ends of u_branch reach both branches of glass.
+    for (const float u_branch : {0.0f, kOneMinusEpsilon}) {
+      LobeSample drawn;
+      if (!sample_lobe(lobe, wo_front, u_branch, Vec2(0.5f), mode, flipped, drawn)) continue;
+      const uint32_t side = drawn.flags & (kReflection | kTransmission);
+      if (seen & side) continue;
+      seen |= side;
+      const float cos_ng = glm::dot(ng, drawn.wi);
+      if (side == kReflection ? !(cos_ng > 0.0f) : !(cos_ng < 0.0f)) continue;
+      BsdfSample event{flipped ? -drawn.wi : drawn.wi, drawn.weight, selection * drawn.probability, drawn.flags, true, drawn.eta, drawn.roughness};
+      if (mode == TransportMode::Importance) {
+        event.f_cos *= importance_factor(lobe, wo_front, drawn.wi);
+        if (lobe.layers != 0) event.f_cos *= layer_factor(lobe, wo_front, drawn.wi);
+      }
+      if (event.pdf_solid_angle > 0.0f) visit(event);
+    }
+  }
+}
+
+Bsdf::SpecularEvaluation Bsdf::evaluate_specular(Vec3 wo, Vec3 wi, TransportMode mode) const {
+  // Rounding moves directions near the critical angle by far more than one unit.
+  constexpr float kSameDirection = 0.9998f;
+  SpecularEvaluation sum;
+  float kind = 0.0f;
+  const uint32_t side = glm::dot(ng, wo) * glm::dot(ng, wi) > 0.0f ? kReflection : kTransmission;
+  for_each_specular(wo, mode, [&](const BsdfSample& event) {
+    if (!(event.flags & side)) return;
+    kind += event.pdf_solid_angle;
+    if (!(glm::dot(event.wi, wi) > kSameDirection)) return;
+    sum.weight += event.f_cos;
+    sum.probability += event.pdf_solid_angle;
+    sum.eta = event.eta;
+  });
+  if (kind > 0.0f) sum.follow_probability = sum.probability / kind;
+  return sum;
+}
+
+std::optional<BsdfSample> Bsdf::follow_specular(Vec3 wo, bool transmitted, float u_lobe, TransportMode mode) const {
+  const uint32_t side = transmitted ? kTransmission : kReflection;
+  float sum = 0.0f;
+  for_each_specular(wo, mode, [&](const BsdfSample& event) {
+    if (event.flags & side) sum += event.pdf_solid_angle;
+  });
+  if (!(sum > 0.0f)) return std::nullopt;
+  std::optional<BsdfSample> chosen;
+  float left = u_lobe * sum;
+  for_each_specular(wo, mode, [&](const BsdfSample& event) {
+    if (!(event.flags & side) || (chosen && left < 0.0f)) return;
+    chosen = event;
+    left -= event.pdf_solid_angle;
+  });
+  if (chosen) chosen->pdf_solid_angle /= sum;
+  return chosen;
+}
+
+Bsdf::KindShares Bsdf::kind_shares(Vec3 wo, Vec3 wi, bool specular) const {
+  KindShares shares;
+  const bool reflection = glm::dot(ng, wo) * glm::dot(ng, wi) > 0.0f;
+  if (specular) {
+    (reflection ? shares.glossy : shares.transmission) = 1.0f;
+    return shares;
+  }
+  float selection[kMaxLobes];
+  select(wo, selection);
+  const bool flipped = glm::dot(ng, wo) < 0.0f;
+  float sum = 0.0f;
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes()[i];
+    if (lobe.is_delta()) continue;
+    const LobeValue value = evaluate_lobe(lobe, flipped ? -wo : wo, flipped ? -wi : wi, reflection, TransportMode::Radiance, flipped);
+    const float share = selection[i] * value.pdf_solid_angle;
+    if (!(share > 0.0f)) continue;
+    sum += share;
+    const bool diffuse = is_diffuse(lobe.kind);
+    (reflection ? (diffuse ? shares.diffuse : shares.glossy) : (diffuse ? shares.diffuse_transmission : shares.transmission)) += share;
+  }
+  if (!(sum > 0.0f)) return shares;
+  for (float* share : {&shares.diffuse, &shares.glossy, &shares.transmission, &shares.diffuse_transmission}) *share /= sum;
+  return shares;
+}
+
 Color Bsdf::transparency() const {
   Color sum(0.0f);
   for (int i = 0; i < count_; ++i)

@@ -175,6 +175,25 @@ class Bsdf {
   float pdf_solid_angle(Vec3 wo, Vec3 wi) const { return evaluate(wo, wi).pdf_solid_angle; }
   std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode = TransportMode::Radiance) const;
 
+  /// Forget the Transparent lobes, for walks that pass straight through surfaces by a choice of their own. Calls prepare.
+  void remove_transparency(Vec3 wo);
+  /// Delta lobes (without transparency) that turn wo into wi, up to rounding: their weights and the probability that
+  /// `sample` takes one of them; `follow_probability` is that of `follow_specular`. Reflection and transmission are told apart by wi.
+  struct SpecularEvaluation {
+    Color weight{0.0f};
+    float probability = 0.0f, follow_probability = 0.0f;
+    float eta = 1.0f;               ///< as in BsdfSample
+  };
+  SpecularEvaluation evaluate_specular(Vec3 wo, Vec3 wi, TransportMode mode = TransportMode::Radiance) const;
+  /// Like sample, but only delta lobes that reflect (or transmit): a path that is perturbed keeps its kind of bounce.
+  std::optional<BsdfSample> follow_specular(Vec3 wo, bool transmitted, float u_lobe, TransportMode mode = TransportMode::Radiance) const;
+
+  /// Shares of the kinds of lobes in the chance of going from wo to wi (of the delta lobes when `specular`), sum 1.
+  struct KindShares {
+    float diffuse = 0.0f, glossy = 0.0f, transmission = 0.0f, diffuse_transmission = 0.0f;
+  };
+  KindShares kind_shares(Vec3 wo, Vec3 wi, bool specular) const;
+
   /// Splits for passes and for shadow rays.
   Color transparency() const;       ///< sum of the Transparent lobes' weights
   Color albedo() const;             ///< estimate of the reflected and transmitted fraction, without transparency
@@ -204,6 +223,8 @@ class Bsdf {
   std::optional<BsdfSample> sample_lambert(Vec3 wo, Vec2 u) const;
   float importance_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const;
   Color layer_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const;
+  template <class F>
+  void for_each_specular(Vec3 wo, TransportMode mode, F&& visit) const;
   template <bool kWithCosine>
   Evaluation sum_lobes(Vec3 wo, Vec3 wi, TransportMode mode) const;
 

@@ -21,8 +21,9 @@ struct ShaderProgram::Data {
   std::vector<Instruction> code, emission_code, transparency_code;
   ProgramTables tables;
   bool reflective_caustics = true, refractive_caustics = true;
-  bool may_be_transparent = false;
+
   bool plain_diffuse = false;   // nothing scatters but one Lambert closure around the surface's own normal
+  bool may_be_transparent = false, depends_on_view = false;
   int register_count = 0;
 };
 
@@ -127,6 +128,12 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.tables = std::move(builder.tables);
   data.may_be_transparent = !data.transparency.empty();
   data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() && is_plain_diffuse(data.scattering.front());
+  for (const Instruction& i : data.code)
+    for (const Op op : {Op::Incoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection, Op::ShadingNormal, Op::TrueNormal})
+      data.depends_on_view |= i.op == op;
+  for (const Closure& closure : data.scattering)
+    data.depends_on_view |= closure.normal != kNoOperand || closure.coat_normal != kNoOperand ||
+                            (closure.kind == ClosureKind::Principled && closure.inputs.version >= 2);
   return program;
 }
 
@@ -254,6 +261,7 @@ bool ShaderProgram::may_be_smooth(float roughness) const {
   });
 }
 
+bool ShaderProgram::depends_on_view() const { return data_->depends_on_view; }
 int ShaderProgram::instruction_count() const { return int(data_->code.size()); }
 
 std::string ShaderProgram::listing() const {

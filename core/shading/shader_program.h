@@ -69,6 +69,9 @@ class ShaderProgram {
   /// Whether some lobe may be diffuse or at least as rough as this; whether some lobe may be smoother. Transparency is neither.
   bool may_be_rough(float roughness) const;
   bool may_be_smooth(float roughness) const;
+  /// The lobes may differ with the direction they are made for, beyond what Bsdf accounts for when
+  /// directions are swapped (Fresnel and Layer Weight nodes, bumped normals, coats, which side is seen).
+  bool depends_on_view() const;
   int instruction_count() const;
   std::string listing() const;        ///< the program as text, for tests and people
 
