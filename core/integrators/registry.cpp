@@ -1,3 +1,4 @@
+#include "integrators/bdpt.h"
 #include "integrators/integrator.h"
 #include "integrators/path_tracer.h"
 #include "integrators/photon_mapping.h"
@@ -8,6 +9,7 @@ const std::vector<IntegratorInfo>& integrator_list() {
   static const std::vector<IntegratorInfo> list{
       {"auto", "Auto", Honesty::Unbiased, "Chooses the technique for each scene.", nullptr},
       {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer},
+      {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt},
       {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", nullptr},
       {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", nullptr},
       {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", nullptr},

@@ -1,0 +1,91 @@
+// Bidirectional path tracing as a way to find paths [Veach 1997, chapter 10]: a walk from the eye, one from a light, and every path
+// that joining them gives, weighted by multiple importance sampling over all ways to find the same path.
+//
+// Strategy s has s vertices found from the light: 0 hits emission by chance, 1 samples a light at the eye walk's
+// end, count - 1 joins the light walk to the lens (its paths land anywhere on the film). The lens is never hit.
+// Russian roulette is in the throughputs, not in the densities of the weights, which then
+// still sum to one.
+#pragma once
+
+#include <vector>
+
+#include "transport/walk.h"
+
+namespace ajar {
+
+/// One path found: s vertices from the light, t from the eye.
+struct FoundPath {
+  int s = 0, t = 0;
+  Color contribution{0.0f};  ///< weight times f / p: an estimate of pixels^2 times radiance at `film`
+  Vec2 film{0.0f};
+  int hit = -1;              ///< s = 0: which of the lights met
+};
+
+class BidirectionalWalks {
+ public:
+  /// `light_walks`: light walks made for the whole film while each pixel^2 of it gets one eye walk. Paths that reach the lens
+  /// directly (t = 1) are then as many, and their contributions are to be divided by it.
+  BidirectionalWalks(const Scene& scene, double light_walks);
+
+  /// Walk from the eye through `film` and from a light: all paths that carry light. Every call takes its numbers from the
+  /// same dimensions of the sampler in the same order.
+  const std::vector<FoundPath>& sample(Vec2 film, Sampler& sampler, SampleAux* aux = nullptr);
+  float alpha() const { return alpha_; }
+  uint64_t rays() const { return rays_; }
+
+  /// Copy the vertices of a path just found into `out`, light first, flags as in the path; returns how many. The edges'
+  /// transmittance and chance of passing go to `edges`.
+  int copy_path(const FoundPath& path, PathVertex* out, PathEdge* edges) const;
+
+  /// For tests: only the strategy with this many light vertices (-1: all), weighted as one of all.
+  int only_strategy = -1;
+
+ private:
+  struct WalkVertex {
+    PathVertex vertex;
+    PathEdge edge;           ///< to the vertex before it in the walk
+    Scattering scattering;   ///< where the walk went on
+    Color beta{0.0f};        ///< f / p up to this vertex, its own scattering not included
+    float fwd = 0.0f;        ///< density with which the walk found it
+    float rev = 0.0f;        ///< density with which a walk the other way finds it, given the walk's next two vertices
+  };
+  struct LightHit {
+    int t = 0;               ///< eye vertices before it
+    Color contribution{0.0f};
+    PathVertex light;
+    PathEdge edge;
+    float pdf = 0.0f;        ///< of the light vertex by the walk that met it
+  };
+  struct Densities;
+
+  void walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux);
+  void walk_from_light(Sampler& sampler);
+  void meet(int t, const PathVertex& light, const PathEdge& edge, Color beta, float pdf_direction);
+  void find_by_hit(int index);
+  void find_by_light_sample(int t, Sampler& sampler);
+  void find_by_connection(int s, int t);
+  void find_by_lens(int s);
+  void found(int s, int t, Color contribution, Vec2 film, int hit);
+  /// Limits for kinds of bounces; `edge` is the one that joins the walks.
+  float limits_factor(int s, int t, const PathEdge& edge) const;
+
+  const Scene& scene_;
+  double light_walks_;
+  float margin_;             ///< of the film: half the width of the pixel filter
+  int max_vertices_;
+  std::vector<WalkVertex> eye_, light_;
+  int eye_count_ = 0, light_count_ = 0;
+  LightEnd light_end_;
+  std::vector<LightHit> hits_;
+  int hit_count_ = 0;
+  std::vector<PathVertex> sampled_lights_;   ///< by t
+  std::vector<PathEdge> sampled_edges_;
+  PathVertex lens_;
+  std::vector<PathEdge> connections_;        ///< of the paths found, in their order
+  std::vector<FoundPath> found_;
+  Vec2 film_{0.0f};
+  float alpha_ = 0.0f;
+  uint64_t rays_ = 0;
+};
+
+}  // namespace ajar

@@ -1,0 +1,125 @@
+// What light paths are made of: vertices, the edges between them, and scattering, with their densities.
+//
+// A path's vertices go from the light (0) to the eye (count - 1).
+// Everything is written for light that travels to the eye. At a vertex, `to_light` and `to_eye` are the directions to its
+// neighbours, and its scattering is the radiance form f |cos(to_light)| whichever side the vertex was found from, so
+// that a path has one contribution and no adjoint appears (shading normals included; Veach 1997, section 5.3).
+//
+// Measures [Veach 1997, section 8.2]. Densities of vertices are per area; of a light at infinity per solid angle of
+// its direction. Edge i joins vertices i and i + 1. With to_light_area(i) = |cos at the light end| / d^2,
+//
+//   f(x) = Le  prod_i scattering[i].f  prod_i transmittance[i] to_light_area[i]  W,
+//
+// W being pixels^2 per solid angle, averaged over the lens: the integral of f is the sum of all pixels (before their
+// filters). A walk from the eye has density pdf_to_light * to_light_area for its next vertex, one from the light
+// pdf_to_eye * to_eye_area.
+//
+// Specular vertices: f, pdf_to_light and pdf_to_eye are the factors of one delta function, the one over
+// to_light given to_eye; they cancel in every ratio [Veach, section 8.3.3]. pdf_to_eye therefore holds the Jacobian
+// d(to_light) / d(to_eye) of refraction.
+//
+// Surfaces that let light straight through are no vertices there. A walk passes each with a chance that depends on
+// the surface only; an edge carries the product of those chances beside its transmittance.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "sampling/sampler.h"
+#include "scene/scene.h"
+
+namespace ajar {
+
+enum class VertexKind : uint8_t { Surface, Light, Lens };
+
+struct PathVertex {
+  VertexKind kind = VertexKind::Surface;
+  bool specular = false;              ///< scatters by a delta lobe in its path
+  bool distant = false;               ///< light at infinity, or the lens of an orthographic camera
+  bool delta = false;                 ///< light that no ray can hit
+  int light = -1;                     ///< Light: which. Surface: its own, when it emits
+  float pass = 0.0f;                  ///< chance that a walk goes straight through instead of stopping here
+  const ShaderProgram* program = nullptr;  ///< of surfaces and emissive triangles
+  /// Surface: as shaded. Light, Lens: position and ng (outward; for distant ones the direction away from it).
+  ShadingPoint point;
+  SurfaceShading shading;             ///< made for point.wo; lobes without transparency
+
+  Vec3 position() const { return point.position; }
+  bool connectable() const { return kind != VertexKind::Surface || shading.bsdf.has_non_delta(); }
+  bool emits() const { return !is_black(shading.emission); }
+};
+
+struct PathEdge {
+  Vec3 to_eye{0.0f};                  ///< unit direction from the light end to the eye end
+  float inverse_square = 1.0f;        ///< 1 / d^2; 1 when one end is at infinity
+  float cos_light_end = 1.0f, cos_eye_end = 1.0f;  ///< |ng . direction|; 1 where there is no surface
+  float pass = 1.0f;                  ///< chance that a walk passes all surfaces in between
+  Color transmittance{1.0f};
+
+  /// Solid angle at one end to area at the other.
+  float to_light_area() const { return cos_light_end * inverse_square; }
+  float to_eye_area() const { return cos_eye_end * inverse_square; }
+};
+
+/// What happens at an inner vertex for one pair of directions; densities per solid angle.
+struct Scattering {
+  Color f{0.0f};                      ///< f |cos(to_light)|; the weight when specular
+  float pdf_to_light = 0.0f;          ///< of a walk from the eye, over to_light
+  float pdf_to_eye = 0.0f;            ///< of a walk from the light, over to_eye
+  /// Specular only: the same for walks that keep the kind of bounce (Bsdf::follow_specular).
+  float follow_to_light = 0.0f, follow_to_eye = 0.0f;
+};
+
+/// Geometry of the edge between two vertices, visibility not looked at.
+PathEdge join(const PathVertex& light_end, const PathVertex& eye_end);
+
+/// Scattering at a surface vertex, exact for both directions of travel whichever the vertex was found from.
+Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular);
+
+/// Chance with which walks pass a surface that lets `transparency` through.
+float pass_chance(const ShaderProgram& program, Color transparency);
+
+/// What light end and camera contribute to a path, and with what densities they are found.
+struct LightEnd {
+  Color radiance{0.0f};               ///< emitted along the first edge
+  float pdf_origin = 0.0f;            ///< of vertex 0 for walks from lights, chance of the light included
+  float pdf_direction = 0.0f;         ///< of the first edge for such walks: per solid angle; per area across it for distant lights
+  float pdf_sampled = 0.0f;           ///< of vertex 0 for light sampling at vertex 1
+  bool can_be_hit = false;            ///< by walks from the eye
+};
+LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge);
+
+/// Pixels^2 per solid angle along the last edge (see Camera::film_density).
+inline float lens_density(const Scene& scene, const PathEdge& last) { return scene.camera().film_density(-last.to_eye); }
+
+/// Surfaces between the two ends: fills transmittance and pass; false when nothing gets through. Counts its rays.
+bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge, uint64_t& rays);
+
+constexpr int kMaxPathVertices = 34;  ///< longer paths are left out by all integrators that work on whole paths
+
+/// Vertices a path may have under the scene's limits.
+inline int max_path_vertices(const BounceLimits& limits) { return std::min(kMaxPathVertices, std::max(0, limits.total) + 3); }
+
+/// Whether a path respects the limits for each kind of bounce, as a factor in [0, 1]: the path tracer counts the kinds
+/// of the lobes it draws, so a vertex with several kinds of lobes passes with the chance of having drawn the right
+/// ones. Every scattering counts but the one next to the light. (`total` limits the number of vertices.)
+class BounceCount {
+ public:
+  explicit BounceCount(const BounceLimits& limits) : limits_(limits) {}
+  /// Do the limits need counting for this many counted scatterings?
+  static bool matters(const BounceLimits& limits, int bounces) {
+    return bounces > limits.diffuse || bounces > limits.glossy || bounces > limits.transmission;
+  }
+  void add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular);
+  float factor() const;
+
+ private:
+  struct State {
+    int diffuse, glossy, transmission;
+    float probability;
+  };
+  BounceLimits limits_;
+  std::vector<State> states_{{0, 0, 0, 1.0f}};
+};
+
+}  // namespace ajar

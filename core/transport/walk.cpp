@@ -1,0 +1,124 @@
+#include "transport/walk.h"
+
+namespace ajar {
+
+namespace {
+
+/// Where p lies in the triangle.
+Vec2 barycentric_of(const Light& triangle, Vec3 p) {
+  const Vec3 d = p - triangle.position;
+  const float d11 = glm::dot(triangle.edge1, triangle.edge1), d12 = glm::dot(triangle.edge1, triangle.edge2), d22 = glm::dot(triangle.edge2, triangle.edge2);
+  const float p1 = glm::dot(d, triangle.edge1), p2 = glm::dot(d, triangle.edge2);
+  const float determinant = d11 * d22 - d12 * d12;
+  if (!(determinant > 0.0f)) return Vec2(1.0f / 3.0f);
+  const float b1 = saturate((d22 * p1 - d12 * p2) / determinant);
+  return {b1, std::clamp((d11 * p2 - d12 * p1) / determinant, 0.0f, 1.0f - b1)};
+}
+
+void reset(PathVertex& vertex, VertexKind kind) {
+  vertex.kind = kind;
+  vertex.specular = vertex.distant = vertex.delta = false;
+  vertex.light = -1;
+  vertex.pass = 0.0f;
+  vertex.program = nullptr;
+  vertex.shading.bsdf = Bsdf();
+  vertex.shading.emission = Color(0.0f);
+  vertex.point = ShadingPoint();
+}
+
+}  // namespace
+
+void make_lens_vertex(const Scene& scene, Vec2 u_lens, PathVertex& lens) {
+  const Camera& camera = scene.camera();
+  reset(lens, VertexKind::Lens);
+  lens.distant = camera.is_orthographic();
+  lens.point.position = camera.sample_lens_point(u_lens);
+  lens.point.ng = lens.distant ? camera.orthographic_direction(lens.point.position) : camera.forward();
+}
+
+Ray start_at_lens(const Scene& scene, Vec2 film, Vec2 u_lens, PathVertex& lens, float& density) {
+  make_lens_vertex(scene, u_lens, lens);
+  const Ray ray = scene.camera().generate_ray(film, u_lens, 0.0f);
+  density = scene.camera().film_density(ray.direction);
+  return ray;
+}
+
+void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 normal, Vec3 to_eye, PathVertex& light) {
+  const LightSet& lights = scene.lights();
+  const LightFlags flags = lights.flags(index);
+  reset(light, VertexKind::Light);
+  light.light = int(index);
+  if (flags.type == LightType::Triangle) {
+    const Light triangle = lights.light(index);
+    Hit hit;
+    hit.instance = triangle.instance;
+    hit.primitive = triangle.primitive;
+    hit.barycentric = barycentric_of(triangle, position);
+    Ray ray;
+    ray.direction = -to_eye;
+    light.program = &scene.material(hit);
+    scene.shading_point(ray, hit, light.point);
+    light.point.ray_kind = 0;
+    light.shading.emission = light.program->evaluate_emission(light.point);
+    if (light.program->may_be_transparent())
+      light.pass = pass_chance(*light.program, light.program->evaluate_transparency(light.point));
+    return;
+  }
+  light.distant = is_distant(flags.type);
+  light.delta = is_delta(flags.type);
+  light.point.position = position;
+  light.point.ng = light.distant ? to_eye : normal;
+  light.point.wo = to_eye;
+}
+
+void make_light_vertex(const PathVertex& surface, PathVertex& light) {
+  light.kind = VertexKind::Light;
+  light.specular = light.distant = light.delta = false;
+  light.light = surface.light;
+  light.pass = surface.pass;
+  light.program = surface.program;
+  light.point = surface.point;
+  light.shading.bsdf = Bsdf();
+  light.shading.emission = surface.shading.emission;
+}
+
+void make_light_vertex(const Scene& scene, const LightMet& met, Vec3 to_eye, PathVertex& light) {
+  make_light_vertex(scene, met.light, met.position, met.normal, to_eye, light);
+  light.shading.emission = met.radiance;
+}
+
+bool start_at_light(const Scene& scene, float u_choice, Vec2 u_position, Vec2 u_direction, PathVertex& light, Ray& ray) {
+  const LightSet& lights = scene.lights();
+  if (lights.empty()) return false;
+  const LightSet::Choice choice = lights.choose_by_power(u_choice);
+  if (!(choice.pmf > 0.0f)) return false;
+  const auto sample = lights.sample_le(choice.light, u_position, u_direction, 0.0f);
+  if (!sample || is_black(sample->radiance)) return false;
+  make_light_vertex(scene, choice.light, sample->ray.origin, sample->normal, sample->ray.direction, light);
+  ray = light.program ? scene.spawn_ray(light.point, sample->ray.direction) : sample->ray;
+  return true;
+}
+
+bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2 u, PathVertex& light) {
+  const LightSet& lights = scene.lights();
+  if (!lights.can_choose()) return false;
+  const LightSet::Choice choice = lights.choose(at.position(), at.point.ns, u_choice);
+  if (!(choice.pmf > 0.0f)) return false;
+  const auto sample = lights.sample_li(choice.light, at.position(), u, at.point.time);
+  if (!sample || is_black(sample->radiance)) return false;
+  make_light_vertex(scene, choice.light, sample->position, sample->normal, -sample->wi, light);
+  return true;
+}
+
+void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next) {
+  const bool diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
+  next.ray_kind = ray_kind_after(sample);
+  next.ray_depth = from.ray_depth + 1;
+  next.diffuse_depth = from.diffuse_depth + diffuse;
+  next.glossy_depth = from.glossy_depth + (!diffuse && !transmitted);
+  next.transmission_depth = from.transmission_depth + transmitted;
+  next.transparent_depth = from.transparent_depth;
+  next.time = from.time;
+}
+
+}  // namespace ajar
