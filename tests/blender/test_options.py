@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from scenes import script
+from small_scenes import script
 
 WRONG = [
     (["--ajar-integrator", "bogus"], ["bogus", "path", "pmc_pt", "erpt", "mps", "metropolis", "photon_map"]),

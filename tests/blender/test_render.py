@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 from blender_process import BUILD, ROOT, command, environment
-from scenes import script
+from small_scenes import script
 
 sys.path.insert(0, str(BUILD / "python"))
 import ajar  # noqa: E402
