@@ -229,6 +229,7 @@ void bind_settings(py::module_& module) {
       .def_readwrite("refractive_caustics", &RenderSettings::refractive_caustics)
       .def_readwrite("integrator", &RenderSettings::integrator)
       .def_readwrite("direct", &RenderSettings::direct)
+      .def_readwrite("direct_samples", &RenderSettings::direct_samples)
       .def_readwrite("image", &RenderSettings::image)
       .def_readwrite("samples", &RenderSettings::samples)
       .def_readwrite("seconds", &RenderSettings::seconds)

@@ -6,6 +6,7 @@
 #include "film/film.h"
 #include "integrators/integrator.h"
 #include "render/session.h"
+#include "transport/direct_light.h"
 
 namespace ajar::python {
 namespace {
@@ -111,6 +112,12 @@ void bind_session(py::module_& module) {
       .def("statistics_json", &Session::statistics_json, Release());
 
   module.def("integrator_list", &integrator_list, py::return_value_policy::reference);
+  py::class_<DirectMethodInfo>(module, "DirectMethodInfo")
+      .def_readonly("name", &DirectMethodInfo::name)
+      .def_readonly("label", &DirectMethodInfo::label)
+      .def_readonly("biased", &DirectMethodInfo::biased)
+      .def_readonly("sentence", &DirectMethodInfo::sentence);
+  module.def("direct_method_list", &direct_method_list, py::return_value_policy::reference);
   module.def("known_passes", [] {
     py::dict passes;
     for (const PassInfo& info : known_passes()) passes[py::str(info.name)] = info.channels;

@@ -23,7 +23,7 @@ EXIT_BAD_OPTION = 2
 EXIT_NO_IMAGE = 1
 
 INTEGRATORS = ("auto", "path", "pmc_pt", "erpt", "mps", "metropolis", "photon_map")
-DIRECT = ("mis", "bsdf", "light", "ris", "correlated", "pmc_hi", "ocv", "ocv_paper", "ocv_progressive")
+DIRECT = tuple(info.name for info in ajar.direct_method_list())
 IMAGE = ("uniform", "pmc_ip")
 
 
@@ -37,6 +37,7 @@ class Options:
 
     integrator: str | None = None
     direct: str | None = None
+    direct_samples: int | None = None
     image: str | None = None
     samples: int | None = None
     time: float | None = None
@@ -92,7 +93,8 @@ def _not_yet(_text: str) -> None:
 
 READERS: dict[str, Callable[[str], object]] = {
     "integrator": _name(INTEGRATORS, available_integrators),
-    "direct": _name(DIRECT, lambda: {"mis"}),
+    "direct": _name(DIRECT, lambda: set(DIRECT)),
+    "direct-samples": _number(int, 1, 256),
     "image": _name(IMAGE, lambda: {"uniform"}),
     "samples": _number(int, 1, 2**31 - 1),
     "time": _number(float, 1e-3, 1e9),

@@ -14,7 +14,10 @@ from .headless import available_integrators
 
 # The numbers are stored in files and never change.
 INTEGRATOR_NUMBERS = {"auto": 0, "path": 1, "pmc_pt": 2, "erpt": 3, "mps": 4, "metropolis": 5, "photon_map": 6}
-DIRECT_ITEMS = [("mis", "MIS", "Light and material sampling, combined by multiple importance sampling", 0)]
+DIRECT_NUMBERS = {"mis": 0, "bsdf": 1, "light": 2, "ris": 3, "correlated": 4, "pmc_hi": 5, "ocv": 6, "ocv_paper": 7,
+                  "ocv_progressive": 8, "mis_balance": 9, "pmc_hi_paper": 10}
+DIRECT_ITEMS = [(info.name, info.label, info.sentence + (" Biased" if info.biased else ""), DIRECT_NUMBERS[info.name])
+                for info in ajar.direct_method_list() if info.name in DIRECT_NUMBERS]
 FILTER_ITEMS = [
     ("BOX", "Box", "The square of the pixel", 0),
     ("GAUSSIAN", "Gaussian", "Soft", 1),
@@ -69,6 +72,8 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                                        default=default_integrator())
     direct: bpy.props.EnumProperty(name="Direct Light", description="How the light that arrives straight from lamps is sampled",
                                    items=DIRECT_ITEMS, default="mis")
+    direct_samples: bpy.props.IntProperty(name="Direct Samples", description="Samples of direct light at each surface the camera sees",
+                                          default=1, min=1, max=256)
     samples: _int("samples", "Samples", "Samples per pixel", 64, "samples", 1, 2**24)
     time_limit: _float("time_limit", "Time Limit", "Seconds after which rendering stops; 0: none", 0.0, "time_limit", 0.0, 1e7,
                        subtype="TIME_ABSOLUTE")

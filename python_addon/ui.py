@@ -51,6 +51,7 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
         column = self.column()
         column.prop(context.scene.ajar, "integrator")
         column.prop(context.scene.ajar, "direct")
+        column.prop(context.scene.ajar, "direct_samples")
 
 
 class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):

@@ -11,11 +11,18 @@ namespace ajar {
 namespace {
 constexpr double kSplatUnits = 0x1p32;
 constexpr float kMaxSplat = 0x1p30f;
+
+/// Passes that come from what a sample tells besides its radiance.
+bool is_aux_pass(const std::string& pass) {
+  return pass == "Depth" || pass == "Normal" || pass == "Position" || pass == "UV" || pass == "Albedo" || pass.starts_with("Share ");
+}
+
 }  // namespace
 
 const std::vector<PassInfo>& known_passes() {
   static const std::vector<PassInfo> passes{{"Combined", 4}, {"Depth", 1}, {"Normal", 3}, {"Position", 3}, {"UV", 3},
-                                            {"Albedo", 3}, {"Sample Count", 1}, {"Variance", 1}};
+                                            {"Albedo", 3}, {"Sample Count", 1}, {"Variance", 1},
+                                            {"Share BSDF", 1}, {"Share Light 1", 1}, {"Share Light 2", 1}, {"Share Cone", 1}};
   return passes;
 }
 
@@ -27,7 +34,7 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
       for (const PassInfo& info : known) names += (names.empty() ? "" : ", ") + info.name;
       throw std::invalid_argument("Unknown pass '" + pass + "'. Known passes: " + names + ".");
     }
-    wants_aux_ |= pass == "Depth" || pass == "Normal" || pass == "Position" || pass == "UV" || pass == "Albedo";
+    wants_aux_ |= is_aux_pass(pass);
   }
   pixels_.resize(size_t(width()) * size_t(height()));
   if (wants_aux_) aux_.resize(pixels_.size());
@@ -63,6 +70,7 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
       a.uv[c] += double(aux->uv[c]);
       a.albedo[c] += double(aux->albedo[c]);
     }
+    for (size_t k = 0; k < 4; ++k) a.shares[k] += double(aux->shares[k]);
   }
   return true;
 }
@@ -109,8 +117,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   if (info == known.end()) throw std::invalid_argument("Unknown pass '" + pass + "'.");
   const size_t channels = size_t(info->channels);
   std::vector<float> out(pixels_.size() * channels, 0.0f);
-  const bool is_aux = pass == "Depth" || pass == "Normal" || pass == "Position" || pass == "UV" || pass == "Albedo";
-  if (is_aux && aux_.empty()) return out;
+  if (is_aux_pass(pass) && aux_.empty()) return out;
+  const int share = pass == "Share BSDF" ? 0 : pass == "Share Light 1" ? 1 : pass == "Share Light 2" ? 2 : pass == "Share Cone" ? 3 : -1;
   for (size_t i = 0; i < pixels_.size(); ++i) {
     const Pixel& p = pixels_[i];
     if (p.count == 0 && !splats_) continue;
@@ -125,6 +133,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       // Of the pixel's mean luminance, from the scatter of its samples.
       const double mean = 0.2126729 * p.sum[0] * scale + 0.7151522 * p.sum[1] * scale + 0.0721750 * p.sum[2] * scale;
       if (p.count > 1) o[0] = float(std::max(0.0, p.sum_luminance_squared * scale - mean * mean) / double(p.count - 1));
+    } else if (share >= 0) {
+      o[0] = float(aux_[i].shares[share] * scale);
     } else if (pass == "Depth") {
       o[0] = float(aux_[i].depth);
     } else {

@@ -10,6 +10,7 @@
 // Pixels are rows from the bottom up over the render region.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -33,6 +34,7 @@ struct SampleAux {
   float depth = 1e10f;
   Vec3 normal{0.0f}, position{0.0f}, uv{0.0f};
   Color albedo{0.0f};
+  std::array<float, 4> shares{};   ///< of a learned mixture: BSDF, first and second light group, cone
 };
 
 class Film {
@@ -81,7 +83,8 @@ class Film {
     uint32_t count = 0, half_count = 0;
   };
   struct AuxPixel {
-    double depth = 0.0, normal[3] = {0, 0, 0}, position[3] = {0, 0, 0}, uv[3] = {0, 0, 0}, albedo[3] = {0, 0, 0};
+    double depth = 0.0, normal[3] = {0, 0, 0}, position[3] = {0, 0, 0}, uv[3] = {0, 0, 0}, albedo[3] = {0, 0, 0},
+           shares[4] = {0, 0, 0, 0};
     bool has_first = false;
   };
   struct SplatPixel {

@@ -1,12 +1,14 @@
 #include "integrators/path_tracer.h"
 
+#include <bit>
+
 #include <tbb/blocked_range2d.h>
 #include <tbb/combinable.h>
 #include <tbb/parallel_for.h>
 
 #include "film/filter.h"
 #include "sampling/sampler.h"
-#include "transport/direct_light.h"
+#include "transport/direct_mixture.h"
 #include "transport/ray_events.h"
 
 namespace ajar {
@@ -15,8 +17,8 @@ namespace {
 
 /// Dimensions of the sampler: the camera's, then a fixed number for each vertex.
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 8;
-constexpr uint32_t kLightChoice = 0, kLightPoint = 1, kLobe = 3, kDirection = 4, kRoulette = 6;
-constexpr int kTile = 16;
+constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6;
+constexpr int kTile = 16, kPilotIterations = 2;
 
 struct Counters {
   uint64_t rays = 0, paths = 0;
@@ -24,7 +26,7 @@ struct Counters {
 
 class PathTracer final : public Integrator {
  public:
-  Honesty honesty() const override { return Honesty::Unbiased; }
+  Honesty honesty() const override { return honesty_; }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);
@@ -33,9 +35,50 @@ class PathTracer final : public Integrator {
     statistics_ = {};
     const RenderSettings& settings = scene_->settings();
     filter_ = PixelFilter(settings.filter, settings.filter_width);
+    // Chosen once: the default has its own copy of the loop, free of what the others need.
+    const DirectMethodInfo& method = find_direct_method(settings.direct);
+    honesty_ = method.biased ? Honesty::Biased : Honesty::Unbiased;
+    mixture_.reset();
+    pilot_done_ = false;
+    if (method.method != DirectMethod::Mis || settings.direct_samples > 1)
+      mixture_ = std::make_unique<DirectMixture>(*scene_, method.method, settings.direct_samples);
+    ends_early_ = !scene_->emission_without_lights();
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
+    if (mixture_ && mixture_->wants_pilot() && !pilot_done_ && !run_pilot(film, stop)) return;
+    // What learns does so after 1, 2, 4, 8 ... samples, wherever iterations end, which depends on the clock.
+    while (samples_per_pixel > 0) {
+      int samples = samples_per_pixel;
+      if (mixture_ && mixture_->learns()) samples = std::min(samples, int(std::bit_ceil(samples_done_ + 1) - samples_done_));
+      render_samples(film, samples, stop);
+      if (stop.load(std::memory_order_relaxed)) return;
+      samples_per_pixel -= samples;
+      if (mixture_ && mixture_->learns() && std::has_single_bit(samples_done_)) mixture_->learn();
+    }
+  }
+
+  IntegratorStatistics statistics() const override { return statistics_; }
+
+ private:
+  /// Samples to learn from that leave no trace in the picture. They end before its first sample, so that all its samples
+  /// choose by the same shares: a sequence that is cut into pieces with different shares is stratified in pieces only, and
+  /// loses more than later learning gains.
+  bool run_pilot(const Film& film, const std::atomic<bool>& stop) {
+    Film discarded(film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), {"Combined"});
+    const uint32_t seed = seed_;
+    seed_ = hash_combine(seed, 0x70696c6fU);
+    for (int i = 0; i < kPilotIterations && !stop.load(std::memory_order_relaxed); ++i) {
+      render_samples(discarded, 1, stop);
+      mixture_->learn();
+    }
+    seed_ = seed;
+    samples_done_ = 0;
+    pilot_done_ = !stop.load(std::memory_order_relaxed);
+    return pilot_done_;
+  }
+
+  void render_samples(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) {
     const int width = film.width(), height = film.height();
     tbb::combinable<Counters> counters;
     tbb::parallel_for(
@@ -44,7 +87,8 @@ class PathTracer final : public Integrator {
           Counters& counter = counters.local();
           for (int ty = tiles.rows().begin(); ty < tiles.rows().end(); ++ty) {
             for (int tx = tiles.cols().begin(); tx < tiles.cols().end(); ++tx) {
-              render_tile(film, tx * kTile, ty * kTile, samples_per_pixel, stop, counter);
+              if (mixture_) render_tile(*mixture_, film, tx * kTile, ty * kTile, samples_per_pixel, stop, counter);
+              else render_tile(MisDirectLight(), film, tx * kTile, ty * kTile, samples_per_pixel, stop, counter);
             }
           }
         },
@@ -56,10 +100,8 @@ class PathTracer final : public Integrator {
     samples_done_ += uint32_t(samples_per_pixel);
   }
 
-  IntegratorStatistics statistics() const override { return statistics_; }
-
- private:
-  void render_tile(Film& film, int tile_x, int tile_y, int samples_per_pixel, const std::atomic<bool>& stop, Counters& counter) {
+  template <class DirectLight>
+  void render_tile(const DirectLight& direct_light, Film& film, int tile_x, int tile_y, int samples_per_pixel, const std::atomic<bool>& stop, Counters& counter) {
     Sampler sampler(Sampler::Kind::Sobol, seed_);
     const int full_width = scene_->settings().width;
     for (int y = tile_y; y < std::min(tile_y + kTile, film.height()); ++y) {
@@ -74,14 +116,15 @@ class PathTracer final : public Integrator {
           const Ray ray = scene_->camera().generate_ray(on_film, u_lens, 0.0f);
           SampleAux aux;
           float alpha = 1.0f;
-          const Color radiance = trace(ray, sampler, film.wants_aux() ? &aux : nullptr, alpha, counter);
+          const Color radiance = trace(direct_light, ray, px, py, sampler, film.wants_aux() ? &aux : nullptr, alpha, counter);
           film.add_sample(px, py, radiance, alpha, &aux);
         }
       }
     }
   }
 
-  Color trace(Ray ray, Sampler& sampler, SampleAux* aux, float& alpha, Counters& counter) const {
+  template <class DirectLight>
+  Color trace(const DirectLight& direct_light, Ray ray, int pixel_x, int pixel_y, Sampler& sampler, SampleAux* aux, float& alpha, Counters& counter) const {
     const Scene& scene = *scene_;
     const LightSet& lights = scene.lights();
     const RenderSettings& settings = scene.settings();
@@ -89,8 +132,7 @@ class PathTracer final : public Integrator {
     Color radiance(0.0f), beta(1.0f);
     ShadingPoint point;
     SurfaceShading shading;
-    Vec3 previous_position(0.0f), previous_normal(0.0f);
-    float bsdf_pdf = 0.0f;         // of the direction travelled; 0 when no light sampling could have found it
+    DirectVertex previous;         // that chose the direction travelled
     bool last_chance = false;      // a bounce limit is reached: only what the next surface emits still counts
     int vertex = 0;
     alpha = 0.0f;
@@ -107,12 +149,7 @@ class PathTracer final : public Integrator {
     };
     // Weight of light found by following the BSDF, against having sampled that light.
     const auto weight_of_hit = [&](uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) {
-      if (bsdf_pdf == 0.0f) return 1.0f;
-      // Measured from the vertex that chose the direction: transparent surfaces in between do not count.
-      const float distance = is_finite(position) ? glm::length(position - previous_position) : kInfinity;
-      const float light_pdf = lights.choice_pmf(previous_position, previous_normal, light) *
-                              lights.pdf_li(light, previous_position, wi, distance, normal);
-      return power_heuristic(bsdf_pdf, light_pdf);
+      return direct_light.weight_of_hit(scene, previous, light, wi, position, normal);
     };
 
     for (;;) {
@@ -141,7 +178,8 @@ class PathTracer final : public Integrator {
         const float weight = light >= 0 ? weight_of_hit(uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
         add(beta * shading.emission * weight, point.ray_depth);
       }
-      if (aux && point.ray_depth == 0) {
+      SampleAux* const vertex_aux = point.ray_depth == 0 ? aux : nullptr;
+      if (vertex_aux) {
         record_first_hit(scene.camera(), point, bsdf, *aux);
         aux = nullptr;
       }
@@ -152,11 +190,10 @@ class PathTracer final : public Integrator {
       if (last_chance && !passes_only) break;
 
       const uint32_t base = kCameraDimensions + kVertexDimensions * uint32_t(vertex++);
+      DirectVertex here;
       if (bsdf.has_non_delta() && !last_chance && lights.can_choose()) {
-        sampler.set_dimension(base + kLightChoice);
-        const float u_choice = lights.size() > 1 ? sampler.get_1d() : 0.5f;
-        sampler.set_dimension(base + kLightPoint);
-        const Color direct = estimate_direct({scene, point, bsdf}, u_choice, sampler.get_2d(), counter.rays);
+        const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y};
+        const Color direct = direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
         if (!is_black(direct)) add(beta * direct, point.ray_depth + 1);
       }
 
@@ -192,6 +229,9 @@ class PathTracer final : public Integrator {
                     point.glossy_depth > limits.glossy || point.transmission_depth > limits.transmission;
       point.ray_kind = ray_kind_after(*sample);
 
+      // Nothing is left to find where only lights would count, and they are counted already.
+      if (last_chance && here.complete && !sample->specular && ends_early_) break;
+
       // Russian roulette: survival in proportion to what the path can still carry.
       if (point.ray_depth > 2) {
         const float survival = std::min(1.0f, std::sqrt(max_component(beta)));
@@ -201,9 +241,10 @@ class PathTracer final : public Integrator {
           beta /= survival;
         }
       }
-      bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
-      previous_position = point.position;
-      previous_normal = point.ns;
+      previous = here;
+      previous.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
+      previous.position = point.position;
+      previous.normal = point.ns;
       ray = scene.spawn_ray(point, sample->wi);
     }
     return radiance;
@@ -212,6 +253,9 @@ class PathTracer final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0, samples_done_ = 0;
   PixelFilter filter_;
+  Honesty honesty_ = Honesty::Unbiased;
+  std::unique_ptr<DirectMixture> mixture_;   // none: the default method
+  bool ends_early_ = false, pilot_done_ = false;
   IntegratorStatistics statistics_;
 };
 

@@ -324,6 +324,31 @@ LightSet::Choice LightSet::choose_by_power(float u) const {
   const auto choice = data_->by_power.sample(u);
   return {choice.index, choice.pmf, choice.u_remapped};
 }
+std::vector<LightSet::SourceRange> LightSet::sources() const {
+  const Data& d = *data_;
+  std::vector<SourceRange> sources;
+  if (d.choice.empty()) return sources;
+  for (uint32_t i = 0; i < d.lamps.size(); ++i) {
+    if (!(d.choice.pmf(i) > 0.0f)) continue;
+    const bool distant = is_distant(d.lamps[i].type);
+    sources.push_back({i, 1, distant ? d.scene_center : d.lamps[i].position, distant});
+  }
+  for (const TriangleBlock& block : d.blocks) {
+    // A few triangles spread over the mesh tell where it is.
+    Vec3 center(0.0f);
+    const uint32_t step = std::max(1u, block.count / 64);
+    uint32_t counted = 0;
+    for (uint32_t t = 0; t < block.count; t += step, ++counted) {
+      const WorldTriangle triangle = world_triangle(d.meshes[d.instances[block.instance].mesh], d.instances[block.instance], t);
+      center += triangle.p0 + (triangle.e1 + triangle.e2) / 3.0f;
+    }
+    sources.push_back({block.first, block.count, center / float(counted), false});
+  }
+  if (d.environment_index >= 0 && d.choice.pmf(uint32_t(d.environment_index)) > 0.0f)
+    sources.push_back({uint32_t(d.environment_index), 1, d.scene_center, true});
+  return sources;
+}
+
 float LightSet::power_pmf(uint32_t light) const { return data_->by_power.pmf(light); }
 
 std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, float time, uint32_t ray_kind) const {

@@ -60,6 +60,14 @@ class LightSet {
   /// Luminance of all watts emitted.
   double total_power() const;
 
+  /// A lamp, the triangles of an emissive instance, or the environment: lights first .. first + count - 1. Dark lamps are left out.
+  struct SourceRange {
+    uint32_t first, count;
+    Vec3 center;                          ///< of the scene, for distant sources
+    bool distant;
+  };
+  std::vector<SourceRange> sources() const;
+
   /// Choose a light for a point with normal n (n = 0 for volumes). The pmf is 0 when there is none to choose.
   struct Choice {
     uint32_t light;

@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <tbb/task_arena.h>
 
+#include "transport/direct_light.h"
+
 namespace ajar {
 
 namespace {
@@ -130,8 +132,7 @@ void Session::Data::run(SceneDescription description) {
   // What cannot be rendered is refused before anything is built.
   integrator_name = settings.integrator;
   auto chosen = make_integrator(settings.integrator);
-  check_choice("direct light method", settings.direct, {"mis"},
-               {"bsdf", "light", "ris", "correlated", "pmc_hi", "ocv", "ocv_paper", "ocv_progressive"});
+  find_direct_method(settings.direct);
   check_choice("image sampling", settings.image, {"uniform"}, {"pmc_ip"});
 
   Scene::Options options;

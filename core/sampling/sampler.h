@@ -63,6 +63,13 @@ class Sampler {
   /// Continue at a fixed dimension, so that paths that branch stay aligned.
   void set_dimension(uint32_t dimension) { dimension_ = dimension; }
   uint32_t dimension() const { return dimension_; }
+  /// Numbers for sample `i` of the `count` that the current sample branches into here, stratified with those of the other
+  /// samples (best when count is a power of two).
+  Sampler branch(uint32_t i, uint32_t count) const {
+    Sampler child = *this;
+    child.start(hash_combine(unit_seed_, dimension_ ^ 0x5bd1e995U), index_ * count + i);
+    return child;
+  }
 
   float get_1d() {
     if (kind_ == Kind::Independent) return rng_.next_float();

@@ -111,7 +111,7 @@ template <class A> void fields(A& a, BounceLimits& v) {
 template <class A> void fields(A& a, RenderSettings& v) {
   all(a, v.width, v.height, v.region, v.filter, v.filter_width, v.exposure, v.transparent_film, v.bounces, v.clamp_direct,
       v.clamp_indirect, v.reflective_caustics, v.refractive_caustics, v.integrator, v.direct, v.image, v.samples, v.seconds,
-      v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays);
+      v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays, v.direct_samples);
 }
 template <class A> void fields(A& a, HintDescription& v) { all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled); }
 template <class A> void fields(A& a, SceneDescription& v) {

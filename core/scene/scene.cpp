@@ -309,6 +309,16 @@ int Scene::light_of(const Hit& hit) const {
   return first == ~0u ? -1 : int(first + hit.primitive);
 }
 
+bool Scene::emission_without_lights() const {
+  for (const BuiltInstance& instance : instances_) {
+    if (instance.first_light != ~0u) continue;
+    for (uint32_t slot = 0; slot < instance.material_count; ++slot) {
+      if (programs_[material_table_[instance.first_material + slot]].emits()) return true;
+    }
+  }
+  return false;
+}
+
 Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
   // Twice the bound of the point itself covers the intersection's own error on the surface left behind. That error
   // grows with the largest coordinate, not only the one along the normal: a floor at z = 0 has no error in z.

@@ -82,6 +82,8 @@ class Scene {
   const ShaderProgram& material(const Hit& hit) const;
   /// Index of the light of an emissive triangle, or -1.
   int light_of(const Hit& hit) const;
+  /// Whether some surface may emit that no light stands for.
+  bool emission_without_lights() const;
 
   /// Ray from a surface point towards `direction`, its origin moved off the surface
   /// to the side of `direction` by the error bound of the point.

@@ -192,6 +192,7 @@ struct RenderSettings {
   float clamp_direct = 0.0f, clamp_indirect = 0.0f;  ///< 0 is off
   bool reflective_caustics = true, refractive_caustics = true;
   std::string integrator = "path", direct = "mis", image = "uniform";
+  int direct_samples = 1;                        ///< of direct light at the surfaces the camera sees
   int samples = 64;                              ///< per pixel; 0 = until time or error says stop
   double seconds = 0.0, target_error = 0.0;      ///< 0 is off
   int photons = 0;                               ///< emitted for each sample of the picture; 0 = by the picture's size

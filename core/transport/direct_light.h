@@ -1,11 +1,51 @@
-// Direct light at one surface point by one sample of one light, weighted against the BSDF's own
-// chance of finding that light (multiple importance sampling, Veach 1997, section 9.2).
+// Direct light at the vertices of a path: which methods there are, what they share, and the default one.
+//
+// Every method answers two questions of the path tracer. At a vertex: an estimate of the light that arrives directly and is
+// scattered towards wo. At the next one: with what weight emission counts that the BSDF's sample happened to hit.
+// Together the two are one unbiased estimate of direct light (but for what is called biased).
 #pragma once
 
-#include "math/random.h"
+#include <string>
+#include <vector>
+
+#include "film/film.h"
+#include "sampling/sampler.h"
 #include "scene/scene.h"
 
 namespace ajar {
+
+enum class DirectMethod : uint8_t { Mis, MisBalance, Bsdf, Light, Ris, Correlated, PmcHi, PmcHiPaper, Ocv, OcvPaper, OcvProgressive };
+
+struct DirectMethodInfo {
+  DirectMethod method;
+  const char* name;
+  const char* label;            ///< in the UI
+  bool biased;
+  const char* sentence;         ///< one sentence for the artist
+};
+/// The one list of methods, in the order of the UI.
+const std::vector<DirectMethodInfo>& direct_method_list();
+/// Throws SceneError naming the valid ones.
+const DirectMethodInfo& find_direct_method(const std::string& name);
+
+struct DirectLightContext {
+  const Scene& scene;
+  const ShadingPoint& point;
+  const Bsdf& bsdf;
+  uint32_t material = 0;        ///< index that tells materials apart
+  int pixel_x = 0, pixel_y = 0; ///< of the full frame
+};
+
+/// What a vertex remembers for the weight of what its BSDF sample hits.
+struct DirectVertex {
+  Vec3 position{0.0f}, normal{0.0f};
+  float bsdf_pdf = 0.0f;        ///< of the direction travelled; 0 when no light sampling could have found it
+  bool complete = false;        ///< the estimate at the vertex left nothing for its BSDF sample
+  uint32_t cell = ~0u;          ///< of learned shares
+};
+
+/// Dimensions of a path's sampler that belong to direct light, from `first` on: one for the choice, two for the point.
+constexpr uint32_t kDirectDimensions = 3;
 
 /// Power heuristic with exponent 2 for two densities of the same measure [Veach 1997, eq. 9.13].
 inline float power_heuristic(float pdf_a, float pdf_b) {
@@ -15,16 +55,13 @@ inline float power_heuristic(float pdf_a, float pdf_b) {
   return 1.0f / (1.0f + ratio * ratio);
 }
 
-struct DirectLightContext {
-  const Scene& scene;
-  const ShadingPoint& point;
-  const Bsdf& bsdf;
-};
+/// Below as many lights, the number that chooses one is used again for the point on it: points that are stratified together
+/// stay so on each light. With many, too few bits are left.
+constexpr size_t kFewLights = 64;
 
-/// One-sample estimate of the light that arrives directly and is scattered towards wo. `rays` counts shadow rays.
-inline Color estimate_direct(const DirectLightContext& c, float u_choice, Vec2 u, uint64_t& rays) {
+/// One sample of one light, weighted against the BSDF's own chance of finding it. `rays` counts shadow rays.
+inline Color estimate_direct(const DirectLightContext& c, const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
-  const auto choice = lights.choose(c.point.position, c.point.ns, u_choice);
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
   const auto sample = lights.sample_li(choice.light, c.point.position, u, c.point.time);
   if (!sample || is_black(sample->radiance)) return Color(0.0f);
@@ -41,5 +78,39 @@ inline Color estimate_direct(const DirectLightContext& c, float u_choice, Vec2 u
   }
   return contribution;
 }
+
+inline Color estimate_direct(const DirectLightContext& c, float u_choice, Vec2 u, uint64_t& rays) {
+  return estimate_direct(c, c.scene.lights().choose(c.point.position, c.point.ns, u_choice), u, rays);
+}
+inline Color estimate_direct(const DirectLightContext& c, Sampler& sampler, uint32_t first, uint64_t& rays) {
+  const LightSet& lights = c.scene.lights();
+  sampler.set_dimension(first + 1);
+  const Vec2 u = sampler.get_2d();
+  if (lights.size() < kFewLights) {
+    const auto choice = lights.choose(c.point.position, c.point.ns, u.x);
+    return estimate_direct(c, choice, Vec2(choice.u_remapped, u.y), rays);
+  }
+  sampler.set_dimension(first);
+  return estimate_direct(c, sampler.get_1d(), u, rays);
+}
+
+/// The default: one sample of one light and the path's own BSDF sample, by the power heuristic
+/// (multiple importance sampling, Veach 1997, section 9.2).
+class MisDirectLight {
+ public:
+  Color estimate(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex&, SampleAux*, uint64_t& rays) const {
+    return estimate_direct(c, sampler, first, rays);
+  }
+
+  /// `position` is where the light was hit, infinite for distant light. Distances are measured from the vertex that
+  /// chose the direction: transparent surfaces in between do not count.
+  float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const {
+    if (v.bsdf_pdf == 0.0f) return 1.0f;
+    const LightSet& lights = scene.lights();
+    const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
+    const float light_pdf = lights.choice_pmf(v.position, v.normal, light) * lights.pdf_li(light, v.position, wi, distance, normal);
+    return power_heuristic(v.bsdf_pdf, light_pdf);
+  }
+};
 
 }  // namespace ajar

@@ -26,6 +26,7 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
         setattr(out.bounces, kind, getattr(ours, f"bounces_{kind}"))
     out.integrator = _first(options.integrator, ours.integrator)
     out.direct = _first(options.direct, ours.direct)
+    out.direct_samples = _first(options.direct_samples, ours.direct_samples)
     out.image = _first(options.image, "uniform")
     out.samples = _first(options.samples, ours.samples)
     out.seconds = _first(options.time, ours.time_limit)

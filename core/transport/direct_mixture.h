@@ -1,0 +1,107 @@
+// Direct light as one integral sampled by a mixture: of the BSDF, a cone, any light, and groups of lights. All methods but the
+// default are estimators over this mixture (thesis, sections 5.4 and 6; algorithms.md, 3).
+//
+// A sample is a light together with a direction, so that the density K of the mixture at (light l, direction wi) needs
+// nothing but that light:
+//   K = a_bsdf p_bsdf(wi) + a_cone p_cone(wi) + (a_any pmf(l) + a_g pmf(l | g)) p_l(wi),    g the group of l
+// The BSDF and the cone draw directions and count for every light seen along them. Delta lights fit in without exception (the
+// first two terms are zero for them); so do lights that only sampling can find.
+//
+// One sample a vertex (`direct_samples` 1, and always after the first surface): a light sample now, and the
+// path's own BSDF sample later, weighted by the power heuristic. PMC-HI then learns which lights to choose, per place.
+// More samples: N of the mixture with deterministic shares, BSDF included; the path's BSDF sample then finds no more light.
+// Unbiased but for `ocv_paper`. Prefer `pmc_hi` where lights differ in use from place to place (occlusion, many lights).
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "sampling/control_variates.h"
+#include "transport/direct_light.h"
+#include "transport/light_groups.h"
+#include "transport/share_cache.h"
+
+namespace ajar {
+
+class DirectMixture {
+ public:
+  DirectMixture(const Scene& scene, DirectMethod method, int samples);
+  ~DirectMixture();
+
+  Color estimate(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const;
+  float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const;
+  /// Everything rendered so far becomes the past.
+  void learn();
+  /// During the render, whenever `learn` is called.
+  bool learns() const { return method_ == DirectMethod::OcvProgressive; }
+  /// Before it, from samples of its own; `learn` ends each iteration of them.
+  bool wants_pilot() const { return one_.components() > 0; }
+
+ private:
+  static constexpr int kMostGroups = 32, kMostPaperGroups = 5;
+  static constexpr int kBsdf = 0, kCone = 1, kAny = 2, kFirstGroup = 3, kMostComponents = kFirstGroup + kMostGroups;
+
+  /// Shares of one estimate and its cone.
+  struct Kernel {
+    int count = 0;
+    std::array<float, kMostComponents> alpha;
+    Frame cone;
+    float one_minus_cos = 0.0f;
+  };
+  /// One sample of the mixture: its weight y = f / K and, where asked for, how much each component is responsible for.
+  struct Draw {
+    Color y{0.0f};
+    Vec3 wi{0.0f};                                    ///< zero: no direction, or a light that only sampling finds
+    float pdf_bsdf = 0.0f;
+    std::array<float, kMostComponents> responsible;   ///< luminance of y times rho_k
+  };
+  struct Densities {
+    float bsdf, cone, any, group;   ///< each times its share
+    int group_index;
+    float total() const { return bsdf + cone + any + group; }
+  };
+
+  Densities densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi, float pdf_bsdf, float pdf_light, bool mis) const;
+  void add_found(const Densities& d, Color f, bool power, bool from_bsdf, Draw& draw) const;
+  void draw_light(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out, uint64_t& rays) const;
+  void draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out, uint64_t& rays) const;
+  template <class Visit>
+  void for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler, bool power, uint64_t& rays, Visit&& visit) const;
+
+  Color one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, uint64_t& rays) const;
+  Color one_sample_ris(const DirectLightContext& c, Sampler& sampler, uint32_t first, uint64_t& rays) const;
+  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const;
+  Color adapt_here(const DirectLightContext& c, Sampler& sampler, SampleAux* aux, uint64_t& rays) const;
+  Color control_variates(const DirectLightContext& c, Sampler& sampler, uint64_t& rays) const;
+  Color unreachable_lights(const DirectLightContext& c, Sampler& sampler, uint64_t& rays) const;
+  void control_sample(const DirectLightContext& c, const Kernel& k, int component, const Draw& draw, ControlSample& sample) const;
+
+  Kernel fixed_kernel() const;
+  Kernel learned_kernel(std::span<const float> shares) const;
+  uint32_t cell_of(const DirectLightContext& c, Sampler& sampler, uint32_t first) const;
+  /// Choice of a light and of a point of its unit square.
+  struct Chosen {
+    uint32_t light = 0;
+    Vec2 u{0.5f};
+    float any = 0.0f;               ///< probability of the light by LightSet
+    float pmf = 0.0f;               ///< of the light, relative to uniform points on its square
+    int group = -1, component = -1; ///< component of the shares of one sample
+    float relative = 0.0f;          ///< what the component's share is multiplied by in pmf
+  };
+  Chosen choose_learned(const DirectLightContext& c, std::span<const float> shares, Vec2 u) const;
+  float choice_pmf(uint32_t cell, Vec3 position, Vec3 normal, uint32_t light) const;
+  void record_shares(const Kernel& k, SampleAux* aux) const;
+
+  const Scene& scene_;
+  DirectMethod method_;
+  int samples_;
+  float cell_angle_ = 0.0f;         ///< edge of a cell over the distance from the camera
+  LightGroups groups_;
+  int strata_ = 1;                  ///< of single lights, along each axis of their unit square
+  bool controls_possible_ = false;  ///< few enough lights to intersect them all
+  ShareCache one_, many_;           ///< shares for one sample a vertex, and for many
+  struct Regressions;
+  std::unique_ptr<Regressions> regressions_;
+};
+
+}  // namespace ajar

@@ -1,0 +1,231 @@
+#include <gtest/gtest.h>
+
+#include "integrators/integrator.h"
+#include "render/session.h"
+#include "scene_fixtures.h"
+#include "statistical.h"
+#include "transport/direct_light.h"
+#include "transport/light_groups.h"
+#include "transport/share_cache.h"
+
+using namespace ajar;
+using namespace ajar::fixtures;
+
+namespace {
+
+LightDescription area_light(Vec3 position, float watts, float size, bool downwards = true) {
+  LightDescription light;
+  light.name = "Area";
+  light.kind = LightKind::Area;
+  light.energy = watts;
+  light.area_size = Vec2(size);
+  const float z = downwards ? 1.0f : -1.0f;  // area lamps shine along their own -z
+  light.world_from_light = rows(Mat4(Vec4(1, 0, 0, 0), Vec4(0, z, 0, 0), Vec4(0, 0, z, 0), Vec4(position, 1)));
+  return light;
+}
+
+int add_glossy(SceneDescription& d, Color color, float roughness) {
+  MaterialDescription material;
+  material.name = "Glossy";
+  material.graph.nodes.push_back(closure_node("ShaderNodeBsdfGlossy", color));
+  material.graph.nodes.back().inputs.push_back({"Roughness", {}, Vec4(roughness)});
+  material.graph.surface = {0, "BSDF"};
+  d.materials.push_back(material);
+  return int(d.materials.size()) - 1;
+}
+
+Mat4 at(Vec3 position) { return Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(position, 1)); }
+
+/// Every sort of light that can go wrong: partly hidden, wholly hidden, facing away, a point, an emissive mesh, a sun and a sky.
+SceneDescription assorted_lights(bool glossy) {
+  SceneDescription d;
+  add_object(d, plane(4.0f), glossy ? add_glossy(d, Color(0.8f), 0.3f) : add_diffuse(d, Color(0.8f)));
+  add_object(d, plane(0.4f), add_diffuse(d, Color(0.5f)), at(Vec3(0.2f, 0, 1.0f)));
+  d.lights.push_back(area_light(Vec3(0, 0, 2), 50.0f, 1.0f));
+  d.lights.push_back(area_light(Vec3(-1.5f, 0.5f, 1.2f), 20.0f, 0.5f));
+  d.lights.push_back(area_light(Vec3(1.5f, 0.5f, 1.2f), 30.0f, 0.5f, false));
+  d.lights.push_back(point_light(Vec3(1, -1, 1), 10.0f));
+  add_object(d, plane(0.2f), add_diffuse(d, Color(0.0f), Color(2.0f, 1.0f, 0.5f)), at(Vec3(-0.6f, -0.6f, 0.8f)));
+  set_world(d, Color(0.1f, 0.15f, 0.2f));
+  set_camera(d, Vec3(0, -1.5f, 0.6f), Vec3(0, 0, 0), 6);
+  d.settings.bounces.total = 0;
+  return d;
+}
+
+std::vector<float> render(SceneDescription d, const std::string& method, int direct_samples, int samples, uint32_t seed, int threads = 1) {
+  d.settings.direct = method;
+  d.settings.direct_samples = direct_samples;
+  d.settings.samples = samples;
+  d.settings.seed = seed;
+  d.settings.threads = threads;
+  Session session;
+  session.start(std::move(d));
+  EXPECT_TRUE(session.wait(120.0));
+  EXPECT_EQ(session.take_error(), "");
+  return session.snapshot("Combined");
+}
+
+/// Mean luminance of the image over independent seeds, and the summed variance of its pixels.
+struct Replicates {
+  RunningMoments mean;
+  double variance = 0.0;
+};
+Replicates replicate(const SceneDescription& d, const std::string& method, int direct_samples, int samples, int seeds) {
+  Replicates r;
+  std::vector<RunningMoments> pixels;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const auto image = render(d, method, direct_samples, samples, uint32_t(seed) * 7919u + uint32_t(direct_samples));
+    pixels.resize(image.size() / 4);
+    double sum = 0.0;
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      const double y = double(luminance(Color(image[4 * i], image[4 * i + 1], image[4 * i + 2])));
+      pixels[i].add(y);
+      sum += y;
+    }
+    r.mean.add(sum / double(pixels.size()));
+  }
+  for (const RunningMoments& pixel : pixels) r.variance += pixel.variance();
+  return r;
+}
+
+constexpr int kSeeds = 200;
+
+const RunningMoments& truth(bool glossy) {
+  static const RunningMoments diffuse = replicate(assorted_lights(false), "mis", 1, 64, kSeeds).mean;
+  static const RunningMoments gloss = replicate(assorted_lights(true), "mis", 1, 64, kSeeds).mean;
+  return glossy ? gloss : diffuse;
+}
+
+}  // namespace
+
+// ---- Everything called unbiased, at tiny budgets ----------------------------------------------
+
+class DirectMethods : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(DirectMethods, have_the_same_mean_at_tiny_budgets) {
+  for (bool glossy : {false, true}) {
+    for (int direct_samples : {1, 3, 12}) {
+      const Replicates r = replicate(assorted_lights(glossy), GetParam(), direct_samples, 3, kSeeds);
+      EXPECT_TRUE(statistical::means_agree(r.mean, truth(glossy), {0.01, 66})) << GetParam() << ", " << direct_samples << " samples, glossy " << glossy;
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Unbiased, DirectMethods,
+                         ::testing::Values("mis", "mis_balance", "bsdf", "ris", "correlated", "pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"));
+
+TEST(DirectLight, lights_alone_agree_too) {
+  const Replicates r = replicate(assorted_lights(false), "light", 4, 3, kSeeds);
+  EXPECT_TRUE(statistical::means_agree(r.mean, truth(false), {0.01, 66}));
+}
+
+// ---- What learning is for ------------------------------------------------------------------------
+
+namespace {
+
+/// Nine in ten watts come from lamps that a lid hides.
+SceneDescription hidden_lights() {
+  SceneDescription d;
+  add_object(d, plane(3.0f), add_diffuse(d, Color(0.8f)));
+  for (int i = 0; i < 3; ++i) {
+    d.lights.push_back(area_light(Vec3(float(i) - 1.0f, 2.0f, 2.0f), 300.0f, 0.4f));
+    add_object(d, plane(0.5f), add_diffuse(d, Color(0.5f)), at(Vec3(float(i) - 1.0f, 2.0f, 1.9f)));
+  }
+  d.lights.push_back(area_light(Vec3(0, 0, 1.5f), 100.0f, 0.5f));
+  set_camera(d, Vec3(0, -1.0f, 1.0f), Vec3(0, 0, 0), 16, 0.3f);
+  d.settings.bounces.total = 0;
+  return d;
+}
+
+}  // namespace
+
+TEST(DirectLight, learning_which_lights_are_hidden_lowers_the_variance) {
+  const Replicates plain = replicate(hidden_lights(), "mis", 1, 8, 24), learned = replicate(hidden_lights(), "pmc_hi", 1, 8, 24);
+  EXPECT_TRUE(statistical::means_agree(plain.mean, learned.mean, {0.01}));
+  EXPECT_LT(learned.variance, 0.6 * plain.variance);
+}
+
+TEST(DirectLight, only_the_published_control_variates_are_called_biased_and_are) {
+  for (const DirectMethodInfo& info : direct_method_list()) EXPECT_EQ(info.biased, std::string(info.name) == "ocv_paper");
+  // Three lights in four are hidden: all their samples are zero.
+  SceneDescription d = hidden_lights();
+  const Replicates biased = replicate(d, "ocv_paper", 8, 4, kSeeds), honest = replicate(d, "ocv", 8, 4, kSeeds), mis = replicate(d, "mis", 1, 64, kSeeds);
+  EXPECT_TRUE(statistical::means_agree(honest.mean, mis.mean, {0.01}));
+  EXPECT_FALSE(statistical::means_agree(biased.mean, mis.mean, {0.001}));
+}
+
+TEST(DirectLight, learned_images_do_not_depend_on_threads) {
+  for (const char* method : {"pmc_hi", "ocv_progressive", "pmc_hi_paper"}) {
+    for (int direct_samples : {1, 8}) {
+      const auto one = render(assorted_lights(true), method, direct_samples, 9, 5, 1), three = render(assorted_lights(true), method, direct_samples, 9, 5, 3);
+      EXPECT_EQ(one, three) << method;
+    }
+  }
+}
+
+TEST(DirectLight, unknown_methods_are_named) {
+  SceneDescription d = hidden_lights();
+  d.settings.direct = "best";
+  Session session;
+  session.start(std::move(d));
+  session.wait(60.0);
+  EXPECT_NE(session.take_error().find("mis"), std::string::npos);
+}
+
+// ---- Parts -------------------------------------------------------------------------------------
+
+TEST(LightGroups, every_light_with_power_is_in_one_group_and_groups_are_few) {
+  SceneDescription d;
+  add_object(d, plane(3.0f), add_diffuse(d, Color(0.8f)));
+  for (int i = 0; i < 200; ++i) d.lights.push_back(point_light(Vec3(float(i % 20), float(i / 20), 1.0f), 1.0f + float(i % 7)));
+  set_world(d, Color(0.1f));
+  set_camera(d, Vec3(0, -1, 1), Vec3(0), 4);
+  const auto scene = build(std::move(d));
+  const LightGroups groups(scene->lights(), 16, scene->center());
+  EXPECT_LE(groups.size(), 16);
+  EXPECT_GE(groups.size(), 15);
+  float prior = 0.0f;
+  std::vector<float> mass(size_t(groups.size()), 0.0f);
+  for (uint32_t light = 0; light < scene->lights().size(); ++light) {
+    // A sky may be left to the BSDF altogether.
+    if (!(scene->lights().choice_pmf(scene->center(), Vec3(0.0f), light) > 0.0f)) continue;
+    ASSERT_GE(groups.group_of(light), 0);
+    mass[size_t(groups.group_of(light))] += groups.pmf_in_group(light);
+  }
+  for (int g = 0; g < groups.size(); ++g) {
+    EXPECT_NEAR(mass[size_t(g)], 1.0f, 1e-4f);
+    prior += groups.prior(g);
+  }
+  EXPECT_NEAR(prior, 1.0f, 1e-4f);
+}
+
+TEST(ShareCache, learns_the_optimum_of_components_that_do_not_overlap) {
+  // Conditional root-mean-square contributions 1 and 3: shares 1/4 and 3/4, whatever they were at first.
+  ShareCache cache(4, {0.9f, 0.1f}, {0.0f, 0.0f}, 1.0f, 1.0f);
+  Pcg32 rng(1);
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    const auto shares = cache.shares(3);
+    for (int i = 0; i < 20000; ++i) {
+      const int k = rng.next_float() < shares[0] ? 0 : 1;
+      const float y = (k == 0 ? 1.0f : 3.0f) / shares[size_t(k)];
+      cache.count(3);
+      cache.add_square(3, y * y);
+      cache.add_moment(3, k, shares[size_t(k)] * y * y);
+    }
+    cache.publish();
+  }
+  EXPECT_NEAR(cache.shares(3)[0], 0.25f, 0.02f);
+  EXPECT_FALSE(cache.learned(2));
+  EXPECT_FLOAT_EQ(cache.shares(2)[0], 0.9f);
+}
+
+TEST(ShareCache, floors_hold_and_absurd_values_do_no_harm) {
+  ShareCache cache(2, {0.5f, 0.5f}, {0.1f, 0.05f}, 1.0f, 1e-6f);
+  for (float y : {1e30f, 1e-30f, 0.0f}) {
+    cache.count(0);
+    cache.add_square(0, y * y);
+    cache.add_moment(0, 1, y * y);
+  }
+  cache.publish();
+  EXPECT_GE(cache.shares(0)[0], 0.1f);
+  EXPECT_NEAR(cache.shares(0)[0] + cache.shares(0)[1], 1.0f, 1e-5f);
+}
