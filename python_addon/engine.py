@@ -76,7 +76,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             raise RenderFailed(error)
         statistics = json.loads(session.statistics_json())
         statistics |= {"export_seconds": export_seconds, "blender_version": bpy.app.version_string, "file": bpy.data.filepath,
-                       "scene": scene.name, "view_layer": depsgraph.view_layer.name, "frame": scene.frame_current}
+                       "scene_name": scene.name, "view_layer": depsgraph.view_layer.name, "frame": scene.frame_current}
         self._show_memory(statistics)
         if not self._hand_over(depsgraph, session, wanted, statistics):
             return  # cancelled before the first sample
