@@ -83,12 +83,16 @@ class Disagreement:
                 f"ratio {ratio:.4f}, {excess:.1f} times the allowance")
 
 
-def disagreements(ours: Blocks, theirs: Blocks, relative: float = 0.01, standard_errors: float = 3.0) -> list[Disagreement]:
+def disagreements(ours: Blocks, theirs: Blocks, relative: float = 0.01, standard_errors: float = 3.0,
+                  darkness: float = 1e-5) -> list[Disagreement]:
     """The agreement test of the project: |a - b| <= 1 % of |b| + 3 standard errors of the difference, for every block
-    and channel. Those that fail, the worst first. A value that is not finite always fails."""
+    and channel. Those that fail, the worst first. A value that is not finite always fails.
+
+    Where one side saw no light at all it knows no standard error either, though the other may have met a rare path worth
+    nothing. So a difference below `darkness` of the whole reference's mean, which nobody can see, is none."""
     if ours.means.shape != theirs.means.shape:
         raise ValueError(f"images of {ours.means.shape} and {theirs.means.shape} blocks cannot be compared")
-    allowance = relative * np.abs(theirs.means)
+    allowance = relative * np.abs(theirs.means) + darkness * np.abs(theirs.means).mean()
     allowance = allowance + standard_errors * np.hypot(ours.standard_errors, theirs.standard_errors)
     difference = np.abs(ours.means - theirs.means)
     failed = np.argwhere(~(difference <= allowance))

@@ -84,11 +84,12 @@ def render_cycles(blend: Path, out: Path, samples: list[int], seeds: list[int], 
 
 # ---- Ajar ----------------------------------------------------------------------------------------------
 
-# Render at the file's own frame, as F12 would (-f would move it), and the same problem as cycles_render.py.
-RENDER_UNCLAMPED = """
+# Render at the file's own frame, as F12 would (-f would move it); unclamped, the same problem as cycles_render.py.
+RENDER = """
 import bpy
 render, ajar = bpy.context.scene.render, bpy.context.scene.ajar
-ajar.clamp_direct = ajar.clamp_indirect = 0
+if {unclamped}:
+    ajar.clamp_direct = ajar.clamp_indirect = 0
 ajar.reflective_caustics = ajar.refractive_caustics = True
 render.resolution_percentage = {percentage} or render.resolution_percentage
 render.filepath = {path!r}
@@ -109,21 +110,21 @@ class AjarBuild:
     def default(cls) -> "AjarBuild":
         return cls(Path(os.environ.get("AJAR_BUILD", PROJECT / "build" / "release")))
 
-    def blender(self, blend: Path, image: Path, options: list[str], percentage: int | None = None) -> str:
+    def blender(self, blend: Path, image: Path, options: list[str], percentage: int | None = None, unclamped: bool = True) -> str:
         """Render a .blend with the add-on inside Blender; returns the log."""
         profile = self.build / "blender_profile"
         environment = os.environ | {"BLENDER_USER_CONFIG": str(profile / "config"), "BLENDER_USER_SCRIPTS": str(profile / "scripts")}
-        script = RENDER_UNCLAMPED.format(percentage=percentage, path=str(image))
+        script = RENDER.format(percentage=percentage, path=str(image), unclamped=unclamped)
         command = [BLENDER, "-b", "--factory-startup", "--addons", "ajar_render", str(blend), "-E", "AJAR", "--python-exit-code", "1",
                    "--python-expr", script, "--", *options]
         return run(command, f"Ajar on {blend.name}", environment=environment)
 
-    def dump(self, blend: Path, out: Path, percentage: int | None = None) -> tuple[Path, dict]:
+    def dump(self, blend: Path, out: Path, percentage: int | None = None, unclamped: bool = True) -> tuple[Path, dict]:
         """The scene as the core sees it, in `out`, and the statistics of its export."""
         out.mkdir(parents=True, exist_ok=True)
         scene, statistics = out / "scene.ajar", out / "export.json"
         self.blender(blend, out / "export.exr", ["--ajar-samples", "1", "--ajar-dump-scene", str(scene), "--ajar-stats", str(statistics)],
-                     percentage)
+                     percentage, unclamped)
         if not scene.exists():
             raise RenderFailed(f"Ajar on {blend.name} left no scene file")
         return scene, json.loads(statistics.read_text())

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
 PROJECT = Path(__file__).resolve().parents[1]
-SHARED = PROJECT.parent / "shared" / "scenes"
+SHARED = Path(os.environ.get("AJAR_SHARED_SCENES", PROJECT.parent / "shared" / "scenes"))
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ PROJECT_SCENES = [
     for name in ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume")
 ]
 
-# Files by other people, beside the project and never part of it (see ../shared/scenes/README.md).
+# Files by other people, beside the project (or where AJAR_SHARED_SCENES says) and never part of it.
 SHARED_SCENES = [
     Scene(f"shared/{name.replace('/', '_')}", SHARED / f"{name}.blend", percentage)
     for name, percentage in (

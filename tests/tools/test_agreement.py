@@ -37,6 +37,16 @@ def test_agreement_allows_one_percent_and_three_standard_errors():
     assert "ratio 1.0251" in str(found[0])
 
 
+def test_light_too_dim_to_see_is_no_disagreement():
+    reference = agreement.Blocks(np.array([[[1.0], [0.0]]]), np.zeros((1, 2, 1)), 8, 16)
+
+    def ours(dark):
+        return agreement.Blocks(np.array([[[1.0], [dark]]]), np.zeros((1, 2, 1)), 8, 16)
+
+    assert agreement.disagreements(ours(4e-6), reference) == []
+    assert [d.column for d in agreement.disagreements(ours(6e-6), reference)] == [1]
+
+
 def test_a_block_that_is_not_a_number_disagrees():
     exact = agreement.Blocks(np.ones((1, 2, 3)), np.zeros((1, 2, 3)), 8, 16)
     broken = agreement.Blocks(np.array([[[1.0] * 3, [1.0, np.nan, 1.0]]]), np.zeros((1, 2, 3)), 8, 16)
