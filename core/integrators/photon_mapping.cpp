@@ -92,10 +92,7 @@ class PhotonMapping final : public Integrator {
     statistics_.rays += batch.rays;
     maps_.global.build(std::move(batch.global));
     maps_.caustic.build(std::move(batch.caustic));
-    const float most = 0.1f * scene_->radius(), chosen = scene_->settings().photon_radius;
-    if (chosen > 0.0f) first_global_radius_ = first_caustic_radius_ = chosen;
-    if (!(first_global_radius_ > 0.0f)) first_global_radius_ = maps_.global.median_distance(gather_.neighbours, most);
-    if (!(first_caustic_radius_ > 0.0f)) first_caustic_radius_ = maps_.caustic.median_distance(gather_.neighbours, most);
+    if (pass_ == 0) choose_radii();
     maps_.has_global = !maps_.global.empty();
     maps_.has_caustic = !maps_.caustic.empty();
     const float shrink = float(std::sqrt(radius2_factor(pass_)));
@@ -103,6 +100,35 @@ class PhotonMapping final : public Integrator {
     maps_.caustic_radius = first_caustic_radius_ * shrink;
     maps_.sites.build(sites_, maps_.global, {gather_.neighbours, maps_.global_radius});
     sites_ = std::move(batch.sites);
+  }
+
+  /// The radii of the first pass: the median reach of the neighbours sought, over where the picture will look the maps up. Photons
+  /// crowd where light is, which need not be where it is looked for.
+  void choose_radii() {
+    const RenderSettings& settings = scene_->settings();
+    const float most = 0.05f * scene_->radius();
+    first_global_radius_ = first_caustic_radius_ = settings.photon_radius;
+    if (settings.photon_radius > 0.0f) return;
+    constexpr int kProbes = 24;   // per axis of the film
+    std::vector<float> global, caustic;
+    PhotonGatherer gatherer(*scene_, maps_, gather_, hash_combine(seed_, 0x70726f62U));
+    for (int i = 0; i < kProbes * kProbes; ++i) {
+      gatherer.start(uint32_t(i), 0);
+      const Vec2 on_film((float(i % kProbes) + 0.5f) / kProbes * float(settings.width), (float(i / kProbes) + 0.5f) / kProbes * float(settings.height));
+      SurfacePoint seen, gathered;
+      if (!gatherer.probe(scene_->camera().generate_ray(on_film, Vec2(0.5f), 0.0f), seen, gathered)) continue;
+      global.push_back(maps_.global.reach(gathered, gather_.neighbours, most));
+      const float reach = maps_.caustic.reach(seen, gather_.neighbours, most);
+      if (reach < most) caustic.push_back(reach);
+    }
+    first_global_radius_ = median(global, most);
+    first_caustic_radius_ = std::min(first_global_radius_, median(caustic, most));
+  }
+
+  static float median(std::vector<float>& values, float otherwise) {
+    if (values.empty()) return otherwise;
+    std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
+    return values[values.size() / 2];
   }
 
   void render(Film& film, const std::atomic<bool>& stop) {

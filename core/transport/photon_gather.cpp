@@ -203,6 +203,40 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
   return radiance;
 }
 
+bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading) {
+  for (int vertex = 0; vertex < 16; ++vertex) {
+    const Hit hit = scene_.intersect(ray, point.ray_kind);
+    ++rays_;
+    if (!hit.found()) return false;
+    scene_.shading_point(ray, hit, point);
+    scene_.material(hit).evaluate_surface(point, shading);
+    const LobeSplit split(shading.bsdf, point.wo);
+    if (split.rough()) return true;
+    if (!split.sharp()) return false;
+    const float u_lobe = sampler_.get_1d();
+    const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler_.get_2d());
+    if (!sample) return false;
+    if (!(sample->flags & kTransparent)) count_bounce(point, *sample, scene_.settings().bounces);
+    ray = scene_.spawn_ray(point, sample->wi);
+  }
+  return false;
+}
+
+bool PhotonGatherer::probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gathered) {
+  ShadingPoint point;
+  SurfaceShading shading;
+  sampler_.set_dimension(kCameraDimensions);
+  if (!find_rough(ray, point, shading)) return false;
+  seen = {point.position, pack_direction(point.ng)};
+  const float u_lobe = sampler_.get_1d();
+  const auto sample = LobeSplit(shading.bsdf, point.wo).rough()->sample(point.wo, u_lobe, sampler_.get_2d());
+  if (!sample) return false;
+  count_bounce(point, *sample, scene_.settings().bounces);
+  if (!find_rough(scene_.spawn_ray(point, sample->wi), point, shading)) return false;
+  gathered = {point.position, pack_direction(point.ng)};
+  return true;
+}
+
 Color PhotonGatherer::from_map(const ShadingPoint& point, const Bsdf& rough) {
   Color irradiance;
   if (is_plain_lambert(rough) && maps_.sites.find(point.position, point.ng, 0.5f * maps_.global_radius, irradiance)) {

@@ -43,6 +43,8 @@ class PhotonGatherer {
     return sampler_;
   }
   Color trace(Ray ray, SampleAux* aux, float& alpha);
+  /// Where a camera ray and one gather ray from there would look up the maps. False when they lead nowhere.
+  bool probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gathered);
 
   uint64_t rays() const { return rays_; }
   uint64_t gathered() const { return gathered_; }
@@ -60,6 +62,8 @@ class PhotonGatherer {
   Color reflected(const ShadingPoint& point, const Bsdf& rough, int rays, int depth, Sampler& sampler, uint32_t dimension);
   /// Light along a gather ray: emission of what it meets first, and what maps tell about the rough surface it comes to.
   Color incoming(const ShadingPoint& from, const BsdfSample& sample, int depth, Sampler& sampler, uint32_t dimension);
+  /// Follow `ray` and sharp lobes to a rough surface.
+  bool find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading);
   Color from_map(const ShadingPoint& point, const Bsdf& rough);
 
   const Scene& scene_;

@@ -57,19 +57,11 @@ Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& looku
   return found.count > 0 ? sum / (kPi * found.radius2) : sum;
 }
 
-float PhotonMap::median_distance(int k, float most) const {
-  if (empty()) return 0.0f;
-  constexpr size_t kProbes = 255;
-  std::vector<float> distances;
+float PhotonMap::reach(const SurfacePoint& point, int k, float most) const {
+  if (empty()) return most;
   PointTree::Neighbours found;
-  const size_t step = std::max<size_t>(1, size() / kProbes);
-  for (size_t i = 0; i < size(); i += step) {
-    const SurfacePoint& probe = tree_[uint32_t(i)];
-    tree_.nearest(probe.position, unpack_direction(probe.packed_normal), k, most, found);
-    distances.push_back(std::sqrt(found.radius2));
-  }
-  std::nth_element(distances.begin(), distances.begin() + std::ptrdiff_t(distances.size() / 2), distances.end());
-  return distances[distances.size() / 2];
+  tree_.nearest(point.position, unpack_direction(point.packed_normal), k, most, found);
+  return std::sqrt(found.radius2);
 }
 
 void IrradianceMap::build(const std::vector<IrradianceSite>& sites, const PhotonMap& photons, const PhotonMap::Lookup& lookup) {

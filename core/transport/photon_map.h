@@ -36,9 +36,8 @@ class PhotonMap {
   Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const;
   /// Irradiance, its cosine taken at `ns`, on the side of `ng`.
   Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const;
-  /// Median over some photons of the distance to the k-th neighbour; 0 for an empty map. Where fewer than k are
-  /// within `most`, the distance is `most`.
-  float median_distance(int k, float most) const;
+  /// Distance from `point` to the k-th photon; `most` where fewer are that near.
+  float reach(const SurfacePoint& point, int k, float most) const;
 
  private:
   struct Light {
