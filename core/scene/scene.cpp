@@ -192,6 +192,7 @@ std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& opt
   s.statistics_.lights = s.lights_.size();
   s.statistics_.accel_bytes = s.accel_->memory_bytes();
   s.objects_ = std::move(d.objects);
+  s.hints_ = std::move(d.hints);
   s.statistics_.seconds = watch.seconds();
   step("Built", 1.0f);
   return scene;

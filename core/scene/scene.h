@@ -93,6 +93,7 @@ class Scene {
 
   const Camera& camera() const { return camera_; }
   const LightSet& lights() const { return lights_; }
+  const std::vector<HintDescription>& hints() const { return hints_; }
   const RenderSettings& settings() const { return settings_; }
   const BuildStatistics& statistics() const { return statistics_; }
   const ShaderProgram& world_program() const { return world_program_; }
@@ -116,6 +117,7 @@ class Scene {
   std::vector<uint32_t> material_table_;
   std::vector<ShaderProgram> programs_, lamp_programs_;
   std::vector<int> material_pass_indices_;
+  std::vector<HintDescription> hints_;
   ShaderProgram world_program_;
   std::unique_ptr<TextureStore> textures_;
   LightSet lights_;

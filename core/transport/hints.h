@@ -1,0 +1,77 @@
+// Hints: light paths that an artist drew as curves, attached to lights and surfaces, and proposed again with small changes
+// (user paths [Fan 2006, section 4.4]).
+//
+// Attaching. A curve's first point names the nearest light. From there, each next point is shot at: the surface hit is a
+// vertex. Mirrors and clear glass on the way bounce the ray, whether the curve has a point there or not, and take a point of
+// the curve that lies near. The last vertex must scatter diffusely or glossily, because the rest of a path is joined
+// to it. A curve that cannot be attached is reported by name with the reason, and skipped; it never stops a render.
+//
+// Proposing. A path is rebuilt from the light: it starts anywhere on that light, leaves every rough vertex
+// j in a direction inside a cone around the one from *where it now is* to the hint's own vertex j + 1, and follows specular
+// bounces of the hint's kind. Directions are uniform per solid angle in the cone, 1 / (2 pi (1 - cos spread)); the thesis' 1 / (2 pi spread)
+// lacks the sine. `pdf` is the sum over all hints of that density, so any path can be asked about, whoever made it.
+//
+// A hint only proposes: what is proposed is weighed by its density, so no hint changes the mean of an image.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace ajar {
+
+enum class HintSegmentState : uint8_t { Attached, Bounced, Failed };
+
+struct HintReport {
+  std::string name;
+  bool attached = false;
+  std::string reason;                        ///< why not; empty when attached
+  std::vector<Vec3> positions;               ///< of the vertices found so far, the light's first
+  std::vector<HintSegmentState> segments;    ///< of the ways between them; the last one may have failed
+};
+
+class Hints {
+ public:
+  struct Vertex {
+    Vec3 position;
+    bool specular = false, transmitted = false;   ///< what the bounce there is, and of which kind
+  };
+  struct Hint {
+    std::string name;
+    uint32_t light;
+    double share;                            ///< chance of being chosen
+    std::vector<Vertex> vertices;            ///< 0 on the light; the last one is rough
+    std::vector<float> one_minus_cos;        ///< of the cone's half-angle, for the segment that leaves each vertex but the last
+  };
+  /// What pdf must know of a path: its vertices from the light on.
+  struct PathPoint {
+    Vec3 position;
+    bool specular;
+  };
+
+  /// Attach all hints of the scene that are enabled and have weight.
+  static Hints attach(const Scene& scene, std::vector<HintReport>& reports);
+
+  bool empty() const { return hints_.empty(); }
+  size_t size() const { return hints_.size(); }
+  const Hint& operator[](size_t i) const { return hints_[i]; }
+  uint32_t choose(float u) const;
+
+  /// Direction that leaves rough vertex `j` of the hint when its path has come to `position`; uniform in the cone.
+  static Vec3 sample_direction(const Hint& hint, size_t j, Vec3 position, Vec2 u);
+  static float pdf_solid_angle(const Hint& hint, size_t j, Vec3 position, Vec3 direction);
+
+  /// Density of proposing these vertices, the directions' part: per solid angle at every rough vertex and at the light, given the first
+  /// vertex (whose own density on the light is the caller's, as are the conversions to area). Specular vertices count 1. 0 when
+  /// no hint could have made it.
+  double pdf(uint32_t light, std::span<const PathPoint> path) const;
+  /// The same for one hint, without its share.
+  static double pdf(const Hint& hint, uint32_t light, std::span<const PathPoint> path);
+
+ private:
+  std::vector<Hint> hints_;
+};
+
+}  // namespace ajar
