@@ -250,6 +250,12 @@ void bind_description(py::module_& module) {
   bind_light_world_camera(module);
   bind_settings(module);
 
+  py::class_<HintDescription>(module, "HintDescription")
+      .def_readonly("name", &HintDescription::name)
+      .def_property_readonly("points", [](const HintDescription& hint) { return to_array<float>(hint.points); })
+      .def_readonly("spread", &HintDescription::spread)
+      .def_readonly("weight", &HintDescription::weight)
+      .def_readonly("enabled", &HintDescription::enabled);
   py::class_<SceneDescription>(module, "SceneDescription", "A scene as plain data, in Blender's axes and units.")
       .def(py::init<>())
       .def("add_mesh", &add_mesh, py::kw_only(), py::arg("name"), py::arg("positions"), py::arg("triangles"),
@@ -298,6 +304,7 @@ void bind_description(py::module_& module) {
       .def_readonly("instances", &SceneDescription::instances)
       .def_readonly("materials", &SceneDescription::materials)
       .def_readonly("images", &SceneDescription::images)
+      .def_readonly("hints", &SceneDescription::hints)
       .def_readonly("lights", &SceneDescription::lights)
       .def_readwrite("world", &SceneDescription::world)
       .def_readwrite("camera", &SceneDescription::camera)

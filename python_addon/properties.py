@@ -98,7 +98,24 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
         name="Pixel Filter", description="Which part of the image a pixel gathers", items=FILTER_ITEMS, default="BLACKMAN_HARRIS",
         **_accessors("filter", "BLACKMAN_HARRIS", "pixel_filter_type", {item[0]: item[3] for item in FILTER_ITEMS}))
     filter_width: _float("filter_width", "Width", "Full width of the filter in pixels", 1.5, "filter_width", 0.01, 10.0)
+    gather_rays: bpy.props.IntProperty(name="Gather Rays", description="Per sample, at the first rough surface, where photon maps are used",
+                                       default=8, min=1, max=1024)
+    photons: bpy.props.IntProperty(name="Photons", description="Emitted for each sample of the picture; 0: by the picture's size",
+                                   default=0, min=0, max=10**8)
+    photon_radius: bpy.props.FloatProperty(name="Photon Radius", description="Of the first pass; 0: by the photons' density",
+                                           default=0.0, min=0.0, subtype="DISTANCE")
+    hint_collection: bpy.props.StringProperty(name="Light Paths", description="Collection whose curves are hints where light goes",
+                                              default="Light Paths")
     exposure: _float("exposure", "Exposure", "Factor on the light that the film receives", 1.0, "film_exposure", 0.0, 10.0)
+
+
+class AjarObjectSettings(bpy.types.PropertyGroup):
+    """Of curves that are light paths."""
+    hint_enabled: bpy.props.BoolProperty(name="Use", description="Propose light along this curve", default=True)
+    hint_spread: bpy.props.FloatProperty(name="Spread", description="Half-angle of the cone around each segment", subtype="ANGLE",
+                                         default=0.0872665, min=1e-4, max=3.14159)
+    hint_weight: bpy.props.FloatProperty(name="Weight", description="How often this curve is proposed, relative to the others",
+                                         default=1.0, min=0.0, soft_max=10.0)
 
 
 class AjarViewLayerSettings(bpy.types.PropertyGroup):
@@ -107,18 +124,20 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_variance: bpy.props.BoolProperty(name="Variance", description="Estimated variance of each pixel's mean")
 
 
-CLASSES = (AjarSceneSettings, AjarViewLayerSettings)
+CLASSES = (AjarSceneSettings, AjarObjectSettings, AjarViewLayerSettings)
 
 
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
     bpy.types.Scene.ajar = bpy.props.PointerProperty(type=AjarSceneSettings)
+    bpy.types.Object.ajar = bpy.props.PointerProperty(type=AjarObjectSettings)
     bpy.types.ViewLayer.ajar = bpy.props.PointerProperty(type=AjarViewLayerSettings)
 
 
 def unregister() -> None:
     del bpy.types.ViewLayer.ajar
+    del bpy.types.Object.ajar
     del bpy.types.Scene.ajar
     for cls in reversed(CLASSES):
         bpy.utils.unregister_class(cls)

@@ -6,6 +6,8 @@ import bpy
 from bpy.types import Panel
 
 ENGINE = "AJAR"
+PHOTON_INTEGRATORS = {"photon_map", "mps"}
+HINT_INTEGRATORS = {"mps", "metropolis", "pmc_pt"}
 
 # Built-in panels that speak of what Ajar does not have, or shows in its own way.
 EXCLUDED = {
@@ -49,9 +51,16 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
-        column.prop(context.scene.ajar, "integrator")
-        column.prop(context.scene.ajar, "direct")
-        column.prop(context.scene.ajar, "direct_samples")
+        settings = context.scene.ajar
+        column.prop(settings, "integrator")
+        column.prop(settings, "direct")
+        column.prop(settings, "direct_samples")
+        if settings.integrator in PHOTON_INTEGRATORS:
+            photons = column.column(align=True)
+            for name in ("photons", "photon_radius", "gather_rays"):
+                photons.prop(settings, name)
+        if settings.integrator in HINT_INTEGRATORS:
+            column.prop_search(settings, "hint_collection", bpy.data, "collections", text="Light Path Curves")
 
 
 class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
@@ -70,6 +79,23 @@ class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
         column.separator()
         column.prop(settings, "reflective_caustics")
         column.prop(settings, "refractive_caustics")
+
+
+class AJAR_OBJECT_PT_light_path(AjarPanel, Panel):
+    """Of a curve in the collection of light paths."""
+    bl_label = "Light Path"
+    bl_context = "object"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        collection = bpy.data.collections.get(context.scene.ajar.hint_collection)
+        return (super().poll(context) and context.object is not None and context.object.type == "CURVE"
+                and collection is not None and context.object.name in collection.all_objects)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        for name in ("hint_enabled", "hint_spread", "hint_weight"):
+            column.prop(context.object.ajar, name)
 
 
 class AJAR_RENDER_PT_film(AjarPanel, Panel):
@@ -113,7 +139,7 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
             column.prop(view_layer.ajar, name)
 
 
-CLASSES = (AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_film,
+CLASSES = (AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_light_paths, AJAR_OBJECT_PT_light_path, AJAR_RENDER_PT_film,
            AJAR_RENDER_PT_performance, AJAR_VIEWLAYER_PT_passes)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import bpy
 
 from ..headless import Options
-from . import camera, objects, settings, world
+from . import camera, hints, objects, settings, world
 from .context import ExportCancelled, ExportContext
 
 __all__ = ["ExportCancelled", "ExportContext", "export_scene"]
@@ -24,4 +24,5 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
     camera.export(context, camera_object)
     world.export(context)
     objects.export(context)
+    hints.export(context)
     return context

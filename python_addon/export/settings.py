@@ -32,6 +32,7 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.seconds = _first(options.time, ours.time_limit)
     out.target_error = _first(options.error, ours.noise_target)
     out.seed = _first(options.seed, ours.seed)
+    out.photons, out.photon_radius, out.gather_rays = ours.photons, ours.photon_radius, ours.gather_rays
     out.threads = _first(options.threads, render.threads if render.threads_mode == "FIXED" else 0)
     out.passes = passes
 

@@ -1,0 +1,44 @@
+"""The artist's light paths: every curve in one collection, its control points from a light to what the camera sees.
+
+Only the points go over, in world space; the core attaches them to lights and surfaces, and reports by name what it cannot attach.
+"""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from .context import ExportContext
+
+
+def collection_of(scene: bpy.types.Scene) -> bpy.types.Collection | None:
+    return bpy.data.collections.get(scene.ajar.hint_collection)
+
+
+def export(context: ExportContext) -> None:
+    scene = context.depsgraph.scene
+    collection = collection_of(scene)
+    if collection is None:
+        return
+    context.report_step("light paths")
+    for thing in collection.all_objects:
+        if thing.type != "CURVE" or thing.name not in context.view_layer.objects:
+            continue
+        evaluated = thing.evaluated_get(context.depsgraph)
+        settings = thing.ajar
+        for number, spline in enumerate(thing.data.splines):
+            name = thing.name if len(thing.data.splines) == 1 else f"{thing.name}, part {number + 1}"
+            context.description.add_hint(name=name, points=_points(spline, evaluated.matrix_world), spread=settings.hint_spread,
+                                         weight=settings.hint_weight, enabled=settings.hint_enabled and not thing.hide_render)
+
+
+def _points(spline: bpy.types.Spline, matrix_world) -> np.ndarray:
+    """Control points in world space, float32[n, 3]."""
+    bezier = spline.type == "BEZIER"
+    points = spline.bezier_points if bezier else spline.points
+    width = 3 if bezier else 4
+    local = np.empty(len(points) * width, dtype=np.float32)
+    points.foreach_get("co", local)
+    local = local.reshape(-1, width)[:, :3]
+    matrix = np.array(matrix_world, dtype=np.float32)
+    return np.ascontiguousarray(local @ matrix[:3, :3].T + matrix[:3, 3])

@@ -1,0 +1,58 @@
+"""Curves that are light paths."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+
+
+def _curve(name: str, points, kind: str = "POLY", collection: str = "Light Paths") -> bpy.types.Object:
+    data = bpy.data.curves.new(name, "CURVE")
+    data.dimensions = "3D"
+    spline = data.splines.new(kind)
+    target = spline.bezier_points if kind == "BEZIER" else spline.points
+    target.add(len(points) - 1)
+    for corner, place in zip(target, points):
+        corner.co = place if kind == "BEZIER" else (*place, 1.0)
+    thing = bpy.data.objects.new(name, data)
+    home = bpy.data.collections.get(collection)
+    if home is None:
+        home = bpy.data.collections.new(collection)
+        bpy.context.scene.collection.children.link(home)
+    home.objects.link(thing)
+    return thing
+
+
+@pytest.mark.parametrize("kind", ["POLY", "BEZIER", "NURBS"])
+def test_control_points_go_over_in_world_space(export, kind):
+    curve = _curve("Keyhole", [(0, 0, 0), (1, 0, 0), (1, 2, 0)], kind)
+    curve.location = (0, 0, 3)
+    curve.scale = (2, 1, 1)
+    hint, = export().hints
+    assert hint.name == "Keyhole"
+    np.testing.assert_allclose(hint.points, [(0, 0, 3), (2, 0, 3), (2, 2, 3)], atol=1e-6)
+
+
+def test_settings_of_a_curve_go_with_it(export):
+    curve = _curve("Keyhole", [(0, 0, 0), (1, 0, 0)])
+    curve.ajar.hint_spread, curve.ajar.hint_weight, curve.ajar.hint_enabled = 0.2, 3.0, False
+    hint, = export().hints
+    assert (hint.spread, hint.weight, hint.enabled) == (pytest.approx(0.2), 3.0, False)
+
+
+def test_only_curves_of_the_collection_named_are_hints(export):
+    _curve("Elsewhere", [(0, 0, 0), (1, 0, 0)], collection="Decoration")
+    assert len(export().hints) == 0
+    bpy.context.scene.ajar.hint_collection = "Decoration"
+    assert [hint.name for hint in export().hints] == ["Elsewhere"]
+
+
+def test_a_curve_hidden_from_renders_is_off_and_each_spline_is_a_path(export):
+    curve = _curve("Two", [(0, 0, 0), (1, 0, 0)])
+    second = curve.data.splines.new("POLY")
+    second.points.add(2)
+    hints = export().hints
+    assert [(hint.name, len(hint.points)) for hint in hints] == [("Two, part 1", 2), ("Two, part 2", 3)]
+    curve.hide_render = True
+    assert not any(hint.enabled for hint in export().hints)
