@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "transport/direct_light.h"
-
 namespace ajar {
 
 namespace {
@@ -32,21 +30,10 @@ bool count_bounce(ShadingPoint& point, const BsdfSample& sample, const BounceLim
 
 }  // namespace
 
-float PhotonGatherer::weight_of_hit(const Origin& origin, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const {
-  if (origin.pdf_solid_angle == 0.0f) return 1.0f;
-  const LightSet& lights = scene_.lights();
-  const float distance = is_finite(position) ? glm::length(position - origin.position) : kInfinity;
-  return power_heuristic(origin.pdf_solid_angle, lights.choice_pmf(origin.position, origin.normal, light) *
-                                                     lights.pdf_li(light, origin.position, wi, distance, normal));
-}
-
 Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension) {
-  const LightSet& lights = scene_.lights();
-  if (lights.empty() || !bsdf.has_non_delta()) return Color(0.0f);
-  sampler.set_dimension(dimension);
-  const float u_choice = lights.size() > 1 ? sampler.get_1d() : 0.5f;
-  sampler.set_dimension(dimension + 1);
-  return estimate_direct({scene_, point, bsdf}, u_choice, sampler.get_2d(), rays_);
+  if (scene_.lights().empty() || !bsdf.has_non_delta()) return Color(0.0f);
+  DirectVertex unused;
+  return direct_.estimate({scene_, point, bsdf}, sampler, dimension, unused, nullptr, rays_);
 }
 
 Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
@@ -54,14 +41,14 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
   Color radiance(0.0f), beta(1.0f);
   ShadingPoint point;
   SurfaceShading shading;
-  Origin origin;
+  DirectVertex origin;
   bool last_chance = false;
   alpha = 0.0f;
   for (uint32_t vertex = 0;; ++vertex) {
     const Hit hit = scene_.intersect(ray, point.ray_kind);
     ++rays_;
     const auto add_met = [&](const LightMet& met) {
-      radiance += beta * met.radiance * weight_of_hit(origin, met.light, ray.direction, met.position, met.normal);
+      radiance += beta * met.radiance * direct_.weight_of_hit(scene_, origin, met.light, ray.direction, met.position, met.normal);
     };
     if (scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, add_met);
     if (!hit.found()) {
@@ -74,7 +61,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
     scene_.material(hit).evaluate_surface(point, shading);
     if (!is_black(shading.emission)) {
       const int light = scene_.light_of(hit);
-      const float weight = light >= 0 ? weight_of_hit(origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
+      const float weight = light >= 0 ? direct_.weight_of_hit(scene_, origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
       radiance += beta * shading.emission * weight;
     }
     if (aux && point.ray_depth == 0) {
@@ -147,7 +134,7 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, in
 
 Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, int depth, Sampler& sampler, uint32_t dimension) {
   const BounceLimits& limits = scene_.settings().bounces;
-  const Origin origin{from.position, from.ns, first.pdf_solid_angle};
+  const DirectVertex origin{from.position, from.ns, first.pdf_solid_angle};
   ShadingPoint point = from;
   SurfaceShading shading;
   Color radiance(0.0f), beta(1.0f);
@@ -159,7 +146,7 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
     const Hit hit = scene_.intersect(ray, point.ray_kind);
     ++rays_;
     const auto add_met = [&](const LightMet& met) {
-      radiance += beta * met.radiance * weight_of_hit(origin, met.light, ray.direction, met.position, met.normal);
+      radiance += beta * met.radiance * direct_.weight_of_hit(scene_, origin, met.light, ray.direction, met.position, met.normal);
     };
     if (straight && scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, add_met);
     if (straight && !hit.found()) for_each_distant_light(scene_, ray, point.ray_kind, true, add_met);
@@ -169,7 +156,7 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
     scene_.material(hit).evaluate_surface(point, shading);
     if (straight && !is_black(shading.emission)) {
       const int light = scene_.light_of(hit);
-      const float weight = light >= 0 ? weight_of_hit(origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
+      const float weight = light >= 0 ? direct_.weight_of_hit(scene_, origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
       radiance += beta * shading.emission * weight;
     }
     if (last_chance && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;

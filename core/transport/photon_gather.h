@@ -9,6 +9,7 @@
 #pragma once
 
 #include "sampling/sampler.h"
+#include "transport/direct_light.h"
 #include "transport/lobe_split.h"
 #include "transport/photon_map.h"
 #include "transport/ray_events.h"
@@ -51,12 +52,6 @@ class PhotonGatherer {
   uint64_t from_sites() const { return from_sites_; }
 
  private:
-  /// A vertex whose sampled direction is being followed, for the weight of light met against light sampled there.
-  struct Origin {
-    Vec3 position{0.0f}, normal{0.0f};
-    float pdf_solid_angle = 0.0f;   ///< 0 when no light sampling could have found the direction
-  };
-  float weight_of_hit(const Origin& origin, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const;
   Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension);
   /// Light scattered towards the eye by the rough lobes of a surface: direct, caustic and gathered.
   Color reflected(const ShadingPoint& point, const Bsdf& rough, int rays, int depth, Sampler& sampler, uint32_t dimension);
@@ -69,6 +64,7 @@ class PhotonGatherer {
   const Scene& scene_;
   const PhotonMaps& maps_;
   const GatherSettings& settings_;
+  MisDirectLight direct_;
   Sampler sampler_, gather_sampler_;
   uint32_t pixel_ = 0, index_ = 0;
   uint64_t rays_ = 0, gathered_ = 0, from_sites_ = 0;
