@@ -22,7 +22,7 @@ PREFIX = "--ajar-"
 EXIT_BAD_OPTION = 2
 EXIT_NO_IMAGE = 1
 
-INTEGRATORS = ("auto", "path", "pmc_pt", "erpt", "mps", "metropolis", "photon_map")
+INTEGRATORS = ("auto", "path", "pmc_pt", "erpt", "mps", "metropolis", "photon_map", "bdpt")
 DIRECT = tuple(info.name for info in ajar.direct_method_list())
 IMAGE = ("uniform", "pmc_ip")
 

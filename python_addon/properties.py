@@ -13,7 +13,7 @@ from .ajar_module import ajar
 from .headless import available_integrators
 
 # The numbers are stored in files and never change.
-INTEGRATOR_NUMBERS = {"auto": 0, "path": 1, "pmc_pt": 2, "erpt": 3, "mps": 4, "metropolis": 5, "photon_map": 6}
+INTEGRATOR_NUMBERS = {"auto": 0, "path": 1, "pmc_pt": 2, "erpt": 3, "mps": 4, "metropolis": 5, "photon_map": 6, "bdpt": 7}
 DIRECT_NUMBERS = {"mis": 0, "bsdf": 1, "light": 2, "ris": 3, "correlated": 4, "pmc_hi": 5, "ocv": 6, "ocv_paper": 7,
                   "ocv_progressive": 8, "mis_balance": 9, "pmc_hi_paper": 10}
 DIRECT_ITEMS = [(info.name, info.label, info.sentence + (" Biased" if info.biased else ""), DIRECT_NUMBERS[info.name])

@@ -1,5 +1,6 @@
 #include "integrators/bdpt.h"
 #include "integrators/integrator.h"
+#include "integrators/metropolis.h"
 #include "integrators/path_tracer.h"
 #include "integrators/photon_mapping.h"
 
@@ -13,7 +14,7 @@ const std::vector<IntegratorInfo>& integrator_list() {
       {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", nullptr},
       {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", nullptr},
       {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", nullptr},
-      {"metropolis", "Metropolis", Honesty::Unbiased, "One chain of mutations over all light paths.", nullptr},
+      {"metropolis", "Metropolis", Honesty::Consistent, "Chains of mutations that dwell on the light paths that matter.", make_metropolis},
       {"photon_map", "Photon Mapping", Honesty::Consistent, "Photons from the lights, gathered at what the eye sees.", make_photon_mapping}};
   return list;
 }

@@ -81,6 +81,14 @@ float Camera::film_density(Vec3 direction) const {
 }
 
 Ray Camera::generate_ray(Vec2 film, Vec2 u_lens, float time) const {
+  return ray_from_lens(film, has_lens() ? sample_lens(u_lens) : Vec2(0.0f), time);
+}
+
+Ray Camera::ray_through(Vec2 film, Vec3 lens_point, float time) const {
+  return ray_from_lens(film, has_lens() ? Vec2(transform_point(camera_from_world_, lens_point)) : Vec2(0.0f), time);
+}
+
+Ray Camera::ray_from_lens(Vec2 film, Vec2 lens, float time) const {
   const float sx = window_.x + (window_.y - window_.x) * film.x / float(width_);
   const float sy = window_.z + (window_.w - window_.z) * film.y / float(height_);
   Vec3 origin(0.0f), direction(sx, sy, -1.0f);
@@ -90,7 +98,6 @@ Ray Camera::generate_ray(Vec2 film, Vec2 u_lens, float time) const {
   }
   if (lens_radius_ > 0.0f) {
     const Vec3 focus = origin + direction * focus_distance_;
-    const Vec2 lens = sample_lens(u_lens);
     origin += Vec3(lens, 0.0f);
     direction = focus - origin;
   }

@@ -39,6 +39,9 @@ class Camera {
   /// Distance along `direction` from the lens to the near clipping plane.
   float clip_distance(Vec3 direction) const { return clip_start_ / std::abs(glm::dot(direction, forward())); }
 
+  /// Ray through a film point and this point of the lens.
+  Ray ray_through(Vec2 film, Vec3 lens_point, float time) const;
+
   bool has_lens() const { return lens_radius_ > 0.0f; }
   const Mat4& world_from_camera() const { return world_from_camera_; }
   Vec3 position() const { return Vec3(world_from_camera_[3]); }
@@ -48,6 +51,7 @@ class Camera {
 
  private:
   Vec2 sample_lens(Vec2 u) const;
+  Ray ray_from_lens(Vec2 film, Vec2 lens, float time) const;
 
   CameraKind kind_ = CameraKind::Perspective;
   Mat4 world_from_camera_{1.0f}, camera_from_world_{1.0f};

@@ -404,6 +404,15 @@ void BidirectionalWalks::find_by_lens(int s) {
   found(s, 1, contribution, *film, -1);
 }
 
+bool BidirectionalWalks::is_direct(const FoundPath& path) const {
+  if (path.t == 1 && path.s > 0) return path.s == 2;
+  if (path.s >= 2) return false;
+  // The eye walk's end is the light's neighbour, whatever it does.
+  for (int k = 1; k <= path.t - 2; ++k)
+    if (!eye_[size_t(k)].vertex.specular) return false;
+  return true;
+}
+
 int BidirectionalWalks::copy_path(const FoundPath& path, PathVertex* out, PathEdge* edges) const {
   const PathEdge& joint = connections_[size_t(&path - found_.data())];
   int count = 0;

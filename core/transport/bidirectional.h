@@ -30,6 +30,8 @@ class BidirectionalWalks {
   /// Walk from the eye through `film` and from a light: all paths that carry light. Every call takes its numbers from the
   /// same dimensions of the sampler in the same order.
   const std::vector<FoundPath>& sample(Vec2 film, Sampler& sampler, SampleAux* aux = nullptr);
+  /// Is it a path LS*E or L(D)S*E?
+  bool is_direct(const FoundPath& path) const;
   float alpha() const { return alpha_; }
   uint64_t rays() const { return rays_; }
 

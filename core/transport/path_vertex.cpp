@@ -62,6 +62,11 @@ class BsdfFor {
   SurfaceShading shading_;
 };
 
+/// May the lobes differ when made for `wo`?
+bool depends_on_view(const PathVertex& vertex, Vec3 wo) {
+  return vertex.program->depends_on_view() || (vertex.point.ns != vertex.point.ng && (bends_normal(vertex.point, wo) || vertex.shading.bsdf.n != vertex.point.ns));
+}
+
 /// d(to_light) / d(to_eye) of a refraction whose index grows by eta from the eye's side to the light's:
 /// n^2 cos dw is the same on both sides. 1 for reflection.
 float refraction_jacobian(Vec3 to_eye, Vec3 to_light, float eta) {
@@ -73,11 +78,17 @@ float refraction_jacobian(Vec3 to_eye, Vec3 to_light, float eta) {
 
 }  // namespace
 
+std::optional<BsdfSample> sample_direction(const PathVertex& vertex, Vec3 wo, float u_lobe, Vec2 u) {
+  return BsdfFor(vertex, wo, depends_on_view(vertex, wo))->sample(wo, u_lobe, u);
+}
+
+std::optional<BsdfSample> follow_direction(const PathVertex& vertex, Vec3 wo, bool transmitted, float u_lobe) {
+  return BsdfFor(vertex, wo, depends_on_view(vertex, wo))->follow_specular(wo, transmitted, u_lobe);
+}
+
 Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular) {
-  const ShadingPoint& point = vertex.point;
-  const bool depends_on_view = vertex.program->depends_on_view() ||
-                               (point.ns != point.ng && (bends_normal(point, to_eye) || bends_normal(point, to_light)));
-  const BsdfFor from_eye(vertex, to_eye, depends_on_view), from_light(vertex, to_light, depends_on_view);
+  const bool differ = depends_on_view(vertex, to_eye) || depends_on_view(vertex, to_light);
+  const BsdfFor from_eye(vertex, to_eye, differ), from_light(vertex, to_light, differ);
   Scattering s;
   if (!specular) {
     const Bsdf::Evaluation forward = from_eye->evaluate(to_eye, to_light);

@@ -76,6 +76,11 @@ PathEdge join(const PathVertex& light_end, const PathVertex& eye_end);
 /// Scattering at a surface vertex, exact for both directions of travel whichever the vertex was found from.
 Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular);
 
+/// A direction for a walk that arrives from `wo`, from the lobes as made for it.
+std::optional<BsdfSample> sample_direction(const PathVertex& vertex, Vec3 wo, float u_lobe, Vec2 u);
+/// The same for a walk that repeats a specular bounce of this kind.
+std::optional<BsdfSample> follow_direction(const PathVertex& vertex, Vec3 wo, bool transmitted, float u_lobe);
+
 /// Chance with which walks pass a surface that lets `transparency` through.
 float pass_chance(const ShaderProgram& program, Color transparency);
 

@@ -110,6 +110,44 @@ bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2
   return true;
 }
 
+bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampler& sampler, PathVertex& light, Through& through, uint64_t& rays) {
+  PathVertex surface;
+  surface.point.ray_kind = ray_kind;
+  bool chosen = false, escaped = false;
+  Through before_light;
+  const auto watch = [&](const Ray& stretch, float t_end, bool found, const Through& passed) {
+    if (!chosen && scene.has_lamp_shapes())
+      for_each_lamp_crossed(scene, stretch, t_end, kLightWalkKind, [&](const LightMet& met) {
+        if (chosen || sampler.get_1d() >= kLampStop) return;
+        make_light_vertex(scene, met, -ray.direction, light);
+        before_light = passed;
+        chosen = true;
+      });
+    if (!found) escaped = true, before_light = chosen ? before_light : passed;
+  };
+  const bool hit = find_vertex(scene, ray, sampler, surface, through, rays, watch);
+  if (chosen) {
+    through = before_light;
+    return true;
+  }
+  if (hit) {
+    if (!surface.emits()) return false;
+    make_light_vertex(surface, light);
+    return true;
+  }
+  if (!escaped) return false;  // too many surfaces passed
+  through = before_light;
+  int met_count = 0;
+  const auto count = [&](const LightMet&) { ++met_count; };
+  for_each_distant_light(scene, ray, kLightWalkKind, true, count);
+  if (met_count == 0) return false;
+  int left = std::min(int(sampler.get_1d() * float(met_count)), met_count - 1);
+  for_each_distant_light(scene, ray, kLightWalkKind, true, [&](const LightMet& met) {
+    if (left-- == 0) make_light_vertex(scene, met, -ray.direction, light);
+  });
+  return true;
+}
+
 void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next) {
   const bool diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
   next.ray_kind = ray_kind_after(sample);

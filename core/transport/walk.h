@@ -77,6 +77,12 @@ void make_light_vertex(const Scene& scene, const LightMet& met, Vec3 to_eye, Pat
 /// Light sampling at a surface: a vertex on a chosen light. False when it cannot shine there.
 bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2 u, PathVertex& light);
 
+/// A walk from the eye that must end on a light takes one of those its ray meets: each lamp in front
+/// with this chance, then the surface that stops it, or one of the distant lights of its direction.
+constexpr float kLampStop = 0.9f;
+/// False when it meets none. `through` is what lies before the light.
+bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampler& sampler, PathVertex& light, Through& through, uint64_t& rays);
+
 /// Depths and kind for the ray that leaves `from` after `sample`.
 void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next);
 

@@ -44,15 +44,22 @@ const std::vector<TransportScene> kScenes = transport_scenes();
 
 class Agreement : public ::testing::TestWithParam<size_t> {};
 
-TEST_P(Agreement, bidirectional_path_tracing_has_the_mean_of_path_tracing) {
-  const TransportScene& scene = kScenes[GetParam()];
-  const auto expected = blocks(scene.description, "path", 64, 16, 100), actual = blocks(scene.description, "bdpt", 16, 16, 200);
+namespace {
+
+void expect_agreement(const TransportScene& scene, const std::string& integrator, int samples) {
+  const auto expected = blocks(scene.description, "path", 64, 16, 100), actual = blocks(scene.description, integrator, samples, 16, 200);
   for (int i = 0; i < kValues; ++i) {
     if (i % 4 == 3 && std::abs(expected[size_t(i)].mean() - actual[size_t(i)].mean()) < 1e-5) continue;  // alpha: rounding
     EXPECT_TRUE(statistical::means_agree(expected[size_t(i)], actual[size_t(i)], {0.01, kValues * int(kScenes.size())}))
-        << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[size_t(i)].mean() << ", bdpt " << actual[size_t(i)].mean();
+        << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[size_t(i)].mean() << ", " << integrator << " " << actual[size_t(i)].mean();
   }
 }
+
+}  // namespace
+
+TEST_P(Agreement, bidirectional_path_tracing_has_the_mean_of_path_tracing) { expect_agreement(kScenes[GetParam()], "bdpt", 16); }
+TEST_P(Agreement, metropolis_has_the_mean_of_path_tracing) { expect_agreement(kScenes[GetParam()], "metropolis", 64); }
+
 INSTANTIATE_TEST_SUITE_P(Scenes, Agreement, ::testing::Range<size_t>(0, kScenes.size()),
                          [](const auto& info) { return kScenes[info.param].name; });
 

@@ -1,0 +1,93 @@
+// One Metropolis-Hastings chain over paths: the only place with an acceptance ratio [Veach 1997, chapter 11].
+//
+// A step chooses a mutation in proportion to its share among those that suit the path, proposes, and moves with probability
+//   a = min(1, target(y) T(y -> x) / (target(x) T(x -> y))),
+// T including the chance of choosing the mutation from either path. The old path leaves 1 - a of a splat of
+// luminance 1 and the new one a: the expectation over the decision. A chain is numbered: its random numbers depend on seed, number
+// and step alone.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "transport/mutations/mutation.h"
+
+namespace ajar {
+
+/// Mutations and how often each is chosen, shared by all chains.
+struct MutationShare {
+  std::unique_ptr<Mutation> mutation;
+  float share;
+};
+
+class Chain {
+ public:
+  struct Counts {
+    uint64_t proposed = 0, accepted = 0, empty = 0;   ///< empty: proposals that carry nothing
+    double acceptance = 0.0;                          ///< sum of a
+  };
+
+  Chain(const PathSpace& space, const std::vector<MutationShare>& mutations) : space_(&space), mutations_(&mutations), counts_(mutations.size()) {}
+
+  /// Start from a path with positive target.
+  void start(const Path& path) {
+    current_ = std::make_unique<Path>(path);
+    if (!proposal_) proposal_ = std::make_unique<Path>();
+  }
+  const Path& path() const { return *current_; }
+  bool started() const { return current_ != nullptr; }
+  const std::vector<Counts>& counts() const { return counts_; }
+  uint64_t rays() const { return rays_; }
+
+  /// One step; visit(path, weight) for both states with the weights of their splats, which sum to 1.
+  template <class Visit>
+  void step(Sampler& sampler, Visit&& visit) {
+    const Path& x = *current_;
+    const double total = suiting_share(x);
+    double left = double(sampler.get_1d()) * total;
+    size_t k = 0, last = 0;
+    for (; k < mutations_->size(); ++k) {
+      const MutationShare& m = (*mutations_)[k];
+      if (!(m.share > 0.0f) || !m.mutation->suits(x)) continue;
+      last = k;
+      left -= double(m.share);
+      if (left < 0.0) break;
+    }
+    k = std::min(k, last);
+    const Mutation& mutation = *(*mutations_)[k].mutation;
+    Counts& counts = counts_[k];
+    ++counts.proposed;
+    Path& y = *proposal_;
+    double acceptance = 0.0;
+    if (mutation.sample(x, sampler, y, rays_) && mutation.suits(y)) {
+      const double there = mutation.pdf(x, y) / total, back = mutation.pdf(y, x) / suiting_share(y);
+      if (there > 0.0) acceptance = std::min(1.0, double(y.target) * back / (double(x.target) * there));
+      if (!(acceptance >= 0.0)) acceptance = 0.0;
+    } else {
+      ++counts.empty;
+    }
+    counts.acceptance += acceptance;
+    if (acceptance < 1.0) visit(x, 1.0 - acceptance);
+    if (acceptance > 0.0) visit(y, acceptance);
+    if (double(sampler.get_1d()) < acceptance) {
+      ++counts.accepted;
+      std::swap(current_, proposal_);
+    }
+  }
+
+ private:
+  double suiting_share(const Path& path) const {
+    double sum = 0.0;
+    for (const MutationShare& m : *mutations_)
+      if (m.share > 0.0f && m.mutation->suits(path)) sum += double(m.share);
+    return sum;
+  }
+
+  const PathSpace* space_;
+  const std::vector<MutationShare>* mutations_;
+  std::unique_ptr<Path> current_, proposal_;
+  std::vector<Counts> counts_;
+  uint64_t rays_ = 0;
+};
+
+}  // namespace ajar

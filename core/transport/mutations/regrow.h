@@ -1,0 +1,78 @@
+// Parts of walks that mutations share: growing a path from either end, and joining.
+#pragma once
+
+#include "transport/path.h"
+
+namespace ajar {
+
+/// Random displacement whose length is spread evenly over orders of magnitude [Veach 1997, section 11.4.3].
+struct LogarithmicStep {
+  float smallest, largest;
+  float sample(float u) const { return smallest * std::pow(largest / smallest, u); }
+  /// Of the length r, per unit of length.
+  double pdf_length(double r) const { return r >= double(smallest) && r <= double(largest) ? 1.0 / (r * std::log(double(largest) / double(smallest))) : 0.0; }
+  /// Per unit of area around the centre, and per solid angle when r is an angle.
+  double pdf_area(double r) const { return pdf_length(r) / (2.0 * M_PI * r); }
+  double pdf_solid_angle(double angle) const { return pdf_length(angle) / (2.0 * M_PI * std::sin(angle)); }
+};
+
+/// Angle between unit vectors, exact for small ones.
+inline double angle_between(Vec3 a, Vec3 b) { return 2.0 * std::asin(std::min(1.0, 0.5 * double(glm::length(a - b)))); }
+
+/// `direction` turned by `angle` to the side `u` of a full turn.
+inline Vec3 turn(Vec3 direction, float angle, float u) {
+  const float phi = 2.0f * kPi * u, s = std::sin(angle);
+  return glm::normalize(Frame(direction).to_world(Vec3(s * std::cos(phi), s * std::sin(phi), std::cos(angle))));
+}
+
+/// Find the surface vertex `index` along a ray that leaves its neighbour, towards the light (from vertex index + 1) or
+/// towards the eye (from index - 1), and fill the edge between them.
+inline bool grow(const Scene& scene, const Ray& ray, bool towards_light, bool from_lens, Path& path, int index, Sampler& sampler, uint64_t& rays) {
+  PathVertex& vertex = path.vertices[size_t(index)];
+  vertex.point = ShadingPoint();
+  vertex.point.ray_kind = from_lens ? uint32_t(kRayCamera) : kLightWalkKind;
+  Through through;
+  if (!find_vertex(scene, ray, sampler, vertex, through, rays)) return false;
+  PathEdge& edge = path.edges[size_t(towards_light ? index : index - 1)];
+  edge = towards_light ? join(vertex, path.vertices[size_t(index + 1)]) : join(path.vertices[size_t(index - 1)], vertex);
+  edge.transmittance = through.transmittance;
+  edge.pass = through.pass;
+  return edge.inverse_square > 0.0f && edge.cos_light_end > 0.0f && edge.cos_eye_end > 0.0f;
+}
+
+/// The same for the light at the end of a walk from the eye (vertex 0).
+inline bool grow_light(const Scene& scene, const Ray& ray, Path& path, Sampler& sampler, uint64_t& rays) {
+  Through through;
+  if (!find_light_end(scene, ray, kLightWalkKind, sampler, path.vertices[0], through, rays)) return false;
+  path.edges[0] = join(path.vertices[0], path.vertices[1]);
+  path.edges[0].transmittance = through.transmittance;
+  path.edges[0].pass = through.pass;
+  return path.edges[0].inverse_square > 0.0f;
+}
+
+/// Join vertices index and index + 1 by a straight edge, if they see each other.
+inline bool join_at(const Scene& scene, Path& path, int index, uint64_t& rays) {
+  PathEdge& edge = path.edges[size_t(index)];
+  edge = join(path.vertices[size_t(index)], path.vertices[size_t(index + 1)]);
+  if (!(edge.inverse_square > 0.0f && edge.cos_light_end > 0.0f && edge.cos_eye_end > 0.0f)) return false;
+  return look_along(scene, path.vertices[size_t(index)], path.vertices[size_t(index + 1)], edge, rays);
+}
+
+/// Film point seen along the last edge; false when it is off the film.
+inline bool arrive_on_film(const PathSpace& space, Path& path) {
+  const auto film = space.scene.camera().film_of(path.vertices[size_t(path.count - 1)].position(), path.vertices[size_t(path.count - 2)].position());
+  if (!film || !space.on_film(*film)) return false;
+  path.film = *film;
+  const PathVertex& seen = path.vertices[size_t(path.count - 2)];
+  return seen.kind != VertexKind::Surface || !seen.point.instance || (seen.point.instance->visibility & kVisibleCamera);
+}
+
+/// Do two paths differ in vertices first .. last only, with the same kind of bounce at each vertex?
+inline bool same_configuration(const Path& a, const Path& b) {
+  if (a.count != b.count) return false;
+  for (int i = 1; i < a.count - 1; ++i)
+    if (a.joinable(i) != b.joinable(i) || (!a.joinable(i) && a.transmits(i) != b.transmits(i))) return false;
+  return true;
+}
+
+}  // namespace ajar
