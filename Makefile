@@ -35,6 +35,7 @@ test:
 	@tools/test.sh build/ci
 
 bench_program: install
+	@tools/setup.sh bench
 	@cmake -DAJAR_BENCHMARKS=ON $(BUILD) > $(BUILD)/configure.log && cmake --build $(BUILD) --target bare_embree
 
 bench: bench_program

@@ -1,10 +1,14 @@
 #!/bin/sh
-# Installs the Debian packages that are missing, and only then needs root. `setup.sh test` adds what tests need.
+# Installs the Debian packages that are missing, and only then needs root.
+# `setup.sh test` adds what tests need, `setup.sh bench` what benchmarks need.
 set -eu
 packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
  pybind11-dev python3-dev python3-numpy nlohmann-json3-dev"
 [ "${BLENDER:-blender}" = blender ] && packages="$packages blender"
-[ "${1:-}" = test ] && packages="$packages libgtest-dev python3-pytest"
+case "${1:-}" in
+  test) packages="$packages libgtest-dev python3-pytest" ;;
+  bench) packages="$packages python3-matplotlib" ;;
+esac
 missing=""
 for package in $packages; do
   dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing="$missing $package"
