@@ -60,6 +60,12 @@ class Self:
     column = ui.AjarPanel.column
 
 bpy.context.scene.render.engine = "AJAR"
+# The panel of light paths is there for curves of their collection only.
+paths = bpy.data.collections.new(bpy.context.scene.ajar.hint_collection)
+bpy.context.scene.collection.children.link(paths)
+path = bpy.data.objects.new("Path", bpy.data.curves.new("Path", "CURVE"))
+paths.objects.link(path)
+bpy.context.view_layer.objects.active = path
 for panel in ui.CLASSES:
     assert panel.poll(bpy.context), panel
     panel.draw(Self(), bpy.context)
