@@ -13,7 +13,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all render test bench bench-full bench_program setup build install clean
+.PHONY: all render test agreement bench bench-full bench_program setup build install clean
 all: build
 
 setup:
@@ -33,6 +33,11 @@ test:
 	@tools/build.sh ci
 	@tools/install_addon.sh build/ci $(abspath build/ci)/blender_profile
 	@tools/test.sh build/ci
+
+agreement: install
+	@tools/setup.sh test
+	@AJAR_AGREEMENT=1 AJAR_BUILD=$(abspath $(BUILD)) PYTHONPATH=$(abspath $(BUILD))/python \
+	  /usr/bin/python3 -m pytest -q -p no:cacheprovider tests/render/test_agreement_with_cycles.py
 
 bench_program: install
 	@tools/setup.sh bench
