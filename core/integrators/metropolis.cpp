@@ -1,9 +1,7 @@
 #include "integrators/metropolis.h"
 
-#include <tbb/blocked_range2d.h>
-
 #include "transport/chain_ensemble.h"
-#include "transport/direct_paths.h"
+#include "transport/direct_pass.h"
 #include "transport/mutations/bidirectional_mutation.h"
 #include "transport/mutations/caustic_perturbation.h"
 #include "transport/mutations/lens_perturbation.h"
@@ -15,7 +13,6 @@ namespace {
 /// Bidirectional samples among which chains start: one for eight pixels, within these bounds.
 constexpr uint32_t kFewestSeeds = 1u << 12, kMostSeeds = 1u << 16;
 constexpr int kDirectShare = 4;                ///< steps a pixel for each direct sample
-constexpr int kTile = 16;
 
 class Metropolis final : public Integrator {
  public:
@@ -35,8 +32,10 @@ class Metropolis final : public Integrator {
     film.enable_splats();
     samples_done_ += uint32_t(samples_per_pixel);
     if (!space_) begin(film, stop);
+    if (!space_) return;
     const uint32_t direct = (samples_done_ + kDirectShare - 1) / kDirectShare - direct_done_;
-    if (direct > 0) sample_direct(film, int(direct), stop);
+    if (direct > 0) direct_rays_ += add_direct_samples(film, *space_, seed_, direct_done_, int(direct), stop);
+    direct_done_ += direct;
     if (stop.load(std::memory_order_relaxed)) return;
     if (!chains_.empty()) {
       run_chains(film, uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel), stop);
@@ -62,35 +61,6 @@ class Metropolis final : public Integrator {
     const auto seeds = uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kFewestSeeds, kMostSeeds));
     chains_ = {};
     if (!chains_.begin(*space_, mutations_, seed_, seeds, stop)) space_.reset();
-  }
-
-  void sample_direct(Film& film, int samples, const std::atomic<bool>& stop) {
-    std::atomic<uint64_t> rays{0};
-    const PixelFilter& filter = space_->filter;
-    tbb::parallel_for(
-        tbb::blocked_range2d<int>(0, (film.height() + kTile - 1) / kTile, 1, 0, (film.width() + kTile - 1) / kTile, 1),
-        [&](const tbb::blocked_range2d<int>& tiles) {
-          uint64_t counted = 0;
-          Sampler sampler(Sampler::Kind::Sobol, seed_);
-          for (int y = tiles.rows().begin() * kTile; y < std::min(tiles.rows().end() * kTile, film.height()); ++y) {
-            for (int x = tiles.cols().begin() * kTile; x < std::min(tiles.cols().end() * kTile, film.width()); ++x) {
-              const int px = film.x0() + x, py = film.y0() + y;
-              for (int s = 0; s < samples; ++s) {
-                if (stop.load(std::memory_order_relaxed)) return;
-                sampler.start(uint32_t(py) * uint32_t(scene_->settings().width) + uint32_t(px), direct_done_ + uint32_t(s));
-                SampleAux aux;
-                float alpha;
-                const Vec2 at = Vec2(float(px) + 0.5f, float(py) + 0.5f) + filter.sample(sampler.get_2d());
-                const Color radiance = trace_direct_paths(*scene_, at, sampler, film.wants_aux() ? &aux : nullptr, alpha, counted);
-                film.add_sample(px, py, radiance, alpha, &aux);
-              }
-            }
-          }
-          rays += counted;
-        },
-        tbb::simple_partitioner());
-    direct_rays_ += rays;
-    direct_done_ += uint32_t(samples);
   }
 
   void run_chains(Film& film, uint64_t steps, const std::atomic<bool>& stop) {

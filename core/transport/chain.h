@@ -31,8 +31,8 @@ class Chain {
 
   /// Start from a path with positive target.
   void start(const Path& path) {
-    current_ = std::make_unique<Path>(path);
-    if (!proposal_) proposal_ = std::make_unique<Path>();
+    if (!current_) current_ = std::make_unique<Path>(), proposal_ = std::make_unique<Path>();
+    *current_ = path;
   }
   const Path& path() const { return *current_; }
   bool started() const { return current_ != nullptr; }

@@ -1,0 +1,177 @@
+#include "integrators/erpt.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include "transport/chain.h"
+#include "transport/direct_pass.h"
+#include "transport/mutations/bidirectional_mutation.h"
+#include "transport/mutations/caustic_perturbation.h"
+#include "transport/mutations/lens_perturbation.h"
+#include "transport/path_seeds.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr int kChainSteps = 100;               ///< of every chain
+constexpr int kStepsPerSample = 25;            ///< on average: a quarter of the samples start a chain
+constexpr int kMostChains = 64;                ///< of one sample; beyond, each carries more
+/// Samples the quantum is taken from: one for eight pixels, within these bounds; more while they find nothing.
+constexpr uint32_t kFewestPilot = 1u << 8, kMostPilot = 1u << 14, kPilotLimit = 1u << 17;
+constexpr uint32_t kBatch = 64;
+constexpr int kDirectShare = 4;                ///< steps a pixel for each direct sample
+/// Units of random numbers: pixels, pilot, samples and chains must not share any.
+constexpr uint32_t kPilotStream = 0x9a1e7000u, kSampleStream = 0x5eed0001u, kChainStream = 0xc4a10001u;
+
+class EnergyRedistribution final : public Integrator {
+ public:
+  Honesty honesty() const override { return Honesty::Unbiased; }
+
+  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+    workers_.reset();
+    space_.reset();
+    scene_ = std::move(scene);
+    seed_ = seed;
+    samples_done_ = steps_wanted_ = 0;
+    direct_done_ = direct_wanted_ = 0;
+    direct_rays_ = 0;
+  }
+
+  void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
+    film.enable_splats();
+    if (!space_) begin(film, stop);
+    direct_wanted_ += uint32_t(samples_per_pixel);
+    const uint32_t direct = (direct_wanted_ + kDirectShare - 1) / kDirectShare - direct_done_;
+    if (direct > 0) direct_rays_ += add_direct_samples(film, *space_, seed_, direct_done_, int(direct), stop);
+    direct_done_ += direct;
+    steps_wanted_ += uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel);
+    redistribute(film, uint32_t((steps_wanted_ + kStepsPerSample - 1) / kStepsPerSample), stop);
+    if (samples_done_ > 0) film.end_splats(quantum_ / double(samples_done_));
+  }
+
+  IntegratorStatistics statistics() const override {
+    IntegratorStatistics s;
+    s.rays = direct_rays_;
+    Tally sum;
+    if (!workers_) return s;
+    for (const Worker& worker : *workers_) {
+      sum.steps += worker.tally.steps;
+      sum.chains += worker.tally.chains;
+      sum.most_energy = std::max(sum.most_energy, worker.tally.most_energy);
+      s.rays += worker.seeds.rays() + worker.chain.rays();
+      s.extra["failed_starts"] += double(worker.seeds.failed());
+    }
+    s.paths = samples_done_ + sum.steps;
+    s.extra["mutations"] = double(sum.steps);
+    s.extra["chains"] = double(sum.chains);
+    s.extra["quantum"] = quantum_;
+    s.extra["most_energy_of_a_sample"] = sum.most_energy;
+    for (size_t m = 0; m < mutations_.size(); ++m) {
+      const std::string name = mutations_[m].mutation->name();
+      for (const Worker& worker : *workers_) {
+        s.extra["proposed_" + name] += double(worker.chain.counts()[m].proposed);
+        s.extra["accepted_" + name] += double(worker.chain.counts()[m].accepted);
+      }
+    }
+    return s;
+  }
+
+ private:
+  struct Tally {
+    uint64_t steps = 0, chains = 0;
+    double most_energy = 0.0;
+  };
+  struct Worker {
+    PathSeeds seeds;
+    Chain chain;
+    Path start;
+    Tally tally;
+  };
+  using Workers = tbb::enumerable_thread_specific<Worker>;
+
+  void begin(const Film& film, const std::atomic<bool>& stop) {
+    space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    mutations_.clear();
+    mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.6f});
+    mutations_.push_back({std::make_unique<CausticPerturbation>(*space_), 0.4f});
+    workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(*space_), Chain(*space_, mutations_), {}, {}}; });
+    find_quantum(uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kFewestPilot, kMostPilot)), stop);
+  }
+
+  /// Mean energy of a sample over the steps it shall have. Any positive number is right, so a dark pilot only costs time.
+  void find_quantum(uint32_t pilot, const std::atomic<bool>& stop) {
+    quantum_ = 0.0;
+    std::vector<double> energies;
+    while (!(quantum_ > 0.0) && energies.size() < kPilotLimit && !stop.load(std::memory_order_relaxed)) {
+      const uint32_t first = uint32_t(energies.size()), count = first > 0 ? first : pilot;
+      energies.resize(first + count);
+      tbb::parallel_for(tbb::blocked_range<uint32_t>(first, first + count, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
+        PathSeeds& seeds = workers_->local().seeds;
+        Sampler sampler(Sampler::Kind::Sobol, hash_combine(seed_, kPilotStream));
+        for (uint32_t i = range.begin(); i != range.end(); ++i) {
+          sampler.start(0, i);
+          energies[i] = seeds.sample(sampler);
+        }
+      }, tbb::simple_partitioner());
+      double sum = 0.0;
+      for (double energy : energies) sum += energy;
+      quantum_ = sum / (double(energies.size()) * kStepsPerSample);
+    }
+    if (!(quantum_ > 0.0) || !std::isfinite(quantum_)) quantum_ = 1.0;
+  }
+
+  void redistribute(Film& film, uint32_t samples_wanted, const std::atomic<bool>& stop) {
+    if (samples_wanted <= samples_done_) return;
+    std::atomic<uint32_t> finished{0};
+    tbb::parallel_for(tbb::blocked_range<uint32_t>(samples_done_, samples_wanted, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
+      Worker& worker = workers_->local();
+      Sampler sampler(Sampler::Kind::Sobol, hash_combine(seed_, kSampleStream));
+      for (uint32_t i = range.begin(); i != range.end(); ++i) {
+        if (stop.load(std::memory_order_relaxed)) return;
+        sampler.start(0, i);
+        spread(film, worker, worker.seeds.sample(sampler), i);
+        finished.fetch_add(1, std::memory_order_relaxed);
+      }
+    }, tbb::simple_partitioner());
+    samples_done_ += finished;
+  }
+
+  /// Chains from sample i, whose paths have this energy together. Deposits are counted in quanta.
+  void spread(Film& film, Worker& worker, double energy, uint32_t i) {
+    Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream));
+    sampler.start(i, 0);
+    const double wanted = energy / (quantum_ * kChainSteps);
+    const int chains = int(std::min(std::floor(wanted + double(sampler.get_1d())), double(kMostChains)));
+    const double deposit = chains == kMostChains && wanted > kMostChains ? wanted / kMostChains : 1.0;
+    const double offset = double(sampler.get_1d());
+    worker.tally.most_energy = std::max(worker.tally.most_energy, energy);
+    for (int c = 0; c < chains; ++c) {
+      if (!worker.seeds.take((double(c) + offset) / chains, worker.start)) continue;
+      worker.chain.start(worker.start);
+      ++worker.tally.chains;
+      for (int step = 0; step < kChainSteps; ++step) {
+        worker.chain.step(sampler, [&](const Path& path, double weight) {
+          const PathSpace::Place place = space_->place(path.film, sampler.get_2d());
+          film.add_splat(place.x, place.y, path.f * float(deposit * weight * double(place.weight) / double(path.target)), i & 1);
+        });
+      }
+      worker.tally.steps += kChainSteps;
+    }
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  uint32_t seed_ = 0;
+  std::unique_ptr<PathSpace> space_;
+  std::vector<MutationShare> mutations_;
+  std::unique_ptr<Workers> workers_;
+  double quantum_ = 1.0;
+  uint32_t samples_done_ = 0, direct_done_ = 0, direct_wanted_ = 0;
+  uint64_t steps_wanted_ = 0, direct_rays_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_erpt() { return std::make_unique<EnergyRedistribution>(); }
+
+}  // namespace ajar

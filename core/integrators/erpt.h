@@ -1,0 +1,18 @@
+// Energy redistribution path tracing: what stratified samples find is spread by short chains [Cline, Talbot and Egbert
+// 2005; Fan 2006, section 3.4.2.7].
+//
+// Unbiased, without the filters of the paper. Every bidirectional sample starts a number of chains in proportion to its energy, rounded
+// at random; every step of every chain deposits the same energy, shared between old path and proposal as the decision expects. The quantum is fixed by
+// samples that start no chain. Light seen or scattered once on its way (LS*E, L(D)S*E) is sampled apart.
+//
+// Spreads the noise of path tracing over the neighbourhood; prefer it to bdpt for caustics and light through narrow openings.
+// Chains are too short to make up for paths that are rarely found (metropolis, pmc_pt do). Limits, clamping and kinds of rays as in bdpt.h. No volumes.
+#pragma once
+
+#include "integrators/integrator.h"
+
+namespace ajar {
+
+std::unique_ptr<Integrator> make_erpt();
+
+}  // namespace ajar
