@@ -244,7 +244,7 @@ class PathTracer final : public Integrator {
       previous = here;
       previous.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
       previous.position = point.position;
-      previous.normal = point.ns;
+      previous.normal = bsdf.receiving_normal();
       ray = scene.spawn_ray(point, sample->wi);
     }
     return radiance;

@@ -7,6 +7,7 @@
 
 #include "lights/environment.h"
 #include "lights/lamp.h"
+#include "lights/light_tree.h"
 #include "lights/triangle_light.h"
 #include "math/distribution.h"
 #include "math/warps.h"
@@ -17,8 +18,12 @@ namespace {
 
 /// Triangles of textured emission keep this part of their instance's mean.
 constexpr float kTriangleFloor = 0.05f;
-/// Share of the chances given to all sources alike.
-constexpr double kEqualShare = 0.25;
+/// Least and most of the chances that all distant lights get together where there are others: nothing is known of walls.
+constexpr float kLeastDistant = 0.1f, kMostDistant = 0.8f;
+/// Least cosine at the receiver of a sun: shading normals bend.
+constexpr float kLeastSunCosine = 0.02f;
+/// Share of distant light's chances that goes to all of it alike: a sky matters wherever the sun is hidden.
+constexpr float kEqualDistant = 0.25f;
 
 struct SlotEmission {
   const ShaderProgram* program = nullptr;   // null: does not emit
@@ -36,8 +41,20 @@ struct TriangleBlock {
 struct Source {
   uint32_t first, count;
   double power;             // 0: may emit though the estimate found nothing
-  bool far;
   double chosen = 1.0;      // part of the power that choosing counts
+};
+
+/// A sun or the environment, as a candidate for choice.
+struct DistantLight {
+  uint32_t light;
+  float irradiance;         // on a surface that faces it; of the environment: that exceeds its mean
+  Vec3 direction;           // towards it; 0: all around
+  float cos_size, sin_size; // of its disk
+  float importance(Vec3 n) const {
+    if (n == Vec3(0.0f) || direction == Vec3(0.0f)) return irradiance;
+    const float cosine = glm::dot(n, direction), sine = safe_sqrt(1.0f - cosine * cosine);
+    return irradiance * (cosine >= cos_size ? 1.0f : std::max(cosine * cos_size + sine * sin_size, kLeastSunCosine));
+  }
 };
 
 double luminous(Color c) { return luminance(glm::abs(c)); }
@@ -56,7 +73,9 @@ struct LightSet::Data {
   std::vector<uint32_t> distant_disks;
   Vec3 scene_center{0.0f};
   float scene_radius = 1.0f;
-  DiscreteDistribution choice, by_power;
+  DiscreteDistribution by_power;
+  LightTree tree;                           // of all that is not distant
+  std::vector<DistantLight> distant;
   uint32_t size = 0;
 
   const TriangleBlock& block_of(uint32_t index) const {
@@ -67,13 +86,29 @@ struct LightSet::Data {
     const size_t slot = mesh.material_slots.empty() ? 0 : mesh.material_slots[primitive];
     return block.slots[std::min(slot, block.slots.size() - 1)];  // removed slots: the last one
   }
+  bool can_choose(uint32_t index) const {
+    return tree.contains(index) || std::any_of(distant.begin(), distant.end(), [&](const DistantLight& l) { return l.light == index; });
+  }
+  /// Sum of the importances of distant lights.
+  float distant_importance(Vec3 n) const {
+    float sum = 0.0f;
+    for (const DistantLight& l : distant) sum += l.importance(n);
+    return sum;
+  }
+  /// Share of the distant lights in the choice for p.
+  float distant_share(Vec3 p, Vec3 n, float importance_of_distant) const {
+    if (distant.empty()) return 0.0f;
+    const float near = tree.importance(p, n);
+    if (!(near > 0.0f)) return 1.0f;
+    return std::clamp(importance_of_distant / (importance_of_distant + near), kLeastDistant, kMostDistant);
+  }
   bool is_lamp(uint32_t index) const { return index < lamps.size(); }
   bool is_environment(uint32_t index) const { return int(index) == environment_index; }
 
   void add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources);
   void add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources, std::vector<double>& weights);
   void add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources, std::vector<double>& weights);
-  void make_tables(const std::vector<Source>& sources, std::vector<double>& weights);
+  void make_tables(const std::vector<Source>& sources, const std::vector<double>& inside);
 
   Color lamp_radiance(const Light& light, Vec3 position, Vec3 normal, Vec3 wo, float time, uint32_t ray_kind) const {
     const Color radiance = light.radiance * lamp_profile(light, wo);
@@ -121,7 +156,7 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
       light.radiance = Color(0.0f);
     } else if (power > 0.0) {
       light.power = float(power * factor);
-      sources.push_back({uint32_t(i), 1, power * factor, is_distant(light.type)});
+      sources.push_back({uint32_t(i), 1, power * factor});
     }
     if (light.type == LightType::DistantDisk && !is_black(light.radiance) && light.mis) distant_disks.push_back(uint32_t(i));
     lamps.push_back(light);
@@ -190,7 +225,7 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
       continue;
     }
     instance.first_light = block.first;
-    sources.push_back({block.first, count, total, false});
+    sources.push_back({block.first, count, total});
     blocks.push_back(std::move(block));
   }
 }
@@ -209,38 +244,51 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
   // Radiance over the sphere times the area of the scene's disk.
   const double power = 4.0 * M_PI * double(environment.mean_luminance()) * M_PI * double(scene_radius) * double(scene_radius);
   const double chosen = double(environment.excess_luminance()) / double(environment.mean_luminance());
-  sources.push_back({uint32_t(environment_index), 1, power, true, chosen});
+  sources.push_back({uint32_t(environment_index), 1, power, chosen});
   weights.push_back(1.0);
 }
 
-void LightSet::Data::make_tables(const std::vector<Source>& sources, std::vector<double>& weights) {
-  double near_power = 0.0, far_power = 0.0, total = 0.0, equal = 0.0;
+/// `inside`: shares of the lights of each source in its power.
+void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::vector<double>& inside) {
+  double total = 0.0;
+  for (const Source& s : sources) total += s.power;
+  std::vector<double> watts(inside.size(), 0.0);
+  std::vector<LightTree::Entry> entries;
   for (const Source& s : sources) {
-    (s.far ? far_power : near_power) += s.power * s.chosen;
-    total += s.power;
-    equal += s.chosen;
-  }
-  const double far_scale = near_power > 0.0 && far_power > near_power ? near_power / far_power : 1.0;
-  const double choice_total = near_power + far_scale * far_power;
-
-  // Inside a source, chances follow `weights` (watts with floors).
-  std::vector<double> watts(weights.size(), 0.0), inside;
-  std::swap(inside, weights);
-  weights.assign(inside.size(), 0.0);
-  for (const Source& s : sources) {
-    const double alike = equal > 0.0 ? s.chosen / equal : 0.0;
-    const double by_power_share = choice_total > 0.0 ? s.power * s.chosen * (s.far ? far_scale : 1.0) / choice_total : alike;
-    const double chance = kEqualShare * alike + (1.0 - kEqualShare) * by_power_share;
-    // A source of unknown power must leave rays as well.
+    // A source of unknown power must be chosen and leave rays as well.
     const double power = s.power > 0.0 ? s.power : std::max(total, 1.0) * 0.01 / double(sources.size());
     double sum = 0.0;
     for (uint32_t i = s.first; i < s.first + s.count; ++i) sum += inside[i];
-    for (uint32_t i = s.first; i < s.first + s.count; ++i) {
-      weights[i] = chance * inside[i] / sum;
-      watts[i] = power * inside[i] / sum;
+    for (uint32_t i = s.first; i < s.first + s.count; ++i) watts[i] = power * inside[i] / sum;
+    if (!(s.chosen > 0.0)) continue;
+    if (is_environment(s.first)) {
+      const double disk = M_PI * double(scene_radius) * double(scene_radius);
+      distant.push_back({s.first, float(s.chosen * power / disk / 4.0), Vec3(0.0f), 1.0f, 0.0f});
+    } else if (is_lamp(s.first) && is_distant(lamps[s.first].type)) {
+      const Light& sun = lamps[s.first];
+      const float cosine = 1.0f / std::sqrt(1.0f + sqr(sun.radius));
+      distant.push_back({s.first, float(power / (M_PI * double(scene_radius) * double(scene_radius))), -sun.frame.n, cosine, sun.radius * cosine});
+    } else if (is_lamp(s.first)) {
+      entries.push_back({s.first, lamp_bounds(lamps[s.first], float(power))});
+    } else {
+      const TriangleBlock& block = block_of(s.first);
+      const BuiltInstance& instance = instances[block.instance];
+      const size_t start = entries.size();
+      entries.resize(start + s.count);
+      tbb::parallel_for(tbb::blocked_range<uint32_t>(0, s.count, 4096), [&](const tbb::blocked_range<uint32_t>& range) {
+        for (uint32_t t = range.begin(); t != range.end(); ++t)
+          entries[start + t] = {s.first + t, triangle_bounds(world_triangle(meshes[instance.mesh], instance, t), float(watts[s.first + t]))};
+      });
     }
   }
-  choice = DiscreteDistribution(weights);
+  float all_distant = 0.0f;
+  for (const DistantLight& l : distant) all_distant += l.irradiance;
+  for (DistantLight& l : distant) l.irradiance = (1.0f - kEqualDistant) * l.irradiance + kEqualDistant * all_distant / float(distant.size());
+  // Lights too weak for floats cannot be weighed against others.
+  std::erase_if(entries, [](const LightTree::Entry& e) {
+    return !(e.bounds.intensity > 0.0f && std::isfinite(e.bounds.intensity) && is_finite(e.bounds.lower) && is_finite(e.bounds.upper));
+  });
+  tree = LightTree(std::move(entries), uint32_t(inside.size()));
   by_power = DiscreteDistribution(watts);
 }
 
@@ -313,13 +361,44 @@ LightFlags LightSet::flags(uint32_t index) const {
   return {LightType::Triangle, d.instances[d.block_of(index).instance].visibility, true, true};
 }
 
-bool LightSet::can_choose() const { return !data_->choice.empty(); }
-LightSet::Choice LightSet::choose(Vec3, Vec3, float u) const {
-  if (data_->choice.empty()) return {0, 0.0f, u};
-  const auto choice = data_->choice.sample(u);
-  return {choice.index, choice.pmf, choice.u_remapped};
+bool LightSet::can_choose() const { return !data_->tree.empty() || !data_->distant.empty(); }
+
+LightSet::Choice LightSet::choose(Vec3 p, Vec3 n, float u) const {
+  const Data& d = *data_;
+  float share = 0.0f;
+  if (!d.distant.empty()) {
+    const float sum = d.distant_importance(n);
+    share = d.distant_share(p, n, sum);
+    if (u < share) {
+      u = std::min(u / share, kOneMinusEpsilon);
+      const DistantLight* chosen = &d.distant.back();
+      float pmf = 1.0f;
+      for (const DistantLight& l : d.distant) {
+        pmf = l.importance(n) / sum;
+        if (u < pmf || &l == chosen) {
+          chosen = &l;
+          break;
+        }
+        u -= pmf;
+      }
+      return {chosen->light, share * pmf, std::min(u / pmf, kOneMinusEpsilon)};
+    }
+    u = std::min((u - share) / (1.0f - share), kOneMinusEpsilon);
+  }
+  if (d.tree.empty()) return {0, 0.0f, u};
+  const LightTree::Choice choice = d.tree.choose(p, n, u);
+  return {choice.light, (1.0f - share) * choice.pmf, choice.u_remapped};
 }
-float LightSet::choice_pmf(Vec3, Vec3, uint32_t light) const { return data_->choice.pmf(light); }
+
+float LightSet::choice_pmf(Vec3 p, Vec3 n, uint32_t light) const {
+  const Data& d = *data_;
+  if (d.distant.empty()) return d.tree.pmf(p, n, light);
+  const float sum = d.distant_importance(n), share = d.distant_share(p, n, sum);
+  for (const DistantLight& l : d.distant)
+    if (l.light == light) return share * (l.importance(n) / sum);
+  return (1.0f - share) * d.tree.pmf(p, n, light);
+}
+
 LightSet::Choice LightSet::choose_by_power(float u) const {
   const auto choice = data_->by_power.sample(u);
   return {choice.index, choice.pmf, choice.u_remapped};
@@ -327,9 +406,8 @@ LightSet::Choice LightSet::choose_by_power(float u) const {
 std::vector<LightSet::SourceRange> LightSet::sources() const {
   const Data& d = *data_;
   std::vector<SourceRange> sources;
-  if (d.choice.empty()) return sources;
   for (uint32_t i = 0; i < d.lamps.size(); ++i) {
-    if (!(d.choice.pmf(i) > 0.0f)) continue;
+    if (!d.can_choose(i)) continue;
     const bool distant = is_distant(d.lamps[i].type);
     sources.push_back({i, 1, distant ? d.scene_center : d.lamps[i].position, distant});
   }
@@ -344,7 +422,7 @@ std::vector<LightSet::SourceRange> LightSet::sources() const {
     }
     sources.push_back({block.first, block.count, center / float(counted), false});
   }
-  if (d.environment_index >= 0 && d.choice.pmf(uint32_t(d.environment_index)) > 0.0f)
+  if (d.environment_index >= 0 && d.can_choose(uint32_t(d.environment_index)))
     sources.push_back({uint32_t(d.environment_index), 1, d.scene_center, true});
   return sources;
 }

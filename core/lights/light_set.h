@@ -6,14 +6,12 @@
 // not emit have no power and are never chosen. A triangle costs four bytes a table, its vertices stay in the mesh.
 // A set in which nothing emits is empty. Nothing here traces rays.
 //
-// Choosing is for light sampling combined with BSDF sampling (MIS). Each lamp, each emissive instance and the environment is
-// a *source*. A quarter of the chances goes to the sources in equal parts, three quarters by power. The power of
-// what is far away (suns, environment) grows with the size of the scene, which says nothing about how much of it
-// enters a room: together it counts at most as much as all local sources together. The price is at most 4/3 of
-// the variance where power is right; in return no lamp in a sunlit scene and no window in a lamplit room is starved.
-// Of the environment only what exceeds its mean counts: BSDF sampling finds the rest better (environment.h), and a constant
-// world is never chosen. Measured on nine spheres, leaving a constant world out divides the variance by 1.2 alone, by 5.6
-// beside a sun, by 2.8 beside a lamp. Light sampling alone must use choose_by_power, which covers everything.
+// Choosing is for light sampling combined with BSDF sampling (MIS), for a point and its normal: lamps and triangles by a light tree
+// (light_tree.h), which estimates the irradiance each sends there; suns and environment, of which there are few, by their own irradiance; the
+// share between the two by the same estimates, within bounds, since neither knows of walls. Of the environment only what exceeds its mean
+// counts: BSDF sampling finds the rest better (environment.h), and a constant world is never chosen. Measured on nine spheres, leaving a
+// constant world out divides the variance by 1.2 alone, by 5.6 beside a sun, by 2.8 beside a lamp. Light sampling alone must
+// use choose_by_power, which covers everything.
 //
 // The meshes, instances and programs it was built from must outlive it and stay where they are.
 #pragma once
@@ -68,7 +66,8 @@ class LightSet {
   };
   std::vector<SourceRange> sources() const;
 
-  /// Choose a light for a point with normal n (n = 0 for volumes). The pmf is 0 when there is none to choose.
+  /// Choose a light for a point that light reaches from the side of its normal n; n = 0 where it may come from all around (volumes,
+  /// surfaces that transmit). The pmf is 0 when there is none to choose.
   struct Choice {
     uint32_t light;
     float pmf;

@@ -23,6 +23,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   layer_count_ = other.layer_count_;
   dropped_ = other.dropped_;
   has_non_delta_ = other.has_non_delta_;
+  receiving_normal_ = other.receiving_normal_;
   single_lambert_ = other.single_lambert_;
   prepared_wo_ = other.prepared_wo_;
   std::memmove(lobe_bytes_, other.lobe_bytes_, size_t(count_) * sizeof(Lobe));
@@ -58,7 +59,19 @@ uint8_t Bsdf::add_layer(const Layer& layer) {
 void Bsdf::prepare(Vec3 wo) {
   prepared_wo_ = wo;
   has_non_delta_ = false;
-  for (int i = 0; i < count_; ++i) has_non_delta_ |= !lobes()[i].delta;
+  receiving_normal_ = n;
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes()[i];
+    if (lobe.delta) continue;
+    const bool transmits = lobe.kind == LobeKind::Translucent || lobe.kind == LobeKind::MicrofacetRefraction || lobe.kind == LobeKind::MicrofacetGlass;
+    if (transmits || (has_non_delta_ && lobe.frame.n != receiving_normal_)) {
+      receiving_normal_ = Vec3(0.0f);
+      has_non_delta_ = true;
+      break;
+    }
+    receiving_normal_ = lobe.frame.n;
+    has_non_delta_ = true;
+  }
   single_lambert_ = count_ == 1 && lobes()[0].kind == LobeKind::Diffuse && lobes()[0].roughness == 0.0f && lobes()[0].frame.n == n;
   if (count_ == 1) {
     lobes()[0].selection = 1.0f;

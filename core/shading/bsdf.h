@@ -132,6 +132,7 @@ class Bsdf {
     count_ = layer_count_ = 0;
     dropped_ = 0;
     has_non_delta_ = single_lambert_ = false;
+    receiving_normal_ = shading_normal;
   }
   /// After start: the whole surface is one Lambert lobe around n. The same as add and prepare, without their work.
   void set_lambert(Color weight, Vec3 wo) {
@@ -198,6 +199,8 @@ class Bsdf {
   Color transparency() const;       ///< sum of the Transparent lobes' weights
   Color albedo() const;             ///< estimate of the reflected and transmitted fraction, without transparency
   bool has_non_delta() const { return has_non_delta_; }
+  /// The normal by which light that arrives counts, for choosing lights; 0 when it may come from all around. After prepare.
+  Vec3 receiving_normal() const { return receiving_normal_; }
   bool empty() const { return count_ == 0; }
   int lobe_count() const { return count_; }
   const Lobe& lobe(int i) const { return lobes()[i]; }
@@ -233,7 +236,7 @@ class Bsdf {
   uint32_t dropped_ = 0;
   bool has_non_delta_ = false;
   bool single_lambert_ = false;
-  Vec3 prepared_wo_{0.0f};
+  Vec3 prepared_wo_{0.0f}, receiving_normal_{0.0f};
   alignas(Lobe) unsigned char lobe_bytes_[kMaxLobes * sizeof(Lobe)];
   alignas(Layer) unsigned char layer_bytes_[kMaxLayers * sizeof(Layer)];
 };

@@ -38,7 +38,7 @@ struct DirectLightContext {
 
 /// What a vertex remembers for the weight of what its BSDF sample hits.
 struct DirectVertex {
-  Vec3 position{0.0f}, normal{0.0f};
+  Vec3 position{0.0f}, normal{0.0f};   ///< Bsdf::receiving_normal
   float bsdf_pdf = 0.0f;        ///< of the direction travelled; 0 when no light sampling could have found it
   bool complete = false;        ///< the estimate at the vertex left nothing for its BSDF sample
   uint32_t cell = ~0u;          ///< of learned shares
@@ -80,14 +80,14 @@ inline Color estimate_direct(const DirectLightContext& c, const LightSet::Choice
 }
 
 inline Color estimate_direct(const DirectLightContext& c, float u_choice, Vec2 u, uint64_t& rays) {
-  return estimate_direct(c, c.scene.lights().choose(c.point.position, c.point.ns, u_choice), u, rays);
+  return estimate_direct(c, c.scene.lights().choose(c.point.position, c.bsdf.receiving_normal(), u_choice), u, rays);
 }
 inline Color estimate_direct(const DirectLightContext& c, Sampler& sampler, uint32_t first, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
   sampler.set_dimension(first + 1);
   const Vec2 u = sampler.get_2d();
   if (lights.size() < kFewLights) {
-    const auto choice = lights.choose(c.point.position, c.point.ns, u.x);
+    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), u.x);
     return estimate_direct(c, choice, Vec2(choice.u_remapped, u.y), rays);
   }
   sampler.set_dimension(first);

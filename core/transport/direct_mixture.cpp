@@ -271,7 +271,7 @@ DirectMixture::Densities DirectMixture::densities(const DirectLightContext& c, c
     d.bsdf = k.alpha[kBsdf] * pdf_bsdf;
     if (k.alpha[kCone] > 0.0f && 1.0f - glm::dot(k.cone.n, wi) <= k.one_minus_cos) d.cone = k.alpha[kCone] * warp::cone_pdf_solid_angle(k.one_minus_cos);
   }
-  if (k.alpha[kAny] > 0.0f) d.any = k.alpha[kAny] * scene_.lights().choice_pmf(c.point.position, c.point.ns, light) * pdf_light;
+  if (k.alpha[kAny] > 0.0f) d.any = k.alpha[kAny] * scene_.lights().choice_pmf(c.point.position, c.bsdf.receiving_normal(), light) * pdf_light;
   d.group_index = groups_.size() > 0 ? groups_.group_of(light) : -1;
   if (d.group_index >= 0) d.group = k.alpha[size_t(kFirstGroup + d.group_index)] * groups_.pmf_in_group(light) * pdf_light;
   return d;
@@ -301,7 +301,7 @@ void DirectMixture::draw_light(const DirectLightContext& c, const Kernel& k, int
   const LightSet& lights = scene_.lights();
   uint32_t index;
   if (component == kAny) {
-    const auto choice = lights.choose(c.point.position, c.point.ns, u_choice);
+    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), u_choice);
     index = choice.light;
     if (lights.size() < kFewLights) u.x = choice.u_remapped;
   } else {
@@ -405,7 +405,7 @@ DirectMixture::Chosen DirectMixture::choose_learned(const DirectLightContext& c,
   Chosen chosen;
   float left = u.x;
   if (left < shares[0] && shares[0] > 0.0f) {
-    const auto choice = lights.choose(c.point.position, c.point.ns, std::min(left / shares[0], kOneMinusEpsilon));
+    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), std::min(left / shares[0], kOneMinusEpsilon));
     chosen.light = choice.light;
     chosen.u = Vec2(choice.u_remapped, u.y);
   } else {
@@ -431,7 +431,7 @@ DirectMixture::Chosen DirectMixture::choose_learned(const DirectLightContext& c,
     chosen.u = glm::min(chosen.u, Vec2(kOneMinusEpsilon));
   }
   chosen.group = groups_.group_of(chosen.light);
-  chosen.any = lights.choice_pmf(c.point.position, c.point.ns, chosen.light);
+  chosen.any = lights.choice_pmf(c.point.position, c.bsdf.receiving_normal(), chosen.light);
   chosen.pmf = shares[0] * chosen.any;
   chosen.component = -1;
   if (chosen.group >= 0) {
@@ -460,7 +460,7 @@ Color DirectMixture::one_sample(const DirectLightContext& c, Sampler& sampler, u
       sampler.set_dimension(first);
       u_choice = sampler.get_1d();
     }
-    const auto choice = lights.choose(c.point.position, c.point.ns, u_choice);
+    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), u_choice);
     chosen.light = choice.light;
     chosen.pmf = chosen.any = choice.pmf;
     chosen.u = lights.size() < kFewLights ? Vec2(choice.u_remapped, u.y) : u;
@@ -476,7 +476,7 @@ Color DirectMixture::one_sample(const DirectLightContext& c, Sampler& sampler, u
   float weight = 1.0f / (chosen.pmf * sample->pdf_solid_angle);
   if (!sample->delta && light.mis && method_ != Light) {
     // The heuristic may use any density as long as the hit uses the same: that without strata, known from both sides.
-    const float pdf = (learned ? choice_pmf(vertex.cell, c.point.position, c.point.ns, chosen.light) : chosen.pmf) * sample->pdf_solid_angle;
+    const float pdf = (learned ? choice_pmf(vertex.cell, c.point.position, c.bsdf.receiving_normal(), chosen.light) : chosen.pmf) * sample->pdf_solid_angle;
     weight *= method_ == MisBalance ? pdf / (pdf + scattered.pdf_solid_angle) : power_heuristic(pdf, scattered.pdf_solid_angle);
   }
   Color contribution = scattered.f_cos * sample->radiance * weight;
@@ -530,7 +530,7 @@ Color DirectMixture::one_sample_ris(const DirectLightContext& c, Sampler& sample
   bool kept_shadow = true;
   for (int i = 0; i < kRisCandidates; ++i) {
     Sampler numbers = sampler.branch(uint32_t(i), kRisCandidates);
-    const auto choice = lights.choose(c.point.position, c.point.ns, numbers.get_1d());
+    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), numbers.get_1d());
     if (!(choice.pmf > 0.0f)) continue;
     const auto sample = lights.sample_li(choice.light, c.point.position, numbers.get_2d(), c.point.time);
     if (!sample || is_black(sample->radiance)) continue;

@@ -138,7 +138,7 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   end.pdf_origin = chance * (light.distant ? (parallel ? 1.0f : le.pdf_solid_angle) : le.pdf_area);
   end.pdf_direction = light.distant ? le.pdf_area : le.pdf_solid_angle;
   if (next.kind == VertexKind::Surface) {
-    const float choice = lights.choice_pmf(next.position(), next.point.ns, index);
+    const float choice = lights.choice_pmf(next.position(), next.shading.bsdf.receiving_normal(), index);
     if (light.delta) {
       end.pdf_sampled = choice;
     } else {

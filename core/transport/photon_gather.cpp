@@ -103,7 +103,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
       if (survival < 1.0f && sampler_.get_1d() >= survival) break;
       beta /= survival;
     }
-    origin = {point.position, point.ns, sample->specular ? 0.0f : sample->pdf_solid_angle};
+    origin = {point.position, split.sharp()->receiving_normal(), sample->specular ? 0.0f : sample->pdf_solid_angle};
     ray = scene_.spawn_ray(point, sample->wi);
   }
   return radiance;

@@ -102,7 +102,7 @@ bool start_at_light(const Scene& scene, float u_choice, Vec2 u_position, Vec2 u_
 bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2 u, PathVertex& light) {
   const LightSet& lights = scene.lights();
   if (!lights.can_choose()) return false;
-  const LightSet::Choice choice = lights.choose(at.position(), at.point.ns, u_choice);
+  const LightSet::Choice choice = lights.choose(at.position(), at.shading.bsdf.receiving_normal(), u_choice);
   if (!(choice.pmf > 0.0f)) return false;
   const auto sample = lights.sample_li(choice.light, at.position(), u, at.point.time);
   if (!sample || is_black(sample->radiance)) return false;

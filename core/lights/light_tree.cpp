@@ -1,0 +1,191 @@
+#include "lights/light_tree.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <tbb/parallel_invoke.h>
+
+namespace ajar {
+
+namespace {
+
+constexpr int kBins = 12;
+constexpr int kDeepestByCost = 32;           ///< below, halves by number: a trail has 63 branches
+constexpr uint32_t kParallelBuild = 8192;
+/// Least cosine at the receiver: shading normals bend, and coats have normals of their own.
+constexpr float kLeastReceiverCosine = 0.02f;
+
+float area_measure(const LightBounds& b) {
+  const Vec3 d = b.upper - b.lower;
+  return d.x * d.y + d.y * d.z + d.z * d.x;
+}
+
+/// Cosine of max(0, a - b) from the cosines and sines of a and b.
+float cos_of_rest(float cos_a, float sin_a, float cos_b, float sin_b) { return cos_a >= cos_b ? 1.0f : cos_a * cos_b + sin_a * sin_b; }
+
+Vec3 center_of(const LightBounds& b) { return 0.5f * b.lower + 0.5f * b.upper; }
+
+}  // namespace
+
+LightTree::LightTree(std::vector<Entry> entries, uint32_t light_count) {
+  if (entries.empty()) return;
+  nodes_.resize(2 * entries.size() - 1);
+  trails_.assign(light_count, kNoTrail);
+  build(entries, 0, uint32_t(entries.size()), 0, 1);
+}
+
+void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail) {
+  LightBounds all;
+  Vec3 lower(kInfinity), upper(-kInfinity);
+  for (uint32_t i = begin; i < end; ++i) {
+    all = join(all, entries[i].bounds);
+    const Vec3 c = center_of(entries[i].bounds);
+    lower = glm::min(lower, c);
+    upper = glm::max(upper, c);
+  }
+  Node& n = nodes_[node];
+  n.center = center_of(all);
+  const Vec3 half = 0.5f * all.upper - 0.5f * all.lower;
+  n.radius_squared = glm::dot(half, half);
+  n.axis = all.axis;
+  n.cos_normals = all.cos_normals;
+  n.sin_normals = std::sqrt(std::max(0.0f, 1.0f - sqr(all.cos_normals)));
+  n.cos_beyond = all.cos_beyond;
+  n.intensity = all.intensity;
+  n.two_sided = all.two_sided;
+  n.leaf = end - begin == 1;
+  if (n.leaf) {
+    n.second = entries[begin].light;
+    trails_[n.second] = trail;
+    return;
+  }
+
+  // The cheapest of the splits between bins of centres: intensity, times where it shines to, times how large it is.
+  const Vec3 extent = upper - lower;
+  const float longest = std::max({extent.x, extent.y, extent.z});
+  int depth = 0;
+  for (uint64_t t = trail; t > 1; t >>= 1) ++depth;
+  float best_cost = kInfinity;
+  int best_axis = -1, best_bin = 0;
+  const auto bin_of = [&](const Entry& e, int axis) {
+    return std::min(int(kBins * (center_of(e.bounds)[axis] - lower[axis]) / extent[axis]), kBins - 1);
+  };
+  if (depth < kDeepestByCost) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(extent[axis] > 0.0f) || !std::isfinite(extent[axis])) continue;
+      std::array<LightBounds, kBins> bins, above;
+      for (uint32_t i = begin; i < end; ++i) {
+        LightBounds& bin = bins[size_t(bin_of(entries[i], axis))];
+        bin = join(bin, entries[i].bounds);
+      }
+      above[kBins - 1] = bins[kBins - 1];
+      for (int b = kBins - 2; b > 0; --b) above[size_t(b)] = join(bins[size_t(b)], above[size_t(b) + 1]);
+      LightBounds below;
+      for (int b = 0; b + 1 < kBins; ++b) {
+        below = join(below, bins[size_t(b)]);
+        const LightBounds& rest = above[size_t(b) + 1];
+        if (!(below.intensity > 0.0f) || !(rest.intensity > 0.0f)) continue;
+        // Thin slices make needles of nodes: charged by their longest side.
+        const float cost = longest / extent[axis] * (below.intensity * orientation_measure(below) * area_measure(below) +
+                                                     rest.intensity * orientation_measure(rest) * area_measure(rest));
+        if (cost < best_cost) {
+          best_cost = cost;
+          best_axis = axis;
+          best_bin = b;
+        }
+      }
+    }
+  }
+  const auto first = entries.begin() + begin, last = entries.begin() + end;
+  uint32_t middle = begin + (end - begin) / 2;
+  if (best_axis >= 0) {
+    middle = uint32_t(std::partition(first, last, [&](const Entry& e) { return bin_of(e, best_axis) <= best_bin; }) - entries.begin());
+  } else {
+    const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
+    std::nth_element(first, entries.begin() + middle, last, [axis](const Entry& a, const Entry& b) {
+      const float ca = center_of(a.bounds)[axis], cb = center_of(b.bounds)[axis];
+      return ca != cb ? ca < cb : a.light < b.light;
+    });
+  }
+  const uint32_t second = node + 2 * (middle - begin);
+  n.second = second;
+  // The trail grows at its top: the bit that ends it moves up.
+  const uint64_t end_bit = uint64_t(1) << depth, deeper = end_bit << 1;
+  const uint64_t to_first = (trail ^ end_bit) | deeper, to_second = trail | deeper;
+  const auto build_first = [&] { build(entries, begin, middle, node + 1, to_first); };
+  const auto build_second = [&] { build(entries, middle, end, second, to_second); };
+  if (end - begin > kParallelBuild) {
+    tbb::parallel_invoke(build_first, build_second);
+  } else {
+    build_first();
+    build_second();
+  }
+}
+
+float LightTree::importance(const Node& node, Vec3 p, Vec3 n) {
+  const Vec3 d = node.center - p;
+  const float distance2 = glm::dot(d, d);
+  if (!(distance2 > node.radius_squared)) return node.intensity / std::max(node.radius_squared, 1e-30f);
+  const float inverse = 1.0f / std::sqrt(distance2);
+  // The sphere around the lights is seen under the angle `size`.
+  const float sin2_size = node.radius_squared / distance2;
+  const float cos_size = std::sqrt(std::max(0.0f, 1.0f - sin2_size)), sin_size = std::sqrt(sin2_size);
+  float cos_axis = -glm::dot(node.axis, d) * inverse;
+  if (node.two_sided) cos_axis = std::abs(cos_axis);
+  const float sin_axis = std::sqrt(std::max(0.0f, 1.0f - cos_axis * cos_axis));
+  const float cos_o = cos_of_rest(cos_axis, sin_axis, node.cos_normals, node.sin_normals);
+  const float sin_o = std::sqrt(std::max(0.0f, 1.0f - cos_o * cos_o));
+  const float cos_out = cos_of_rest(cos_o, sin_o, cos_size, sin_size);
+  if (cos_out < node.cos_beyond) return 0.0f;
+  float result = node.intensity * std::max(cos_out, 0.0f) / distance2;
+  if (n != Vec3(0.0f)) {
+    const float cos_in = glm::dot(n, d) * inverse;
+    const float sin_in = std::sqrt(std::max(0.0f, 1.0f - cos_in * cos_in));
+    result *= std::max(cos_of_rest(cos_in, sin_in, cos_size, sin_size), kLeastReceiverCosine);
+  }
+  return result;
+}
+
+float LightTree::first_share(uint32_t node, Vec3 p, Vec3 n) const {
+  const float first = importance(nodes_[node + 1], p, n), second = importance(nodes_[nodes_[node].second], p, n);
+  const float sum = first + second;
+  if (!(sum > 0.0f)) return -1.0f;
+  if (std::isfinite(sum)) return first / sum;
+  return std::isfinite(first) ? 0.0f : (std::isfinite(second) ? 1.0f : 0.5f);
+}
+
+LightTree::Choice LightTree::choose(Vec3 p, Vec3 n, float u) const {
+  float pmf = 1.0f;
+  uint32_t node = 0;
+  while (!nodes_[node].leaf) {
+    const float first = first_share(node, p, n);
+    if (first < 0.0f) return {0, 0.0f, u};
+    if (u < first) {
+      u = std::min(u / first, kOneMinusEpsilon);
+      pmf *= first;
+      ++node;
+    } else {
+      u = std::min((u - first) / (1.0f - first), kOneMinusEpsilon);
+      pmf *= 1.0f - first;
+      node = nodes_[node].second;
+    }
+  }
+  return {nodes_[node].second, pmf, u};
+}
+
+float LightTree::pmf(Vec3 p, Vec3 n, uint32_t light) const {
+  if (!contains(light)) return 0.0f;
+  float pmf = 1.0f;
+  uint32_t node = 0;
+  for (uint64_t trail = trails_[light]; trail > 1; trail >>= 1) {
+    const float first = first_share(node, p, n);
+    if (first < 0.0f) return 0.0f;
+    const bool to_second = trail & 1;
+    pmf *= to_second ? 1.0f - first : first;
+    node = to_second ? nodes_[node].second : node + 1;
+  }
+  return pmf;
+}
+
+}  // namespace ajar

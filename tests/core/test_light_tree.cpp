@@ -1,0 +1,175 @@
+// Lights chosen by a tree: exact chances, bounds that hold, and less variance where power misleads.
+#include "statistical.h"
+
+#include <gtest/gtest.h>
+
+#include "lights/light_tree.h"
+#include "math/random.h"
+#include "math/warps.h"
+#include "scene_fixtures.h"
+
+namespace ajar {
+namespace {
+
+using namespace statistical;
+using namespace fixtures;
+
+Vec3 direction(Pcg32& rng) { return warp::square_to_sphere({rng.next_float(), rng.next_float()}); }
+Vec3 somewhere(Pcg32& rng, float size) { return size * Vec3(rng.next_float() - 0.5f, rng.next_float() - 0.5f, rng.next_float() - 0.5f); }
+
+LightBounds small_light(Vec3 position, Vec3 axis, float cos_normals, float cos_beyond, float intensity) {
+  LightBounds b;
+  b.lower = b.upper = position;
+  b.axis = axis;
+  b.cos_normals = cos_normals;
+  b.cos_beyond = cos_beyond;
+  b.intensity = intensity;
+  return b;
+}
+
+std::vector<LightTree::Entry> random_lights(int count, uint64_t seed) {
+  Pcg32 rng(seed);
+  std::vector<LightTree::Entry> entries;
+  for (int i = 0; i < count; ++i) {
+    LightBounds b = small_light(somewhere(rng, 10.0f), direction(rng), i % 3 == 0 ? -1.0f : 1.0f, i % 2 == 0 ? 0.0f : 0.7f, 0.01f + rng.next_float());
+    b.two_sided = i % 5 == 0;
+    if (i % 4 == 0) b.upper += Vec3(rng.next_float());
+    entries.push_back({uint32_t(2 * i), b});
+  }
+  return entries;
+}
+
+TEST(LightTree, chances_are_exact_and_sum_to_one) {
+  const LightTree tree(random_lights(300, 7), 600);
+  Pcg32 rng(3);
+  for (int at = 0; at < 20; ++at) {
+    const Vec3 p = somewhere(rng, 14.0f), n = at % 4 == 0 ? Vec3(0.0f) : direction(rng);
+    double sum = 0.0;
+    for (uint32_t light = 0; light < 600; ++light) {
+      const float pmf = tree.pmf(p, n, light);
+      if (light % 2 == 1) {
+        EXPECT_EQ(pmf, 0.0f) << "not in the tree";
+      }
+      sum += double(pmf);
+    }
+    EXPECT_LE(sum, 1.0 + 1e-5);
+    std::vector<double> expected(600), seen(600, 0.0);
+    constexpr int kDraws = 20000;
+    double nothing = 0.0;
+    for (uint32_t light = 0; light < 600; ++light) expected[light] = double(tree.pmf(p, n, light)) * kDraws;
+    for (int i = 0; i < kDraws; ++i) {
+      const auto choice = tree.choose(p, n, (float(i) + rng.next_float()) / kDraws);
+      if (choice.pmf == 0.0f) {   // a branch whose bounds promised more than its lights keep
+        nothing += 1.0 / kDraws;
+        continue;
+      }
+      ASSERT_EQ(choice.pmf, tree.pmf(p, n, choice.light));
+      ASSERT_GE(choice.u_remapped, 0.0f);
+      ASSERT_LT(choice.u_remapped, 1.0f);
+      ++seen[choice.light];
+    }
+    EXPECT_NEAR(sum + nothing, 1.0, 2e-3);
+    // One stratified draw for each interval: counts are within two of what is expected.
+    for (uint32_t light = 0; light < 600; ++light) EXPECT_NEAR(seen[light], expected[light], 2.0) << light;
+  }
+}
+
+TEST(LightTree, joined_bounds_hold_every_light) {
+  Pcg32 rng(11);
+  for (int trial = 0; trial < 300; ++trial) {
+    const auto entries = random_lights(6, 100 + uint64_t(trial));
+    LightBounds all;
+    for (const LightTree::Entry& e : entries) all = join(all, e.bounds);
+    float intensity = 0.0f;
+    for (const LightTree::Entry& e : entries) {
+      intensity += e.bounds.intensity;
+      EXPECT_TRUE(glm::all(glm::lessThanEqual(all.lower, e.bounds.lower)) && glm::all(glm::greaterThanEqual(all.upper, e.bounds.upper)));
+      EXPECT_LE(all.cos_beyond, e.bounds.cos_beyond);
+      float cosine = glm::dot(all.axis, e.bounds.axis);
+      if (all.two_sided) cosine = std::abs(cosine);
+      const float farthest = std::acos(std::clamp(cosine, -1.0f, 1.0f)) + std::acos(e.bounds.cos_normals);
+      EXPECT_LE(std::min(farthest, kPi), std::acos(all.cos_normals) + 2e-3f);
+    }
+    EXPECT_NEAR(all.intensity, intensity, 1e-5f);
+  }
+}
+
+TEST(LightTree, whoever_shines_on_a_point_may_be_chosen) {
+  // Flat lights and spots: the tree may leave out only what sends nothing.
+  Pcg32 rng(5);
+  std::vector<LightTree::Entry> entries;
+  for (uint32_t i = 0; i < 64; ++i) entries.push_back({i, small_light(somewhere(rng, 4.0f), direction(rng), 1.0f, i % 2 == 0 ? 0.0f : 0.9f, 1.0f)});
+  const std::vector<LightTree::Entry> kept = entries;
+  const LightTree tree(std::move(entries), 64);
+  int dark = 0;
+  for (int at = 0; at < 2000; ++at) {
+    const Vec3 p = somewhere(rng, 8.0f), n = direction(rng);
+    for (const LightTree::Entry& e : kept) {
+      const Vec3 out = glm::normalize(p - e.bounds.lower);
+      const bool shines = glm::dot(out, e.bounds.axis) > e.bounds.cos_beyond + 1e-4f && glm::dot(-out, n) > 0.0f;
+      const float pmf = tree.pmf(p, n, e.light);
+      if (shines) {
+        EXPECT_GT(pmf, 0.0f) << "light " << e.light;
+      }
+      dark += pmf == 0.0f ? 1 : 0;
+    }
+  }
+  EXPECT_GT(dark, 10000) << "flat lights seen from behind cost no samples";
+}
+
+TEST(LightTree, near_lights_come_first_and_variance_falls) {
+  // A street of equal lamps; irradiance of a point by one sample, by the tree and by power.
+  Pcg32 rng(17);
+  std::vector<LightTree::Entry> entries;
+  constexpr int kLamps = 1000;
+  for (uint32_t i = 0; i < kLamps; ++i) entries.push_back({i, small_light(Vec3(float(i), 2.0f * rng.next_float() + 1.0f, 3.0f), Vec3(0, 0, -1), -1.0f, 1.0f, 1.0f)});
+  const std::vector<LightTree::Entry> kept = entries;
+  const LightTree tree(std::move(entries), kLamps);
+  const Vec3 p(500.0f, 0.0f, 0.0f), up(0, 0, 1);
+  const auto irradiance = [&](uint32_t light) {
+    const Vec3 d = kept[light].bounds.lower - p;
+    const double d2 = double(glm::dot(d, d));
+    return double(d.z) / (d2 * std::sqrt(d2));
+  };
+  double expected = 0.0;
+  for (uint32_t i = 0; i < kLamps; ++i) expected += irradiance(i);
+  RunningMoments by_tree, by_power;
+  for (int i = 0; i < 20000; ++i) {
+    const auto choice = tree.choose(p, up, rng.next_float());
+    by_tree.add(irradiance(choice.light) / double(choice.pmf));
+    by_power.add(irradiance(std::min(uint32_t(rng.next_float() * kLamps), uint32_t(kLamps - 1))) * kLamps);
+  }
+  EXPECT_TRUE(mean_agrees(by_tree, expected, {.test_count = 2}, 1e-6));
+  EXPECT_LT(by_tree.variance() * 100.0, by_power.variance());
+}
+
+TEST(LightTree, awkward_lights_and_points_keep_chances_finite) {
+  std::vector<LightTree::Entry> entries;
+  for (uint32_t i = 0; i < 40; ++i) {   // many in one place: no split by cost exists
+    LightBounds b = small_light(Vec3(1.0f), Vec3(0, 0, 1), 1.0f, 0.0f, i % 2 == 0 ? 1e-30f : 1e20f);
+    b.two_sided = true;
+    entries.push_back({i, b});
+  }
+  entries.push_back({40, small_light(Vec3(1e18f), Vec3(1, 0, 0), -1.0f, 1.0f, 1.0f)});
+  const LightTree tree(std::move(entries), 41);
+  for (Vec3 p : {Vec3(1.0f), Vec3(1.0f, 1.0f, 1.0f + 1e-6f), Vec3(0.0f), Vec3(1e18f), Vec3(-1e15f)})
+    for (Vec3 n : {Vec3(0.0f), Vec3(0, 0, 1), Vec3(0, 0, -1)})
+      for (float u : {0.0f, 0.5f, kOneMinusEpsilon}) {
+        const auto choice = tree.choose(p, n, u);
+        EXPECT_TRUE(std::isfinite(choice.pmf) && choice.pmf >= 0.0f && choice.light < 41);
+      }
+}
+
+TEST(LightTree, the_same_tree_for_any_number_of_threads) {
+  const LightTree a(random_lights(20000, 23), 40000), b(random_lights(20000, 23), 40000);
+  Pcg32 rng(1);
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 p = somewhere(rng, 12.0f), n = direction(rng);
+    const float u = rng.next_float();
+    const auto x = a.choose(p, n, u), y = b.choose(p, n, u);
+    ASSERT_TRUE(x.light == y.light && x.pmf == y.pmf);
+  }
+}
+
+}  // namespace
+}  // namespace ajar
