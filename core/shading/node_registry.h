@@ -22,6 +22,7 @@ struct NodeType {
 namespace nodes {
 std::span<const NodeType> input_nodes();
 std::span<const NodeType> texture_nodes();
+std::span<const NodeType> pattern_nodes();
 std::span<const NodeType> math_nodes();
 std::span<const NodeType> vector_nodes();
 std::span<const NodeType> color_nodes();

@@ -1,5 +1,6 @@
 #include "shading/program_builder.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "shading/closure_list.h"
@@ -242,7 +243,7 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
   }
   Value result{type, 0};
   if (constant_inputs && !op_info.needs_point && !overflowed_) {
-    float out[4] = {};
+    float out[kMaxWidth] = {};
     Instruction folded = instruction;
     folded.out = 0;
     run(&folded, 1, tables, ShadingPoint(), out);
@@ -260,7 +261,8 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
   if (const auto found = instructions_.find(key); found != instructions_.end()) return {type, found->second};
   if (register_count_ + op_info.width > kMaxRegisters) {
     overflowed_ = true;
-    const float grey[4] = {0.5f, 0.5f, 0.5f, 0.5f};
+    float grey[kMaxWidth];
+    std::fill_n(grey, kMaxWidth, 0.5f);
     result.at = add_constant(grey, op_info.width);
     return result;
   }

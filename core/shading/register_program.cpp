@@ -2,9 +2,13 @@
 
 #include "scene/geometry.h"
 #include "shading/nodes/color_functions.h"
+#include "shading/nodes/hash.h"
 #include "shading/nodes/math_functions.h"
+#include "shading/nodes/noise.h"
+#include "shading/nodes/patterns.h"
 #include "shading/nodes/point_functions.h"
 #include "shading/nodes/texture_functions.h"
+#include "shading/nodes/voronoi.h"
 
 namespace ajar {
 
@@ -52,6 +56,58 @@ Vec3 vector_transform(const ShadingPoint& point, uint8_t variant, const Mat4& ca
     if (to == nodes::Space::Camera) apply(camera_from_world), flip_z();
   }
   return (variant & 3) == 2 ? nodes::normalize_or_zero(v) : v;
+}
+
+/// Octaves beyond the first, as far as Blender goes; 0 for NaN.
+float detail_of(float x) { return x > 0.0f ? std::min(x, 15.0f) : 0.0f; }
+
+// variant: dimensions - 1, kind of fractal << 2, normalised << 5
+nodes::NoiseParameters noise_parameters(const Instruction& i, Vec3 octaves, Vec3 shape) {
+  nodes::NoiseParameters n;
+  n.dimensions = (i.variant & 3) + 1;
+  n.fractal = nodes::Fractal(i.variant >> 2 & 7);
+  n.normalize = i.variant >> 5 & 1;
+  const auto generation = NoiseGeneration(i.data);
+  n.octaves = detail_of(octaves.x);
+  if (generation == NoiseGeneration::Musgrave) {
+    n.lacunarity = std::max(octaves.z, 1e-5f);
+    n.persistence = std::pow(n.lacunarity, -std::max(octaves.y, 1e-5f));
+  } else {
+    n.octaves += 1.0f;
+    n.lacunarity = octaves.z;
+    n.persistence = generation == NoiseGeneration::First ? saturate(octaves.y) : std::max(octaves.y, 0.0f);
+  }
+  n.offset = shape.x, n.gain = shape.y, n.distortion = shape.z;
+  return n;
+}
+
+// variant: dimensions - 1, feature << 2, metric << 5, normalised << 7; data: Blender 3.x
+nodes::VoronoiParameters voronoi_parameters(const Instruction& i, float scale, Vec3 shape, Vec3 octaves) {
+  nodes::VoronoiParameters v;
+  v.dimensions = (i.variant & 3) + 1;
+  v.feature = nodes::VoronoiFeature(i.variant >> 2 & 7);
+  v.metric = nodes::VoronoiMetric(i.variant >> 5 & 3);
+  v.normalize = i.variant >> 7;
+  v.first_generation = i.data != 0;
+  v.scale = scale;
+  v.smoothness = glm::clamp(0.5f * shape.x, 0.0f, 0.5f);
+  v.exponent = shape.y;
+  v.randomness = saturate(shape.z);
+  v.detail = detail_of(octaves.x);
+  v.roughness = saturate(octaves.y);
+  v.lacunarity = octaves.z;
+  return v;
+}
+
+// variant: rings, axis << 1, profile << 3
+nodes::WaveParameters wave_parameters(uint8_t variant, Vec3 distortion, Vec3 shape) {
+  nodes::WaveParameters w;
+  w.rings = variant & 1;
+  w.axis = nodes::WaveAxis(variant >> 1 & 3);
+  w.profile = nodes::WaveProfile(variant >> 3 & 3);
+  w.distortion = distortion.x, w.detail = detail_of(distortion.y), w.detail_scale = distortion.z;
+  w.detail_roughness = shape.x, w.phase = shape.y;
+  return w;
 }
 
 }  // namespace
@@ -132,6 +188,27 @@ void run(const Instruction* code, size_t count, const ProgramTables& tables, con
       case Op::Checker: *out = nodes::checker(v(0) * f(1)); break;
       case Op::SelectColor: store3(f(0) == 1.0f ? v(1) : v(2)); break;
       case Op::Gradient: *out = nodes::gradient(nodes::GradientKind(i->variant), v(0)); break;
+      case Op::Noise: *out = nodes::noise_value(noise_parameters(*i, v(2), v(3)), v(0), f(1)); break;
+      case Op::NoiseColor: store3(nodes::noise_color(noise_parameters(*i, v(2), v(3)), v(0), f(1))); break;
+      case Op::WhiteNoise: store3(nodes::white_noise(i->variant, v(0), f(1))); break;
+      case Op::Voronoi: {
+        const nodes::VoronoiResult result = nodes::voronoi(voronoi_parameters(*i, f(2), v(3), v(4)), v(0), f(1));
+        out[0] = result.distance;
+        for (int k = 0; k < 3; ++k) out[1 + k] = result.color[k];
+        for (int k = 0; k < 4; ++k) out[4 + k] = result.position[k];
+        break;
+      }
+      case Op::Wave: *out = nodes::wave(wave_parameters(i->variant, v(1), v(2)), v(0)); break;
+      case Op::Magic: store3(nodes::magic(v(0), f(1), i->variant, f(2))); break;
+      case Op::Brick: {   // place, (mortar size, smoothness, bias), (width, height, 0), (offset, squash, 0)
+        const Vec3 mortar = v(1), size = v(2), rows = v(3);
+        nodes::BrickParameters b{mortar.x, mortar.y, mortar.z, size.x, size.y, rows.x, rows.y};
+        b.offset_frequency = int(i->data & 0xffff), b.squash_frequency = int(i->data >> 16);
+        const Vec2 result = nodes::brick(b, v(0));
+        out[0] = result.x, out[1] = result.y;
+        break;
+      }
+      case Op::Wavelength: store3(nodes::wavelength(f(0))); break;
       case Op::Image: store4(nodes::image(tables.images[i->data], Vec2(v(0)))); break;
       case Op::ImageBox: store4(nodes::image_box(tables.images[i->data], v(0), nodes::object_normal(point))); break;
       case Op::Environment: {

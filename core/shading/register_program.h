@@ -21,6 +21,7 @@ using Operand = int16_t;
 constexpr Operand kNoOperand = INT16_MAX;
 constexpr int kMaxRegisters = 1024;
 constexpr int kMaxConstants = 16384;
+constexpr int kMaxWidth = 8;   ///< floats that one instruction writes
 
 /// Operand of component `i` of a vector operand.
 constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 ? vector + i : vector - i); }
@@ -38,6 +39,8 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(CombineColor, 3, false) OP(SeparateColor, 3, false) OP(Blackbody, 3, false)                              \
   OP(Ramp, 4, false) OP(Curve, 3, false) OP(FloatCurve, 1, false)                                             \
   OP(Checker, 1, false) OP(SelectColor, 3, false) OP(Gradient, 1, false)                                      \
+  OP(Noise, 1, false) OP(NoiseColor, 3, false) OP(WhiteNoise, 3, false) OP(Voronoi, 8, false)                 \
+  OP(Wave, 1, false) OP(Magic, 3, false) OP(Brick, 2, false) OP(Wavelength, 3, false)                         \
   OP(Image, 4, false) OP(ImageBox, 4, true) OP(Environment, 4, false)                                         \
   OP(ProjectSphere, 3, false) OP(ProjectTube, 3, false)                                                       \
   OP(Position, 3, true) OP(ShadingNormal, 3, true) OP(TrueNormal, 3, true) OP(Incoming, 3, true)              \
@@ -80,6 +83,9 @@ struct ImageLookup {
   bool unassociate = false;        ///< the alpha output is used, so colour is divided by it
   float blend = 0.0f;              ///< box projection
 };
+
+/// Whose inputs a noise instruction has: Blender 3.x' Noise, its Musgrave (whose roughness is the exponent "dimension"), or 4.x' Noise.
+enum class NoiseGeneration : uint8_t { First, Musgrave, Second };
 
 struct CurveTable {
   std::vector<Vec4> values;

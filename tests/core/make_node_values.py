@@ -76,6 +76,52 @@ def define() -> None:
         case("TexChecker", "Color", Vector=point, Color1=(0.1, 0.2, 0.3), Color2=(0.7, 0.8, 0.9), Scale=5.0)
     for kind in enum("TexGradient", "gradient_type"):
         case("TexGradient", "Fac", {"gradient_type": kind}, Vector=(0.4, -0.3, 0.2))
+    define_patterns()
+
+
+def define_patterns() -> None:
+    p, w = (0.37, -1.24, 2.71), -0.83
+    for dimensions in ("1D", "2D", "3D", "4D"):
+        for detail, roughness, distortion in ((0.0, 0.5, 0.0), (3.6, 0.7, 1.3)):
+            case("TexNoise", "Color", {"noise_dimensions": dimensions}, Vector=p, W=w, Scale=1.7, Detail=detail, Roughness=roughness,
+                 Distortion=distortion)
+        for kind in enum("TexMusgrave", "musgrave_type"):
+            for detail in (0.4, 4.3):
+                case("TexMusgrave", "Fac", {"musgrave_dimensions": dimensions, "musgrave_type": kind}, Vector=p, W=w, Scale=1.7, Detail=detail,
+                     Dimension=0.6, Lacunarity=2.2, Offset=0.3, Gain=1.4)
+        for feature in enum("TexVoronoi", "feature"):
+            properties = {"voronoi_dimensions": dimensions, "feature": feature}
+            inputs = dict(Vector=p, W=w, Scale=2.3, Smoothness=0.7, Exponent=1.3, Randomness=0.8)
+            outputs = {"DISTANCE_TO_EDGE": ["Distance"], "N_SPHERE_RADIUS": ["Radius"]}.get(feature, ["Distance", "Color"])
+            if len(outputs) == 2:
+                outputs += [*(["Position"] if dimensions != "1D" else []), *(["W"] if dimensions in ("1D", "4D") else [])]
+            for output in outputs:
+                case("TexVoronoi", output, properties, **inputs)
+        case("TexVoronoi", "Color", {"voronoi_dimensions": dimensions, "feature": "SMOOTH_F1"}, Vector=p, W=w, Scale=2.3, Smoothness=0.0)
+        case("TexWhiteNoise", "Color", {"noise_dimensions": dimensions}, Vector=p, W=w)
+        case("TexWhiteNoise", "Value", {"noise_dimensions": dimensions}, Vector=p, W=w)
+    case("TexNoise", "Fac", {"noise_dimensions": "3D"}, Vector=p, Scale=5.0, Detail=15.0, Roughness=1.6)
+    for metric in enum("TexVoronoi", "distance"):
+        case("TexVoronoi", "Distance", {"distance": metric, "feature": "F2"}, Vector=p, Scale=2.3, Exponent=0.6, Randomness=1.0)
+    case("TexVoronoi", "Distance", {"distance": "MINKOWSKI"}, Vector=(0.4, 0.5, 0.6), Scale=3.0, Exponent=0.25, Randomness=1.0)   # beyond 8
+    for profile in enum("TexWave", "wave_profile"):
+        for direction in enum("TexWave", "bands_direction"):
+            case("TexWave", "Fac", {"wave_type": "BANDS", "bands_direction": direction, "wave_profile": profile}, Vector=p, Scale=0.9,
+                 Phase__Offset=0.4)
+    for direction in enum("TexWave", "rings_direction"):
+        case("TexWave", "Color", {"wave_type": "RINGS", "rings_direction": direction}, Vector=p, Scale=0.9, Distortion=2.5, Detail=2.7,
+             Detail__Scale=1.4, Detail__Roughness=0.6, Phase__Offset=0.4)
+    for depth in range(11):
+        case("TexMagic", "Color", {"turbulence_depth": depth}, Vector=p, Scale=0.7, Distortion=1.4)
+    case("TexMagic", "Fac", {"turbulence_depth": 3}, Vector=p, Scale=0.7, Distortion=0.0)
+    colors = dict(Color1=(0.1, 0.2, 0.3), Color2=(0.7, 0.8, 0.9), Mortar=(0.9, 0.1, 0.5))
+    for output in ("Color", "Fac"):
+        for place in ((0.37, 0.21, 0.0), (-0.61, -0.14, 0.0), (0.28, 0.77, 0.0), (0.404, 0.9, 0.0)):
+            case("TexBrick", output, {"offset_frequency": 3, "squash_frequency": 2}, Vector=place, **colors, Scale=2.0, Mortar__Size=0.06,
+                 Mortar__Smooth=0.4, Bias=-0.1, Brick__Width=0.8, Row__Height=0.3)
+    case("TexBrick", "Color", {}, Vector=(0.301, 0.1, 0.0), **colors, Scale=5.0, Mortar__Size=0.02, Mortar__Smooth=0.0)
+    for nanometres in (300.0, 380.0, 452.0, 507.5, 600.0, 779.0):
+        case("Wavelength", "Color", Wavelength=nanometres)
 
 
 def set_inputs(node: bpy.types.Node, inputs: dict, links: bpy.types.NodeLinks, nodes: bpy.types.Nodes) -> None:

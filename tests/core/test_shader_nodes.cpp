@@ -120,6 +120,41 @@ TEST(ShaderNodes, constant_nodes_fold_to_what_cycles_gives) {
   EXPECT_GT(cases, 300);
 }
 
+// Blender 4.1 merged Musgrave into Noise: the same pattern with an octave less and the amplitude of an octave in place of its exponent.
+TEST(ShaderNodes, second_generation_noise_contains_musgrave) {
+  const float lacunarity = 2.2f, dimension = 0.6f, detail = 4.3f;
+  for (const char* kind : {"MULTIFRACTAL", "FBM", "HYBRID_MULTIFRACTAL", "RIDGED_MULTIFRACTAL", "HETERO_TERRAIN"}) {
+    GraphBuilder g;
+    const int xyz = g.node("ShaderNodeCombineXYZ", {value_input("X", 0.3f), value_input("Y", -1.6f), value_input("Z", 1.5f)});
+    const NodeInput place = linked_input("Vector", xyz, "Vector"), scale = value_input("Scale", 1.7f),
+                    frequency = value_input("Lacunarity", lacunarity), offset = value_input("Offset", 0.3f), gain = value_input("Gain", 1.4f);
+    const int old = g.node("ShaderNodeTexMusgrave",
+                           {place, scale, frequency, offset, gain, value_input("Detail", detail), value_input("Dimension", dimension)},
+                           {text_property("musgrave_type", kind)});
+    const int merged = g.node("ShaderNodeTexNoise",
+                              {place, scale, frequency, offset, gain, value_input("Detail", detail - 1.0f),
+                               value_input("Roughness", std::pow(lacunarity, -dimension))},
+                              {text_property("noise_type", kind), number_property("normalize", {0.0f})});
+    expect_near(value_of(g, merged, "Fac"), value_of(g, old, "Fac"), 5e-5f, kind);
+  }
+}
+
+TEST(ShaderNodes, second_generation_voronoi_sums_octaves) {
+  const auto at = [&](float detail, float scale, float normalize) {
+    GraphBuilder g;
+    const int xyz = g.node("ShaderNodeCombineXYZ", {value_input("X", 0.3f), value_input("Y", -1.6f), value_input("Z", 1.5f)});
+    const int node = g.node("ShaderNodeTexVoronoi",
+                            {linked_input("Vector", xyz, "Vector"), value_input("Scale", scale), value_input("Detail", detail),
+                             value_input("Roughness", 0.5f), value_input("Lacunarity", 3.0f)},
+                            {number_property("normalize", {normalize})});
+    return value_of(g, node, "Distance").x;
+  };
+  const float first = at(0, 1.7f, 0), second = at(0, 5.1f, 0);
+  EXPECT_NEAR(at(1, 1.7f, 0), first + 0.5f * second, 1e-4f);
+  EXPECT_NEAR(at(0.4f, 1.7f, 0), first + 0.4f * 0.5f * second, 1e-4f);
+  EXPECT_NEAR(at(1, 1.7f, 1), (first + 0.5f * second) / (1.5f * std::sqrt(3.0f)), 1e-4f);
+}
+
 TEST(ShaderNodes, texture_coordinates_of_a_moved_and_stretched_object) {
   Surface s;
   expect_near(read(s, "ShaderNodeTexCoord", "UV"), Color(0.25f, 0.5f, 0.0f), 5e-5f);

@@ -239,10 +239,13 @@ TEST(ShaderProgram, random_graphs_never_crash_and_never_give_nan) {
       "ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeValToRGB", "ShaderNodeRGBCurve", "ShaderNodeMixShader",
       "ShaderNodeAddShader", "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfGlass", "ShaderNodeEmission", "ShaderNodeBsdfTransparent",
       "ShaderNodeTexCoord", "ShaderNodeNewGeometry", "ShaderNodeHueSaturation", "ShaderNodeNormalMap", "ShaderNodeBump", "ShaderNodeNonsense",
-      "ShaderNodeMapRange", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfAnisotropic", "ShaderNodeAttribute", "ShaderNodeBlackbody"};
+      "ShaderNodeMapRange", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfAnisotropic", "ShaderNodeAttribute", "ShaderNodeBlackbody",
+      "ShaderNodeTexNoise", "ShaderNodeTexMusgrave", "ShaderNodeTexVoronoi", "ShaderNodeTexWave", "ShaderNodeTexMagic", "ShaderNodeTexBrick",
+      "ShaderNodeTexWhiteNoise", "ShaderNodeWavelength"};
   static const char* kSockets[] = {"Value", "Value_001", "Vector", "Fac", "Color", "Color1", "Color2", "Shader", "Shader_001", "Base Color",
                                    "Normal", "Roughness", "Alpha", "Emission", "Strength", "IOR", "Tangent", "Anisotropic", "Metallic",
-                                   "Transmission", "Temperature", "Hue", "Factor_Float", "A_Color", "Scale", "Location"};
+                                   "Transmission", "Temperature", "Hue", "Factor_Float", "A_Color", "Scale", "Location",
+                                   "W", "Detail", "Lacunarity", "Distortion", "Row Height", "Exponent", "Height", "Wavelength"};
   static const char* kOutputs[] = {"Value", "Vector", "Color", "Fac", "Alpha", "Shader", "BSDF", "Emission", "Normal", "Generated", "UV",
                                    "Result_Color", "Result", "Position", "Backfacing"};
   static const char* kOperations[] = {"ADD", "DIVIDE", "POWER", "LOGARITHM", "TANGENT", "MODULO", "NORMALIZE", "REFRACT", "SINH", "WRAP"};

@@ -152,6 +152,11 @@ bool blackbody_node(ProgramBuilder& b, int node, std::string_view output, Value&
   return output == "Color";
 }
 
+bool wavelength_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  value = b.emit(Op::Wavelength, Color, {b.input(node, "Wavelength", Float, Vec4(500.0f))});
+  return output == "Color";
+}
+
 constexpr NodeType kNodes[] = {
     {"ShaderNodeMixRGB", mix_rgb},
     {"ShaderNodeMix", mix_node},
@@ -169,6 +174,7 @@ constexpr NodeType kNodes[] = {
     {"ShaderNodeSeparateHSV", separate_hsv},
     {"ShaderNodeRGBToBW", rgb_to_bw},
     {"ShaderNodeBlackbody", blackbody_node},
+    {"ShaderNodeWavelength", wavelength_node},
 };
 
 }  // namespace
