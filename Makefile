@@ -45,9 +45,11 @@ bench_program: install
 
 bench: bench_program
 	@/usr/bin/python3 benchmarks/bench.py --build $(BUILD)
+	@/usr/bin/python3 benchmarks/techniques.py --build $(BUILD)
 
 bench-full: bench_program
 	@/usr/bin/python3 benchmarks/bench.py --full --build $(BUILD)
+	@/usr/bin/python3 benchmarks/techniques.py --seconds 30 --reference-seconds 1800 --build $(BUILD)
 
 clean:
 	rm -rf build out
