@@ -6,7 +6,7 @@
 All techniques of a scene are judged by one reference: the mean of independent `metropolis` renders, checked by the mean of an
 independent `bdpt` render; the noise that is left in it is taken off every error. Techniques take turns, with new seeds in every turn.
 The number is efficiency, 1 / (seconds * relMSE), as a multiple of Cycles' median: 10 means the same error in a tenth of the time
-where variance falls as 1 / time. References are kept in build/techniques and made again when the scene file changes.
+where variance falls as 1 / time. References are kept in build/techniques and made again when the .blend changes.
 Writes docs/benchmarks/techniques.md and build/techniques/results.json.
 """
 
@@ -65,10 +65,10 @@ def ajar_image(ajar: renderers.AjarBuild, scene: Path, out: Path, seconds: float
     return ajar.render(scene, out, [ENDLESS], [seed], threads, ["--seconds", str(seconds), *options])[0]
 
 
-def reference_of(ajar: renderers.AjarBuild, scene: Path, folder: Path, seconds: float, threads: int) -> Reference:
+def reference_of(ajar: renderers.AjarBuild, blend: Scene, scene: Path, folder: Path, seconds: float, threads: int) -> Reference:
+    """Of the scene file `scene`, which was made from `blend`."""
     kept = folder / "reference.npz"
-    # The settings of the file's end hold no geometry; the size and the whole file decide.
-    key = hashlib.sha256(scene.read_bytes()).hexdigest()
+    key = f"{hashlib.sha256(blend.path.read_bytes()).hexdigest()} at {blend.percentage} %"
     if kept.exists():
         data = np.load(kept)
         if str(data["key"]) == key and float(data["seconds"]) >= seconds:
@@ -94,7 +94,7 @@ def cycles_technique(scene: Scene, folder: Path, seconds: float, threads: int, *
 def measure_scene(scene: Scene, ajar: renderers.AjarBuild, work: Path, options: argparse.Namespace) -> dict:
     folder = work / scene.name
     scene_file, _ = ajar.dump(scene.path, folder, scene.percentage)
-    reference = reference_of(ajar, scene_file, folder, options.reference_seconds, options.threads)
+    reference = reference_of(ajar, scene, scene_file, folder, options.reference_seconds, options.threads)
     techniques: dict[str, Callable[[int], renderers.Render]] = {CYCLES: cycles_technique(scene, folder / "cycles", options.seconds, options.threads)}
     if options.wheel:
         for name, guiding in (("Cycles wheel", False), ("Cycles wheel, guided", True)):
@@ -203,7 +203,7 @@ def main() -> int:
     if options.references_only:
         for scene in scenes:
             scene_file, _ = ajar.dump(scene.path, work / scene.name, scene.percentage)
-            reference = reference_of(ajar, scene_file, work / scene.name, options.reference_seconds, options.threads)
+            reference = reference_of(ajar, scene, scene_file, work / scene.name, options.reference_seconds, options.threads)
             print(f"{scene.name}: relMSE of the reference {reference.noise:.2g}, bdpt has {reference.check:.4f} of its mean", flush=True)
         return 0
     results = {"machine": machine.describe(options.threads), "seconds": options.seconds, "repeats": options.repeats, "scenes": []}
