@@ -47,8 +47,8 @@ int add_mesh(SceneDescription& description, const std::string& name, const Float
 }
 
 int add_object(SceneDescription& description, const std::string& name, int mesh, const std::vector<int>& materials, uint32_t visibility,
-               bool holdout, bool shadow_catcher, int pass_index, Vec4 color) {
-  description.objects.push_back({name, mesh, materials, visibility, holdout, shadow_catcher, pass_index, color});
+               bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance) {
+  description.objects.push_back({name, mesh, materials, visibility, holdout, shadow_catcher, pass_index, color, importance});
   return index_of_last(description.objects.size());
 }
 
@@ -151,7 +151,8 @@ void bind_geometry(py::module_& module) {
       .def_readonly("holdout", &ObjectDescription::holdout)
       .def_readonly("shadow_catcher", &ObjectDescription::shadow_catcher)
       .def_readonly("pass_index", &ObjectDescription::pass_index)
-      .def_readonly("color", &ObjectDescription::color);
+      .def_readonly("color", &ObjectDescription::color)
+      .def_readonly("importance", &ObjectDescription::importance);
   py::class_<InstanceDescription>(module, "InstanceDescription")
       .def_readonly("object", &InstanceDescription::object)
       .def_readonly("world_from_object", &InstanceDescription::world_from_object)
@@ -231,6 +232,9 @@ void bind_settings(py::module_& module) {
       .def_readwrite("direct", &RenderSettings::direct)
       .def_readwrite("direct_samples", &RenderSettings::direct_samples)
       .def_readwrite("image", &RenderSettings::image)
+      .def_readwrite("image_error", &RenderSettings::image_error)
+      .def_readwrite("importance_region", &RenderSettings::importance_region)
+      .def_readwrite("importance_factor", &RenderSettings::importance_factor)
       .def_readwrite("samples", &RenderSettings::samples)
       .def_readwrite("seconds", &RenderSettings::seconds)
       .def_readwrite("target_error", &RenderSettings::target_error)
@@ -265,7 +269,7 @@ void bind_description(py::module_& module) {
            "Add a mesh; arrays are copied once. `attributes` are tuples (name, Domain, values[n, components]).")
       .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"), py::arg("materials") = std::vector<int>{},
            py::arg("visibility") = uint32_t(kVisibleAll), py::arg("holdout") = false, py::arg("shadow_catcher") = false,
-           py::arg("pass_index") = 0, py::arg("color") = Vec4(1.0f))
+           py::arg("pass_index") = 0, py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f)
       .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"), py::arg("random") = py::none(),
            "Instances in bulk: int32[n], float32[n, 12] (three rows of four), float32[n].")
       .def("add_image", &add_image, py::kw_only(), py::arg("name"), py::arg("path") = "", py::arg("packed") = py::bytes(),

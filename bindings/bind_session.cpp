@@ -59,6 +59,7 @@ void bind_reports(py::module_& module) {
       .def_readonly("build_seconds", &Progress::build_seconds)
       .def_readonly("render_seconds", &Progress::render_seconds)
       .def_readonly("estimated_relmse", &Progress::estimated_relmse)
+      .def_readonly("estimated_perceptual_error", &Progress::estimated_perceptual_error)
       .def("__repr__", [](const Progress& p) {
         return p.step + " " + std::to_string(int(100.0f * p.fraction)) + " %, " + std::to_string(p.samples) + " samples";
       });

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "film/tvi.h"
 #include "math/statistics.h"
 
 namespace ajar {
@@ -17,11 +18,14 @@ bool is_aux_pass(const std::string& pass) {
   return pass == "Depth" || pass == "Normal" || pass == "Position" || pass == "UV" || pass == "Albedo" || pass.starts_with("Share ");
 }
 
+double luminance_of(const double rgb[3]) { return 0.2126729 * rgb[0] + 0.7151522 * rgb[1] + 0.0721750 * rgb[2]; }
+
 }  // namespace
 
 const std::vector<PassInfo>& known_passes() {
   static const std::vector<PassInfo> passes{{"Combined", 4}, {"Depth", 1}, {"Normal", 3}, {"Position", 3}, {"UV", 3},
                                             {"Albedo", 3}, {"Sample Count", 1}, {"Variance", 1},
+                                            {"Error", 1}, {"Perceptual Error", 1},
                                             {"Share BSDF", 1}, {"Share Light 1", 1}, {"Share Light 2", 1}, {"Share Cone", 1}};
   return passes;
 }
@@ -41,9 +45,10 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
 }
 
 bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux* aux) {
-  const size_t index = size_t(y - y0_) * size_t(width()) + size_t(x - x0_);
+  const size_t index = index_of(x, y);
   Pixel& pixel = pixels_[index];
-  const bool odd = pixel.count & 1;
+  const uint32_t number = pixel.count;
+  const bool odd = number & 1;
   ++pixel.count;  // a refused sample still was one: leaving it out would bias the mean
   if (odd) ++pixel.half_count;
   if (!is_finite(radiance)) {
@@ -57,6 +62,7 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
   pixel.sum_alpha += double(alpha);
   const double y_luminance = double(luminance(radiance));
   pixel.sum_luminance_squared += y_luminance * y_luminance;
+  if (early_.enabled()) early_.add(index, number, float(y_luminance));
   if (aux && wants_aux_) {
     AuxPixel& a = aux_[index];
     // Depth and position cannot be averaged across an edge: the first sample stands for the pixel, as in Cycles.
@@ -75,6 +81,11 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
   return true;
 }
 
+void Film::set_goals(std::vector<uint32_t> goals) {
+  goals_ = std::move(goals);
+  if (!goals_.empty()) early_.reserve(pixels_.size(), *std::max_element(goals_.begin(), goals_.end()));
+}
+
 void Film::enable_splats() {
   if (!splats_) splats_ = std::make_unique<SplatPixel[]>(pixels_.size());
 }
@@ -86,7 +97,7 @@ void Film::add_splat(int x, int y, Color value, bool odd) {
     refused_.fetch_add(1, std::memory_order_relaxed);
     return;
   }
-  SplatPixel& pixel = splats_[size_t(y - y0_) * size_t(width()) + size_t(x - x0_)];
+  SplatPixel& pixel = splats_[index_of(x, y)];
   for (int c = 0; c < 3; ++c)
     pixel.pending[odd][c].fetch_add(int64_t(std::llrint(double(value[c]) * kSplatUnits)), std::memory_order_relaxed);
 }
@@ -118,6 +129,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   const size_t channels = size_t(info->channels);
   std::vector<float> out(pixels_.size() * channels, 0.0f);
   if (is_aux_pass(pass) && aux_.empty()) return out;
+  std::vector<float> variance;
+  if (pass == "Variance" || pass == "Error" || pass == "Perceptual Error") variance = variance_of_mean();
   const int share = pass == "Share BSDF" ? 0 : pass == "Share Light 1" ? 1 : pass == "Share Light 2" ? 2 : pass == "Share Cone" ? 3 : -1;
   for (size_t i = 0; i < pixels_.size(); ++i) {
     const Pixel& p = pixels_[i];
@@ -130,9 +143,14 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
     } else if (pass == "Sample Count") {
       o[0] = float(p.count);
     } else if (pass == "Variance") {
-      // Of the pixel's mean luminance, from the scatter of its samples.
-      const double mean = 0.2126729 * p.sum[0] * scale + 0.7151522 * p.sum[1] * scale + 0.0721750 * p.sum[2] * scale;
-      if (p.count > 1) o[0] = float(std::max(0.0, p.sum_luminance_squared * scale - mean * mean) / double(p.count - 1));
+      o[0] = variance[i];
+    } else if (pass == "Error" || pass == "Perceptual Error") {
+      // Standard deviation of the mean's luminance: relative, or in differences that an eye can just see.
+      double mean[3];
+      for (int c = 0; c < 3; ++c) mean[c] = p.sum[c] * scale + splatted(i, c);
+      const double y = luminance_of(mean);
+      const double unit = pass == "Error" ? std::sqrt(y * y + 0.01) : tvi(std::max(0.0, y) * kCandelasPerUnit) / kCandelasPerUnit;
+      o[0] = float(std::sqrt(double(variance[i])) / unit);
     } else if (share >= 0) {
       o[0] = float(aux_[i].shares[share] * scale);
     } else if (pass == "Depth") {
@@ -147,27 +165,81 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   return out;
 }
 
-double Film::estimated_relmse() const {
-  CompensatedSum sum;
-  uint64_t terms = 0;
-  for (size_t i = 0; i < pixels_.size(); ++i) {
-    const Pixel& p = pixels_[i];
-    const uint32_t even = p.count - p.half_count;
-    if ((p.half_count == 0 || even == 0) && !(splats_ && p.count == 0)) return -1.0;
-    for (int c = 0; c < 3; ++c) {
-      double odd_mean = 0.0, even_mean = 0.0, mean = splatted(i, c);
-      if (p.count > 0) {
-        odd_mean = p.half[c] / double(p.half_count);
-        even_mean = (p.sum[c] - p.half[c]) / double(even);
-        mean += p.sum[c] / double(p.count);
-      }
-      double difference = odd_mean - even_mean;
-      if (splats_) difference += 2.0 * splat_scale_ * (splats_[i].sum[1][c] - splats_[i].sum[0][c]);
-      sum.add(0.25 * difference * difference / (mean * mean + 0.01));
-      ++terms;
+/// Variance of the mean of a pixel's luminance, as if its samples were independent; being stratified, they do a little better.
+double Film::scatter_variance(const Pixel& p) {
+  if (p.count < 2) return 0.0;
+  const double mean = luminance_of(p.sum) / double(p.count);
+  return std::max(0.0, p.sum_luminance_squared / double(p.count) - mean * mean) / double(p.count - 1);
+}
+
+/// Of the luminance of each pixel: from the scatter of its samples, and, of splats, from the difference of their halves,
+/// averaged over a neighbourhood because one difference says next to nothing.
+std::vector<float> Film::variance_of_mean() const {
+  constexpr int kReach = 2;
+  std::vector<float> variance(pixels_.size(), 0.0f), splat_variance(splats_ ? pixels_.size() : 0);
+  for (size_t i = 0; i < splat_variance.size(); ++i) {
+    double difference[3];
+    for (int c = 0; c < 3; ++c) difference[c] = splat_scale_ * (splats_[i].sum[1][c] - splats_[i].sum[0][c]);
+    splat_variance[i] = float(luminance_of(difference) * luminance_of(difference));
+  }
+  for (int y = 0; y < height(); ++y) {
+    for (int x = 0; x < width(); ++x) {
+      const size_t i = size_t(y) * size_t(width()) + size_t(x);
+      const Pixel& p = pixels_[i];
+      variance[i] = float(scatter_variance(p));
+      if (!splats_) continue;
+      double sum = 0.0;
+      int terms = 0;
+      for (int v = std::max(0, y - kReach); v <= std::min(height() - 1, y + kReach); ++v)
+        for (int u = std::max(0, x - kReach); u <= std::min(width() - 1, x + kReach); ++u, ++terms)
+          sum += double(splat_variance[size_t(v) * size_t(width()) + size_t(u)]);
+      variance[i] += float(sum / terms);
     }
   }
-  return terms > 0 ? sum.value() / double(terms) : -1.0;
+  return variance;
+}
+
+/// Mean of a pixel, and the difference between the means of its two halves; false where there are too few samples.
+bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
+  const Pixel& p = pixels_[index];
+  const uint32_t even = p.count - p.half_count;
+  if ((p.half_count == 0 || even == 0) && !(splats_ && p.count == 0)) return false;
+  for (int c = 0; c < 3; ++c) {
+    mean[c] = splatted(index, c);
+    difference[c] = 0.0;
+    if (p.count > 0) {
+      difference[c] = p.half[c] / double(p.half_count) - (p.sum[c] - p.half[c]) / double(even);
+      mean[c] += p.sum[c] / double(p.count);
+    }
+    if (splats_) difference[c] += 2.0 * splat_scale_ * (splats_[index].sum[1][c] - splats_[index].sum[0][c]);
+  }
+  return true;
+}
+
+double Film::estimated_relmse() const {
+  CompensatedSum sum, scattered, halved;
+  for (size_t i = 0; i < pixels_.size(); ++i) {
+    double mean[3], difference[3];
+    if (!halves_of(i, mean, difference)) return -1.0;
+    for (int c = 0; c < 3; ++c) sum.add(0.25 * difference[c] * difference[c] / (mean[c] * mean[c] + 0.01));
+    if (splats_) continue;
+    const double y = luminance_of(mean), d = luminance_of(difference), weight = 1.0 / (y * y + 0.01);
+    halved.add(0.25 * d * d * weight);
+    scattered.add(scatter_variance(pixels_[i]) * weight);
+  }
+  if (pixels_.empty()) return -1.0;
+  return sum.value() / (3.0 * double(pixels_.size())) * (halved.value() > 0.0 ? scattered.value() / halved.value() : 1.0);
+}
+
+double Film::estimated_perceptual_error() const {
+  CompensatedSum sum;
+  for (size_t i = 0; i < pixels_.size(); ++i) {
+    double mean[3], difference[3];
+    if (!halves_of(i, mean, difference)) return -1.0;
+    const double d = 0.5 * luminance_of(difference), variance = splats_ ? d * d : scatter_variance(pixels_[i]);
+    sum.add(kCandelasPerUnit * kCandelasPerUnit * variance / tvi(kCandelasPerUnit * std::max(0.0, luminance_of(mean))));
+  }
+  return pixels_.empty() ? -1.0 : sum.value() / double(pixels_.size());
 }
 
 }  // namespace ajar

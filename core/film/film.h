@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "film/early_samples.h"
 #include "math/types.h"
 
 namespace ajar {
@@ -52,6 +53,15 @@ class Film {
   /// One sample of pixel (x, y) of the full frame. Different pixels may be written by different threads.
   /// Returns false (and counts) when the sample is not finite.
   bool add_sample(int x, int y, Color radiance, float alpha, const SampleAux* aux);
+  /// Samples of this pixel of the full frame so far: the index of its next one.
+  uint32_t samples_of(int x, int y) const { return pixels_[index_of(x, y)].count; }
+  /// How many samples each pixel shall have, in the film's order; none: the same for all. Luminances of samples
+  /// up to there are remembered as `early_samples`.
+  void set_goals(std::vector<uint32_t> goals);
+  const std::vector<uint32_t>& goals() const { return goals_; }
+  /// What this pixel shall have, where all others shall have `uniform` if nobody set goals.
+  uint32_t goal_of(int x, int y, uint32_t uniform) const { return goals_.empty() ? uniform : goals_[index_of(x, y)]; }
+  EarlySamples& early_samples() { return early_; }
   /// Make room for splats; once, before the first.
   void enable_splats();
   /// What arrives at pixel (x, y) of the full frame from a light, from any thread; outside the region it is ignored.
@@ -70,9 +80,12 @@ class Film {
 
   /// Channels of a pass, resolved: width*height*channels floats.
   std::vector<float> resolve(const std::string& pass, float exposure) const;
-  /// Relative mean squared error of the present image estimated from its two half buffers:
-  /// mean((A-B)^2/4 / (M^2+0.01)) over pixels and channels. Negative when there are too few samples.
+  /// Relative mean squared error of the present image, estimated: mean of variance / (M^2 + 0.01) over pixels and channels, the variance
+  /// from two half buffers, (A-B)^2 / 4, scaled as a whole to the scatter of luminances where there are no splats: halves of
+  /// a stratified sequence differ more than independent ones would. Negative when there are too few samples.
   double estimated_relmse() const;
+  /// The same of luminance against what an eye can see: mean of e^2 / tvi(M), in cd/m^2 (film/tvi.h).
+  double estimated_perceptual_error() const;
 
  private:
   struct Pixel {
@@ -91,6 +104,10 @@ class Film {
     std::atomic<int64_t> pending[2][3]{};  ///< even, odd
     double sum[2][3] = {};
   };
+  size_t index_of(int x, int y) const { return size_t(y - y0_) * size_t(width()) + size_t(x - x0_); }
+  static double scatter_variance(const Pixel& pixel);
+  bool halves_of(size_t index, double mean[3], double difference[3]) const;
+  std::vector<float> variance_of_mean() const;
   double splatted(size_t index, int channel) const {
     return splats_ ? (splats_[index].sum[0][channel] + splats_[index].sum[1][channel]) * splat_scale_ : 0.0;
   }
@@ -100,6 +117,8 @@ class Film {
   bool wants_aux_ = false;
   std::vector<Pixel> pixels_;
   std::vector<AuxPixel> aux_;
+  std::vector<uint32_t> goals_;
+  EarlySamples early_;
   std::atomic<uint64_t> refused_{0};
 };
 

@@ -29,6 +29,9 @@ class Integrator {
   virtual ~Integrator() = default;
   virtual Honesty honesty() const = 0;
   virtual void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) = 0;
+  /// Whether `run_iteration` gives each pixel the samples that the film's goals ask for, if any are set (film/image_plan.h); their mean
+  /// then is what `samples_per_pixel` says. Pixels must not learn from each other, or the plan's proof does not hold.
+  virtual bool follows_goals() const { return false; }
   /// Add `samples_per_pixel` samples per pixel (on average) to the film. Returns early, leaving
   /// whole pixels consistent, when `stop` is raised.
   virtual void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) = 0;

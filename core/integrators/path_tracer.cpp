@@ -2,11 +2,10 @@
 
 #include <bit>
 
-#include <tbb/blocked_range2d.h>
 #include <tbb/combinable.h>
-#include <tbb/parallel_for.h>
 
 #include "film/filter.h"
+#include "integrators/tile_loop.h"
 #include "sampling/sampler.h"
 #include "transport/direct_mixture.h"
 #include "transport/ray_events.h"
@@ -18,7 +17,7 @@ namespace {
 /// Dimensions of the sampler: the camera's, then a fixed number for each vertex.
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 8;
 constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6;
-constexpr int kTile = 16, kPilotIterations = 2;
+constexpr int kPilotIterations = 2;
 
 struct Counters {
   uint64_t rays = 0, paths = 0;
@@ -27,6 +26,7 @@ struct Counters {
 class PathTracer final : public Integrator {
  public:
   Honesty honesty() const override { return honesty_; }
+  bool follows_goals() const override { return !(mixture_ && mixture_->learns()); }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);
@@ -79,48 +79,36 @@ class PathTracer final : public Integrator {
   }
 
   void render_samples(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) {
-    const int width = film.width(), height = film.height();
+    samples_done_ += uint32_t(samples_per_pixel);
     tbb::combinable<Counters> counters;
-    tbb::parallel_for(
-        tbb::blocked_range2d<int>(0, (height + kTile - 1) / kTile, 1, 0, (width + kTile - 1) / kTile, 1),
-        [&](const tbb::blocked_range2d<int>& tiles) {
-          Counters& counter = counters.local();
-          for (int ty = tiles.rows().begin(); ty < tiles.rows().end(); ++ty) {
-            for (int tx = tiles.cols().begin(); tx < tiles.cols().end(); ++tx) {
-              if (mixture_) render_tile(*mixture_, film, tx * kTile, ty * kTile, samples_per_pixel, stop, counter);
-              else render_tile(MisDirectLight(), film, tx * kTile, ty * kTile, samples_per_pixel, stop, counter);
-            }
-          }
-        },
-        tbb::simple_partitioner());
+    if (mixture_) render_with(*mixture_, film, stop, counters);
+    else render_with(MisDirectLight(), film, stop, counters);
     counters.combine_each([&](const Counters& c) {
       statistics_.rays += c.rays;
       statistics_.paths += c.paths;
     });
-    samples_done_ += uint32_t(samples_per_pixel);
   }
 
   template <class DirectLight>
-  void render_tile(const DirectLight& direct_light, Film& film, int tile_x, int tile_y, int samples_per_pixel, const std::atomic<bool>& stop, Counters& counter) {
-    Sampler sampler(Sampler::Kind::Sobol, seed_);
-    const int full_width = scene_->settings().width;
-    for (int y = tile_y; y < std::min(tile_y + kTile, film.height()); ++y) {
-      for (int x = tile_x; x < std::min(tile_x + kTile, film.width()); ++x) {
-        const int px = film.x0() + x, py = film.y0() + y;
-        for (int s = 0; s < samples_per_pixel; ++s) {
-          if (stop.load(std::memory_order_relaxed)) return;
-          sampler.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), samples_done_ + uint32_t(s));
-          const Vec2 offset = filter_.sample(sampler.get_2d());
+  void render_with(const DirectLight& direct_light, Film& film, const std::atomic<bool>& stop, tbb::combinable<Counters>& counters) {
+    struct Tile {
+      Sampler sampler;
+      Counters& counter;
+    };
+    const uint32_t full_width = uint32_t(scene_->settings().width);
+    for_each_sample(
+        film, samples_done_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local()}; },
+        [&](Tile& tile, int px, int py, uint32_t index) {
+          tile.sampler.start(uint32_t(py) * full_width + uint32_t(px), index);
+          const Vec2 offset = filter_.sample(tile.sampler.get_2d());
           const Vec2 on_film(float(px) + 0.5f + offset.x, float(py) + 0.5f + offset.y);
-          const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
+          const Vec2 u_lens = scene_->camera().has_lens() ? tile.sampler.get_2d() : Vec2(0.5f);
           const Ray ray = scene_->camera().generate_ray(on_film, u_lens, 0.0f);
           SampleAux aux;
           float alpha = 1.0f;
-          const Color radiance = trace(direct_light, ray, px, py, sampler, film.wants_aux() ? &aux : nullptr, alpha, counter);
+          const Color radiance = trace(direct_light, ray, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
           film.add_sample(px, py, radiance, alpha, &aux);
-        }
-      }
-    }
+        });
   }
 
   template <class DirectLight>

@@ -1,5 +1,6 @@
 #include "render/session.h"
 
+#include <bit>
 #include <chrono>
 #include <map>
 #include <set>
@@ -9,6 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <tbb/task_arena.h>
 
+#include "film/image_plan.h"
+#include "render/importance_map.h"
 #include "transport/direct_light.h"
 
 namespace ajar {
@@ -71,6 +74,7 @@ struct Session::Data {
   mutable std::set<std::string> wanted{"Combined"};
   std::shared_ptr<const Scene> scene;
   std::unique_ptr<Integrator> integrator;
+  std::unique_ptr<ImagePlan> image_plan;  // none: all pixels get the same number of samples
   IntegratorStatistics statistics;
   std::vector<ErrorPoint> error_over_time;
   RenderPlan plan;
@@ -133,7 +137,8 @@ void Session::Data::run(SceneDescription description) {
   integrator_name = settings.integrator;
   auto chosen = make_integrator(settings.integrator);
   find_direct_method(settings.direct);
-  check_choice("image sampling", settings.image, {"uniform"}, {"pmc_ip"});
+  check_choice("image sampling", settings.image, {"uniform", "pmc_ip"}, {});
+  check_choice("image error", settings.image_error, {"relative", "perceptual"}, {});
 
   Scene::Options options;
   options.stop = &stop;
@@ -155,11 +160,23 @@ void Session::Data::run(SceneDescription description) {
   const RenderSettings& s = built->settings();
   auto new_film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
   chosen->prepare(built, s.seed);
+  const bool adapts = s.image == "pmc_ip" && chosen->follows_goals();
+  std::unique_ptr<ImagePlan> new_plan;
+  if (adapts) {
+    const bool few = s.samples > 0 && s.samples < 16;
+    new_plan = std::make_unique<ImagePlan>(s.image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, few ? 2 : 4, s.seed,
+                                           importance_map(*built));
+  }
   {
     std::lock_guard lock(mutex);
     diagnostics = std::move(found);
     scene = built;
     plan = make_render_plan(*built);
+    plan.push_back({"image sampling", adapts,
+                    adapts               ? "pixels get samples by their noise"
+                    : s.image == "pmc_ip" ? "this integrator, with this direct light, places its samples itself"
+                                          : "all pixels get the same number of samples"});
+    image_plan = std::move(new_plan);
     settings = s;
     film = std::move(new_film);
     integrator = std::move(chosen);
@@ -185,6 +202,12 @@ int Session::Data::next_samples(double render_seconds, uint64_t done) const {
     if (settings.seconds > 0.0) next = std::min(next, std::max(1.0, rate * (settings.seconds - render_seconds)));
   }
   if (settings.samples > 0) next = std::min(next, double(settings.samples) - double(done));
+  if (image_plan) next = std::min(next, double(image_plan->next_decision(uint32_t(done))) - double(done));
+  // A render that stops by its error looks at it after fixed numbers of samples, so that the clock has no say in the picture.
+  if (settings.target_error > 0.0) {
+    const uint64_t step = std::max<uint64_t>(1, std::bit_floor(std::max<uint64_t>(1, done)) / 8);
+    next = std::min(next, double(step - done % step));
+  }
   return std::max(1, int(next));
 }
 
@@ -194,13 +217,14 @@ void Session::Data::publish(double render_seconds) {
   progress.samples = film->sample_counts().mean;
   progress.render_seconds = render_seconds;
   progress.estimated_relmse = film->estimated_relmse();
+  progress.estimated_perceptual_error = film->estimated_perceptual_error();
   float fraction = 0.0f;
   if (settings.samples > 0) fraction = float(progress.samples / settings.samples);
   if (settings.seconds > 0.0) fraction = std::max(fraction, float(render_seconds / settings.seconds));
   progress.fraction = 0.05f + 0.95f * std::min(1.0f, fraction);
   ++progress.iteration;
   if (progress.estimated_relmse >= 0.0)
-    error_over_time.push_back({render_seconds, progress.samples, progress.estimated_relmse});
+    error_over_time.push_back({render_seconds, progress.samples, progress.estimated_relmse, progress.estimated_perceptual_error});
   for (const std::string& pass : wanted) published[pass] = film->resolve(pass, settings.exposure);
   wanted.clear();
   changed.notify_all();
@@ -212,6 +236,7 @@ void Session::Data::render_all() {
   while (!stop.load()) {
     const int samples = next_samples(rendering, done);
     const auto start = Clock::now();
+    if (image_plan) image_plan->plan(*film, uint32_t(done) + uint32_t(samples));
     integrator->run_iteration(*film, samples, stop);
     rendering += seconds_since(start);
     done += uint64_t(samples);
@@ -314,7 +339,11 @@ std::string Session::statistics_json() const {
   j["hints"] = json::array();
   j["acceptance_rates"] = json::object();
   j["estimated_error"] = json::array();
-  for (const ErrorPoint& point : d.error_over_time) j["estimated_error"].push_back({point.seconds, point.samples, point.relmse});
+  j["estimated_perceptual_error"] = json::array();
+  for (const ErrorPoint& point : d.error_over_time) {
+    j["estimated_error"].push_back({point.seconds, point.samples, point.relmse});
+    j["estimated_perceptual_error"].push_back({point.seconds, point.samples, point.perceptual});
+  }
   j["diagnostics"] = json::array();
   for (const Diagnostic& diagnostic : d.diagnostics) {
     const char* severity = diagnostic.severity == Diagnostic::Severity::Info      ? "info"

@@ -26,11 +26,11 @@ struct Progress {
   double samples = 0.0;           ///< per pixel, mean
   uint64_t iteration = 0;
   double build_seconds = 0.0, render_seconds = 0.0;
-  double estimated_relmse = -1.0;
+  double estimated_relmse = -1.0, estimated_perceptual_error = -1.0;   ///< as the film estimates them
 };
 
 struct ErrorPoint {
-  double seconds, samples, relmse;
+  double seconds, samples, relmse, perceptual;
 };
 
 class Session {

@@ -10,7 +10,8 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '2'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '3'};
+constexpr char kOldestVersion = '2';
 
 /// Types whose bytes are their value.
 template <class T> struct IsPlain : std::bool_constant<std::is_arithmetic_v<T> || std::is_enum_v<T>> {};
@@ -22,6 +23,7 @@ template <class T, size_t N> struct IsPlain<std::array<T, N>> : IsPlain<T> {};
 
 class Writer {
  public:
+  bool has(char) const { return true; }
   std::vector<char> bytes;
   void raw(const void* data, size_t size) {
     const char* begin = static_cast<const char*>(data);
@@ -37,6 +39,9 @@ class Writer {
 class Reader {
  public:
   explicit Reader(const std::vector<char>& bytes) : bytes_(bytes) {}
+  char version = kMagic[7];
+  /// Whether the file has the fields that came with this version. Those it lacks keep their defaults.
+  bool has(char since) const { return version >= since; }
   void raw(void* data, size_t size) {
     if (size > bytes_.size() - position_) throw SceneError("The scene file ends too early.");
     std::memcpy(data, bytes_.data() + position_, size);
@@ -94,6 +99,7 @@ template <class A> void fields(A& a, MeshDescription& v) {
 }
 template <class A> void fields(A& a, ObjectDescription& v) {
   all(a, v.name, v.mesh, v.materials, v.visibility, v.holdout, v.shadow_catcher, v.pass_index, v.color);
+  if (a.has('3')) visit(a, v.importance);
 }
 template <class A> void fields(A& a, InstanceDescription& v) { all(a, v.object, v.world_from_object, v.random); }
 template <class A> void fields(A& a, LightDescription& v) {
@@ -112,6 +118,7 @@ template <class A> void fields(A& a, RenderSettings& v) {
   all(a, v.width, v.height, v.region, v.filter, v.filter_width, v.exposure, v.transparent_film, v.bounces, v.clamp_direct,
       v.clamp_indirect, v.reflective_caustics, v.refractive_caustics, v.integrator, v.direct, v.image, v.samples, v.seconds,
       v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays, v.direct_samples);
+  if (a.has('3')) all(a, v.image_error, v.importance_region, v.importance_factor);
 }
 template <class A> void fields(A& a, HintDescription& v) { all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled); }
 template <class A> void fields(A& a, SceneDescription& v) {
@@ -159,7 +166,9 @@ SceneDescription from_bytes(const std::vector<char>& bytes) {
   Reader reader(bytes);
   char magic[sizeof kMagic];
   reader.raw(magic, sizeof magic);
-  if (std::memcmp(magic, kMagic, sizeof magic) != 0) throw SceneError("This is not an Ajar scene file.");
+  if (std::memcmp(magic, kMagic, sizeof magic - 1) != 0 || magic[7] < kOldestVersion || magic[7] > kMagic[7])
+    throw SceneError("This is not an Ajar scene file, or one of another version.");
+  reader.version = magic[7];
   SceneDescription description;
   visit(reader, description);
   if (!reader.at_end()) throw SceneError("The scene file is damaged.");

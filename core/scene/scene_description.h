@@ -119,6 +119,7 @@ struct ObjectDescription {
   bool holdout = false, shadow_catcher = false;
   int pass_index = 0;
   Vec4 color{1.0f};                         ///< Object Info > Color
+  float importance = 1.0f;                  ///< of the pixels that show it, where samples follow the noise; never changes the mean
 };
 
 struct InstanceDescription {
@@ -193,6 +194,9 @@ struct RenderSettings {
   bool reflective_caustics = true, refractive_caustics = true;
   std::string integrator = "path", direct = "mis", image = "uniform";
   int direct_samples = 1;                        ///< of direct light at the surfaces the camera sees
+  std::string image_error = "relative";          ///< that pmc_ip lowers: "relative" or "perceptual"
+  std::array<float, 4> importance_region{0, 0, 0, 0};  ///< x0, y0, x1, y1 in fractions of the frame, y up
+  float importance_factor = 1.0f;                ///< of the pixels in that region
   int samples = 64;                              ///< per pixel; 0 = until time or error says stop
   double seconds = 0.0, target_error = 0.0;      ///< 0 is off
   int photons = 0;                               ///< emitted for each sample of the picture; 0 = by the picture's size

@@ -138,6 +138,7 @@ void validate_settings(RenderSettings& s) {
   if (s.samples <= 0 && s.seconds <= 0.0 && s.target_error <= 0.0)
     throw SceneError("Nothing says when to stop: set samples, a time limit or a noise target.");
   if (!(s.filter_width > 0.0f)) s.filter_width = 1e-3f;
+  if (!std::isfinite(s.importance_factor) || s.importance_factor < 0.0f) s.importance_factor = 1.0f;
 }
 
 }  // namespace
@@ -149,6 +150,7 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
   for (MeshDescription& mesh : d.meshes) validate_mesh(mesh, counts, diagnostics);
   for (ObjectDescription& object : d.objects) {
     if (object.mesh >= int(d.meshes.size())) object.mesh = -1;
+    if (!std::isfinite(object.importance) || object.importance < 0.0f) object.importance = 1.0f;
     for (int& material : object.materials) {
       if (material >= int(d.materials.size())) material = -1;
     }

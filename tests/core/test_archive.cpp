@@ -37,6 +37,20 @@ TEST(Archive, round_trip_keeps_every_byte) {
   EXPECT_EQ(again.lights.at(0).radius, 0.1f);
 }
 
+TEST(Archive, files_of_the_version_before_are_read_with_defaults) {
+  SceneDescription d = rich_description();
+  d.objects.clear();   // whose new field is not at the end of the file
+  d.instances.clear();
+  std::vector<char> bytes = to_bytes(d);
+  const size_t new_settings = sizeof(uint64_t) + d.settings.image_error.size() + 4 * sizeof(float) + sizeof(float);
+  bytes.resize(bytes.size() - new_settings);
+  bytes[7] = '2';
+  const SceneDescription again = from_bytes(bytes);
+  EXPECT_EQ(to_bytes(again), to_bytes(d));
+  bytes[7] = '1';
+  EXPECT_THROW(from_bytes(bytes), SceneError);
+}
+
 TEST(Archive, truncated_files_are_refused_at_every_length) {
   const std::vector<char> bytes = to_bytes(rich_description());
   for (size_t length = 0; length < bytes.size(); length += 1 + length / 50)

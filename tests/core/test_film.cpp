@@ -2,6 +2,7 @@
 
 #include "film/film.h"
 #include "film/filter.h"
+#include "film/tvi.h"
 #include "math/random.h"
 #include "math/statistics.h"
 
@@ -125,4 +126,42 @@ TEST(Film, places_of_splats_follow_the_pixel_filters) {
     }
     EXPECT_NEAR(splatted.mean(), expected, 4.0 * std::sqrt(splatted.variance_of_mean()) + 1e-3);
   }
+}
+
+TEST(Film, thresholds_of_the_eye_are_continuous_and_have_known_ends) {
+  EXPECT_NEAR(std::log10(tvi(1e-6)), -2.86, 1e-9);
+  EXPECT_NEAR(std::log10(tvi(1e4)), 4.0 - 1.255, 1e-9);
+  for (double joint : {-3.94, -1.44, -0.0184, 1.9})
+    EXPECT_NEAR(std::log10(tvi(std::pow(10.0, joint - 1e-4))), std::log10(tvi(std::pow(10.0, joint + 1e-4))), 0.02) << joint;
+}
+
+TEST(Film, error_passes_and_estimates_are_the_deviation_of_the_mean_in_their_units) {
+  Film film(0, 0, 48, 48, {"Error", "Perceptual Error"});
+  Pcg32 rng(5);
+  const int samples = 100;
+  for (int y = 0; y < 48; ++y)
+    for (int x = 0; x < 48; ++x)
+      for (int s = 0; s < samples; ++s) film.add_sample(x, y, Color(0.2f + 0.1f * rng.next_float()), 1.0f, nullptr);
+  const double deviation = 0.1 / std::sqrt(12.0 * samples), mean = 0.25, threshold = tvi(25.0);
+  const auto average = [&](const char* pass) {
+    double sum = 0.0;
+    for (float v : film.resolve(pass, 1.0f)) sum += double(v) / (48.0 * 48.0);
+    return sum;
+  };
+  EXPECT_NEAR(average("Error") / (deviation / std::sqrt(mean * mean + 0.01)), 1.0, 0.02);
+  EXPECT_NEAR(average("Perceptual Error") / (100.0 * deviation / threshold), 1.0, 0.02);
+  EXPECT_NEAR(film.estimated_perceptual_error() / (1e4 * deviation * deviation / threshold), 1.0, 0.1);
+}
+
+TEST(Film, error_pass_of_splats_is_their_deviation) {
+  // Poisson splats of value 1, eight of each half in a pixel: variance of the sum is the number.
+  Film film(0, 0, 64, 64, {"Error"});
+  film.enable_splats();
+  Pcg32 rng(6);
+  const int splats = 16 * 64 * 64;
+  for (int i = 0; i < splats; ++i) film.add_splat(int(rng.next() % 64), int(rng.next() % 64), Color(1.0f), i & 1);
+  film.end_splats(1.0);
+  double sum = 0.0;
+  for (float v : film.resolve("Error", 1.0f)) sum += double(v) * double(v) / (64.0 * 64.0);
+  EXPECT_NEAR(sum, 16.0 * (1.0 + 3.0 / 16.0) / (16.0 * 16.0), 0.006);   // E 1/M^2 of Poisson M to second order
 }

@@ -1,0 +1,56 @@
+// Moments of the first 2^k samples of every pixel, for every k that may still be asked for.
+//
+// What adapts to a picture must know which of a pixel's samples it looked at; "the first b" is a set that does not depend on how many
+// the pixel was given later. Samples are summed by octave of their index (0; 1; 2-3; 4-7; ...), so that b can grow although pixels
+// are far beyond it. Different pixels may be written by different threads.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace ajar {
+
+class EarlySamples {
+ public:
+  struct Moments {
+    float sum = 0.0f, sum_squared = 0.0f;
+  };
+
+  bool enabled() const { return !octaves_.empty(); }
+  /// Make room for samples with indices below `end`. No other thread may write meanwhile.
+  void reserve(size_t pixels, uint32_t end) {
+    const size_t wanted = size_t(std::bit_width(std::max(1u, end) - 1)) + 1;
+    while (octaves_.size() < wanted) octaves_.emplace_back(pixels);
+  }
+  void add(size_t pixel, uint32_t index, float y) {
+    const size_t octave = size_t(std::bit_width(index));
+    if (octave >= octaves_.size() || octaves_[octave].empty()) return;
+    y = std::clamp(y, -1e15f, 1e15f);   // whose square is still a number
+    Moments& m = octaves_[octave][pixel];
+    m.sum += y;
+    m.sum_squared += y * y;
+  }
+  /// Join the octaves below `end`, a power of two that all pixels have reached: `first` then has them, and room is won.
+  void join(uint32_t end) {
+    const size_t last = size_t(std::bit_width(end - 1));
+    for (; joined_ < last; ++joined_) {
+      std::vector<Moments>&from = octaves_[joined_], &to = octaves_[joined_ + 1];
+      for (size_t i = 0; i < to.size(); ++i) {
+        to[i].sum += from[i].sum;
+        to[i].sum_squared += from[i].sum_squared;
+      }
+      std::vector<Moments>().swap(from);
+    }
+  }
+  /// Of the samples below the `end` last joined.
+  const Moments& first(size_t pixel) const { return octaves_[joined_][pixel]; }
+
+ private:
+  std::vector<std::vector<Moments>> octaves_;
+  size_t joined_ = 0;
+};
+
+}  // namespace ajar

@@ -1,0 +1,286 @@
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "film/image_plan.h"
+#include "integrators/path_tracer.h"
+#include "render/importance_map.h"
+#include "render/session.h"
+#include "statistical.h"
+#include "transport_scenes.h"
+
+using namespace ajar;
+using namespace ajar::fixtures;
+
+namespace {
+
+/// Luminance of sample `index` of a pixel.
+using Toy = std::function<float(int x, int y, uint32_t index)>;
+
+void add_missing_samples(Film& film, uint32_t uniform, const Toy& toy) {
+  for (int y = 0; y < film.height(); ++y)
+    for (int x = 0; x < film.width(); ++x)
+      for (uint32_t index = film.samples_of(x, y); index < film.goal_of(x, y, uniform); ++index)
+        film.add_sample(x, y, Color(toy(x, y, index)), 1.0f, nullptr);
+}
+
+/// Up to `samples` of the average pixel, stopping where the plan wants to look and at `stops`.
+void follow_plan(ImagePlan& plan, Film& film, uint32_t samples, const Toy& toy, std::vector<uint32_t> stops = {}) {
+  for (uint32_t done = 0; done < samples;) {
+    uint32_t next = std::min(samples, plan.next_decision(done));
+    for (uint32_t stop : stops)
+      if (stop > done) next = std::min(next, stop);
+    plan.plan(film, next);
+    add_missing_samples(film, next, toy);
+    done = next;
+  }
+}
+
+float random_number(uint32_t seed, int x, int y, uint32_t index) {
+  return to_unit_float(hash_combine(hash_combine(seed, uint32_t(y) * 1000u + uint32_t(x)), index));
+}
+/// Mean 1, bright in one sample of eight only: what a pilot most easily misjudges.
+float rare(uint32_t seed, int x, int y, uint32_t index) { return random_number(seed, x, y, index) < 0.125f ? 8.0f : 0.0f; }
+
+double mean_of(const Film& film) {
+  const auto image = film.resolve("Combined", 1.0f);
+  double sum = 0.0;
+  for (size_t i = 0; i < image.size(); i += 4) sum += double(image[i]);
+  return sum / double(image.size() / 4);
+}
+
+/// The scheme that algorithms.md, section 1, warns of: each pixel's own early samples decide how many more they are averaged with.
+std::vector<uint32_t> naive_goals(Film& film, uint32_t early, uint32_t samples) {
+  film.early_samples().join(early);
+  std::vector<double> deviation;
+  double sum = 0.0;
+  for (size_t i = 0; i < size_t(film.width()) * size_t(film.height()); ++i) {
+    const EarlySamples::Moments& m = film.early_samples().first(i);
+    deviation.push_back(std::sqrt(std::max(0.0, double(m.sum_squared) - double(m.sum) * double(m.sum) / early)));
+    sum += deviation.back();
+  }
+  std::vector<uint32_t> goals;
+  for (double d : deviation) goals.push_back(early + uint32_t(sum > 0.0 ? (samples - early) * d / sum * double(deviation.size()) : samples - early));
+  return goals;
+}
+
+constexpr int kSize = 4;
+
+}  // namespace
+
+TEST(ImagePlan, mean_of_an_adaptive_picture_is_that_of_a_uniform_one_and_the_naive_scheme_is_caught) {
+  RunningMoments planned, naive;
+  for (uint32_t seed = 0; seed < 4000; ++seed) {
+    const Toy toy = [&](int x, int y, uint32_t index) { return rare(seed, x, y, index); };
+    Film film(0, 0, kSize, kSize, {"Combined"}), other(0, 0, kSize, kSize, {"Combined"});
+    ImagePlan plan(ErrorMeasure::Relative, 2, seed);
+    follow_plan(plan, film, 40, toy);   // looks after 2, 16 and 32 samples
+    planned.add(mean_of(film));
+    other.set_goals(std::vector<uint32_t>(kSize * kSize, 2));
+    add_missing_samples(other, 2, toy);
+    other.set_goals(naive_goals(other, 2, 16));
+    add_missing_samples(other, 16, toy);
+    naive.add(mean_of(other));
+  }
+  EXPECT_TRUE(statistical::mean_agrees(planned, 1.0, {0.01, 2}));
+  EXPECT_FALSE(statistical::mean_agrees(naive, 1.0, {1e-6, 1}));   // about -10 %
+  EXPECT_LT(naive.mean(), 0.98);
+}
+
+TEST(ImagePlan, rendered_scene_keeps_its_mean_and_the_naive_scheme_does_not) {
+  SceneDescription d = grey_room(kSize);
+  add_object(d, sphere(8), add_glass(d, 0.0f), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
+  d.lights.push_back(point_light(Vec3(0.3f, 0.1f, 0.8f), 8.0f, 0.1f));
+  const auto scene = build(d);
+  const std::atomic<bool> stop{false};
+  const auto integrator = make_path_tracer();
+  ASSERT_TRUE(integrator->follows_goals());
+  RunningMoments uniform, planned, naive;
+  for (uint32_t seed = 0; seed < 600; ++seed) {
+    Film a(0, 0, kSize, kSize, {"Combined"}), b(0, 0, kSize, kSize, {"Combined"}), c(0, 0, kSize, kSize, {"Combined"});
+    integrator->prepare(scene, seed);
+    ImagePlan plan(ErrorMeasure::Relative, 2, seed);
+    for (uint32_t done = 0; done < 20;) {
+      const uint32_t next = std::min(20u, plan.next_decision(done));
+      plan.plan(a, next);
+      integrator->run_iteration(a, int(next - done), stop);
+      done = next;
+    }
+    planned.add(mean_of(a));
+    integrator->prepare(scene, seed + 10000);
+    b.set_goals(std::vector<uint32_t>(kSize * kSize, 2));
+    integrator->run_iteration(b, 2, stop);
+    b.set_goals(naive_goals(b, 2, 16));
+    integrator->run_iteration(b, 14, stop);
+    naive.add(mean_of(b));
+    integrator->prepare(scene, seed + 20000);
+    integrator->run_iteration(c, 16, stop);
+    uniform.add(mean_of(c));
+  }
+  EXPECT_TRUE(statistical::means_agree(planned, uniform, {0.01, 2}));
+  EXPECT_FALSE(statistical::means_agree(naive, uniform, {1e-4, 1}));
+}
+
+TEST(ImagePlan, counts_of_a_colour_do_not_depend_on_its_own_samples_nor_on_late_ones_of_the_other) {
+  // Two pictures that share only what white's counts may look at: the first samples of black pixels.
+  const auto looked_at = [](uint32_t done) { return done < 32 ? 4u : done < 64 ? 8u : 16u; };
+  for (uint32_t seed = 0; seed < 8; ++seed) {
+    Film one(0, 0, 16, 13, {"Combined"}), two(0, 0, 16, 13, {"Combined"});
+    ImagePlan plan_one(ErrorMeasure::Perceptual, 4, 7), plan_two(ErrorMeasure::Perceptual, 4, 7);
+    bool blacks_differ = false;
+    for (uint32_t done = 0; done < 100;) {
+      const uint32_t next = std::min(100u, plan_one.next_decision(done));
+      plan_one.plan(one, next);
+      plan_two.plan(two, next);
+      for (size_t i = 0; i < one.goals().size(); ++i) {
+        const bool white = ((i % 16) + (i / 16)) % 2 == 1;
+        if (white) { ASSERT_EQ(one.goals()[i], two.goals()[i]) << "pixel " << i << " of seed " << seed << " at " << next; }
+        blacks_differ |= !white && one.goals()[i] != two.goals()[i];
+      }
+      add_missing_samples(one, next, [&](int x, int y, uint32_t index) { return rare(seed, x, y, index); });
+      add_missing_samples(two, next, [&](int x, int y, uint32_t index) {
+        const bool white = (x + y) % 2 == 1;
+        return rare(white || index >= looked_at(100) ? seed + 99 : seed, x, y, index);
+      });
+      done = next;
+    }
+    EXPECT_TRUE(blacks_differ);
+  }
+}
+
+TEST(ImagePlan, goals_sum_to_the_budget_and_keep_a_floor_however_the_render_is_cut) {
+  const Toy toy = [](int x, int y, uint32_t index) { return (x < 5 ? 10.0f : 0.1f) * random_number(3, x, y, index) + 1.0f; };
+  Film film(0, 0, 21, 17, {"Combined"}), other(0, 0, 21, 17, {"Combined"});
+  ImagePlan plan(ErrorMeasure::Relative, 4, 1), other_plan(ErrorMeasure::Relative, 4, 1);
+  follow_plan(plan, film, 75, toy);
+  follow_plan(other_plan, other, 75, toy, {1, 2, 3, 5, 7, 11, 30, 50, 70, 71, 72, 73, 74});
+  EXPECT_EQ(film.goals(), other.goals());
+  EXPECT_DOUBLE_EQ(film.sample_counts().mean, 75.0);
+  EXPECT_GE(film.sample_counts().least, 16u);
+  EXPECT_GT(film.sample_counts().most, 150u);
+  EXPECT_EQ(film.resolve("Combined", 1.0f), other.resolve("Combined", 1.0f));
+}
+
+TEST(ImagePlan, error_falls_as_theory_says_for_noise_in_a_corner) {
+  // One pixel in sixteen has standard deviation s, the others s / 20: the least sum of variances is (mean deviation)^2, here a seventh of
+  // what equal counts give. Smoothing, the floor and the first samples may cost half of that gain.
+  RunningMoments planned, uniform;
+  for (uint32_t seed = 0; seed < 60; ++seed) {
+    const Toy toy = [&](int x, int y, uint32_t index) { return 1.0f + (x < 8 && y < 8 ? 1.0f : 0.05f) * (random_number(seed, x, y, index) - 0.5f); };
+    Film film(0, 0, 32, 32, {"Combined"}), flat(0, 0, 32, 32, {"Combined"});
+    ImagePlan plan(ErrorMeasure::Relative, 4, seed);
+    follow_plan(plan, film, 32, toy);
+    add_missing_samples(flat, 32, toy);
+    for (auto [f, moments] : {std::pair(&film, &planned), std::pair(&flat, &uniform)}) {
+      const auto image = f->resolve("Combined", 1.0f);
+      double sum = 0.0;
+      for (size_t i = 0; i < image.size(); i += 4) sum += (double(image[i]) - 1.0) * (double(image[i]) - 1.0);
+      moments->add(sum);
+    }
+  }
+  EXPECT_GT(uniform.mean() / planned.mean(), 3.5);
+}
+
+TEST(ImagePlan, importance_moves_samples_and_not_the_mean) {
+  std::vector<float> importance(32 * 32, 1.0f);
+  for (size_t i = 0; i < importance.size(); i += 32)
+    for (size_t x = 0; x < 16; ++x) importance[i + x] = 4.0f;
+  RunningMoments mean;
+  double left = 0.0, right = 0.0;
+  for (uint32_t seed = 0; seed < 200; ++seed) {
+    const Toy toy = [&](int x, int y, uint32_t index) { return rare(seed, x, y, index); };
+    Film film(0, 0, 32, 32, {"Combined"});
+    ImagePlan plan(ErrorMeasure::Relative, 4, seed, importance);
+    follow_plan(plan, film, 32, toy);
+    mean.add(mean_of(film));
+    for (size_t i = 0; i < film.goals().size(); ++i) (i % 32 < 16 ? left : right) += film.goals()[i];
+  }
+  EXPECT_TRUE(statistical::mean_agrees(mean, 1.0));
+  EXPECT_NEAR(left / right, 4.0, 0.8);
+}
+
+TEST(ImagePlan, pictures_without_noise_and_of_one_pixel_get_equal_counts) {
+  for (int size : {1, 2, 9}) {
+    Film film(0, 0, size, size, {"Combined"});
+    ImagePlan plan(ErrorMeasure::Perceptual, 4, 1);
+    follow_plan(plan, film, 40, [](int, int, uint32_t) { return 0.5f; });
+    EXPECT_EQ(film.sample_counts().least, 40u);
+    EXPECT_EQ(film.sample_counts().most, 40u);
+  }
+}
+
+TEST(ImagePlan, early_samples_are_the_first_whatever_follows) {
+  Film film(0, 0, 1, 1, {"Combined"});
+  film.set_goals({1000});
+  for (int i = 0; i < 1000; ++i) film.add_sample(0, 0, Color(float(i)), 1.0f, nullptr);
+  for (uint32_t end : {1u, 2u, 4u, 64u, 512u}) {
+    film.early_samples().join(end);
+    EXPECT_FLOAT_EQ(film.early_samples().first(0).sum, 0.5f * float(end * (end - 1)));
+  }
+}
+
+namespace {
+
+struct Rendered {
+  std::vector<float> image, counts;
+  std::string statistics;
+};
+Rendered render(SceneDescription d, int threads) {
+  d.settings.threads = threads;
+  d.settings.image = "pmc_ip";
+  d.settings.passes = {"Combined", "Sample Count"};
+  Session session;
+  session.start(std::move(d));
+  EXPECT_TRUE(session.wait(60.0));
+  EXPECT_EQ(session.take_error(), "");
+  return {session.snapshot("Combined"), session.snapshot("Sample Count"), session.statistics_json()};
+}
+
+SceneDescription lit_room(int size) {
+  SceneDescription d = grey_room(size);
+  add_object(d, sphere(8), add_glass(d, 0.0f), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
+  d.lights.push_back(area_lamp(Vec3(0.3f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.4f, 8.0f));
+  d.settings.samples = 40;
+  return d;
+}
+
+}  // namespace
+
+TEST(ImageSampling, same_seed_same_image_for_any_number_of_threads) {
+  for (const char* integrator : {"path", "bdpt"}) {
+    SceneDescription d = lit_room(20);
+    d.settings.integrator = integrator;
+    const Rendered one = render(d, 1), many = render(d, 4);
+    EXPECT_EQ(one.image, many.image);
+    EXPECT_EQ(one.counts, many.counts);
+    EXPECT_NE(*std::min_element(one.counts.begin(), one.counts.end()), *std::max_element(one.counts.begin(), one.counts.end()));
+    EXPECT_NEAR(std::accumulate(one.counts.begin(), one.counts.end(), 0.0), 40.0 * 400.0, 0.5);
+  }
+}
+
+TEST(ImageSampling, regions_and_objects_of_importance_get_their_samples) {
+  SceneDescription d = lit_room(20);
+  const auto odds_of_the_right = [](const std::vector<float>& counts) {
+    double sum[2] = {0.0, 0.0};
+    for (size_t i = 0; i < counts.size(); ++i) sum[i % 20 >= 10] += double(counts[i]);
+    return sum[1] / sum[0];
+  };
+  const double before = odds_of_the_right(render(d, 2).counts);
+  d.settings.importance_region = {0.5f, 0.0f, 1.0f, 1.0f};
+  d.settings.importance_factor = 8.0f;
+  EXPECT_GT(odds_of_the_right(render(d, 2).counts), 2.0 * before);
+  EXPECT_TRUE(importance_map(*build(lit_room(20))).empty());
+  d.objects.back().importance = 0.5f;   // the ball, right of the middle
+  const std::vector<float> map = importance_map(*build(d));
+  ASSERT_EQ(map.size(), 400u);
+  EXPECT_EQ(map[0], 1.0f);
+  EXPECT_EQ(map[19], 8.0f);
+  EXPECT_GT(std::count(map.begin(), map.end(), 4.0f), 10);
+}
+
+TEST(ImageSampling, integrators_that_place_samples_themselves_say_so) {
+  SceneDescription d = lit_room(8);
+  d.settings.integrator = "metropolis";
+  d.settings.samples = 2;
+  EXPECT_NE(render(d, 1).statistics.find("places its samples itself"), std::string::npos);
+}
