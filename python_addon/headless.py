@@ -95,7 +95,7 @@ READERS: dict[str, Callable[[str], object]] = {
     "integrator": _name(INTEGRATORS, available_integrators),
     "direct": _name(DIRECT, lambda: set(DIRECT)),
     "direct-samples": _number(int, 1, 256),
-    "image": _name(IMAGE, lambda: {"uniform"}),
+    "image": _name(IMAGE, lambda: set(IMAGE)),
     "samples": _number(int, 1, 2**31 - 1),
     "time": _number(float, 1e-3, 1e9),
     "error": _number(float, 1e-12, 1e6),

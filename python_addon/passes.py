@@ -26,6 +26,8 @@ OWN = {  # property of our own settings -> pass
     "use_pass_albedo": Pass("Albedo", "RGB", "COLOR"),
     "use_pass_sample_count": Pass("Sample Count", "X", "VALUE"),
     "use_pass_variance": Pass("Variance", "X", "VALUE"),
+    "use_pass_error": Pass("Error", "X", "VALUE"),
+    "use_pass_perceptual_error": Pass("Perceptual Error", "X", "VALUE"),
 }
 
 

@@ -74,6 +74,20 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                                    items=DIRECT_ITEMS, default="mis")
     direct_samples: bpy.props.IntProperty(name="Direct Samples", description="Samples of direct light at each surface the camera sees",
                                           default=1, min=1, max=256)
+    image: bpy.props.EnumProperty(
+        name="Image Sampling", description="How samples are shared out among pixels", default="uniform",
+        items=[("uniform", "Uniform", "All pixels get the same number of samples", 0),
+               ("pmc_ip", "Adaptive (PMC-IP)", "Noisy pixels get more samples", 1)])
+    image_error: bpy.props.EnumProperty(
+        name="Even Out", description="The noise that adaptive sampling lowers", default="relative",
+        items=[("relative", "Relative Error", "Against the brightness of each pixel", 0),
+               ("perceptual", "Visible Error", "Against the differences that an eye can see", 1)])
+    importance_factor: bpy.props.FloatProperty(
+        name="Region Importance", description="Pixels in the region get this many times the samples, with the same mean", default=1.0, min=0.0, soft_max=10.0)
+    importance_min: bpy.props.FloatVectorProperty(name="Region From", description="Lower left corner, as a part of the frame", size=2,
+                                                  default=(0.0, 0.0), min=0.0, max=1.0)
+    importance_max: bpy.props.FloatVectorProperty(name="To", description="Upper right corner, as a part of the frame", size=2,
+                                                  default=(1.0, 1.0), min=0.0, max=1.0)
     samples: _int("samples", "Samples", "Samples per pixel", 64, "samples", 1, 2**24)
     time_limit: _float("time_limit", "Time Limit", "Seconds after which rendering stops; 0: none", 0.0, "time_limit", 0.0, 1e7,
                        subtype="TIME_ABSOLUTE")
@@ -109,8 +123,17 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     exposure: _float("exposure", "Exposure", "Factor on the light that the film receives", 1.0, "film_exposure", 0.0, 10.0)
 
 
+IMPORTANCE = {"name": "Importance", "description": "Pixels that show this get so many times the samples where sampling is adaptive, with "
+              "the same mean", "default": 1.0, "min": 0.0, "soft_max": 10.0}
+
+
+class AjarCollectionSettings(bpy.types.PropertyGroup):
+    importance: bpy.props.FloatProperty(**IMPORTANCE)
+
+
 class AjarObjectSettings(bpy.types.PropertyGroup):
-    """Of curves that are light paths."""
+    """The hints are of curves that are light paths."""
+    importance: bpy.props.FloatProperty(**IMPORTANCE)
     hint_enabled: bpy.props.BoolProperty(name="Use", description="Propose light along this curve", default=True)
     hint_spread: bpy.props.FloatProperty(name="Spread", description="Half-angle of the cone around each segment", subtype="ANGLE",
                                          default=0.0872665, min=1e-4, max=3.14159)
@@ -122,9 +145,12 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_albedo: bpy.props.BoolProperty(name="Albedo", description="Colour of the first surface without its light")
     use_pass_sample_count: bpy.props.BoolProperty(name="Sample Count", description="Samples that each pixel received")
     use_pass_variance: bpy.props.BoolProperty(name="Variance", description="Estimated variance of each pixel's mean")
+    use_pass_error: bpy.props.BoolProperty(name="Error", description="Estimated standard deviation of each pixel, relative to its brightness")
+    use_pass_perceptual_error: bpy.props.BoolProperty(
+        name="Perceptual Error", description="Estimated standard deviation of each pixel, in differences that an eye can just see")
 
 
-CLASSES = (AjarSceneSettings, AjarObjectSettings, AjarViewLayerSettings)
+CLASSES = (AjarSceneSettings, AjarObjectSettings, AjarCollectionSettings, AjarViewLayerSettings)
 
 
 def register() -> None:
@@ -132,11 +158,13 @@ def register() -> None:
         bpy.utils.register_class(cls)
     bpy.types.Scene.ajar = bpy.props.PointerProperty(type=AjarSceneSettings)
     bpy.types.Object.ajar = bpy.props.PointerProperty(type=AjarObjectSettings)
+    bpy.types.Collection.ajar = bpy.props.PointerProperty(type=AjarCollectionSettings)
     bpy.types.ViewLayer.ajar = bpy.props.PointerProperty(type=AjarViewLayerSettings)
 
 
 def unregister() -> None:
     del bpy.types.ViewLayer.ajar
+    del bpy.types.Collection.ajar
     del bpy.types.Object.ajar
     del bpy.types.Scene.ajar
     for cls in reversed(CLASSES):

@@ -44,6 +44,15 @@ class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
         column = self.column()
         for name in ("samples", "time_limit", "noise_target", "seed"):
             column.prop(settings, name)
+        column.separator()
+        column.prop(settings, "image")
+        if settings.image == "pmc_ip":
+            column.prop(settings, "image_error")
+            column.prop(settings, "importance_factor")
+            region = column.column(align=True)
+            region.active = settings.importance_factor != 1.0
+            region.prop(settings, "importance_min")
+            region.prop(settings, "importance_max")
 
 
 class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
@@ -98,6 +107,32 @@ class AJAR_OBJECT_PT_light_path(AjarPanel, Panel):
             column.prop(context.object.ajar, name)
 
 
+class AJAR_OBJECT_PT_importance(AjarPanel, Panel):
+    bl_label = "Sampling"
+    bl_context = "object"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.object is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.column().prop(context.object.ajar, "importance")
+
+
+class AJAR_COLLECTION_PT_importance(AjarPanel, Panel):
+    bl_label = "Sampling"
+    bl_context = "collection"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.collection is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.column().prop(context.collection.ajar, "importance")
+
+
 class AJAR_RENDER_PT_film(AjarPanel, Panel):
     bl_label = "Film"
     bl_options = {"DEFAULT_CLOSED"}
@@ -135,11 +170,12 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
         column = self.column()
         for name in ("use_pass_combined", "use_pass_z", "use_pass_position", "use_pass_normal", "use_pass_uv"):
             column.prop(view_layer, name)
-        for name in ("use_pass_albedo", "use_pass_sample_count", "use_pass_variance"):
+        for name in ("use_pass_albedo", "use_pass_sample_count", "use_pass_variance", "use_pass_error", "use_pass_perceptual_error"):
             column.prop(view_layer.ajar, name)
 
 
-CLASSES = (AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_light_paths, AJAR_OBJECT_PT_light_path, AJAR_RENDER_PT_film,
+CLASSES = (AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_light_paths, AJAR_OBJECT_PT_light_path, AJAR_OBJECT_PT_importance,
+           AJAR_COLLECTION_PT_importance, AJAR_RENDER_PT_film,
            AJAR_RENDER_PT_performance, AJAR_VIEWLAYER_PT_passes)
 
 

@@ -6,6 +6,7 @@ same thing here: a mesh, a list of materials, and a matrix for each appearance.
 
 from __future__ import annotations
 
+import math
 from array import array
 from dataclasses import dataclass
 
@@ -135,7 +136,13 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
         geometry.index = context.description.add_object(
             name=geometry.name, mesh=indices[key], materials=geometry.materials, visibility=geometry.visibility,
             holdout=owner.holdout_get(view_layer=context.view_layer), shadow_catcher=owner.is_shadow_catcher,
-            pass_index=owner.pass_index, color=tuple(owner.color))
+            pass_index=owner.pass_index, color=tuple(owner.color), importance=_importance(owner))
+
+
+def _importance(owner: bpy.types.Object) -> float:
+    """The object's own times that of each collection it is in."""
+    original = owner.original
+    return original.ajar.importance * math.prod(collection.ajar.importance for collection in original.users_collection)
 
 
 def _export_mesh(context: ExportContext, geometry: Geometry) -> int:

@@ -27,7 +27,10 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.integrator = _first(options.integrator, ours.integrator)
     out.direct = _first(options.direct, ours.direct)
     out.direct_samples = _first(options.direct_samples, ours.direct_samples)
-    out.image = _first(options.image, "uniform")
+    out.image = _first(options.image, ours.image)
+    out.image_error = ours.image_error
+    out.importance_region = (*ours.importance_min, *ours.importance_max)
+    out.importance_factor = ours.importance_factor
     out.samples = _first(options.samples, ours.samples)
     out.seconds = _first(options.time, ours.time_limit)
     out.target_error = _first(options.error, ours.noise_target)
