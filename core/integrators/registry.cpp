@@ -2,6 +2,7 @@
 #include "integrators/erpt.h"
 #include "integrators/integrator.h"
 #include "integrators/metropolis.h"
+#include "integrators/mps.h"
 #include "integrators/path_tracer.h"
 #include "integrators/photon_mapping.h"
 
@@ -14,7 +15,7 @@ const std::vector<IntegratorInfo>& integrator_list() {
       {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt},
       {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", nullptr},
       {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt},
-      {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", nullptr},
+      {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", make_mps},
       {"metropolis", "Metropolis", Honesty::Consistent, "Chains of mutations that dwell on the light paths that matter.", make_metropolis},
       {"photon_map", "Photon Mapping", Honesty::Consistent, "Photons from the lights, gathered at what the eye sees.", make_photon_mapping}};
   return list;

@@ -25,6 +25,12 @@ class Chain {
   struct Counts {
     uint64_t proposed = 0, accepted = 0, empty = 0;   ///< empty: proposals that carry nothing
     double acceptance = 0.0;                          ///< sum of a
+    void add(const Counts& other) {
+      proposed += other.proposed;
+      accepted += other.accepted;
+      empty += other.empty;
+      acceptance += other.acceptance;
+    }
   };
 
   Chain(const PathSpace& space, const std::vector<MutationShare>& mutations) : space_(&space), mutations_(&mutations), counts_(mutations.size()) {}

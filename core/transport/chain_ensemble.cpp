@@ -53,14 +53,38 @@ bool ChainEnsemble::begin(const PathSpace& space, const std::vector<MutationShar
   mutations_ = &mutations;
   seed_ = seed;
   first_seeds_ = seeds;
+  retired_counts_.assign(mutations.size(), {});
+  return restart(seeds, stop);
+}
+
+bool ChainEnsemble::restart(uint32_t seeds, const std::atomic<bool>& stop) {
+  const uint32_t first = seeds_done_;
   const std::vector<double> values = sample_seeds(seeds, stop);
   if (values.empty()) return false;
+  retire_chains();
+  start_chains(values, first);
+  return true;
+}
+
+void ChainEnsemble::retire_chains() {
+  for (const Numbered& numbered : chains_) {
+    retired_rays_ += numbered.chain.rays();
+    for (size_t m = 0; m < retired_counts_.size(); ++m) retired_counts_[m].add(numbered.chain.counts()[m]);
+  }
+  chains_.clear();
+  retired_steps_ += steps_done_;
+  steps_done_ = steps_wanted_ = 0;
+}
+
+void ChainEnsemble::start_chains(const std::vector<double>& values, uint32_t first_seed) {
+  const uint32_t start = starts_++;
   const double total = std::accumulate(values.begin(), values.end(), 0.0);
-  if (!(total > 0.0)) return true;
+  start_brightness_ = total / double(values.size());
+  if (!(total > 0.0)) return;
   Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kSeedStream));
-  sampler.start(~0u, 0);
+  sampler.start(~0u, start);
   const double offset = double(sampler.get_1d());
-  BidirectionalWalks walks(space.scene, space.film_area());
+  BidirectionalWalks walks(space_->scene, space_->film_area());
   Path path;
   double cumulative = 0.0;
   uint32_t index = 0;
@@ -69,7 +93,7 @@ bool ChainEnsemble::begin(const PathSpace& space, const std::vector<MutationShar
     while (index + 1 < values.size() && cumulative + values[index] <= target) cumulative += values[index++];
     double left = double(sampler.get_1d()) * values[index];
     const FoundPath* chosen = nullptr;
-    visit_seed(walks, index, [&](const FoundPath& found, double y) {
+    visit_seed(walks, first_seed + index, [&](const FoundPath& found, double y) {
       chosen = &found;
       left -= y;
       return left >= 0.0;
@@ -77,15 +101,14 @@ bool ChainEnsemble::begin(const PathSpace& space, const std::vector<MutationShar
     if (!chosen) continue;
     path.count = walks.copy_path(*chosen, path.vertices.data(), path.edges.data());
     path.film = chosen->film;
-    if (!space.complete(path, 1, path.count - 2)) {
+    if (!space_->complete(path, 1, path.count - 2)) {
       ++failed_starts_;
       continue;
     }
-    chains_.push_back({Chain(space, mutations), Sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream))});
+    chains_.push_back({Chain(*space_, *mutations_), Sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream))});
     chains_.back().chain.start(path);
-    chains_.back().sampler.start(uint32_t(c), 0);
+    chains_.back().sampler.start(uint32_t(c), start);
   }
-  return true;
 }
 
 void ChainEnsemble::count_steps() {
@@ -94,7 +117,7 @@ void ChainEnsemble::count_steps() {
 }
 
 uint64_t ChainEnsemble::rays() const {
-  uint64_t rays = seed_rays_;
+  uint64_t rays = seed_rays_ + retired_rays_;
   for (const Numbered& numbered : chains_) rays += numbered.chain.rays();
   return rays;
 }
@@ -102,18 +125,13 @@ uint64_t ChainEnsemble::rays() const {
 void ChainEnsemble::add_statistics(std::map<std::string, double>& extra) const {
   if (!mutations_) return;
   extra["chains"] = double(chains_.size());
-  extra["mutations"] = double(steps_done_);
+  extra["mutations"] = double(steps());
   extra["brightness"] = brightness_.mean();
   extra["brightness_relative_error"] = brightness_.mean() > 0.0 ? std::sqrt(brightness_.variance_of_mean()) / brightness_.mean() : 0.0;
   extra["failed_starts"] = double(failed_starts_);
   for (size_t m = 0; m < mutations_->size(); ++m) {
-    Chain::Counts sum;
-    for (const Numbered& numbered : chains_) {
-      const Chain::Counts& counts = numbered.chain.counts()[m];
-      sum.proposed += counts.proposed;
-      sum.accepted += counts.accepted;
-      sum.empty += counts.empty;
-    }
+    Chain::Counts sum = retired_counts_[m];
+    for (const Numbered& numbered : chains_) sum.add(numbered.chain.counts()[m]);
     const std::string name = (*mutations_)[m].mutation->name();
     extra["proposed_" + name] = double(sum.proposed);
     extra["accepted_" + name] = double(sum.accepted);

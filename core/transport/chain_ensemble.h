@@ -2,6 +2,9 @@
 //
 // Starts are drawn in proportion to their luminance from a first set of samples, evenly spaced along its cumulative sum; the
 // brightness is refined from further samples that start no chain. Chains are numbered, so results do not depend on the number of threads.
+//
+// Chains may be started over from new samples: what they visit since, scaled by the brightness of those samples alone, has no
+// start-up bias at all [Veach 1997, section 11.3.1], and no chain dwells long where it started.
 #pragma once
 
 #include <atomic>
@@ -22,11 +25,15 @@ class ChainEnsemble {
 
   /// Draw chains from `seeds` bidirectional samples. False when stopped; without light no chain starts.
   bool begin(const PathSpace& space, const std::vector<MutationShare>& mutations, uint32_t seed, uint32_t seeds, const std::atomic<bool>& stop);
+  /// Start all chains over from `seeds` new samples. False when stopped.
+  bool restart(uint32_t seeds, const std::atomic<bool>& stop);
   bool empty() const { return chains_.empty(); }
   size_t size() const { return chains_.size(); }
   /// Mean of the target over the film: what all splats of a film sum up to.
   double brightness() const { return brightness_.mean(); }
-  uint64_t steps() const { return steps_done_; }
+  /// That of the samples that the chains last started from.
+  double start_brightness() const { return start_brightness_; }
+  uint64_t steps() const { return retired_steps_ + steps_done_; }
   uint64_t seeds() const { return seeds_done_; }
   uint64_t rays() const;
   /// Steps, brightness, and how each mutation fared.
@@ -49,7 +56,7 @@ class ChainEnsemble {
         },
         tbb::simple_partitioner());
     count_steps();
-    const uint64_t seeds = first_seeds_ + steps_done_ / kStepsPerSeed;
+    const uint64_t seeds = first_seeds_ + this->steps() / kStepsPerSeed;
     if (seeds > seeds_done_) sample_seeds(uint32_t(seeds - seeds_done_), stop);
   }
 
@@ -61,6 +68,8 @@ class ChainEnsemble {
     uint64_t steps = 0;
   };
   template <class Visit> double visit_seed(BidirectionalWalks& walks, uint32_t index, Visit&& visit) const;
+  void start_chains(const std::vector<double>& values, uint32_t first_seed);
+  void retire_chains();
   std::vector<double> sample_seeds(uint32_t count, const std::atomic<bool>& stop);
   void count_steps();
 
@@ -68,8 +77,11 @@ class ChainEnsemble {
   const std::vector<MutationShare>* mutations_ = nullptr;
   uint32_t seed_ = 0, first_seeds_ = 0, seeds_done_ = 0;
   std::vector<Numbered> chains_;
+  std::vector<Chain::Counts> retired_counts_;         ///< of chains before the last start, by mutation
   RunningMoments brightness_;
-  uint64_t steps_done_ = 0, steps_wanted_ = 0, seed_rays_ = 0, failed_starts_ = 0;
+  double start_brightness_ = 0.0;
+  uint32_t starts_ = 0;
+  uint64_t steps_done_ = 0, steps_wanted_ = 0, retired_steps_ = 0, retired_rays_ = 0, seed_rays_ = 0, failed_starts_ = 0;
 };
 
 }  // namespace ajar

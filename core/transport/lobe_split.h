@@ -24,6 +24,12 @@ inline bool is_plain_lambert(const Bsdf& bsdf) {
          bsdf.lobe(0).frame.n == bsdf.n;
 }
 
+inline bool has_rough_lobe(const Bsdf& bsdf) {
+  for (int i = 0; i < bsdf.lobe_count(); ++i)
+    if (is_rough(bsdf.lobe(i))) return true;
+  return false;
+}
+
 /// Refers to `bsdf` where it has one part only; copies lobes only where it has both.
 class LobeSplit {
  public:

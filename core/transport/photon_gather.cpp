@@ -31,7 +31,7 @@ bool count_bounce(ShadingPoint& point, const BsdfSample& sample, const BounceLim
 }  // namespace
 
 Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension) {
-  if (scene_.lights().empty() || !bsdf.has_non_delta()) return Color(0.0f);
+  if (log_only_ || scene_.lights().empty() || !bsdf.has_non_delta()) return Color(0.0f);
   DirectVertex unused;
   return direct_.estimate({scene_, point, bsdf}, sampler, dimension, unused, nullptr, rays_);
 }
@@ -77,7 +77,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
     if (split.rough() && !last_chance) {
       // Reflections of rough surfaces get gather rays in proportion to what they can carry.
       const int rays = std::max(1, int(std::ceil(float(settings_.rays) * std::min(1.0f, max_component(beta)))));
-      radiance += beta * reflected(point, *split.rough(), rays, 0, sampler_, base + kRoughLight);
+      radiance += beta * reflected(point, *split.rough(), beta, rays, 0, sampler_, base + kRoughLight);
     }
     if (!split.sharp()) break;
     if (!last_chance) radiance += beta * direct_light(point, *split.sharp(), sampler_, base + kSharpLight);
@@ -109,8 +109,9 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
   return radiance;
 }
 
-Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, int rays, int depth, Sampler& sampler, uint32_t dimension) {
+Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth, Sampler& sampler, uint32_t dimension) {
   Color sum = direct_light(point, rough, sampler, dimension);
+  if (log_ && depth == 0 && (pixel_ + index_) % uint32_t(log_->stride[ArrivalMap::kSeen]) == 0) log_arrival(ArrivalMap::kSeen, point, throughput);
   if (maps_.has_caustic) sum += maps_.caustic.radiance(point, rough, {settings_.neighbours, maps_.caustic_radius});
   Color gathered(0.0f);
   for (int i = 0; i < rays; ++i) {
@@ -127,12 +128,14 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, in
     const auto sample = rough.sample(point.wo, u_lobe, own.get_2d());
     if (!sample || !(sample->pdf_solid_angle > 0.0f) || is_black(sample->f_cos)) continue;
     ++gathered_;
-    gathered += sample->f_cos / sample->pdf_solid_angle * incoming(point, *sample, depth, own, base + kGatherDimensions);
+    const Color weight = sample->f_cos / sample->pdf_solid_angle;
+    const bool logged = log_ && depth == 0 && (pixel_ + index_ + uint32_t(i)) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
+    gathered += weight * incoming(point, *sample, logged ? throughput * weight / float(rays) : Color(0.0f), depth, own, base + kGatherDimensions);
   }
   return sum + gathered / float(rays);
 }
 
-Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, int depth, Sampler& sampler, uint32_t dimension) {
+Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, Color throughput, int depth, Sampler& sampler, uint32_t dimension) {
   const BounceLimits& limits = scene_.settings().bounces;
   const DirectVertex origin{from.position, from.ns, first.pdf_solid_angle};
   ShadingPoint point = from;
@@ -160,11 +163,12 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
       radiance += beta * shading.emission * weight;
     }
     if (last_chance && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
-    if (!maps_.has_global && is_black(shading.bsdf.transparency())) break;
+    if (!maps_.has_global && !log_ && is_black(shading.bsdf.transparency())) break;
     const LobeSplit split(shading.bsdf, point.wo);
+    if (split.rough() && !last_chance && log_) log_arrival(ArrivalMap::kGathered, point, throughput * beta);
     if (split.rough() && !last_chance && maps_.has_global) {
       const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
-      radiance += beta * (near ? reflected(point, *split.rough(), 1, depth + 1, sampler, dimension + kVertexDimensions * (vertex + 1))
+      radiance += beta * (near ? reflected(point, *split.rough(), Color(0.0f), 1, depth + 1, sampler, dimension + kVertexDimensions * (vertex + 1))
                                : from_map(point, *split.rough()));
     }
     if (!split.sharp()) break;
@@ -222,6 +226,11 @@ bool PhotonGatherer::probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gat
   if (!find_rough(scene_.spawn_ray(point, sample->wi), point, shading)) return false;
   gathered = {point.position, pack_direction(point.ng)};
   return true;
+}
+
+void PhotonGatherer::log_arrival(int place, const ShadingPoint& point, Color throughput) {
+  const float y = luminance(throughput) * float(log_->stride[place]);
+  if (y > 0.0f) log_->at[place].push_back({{point.position, pack_direction(point.ng)}, y});
 }
 
 Color PhotonGatherer::from_map(const ShadingPoint& point, const Bsdf& rough) {

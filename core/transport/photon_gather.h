@@ -9,6 +9,7 @@
 #pragma once
 
 #include "sampling/sampler.h"
+#include "transport/arrival_map.h"
 #include "transport/direct_light.h"
 #include "transport/lobe_split.h"
 #include "transport/photon_map.h"
@@ -44,6 +45,11 @@ class PhotonGatherer {
     return sampler_;
   }
   Color trace(Ray ray, SampleAux* aux, float& alpha);
+  /// From now on, note where maps are looked up. `only`: and sample no direct light.
+  void log_arrivals(ArrivalLog* log, bool only) {
+    log_ = log;
+    log_only_ = only;
+  }
   /// Where a camera ray and one gather ray from there would look up the maps. False when they lead nowhere.
   bool probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gathered);
 
@@ -53,12 +59,13 @@ class PhotonGatherer {
 
  private:
   Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension);
-  /// Light scattered towards the eye by the rough lobes of a surface: direct, caustic and gathered.
-  Color reflected(const ShadingPoint& point, const Bsdf& rough, int rays, int depth, Sampler& sampler, uint32_t dimension);
+  /// Light scattered towards the eye by the rough lobes of a surface: direct, caustic and gathered. `throughput`: to the eye.
+  Color reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth, Sampler& sampler, uint32_t dimension);
   /// Light along a gather ray: emission of what it meets first, and what maps tell about the rough surface it comes to.
-  Color incoming(const ShadingPoint& from, const BsdfSample& sample, int depth, Sampler& sampler, uint32_t dimension);
+  Color incoming(const ShadingPoint& from, const BsdfSample& sample, Color throughput, int depth, Sampler& sampler, uint32_t dimension);
   /// Follow `ray` and sharp lobes to a rough surface.
   bool find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading);
+  void log_arrival(int place, const ShadingPoint& point, Color throughput);
   Color from_map(const ShadingPoint& point, const Bsdf& rough);
 
   const Scene& scene_;
@@ -67,6 +74,8 @@ class PhotonGatherer {
   MisDirectLight direct_;
   Sampler sampler_, gather_sampler_;
   uint32_t pixel_ = 0, index_ = 0;
+  ArrivalLog* log_ = nullptr;
+  bool log_only_ = false;
   uint64_t rays_ = 0, gathered_ = 0, from_sites_ = 0;
 };
 

@@ -1,0 +1,171 @@
+#include "integrators/gather_passes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <tbb/blocked_range2d.h>
+#include <tbb/combinable.h>
+#include <tbb/parallel_for.h>
+
+namespace ajar {
+
+namespace {
+
+constexpr int kTile = 16;
+constexpr int kProbes = 24;                 // per axis of the film, to choose radii
+constexpr int kReach = 60;                  // photons in a disc of the first pass, where the picture looks
+constexpr double kScoutShare = 4.0;         // lookups noted before the first pass, for each photon
+constexpr float kLargestRadius = 0.05f;     // of the scene's
+
+struct Counters {
+  uint64_t rays = 0, gathered = 0, from_sites = 0;
+};
+
+float median(std::vector<float>& values, float otherwise) {
+  if (values.empty()) return otherwise;
+  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+}  // namespace
+
+void GatherPasses::prepare(const Scene& scene, uint32_t seed, ArrivalMap* arrivals) {
+  *this = GatherPasses();
+  arrivals_ = arrivals;
+  scene_ = &scene;
+  seed_ = seed;
+  filter_ = PixelFilter(scene.settings().filter, scene.settings().filter_width);
+  gather_.rays = std::max(1, scene.settings().gather_rays);
+  // Photons weighed by lookups around them need lookups as wide as that: narrower ones, where photons crowd, would find too much.
+  if (arrivals) gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;
+}
+
+uint32_t GatherPasses::photon_count() const {
+  // By the full frame: a region of it uses the same maps.
+  const RenderSettings& s = scene_->settings();
+  return s.photons > 0 ? uint32_t(s.photons) : std::clamp(uint32_t(s.width) * uint32_t(s.height) / 2, 20000u, 500000u);
+}
+
+uint32_t GatherPasses::site_stride(uint32_t photons) const {
+  const RenderSettings& s = scene_->settings();
+  const double lookups = double(s.width) * s.height * gather_.rays / 8.0;
+  return uint32_t(std::clamp(4.0 * double(photons) / lookups, 4.0, 1e9));
+}
+
+void GatherPasses::choose_radii(const std::vector<Photon>& global, const std::vector<Photon>& caustic) {
+  if (pass_ == 0) {
+    maps_.global.build(global);
+    maps_.caustic.build(caustic);
+    choose_first_radii();
+  }
+  const float shrink = float(std::sqrt(radius2_factor(pass_)));
+  maps_.global_radius = first_global_radius_ * shrink;
+  maps_.caustic_radius = first_caustic_radius_ * shrink;
+}
+
+void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> caustic) {
+  maps_.global.build(std::move(global));
+  maps_.caustic.build(std::move(caustic));
+  maps_.has_global = !maps_.global.empty();
+  maps_.has_caustic = !maps_.caustic.empty();
+  maps_.sites.build(sites_, maps_.global, {gather_.neighbours, maps_.global_radius});
+}
+
+/// The radii of the first pass: the median reach of the neighbours sought, over where the picture will look the maps up. Photons
+/// crowd where light is, which need not be where it is looked for.
+void GatherPasses::choose_first_radii() {
+  const RenderSettings& settings = scene_->settings();
+  const float most = kLargestRadius * scene_->radius();
+  first_global_radius_ = first_caustic_radius_ = settings.photon_radius;
+  if (settings.photon_radius > 0.0f) return;
+  std::vector<float> global, caustic;
+  PhotonGatherer gatherer(*scene_, maps_, gather_, hash_combine(seed_, 0x70726f62U));
+  for (int i = 0; i < kProbes * kProbes; ++i) {
+    gatherer.start(uint32_t(i), 0);
+    const Vec2 on_film((float(i % kProbes) + 0.5f) / kProbes * float(settings.width), (float(i / kProbes) + 0.5f) / kProbes * float(settings.height));
+    SurfacePoint seen, gathered;
+    if (!gatherer.probe(scene_->camera().generate_ray(on_film, Vec2(0.5f), 0.0f), seen, gathered)) continue;
+    global.push_back(maps_.global.reach(gathered, kReach, most));
+    const float reach = maps_.caustic.reach(seen, kReach, most);
+    if (reach < most) caustic.push_back(reach);
+  }
+  first_global_radius_ = median(global, most);
+  first_caustic_radius_ = std::min(first_global_radius_, median(caustic, most));
+}
+
+/// Calls visit(gatherer, x, y, ray) for one sample of each pixel of the film, in parallel tiles.
+template <class Visit>
+void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals, const std::atomic<bool>& stop, Visit&& visit) {
+  const int width = film.width(), height = film.height(), columns = (width + kTile - 1) / kTile, rows = (height + kTile - 1) / kTile;
+  const int full_width = scene_->settings().width;
+  ArrivalLog log;
+  const auto stride = [&](double lookups) { return std::max(1, int(std::ceil(lookups / ArrivalMap::kMostLookups))); };
+  log.stride[ArrivalMap::kSeen] = stride(double(width) * height);
+  log.stride[ArrivalMap::kGathered] = stride(double(width) * height * gather_.rays);
+  std::vector<ArrivalLog> logs(arrivals_ ? size_t(columns) * size_t(rows) : 0, log);
+  tbb::combinable<Counters> counters;
+  tbb::parallel_for(
+      tbb::blocked_range2d<int>(0, rows, 1, 0, columns, 1),
+      [&](const tbb::blocked_range2d<int>& tile) {
+        if (stop.load(std::memory_order_relaxed)) return;
+        const int row = tile.rows().begin(), column = tile.cols().begin();
+        PhotonGatherer gatherer(*scene_, maps_, gather_, seed);
+        if (arrivals_) gatherer.log_arrivals(&logs[size_t(row) * size_t(columns) + size_t(column)], only_arrivals);
+        for (int y = row * kTile; y < std::min((row + 1) * kTile, height); ++y) {
+          for (int x = column * kTile; x < std::min((column + 1) * kTile, width); ++x) {
+            if (stop.load(std::memory_order_relaxed)) return;
+            const int px = film.x0() + x, py = film.y0() + y;
+            Sampler& sampler = gatherer.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), sample);
+            const Vec2 offset = filter_.sample(sampler.get_2d());
+            const Vec2 on_film(float(px) + 0.5f + offset.x, float(py) + 0.5f + offset.y);
+            const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
+            visit(gatherer, px, py, scene_->camera().generate_ray(on_film, u_lens, 0.0f));
+          }
+        }
+        Counters& c = counters.local();
+        c.rays += gatherer.rays();
+        c.gathered += gatherer.gathered();
+        c.from_sites += gatherer.from_sites();
+      },
+      tbb::simple_partitioner());
+  counters.combine_each([&](const Counters& c) { rays_ += c.rays, gathered_ += c.gathered, from_sites_ += c.from_sites; });
+  if (arrivals_ && !stop.load(std::memory_order_relaxed)) arrivals_->add(logs);
+}
+
+void GatherPasses::scout(const Film& film, const std::atomic<bool>& stop) {
+  // Several times over where pixels are few for the photons.
+  const double lookups = double(film.width()) * film.height() * gather_.rays;
+  const auto samples = uint32_t(std::ceil(std::min(double(ArrivalMap::kMostLookups), kScoutShare * double(photon_count())) / lookups));
+  for (uint32_t sample = 0; sample < samples; ++sample)
+    for_each_pixel(film, hash_combine(seed_, 0x73636f75U), sample, true, stop, [](PhotonGatherer& gatherer, int, int, const Ray& ray) {
+      float alpha = 1.0f;
+      gatherer.trace(ray, nullptr, alpha);
+    });
+}
+
+void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
+  const bool wants_aux = film.wants_aux();
+  for_each_pixel(film, seed_, pass_, false, stop, [&](PhotonGatherer& gatherer, int px, int py, const Ray& ray) {
+    SampleAux aux;
+    float alpha = 1.0f;
+    const Color radiance = gatherer.trace(ray, wants_aux ? &aux : nullptr, alpha);
+    film.add_sample(px, py, radiance, alpha, &aux);
+  });
+  paths_ += uint64_t(film.width()) * uint64_t(film.height());
+  ++pass_;
+}
+
+void GatherPasses::add_statistics(IntegratorStatistics& s) const {
+  s.rays += rays_;
+  s.paths += paths_;
+  s.extra["passes"] = double(pass_);
+  s.extra["photons"] = double(maps_.global.size());
+  s.extra["caustic_photons"] = double(maps_.caustic.size());
+  s.extra["irradiance_sites"] = double(maps_.sites.size());
+  s.extra["photon_bytes"] = double(maps_.global.memory_bytes() + maps_.caustic.memory_bytes() + maps_.sites.memory_bytes());
+  s.extra["photon_radius"] = double(maps_.global_radius);
+  s.extra["caustic_radius"] = double(maps_.caustic_radius);
+  s.extra["gather_rays_from_sites"] = gathered_ > 0 ? double(from_sites_) / double(gathered_) : 0.0;
+}
+
+}  // namespace ajar
