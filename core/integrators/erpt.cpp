@@ -153,7 +153,7 @@ class EnergyRedistribution final : public Integrator {
       for (int step = 0; step < kChainSteps; ++step) {
         worker.chain.step(sampler, [&](const Path& path, double weight) {
           const PathSpace::Place place = space_->place(path.film, sampler.get_2d());
-          film.add_splat(place.x, place.y, path.f * float(deposit * weight * double(place.weight) / double(path.target)), i & 1);
+          film.add_splat(place.x, place.y, path.splat(deposit * weight * double(place.weight)), i & 1);
         });
       }
       worker.tally.steps += kChainSteps;

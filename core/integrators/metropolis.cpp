@@ -66,7 +66,7 @@ class Metropolis final : public Integrator {
   void run_chains(Film& film, uint64_t steps, const std::atomic<bool>& stop) {
     chains_.run(steps, stop, [&](size_t chain, const Path& path, double weight, Sampler& sampler) {
       const PathSpace::Place place = space_->place(path.film, sampler.get_2d());
-      film.add_splat(place.x, place.y, path.f * float(weight * double(place.weight) / double(path.target)), chain & 1);
+      film.add_splat(place.x, place.y, path.splat(weight * double(place.weight)), chain & 1);
     });
   }
 

@@ -45,9 +45,18 @@ class Chain {
   const std::vector<Counts>& counts() const { return counts_; }
   uint64_t rays() const { return rays_; }
 
+  /// What a step did: which mutation it proposed by, how likely the proposal was to be taken, how far that would have moved what
+  /// is seen (in pixels), and its rays.
+  struct Step {
+    size_t mutation = 0;
+    double acceptance = 0.0;
+    float film_distance = 0.0f;
+    uint32_t rays = 0;
+  };
+
   /// One step; visit(path, weight) for both states with the weights of their splats, which sum to 1.
   template <class Visit>
-  void step(Sampler& sampler, Visit&& visit) {
+  Step step(Sampler& sampler, Visit&& visit) {
     const Path& x = *current_;
     const double total = suiting_share(x);
     double left = double(sampler.get_1d()) * total;
@@ -64,10 +73,11 @@ class Chain {
     Counts& counts = counts_[k];
     ++counts.proposed;
     Path& y = *proposal_;
+    const uint64_t rays_before = rays_;
     double acceptance = 0.0;
     if (mutation.sample(x, sampler, y, rays_) && mutation.suits(y)) {
       const double there = mutation.pdf(x, y) / total, back = mutation.pdf(y, x) / suiting_share(y);
-      if (there > 0.0) acceptance = std::min(1.0, double(y.target) * back / (double(x.target) * there));
+      if (there > 0.0) acceptance = std::min(1.0, y.target * back / (x.target * there));
       if (!(acceptance >= 0.0)) acceptance = 0.0;
     } else {
       ++counts.empty;
@@ -75,10 +85,12 @@ class Chain {
     counts.acceptance += acceptance;
     if (acceptance < 1.0) visit(x, 1.0 - acceptance);
     if (acceptance > 0.0) visit(y, acceptance);
+    const Step done{k, acceptance, acceptance > 0.0 ? glm::length(y.film - x.film) : 0.0f, uint32_t(rays_ - rays_before)};
     if (double(sampler.get_1d()) < acceptance) {
       ++counts.accepted;
       std::swap(current_, proposal_);
     }
+    return done;
   }
 
  private:

@@ -67,12 +67,12 @@ float PathSpace::filter_sum(Vec2 film) const {
 }
 
 bool PathSpace::complete(Path& path, int first, int last) const {
-  path.target = 0.0f;
-  path.f = Color(0.0f);
+  path.target = 0.0;
+  path.f = glm::dvec3(0.0);
   const int n = path.count;
   if (n < 2 || n > max_vertices) return false;
-  const float filters = filter_sum(path.film);
-  if (!(filters > 0.0f)) return false;
+  const float here = weight(path.film);
+  if (!(here > 0.0f)) return false;
   if (without_direct && first_joinable_from_eye(path) <= 1) return false;
   path.film_density = lens_density(scene, path.edges[size_t(n - 2)]);
   for (int i = std::max(1, first); i <= std::min(n - 2, last); ++i) {
@@ -81,8 +81,8 @@ bool PathSpace::complete(Path& path, int first, int last) const {
     if (is_black(s.f)) return false;
   }
   path.light = light_end(scene, path.vertices[0], path.vertices[1], path.edges[0]);
-  // f in double: products of many small factors.
-  glm::dvec3 f(path.light.radiance);
+  glm::dvec3& f = path.f;
+  f = glm::dvec3(path.light.radiance);
   f *= double(path.film_density) * pdf_lens_area();
   for (int i = 0; i < n - 1; ++i) {
     const PathEdge& edge = path.edges[size_t(i)];
@@ -95,10 +95,9 @@ bool PathSpace::complete(Path& path, int first, int last) const {
     for (int i = 2; i <= n - 2; ++i) bounces.add(path.vertices[size_t(i)], path.to_eye(i), path.to_light(i), path.vertices[size_t(i)].specular);
     f *= double(bounces.factor());
   }
-  path.f = Color(f);
-  path.target = luminance(path.f) * filters;
-  if (!(path.target > 0.0f) || !is_finite(path.f)) {
-    path.target = 0.0f;
+  path.target = luminance(f) * double(here);
+  if (!(path.target > 0.0) || !std::isfinite(path.target)) {
+    path.target = 0.0;
     return false;
   }
   path.hit_choice = 1.0f;

@@ -4,12 +4,16 @@
 // (path_vertex.h). `specular` flags are part of the path: two paths are compared only when they have the same ones.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "film/filter.h"
+#include "transport/film_importance.h"
 #include "transport/walk.h"
 
 namespace ajar {
+
+inline double luminance(const glm::dvec3& c) { return 0.2126729 * c.x + 0.7151522 * c.y + 0.0721750 * c.z; }
 
 struct Path {
   int count = 0;                      ///< vertices, light and lens included; at least 2
@@ -17,8 +21,9 @@ struct Path {
   LightEnd light;
   float hit_choice = 1.0f;            ///< chance that a walk from the eye takes this light among those its last ray meets
   float film_density = 0.0f;          ///< pixels^2 per solid angle along the last edge
-  Color f{0.0f};                      ///< measurement contribution, before the pixel filters
-  float target = 0.0f;                ///< luminance of f times the sum of the filters at `film`: what chains follow
+  /// Measurement contribution, before the pixel filters. In doubles, as the target: squares of small distances multiply.
+  glm::dvec3 f{0.0};
+  double target = 0.0;                ///< luminance of f times PathSpace::weight at `film`: what chains follow
   std::array<PathVertex, kMaxPathVertices> vertices;
   std::array<PathEdge, kMaxPathVertices> edges;             ///< i joins vertices i and i + 1
   std::array<Scattering, kMaxPathVertices> scattering;      ///< of vertices 1 .. count - 2
@@ -34,7 +39,17 @@ struct Path {
     const Vec3 ng = vertices[size_t(i)].point.ng;
     return glm::dot(ng, to_light(i)) * glm::dot(ng, to_eye(i)) < 0.0f;
   }
+  /// What the path splats when it carries `weight` of target.
+  Color splat(double weight) const { return Color(f * (weight / target)); }
   bool joinable(int i) const { return !vertices[size_t(i)].specular; }
+  /// Does light scatter widely enough here that its path may be joined anew at this vertex? Where it does not, mutations follow the lobe
+  /// as they follow a mirror.
+  bool rough(int i) const {
+    constexpr float kSharp = 5.0f;  // per solid angle: a cone of about 15 degrees
+    if (i == 0 || i == count - 1) return joinable(i);
+    const Scattering& s = scattering[size_t(i)];
+    return joinable(i) && std::max(s.pdf_to_light, s.pdf_to_eye) < kSharp;
+  }
 
   /// Density of vertex i by a walk that has reached its neighbour; per area (solid angle for a light at infinity). For
   /// i = count - 2 the film point has density 1 per pixel^2; for count - 1 it is the lens's own.
@@ -78,6 +93,9 @@ class PathSpace {
   };
   Place place(Vec2 film, Vec2 u) const;
   float filter_sum(Vec2 film) const;
+  FilmImportance importance;          ///< where chains shall dwell more
+  /// Sum of the filters times importance.
+  float weight(Vec2 film) const { return filter_sum(film) * importance.at(film); }
 
   /// Fill in everything that follows from vertices, flags, edges (with transmittance) and film: scattering for the vertices
   /// first .. last (those of other vertices are kept), light end, f, target. False when nothing arrives.

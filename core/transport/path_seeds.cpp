@@ -14,7 +14,7 @@ double PathSeeds::sample(Sampler& sampler) {
     }
     // Walks from the eye have density 1 per pixel^2; those that end on the lens cover the whole film.
     const double area = path.t > 1 ? space_.film_area() : 1.0;
-    const double energy = double(luminance(path.contribution)) * double(space_.filter_sum(path.film)) * area;
+    const double energy = double(luminance(path.contribution)) * double(space_.weight(path.film)) * area;
     if (!(energy > 0.0) || !std::isfinite(energy)) continue;
     sum += energy;
     found_.push_back({&path, sum});

@@ -13,9 +13,12 @@ using namespace ajar::fixtures;
 
 namespace {
 
-std::shared_ptr<const Scene> scene_named(const std::string& name) {
-  for (TransportScene& s : transport_scenes())
-    if (s.name == name) return build(s.description);
+std::shared_ptr<const Scene> scene_named(const std::string& name, int size) {
+  for (TransportScene& s : transport_scenes()) {
+    if (s.name != name) continue;
+    s.description.settings.width = s.description.settings.height = size;
+    return build(s.description);
+  }
   return nullptr;
 }
 
@@ -25,7 +28,8 @@ struct Kernels {
   PathSpace space;
   std::vector<std::unique_ptr<Mutation>> all;
 
-  explicit Kernels(const std::string& name, bool without_direct = true) : scene(scene_named(name)), space(*scene, 0, 0, 12, 12, without_direct) {
+  explicit Kernels(const std::string& name, bool without_direct = true, int size = 12)
+      : scene(scene_named(name, size)), space(*scene, 0, 0, size, size, without_direct) {
     all.push_back(std::make_unique<BidirectionalMutation>(space));
     all.push_back(std::make_unique<LensPerturbation>(space));
     all.push_back(std::make_unique<CausticPerturbation>(space));
@@ -48,7 +52,7 @@ struct Kernels {
   }
 };
 
-const char* const kSceneNames[] = {"area_lamp", "glass_ball", "rough_glass_and_mirror", "point_light", "sun", "environment", "thin_lens", "see_through"};
+const char* const kSceneNames[] = {"area_lamp", "glass_ball", "rough_glass_and_mirror", "polished", "point_light", "sun", "environment", "thin_lens", "see_through"};
 
 }  // namespace
 
@@ -68,7 +72,7 @@ TEST_P(MutationsOf, what_can_be_proposed_has_a_density_both_ways_and_keeps_what_
       for (int i = 0; i < 200; ++i) {
         if (!k.all[m]->sample(*from, sampler, *to, rays)) continue;
         ++proposed[m];
-        ASSERT_GT(to->target, 0.0f);
+        ASSERT_GT(to->target, 0.0);
         const double there = k.all[m]->pdf(*from, *to), back = k.all[m]->pdf(*to, *from);
         ASSERT_TRUE(std::isfinite(there) && std::isfinite(back));
         if (!(there > 0.0)) ++unknown[m];
@@ -78,7 +82,7 @@ TEST_P(MutationsOf, what_can_be_proposed_has_a_density_both_ways_and_keeps_what_
         // Contribution and densities follow from the path alone.
         auto copy = std::make_unique<Path>(*to);
         ASSERT_TRUE(k.space.complete(*copy, 1, copy->count - 2));
-        EXPECT_NEAR(copy->target, to->target, 1e-3f * to->target);
+        EXPECT_NEAR(copy->target, to->target, 1e-3 * to->target);
       }
     }
   }
@@ -95,7 +99,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, MutationsOf, ::testing::ValuesIn(kSceneNames), 
 class DensityOf : public ::testing::TestWithParam<int> {};
 
 TEST_P(DensityOf, one_over_the_density_integrates_to_the_area_of_a_region) {
-  const Kernels k("area_lamp", false);
+  const Kernels k("area_lamp", false, 48);  // edges must not look short
   const Mutation& mutation = *k.all[size_t(GetParam())];
   // light, another wall, the back wall as seen, lens: vertex 2 moves within a patch.
   const auto in_region = [](Vec3 p) { return std::abs(p.y - 1.0f) < 1e-3f && std::abs(p.x + 0.2f) < 0.1f && std::abs(p.z - 0.3f) < 0.1f; };
@@ -113,7 +117,8 @@ TEST_P(DensityOf, one_over_the_density_integrates_to_the_area_of_a_region) {
     double value = 0.0;
     if (mutation.sample(*from, sampler, *to, rays) && to->count == 4 && in_region(to->vertices[2].position())) {
       const SharedEnds shared = shared_ends(*from, *to);
-      if (shared.light == 2 && shared.eye == 1) value = 1.0 / mutation.pdf(*from, *to);
+      const double pdf = mutation.pdf(*from, *to);
+      if (shared.light == 2 && shared.eye == 1 && pdf > 0.0) value = 1.0 / pdf;  // none: rounding at the ends of the range
     }
     moments.add(value);
   }
@@ -163,4 +168,4 @@ TEST_P(StationaryFor, a_chain_stays_in_the_distribution_of_its_target) {
   for (int i = 0; i < 4; ++i)
     EXPECT_NEAR(plain[i].mean(), mixed[i].mean(), 4.5 * std::sqrt(plain[i].variance_of_mean() + mixed[i].variance_of_mean()) + 1e-4) << "statistic " << i;
 }
-INSTANTIATE_TEST_SUITE_P(Kernels, StationaryFor, ::testing::Combine(::testing::Values(1, 2), ::testing::Values("glass_ball", "rough_glass_and_mirror", "sun")));
+INSTANTIATE_TEST_SUITE_P(Kernels, StationaryFor, ::testing::Combine(::testing::Values(1, 2), ::testing::Values("glass_ball", "rough_glass_and_mirror", "polished", "sun")));

@@ -112,6 +112,11 @@ inline std::vector<TransportScene> transport_scenes() {
     add_object(d, cube(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.4f), moved(Vec3(-0.5f, 0.4f, -0.7f), 0.25f));
     d.lights.push_back(lamp);
   });
+  add("polished", [&](SceneDescription& d) {
+    add_object(d, sphere(), add_glossy(d, 0.15f), ball);
+    add_object(d, cube(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.2f), moved(Vec3(-0.5f, 0.4f, -0.7f), 0.25f));
+    d.lights.push_back(lamp);
+  });
   add("point_light", [&](SceneDescription& d) {
     add_object(d, sphere(), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
     d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 8.0f));

@@ -13,12 +13,12 @@ CausticPerturbation::CausticPerturbation(const PathSpace& space)
 
 int CausticPerturbation::turned(const Path& path) {
   int i = path.count - 3;
-  while (i > 0 && !path.joinable(i)) --i;
+  while (i > 0 && !path.rough(i)) --i;
   return i;
 }
 
 bool CausticPerturbation::suits(const Path& from) const {
-  if (from.count < 3 || !from.joinable(from.count - 2)) return false;
+  if (from.count < 3 || !from.rough(from.count - 2)) return false;
   // A delta sun has one direction, but its rays can be shifted as any distant light's.
   return true;
 }
@@ -66,16 +66,14 @@ bool CausticPerturbation::sample(const Path& from, Sampler& sampler, Path& to, u
     if (!grow(scene, ray, false, false, to, i, sampler, rays)) return false;
     PathVertex& vertex = to.vertices[size_t(i)];
     vertex.specular = !from.joinable(i);
-    if (!vertex.specular) {
-      if (!vertex.connectable()) return false;
-      break;  // i == n - 2
-    }
-    const auto followed = follow_direction(vertex, to.to_light(i), from.transmits(i), sampler.get_1d());
-    if (!followed) return false;
-    ray = scene.spawn_ray(vertex.point, followed->wi);
+    if (!vertex.specular && !vertex.connectable()) return false;
+    if (i == n - 2) break;
+    const auto repeated = repeat_bounce(from, i, vertex, to.to_light(i), sampler);
+    if (!repeated) return false;
+    ray = scene.spawn_ray(vertex.point, *repeated);
   }
   if (!join_at(scene, to, n - 2, rays) || !arrive_on_film(space_, to)) return false;
-  return space_.complete(to, first, n - 2);
+  return space_.complete(to, first, n - 2) && same_configuration(from, to);
 }
 
 double CausticPerturbation::pdf(const Path& from, const Path& to) const {
@@ -96,7 +94,7 @@ double CausticPerturbation::pdf(const Path& from, const Path& to) const {
     pdf = pixels_.pdf_length(angle / scale) / scale / (2.0 * M_PI * std::sin(angle));
   }
   for (int i = first + 1; i <= n - 2; ++i) {
-    if (i > first + 1) pdf *= to.scattering[size_t(i - 1)].follow_to_eye;
+    if (i > first + 1) pdf *= pdf_of_repeated(from, to, i - 1, false);
     pdf *= to.light_step(i);
   }
   return pdf;

@@ -4,13 +4,28 @@
 
 namespace ajar {
 
+namespace {
+/// Edges shorter than ten pixels are wide where the eye looks are too near to be joined: light along them changes with every step.
+constexpr float kNear = 0.01f;
+}  // namespace
+
 LensPerturbation::LensPerturbation(const PathSpace& space)
-    : space_(space), film_step_{0.1f, std::max(1.0f, float(std::sqrt(0.05 * space.film_area() / M_PI)))}, angle_step_{0.0005f, 0.2f} {}
+    : LensPerturbation(space, "lens", {0.1f, std::max(1.0f, float(std::sqrt(0.05 * space.film_area() / M_PI)))}) {}
+
+LensPerturbation::LensPerturbation(const PathSpace& space, const char* name, LogarithmicStep film_step)
+    : space_(space), name_(name), film_step_(film_step), angle_step_{0.0005f, 0.2f} {}
 
 int LensPerturbation::first_changed(const Path& path) {
-  for (int i = first_joinable_from_eye(path); i > 0; --i)
-    if (path.joinable(i) && path.joinable(i - 1)) return i;
-  return 0;
+  // Distance from the eye, over chains of bounces too.
+  float travelled = path.vertices[size_t(path.count - 1)].distant ? 1.0f : 0.0f;
+  int near = 0;
+  for (int i = path.count - 2; i > 0; --i) {
+    if (!path.vertices[size_t(path.count - 1)].distant) travelled += 1.0f / std::sqrt(path.edges[size_t(i)].inverse_square);
+    if (!path.rough(i) || !path.rough(i - 1)) continue;
+    if (i == 1 || travelled * travelled * path.edges[size_t(i - 1)].inverse_square < kNear * path.film_density) return i;
+    if (near == 0) near = i;
+  }
+  return near;
 }
 
 bool LensPerturbation::suits(const Path& from) const {
@@ -42,18 +57,18 @@ bool LensPerturbation::sample(const Path& from, Sampler& sampler, Path& to, uint
     if (!vertex.specular && !vertex.connectable()) return false;
     if (i == first) break;
     Vec3 direction;
-    if (vertex.specular) {
-      const auto followed = follow_direction(vertex, to.to_eye(i), from.transmits(i), sampler.get_1d());
-      if (!followed) return false;
-      direction = followed->wi;
-    } else {
+    if (from.rough(i)) {
       const Vec2 u_turn = sampler.get_2d();
       direction = turn(from.to_light(i), angle_step_.sample(u_turn.x), u_turn.y);
+    } else {
+      const auto repeated = repeat_bounce(from, i, vertex, to.to_eye(i), sampler);
+      if (!repeated) return false;
+      direction = *repeated;
     }
     ray = scene.spawn_ray(vertex.point, direction);
   }
   if (first > 0 && !join_at(scene, to, first - 1, rays)) return false;
-  return space_.complete(to, first - 1, n - 2);
+  return space_.complete(to, first - 1, n - 2) && same_configuration(from, to) && first_changed(to) == first;
 }
 
 double LensPerturbation::pdf(const Path& from, const Path& to) const {
@@ -64,8 +79,7 @@ double LensPerturbation::pdf(const Path& from, const Path& to) const {
   double pdf = film_step_.pdf_area(double(glm::length(to.film - from.film))) * to.film_density;
   for (int i = n - 2; i >= first; --i) {
     if (i < n - 2)
-      pdf *= to.joinable(i + 1) ? angle_step_.pdf_solid_angle(angle_between(from.to_light(i + 1), to.to_light(i + 1)))
-                                : double(to.scattering[size_t(i + 1)].follow_to_light);
+      pdf *= to.rough(i + 1) ? angle_step_.pdf_solid_angle(angle_between(from.to_light(i + 1), to.to_light(i + 1))) : pdf_of_repeated(from, to, i + 1, true);
     pdf *= to.eye_step(i);
   }
   return first == 0 ? pdf * to.hit_choice : pdf;

@@ -67,11 +67,49 @@ inline bool arrive_on_film(const PathSpace& space, Path& path) {
   return seen.kind != VertexKind::Surface || !seen.point.instance || (seen.point.instance->visibility & kVisibleCamera);
 }
 
-/// Do two paths differ in vertices first .. last only, with the same kind of bounce at each vertex?
+/// A sharp reflection is repeated about the same half vector (in the frame of the normal) with this chance, turned a little; else the BSDF draws it.
+constexpr float kSameHalfVector = 0.7f;
+constexpr LogarithmicStep kHalfVectorStep{0.0005f, 0.1f};
+
+/// Where light would go on from `vertex`, which it meets from `wo`, if reflected about the half vector that `like` has at this index.
+inline Vec3 reflect_alike(const Path& like, int index, const PathVertex& vertex, Vec3 wo) {
+  const Vec3 half = Frame(vertex.point.ns).to_world(Frame(like.vertices[size_t(index)].point.ns).to_local(glm::normalize(like.to_light(index) + like.to_eye(index))));
+  return 2.0f * glm::dot(wo, half) * half - wo;
+}
+
+/// The next direction of a walk that goes on from `vertex` as light does in `like` at the same place: it follows specular lobes of the same kind and
+/// repeats sharp reflections.
+inline std::optional<Vec3> repeat_bounce(const Path& like, int index, const PathVertex& vertex, Vec3 wo, Sampler& sampler) {
+  const float u_lobe = sampler.get_1d();
+  if (vertex.specular) {
+    const auto followed = follow_direction(vertex, wo, like.transmits(index), u_lobe);
+    if (!followed) return {};
+    return followed->wi;
+  }
+  const float u_kind = sampler.get_1d();
+  const Vec2 u = sampler.get_2d();
+  if (!like.transmits(index) && u_kind < kSameHalfVector) return turn(reflect_alike(like, index, vertex, wo), kHalfVectorStep.sample(u.x), u.y);
+  const auto drawn = sample_direction(vertex, wo, u_lobe, u);
+  if (!drawn || drawn->specular || (drawn->flags & kTransparent)) return {};
+  return drawn->wi;
+}
+
+/// Its density, per solid angle (discrete when specular), for walks towards the light or towards the eye.
+inline double pdf_of_repeated(const Path& like, const Path& to, int index, bool towards_light) {
+  const Scattering& s = to.scattering[size_t(index)];
+  if (!to.joinable(index)) return double(towards_light ? s.follow_to_light : s.follow_to_eye);
+  const double drawn = double(towards_light ? s.pdf_to_light : s.pdf_to_eye);
+  if (like.transmits(index)) return drawn;
+  const Vec3 wo = towards_light ? to.to_eye(index) : to.to_light(index), wi = towards_light ? to.to_light(index) : to.to_eye(index);
+  const double repeated = kHalfVectorStep.pdf_solid_angle(angle_between(reflect_alike(like, index, to.vertices[size_t(index)], wo), wi));
+  return double(kSameHalfVector) * repeated + double(1.0f - kSameHalfVector) * drawn;
+}
+
+/// Do two paths have the same kind of bounce at each vertex: specular (and to which side), sharp, or rough?
 inline bool same_configuration(const Path& a, const Path& b) {
   if (a.count != b.count) return false;
   for (int i = 1; i < a.count - 1; ++i)
-    if (a.joinable(i) != b.joinable(i) || (!a.joinable(i) && a.transmits(i) != b.transmits(i))) return false;
+    if (a.joinable(i) != b.joinable(i) || a.rough(i) != b.rough(i) || (!a.joinable(i) && a.transmits(i) != b.transmits(i))) return false;
   return true;
 }
 
