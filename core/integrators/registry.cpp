@@ -5,6 +5,7 @@
 #include "integrators/mps.h"
 #include "integrators/path_tracer.h"
 #include "integrators/photon_mapping.h"
+#include "integrators/pmc_path.h"
 
 namespace ajar {
 
@@ -13,7 +14,7 @@ const std::vector<IntegratorInfo>& integrator_list() {
       {"auto", "Auto", Honesty::Unbiased, "Chooses the technique for each scene.", nullptr},
       {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer},
       {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt},
-      {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", nullptr},
+      {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", make_pmc_path},
       {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt},
       {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", make_mps},
       {"metropolis", "Metropolis", Honesty::Consistent, "Chains of mutations that dwell on the light paths that matter.", make_metropolis},

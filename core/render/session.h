@@ -29,7 +29,6 @@ struct Progress {
   double estimated_relmse = -1.0, estimated_perceptual_error = -1.0;   ///< as the film estimates them
 };
 
-
 struct ErrorPoint {
   double seconds, samples, relmse, perceptual;
 };

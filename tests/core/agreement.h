@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "integrators/integrator.h"
 #include "render/session.h"
 #include "statistical.h"
 #include "transport_scenes.h"
@@ -46,6 +47,25 @@ inline void expect_agreement(const TransportScene& scene, const std::string& int
     EXPECT_TRUE(statistical::means_agree(expected[size_t(i)], actual[size_t(i)], {0.01, kValues * tests}))
         << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[size_t(i)].mean() << ", " << integrator << " " << actual[size_t(i)].mean();
   }
+}
+
+/// Mean of all pixels and channels over independent seeds, of an integrator that renders `samples` at once.
+inline RunningMoments whole(const SceneDescription& d, const std::string& name, int samples, int seeds, uint32_t first_seed) {
+  const auto scene = build(d);
+  const std::atomic<bool> stop{false};
+  const auto integrator = make_integrator(name);
+  RunningMoments moments;
+  for (int seed = 0; seed < seeds; ++seed) {
+    Film film(0, 0, d.settings.width, d.settings.height, {"Combined"});
+    integrator->prepare(scene, first_seed + uint32_t(seed));
+    integrator->run_iteration(film, samples, stop);
+    double sum = 0.0;
+    const auto image = film.resolve("Combined", 1.0f);
+    for (size_t i = 0; i < image.size(); ++i)
+      if (i % 4 != 3) sum += double(image[i]);
+    moments.add(sum / double(image.size()));
+  }
+  return moments;
 }
 
 }  // namespace ajar::fixtures

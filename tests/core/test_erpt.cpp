@@ -1,5 +1,4 @@
 #include "agreement.h"
-#include "integrators/integrator.h"
 #include "transport/path_seeds.h"
 
 using namespace ajar;
@@ -8,25 +7,6 @@ using namespace ajar::fixtures;
 namespace {
 
 const std::vector<TransportScene> kScenes = transport_scenes();
-
-/// Mean of all pixels and channels over independent seeds, of an integrator that renders `samples` at once.
-RunningMoments whole(const SceneDescription& d, const std::string& name, int samples, int seeds, uint32_t first_seed) {
-  const auto scene = build(d);
-  const std::atomic<bool> stop{false};
-  const auto integrator = make_integrator(name);
-  RunningMoments moments;
-  for (int seed = 0; seed < seeds; ++seed) {
-    Film film(0, 0, d.settings.width, d.settings.height, {"Combined"});
-    integrator->prepare(scene, first_seed + uint32_t(seed));
-    integrator->run_iteration(film, samples, stop);
-    double sum = 0.0;
-    const auto image = film.resolve("Combined", 1.0f);
-    for (size_t i = 0; i < image.size(); ++i)
-      if (i % 4 != 3) sum += double(image[i]);
-    moments.add(sum / double(image.size()));
-  }
-  return moments;
-}
 
 }  // namespace
 
@@ -75,7 +55,7 @@ TEST(PathSeeds, paths_are_taken_in_proportion_to_their_energy) {
     double expected = 0.0;
     for (int k = 0; k < kTimes; ++k) {
       ASSERT_TRUE(seeds.take((k + 0.5) / kTimes, *path));
-      EXPECT_GT(path->target, 0.0f);
+      EXPECT_GT(path->target, 0.0);
       EXPECT_GT(first_joinable_from_eye(*path), 1);
       expected += double(path->count > 5) / kTimes;
     }

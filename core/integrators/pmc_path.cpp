@@ -1,0 +1,97 @@
+#include "integrators/pmc_path.h"
+
+#include <algorithm>
+
+#include "transport/direct_pass.h"
+#include "transport/path_population.h"
+
+namespace ajar {
+
+namespace {
+
+/// Members of both populations together: one for sixteen pixels, within these bounds. A generation takes about one step a pixel.
+constexpr int64_t kFewestMembers = 64, kMostMembers = 10000, kPixelsPerMember = 16, kMostSteps = 40;
+constexpr uint32_t kStepsPerSample = 24;       ///< steps of members for each bidirectional sample
+constexpr uint32_t kFirstSamples = 4;          ///< the first generation has this many times as many samples
+constexpr uint32_t kLearnGenerations = 4;
+constexpr double kRamp = 8.0;                  ///< generations until they count fully: the first know few samples
+constexpr int kDirectShare = 4;                ///< steps a pixel for each direct sample
+
+class PopulationPaths final : public Integrator {
+ public:
+  Honesty honesty() const override { return Honesty::Unbiased; }
+
+  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+    for (auto& population : populations_) population.reset();
+    scene_ = std::move(scene);
+    seed_ = seed;
+    generations_ = 0;
+    total_emphasis_ = 0.0;
+    steps_wanted_ = direct_rays_ = 0;
+    direct_done_ = direct_wanted_ = 0;
+  }
+
+  void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
+    film.enable_splats();
+    const PathSpace space(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    if (!populations_[0]) begin(film, space);
+    direct_wanted_ += uint32_t(samples_per_pixel);
+    const uint32_t direct = (direct_wanted_ + kDirectShare - 1) / kDirectShare - direct_done_;
+    if (direct > 0) direct_rays_ += add_direct_samples(film, space, seed_, direct_done_, int(direct), stop);
+    direct_done_ += direct;
+    steps_wanted_ += uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel);
+    while (populations_[0]->steps() + populations_[1]->steps() < steps_wanted_ && !stop.load(std::memory_order_relaxed)) {
+      if (generations_ == kLearnGenerations) exchange();
+      const double emphasis = std::min(1.0, double(generations_ + 1) / kRamp);
+      for (auto& population : populations_) total_emphasis_ += 0.5 * emphasis * population->run_generation(film, emphasis, stop);
+      ++generations_;
+    }
+    if (total_emphasis_ > 0.0) film.end_splats(populations_[0]->splat_unit() / (2.0 * double(size_.steps) * total_emphasis_));
+  }
+
+  IntegratorStatistics statistics() const override {
+    IntegratorStatistics s;
+    s.rays = direct_rays_;
+    if (!populations_[0]) return s;
+    for (const auto& population : populations_) {
+      population->add_statistics(s.extra);
+      s.rays += population->rays();
+      s.paths += population->steps() + population->samples();
+    }
+    s.extra["bytes_per_member"] = s.extra["members"] > 0.0 ? s.extra["population_bytes"] / s.extra["members"] : 0.0;
+    return s;
+  }
+
+ private:
+  void begin(const Film& film, const PathSpace& space) {
+    const int64_t pixels = int64_t(film.width()) * film.height();
+    const int64_t members = std::clamp(pixels / kPixelsPerMember, kFewestMembers, kMostMembers) / 2;
+    size_.members = uint32_t(members);
+    size_.steps = uint32_t(std::clamp<int64_t>(pixels / (2 * members), 1, kMostSteps));
+    size_.samples = std::max(1u, size_.members * size_.steps / kStepsPerSample);
+    size_.first_samples = kFirstSamples * size_.samples;
+    for (uint32_t i = 0; i < 2; ++i) populations_[i] = std::make_unique<PathPopulation>(space, size_, seed_, i);
+  }
+
+  /// Each goes on with what the other has learned. Once: later the other's past would hold something of its own.
+  void exchange() {
+    const PathPopulation::Learned a = populations_[0]->learned(), b = populations_[1]->learned();
+    populations_[0]->set_learned(b);
+    populations_[1]->set_learned(a);
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  uint32_t seed_ = 0;
+  PathPopulation::Size size_{};
+  std::unique_ptr<PathPopulation> populations_[2];
+  uint32_t generations_ = 0;
+  double total_emphasis_ = 0.0;
+  uint32_t direct_done_ = 0, direct_wanted_ = 0;
+  uint64_t steps_wanted_ = 0, direct_rays_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_pmc_path() { return std::make_unique<PopulationPaths>(); }
+
+}  // namespace ajar
