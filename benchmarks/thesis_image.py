@@ -25,7 +25,7 @@ def render(options: argparse.Namespace, image: str, samples: int, seed: int, sec
     """Passes, CPU seconds of rendering, statistics."""
     description = ajar.load_description(options.scene)
     settings = description.settings
-    settings.width, settings.height = round(settings.width * options.scale), round(settings.height * options.scale)
+    settings.width, settings.height = int(settings.width * options.scale), int(settings.height * options.scale)
     settings.region = [0, 0, settings.width, settings.height]
     settings.integrator, settings.image, settings.image_error = options.integrator, image, options.measure
     settings.samples, settings.seconds, settings.target_error = samples, seconds, 0.0

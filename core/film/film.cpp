@@ -18,6 +18,17 @@ bool is_aux_pass(const std::string& pass) {
   return pass == "Depth" || pass == "Normal" || pass == "Position" || pass == "UV" || pass == "Albedo" || pass.starts_with("Share ");
 }
 
+/// A picture whose samples extend those of an earlier one differs from it by the variance it has lost. With a variance of c n^-p after n samples, the
+/// differences from n2 to n1 and from n1 to n tell p and c. p is 1 for independent samples and more for stratified ones.
+double error_from_steps(double before, double recent, double n2, double n1, double n) {
+  double low = 1.0, high = 2.5;
+  for (int i = 0; i < 40; ++i) {
+    const double p = 0.5 * (low + high), ratio = (std::pow(n2, -p) - std::pow(n1, -p)) / (std::pow(n1, -p) - std::pow(n, -p));
+    (ratio * recent < before ? low : high) = p;
+  }
+  return recent * std::pow(n, -low) / (std::pow(n1, -low) - std::pow(n, -low));
+}
+
 double luminance_of(const double rgb[3]) { return 0.2126729 * rgb[0] + 0.7151522 * rgb[1] + 0.0721750 * rgb[2]; }
 
 }  // namespace
@@ -216,6 +227,18 @@ bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
   return true;
 }
 
+/// The true value of a pixel, as far as it can be told, for the denominator of a relative error: its mean, but where it stands out
+/// from all around it, it is likely to be a stray sample's doing, and what is around it is nearer the truth.
+double Film::likely_value(size_t index, const std::vector<float>& all) const {
+  const int x = int(index % size_t(width())), y = int(index / size_t(width()));
+  double sum = 0.0;
+  int terms = -1;
+  for (int v = std::max(0, y - 1); v <= std::min(height() - 1, y + 1); ++v)
+    for (int u = std::max(0, x - 1); u <= std::min(width() - 1, x + 1); ++u, ++terms) sum += double(all[size_t(v) * size_t(width()) + size_t(u)]);
+  const double own = double(all[index]), around = terms > 0 ? (sum - own) / terms : own;
+  return own > 3.0 * around ? around : own;
+}
+
 double Film::estimated_relmse() const {
   CompensatedSum sum, scattered, halved;
   for (size_t i = 0; i < pixels_.size(); ++i) {
@@ -240,6 +263,51 @@ double Film::estimated_perceptual_error() const {
     sum.add(kCandelasPerUnit * kCandelasPerUnit * variance / tvi(kCandelasPerUnit * std::max(0.0, luminance_of(mean))));
   }
   return pixels_.empty() ? -1.0 : sum.value() / double(pixels_.size());
+}
+
+std::array<std::vector<float>, 3> Film::means() const {
+  std::array<std::vector<float>, 3> image;
+  for (int c = 0; c < 3; ++c) {
+    image[size_t(c)].resize(pixels_.size());
+    for (size_t i = 0; i < pixels_.size(); ++i)
+      image[size_t(c)][i] = float((pixels_[i].count > 0 ? pixels_[i].sum[c] / double(pixels_[i].count) : 0.0) + splatted(i, c));
+  }
+  return image;
+}
+
+void Film::remember(uint32_t samples) {
+  if (remembered_.size() == 3) remembered_.erase(remembered_.begin());
+  remembered_.push_back({samples, means()});
+}
+
+Film::ErrorEstimate Film::estimated_error(uint32_t samples) const {
+  ErrorEstimate estimate{estimated_relmse(), estimated_perceptual_error()};
+  // The latest picture remembered that is well behind, and one with half its samples.
+  size_t k = remembered_.size();
+  while (k > 0 && 4 * uint64_t(remembered_[k - 1].samples) > 3 * uint64_t(samples)) --k;
+  if (k < 2 || estimate.relmse < 0.0) return estimate;
+  const Remembered &one = remembered_[k - 1], &two = remembered_[k - 2];
+  const std::array<std::vector<float>, 3> now = means();
+  CompensatedSum recent, before, recent_seen, before_seen;
+  for (size_t i = 0; i < pixels_.size(); ++i) {
+    double value[3], recently[3], earlier[3];
+    for (size_t c = 0; c < 3; ++c) {
+      value[c] = likely_value(i, now[c]);
+      recently[c] = double(now[c][i]) - double(one.image[c][i]);
+      earlier[c] = double(one.image[c][i]) - double(two.image[c][i]);
+      const double unit = value[c] * value[c] + 0.01;
+      recent.add(recently[c] * recently[c] / unit);
+      before.add(earlier[c] * earlier[c] / unit);
+    }
+    const double unit = tvi(kCandelasPerUnit * std::max(0.0, luminance_of(value))) / (kCandelasPerUnit * kCandelasPerUnit);
+    const double y_recently = luminance_of(recently), y_earlier = luminance_of(earlier);
+    recent_seen.add(y_recently * y_recently / unit);
+    before_seen.add(y_earlier * y_earlier / unit);
+  }
+  const double pixels = double(pixels_.size());
+  estimate.relmse = error_from_steps(before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels);
+  estimate.perceptual = error_from_steps(before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) / pixels;
+  return estimate;
 }
 
 }  // namespace ajar

@@ -80,11 +80,20 @@ class Film {
 
   /// Channels of a pass, resolved: width*height*channels floats.
   std::vector<float> resolve(const std::string& pass, float exposure) const;
-  /// Relative mean squared error of the present image, estimated: mean of variance / (M^2 + 0.01) over pixels and channels, the variance
+  /// Keep the image as it is with `samples` for the average pixel: from how it changes, errors are estimated.
+  void remember(uint32_t samples);
+  /// Of the present image of `samples` for the average pixel: relative mean squared error, and mean of e^2 / tvi(M) in cd/m^2
+  /// (film/tvi.h). Negative when there are too few samples. Good to some 15 % where samples are many enough to have seen what there
+  /// is to see; rare bright paths that nobody has found yet are in no estimate.
+  struct ErrorEstimate {
+    double relmse, perceptual;
+  };
+  ErrorEstimate estimated_error(uint32_t samples) const;
+  /// For few samples: relative mean squared error of the present image, estimated: mean of variance / (M^2 + 0.01) over pixels and channels, the variance
   /// from two half buffers, (A-B)^2 / 4, scaled as a whole to the scatter of luminances where there are no splats: halves of
   /// a stratified sequence differ more than independent ones would. Negative when there are too few samples.
   double estimated_relmse() const;
-  /// The same of luminance against what an eye can see: mean of e^2 / tvi(M), in cd/m^2 (film/tvi.h).
+  /// The same of luminance against what an eye can see.
   double estimated_perceptual_error() const;
 
  private:
@@ -105,6 +114,12 @@ class Film {
     double sum[2][3] = {};
   };
   size_t index_of(int x, int y) const { return size_t(y - y0_) * size_t(width()) + size_t(x - x0_); }
+  struct Remembered {
+    uint32_t samples;
+    std::array<std::vector<float>, 3> image;
+  };
+  std::array<std::vector<float>, 3> means() const;
+  double likely_value(size_t index, const std::vector<float>& all) const;
   static double scatter_variance(const Pixel& pixel);
   bool halves_of(size_t index, double mean[3], double difference[3]) const;
   std::vector<float> variance_of_mean() const;
@@ -117,6 +132,7 @@ class Film {
   bool wants_aux_ = false;
   std::vector<Pixel> pixels_;
   std::vector<AuxPixel> aux_;
+  std::vector<Remembered> remembered_;   // at most three, the latest last
   std::vector<uint32_t> goals_;
   EarlySamples early_;
   std::atomic<uint64_t> refused_{0};

@@ -3,6 +3,8 @@
 #include <bit>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <span>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -29,14 +31,17 @@ constexpr int kDigits = 1;
 constexpr float kWideSamples = 8.0f, kWideHalves = 6.0f;
 constexpr int kWideReach = 3;
 
-/// Neighbours of the other colour with their weights.
+/// Neighbours with their weights: of the other colour, from which shares are made, and of the same, which tell how good such shares are.
 struct Neighbour {
   int x, y;
   float weight;
 };
 constexpr float kFar = 0.2f;
-constexpr Neighbour kNeighbours[] = {{1, 0, 1.0f},   {-1, 0, 1.0f},  {0, 1, 1.0f},  {0, -1, 1.0f}, {2, 1, kFar},  {2, -1, kFar},
-                                     {-2, 1, kFar}, {-2, -1, kFar}, {1, 2, kFar}, {1, -2, kFar}, {-1, 2, kFar}, {-1, -2, kFar}};
+constexpr Neighbour kOther[] = {{1, 0, 1.0f},   {-1, 0, 1.0f},  {0, 1, 1.0f},  {0, -1, 1.0f}, {2, 1, kFar},  {2, -1, kFar},
+                                {-2, 1, kFar}, {-2, -1, kFar}, {1, 2, kFar}, {1, -2, kFar}, {-1, 2, kFar}, {-1, -2, kFar}};
+constexpr Neighbour kSame[] = {{1, 1, 1.0f}, {1, -1, 1.0f}, {-1, 1, 1.0f}, {-1, -1, 1.0f}, {2, 0, kFar}, {-2, 0, kFar}, {0, 2, kFar}, {0, -2, kFar}};
+/// Parts of the samples that may be shared out equally; which is best, the samples tell.
+constexpr float kUniformParts[] = {0.01f, 0.1f, 0.25f, 0.5f, 0.75f, 1.0f};
 
 /// What the first samples of a pixel tell, of one sample's luminance.
 struct Noise {
@@ -119,40 +124,79 @@ void ImagePlan::decide(Film& film) {
   decided_goals_ = film.goals();
   const std::vector<Noise> noise = noise_of_first(film.early_samples(), decided_goals_.size(), early_);
   const std::vector<Noise> rows[2] = {wide_sums(noise, width, 0), wide_sums(noise, width, 1)};
+  const auto unit = [&](float mean) {
+    return measure_ == ErrorMeasure::Relative ? mean * mean + 0.01f : float(tvi(double(mean) * kCandelasPerUnit) / kCandelasPerUnit);
+  };
+  // The error of a pixel, per sample, that its neighbours let expect, and its unit. Negative: it has none.
+  struct Expected {
+    float error = -1.0f, unit = 1.0f;
+  };
+  const auto expect = [&](int x, int y, std::span<const Neighbour> neighbours, bool same) -> Expected {
+    Noise near, wide;
+    float weight = 0.0f;
+    for (const Neighbour& n : neighbours) {
+      const int u = x + n.x, v = y + n.y;
+      if (u < 0 || u >= width || v < 0 || v >= height) continue;
+      const Noise& other = noise[size_t(v) * size_t(width) + size_t(u)];
+      near.mean += n.weight * other.mean;
+      near.variance += n.weight * other.variance;
+      near.halves += n.weight * other.halves;
+      weight += n.weight;
+    }
+    if (weight == 0.0f) return {};
+    for (int v = std::max(0, y - kWideReach); v <= std::min(height - 1, y + kWideReach); ++v) {
+      const Noise& row = rows[(x + y + (same ? 0 : 1)) & 1][size_t(v) * size_t(width) + size_t(x)];
+      wide.mean += row.mean;
+      wide.variance += row.variance;
+      wide.halves += row.halves;
+    }
+    if (same) {
+      const Noise& own = noise[size_t(y) * size_t(width) + size_t(x)];
+      wide.mean -= 1.0f;
+      wide.variance = std::max(0.0f, wide.variance - own.variance);
+      wide.halves = std::max(0.0f, wide.halves - own.halves);
+    }
+    // How noisy it is here, by the scatter of samples; how much less that matters because they are stratified, by the halves.
+    const float scatter = (float(early_) * near.variance + kWideSamples * wide.variance / wide.mean) / (float(early_) * weight + kWideSamples);
+    const float kept = wide.variance > 0.0f ? std::min(1.0f, wide.halves / wide.variance) : 1.0f;
+    const float here = unit(std::max(0.0f, near.mean / weight));
+    return {(near.halves + kWideHalves * kept * scatter) / (weight + kWideHalves) / here, here};
+  };
+
   shares_.assign(noise.size(), 1.0f);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const size_t i = size_t(y) * size_t(width) + size_t(x);
-      Noise near, wide;
-      float weight = 0.0f;
-      for (const Neighbour& n : kNeighbours) {
-        const int u = x + n.x, v = y + n.y;
-        if (u < 0 || u >= width || v < 0 || v >= height) continue;
-        const Noise& other = noise[size_t(v) * size_t(width) + size_t(u)];
-        near.mean += n.weight * other.mean;
-        near.variance += n.weight * other.variance;
-        near.halves += n.weight * other.halves;
-        weight += n.weight;
-      }
-      for (int v = std::max(0, y - kWideReach); v <= std::min(height - 1, y + kWideReach); ++v) {
-        const Noise& row = rows[(x + y + 1) & 1][size_t(v) * size_t(width) + size_t(x)];
-        wide.mean += row.mean;
-        wide.variance += row.variance;
-        wide.halves += row.halves;
-      }
-      if (weight > 0.0f) {   // else a film of one pixel
-        // How noisy it is here, by the scatter of samples; how much less that matters because they are stratified, by the halves.
-        const float scatter = (float(early_) * near.variance + kWideSamples * wide.variance / wide.mean) / (float(early_) * weight + kWideSamples);
-        const float kept = wide.variance > 0.0f ? std::min(1.0f, wide.halves / wide.variance) : 1.0f;
-        const float variance = (near.halves + kWideHalves * kept * scatter) / (weight + kWideHalves);
-        const float mean = std::max(0.0f, near.mean / weight);
-        const float unit = measure_ == ErrorMeasure::Relative ? mean * mean + 0.01f
-                                                              : float(tvi(double(mean) * kCandelasPerUnit) / kCandelasPerUnit);
-        shares_[i] = std::pow(variance / unit, kExponent);
-      }
-      if (!importance_.empty()) shares_[i] *= importance_[i];
+  struct Test {
+    float error, share;
+  };
+  std::vector<Test> tests[2];
+  double sum_of_shares[2] = {0.0, 0.0}, sum_of_tests[2] = {0.0, 0.0};
+  size_t pixels[2] = {0, 0};
+  for (size_t i = 0; i < noise.size(); ++i) {
+    const int x = int(i % size_t(width)), y = int(i / size_t(width)), color = (x + y) & 1;
+    if (const Expected e = expect(x, y, kOther, false); e.error >= 0.0f) shares_[i] = std::pow(e.error, kExponent);
+    sum_of_shares[color] += double(shares_[i]);
+    ++pixels[color];
+    if (const Expected e = expect(x, y, kSame, true); e.error >= 0.0f) {
+      tests[color].push_back({noise[i].variance / e.unit, std::pow(e.error, kExponent)});
+      sum_of_tests[color] += double(tests[color].back().share);
     }
   }
+  // Rare bright samples make noise where their neighbours saw none. How much of it there is, pixels of the other colour tell: each was foretold by
+  // its like and has samples of its own, independent of theirs. The part shared out equally is the one with the least error there.
+  for (int color = 0; color < 2; ++color) {
+    const std::vector<Test>& seen = tests[1 - color];
+    const float mean_test = seen.empty() ? 0.0f : float(sum_of_tests[1 - color] / double(seen.size()));
+    const float mean_share = pixels[color] > 0 ? float(sum_of_shares[color] / double(pixels[color])) : 0.0f;
+    double least = std::numeric_limits<double>::infinity();
+    float best = 1.0f;
+    for (const float part : kUniformParts) {
+      double error = 0.0;
+      for (const Test& test : seen) error += double(test.error / std::max(kFloor, part + (1.0f - part) * test.share / mean_test));
+      if (error < least) least = error, best = part;
+    }
+    for (size_t i = 0; i < noise.size(); ++i)
+      if (((i % size_t(width) + i / size_t(width)) & 1) == size_t(color)) shares_[i] = best * mean_share + (1.0f - best) * shares_[i];
+  }
+  for (size_t i = 0; i < importance_.size(); ++i) shares_[i] *= importance_[i];
 }
 
 /// Goals of the pixels of one colour: `samples` for each on average, none below what it has, nor below the floor.

@@ -1,9 +1,10 @@
 // Samples where the eye sees noise: how many samples each pixel gets (PMC-IP) [Fan 2006, section 5.3].
 //
 // The pixels are the components of a mixture over the image plane; adapting it means giving pixel k
-//   C_k = max(floor, lambda o_k),   o_k = importance_k (variance_k / w(L_k))^0.4,   sum C_k = N pixels,
+//   C_k = max(floor, lambda o_k),   o_k = importance_k (e mean + (1 - e) (variance_k / w(L_k))^0.4),   sum C_k = N pixels,
 // w being tvi(L) (perceptual) or L^2 + 0.01 (relative). The thesis has the power 1, which makes the error of all pixels equal; 0.5 makes
-// their sum least for independent samples, and somewhat less than that for ours, which are stratified in each pixel. Leftover fractions go to pixels by ordered thresholds that are spread evenly over the plane.
+// their sum least for independent samples, and somewhat less than that for ours, which are stratified in each pixel. The thesis has a fixed e of
+// 0.01; ours is chosen by how well pixels are foretold by their neighbours: e is 1 where rare bright samples come from anywhere. Leftover fractions go to pixels by ordered thresholds that are spread evenly over the plane.
 //
 // Unbiased. A pixel's value is the plain mean of its own samples, so its count must not depend on them, not even by way of
 // others [algorithms.md, section 1: a pilot that decides how many more samples it is averaged with darkens the picture]. Therefore:

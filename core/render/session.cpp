@@ -87,7 +87,7 @@ struct Session::Data {
   void render_all();
   bool enough(double render_seconds, double samples, double relmse) const;
   int next_samples(double render_seconds, uint64_t done) const;
-  void publish(double render_seconds);
+  void publish(double render_seconds, uint64_t done);
 };
 
 Session::Session() : data_(std::make_unique<Data>()) {}
@@ -203,6 +203,8 @@ int Session::Data::next_samples(double render_seconds, uint64_t done) const {
   }
   if (settings.samples > 0) next = std::min(next, double(settings.samples) - double(done));
   if (image_plan) next = std::min(next, double(image_plan->next_decision(uint32_t(done))) - double(done));
+  // Pictures of 2^k samples are what errors are estimated from.
+  next = std::min(next, double(std::bit_ceil(done + 1)) - double(done));
   // A render that stops by its error looks at it after fixed numbers of samples, so that the clock has no say in the picture.
   if (settings.target_error > 0.0) {
     const uint64_t step = std::max<uint64_t>(1, std::bit_floor(std::max<uint64_t>(1, done)) / 8);
@@ -211,13 +213,15 @@ int Session::Data::next_samples(double render_seconds, uint64_t done) const {
   return std::max(1, int(next));
 }
 
-void Session::Data::publish(double render_seconds) {
+void Session::Data::publish(double render_seconds, uint64_t done) {
   std::lock_guard lock(mutex);
   statistics = integrator->statistics();
   progress.samples = film->sample_counts().mean;
   progress.render_seconds = render_seconds;
-  progress.estimated_relmse = film->estimated_relmse();
-  progress.estimated_perceptual_error = film->estimated_perceptual_error();
+  const Film::ErrorEstimate estimate = film->estimated_error(uint32_t(done));
+  if (std::has_single_bit(done)) film->remember(uint32_t(done));
+  progress.estimated_relmse = estimate.relmse;
+  progress.estimated_perceptual_error = estimate.perceptual;
   float fraction = 0.0f;
   if (settings.samples > 0) fraction = float(progress.samples / settings.samples);
   if (settings.seconds > 0.0) fraction = std::max(fraction, float(render_seconds / settings.seconds));
@@ -240,7 +244,7 @@ void Session::Data::render_all() {
     integrator->run_iteration(*film, samples, stop);
     rendering += seconds_since(start);
     done += uint64_t(samples);
-    publish(rendering);
+    publish(rendering, done);
     double relmse;
     {
       std::lock_guard lock(mutex);

@@ -29,6 +29,7 @@ struct Progress {
   double estimated_relmse = -1.0, estimated_perceptual_error = -1.0;   ///< as the film estimates them
 };
 
+
 struct ErrorPoint {
   double seconds, samples, relmse, perceptual;
 };
