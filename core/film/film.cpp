@@ -12,6 +12,7 @@ namespace ajar {
 namespace {
 constexpr double kSplatUnits = 0x1p32;
 constexpr float kMaxSplat = 0x1p30f;
+constexpr uint32_t kSettledSamples = 16;   // of the average pixel, when an adaptive render has found its shares
 
 /// Passes that come from what a sample tells besides its radiance.
 bool is_aux_pass(const std::string& pass) {
@@ -287,6 +288,8 @@ Film::ErrorEstimate Film::estimated_error(uint32_t samples) const {
   while (k > 0 && 4 * uint64_t(remembered_[k - 1].samples) > 3 * uint64_t(samples)) --k;
   if (k < 2 || estimate.relmse < 0.0) return estimate;
   const Remembered &one = remembered_[k - 1], &two = remembered_[k - 2];
+  // While counts still move to where the noise is, errors fall faster than they will: the scatter of samples is the safer witness.
+  if (!goals_.empty() && two.samples < kSettledSamples) return estimate;
   const std::array<std::vector<float>, 3> now = means();
   CompensatedSum recent, before, recent_seen, before_seen;
   for (size_t i = 0; i < pixels_.size(); ++i) {
