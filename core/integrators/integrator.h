@@ -13,6 +13,7 @@
 
 #include "film/film.h"
 #include "scene/scene.h"
+#include "transport/hints.h"
 
 namespace ajar {
 
@@ -22,6 +23,7 @@ struct IntegratorStatistics {
   uint64_t rays = 0;            ///< closest-hit and shadow rays
   uint64_t paths = 0;
   std::map<std::string, double> extra;
+  std::vector<HintStatistics> hints;  ///< of integrators that follow them: all that are switched on, attached or not
 };
 
 class Integrator {

@@ -2,9 +2,8 @@
 
 #include "transport/chain_ensemble.h"
 #include "transport/direct_pass.h"
-#include "transport/mutations/bidirectional_mutation.h"
-#include "transport/mutations/caustic_perturbation.h"
-#include "transport/mutations/lens_perturbation.h"
+#include "transport/mutations/standard_mutations.h"
+#include "transport/pilot_importance.h"
 
 namespace ajar {
 
@@ -26,6 +25,8 @@ class Metropolis final : public Integrator {
     chains_ = {};
     direct_done_ = samples_done_ = 0;
     direct_rays_ = 0;
+    pilot_ = {};
+    hint_reports_.clear();
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
@@ -45,21 +46,24 @@ class Metropolis final : public Integrator {
 
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
-    s.rays = direct_rays_ + chains_.rays();
+    s.rays = pilot_.rays + direct_rays_ + chains_.rays();
     s.paths = chains_.steps() + chains_.seeds();
     chains_.add_statistics(s.extra);
+    s.hints = chains_.hint_statistics(hint_reports_, pilot_.direct_light);
     return s;
   }
 
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
-    mutations_.clear();
-    mutations_.push_back({std::make_unique<BidirectionalMutation>(*space_), 0.4f});
-    mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.35f});
-    mutations_.push_back({std::make_unique<CausticPerturbation>(*space_), 0.25f});
+    hint_reports_.clear();
+    hints_ = Hints::attach(*scene_, hint_reports_);
+    mutations_ = standard_mutations(*space_, hints_);
     const auto seeds = uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kFewestSeeds, kMostSeeds));
     chains_ = {};
+    if (!hints_.empty()) chains_.watch(hints_);
+    pilot_ = look_ahead(*space_, seed_, seeds / 4, stop);
+    space_->importance = pilot_.importance;
     if (!chains_.begin(*space_, mutations_, seed_, seeds, stop)) space_.reset();
   }
 
@@ -77,6 +81,9 @@ class Metropolis final : public Integrator {
   ChainEnsemble chains_;
   uint32_t direct_done_ = 0, samples_done_ = 0;
   uint64_t direct_rays_ = 0;
+  Pilot pilot_;
+  Hints hints_;
+  std::vector<HintReport> hint_reports_;
 };
 
 }  // namespace

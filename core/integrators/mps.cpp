@@ -4,9 +4,7 @@
 
 #include "integrators/gather_passes.h"
 #include "transport/chain_ensemble.h"
-#include "transport/mutations/bidirectional_mutation.h"
-#include "transport/mutations/caustic_perturbation.h"
-#include "transport/mutations/lens_perturbation.h"
+#include "transport/mutations/standard_mutations.h"
 #include "transport/path_photons.h"
 
 namespace ajar {
@@ -68,6 +66,7 @@ class Mps final : public Integrator {
     s.rays = ensemble_.rays();
     passes_.add_statistics(s);
     ensemble_.add_statistics(s.extra);
+    s.hints = ensemble_.hint_statistics(hint_reports_, 0.0);  // shares of what the chains carry: direct light is not known here
     s.extra["arrival_bytes"] = double(arrivals_.memory_bytes());
     return s;
   }
@@ -75,11 +74,11 @@ class Mps final : public Integrator {
  private:
   void begin(const Film& film) {
     space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
-    mutations_.clear();
-    mutations_.push_back({std::make_unique<BidirectionalMutation>(*space_), 0.4f});
-    mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.35f});
-    mutations_.push_back({std::make_unique<CausticPerturbation>(*space_), 0.25f});
+    hint_reports_.clear();
+    hints_ = Hints::attach(*scene_, hint_reports_);
+    mutations_ = standard_mutations(*space_, hints_);
     ensemble_ = {};
+    if (!hints_.empty()) ensemble_.watch(hints_);
   }
 
   uint32_t seeds() const { return std::max(256u, passes_.photon_count() / (kStarts * kStepsPerSeed)); }
@@ -133,6 +132,8 @@ class Mps final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
   std::unique_ptr<PathSpace> space_;
+  Hints hints_;
+  std::vector<HintReport> hint_reports_;
   std::vector<MutationShare> mutations_;
   ChainEnsemble ensemble_;
   ArrivalMap arrivals_;

@@ -215,6 +215,10 @@ int Session::Data::next_samples(double render_seconds, uint64_t done) const {
 
 void Session::Data::publish(double render_seconds, uint64_t done) {
   std::lock_guard lock(mutex);
+  if (statistics.hints.empty()) {
+    for (const HintStatistics& hint : integrator->statistics().hints)
+      if (!hint.report.attached) diagnostics.push_back({Diagnostic::Severity::Warning, hint.report.name, "This light path is not used: " + hint.report.reason + "."});
+  }
   statistics = integrator->statistics();
   progress.samples = film->sample_counts().mean;
   progress.render_seconds = render_seconds;
@@ -341,7 +345,27 @@ std::string Session::statistics_json() const {
   j["plan"] = json::array();
   for (const PlanStep& step : d.plan) j["plan"].push_back({{"step", step.step}, {"used", step.used}, {"reason", step.reason}});
   j["hints"] = json::array();
+  for (const HintStatistics& hint : d.statistics.hints) {
+    const HintReport& r = hint.report;
+    json positions = json::array(), segments = json::array();
+    for (const Vec3& p : r.positions) positions.push_back({p.x, p.y, p.z});
+    for (const HintSegmentState state : r.segments)
+      segments.push_back(state == HintSegmentState::Attached ? "attached" : state == HintSegmentState::Bounced ? "bounced" : "failed");
+    j["hints"].push_back({{"name", r.name},
+                          {"attached", r.attached},
+                          {"reason", r.reason},
+                          {"proposed", hint.proposed},
+                          {"accepted", hint.accepted},
+                          {"energy_share", hint.energy_share},
+                          {"positions", std::move(positions)},
+                          {"segments", std::move(segments)}});
+  }
   j["acceptance_rates"] = json::object();
+  for (const auto& [key, proposed] : d.statistics.extra) {
+    if (!key.starts_with("proposed_") || !(proposed > 0.0)) continue;
+    const auto accepted = d.statistics.extra.find("accepted_" + key.substr(9));
+    if (accepted != d.statistics.extra.end()) j["acceptance_rates"][key.substr(9)] = accepted->second / proposed;
+  }
   j["estimated_error"] = json::array();
   j["estimated_perceptual_error"] = json::array();
   for (const ErrorPoint& point : d.error_over_time) {

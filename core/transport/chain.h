@@ -32,6 +32,10 @@ class Chain {
       acceptance += other.acceptance;
     }
   };
+  /// Of one hint's proposals.
+  struct HintCounts {
+    uint64_t proposed = 0, accepted = 0;
+  };
 
   Chain(const PathSpace& space, const std::vector<MutationShare>& mutations) : space_(&space), mutations_(&mutations), counts_(mutations.size()) {}
 
@@ -43,6 +47,8 @@ class Chain {
   const Path& path() const { return *current_; }
   bool started() const { return current_ != nullptr; }
   const std::vector<Counts>& counts() const { return counts_; }
+  /// By hint, as far as any was proposed.
+  const std::vector<HintCounts>& hint_counts() const { return hint_counts_; }
   uint64_t rays() const { return rays_; }
 
   /// What a step did: which mutation it proposed by, how likely the proposal was to be taken, how far that would have moved what
@@ -74,6 +80,7 @@ class Chain {
     ++counts.proposed;
     Path& y = *proposal_;
     const uint64_t rays_before = rays_;
+    y.hint = -1;
     double acceptance = 0.0;
     if (mutation.sample(x, sampler, y, rays_) && mutation.suits(y)) {
       const double there = mutation.pdf(x, y) / total, back = mutation.pdf(y, x) / suiting_share(y);
@@ -86,7 +93,13 @@ class Chain {
     if (acceptance < 1.0) visit(x, 1.0 - acceptance);
     if (acceptance > 0.0) visit(y, acceptance);
     const Step done{k, acceptance, acceptance > 0.0 ? glm::length(y.film - x.film) : 0.0f, uint32_t(rays_ - rays_before)};
-    if (double(sampler.get_1d()) < acceptance) {
+    const bool accepted = double(sampler.get_1d()) < acceptance;
+    if (y.hint >= 0) {
+      if (size_t(y.hint) >= hint_counts_.size()) hint_counts_.resize(size_t(y.hint) + 1);
+      ++hint_counts_[size_t(y.hint)].proposed;
+      hint_counts_[size_t(y.hint)].accepted += accepted;
+    }
+    if (accepted) {
       ++counts.accepted;
       std::swap(current_, proposal_);
     }
@@ -105,6 +118,7 @@ class Chain {
   const std::vector<MutationShare>* mutations_;
   std::unique_ptr<Path> current_, proposal_;
   std::vector<Counts> counts_;
+  std::vector<HintCounts> hint_counts_;
   uint64_t rays_ = 0;
 };
 

@@ -21,7 +21,7 @@ double ChainEnsemble::visit_seed(BidirectionalWalks& walks, uint32_t index, Visi
   for (const FoundPath& path : walks.sample(space_->film_at(sampler.get_2d()), sampler)) {
     if (space_->without_direct && walks.is_direct(path)) continue;
     const double area = path.t > 1 ? space_->film_area() : 1.0;
-    const double y = double(luminance(path.contribution)) * double(space_->filter_sum(path.film)) * area;
+    const double y = double(luminance(path.contribution)) * double(space_->weight(path.film)) * area;
     if (!(y > 0.0) || !std::isfinite(y)) continue;
     sum += y;
     if (!visit(path, y)) break;
@@ -67,6 +67,7 @@ bool ChainEnsemble::restart(uint32_t seeds, const std::atomic<bool>& stop) {
 }
 
 void ChainEnsemble::retire_chains() {
+  if (hints_) add_hint_sums(retired_hints_, retired_light_);
   for (const Numbered& numbered : chains_) {
     retired_rays_ += numbered.chain.rays();
     for (size_t m = 0; m < retired_counts_.size(); ++m) retired_counts_[m].add(numbered.chain.counts()[m]);
@@ -106,6 +107,7 @@ void ChainEnsemble::start_chains(const std::vector<double>& values, uint32_t fir
       continue;
     }
     chains_.push_back({Chain(*space_, *mutations_), Sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream))});
+    if (hints_) chains_.back().hint_light.resize(hints_->size());
     chains_.back().chain.start(path);
     chains_.back().sampler.start(uint32_t(c), start);
   }
@@ -137,6 +139,38 @@ void ChainEnsemble::add_statistics(std::map<std::string, double>& extra) const {
     extra["accepted_" + name] = double(sum.accepted);
     extra["empty_" + name] = double(sum.empty);
   }
+}
+
+void ChainEnsemble::add_hint_sums(std::vector<HintSums>& sums, double& light) const {
+  sums.resize(hints_->size());
+  for (const Numbered& numbered : chains_) {
+    light += numbered.light;
+    for (size_t i = 0; i < numbered.hint_light.size(); ++i) sums[i].light += numbered.hint_light[i];
+    const auto& counts = numbered.chain.hint_counts();
+    for (size_t i = 0; i < counts.size(); ++i) {
+      sums[i].proposed += counts[i].proposed;
+      sums[i].accepted += counts[i].accepted;
+    }
+  }
+}
+
+std::vector<HintStatistics> ChainEnsemble::hint_statistics(const std::vector<HintReport>& reports, double other_light) const {
+  std::vector<HintSums> sums = retired_hints_;
+  double light = retired_light_;
+  if (hints_) add_hint_sums(sums, light);
+  const double per_weight = brightness_.mean() / double(std::max<uint64_t>(1, steps()));
+  light = light * per_weight + other_light;
+  std::vector<HintStatistics> all;
+  size_t hint = 0;  // the reports are in the hints' order, with those not attached in between
+  for (const HintReport& report : reports) {
+    all.push_back({report});
+    if (!report.attached || hint >= sums.size()) continue;
+    all.back().proposed = sums[hint].proposed;
+    all.back().accepted = sums[hint].accepted;
+    if (light > 0.0) all.back().energy_share = per_weight * sums[hint].light / light;
+    ++hint;
+  }
+  return all;
 }
 
 }  // namespace ajar

@@ -16,6 +16,7 @@
 #include "math/statistics.h"
 #include "transport/bidirectional.h"
 #include "transport/chain.h"
+#include "transport/mutations/user_path_mutation.h"
 
 namespace ajar {
 
@@ -23,13 +24,15 @@ class ChainEnsemble {
  public:
   static constexpr int kChains = 96;
 
+  /// Keep account of what these hints bring; they must outlive the ensemble. Before begin.
+  void watch(const Hints& hints) { hints_ = &hints; }
   /// Draw chains from `seeds` bidirectional samples. False when stopped; without light no chain starts.
   bool begin(const PathSpace& space, const std::vector<MutationShare>& mutations, uint32_t seed, uint32_t seeds, const std::atomic<bool>& stop);
   /// Start all chains over from `seeds` new samples. False when stopped.
   bool restart(uint32_t seeds, const std::atomic<bool>& stop);
   bool empty() const { return chains_.empty(); }
   size_t size() const { return chains_.size(); }
-  /// Mean of the target over the film: what all splats of a film sum up to.
+  /// Integral of the target over all paths; without importance what all splats of a film sum up to.
   double brightness() const { return brightness_.mean(); }
   /// That of the samples that the chains last started from.
   double start_brightness() const { return start_brightness_; }
@@ -38,6 +41,8 @@ class ChainEnsemble {
   uint64_t rays() const;
   /// Steps, brightness, and how each mutation fared.
   void add_statistics(std::map<std::string, double>& extra) const;
+  /// Of the hints watched. `other_light`: in the image besides what the chains carry, in units of the brightness without importance.
+  std::vector<HintStatistics> hint_statistics(const std::vector<HintReport>& reports, double other_light) const;
 
   /// Further steps, shared evenly among the chains: `visit(chain, path, weight, sampler)` is called from the chain's own task. Then
   /// further samples of the brightness.
@@ -51,7 +56,10 @@ class ChainEnsemble {
           const uint64_t wanted = steps_wanted_ * (c + 1) / chains_.size() - steps_wanted_ * c / chains_.size();
           for (; numbered.steps < wanted; ++numbered.steps) {
             if (stop.load(std::memory_order_relaxed)) return;
-            numbered.chain.step(numbered.sampler, [&](const Path& path, double weight) { visit(c, path, weight, numbered.sampler); });
+            numbered.chain.step(numbered.sampler, [&](const Path& path, double weight) {
+              if (hints_) account(path, weight, numbered);
+              visit(c, path, weight, numbered.sampler);
+            });
           }
         },
         tbb::simple_partitioner());
@@ -66,7 +74,19 @@ class ChainEnsemble {
     Chain chain;
     Sampler sampler;
     uint64_t steps = 0;
+    std::vector<double> hint_light{};   ///< sums of weights without the importance of places on the film
+    double light = 0.0;
   };
+  struct HintSums {
+    uint64_t proposed = 0, accepted = 0;
+    double light = 0.0;
+  };
+  void add_hint_sums(std::vector<HintSums>& sums, double& light) const;
+  void account(const Path& path, double weight, Numbered& numbered) const {
+    weight /= double(space_->importance.at(path.film));
+    numbered.light += weight;
+    add_hint_shares(*hints_, path, weight, numbered.hint_light);
+  }
   template <class Visit> double visit_seed(BidirectionalWalks& walks, uint32_t index, Visit&& visit) const;
   void start_chains(const std::vector<double>& values, uint32_t first_seed);
   void retire_chains();
@@ -74,10 +94,13 @@ class ChainEnsemble {
   void count_steps();
 
   const PathSpace* space_ = nullptr;
+  const Hints* hints_ = nullptr;
   const std::vector<MutationShare>* mutations_ = nullptr;
   uint32_t seed_ = 0, first_seeds_ = 0, seeds_done_ = 0;
   std::vector<Numbered> chains_;
   std::vector<Chain::Counts> retired_counts_;         ///< of chains before the last start, by mutation
+  std::vector<HintSums> retired_hints_;
+  double retired_light_ = 0.0;
   RunningMoments brightness_;
   double start_brightness_ = 0.0;
   uint32_t starts_ = 0;

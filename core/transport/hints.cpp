@@ -89,7 +89,13 @@ class Attacher {
     const float first = glm::length(d_.points[1] - d_.points[0]);
     if (nearest > 0.5f * first) return fail("no light is near its first point");
     add(start, HintSegmentState::Attached);
-    return true;
+    for (const LightSet::SourceRange& source : lights.sources()) {
+      if (hint_.light < source.first || hint_.light - source.first >= source.count) continue;
+      hint_.first_light = source.first;
+      double sum = 0.0;
+      for (uint32_t i = 0; i < source.count; ++i) hint_.light_chances.push_back(sum += double(lights.power_pmf(source.first + i)));
+    }
+    return !hint_.light_chances.empty() || fail("the light near its first point is dark");
   }
 
   void add(Vec3 position, HintSegmentState way) {
@@ -216,6 +222,35 @@ uint32_t Hints::choose(float u) const {
   return uint32_t(hints_.size()) - 1;
 }
 
+uint32_t Hints::choose_light(const Hint& hint, float u) {
+  const auto at = std::upper_bound(hint.light_chances.begin(), hint.light_chances.end() - 1, double(u) * hint.light_chances.back());
+  return hint.first_light + uint32_t(at - hint.light_chances.begin());
+}
+
+void Hints::sample_position(const Light& light, Vec2 u, Vec3& position, Vec3& normal) {
+  position = light.position;
+  normal = light.frame.n;
+  switch (light.type) {
+    case LightType::Sphere:
+    case LightType::SpotSphere:
+      normal = warp::square_to_sphere(u);
+      position += light.radius * normal;
+      return;
+    case LightType::Rectangle:
+    case LightType::Ellipse: {
+      const Vec2 d = light.type == LightType::Ellipse ? warp::square_to_disk(u) : 2.0f * u - 1.0f;
+      position += d.x * light.edge1 + d.y * light.edge2;
+      return;
+    }
+    case LightType::Triangle: {
+      const Vec2 b = warp::square_to_triangle(u);
+      position += b.x * light.edge1 + b.y * light.edge2;
+      return;
+    }
+    default: return;
+  }
+}
+
 Vec3 Hints::sample_direction(const Hint& hint, size_t j, Vec3 position, Vec2 u) {
   return Frame(glm::normalize(hint.vertices[j + 1].position - position)).to_world(warp::square_to_cone(u, hint.one_minus_cos[j]));
 }
@@ -228,21 +263,18 @@ float Hints::pdf_solid_angle(const Hint& hint, size_t j, Vec3 position, Vec3 dir
 }
 
 double Hints::pdf(const Hint& hint, uint32_t light, std::span<const PathPoint> path) {
-  if (hint.light != light || hint.vertices.size() != path.size()) return 0.0;
-  double density = 1.0;
+  if (light < hint.first_light || light - hint.first_light >= hint.light_chances.size() || hint.vertices.size() != path.size()) return 0.0;
+  double density = 1.0 / hint.light_chances.back();
   for (size_t j = 0; j + 1 < path.size(); ++j) {
     if (path[j].specular != hint.vertices[j].specular) return 0.0;
-    if (path[j].specular) continue;
+    if (path[j].specular) {
+      if (path[j].transmitted != hint.vertices[j].transmitted) return 0.0;
+      continue;
+    }
     density *= double(pdf_solid_angle(hint, j, path[j].position, glm::normalize(path[j + 1].position - path[j].position)));
     if (density == 0.0) return 0.0;
   }
   return path.back().specular ? 0.0 : density;
-}
-
-double Hints::pdf(uint32_t light, std::span<const PathPoint> path) const {
-  double density = 0.0;
-  for (const Hint& hint : hints_) density += hint.share * pdf(hint, light, path);
-  return density;
 }
 
 }  // namespace ajar

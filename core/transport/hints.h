@@ -6,7 +6,8 @@
 // the curve that lies near. The last vertex must scatter diffusely or glossily, because the rest of a path is joined
 // to it. A curve that cannot be attached is reported by name with the reason, and skipped; it never stops a render.
 //
-// Proposing. A path is rebuilt from the light: it starts anywhere on that light, leaves every rough vertex
+// Proposing. A path is rebuilt from the light: it starts anywhere on that light (for an emissive object, anywhere on the
+// object), leaves every rough vertex
 // j in a direction inside a cone around the one from *where it now is* to the hint's own vertex j + 1, and follows specular
 // bounces of the hint's kind. Directions are uniform per solid angle in the cone, 1 / (2 pi (1 - cos spread)); the thesis' 1 / (2 pi spread)
 // lacks the sine. `pdf` is the sum over all hints of that density, so any path can be asked about, whoever made it.
@@ -32,6 +33,13 @@ struct HintReport {
   std::vector<HintSegmentState> segments;    ///< of the ways between them; the last one may have failed
 };
 
+/// A hint after some rendering.
+struct HintStatistics {
+  HintReport report;
+  uint64_t proposed = 0, accepted = 0;
+  double energy_share = 0.0;                 ///< of the light in the image: what came on paths that the hint could have proposed
+};
+
 class Hints {
  public:
   struct Vertex {
@@ -40,7 +48,9 @@ class Hints {
   };
   struct Hint {
     std::string name;
-    uint32_t light;
+    uint32_t light;                          ///< the nearest to its first point
+    uint32_t first_light;                    ///< of the lamp or emissive object that light is part of
+    std::vector<double> light_chances;       ///< summed up, of the lights from first_light on, as light walks choose them
     double share;                            ///< chance of being chosen
     std::vector<Vertex> vertices;            ///< 0 on the light; the last one is rough
     std::vector<float> one_minus_cos;        ///< of the cone's half-angle, for the segment that leaves each vertex but the last
@@ -48,7 +58,7 @@ class Hints {
   /// What pdf must know of a path: its vertices from the light on.
   struct PathPoint {
     Vec3 position;
-    bool specular;
+    bool specular, transmitted = false;
   };
 
   /// Attach all hints of the scene that are enabled and have weight.
@@ -58,16 +68,17 @@ class Hints {
   size_t size() const { return hints_.size(); }
   const Hint& operator[](size_t i) const { return hints_[i]; }
   uint32_t choose(float u) const;
+  /// A light of the hint's lamp or emissive object, and a point on it; densities as for walks from lights, relative to the whole hint's.
+  static uint32_t choose_light(const Hint& hint, float u);
+  static void sample_position(const Light& light, Vec2 u, Vec3& position, Vec3& normal);
 
   /// Direction that leaves rough vertex `j` of the hint when its path has come to `position`; uniform in the cone.
   static Vec3 sample_direction(const Hint& hint, size_t j, Vec3 position, Vec2 u);
   static float pdf_solid_angle(const Hint& hint, size_t j, Vec3 position, Vec3 direction);
 
-  /// Density of proposing these vertices, the directions' part: per solid angle at every rough vertex and at the light, given the first
-  /// vertex (whose own density on the light is the caller's, as are the conversions to area). Specular vertices count 1. 0 when
-  /// no hint could have made it.
-  double pdf(uint32_t light, std::span<const PathPoint> path) const;
-  /// The same for one hint, without its share.
+  /// Density of proposing these vertices by one hint: per solid angle at every rough vertex and at the light, and for the first vertex
+  /// relative to that of walks from lights (LightEnd::pdf_origin). Conversions to area are the caller's. Specular vertices count 1. 0 when
+  /// the hint could not have made it.
   static double pdf(const Hint& hint, uint32_t light, std::span<const PathPoint> path);
 
  private:

@@ -6,6 +6,7 @@ namespace ajar {
 
 Path& Path::operator=(const Path& other) {
   count = other.count;
+  hint = other.hint;
   film = other.film;
   light = other.light;
   hit_choice = other.hit_choice;

@@ -17,6 +17,7 @@ inline double luminance(const glm::dvec3& c) { return 0.2126729 * c.x + 0.715152
 
 struct Path {
   int count = 0;                      ///< vertices, light and lens included; at least 2
+  int hint = -1;                      ///< which hint proposed it, for statistics; -1: none
   Vec2 film{0.0f};                    ///< where it arrives, in pixels of the full frame
   LightEnd light;
   float hit_choice = 1.0f;            ///< chance that a walk from the eye takes this light among those its last ray meets

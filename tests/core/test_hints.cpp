@@ -120,7 +120,7 @@ TEST(Hints, directions_are_drawn_with_their_density) {
   }
 }
 
-TEST(Hints, density_of_a_path_is_the_sum_over_the_hints_that_could_have_made_it) {
+TEST(Hints, density_of_a_path_is_zero_unless_the_hint_could_have_made_it) {
   SceneDescription d = two_sides();
   d.hints = {hint("A", {{-1, 0, 0.5f}, {-2, 0, 0}}), hint("B", {{-1, 0, 0.5f}, {-2, 0.02f, 0}}), hint("C", {{-1, 0, 0.5f}, {-1, 2, 0}})};
   d.hints[1].weight = 3.0f;
@@ -130,14 +130,20 @@ TEST(Hints, density_of_a_path_is_the_sum_over_the_hints_that_could_have_made_it)
   ASSERT_EQ(hints.size(), 3u);
   const Hints::PathPoint near_both[] = {{Vec3(-1, 0, 0.5f), false}, {Vec3(-2, 0.01f, 0), false}};
   const double a = 0.5 / M_PI / double(warp::one_minus_cos(d.hints[0].spread)), b = 0.5 / M_PI / double(warp::one_minus_cos(0.2f));
-  EXPECT_NEAR(hints.pdf(0, near_both), 0.2 * a + 0.6 * b, 1e-4 * a);
-  EXPECT_EQ(hints.pdf(1, near_both), 0.0);
+  const double chance = hints[0].light_chances.back();   // of this lamp, for walks from lights
+  EXPECT_GT(chance, 0.1);
+  EXPECT_LT(chance, 0.9);
+  EXPECT_NEAR(Hints::pdf(hints[0], 0, near_both) * chance, a, 1e-4 * a);
+  EXPECT_NEAR(Hints::pdf(hints[1], 0, near_both) * chance, b, 1e-4 * b);
+  EXPECT_EQ(Hints::pdf(hints[2], 0, near_both), 0.0);
+  EXPECT_EQ(Hints::pdf(hints[0], 1, near_both), 0.0);
+  EXPECT_NEAR(hints[1].share, 0.6, 1e-6);
   const Hints::PathPoint elsewhere[] = {{Vec3(-1, 0, 0.5f), false}, {Vec3(-3, -2, 0), false}};
-  EXPECT_EQ(hints.pdf(0, elsewhere), 0.0);
+  EXPECT_EQ(Hints::pdf(hints[0], 0, elsewhere), 0.0);
   const Hints::PathPoint longer[] = {near_both[0], near_both[1], {Vec3(-2, 0.01f, 1), false}};
-  EXPECT_EQ(hints.pdf(0, longer), 0.0);
+  EXPECT_EQ(Hints::pdf(hints[0], 0, longer), 0.0);
   const Hints::PathPoint specular[] = {near_both[0], {near_both[1].position, true}};
-  EXPECT_EQ(hints.pdf(0, specular), 0.0);
+  EXPECT_EQ(Hints::pdf(hints[0], 0, specular), 0.0);
   EXPECT_EQ(hints.choose(0.1f), 0u);
   EXPECT_EQ(hints.choose(0.5f), 1u);
   EXPECT_EQ(hints.choose(0.99f), 2u);

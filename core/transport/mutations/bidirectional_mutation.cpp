@@ -56,8 +56,6 @@ bool BidirectionalMutation::possible(const Path& path, Gap gap, int grown, int s
 }
 
 bool BidirectionalMutation::sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
-  const Scene& scene = space_.scene;
-  const Camera& camera = scene.camera();
   // The gap.
   const int n = from.count, most = n - least_eye();
   float u = sampler.get_1d();
@@ -80,6 +78,13 @@ bool BidirectionalMutation::sample(const Path& from, Sampler& sampler, Path& to,
     if (u < 0.0f) break;
   }
   if (grown < 0) return false;
+  return grow_into(from, gap, grown, sampler, to, rays);
+}
+
+bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Sampler& sampler, Path& to, uint64_t& rays) const {
+  const Scene& scene = space_.scene;
+  const Camera& camera = scene.camera();
+  const int n = from.count;
   int choices = 0;
   for (int s = 0; s <= grown; ++s) choices += possible(from, gap, grown, s);
   if (choices == 0) return false;
@@ -166,7 +171,12 @@ double BidirectionalMutation::pdf_given_gap(const Path& from, const Path& to, Ga
   const int removed = from.count - gap.light - gap.eye, grown = to.count - gap.light - gap.eye;
   if (removed < 0 || grown < 0 || std::abs(grown - removed) > 2 || gap.eye < least_eye()) return 0.0;
   const double chance = chance_of_gap(removed, from.count) * chances_of_growth(removed, gap.light + gap.eye)[size_t(grown - removed + 2)];
-  if (!(chance > 0.0)) return 0.0;
+  return chance > 0.0 ? chance * pdf_of_growth(from, to, gap) : 0.0;
+}
+
+double BidirectionalMutation::pdf_of_growth(const Path& from, const Path& to, Gap gap) const {
+  const int grown = to.count - gap.light - gap.eye;
+  if (grown < 0) return 0.0;
   const int first_new = gap.light, end_new = to.count - gap.eye;
   // from_eye[i]: of all new vertices i .. found from the eye.
   std::array<double, kMaxPathVertices + 1> from_eye;
@@ -191,7 +201,7 @@ double BidirectionalMutation::pdf_given_gap(const Path& from, const Path& to, Ga
     if (!to.joinable(light_end) || !to.joinable(light_end + 1)) continue;
     sum += rest * (gap.light == 0 && s == 1 ? double(to.light.pdf_sampled) : from_light);
   }
-  return choices > 0 ? chance * sum / choices : 0.0;
+  return choices > 0 ? sum / choices : 0.0;
 }
 
 double BidirectionalMutation::pdf(const Path& from, const Path& to) const {

@@ -17,11 +17,16 @@ class BidirectionalMutation final : public Mutation {
   bool sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const override;
   double pdf(const Path& from, const Path& to) const override;
 
- private:
   /// `light`, `eye`: vertices kept at either end.
   struct Gap {
     int light, eye;
   };
+  /// Only the growing: a given number of new vertices into a given gap. False, too, when the path then shares more than was kept.
+  bool grow_into(const Path& from, Gap gap, int grown, Sampler& sampler, Path& to, uint64_t& rays) const;
+  /// Its density, whatever the two paths share.
+  double pdf_of_growth(const Path& from, const Path& to, Gap gap) const;
+
+ private:
   int least_eye() const { return space_.scene.camera().has_lens() ? 0 : 1; }
   int places_of_gap(int removed, int count) const;
   double chance_of_gap(int removed, int count) const;

@@ -9,7 +9,7 @@ constexpr float kLargestAngle = 0.7f;
 }
 
 CausticPerturbation::CausticPerturbation(const PathSpace& space)
-    : space_(space), pixels_{0.1f, std::max(1.0f, float(std::sqrt(0.05 * space.film_area() / M_PI)))} {}
+    : space_(space), pixels_(LogarithmicStep::on_film(space)) {}
 
 int CausticPerturbation::turned(const Path& path) {
   int i = path.count - 3;

@@ -10,7 +10,7 @@ constexpr float kNear = 0.01f;
 }  // namespace
 
 LensPerturbation::LensPerturbation(const PathSpace& space)
-    : LensPerturbation(space, "lens", {0.1f, std::max(1.0f, float(std::sqrt(0.05 * space.film_area() / M_PI)))}) {}
+    : LensPerturbation(space, "lens", LogarithmicStep::on_film(space)) {}
 
 LensPerturbation::LensPerturbation(const PathSpace& space, const char* name, LogarithmicStep film_step)
     : space_(space), name_(name), film_step_(film_step), angle_step_{0.0005f, 0.2f} {}

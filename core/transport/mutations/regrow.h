@@ -1,6 +1,9 @@
 // Parts of walks that mutations share: growing a path from either end, and joining.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "transport/path.h"
 
 namespace ajar {
@@ -8,6 +11,11 @@ namespace ajar {
 /// Random displacement whose length is spread evenly over orders of magnitude [Veach 1997, section 11.4.3].
 struct LogarithmicStep {
   float smallest, largest;
+  /// In pixels: up to a circle of a twentieth of the film. Steps inside a pixel find nothing new, so the smallest is a pixel, less on tiny films.
+  static LogarithmicStep on_film(const PathSpace& space) {
+    const float largest = std::max(1.0f, float(std::sqrt(0.05 * space.film_area() / M_PI)));
+    return {std::clamp(largest / 12.0f, 0.1f, 1.0f), largest};
+  }
   float sample(float u) const { return smallest * std::pow(largest / smallest, u); }
   /// Of the length r, per unit of length.
   double pdf_length(double r) const { return r >= double(smallest) && r <= double(largest) ? 1.0 / (r * std::log(double(largest) / double(smallest))) : 0.0; }

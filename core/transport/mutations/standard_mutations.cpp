@@ -1,0 +1,34 @@
+#include "transport/mutations/standard_mutations.h"
+
+#include <algorithm>
+
+#include "transport/mutations/bidirectional_mutation.h"
+#include "transport/mutations/caustic_perturbation.h"
+#include "transport/mutations/lens_perturbation.h"
+#include "transport/mutations/user_path_mutation.h"
+
+namespace ajar {
+
+namespace {
+// The optimum is flat: fewer bidirectional mutations help `room` and `lantern` a little and hurt caustics with few steps.
+constexpr float kBidirectional = 0.4f, kLens = 0.35f, kCaustic = 0.25f;
+constexpr float kHint = 0.1f, kRegrow = 0.05f;   // besides, when there are hints
+constexpr float kSharpRoughness = 0.05f;
+}  // namespace
+
+std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints) {
+  std::vector<MutationShare> mutations;
+  if (hints.empty()) {
+    mutations.push_back({std::make_unique<BidirectionalMutation>(space), kBidirectional});
+  } else {
+    const float share = kBidirectional + kHint + kRegrow;
+    mutations.push_back({std::make_unique<UserPathMutation>(space, hints, kHint / share, kRegrow / share), share});
+  }
+  mutations.push_back({std::make_unique<LensPerturbation>(space), kLens});
+  const auto& programs = space.scene.programs();
+  if (std::any_of(programs.begin(), programs.end(), [](const ShaderProgram& p) { return p.may_be_smooth(kSharpRoughness); }))
+    mutations.push_back({std::make_unique<CausticPerturbation>(space), kCaustic});
+  return mutations;
+}
+
+}  // namespace ajar

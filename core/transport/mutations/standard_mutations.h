@@ -1,0 +1,15 @@
+// The mutations that a scene needs, and how often each is chosen: the same list for all algorithms with chains.
+//
+// Without surfaces that may be mirrors or clear glass there is no caustic perturbation: what it moves
+// then, the lens perturbation moves as well. Without attached hints there is no user path.
+#pragma once
+
+#include "transport/chain.h"
+#include "transport/hints.h"
+
+namespace ajar {
+
+/// `space` and `hints` must outlive the mutations.
+std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints);
+
+}  // namespace ajar
