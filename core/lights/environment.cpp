@@ -1,9 +1,11 @@
 #include "lights/environment.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <tbb/parallel_for.h>
 
+#include "math/frame.h"
 #include "math/warps.h"
 
 namespace ajar {
@@ -41,13 +43,17 @@ void Environment::build_map() {
   cos_rows_.resize(kHeight + 1);
   for (int y = 0; y <= kHeight; ++y) cos_rows_[size_t(y)] = float(std::cos(M_PI * y / kHeight));
 
+  const std::vector<SkyDisc> discs = program_->sky_discs();
   std::vector<float> corners(size_t(kWidth) * (kHeight + 1));
   tbb::parallel_for(0, kHeight + 1, [&](int y) {
     const double theta = M_PI * y / kHeight;
     for (int x = 0; x < kWidth; ++x) {
       const double phi = 2.0 * M_PI * x / kWidth;
       const Vec3 wi(float(std::sin(theta) * std::cos(phi)), float(std::sin(theta) * std::sin(phi)), float(std::cos(theta)));
-      corners[size_t(y) * kWidth + size_t(x)] = weight(evaluate(*program_, wi, 0));
+      const bool in_disc = std::any_of(discs.begin(), discs.end(), [&](const SkyDisc& disc) {
+        return glm::dot(wi, disc.direction) > std::cos(disc.angular_radius);
+      });
+      if (!in_disc) corners[size_t(y) * kWidth + size_t(x)] = weight(evaluate(*program_, wi, 0));
     }
   });
 
@@ -64,6 +70,23 @@ void Environment::build_map() {
       const float mean = 0.25f * (above[x] + above[next] + below[x] + below[next]);
       cells[size_t(y) * kWidth + size_t(x)] = mean;
       sum += double(mean) * solid_angle(y);
+    }
+  }
+  // A sun is about as large as a cell: corners would miss it, or take it for whole cells. It is added by what it sends.
+  constexpr int kAcross = 32;
+  for (const SkyDisc& disc : discs) {
+    const Frame frame(disc.direction);
+    const float z_edge = std::cos(disc.angular_radius), part = 0.5f * (1.0f - z_edge) / float(kAcross * kAcross);
+    for (int i = 0; i < kAcross * kAcross; ++i) {
+      const float z = 1.0f - (1.0f - z_edge) * (float(i / kAcross) + 0.5f) / kAcross, r = safe_sqrt(1.0f - z * z);
+      const float phi = 2.0f * kPi * (float(i % kAcross) + 0.5f) / kAcross;
+      const Vec3 wi = frame.to_world({r * std::cos(phi), r * std::sin(phi), z});
+      const float azimuth = std::atan2(wi.y, wi.x) * (0.5f * kInvPi);
+      const int x = std::clamp(int((azimuth < 0.0f ? azimuth + 1.0f : azimuth) * kWidth), 0, kWidth - 1);
+      const int y = std::clamp(int(std::acos(std::clamp(wi.z, -1.0f, 1.0f)) * kInvPi * kHeight), 0, kHeight - 1);
+      const float sent = weight(evaluate(*program_, wi, 0)) * part;
+      cells[size_t(y) * kWidth + size_t(x)] += sent / solid_angle(y);
+      sum += double(sent);
     }
   }
   // Nothing at the corners may still be something between them: then the floor is all there is.

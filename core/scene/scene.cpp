@@ -148,6 +148,7 @@ std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& opt
   s.textures_ = std::make_unique<TextureStore>(std::move(d.images));
   ShaderContext context;
   context.camera = &d.camera;
+  context.image_width = d.settings.width;
   context.reflective_caustics = d.settings.reflective_caustics;
   context.refractive_caustics = d.settings.refractive_caustics;
   for (size_t i = 0; i < d.materials.size(); ++i) {

@@ -8,7 +8,7 @@ NodeFunction find_value_node(std::string_view type) {
   static const std::unordered_map<std::string_view, NodeFunction> all = [] {
     std::unordered_map<std::string_view, NodeFunction> map;
     for (const auto family : {nodes::input_nodes(), nodes::texture_nodes(), nodes::pattern_nodes(), nodes::math_nodes(),
-                              nodes::vector_nodes(), nodes::color_nodes()})
+                              nodes::vector_nodes(), nodes::color_nodes(), nodes::displacement_nodes()})
       for (const NodeType& node : family) map.emplace(node.name, node.function);
     return map;
   }();

@@ -26,6 +26,7 @@ std::span<const NodeType> pattern_nodes();
 std::span<const NodeType> math_nodes();
 std::span<const NodeType> vector_nodes();
 std::span<const NodeType> color_nodes();
+std::span<const NodeType> displacement_nodes();
 }  // namespace nodes
 
 /// Null for a type that is not a value node we know.

@@ -41,6 +41,7 @@ ProgramBuilder::ProgramBuilder(const NodeGraph& graph, const std::string& owner,
     if (!seen[link.node]) seen[link.node] = true, open.push_back(link.node);
   };
   visit(graph.surface);
+  visit(graph.displacement);
   while (!open.empty()) {
     const int index = open.back();
     open.pop_back();
@@ -120,7 +121,8 @@ Value ProgramBuilder::input(int node, std::string_view socket, SocketType type, 
 Value ProgramBuilder::value_of(const NodeLink& link) {
   const Value nothing{SocketType::Closure, 0};
   const auto key = std::make_pair(link.node, link.socket);
-  if (const auto found = values_.find(key); found != values_.end()) return found->second;
+  auto& values = values_[size_t(shift_)];
+  if (const auto found = values.find(key); found != values.end()) return found->second;
   if (on_stack_[link.node]) {
     report(link.node, "feeds itself; the loop is cut");
     return nothing;
@@ -142,7 +144,7 @@ Value ProgramBuilder::value_of(const NodeLink& link) {
   }
   --depth_;
   on_stack_[link.node] = false;
-  values_[key] = value;
+  values[key] = value;
   return value;
 }
 
@@ -151,7 +153,7 @@ Value ProgramBuilder::unknown_value(int index, std::string_view output) {
   if (output == "Normal") {
     report(index, "is not supported yet; the surface's own normal is used");
     return is_linked(index, "Normal") ? input(index, "Normal", SocketType::Vector)
-                                      : emit(Op::ShadingNormal, SocketType::Vector, {});
+                                      : surface_normal();
   }
   for (const NodeInput& in : unknown.inputs) {
     if (!is_linked(index, in.socket)) continue;
@@ -235,6 +237,7 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
   instruction.op = op;
   instruction.variant = uint8_t(variant);
   instruction.data = data;
+  if (can_shift(op)) instruction.shift = shift_;
   bool constant_inputs = true;
   int n = 0;
   for (const Value& value : inputs) {
@@ -256,6 +259,7 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
   std::string key;
   key.push_back(char(op));
   key.push_back(char(variant));
+  key.push_back(char(instruction.shift));
   key.append(reinterpret_cast<const char*>(instruction.in.data()), sizeof instruction.in);
   key.append(reinterpret_cast<const char*>(&data), sizeof data);
   if (const auto found = instructions_.find(key); found != instructions_.end()) return {type, found->second};
@@ -271,6 +275,18 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
   code.push_back(instruction);
   instructions_.emplace(key, result.at);
   return result;
+}
+
+void ProgramBuilder::use_bump() {
+  BumpFootprint& bump = tables.bump;
+  if (bump.used) return;
+  bump.used = true;
+  const CameraDescription* camera = context_.camera;
+  if (!camera || !camera->present) return;
+  bump.camera = camera->kind;
+  bump.camera_from_world = glm::affineInverse(to_matrix(camera->world_from_camera));
+  const float width = float(std::max(context_.image_width, 1));
+  bump.pixel = (camera->kind == CameraKind::Panorama ? 2.0f * kPi : camera->screen_window.y - camera->screen_window.x) / width;
 }
 
 uint32_t ProgramBuilder::add_name(std::string_view name) {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string_view>
 #include <unordered_map>
 
@@ -59,6 +60,24 @@ class ProgramBuilder {
     return {constant_value(value), constant_value(value, 1), constant_value(value, 2)};
   }
 
+  /// The normal of the surface before closures and nodes choose another: the smooth one, or the displaced one once it is set.
+  Value surface_normal() { return surface_normal_ ? *surface_normal_ : emit(Op::ShadingNormal, SocketType::Vector, {}); }
+  Operand displaced_normal() const { return surface_normal_ ? surface_normal_->at : kNoOperand; }
+  void set_displaced_normal(Value normal) { surface_normal_ = normal; }
+  /// A normal turned by the heights of `height(shift)`, which is asked for the point and the two beside it.
+  template <class Height> Value bumped(Height&& height, Value strength, Value distance, Value normal) {
+    const Shift outer = shift_;
+    Value h[3];
+    for (const Shift shift : {Shift::None, Shift::X, Shift::Y}) {
+      shift_ = shift;
+      h[size_t(shift)] = height();
+    }
+    shift_ = outer;
+    if (h[0].at == h[1].at && h[0].at == h[2].at) return normal;
+    use_bump();
+    return emit(Op::Bump, SocketType::Vector, {h[0], h[1], h[2], strength, distance, normal});
+  }
+
   uint32_t add_name(std::string_view name);
   uint32_t add_matrix(const Mat4& matrix);
   void report(int node, const std::string& message);
@@ -84,12 +103,16 @@ class ProgramBuilder {
   /// a * 1, a * 0, a + 0 and the like need no instruction.
   bool simplify(Op op, std::initializer_list<Value> inputs, Value& result);
 
+  void use_bump();
+
   const NodeGraph& graph_;
   const std::string& owner_;
   TextureStore& textures_;
   Diagnostics& diagnostics_;
   const ShaderContext& context_;
-  std::map<std::pair<int, std::string>, Value, std::less<>> values_;
+  std::map<std::pair<int, std::string>, Value, std::less<>> values_[3];   // by shift
+  Shift shift_ = Shift::None;
+  std::optional<Value> surface_normal_;
   std::unordered_map<std::string, Operand> constants_, instructions_;   // keyed by their bytes
   std::vector<bool> on_stack_;
   std::map<std::pair<int, std::string>, bool> read_;

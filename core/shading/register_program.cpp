@@ -1,6 +1,7 @@
 #include "shading/register_program.h"
 
 #include "scene/geometry.h"
+#include "shading/nodes/bump.h"
 #include "shading/nodes/color_functions.h"
 #include "shading/nodes/hash.h"
 #include "shading/nodes/math_functions.h"
@@ -19,6 +20,14 @@ const OpInfo& info(Op op) {
 #undef AJAR_OP
   };
   return kInfo[size_t(op)];
+}
+
+bool can_shift(Op op) {
+  switch (op) {
+    case Op::Position: case Op::Parametric: case Op::Generated: case Op::ObjectPosition: case Op::TransformPosition:
+    case Op::CameraPosition: case Op::WindowPosition: case Op::ActiveUv: case Op::NamedUv: case Op::NamedAttribute: return true;
+    default: return false;
+  }
 }
 
 namespace {
@@ -112,10 +121,14 @@ nodes::WaveParameters wave_parameters(uint8_t variant, Vec3 distortion, Vec3 sha
 
 }  // namespace
 
-void run(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
-         float* registers) {
+namespace {
+
+/// `points` are the point itself and those beside it; all the same when nothing is bumped.
+void run_at(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint* const (&points)[3],
+            float* registers) {
   const float* constants = tables.constants.data();
   for (const Instruction* i = code; i != code + count; ++i) {
+    const ShadingPoint& point = *points[size_t(i->shift)];
     float* const out = registers + i->out;
     const auto f = [&](int k) { return *operand(i->in[k], registers, constants); };
     const auto v = [&](int k) { return load3(operand(i->in[k], registers, constants)); };
@@ -208,6 +221,7 @@ void run(const Instruction* code, size_t count, const ProgramTables& tables, con
         out[0] = result.x, out[1] = result.y;
         break;
       }
+      case Op::Sky: store3(tables.skies[i->data].radiance(v(0))); break;
       case Op::Wavelength: store3(nodes::wavelength(f(0))); break;
       case Op::Image: store4(nodes::image(tables.images[i->data], Vec2(v(0)))); break;
       case Op::ImageBox: store4(nodes::image_box(tables.images[i->data], v(0), nodes::object_normal(point))); break;
@@ -286,9 +300,30 @@ void run(const Instruction* code, size_t count, const ProgramTables& tables, con
       case Op::NormalMap:
         store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant), tables.names[i->data], f(0), v(1)));
         break;
+      case Op::Bump:   // heights here and beside, strength, distance, normal
+        store3(nodes::bump(point, tables.bump, f(0), f(1), f(2), f(3), f(4), v(5)));
+        break;
+      case Op::Displacement: store3(nodes::displacement(point, nodes::DisplacementSpace(i->variant), f(0), v(1))); break;
+      case Op::VectorDisplacement:
+        store3(nodes::vector_displacement(point, nodes::DisplacementSpace(i->variant), v(0)));
+        break;
       case Op::VectorTransform: store3(vector_transform(point, i->variant, tables.matrices[i->data], v(0))); break;
     }
   }
+}
+
+void run_bumped(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point, float* registers) {
+  const nodes::BumpOffsets offsets = nodes::bump_offsets(point, tables.bump);
+  const ShadingPoint x = nodes::shifted(point, offsets.x), y = nodes::shifted(point, offsets.y);
+  run_at(code, count, tables, {&point, &x, &y}, registers);
+}
+
+}  // namespace
+
+void run(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point, float* registers) {
+  if (count == 0) return;
+  if (tables.bump.used) run_bumped(code, count, tables, point, registers);
+  else run_at(code, count, tables, {&point, &point, &point}, registers);
 }
 
 }  // namespace ajar

@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "math/types.h"
+#include "scene/scene_description.h"
 #include "shading/shading_point.h"
+#include "shading/nodes/sky.h"
 #include "shading/texture.h"
 
 namespace ajar {
@@ -40,7 +42,7 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(Ramp, 4, false) OP(Curve, 3, false) OP(FloatCurve, 1, false)                                             \
   OP(Checker, 1, false) OP(SelectColor, 3, false) OP(Gradient, 1, false)                                      \
   OP(Noise, 1, false) OP(NoiseColor, 3, false) OP(WhiteNoise, 3, false) OP(Voronoi, 8, false)                 \
-  OP(Wave, 1, false) OP(Magic, 3, false) OP(Brick, 2, false) OP(Wavelength, 3, false)                         \
+  OP(Wave, 1, false) OP(Magic, 3, false) OP(Brick, 2, false) OP(Wavelength, 3, false) OP(Sky, 3, false)                    \
   OP(Image, 4, false) OP(ImageBox, 4, true) OP(Environment, 4, false)                                         \
   OP(ProjectSphere, 3, false) OP(ProjectTube, 3, false)                                                       \
   OP(Position, 3, true) OP(ShadingNormal, 3, true) OP(TrueNormal, 3, true) OP(Incoming, 3, true)              \
@@ -50,7 +52,8 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(ActiveUv, 3, true) OP(NamedUv, 3, true) OP(NamedAttribute, 4, true)                                      \
   OP(ObjectLocation, 3, true) OP(ObjectColor, 4, true) OP(ObjectIndex, 1, true) OP(ObjectRandom, 1, true)     \
   OP(LightPath, 1, true) OP(LightFalloff, 1, true) OP(Fresnel, 1, true) OP(LayerWeight, 1, true)              \
-  OP(NormalMap, 3, true) OP(VectorTransform, 3, true)
+  OP(NormalMap, 3, true) OP(VectorTransform, 3, true)                                                         \
+  OP(Bump, 3, true) OP(Displacement, 3, true) OP(VectorDisplacement, 3, true)
 
 enum class Op : uint8_t {
 #define AJAR_OP(name, width, needs_point) name,
@@ -64,12 +67,18 @@ struct OpInfo {
   bool needs_point;
 };
 const OpInfo& info(Op op);
+/// Reads a place on the surface, so that it can also be evaluated a little beside it.
+bool can_shift(Op op);
+
+/// Where an instruction evaluates: bump mapping compares heights at the point itself with those beside it.
+enum class Shift : uint8_t { None, X, Y };
 
 /// One step. `variant` selects an operation within the family (a blend type, a light path output);
 /// `data` is an index into the table, texture, name or matrix lists, or packed flags.
 struct Instruction {
   Op op = Op::Splat;
   uint8_t variant = 0;
+  Shift shift = Shift::None;
   Operand out = 0;
   std::array<Operand, 6> in{kNoOperand, kNoOperand, kNoOperand, kNoOperand, kNoOperand, kNoOperand};
   uint32_t data = 0;
@@ -93,13 +102,24 @@ struct CurveTable {
   bool interpolate = true, extrapolate = false;
 };
 
+/// How far beside a point bump mapping looks: about a pixel of the camera, as in Cycles, but a function of the place alone, so that
+/// paths found from either end agree. Cycles measures along the path.
+struct BumpFootprint {
+  bool used = false;
+  CameraKind camera = CameraKind::Perspective;
+  Mat4 camera_from_world{1.0f};
+  float pixel = 1e-3f;             ///< width of a pixel: at distance 1, or anywhere when orthographic
+};
+
 /// Everything instructions refer to.
 struct ProgramTables {
   std::vector<float> constants;
   std::vector<CurveTable> curves;
   std::vector<ImageLookup> images;
+  std::vector<nodes::Sky> skies;
   std::vector<std::string> names;
   std::vector<Mat4> matrices;
+  BumpFootprint bump;
 };
 
 /// Run `count` instructions. `registers` needs no initialisation.

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "shading/closure_list.h"
+#include "shading/nodes/displacement_nodes.h"
 
 namespace ajar {
 
@@ -21,6 +22,7 @@ struct ShaderProgram::Data {
   std::vector<Instruction> code, emission_code, transparency_code;
   ProgramTables tables;
   bool reflective_caustics = true, refractive_caustics = true;
+  Operand displaced_normal = kNoOperand;   // of the surface; none: the smooth one
 
   bool plain_diffuse = false;   // nothing scatters but one Lambert closure around the surface's own normal
   bool may_be_transparent = false, depends_on_view = false;
@@ -31,13 +33,14 @@ namespace {
 
 using Closures = std::vector<Closure>;
 
-/// The instructions that `closures` need, in order.
+/// The instructions that `closures` and one more operand need, in order.
 std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int register_count,
-                                     std::initializer_list<const Closures*> lists) {
+                                     std::initializer_list<const Closures*> lists, Operand also = kNoOperand) {
   std::vector<bool> live(size_t(register_count), false);
   const auto mark = [&](Operand o) {
     if (o >= 0 && o != kNoOperand) live[o] = true;
   };
+  mark(also);
   for (const Closures* list : lists)
     for (const Closure& closure : *list) {
       for (const Operand o : {closure.weight, closure.normal, closure.coat_normal, closure.tangent}) mark(o);
@@ -103,10 +106,8 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.refractive_caustics = context.refractive_caustics;
   if (graph.volume.node >= 0)
     report_once(diagnostics, {Diagnostic::Severity::Warning, owner, "its volume is not supported yet and is ignored"});
-  if (graph.displacement.node >= 0)
-    report_once(diagnostics, {Diagnostic::Severity::Warning, owner, "its displacement is not supported yet and is ignored"});
-
   ProgramBuilder builder(graph, owner, textures, diagnostics, context);
+  nodes::add_displacement(builder);
   for (Closure& closure : flatten_closures(builder)) {
     Closures& list = closure.kind == ClosureKind::Emission      ? data.emission
                      : closure.kind == ClosureKind::Transparent ? data.transparency
@@ -119,17 +120,19 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
                               "its node graph is too large; what exceeds the limit is grey"});
 
   data.register_count = builder.register_count();
-  const auto code_for = [&](std::initializer_list<const Closures*> lists) {
-    return needed_code(builder.code, data.register_count, lists);
+  if (!data.scattering.empty()) data.displaced_normal = builder.displaced_normal();
+  const auto code_for = [&](std::initializer_list<const Closures*> lists, Operand also = kNoOperand) {
+    return needed_code(builder.code, data.register_count, lists, also);
   };
-  data.code = code_for({&data.scattering, &data.emission, &data.transparency, &data.holdout});
+  data.code = code_for({&data.scattering, &data.emission, &data.transparency, &data.holdout}, data.displaced_normal);
   data.emission_code = code_for({&data.emission});
   data.transparency_code = code_for({&data.transparency});
   data.tables = std::move(builder.tables);
   data.may_be_transparent = !data.transparency.empty();
   data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() && is_plain_diffuse(data.scattering.front());
   for (const Instruction& i : data.code)
-    for (const Op op : {Op::Incoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection, Op::ShadingNormal, Op::TrueNormal})
+    for (const Op op : {Op::Incoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection, Op::ShadingNormal, Op::TrueNormal,
+                        Op::Bump})
       data.depends_on_view |= i.op == op;
   for (const Closure& closure : data.scattering)
     data.depends_on_view |= closure.normal != kNoOperand || closure.coat_normal != kNoOperand ||
@@ -143,7 +146,8 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
   const float* constants = d.tables.constants.data();
   run(d.code.data(), d.code.size(), d.tables, point, registers);
 
-  out.bsdf.start(point.ng, closures::safe_shading_normal(point.ng, point.wo, point.ns));
+  const Vec3 normal = d.displaced_normal == kNoOperand ? point.ns : load3(registers + d.displaced_normal);
+  out.bsdf.start(point.ng, closures::safe_shading_normal(point.ng, point.wo, normal));
   out.emission = sum(d.emission, registers, constants);
   out.holdout = 0.0f;
   for (const Closure& closure : d.holdout) out.holdout += *operand(closure.weight, registers, constants);
@@ -262,6 +266,20 @@ bool ShaderProgram::may_be_smooth(float roughness) const {
 }
 
 bool ShaderProgram::depends_on_view() const { return data_->depends_on_view; }
+std::vector<SkyDisc> ShaderProgram::sky_discs() const {
+  std::vector<SkyDisc> discs;
+  const Data& d = *data_;
+  for (const Instruction& sky : d.emission_code) {
+    if (sky.op != Op::Sky) continue;
+    const auto sun = d.tables.skies[sky.data].sun();
+    // A sky that is turned has its sun somewhere else.
+    const bool as_it_is = std::any_of(d.emission_code.begin(), d.emission_code.end(),
+                                      [&](const Instruction& i) { return i.op == Op::Generated && i.out == sky.in[0]; });
+    if (sun && as_it_is) discs.push_back({sun->direction, sun->angular_radius});
+  }
+  return discs;
+}
+
 int ShaderProgram::instruction_count() const { return int(data_->code.size()); }
 
 std::string ShaderProgram::listing() const {

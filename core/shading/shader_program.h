@@ -31,7 +31,8 @@ void report_once(Diagnostics& diagnostics, Diagnostic diagnostic);
 
 /// What a program may need of the scene around it. All of it is optional.
 struct ShaderContext {
-  const CameraDescription* camera = nullptr;   ///< for camera and window coordinates
+  const CameraDescription* camera = nullptr;   ///< for camera and window coordinates, and the size of pixels
+  int image_width = 0;                         ///< pixels of the full frame
   int material_pass_index = 0;                 ///< Object Info > Material Index
   bool reflective_caustics = true, refractive_caustics = true;  ///< RenderSettings' switches
 };
@@ -41,6 +42,11 @@ struct SurfaceShading {
   Bsdf bsdf;
   Color emission{0.0f};         ///< radiance towards wo
   float holdout = 0.0f;         ///< fraction that cuts a hole in the film
+};
+
+struct SkyDisc {
+  Vec3 direction;
+  float angular_radius;
 };
 
 class ShaderProgram {
@@ -72,6 +78,8 @@ class ShaderProgram {
   /// The lobes may differ with the direction they are made for, beyond what Bsdf accounts for when
   /// directions are swapped (Fresnel and Layer Weight nodes, bumped normals, coats, which side is seen).
   bool depends_on_view() const;
+  /// Small parts of the sky, as seen by the world's program, that may hold most of its light.
+  std::vector<SkyDisc> sky_discs() const;
   int instruction_count() const;
   std::string listing() const;        ///< the program as text, for tests and people
 

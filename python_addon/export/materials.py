@@ -19,6 +19,9 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
     if key not in context.materials:
         if material.use_nodes and material.node_tree is not None:
             graph = node_graph.export(context, material.node_tree, material.name)
+            method = getattr(getattr(material, "cycles", None), "displacement_method", "BUMP")
+            if graph.displacement.node >= 0 and method != "BUMP":
+                context.warn(material.name, "its displacement is shown as bump; the surface itself is not moved yet")
             # An output with nothing linked to it neither reflects nor emits.
             if graph.surface.node < 0:
                 _diffuse(graph, (0.0, 0.0, 0.0, 1.0))

@@ -19,7 +19,7 @@ Value = tuple[float, float, float, float]
 ZERO: Value = (0.0, 0.0, 0.0, 0.0)
 TABLE_SIZE = 256
 # Every other texture node falls back on Generated coordinates.
-WITHOUT_GENERATED = {"ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeTexSky"}
+WITHOUT_GENERATED = {"ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeTexWhiteNoise"}
 
 
 @dataclass(eq=False)

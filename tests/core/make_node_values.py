@@ -120,8 +120,65 @@ def define_patterns() -> None:
             case("TexBrick", output, {"offset_frequency": 3, "squash_frequency": 2}, Vector=place, **colors, Scale=2.0, Mortar__Size=0.06,
                  Mortar__Smooth=0.4, Bias=-0.1, Brick__Width=0.8, Row__Height=0.3)
     case("TexBrick", "Color", {}, Vector=(0.301, 0.1, 0.0), **colors, Scale=5.0, Mortar__Size=0.02, Mortar__Smooth=0.0)
+    skies = (("PREETHAM", {"sun_direction": (0.6, -0.3, 0.4), "turbidity": 3.4}),
+             ("HOSEK_WILKIE", {"sun_direction": (0.6, -0.3, 0.4), "turbidity": 3.4, "ground_albedo": 0.4}))
+    for kind, properties in skies:
+        for direction in ((0.0, 0.0, 1.0), (0.6, -0.3, 0.5), (-0.8, 0.5, 0.05), (0.3, 0.2, -0.4)):
+            length = math.sqrt(sum(x * x for x in direction))
+            case("TexSky", "Color", {"sky_type": kind, **properties}, Vector=tuple(x / length for x in direction))
+    high = {"sky_type": "NISHITA", "sun_elevation": 0.7, "sun_rotation": 2.0, "altitude": 300.0, "air_density": 1.5, "dust_density": 2.0,
+            "ozone_density": 3.0, "sun_disc": False}
+    low = {**high, "sun_elevation": -0.01, "sun_rotation": -1.0, "dust_density": 0.3}
+    # With a sun the node takes no vector: the middle of the picture's pixel, in generated coordinates, then lies in the disc.
+    sun = {"sky_type": "NISHITA", "sun_elevation": 0.5, "sun_rotation": 0.8, "sun_size": 0.3, "sun_intensity": 0.003, "sun_disc": True}
+    case("TexSky", "Color", sun, Vector=(0.625, 0.625, 0.5))
+    for properties, elevation, azimuth in ((high, 1.1, 0.3), (low, 0.04, 2.7), (low, -0.2, 2.0)):
+        case("TexSky", "Color", properties, Vector=(math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth),
+                                                    math.sin(elevation)))
     for nanometres in (300.0, 380.0, 452.0, 507.5, 600.0, 779.0):
         case("Wavelength", "Color", Wavelength=nanometres)
+
+
+# How far the picture's plane is tilted where a normal is bumped: z = SLOPE * (x, y).
+SLOPE = (0.3, -0.2)
+BUMPS: list[tuple[str, dict]] = []     # node, inputs and properties
+
+
+def define_bumps() -> None:
+    for strength, distance, invert in ((1.0, 1.0, False), (0.4, 0.3, False), (1.6, 0.2, True)):
+        BUMPS.append(("Bump", {"Strength": strength, "Distance": distance, "invert": invert}))
+    for space in ("OBJECT", "WORLD"):
+        BUMPS.append(("Displacement", {"space": space, "Midlevel": 0.3, "Scale": 0.4}))
+
+
+def add_bump(index: int, corner: tuple[float, float]) -> None:
+    """A tilted square that shows the normal, turned by waves over the position."""
+    kind, settings = BUMPS[index]
+    mesh = bpy.data.meshes.new(f"bump {index}")
+    points = [(corner[0] + x, corner[1] + y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    mesh.from_pydata([(x, y, SLOPE[0] * x + SLOPE[1] * y) for x, y in points], [], [(0, 1, 2, 3)])
+    material = bpy.data.materials.new(f"bump {index}")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    node, wave, geometry = nodes.new(f"ShaderNode{kind}"), nodes.new("ShaderNodeTexWave"), nodes.new("ShaderNodeNewGeometry")
+    wave.bands_direction = "DIAGONAL"
+    wave.inputs["Scale"].default_value = 0.13
+    links.new(geometry.outputs["Position"], wave.inputs["Vector"])
+    links.new(wave.outputs["Fac"], node.inputs["Height"])
+    for name, value in settings.items():
+        if name in node.inputs:
+            node.inputs[name].default_value = value
+        else:
+            setattr(node, name, value)
+    emission, end = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeOutputMaterial")
+    shown = node.outputs["Normal"] if kind == "Bump" else nodes.new("ShaderNodeNewGeometry").outputs["Normal"]
+    if kind == "Displacement":
+        links.new(node.outputs["Displacement"], end.inputs["Displacement"])
+    links.new(shown, emission.inputs["Color"])
+    links.new(emission.outputs[0], end.inputs["Surface"])
+    mesh.materials.append(material)
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new(f"bump {index}", mesh))
 
 
 def set_inputs(node: bpy.types.Node, inputs: dict, links: bpy.types.NodeLinks, nodes: bpy.types.Nodes) -> None:
@@ -160,10 +217,12 @@ def build_scene(side: int) -> None:
         links.new(emission.outputs[0], end.inputs["Surface"])
         mesh.materials.append(material)
         scene.collection.objects.link(bpy.data.objects.new(f"case {i}", mesh))
+    for i in range(len(BUMPS)):
+        add_bump(i, ((len(CASES) + i) % side, (len(CASES) + i) // side))
     camera = bpy.data.cameras.new("camera")
     camera.type, camera.ortho_scale = "ORTHO", side
     holder = bpy.data.objects.new("camera", camera)
-    holder.location = (side / 2, side / 2, 5)
+    holder.location = (side / 2, side / 2, side)
     scene.collection.objects.link(holder)
     scene.camera = holder
     scene.render.engine = "CYCLES"
@@ -191,7 +250,8 @@ def text_of(value: object) -> str:
 def main(path: str) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     define()
-    side = math.ceil(math.sqrt(len(CASES)))
+    define_bumps()
+    side = math.ceil(math.sqrt(len(CASES) + len(BUMPS)))
     build_scene(side)
     pixels = render(side)
     with open(path, "w", encoding="utf-8") as file:
@@ -200,9 +260,16 @@ def main(path: str) -> None:
         for i, (kind, output, properties, inputs) in enumerate(CASES):
             x, y = i % side, i // side
             value = tuple(float(number) for number in pixels[y * PIXELS + PIXELS // 2, x * PIXELS + PIXELS // 2, :3])
-            listed = ";".join(f"{name}={content if isinstance(content, str) else int(content)}" for name, content in properties.items())
+            listed = ";".join(f"{name}={content if isinstance(content, str) else text_of(content)}" for name, content in properties.items())
             sockets = ";".join(f"{name}={text_of(content)}" for name, content in inputs.items())
             file.write("\t".join((kind, output, listed, sockets, text_of(value))) + "\n")
+        # Bumped normals, with the middle of the pixel they are seen in.
+        for i, (kind, settings) in enumerate(BUMPS):
+            x, y = (len(CASES) + i) % side, (len(CASES) + i) // side
+            middle = (PIXELS // 2 + 0.5) / PIXELS
+            value = tuple(float(number) for number in pixels[y * PIXELS + PIXELS // 2, x * PIXELS + PIXELS // 2, :3])
+            listed = ";".join(f"{name}={content if isinstance(content, str) else text_of(content)}" for name, content in settings.items())
+            file.write("\t".join((f"@{kind}", text_of((x + middle, y + middle)), listed, text_of(value))) + "\n")
 
 
 if __name__ == "__main__":

@@ -73,33 +73,46 @@ Color read(const Surface& s, const std::string& type, const std::string& output,
 
 }  // namespace
 
+// ---- Values recorded from Cycles by make_node_values.py ----
+
+namespace {
+
+std::vector<std::string> split(const std::string& text, char at) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, at);) parts.push_back(part);
+  return parts;
+}
+
+Vec4 vector_of(const std::string& text) {   // a single number counts for all components
+  const std::vector<std::string> parts = split(text, ',');
+  Vec4 v(std::stof(parts[0]));
+  for (size_t i = 0; i < parts.size(); ++i) v[int(i)] = std::stof(parts[i]);
+  return v;
+}
+
+/// name=1,2,3 or name=TEXT
+NodeProperty property_of(const std::string& text) {
+  const std::vector<std::string> parts = split(text, '=');
+  if (parts[1].find_first_not_of("0123456789.,-+e") != std::string::npos) return text_property(parts[0], parts[1]);
+  std::vector<float> numbers;
+  for (const std::string& number : split(parts[1], ',')) numbers.push_back(std::stof(number));
+  return number_property(parts[0], numbers);
+}
+
+}  // namespace
+
 TEST(ShaderNodes, constant_nodes_fold_to_what_cycles_gives) {
-  const auto split = [](const std::string& text, char at) {
-    std::vector<std::string> parts;
-    std::istringstream stream(text);
-    for (std::string part; std::getline(stream, part, at);) parts.push_back(part);
-    return parts;
-  };
-  const auto vector_of = [&](const std::string& text) {   // a single number counts for all components
-    const std::vector<std::string> parts = split(text, ',');
-    Vec4 v(std::stof(parts[0]));
-    for (size_t i = 0; i < parts.size(); ++i) v[int(i)] = std::stof(parts[i]);
-    return v;
-  };
   std::ifstream file(AJAR_TEST_DIRECTORY "/node_values.txt");
   int cases = 0;
   for (std::string line; std::getline(file, line);) {
-    if (line.empty() || line[0] == '#') continue;
+    if (line.empty() || line[0] == '#' || line[0] == '@') continue;
     const std::vector<std::string> columns = split(line, '\t');
     ASSERT_EQ(columns.size(), 5u) << line;
     GraphBuilder g;
     Node n;
     n.type = n.name = columns[0];
-    for (const std::string& property : split(columns[2], ';')) {
-      const std::vector<std::string> parts = split(property, '=');
-      const bool is_number = parts[1].find_first_not_of("0123456789") == std::string::npos;
-      n.properties.push_back(is_number ? number_property(parts[0], {std::stof(parts[1])}) : text_property(parts[0], parts[1]));
-    }
+    for (const std::string& property : split(columns[2], ';')) n.properties.push_back(property_of(property));
     for (const std::string& input : split(columns[3], ';')) {
       const std::vector<std::string> parts = split(input, '=');
       const Vec4 v = vector_of(parts[1]);
@@ -118,6 +131,58 @@ TEST(ShaderNodes, constant_nodes_fold_to_what_cycles_gives) {
     ++cases;
   }
   EXPECT_GT(cases, 300);
+}
+
+// A tilted plane under an orthographic camera whose pixels are a quarter of a metre wide: the normal depends on how far the heights are apart.
+TEST(ShaderNodes, bumped_normals_are_those_of_cycles) {
+  const Vec2 slope(0.3f, -0.2f);
+  std::ifstream file(AJAR_TEST_DIRECTORY "/node_values.txt");
+  int cases = 0;
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] != '@') continue;
+    const std::vector<std::string> columns = split(line, '\t');
+    ASSERT_EQ(columns.size(), 4u) << line;
+    Surface s;
+    s.instance.world_from_object = s.instance.object_from_world = Mat4(1.0f);
+    const Vec2 place(vector_of(columns[1]));
+    s.point.position = Vec3(place, glm::dot(slope, place));
+    s.point.dpdu = Vec3(1.0f, 0.0f, slope.x);
+    s.point.dpdv = Vec3(0.0f, 1.0f, slope.y);
+    s.point.ng = s.point.ns = glm::normalize(Vec3(-slope, 1.0f));
+    s.point.wo = Vec3(0, 0, 1);
+    CameraDescription camera;
+    camera.present = true;
+    camera.kind = CameraKind::Orthographic;
+    camera.screen_window = Vec4(-1, 1, -1, 1);
+    ShaderContext context;
+    context.camera = &camera;
+    context.image_width = 8;
+
+    GraphBuilder g;
+    const int geometry = g.node("ShaderNodeNewGeometry");
+    const int wave = g.node("ShaderNodeTexWave", {linked_input("Vector", geometry, "Position"), value_input("Scale", 0.13f)},
+                            {text_property("bands_direction", "DIAGONAL")});
+    const std::string kind = columns[0].substr(1);
+    const int node = g.node("ShaderNode" + kind, {linked_input("Height", wave, "Fac")});
+    for (const std::string& setting : split(columns[2], ';')) {
+      const NodeProperty property = property_of(setting);
+      if (property.numbers.empty() || property.name == "invert") g.graph.nodes[size_t(node)].properties.push_back(property);
+      else g.graph.nodes[size_t(node)].inputs.push_back(value_input(property.name, property.numbers[0]));
+    }
+    if (kind == "Displacement") g.graph.displacement = {node, "Displacement"};
+    const Color normal = value_of(g, kind == "Bump" ? node : geometry, "Normal", s.point, nullptr, nullptr, context);
+    expect_near(normal, Color(vector_of(columns[3])), 2e-4f, line);
+    ++cases;
+  }
+  EXPECT_EQ(cases, 5);
+}
+
+TEST(ShaderNodes, a_constant_height_bumps_nothing_and_costs_nothing) {
+  GraphBuilder g;
+  const int bump = g.node("ShaderNodeBump", {value_input("Height", 0.7f)});
+  const int diffuse = g.node("ShaderNodeBsdfDiffuse", {value_input("Color", 0.5f), linked_input("Normal", bump, "Normal")});
+  g.graph.surface = {diffuse, "BSDF"};
+  EXPECT_EQ(compile(g.graph).instruction_count(), 1);   // reads the surface's own normal
 }
 
 // Blender 4.1 merged Musgrave into Noise: the same pattern with an octave less and the amplitude of an octave in place of its exponent.

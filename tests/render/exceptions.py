@@ -22,7 +22,6 @@ EXPECTED_DIFFERENCES: dict[str, list[ExpectedDifference]] = {
     "volume": [ExpectedDifference("its smoke is a participating medium, which the path tracer does not render yet")],
     "outdoor": [SHADOW_TERMINATOR],
     "shared/blenderseed_split_normals": [SHADOW_TERMINATOR],
-    "shared/armory_teapots": [ExpectedDifference("its world is a Sky Texture, which is reported as not supported yet")],
 }
 
 

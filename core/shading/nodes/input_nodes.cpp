@@ -94,7 +94,7 @@ bool vertex_color(ProgramBuilder& b, int node, std::string_view output, Value& v
 
 bool geometry(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   if (output == "Position") value = b.emit(Op::Position, Vector, {});
-  else if (output == "Normal") value = b.emit(Op::ShadingNormal, Vector, {});
+  else if (output == "Normal") value = b.surface_normal();
   else if (output == "Tangent") value = b.emit(Op::RadialTangent, Vector, {}, int(Axis::Z));
   else if (output == "True Normal") value = b.emit(Op::TrueNormal, Vector, {});
   else if (output == "Incoming") value = b.emit(Op::Incoming, Vector, {});
@@ -151,7 +151,7 @@ bool camera_data(ProgramBuilder& b, int node, std::string_view output, Value& va
 }
 
 Value normal_input(ProgramBuilder& b, int node) {
-  return b.is_linked(node, "Normal") ? b.input(node, "Normal", Vector) : b.emit(Op::ShadingNormal, Vector, {});
+  return b.is_linked(node, "Normal") ? b.input(node, "Normal", Vector) : b.surface_normal();
 }
 
 bool fresnel_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {

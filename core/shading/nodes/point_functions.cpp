@@ -13,12 +13,13 @@ Vec3 object_position(const ShadingPoint& point) {
   return point.instance ? transform_point(point.instance->object_from_world, point.position) : position(point);
 }
 
-namespace {
-
 /// Normals transform by the transpose of the inverse.
 Vec3 normal_to_object(const BuiltInstance& instance, Vec3 n) {
   return normalize_or_zero(Vec3(glm::transpose(Mat3(instance.world_from_object)) * n));
 }
+
+namespace {
+
 Vec3 normal_to_world(const BuiltInstance& instance, Vec3 n) {
   return normalize_or_zero(Vec3(glm::transpose(Mat3(instance.object_from_world)) * n));
 }

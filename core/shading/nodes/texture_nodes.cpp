@@ -64,9 +64,45 @@ bool gradient_texture(ProgramBuilder& b, int node, std::string_view output, Valu
   return output == "Color" || output == "Fac";
 }
 
+bool sky_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  uint32_t index;
+  if (const auto found = b.node_data.find(node); found != b.node_data.end()) {
+    index = found->second;
+  } else {
+    const auto number = [&](const char* property, float fallback) { return b.number(node, property, fallback); };
+    // Blender 5 renamed Nishita's model and added one with more than one bounce.
+    const int model = b.choice(node, "sky_type", {"PREETHAM", "HOSEK_WILKIE", "NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING"}, 2);
+    if (model == 4) b.report(node, "multiple scattering is not supported yet; single scattering is used");
+    if (model < 2) {
+      const std::vector<float>* sun = b.numbers(node, "sun_direction");
+      Vec3 to_sun = sun && sun->size() >= 3 ? Vec3((*sun)[0], (*sun)[1], (*sun)[2]) : Vec3(0, 0, 1);
+      to_sun = is_finite(to_sun) && length_squared(to_sun) > 0.0f ? glm::normalize(to_sun) : Vec3(0, 0, 1);
+      const float turbidity = number("turbidity", 2.2f);
+      b.tables.skies.push_back(model == 0 ? Sky::preetham(to_sun, turbidity)
+                                          : Sky::hosek_wilkie(to_sun, turbidity, number("ground_albedo", 0.3f)));
+    } else {
+      Atmosphere a;
+      a.sun_elevation = number("sun_elevation", a.sun_elevation);
+      a.sun_rotation = number("sun_rotation", a.sun_rotation);
+      a.altitude = number("altitude", a.altitude);
+      a.air_density = number("air_density", a.air_density);
+      a.dust_density = number("dust_density", number("aerosol_density", a.dust_density));
+      a.ozone_density = number("ozone_density", a.ozone_density);
+      a.sun_disc = number("sun_disc", 1.0f) != 0.0f;
+      a.sun_size = number("sun_size", a.sun_size);
+      a.sun_intensity = number("sun_intensity", a.sun_intensity);
+      b.tables.skies.push_back(Sky::nishita(a));
+    }
+    index = b.node_data[node] = uint32_t(b.tables.skies.size() - 1);
+  }
+  value = b.emit(Op::Sky, Color, {coordinate(b, node, Op::Generated)}, 0, index);
+  return output == "Color";
+}
+
 constexpr NodeType kNodes[] = {
     {"ShaderNodeTexImage", image_texture},
     {"ShaderNodeTexEnvironment", environment_texture},
+    {"ShaderNodeTexSky", sky_texture},
     {"ShaderNodeTexChecker", checker_texture},
     {"ShaderNodeTexGradient", gradient_texture},
 };

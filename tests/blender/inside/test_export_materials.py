@@ -287,3 +287,17 @@ def test_coordinates_of_an_object_carry_its_inverse(shader, build, graph_of):
     graph = graph_of(shader.material)
     rows = np.reshape(property_of(graph, 1, "object").numbers, (3, 4))
     np.testing.assert_allclose(rows[:, 3], (-1, -2, -3))
+
+
+@pytest.mark.parametrize("method", ["BUMP", "DISPLACEMENT", "BOTH"])
+def test_displacement_that_would_move_the_surface_is_reported(shader, build, export_context, method):
+    displacement = shader.nodes.new("ShaderNodeDisplacement")
+    shader.links.new(shader.nodes.new("ShaderNodeTexNoise").outputs["Fac"], displacement.inputs["Height"])
+    shader.links.new(displacement.outputs[0], shader.nodes["Material Output"].inputs["Displacement"])
+    shader.material.cycles.displacement_method = method
+    mesh = build.mesh()
+    mesh.materials.append(shader.material)
+    build.object(mesh)
+    context = export_context()
+    assert context.description.materials[0].graph.displacement.node >= 0
+    assert any("shown as bump" in message for _, message in context.warnings) == (method != "BUMP")

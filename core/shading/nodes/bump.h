@@ -1,0 +1,26 @@
+// Bump mapping (Blinn 1978; Mikkelsen 2010) by finite differences: the height's instructions run at the point and at two places
+// beside it in the plane of the triangle.
+#pragma once
+
+#include "shading/register_program.h"
+
+namespace ajar::nodes {
+
+enum class DisplacementSpace : uint8_t { World, Object, Tangent };
+
+struct BumpOffsets {
+  Vec3 x, y;   ///< at right angles to each other and to the geometric normal, as long as the footprint
+};
+BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footprint);
+/// The point moved in its plane: position and barycentric coordinates follow, normals stay.
+ShadingPoint shifted(const ShadingPoint& point, Vec3 offset);
+
+/// `normal` turned against the slope of the heights, which are in metres once multiplied by `distance`.
+Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, float height, float height_x, float height_y, float strength,
+          float distance, Vec3 normal);
+
+/// World-space vector by which the surface is moved: along the normal, or as given in a space.
+Vec3 displacement(const ShadingPoint& point, DisplacementSpace space, float amount, Vec3 normal);
+Vec3 vector_displacement(const ShadingPoint& point, DisplacementSpace space, Vec3 vector);
+
+}  // namespace ajar::nodes

@@ -1,0 +1,73 @@
+#include "shading/nodes/displacement_nodes.h"
+
+#include "shading/closure_list.h"
+#include "shading/node_registry.h"
+#include "shading/nodes/bump.h"
+#include "shading/nodes/math_functions.h"
+
+namespace ajar::nodes {
+namespace {
+
+using enum SocketType;
+
+Value normal_input(ProgramBuilder& b, int node) {
+  return b.is_linked(node, "Normal") ? b.input(node, "Normal", Vector) : b.surface_normal();
+}
+
+bool bump_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  Value distance = b.input(node, "Distance", Float, Vec4(1.0f));
+  if (b.number(node, "invert") != 0.0f) distance = b.emit(Op::Product, Float, {distance, b.constant(-1.0f)});
+  value = b.bumped([&] { return b.input(node, "Height", Float, Vec4(1.0f)); }, b.input(node, "Strength", Float, Vec4(1.0f)), distance,
+                   normal_input(b, node));
+  return output == "Normal";
+}
+
+Value less(ProgramBuilder& b, Value height, Value midlevel) {
+  return b.emit(Op::Math, Float, {height, midlevel, b.constant(0.0f)}, int(MathOperation::Subtract));
+}
+
+bool displacement_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  const Value height = less(b, b.input(node, "Height", Float), b.input(node, "Midlevel", Float, Vec4(0.5f)));
+  const Value amount = b.emit(Op::Product, Float, {height, b.input(node, "Scale", Float, Vec4(1.0f))});
+  const bool object = b.choice(node, "space", {"OBJECT", "WORLD"}) == 0;
+  value = b.emit(Op::Displacement, Vector, {amount, normal_input(b, node)},
+                 int(object ? DisplacementSpace::Object : DisplacementSpace::World));
+  return output == "Displacement";
+}
+
+bool vector_displacement_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  static constexpr DisplacementSpace kSpaces[] = {DisplacementSpace::Tangent, DisplacementSpace::Object, DisplacementSpace::World};
+  const Value vector = b.input(node, "Vector", Vector), middle = b.input(node, "Midlevel", Float);
+  const auto part = [&](int i) { return less(b, b.part(vector, i), middle); };
+  const Value centred = b.emit(Op::Combine, Vector, {part(0), part(1), part(2)});
+  value = b.emit(Op::VectorDisplacement, Vector,
+                 {b.emit(Op::Scale, Vector, {centred, b.input(node, "Scale", Float, Vec4(1.0f))})},
+                 int(kSpaces[b.choice(node, "space", {"TANGENT", "OBJECT", "WORLD"})]));
+  return output == "Displacement";
+}
+
+constexpr NodeType kNodes[] = {
+    {"ShaderNodeBump", bump_node},
+    {"ShaderNodeDisplacement", displacement_node},
+    {"ShaderNodeVectorDisplacement", vector_displacement_node},
+};
+
+}  // namespace
+
+std::span<const NodeType> displacement_nodes() { return kNodes; }
+
+void add_displacement(ProgramBuilder& b) {
+  const NodeLink& link = b.graph().displacement;
+  if (link.node < 0 || link.node >= int(b.graph().nodes.size())) return;
+  if (is_closure_type(b.node(link.node).type)) return;
+  const Value normal = b.surface_normal();
+  const auto height = [&] {
+    const Value moved = b.output(link.node, link.socket);
+    if (moved.type == Closure) return b.constant(0.0f);
+    return b.emit(Op::VectorMathValue, Float, {b.convert(moved, Vector), normal}, int(VectorOperation::DotProduct));
+  };
+  const Value one = b.constant(1.0f), displaced = b.bumped(height, one, one, normal);
+  if (displaced.at != normal.at) b.set_displaced_normal(displaced);
+}
+
+}  // namespace ajar::nodes
