@@ -15,10 +15,10 @@ using Rows = std::array<float, 12>;
 int index_of_last(size_t size) { return static_cast<int>(size) - 1; }
 
 
-int add_mesh(SceneDescription& description, const std::string& name, const Floats& positions, const Array<uint32_t>& triangles,
-             const std::optional<Array<uint16_t>>& material_slots, const OptionalFloats& normals, Domain normal_domain,
-             const std::vector<py::tuple>& attributes, const std::string& active_uv, Vec3 texture_space_location,
-             Vec3 texture_space_size) {
+MeshDescription read_mesh(const std::string& name, const Floats& positions, const Array<uint32_t>& triangles,
+                          const std::optional<Array<uint16_t>>& material_slots, const OptionalFloats& normals, Domain normal_domain,
+                          const std::vector<py::tuple>& attributes, const std::string& active_uv, Vec3 texture_space_location,
+                          Vec3 texture_space_size) {
   const std::string of = " of mesh \"" + name + "\"";
   MeshDescription mesh;
   mesh.name = name;
@@ -42,9 +42,47 @@ int add_mesh(SceneDescription& description, const std::string& name, const Float
   mesh.active_uv = active_uv;
   mesh.texture_space_location = texture_space_location;
   mesh.texture_space_size = texture_space_size;
-  description.meshes.push_back(std::move(mesh));
+  return mesh;
+}
+
+template <class... Arguments>
+int add_mesh(SceneDescription& description, const Arguments&... arguments) {
+  description.meshes.push_back(read_mesh(arguments...));
   return index_of_last(description.meshes.size());
 }
+
+template <class... Arguments>
+std::shared_ptr<MeshDescription> make_mesh(const Arguments&... arguments) {
+  return std::make_shared<MeshDescription>(read_mesh(arguments...));
+}
+
+int add_shared_mesh(SceneDescription& description, const std::shared_ptr<MeshDescription>& mesh) {
+  description.meshes.emplace_back();
+  description.meshes.back().shared = mesh;
+  return index_of_last(description.meshes.size());
+}
+
+std::vector<MeshDescription> meshes_of(const SceneDescription& description) {
+  std::vector<MeshDescription> meshes;
+  for (const MeshDescription& mesh : description.meshes) meshes.push_back(mesh.shared ? *mesh.shared : mesh);
+  return meshes;
+}
+
+/// Define `function`, whose last arguments are those of read_mesh.
+template <class Target, class Function>
+void def_mesh(Target& target, const char* name, Function function, const char* text) {
+  target.def(name, function, py::kw_only(), py::arg("name"), py::arg("positions"), py::arg("triangles"),
+             py::arg("material_slots") = py::none(), py::arg("normals") = py::none(), py::arg("normal_domain") = Domain::Corner,
+             py::arg("attributes") = std::vector<py::tuple>{}, py::arg("active_uv") = "",
+             py::arg("texture_space_location") = Vec3(0.0f), py::arg("texture_space_size") = Vec3(1.0f), text);
+}
+using MeshArguments = MeshDescription(const std::string&, const Floats&, const Array<uint32_t>&, const std::optional<Array<uint16_t>>&,
+                                      const OptionalFloats&, const Domain&, const std::vector<py::tuple>&, const std::string&,
+                                      const Vec3&, const Vec3&);
+template <class... Arguments>
+auto adder(MeshDescription (*)(const Arguments&...)) { return &add_mesh<Arguments...>; }
+template <class... Arguments>
+auto maker(MeshDescription (*)(const Arguments&...)) { return &make_mesh<Arguments...>; }
 
 int add_object(SceneDescription& description, const std::string& name, int mesh, const std::vector<int>& materials, uint32_t visibility,
                bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance) {
@@ -132,7 +170,7 @@ void bind_geometry(py::module_& module) {
       .def_readonly("domain", &Attribute::domain)
       .def_readonly("components", &Attribute::components)
       .def_property_readonly("values", [](const Attribute& a) { return to_array<float>(a.values, a.components); });
-  py::class_<MeshDescription>(module, "MeshDescription", "Its arrays are copies.")
+  py::class_<MeshDescription, std::shared_ptr<MeshDescription>>(module, "MeshDescription", "Its arrays are copies.")
       .def_readonly("name", &MeshDescription::name)
       .def_property_readonly("positions", [](const MeshDescription& m) { return to_array<float>(m.positions); })
       .def_property_readonly("triangles", [](const MeshDescription& m) { return to_array<uint32_t>(m.triangles); })
@@ -193,6 +231,8 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("color", &WorldDescription::color)
       .def_readwrite("visibility", &WorldDescription::visibility);
   py::class_<CameraDescription>(module, "CameraDescription")
+      .def(py::init<>())
+      .def("__eq__", [](const CameraDescription& a, const CameraDescription& b) { return a == b; })
       .def_readwrite("name", &CameraDescription::name)
       .def_readwrite("present", &CameraDescription::present)
       .def_readwrite("kind", &CameraDescription::kind)
@@ -216,6 +256,9 @@ void bind_settings(py::module_& module) {
       .def_readwrite("transparent", &BounceLimits::transparent)
       .def_readwrite("volume", &BounceLimits::volume);
   py::class_<RenderSettings>(module, "RenderSettings")
+      .def(py::init<>())
+      .def("__copy__", [](const RenderSettings& settings) { return RenderSettings(settings); })
+      .def("__eq__", [](const RenderSettings& a, const RenderSettings& b) { return a == b; })
       .def_readwrite("width", &RenderSettings::width)
       .def_readwrite("height", &RenderSettings::height)
       .def_readwrite("region", &RenderSettings::region)
@@ -260,13 +303,14 @@ void bind_description(py::module_& module) {
       .def_readonly("spread", &HintDescription::spread)
       .def_readonly("weight", &HintDescription::weight)
       .def_readonly("enabled", &HintDescription::enabled);
-  py::class_<SceneDescription>(module, "SceneDescription", "A scene as plain data, in Blender's axes and units.")
-      .def(py::init<>())
-      .def("add_mesh", &add_mesh, py::kw_only(), py::arg("name"), py::arg("positions"), py::arg("triangles"),
-           py::arg("material_slots") = py::none(), py::arg("normals") = py::none(), py::arg("normal_domain") = Domain::Corner,
-           py::arg("attributes") = std::vector<py::tuple>{}, py::arg("active_uv") = "",
-           py::arg("texture_space_location") = Vec3(0.0f), py::arg("texture_space_size") = Vec3(1.0f),
-           "Add a mesh; arrays are copied once. `attributes` are tuples (name, Domain, values[n, components]).")
+  py::class_<SceneDescription> scene(module, "SceneDescription", "A scene as plain data, in Blender's axes and units.");
+  constexpr MeshArguments* mesh_arguments = nullptr;
+  def_mesh(scene, "add_mesh", adder(mesh_arguments),
+           "Add a mesh; arrays are copied once. `attributes` are tuples (name, Domain, values[n, components]).");
+  def_mesh(module, "make_mesh", maker(mesh_arguments), "A mesh for any number of descriptions, see add_shared_mesh.");
+  scene.def(py::init<>())
+      .def("add_shared_mesh", &add_shared_mesh, py::arg("mesh"),
+           "Add a mesh of make_mesh without a copy. Session.update keeps what it built of meshes that come again.")
       .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"), py::arg("materials") = std::vector<int>{},
            py::arg("visibility") = uint32_t(kVisibleAll), py::arg("holdout") = false, py::arg("shadow_catcher") = false,
            py::arg("pass_index") = 0, py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f)
@@ -303,7 +347,7 @@ void bind_description(py::module_& module) {
           },
           py::kw_only(), py::arg("name"), py::arg("points"), py::arg("spread") = 0.0872665f, py::arg("weight") = 1.0f, py::arg("enabled") = true,
           "A light path drawn by the artist: float32[n, 3] in world space, from a light to what the camera sees.")
-      .def_readonly("meshes", &SceneDescription::meshes)
+      .def_property_readonly("meshes", &meshes_of)
       .def_readonly("objects", &SceneDescription::objects)
       .def_readonly("instances", &SceneDescription::instances)
       .def_readonly("materials", &SceneDescription::materials)
@@ -312,7 +356,9 @@ void bind_description(py::module_& module) {
       .def_readonly("lights", &SceneDescription::lights)
       .def_readwrite("world", &SceneDescription::world)
       .def_readwrite("camera", &SceneDescription::camera)
-      .def_readwrite("settings", &SceneDescription::settings);
+      .def_readwrite("settings", &SceneDescription::settings)
+      .def("fingerprint", &fingerprint, py::call_guard<py::gil_scoped_release>(),
+           "A number for everything but camera and settings: when it stays, nothing else has changed.");
 
   module.def("save_description", &save_description, py::arg("description"), py::arg("path"), py::call_guard<py::gil_scoped_release>());
   module.def("load_description", &load_description, py::arg("path"), py::call_guard<py::gil_scoped_release>());

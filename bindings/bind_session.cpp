@@ -56,6 +56,7 @@ void bind_reports(py::module_& module) {
       .def_readonly("fraction", &Progress::fraction)
       .def_readonly("samples", &Progress::samples)
       .def_readonly("iteration", &Progress::iteration)
+      .def_readonly("render", &Progress::render)
       .def_readonly("build_seconds", &Progress::build_seconds)
       .def_readonly("render_seconds", &Progress::render_seconds)
       .def_readonly("estimated_relmse", &Progress::estimated_relmse)
@@ -72,6 +73,17 @@ void bind_reports(py::module_& module) {
   diagnostic.def_readonly("severity", &Diagnostic::severity)
       .def_readonly("object", &Diagnostic::object)
       .def_readonly("message", &Diagnostic::message);
+
+  py::class_<HintReport> hint(module, "HintReport");
+  py::enum_<HintSegmentState>(hint, "Segment")
+      .value("Attached", HintSegmentState::Attached)
+      .value("Bounced", HintSegmentState::Bounced)
+      .value("Failed", HintSegmentState::Failed);
+  hint.def_readonly("name", &HintReport::name)
+      .def_readonly("attached", &HintReport::attached)
+      .def_readonly("reason", &HintReport::reason)
+      .def_readonly("positions", &HintReport::positions)
+      .def_readonly("segments", &HintReport::segments);
 
   py::enum_<Honesty>(module, "Honesty")
       .value("Unbiased", Honesty::Unbiased)
@@ -95,23 +107,37 @@ void bind_session(py::module_& module) {
       .def(
           "start",
           [](Session& session, SceneDescription& description, bool keep) {
-            if (keep)
-              session.start(description);
-            else
-              session.start(std::exchange(description, {}));
+            return session.start(keep ? description : std::exchange(description, {}));
           },
           py::arg("description"), py::arg("keep") = false, Release(),
           "Build and render. Returns at once. Unless `keep`, the description is emptied (it is not copied).")
+      .def(
+          "update", [](Session& session, SceneDescription& description) { return session.update(std::exchange(description, {})); },
+          py::arg("description"), Release(),
+          "Render the scene as it is now, and keep what it shares with the one before. Empties the description; returns at once, with the "
+          "number that Progress.render will show.")
+      .def("change_view", &Session::change_view, py::arg("camera"), py::arg("settings"), Release(),
+           "Render the scene at hand from another camera. Returns like update.")
       .def("cancel", &Session::cancel, Release())
       .def("wait", &Session::wait, py::arg("seconds"), Release(), "True when done, cancelled or failed.")
       .def("progress", &Session::progress, Release())
       .def("take_error", &Session::take_error, Release(), "What went wrong, once; empty when nothing has.")
       .def("diagnostics", &Session::diagnostics, Release())
+      .def("hint_reports", &Session::hint_reports, Release(), "How the artist's light paths were attached.")
       .def("snapshot", &snapshot, py::arg("pass_name"), "float32[height, width, channels], rows bottom up; None before the first.")
       .def_property_readonly("width", &Session::width)
       .def_property_readonly("height", &Session::height)
       .def("statistics_json", &Session::statistics_json, Release());
 
+  module.def(
+      "attach_hints",
+      [](SceneDescription& description) {
+        Diagnostics diagnostics;
+        std::vector<HintReport> reports;
+        Hints::attach(*Scene::build(std::exchange(description, {}), {}, diagnostics), reports);
+        return reports;
+      },
+      py::arg("description"), Release(), "Build the scene and attach its light paths. Empties the description.");
   module.def("integrator_list", &integrator_list, py::return_value_policy::reference);
   py::class_<DirectMethodInfo>(module, "DirectMethodInfo")
       .def_readonly("name", &DirectMethodInfo::name)

@@ -3,6 +3,7 @@
 #include <bit>
 #include <chrono>
 #include <map>
+#include <optional>
 #include <set>
 
 #include <sys/resource.h>
@@ -59,31 +60,50 @@ void check_choice(const char* option, const std::string& value, std::initializer
 
 }  // namespace
 
+/// What the owner asked for and the worker has not begun.
+struct Job {
+  uint64_t number = 0;
+  std::optional<SceneDescription> description;   // else the scene at hand
+  bool keep = false;                             // what is shared with the scene of before
+  CameraDescription camera;                      // these two when there is no description
+  RenderSettings settings;
+};
+
 struct Session::Data {
   std::thread thread;
-  std::atomic<bool> stop{false};
-  mutable std::mutex mutex;               // guards everything below
+  std::atomic<bool> stop{false};                 // stop rendering
+  std::atomic<bool> stop_building{false};
+  mutable std::mutex mutex;                      // guards everything below
   std::condition_variable changed;
+  std::optional<Job> next;
+  bool quit = false;
+  bool busy = false;                             // the worker has a job
+  uint64_t last_number = 0;
   Progress progress;
   std::string error;
   Diagnostics diagnostics;
   RenderSettings settings;
   std::unique_ptr<Film> film;
-  bool film_idle = false;                 // no thread writes to the film: it may be resolved directly
+  bool film_idle = false;                        // no thread writes to the film: it may be resolved directly
   std::map<std::string, std::vector<float>> published;
   mutable std::set<std::string> wanted{"Combined"};
-  std::shared_ptr<const Scene> scene;
+  std::shared_ptr<Scene> scene;                  // changed by the worker alone, while nothing renders
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<ImagePlan> image_plan;  // none: all pixels get the same number of samples
   IntegratorStatistics statistics;
   std::vector<ErrorPoint> error_over_time;
+  std::vector<HintReport> hint_reports;
   RenderPlan plan;
   std::string integrator_name;
   int threads = 0;
 
-  bool finished() const { return progress.phase >= Progress::Phase::Done; }
+  bool finished() const { return !next && !busy; }
 
-  void run(SceneDescription description);
+  uint64_t ask(Job job, bool abort_building);
+  void work();
+  void begin(const Job& job);
+  void run(Job job);
+  void build(Job& job);
   void render_all();
   bool enough(double render_seconds, double samples, double relmse) const;
   int next_samples(double render_seconds, uint64_t done) const;
@@ -94,84 +114,145 @@ Session::Session() : data_(std::make_unique<Data>()) {}
 
 Session::~Session() {
   cancel();
+  {
+    std::lock_guard lock(data_->mutex);
+    data_->quit = true;
+    data_->changed.notify_all();
+  }
   if (data_->thread.joinable()) data_->thread.join();
 }
 
-void Session::start(SceneDescription description) {
-  cancel();
-  if (data_->thread.joinable()) data_->thread.join();
-  data_ = std::make_unique<Data>();
-  Data& d = *data_;
-  d.progress.phase = Progress::Phase::Building;
-  d.settings = description.settings;
-  d.thread = std::thread([&d, description = std::move(description)]() mutable {
+uint64_t Session::start(SceneDescription description) {
+  Job job;
+  job.description = std::move(description);
+  return data_->ask(std::move(job), true);
+}
+
+uint64_t Session::update(SceneDescription description) {
+  Job job;
+  job.description = std::move(description);
+  job.keep = true;
+  return data_->ask(std::move(job), false);
+}
+
+uint64_t Session::change_view(const CameraDescription& camera, const RenderSettings& settings) {
+  Job job;
+  job.camera = camera;
+  job.settings = settings;
+  return data_->ask(std::move(job), false);
+}
+
+uint64_t Session::Data::ask(Job job, bool abort_building) {
+  std::lock_guard lock(mutex);
+  job.number = ++last_number;
+  if (next && next->description && !job.description) {
+    // A scene not yet begun is looked at from the newer place.
+    next->description->camera = job.camera;
+    next->description->settings = job.settings;
+    next->number = job.number;
+  } else {
+    next = std::move(job);
+  }
+  stop.store(true);
+  if (abort_building) stop_building.store(true);
+  if (!thread.joinable()) thread = std::thread([this] { work(); });
+  changed.notify_all();
+  return last_number;
+}
+
+/// The worker's life: one job after another.
+void Session::Data::work() {
+  for (;;) {
+    Job job;
+    {
+      std::unique_lock lock(mutex);
+      changed.wait(lock, [this] { return next || quit; });
+      if (!next) return;
+      job = std::move(*next);
+      next.reset();
+      begin(job);
+    }
     Progress::Phase end = Progress::Phase::Done;
-    std::string error;
+    std::string what;
     try {
-      d.threads = d.settings.threads > 0 ? d.settings.threads : tbb::this_task_arena::max_concurrency();
       // The session's own arena: several sessions share the machine without sharing queues.
-      tbb::task_arena arena(d.threads);
-      arena.execute([&] { d.run(std::move(description)); });
-      if (d.stop.load()) end = Progress::Phase::Cancelled;
+      tbb::task_arena arena(threads);
+      arena.execute([&] { run(std::move(job)); });
+      if (stop.load()) end = Progress::Phase::Cancelled;
     } catch (const Cancelled&) {
       end = Progress::Phase::Cancelled;
     } catch (const std::bad_alloc&) {
       end = Progress::Phase::Failed;
-      error = "There is not enough memory for this scene.";
+      what = "There is not enough memory for this scene.";
     } catch (const std::exception& exception) {
       end = Progress::Phase::Failed;
-      error = exception.what();
+      what = exception.what();
     }
-    std::lock_guard lock(d.mutex);
-    d.error = error;
-    d.film_idle = true;
-    d.progress.phase = end;
-    if (end == Progress::Phase::Done) d.progress.fraction = 1.0f;
-    d.changed.notify_all();
-  });
+    std::lock_guard lock(mutex);
+    busy = false;
+    error = what;
+    film_idle = true;
+    progress.phase = end;
+    if (end == Progress::Phase::Done) progress.fraction = 1.0f;
+    changed.notify_all();
+  }
 }
 
-void Session::Data::run(SceneDescription description) {
+/// With the lock held: nothing of the render before is shown as this one's.
+void Session::Data::begin(const Job& job) {
+  busy = true;
+  stop.store(false);
+  stop_building.store(false);
+  progress = {};
+  progress.phase = Progress::Phase::Building;
+  progress.render = job.number;
+  error.clear();
+  settings = job.description ? job.description->settings : job.settings;
+  integrator.reset();   // before the scene it holds is changed
+  film.reset();
+  image_plan.reset();
+  film_idle = false;
+  published.clear();
+  wanted = {"Combined"};
+  statistics = {};
+  error_over_time.clear();
+  integrator_name = settings.integrator;
+  threads = settings.threads > 0 ? settings.threads : tbb::this_task_arena::max_concurrency();
+  if (!job.description) return;
+  diagnostics.clear();
+  hint_reports.clear();
+  plan.clear();
+  if (!job.keep) scene.reset();
+}
+
+void Session::Data::run(Job job) {
   const auto start = Clock::now();
   // What cannot be rendered is refused before anything is built.
-  integrator_name = settings.integrator;
   auto chosen = make_integrator(settings.integrator);
   find_direct_method(settings.direct);
   check_choice("image sampling", settings.image, {"uniform", "pmc_ip"}, {});
   check_choice("image error", settings.image_error, {"relative", "perceptual"}, {});
-
-  Scene::Options options;
-  options.stop = &stop;
-  options.progress = [this, start](const char* step, float fraction) {
+  if (job.description) {
+    build(job);
+  } else {
     std::lock_guard lock(mutex);
-    progress.step = step;
-    progress.fraction = 0.05f * fraction;
-    progress.build_seconds = seconds_since(start);
-  };
-  Diagnostics found;
-  std::shared_ptr<const Scene> built;
-  try {
-    built = Scene::build(std::move(description), options, found);
-  } catch (...) {
-    std::lock_guard lock(mutex);
-    diagnostics = std::move(found);
-    throw;
+    if (!scene) throw SceneError("There is no scene to look at.");
+    scene->change_view(job.camera, std::move(job.settings));
   }
-  const RenderSettings& s = built->settings();
+  if (stop.load()) return;
+  const RenderSettings& s = scene->settings();
   auto new_film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
-  chosen->prepare(built, s.seed);
+  chosen->prepare(scene, s.seed);
   const bool adapts = s.image == "pmc_ip" && chosen->follows_goals();
   std::unique_ptr<ImagePlan> new_plan;
   if (adapts) {
     const bool few = s.samples > 0 && s.samples < 16;
     new_plan = std::make_unique<ImagePlan>(s.image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, few ? 2 : 4, s.seed,
-                                           importance_map(*built));
+                                           importance_map(*scene));
   }
   {
     std::lock_guard lock(mutex);
-    diagnostics = std::move(found);
-    scene = built;
-    plan = make_render_plan(*built);
+    plan = make_render_plan(*scene);
     plan.push_back({"image sampling", adapts,
                     adapts               ? "pixels get samples by their noise"
                     : s.image == "pmc_ip" ? "this integrator, with this direct light, places its samples itself"
@@ -185,6 +266,39 @@ void Session::Data::run(SceneDescription description) {
     progress.build_seconds = seconds_since(start);
   }
   render_all();
+}
+
+void Session::Data::build(Job& job) {
+  const auto start = Clock::now();
+  Scene::Options options;
+  options.bake_single_instances = !job.keep;
+  options.stop = &stop_building;
+  options.progress = [this, start](const char* step, float fraction) {
+    std::lock_guard lock(mutex);
+    progress.step = step;
+    progress.fraction = 0.05f * fraction;
+    progress.build_seconds = seconds_since(start);
+  };
+  std::shared_ptr<Scene> previous;
+  {
+    std::lock_guard lock(mutex);
+    previous = std::move(scene);
+  }
+  Diagnostics found;
+  std::shared_ptr<Scene> built;
+  try {
+    built = Scene::build(std::move(*job.description), options, found, std::move(previous));
+  } catch (...) {
+    std::lock_guard lock(mutex);
+    diagnostics = std::move(found);
+    throw;
+  }
+  std::vector<HintReport> reports;
+  Hints::attach(*built, reports);
+  std::lock_guard lock(mutex);
+  diagnostics = std::move(found);
+  hint_reports = std::move(reports);
+  scene = std::move(built);
 }
 
 bool Session::Data::enough(double render_seconds, double samples, double relmse) const {
@@ -258,11 +372,19 @@ void Session::Data::render_all() {
   }
 }
 
-void Session::cancel() { data_->stop.store(true); }
+void Session::cancel() {
+  std::lock_guard lock(data_->mutex);
+  if (data_->next) {
+    data_->next.reset();
+    if (!data_->busy) data_->progress.phase = Progress::Phase::Cancelled;
+  }
+  data_->stop.store(true);
+  data_->stop_building.store(true);
+  data_->changed.notify_all();
+}
 
 bool Session::wait(double seconds) {
   std::unique_lock lock(data_->mutex);
-  if (data_->progress.phase == Progress::Phase::Idle) return true;
   return data_->changed.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return data_->finished(); });
 }
 
@@ -279,6 +401,11 @@ std::string Session::take_error() {
 Diagnostics Session::diagnostics() const {
   std::lock_guard lock(data_->mutex);
   return data_->diagnostics;
+}
+
+std::vector<HintReport> Session::hint_reports() const {
+  std::lock_guard lock(data_->mutex);
+  return data_->hint_reports;
 }
 
 std::vector<float> Session::snapshot(const std::string& pass) const {
@@ -340,7 +467,9 @@ std::string Session::statistics_json() const {
                   {"accel_bytes", b.accel_bytes},
                   {"texture_bytes", b.texture_bytes},
                   {"skipped_triangles", b.skipped_triangles},
-                  {"repaired_values", b.repaired_values}};
+                  {"repaired_values", b.repaired_values},
+                  {"kept_meshes", b.kept_meshes},
+                  {"kept_textures", b.kept_textures}};
   }
   j["plan"] = json::array();
   for (const PlanStep& step : d.plan) j["plan"].push_back({{"step", step.step}, {"used", step.used}, {"reason", step.reason}});

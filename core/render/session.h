@@ -1,6 +1,9 @@
 // One render from start to finish in its own threads. Final render, viewport and
 // command line are the same loop with another stopping rule.
 //
+// A viewport goes on: `update` gives the session its scene as it is now, `change_view` another camera. Both return at once
+// and end what runs by themselves. Of several that come while a scene is being built, the latest counts.
+//
 // The owner polls: `wait`, `snapshot`, `progress`, `error`. Nothing calls back into
 // the owner. An exception in a thread surfaces once, as text, through `error`.
 #pragma once
@@ -16,6 +19,7 @@
 #include "film/film.h"
 #include "integrators/integrator.h"
 #include "render/render_plan.h"
+#include "transport/hints.h"
 
 namespace ajar {
 
@@ -24,7 +28,8 @@ struct Progress {
   std::string step;
   float fraction = 0.0f;          ///< of the whole, in [0, 1]
   double samples = 0.0;           ///< per pixel, mean
-  uint64_t iteration = 0;
+  uint64_t iteration = 0;         ///< of this render; from the first on there is a picture
+  uint64_t render = 0;            ///< the number that `start`, `update` or `change_view` gave
   double build_seconds = 0.0, render_seconds = 0.0;
   double estimated_relmse = -1.0, estimated_perceptual_error = -1.0;   ///< as the film estimates them
 };
@@ -40,8 +45,13 @@ class Session {
   ~Session();                     ///< cancels and joins
   Session(const Session&) = delete;
 
-  /// Build the description and render it. Returns at once.
-  void start(SceneDescription description);
+  /// Build the description and render it. Returns at once, with the number of this render.
+  uint64_t start(SceneDescription description);
+  /// The same for a scene that will be edited: meshes stay apart from their transforms, and what the description shares with
+  /// the scene of before (MeshDescription::shared, images) is neither copied nor built again.
+  uint64_t update(SceneDescription description);
+  /// The scene at hand seen otherwise: nothing is built again. Of the settings, all but those of caustics.
+  uint64_t change_view(const CameraDescription& camera, const RenderSettings& settings);
   void cancel();
   /// Wait until done or `seconds` have passed; true when done, cancelled or failed.
   bool wait(double seconds);
@@ -49,6 +59,8 @@ class Session {
   /// The text of what went wrong, empty when nothing has; given once.
   std::string take_error();
   Diagnostics diagnostics() const;
+  /// How the artist's light paths were attached; empty before the scene is built.
+  std::vector<HintReport> hint_reports() const;
 
   /// Pass as floats at the last iteration boundary; empty before the first. Rows bottom up.
   std::vector<float> snapshot(const std::string& pass) const;

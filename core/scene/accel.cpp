@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <mutex>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -22,32 +23,61 @@ uint32_t visibility_mask(uint32_t ray_kind) {
   return mask;
 }
 
+namespace {
+
+/// What the structures of several scenes in succession share.
+struct Device {
+  RTCDevice handle = nullptr;
+  std::atomic<int64_t> bytes{0};
+  std::mutex error_mutex;
+  std::string error;
+
+  Device() {
+    handle = rtcNewDevice("start_threads=0,set_affinity=0");
+    if (!handle) throw SceneError("Embree could not be started on this machine.");
+    rtcSetDeviceErrorFunction(
+        handle,
+        [](void* self, RTCError code, const char* text) {
+          if (code == RTC_ERROR_CANCELLED) return;
+          Device& device = *static_cast<Device*>(self);
+          std::lock_guard lock(device.error_mutex);
+          if (device.error.empty()) device.error = text ? text : "unknown Embree error";
+        },
+        this);
+    rtcSetDeviceMemoryMonitorFunction(
+        handle,
+        [](void* self, ssize_t change, bool) {
+          static_cast<Device*>(self)->bytes += change;
+          return true;
+        },
+        this);
+  }
+  Device(const Device&) = delete;
+  ~Device() { rtcReleaseDevice(handle); }
+};
+
+}  // namespace
+
 struct Accel::Data {
+  std::shared_ptr<Device> shared_device;
   RTCDevice device = nullptr;
   RTCScene top = nullptr, lamps = nullptr;
-  std::vector<RTCScene> mesh_scenes;
   std::vector<uint32_t> lamp_of_geometry;
   std::vector<Light> few_lamps;           // when there are few, a loop over them is quicker than a structure
   std::vector<uint32_t> few_lamp_indices;
   std::vector<Vec4> lamp_spheres;         // centre and radius, for their filter; never reallocated
-  std::atomic<int64_t> bytes{0};
-  std::mutex error_mutex;
-  std::string error;
   const std::atomic<bool>* stop = nullptr;
 
   ~Data() {
     if (lamps) rtcReleaseScene(lamps);
     if (top) rtcReleaseScene(top);
-    for (RTCScene scene : mesh_scenes) {
-      if (scene) rtcReleaseScene(scene);
-    }
-    if (device) rtcReleaseDevice(device);
   }
 
   void check() {
     if (stop && stop->load(std::memory_order_relaxed)) throw Cancelled();
-    std::lock_guard lock(error_mutex);
-    if (!error.empty()) throw SceneError("Building the ray tracing structure failed: " + error);
+    std::lock_guard lock(shared_device->error_mutex);
+    if (!shared_device->error.empty())
+      throw SceneError("Building the ray tracing structure failed: " + std::exchange(shared_device->error, {}));
   }
 
   RTCScene new_scene() {
@@ -60,6 +90,12 @@ struct Accel::Data {
     return scene;
   }
 
+  /// Build it. What is kept longer than this object no longer asks it whether to stop.
+  static void commit(RTCScene scene) {
+    rtcCommitScene(scene);
+    rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+  }
+
   RTCGeometry new_triangles(const BuiltMesh& mesh) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.positions.data(), 0,
@@ -70,40 +106,23 @@ struct Accel::Data {
   }
 };
 
-Accel::Accel(const std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances,
-             const std::atomic<bool>* stop)
+Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances,
+             const std::atomic<bool>* stop, const Accel* previous)
     : data_(std::make_unique<Data>()) {
   Data& d = *data_;
   d.stop = stop;
-  d.device = rtcNewDevice("start_threads=0,set_affinity=0");
-  if (!d.device) throw SceneError("Embree could not be started on this machine.");
-  rtcSetDeviceErrorFunction(
-      d.device,
-      [](void* self, RTCError code, const char* text) {
-        if (code == RTC_ERROR_CANCELLED) return;
-        Data& data = *static_cast<Data*>(self);
-        std::lock_guard lock(data.error_mutex);
-        if (data.error.empty()) data.error = text ? text : "unknown Embree error";
-      },
-      &d);
-  rtcSetDeviceMemoryMonitorFunction(
-      d.device,
-      [](void* self, ssize_t bytes, bool) {
-        static_cast<Data*>(self)->bytes += bytes;
-        return true;
-      },
-      &d);
-
-  d.mesh_scenes.assign(meshes.size(), nullptr);
+  d.shared_device = previous ? previous->data_->shared_device : std::make_shared<Device>();
+  d.device = d.shared_device->handle;
   tbb::parallel_for(size_t(0), meshes.size(), [&](size_t i) {
-    if (meshes[i].baked || meshes[i].triangles.empty() || (stop && stop->load())) return;
+    if (meshes[i].baked || meshes[i].triangles.empty() || meshes[i].structure || (stop && stop->load())) return;
     RTCScene scene = d.new_scene();
-    d.mesh_scenes[i] = scene;
+    // The device outlives its scenes, by Embree's count; our record of it must too.
+    meshes[i].structure = std::shared_ptr<void>(scene, [device = d.shared_device](void* old) { rtcReleaseScene(static_cast<RTCScene>(old)); });
     RTCGeometry geometry = d.new_triangles(meshes[i]);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene);
+    d.commit(scene);
   });
   d.check();
 
@@ -117,7 +136,7 @@ Accel::Accel(const std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstan
       geometry = d.new_triangles(mesh);
     } else {
       geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_INSTANCE);
-      rtcSetGeometryInstancedScene(geometry, d.mesh_scenes[instance.mesh]);
+      rtcSetGeometryInstancedScene(geometry, static_cast<RTCScene>(mesh.structure.get()));
       rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.world_from_object[0][0]);
     }
     rtcSetGeometryMask(geometry, instance.visibility);
@@ -126,7 +145,7 @@ Accel::Accel(const std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstan
     rtcReleaseGeometry(geometry);
     if ((i & 1023) == 0) d.check();
   }
-  rtcCommitScene(d.top);
+  d.commit(d.top);
   d.check();
 }
 
@@ -205,7 +224,7 @@ void Accel::build_lamps(const LightSet& lights) {
     rtcReleaseGeometry(geometry);
     d.lamp_of_geometry.push_back(i);
   }
-  rtcCommitScene(d.lamps);
+  d.commit(d.lamps);
   d.check();
 }
 
@@ -280,7 +299,7 @@ void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) cons
 }
 
 bool Accel::has_lamps() const { return data_->lamps != nullptr || !data_->few_lamps.empty(); }
-uint64_t Accel::memory_bytes() const { return uint64_t(std::max<int64_t>(0, data_->bytes.load())); }
+uint64_t Accel::memory_bytes() const { return uint64_t(std::max<int64_t>(0, data_->shared_device->bytes.load())); }
 
 void Accel::bounds(Vec3& lower, Vec3& upper) const {
   RTCBounds b;

@@ -21,9 +21,10 @@ struct LampHit;
 class Accel {
  public:
   /// Builds everything; throws Cancelled when `stop` is raised, SceneError when Embree fails (out of memory).
-  /// `meshes` and `instances` must outlive this object: Embree reads their arrays in place.
-  Accel(const std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances,
-        const std::atomic<bool>* stop);
+  /// The arrays of `meshes` and `instances` must outlive this object: Embree reads them in place. Meshes that bring a
+  /// structure, made by `previous`, keep it.
+  Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances,
+        const std::atomic<bool>* stop, const Accel* previous = nullptr);
   ~Accel();
   void build_lamps(const LightSet& lights);
 

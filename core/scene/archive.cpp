@@ -1,5 +1,6 @@
 #include "scene/archive.h"
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <type_traits>
@@ -34,6 +35,27 @@ class Writer {
     raw(&n, sizeof n);
   }
   template <class T> void resize(T& container, size_t) { count(container); }
+};
+
+/// Takes what would be written, and keeps 64 bits of it.
+class Hasher {
+ public:
+  uint64_t state = 0x9e3779b97f4a7c15u;
+  void raw(const void* data, size_t size) {
+    const char* bytes = static_cast<const char*>(data);
+    for (; size > 0; size -= std::min<size_t>(size, 8), bytes += 8) {
+      uint64_t word = size;
+      std::memcpy(&word, bytes, std::min<size_t>(size, 8));
+      // The finalizer of MurmurHash3 between words.
+      state = (state ^ word) * 0xff51afd7ed558ccdu;
+      state = (state ^ (state >> 33)) * 0xc4ceb9fe1a85ec53u;
+      state ^= state >> 33;
+    }
+  }
+  template <class T> void resize(T& container, size_t) {
+    const uint64_t n = container.size();
+    raw(&n, sizeof n);
+  }
 };
 
 class Reader {
@@ -93,7 +115,14 @@ template <class A> void fields(A& a, ImageDescription& v) {
   all(a, v.name, v.path, v.packed, v.pixels, v.width, v.height, v.color_space, v.alpha_mode);
 }
 template <class A> void fields(A& a, Attribute& v) { all(a, v.name, v.domain, v.components, v.values); }
-template <class A> void fields(A& a, MeshDescription& v) {
+template <class A> void fields(A& a, MeshDescription& mesh) {
+  if constexpr (std::is_same_v<A, Hasher>) {
+    const MeshDescription* shared = mesh.shared.get();
+    a.raw(&shared, sizeof shared);
+    if (shared) return;
+  }
+  // A shared mesh is written, never read; writing changes nothing.
+  MeshDescription& v = mesh.shared ? const_cast<MeshDescription&>(*mesh.shared) : mesh;
   all(a, v.name, v.positions, v.triangles, v.material_slots, v.normal_domain, v.normals, v.attributes, v.active_uv,
       v.texture_space_location, v.texture_space_size);
 }
@@ -153,6 +182,14 @@ void check_enums(const SceneDescription& d) {
 }
 
 }  // namespace
+
+uint64_t fingerprint(const SceneDescription& description) {
+  Hasher hasher;
+  auto& d = const_cast<SceneDescription&>(description);
+  all(hasher, d.meshes, d.objects, d.instances, d.materials, d.images, d.lights, d.world, d.hints,
+      d.settings.reflective_caustics, d.settings.refractive_caustics);
+  return hasher.state;
+}
 
 std::vector<char> to_bytes(const SceneDescription& description) {
   Writer writer;

@@ -15,6 +15,10 @@ namespace ajar {
 void save_description(const SceneDescription& description, const std::string& path);
 SceneDescription load_description(const std::string& path);
 
+/// A number for everything but camera and settings, save those of caustics: scenes of equal number render alike through one
+/// camera. Shared meshes count by identity.
+uint64_t fingerprint(const SceneDescription& description);
+
 std::vector<char> to_bytes(const SceneDescription& description);
 SceneDescription from_bytes(const std::vector<char>& bytes);
 

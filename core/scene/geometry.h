@@ -23,6 +23,8 @@ struct BuiltMesh {
   int undeformed_position = -1;      ///< the same
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};
   bool baked = false;                ///< positions are in world space
+  std::shared_ptr<const MeshDescription> source;  ///< what it was built from, when that may come again
+  std::shared_ptr<void> structure;   ///< Embree's, of meshes that are not baked; accel.cpp knows its type
   size_t memory_bytes() const;
 
   /// Attribute of this name, or -1.

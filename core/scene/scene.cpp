@@ -1,6 +1,8 @@
 #include "scene/scene.h"
 
 #include <chrono>
+#include <map>
+#include <utility>
 
 #include "scene/accel.h"
 #include "scene/validate.h"
@@ -61,6 +63,7 @@ BuiltMesh take(MeshDescription&& d) {
   mesh.normal_domain = d.normal_domain;
   mesh.normals = std::move(d.normals);
   mesh.attributes = std::move(d.attributes);
+  mesh.source = std::move(d.shared);
   mesh.texture_space_location = d.texture_space_location;
   mesh.texture_space_size = d.texture_space_size;
   mesh.active_uv = mesh.find_attribute(d.active_uv);
@@ -81,13 +84,59 @@ class Stopwatch {
 Scene::Scene() = default;
 Scene::~Scene() = default;
 
-std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& options, Diagnostics& diagnostics) {
+void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, const std::string& owner, ShaderContext context,
+                    Diagnostics& diagnostics) {
+  bool sees_camera = false;
+  context.sees_camera = &sees_camera;
+  ShaderProgram& program = of == CameraShader::Of::Material ? programs_[index]
+                           : of == CameraShader::Of::Lamp   ? lamp_programs_[index]
+                                                            : world_program_;
+  program = ShaderProgram::compile(graph, owner, *textures_, diagnostics, context);
+  if (sees_camera) camera_shaders_.push_back({of, index, owner, graph, context.material_pass_index});
+}
+
+void Scene::change_view(const CameraDescription& camera, RenderSettings settings) {
+  validate_view(camera, settings);
+  ShaderContext context;
+  context.camera = &camera;
+  context.reflective_caustics = settings.reflective_caustics = settings_.reflective_caustics;
+  context.refractive_caustics = settings.refractive_caustics = settings_.refractive_caustics;
+  Diagnostics repeated;  // everything there is to say was said at the build
+  for (const CameraShader& shader : std::exchange(camera_shaders_, {})) {
+    context.material_pass_index = shader.material_pass_index;
+    compile(shader.of, shader.index, shader.graph, shader.owner, context, repeated);
+  }
+  settings_ = std::move(settings);
+  camera_ = Camera(camera, settings_.width, settings_.height);
+}
+
+std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, Diagnostics& diagnostics,
+                                    std::shared_ptr<Scene> previous) {
   const Stopwatch watch;
   const auto step = [&](const char* name, float fraction) {
     if (options.stop && options.stop->load(std::memory_order_relaxed)) throw Cancelled();
     if (options.progress) options.progress(name, fraction);
   };
   step("Checking the scene", 0.0f);
+  // Shared meshes that the scene before has are left empty here, and taken over below.
+  std::vector<BuiltMesh*> kept(d.meshes.size(), nullptr);
+  std::map<const MeshDescription*, BuiltMesh*> at_hand;
+  if (previous) {
+    for (BuiltMesh& mesh : previous->meshes_)
+      if (mesh.source && !mesh.baked) at_hand[mesh.source.get()] = &mesh;
+  }
+  for (size_t i = 0; i < d.meshes.size(); ++i) {
+    const auto source = d.meshes[i].shared;
+    if (!source) continue;
+    const auto found = at_hand.find(source.get());
+    if (found != at_hand.end()) {
+      kept[i] = found->second;
+      at_hand.erase(found);
+    } else {
+      d.meshes[i] = *source;
+      d.meshes[i].shared = source;
+    }
+  }
   const ValidationCounts counts = validate(d, diagnostics);
 
   std::shared_ptr<Scene> scene(new Scene());
@@ -101,7 +150,10 @@ std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& opt
   step("Preparing geometry", 0.1f);
   std::vector<uint32_t> users(d.meshes.size(), 0);
   for (const InstanceDescription& instance : d.instances) ++users[d.objects[instance.object].mesh];
-  for (MeshDescription& mesh : d.meshes) s.meshes_.push_back(take(std::move(mesh)));
+  for (size_t i = 0; i < d.meshes.size(); ++i) {
+    s.meshes_.push_back(kept[i] ? std::move(*kept[i]) : take(std::move(d.meshes[i])));
+    s.statistics_.kept_meshes += kept[i] ? 1 : 0;
+  }
   const uint32_t default_material = uint32_t(d.materials.size());
   std::vector<uint32_t> first_material(d.objects.size());
   std::vector<uint8_t> used(d.materials.size() + 1, 0);
@@ -120,13 +172,16 @@ std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& opt
     const bool singular = is_singular(instance.world_from_object);
     instance.object_from_world = singular ? Mat4(1.0f) : glm::inverse(instance.world_from_object);
     instance.flips_orientation = glm::determinant(Mat3(instance.world_from_object)) < 0.0f;
-    if (singular && users[instance.mesh] > 1) {
+    const bool stays = s.meshes_[instance.mesh].source != nullptr;   // as the artist made it, for the next scene
+    if (singular && (users[instance.mesh] > 1 || stays)) {
       BuiltMesh copy = s.meshes_[instance.mesh];
+      copy.source.reset();
+      copy.structure.reset();
       instance.mesh = uint32_t(s.meshes_.size());
       s.meshes_.push_back(std::move(copy));
       users.push_back(1);
     }
-    if (users[instance.mesh] == 1 && (singular || options.bake_single_instances) && !s.meshes_[instance.mesh].baked)
+    if (users[instance.mesh] == 1 && (singular || (options.bake_single_instances && !stays)) && !s.meshes_[instance.mesh].baked)
       bake(s.meshes_[instance.mesh], instance.world_from_object);
     instance.first_material = first_material[in.object];
     instance.material_count = std::max<uint32_t>(1, uint32_t(object.materials.size()));
@@ -145,7 +200,7 @@ std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& opt
 
   // Shaders: only those somebody can see.
   step("Compiling shaders", 0.3f);
-  s.textures_ = std::make_unique<TextureStore>(std::move(d.images));
+  s.textures_ = std::make_unique<TextureStore>(std::move(d.images), previous ? previous->textures_.get() : nullptr);
   ShaderContext context;
   context.camera = &d.camera;
   context.image_width = d.settings.width;
@@ -155,16 +210,17 @@ std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& opt
     step("Compiling shaders", 0.3f);
     s.material_pass_indices_.push_back(d.materials[i].pass_index);
     context.material_pass_index = d.materials[i].pass_index;
-    s.programs_.push_back(used[i] ? ShaderProgram::compile(d.materials[i].graph, d.materials[i].name, *s.textures_,
-                                                           diagnostics, context)
-                                  : ShaderProgram());
+    s.programs_.emplace_back();
+    if (used[i]) s.compile(CameraShader::Of::Material, i, d.materials[i].graph, d.materials[i].name, context, diagnostics);
   }
   s.material_pass_indices_.push_back(0);
   s.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s.textures_, diagnostics));
   for (size_t i = 0; i < used.size(); ++i) s.any_transparent_ |= used[i] && s.programs_[i].may_be_transparent();
   s.statistics_.transparent_shadows = s.any_transparent_;
-  for (const LightDescription& light : d.lights)
-    s.lamp_programs_.push_back(ShaderProgram::compile(light.graph, light.name, *s.textures_, diagnostics, context));
+  for (size_t i = 0; i < d.lights.size(); ++i) {
+    s.lamp_programs_.emplace_back();
+    s.compile(CameraShader::Of::Lamp, i, d.lights[i].graph, d.lights[i].name, context, diagnostics);
+  }
   if (d.world.graph.empty()) {
     Node background;
     background.type = "ShaderNodeBackground";
@@ -173,11 +229,13 @@ std::shared_ptr<const Scene> Scene::build(SceneDescription d, const Options& opt
     d.world.graph.nodes.push_back(std::move(background));
     d.world.graph.surface = {0, "Background"};
   }
-  s.world_program_ = ShaderProgram::compile(d.world.graph, d.world.name, *s.textures_, diagnostics, context);
+  s.compile(CameraShader::Of::World, 0, d.world.graph, d.world.name, context, diagnostics);
+  s.textures_->forget_previous();
+  s.statistics_.kept_textures = uint64_t(s.textures_->kept_count());
   s.statistics_.texture_bytes = s.textures_->memory_bytes();
 
   step("Building the ray tracing structure", 0.5f);
-  s.accel_ = std::make_unique<Accel>(s.meshes_, s.instances_, options.stop);
+  s.accel_ = std::make_unique<Accel>(s.meshes_, s.instances_, options.stop, previous ? previous->accel_.get() : nullptr);
   Vec3 lower, upper;
   s.accel_->bounds(lower, upper);
   if (lower.x <= upper.x) {

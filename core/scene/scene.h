@@ -1,5 +1,5 @@
 // The scene, built: geometry in Embree, shaders compiled, lights gathered. Immutable
-// after build and shared by all threads; no globals.
+// while it renders and shared by all threads; no globals.
 #pragma once
 
 #include <atomic>
@@ -55,6 +55,7 @@ struct BuildStatistics {
   uint64_t geometry_bytes = 0, accel_bytes = 0, texture_bytes = 0;
   uint64_t skipped_triangles = 0, repaired_values = 0;
   bool transparent_shadows = false;
+  uint64_t kept_meshes = 0, kept_textures = 0;   ///< taken over from the scene before, neither copied nor built again
 };
 
 class Scene {
@@ -65,8 +66,14 @@ class Scene {
     std::function<void(const char* step, float fraction)> progress;
   };
   /// Throws SceneError when there is nothing sensible to render, Cancelled when stopped.
-  static std::shared_ptr<const Scene> build(SceneDescription description, const Options& options,
-                                            Diagnostics& diagnostics);
+  /// What the description shares with `previous` (MeshDescription::shared, images) is taken over from it and not built again;
+  /// `previous` is of no more use.
+  static std::shared_ptr<Scene> build(SceneDescription description, const Options& options, Diagnostics& diagnostics,
+                                      std::shared_ptr<Scene> previous = nullptr);
+  /// Look at the scene through another camera, at another size. For the sole owner, between renders. Shaders that depend
+  /// on the camera are compiled again, nothing else is. Caustics stay as they were compiled. Throws SceneError, changing nothing, when
+  /// there would be no picture.
+  void change_view(const CameraDescription& camera, RenderSettings settings);
   ~Scene();
 
   Hit intersect(const Ray& ray, uint32_t ray_kind) const;
@@ -108,7 +115,17 @@ class Scene {
   const std::vector<int>& material_pass_indices() const { return material_pass_indices_; }
 
  private:
+  /// What is needed to compile a program for another camera.
+  struct CameraShader {
+    enum class Of : uint8_t { Material, Lamp, World } of;
+    size_t index;
+    std::string owner;
+    NodeGraph graph;
+    int material_pass_index;
+  };
   Scene();
+  void compile(CameraShader::Of of, size_t index, const NodeGraph& graph, const std::string& owner, ShaderContext context,
+               Diagnostics& diagnostics);
   RenderSettings settings_;
   Camera camera_;
   std::vector<BuiltMesh> meshes_;
@@ -119,6 +136,7 @@ class Scene {
   std::vector<int> material_pass_indices_;
   std::vector<HintDescription> hints_;
   ShaderProgram world_program_;
+  std::vector<CameraShader> camera_shaders_;
   std::unique_ptr<TextureStore> textures_;
   LightSet lights_;
   std::unique_ptr<Accel> accel_;

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -102,6 +103,9 @@ struct MeshDescription {
   std::vector<Attribute> attributes;
   std::string active_uv;                    ///< name of the UV map used where none is named
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};  ///< for Generated coordinates
+  /// When set, the mesh is that one and nothing else here is read. A scene that is built after another one takes over
+  /// the meshes both share, with their structures, instead of copying and building them.
+  std::shared_ptr<const MeshDescription> shared;
 };
 
 /// Which kinds of ray see an object. Bits of `ObjectDescription::visibility`.
@@ -172,6 +176,7 @@ struct CameraDescription {
   float aperture_radius = 0.0f, focus_distance = 10.0f;
   int blades = 0;
   float blade_rotation = 0.0f, aperture_ratio = 1.0f;
+  bool operator==(const CameraDescription&) const = default;
 };
 
 // ---- Settings -----------------------------------------------------------------------------
@@ -180,6 +185,7 @@ enum class FilterKind : uint8_t { Box, Gaussian, BlackmanHarris };
 
 struct BounceLimits {
   int total = 12, diffuse = 4, glossy = 4, transmission = 12, transparent = 8, volume = 0;
+  bool operator==(const BounceLimits&) const = default;
 };
 
 struct RenderSettings {
@@ -205,6 +211,7 @@ struct RenderSettings {
   uint32_t seed = 0;
   int threads = 0;                               ///< 0 = all
   std::vector<std::string> passes{"Combined"};
+  bool operator==(const RenderSettings&) const = default;
 };
 
 // ---- Hints --------------------------------------------------------------------------------

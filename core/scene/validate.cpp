@@ -117,8 +117,7 @@ bool finite(const std::array<float, 12>& rows) {
   return std::all_of(rows.begin(), rows.end(), [](float x) { return std::isfinite(x); });
 }
 
-void validate_camera(const SceneDescription& d) {
-  const CameraDescription& camera = d.camera;
+void validate_camera(const CameraDescription& camera) {
   if (!camera.present) throw SceneError("The scene has no camera. Add one, or make one active.");
   if (!finite(camera.world_from_camera)) throw SceneError("Camera '" + camera.name + "' has an invalid transform.");
   const Vec4 w = camera.screen_window;
@@ -143,10 +142,14 @@ void validate_settings(RenderSettings& s) {
 
 }  // namespace
 
+void validate_view(const CameraDescription& camera, RenderSettings& settings) {
+  validate_settings(settings);
+  validate_camera(camera);
+}
+
 ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
   ValidationCounts counts;
-  validate_settings(d.settings);
-  validate_camera(d);
+  validate_view(d.camera, d.settings);
   for (MeshDescription& mesh : d.meshes) validate_mesh(mesh, counts, diagnostics);
   for (ObjectDescription& object : d.objects) {
     if (object.mesh >= int(d.meshes.size())) object.mesh = -1;

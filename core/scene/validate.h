@@ -16,5 +16,7 @@ struct ValidationCounts {
 };
 
 ValidationCounts validate(SceneDescription& description, Diagnostics& diagnostics);
+/// The part of it that concerns how the scene is looked at.
+void validate_view(const CameraDescription& camera, RenderSettings& settings);
 
 }  // namespace ajar

@@ -86,6 +86,11 @@ class ProgramBuilder {
   const NodeLink* link(int node, std::string_view socket) const;
   const NodeGraph& graph() const { return graph_; }
   const ShaderContext& context() const { return context_; }
+  /// The camera, for programs that depend on it; null when there is none.
+  const CameraDescription* camera() const {
+    if (context_.sees_camera) *context_.sees_camera = true;
+    return context_.camera && context_.camera->present ? context_.camera : nullptr;
+  }
   TextureStore& textures() { return textures_; }
   Diagnostics& diagnostics() { return diagnostics_; }
   const std::string& owner() const { return owner_; }

@@ -368,15 +368,54 @@ int64_t repair(std::vector<uint8_t>& texels) {
 
 }  // namespace
 
+namespace {
+
+/// When the file was last written; nothing when it cannot be asked.
+std::filesystem::file_time_type file_time(const ImageDescription& image) {
+  std::error_code error;
+  if (image.path.empty()) return {};
+  const auto time = std::filesystem::last_write_time(image.path, error);
+  return error ? std::filesystem::file_time_type{} : time;
+}
+
+bool same_source(const ImageDescription& a, const ImageDescription& b) {
+  return a.path == b.path && a.color_space == b.color_space && a.alpha_mode == b.alpha_mode && a.width == b.width &&
+         a.height == b.height && a.packed == b.packed && a.pixels == b.pixels;
+}
+
+}  // namespace
+
 struct TextureStore::Data {
+  struct Entry {
+    std::unique_ptr<Texture> texture;
+    std::filesystem::file_time_type time;
+    bool readable = false;
+  };
   std::vector<ImageDescription> images;
-  std::map<std::pair<int, std::string>, std::unique_ptr<Texture>> textures;
+  std::map<std::pair<int, std::string>, Entry> textures;
+  std::unique_ptr<Data> previous;
   Texture magenta;
-  int decoded = 0;
+  int decoded = 0, kept = 0;
+
+  /// The texture that `previous` made of this image, or nothing.
+  std::unique_ptr<Texture> take(const ImageDescription& image, const std::string& color_space_override,
+                                std::filesystem::file_time_type time) {
+    if (!previous) return nullptr;
+    for (auto& [key, entry] : previous->textures) {
+      if (entry.texture && entry.readable && key.second == color_space_override && entry.time == time &&
+          same_source(previous->images[size_t(key.first)], image))
+        return std::move(entry.texture);
+    }
+    return nullptr;
+  }
 };
 
-TextureStore::TextureStore(std::vector<ImageDescription> images) : data_(std::make_unique<Data>()) {
+TextureStore::TextureStore(std::vector<ImageDescription> images, TextureStore* previous) : data_(std::make_unique<Data>()) {
   data_->images = std::move(images);
+  if (previous) {
+    data_->previous = std::move(previous->data_);
+    data_->previous->previous.reset();
+  }
   data_->magenta.width_ = data_->magenta.height_ = 1;
   data_->magenta.texels_ = {255, 0, 255, 255};
 }
@@ -391,10 +430,19 @@ const Texture* TextureStore::load(int index, const std::string& color_space_over
                               "does not exist; magenta is used"});
     return &data_->magenta;
   }
-  std::unique_ptr<Texture>& texture = data_->textures[{index, color_space_override}];
+  Data::Entry& entry = data_->textures[{index, color_space_override}];
+  std::unique_ptr<Texture>& texture = entry.texture;
   if (texture) return texture.get();
 
   const ImageDescription& image = data_->images[index];
+  entry.time = file_time(image);
+  texture = data_->take(image, color_space_override, entry.time);
+  if (texture) {
+    entry.readable = true;
+    ++data_->decoded;
+    ++data_->kept;
+    return texture.get();
+  }
   const auto report = [&](const std::string& message) {
     report_once(diagnostics, {Diagnostic::Severity::Warning, image.name.empty() ? image.path : image.name, message});
   };
@@ -439,16 +487,20 @@ const Texture* TextureStore::load(int index, const std::string& color_space_over
   texture->has_alpha_ = has_alpha && color_belongs_to_alpha;
   texture->associate_ = texture->has_alpha_ && decoded.straight_alpha;
   if (repaired > 0) report(std::to_string(repaired) + " pixels are not finite and were set to 0");
+  entry.readable = true;
   ++data_->decoded;
   return texture.get();
 }
 
 size_t TextureStore::memory_bytes() const {
   size_t bytes = 0;
-  for (const auto& entry : data_->textures) bytes += entry.second->memory_bytes();
+  for (const auto& entry : data_->textures) bytes += entry.second.texture->memory_bytes();
   return bytes;
 }
 
 int TextureStore::decoded_count() const { return data_->decoded; }
+int TextureStore::kept_count() const { return data_->kept; }
+
+void TextureStore::forget_previous() { data_->previous.reset(); }
 
 }  // namespace ajar

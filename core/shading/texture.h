@@ -21,7 +21,8 @@ class Texture;
 
 class TextureStore {
  public:
-  explicit TextureStore(std::vector<ImageDescription> images);
+  /// What `previous` decoded of the same images is taken over from it.
+  explicit TextureStore(std::vector<ImageDescription> images, TextureStore* previous = nullptr);
   TextureStore(TextureStore&&) noexcept;
   ~TextureStore();
 
@@ -29,7 +30,10 @@ class TextureStore {
   /// Out-of-range or broken images give the magenta texture and a diagnostic.
   const Texture* load(int index, const std::string& color_space_override, std::vector<Diagnostic>& diagnostics);
   size_t memory_bytes() const;
-  int decoded_count() const;
+  int decoded_count() const;           ///< images in use that could be read
+  int kept_count() const;              ///< of these, taken over
+  /// All images have been asked for: free what was not taken over.
+  void forget_previous();
 
  private:
   struct Data;

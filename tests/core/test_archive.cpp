@@ -81,3 +81,30 @@ TEST(Archive, missing_file_names_the_path) {
     EXPECT_NE(std::string(error.what()).find("/nonexistent/x.ajar"), std::string::npos);
   }
 }
+
+TEST(Archive, shared_meshes_are_written_out_like_any_other) {
+  const SceneDescription d = rich_description();
+  SceneDescription sharing = d;
+  sharing.meshes[0] = {};
+  sharing.meshes[0].shared = std::make_shared<MeshDescription>(d.meshes[0]);
+  EXPECT_EQ(to_bytes(sharing), to_bytes(d));
+}
+
+TEST(Archive, the_fingerprint_changes_with_the_scene_and_not_with_the_view) {
+  const SceneDescription d = rich_description();
+  const uint64_t before = fingerprint(d);
+  const auto changed = [&](auto change) {
+    SceneDescription copy = d;
+    change(copy);
+    return fingerprint(copy) != before;
+  };
+  EXPECT_FALSE(changed([](auto&) {}));
+  EXPECT_FALSE(changed([](auto& c) { c.camera.clip_end = 7.0f; c.settings.width = 3; }));
+  EXPECT_TRUE(changed([](auto& c) { c.instances[0].world_from_object[3] += 1e-6f; }));
+  EXPECT_TRUE(changed([](auto& c) { c.materials[0].graph.nodes[0].inputs[0].value.x = 0.75f; }));
+  EXPECT_TRUE(changed([](auto& c) { c.lights[0].energy += 1.0f; }));
+  EXPECT_TRUE(changed([](auto& c) { c.meshes[0].positions[0].x += 1.0f; }));
+  EXPECT_TRUE(changed([](auto& c) { c.world.color.x += 1.0f; }));
+  EXPECT_TRUE(changed([](auto& c) { c.images[0].packed.push_back(0); }));
+  EXPECT_TRUE(changed([](auto& c) { c.hints.push_back({}); }));
+}

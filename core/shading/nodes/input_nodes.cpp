@@ -11,8 +11,8 @@ namespace {
 using enum SocketType;
 
 Value camera_point(ProgramBuilder& b, int node) {
-  const CameraDescription* camera = b.context().camera;
-  if (!camera || !camera->present) {
+  const CameraDescription* camera = b.camera();
+  if (!camera) {
     b.report(node, "there is no camera; world coordinates are used");
     return b.emit(Op::Position, Vector, {});
   }
@@ -21,8 +21,8 @@ Value camera_point(ProgramBuilder& b, int node) {
 }
 
 Value window_point(ProgramBuilder& b, int node) {
-  const CameraDescription* camera = b.context().camera;
-  if (!camera || !camera->present || camera->kind == CameraKind::Panorama) {
+  const CameraDescription* camera = b.camera();
+  if (!camera || camera->kind == CameraKind::Panorama) {
     b.report(node, "window coordinates need a perspective or orthographic camera");
     return b.constant(Vec3(0.0f), Vector);
   }

@@ -62,7 +62,7 @@ bool vector_transform(ProgramBuilder& b, int node, std::string_view output, Valu
   const int to = b.choice(node, "convert_to", {"WORLD", "OBJECT", "CAMERA"}, 1);
   Mat4 camera_from_world(1.0f);
   if (from == int(Space::Camera) || to == int(Space::Camera)) {
-    if (const CameraDescription* camera = b.context().camera; camera && camera->present)
+    if (const CameraDescription* camera = b.camera())
       camera_from_world = glm::affineInverse(to_matrix(camera->world_from_camera));
     else b.report(node, "there is no camera; world coordinates are used");
   }
