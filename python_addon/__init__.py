@@ -13,9 +13,9 @@ bl_info = {
     "support": "COMMUNITY",
 }
 
-from . import engine, headless, properties, ui  # noqa: E402
+from . import engine, headless, hint_overlay, hints, properties, ui, viewport  # noqa: E402
 
-MODULES = (properties, engine, ui)
+MODULES = (properties, engine, viewport, hints, hint_overlay, ui)
 
 
 def register() -> None:

@@ -96,3 +96,17 @@ def packed_bytes(image: bpy.types.Image) -> bytes:
     """The file packed into the .blend, or nothing."""
     packed = image.packed_file or (image.packed_files[0] if len(image.packed_files) else None)
     return bytes(packed.data) if packed is not None and packed.size > 0 else b""
+
+
+# ---- Drawing --------------------------------------------------------------------------------------------------------------
+
+POLYLINE_SHADER = "POLYLINE_UNIFORM_COLOR" if bpy.app.version >= (4, 0) else "3D_POLYLINE_UNIFORM_COLOR"
+
+
+def font_size(font: int, size: int) -> None:
+    import blf
+
+    if bpy.app.version >= (4, 0):
+        blf.size(font, size)
+    else:
+        blf.size(font, size, 72)

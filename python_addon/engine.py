@@ -1,7 +1,8 @@
 """The render engine AJAR: one render from the dependency graph to Blender's result.
 
 Blender calls `render` for each view layer in a thread of its own, or in the main thread in the background. The renderer works in its
-threads; this one looks every tenth of a second, hands on what there is, and asks whether to stop.
+threads; this one looks every tenth of a second, hands on what there is, and asks whether to stop. Previews of materials, worlds and lamps
+are renders too. The rendered 3D view is `viewport.py`.
 """
 
 from __future__ import annotations
@@ -12,12 +13,13 @@ import time
 import bpy
 import numpy as np
 
-from . import headless, passes
+from . import headless, hints, last_render, passes, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .interrupt import Interrupt
 
 POLL_SECONDS = 0.1
+PREVIEW_POLL_SECONDS = 0.02
 WORDS_SECONDS = 0.5  # between two lines of progress: the background prints them all
 FIRST_IMAGE_SECONDS, IMAGE_SECONDS = 0.5, 2.0  # until the first picture is shown, and between two later ones
 NAME = "Ajar"
@@ -30,15 +32,34 @@ class RenderFailed(Exception):
 class AjarRenderEngine(bpy.types.RenderEngine):
     bl_idname = "AJAR"
     bl_label = NAME
-    bl_use_preview = False
+    bl_use_preview = True
     bl_use_eevee_viewport = True         # Material Preview is drawn by Eevee
     bl_use_postprocess = True
     bl_use_shading_nodes_custom = False  # else Blender hides its standard shader nodes
 
+    viewport: viewport.Viewport | None = None   # of the engine object that Blender keeps for each 3D view
+    watched = False
     _next_words = 0.0
 
+    def view_update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        if self.viewport is None:
+            self.viewport = viewport.Viewport()
+        self.viewport.update(context, depsgraph)
+        self._watch()
+
+    def view_draw(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        if self.viewport is None:
+            self.view_update(context, depsgraph)
+        self.viewport.draw(self, context, depsgraph)
+        self._watch()
+
+    def _watch(self) -> None:
+        if not self.watched and self.viewport.is_busy():
+            self.watched = True
+            viewport.watch(self)
+
     def render(self, depsgraph: bpy.types.Depsgraph) -> None:
-        options = headless.current()
+        options = headless.preview() if self.is_preview else headless.current()
         with Interrupt() as interrupt:
             try:
                 self._render(depsgraph, options, lambda: interrupt.raised or self.test_break())
@@ -65,11 +86,15 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         if options.dump_scene is not None:
             ajar.save_description(exported.description, str(options.dump_scene))
 
+        hint_points = hints.points_of(exported.description)
         session = ajar.Session()
         session.start(exported.description)
         self._follow(depsgraph, session, wanted, is_cancelled)
 
         error = session.take_error()
+        if self.is_preview:
+            self._hand_over(depsgraph, session, wanted, None)
+            return
         for diagnostic in session.diagnostics():
             self._report(diagnostic)
         if error:
@@ -78,6 +103,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         statistics |= {"export_seconds": export_seconds, "blender_version": bpy.app.version_string, "file": bpy.data.filepath,
                        "scene_name": scene.name, "view_layer": depsgraph.view_layer.name, "frame": scene.frame_current}
         self._show_memory(statistics)
+        hints.remember(session.hint_reports(), hint_points)
+        last_render.remember(scene.name, statistics)
         if not self._hand_over(depsgraph, session, wanted, statistics):
             return  # cancelled before the first sample
         if options.stats is not None:
@@ -86,7 +113,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     def _follow(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass], is_cancelled) -> None:
         """Until the session ends, by itself or because the user wants no more."""
         next_image = time.monotonic() + FIRST_IMAGE_SECONDS
-        while not session.wait(POLL_SECONDS):
+        while not session.wait(PREVIEW_POLL_SECONDS if self.is_preview else POLL_SECONDS):
             progress = session.progress()
             self.update_progress(progress.fraction)
             self._show(depsgraph, describe(progress))

@@ -21,6 +21,7 @@ from .ajar_module import ajar
 PREFIX = "--ajar-"
 EXIT_BAD_OPTION = 2
 EXIT_NO_IMAGE = 1
+PREVIEW_SAMPLES, PREVIEW_SECONDS = 32, 2.0
 
 INTEGRATORS = ("auto", "path", "pmc_pt", "erpt", "mps", "metropolis", "photon_map", "bdpt")
 DIRECT = tuple(info.name for info in ajar.direct_method_list())
@@ -138,6 +139,11 @@ def current() -> Options:
         return parse(sys.argv)
     except OptionError:
         return Options()
+
+
+def preview() -> Options:
+    """For the small pictures of materials, worlds and lamps: soon rather than smooth."""
+    return Options(integrator="path", direct="mis", direct_samples=1, samples=PREVIEW_SAMPLES, time=PREVIEW_SECONDS, error=0.0)
 
 
 def check() -> None:

@@ -89,6 +89,10 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     importance_max: bpy.props.FloatVectorProperty(name="To", description="Upper right corner, as a part of the frame", size=2,
                                                   default=(1.0, 1.0), min=0.0, max=1.0)
     samples: _int("samples", "Samples", "Samples per pixel", 64, "samples", 1, 2**24)
+    viewport_samples: _int("viewport_samples", "Viewport Samples", "Samples per pixel in the rendered 3D view", 1024, "preview_samples",
+                           1, 2**24)
+    viewport_integrator: bpy.props.EnumProperty(name="Viewport Integrator", description="How light is followed in the rendered 3D view",
+                                                items=integrator_items(), default="path")
     time_limit: _float("time_limit", "Time Limit", "Seconds after which rendering stops; 0: none", 0.0, "time_limit", 0.0, 1e7,
                        subtype="TIME_ABSOLUTE")
     noise_target: bpy.props.FloatProperty(
@@ -137,6 +141,8 @@ class AjarObjectSettings(bpy.types.PropertyGroup):
     hint_enabled: bpy.props.BoolProperty(name="Use", description="Propose light along this curve", default=True)
     hint_spread: bpy.props.FloatProperty(name="Spread", description="Half-angle of the cone around each segment", subtype="ANGLE",
                                          default=0.0872665, min=1e-4, max=3.14159)
+    hint_light: bpy.props.PointerProperty(name="Starts At", description="Lamp that the curve's first point follows, wherever it goes",
+                                          type=bpy.types.Object, poll=lambda self, thing: thing.type == "LIGHT")
     hint_weight: bpy.props.FloatProperty(name="Weight", description="How often this curve is proposed, relative to the others",
                                          default=1.0, min=0.0, soft_max=10.0)
 

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import textwrap
+
 import bpy
 from bpy.types import Panel
+
+from . import headless, hints, last_render
+from .ajar_module import ajar
 
 ENGINE = "AJAR"
 PHOTON_INTEGRATORS = {"photon_map", "mps"}
 HINT_INTEGRATORS = {"mps", "metropolis", "pmc_pt"}
+HONESTY = {ajar.Honesty.Unbiased: "Unbiased", ajar.Honesty.Consistent: "Consistent", ajar.Honesty.Biased: "Biased"}
 
 # Built-in panels that speak of what Ajar does not have, or shows in its own way.
 EXCLUDED = {
@@ -53,6 +59,9 @@ class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
             region.active = settings.importance_factor != 1.0
             region.prop(settings, "importance_min")
             region.prop(settings, "importance_max")
+        column.separator()
+        column.prop(settings, "viewport_samples")
+        column.prop(settings, "viewport_integrator")
 
 
 class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
@@ -62,14 +71,28 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
         column = self.column()
         settings = context.scene.ajar
         column.prop(settings, "integrator")
-        column.prop(settings, "direct")
-        column.prop(settings, "direct_samples")
+        info = next((item for item in ajar.integrator_list() if item.name == settings.integrator), None)
+        if info is not None:
+            for line in _wrapped(f"{HONESTY[info.honesty]}: {info.sentence}", context):
+                column.label(text=line)
         if settings.integrator in PHOTON_INTEGRATORS:
             photons = column.column(align=True)
             for name in ("photons", "photon_radius", "gather_rays"):
                 photons.prop(settings, name)
-        if settings.integrator in HINT_INTEGRATORS:
-            column.prop_search(settings, "hint_collection", bpy.data, "collections", text="Light Path Curves")
+
+
+class AJAR_RENDER_PT_direct(AjarPanel, Panel):
+    bl_label = "Direct Light"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        settings = context.scene.ajar
+        column.prop(settings, "direct", text="Method")
+        column.prop(settings, "direct_samples", text="Samples")
+        info = next((item for item in ajar.direct_method_list() if item.name == settings.direct), None)
+        if info is not None:
+            for line in _wrapped(("Biased: " if info.biased else "") + info.sentence, context):
+                column.label(text=line)
 
 
 class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
@@ -90,6 +113,69 @@ class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
         column.prop(settings, "refractive_caustics")
 
 
+def _draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
+    """The scene's light paths, each with what became of it."""
+    scene = context.scene
+    layout.prop_search(scene.ajar, "hint_collection", bpy.data, "collections", text="Collection")
+    for curve in hints.curves_of(scene):
+        known = hints.attachment_of(curve)
+        row = layout.row()
+        row.active = curve.ajar.hint_enabled
+        icon = "CURVE_DATA" if known is None else "CHECKMARK" if known.attached else "ERROR"
+        row.prop(curve.ajar, "hint_enabled", text="")
+        row.label(text=curve.name, icon=icon)
+        worth = last_render.of_hint(scene, curve.name)
+        if worth is not None:
+            row.label(text=_worth(worth))
+        if known is not None and not known.attached:
+            for line in _wrapped(known.reason, context):
+                layout.label(text=line)
+    buttons = layout.column(align=True)
+    buttons.operator("ajar.draw_light_path", icon="GREASEPENCIL")
+    buttons.operator("ajar.mark_light_path", icon="ADD")
+    buttons.operator("ajar.unmark_light_path", icon="REMOVE")
+    buttons.operator("ajar.check_light_paths", icon="VIEWZOOM")
+
+
+def _worth(worth: dict) -> str:
+    """Of a light path in the last render: what its statistics say, and no more."""
+    words = []
+    if worth.get("proposed"):
+        words.append(f"{worth['proposed']:.3g} proposed")
+        if "accepted" in worth:
+            words.append(f"{worth['accepted'] / worth['proposed']:.0%} accepted")
+    if "energy_share" in worth:
+        words.append(f"{worth['energy_share']:.1%} of the light")
+    return ", ".join(words)
+
+
+class AJAR_RENDER_PT_hints(AjarPanel, Panel):
+    bl_label = "Drawn Light Paths"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.scene.ajar
+        column = self.column()
+        if not {settings.integrator, settings.viewport_integrator} & HINT_INTEGRATORS & headless.available_integrators():
+            names = [info.label for info in ajar.integrator_list() if info.name in HINT_INTEGRATORS and info.available]
+            for line in _wrapped(f"The chosen integrator does not use them. These do: {', '.join(names)}", context):
+                column.label(text=line)
+        _draw_hints(column, context)
+
+
+class AJAR_VIEW3D_PT_hints(Panel):
+    bl_label = "Light Paths"
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Ajar"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine == ENGINE
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _draw_hints(self.layout.column(), context)
+
+
 class AJAR_OBJECT_PT_light_path(AjarPanel, Panel):
     """Of a curve in the collection of light paths."""
     bl_label = "Light Path"
@@ -97,14 +183,17 @@ class AJAR_OBJECT_PT_light_path(AjarPanel, Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        collection = bpy.data.collections.get(context.scene.ajar.hint_collection)
-        return (super().poll(context) and context.object is not None and context.object.type == "CURVE"
-                and collection is not None and context.object.name in collection.all_objects)
+        return super().poll(context) and context.object is not None and context.object in hints.curves_of(context.scene)
 
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
-        for name in ("hint_enabled", "hint_spread", "hint_weight"):
+        for name in ("hint_enabled", "hint_spread", "hint_weight", "hint_light"):
             column.prop(context.object.ajar, name)
+        for line in _wrapped(hints.status_of(context.object), context):
+            column.label(text=line)
+        worth = last_render.of_hint(context.scene, context.object.name)
+        if worth is not None:
+            column.label(text=f"Last render: {_worth(worth)}")
 
 
 class AJAR_OBJECT_PT_importance(AjarPanel, Panel):
@@ -161,6 +250,69 @@ class AJAR_RENDER_PT_performance(AjarPanel, Panel):
         row.prop(render, "threads")
 
 
+class AJAR_RENDER_PT_statistics(AjarPanel, Panel):
+    """Of the last render."""
+    bl_label = "Statistics"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and last_render.of(context.scene) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        for name, value in _statistics(last_render.of(context.scene)):
+            row = column.split(factor=0.45)
+            row.label(text=name)
+            row.label(text=value)
+
+
+class AJAR_RENDER_PT_plan(AjarPanel, Panel):
+    """What the last render needed, what it left out, and why."""
+    bl_label = "Render Plan"
+    bl_parent_id = "AJAR_RENDER_PT_statistics"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and bool((last_render.of(context.scene) or {}).get("plan"))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        for step in last_render.of(context.scene)["plan"]:
+            lines = _wrapped(f"{step['step'].capitalize()}: {step['reason']}", context)
+            for number, line in enumerate(lines):
+                column.label(text=line, icon=("CHECKMARK" if step["used"] else "BLANK1") if number == 0 else "BLANK1")
+
+
+def _statistics(values: dict) -> list[tuple[str, str]]:
+    """Names and values for people."""
+    rows = [("Integrator", f"{values['integrator']}, {values.get('honesty', '')}".rstrip(", "))]
+    if "samples_per_pixel" in values:
+        rows.append(("Samples per pixel", f"{values['samples_per_pixel']['mean']:.4g}"))
+    if "rays_per_second" in values:
+        rows.append(("Rays per second", f"{values['rays_per_second'] / 1e6:.3g} million"))
+    if values.get("estimated_error"):
+        rows.append(("Estimated error", f"{values['estimated_error'][-1][2]:.2e} relative, squared"))
+    if "refused_samples" in values:
+        rows.append(("Refused samples", f"{values['refused_samples']}"))
+    rows.append(("Export and build", f"{values['export_seconds'] + values['build_seconds']:.2f} s"))
+    rows.append(("Rendering", f"{values['render_seconds']:.2f} s with {values['threads']} threads"))
+    rows.append(("Peak memory", f"{values['peak_memory_bytes'] / 2**20:.0f} MB"))
+    if "scene" in values:
+        scene = values["scene"]
+        rows.append(("Triangles", f"{scene['triangles']:,} in {scene['meshes']:,} meshes, {scene['instances']:,} instances"))
+        rows.append(("Lights", f"{scene['lights']:,}"))
+    return rows
+
+
+def _wrapped(text: str, context: bpy.types.Context) -> list[str]:
+    """A sentence in lines that fit the panel: Blender's labels are of one line."""
+    scale = context.preferences.system.ui_scale or 1.0
+    width = context.region.width if context.region is not None else 300
+    return textwrap.wrap(text, max(24, int(width / (7.0 * scale)) - 4))
+
+
 class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
@@ -174,9 +326,9 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
             column.prop(view_layer.ajar, name)
 
 
-CLASSES = (AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_light_paths, AJAR_OBJECT_PT_light_path, AJAR_OBJECT_PT_importance,
-           AJAR_COLLECTION_PT_importance, AJAR_RENDER_PT_film,
-           AJAR_RENDER_PT_performance, AJAR_VIEWLAYER_PT_passes)
+CLASSES = (AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_hints,
+           AJAR_OBJECT_PT_light_path, AJAR_OBJECT_PT_importance, AJAR_COLLECTION_PT_importance, AJAR_RENDER_PT_film, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan,
+           AJAR_VIEWLAYER_PT_passes, AJAR_VIEW3D_PT_hints)
 
 
 def built_in_panels() -> list[type]:

@@ -12,8 +12,9 @@ import bpy
 from ..headless import Options
 from . import camera, hints, objects, settings, world
 from .context import ExportCancelled, ExportContext
+from .mesh_cache import MeshCache
 
-__all__ = ["ExportCancelled", "ExportContext", "export_scene"]
+__all__ = ["ExportCancelled", "ExportContext", "MeshCache", "export_contents", "export_scene"]
 
 
 def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[str], camera_object: bpy.types.Object | None,
@@ -22,7 +23,12 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
     context = ExportContext(depsgraph, is_cancelled, report_step)
     settings.export(context, options, passes)
     camera.export(context, camera_object)
+    export_contents(context)
+    return context
+
+
+def export_contents(context: ExportContext) -> None:
+    """What there is to see, wherever it is seen from."""
     world.export(context)
     objects.export(context)
     hints.export(context)
-    return context

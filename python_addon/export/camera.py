@@ -25,7 +25,7 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None) -> No
     out.screen_window = screen_window(context.scene.render, camera)
     out.clip_start = camera.clip_start
     out.clip_end = camera.clip_end
-    _lens(out, camera, frame)
+    out.aperture_radius, out.focus_distance, out.blades, out.blade_rotation, out.aperture_ratio = lens_of(camera, frame)
 
 
 def screen_window(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> tuple[float, float, float, float]:
@@ -43,19 +43,17 @@ def screen_window(render: bpy.types.RenderSettings, camera: bpy.types.Camera) ->
     return (x - half_width, x + half_width, y - half_height, y + half_height)
 
 
-def _lens(out: ajar.CameraDescription, camera: bpy.types.Camera, frame: Matrix) -> None:
+def lens_of(camera: bpy.types.Camera, frame: Matrix) -> tuple[float, float, int, float, float]:
+    """Aperture radius, focus distance, blades, their rotation, ratio of the axes. `frame` is the camera's place in the world."""
     lens = camera.dof
     if not lens.use_dof or lens.aperture_fstop <= 0.0:
-        return
+        return (0.0, 10.0, 0, 0.0, 1.0)
     focal_length = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3  # metres; orthographic lenses count as one metre
-    out.aperture_radius = focal_length / (2.0 * lens.aperture_fstop)
-    out.focus_distance = lens.focus_distance
+    distance = lens.focus_distance
     if lens.focus_object is not None:
         target = lens.focus_object.matrix_world.translation
-        out.focus_distance = abs((target - frame.translation).dot(frame.col[2].to_3d()))
-    out.blades = lens.aperture_blades
-    out.blade_rotation = lens.aperture_rotation
-    out.aperture_ratio = lens.aperture_ratio
+        distance = abs((target - frame.translation).dot(frame.col[2].to_3d()))
+    return (focal_length / (2.0 * lens.aperture_fstop), distance, lens.aperture_blades, lens.aperture_rotation, lens.aperture_ratio)
 
 
 def _without_scale(matrix: Matrix) -> Matrix:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import bpy
 
 from ..ajar_module import ajar
+from .mesh_cache import MeshCache
 
 CHECK_SECONDS = 0.05  # between two looks at the cancel button
 
@@ -22,7 +23,8 @@ class ExportContext:
     Lives for one export: its keys are addresses of Blender's data, which hold only that long.
     """
 
-    def __init__(self, depsgraph: bpy.types.Depsgraph, is_cancelled: Callable[[], bool], report_step: Callable[[str], None]) -> None:
+    def __init__(self, depsgraph: bpy.types.Depsgraph, is_cancelled: Callable[[], bool], report_step: Callable[[str], None],
+                 meshes: MeshCache | None = None, is_hidden: Callable[[bpy.types.DepsgraphObjectInstance], bool] | None = None) -> None:
         self.depsgraph = depsgraph
         self.scene = depsgraph.scene_eval
         self.view_layer = depsgraph.view_layer_eval
@@ -32,6 +34,8 @@ class ExportContext:
         self.uses_generated = False                      # whether a material may ask for Generated coordinates
         self.attribute_names: set[str] = set()           # attributes that materials ask for by name
         self.warnings: list[tuple[str, str]] = []        # (name of the datablock, message)
+        self.meshes = meshes                             # of a viewport, from one export to the next
+        self.is_hidden = is_hidden                       # what a viewport does not show, beyond what the dependency graph leaves out
         self.report_step = report_step
         self._is_cancelled = is_cancelled
         self._next_check = 0.0

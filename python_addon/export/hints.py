@@ -28,11 +28,14 @@ def export(context: ExportContext) -> None:
         settings = thing.ajar
         for number, spline in enumerate(thing.data.splines):
             name = thing.name if len(thing.data.splines) == 1 else f"{thing.name}, part {number + 1}"
-            context.description.add_hint(name=name, points=_points(spline, evaluated.matrix_world), spread=settings.hint_spread,
+            points = points_of(spline, evaluated.matrix_world)
+            if settings.hint_light is not None and len(points):
+                points[0] = settings.hint_light.evaluated_get(context.depsgraph).matrix_world.translation
+            context.description.add_hint(name=name, points=points, spread=settings.hint_spread,
                                          weight=settings.hint_weight, enabled=settings.hint_enabled and not thing.hide_render)
 
 
-def _points(spline: bpy.types.Spline, matrix_world) -> np.ndarray:
+def points_of(spline: bpy.types.Spline, matrix_world) -> np.ndarray:
     """Control points in world space, float32[n, 3]."""
     bezier = spline.type == "BEZIER"
     points = spline.bezier_points if bezier else spline.points

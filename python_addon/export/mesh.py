@@ -21,12 +21,12 @@ _VALUES = {  # data type of an attribute -> RNA name of its value, components
 }
 
 
-def export(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified: bool) -> int:
-    """Index of the mesh; EMPTY when it has no triangles."""
+def arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified: bool) -> dict | None:
+    """What `ajar.make_mesh` and `SceneDescription.add_mesh` take; None when there are no triangles."""
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
     if count == 0:
-        return EMPTY
+        return None
     context.check_cancelled()
     # Unsigned, as Blender's own numbers: then it copies them by the block.
     loops = _read(mesh.loop_triangles, "loops", 3, np.uint32)
@@ -45,10 +45,9 @@ def export(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified:
     location, size = compat.texture_space(mesh)
     active = mesh.uv_layers.active
     rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), active.name if active else "")
-    return context.description.add_mesh(
-        name=name, positions=positions, triangles=triangles, material_slots=slots, normals=normals,
-        normal_domain=normal_domain, attributes=attributes, active_uv=rendered,
-        texture_space_location=location, texture_space_size=size)
+    return {"name": name, "positions": positions, "triangles": triangles, "material_slots": slots, "normals": normals,
+            "normal_domain": normal_domain, "attributes": attributes, "active_uv": rendered,
+            "texture_space_location": location, "texture_space_size": size}
 
 
 def _read(collection: bpy.types.bpy_prop_collection, name: str, columns: int, kind: type) -> np.ndarray:

@@ -62,6 +62,8 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         if not instance.show_self:
             continue
         thing = instance.object
+        if context.is_hidden is not None and context.is_hidden(instance):
+            continue
         data = thing.data
         if data is None:
             continue
@@ -98,7 +100,11 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
 
 def _geometry(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object, parent: bpy.types.Object | None,
               index: int) -> Geometry:
-    slots = [materials.export(context, slot.material) for slot in thing.material_slots]
+    override = context.view_layer.material_override
+    if override is not None:
+        slots = [materials.export(context, override)]  # the last slot stands for all
+    else:
+        slots = [materials.export(context, slot.material) for slot in thing.material_slots]
     is_own = owner.data is not None and owner.data.as_pointer() == thing.data.as_pointer()
     return Geometry(owner, thing.data, is_own, owner.name, slots, _visibility(context, owner, parent), index)
 
@@ -146,12 +152,26 @@ def _importance(owner: bpy.types.Object) -> float:
 
 
 def _export_mesh(context: ExportContext, geometry: Geometry) -> int:
+    description, cache = context.description, context.meshes
+    if cache is None:
+        found = _arrays(context, geometry)
+        return description.add_mesh(**found) if found is not None else mesh.EMPTY
+    key = cache.key(context, geometry.owner, geometry.data)
+    if key not in cache.known:
+        found = _arrays(context, geometry)
+        cache.known[key] = ajar.make_mesh(**found) if found is not None else None
+        cache.exported += 1
+    shared = cache.known[key]
+    return description.add_shared_mesh(shared) if shared is not None else mesh.EMPTY
+
+
+def _arrays(context: ExportContext, geometry: Geometry) -> dict | None:
     data = geometry.data
     if not (data.is_editmode and geometry.is_own):
-        return mesh.export(context, data, data.name, geometry.is_own and len(geometry.owner.modifiers) > 0)
+        return mesh.arrays(context, data, data.name, geometry.is_own and len(geometry.owner.modifiers) > 0)
     # In edit mode the evaluated mesh has not all its layers.
     try:
-        return mesh.export(context, geometry.owner.to_mesh(), data.name, len(geometry.owner.modifiers) > 0)
+        return mesh.arrays(context, geometry.owner.to_mesh(), data.name, len(geometry.owner.modifiers) > 0)
     finally:
         geometry.owner.to_mesh_clear()
 

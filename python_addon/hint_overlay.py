@@ -1,0 +1,91 @@
+"""Light paths in the 3D view: green where they attached, blue after mirrors and glass, red where they failed, with the reason."""
+
+from __future__ import annotations
+
+import bpy
+from bpy_extras import view3d_utils
+from mathutils import Vector
+
+from . import compat, hints
+from .ajar_module import ajar
+
+COLORS = {
+    ajar.HintReport.Segment.Attached: (0.2, 0.9, 0.3, 1.0),
+    ajar.HintReport.Segment.Bounced: (0.3, 0.6, 1.0, 1.0),
+    ajar.HintReport.Segment.Failed: (1.0, 0.2, 0.15, 1.0),
+}
+LINE_WIDTH, TEXT_SIZE = 3.0, 13
+
+_handles: list[object] = []
+
+
+def segments_of(known: hints.Attachment) -> list[tuple[Vector, Vector, ajar.HintReport.Segment]]:
+    """A way that met nothing ends where the artist wanted it to."""
+    positions = [Vector(position) for position in known.positions]
+    found = []
+    for i, segment in enumerate(known.segments):
+        if i >= len(positions):
+            break
+        end = positions[i + 1] if i + 1 < len(positions) else Vector(known.points[min(i + 1, len(known.points) - 1)])
+        found.append((positions[i], end, segment))
+    return found
+
+
+def _shown(context: bpy.types.Context) -> list[tuple[bpy.types.Object, hints.Attachment]]:
+    if context.engine != "AJAR" or not context.space_data.overlay.show_overlays:
+        return []
+    pairs = [(curve, hints.attachment_of(curve)) for curve in hints.curves_of(context.scene) if curve.visible_get()]
+    return [(curve, known) for curve, known in pairs if known is not None]
+
+
+def _draw_lines() -> None:
+    shown = _shown(bpy.context)
+    if not shown:
+        return
+    import gpu
+    from gpu_extras.batch import batch_for_shader
+
+    shader = gpu.shader.from_builtin(compat.POLYLINE_SHADER)
+    shader.bind()
+    shader.uniform_float("viewportSize", gpu.state.viewport_get()[2:])
+    shader.uniform_float("lineWidth", LINE_WIDTH * bpy.context.preferences.system.ui_scale)
+    for _, known in shown:
+        for kind, color in COLORS.items():
+            ends = [end for a, b, segment in segments_of(known) if segment == kind for end in (a, b)]
+            if ends:
+                shader.uniform_float("color", color)
+                batch_for_shader(shader, "LINES", {"pos": ends}).draw(shader)
+
+
+def _draw_words() -> None:
+    context = bpy.context
+    failed = [(curve, known) for curve, known in _shown(context) if not known.attached]
+    if not failed:
+        return
+    import blf
+
+    size = round(TEXT_SIZE * context.preferences.system.ui_scale)
+    compat.font_size(0, size)
+    blf.color(0, *COLORS[ajar.HintReport.Segment.Failed])
+    blf.enable(0, blf.SHADOW)
+    blf.shadow(0, 3, 0.0, 0.0, 0.0, 0.8)
+    for curve, known in failed:
+        end = known.positions[-1] if known.positions else (known.points[0] if len(known.points) else curve.matrix_world.translation)
+        place = view3d_utils.location_3d_to_region_2d(context.region, context.region_data, Vector(end))
+        if place is not None:
+            blf.position(0, place.x + size, place.y, 0.0)
+            blf.draw(0, f"{curve.name}: {known.reason}")
+    blf.disable(0, blf.SHADOW)
+
+
+def register() -> None:
+    if bpy.app.background:
+        return
+    add = bpy.types.SpaceView3D.draw_handler_add
+    _handles.append(add(_draw_lines, (), "WINDOW", "POST_VIEW"))
+    _handles.append(add(_draw_words, (), "WINDOW", "POST_PIXEL"))
+
+
+def unregister() -> None:
+    while _handles:
+        bpy.types.SpaceView3D.draw_handler_remove(_handles.pop(), "WINDOW")

@@ -1,0 +1,290 @@
+"""Light paths drawn by the artist: what the core made of them, and the operators that make them.
+
+Any curve in the collection named in the render settings is a light path. How it was attached to lights and surfaces is known after each
+render, while a view is rendered, or when asked; the overlay (`hint_overlay.py`) and the panels show it as long as the curve has not changed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+from bpy_extras import view3d_utils
+from mathutils import Vector
+
+from .ajar_module import ajar
+from .export import ExportContext, camera, export_contents, hints as export_hints, settings
+from .headless import Options
+
+SNAP_DISTANCE = 1e-3      # of drawn points from their surface
+NOT_CHECKED = "Not checked yet"
+
+
+@dataclass
+class Attachment:
+    """What became of one light path."""
+
+    points: np.ndarray                     # the artist's, when it was attached
+    attached: bool
+    reason: str
+    positions: list[tuple[float, float, float]]
+    segments: list[ajar.HintReport.Segment]
+
+
+_attachments: dict[str, Attachment] = {}
+
+
+def points_of(description: ajar.SceneDescription) -> dict[str, np.ndarray]:
+    return {hint.name: hint.points for hint in description.hints}
+
+
+def remember(reports: list[ajar.HintReport], points: dict[str, np.ndarray]) -> None:
+    _attachments.clear()
+    for report in reports:
+        if report.name in points:
+            _attachments[report.name] = Attachment(points[report.name], report.attached, report.reason, report.positions, report.segments)
+
+
+def attachment_of(curve: bpy.types.Object) -> Attachment | None:
+    """What is known of a curve as it is now; of a curve of several splines, the first."""
+    if curve.type != "CURVE" or not curve.data.splines:
+        return None
+    known = _attachments.get(curve.name) or _attachments.get(f"{curve.name}, part 1")
+    if known is None:
+        return None
+    points = export_hints.points_of(curve.data.splines[0], curve.matrix_world)
+    if len(points) and curve.ajar.hint_light is not None:
+        points[0] = curve.ajar.hint_light.matrix_world.translation
+    same = points.shape == known.points.shape and np.allclose(points, known.points, atol=1e-5)
+    return known if same else None
+
+
+def status_of(curve: bpy.types.Object) -> str:
+    """In words for the artist."""
+    if not curve.ajar.hint_enabled:
+        return "Not used"
+    known = attachment_of(curve)
+    if known is None:
+        return NOT_CHECKED
+    if not known.attached:
+        return f"Failed: {known.reason}"
+    bounced = sum(segment == ajar.HintReport.Segment.Bounced for segment in known.segments)
+    return f"Attached, {len(known.segments)} segments" + (f", {bounced} by mirrors or glass" if bounced else "")
+
+
+def curves_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    collection = export_hints.collection_of(scene)
+    return [thing for thing in collection.all_objects if thing.type == "CURVE"] if collection is not None else []
+
+
+def make_collection(context: bpy.types.Context) -> bpy.types.Collection:
+    """The collection of light paths, which is made and linked to the scene where it is missing."""
+    scene = context.scene
+    collection = export_hints.collection_of(scene)
+    if collection is None:
+        collection = bpy.data.collections.new(scene.ajar.hint_collection or "Light Paths")
+        scene.ajar.hint_collection = collection.name
+    if collection not in scene.collection.children_recursive:
+        scene.collection.children.link(collection)
+    return collection
+
+
+def new_path(context: bpy.types.Context, points: list[Vector], name: str = "Light Path") -> bpy.types.Object:
+    """A curve of straight segments in the collection of light paths, alone selected."""
+    data = bpy.data.curves.new(name, "CURVE")
+    data.dimensions = "3D"
+    set_points(data, points)
+    curve = bpy.data.objects.new(name, data)
+    make_collection(context).objects.link(curve)
+    for thing in context.selected_objects:
+        thing.select_set(False)
+    curve.select_set(True)
+    context.view_layer.objects.active = curve
+    return curve
+
+
+def set_points(data: bpy.types.Curve, points: list[Vector]) -> None:
+    data.splines.clear()
+    spline = data.splines.new("POLY")
+    spline.points.add(len(points) - 1)
+    spline.points.foreach_set("co", [number for point in points for number in (*point, 1.0)])
+
+
+def check(context: bpy.types.Context) -> None:
+    """Attach the light paths of the scene as it is now."""
+    depsgraph = context.evaluated_depsgraph_get()
+    exported = ExportContext(depsgraph, lambda: False, lambda step: None)
+    settings.export(exported, Options(), ["Combined"])
+    camera.export(exported, depsgraph.scene_eval.camera)
+    export_contents(exported)
+    points = points_of(exported.description)
+    remember(ajar.attach_hints(exported.description), points)
+    redraw_views(context)
+
+
+def redraw_views(context: bpy.types.Context) -> None:
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in ("VIEW_3D", "PROPERTIES"):
+                area.tag_redraw()
+
+
+def _is_ours(context: bpy.types.Context) -> bool:
+    return context.engine == "AJAR" and context.mode == "OBJECT"
+
+
+class AJAR_OT_mark_light_path(bpy.types.Operator):
+    bl_idname = "ajar.mark_light_path"
+    bl_label = "Mark as Light Path"
+    bl_description = "Let the selected curves show the renderer where light goes"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _is_ours(context) and any(thing.type == "CURVE" for thing in context.selected_objects)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        collection = make_collection(context)
+        for thing in context.selected_objects:
+            if thing.type == "CURVE" and thing.name not in collection.objects:
+                collection.objects.link(thing)
+        return {"FINISHED"}
+
+
+class AJAR_OT_unmark_light_path(bpy.types.Operator):
+    bl_idname = "ajar.unmark_light_path"
+    bl_label = "Unmark Light Path"
+    bl_description = "The selected curves are ordinary curves again"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        marked = curves_of(context.scene) if _is_ours(context) else []
+        return any(thing in marked for thing in context.selected_objects)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        collection = export_hints.collection_of(context.scene)
+        for thing in context.selected_objects:
+            for owner in [collection, *collection.children_recursive]:
+                if thing.type == "CURVE" and thing.name in owner.objects:
+                    owner.objects.unlink(thing)
+            if thing.type == "CURVE" and not thing.users_collection:
+                context.scene.collection.objects.link(thing)
+        return {"FINISHED"}
+
+
+class AJAR_OT_check_light_paths(bpy.types.Operator):
+    bl_idname = "ajar.check_light_paths"
+    bl_label = "Check Light Paths"
+    bl_description = "Find out whether each light path meets its light and surfaces"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _is_ours(context) and bool(curves_of(context.scene))
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            check(context)
+        except RuntimeError as error:  # the core's own words
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        failed = [curve.name for curve in curves_of(context.scene) if (known := attachment_of(curve)) is not None and not known.attached]
+        self.report({"WARNING" if failed else "INFO"}, f"Not attached: {', '.join(failed)}" if failed else "All light paths are attached")
+        return {"FINISHED"}
+
+
+class AJAR_OT_draw_light_path(bpy.types.Operator):
+    bl_idname = "ajar.draw_light_path"
+    bl_label = "Draw Light Path"
+    bl_description = "From the active lamp, click from surface to surface to where the light should arrive"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _is_ours(context) and context.object is not None and context.object.type == "LIGHT"
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        if context.area is None or context.area.type != "VIEW_3D":
+            self.report({"ERROR"}, "Draw in a 3D view")
+            return {"CANCELLED"}
+        lamp = context.object
+        self.points = [lamp.matrix_world.translation.copy()]
+        self.curve = new_path(context, self.points * 2, f"{lamp.name} Path")
+        self.curve.ajar.hint_light = lamp
+        context.window_manager.modal_handler_add(self)
+        context.workspace.status_text_set("Click: add a point on the surface    Backspace: remove it    Enter or right click: finish    Esc: cancel")
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        context.area.tag_redraw()
+        if event.type == "ESC" and event.value == "PRESS":
+            return self.leave(context, keep=False)
+        if event.type in ("RET", "NUMPAD_ENTER", "RIGHTMOUSE") and event.value == "PRESS":
+            return self.leave(context, keep=len(self.points) > 1)
+        if event.type == "BACK_SPACE" and event.value == "PRESS":
+            if len(self.points) > 1:
+                self.points.pop()
+            self.show(self.points)
+            return {"RUNNING_MODAL"}
+        if event.type in ("MOUSEMOVE", "LEFTMOUSE") and event.value != "RELEASE":
+            place = self.surface_under(context, event)
+            if place is not None:
+                if event.type == "LEFTMOUSE":
+                    self.points.append(place)
+                self.show([*self.points, place])
+            return {"RUNNING_MODAL"}
+        return {"PASS_THROUGH"}  # navigation
+
+    def cancel(self, context: bpy.types.Context) -> None:
+        """Blender ends the operator, for instance because another file is opened."""
+        context.workspace.status_text_set(None)
+
+    def surface_under(self, context: bpy.types.Context, event: bpy.types.Event) -> Vector | None:
+        region, region_3d = context.region, context.region_data
+        if region is None or region_3d is None:
+            return None
+        mouse = (event.mouse_x - region.x, event.mouse_y - region.y)
+        origin = view3d_utils.region_2d_to_origin_3d(region, region_3d, mouse)
+        direction = view3d_utils.region_2d_to_vector_3d(region, region_3d, mouse)
+        found, place, normal, *_ = context.scene.ray_cast(context.evaluated_depsgraph_get(), origin, direction)
+        if not found:
+            return None
+        return place + normal * (SNAP_DISTANCE if normal.dot(direction) < 0.0 else -SNAP_DISTANCE)
+
+    def show(self, points: list[Vector]) -> None:
+        set_points(self.curve.data, points if len(points) > 1 else points * 2)
+
+    def leave(self, context: bpy.types.Context, keep: bool) -> set[str]:
+        context.workspace.status_text_set(None)
+        if not keep:
+            bpy.data.curves.remove(self.curve.data)  # and its object
+            return {"CANCELLED"}
+        self.show(self.points)
+        try:
+            check(context)
+        except RuntimeError as error:
+            self.report({"WARNING"}, str(error))
+        return {"FINISHED"}
+
+
+CLASSES = (AJAR_OT_mark_light_path, AJAR_OT_unmark_light_path, AJAR_OT_check_light_paths, AJAR_OT_draw_light_path)
+
+
+def _menu(self, context: bpy.types.Context) -> None:
+    if context.engine == "AJAR":
+        self.layout.separator()
+        self.layout.operator(AJAR_OT_mark_light_path.bl_idname)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.types.VIEW3D_MT_object.append(_menu)
+
+
+def unregister() -> None:
+    bpy.types.VIEW3D_MT_object.remove(_menu)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)
+    _attachments.clear()

@@ -1,0 +1,255 @@
+"""The rendered 3D view: one session per view, polled by a timer, drawn as a texture.
+
+Camera moves arrive only in `draw`, edits in `update`. Either asks the session for another picture: first a coarse one that takes about
+FIRST_SECONDS, then finer ones, then samples. Of a stream of changes the latest is rendered as soon as there is something to show of an
+earlier one, so that a view in motion is always seen to move. Camera moves build nothing; edits export and build what they changed,
+see `export/mesh_cache.py` and `Session.update`.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import time
+import weakref
+
+import bpy
+import numpy as np
+from bpy.app.handlers import persistent
+
+from . import hints, view
+from .ajar_module import ajar
+from .export import ExportContext, MeshCache, export_contents, settings
+from .headless import Options
+
+POLL_SECONDS = 0.02
+FIRST_SECONDS = 0.05          # that the first picture after a change may take
+PATIENCE_SECONDS = 0.25       # that a change waits for the picture of the change before
+COARSEST = 16
+LARGEST_HALF = 65504.0        # what a texture of half floats can hold
+
+_undo_count = 0
+
+
+class Viewport:
+    """The picture of one 3D view. Lives as long as Blender's engine object for it."""
+
+    def __init__(self) -> None:
+        self.session = ajar.Session()
+        self.meshes = MeshCache()
+        self.view: view.View | None = None             # of the picture being rendered
+        self.updates = self.moves = 0                  # asked of the session, for tests
+        self._settings: ajar.RenderSettings | None = None   # the scene's
+        self._fingerprint: int | None = None
+        self._description: ajar.SceneDescription | None = None   # waits to be rendered
+        self._wanted_view: view.View | None = None               # the same
+        self._undo_count = _undo_count
+        self._number = 0                               # of the render that is going on
+        self._divider = 1
+        self._asked = 0.0
+        self._rate = 1e6                               # pixels per second, one sample each
+        self._uploaded = (0, 0)                        # render and iteration of the texture
+        self._hints_of = -1                            # the number of the update whose attached hints are shown
+        self._texture = None
+        self._texture_border = (0, 0, 0, 0)
+        self._error = ""
+        self._hint_points: dict[str, np.ndarray] = {}
+
+    # ---- What Blender says ----------------------------------------------------------------------------------------------
+
+    def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        """Something in the scene may have changed."""
+        if self._undo_count != _undo_count:
+            self._undo_count = _undo_count
+            self.meshes.clear()
+        self.meshes.forget(depsgraph)
+        self.meshes.begin()
+        space = context.space_data
+        exported = ExportContext(depsgraph, lambda: False, lambda step: None, self.meshes, _hidden_in(space))
+        settings.export(exported, Options(), ["Combined"])
+        export_contents(exported)
+        self.meshes.finish()
+        description = exported.description
+        wanted = _for_view(description.settings, depsgraph.scene)
+        fingerprint = description.fingerprint()
+        if fingerprint != self._fingerprint:
+            self._fingerprint, self._settings = fingerprint, wanted
+            self._description = description
+        elif wanted != self._settings:
+            self._settings = wanted
+            self._wanted_view = self._wanted_view or self.view
+        self._proceed()
+
+    def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
+        now = view.of(context.region, context.region_data, context.space_data, depsgraph)
+        if now is not None and now != (self._wanted_view or self.view):
+            self._wanted_view = now
+        self._proceed()
+        self._upload()
+        if self._texture is not None:
+            self._draw_texture(engine, depsgraph.scene)
+        engine.update_stats("", self.status())
+
+    # ---- What the session does --------------------------------------------------------------------------------------------
+
+    def is_busy(self) -> bool:
+        return not self.session.wait(0.0) or self._wanted_view is not None or self._description is not None
+
+    def poll(self) -> bool:
+        """Go on; True when there is something new to draw."""
+        self._proceed()
+        progress = self.session.progress()
+        return (progress.render, progress.iteration) > self._uploaded and progress.iteration > 0
+
+    def _proceed(self) -> None:
+        """Begin what waits, when it is time, or the next finer picture."""
+        if self._settings is None:
+            return
+        progress = self.session.progress()
+        shown = progress.render == self._number and progress.iteration > 0
+        if shown and progress.render_seconds > 0.0 and self.view is not None:
+            self._rate = max(1.0, self.view.pixels() / self._divider**2 * progress.samples / progress.render_seconds)
+        if self._description is not None or self._wanted_view is not None:
+            target = self._wanted_view or self.view
+            impatient = time.monotonic() - self._asked > PATIENCE_SECONDS
+            if target is not None and (shown or impatient or self.session.wait(0.0)):
+                self.view, self._wanted_view = target, None
+                self._render(self._first_divider())
+        elif shown and self._divider > 1 and self._uploaded[0] == self._number:
+            # A full picture at once when it is quick, else by steps.
+            quick = self.view.pixels() / self._rate < 4 * FIRST_SECONDS
+            self._render(1 if quick else self._divider // 2)
+
+    def _first_divider(self) -> int:
+        divider = 1
+        while divider < COARSEST and self.view.pixels() / divider**2 / self._rate > FIRST_SECONDS:
+            divider *= 2
+        return divider
+
+    def _render(self, divider: int) -> None:
+        wanted = copy.copy(self._settings)
+        (wanted.width, wanted.height), wanted.region = self.view.resolution(divider)
+        camera = self.view.camera()
+        if self._description is not None:
+            description, self._description = self._description, None
+            self._hint_points = hints.points_of(description)
+            description.camera, description.settings = camera, wanted
+            self._number = self.session.update(description)
+            self.updates += 1
+        else:
+            self._number = self.session.change_view(camera, wanted)
+            self.moves += 1
+        self._divider, self._asked = divider, time.monotonic()
+
+    # ---- What is seen ---------------------------------------------------------------------------------------------------------
+
+    def status(self) -> str:
+        error = self.session.take_error()
+        progress = self.session.progress()
+        if error:
+            self._error = error
+        elif progress.iteration > 0:
+            self._error = ""
+        if self._error:
+            return f"Ajar: {self._error}"
+        if progress.phase == ajar.Progress.Phase.Building:
+            return f"Building: {progress.step}"
+        if progress.phase == ajar.Progress.Phase.Done and self._divider == 1:
+            return f"Rendering done | {progress.samples:.0f} samples"
+        return f"Sample {progress.samples:.0f} of {self._settings.samples}" if self._settings else ""
+
+    def statistics(self) -> dict:
+        return json.loads(self.session.statistics_json())
+
+    def _upload(self) -> None:
+        """The newest picture into the texture. Only while drawing: `gpu` needs a window."""
+        import gpu
+
+        progress = self.session.progress()
+        state = (progress.render, progress.iteration)
+        if progress.render != self._number or progress.iteration == 0 or state == self._uploaded:
+            return
+        pixels = self.session.snapshot("Combined")
+        if pixels is None:
+            return
+        self._uploaded = state
+        np.clip(pixels, 0.0, LARGEST_HALF, out=pixels)  # for display only: larger values would turn black
+        height, width = pixels.shape[:2]
+        buffer = gpu.types.Buffer("FLOAT", width * height * 4, np.ascontiguousarray(pixels).reshape(-1))
+        self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=buffer)
+        size, region = self.view.resolution(self._divider)
+        self._texture_border = tuple(edge * self.view.size[i % 2] / size[i % 2] for i, edge in enumerate(region))
+        if self._hints_of != self.updates:
+            self._hints_of = self.updates
+            hints.remember(self.session.hint_reports(), self._hint_points)
+
+    def _draw_texture(self, engine: bpy.types.RenderEngine, scene: bpy.types.Scene) -> None:
+        import gpu
+        from gpu_extras.presets import draw_texture_2d
+
+        x0, y0, x1, y1 = self._texture_border
+        gpu.state.blend_set("ALPHA_PREMULT")
+        engine.bind_display_space_shader(scene)
+        draw_texture_2d(self._texture, (x0, y0), x1 - x0, y1 - y0)
+        engine.unbind_display_space_shader()
+        gpu.state.blend_set("NONE")
+
+
+def _for_view(wanted: ajar.RenderSettings, scene: bpy.types.Scene) -> ajar.RenderSettings:
+    """A scene's settings for its final picture as those of a 3D view."""
+    wanted = copy.copy(wanted)
+    ours = scene.ajar
+    wanted.integrator, wanted.samples = ours.viewport_integrator, ours.viewport_samples
+    wanted.seconds, wanted.target_error = 0.0, 0.0
+    return wanted
+
+
+def _hidden_in(space: bpy.types.SpaceView3D):
+    """Whether this view hides an object that others show (local view, hidden collections)."""
+    if not (space.local_view or space.use_local_collections):
+        return None
+
+    def is_hidden(instance: bpy.types.DepsgraphObjectInstance) -> bool:
+        owner = instance.parent if instance.is_instance else instance.object
+        return not owner.original.visible_in_viewport_get(space)
+    return is_hidden
+
+
+def watch(engine: bpy.types.RenderEngine) -> None:
+    """Look at the engine's session from time to time, and redraw its view when there is news."""
+    reference = weakref.ref(engine)
+
+    def look() -> float | None:
+        engine = reference()
+        try:
+            if engine is None or engine.viewport is None:
+                return None
+            if engine.viewport.poll():
+                engine.tag_redraw()
+            if engine.viewport.is_busy():
+                return POLL_SECONDS
+            engine.tag_redraw()  # the last words
+            engine.watched = False
+            return None
+        except ReferenceError:  # Blender has freed it
+            return None
+    bpy.app.timers.register(look, first_interval=POLL_SECONDS)
+
+
+@persistent
+def _count_undo(*_: object) -> None:
+    global _undo_count
+    _undo_count += 1
+
+
+HANDLERS = (bpy.app.handlers.undo_post, bpy.app.handlers.redo_post, bpy.app.handlers.load_post)
+
+
+def register() -> None:
+    for handlers in HANDLERS:
+        handlers.append(_count_undo)
+
+
+def unregister() -> None:
+    for handlers in HANDLERS:
+        handlers.remove(_count_undo)
