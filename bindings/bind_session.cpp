@@ -7,6 +7,7 @@
 #include "integrators/integrator.h"
 #include "render/session.h"
 #include "transport/direct_light.h"
+#include "transport/hint_suggestions.h"
 
 namespace ajar::python {
 namespace {
@@ -138,6 +139,17 @@ void bind_session(py::module_& module) {
         return reports;
       },
       py::arg("description"), Release(), "Build the scene and attach its light paths. Empties the description.");
+  module.def(
+      "suggest_hints",
+      [](SceneDescription& description, int count, int samples, uint32_t seed) {
+        Diagnostics diagnostics;
+        std::vector<std::pair<std::vector<Vec3>, double>> found;
+        for (HintSuggestion& suggestion : suggest_hints(*Scene::build(std::exchange(description, {}), {}, diagnostics), count, samples, seed))
+          found.emplace_back(std::move(suggestion.points), suggestion.share);
+        return found;
+      },
+      py::arg("description"), py::arg("count") = 6, py::arg("samples") = 40000, py::arg("seed") = 0, Release(),
+      "Light paths that path tracing finds too seldom: (points, share of the difficulty), the most useful first. Empties the description.");
   module.def("integrator_list", &integrator_list, py::return_value_policy::reference);
   py::class_<DirectMethodInfo>(module, "DirectMethodInfo")
       .def_readonly("name", &DirectMethodInfo::name)

@@ -4,7 +4,7 @@ Any curve in the collection named in the render settings is a light path. How it
 render, while a view is rendered, or when asked; the overlay (`hint_overlay.py`) and the panels show it as long as the curve has not changed.
 """
 
-from __future__ import annotations
+# No `from __future__ import annotations`: Blender reads the operators' annotations as they are.
 
 from dataclasses import dataclass
 
@@ -111,15 +111,21 @@ def set_points(data: bpy.types.Curve, points: list[Vector]) -> None:
     spline.points.foreach_set("co", [number for point in points for number in (*point, 1.0)])
 
 
-def check(context: bpy.types.Context) -> None:
-    """Attach the light paths of the scene as it is now."""
+def _describe(context: bpy.types.Context) -> ajar.SceneDescription:
+    """The scene as it is now."""
     depsgraph = context.evaluated_depsgraph_get()
     exported = ExportContext(depsgraph, lambda: False, lambda step: None)
     settings.export(exported, Options(), ["Combined"])
     camera.export(exported, depsgraph.scene_eval.camera)
     export_contents(exported)
-    points = points_of(exported.description)
-    remember(ajar.attach_hints(exported.description), points)
+    return exported.description
+
+
+def check(context: bpy.types.Context) -> None:
+    """Attach the light paths of the scene as it is now."""
+    description = _describe(context)
+    points = points_of(description)
+    remember(ajar.attach_hints(description), points)
     redraw_views(context)
 
 
@@ -192,6 +198,50 @@ class AJAR_OT_check_light_paths(bpy.types.Operator):
         failed = [curve.name for curve in curves_of(context.scene) if (known := attachment_of(curve)) is not None and not known.attached]
         self.report({"WARNING" if failed else "INFO"}, f"Not attached: {', '.join(failed)}" if failed else "All light paths are attached")
         return {"FINISHED"}
+
+
+class AJAR_OT_suggest_light_paths(bpy.types.Operator):
+    bl_idname = "ajar.suggest_light_paths"
+    bl_label = "Suggest Light Paths"
+    bl_description = "Find where light comes from that path tracing finds too seldom, and draw it as curves to edit"
+    bl_options = {"REGISTER", "UNDO"}
+
+    count: bpy.props.IntProperty(name="At Most", default=6, min=1, max=50)
+    samples: bpy.props.IntProperty(name="Samples", description="Of the search; more find rarer light", default=40000, min=1000, max=10**7)
+    seed: bpy.props.IntProperty(name="Seed", default=0, min=0)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return _is_ours(context) and context.scene.camera is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            found = ajar.suggest_hints(_describe(context), self.count, self.samples, self.seed)
+            for points, _ in found:
+                curve = new_path(context, [Vector(point) for point in points], "Suggested Path")
+                curve.ajar.hint_light = _lamp_at(context, points[0])
+            if found:
+                check(context)
+        except RuntimeError as error:  # the core's own words
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        if not found:
+            self.report({"INFO"}, "Path tracing finds the light of this scene well: there is nothing to suggest")
+            return {"CANCELLED"}
+        share = sum(share for _, share in found)
+        self.report({"INFO"}, f"{len(found)} light paths suggested, near which {share:.0%} of the noise of path tracing comes from")
+        return {"FINISHED"}
+
+
+def _lamp_at(context: bpy.types.Context, place: tuple[float, float, float]) -> bpy.types.Object | None:
+    """The lamp that a path starts on; none when that is an emitting surface."""
+    def distance(lamp: bpy.types.Object) -> float:
+        data = lamp.data
+        extent = max(data.size, data.size_y) * max(lamp.scale) if data.type == "AREA" else data.shadow_soft_size
+        return (lamp.matrix_world.translation - Vector(place)).length - extent
+    lamps = [thing for thing in context.visible_objects if thing.type == "LIGHT" and thing.data.type != "SUN"]
+    lamp = min(lamps, key=distance, default=None)
+    return lamp if lamp is not None and distance(lamp) < 1e-3 else None
 
 
 class AJAR_OT_draw_light_path(bpy.types.Operator):
@@ -268,7 +318,8 @@ class AJAR_OT_draw_light_path(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (AJAR_OT_mark_light_path, AJAR_OT_unmark_light_path, AJAR_OT_check_light_paths, AJAR_OT_draw_light_path)
+CLASSES = (AJAR_OT_mark_light_path, AJAR_OT_unmark_light_path, AJAR_OT_check_light_paths, AJAR_OT_suggest_light_paths,
+           AJAR_OT_draw_light_path)
 
 
 def _menu(self, context: bpy.types.Context) -> None:

@@ -135,6 +135,7 @@ def _draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     buttons.operator("ajar.mark_light_path", icon="ADD")
     buttons.operator("ajar.unmark_light_path", icon="REMOVE")
     buttons.operator("ajar.check_light_paths", icon="VIEWZOOM")
+    buttons.operator("ajar.suggest_light_paths", icon="LIGHT")
 
 
 def _worth(worth: dict) -> str:

@@ -6,7 +6,7 @@ packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev 
  pybind11-dev python3-dev python3-numpy nlohmann-json3-dev"
 [ "${BLENDER:-blender}" = blender ] && packages="$packages blender"
 case "${1:-}" in
-  test) packages="$packages libgtest-dev python3-pytest" ;;
+  test) packages="$packages libgtest-dev python3-pytest xvfb" ;;
   bench) packages="$packages python3-matplotlib" ;;
 esac
 missing=""

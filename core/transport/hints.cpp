@@ -199,10 +199,10 @@ class Attacher {
 
 }  // namespace
 
-Hints Hints::attach(const Scene& scene, std::vector<HintReport>& reports) {
+Hints Hints::attach(const Scene& scene, const std::vector<HintDescription>& descriptions, std::vector<HintReport>& reports) {
   Hints hints;
   double total = 0.0;
-  for (const HintDescription& description : scene.hints()) {
+  for (const HintDescription& description : descriptions) {
     if (!description.enabled || description.weight <= 0.0f) continue;
     reports.push_back({description.name, false, {}, {}, {}});
     auto hint = Attacher(scene, description, reports.back()).attach();

@@ -62,7 +62,8 @@ class Hints {
   };
 
   /// Attach all hints of the scene that are enabled and have weight.
-  static Hints attach(const Scene& scene, std::vector<HintReport>& reports);
+  static Hints attach(const Scene& scene, std::vector<HintReport>& reports) { return attach(scene, scene.hints(), reports); }
+  static Hints attach(const Scene& scene, const std::vector<HintDescription>& descriptions, std::vector<HintReport>& reports);
 
   bool empty() const { return hints_.empty(); }
   size_t size() const { return hints_.size(); }

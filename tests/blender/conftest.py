@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from blender_process import BUILD, ROOT, TIMEOUT_SECONDS, command, environment
 
-collect_ignore = ["inside"]  # runs inside Blender, started by test_inside.py
+collect_ignore = ["inside", "window"]  # these run inside Blender, started by test_inside.py and test_window.py
 
 
 @pytest.fixture(scope="session")

@@ -51,9 +51,17 @@ class Layout:
     def prop(self, data, name, **more):
         assert name in data.bl_rna.properties, (data, name)
         Layout.drawn += 1
+    def prop_search(self, data, name, owner, collection, **more):
+        self.prop(data, name)
+        assert collection in owner.bl_rna.properties
+    def label(self, text, **more): assert text
+    def operator(self, name, **more):
+        category, operator = name.split(".")
+        assert name == getattr(getattr(bpy.ops, category), operator).idname_py()
+        getattr(getattr(bpy.ops, category), operator).get_rna_type()
     def separator(self): pass
     def column(self, **more): return Layout()
-    row = column
+    row = split = column
 
 class Self:
     layout = Layout()
@@ -66,10 +74,14 @@ bpy.context.scene.collection.children.link(paths)
 path = bpy.data.objects.new("Path", bpy.data.curves.new("Path", "CURVE"))
 paths.objects.link(path)
 bpy.context.view_layer.objects.active = path
+# That of statistics after a render only.
+assert not ui.AJAR_RENDER_PT_statistics.poll(bpy.context)
+bpy.context.scene.render.resolution_percentage, bpy.context.scene.ajar.samples = 2, 1
+bpy.ops.render.render()
 for panel in ui.CLASSES:
     assert panel.poll(bpy.context), panel
     panel.draw(Self(), bpy.context)
-assert Layout.drawn > 25, Layout.drawn
+assert Layout.drawn > 35, Layout.drawn
 print("all is well")
 """)
     result = blender("--python-exit-code", 1, "--python", script)

@@ -44,4 +44,5 @@ def step() -> float | None:
     os._exit(1 if result["errors"] else 0)
 
 
+bpy.context.preferences.view.show_splash = False
 bpy.app.timers.register(step, first_interval=0.5, persistent=True)

@@ -1,0 +1,80 @@
+"""Blender with a window, on a display in memory with OpenGL in software: the rendered view, seen and edited.
+
+`AJAR_EDITS=200` makes the random edits of the last test as many, `AJAR_SEED` others.
+"""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from blender_process import BUILD, TIMEOUT_SECONDS, environment
+
+sys.path.insert(0, str(BUILD / "python"))
+import ajar  # noqa: E402
+
+WINDOW = os.path.join(os.path.dirname(__file__), "window")
+pytestmark = pytest.mark.skipif(shutil.which("Xvfb") is None, reason="needs Xvfb (tools/setup.sh test)")
+
+
+@pytest.fixture(scope="module")
+def display():
+    read, write = os.pipe()
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1000x700x24", "-nolisten", "tcp"],
+                              pass_fds=[write], stderr=subprocess.DEVNULL)
+    os.close(write)
+    with os.fdopen(read) as number:
+        yield f":{number.readline().strip()}"
+    server.terminate()
+    server.wait()
+
+
+@pytest.fixture(scope="module")
+def edited(profile, display, tmp_path_factory):
+    """What `window/edits.py` saw, and where its pictures are."""
+    folder = tmp_path_factory.mktemp("window")
+    arguments = ["--python", f"{WINDOW}/drive.py", "--", f"{WINDOW}/edits.py", folder / "result.json", folder,
+                 os.environ.get("AJAR_EDITS", "20"), os.environ.get("AJAR_SEED", "1")]
+    result = subprocess.run(
+        [os.environ.get("BLENDER", "blender"), "--factory-startup", "--window-geometry", "0", "0", "960", "600", "--addons", "ajar_render",
+         *map(str, arguments)],
+        env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, timeout=TIMEOUT_SECONDS * (1 + int(os.environ.get("AJAR_EDITS", "20")) // 100))
+    assert result.returncode == 0, f"exit code {result.returncode}\n{result.stdout}"
+    values = json.loads((folder / "result.json").read_text())
+    return values, folder, result.stdout
+
+
+def test_the_screen_shows_the_renderers_picture_as_blender_displays_it(edited):
+    values, folder, _ = edited
+    screen, picture = ajar.read_image(str(folder / "view.png")), np.load(folder / "view.npy")[..., :3]
+    x, y, width, height = values["region"]
+    assert picture.shape[:2] == (height, width)
+    screen = screen[y:y + height, x:x + width, :3]
+    seen = np.where(picture <= 0.0031308, picture * 12.92, 1.055 * np.maximum(picture, 0.0031308)**(1 / 2.4) - 0.055).clip(0, 1)
+    free = np.ones((height, width), bool)  # of tools and headers that lie over the view
+    for left, bottom, across, up in values["overlapping"]:
+        free[max(0, bottom - y):max(0, bottom - y + up), max(0, left - x):max(0, left - x + across)] = False
+    free[-80:] = False  # of words
+    assert seen[free].std() > 0.05
+    difference = np.abs(screen - seen)[free]
+    assert np.median(difference) < 1 / 255 and np.mean(difference > 4 / 255) < 0.01
+
+
+def test_each_edit_exports_and_builds_what_it_changed_and_nothing_else(edited):
+    counters = edited[0]["counters"]
+    for name in ("turn", "select"):
+        assert counters[name]["updates"] == 0, name
+    for name in ("transform", "colour", "energy", "world"):
+        assert counters[name] == {"exported": 0, "updates": 1, "built": 0}, name
+    assert counters["geometry"]["exported"] == counters["geometry"]["built"] == 1
+
+
+def test_random_edits_end_with_a_picture(edited):
+    values, _, words = edited
+    mean, deviation, samples = values["end"]
+    assert mean > 0.01 and deviation > 0.01 and samples >= 1, values
+    assert "Traceback" not in words, words

@@ -1,0 +1,306 @@
+"""The rendered view of a small scene: is the picture on the screen the renderer's, and does it survive an artist?
+
+Arguments: folder for pictures, number of edits, seed.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import resource
+import time
+
+import bpy
+import numpy as np
+import window
+from ajar_render import viewport
+from mathutils import Quaternion
+
+views: list[viewport.Viewport] = []
+_make = viewport.Viewport.__init__
+
+
+def _remember(self) -> None:
+    _make(self)
+    views.append(self)
+
+
+viewport.Viewport.__init__ = _remember
+
+
+def is_sharp(view: viewport.Viewport) -> bool:
+    return view._divider == 1 and view._uploaded[0] == view._number and view._wanted_view is None and view._description is None
+
+
+def wait_until_sharp(seconds: float = 20.0):
+    end = time.monotonic() + seconds
+    yield 0.1
+    while not is_sharp(views[-1]) and time.monotonic() < end:
+        yield 0.02
+
+
+def wait_until_done(seconds: float = 20.0):
+    yield from wait_until_sharp(seconds)
+    end = time.monotonic() + seconds
+    while views[-1].is_busy() and time.monotonic() < end:
+        yield 0.05
+    yield 0.3
+
+
+def prepare() -> None:
+    """The cube of a new file on a floor."""
+    scene = bpy.context.scene
+    scene.render.engine = "AJAR"
+    scene.render.resolution_x, scene.render.resolution_y = 64, 48
+    scene.ajar.samples, scene.ajar.viewport_samples = 4, 4
+    scene.view_settings.view_transform = "Standard"
+    with window.override():
+        bpy.ops.mesh.primitive_plane_add(size=8, location=(0, 0, -1))
+        bpy.ops.object.select_all(action="DESELECT")
+    space = window.space()
+    space.overlay.show_overlays = space.show_gizmo = False
+
+
+def steps(arguments, result):
+    folder, count, seed = arguments[0], int(arguments[1]), int(arguments[2])
+    prepare()
+    yield 0.2
+    window.shade("RENDERED")
+    started = time.monotonic()
+    while not views or not views[-1]._uploaded[1]:
+        yield 0.01
+        assert time.monotonic() - started < 30.0, "no picture"
+    result["first_seconds"] = time.monotonic() - started
+    yield from wait_until_done()
+    window.screenshot_of_view(os.path.join(folder, "view.png"))
+    np.save(os.path.join(folder, "view.npy"), views[-1].session.snapshot("Combined"))
+    area = window.area()
+    region = next(region for region in area.regions if region.type == "WINDOW")
+    result["region"] = [region.x - area.x, region.y - area.y, region.width, region.height]
+    result["overlapping"] = [[r.x - area.x, r.y - area.y, r.width, r.height] for r in area.regions
+                             if r.type != "WINDOW" and r.width > 1 and r.height > 1]
+
+    yield from counters(result)
+    dice = random.Random(seed)
+    result["edits"] = []
+    memory = []
+    for number in range(count):
+        edit = dice.choice(EDITS)
+        result["edits"].append(edit.__name__)
+        print(number, edit.__name__, flush=True)
+        edit(dice)
+        yield dice.choice((0.0, 0.05, 0.2))
+        memory.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
+    restore()
+    yield 0.1
+    window.shade("RENDERED")
+    yield from wait_until_sharp()
+    result["memory"] = memory[:: max(1, len(memory) // 20)]
+    result["views"] = len(views)
+    window.screenshot(os.path.join(folder, "end.png"))
+    picture = views[-1].session.snapshot("Combined")
+    result["end"] = [float(picture[..., :3].mean()), float(picture[..., :3].std()), float(views[-1].session.progress().samples)]
+
+
+# ---- What is exported and built again ----------------------------------------------------------------------------------------
+
+
+def counters(result):
+    """Edits of one kind at a time: (name, meshes exported, meshes the core built, updates asked for, camera moves)."""
+    result["counters"] = {}
+    cube, lamp = bpy.data.objects["Cube"], bpy.data.objects["Light"]
+
+    def turn():
+        window.space().region_3d.view_rotation @= Quaternion((0, 0, 1), 0.1)
+
+    def select():
+        cube.select_set(not cube.select_get())
+
+    def transform():
+        cube.location.x += 0.1
+
+    def colour():
+        bpy.data.materials["Material"].node_tree.nodes["Principled BSDF"].inputs["Base Color"].default_value = (0.8, 0.2, 0.1, 1)
+
+    def energy():
+        lamp.data.energy *= 1.1
+
+    def world():
+        bpy.context.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 2.0
+
+    def geometry():
+        cube.data.vertices[0].co.z += 0.1
+        cube.data.update()
+
+    for edit in (turn, select, transform, colour, energy, world, geometry):
+        view = views[-1]
+        before = (view.meshes.exported, view.updates)
+        edit()
+        yield from wait_until_done()
+        scene = view.statistics()["scene"]
+        result["counters"][edit.__name__] = {
+            "exported": view.meshes.exported - before[0], "updates": view.updates - before[1],
+            "built": scene["meshes"] - scene["kept_meshes"]}
+
+
+# ---- What artists do -----------------------------------------------------------------------------------------------------------
+
+
+def things(kind: str = "MESH") -> list[bpy.types.Object]:
+    return [thing for thing in bpy.context.scene.objects if thing.type == kind]
+
+
+def move(dice) -> None:
+    thing = dice.choice(list(bpy.context.scene.objects))
+    thing.location = [dice.uniform(-2, 2) for _ in range(3)]
+
+
+def scale(dice) -> None:
+    for thing in things()[:1]:
+        thing.scale = (dice.choice((0.0, 1.0, -1.0)), 1, 1)
+
+
+def recolour(dice) -> None:
+    for material in list(bpy.data.materials)[:1]:
+        if material.node_tree and "Principled BSDF" in material.node_tree.nodes:
+            sockets = material.node_tree.nodes["Principled BSDF"].inputs
+            sockets["Base Color"].default_value = (dice.random(), dice.random(), dice.random(), 1)
+            sockets["Metallic"].default_value = dice.choice((0, 1))
+
+
+def brighten(dice) -> None:
+    for lamp in things("LIGHT")[:1]:
+        lamp.data.energy = dice.uniform(0, 2000)
+        lamp.data.type = dice.choice(("POINT", "SUN", "SPOT", "AREA"))
+
+
+def change_world(dice) -> None:
+    world = bpy.context.scene.world
+    if world is not None and world.node_tree is not None:
+        world.node_tree.nodes["Background"].inputs["Strength"].default_value = dice.uniform(0, 2)
+
+
+def add(dice) -> None:
+    with window.override():
+        if bpy.context.mode == "OBJECT":
+            dice.choice((bpy.ops.mesh.primitive_monkey_add, bpy.ops.mesh.primitive_cube_add, bpy.ops.object.text_add))(
+                location=[dice.uniform(-2, 2) for _ in range(3)])
+
+
+def delete(dice) -> None:
+    if len(things()) > 1:
+        bpy.data.objects.remove(dice.choice(things()))
+
+
+def deform(dice) -> None:
+    for thing in things()[:1]:
+        if not thing.data.is_editmode and len(thing.data.vertices):
+            thing.data.vertices[0].co.z = dice.uniform(-3, 3)
+            thing.data.update()
+
+
+def modify(dice) -> None:
+    for thing in things()[-1:]:
+        if thing.modifiers:
+            thing.modifiers.clear()
+        else:
+            thing.modifiers.new("Subdivision", "SUBSURF").levels = 2
+
+
+def instance(dice) -> None:
+    empty = bpy.data.objects.new("Instance", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", bpy.data.collections.get("Collection")
+    empty.location = (dice.uniform(-3, 3), 3, 0)
+    bpy.context.scene.collection.objects.link(empty)
+
+
+def orbit(dice) -> None:
+    space = window.space()
+    space.region_3d.view_rotation @= Quaternion((0, 0, 1), dice.uniform(-1, 1))
+
+
+def look_otherwise(dice) -> None:
+    window.space().region_3d.view_perspective = dice.choice(("PERSP", "ORTHO", "CAMERA"))
+
+
+def shade(dice) -> None:
+    window.shade(dice.choice(("SOLID", "WIREFRAME", "MATERIAL", "RENDERED", "RENDERED")))
+
+
+def switch_engine(dice) -> None:
+    bpy.context.scene.render.engine = dice.choice(("BLENDER_WORKBENCH", "CYCLES", "AJAR", "AJAR"))
+
+
+def remember(dice) -> None:
+    with window.override():
+        bpy.ops.ed.undo_push(message="edit")
+
+
+def undo(dice) -> None:
+    with window.override():
+        operator = dice.choice((bpy.ops.ed.undo, bpy.ops.ed.redo))
+        if operator.poll():
+            operator()
+
+
+def edit_mode(dice) -> None:
+    with window.override():
+        thing = bpy.context.view_layer.objects.active
+        if thing is not None and thing.type == "MESH":
+            bpy.ops.object.mode_set(mode=dice.choice(("EDIT", "OBJECT")))
+
+
+def resize(dice) -> None:
+    space = window.space()
+    space.show_region_ui = not space.show_region_ui
+    space.show_region_toolbar = dice.choice((True, False))
+
+
+def border(dice) -> None:
+    space = window.space()
+    space.use_render_border = dice.choice((True, False))
+    space.render_border_min_x, space.render_border_max_x = 0.2, dice.choice((0.7, 0.2))
+    bpy.context.scene.render.use_border = dice.choice((True, False))
+
+
+def local_view(dice) -> None:
+    with window.override():
+        if bpy.ops.view3d.localview.poll() and bpy.context.mode == "OBJECT":
+            bpy.ops.view3d.localview()
+
+
+def render(dice) -> None:
+    """F12, while the view goes on."""
+    if bpy.context.scene.camera is not None and not bpy.app.is_job_running("RENDER"):
+        with window.override():
+            bpy.ops.render.render("INVOKE_DEFAULT")
+
+
+def next_frame(dice) -> None:
+    bpy.context.scene.frame_set(bpy.context.scene.frame_current + 1)
+
+
+def split(dice) -> None:
+    areas = bpy.context.window_manager.windows[0].screen.areas
+    with window.override():
+        if len([area for area in areas if area.type == "VIEW_3D"]) < 2:
+            bpy.ops.screen.area_split(direction="VERTICAL", factor=0.5)
+
+
+def load(dice) -> None:
+    if not bpy.app.is_job_running("RENDER"):
+        bpy.ops.wm.read_homefile(use_factory_startup=True)
+        prepare()
+
+
+EDITS = (move, move, scale, recolour, recolour, brighten, change_world, add, add, delete, deform, modify, instance, orbit, orbit, look_otherwise,
+         shade, switch_engine, remember, undo, undo, edit_mode, resize, border, local_view, render, next_frame, split, load)
+
+
+def restore() -> None:
+    """A state in which there must be a picture."""
+    with window.override():
+        if bpy.context.mode != "OBJECT" and bpy.ops.object.mode_set.poll():
+            bpy.ops.object.mode_set(mode="OBJECT")
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    prepare()
