@@ -69,13 +69,32 @@ def _draw_words() -> None:
     blf.color(0, *COLORS[ajar.HintReport.Segment.Failed])
     blf.enable(0, blf.SHADOW)
     blf.shadow(0, 3, 0.0, 0.0, 0.0, 0.8)
-    for curve, known in failed:
+    for number, (curve, known) in enumerate(failed):
         end = known.positions[-1] if known.positions else (known.points[0] if len(known.points) else curve.matrix_world.translation)
-        place = view3d_utils.location_3d_to_region_2d(context.region, context.region_data, Vector(end))
-        if place is not None:
-            blf.position(0, place.x + size, place.y, 0.0)
-            blf.draw(0, f"{curve.name}: {known.reason}")
+        text = f"{curve.name}: {known.reason}"
+        place = view3d_utils.location_3d_to_region_2d(context.region, context.region_data, Vector(end), default=Vector((0, 2 * number * size)))
+        # Where it can be read, whatever lies over the view.
+        left, right, bottom, top = _free_of_panels(context.area, context.region)
+        x = max(left + size, min(place.x + size, right - size - blf.dimensions(0, text)[0]))
+        blf.position(0, x, max(bottom + size, min(place.y, top - 2 * size)), 0.0)
+        blf.draw(0, text)
     blf.disable(0, blf.SHADOW)
+
+
+def _free_of_panels(area: bpy.types.Area, region: bpy.types.Region) -> tuple[float, float, float, float]:
+    """Left, right, bottom, top of the part of the region that toolbar, sidebar and headers leave."""
+    left, right, bottom, top = 0, region.width, 0, region.height
+    for other in area.regions:
+        if other.type == "TOOLS" and other.width > 1:
+            left = max(left, other.x + other.width - region.x)
+        if other.type == "UI" and other.width > 1:
+            right = min(right, other.x - region.x)
+        if other.type in ("HEADER", "TOOL_HEADER") and other.height > 1:
+            if other.y > region.y + region.height / 2:
+                top = min(top, other.y - region.y)
+            else:
+                bottom = max(bottom, other.y + other.height - region.y)
+    return left, right, bottom, top
 
 
 def register() -> None:

@@ -53,9 +53,7 @@ def attachment_of(curve: bpy.types.Object) -> Attachment | None:
     known = _attachments.get(curve.name) or _attachments.get(f"{curve.name}, part 1")
     if known is None:
         return None
-    points = export_hints.points_of(curve.data.splines[0], curve.matrix_world)
-    if len(points) and curve.ajar.hint_light is not None:
-        points[0] = curve.ajar.hint_light.matrix_world.translation
+    points = export_hints.points_of(curve, curve.data.splines[0], curve.matrix_world, curve.ajar.hint_light)
     same = points.shape == known.points.shape and np.allclose(points, known.points, atol=1e-5)
     return known if same else None
 
@@ -219,7 +217,9 @@ class AJAR_OT_suggest_light_paths(bpy.types.Operator):
             found = ajar.suggest_hints(_describe(context), self.count, self.samples, self.seed)
             for points, _ in found:
                 curve = new_path(context, [Vector(point) for point in points], "Suggested Path")
-                curve.ajar.hint_light = _lamp_at(context, points[0])
+                lamp = curve.ajar.hint_light = _lamp_at(context, points[0])
+                if lamp is not None:
+                    curve.ajar.hint_offset = lamp.matrix_world.inverted_safe() @ Vector(points[0])
             if found:
                 check(context)
         except RuntimeError as error:  # the core's own words

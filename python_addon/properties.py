@@ -143,6 +143,8 @@ class AjarObjectSettings(bpy.types.PropertyGroup):
                                          default=0.0872665, min=1e-4, max=3.14159)
     hint_light: bpy.props.PointerProperty(name="Starts At", description="Lamp that the curve's first point follows, wherever it goes",
                                           type=bpy.types.Object, poll=lambda self, thing: thing.type == "LIGHT")
+    hint_offset: bpy.props.FloatVectorProperty(name="Offset", description="Of the first point on the lamp, along the lamp's own axes",
+                                               size=3, subtype="TRANSLATION")
     hint_weight: bpy.props.FloatProperty(name="Weight", description="How often this curve is proposed, relative to the others",
                                          default=1.0, min=0.0, soft_max=10.0)
 

@@ -190,6 +190,9 @@ class AJAR_OBJECT_PT_light_path(AjarPanel, Panel):
         column = self.column()
         for name in ("hint_enabled", "hint_spread", "hint_weight", "hint_light"):
             column.prop(context.object.ajar, name)
+        row = column.row()
+        row.active = context.object.ajar.hint_light is not None
+        row.prop(context.object.ajar, "hint_offset")
         for line in _wrapped(hints.status_of(context.object), context):
             column.label(text=line)
         worth = last_render.of_hint(context.scene, context.object.name)

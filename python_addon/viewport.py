@@ -86,6 +86,7 @@ class Viewport:
             self._wanted_view = now
         self._proceed()
         self._upload()
+        self._proceed()  # what is shown may be followed by a finer picture
         if self._texture is not None:
             self._draw_texture(engine, depsgraph.scene)
         engine.update_stats("", self.status())
@@ -93,7 +94,9 @@ class Viewport:
     # ---- What the session does --------------------------------------------------------------------------------------------
 
     def is_busy(self) -> bool:
-        return not self.session.wait(0.0) or self._wanted_view is not None or self._description is not None
+        waits = self._wanted_view is not None or self._description is not None
+        coarse = self._divider > 1 and self.session.progress().phase != ajar.Progress.Phase.Failed
+        return waits or coarse or not self.session.wait(0.0)
 
     def poll(self) -> bool:
         """Go on; True when there is something new to draw."""

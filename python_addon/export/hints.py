@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
 from .context import ExportContext
 
@@ -26,17 +27,16 @@ def export(context: ExportContext) -> None:
             continue
         evaluated = thing.evaluated_get(context.depsgraph)
         settings = thing.ajar
+        lamp = settings.hint_light.evaluated_get(context.depsgraph) if settings.hint_light is not None else None
         for number, spline in enumerate(thing.data.splines):
             name = thing.name if len(thing.data.splines) == 1 else f"{thing.name}, part {number + 1}"
-            points = points_of(spline, evaluated.matrix_world)
-            if settings.hint_light is not None and len(points):
-                points[0] = settings.hint_light.evaluated_get(context.depsgraph).matrix_world.translation
+            points = points_of(thing, spline, evaluated.matrix_world, lamp)
             context.description.add_hint(name=name, points=points, spread=settings.hint_spread,
                                          weight=settings.hint_weight, enabled=settings.hint_enabled and not thing.hide_render)
 
 
-def points_of(spline: bpy.types.Spline, matrix_world) -> np.ndarray:
-    """Control points in world space, float32[n, 3]."""
+def points_of(curve: bpy.types.Object, spline: bpy.types.Spline, matrix_world: Matrix, lamp: bpy.types.Object | None) -> np.ndarray:
+    """Control points in world space, float32[n, 3]; the first one on the lamp, if any, that the curve starts at."""
     bezier = spline.type == "BEZIER"
     points = spline.bezier_points if bezier else spline.points
     width = 3 if bezier else 4
@@ -44,4 +44,7 @@ def points_of(spline: bpy.types.Spline, matrix_world) -> np.ndarray:
     points.foreach_get("co", local)
     local = local.reshape(-1, width)[:, :3]
     matrix = np.array(matrix_world, dtype=np.float32)
-    return np.ascontiguousarray(local @ matrix[:3, :3].T + matrix[:3, 3])
+    places = np.ascontiguousarray(local @ matrix[:3, :3].T + matrix[:3, 3])
+    if lamp is not None and len(places):
+        places[0] = lamp.matrix_world @ curve.ajar.hint_offset
+    return places

@@ -41,6 +41,20 @@ def test_settings_of_a_curve_go_with_it(export):
     assert (hint.spread, hint.weight, hint.enabled) == (pytest.approx(0.2), 3.0, False)
 
 
+def test_the_first_point_follows_its_lamp(build, export, scene):
+    curve = _curve("Keyhole", [(0, 0, 3), (2, 0, 3), (2, 2, 3)])
+    lamp = build.object(bpy.data.lights.new("Lamp", "POINT"), "Lamp")
+    curve.ajar.hint_light, curve.ajar.hint_offset = lamp, (0, 0, -0.5)
+    lamp.keyframe_insert("location", frame=1)
+    lamp.location = (4, 0, 0)
+    lamp.keyframe_insert("location", frame=2)
+    for frame, place in ((1, (0, 0, -0.5)), (2, (4, 0, -0.5))):
+        scene.frame_set(frame)
+        hint, = export().hints
+        np.testing.assert_allclose(hint.points[0], place, atol=1e-6)
+        np.testing.assert_allclose(hint.points[1:], [(2, 0, 3), (2, 2, 3)], atol=1e-6)
+
+
 def test_only_curves_of_the_collection_named_are_hints(export):
     _curve("Elsewhere", [(0, 0, 0), (1, 0, 0)], collection="Decoration")
     assert len(export().hints) == 0
