@@ -331,7 +331,8 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
 
 
 CLASSES = (AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_hints,
-           AJAR_OBJECT_PT_light_path, AJAR_OBJECT_PT_importance, AJAR_COLLECTION_PT_importance, AJAR_RENDER_PT_film, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan,
+           AJAR_OBJECT_PT_light_path, AJAR_OBJECT_PT_importance, AJAR_COLLECTION_PT_importance, AJAR_RENDER_PT_film,
+           AJAR_RENDER_PT_performance, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan,
            AJAR_VIEWLAYER_PT_passes, AJAR_VIEW3D_PT_hints)
 
 

@@ -203,7 +203,7 @@ def _for_view(wanted: ajar.RenderSettings, scene: bpy.types.Scene) -> ajar.Rende
     wanted = copy.copy(wanted)
     ours = scene.ajar
     wanted.integrator, wanted.samples = ours.viewport_integrator, ours.viewport_samples
-    wanted.seconds, wanted.target_error = 0.0, 0.0
+    wanted.seconds, wanted.target_error, wanted.image = 0.0, 0.0, "uniform"
     return wanted
 
 

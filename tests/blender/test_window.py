@@ -39,7 +39,8 @@ def edited(profile, display, tmp_path_factory):
     arguments = ["--python", f"{WINDOW}/drive.py", "--", f"{WINDOW}/edits.py", folder / "result.json", folder,
                  os.environ.get("AJAR_EDITS", "20"), os.environ.get("AJAR_SEED", "1")]
     result = subprocess.run(
-        [os.environ.get("BLENDER", "blender"), "--factory-startup", "--window-geometry", "0", "0", "960", "600", "--addons", "ajar_render",
+        [os.environ.get("BLENDER", "blender"), "--factory-startup", "--enable-event-simulate", "--window-geometry", "0", "0", "960", "600",
+         "--addons", "ajar_render",
          *map(str, arguments)],
         env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, timeout=TIMEOUT_SECONDS * (1 + int(os.environ.get("AJAR_EDITS", "20")) // 100))
@@ -72,6 +73,14 @@ def test_each_edit_exports_and_builds_what_it_changed_and_nothing_else(edited):
     for name in ("transform", "colour", "energy", "world"):
         assert counters[name] == {"exported": 0, "updates": 1, "built": 0}, name
     assert counters["geometry"]["exported"] == counters["geometry"]["built"] == 1
+
+
+def test_a_light_path_is_drawn_by_clicks_on_surfaces(edited):
+    drawn = edited[0]["drawn"]
+    lamp, floor, cube = drawn["points"]
+    assert drawn["starts_at"] == "Light" and lamp == pytest.approx(drawn["lamp"], abs=1e-5)
+    assert floor == pytest.approx([2.5, -2.5, -1], abs=0.05) and cube == pytest.approx([0, -1, 0], abs=0.05)
+    assert drawn["status"].startswith("Attached"), drawn
 
 
 def test_random_edits_end_with_a_picture(edited):

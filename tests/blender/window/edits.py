@@ -13,7 +13,7 @@ import time
 import bpy
 import numpy as np
 import window
-from ajar_render import viewport
+from ajar_render import hints, viewport
 from mathutils import Quaternion
 
 views: list[viewport.Viewport] = []
@@ -81,6 +81,7 @@ def steps(arguments, result):
                              if r.type != "WINDOW" and r.width > 1 and r.height > 1]
 
     yield from counters(result)
+    yield from draw_light_path(result)
     dice = random.Random(seed)
     result["edits"] = []
     memory = []
@@ -141,6 +142,31 @@ def counters(result):
         result["counters"][edit.__name__] = {
             "exported": view.meshes.exported - before[0], "updates": view.updates - before[1],
             "built": scene["meshes"] - scene["kept_meshes"]}
+
+
+# ---- A light path, by mouse -----------------------------------------------------------------------------------------------------
+
+
+def draw_light_path(result):
+    """From the lamp to the floor and on to the cube's side, with a point between that is taken back."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    prepare()
+    yield 0.3
+    lamp = bpy.data.objects["Light"]
+    bpy.context.view_layer.objects.active = lamp
+    with window.override():
+        bpy.ops.ajar.draw_light_path("INVOKE_DEFAULT")
+    yield 0.2
+    for point in ((2.5, -2.5, -1), (0, 0, 1)):
+        yield from window.click(*window.place_of(point))
+    window.event("BACK_SPACE")
+    yield 0.1
+    yield from window.click(*window.place_of((0, -1, 0)))
+    window.event("RET")
+    yield 0.2
+    curve = hints.curves_of(bpy.context.scene)[0]
+    result["drawn"] = {"points": [list(point.co[:3]) for point in curve.data.splines[0].points], "status": hints.status_of(curve),
+                       "starts_at": curve.ajar.hint_light.name, "lamp": list(lamp.location)}
 
 
 # ---- What artists do -----------------------------------------------------------------------------------------------------------

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import bpy
+from bpy_extras import view3d_utils
+from mathutils import Vector
 
 
 def area(kind: str = "VIEW_3D") -> bpy.types.Area:
@@ -26,6 +28,25 @@ def shade(kind: str) -> None:
 
 def look_through_camera(yes: bool = True) -> None:
     space().region_3d.view_perspective = "CAMERA" if yes else "PERSP"
+
+
+def place_of(point) -> tuple[int, int]:
+    """Where in the window a point of the scene is seen."""
+    region = next(region for region in area().regions if region.type == "WINDOW")
+    place = view3d_utils.location_3d_to_region_2d(region, space().region_3d, Vector(point))
+    return round(region.x + place.x), round(region.y + place.y)
+
+
+def event(kind: str, value: str = "PRESS", x: int = 0, y: int = 0) -> None:
+    """As from mouse and keyboard (Blender must have been started with --enable-event-simulate)."""
+    bpy.context.window_manager.windows[0].event_simulate(type=kind, value=value, x=x, y=y)
+
+
+def click(x: int, y: int):
+    """Steps: move there, press, release."""
+    for kind, value in (("MOUSEMOVE", "NOTHING"), ("LEFTMOUSE", "PRESS"), ("LEFTMOUSE", "RELEASE")):
+        event(kind, value, x, y)
+        yield 0.1
 
 
 def screenshot(path: str) -> None:
