@@ -99,6 +99,7 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
   validate_view(camera, settings);
   ShaderContext context;
   context.camera = &camera;
+  context.image_width = settings.width;
   context.reflective_caustics = settings.reflective_caustics = settings_.reflective_caustics;
   context.refractive_caustics = settings.refractive_caustics = settings_.refractive_caustics;
   Diagnostics repeated;  // everything there is to say was said at the build

@@ -281,8 +281,8 @@ void ProgramBuilder::use_bump() {
   BumpFootprint& bump = tables.bump;
   if (bump.used) return;
   bump.used = true;
-  const CameraDescription* camera = context_.camera;
-  if (!camera || !camera->present) return;
+  const CameraDescription* camera = this->camera();   // the program depends on it
+  if (!camera) return;
   bump.camera = camera->kind;
   bump.camera_from_world = glm::affineInverse(to_matrix(camera->world_from_camera));
   const float width = float(std::max(context_.image_width, 1));
