@@ -11,7 +11,8 @@ namespace ajar {
 
 const std::vector<IntegratorInfo>& integrator_list() {
   static const std::vector<IntegratorInfo> list{
-      {"auto", "Auto", Honesty::Unbiased, "Chooses the technique for each scene.", nullptr},
+      // Who renders for others asks render/technique_choice.h which it shall be; by itself it is path tracing.
+      {"auto", "Auto", Honesty::Unbiased, "Tries the unbiased techniques on a small picture, and renders with the best.", make_path_tracer},
       {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer},
       {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt},
       {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", make_pmc_path},

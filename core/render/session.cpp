@@ -13,6 +13,7 @@
 
 #include "film/image_plan.h"
 #include "render/importance_map.h"
+#include "render/technique_choice.h"
 #include "transport/direct_light.h"
 
 namespace ajar {
@@ -95,6 +96,7 @@ struct Session::Data {
   std::vector<HintReport> hint_reports;
   RenderPlan plan;
   std::string integrator_name;
+  double pilot_seconds = 0.0;
   int threads = 0;
 
   bool finished() const { return !next && !busy; }
@@ -104,6 +106,7 @@ struct Session::Data {
   void begin(const Job& job);
   void run(Job job);
   void build(Job& job);
+  std::unique_ptr<Integrator> choose(const CameraDescription& camera);
   void render_all();
   bool enough(double render_seconds, double samples, double relmse) const;
   int next_samples(double render_seconds, uint64_t done) const;
@@ -217,6 +220,7 @@ void Session::Data::begin(const Job& job) {
   statistics = {};
   error_over_time.clear();
   integrator_name = settings.integrator;
+  pilot_seconds = 0.0;
   threads = settings.threads > 0 ? settings.threads : tbb::this_task_arena::max_concurrency();
   if (!job.description) return;
   diagnostics.clear();
@@ -232,6 +236,8 @@ void Session::Data::run(Job job) {
   find_direct_method(settings.direct);
   check_choice("image sampling", settings.image, {"uniform", "pmc_ip"}, {});
   check_choice("image error", settings.image_error, {"relative", "perceptual"}, {});
+  const CameraDescription camera = job.description ? job.description->camera : job.camera;
+  const bool final_render = job.description && !job.keep;
   if (job.description) {
     build(job);
   } else {
@@ -239,6 +245,9 @@ void Session::Data::run(Job job) {
     if (!scene) throw SceneError("There is no scene to look at.");
     scene->change_view(job.camera, std::move(job.settings));
   }
+  if (stop.load()) return;
+  // While the artist moves about there is no time for a pilot.
+  if (final_render && settings.integrator == kAutomatic) chosen = choose(camera);
   if (stop.load()) return;
   const RenderSettings& s = scene->settings();
   auto new_film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
@@ -352,9 +361,26 @@ void Session::Data::publish(double render_seconds, uint64_t done) {
   changed.notify_all();
 }
 
+/// The technique that suits the scene best, by a pilot that the plan then tells of.
+std::unique_ptr<Integrator> Session::Data::choose(const CameraDescription& camera) {
+  {
+    std::lock_guard lock(mutex);
+    progress.step = "Choosing a technique";
+  }
+  TechniqueChoice choice = choose_technique(scene, camera, stop);
+  auto chosen = make_integrator(choice.settings.integrator);
+  const RenderPlan steps = choice.plan();
+  std::lock_guard lock(mutex);
+  scene->change_view(camera, std::move(choice.settings));
+  plan.insert(plan.begin(), steps.begin(), steps.end());
+  integrator_name = scene->settings().integrator;
+  pilot_seconds = choice.seconds;
+  return chosen;
+}
+
 void Session::Data::render_all() {
   uint64_t done = 0;
-  double rendering = 0.0;  // time of iterations only, without publishing
+  double rendering = pilot_seconds;  // time of iterations and what chose them, without publishing
   while (!stop.load()) {
     const int samples = next_samples(rendering, done);
     const auto start = Clock::now();
@@ -440,6 +466,7 @@ std::string Session::statistics_json() const {
   j["threads"] = d.threads;
   j["resolution"] = {d.settings.width, d.settings.height};
   j["build_seconds"] = d.progress.build_seconds;
+  j["pilot_seconds"] = d.pilot_seconds;
   j["render_seconds"] = d.progress.render_seconds;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);

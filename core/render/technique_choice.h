@@ -1,0 +1,43 @@
+// `auto`: the technique with which this scene is rendered, chosen by a pilot.
+//
+// Every technique that could pay renders the same small picture of the scene twice, with a few samples and independent seeds. The difference of
+// the two is an estimate of its variance, which is weighed by one picture for all, blurred and made of those techniques that find most:
+// by its own a technique that found nothing would look best. Its cost is that relMSE times the rays it traced, weighed by what a ray costs in
+// that technique, since chains of mutations do more beside tracing. Rays are counted, not timed: the same seed chooses the same. The pilot's
+// pictures are thrown away: a choice that looked at samples it keeps would prefer those that missed something bright. All candidates are unbiased.
+//
+// The pilot is skipped where it could not pay: when nothing can bounce, when path tracing is found to do well, when few samples are asked for.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "render/render_plan.h"
+#include "scene/scene.h"
+
+namespace ajar {
+
+/// The integrator's name in settings that asks for a choice. While an artist moves about in a viewport it is path tracing.
+inline constexpr const char* kAutomatic = "auto";
+
+struct TechniqueTrial {
+  const char* name;             ///< in the plan
+  double relmse = 0.0, rays = 0.0;
+  double cost = 0.0;            ///< relMSE times weighed rays; smaller is better
+};
+
+struct TechniqueChoice {
+  RenderSettings settings;      ///< with the integrator that was chosen
+  std::string name, reason;
+  std::vector<TechniqueTrial> trials;
+  double seconds = 0.0;
+  RenderPlan plan() const;
+};
+
+/// Choose for `scene`, whose sole owner the caller is; it is looked at with small pictures meanwhile and left as it was.
+/// `camera` is the one it has.
+TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const std::atomic<bool>& stop);
+
+}  // namespace ajar
