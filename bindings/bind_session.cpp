@@ -119,6 +119,22 @@ void bind_session(py::module_& module) {
           "number that Progress.render will show.")
       .def("change_view", &Session::change_view, py::arg("camera"), py::arg("settings"), Release(),
            "Render the scene at hand from another camera. Returns like update.")
+      .def(
+          "resume", [](Session& session, const std::string& path, uint64_t scene) { session.resume(load_checkpoint(path), scene); }, py::arg("path"),
+          py::arg("scene") = 0, Release(),
+          "Before start: go on from a checkpoint file. Its samples count towards those asked for. One of another scene is refused, if `scene` is "
+          "SceneDescription.fingerprint().")
+      .def(
+          "save_checkpoint",
+          [](const Session& session, const std::string& path, uint64_t scene) {
+            auto checkpoint = session.checkpoint();
+            if (!checkpoint) return false;
+            checkpoint->scene = scene;
+            save_checkpoint(*checkpoint, path);
+            return true;
+          },
+          py::arg("path"), py::arg("scene") = 0, Release(),
+          "Write everything found so far; `scene` is SceneDescription.fingerprint(). False before the first iteration has ended.")
       .def("cancel", &Session::cancel, Release())
       .def("wait", &Session::wait, py::arg("seconds"), Release(), "True when done, cancelled or failed.")
       .def("progress", &Session::progress, Release())

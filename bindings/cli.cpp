@@ -1,5 +1,5 @@
 // ajar-render SCENE.ajar OUTPUT.exr|png [--samples N] [--seconds S] [--seed N] [--threads N] [--stats FILE.json]
-// Renders a saved SceneDescription without Blender.
+// Renders a saved SceneDescription without Blender; or merges checkpoints of one frame into one.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -14,7 +14,9 @@ namespace {
 
 int usage() {
   std::cerr << "usage: ajar-render SCENE.ajar OUTPUT.exr|.png [--samples N] [--seconds S] [--error RELMSE] [--integrator NAME]\n"
-               "                   [--direct NAME] [--direct-samples N] [--image NAME] [--photons N] [--photon-radius METRES] [--gather-rays N] [--seed N] [--threads N] [--stats FILE.json]\n";
+               "                   [--direct NAME] [--direct-samples N] [--image NAME] [--photons N] [--photon-radius METRES] [--gather-rays N] [--seed N] [--threads N] [--stats FILE.json]\n"
+               "                   [--checkpoint FILE] [--resume FILE]\n"
+               "       ajar-render --merge OUTPUT.exr|.png MERGED.checkpoint A.checkpoint B.checkpoint ...\n";
   return 2;
 }
 
@@ -29,14 +31,27 @@ double number(const char* option, const char* text) {
   return value;
 }
 
+/// Renders of one frame from several machines, as one.
+int merge_files(int argc, char** argv) {
+  if (argc < 6) return usage();
+  ajar::Checkpoint all = ajar::load_checkpoint(argv[4]);
+  for (int i = 5; i < argc; ++i) all = ajar::merge(all, ajar::load_checkpoint(argv[i]));
+  ajar::save_checkpoint(all, argv[3]);
+  const auto combined = all.passes.find("Combined");
+  if (combined != all.passes.end()) ajar::write_image(argv[2], {all.region[2] - all.region[0], all.region[3] - all.region[1], 4, combined->second});
+  std::cout << all.samples << " samples per pixel of " << all.seeds.size() << " renders\n";
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 3) return usage();
   try {
+    if (std::strcmp(argv[1], "--merge") == 0) return merge_files(argc, argv);
     ajar::SceneDescription description = ajar::load_description(argv[1]);
     ajar::RenderSettings& settings = description.settings;
-    std::string statistics_path;
+    std::string statistics_path, checkpoint_path, resume_path;
     for (int i = 3; i < argc; i += 2) {
       if (i + 1 >= argc) return usage();
       const std::string option = argv[i];
@@ -54,9 +69,13 @@ int main(int argc, char** argv) {
       else if (option == "--seed") settings.seed = uint32_t(number("--seed", value));
       else if (option == "--threads") settings.threads = int(number("--threads", value));
       else if (option == "--stats") statistics_path = value;
+      else if (option == "--checkpoint") checkpoint_path = value;
+      else if (option == "--resume") resume_path = value;
       else return usage();
     }
+    const uint64_t scene = checkpoint_path.empty() && resume_path.empty() ? 0 : ajar::fingerprint(description);
     ajar::Session session;
+    if (!resume_path.empty()) session.resume(ajar::load_checkpoint(resume_path), scene);
     session.start(std::move(description));
     while (!session.wait(0.25)) {
       const ajar::Progress progress = session.progress();
@@ -68,6 +87,10 @@ int main(int argc, char** argv) {
     if (const std::string error = session.take_error(); !error.empty()) {
       std::cerr << "ajar-render: " << error << "\n";
       return 1;
+    }
+    if (auto checkpoint = checkpoint_path.empty() ? std::nullopt : session.checkpoint()) {
+      checkpoint->scene = scene;
+      ajar::save_checkpoint(*checkpoint, checkpoint_path);
     }
     ajar::write_image(argv[2], {session.width(), session.height(), 4, session.snapshot("Combined")});
     if (!statistics_path.empty()) std::ofstream(statistics_path) << session.statistics_json() << "\n";

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -22,6 +24,7 @@ POLL_SECONDS = 0.1
 PREVIEW_POLL_SECONDS = 0.02
 WORDS_SECONDS = 0.5  # between two lines of progress: the background prints them all
 FIRST_IMAGE_SECONDS, IMAGE_SECONDS = 0.5, 2.0  # until the first picture is shown, and between two later ones
+CHECKPOINT_SECONDS = 30.0
 NAME = "Ajar"
 
 
@@ -88,8 +91,10 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
         hint_points = hints.points_of(exported.description)
         session = ajar.Session()
+        save_checkpoint = self._checkpoints(depsgraph, options, session, exported.description)
         session.start(exported.description)
-        self._follow(depsgraph, session, wanted, is_cancelled)
+        self._follow(depsgraph, session, wanted, is_cancelled, save_checkpoint)
+        save_checkpoint()
 
         error = session.take_error()
         if self.is_preview:
@@ -110,9 +115,25 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         if options.stats is not None:
             options.stats.write_text(json.dumps(statistics, indent=2) + "\n", encoding="utf-8")
 
-    def _follow(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass], is_cancelled) -> None:
+    def _checkpoints(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, session: ajar.Session,
+                     description: ajar.SceneDescription) -> Callable[[], None]:
+        """Go on from the checkpoint the command line names; returns what writes the one it asks for. Each view layer has its own."""
+        if self.is_preview or (options.checkpoint is None and options.resume is None):
+            return lambda: None
+        scene = description.fingerprint()
+        several = sum(layer.use for layer in depsgraph.scene.view_layers) > 1
+
+        def of_layer(path: Path) -> str:
+            return str(path.with_name(f"{path.name}.{depsgraph.view_layer.name}") if several else path)
+        if options.resume is not None:
+            session.resume(of_layer(options.resume), scene)
+        return lambda: session.save_checkpoint(of_layer(options.checkpoint), scene) if options.checkpoint is not None else None
+
+    def _follow(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass], is_cancelled,
+                save_checkpoint: Callable[[], None]) -> None:
         """Until the session ends, by itself or because the user wants no more."""
         next_image = time.monotonic() + FIRST_IMAGE_SECONDS
+        next_checkpoint = time.monotonic() + CHECKPOINT_SECONDS
         while not session.wait(PREVIEW_POLL_SECONDS if self.is_preview else POLL_SECONDS):
             progress = session.progress()
             self.update_progress(progress.fraction)
@@ -121,6 +142,9 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 session.cancel()
                 session.wait(60.0)
                 return
+            if time.monotonic() > next_checkpoint:
+                save_checkpoint()
+                next_checkpoint = time.monotonic() + CHECKPOINT_SECONDS
             if not bpy.app.background and time.monotonic() > next_image:
                 self._hand_over(depsgraph, session, wanted, None)
                 next_image = time.monotonic() + IMAGE_SECONDS

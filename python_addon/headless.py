@@ -46,6 +46,8 @@ class Options:
     seed: int | None = None
     threads: int | None = None
     stats: Path | None = None
+    checkpoint: Path | None = None
+    resume: Path | None = None
     dump_scene: Path | None = None
 
 
@@ -88,8 +90,11 @@ def _file(text: str) -> Path:
     return path
 
 
-def _not_yet(_text: str) -> None:
-    raise OptionError(f"is not yet available in Ajar {ajar.version}")
+def _existing(text: str) -> Path:
+    path = Path(text).expanduser().absolute()
+    if not path.is_file():
+        raise OptionError(f'cannot read "{text}": there is no such file')
+    return path
 
 
 READERS: dict[str, Callable[[str], object]] = {
@@ -104,8 +109,8 @@ READERS: dict[str, Callable[[str], object]] = {
     "threads": _number(int, 0, 1024),
     "stats": _file,
     "dump-scene": _file,
-    "checkpoint": _not_yet,
-    "resume": _not_yet,
+    "checkpoint": _file,
+    "resume": _existing,
 }
 
 

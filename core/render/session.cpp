@@ -1,5 +1,6 @@
 #include "render/session.h"
 
+#include <algorithm>
 #include <bit>
 #include <chrono>
 #include <map>
@@ -12,6 +13,7 @@
 #include <tbb/task_arena.h>
 
 #include "film/image_plan.h"
+#include "math/random.h"
 #include "render/importance_map.h"
 #include "render/technique_choice.h"
 #include "transport/direct_light.h"
@@ -77,6 +79,8 @@ struct Session::Data {
   mutable std::mutex mutex;                      // guards everything below
   std::condition_variable changed;
   std::optional<Job> next;
+  bool checkpoint_wanted = false;                // keep one at every iteration boundary
+  std::optional<Checkpoint> published_checkpoint;
   bool quit = false;
   bool busy = false;                             // the worker has a job
   uint64_t last_number = 0;
@@ -97,6 +101,10 @@ struct Session::Data {
   RenderPlan plan;
   std::string integrator_name;
   double pilot_seconds = 0.0;
+  RenderPlan technique_steps;                    // how the technique was chosen
+  std::optional<Checkpoint> base;                // what this render goes on from
+  uint64_t scene_fingerprint = 0;
+  uint32_t seed = 0;                             // in use: a resumed render has its own
   int threads = 0;
 
   bool finished() const { return !next && !busy; }
@@ -111,6 +119,9 @@ struct Session::Data {
   bool enough(double render_seconds, double samples, double relmse) const;
   int next_samples(double render_seconds, uint64_t done) const;
   void publish(double render_seconds, uint64_t done);
+  std::vector<float> resolve(const std::string& pass) const;
+  Checkpoint checkpoint() const;
+  double samples_before() const { return base ? base->samples : 0.0; }
 };
 
 Session::Session() : data_(std::make_unique<Data>()) {}
@@ -216,11 +227,13 @@ void Session::Data::begin(const Job& job) {
   image_plan.reset();
   film_idle = false;
   published.clear();
+  published_checkpoint.reset();
   wanted = {"Combined"};
   statistics = {};
   error_over_time.clear();
   integrator_name = settings.integrator;
   pilot_seconds = 0.0;
+  technique_steps.clear();
   threads = settings.threads > 0 ? settings.threads : tbb::this_task_arena::max_concurrency();
   if (!job.description) return;
   diagnostics.clear();
@@ -251,7 +264,19 @@ void Session::Data::run(Job job) {
   if (stop.load()) return;
   const RenderSettings& s = scene->settings();
   auto new_film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
-  chosen->prepare(scene, s.seed);
+  if (base) {
+    Checkpoint here;
+    here.frame = {s.width, s.height};
+    here.region = s.region;
+    here.exposure = s.exposure;
+    here.scene = scene_fingerprint;
+    if (const std::string why = reason_against_merging(*base, here); !why.empty()) throw SceneError("The checkpoint does not fit this render: " + why + ".");
+  }
+  uint32_t own_seed = s.seed;
+  // A number that the render of before has not used.
+  for (uint32_t k = 0; base && std::find(base->seeds.begin(), base->seeds.end(), own_seed) != base->seeds.end(); ++k)
+    own_seed = hash_combine(s.seed, uint32_t(base->seeds.size()) + k);
+  chosen->prepare(scene, own_seed);
   const bool adapts = s.image == "pmc_ip" && chosen->follows_goals();
   std::unique_ptr<ImagePlan> new_plan;
   if (adapts) {
@@ -262,12 +287,14 @@ void Session::Data::run(Job job) {
   {
     std::lock_guard lock(mutex);
     plan = make_render_plan(*scene);
+    plan.insert(plan.begin(), technique_steps.begin(), technique_steps.end());
     plan.push_back({"image sampling", adapts,
                     adapts               ? "pixels get samples by their noise"
                     : s.image == "pmc_ip" ? "this integrator, with this direct light, places its samples itself"
                                           : "all pixels get the same number of samples"});
     image_plan = std::move(new_plan);
     settings = s;
+    seed = own_seed;
     film = std::move(new_film);
     integrator = std::move(chosen);
     progress.phase = Progress::Phase::Rendering;
@@ -311,7 +338,7 @@ void Session::Data::build(Job& job) {
 }
 
 bool Session::Data::enough(double render_seconds, double samples, double relmse) const {
-  if (settings.samples > 0 && samples >= double(settings.samples)) return true;
+  if (settings.samples > 0 && samples_before() + samples >= double(settings.samples)) return true;
   if (settings.seconds > 0.0 && render_seconds >= settings.seconds) return true;
   return settings.target_error > 0.0 && relmse >= 0.0 && samples >= 16.0 && relmse <= settings.target_error;
 }
@@ -324,7 +351,7 @@ int Session::Data::next_samples(double render_seconds, uint64_t done) const {
     next = std::min(next, std::max(1.0, rate * 0.33));
     if (settings.seconds > 0.0) next = std::min(next, std::max(1.0, rate * (settings.seconds - render_seconds)));
   }
-  if (settings.samples > 0) next = std::min(next, double(settings.samples) - double(done));
+  if (settings.samples > 0) next = std::min(next, double(settings.samples) - samples_before() - double(done));
   if (image_plan) next = std::min(next, double(image_plan->next_decision(uint32_t(done))) - double(done));
   // Pictures of 2^k samples are what errors are estimated from.
   next = std::min(next, double(std::bit_ceil(done + 1)) - double(done));
@@ -336,6 +363,34 @@ int Session::Data::next_samples(double render_seconds, uint64_t done) const {
   return std::max(1, int(next));
 }
 
+/// A pass of everything so far, that of a render resumed included. With the lock held, while nothing writes to the film.
+std::vector<float> Session::Data::resolve(const std::string& pass) const {
+  std::vector<float> values = film->resolve(pass, settings.exposure);
+  if (!base) return values;
+  const auto before = base->passes.find(pass);
+  if (before == base->passes.end()) return values;
+  const double samples = film->sample_counts().mean;
+  return samples > 0.0 ? merge_pass(pass, before->second, base->samples, values, samples) : before->second;
+}
+
+/// With the lock held, while nothing writes to the film.
+Checkpoint Session::Data::checkpoint() const {
+  Checkpoint c;
+  c.frame = {settings.width, settings.height};
+  c.region = settings.region;
+  c.exposure = settings.exposure;
+  c.seeds = {seed};
+  c.integrators = {integrator_name};
+  c.samples = film->sample_counts().mean;
+  c.seconds = progress.render_seconds;
+  c.rays = statistics.rays;
+  c.refused = film->refused();
+  c.relmse = film->estimated_relmse();
+  for (const std::string& pass : settings.passes) c.passes[pass] = film->resolve(pass, settings.exposure);
+  for (const char* pass : {"Sample Count", "Variance"}) c.passes[pass] = film->resolve(pass, settings.exposure);
+  return base ? merge(*base, c) : c;
+}
+
 void Session::Data::publish(double render_seconds, uint64_t done) {
   std::lock_guard lock(mutex);
   if (statistics.hints.empty()) {
@@ -343,7 +398,7 @@ void Session::Data::publish(double render_seconds, uint64_t done) {
       if (!hint.report.attached) diagnostics.push_back({Diagnostic::Severity::Warning, hint.report.name, "This light path is not used: " + hint.report.reason + "."});
   }
   statistics = integrator->statistics();
-  progress.samples = film->sample_counts().mean;
+  progress.samples = samples_before() + film->sample_counts().mean;
   progress.render_seconds = render_seconds;
   const Film::ErrorEstimate estimate = film->estimated_error(uint32_t(done));
   if (std::has_single_bit(done)) film->remember(uint32_t(done));
@@ -356,8 +411,9 @@ void Session::Data::publish(double render_seconds, uint64_t done) {
   ++progress.iteration;
   if (progress.estimated_relmse >= 0.0)
     error_over_time.push_back({render_seconds, progress.samples, progress.estimated_relmse, progress.estimated_perceptual_error});
-  for (const std::string& pass : wanted) published[pass] = film->resolve(pass, settings.exposure);
+  for (const std::string& pass : wanted) published[pass] = resolve(pass);
   wanted.clear();
+  if (checkpoint_wanted) published_checkpoint = checkpoint();
   changed.notify_all();
 }
 
@@ -369,10 +425,9 @@ std::unique_ptr<Integrator> Session::Data::choose(const CameraDescription& camer
   }
   TechniqueChoice choice = choose_technique(scene, camera, stop);
   auto chosen = make_integrator(choice.settings.integrator);
-  const RenderPlan steps = choice.plan();
   std::lock_guard lock(mutex);
   scene->change_view(camera, std::move(choice.settings));
-  plan.insert(plan.begin(), steps.begin(), steps.end());
+  technique_steps = choice.plan();
   integrator_name = scene->settings().integrator;
   pilot_seconds = choice.seconds;
   return chosen;
@@ -436,10 +491,23 @@ std::vector<HintReport> Session::hint_reports() const {
 
 std::vector<float> Session::snapshot(const std::string& pass) const {
   std::lock_guard lock(data_->mutex);
-  if (data_->film && data_->film_idle) return data_->film->resolve(pass, data_->settings.exposure);
+  if (data_->film && data_->film_idle) return data_->resolve(pass);
   data_->wanted.insert(pass);
   const auto found = data_->published.find(pass);
   return found == data_->published.end() ? std::vector<float>{} : found->second;
+}
+
+void Session::resume(Checkpoint from, uint64_t scene) {
+  std::lock_guard lock(data_->mutex);
+  data_->scene_fingerprint = scene;
+  data_->base = std::move(from);
+}
+
+std::optional<Checkpoint> Session::checkpoint() const {
+  std::lock_guard lock(data_->mutex);
+  data_->checkpoint_wanted = true;
+  if (data_->film && data_->film_idle && data_->film->sample_counts().mean > 0.0) return data_->checkpoint();
+  return data_->published_checkpoint;
 }
 
 int Session::width() const {
@@ -462,7 +530,9 @@ std::string Session::statistics_json() const {
   j["integrator"] = d.integrator_name;
   j["direct"] = d.settings.direct;
   j["image"] = d.settings.image;
-  j["seeds"] = {d.settings.seed};
+  j["seeds"] = d.base ? d.base->seeds : std::vector<uint32_t>{};
+  if (d.film) j["seeds"].push_back(d.seed);
+  if (d.base) j["resumed"] = {{"samples", d.base->samples}, {"seconds", d.base->seconds}, {"rays", d.base->rays}, {"refused_samples", d.base->refused}};
   j["threads"] = d.threads;
   j["resolution"] = {d.settings.width, d.settings.height};
   j["build_seconds"] = d.progress.build_seconds;
@@ -479,7 +549,7 @@ std::string Session::statistics_json() const {
   for (const auto& [key, value] : d.statistics.extra) j[key] = value;
   if (d.film) {
     const Film::SampleCounts counts = d.film->sample_counts();
-    j["samples_per_pixel"] = {{"mean", counts.mean}, {"min", counts.least}, {"max", counts.most}};
+    j["samples_per_pixel"] = {{"mean", d.samples_before() + counts.mean}, {"min", counts.least}, {"max", counts.most}};
     j["refused_samples"] = d.film->refused();
   }
   if (d.integrator) j["honesty"] = name_of(d.integrator->honesty());

@@ -12,12 +12,14 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "film/film.h"
 #include "integrators/integrator.h"
+#include "render/checkpoint.h"
 #include "render/render_plan.h"
 #include "transport/hints.h"
 
@@ -52,6 +54,11 @@ class Session {
   uint64_t update(SceneDescription description);
   /// The scene at hand seen otherwise: nothing is built again. Of the settings, all but those of caustics.
   uint64_t change_view(const CameraDescription& camera, const RenderSettings& settings);
+  /// Before `start`: go on from here. Its samples count towards those asked for.
+  /// `scene` is the fingerprint of what will be rendered, 0 when it is not known; another than the checkpoint's is refused.
+  void resume(Checkpoint from, uint64_t scene = 0);
+  /// Everything found so far, at the last iteration boundary; nothing before the first. Asking once makes later ones be kept.
+  std::optional<Checkpoint> checkpoint() const;
   void cancel();
   /// Wait until done or `seconds` have passed; true when done, cancelled or failed.
   bool wait(double seconds);

@@ -1,5 +1,6 @@
 """Pictures by `blender -b`: passes, borders, formats, bad input, interruption."""
 
+import json
 import signal
 import subprocess
 import sys
@@ -158,7 +159,7 @@ def test_two_view_layers_and_two_frames(blender, tmp_path):
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupt_keeps_the_picture_and_ends_soon(profile, tmp_path, number):
     arguments = command("--python", script(tmp_path, "scene.ajar.samples = 2**20"), "-o", tmp_path / "out", "-F", "PNG", "-a",
-                        "--", "--ajar-stats", tmp_path / "stats.json")
+                        "--", "--ajar-stats", tmp_path / "stats.json", "--ajar-checkpoint", tmp_path / "checkpoint")
     process = subprocess.Popen(arguments, env=environment(profile), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     for line in process.stdout:
         if "samples" in line:
@@ -169,7 +170,19 @@ def test_interrupt_keeps_the_picture_and_ends_soon(profile, tmp_path, number):
     assert time.monotonic() - asked < 3.0  # with the time to write and to leave
     assert process.returncode != 0, words
     assert (tmp_path / "out0001.png").exists() and not (tmp_path / "out0002.png").exists()
-    assert (tmp_path / "stats.json").exists()
+    assert (tmp_path / "stats.json").exists() and (tmp_path / "checkpoint").exists()
+
+
+def test_a_resumed_render_goes_on(render, blender, tmp_path):
+    checkpoint, stats = tmp_path / "checkpoint", tmp_path / "stats.json"
+    first, _ = render("", "--ajar-samples", 4, "--ajar-checkpoint", checkpoint)
+    second, _ = render("", "--ajar-samples", 16, "--ajar-resume", checkpoint, "--ajar-stats", stats)
+    found = json.loads(stats.read_text())
+    assert found["samples_per_pixel"]["mean"] == 16 and len(found["seeds"]) == 2 and found["resumed"]["samples"] == 4
+    assert np.abs(first - second).max() > 0.0
+    other = blender("--python-exit-code", 1, "--python", script(tmp_path, "lamp.data.energy *= 2"), "-o", tmp_path / "other", "-f", 1, "--",
+                    "--ajar-resume", checkpoint)
+    assert other.returncode != 0 and "different scenes" in other.stdout
 
 
 def test_description_renders_the_same_without_blender(render, tmp_path):
