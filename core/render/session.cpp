@@ -385,7 +385,7 @@ Checkpoint Session::Data::checkpoint() const {
   c.seconds = progress.render_seconds;
   c.rays = statistics.rays;
   c.refused = film->refused();
-  c.relmse = film->estimated_relmse();
+  c.relmse = progress.estimated_relmse;
   for (const std::string& pass : settings.passes) c.passes[pass] = film->resolve(pass, settings.exposure);
   for (const char* pass : {"Sample Count", "Variance"}) c.passes[pass] = film->resolve(pass, settings.exposure);
   return base ? merge(*base, c) : c;

@@ -18,7 +18,8 @@ struct Candidate {
 };
 /// The first is the one to stay with.
 constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0},
-                                     {"energy redistribution", "erpt", 1.2}};
+                                     {"energy redistribution", "erpt", 1.2},
+                                     {"population Monte Carlo", "pmc_pt", 1.2}};
 constexpr int kPilotPixels = 12288, kFewestPixels = 768;
 constexpr int kPilotSamples = 8;              // in two pictures
 constexpr int kBlur = 3;                      // pixels to each side

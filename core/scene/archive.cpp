@@ -40,6 +40,7 @@ class Writer {
 /// Takes what would be written, and keeps 64 bits of it.
 class Hasher {
  public:
+  bool has(char) const { return true; }
   uint64_t state = 0x9e3779b97f4a7c15u;
   void raw(const void* data, size_t size) {
     const char* bytes = static_cast<const char*>(data);
