@@ -94,8 +94,7 @@ void bind_reports(py::module_& module) {
       .def_readonly("name", &IntegratorInfo::name)
       .def_readonly("label", &IntegratorInfo::label)
       .def_readonly("honesty", &IntegratorInfo::honesty)
-      .def_readonly("sentence", &IntegratorInfo::sentence)
-      .def_property_readonly("available", [](const IntegratorInfo& info) { return info.make != nullptr; });
+      .def_readonly("sentence", &IntegratorInfo::sentence);
 }
 
 }  // namespace

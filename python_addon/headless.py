@@ -23,7 +23,7 @@ EXIT_BAD_OPTION = 2
 EXIT_NO_IMAGE = 1
 PREVIEW_SAMPLES, PREVIEW_SECONDS = 32, 2.0
 
-INTEGRATORS = ("auto", "path", "pmc_pt", "erpt", "mps", "metropolis", "photon_map", "bdpt")
+INTEGRATORS = tuple(info.name for info in ajar.integrator_list())
 DIRECT = tuple(info.name for info in ajar.direct_method_list())
 IMAGE = ("uniform", "pmc_ip")
 
@@ -51,17 +51,10 @@ class Options:
     dump_scene: Path | None = None
 
 
-def available_integrators() -> set[str]:
-    return {info.name for info in ajar.integrator_list() if info.available}
-
-
-def _name(valid: Sequence[str], available: Callable[[], set[str]]) -> Callable[[str], str]:
+def _name(valid: Sequence[str]) -> Callable[[str], str]:
     def read(text: str) -> str:
         if text not in valid:
             raise OptionError(f'has no "{text}"; valid: {", ".join(valid)}')
-        if text not in available():
-            usable = ", ".join(name for name in valid if name in available())
-            raise OptionError(f'"{text}" is not yet available in Ajar {ajar.version}; available: {usable}')
         return text
     return read
 
@@ -98,10 +91,10 @@ def _existing(text: str) -> Path:
 
 
 READERS: dict[str, Callable[[str], object]] = {
-    "integrator": _name(INTEGRATORS, available_integrators),
-    "direct": _name(DIRECT, lambda: set(DIRECT)),
+    "integrator": _name(INTEGRATORS),
+    "direct": _name(DIRECT),
     "direct-samples": _number(int, 1, 256),
-    "image": _name(IMAGE, lambda: set(IMAGE)),
+    "image": _name(IMAGE),
     "samples": _number(int, 1, 2**31 - 1),
     "time": _number(float, 1e-3, 1e9),
     "error": _number(float, 1e-12, 1e6),

@@ -10,7 +10,6 @@ import bpy
 
 from . import compat
 from .ajar_module import ajar
-from .headless import available_integrators
 
 # The numbers are stored in files and never change.
 INTEGRATOR_NUMBERS = {"auto": 0, "path": 1, "pmc_pt": 2, "erpt": 3, "mps": 4, "metropolis": 5, "photon_map": 6, "bdpt": 7}
@@ -28,11 +27,7 @@ FILTER_ITEMS = [
 def integrator_items() -> list[tuple[str, str, str, int]]:
     """Those that this build has."""
     return [(info.name, info.label, info.sentence, INTEGRATOR_NUMBERS[info.name])
-            for info in ajar.integrator_list() if info.available and info.name in INTEGRATOR_NUMBERS]
-
-
-def default_integrator() -> str:
-    return "auto" if "auto" in available_integrators() else "path"
+            for info in ajar.integrator_list() if info.name in INTEGRATOR_NUMBERS]
 
 
 def _accessors(name: str, default, cycles: str, numbers: dict[str, int] | None = None):
@@ -69,7 +64,7 @@ def _bool(name: str, label: str, tip: str, default: bool, cycles: str):
 
 class AjarSceneSettings(bpy.types.PropertyGroup):
     integrator: bpy.props.EnumProperty(name="Integrator", description="How light is followed", items=integrator_items(),
-                                       default=default_integrator())
+                                       default="auto")
     direct: bpy.props.EnumProperty(name="Direct Light", description="How the light that arrives straight from lamps is sampled",
                                    items=DIRECT_ITEMS, default="mis")
     direct_samples: bpy.props.IntProperty(name="Direct Samples", description="Samples of direct light at each surface the camera sees",

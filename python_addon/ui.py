@@ -7,12 +7,12 @@ import textwrap
 import bpy
 from bpy.types import Panel
 
-from . import headless, hints, last_render
+from . import hints, last_render
 from .ajar_module import ajar
 
 ENGINE = "AJAR"
 PHOTON_INTEGRATORS = {"photon_map", "mps"}
-HINT_INTEGRATORS = {"mps", "metropolis", "pmc_pt"}
+HINT_INTEGRATORS = {"mps", "metropolis"}
 HONESTY = {ajar.Honesty.Unbiased: "Unbiased", ajar.Honesty.Consistent: "Consistent", ajar.Honesty.Biased: "Biased"}
 
 # Built-in panels that speak of what Ajar does not have, or shows in its own way.
@@ -156,8 +156,8 @@ class AJAR_RENDER_PT_hints(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.ajar
         column = self.column()
-        if not {settings.integrator, settings.viewport_integrator} & HINT_INTEGRATORS & headless.available_integrators():
-            names = [info.label for info in ajar.integrator_list() if info.name in HINT_INTEGRATORS and info.available]
+        if not {settings.integrator, settings.viewport_integrator} & HINT_INTEGRATORS:
+            names = [info.label for info in ajar.integrator_list() if info.name in HINT_INTEGRATORS]
             for line in _wrapped(f"The chosen integrator does not use them. These do: {', '.join(names)}", context):
                 column.label(text=line)
         _draw_hints(column, context)

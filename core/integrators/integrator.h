@@ -45,11 +45,11 @@ struct IntegratorInfo {
   const char* label;            ///< in the UI
   Honesty honesty;
   const char* sentence;         ///< one sentence for the artist
-  std::unique_ptr<Integrator> (*make)();   ///< null: named in the contract, not built yet
+  std::unique_ptr<Integrator> (*make)();
 };
 /// The one list of integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();
-/// Throws SceneError naming the valid ones for an unknown name, and saying so for one that is not yet built.
+/// Throws SceneError naming the valid ones for an unknown name.
 std::unique_ptr<Integrator> make_integrator(const std::string& name);
 
 }  // namespace ajar

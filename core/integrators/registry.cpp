@@ -26,10 +26,7 @@ const std::vector<IntegratorInfo>& integrator_list() {
 std::unique_ptr<Integrator> make_integrator(const std::string& name) {
   std::string names;
   for (const IntegratorInfo& info : integrator_list()) {
-    if (info.name == name) {
-      if (!info.make) throw SceneError("The integrator '" + name + "' is not built yet. Use 'path'.");
-      return info.make();
-    }
+    if (info.name == name) return info.make();
     names += (names.empty() ? "" : ", ") + std::string(info.name);
   }
   throw SceneError("Unknown integrator '" + name + "'. Valid names: " + names + ".");

@@ -46,17 +46,12 @@ const char* name_of(Honesty honesty) {
   return "";
 }
 
-/// Names that later steps of the project give meaning to are refused in words, unknown ones with the list.
-void check_choice(const char* option, const std::string& value, std::initializer_list<const char*> built,
-                  std::initializer_list<const char*> planned) {
+/// Throws SceneError with the valid names.
+void check_choice(const char* option, const std::string& value, std::initializer_list<const char*> valid) {
   std::string names;
-  for (const char* name : built) {
+  for (const char* name : valid) {
     if (value == name) return;
     names += (names.empty() ? "" : ", ") + std::string(name);
-  }
-  for (const char* name : planned) {
-    if (value == name) throw SceneError(std::string(option) + " '" + value + "' is not built yet. Use one of: " + names + ".");
-    names += ", " + std::string(name);
   }
   throw SceneError("Unknown " + std::string(option) + " '" + value + "'. Valid names: " + names + ".");
 }
@@ -247,8 +242,8 @@ void Session::Data::run(Job job) {
   // What cannot be rendered is refused before anything is built.
   auto chosen = make_integrator(settings.integrator);
   find_direct_method(settings.direct);
-  check_choice("image sampling", settings.image, {"uniform", "pmc_ip"}, {});
-  check_choice("image error", settings.image_error, {"relative", "perceptual"}, {});
+  check_choice("image sampling", settings.image, {"uniform", "pmc_ip"});
+  check_choice("image error", settings.image_error, {"relative", "perceptual"});
   const CameraDescription camera = job.description ? job.description->camera : job.camera;
   const bool final_render = job.description && !job.keep;
   if (job.description) {

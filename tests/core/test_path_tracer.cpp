@@ -150,10 +150,6 @@ TEST(Session, errors_surface_once_and_name_the_valid_choices) {
   EXPECT_EQ(session.progress().phase, Progress::Phase::Failed);
   EXPECT_NE(session.take_error().find("metropolis"), std::string::npos);
   EXPECT_EQ(session.take_error(), "");
-  d.settings.integrator = "auto";
-  session.start(d);
-  EXPECT_TRUE(session.wait(10.0));
-  EXPECT_NE(session.take_error().find("not built yet"), std::string::npos);
 }
 
 TEST(Session, statistics_hold_what_the_command_line_promises) {

@@ -33,10 +33,12 @@ def test_a_million_triangles_with_normals_and_uv(build):
     grid(build)
     depsgraph = bpy.context.evaluated_depsgraph_get()
     depsgraph.update()
-    context = ExportContext(depsgraph, lambda: False, lambda step: None)
-    started = time.process_time()  # of all threads together, not disturbed by other programs
-    objects.export(context)
-    seconds = time.process_time() - started
+    seconds = float("inf")
+    for _ in range(3):  # the least of three: what else the machine does can only add
+        context = ExportContext(depsgraph, lambda: False, lambda step: None)
+        started = time.process_time()  # of all threads together
+        objects.export(context)
+        seconds = min(seconds, time.process_time() - started)
     triangles = len(context.description.meshes[0].triangles)
     print(f"{triangles:,} triangles in {seconds:.3f} s")
     assert triangles > 1_000_000
