@@ -12,7 +12,7 @@ from .ajar_module import ajar
 
 ENGINE = "AJAR"
 PHOTON_INTEGRATORS = {"photon_map", "mps"}
-HINT_INTEGRATORS = {"mps", "metropolis"}
+HINT_INTEGRATORS = {"auto", "mps", "metropolis"}   # auto tries metropolis where there are any
 HONESTY = {ajar.Honesty.Unbiased: "Unbiased", ajar.Honesty.Consistent: "Consistent", ajar.Honesty.Biased: "Biased"}
 
 # Built-in panels that speak of what Ajar does not have, or shows in its own way.

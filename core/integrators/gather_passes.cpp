@@ -29,6 +29,8 @@ float median(std::vector<float>& values, float otherwise) {
 
 }  // namespace
 
+uint32_t photons_of_a_pass(double pixels) { return uint32_t(std::clamp(pixels / 2, 20000.0, 500000.0)); }
+
 void GatherPasses::prepare(const Scene& scene, uint32_t seed, ArrivalMap* arrivals) {
   *this = GatherPasses();
   arrivals_ = arrivals;
@@ -43,7 +45,7 @@ void GatherPasses::prepare(const Scene& scene, uint32_t seed, ArrivalMap* arriva
 uint32_t GatherPasses::photon_count() const {
   // By the full frame: a region of it uses the same maps.
   const RenderSettings& s = scene_->settings();
-  return s.photons > 0 ? uint32_t(s.photons) : std::clamp(uint32_t(s.width) * uint32_t(s.height) / 2, 20000u, 500000u);
+  return s.photons > 0 ? uint32_t(s.photons) : photons_of_a_pass(double(s.width) * s.height);
 }
 
 uint32_t GatherPasses::site_stride(uint32_t photons) const {

@@ -8,12 +8,15 @@
 
 namespace ajar {
 
+/// Emitted photon paths, or steps of chains, of a pass for a picture of this many pixels.
+uint32_t photons_of_a_pass(double pixels);
+
 class GatherPasses {
  public:
   /// `arrivals`: where lookups of all passes are to be noted.
   void prepare(const Scene& scene, uint32_t seed, ArrivalMap* arrivals = nullptr);
   uint32_t pass() const { return pass_; }
-  /// Emitted photon paths, or steps of chains, that a pass shall make.
+  /// What the settings ask for, else photons_of_a_pass.
   uint32_t photon_count() const;
   /// Stored photons for each irradiance site, so that sites pay: several gather rays use each.
   uint32_t site_stride(uint32_t photons) const;

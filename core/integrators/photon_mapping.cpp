@@ -32,6 +32,7 @@ class PhotonMapping final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
     s.rays = photon_rays_;
+    s.extra["photon_rays"] = double(photon_rays_);
     passes_.add_statistics(s);
     return s;
   }

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "integrators/gather_passes.h"
 #include "integrators/integrator.h"
 #include "math/random.h"
 
@@ -15,16 +16,25 @@ struct Candidate {
   const char* name;
   const char* integrator;
   double ray_cost;              ///< of one ray and what belongs to it, in path tracing's (docs/benchmarks/auto.md)
+  double tail;                  ///< relMSE of long renders over what their pilots foretell: rare bright starts that none of these had (same page)
+  bool unbiased;
+  bool for_hints = false;       ///< tried only where the artist drew light paths, which it follows
 };
 /// The first is the one to stay with.
-constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0},
-                                     {"energy redistribution", "erpt", 1.2},
-                                     {"population Monte Carlo", "pmc_pt", 1.2}};
+constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.0, true},
+                                     {"energy redistribution", "erpt", 1.2, 3.0, true},
+                                     {"population Monte Carlo", "pmc_pt", 1.2, 3.0, true},
+                                     {"photon mapping", "photon_map", 2.3, 1.0, false},
+                                     {"Metropolis", "metropolis", 1.2, 3.0, false, true}};
 constexpr int kPilotPixels = 12288, kFewestPixels = 768;
 constexpr int kPilotSamples = 8;              // in two pictures
 constexpr int kBlur = 3;                      // pixels to each side
 /// The pilot may take this share of the samples asked for.
 constexpr double kPilotShare = 0.08;
+/// Error that is no noise falls with the passes to this power: photon radii shrink as passes^(-1/6) [Knaus and Zwicker 2011].
+constexpr double kBiasRate = -2.0 / 3.0;
+/// Samples a pixel that a render is taken to have which is told neither samples nor time.
+constexpr double kUsualSamples = 512.0;
 /// Samples a second and thread that a time limit is taken to allow.
 constexpr double kSamplesPerSecond = 5e5;
 /// relMSE after the pilot's samples at which path tracing does well.
@@ -38,21 +48,33 @@ std::string text(double value) {
   return buffer;
 }
 
+/// Samples of path tracing that the render may take, in all pixels.
+double samples_asked(const RenderSettings& s) {
+  const double pixels = double(s.width) * s.height;
+  double samples = s.samples > 0 ? s.samples * pixels : 1e18;
+  if (s.seconds > 0.0) samples = std::min(samples, s.seconds * kSamplesPerSecond * std::max(1, s.threads));
+  return samples < 1e18 ? samples : kUsualSamples * pixels;
+}
+
 /// Pixels of a pilot that costs no more than its share of the render.
 int affordable_pixels(const RenderSettings& s) {
-  double samples = s.samples > 0 ? double(s.samples) * s.width * s.height : 1e18;
-  if (s.seconds > 0.0) samples = std::min(samples, s.seconds * kSamplesPerSecond * std::max(1, s.threads));
-  const double all = kPilotShare * samples / (kPilotSamples * double(std::size(kCandidates)));
+  const double all = kPilotShare * samples_asked(s) / (kPilotSamples * double(std::size(kCandidates)));
   return int(std::min({all, double(kPilotPixels), double(s.width) * s.height}));
 }
 
 /// Two independent pictures by one technique.
 struct Pilot {
   std::vector<float> first, second;   // RGBA
-  double rays = 0.0;
+  double rays = 0.0;                  // as if the picture had its share of the render's photons
 };
 
-Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<const Scene>& scene, const std::atomic<bool>& stop) {
+/// Photons for a pixel of the render over those for a pixel of a pilot: a small picture has more than its share.
+double photon_share(const RenderSettings& asked, const RenderSettings& small) {
+  const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
+  return asked.photons > 0 ? few / pixels : photons_of_a_pass(pixels) / pixels * few / photons_of_a_pass(few);
+}
+
+Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<const Scene>& scene, double photon_share, const std::atomic<bool>& stop) {
   Pilot pilot;
   const RenderSettings& s = scene->settings();
   for (uint32_t half = 0; half < 2; ++half) {
@@ -61,38 +83,54 @@ Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<const Scene>& 
     Film film(0, 0, s.width, s.height, {"Combined"});
     integrator->run_iteration(film, kPilotSamples / 2, stop);
     (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", 1.0f);
-    pilot.rays += double(integrator->statistics().rays);
+    IntegratorStatistics statistics = integrator->statistics();
+    pilot.rays += double(statistics.rays) - (1.0 - photon_share) * statistics.extra["photon_rays"];
   }
   return pilot;
 }
 
-/// Mean of pictures, blurred: what errors are relative to.
-std::vector<float> blurred_mean(const std::vector<Pilot>& pilots, size_t from, int width, int height) {
-  std::vector<float> mean(pilots[0].first.size(), 0.0f);
-  const float share = 0.5f / float(pilots.size() - from);
-  for (size_t k = from; k < pilots.size(); ++k)
-    for (size_t i = 0; i < mean.size(); ++i) mean[i] += share * (pilots[k].first[i] + pilots[k].second[i]);
-  std::vector<float> blurred(mean.size());
+/// The mean of both pictures of each pilot, and of those.
+std::vector<float> mean_of(const std::vector<const Pilot*>& pilots) {
+  std::vector<float> mean(pilots[0]->first.size(), 0.0f);
+  const float share = 0.5f / float(pilots.size());
+  for (const Pilot* pilot : pilots)
+    for (size_t i = 0; i < mean.size(); ++i) mean[i] += share * (pilot->first[i] + pilot->second[i]);
+  return mean;
+}
+
+/// Means over windows of 2 kBlur + 1 pixels.
+std::vector<float> blurred(const std::vector<float>& image, int width, int height) {
+  std::vector<float> result(image.size());
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
       for (int c = 0; c < 4; ++c) {
         float sum = 0.0f;
         int count = 0;
         for (int v = std::max(0, y - kBlur); v <= std::min(height - 1, y + kBlur); ++v)
-          for (int u = std::max(0, x - kBlur); u <= std::min(width - 1, x + kBlur); ++u, ++count) sum += mean[4 * (size_t(v) * size_t(width) + size_t(u)) + size_t(c)];
-        blurred[4 * (size_t(y) * size_t(width) + size_t(x)) + size_t(c)] = sum / float(count);
+          for (int u = std::max(0, x - kBlur); u <= std::min(width - 1, x + kBlur); ++u, ++count) sum += image[4 * (size_t(v) * size_t(width) + size_t(u)) + size_t(c)];
+        result[4 * (size_t(y) * size_t(width) + size_t(x)) + size_t(c)] = sum / float(count);
       }
-  return blurred;
+  return result;
 }
 
-double relmse_of(const Pilot& pilot, const std::vector<float>& truth) {
+double squared_difference(const std::vector<float>& a, const std::vector<float>& b, const std::vector<float>& truth) {
   double sum = 0.0;
   for (size_t i = 0; i < truth.size(); ++i) {
     if (i % 4 == 3) continue;
-    const double difference = double(pilot.first[i]) - double(pilot.second[i]);
-    sum += 0.25 * difference * difference / (double(truth[i]) * double(truth[i]) + 0.01);
+    const double difference = double(a[i]) - double(b[i]);
+    sum += difference * difference / (double(truth[i]) * double(truth[i]) + 0.01);
   }
   return sum / (0.75 * double(truth.size()));
+}
+
+double relmse_of(const Pilot& pilot, const std::vector<float>& truth) { return 0.25 * squared_difference(pilot.first, pilot.second, truth); }
+
+/// relMSE of a technique that is no noise: how far its blurred picture is from an unbiased one's, beyond the noise of both.
+double bias_of(const Pilot& pilot, const Pilot& unbiased, const std::vector<float>& truth, int width, int height) {
+  const auto blur = [&](const std::vector<float>& image) { return blurred(image, width, height); };
+  const double noise = 0.25 * (squared_difference(blur(pilot.first), blur(pilot.second), truth) +
+                               squared_difference(blur(unbiased.first), blur(unbiased.second), truth));
+  return std::max(0.0, squared_difference(blur(mean_of({&pilot})), blur(mean_of({&unbiased})), truth) - noise);
 }
 
 }  // namespace
@@ -102,7 +140,7 @@ RenderPlan TechniqueChoice::plan() const {
   const double path = trials.empty() ? 0.0 : trials.front().cost;
   for (const TechniqueTrial& trial : trials) {
     plan.push_back({std::string("trial of ") + trial.name, trial.name == name,
-                    "relMSE " + text(trial.relmse) + " with " + text(trial.rays) + " rays" +
+                    "relMSE " + text(trial.relmse) + " with " + text(trial.rays) + " rays" + (trial.bias > 0.0 ? ", bias " + text(trial.bias) : "") +
                         (trial.cost > 0.0 && &trial != &trials.front() ? ", " + text(path / trial.cost) + " times the efficiency of path tracing" : "")});
   }
   return plan;
@@ -138,18 +176,35 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   small.image = "uniform";
   scene->change_view(camera, small);
   std::vector<Pilot> pilots;
+  const auto truth_by = [&](size_t from) {
+    std::vector<const Pilot*> used;
+    for (size_t k = from; k < pilots.size(); ++k) used.push_back(&pilots[k]);
+    return blurred(mean_of(used), small.width, small.height);
+  };
+  const bool hints = std::any_of(scene->hints().begin(), scene->hints().end(), [](const HintDescription& hint) { return hint.enabled; });
   for (const Candidate& candidate : kCandidates) {
-    pilots.push_back(run_pilot(candidate, scene, stop));
+    if (candidate.for_hints && !hints) continue;   // the last: trials and candidates stay in step
+    pilots.push_back(run_pilot(candidate, scene, photon_share(asked, small), stop));
     if (stop.load()) break;
-    if (pilots.size() == 1 && relmse_of(pilots[0], blurred_mean(pilots, 0, small.width, small.height)) < kEasyRelmse) break;
+    if (pilots.size() == 1 && relmse_of(pilots[0], truth_by(0)) < kEasyRelmse) break;
   }
   scene->change_view(camera, asked);
   if (stop.load()) return choice;
   // Path tracing misses most of what is hard to find: the others tell what there is.
-  const std::vector<float> truth = blurred_mean(pilots, pilots.size() > 1 ? 1 : 0, small.width, small.height);
+  const std::vector<float> truth = truth_by(pilots.size() > 1 ? 1 : 0);
+  size_t calmest = 0;   // of those that are unbiased
   for (size_t k = 0; k < pilots.size(); ++k) {
-    const double relmse = relmse_of(pilots[k], truth);
-    choice.trials.push_back({kCandidates[k].name, relmse, pilots[k].rays, relmse * pilots[k].rays * kCandidates[k].ray_cost});
+    choice.trials.push_back({kCandidates[k].name, relmse_of(pilots[k], truth), pilots[k].rays});
+    if (kCandidates[k].unbiased && choice.trials[k].relmse < choice.trials[calmest].relmse) calmest = k;
+  }
+  // Noise falls with the samples that the render's rays pay for, bias more slowly.
+  const double rays_asked = samples_asked(asked) * pilots[0].rays / (kPilotSamples * double(small.width) * small.height);
+  for (size_t k = 0; k < pilots.size(); ++k) {
+    TechniqueTrial& trial = choice.trials[k];
+    if (!kCandidates[k].unbiased) trial.bias = bias_of(pilots[k], pilots[calmest], truth, small.width, small.height);
+    const double pilot_rays = trial.rays * kCandidates[k].ray_cost * (double(asked.width) * asked.height) / (double(small.width) * small.height);
+    const double longer = std::max(1.0, rays_asked / pilot_rays);
+    trial.cost = kCandidates[k].tail * trial.relmse / longer + trial.bias * std::pow(longer, kBiasRate);
   }
   const TechniqueTrial* best = nullptr;
   for (const TechniqueTrial& trial : choice.trials) {

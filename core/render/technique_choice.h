@@ -1,10 +1,11 @@
 // `auto`: the technique with which this scene is rendered, chosen by a pilot.
 //
 // Every technique that could pay renders the same small picture of the scene twice, with a few samples and independent seeds. The difference of
-// the two is an estimate of its variance, which is weighed by one picture for all, blurred and made of those techniques that find most:
-// by its own a technique that found nothing would look best. Its cost is that relMSE times the rays it traced, weighed by what a ray costs in
-// that technique, since chains of mutations do more beside tracing. Rays are counted, not timed: the same seed chooses the same. The pilot's
-// pictures are thrown away: a choice that looked at samples it keeps would prefer those that missed something bright. All candidates are unbiased.
+// the two is an estimate of its variance, relative to one picture for all, blurred and made of those techniques that find most:
+// by its own a technique that found nothing would look best. What a consistent technique is off by beyond noise is its bias. From these
+// follows the error that the render asked for would end with, if noise falls with the rays and bias as its radii shrink. Rays are counted,
+// not timed, and weighed by what a ray costs in that technique: the same seed chooses the same. The pilot's pictures are thrown away:
+// a choice that looked at samples it keeps would prefer those that missed something bright.
 //
 // The pilot is skipped where it could not pay: when nothing can bounce, when path tracing is found to do well, when few samples are asked for.
 #pragma once
@@ -24,8 +25,9 @@ inline constexpr const char* kAutomatic = "auto";
 
 struct TechniqueTrial {
   const char* name;             ///< in the plan
-  double relmse = 0.0, rays = 0.0;
-  double cost = 0.0;            ///< relMSE times weighed rays; smaller is better
+  double relmse = 0.0, rays = 0.0;   ///< of the pilot; relMSE is that of its noise
+  double bias = 0.0;            ///< relMSE of the pilot that is no noise
+  double cost = 0.0;            ///< relMSE that the render asked for would end with; smaller is better
 };
 
 struct TechniqueChoice {
