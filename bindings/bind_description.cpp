@@ -85,8 +85,9 @@ template <class... Arguments>
 auto maker(MeshDescription (*)(const Arguments&...)) { return &make_mesh<Arguments...>; }
 
 int add_object(SceneDescription& description, const std::string& name, int mesh, const std::vector<int>& materials, uint32_t visibility,
-               bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance) {
-  description.objects.push_back({name, mesh, materials, visibility, holdout, shadow_catcher, pass_index, color, importance});
+               bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance, float shadow_terminator_offset) {
+  description.objects.push_back({name, mesh, materials, visibility, holdout, shadow_catcher, pass_index, color, importance,
+                                 shadow_terminator_offset});
   return index_of_last(description.objects.size());
 }
 
@@ -190,7 +191,8 @@ void bind_geometry(py::module_& module) {
       .def_readonly("shadow_catcher", &ObjectDescription::shadow_catcher)
       .def_readonly("pass_index", &ObjectDescription::pass_index)
       .def_readonly("color", &ObjectDescription::color)
-      .def_readonly("importance", &ObjectDescription::importance);
+      .def_readonly("importance", &ObjectDescription::importance)
+      .def_readonly("shadow_terminator_offset", &ObjectDescription::shadow_terminator_offset);
   py::class_<InstanceDescription>(module, "InstanceDescription")
       .def_readonly("object", &InstanceDescription::object)
       .def_readonly("world_from_object", &InstanceDescription::world_from_object)
@@ -313,7 +315,8 @@ void bind_description(py::module_& module) {
            "Add a mesh of make_mesh without a copy. Session.update keeps what it built of meshes that come again.")
       .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"), py::arg("materials") = std::vector<int>{},
            py::arg("visibility") = uint32_t(kVisibleAll), py::arg("holdout") = false, py::arg("shadow_catcher") = false,
-           py::arg("pass_index") = 0, py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f)
+           py::arg("pass_index") = 0, py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f,
+           py::arg("shadow_terminator_offset") = 0.0f)
       .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"), py::arg("random") = py::none(),
            "Instances in bulk: int32[n], float32[n, 12] (three rows of four), float32[n].")
       .def("add_image", &add_image, py::kw_only(), py::arg("name"), py::arg("path") = "", py::arg("packed") = py::bytes(),

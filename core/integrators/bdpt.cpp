@@ -30,7 +30,11 @@ class Bdpt final : public Integrator {
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
     const double light_walks = double(film.width()) * double(film.height());
-    tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] { return BidirectionalWalks(*scene_, light_walks); });
+    tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] {
+      BidirectionalWalks w(*scene_, light_walks);
+      w.finds_beyond_terminator = true;
+      return w;
+    });
     samples_done_ += uint32_t(samples_per_pixel);
     struct Tile {
       Sampler sampler;

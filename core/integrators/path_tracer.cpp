@@ -1,6 +1,7 @@
 #include "integrators/path_tracer.h"
 
 #include <bit>
+#include <type_traits>
 
 #include <tbb/combinable.h>
 
@@ -181,7 +182,10 @@ class PathTracer final : public Integrator {
       DirectVertex here;
       if (bsdf.has_non_delta() && !last_chance && lights.can_choose()) {
         const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y};
-        const Color direct = direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
+        Color direct = direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
+        if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
+          if (has_soft_terminator(point)) direct += estimate_direct<true>(context, sampler, base + kDirectLight, counter.rays);
+        }
         if (!is_black(direct)) add(beta * direct, point.ray_depth + 1);
       }
 

@@ -11,7 +11,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '3'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '4'};
 constexpr char kOldestVersion = '2';
 
 /// Types whose bytes are their value.
@@ -130,6 +130,7 @@ template <class A> void fields(A& a, MeshDescription& mesh) {
 template <class A> void fields(A& a, ObjectDescription& v) {
   all(a, v.name, v.mesh, v.materials, v.visibility, v.holdout, v.shadow_catcher, v.pass_index, v.color);
   if (a.has('3')) visit(a, v.importance);
+  if (a.has('4')) visit(a, v.shadow_terminator_offset);
 }
 template <class A> void fields(A& a, InstanceDescription& v) { all(a, v.object, v.world_from_object, v.random); }
 template <class A> void fields(A& a, LightDescription& v) {

@@ -124,6 +124,9 @@ struct ObjectDescription {
   int pass_index = 0;
   Vec4 color{1.0f};                         ///< Object Info > Color
   float importance = 1.0f;                  ///< of the pixels that show it, where samples follow the noise; never changes the mean
+  /// Cosine to the light below which shadow rays leave smooth triangles from the curved surface they stand for; 0: never
+  /// (transport/shadow_terminator.h).
+  float shadow_terminator_offset = 0.0f;
 };
 
 struct InstanceDescription {

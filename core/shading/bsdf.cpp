@@ -153,6 +153,25 @@ Bsdf::Evaluation Bsdf::sum_lobes(Vec3 wo, Vec3 wi, TransportMode mode) const {
 
 template Bsdf::Evaluation Bsdf::sum_lobes<true>(Vec3 wo, Vec3 wi, TransportMode mode) const;
 
+Color Bsdf::evaluate_beyond_horizon(Vec3 wo, Vec3 wi) const {
+  const bool flipped = glm::dot(ng, wo) < 0.0f;
+  if (flipped) {
+    wo = -wo;
+    wi = -wi;
+  }
+  Color sum(0.0f);
+  const float side = glm::dot(n, wi);
+  if (!(glm::dot(ng, wi) * side < 0.0f)) return sum;
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes()[i];
+    if (lobe.delta) continue;
+    const LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, TransportMode::Radiance, flipped);
+    if (!(value.pdf_solid_angle > 0.0f)) continue;
+    sum += is_diffuse(lobe.kind) && lobe.frame.n != n ? value.f_cos * bump_shadowing(n, lobe.frame.n, wi) : value.f_cos;
+  }
+  return sum;
+}
+
 Color Bsdf::f(Vec3 wo, Vec3 wi, TransportMode mode) const { return sum_lobes<false>(wo, wi, mode).f_cos; }
 
 std::optional<BsdfSample> Bsdf::sample_lambert(Vec3 wo, Vec2 u) const {

@@ -173,6 +173,9 @@ class Bsdf {
     return single_lambert_ ? evaluate_lambert(wo, wi) : sum_lobes<true>(wo, wi, mode);
   }
   Color f(Vec3 wo, Vec3 wi, TransportMode mode = TransportMode::Radiance) const;
+  /// f_cos for a wi that n and ng see on different sides, reflection and transmission told apart by n: radiance only, never
+  /// sampled (transport/shadow_terminator.h). Black for all other wi.
+  Color evaluate_beyond_horizon(Vec3 wo, Vec3 wi) const;
   float pdf_solid_angle(Vec3 wo, Vec3 wi) const { return evaluate(wo, wi).pdf_solid_angle; }
   std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode = TransportMode::Radiance) const;
 

@@ -307,7 +307,14 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   if (!(light_side.pdf_sampled > 0.0f)) return;
   const Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false);
   Color contribution = end.beta * at_b.f * light_side.radiance * (edge.to_light_area() / light_side.pdf_sampled);
-  if (is_black(contribution) || !look_along(scene_, light, b, edge, rays_)) return;
+  if (is_black(contribution) || !look_along(scene_, light, b, edge, rays_)) {
+    if (!finds_beyond_terminator) return;
+    contribution = end.beta * light_beyond_terminator(scene_, light, b, edge, light_side, at_b.f, rays_) / light_side.pdf_sampled;
+    if (is_black(contribution)) return;
+    connections_.push_back(edge);
+    found(1, t, contribution * limits_factor(1, t, edge), film_, -1);
+    return;
+  }
 
   Densities d;
   d.count = t + 1;

@@ -39,6 +39,8 @@ class BidirectionalWalks {
   /// transmittance and chance of passing go to `edges`.
   int copy_path(const FoundPath& path, PathVertex* out, PathEdge* edges) const;
 
+  /// Light sampling also finds what lies beyond the terminator (shadow_terminator.h). Such paths are no paths of a PathSpace.
+  bool finds_beyond_terminator = false;
   /// For tests: only the strategy with this many light vertices (-1: all), weighted as one of all.
   int only_strategy = -1;
 

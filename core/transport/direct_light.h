@@ -11,6 +11,7 @@
 #include "film/film.h"
 #include "sampling/sampler.h"
 #include "scene/scene.h"
+#include "transport/shadow_terminator.h"
 
 namespace ajar {
 
@@ -59,39 +60,50 @@ inline float power_heuristic(float pdf_a, float pdf_b) {
 /// stay so on each light. With many, too few bits are left.
 constexpr size_t kFewLights = 64;
 
-/// One sample of one light, weighted against the BSDF's own chance of finding it. `rays` counts shadow rays.
+/// One sample of one light, weighted against the BSDF's own chance of finding it, and with what lies beyond the terminator. `rays` counts
+/// shadow rays. `kOnlyBeyond`: nothing but the latter, which methods that sample light in other ways add to theirs.
+template <bool kOnlyBeyond = false>
 inline Color estimate_direct(const DirectLightContext& c, const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
   const auto sample = lights.sample_li(choice.light, c.point.position, u, c.point.time);
   if (!sample || is_black(sample->radiance)) return Color(0.0f);
+  if (kOnlyBeyond && !grazes_terminator(c.point, sample->wi)) return Color(0.0f);
   const Bsdf::Evaluation scattered = c.bsdf.evaluate(c.point.wo, sample->wi);
-  if (is_black(scattered.f_cos)) return Color(0.0f);
   const LightFlags light = lights.flags(choice.light);
-  float weight = 1.0f / (choice.pmf * sample->pdf_solid_angle);
-  if (!sample->delta && light.mis) weight *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
-  Color contribution = scattered.f_cos * sample->radiance * weight;
-  if (light.cast_shadow) {
-    ++rays;
-    contribution *= c.scene.transmittance(c.scene.spawn_segment(c.point, sample->wi, sample->distance),
-                                          c.scene.settings().bounces.transparent);
+  const Color arriving = sample->radiance / (choice.pmf * sample->pdf_solid_angle);
+  if (!is_black(scattered.f_cos)) {
+    Color through(1.0f);
+    if (light.cast_shadow) {
+      ++rays;
+      through = c.scene.transmittance(c.scene.spawn_segment(c.point, sample->wi, sample->distance), c.scene.settings().bounces.transparent);
+    }
+    if (!is_black(through)) {
+      if (kOnlyBeyond) return Color(0.0f);
+      Color contribution = scattered.f_cos * arriving * through;
+      if (!sample->delta && light.mis) contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
+      return contribution;
+    }
   }
-  return contribution;
+  if (!has_soft_terminator(c.point)) return Color(0.0f);
+  return arriving * beyond_terminator(c.scene, c.point, c.bsdf, sample->wi, sample->distance, scattered.f_cos, light.cast_shadow, rays);
 }
 
+template <bool kOnlyBeyond = false>
 inline Color estimate_direct(const DirectLightContext& c, float u_choice, Vec2 u, uint64_t& rays) {
-  return estimate_direct(c, c.scene.lights().choose(c.point.position, c.bsdf.receiving_normal(), u_choice), u, rays);
+  return estimate_direct<kOnlyBeyond>(c, c.scene.lights().choose(c.point.position, c.bsdf.receiving_normal(), u_choice), u, rays);
 }
+template <bool kOnlyBeyond = false>
 inline Color estimate_direct(const DirectLightContext& c, Sampler& sampler, uint32_t first, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
   sampler.set_dimension(first + 1);
   const Vec2 u = sampler.get_2d();
   if (lights.size() < kFewLights) {
     const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), u.x);
-    return estimate_direct(c, choice, Vec2(choice.u_remapped, u.y), rays);
+    return estimate_direct<kOnlyBeyond>(c, choice, Vec2(choice.u_remapped, u.y), rays);
   }
   sampler.set_dimension(first);
-  return estimate_direct(c, sampler.get_1d(), u, rays);
+  return estimate_direct<kOnlyBeyond>(c, sampler.get_1d(), u, rays);
 }
 
 /// The default: one sample of one light and the path's own BSDF sample, by the power heuristic

@@ -64,6 +64,8 @@ Color trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, Sample
         if (end.pdf_sampled > 0.0f && !is_black(direct) && look_along(scene, light, vertex, edge, rays)) {
           if (end.can_be_hit) direct *= power_heuristic(end.pdf_sampled, scattered.pdf_solid_angle * edge.to_light_area());
           radiance += direct * edge.transmittance / end.pdf_sampled;
+        } else if (end.pdf_sampled > 0.0f) {
+          radiance += beta * light_beyond_terminator(scene, light, vertex, edge, end, scattered.f_cos, rays) / end.pdf_sampled;
         }
       }
     }

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "shading/closures.h"
+#include "transport/shadow_terminator.h"
 
 namespace ajar {
 
@@ -198,6 +199,16 @@ bool look_along(const Scene& scene, const PathVertex& light_end, const PathVerte
       if (!(ray.t_max > 0.0f)) return true;
     }
   }
+}
+
+Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const PathVertex& vertex, const PathEdge& edge, const LightEnd& end,
+                              Color f_cos, uint64_t& rays) {
+  if (!has_soft_terminator(vertex.point)) return Color(0.0f);
+  const bool lamp = light.light >= 0 && !light.program && light.light != scene.lights().environment_index();
+  const bool shadows = !lamp || scene.lights().flags(uint32_t(light.light)).cast_shadow;
+  const float distance = light.distant ? kInfinity : 1.0f / std::sqrt(edge.inverse_square);
+  return end.radiance * edge.to_light_area() *
+         beyond_terminator(scene, vertex.point, vertex.shading.bsdf, -edge.to_eye, distance, f_cos, shadows, rays);
 }
 
 void BounceCount::add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular) {

@@ -99,6 +99,10 @@ inline float lens_density(const Scene& scene, const PathEdge& last) { return sce
 
 /// Surfaces between the two ends: fills transmittance and pass; false when nothing gets through. Counts its rays.
 bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge, uint64_t& rays);
+/// What look_along found blocked, or black by `f_cos`, between a light and the vertex that sampled it, but lies beyond the terminator: f |cos|
+/// times radiance, transmittance and the edge's geometry.
+Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const PathVertex& vertex, const PathEdge& edge, const LightEnd& end,
+                              Color f_cos, uint64_t& rays);
 
 constexpr int kMaxPathVertices = 34;  ///< longer paths are left out by all integrators that work on whole paths
 

@@ -142,7 +142,16 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
         geometry.index = context.description.add_object(
             name=geometry.name, mesh=indices[key], materials=geometry.materials, visibility=geometry.visibility,
             holdout=owner.holdout_get(view_layer=context.view_layer), shadow_catcher=owner.is_shadow_catcher,
-            pass_index=owner.pass_index, color=tuple(owner.color), importance=_importance(owner))
+            pass_index=owner.pass_index, color=tuple(owner.color), importance=_importance(owner),
+            shadow_terminator_offset=_shadow_terminator_offset(context, owner))
+
+
+def _shadow_terminator_offset(context: ExportContext, owner: bpy.types.Object) -> float:
+    """Cycles' own, which its add-on keeps; its default without it."""
+    cycles = getattr(owner, "cycles", None)
+    if getattr(cycles, "shadow_terminator_offset", 0.0) > 0.0:
+        context.warn(owner.name, "its Shadow Terminator Shading Offset is not supported and is ignored")
+    return getattr(cycles, "shadow_terminator_geometry_offset", 0.1)
 
 
 def _importance(owner: bpy.types.Object) -> float:

@@ -14,14 +14,8 @@ class ExpectedDifference:
     covers: Callable[[int, int], bool] = lambda row, column: True
 
 
-SHADOW_TERMINATOR = ExpectedDifference(
-    "dark bands where the sun grazes smooth-shaded coarse meshes: Cycles moves shadow rays off such triangles along a parabola through the "
-    "vertex normals, which is not built yet")
-
 EXPECTED_DIFFERENCES: dict[str, list[ExpectedDifference]] = {
     "volume": [ExpectedDifference("its smoke is a participating medium, which the path tracer does not render yet")],
-    "outdoor": [SHADOW_TERMINATOR],
-    "shared/blenderseed_split_normals": [SHADOW_TERMINATOR],
 }
 
 

@@ -1,0 +1,161 @@
+#!/usr/bin/python3
+"""Do both engines show every feature alike? Scenes of one feature each (test_scenes/features.py), rendered by both in one Blender:
+
+    benchmarks/feature_agreement.py [NAME ...] [--build build/release] [--samples 128] [--table docs/agreement.md]
+
+The means of 8 x 8-pixel blocks of 64 x 64-pixel pictures, over eight independent seeds each, must lie within 1 % plus three standard
+errors of the difference. Among thousands of blocks some leave that by chance: a feature that does is rendered again by new seeds with four
+times the samples, and only blocks that leave it again disagree. --table writes what was found into the page between its marks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import agreement
+import images
+import numpy as np
+from renderers import run
+
+PROJECT = Path(__file__).resolve().parents[1]
+BLENDER = os.environ.get("BLENDER", "blender")
+REPLICATES, BLOCK, AGAIN = 8, 8, 4
+BEGIN, END = "<!-- features: begin -->", "<!-- features: end -->"
+
+# Features that are known to differ, and why. Anything else that does is a bug.
+EXPECTED_DIFFERENCES: dict[str, str] = {}
+
+# What the gate looks at.
+SAMPLE = ["sun_wide", "camera_dof_blades", "principled_plastic", "noise", "coarse_smooth_ball", "particles"]
+
+
+@dataclass(frozen=True)
+class Found:
+    """`ratio`: of the whole pictures' means; `allowance`: of the median block, as a part of it; `outside`: blocks that disagree twice."""
+
+    name: str
+    ratio: float
+    allowance: float
+    outside: int
+    blocks: int
+    worst: str
+
+    @property
+    def agrees(self) -> bool:
+        return self.outside == 0
+
+    @property
+    def is_expected(self) -> bool:
+        return self.agrees or self.name in EXPECTED_DIFFERENCES
+
+
+def features() -> dict[str, dict[str, str]]:
+    """Kind and description by name; features.py itself needs Blender."""
+    with tempfile.TemporaryDirectory() as folder:
+        listed = Path(folder) / "features.json"
+        run([BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "--python", str(PROJECT / "test_scenes" / "features.py"), "--",
+             "--list", str(listed)], "the list of features")
+        return json.loads(listed.read_text())
+
+
+def write_scenes(folder: Path, names: list[str]) -> None:
+    run([BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "--python", str(PROJECT / "test_scenes" / "features.py"), "--",
+         str(folder), *names], "the features' scenes")
+
+
+def render(build: Path, folder: Path, names: list[str], samples: int, first_seed: int) -> None:
+    profile = build / "blender_profile"
+    environment = os.environ | {"BLENDER_USER_CONFIG": str(profile / "config"), "BLENDER_USER_SCRIPTS": str(profile / "scripts")}
+    log = run([BLENDER, "-b", "--factory-startup", "--addons", "ajar_render", "--python-exit-code", "1", "--python",
+               str(PROJECT / "benchmarks" / "feature_render.py"), "--", str(folder), str(samples), f"{first_seed}:{REPLICATES}", *names],
+              "the features' renders", environment)
+    (folder / f"log_{first_seed}.txt").write_text(log)
+
+
+def blocks_of(folder: Path, name: str, engine: str, first_seed: int) -> agreement.Blocks:
+    stack = np.stack([images.read_exr(folder / f"{name}_{engine}_{first_seed + i}.exr").astype(np.float64) for i in range(REPLICATES)])
+    return agreement.blocks_of_pixels(stack.mean(axis=0), stack.var(axis=0, ddof=1) / REPLICATES, REPLICATES, BLOCK)
+
+
+def places(found) -> set[tuple[int, int, int]]:
+    return {(d.row, d.column, d.channel) for d in found}
+
+
+def compare(build: Path, folder: Path, names: list[str], samples: int) -> list[Found]:
+    """Render and judge; scenes and pictures are left in the folder."""
+    write_scenes(folder, names)
+    render(build, folder, names, samples, 1)
+    first = {name: (blocks_of(folder, name, "ajar", 1), blocks_of(folder, name, "cycles", 1)) for name in names}
+    found = {name: agreement.disagreements(*first[name]) for name in names}
+    doubtful = [name for name in names if found[name]]
+    if doubtful:
+        render(build, folder, doubtful, AGAIN * samples, 1 + REPLICATES)
+    results = []
+    for name in names:
+        ours, theirs = first[name]
+        outside = []
+        if found[name]:
+            ours, theirs = (blocks_of(folder, name, engine, 1 + REPLICATES) for engine in ("ajar", "cycles"))
+            before = places(found[name])
+            outside = [d for d in agreement.disagreements(ours, theirs) if (d.row, d.column, d.channel) in before]
+        colours = theirs.means[..., :3]
+        lit = colours > 1e-4
+        error = 3.0 * np.hypot(ours.standard_errors, theirs.standard_errors)[..., :3]
+        allowance = float(np.median(0.01 + error[lit] / colours[lit])) if lit.any() else 0.01
+        ratio = float(ours.means[..., :3].mean() / max(colours.mean(), 1e-12))
+        results.append(Found(name, ratio, allowance, len({(d.row, d.column) for d in outside}), colours[..., 0].size, str(outside[0]) if outside else ""))
+    return results
+
+
+def table(results: list[Found], known: dict[str, dict[str, str]]) -> str:
+    lines = ["| kind | feature | blocks outside | ratio of means | allowance of a median block |", "|---|---|---|---|---|"]
+    for kind in dict.fromkeys(entry["kind"] for entry in known.values()):
+        for found in (f for f in results if known[f.name]["kind"] == kind):
+            reason = "" if found.agrees else ": " + EXPECTED_DIFFERENCES.get(found.name, "not explained")
+            lines.append(f"| {kind} | {known[found.name]['what']} | {found.outside} of {found.blocks}{reason} | {found.ratio:.4f} | {found.allowance:.1%} |")
+    agreeing = sum(found.agrees for found in results)
+    return f"{agreeing} of {len(results)} features agree in every block.\n\n" + "\n".join(lines)
+
+
+def put_into(page: Path, text: str) -> None:
+    content = page.read_text()
+    before, rest = content.split(BEGIN)
+    page.write_text(before + BEGIN + "\n" + text + "\n" + END + rest.split(END)[1])
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Compare single features with Cycles.")
+    parser.add_argument("names", nargs="*", help="without any, all")
+    parser.add_argument("--build", type=Path, default=Path(os.environ.get("AJAR_BUILD", PROJECT / "build" / "release")))
+    parser.add_argument("--samples", type=int, default=128, help="per pixel and seed")
+    parser.add_argument("--keep", type=Path, help="folder for scenes and pictures, instead of a temporary one")
+    parser.add_argument("--table", type=Path, help="page to write the results into")
+    options = parser.parse_args()
+    known = features()
+    names = options.names or list(known)
+    if unknown := [name for name in names if name not in known]:
+        parser.error(f"no feature {', '.join(unknown)}; there are {', '.join(known)}")
+    results = []
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = options.keep or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        for start in range(0, len(names), 8):
+            for found in compare(options.build.resolve(), folder, names[start:start + 8], options.samples):
+                results.append(found)
+                state = "agrees" if found.agrees else ("differs as expected" if found.is_expected else "DISAGREES")
+                print(f"{found.name}: {state}, {found.outside} of {found.blocks} blocks outside, ratio {found.ratio:.4f}, "
+                      f"allowance {found.allowance:.1%} {found.worst}", flush=True)
+    if options.table:
+        put_into(options.table, table(results, known))
+    return 0 if all(found.is_expected for found in results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,33 @@
+"""Render the scenes of test_scenes/features.py with both engines, in one Blender; feature_agreement.py calls it:
+
+    blender -b --factory-startup --addons ajar_render --python-exit-code 1 --python feature_render.py -- FOLDER SAMPLES SEEDS NAME ...
+
+SEEDS is first:count. Opens FOLDER/<name>.blend and writes FOLDER/<name>_<engine>_<seed>.exr. What Ajar says about the
+scene goes to the log, after a line `FEATURE <name>`.
+"""
+
+import sys
+from pathlib import Path
+
+import bpy
+
+
+def main() -> None:
+    folder, samples, seeds, *names = sys.argv[sys.argv.index("--") + 1:]
+    first, count = map(int, seeds.split(":"))
+    for name in names:
+        bpy.ops.wm.open_mainfile(filepath=str(Path(folder) / f"{name}.blend"), load_ui=False)
+        scene = bpy.context.scene
+        image = scene.render.image_settings
+        image.file_format, image.color_mode, image.color_depth, image.exr_codec = "OPEN_EXR", "RGBA", "32", "ZIP"
+        scene.ajar.samples = scene.cycles.samples = int(samples)
+        print(f"FEATURE {name}", flush=True)
+        for engine in ("AJAR", "CYCLES"):
+            scene.render.engine = engine
+            for seed in range(first, first + count):
+                scene.cycles.seed = scene.ajar.seed = seed
+                scene.render.filepath = str(Path(folder) / f"{name}_{engine.lower()}_{seed}.exr")
+                bpy.ops.render.render(write_still=True)
+
+
+main()

@@ -1,0 +1,57 @@
+#include "transport/shadow_terminator.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ajar {
+
+namespace {
+
+/// From the flat triangle to the curved surface through its vertices: a parabola along the interpolated normal, and at the least the lower
+/// envelope of the planes at the vertices, each raised above its neighbours. World space; `ng` is on the light's side.
+Vec3 to_curved_surface(const ShadingPoint& point, Vec3 ng) {
+  const BuiltMesh& mesh = *point.mesh;
+  const UVec3 triangle = mesh.triangles[point.primitive];
+  const float weights[3] = {1.0f - point.barycentric.x - point.barycentric.y, point.barycentric.x, point.barycentric.y};
+  Vec3 p[3], n[3], place(0.0f), normal(0.0f);
+  for (int i = 0; i < 3; ++i) {
+    const uint32_t vertex = triangle[i];
+    p[i] = mesh.positions[vertex];
+    n[i] = mesh.normal_domain == Domain::Vertex ? mesh.normals[vertex] : mesh.normals[size_t(point.primitive) * 3 + size_t(i)];
+    place += weights[i] * p[i];
+    normal += weights[i] * n[i];
+  }
+  const Vec3 world_normal = mesh.baked ? normal : transform_vector(point.instance->world_from_object, normal);
+  const float side = glm::dot(world_normal, ng) > 0.0f ? 1.0f : -1.0f;
+  const float a = glm::dot(n[2] - n[0], p[0] - p[2]), b = glm::dot(n[2] - n[1], p[1] - p[2]), c = glm::dot(n[1] - n[0], p[1] - p[0]);
+  const float u = weights[0], v = weights[1];
+  const float parabola = 0.5f * (a * u * (u - 1.0f) + (a + b + c) * u * v + b * v * (v - 1.0f));
+  float envelope = kInfinity;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 to_next = p[(i + 1) % 3] - p[i], to_last = p[(i + 2) % 3] - p[i];
+    const float raised = std::max({side * glm::dot(to_next, n[i]), side * glm::dot(to_last, n[i]), 0.0f});
+    envelope = std::min(envelope, std::max(side * glm::dot(p[i] - place, n[i]) + raised, 0.0f));
+  }
+  return world_normal * (side > 0.0f ? std::max(envelope, parabola) : std::min(-envelope, parabola));
+}
+
+}  // namespace
+
+Color beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wi, float distance, Color f_cos, bool shadows, uint64_t& rays) {
+  if (!grazes_terminator(point, wi)) return Color(0.0f);
+  const Color f = is_black(f_cos) ? bsdf.evaluate_beyond_horizon(point.wo, wi) : f_cos;
+  if (is_black(f) || !shadows) return f;
+  ShadingPoint moved = point;
+  moved.position += share_of_terminator_offset(point, wi) * to_curved_surface(point, glm::dot(point.ns, wi) < 0.0f ? -point.ng : point.ng);
+  Vec3 direction = wi;
+  if (distance < kInfinity) {
+    const Vec3 to_light = point.position + distance * wi - moved.position;
+    distance = std::sqrt(length_squared(to_light));
+    if (!(distance > 0.0f)) return Color(0.0f);
+    direction = to_light / distance;
+  }
+  ++rays;
+  return f * scene.transmittance(scene.spawn_segment(moved, direction, distance), scene.settings().bounces.transparent);
+}
+
+}  // namespace ajar

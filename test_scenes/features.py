@@ -1,0 +1,632 @@
+"""Small scenes of one feature each, which both engines must show alike (benchmarks/feature_agreement.py renders them):
+
+    blender -b --factory-startup --python-exit-code 1 --python test_scenes/features.py -- FOLDER [NAME ...]
+
+writes FOLDER/<name>.blend for every feature, or those named; `--list FILE` writes what there is as JSON. Each begins with the same stage: a floor, a ball and a box before a
+camera. A feature replaces what it is about and says in one line what it shows; everything else stays plain, so that a difference has one cause.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+import bpy
+import scene_tools as tools
+from mathutils import Vector
+
+SIZE = 64
+GREY, RED, BLUE = (0.6, 0.6, 0.6), (0.7, 0.2, 0.1), (0.1, 0.25, 0.7)
+
+
+@dataclass(frozen=True)
+class Feature:
+    kind: str
+    name: str
+    what: str
+    change: Callable
+
+
+class Stage:
+    """What features change. There is no light but a dim sky until one is added."""
+
+    def __init__(self):
+        self.scene = tools.start_scene(SIZE, SIZE, bounces=8)
+        self.scene.cycles.light_sampling_threshold = 0.0
+        self.floor = tools.add_plane("Floor", (0, 0, 0), (6, 6), tools.diffuse("Floor", GREY))
+        self.ball = tools.add_sphere("Ball", (-0.65, 0, 0.6), 0.6, tools.diffuse("Ball", RED))
+        self.box = tools.add_box("Box", (0.35, -0.35, 0.0), (1.05, 0.35, 0.9), tools.diffuse("Box", BLUE))
+        self.camera = tools.camera((0, -5, 2.2), (0, 0, 0.5), lens=50)
+        self.sky((0.25, 0.27, 0.3))
+
+    def sky(self, colour, strength=1.0):
+        return tools.background(self.scene, colour, strength)
+
+    def sun(self):
+        return tools.sun_light("Sun", (1, 1.2, -2), 2.0, angle=math.radians(5))
+
+    def panel(self, watts=150.0, size=1.5):
+        return tools.area_light("Panel", (-1.5, -2.5, 3.5), (0, 0, 0.4), size, watts)
+
+    def material(self, things, made) -> bpy.types.Material:
+        for thing in things:
+            thing.data.materials.clear()
+            thing.data.materials.append(made)
+        return made
+
+    def on_ball(self, made) -> bpy.types.Node:
+        return tools.shader_of(self.material([self.ball], made))
+
+    def everywhere(self, made) -> bpy.types.Node:
+        return tools.shader_of(self.material([self.ball, self.box, self.floor], made))
+
+
+FEATURES: dict[str, Feature] = {}
+
+
+def feature(kind: str, name: str, what: str):
+    def keep(change):
+        FEATURES[name] = Feature(kind, name, what, change)
+        return change
+    return keep
+
+
+def add(kind: str, name: str, what: str, change: Callable) -> None:
+    FEATURES[name] = Feature(kind, name, what, change)
+
+
+def shader(node_type: str, output: str = "BSDF", **inputs) -> bpy.types.Material:
+    return tools._material(node_type, node_type, output, **inputs)
+
+
+# --- Lights ----------------------------------------------------------------------------------------------------------
+
+def lit_by(make: Callable, **settings) -> Callable:
+    """Black sky, one lamp; settings go to the lamp's data."""
+    def change(stage: Stage):
+        stage.sky((0, 0, 0))
+        lamp = make()
+        for name, value in settings.items():
+            setattr(lamp.data, name, value)
+    return change
+
+
+def point(radius=0.0):
+    return lambda: tools.point_light("Lamp", (-1.2, -2.2, 3.2), 300, radius=radius)
+
+
+def spot(**more):
+    return lambda: tools.spot_light("Lamp", (-1.2, -2.2, 3.2), (0, 0, 0.3), 600, **more)
+
+
+def area(size=1.2, disk=False, seen=False):
+    return lambda: tools.area_light("Lamp", (-1.2, -2.0, 3.2), (0, 0, 0.3), size, 200, disk=disk, seen=seen)
+
+
+def sun(degrees):
+    return lambda: tools.sun_light("Lamp", (1, 1.2, -2), 3.0, angle=math.radians(degrees))
+
+
+add("light", "point", "point lamp without extent", lit_by(point()))
+add("light", "point_soft", "point lamp of 10 cm, far from surfaces", lit_by(point(0.1)))
+add("light", "spot", "spot lamp, hard edge", lit_by(spot(blend=0.0)))
+add("light", "spot_blend", "spot lamp, soft edge", lit_by(spot(blend=0.8)))
+add("light", "spot_soft", "spot lamp of 10 cm", lit_by(spot(radius=0.1, angle=math.radians(60))))
+add("light", "sun_sharp", "sun without extent", lit_by(sun(0)))
+add("light", "sun_wide", "sun of 20 degrees", lit_by(sun(20)))
+add("light", "area_square", "square area lamp", lit_by(area()))
+add("light", "area_rectangle", "rectangular area lamp", lit_by(area((2.0, 0.5))))
+add("light", "area_disk", "disk area lamp", lit_by(area(1.2, True)))
+add("light", "area_ellipse", "elliptic area lamp", lit_by(area((2.0, 0.6), True)))
+add("light", "area_spread", "area lamp with a spread of 60 degrees", lit_by(area(), spread=math.radians(60)))
+add("light", "area_without_mis", "area lamp without multiple importance", lambda s: lit_by(area())(s) or setattr(
+    bpy.data.lights["Lamp"].cycles, "use_multiple_importance_sampling", False))
+add("light", "lamp_without_shadow", "a lamp that casts no shadow", lambda s: lit_by(area())(s) or setattr(
+    bpy.data.lights["Lamp"].cycles, "cast_shadow", False))
+
+
+@feature("light", "area_seen", "area lamp seen by the camera and mirrored")
+def _(stage):
+    stage.sky((0, 0, 0))
+    lamp = tools.area_light("Lamp", (0.2, 1.6, 1.8), (0, 0, 0.4), 0.8, 60, seen=True)
+    lamp.visible_camera = True
+    stage.on_ball(tools.glossy("Ball", (0.8, 0.8, 0.8), 0.2))
+
+
+@feature("light", "lamp_without_glossy", "a lamp that glossy rays do not see")
+def _(stage):
+    lamp = tools.area_light("Lamp", (0.2, 1.6, 2.0), (0, 0, 0.4), 0.8, 60)
+    lamp.visible_glossy = False
+    stage.on_ball(tools.glossy("Ball", (0.8, 0.8, 0.8), 0.3))
+
+
+@feature("light", "mesh_light", "an emissive mesh")
+def _(stage):
+    stage.sky((0, 0, 0))
+    tools.add_quad("Lamp", (-1.8, -1.5, 2.6), (-0.6, -1.5, 2.6), (-0.6, -0.3, 2.6), (-1.8, -0.3, 2.6), tools.emission("Lamp", (1, 0.8, 0.6), 12))
+
+
+@feature("light", "lamp_nodes", "a lamp with nodes: blackbody colour, linear falloff")
+def _(stage):
+    lit_by(point(0.05))(stage)
+    tree_owner = bpy.data.lights["Lamp"]
+    tree_owner.use_nodes = True
+    nodes, links = tree_owner.node_tree.nodes, tree_owner.node_tree.links
+    emission = nodes["Emission"]
+    body, falloff = nodes.new("ShaderNodeBlackbody"), nodes.new("ShaderNodeLightFalloff")
+    body.inputs[0].default_value, falloff.inputs["Strength"].default_value = 3200, 0.4
+    links.new(body.outputs[0], emission.inputs["Color"])
+    links.new(falloff.outputs["Linear"], emission.inputs["Strength"])
+
+
+@feature("light", "many_lamps", "24 small lamps of different colours")
+def _(stage):
+    stage.sky((0, 0, 0))
+    for i in range(24):
+        angle = i * 0.2618
+        tools.point_light(f"Lamp {i}", (2.2 * math.cos(angle), 2.2 * math.sin(angle), 1.2 + 0.08 * i), 12,
+                          (0.5 + 0.5 * math.cos(angle), 0.6, 0.5 + 0.5 * math.sin(angle)), radius=0.02)
+
+
+# --- World -----------------------------------------------------------------------------------------------------------
+
+add("world", "sky_constant", "a constant sky", lambda s: s.sky((0.5, 0.6, 0.8), 1.3))
+
+
+def sky_texture(kind: str, **settings):
+    def change(stage):
+        shader_node = stage.sky((1, 1, 1), 0.1 if kind == "NISHITA" else 0.5)
+        tree = stage.scene.world.node_tree
+        sky = tree.nodes.new("ShaderNodeTexSky")
+        sky.sky_type = kind
+        for name, value in settings.items():
+            setattr(sky, name, value)
+        tree.links.new(sky.outputs[0], shader_node.inputs["Color"])
+    return change
+
+
+add("world", "sky_nishita", "Nishita sky without its sun", sky_texture("NISHITA", sun_disc=False, sun_elevation=0.6))
+add("world", "sky_nishita_sun", "Nishita sky with its sun", sky_texture("NISHITA", sun_disc=True, sun_elevation=0.6, sun_size=0.1, sun_intensity=0.1))
+add("world", "sky_hosek", "Hosek and Wilkie's sky", sky_texture("HOSEK_WILKIE"))
+add("world", "sky_preetham", "Preetham's sky", sky_texture("PREETHAM"))
+
+
+@feature("world", "environment_image", "an environment image with a bright spot")
+def _(stage):
+    width, height = 64, 32
+    pixels = []
+    for y in range(height):
+        for x in range(width):
+            bright = 30.0 if (x - 20) ** 2 + (y - 24) ** 2 < 9 else 0.0
+            pixels += [0.1 + bright + 0.2 * y / height, 0.15 + bright, 0.3 + 0.8 * bright, 1.0]
+    tools.environment(stage.scene, tools.packed_image("Sky", width, height, pixels, hdr=True))
+
+
+@feature("world", "world_hidden_from_camera", "a sky that the camera does not see")
+def _(stage):
+    stage.sky((0.6, 0.6, 0.7))
+    stage.scene.world.cycles_visibility.camera = False
+
+
+@feature("world", "portal", "a sky through a portal")
+def _(stage):
+    stage.sky((1, 1, 1), 1.0)
+    room = tools.add_box("Room", (-2.6, -5.6, -0.1), (2.6, 2.6, 3.4), tools.diffuse("Room", GREY))
+    room.data.polygons.foreach_set("use_smooth", [False] * len(room.data.polygons))
+    import bmesh
+    work = bmesh.new()
+    work.from_mesh(room.data)
+    left = [f for f in work.faces if f.calc_center_median().x < -2.5]
+    bmesh.ops.delete(work, geom=left, context="FACES")
+    work.to_mesh(room.data)
+    portal = tools.area_light("Portal", (-2.6, -1.5, 1.65), (0, -1.5, 1.65), (8.2, 3.5), 1)
+    portal.data.cycles.is_portal = True
+
+
+# --- Cameras ---------------------------------------------------------------------------------------------------------
+
+def camera_feature(name: str, what: str, **settings):
+    def change(stage):
+        stage.sun()
+        data = stage.camera.data
+        for key, value in settings.items():
+            target = data
+            *path, last = key.split("__")
+            for step in path:
+                target = getattr(target, step)
+            setattr(target, last, value)
+    add("camera", name, what, change)
+
+
+camera_feature("camera_wide", "perspective of 20 mm", lens=20)
+camera_feature("camera_shift", "shifted lens", shift_x=0.15, shift_y=-0.1)
+camera_feature("camera_sensor", "vertical sensor fit", sensor_fit="VERTICAL", sensor_height=18.0)
+camera_feature("camera_orthographic", "orthographic", type="ORTHO", ortho_scale=3.5)
+camera_feature("camera_clip", "near clipping plane through the ball", clip_start=4.9)
+camera_feature("camera_dof", "depth of field", dof__use_dof=True, dof__aperture_fstop=0.2, dof__focus_distance=5.2)
+camera_feature("camera_dof_blades", "depth of field, five blades turned", dof__use_dof=True, dof__aperture_fstop=0.15, dof__focus_distance=3.5,
+               dof__aperture_blades=5, dof__aperture_rotation=0.4)
+camera_feature("camera_dof_ratio", "anamorphic depth of field", dof__use_dof=True, dof__aperture_fstop=0.15, dof__focus_distance=3.5, dof__aperture_ratio=2.0)
+camera_feature("camera_equirectangular", "panorama, equirectangular", type="PANO", cycles__panorama_type="EQUIRECTANGULAR")
+camera_feature("camera_fisheye", "panorama, equidistant fisheye", type="PANO", cycles__panorama_type="FISHEYE_EQUIDISTANT", cycles__fisheye_fov=2.6)
+camera_feature("camera_fisheye_lens", "panorama, equisolid fisheye", type="PANO", cycles__panorama_type="FISHEYE_EQUISOLID", cycles__fisheye_lens=12.0,
+               cycles__fisheye_fov=3.0)
+camera_feature("camera_mirror_ball", "panorama, mirror ball", type="PANO", cycles__panorama_type="MIRRORBALL")
+
+
+# --- Lobes: the ball in a panel's light and a sky -----------------------------------------------------------------------
+
+def lobe(name: str, what: str, make: Callable, panel: bool = True, **properties):
+    def change(stage):
+        if panel:
+            stage.panel()
+        node = stage.on_ball(make())
+        for key, value in properties.items():
+            setattr(node, key, value)
+    add("lobe", name, what, change)
+
+
+lobe("diffuse", "Diffuse", lambda: tools.diffuse("Ball", RED))
+lobe("diffuse_rough", "Diffuse, roughness 1 (Oren-Nayar)", lambda: tools.diffuse("Ball", RED, roughness=1.0))
+lobe("glossy_ggx", "Glossy GGX, roughness 0.4", lambda: tools.glossy("Ball", (0.8, 0.7, 0.5), 0.4))
+lobe("glossy_rough", "Glossy GGX, roughness 1", lambda: tools.glossy("Ball", (0.8, 0.7, 0.5), 1.0))
+lobe("glossy_beckmann", "Glossy Beckmann", lambda: tools.glossy("Ball", (0.8, 0.7, 0.5), 0.4), distribution="BECKMANN")
+lobe("glossy_ashikhmin", "Glossy Ashikhmin-Shirley", lambda: tools.glossy("Ball", (0.8, 0.7, 0.5), 0.3), distribution="ASHIKHMIN_SHIRLEY")
+lobe("glossy_multi_ggx", "Glossy Multiscatter GGX, roughness 0.4", lambda: tools.glossy("Ball", (0.8, 0.7, 0.5), 0.4), distribution="MULTI_GGX")
+lobe("mirror", "Glossy without roughness", lambda: tools.mirror("Ball"))
+lobe("anisotropic", "Anisotropic", lambda: shader("ShaderNodeBsdfAnisotropic", Color=(0.8, 0.7, 0.5), Roughness=0.4, Anisotropy=0.6, Rotation=0.1))
+lobe("glass", "Glass", lambda: tools.glass("Ball", (0.9, 1.0, 0.95)), False)
+lobe("glass_rough", "rough Glass under a sky", lambda: tools.glass("Ball", (0.9, 1.0, 0.95), roughness=0.3), False)
+lobe("refraction", "rough Refraction under a sky", lambda: shader("ShaderNodeBsdfRefraction", Color=(1, 1, 1), Roughness=0.2, IOR=1.3), False)
+lobe("translucent", "Translucent", lambda: tools.translucent("Ball", RED))
+lobe("transparent", "Transparent, coloured", lambda: shader("ShaderNodeBsdfTransparent", Color=(0.9, 0.5, 0.3)))
+lobe("velvet", "Velvet", lambda: shader("ShaderNodeBsdfVelvet", Color=(0.8, 0.6, 0.4), Sigma=0.6))
+lobe("toon_diffuse", "Toon, diffuse", lambda: shader("ShaderNodeBsdfToon", Color=RED, Size=0.5, Smooth=0.2))
+lobe("toon_glossy", "Toon, glossy", lambda: shader("ShaderNodeBsdfToon", Color=RED, Size=0.4, Smooth=0.2), component="GLOSSY")
+lobe("holdout", "Holdout", lambda: shader("ShaderNodeHoldout", "Holdout"))
+lobe("emission", "Emission on the ball", lambda: tools.emission("Ball", (1, 0.6, 0.3), 2.0), False)
+lobe("mix_shader", "diffuse and mirror mixed", lambda: mixed_ball())
+lobe("principled", "Principled, its defaults", lambda: shader("ShaderNodeBsdfPrincipled", Base_Color=RED))
+lobe("principled_metal", "Principled, metal", lambda: shader("ShaderNodeBsdfPrincipled", Base_Color=(0.9, 0.6, 0.3), Metallic=1.0, Roughness=0.3))
+lobe("principled_plastic", "Principled, smooth and specular", lambda: shader("ShaderNodeBsdfPrincipled", Base_Color=RED, Specular=1.0, Roughness=0.15, Specular_Tint=0.5))
+lobe("principled_sheen", "Principled, sheen", lambda: shader("ShaderNodeBsdfPrincipled", Base_Color=BLUE, Sheen=1.0, Sheen_Tint=0.5, Specular=0.0))
+lobe("principled_clearcoat", "Principled, clearcoat under a lamp", lambda: shader("ShaderNodeBsdfPrincipled", Base_Color=BLUE, Clearcoat=1.0, Clearcoat_Roughness=0.2,
+                                                                               Specular=0.0))
+lobe("principled_anisotropic", "Principled, anisotropic metal", lambda: shader("ShaderNodeBsdfPrincipled", Base_Color=GREY, Metallic=1.0, Anisotropic=0.7, Roughness=0.4))
+lobe("principled_transmission", "Principled, transmission under a sky", lambda: shader("ShaderNodeBsdfPrincipled", Base_Color=(0.8, 0.9, 1.0), Transmission=1.0,
+                                                                                      Roughness=0.05), False)
+lobe("principled_alpha", "Principled, half transparent and glowing", lambda: shader("ShaderNodeBsdfPrincipled", Base_Color=RED, Alpha=0.5, Emission=(0.2, 0.3, 0.1)))
+lobe("principled_subsurface", "Principled, subsurface", lambda: shader("ShaderNodeBsdfPrincipled", Base_Color=RED, Subsurface=1.0, Subsurface_Color=(0.8, 0.3, 0.2),
+                                                                     Subsurface_Radius=(0.3, 0.15, 0.1), Specular=0.0))
+lobe("subsurface", "Subsurface Scattering, random walk", lambda: shader("ShaderNodeSubsurfaceScattering", "BSSRDF", Color=(0.8, 0.5, 0.3), Scale=0.3,
+                                                                      Radius=(1.0, 0.5, 0.3)), falloff="RANDOM_WALK")
+
+
+def mixed_ball():
+    made = tools.mixed("Ball", tools.diffuse("First", RED), tools.mirror("Second"), 0.4)
+    next(n for n in made.node_tree.nodes if n.bl_idname == "ShaderNodeMixShader").name = "Shader"
+    return made
+
+
+# --- Nodes: the colour of a diffuse floor, ball and box ----------------------------------------------------------------
+
+def pattern(name: str, what: str, build: Callable):
+    """`build(tree)` returns the socket that colours everything."""
+    def change(stage):
+        stage.sun()
+        node = stage.everywhere(tools.diffuse("Pattern", GREY))
+        tree = node.id_data
+        tree.links.new(build(tree), node.inputs["Color"])
+    add("node", name, what, change)
+
+
+def texture(node_type: str, output: str = "Color", scale: float | None = 3.0, coordinates: str = "Object", inputs: dict | None = None, **properties):
+    def build(tree):
+        node, where = tree.nodes.new(node_type), tree.nodes.new("ShaderNodeTexCoord")
+        for key, value in properties.items():
+            setattr(node, key, value)
+        if scale is not None and "Scale" in node.inputs:
+            node.inputs["Scale"].default_value = scale
+        for key, value in (inputs or {}).items():
+            node.inputs[key].default_value = value
+        tree.links.new(where.outputs[coordinates], node.inputs["Vector"])
+        return node.outputs[output]
+    return build
+
+
+def through(node_type: str, build: Callable, socket: str = "Color", output: str = "Color", inputs: dict | None = None, **properties):
+    def built(tree):
+        node = tree.nodes.new(node_type)
+        for key, value in properties.items():
+            setattr(node, key, value)
+        for key, value in (inputs or {}).items():
+            node.inputs[key].default_value = value
+        tree.links.new(build(tree), node.inputs[socket])
+        return node.outputs[output]
+    return built
+
+
+NOISE = texture("ShaderNodeTexNoise", inputs={"Detail": 3.0, "Distortion": 0.5})
+pattern("noise", "Noise Texture", NOISE)
+pattern("musgrave", "Musgrave Texture", texture("ShaderNodeTexMusgrave", "Fac"))
+pattern("voronoi", "Voronoi Texture", texture("ShaderNodeTexVoronoi"))
+pattern("wave", "Wave Texture", texture("ShaderNodeTexWave", inputs={"Distortion": 2.0}))
+pattern("gradient", "Gradient Texture", texture("ShaderNodeTexGradient", gradient_type="SPHERICAL"))
+pattern("magic", "Magic Texture", texture("ShaderNodeTexMagic"))
+pattern("brick", "Brick Texture", texture("ShaderNodeTexBrick"))
+pattern("checker_generated", "Checker Texture on generated coordinates", texture("ShaderNodeTexChecker", coordinates="Generated"))
+pattern("white_noise", "White Noise on cells", lambda tree: white_noise(tree))
+pattern("color_ramp", "Noise through a Color Ramp", through("ShaderNodeValToRGB", texture("ShaderNodeTexNoise", "Fac"), "Fac"))
+pattern("hue_saturation", "Noise through Hue/Saturation", through("ShaderNodeHueSaturation", NOISE, inputs={"Hue": 0.7, "Saturation": 1.6}))
+pattern("rgb_curves", "Noise through RGB Curves", through("ShaderNodeRGBCurve", NOISE))
+pattern("gamma", "Noise through Gamma", through("ShaderNodeGamma", NOISE, inputs={"Gamma": 2.2}))
+pattern("invert", "Noise through Invert", through("ShaderNodeInvert", NOISE))
+pattern("vector_rotate", "object coordinates through Vector Rotate", lambda tree: rotated(tree))
+pattern("fresnel", "Fresnel as a colour", lambda tree: tree.nodes.new("ShaderNodeFresnel").outputs[0])
+pattern("layer_weight", "Layer Weight as a colour", lambda tree: tree.nodes.new("ShaderNodeLayerWeight").outputs["Facing"])
+pattern("geometry_normal", "the normal as a colour", lambda tree: tree.nodes.new("ShaderNodeNewGeometry").outputs["Normal"])
+pattern("object_info", "Object Info: colour", lambda tree: tree.nodes.new("ShaderNodeObjectInfo").outputs["Color"])
+pattern("camera_data", "Camera Data: view vector", lambda tree: tree.nodes.new("ShaderNodeCameraData").outputs["View Vector"])
+pattern("wireframe", "Wireframe", lambda tree: wireframe(tree))
+
+
+def white_noise(tree):
+    snapped = through("ShaderNodeVectorMath", lambda t: t.nodes.new("ShaderNodeTexCoord").outputs["Object"], "Vector", "Vector", operation="SNAP")(tree)
+    snapped.node.inputs[1].default_value = (0.3, 0.3, 0.3)
+    node = tree.nodes.new("ShaderNodeTexWhiteNoise")
+    tree.links.new(snapped, node.inputs["Vector"])
+    return node.outputs["Color"]
+
+
+def rotated(tree):
+    return through("ShaderNodeVectorRotate", lambda t: t.nodes.new("ShaderNodeTexCoord").outputs["Object"], "Vector", "Vector", inputs={"Angle": 0.8})(tree)
+
+
+def wireframe(tree):
+    node = tree.nodes.new("ShaderNodeWireframe")
+    node.inputs["Size"].default_value = 0.03
+    return node.outputs[0]
+
+
+@feature("node", "image_texture", "Image Texture on a UV map, closest")
+def _(stage):
+    stage.sun()
+    pixels = [v for y in range(8) for x in range(8) for v in (x / 7, y / 7, 0.3 if (x + y) % 2 else 0.8, 1.0)]
+    made = stage.material([stage.floor], tools.diffuse("Pictured", GREY))
+    tools.image_texture(made, tools.packed_image("Picture", 8, 8, pixels)).interpolation = "Closest"
+
+
+@feature("node", "bump", "Bump by noise")
+def _(stage):
+    stage.sun()
+    node = stage.everywhere(tools.diffuse("Bumps", GREY))
+    bump = node.id_data.nodes.new("ShaderNodeBump")
+    bump.inputs["Strength"].default_value, bump.inputs["Distance"].default_value = 0.6, 0.1
+    node.id_data.links.new(texture("ShaderNodeTexNoise", "Fac", 4.0)(node.id_data), bump.inputs["Height"])
+    node.id_data.links.new(bump.outputs[0], node.inputs["Normal"])
+
+
+@feature("node", "normal_map", "Normal Map on a UV map")
+def _(stage):
+    stage.sun()
+    pixels = [v for y in range(16) for x in range(16) for v in (0.5 + 0.3 * math.sin(x * 0.8), 0.5 + 0.3 * math.cos(y * 0.8), 0.85, 1.0)]
+    made = tools.diffuse("Floor", GREY)
+    stage.material([stage.floor], made)
+    node, tree = tools.shader_of(made), made.node_tree
+    image = tools.packed_image("Normals", 16, 16, pixels)
+    image.colorspace_settings.name = "Non-Color"
+    picture, normal = tree.nodes.new("ShaderNodeTexImage"), tree.nodes.new("ShaderNodeNormalMap")
+    picture.image = image
+    tree.links.new(picture.outputs[0], normal.inputs["Color"])
+    tree.links.new(normal.outputs[0], node.inputs["Normal"])
+
+
+@feature("node", "light_path", "a floor that only the camera sees red")
+def _(stage):
+    stage.sun()
+    node = stage.everywhere(tools.diffuse("Trick", GREY))
+    tree = node.id_data
+    path, mix = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMixRGB")
+    mix.inputs[1].default_value, mix.inputs[2].default_value = (0.1, 0.8, 0.1, 1), (0.8, 0.2, 0.2, 1)
+    tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+    tree.links.new(mix.outputs[0], node.inputs["Color"])
+
+
+@feature("node", "attribute", "a colour attribute of the vertices")
+def _(stage):
+    stage.sun()
+    layer = stage.box.data.color_attributes.new("Paint", "FLOAT_COLOR", "POINT")
+    for i, entry in enumerate(layer.data):
+        entry.color = (0.9 * (i % 2), 0.3 + 0.05 * (i % 8), 0.6, 1)
+    made = tools.diffuse("Painted", GREY)
+    stage.material([stage.box], made)
+    node = made.node_tree.nodes.new("ShaderNodeAttribute")
+    node.attribute_name = "Paint"
+    made.node_tree.links.new(node.outputs["Color"], tools.shader_of(made).inputs["Color"])
+
+
+# --- Geometry --------------------------------------------------------------------------------------------------------
+
+@feature("geometry", "coarse_smooth_ball", "a smooth ball of 16 by 8 faces in the sun: the shadow terminator")
+def _(stage):
+    stage.sky((0, 0, 0))
+    bpy.data.objects.remove(stage.ball)
+    bpy.data.objects.remove(stage.box)
+    tools.add_sphere("Coarse", (0, 0, 1.0), 1.0, tools.diffuse("Coarse", GREY), sides=16)
+    tools.sun_light("Sun", (1, 0.4, -0.6), 3.0, angle=0.0)
+
+
+@feature("geometry", "coarse_smooth_ball_area", "the same under an area lamp")
+def _(stage):
+    FEATURES["coarse_smooth_ball"].change(stage)
+    bpy.data.objects.remove(bpy.data.objects["Sun"])
+    tools.area_light("Lamp", (-3, -1.2, 2.2), (0, 0, 0.8), 0.6, 300)
+
+
+@feature("geometry", "flat_ball", "a flat-shaded ball")
+def _(stage):
+    stage.sun()
+    stage.ball.data.polygons.foreach_set("use_smooth", [False] * len(stage.ball.data.polygons))
+
+
+@feature("geometry", "subdivision", "a subdivided box")
+def _(stage):
+    stage.sun()
+    stage.box.modifiers.clear()
+    stage.box.modifiers.new("Subdivision", "SUBSURF").render_levels = 3
+
+
+@feature("geometry", "modifiers", "an array of mirrored, solid boxes")
+def _(stage):
+    stage.sun()
+    array = stage.box.modifiers.new("Array", "ARRAY")
+    array.count, array.relative_offset_displace = 3, (0.2, 1.3, 0.3)
+
+
+@feature("geometry", "instances", "a collection shown three times")
+def _(stage):
+    stage.sun()
+    group = bpy.data.collections.new("Group")
+    group.objects.link(stage.ball)
+    for i in range(3):
+        empty = bpy.data.objects.new(f"Instance {i}", None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", group
+        empty.location, empty.scale, empty.rotation_euler = (0.9 * i - 0.8, 1.0, 0.2 * i), (0.6, 0.7, 0.5 + 0.2 * i), (0.3 * i, 0.2, 0.5)
+        stage.scene.collection.objects.link(empty)
+
+
+@feature("geometry", "particles", "particle instances on the floor")
+def _(stage):
+    stage.sun()
+    stage.floor.modifiers.new("Particles", "PARTICLE_SYSTEM")
+    settings = stage.floor.particle_systems[0].settings
+    settings.type, settings.count, settings.render_type, settings.instance_object = "HAIR", 60, "OBJECT", stage.box
+    settings.particle_size, settings.hair_length = 0.06, 1.0
+
+
+@feature("geometry", "curve", "a bevelled curve")
+def _(stage):
+    stage.sun()
+    curve = bpy.data.curves.new("Curve", "CURVE")
+    curve.dimensions, curve.bevel_depth, curve.resolution_u = "3D", 0.12, 8
+    spline = curve.splines.new("BEZIER")
+    spline.bezier_points.add(2)
+    for p, at in zip(spline.bezier_points, ((-1.2, -1, 0.2), (0, -1.2, 0.8), (1.2, -1, 0.3))):
+        p.co, p.handle_left_type, p.handle_right_type = at, "AUTO", "AUTO"
+    curve.materials.append(tools.diffuse("Curve", (0.8, 0.7, 0.2)))
+    stage.scene.collection.objects.link(bpy.data.objects.new("Curve", curve))
+
+
+@feature("geometry", "text", "an extruded text")
+def _(stage):
+    stage.sun()
+    text = bpy.data.curves.new("Text", "FONT")
+    text.body, text.extrude, text.size = "Ajar", 0.08, 0.9
+    made = bpy.data.objects.new("Text", text)
+    made.location, made.rotation_euler = (-0.9, -1.2, 0.1), (1.3, 0, 0)
+    stage.scene.collection.objects.link(made)
+
+
+@feature("geometry", "metaball", "two metaballs")
+def _(stage):
+    stage.sun()
+    data = bpy.data.metaballs.new("Meta")
+    data.render_resolution = 0.08
+    for x in (-0.35, 0.35):
+        element = data.elements.new()
+        element.co, element.radius = (x, -1.1, 0.6), 0.6
+    stage.scene.collection.objects.link(bpy.data.objects.new("Meta", data))
+
+
+@feature("geometry", "custom_normals", "custom split normals")
+def _(stage):
+    stage.sun()
+    mesh = stage.box.data
+    stage.box.modifiers.clear()
+    mesh.use_auto_smooth = True
+    mesh.normals_split_custom_set([(Vector(mesh.vertices[loop.vertex_index].co) - Vector((0.7, 0, 0.45))).normalized() for loop in mesh.loops])
+
+
+@feature("geometry", "two_materials", "two materials on one mesh")
+def _(stage):
+    stage.sun()
+    stage.ball.data.materials.append(tools.glossy("Second", (0.8, 0.8, 0.8), 0.3))
+    stage.ball.data.polygons.foreach_set("material_index", [i % 2 for i in range(len(stage.ball.data.polygons))])
+
+
+@feature("geometry", "no_material", "objects without a material")
+def _(stage):
+    stage.sun()
+    for thing in (stage.ball, stage.box):
+        thing.data.materials.clear()
+
+
+@feature("geometry", "negative_scale", "a mirrored glass of negative scale")
+def _(stage):
+    stage.on_ball(tools.glass("Ball"))
+    stage.ball.scale = (-1, 0.7, 1.2)
+
+
+@feature("geometry", "ray_visibility", "a ball that diffuse rays and shadows do not see")
+def _(stage):
+    stage.sun()
+    stage.ball.visible_shadow = stage.ball.visible_diffuse = False
+
+
+@feature("geometry", "hidden_from_camera", "a box that only mirrors see")
+def _(stage):
+    stage.sun()
+    stage.box.visible_camera = False
+    stage.on_ball(tools.mirror("Ball"))
+
+
+@feature("geometry", "object_holdout", "an object that holds out")
+def _(stage):
+    stage.sun()
+    stage.box.is_holdout = True
+
+
+# --- The film --------------------------------------------------------------------------------------------------------
+
+def film(name: str, what: str, **settings):
+    def change(stage):
+        stage.sun()
+        for key, value in settings.items():
+            *path, last = key.split("__")
+            target = stage.scene
+            for step in path:
+                target = getattr(target, step)
+            setattr(target, last, value)
+    add("film", name, what, change)
+
+
+film("film_transparent", "transparent film", render__film_transparent=True)
+film("film_exposure", "film exposure of 2", cycles__film_exposure=2.0)
+film("filter_box", "box filter", cycles__pixel_filter_type="BOX")
+film("filter_gaussian", "Gaussian filter of 3 pixels", cycles__pixel_filter_type="GAUSSIAN", cycles__filter_width=3.0)
+film("filter_blackman", "Blackman-Harris filter of 4 pixels", cycles__pixel_filter_type="BLACKMAN_HARRIS", cycles__filter_width=4.0)
+film("bounce_limits", "one diffuse bounce", cycles__diffuse_bounces=1, cycles__max_bounces=2)
+film("pixel_aspect", "pixels twice as wide as high", render__pixel_aspect_x=2.0)
+
+
+def main() -> None:
+    arguments = sys.argv[sys.argv.index("--") + 1:]
+    if arguments[0] == "--list":
+        Path(arguments[1]).write_text(json.dumps({f.name: {"kind": f.kind, "what": f.what} for f in FEATURES.values()}))
+        return
+    folder, names = Path(arguments[0]), arguments[1:] or list(FEATURES)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in names:
+        FEATURES[name].change(Stage())
+        bpy.context.preferences.filepaths.save_version = 0
+        bpy.ops.wm.save_as_mainfile(filepath=str(folder / f"{name}.blend"), compress=True)
+
+
+if __name__ == "__main__":
+    main()
