@@ -151,6 +151,13 @@ void bind_enums(py::module_& module) {
       .value("Perspective", CameraKind::Perspective)
       .value("Orthographic", CameraKind::Orthographic)
       .value("Panorama", CameraKind::Panorama);
+  py::enum_<PanoramaKind>(module, "PanoramaKind")
+      .value("Equirectangular", PanoramaKind::Equirectangular)
+      .value("FisheyeEquidistant", PanoramaKind::FisheyeEquidistant)
+      .value("FisheyeEquisolid", PanoramaKind::FisheyeEquisolid)
+      .value("FisheyePolynomial", PanoramaKind::FisheyePolynomial)
+      .value("MirrorBall", PanoramaKind::MirrorBall)
+      .value("CubemapFace", PanoramaKind::CubemapFace);
   py::enum_<FilterKind>(module, "FilterKind")
       .value("Box", FilterKind::Box)
       .value("Gaussian", FilterKind::Gaussian)
@@ -232,6 +239,15 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("graph", &WorldDescription::graph)
       .def_readwrite("color", &WorldDescription::color)
       .def_readwrite("visibility", &WorldDescription::visibility);
+  py::class_<PanoramaDescription>(module, "PanoramaDescription")
+      .def(py::init<>())
+      .def("__eq__", [](const PanoramaDescription& a, const PanoramaDescription& b) { return a == b; })
+      .def_readwrite("kind", &PanoramaDescription::kind)
+      .def_readwrite("limits", &PanoramaDescription::limits)
+      .def_readwrite("fisheye_fov", &PanoramaDescription::fisheye_fov)
+      .def_readwrite("fisheye_lens", &PanoramaDescription::fisheye_lens)
+      .def_readwrite("sensor", &PanoramaDescription::sensor)
+      .def_readwrite("polynomial", &PanoramaDescription::polynomial);
   py::class_<CameraDescription>(module, "CameraDescription")
       .def(py::init<>())
       .def("__eq__", [](const CameraDescription& a, const CameraDescription& b) { return a == b; })
@@ -246,7 +262,8 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("focus_distance", &CameraDescription::focus_distance)
       .def_readwrite("blades", &CameraDescription::blades)
       .def_readwrite("blade_rotation", &CameraDescription::blade_rotation)
-      .def_readwrite("aperture_ratio", &CameraDescription::aperture_ratio);
+      .def_readwrite("aperture_ratio", &CameraDescription::aperture_ratio)
+      .def_readwrite("panorama", &CameraDescription::panorama);
 }
 
 void bind_settings(py::module_& module) {

@@ -6,7 +6,11 @@ import bpy
 import numpy as np
 
 # Cycles' enumerations as stored in a file, for when its add-on is not enabled.
-_CYCLES_ENUMS = {"pixel_filter_type": ("BOX", "GAUSSIAN", "BLACKMAN_HARRIS")}
+_CYCLES_ENUMS = {
+    "pixel_filter_type": ("BOX", "GAUSSIAN", "BLACKMAN_HARRIS"),
+    "panorama_type": ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID", "MIRRORBALL", "FISHEYE_LENS_POLYNOMIAL",
+                      "EQUIANGULAR_CUBEMAP_FACE"),
+}
 
 
 # ---- Settings that a file was given for Cycles --------------------------------------------------------------------
@@ -37,6 +41,11 @@ def cycles_value(owner: bpy.types.bpy_struct, name: str, default: object) -> obj
     if name in _CYCLES_ENUMS and isinstance(value, int):
         return _CYCLES_ENUMS[name][value]
     return value
+
+
+def panorama_value(camera: bpy.types.Camera, name: str, default: object) -> object:
+    """A property of panoramic cameras: Blender's own where it has them (5.0), before that Cycles'."""
+    return getattr(camera, name) if hasattr(camera, name) else cycles_value(camera, name, default)
 
 
 # ---- Meshes ---------------------------------------------------------------------------------------------------------

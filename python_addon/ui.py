@@ -317,6 +317,27 @@ def _wrapped(text: str, context: bpy.types.Context) -> list[str]:
     return textwrap.wrap(text, max(24, int(width / (7.0 * scale)) - 4))
 
 
+class AJAR_DATA_PT_panorama(AjarPanel, Panel):
+    """Settings that Blender shows for Cycles alone, before they became its own (5.0)."""
+
+    bl_label = "Panorama"
+    bl_context = "data"
+    SHOWN = {"EQUIRECTANGULAR": ("latitude_min", "latitude_max", "longitude_min", "longitude_max"), "FISHEYE_EQUIDISTANT": ("fisheye_fov",),
+             "FISHEYE_EQUISOLID": ("fisheye_lens", "fisheye_fov"),
+             "FISHEYE_LENS_POLYNOMIAL": ("fisheye_fov", *(f"fisheye_polynomial_k{i}" for i in range(5)))}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        camera = context.camera
+        return super().poll(context) and camera is not None and camera.type == "PANO" and not hasattr(camera, "panorama_type") and hasattr(camera, "cycles")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, cycles = self.column(), context.camera.cycles
+        column.prop(cycles, "panorama_type")
+        for name in self.SHOWN.get(cycles.panorama_type, ()):
+            column.prop(cycles, name)
+
+
 class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
     bl_label = "Passes"
     bl_context = "view_layer"
@@ -330,7 +351,7 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
             column.prop(view_layer.ajar, name)
 
 
-CLASSES = (AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_hints,
+CLASSES = (AJAR_DATA_PT_panorama, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_hints,
            AJAR_OBJECT_PT_light_path, AJAR_OBJECT_PT_importance, AJAR_COLLECTION_PT_importance, AJAR_RENDER_PT_film,
            AJAR_RENDER_PT_performance, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan,
            AJAR_VIEWLAYER_PT_passes, AJAR_VIEW3D_PT_hints)

@@ -24,11 +24,14 @@ class View:
     lens: tuple[float, float, int, float, float]       # aperture radius, focus distance, blades, rotation, ratio
     size: tuple[int, int]                              # of the region, in pixels
     border: tuple[int, int, int, int]                  # of what is rendered, in pixels of the region
+    panorama: ajar.PanoramaDescription | None = None   # then the window is the part of it that shows
 
     def camera(self) -> ajar.CameraDescription:
         out = ajar.CameraDescription()
         out.present, out.name = True, "View"
         out.kind = ajar.CameraKind.Orthographic if self.orthographic else ajar.CameraKind.Perspective
+        if self.panorama is not None:
+            out.kind, out.panorama = ajar.CameraKind.Panorama, self.panorama
         out.world_from_camera = list(self.world_from_camera)
         out.screen_window = self.window
         out.clip_start, out.clip_end = self.clip
@@ -71,8 +74,13 @@ def of(region: bpy.types.Region, region_3d: bpy.types.RegionView3D, space: bpy.t
         clip = (space.clip_start, space.clip_end)
     if camera is not None and not orthographic:
         lens = export_camera.lens_of(camera.data, frame)
+    panorama = None
+    if camera is not None and camera.data.type == "PANO":
+        panorama = export_camera.panorama_of(depsgraph.scene.render, camera.data)
+        left, bottom, right, top = _camera_frame(region_3d, camera, depsgraph.scene)
+        window = (-left / (right - left), (1.0 - left) / (right - left), -bottom / (top - bottom), (1.0 - bottom) / (top - bottom))
     return View(tuple(rows_3x4(frame)), orthographic, window, clip, lens, (width, height),
-                _border(region, region_3d, space, depsgraph, camera))
+                _border(region, region_3d, space, depsgraph, camera), panorama)
 
 
 def _camera(region_3d: bpy.types.RegionView3D, space: bpy.types.SpaceView3D, depsgraph: bpy.types.Depsgraph) -> bpy.types.Object | None:

@@ -86,7 +86,8 @@ void GatherPasses::choose_first_radii() {
     gatherer.start(uint32_t(i), 0);
     const Vec2 on_film((float(i % kProbes) + 0.5f) / kProbes * float(settings.width), (float(i / kProbes) + 0.5f) / kProbes * float(settings.height));
     SurfacePoint seen, gathered;
-    if (!gatherer.probe(scene_->camera().generate_ray(on_film, Vec2(0.5f), 0.0f), seen, gathered)) continue;
+    const Ray ray = scene_->camera().generate_ray(on_film, Vec2(0.5f), 0.0f);
+    if (sees_nothing(ray) || !gatherer.probe(ray, seen, gathered)) continue;
     global.push_back(maps_.global.reach(gathered, kReach, most));
     const float reach = maps_.caustic.reach(seen, kReach, most);
     if (reach < most) caustic.push_back(reach);
@@ -141,7 +142,7 @@ void GatherPasses::scout(const Film& film, const std::atomic<bool>& stop) {
   for (uint32_t sample = 0; sample < samples; ++sample)
     for_each_pixel(film, hash_combine(seed_, 0x73636f75U), sample, true, stop, [](PhotonGatherer& gatherer, int, int, const Ray& ray) {
       float alpha = 1.0f;
-      gatherer.trace(ray, nullptr, alpha);
+      if (!sees_nothing(ray)) gatherer.trace(ray, nullptr, alpha);
     });
 }
 
@@ -150,7 +151,7 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
   for_each_pixel(film, seed_, pass_, false, stop, [&](PhotonGatherer& gatherer, int px, int py, const Ray& ray) {
     SampleAux aux;
     float alpha = 1.0f;
-    const Color radiance = gatherer.trace(ray, wants_aux ? &aux : nullptr, alpha);
+    const Color radiance = sees_nothing(ray) ? Color(0.0f) : gatherer.trace(ray, wants_aux ? &aux : nullptr, alpha);
     film.add_sample(px, py, radiance, alpha, &aux);
   });
   paths_ += uint64_t(film.width()) * uint64_t(film.height());

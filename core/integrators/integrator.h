@@ -46,10 +46,14 @@ struct IntegratorInfo {
   Honesty honesty;
   const char* sentence;         ///< one sentence for the artist
   std::unique_ptr<Integrator> (*make)();
+  bool joins_camera = false;    ///< joins paths from lights to the camera
 };
 /// The one list of integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();
+/// Why this integrator cannot render the scene, as a clause for the artist; empty when it can.
+std::string reason_against(const IntegratorInfo& integrator, const Scene& scene);
 /// Throws SceneError naming the valid ones for an unknown name.
+const IntegratorInfo& find_integrator(const std::string& name);
 std::unique_ptr<Integrator> make_integrator(const std::string& name);
 
 }  // namespace ajar

@@ -107,6 +107,10 @@ class PathTracer final : public Integrator {
           const Ray ray = scene_->camera().generate_ray(on_film, u_lens, 0.0f);
           SampleAux aux;
           float alpha = 1.0f;
+          if (sees_nothing(ray)) {
+            film.add_sample(px, py, Color(0.0f), 1.0f, &aux);
+            return;
+          }
           const Color radiance = trace(direct_light, ray, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
           film.add_sample(px, py, radiance, alpha, &aux);
         });

@@ -1,3 +1,4 @@
+#include "film/filter.h"
 #include "integrators/bdpt.h"
 #include "integrators/erpt.h"
 #include "integrators/integrator.h"
@@ -14,22 +15,32 @@ const std::vector<IntegratorInfo>& integrator_list() {
       // Who renders for others asks render/technique_choice.h which it shall be; by itself it is path tracing.
       {"auto", "Auto", Honesty::Consistent, "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.", make_path_tracer},
       {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer},
-      {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt},
-      {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", make_pmc_path},
-      {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt},
-      {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", make_mps},
-      {"metropolis", "Metropolis", Honesty::Consistent, "Chains of mutations that dwell on the light paths that matter.", make_metropolis},
+      {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt, true},
+      {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", make_pmc_path, true},
+      {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt, true},
+      {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", make_mps, true},
+      {"metropolis", "Metropolis", Honesty::Consistent, "Chains of mutations that dwell on the light paths that matter.", make_metropolis, true},
       {"photon_map", "Photon Mapping", Honesty::Consistent, "Photons from the lights, gathered at what the eye sees.", make_photon_mapping}};
   return list;
 }
 
-std::unique_ptr<Integrator> make_integrator(const std::string& name) {
+const IntegratorInfo& find_integrator(const std::string& name) {
   std::string names;
   for (const IntegratorInfo& info : integrator_list()) {
-    if (info.name == name) return info.make();
+    if (info.name == name) return info;
     names += (names.empty() ? "" : ", ") + std::string(info.name);
   }
   throw SceneError("Unknown integrator '" + name + "'. Valid names: " + names + ".");
+}
+
+std::unique_ptr<Integrator> make_integrator(const std::string& name) { return find_integrator(name).make(); }
+
+std::string reason_against(const IntegratorInfo& integrator, const Scene& scene) {
+  if (!integrator.joins_camera) return "";
+  const RenderSettings& s = scene.settings();
+  if (scene.camera().finds_film(PixelFilter(s.filter, s.filter_width).half_width())) return "";
+  return scene.camera().has_lens() ? "it cannot join light paths to a panoramic camera with depth of field"
+                                   : "it cannot join light paths to a panorama that sees some directions twice, as at its seam";
 }
 
 }  // namespace ajar

@@ -110,6 +110,7 @@ struct Session::Data {
   void run(Job job);
   void build(Job& job);
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
+  void fall_back(std::unique_ptr<Integrator>& chosen);
   void render_all();
   bool enough(double render_seconds, double samples, double relmse) const;
   int next_samples(double render_seconds, uint64_t done) const;
@@ -257,6 +258,7 @@ void Session::Data::run(Job job) {
   // While the artist moves about there is no time for a pilot.
   if (final_render && settings.integrator == kAutomatic) chosen = choose(camera);
   if (stop.load()) return;
+  fall_back(chosen);
   const RenderSettings& s = scene->settings();
   auto new_film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
   if (base) {
@@ -426,6 +428,19 @@ std::unique_ptr<Integrator> Session::Data::choose(const CameraDescription& camer
   integrator_name = scene->settings().integrator;
   pilot_seconds = choice.seconds;
   return chosen;
+}
+
+/// Path tracing renders what the integrator asked for cannot, and the artist is told.
+void Session::Data::fall_back(std::unique_ptr<Integrator>& chosen) {
+  const IntegratorInfo& asked = find_integrator(integrator_name);
+  const std::string why = reason_against(asked, *scene);
+  if (why.empty()) return;
+  const IntegratorInfo& path = find_integrator("path");
+  chosen = path.make();
+  std::lock_guard lock(mutex);
+  integrator_name = path.name;
+  technique_steps.push_back({asked.label, false, why});
+  report_once(diagnostics, {Diagnostic::Severity::Warning, "", std::string(asked.label) + " does not render this scene: " + why + ". " + path.label + " renders it."});
 }
 
 void Session::Data::render_all() {

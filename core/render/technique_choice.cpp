@@ -161,6 +161,10 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.reason = "light does not bounce";
     return choice;
   }
+  for (const Candidate& candidate : kCandidates) {
+    choice.reason = reason_against(find_integrator(candidate.integrator), *scene);
+    if (!choice.reason.empty()) return choice;
+  }
   const int pixels = affordable_pixels(asked);
   if (pixels < kFewestPixels) {
     choice.reason = "too few samples to pay for a pilot";

@@ -24,7 +24,8 @@ template <class T, size_t N> struct IsPlain<std::array<T, N>> : IsPlain<T> {};
 
 class Writer {
  public:
-  bool has(char) const { return true; }
+  char version = kMagic[7];
+  bool has(char since) const { return version >= since; }
   std::vector<char> bytes;
   void raw(const void* data, size_t size) {
     const char* begin = static_cast<const char*>(data);
@@ -138,9 +139,13 @@ template <class A> void fields(A& a, LightDescription& v) {
       v.area_shape, v.area_size, v.spread, v.graph, v.visibility, v.cast_shadow, v.multiple_importance);
 }
 template <class A> void fields(A& a, WorldDescription& v) { all(a, v.name, v.graph, v.color, v.visibility); }
+template <class A> void fields(A& a, PanoramaDescription& v) {
+  all(a, v.kind, v.limits, v.fisheye_fov, v.fisheye_lens, v.sensor, v.polynomial);
+}
 template <class A> void fields(A& a, CameraDescription& v) {
   all(a, v.name, v.present, v.kind, v.world_from_camera, v.screen_window, v.clip_start, v.clip_end, v.aperture_radius,
       v.focus_distance, v.blades, v.blade_rotation, v.aperture_ratio);
+  if (a.has('4')) visit(a, v.panorama);
 }
 template <class A> void fields(A& a, BounceLimits& v) {
   all(a, v.total, v.diffuse, v.glossy, v.transmission, v.transparent, v.volume);
@@ -180,6 +185,7 @@ void check_enums(const SceneDescription& d) {
     check_enum(light.area_shape, AreaShape::Ellipse);
   }
   check_enum(d.camera.kind, CameraKind::Panorama);
+  check_enum(d.camera.panorama.kind, PanoramaKind::CubemapFace);
   check_enum(d.settings.filter, FilterKind::BlackmanHarris);
 }
 
@@ -193,11 +199,13 @@ uint64_t fingerprint(const SceneDescription& description) {
   return hasher.state;
 }
 
-std::vector<char> to_bytes(const SceneDescription& description) {
+std::vector<char> to_bytes(const SceneDescription& description, char version) {
   Writer writer;
+  if (version != 0) writer.version = version;
   writer.raw(kMagic, sizeof kMagic);
   // The visitor takes references for both directions; writing changes nothing.
   visit(writer, const_cast<SceneDescription&>(description));
+  writer.bytes[7] = writer.version;
   return std::move(writer.bytes);
 }
 

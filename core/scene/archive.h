@@ -19,7 +19,8 @@ SceneDescription load_description(const std::string& path);
 /// camera. Shared meshes count by identity.
 uint64_t fingerprint(const SceneDescription& description);
 
-std::vector<char> to_bytes(const SceneDescription& description);
+/// `version`: as an older program reads it, without the fields that came later; 0 is the newest.
+std::vector<char> to_bytes(const SceneDescription& description, char version = 0);
 SceneDescription from_bytes(const std::vector<char>& bytes);
 
 }  // namespace ajar

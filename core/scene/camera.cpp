@@ -6,6 +6,7 @@ namespace ajar {
 
 Camera::Camera(const CameraDescription& description, int width, int height)
     : kind_(description.kind),
+      panorama_(description.panorama),
       world_from_camera_(to_matrix(description.world_from_camera)),
       width_(width),
       height_(height),
@@ -35,11 +36,11 @@ Vec2 Camera::sample_lens(Vec2 u) const {
   if (blades_ < 3) {
     p = warp::square_to_disk(u);
   } else {
-    // A regular polygon: choose a blade's triangle, then a point uniform in it.
+    // A regular polygon: choose a blade's triangle, then a point uniform in it. The first blade is at the rotation, as in Cycles.
     const float scaled = u.x * float(blades_);
     const int blade = std::min(int(scaled), blades_ - 1);
     const Vec2 b = warp::square_to_triangle({std::min(scaled - float(blade), kOneMinusEpsilon), u.y});
-    const float step = 2.0f * kPi / float(blades_), a0 = float(blade) * step + blade_rotation_, a1 = a0 + step;
+    const float step = 2.0f * kPi / float(blades_), a0 = (float(blade) - 0.5f) * step + blade_rotation_, a1 = a0 + step;
     p = b.x * Vec2(std::cos(a0), std::sin(a0)) + b.y * Vec2(std::cos(a1), std::sin(a1));
   }
   return {lens_radius_ * p.x / aperture_ratio_, lens_radius_ * p.y};
@@ -58,23 +59,35 @@ Vec3 Camera::orthographic_direction(Vec3 lens_point) const {
 
 std::optional<Vec2> Camera::film_of(Vec3 lens_point, Vec3 p) const {
   const Vec3 local = transform_point(camera_from_world_, p);
+  if (kind_ == CameraKind::Panorama) {
+    const float distance = glm::length(local);
+    if (!(distance >= clip_start_ && distance <= clip_end_ && distance > 0.0f)) return std::nullopt;
+    const auto found = panorama_.film_of(local / distance);
+    return found ? std::optional(on_film(*found)) : std::nullopt;
+  }
   const float depth = -local.z;
   if (!(depth >= clip_start_ && depth <= clip_end_ && depth > 0.0f)) return std::nullopt;
-  Vec2 on_window(local);
+  Vec2 window(local);
   if (has_lens()) {
     // Through the point in focus, whose place on the window every lens point shares.
     const Vec2 lens(transform_point(camera_from_world_, lens_point));
-    on_window = lens + (on_window - lens) * (focus_distance_ / depth);
-    if (is_orthographic()) on_window = Vec2(local) - lens * (1.0f - depth / focus_distance_);
-    else on_window /= focus_distance_;
+    window = lens + (window - lens) * (focus_distance_ / depth);
+    if (is_orthographic()) window = Vec2(local) - lens * (1.0f - depth / focus_distance_);
+    else window /= focus_distance_;
   } else if (!is_orthographic()) {
-    on_window /= depth;
+    window /= depth;
   }
-  return Vec2((on_window.x - window_.x) / (window_.y - window_.x) * float(width_),
-              (on_window.y - window_.z) / (window_.w - window_.z) * float(height_));
+  return on_film(window);
+}
+
+bool Camera::finds_film(float margin) const {
+  if (kind_ != CameraKind::Panorama) return true;
+  const Vec2 beyond = margin * Vec2(window_.y - window_.x, window_.w - window_.z) / Vec2(float(width_), float(height_));
+  return !has_lens() && panorama_.has_inverse(beyond);
 }
 
 float Camera::film_density(Vec3 direction) const {
+  if (kind_ == CameraKind::Panorama) return panorama_.density(transform_vector(camera_from_world_, direction)) / pixel_area_;
   const float cos_theta = glm::dot(direction, forward());
   if (!(cos_theta > 0.0f)) return 0.0f;
   return is_orthographic() ? 1.0f / (pixel_area_ * cos_theta) : 1.0f / (pixel_area_ * cos_theta * cos_theta * cos_theta);
@@ -88,12 +101,39 @@ Ray Camera::ray_through(Vec2 film, Vec3 lens_point, float time) const {
   return ray_from_lens(film, has_lens() ? Vec2(transform_point(camera_from_world_, lens_point)) : Vec2(0.0f), time);
 }
 
+/// The lens faces each direction; its first axis is the one nearest to that of the camera, or to x for mirror balls, as in Cycles.
+Ray Camera::panoramic_ray(Vec2 film, Vec2 lens, float time) const {
+  Ray ray;
+  ray.time = time;
+  ray.origin = position();
+  ray.direction = forward();
+  ray.t_max = -1.0f;
+  const auto seen = panorama_.direction_of(on_window(film));
+  if (!seen) return ray;
+  Vec3 origin(0.0f), direction = *seen;
+  if (has_lens()) {
+    const Vec3 axis = panorama_.is_mirror_ball() ? Vec3(1.0f, 0.0f, 0.0f) : Vec3(0.0f, 0.0f, -1.0f);
+    Vec3 u = axis - glm::dot(axis, direction) * direction;
+    const float len = glm::length(u);
+    u = len > 1e-6f ? u / len : Vec3(0.0f, 1.0f, 0.0f);
+    const Vec3 v = glm::cross(direction, u);
+    const Vec3 focus = direction * focus_distance_;
+    origin = u * lens.x + v * lens.y;
+    direction = glm::normalize(focus - origin);
+  }
+  ray.origin = transform_point(world_from_camera_, origin);
+  ray.direction = glm::normalize(transform_vector(world_from_camera_, direction));
+  ray.t_min = clip_start_;
+  ray.t_max = clip_end_;
+  return ray;
+}
+
 Ray Camera::ray_from_lens(Vec2 film, Vec2 lens, float time) const {
-  const float sx = window_.x + (window_.y - window_.x) * film.x / float(width_);
-  const float sy = window_.z + (window_.w - window_.z) * film.y / float(height_);
-  Vec3 origin(0.0f), direction(sx, sy, -1.0f);
+  if (kind_ == CameraKind::Panorama) return panoramic_ray(film, lens, time);
+  const Vec2 window = on_window(film);
+  Vec3 origin(0.0f), direction(window, -1.0f);
   if (kind_ == CameraKind::Orthographic) {
-    origin = Vec3(sx, sy, 0.0f);
+    origin = Vec3(window, 0.0f);
     direction = Vec3(0.0f, 0.0f, -1.0f);
   }
   if (lens_radius_ > 0.0f) {

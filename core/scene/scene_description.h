@@ -167,6 +167,18 @@ struct WorldDescription {
 };
 
 enum class CameraKind : uint8_t { Perspective, Orthographic, Panorama };
+enum class PanoramaKind : uint8_t { Equirectangular, FisheyeEquidistant, FisheyeEquisolid, FisheyePolynomial, MirrorBall, CubemapFace };
+
+/// How a panoramic camera lays directions out on its film (scene/panorama.h).
+struct PanoramaDescription {
+  PanoramaKind kind = PanoramaKind::Equirectangular;
+  Vec4 limits{-kPi, kPi, -0.5f * kPi, 0.5f * kPi};  ///< equirectangular: least and greatest longitude, least and greatest latitude
+  float fisheye_fov = kPi;                  ///< full angle in radians
+  float fisheye_lens = 10.5f;               ///< equisolid: focal length in mm
+  Vec2 sensor{36.0f, 24.0f};                ///< equisolid, polynomial: in mm
+  std::array<float, 5> polynomial{};        ///< angle from the axis in radians = -sum of k_i r^i, r in mm from the middle of the sensor
+  bool operator==(const PanoramaDescription&) const = default;
+};
 
 /// The camera looks along its local -z with +y up.
 struct CameraDescription {
@@ -174,11 +186,12 @@ struct CameraDescription {
   bool present = false;
   CameraKind kind = CameraKind::Perspective;
   std::array<float, 12> world_from_camera{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  Vec4 screen_window{-1, 1, -0.75f, 0.75f};  ///< left, right, bottom, top on the plane z = -1 (in metres for orthographic)
+  Vec4 screen_window{-1, 1, -0.75f, 0.75f};  ///< left, right, bottom, top on the plane z = -1 (in metres for orthographic; of the whole panorama 0, 1, 0, 1)
   float clip_start = 0.1f, clip_end = 1000.0f;
   float aperture_radius = 0.0f, focus_distance = 10.0f;
   int blades = 0;
   float blade_rotation = 0.0f, aperture_ratio = 1.0f;
+  PanoramaDescription panorama;
   bool operator==(const CameraDescription&) const = default;
 };
 

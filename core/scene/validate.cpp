@@ -123,6 +123,10 @@ void validate_camera(const CameraDescription& camera) {
   const Vec4 w = camera.screen_window;
   if (!(w.y > w.x) || !(w.w > w.z) || !std::isfinite(w.y - w.x) || !std::isfinite(w.w - w.z))
     throw SceneError("Camera '" + camera.name + "' has an empty field of view.");
+  const PanoramaDescription& p = camera.panorama;
+  const bool empty = p.limits.x == p.limits.y || p.limits.z == p.limits.w || !(p.fisheye_fov > 0.0f) || !(p.fisheye_lens > 0.0f) || !(p.sensor.x > 0.0f) || !(p.sensor.y > 0.0f);
+  if (camera.kind == CameraKind::Panorama && (empty || !std::isfinite(p.limits.x + p.limits.y + p.limits.z + p.limits.w + p.fisheye_fov + p.fisheye_lens + p.sensor.x + p.sensor.y)))
+    throw SceneError("Camera '" + camera.name + "' has an empty panorama.");
   if (!(camera.clip_end > camera.clip_start))
     throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
 }

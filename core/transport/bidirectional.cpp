@@ -90,7 +90,8 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
   Ray ray = start_at_lens(scene_, film, camera.has_lens() ? sampler.get_2d() : Vec2(0.5f), eye_[0].vertex, pdf_direction);
   eye_[0].beta = Color(1.0f);
   eye_count_ = 1;
-  alpha_ = 0.0f;
+  alpha_ = pdf_direction > 0.0f ? 0.0f : 1.0f;
+  if (!(pdf_direction > 0.0f)) return;
   ShadingPoint start;
   Color beta(1.0f);
   while (eye_count_ + 1 <= max_vertices_) {

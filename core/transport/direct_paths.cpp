@@ -14,6 +14,10 @@ Color trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, Sample
   PathVertex previous, vertex, light;
   float density;
   Ray ray = start_at_lens(scene, film, scene.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), previous, density);
+  if (!(density > 0.0f)) {
+    alpha = 1.0f;
+    return radiance;
+  }
   vertex.point = ShadingPoint();
   float pdf_to_light = 0.0f;  // of the direction travelled, where light sampling competes
   bool last = false;          // the bounce before was not specular

@@ -83,7 +83,7 @@ class PathSpace {
   /// Everywhere on the film that belongs to a pixel.
   Vec2 film_min, film_max;
   double film_area() const { return double(film_max.x - film_min.x) * double(film_max.y - film_min.y); }
-  bool on_film(Vec2 film) const { return film.x >= film_min.x && film.y >= film_min.y && film.x < film_max.x && film.y < film_max.y; }
+  bool on_film(Vec2 film) const { return film.x >= film_min.x && film.y >= film_min.y && film.x < film_max.x && film.y < film_max.y && scene.camera().sees(film); }
   Vec2 film_at(Vec2 u) const { return film_min + u * (film_max - film_min); }
   float pdf_lens_area() const { return scene.camera().pdf_lens_area(); }
 

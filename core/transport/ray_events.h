@@ -58,7 +58,7 @@ void for_each_distant_light(const Scene& scene, const Ray& ray, uint32_t ray_kin
 }
 
 inline void record_first_hit(const Camera& camera, const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) {
-  aux.depth = glm::dot(point.position - camera.position(), camera.forward());
+  aux.depth = camera.depth_of(point.position);
   aux.normal = bsdf.n;
   aux.position = point.position;
   aux.albedo = bsdf.albedo();

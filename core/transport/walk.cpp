@@ -39,7 +39,7 @@ void make_lens_vertex(const Scene& scene, Vec2 u_lens, PathVertex& lens) {
 Ray start_at_lens(const Scene& scene, Vec2 film, Vec2 u_lens, PathVertex& lens, float& density) {
   make_lens_vertex(scene, u_lens, lens);
   const Ray ray = scene.camera().generate_ray(film, u_lens, 0.0f);
-  density = scene.camera().film_density(ray.direction);
+  density = sees_nothing(ray) ? 0.0f : scene.camera().film_density(ray.direction);
   return ray;
 }
 

@@ -60,7 +60,7 @@ bool find_vertex(const Scene& scene, Ray ray, Sampler& sampler, PathVertex& vert
 }
 
 /// The vertex of a lens point, and the ray through a film point. `density` is that of the ray: per solid angle (per area across it for
-/// an orthographic camera) when the film point has density 1 per pixel^2.
+/// an orthographic camera) when the film point has density 1 per pixel^2; 0 where nothing is seen.
 Ray start_at_lens(const Scene& scene, Vec2 film, Vec2 u_lens, PathVertex& lens, float& density);
 /// The same vertex without a ray, to connect to.
 void make_lens_vertex(const Scene& scene, Vec2 u_lens, PathVertex& lens);

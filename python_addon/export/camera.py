@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import math
+
 import bpy
 from mathutils import Matrix
 
+from .. import compat
 from ..ajar_module import ajar
 from .context import ExportContext, rows_3x4
 from .settings import resolution
 
 _KINDS = {"PERSP": ajar.CameraKind.Perspective, "ORTHO": ajar.CameraKind.Orthographic, "PANO": ajar.CameraKind.Panorama}
+_POLYNOMIAL = (-1.1735143712967577e-05, -0.019988736953434998, -3.3525322965709175e-06, 3.099275275886036e-06, -2.6064646454854524e-08)
+_PANORAMAS = {
+    "EQUIRECTANGULAR": ajar.PanoramaKind.Equirectangular, "FISHEYE_EQUIDISTANT": ajar.PanoramaKind.FisheyeEquidistant,
+    "FISHEYE_EQUISOLID": ajar.PanoramaKind.FisheyeEquisolid, "FISHEYE_LENS_POLYNOMIAL": ajar.PanoramaKind.FisheyePolynomial,
+    "MIRRORBALL": ajar.PanoramaKind.MirrorBall, "EQUIANGULAR_CUBEMAP_FACE": ajar.PanoramaKind.CubemapFace,
+}
 
 
 def export(context: ExportContext, camera_object: bpy.types.Object | None) -> None:
@@ -26,13 +35,45 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None) -> No
     out.clip_start = camera.clip_start
     out.clip_end = camera.clip_end
     out.aperture_radius, out.focus_distance, out.blades, out.blade_rotation, out.aperture_ratio = lens_of(camera, frame)
+    if camera.type == "PANO":
+        out.panorama = panorama_of(context.scene.render, camera)
+        if kind_of_panorama(camera) not in _PANORAMAS:
+            context.warn(camera_object.name, f"the panorama type {kind_of_panorama(camera)} is not supported; it renders as equirectangular")
+
+
+def kind_of_panorama(camera: bpy.types.Camera) -> str:
+    return compat.panorama_value(camera, "panorama_type", "FISHEYE_EQUISOLID")
+
+
+def panorama_of(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> ajar.PanoramaDescription:
+    """Directions on the film, as Cycles lays them out."""
+    def value(name: str, default: float) -> float:
+        return compat.panorama_value(camera, name, default)
+    out = ajar.PanoramaDescription()
+    out.kind = _PANORAMAS.get(kind_of_panorama(camera), ajar.PanoramaKind.Equirectangular)
+    out.limits = (value("longitude_min", -math.pi), value("longitude_max", math.pi),
+                  value("latitude_min", -0.5 * math.pi), value("latitude_max", 0.5 * math.pi))
+    out.fisheye_fov, out.fisheye_lens = value("fisheye_fov", math.pi), value("fisheye_lens", 10.5)
+    out.polynomial = [value(f"fisheye_polynomial_k{i}", default) for i, default in enumerate(_POLYNOMIAL)]
+    # The sensor fits one axis of the frame.
+    width, height, horizontal = _fit(render, camera)
+    size = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width
+    out.sensor = (size, size * height / width) if horizontal else (size * width / height, size)
+    return out
+
+
+def _fit(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> tuple[float, float, bool]:
+    """The frame's sides, and whether the sensor fits the horizontal one."""
+    width, height = resolution(render)
+    width, height = width * render.pixel_aspect_x, height * render.pixel_aspect_y
+    return width, height, camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and width >= height)
 
 
 def screen_window(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> tuple[float, float, float, float]:
     """Left, right, bottom, top at z = -1 (orthographic: in metres). The sensor fits one axis; the other follows the aspect."""
-    width, height = resolution(render)
-    width, height = width * render.pixel_aspect_x, height * render.pixel_aspect_y
-    horizontal = camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and width >= height)
+    if camera.type == "PANO":
+        return (0.0, 1.0, 0.0, 1.0)
+    width, height, horizontal = _fit(render, camera)
     if camera.type == "ORTHO":
         extent = camera.ortho_scale
     else:

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "math/random.h"
+#include "math/warps.h"
 #include "scene_fixtures.h"
 
 using namespace ajar;
@@ -105,4 +106,142 @@ TEST(Camera, density_on_the_lens_is_one_over_its_area) {
   d.camera.blades = 4;
   d.camera.aperture_ratio = 1.0f;
   EXPECT_NEAR(Camera(d.camera, 10, 10).pdf_lens_area(), 1.0f / 0.5f, 1e-4f);
+}
+
+class PanoramicCamera : public ::testing::TestWithParam<PanoramaKind> {
+ protected:
+  /// Of the kind, with limits and a frame that leave no direction to be seen twice.
+  static SceneDescription scene() {
+    SceneDescription d;
+    fixtures::set_camera(d, Vec3(0.3f, -5, 1), Vec3(0.1f, 0.4f, -0.2f), 100);
+    d.camera.kind = CameraKind::Panorama;
+    d.camera.screen_window = Vec4(0, 1, 0, 1);
+    d.camera.clip_start = 0.01f;
+    d.camera.panorama.kind = GetParam();
+    d.camera.panorama.limits = Vec4(-2.5f, 3.0f, -1.2f, 1.3f);
+    d.camera.panorama.fisheye_fov = 4.0f;
+    d.camera.panorama.sensor = Vec2(30.0f, 27.0f);
+    return d;
+  }
+};
+
+TEST_P(PanoramicCamera, film_of_finds_where_a_ray_came_from) {
+  const Camera camera(scene().camera, 100, 80);
+  EXPECT_TRUE(camera.finds_film(2.0f));
+  Pcg32 rng(7);
+  int seen = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Vec2 film(100.0f * rng.next_float(), 80.0f * rng.next_float());
+    const Ray ray = camera.generate_ray(film, Vec2(0.5f), 0.0f);
+    EXPECT_EQ(camera.sees(film), !sees_nothing(ray));
+    if (sees_nothing(ray)) continue;
+    ++seen;
+    EXPECT_NEAR(glm::length(ray.direction), 1.0f, 1e-5f);
+    const auto found = camera.film_of(camera.position(), ray.origin + (0.5f + 7.0f * rng.next_float()) * ray.direction);
+    ASSERT_TRUE(found);
+    EXPECT_LT(glm::length(*found - film), 5e-3f);
+  }
+  EXPECT_GT(seen, 150);
+}
+
+TEST_P(PanoramicCamera, film_density_is_the_jacobian_of_the_ray) {
+  const Camera camera(scene().camera, 100, 80);
+  Pcg32 rng(8);
+  for (int i = 0; i < 100; ++i) {
+    const Vec2 film(5.0f + 90.0f * rng.next_float(), 5.0f + 70.0f * rng.next_float());
+    if (!camera.sees(film + Vec2(3, 3)) || !camera.sees(film + Vec2(3, -3)) || !camera.sees(film + Vec2(-3, 3)) || !camera.sees(film - Vec2(3, 3))) continue;
+    const auto at = [&](float dx, float dy) { return camera.generate_ray(film + Vec2(dx, dy), Vec2(0.5f), 0.0f).direction; };
+    const float area = glm::length(glm::cross(at(0.5f, 0) - at(-0.5f, 0), at(0, 0.5f) - at(0, -0.5f)));
+    EXPECT_NEAR(camera.film_density(at(0, 0)) * area, 1.0f, 5e-3f);
+  }
+}
+
+/// The film's area is the sphere's: what splats can reach is all that rays see.
+TEST_P(PanoramicCamera, density_integrates_to_what_is_seen_of_the_film) {
+  const Camera camera(scene().camera, 100, 80);
+  Pcg32 rng(9);
+  double by_direction = 0.0, by_film = 0.0;
+  constexpr int kDraws = 40000;
+  for (int i = 0; i < kDraws; ++i) {
+    const Vec3 direction = warp::square_to_sphere({rng.next_float(), rng.next_float()});
+    const auto film = camera.film_of(camera.position(), camera.position() + direction);
+    if (film && film->x >= 0.0f && film->x < 100.0f && film->y >= 0.0f && film->y < 80.0f) by_direction += double(camera.film_density(direction)) * 4.0 * double(kPi) / kDraws;
+    by_film += camera.sees({100.0f * rng.next_float(), 80.0f * rng.next_float()}) ? 8000.0 / kDraws : 0.0;
+  }
+  EXPECT_NEAR(by_direction / by_film, 1.0, 0.05);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, PanoramicCamera,
+                         ::testing::Values(PanoramaKind::Equirectangular, PanoramaKind::FisheyeEquidistant, PanoramaKind::FisheyeEquisolid,
+                                           PanoramaKind::MirrorBall, PanoramaKind::CubemapFace));
+
+TEST(Camera, paths_are_not_joined_to_panoramas_that_see_a_direction_twice) {
+  SceneDescription d;
+  fixtures::set_camera(d, Vec3(0), Vec3(0, 1, 0), 100);
+  d.camera.kind = CameraKind::Panorama;
+  d.camera.screen_window = Vec4(0, 1, 0, 1);
+  const auto finds = [&] { return Camera(d.camera, 100, 50).finds_film(1.5f); };
+  EXPECT_FALSE(finds());                             // the whole sphere, and a little beyond its seam
+  d.camera.panorama.limits = Vec4(-3, 3, -1.4f, 1.4f);
+  EXPECT_TRUE(finds());
+  d.camera.aperture_radius = 0.1f;                   // the lens turns with the view
+  EXPECT_FALSE(finds());
+  d.camera.aperture_radius = 0.0f;
+  d.camera.panorama.kind = PanoramaKind::FisheyeEquidistant;
+  d.camera.panorama.fisheye_fov = 7.0f;
+  EXPECT_FALSE(finds());
+  d.camera.panorama.kind = PanoramaKind::FisheyePolynomial;
+  EXPECT_FALSE(finds());
+}
+
+TEST(Camera, a_polynomial_lens_that_is_linear_is_an_equidistant_one) {
+  SceneDescription d;
+  fixtures::set_camera(d, Vec3(0), Vec3(0, 1, 0), 100);
+  d.camera.kind = CameraKind::Panorama;
+  d.camera.screen_window = Vec4(0, 1, 0, 1);
+  d.camera.panorama.kind = PanoramaKind::FisheyeEquidistant;
+  const Camera equidistant(d.camera, 100, 100);
+  d.camera.panorama.kind = PanoramaKind::FisheyePolynomial;
+  d.camera.panorama.sensor = Vec2(20.0f, 20.0f);
+  d.camera.panorama.polynomial = {0, -0.05f * kPi, 0, 0, 0};
+  const Camera polynomial(d.camera, 100, 100);
+  for (const Vec2 film : {Vec2(50, 50), Vec2(20, 70), Vec2(80, 33)})
+    EXPECT_LT(glm::length(equidistant.generate_ray(film, Vec2(0.5f), 0).direction - polynomial.generate_ray(film, Vec2(0.5f), 0).direction), 1e-5f);
+  EXPECT_TRUE(sees_nothing(polynomial.generate_ray({2, 2}, Vec2(0.5f), 0)));
+}
+
+TEST(Camera, every_ray_of_a_panorama_with_a_lens_meets_at_the_distance_of_focus) {
+  SceneDescription d;
+  fixtures::set_camera(d, Vec3(0), Vec3(0, 1, 0), 100);
+  d.camera.kind = CameraKind::Panorama;
+  d.camera.screen_window = Vec4(0, 1, 0, 1);
+  const Ray reference = Camera(d.camera, 100, 50).generate_ray({90, 40}, Vec2(0.5f), 0);
+  d.camera.aperture_radius = 0.2f;
+  d.camera.focus_distance = 3.0f;
+  const Camera camera(d.camera, 100, 50);
+  const Vec3 focus = 3.0f * reference.direction;
+  Pcg32 rng(6);
+  for (int i = 0; i < 50; ++i) {
+    const Ray ray = camera.generate_ray({90, 40}, {rng.next_float(), rng.next_float()}, 0.0f);
+    EXPECT_NEAR(glm::dot(ray.origin, reference.direction), 0.0f, 1e-5f);
+    EXPECT_LT(glm::length(glm::cross(focus - ray.origin, ray.direction)), 1e-4f);
+  }
+}
+
+TEST(Camera, the_first_blade_is_perpendicular_to_the_rotation) {
+  SceneDescription d;
+  fixtures::set_camera(d, Vec3(0), Vec3(0, 0, -1), 10);
+  d.camera.world_from_camera = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  d.camera.aperture_radius = 1.0f;
+  d.camera.blades = 4;
+  const auto furthest = [&](Vec2 along) {
+    const Camera camera(d.camera, 10, 10);
+    Pcg32 rng(3);
+    float most = 0.0f;
+    for (int i = 0; i < 4000; ++i) most = std::max(most, glm::dot(Vec2(camera.sample_lens_point({rng.next_float(), rng.next_float()})), along));
+    return most;
+  };
+  EXPECT_NEAR(furthest({1, 0}), std::sqrt(0.5f), 0.02f);   // the edge of a blade, not a corner
+  d.camera.blade_rotation = 0.25f * kPi;
+  EXPECT_NEAR(furthest({1, 0}), 1.0f, 0.04f);
 }

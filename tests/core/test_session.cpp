@@ -70,6 +70,34 @@ std::shared_ptr<Scene> build_again(SceneDescription d, std::shared_ptr<Scene> pr
 
 }  // namespace
 
+TEST(Session, path_tracing_renders_panoramas_that_paths_cannot_be_joined_to_and_says_so) {
+  SceneDescription d = Stage().scene(1.0f);
+  d.camera.kind = CameraKind::Panorama;
+  d.camera.screen_window = Vec4(0, 1, 0, 1);
+  const auto render_with = [&](const char* integrator, bool& said) {
+    d.settings.integrator = integrator;
+    Session session;
+    session.start(d);
+    EXPECT_TRUE(session.wait(60.0));
+    EXPECT_EQ(session.take_error(), "");
+    said = false;
+    for (const Diagnostic& diagnostic : session.diagnostics()) said |= diagnostic.message.find("Path Tracing renders it") != std::string::npos;
+    return session.snapshot("Combined");
+  };
+  bool said;
+  const auto path = render_with("path", said);
+  EXPECT_FALSE(said);
+  for (const char* name : {"bdpt", "metropolis", "erpt", "pmc_pt", "mps"}) {
+    EXPECT_EQ(render_with(name, said), path) << name;
+    EXPECT_TRUE(said) << name;
+  }
+  render_with("photon_map", said);
+  EXPECT_FALSE(said);
+  d.camera.panorama.kind = PanoramaKind::MirrorBall;
+  EXPECT_NE(render_with("bdpt", said), path);
+  EXPECT_FALSE(said);
+}
+
 TEST(Session, another_view_of_a_scene_is_the_picture_of_a_scene_built_for_it) {
   const Stage stage;
   SceneDescription here = stage.scene(1.0f), there = stage.scene(1.0f, Vec3(4, -4, 3));

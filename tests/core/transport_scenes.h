@@ -167,6 +167,14 @@ inline std::vector<TransportScene> transport_scenes() {
     d.camera.kind = CameraKind::Orthographic;
     d.camera.screen_window = Vec4(-0.4f, 0.4f, -0.4f, 0.4f);
   });
+  add("fisheye", [&](SceneDescription& d) {
+    add_object(d, sphere(), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.lights.push_back(lamp);
+    d.camera.kind = CameraKind::Panorama;
+    d.camera.panorama.kind = PanoramaKind::FisheyeEquidistant;
+    d.camera.panorama.fisheye_fov = 3.5f;
+    d.camera.screen_window = Vec4(0, 1, 0, 1);
+  });
   add("textured_emission", [&](SceneDescription& d) {
     GraphBuilder b;
     const int geometry = b.node("ShaderNodeTexCoord");

@@ -113,6 +113,7 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
     Ray ray;
     if (i == count - 2) {
       to.film = space_.film_at(sampler.get_2d());
+      if (!space_.on_film(to.film)) return false;
       ray = camera.ray_through(to.film, to.vertices[size_t(count - 1)].position(), 0.0f);
     } else {
       PathVertex& at = to.vertices[size_t(i + 1)];

@@ -80,6 +80,26 @@ def test_camera_sees_the_frame_that_blender_shows(export, scene, kind, fit, size
     np.testing.assert_allclose(export().camera.screen_window, frame_of_blender(scene), rtol=1e-5)
 
 
+def test_panoramas_keep_their_numbers(export, scene):
+    camera = scene.camera.data
+    camera.type, camera.sensor_fit, camera.sensor_height, camera.cycles.panorama_type = "PANO", "VERTICAL", 20, "EQUIRECTANGULAR"
+    scene.render.resolution_x, scene.render.resolution_y = 300, 200
+    ours = camera.cycles
+    ours.longitude_min, ours.longitude_max, ours.latitude_min, ours.latitude_max = -1, 2, -0.5, 0.25
+    ours.fisheye_fov, ours.fisheye_lens, ours.fisheye_polynomial_k2 = 2.5, 8, 0.125
+    out = export().camera
+    assert (out.kind, out.panorama.kind) == (ajar.CameraKind.Panorama, ajar.PanoramaKind.Equirectangular)
+    assert (out.screen_window, out.panorama.limits) == ((0, 1, 0, 1), (-1, 2, -0.5, 0.25))
+    assert (out.panorama.fisheye_fov, out.panorama.fisheye_lens, out.panorama.polynomial[2]) == (2.5, 8, 0.125)
+    assert out.panorama.sensor == pytest.approx((30, 20))
+    kinds = {"FISHEYE_EQUIDISTANT": ajar.PanoramaKind.FisheyeEquidistant, "FISHEYE_EQUISOLID": ajar.PanoramaKind.FisheyeEquisolid,
+             "MIRRORBALL": ajar.PanoramaKind.MirrorBall, "FISHEYE_LENS_POLYNOMIAL": ajar.PanoramaKind.FisheyePolynomial,
+             "EQUIANGULAR_CUBEMAP_FACE": ajar.PanoramaKind.CubemapFace}
+    for name, kind in kinds.items():
+        ours.panorama_type = name
+        assert export().camera.panorama.kind == kind
+
+
 def test_camera_matrix_has_no_scale(export, scene):
     scene.camera.scale = (2, 3, 0.5)
     np.testing.assert_allclose(np.reshape(export().camera.world_from_camera, (3, 4))[:, :3], np.eye(3), atol=1e-6)
