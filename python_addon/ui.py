@@ -328,7 +328,7 @@ class AJAR_DATA_PT_panorama(AjarPanel, Panel):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        camera = context.camera
+        camera = getattr(context, "camera", None)
         return super().poll(context) and camera is not None and camera.type == "PANO" and not hasattr(camera, "panorama_type") and hasattr(camera, "cycles")
 
     def draw(self, context: bpy.types.Context) -> None:

@@ -78,9 +78,12 @@ bpy.context.view_layer.objects.active = path
 assert not ui.AJAR_RENDER_PT_statistics.poll(bpy.context)
 bpy.context.scene.render.resolution_percentage, bpy.context.scene.ajar.samples = 2, 1
 bpy.ops.render.render()
-for panel in ui.CLASSES:
-    assert panel.poll(bpy.context), panel
-    panel.draw(Self(), bpy.context)
+camera = bpy.context.scene.camera.data
+camera.type = "PANO"
+with bpy.context.temp_override(camera=camera):
+    for panel in ui.CLASSES:
+        assert panel.poll(bpy.context), panel
+        panel.draw(Self(), bpy.context)
 assert Layout.drawn > 35, Layout.drawn
 print("all is well")
 """)

@@ -97,6 +97,7 @@ def test_panoramas_keep_their_numbers(export, scene):
              "EQUIANGULAR_CUBEMAP_FACE": ajar.PanoramaKind.CubemapFace}
     for name, kind in kinds.items():
         ours.panorama_type = name
+        camera.update_tag()
         assert export().camera.panorama.kind == kind
 
 
