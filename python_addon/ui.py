@@ -13,6 +13,11 @@ from .ajar_module import ajar
 ENGINE = "AJAR"
 PHOTON_INTEGRATORS = {"photon_map", "mps"}
 HINT_INTEGRATORS = {"auto", "mps", "metropolis"}   # auto tries metropolis where there are any
+PANORAMA_SETTINGS = {
+    "EQUIRECTANGULAR": ("latitude_min", "latitude_max", "longitude_min", "longitude_max"), "FISHEYE_EQUIDISTANT": ("fisheye_fov",),
+    "FISHEYE_EQUISOLID": ("fisheye_lens", "fisheye_fov"),
+    "FISHEYE_LENS_POLYNOMIAL": ("fisheye_fov", *(f"fisheye_polynomial_k{i}" for i in range(5))),
+}
 HONESTY = {ajar.Honesty.Unbiased: "Unbiased", ajar.Honesty.Consistent: "Consistent", ajar.Honesty.Biased: "Biased"}
 
 # Built-in panels that speak of what Ajar does not have, or shows in its own way.
@@ -322,9 +327,6 @@ class AJAR_DATA_PT_panorama(AjarPanel, Panel):
 
     bl_label = "Panorama"
     bl_context = "data"
-    SHOWN = {"EQUIRECTANGULAR": ("latitude_min", "latitude_max", "longitude_min", "longitude_max"), "FISHEYE_EQUIDISTANT": ("fisheye_fov",),
-             "FISHEYE_EQUISOLID": ("fisheye_lens", "fisheye_fov"),
-             "FISHEYE_LENS_POLYNOMIAL": ("fisheye_fov", *(f"fisheye_polynomial_k{i}" for i in range(5)))}
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -334,7 +336,7 @@ class AJAR_DATA_PT_panorama(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column, cycles = self.column(), context.camera.cycles
         column.prop(cycles, "panorama_type")
-        for name in self.SHOWN.get(cycles.panorama_type, ()):
+        for name in PANORAMA_SETTINGS.get(cycles.panorama_type, ()):
             column.prop(cycles, name)
 
 
