@@ -10,8 +10,12 @@
 namespace ajar {
 
 namespace {
-constexpr double kSplatUnits = 0x1p32;
-constexpr float kMaxSplat = 0x1p30f;
+/// Splats are added up as multiples of a unit, which is that of their size: 2^11 or more of the largest in a range fit one iteration.
+struct SplatRange {
+  float below;
+  double units;
+};
+constexpr SplatRange kSplatRanges[] = {{0x1p-20f, 0x1p60}, {0x1p20f, 0x1p32}, {0x1p52f, 1.0}};
 constexpr uint32_t kSettledSamples = 16;   // of the average pixel, when an adaptive render has found its shares
 
 /// Passes that come from what a sample tells besides its radiance.
@@ -99,27 +103,40 @@ void Film::set_goals(std::vector<uint32_t> goals) {
 }
 
 void Film::enable_splats() {
+  static_assert(std::size(kSplatRanges) == std::tuple_size_v<decltype(pending_)>);
   if (!splats_) splats_ = std::make_unique<SplatPixel[]>(pixels_.size());
+}
+
+Film::PendingPixel& Film::pending_of(float largest, size_t index, double& units) {
+  const size_t range = largest < kSplatRanges[1].below ? (largest < kSplatRanges[0].below ? 0 : 1) : 2;
+  units = kSplatRanges[range].units;
+  PendingSplats& splats = pending_[range];
+  std::call_once(splats.made, [&] { splats.pixels = std::make_unique<PendingPixel[]>(pixels_.size()); });
+  return splats.pixels[index];
 }
 
 void Film::add_splat(int x, int y, Color value, bool odd) {
   if (x < x0_ || x >= x1_ || y < y0_ || y >= y1_) return;
   const float largest = max_component(glm::abs(value));
-  if (!(largest <= kMaxSplat)) {
+  if (!(largest < std::end(kSplatRanges)[-1].below)) {
     refused_.fetch_add(1, std::memory_order_relaxed);
     return;
   }
-  SplatPixel& pixel = splats_[index_of(x, y)];
-  for (int c = 0; c < 3; ++c)
-    pixel.pending[odd][c].fetch_add(int64_t(std::llrint(double(value[c]) * kSplatUnits)), std::memory_order_relaxed);
+  if (largest == 0.0f) return;
+  double units;
+  PendingPixel& pixel = pending_of(largest, index_of(x, y), units);
+  for (int c = 0; c < 3; ++c) pixel.sum[odd][c].fetch_add(std::llrint(double(value[c]) * units), std::memory_order_relaxed);
 }
 
 void Film::end_splats(double scale) {
   splat_scale_ = scale;
-  for (size_t i = 0; i < pixels_.size(); ++i)
-    for (int half = 0; half < 2; ++half)
-      for (int c = 0; c < 3; ++c)
-        splats_[i].sum[half][c] += double(splats_[i].pending[half][c].exchange(0, std::memory_order_relaxed)) / kSplatUnits;
+  for (size_t range = 0; range < pending_.size(); ++range) {
+    if (!pending_[range].pixels) continue;
+    for (size_t i = 0; i < pixels_.size(); ++i)
+      for (int half = 0; half < 2; ++half)
+        for (int c = 0; c < 3; ++c)
+          splats_[i].sum[half][c] += double(pending_[range].pixels[i].sum[half][c].exchange(0, std::memory_order_relaxed)) / kSplatRanges[range].units;
+  }
 }
 
 Film::SampleCounts Film::sample_counts() const {

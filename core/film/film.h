@@ -4,9 +4,8 @@
 // weight 1 and the mean over a pixel's samples is the filtered image. Paths that arrive
 // from lights are splatted instead: from any thread, in any order. Sums are double; non-finite samples are refused and counted.
 //
-// Splats are summed in 64-bit integers, so that their sum does not depend on the order of threads: units
-// of 2^-32, up to 2^30 for one splat (what exceeds it is refused) and 2^31 for the sum over an iteration, after which
-// `end_splats` moves it to doubles. The image is the mean of the samples plus the sum of splats times the splat scale.
+// Splats are summed in 64-bit integers, so that their sum does not depend on the order of threads, after which `end_splats` moves it to
+// doubles. Their unit is 2^-60 for those below 2^-20, 1 for those above 2^20, 2^-32 for others; what exceeds 2^52 is refused. The image is the mean of the samples plus the sum of splats times the splat scale.
 // Pixels are rows from the bottom up over the render region.
 #pragma once
 
@@ -14,6 +13,7 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -110,9 +110,17 @@ class Film {
     bool has_first = false;
   };
   struct SplatPixel {
-    std::atomic<int64_t> pending[2][3]{};  ///< even, odd
-    double sum[2][3] = {};
+    double sum[2][3] = {};                 ///< even, odd
   };
+  struct PendingPixel {
+    std::atomic<int64_t> sum[2][3]{};      ///< even, odd; in units of their range
+  };
+  /// Splats of one range of sizes, made when there is the first.
+  struct PendingSplats {
+    std::once_flag made;
+    std::unique_ptr<PendingPixel[]> pixels;
+  };
+  PendingPixel& pending_of(float largest, size_t index, double& units);
   size_t index_of(int x, int y) const { return size_t(y - y0_) * size_t(width()) + size_t(x - x0_); }
   struct Remembered {
     uint32_t samples;
@@ -127,6 +135,7 @@ class Film {
     return splats_ ? (splats_[index].sum[0][channel] + splats_[index].sum[1][channel]) * splat_scale_ : 0.0;
   }
   std::unique_ptr<SplatPixel[]> splats_;
+  std::array<PendingSplats, 3> pending_;
   double splat_scale_ = 0.0;
   int x0_ = 0, y0_ = 0, x1_ = 0, y1_ = 0;
   bool wants_aux_ = false;

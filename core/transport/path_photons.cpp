@@ -22,8 +22,6 @@ Events events_at(const Path& path, int i) {
   return {rough, sharp};
 }
 
-double luminance_of(const glm::dvec3& color) { return double(luminance(Color(color))); }
-
 }  // namespace
 
 int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
@@ -43,8 +41,8 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
     sharp *= events[size_t(i)].sharp;
   }
   // What the limits of bounces leave of the path.
-  const double lens = double(path.film_density) * double(space.pdf_lens_area()), whole = luminance_of(light * lens);
-  const double limits = whole > 0.0 ? double(luminance(path.f)) / whole : 0.0;
+  const double lens = double(path.film_density) * double(space.pdf_lens_area()), whole = luminance(light * lens);
+  const double limits = whole > 0.0 ? luminance(path.f) / whole : 0.0;
 
   // Throughput from each vertex to the eye, before any rough event and after one.
   const double pixels = lens * double(space.filter_sum(path.film));
@@ -57,7 +55,7 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
     gathered *= through;
     const PathVertex& vertex = path.vertices[size_t(i)];
     const auto leave = [&](ArrivalMap::Place place, const glm::dvec3& flux, const glm::dvec3& throughput) {
-      const Color power(flux * (limits * luminance_of(throughput) / double(path.target)));
+      const Color power(flux * (limits * luminance(throughput) / double(path.target)));
       if (!(max_component(power) > 0.0f) || !is_finite(power)) return;
       const Vec3 to_light = path.to_light(i), ng = vertex.point.ng;
       out[count++] = {place,

@@ -105,7 +105,7 @@ TEST(Film, splats_add_to_the_mean_of_samples_whatever_their_order) {
 TEST(Film, splats_that_are_not_usable_numbers_are_refused_and_counted) {
   Film film(0, 0, 1, 1, {"Combined"});
   film.enable_splats();
-  for (float bad : {std::nanf(""), kInfinity, 2e9f}) film.add_splat(0, 0, Color(bad, 0.0f, 0.0f), false);
+  for (float bad : {std::nanf(""), kInfinity, 5e15f}) film.add_splat(0, 0, Color(bad, 0.0f, 0.0f), false);
   film.end_splats(1.0);
   EXPECT_EQ(film.refused(), 3u);
   EXPECT_EQ(film.resolve("Combined", 1.0f)[0], 0.0f);

@@ -1,0 +1,299 @@
+// Scenes made to break things, by every integrator: what comes out is finite, not negative, nothing refused; what only differs in
+// units is the same picture.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "integrators/integrator.h"
+#include "transport_scenes.h"
+
+namespace ajar {
+namespace {
+
+using namespace fixtures;
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
+constexpr int kSize = 8, kSamples = 4;
+const std::atomic<bool> kGoOn{false};
+
+const LightDescription kLamp = area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f);
+const Mat4 kBall = moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f);
+
+SceneDescription lit_room() {
+  SceneDescription d = grey_room(kSize);
+  d.lights.push_back(kLamp);
+  d.settings.photons = 500;
+  return d;
+}
+
+std::vector<float> picture(const std::string& integrator, SceneDescription d, uint32_t seed = 1, uint64_t* refused = nullptr) {
+  const auto scene = build(std::move(d));
+  const auto technique = make_integrator(integrator);
+  technique->prepare(scene, seed);
+  const RenderSettings& s = scene->settings();
+  Film film(0, 0, s.width, s.height, {"Combined"});
+  technique->run_iteration(film, kSamples, kGoOn);
+  if (refused) *refused = film.refused();
+  return film.resolve("Combined", 1.0f);
+}
+
+double mean(const std::vector<float>& rgba) {
+  double sum = 0.0;
+  for (size_t i = 0; i < rgba.size(); ++i) sum += i % 4 == 3 ? 0.0 : double(rgba[i]);
+  return sum / (0.75 * double(rgba.size()));
+}
+
+struct Stress {
+  const char* name;
+  void (*change)(SceneDescription&);
+};
+std::ostream& operator<<(std::ostream& out, const Stress& stress) { return out << stress.name; }
+
+const Stress kStresses[] = {
+    {"far_from_the_origin",
+     [](SceneDescription& d) {
+       const Vec3 away(16384.0f, -8192.0f, 4096.0f);
+       add_object(d, sphere(), add_diffuse(d, Color(0.5f)), kBall);
+       const auto move = [&](std::array<float, 12>& m) { for (int i = 0; i < 3; ++i) m[size_t(4 * i + 3)] += away[i]; };
+       for (InstanceDescription& instance : d.instances) move(instance.world_from_object);
+       for (LightDescription& light : d.lights) move(light.world_from_light);
+       move(d.camera.world_from_camera);
+     }},
+    {"triangles_of_no_area",
+     [](SceneDescription& d) {
+       MeshDescription needles = sphere();
+       const uint32_t n = uint32_t(needles.positions.size());
+       needles.positions.insert(needles.positions.end(), {{-1, 0, 0}, {1, 0, 0}, {0, 1e-7f, 0}});
+       needles.normals.insert(needles.normals.end(), 3, Vec3(0, 0, 1));
+       needles.triangles.insert(needles.triangles.end(), {UVec3(n, n + 1, n + 2), UVec3(n, n, n), UVec3(n, n + 1, n)});
+       add_object(d, needles, add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.1f), kBall);
+     }},
+    {"a_lamp_of_triangles_of_no_area",
+     [](SceneDescription& d) {
+       MeshDescription shape = plane(0.2f);
+       shape.positions.push_back(Vec3(0.0f));
+       shape.triangles.insert(shape.triangles.end(), {UVec3(4, 4, 4), UVec3(0, 4, 2)});
+       add_object(d, shape, add_diffuse(d, Color(0.5f), Color(2.0f)), moved(Vec3(0.0f, 0.3f, 0.5f)));
+     }},
+    {"surfaces_in_one_plane",
+     [](SceneDescription& d) {
+       for (int i = 0; i < 3; ++i) add_object(d, plane(0.6f), add_diffuse(d, Color(0.2f + 0.2f * float(i))), moved(Vec3(0, 0.2f, -0.6f)));
+       add_object(d, sphere(), add_glass(d, 0.0f), kBall);
+       add_object(d, sphere(), add_glass(d, 0.0f), kBall);
+     }},
+    {"invalid_vertices_normals_and_attributes",
+     [](SceneDescription& d) {
+       MeshDescription mesh = sphere();
+       mesh.positions[30] = Vec3(kNan, 0, 0);
+       mesh.positions[40] = Vec3(0, kInfinity, 0);
+       mesh.normals[50] = Vec3(kNan);
+       mesh.normals[60] = Vec3(0.0f);
+       Attribute uv;
+       uv.name = "UVMap";
+       uv.values.assign(6 * mesh.triangles.size(), kNan);
+       mesh.attributes.push_back(uv);
+       add_object(d, mesh, add_glossy(d, 0.2f), kBall);
+     }},
+    {"invalid_pixels",
+     [](SceneDescription& d) {
+       ImageDescription image;
+       image.name = "Broken";
+       image.color_space = "Linear";
+       image.width = image.height = 2;
+       image.pixels = {kNan, 0, 0, 1, 0, kInfinity, 0, 1, -1, -1, -1, 1, 0.5f, 0.5f, 0.5f, kNan};
+       d.images.push_back(image);
+       GraphBuilder b;
+       const int texture = b.node("ShaderNodeTexImage", {}, {number_property("image", {0.0f})});
+       b.graph.surface = {b.node("ShaderNodeBsdfDiffuse", {linked_input("Color", texture, "Color")}), "BSDF"};
+       add_object(d, sphere(), add_material(d, b), kBall);
+     }},
+    {"scales_of_zero_and_below",
+     [](SceneDescription& d) {
+       const int grey = add_diffuse(d, Color(0.5f));
+       add_object(d, sphere(), grey, moved(Vec3(0.2f, 0.3f, -0.4f), 0.0f));
+       add_object(d, sphere(), add_glass(d, 0.1f), moved(Vec3(0.2f, 0.3f, -0.4f), -0.4f));
+       Mat4 flat = kBall;
+       flat[2] = Vec4(0.0f);
+       add_object(d, sphere(), grey, flat);
+     }},
+    {"empty_meshes",
+     [](SceneDescription& d) {
+       MeshDescription empty;
+       empty.name = "Empty";
+       add_object(d, empty, add_diffuse(d, Color(0.5f)));
+     }},
+    {"albedo_one", [](SceneDescription& d) { d.materials[0] = d.materials[size_t(add_diffuse(d, Color(1.0f)))]; }},
+    {"albedo_zero",
+     [](SceneDescription& d) {
+       d.materials[0] = d.materials[size_t(add_diffuse(d, Color(0.0f)))];
+       add_object(d, sphere(), add_glossy(d, 0.0f, Color(0.0f)), kBall);
+     }},
+    {"every_roughness",
+     [](SceneDescription& d) {
+       float x = -0.8f;
+       for (float roughness : {0.0f, 1e-6f, 1e-3f, 0.01f, 0.999f, 1.0f}) {
+         add_object(d, sphere(12), add_glossy(d, roughness, Color(1.0f)), moved(Vec3(x, 0.3f, -0.6f), 0.15f));
+         add_object(d, sphere(12), add_glass(d, roughness), moved(Vec3(x, 0.3f, 0.0f), 0.15f));
+         x += 0.32f;
+       }
+     }},
+    {"odd_indices_of_refraction",
+     [](SceneDescription& d) {
+       float x = -0.8f;
+       for (float ior : {0.0f, 0.5f, 0.999f, 1.0f, 1.0001f, 1000.0f}) {
+         add_object(d, sphere(12), add_glass(d, 0.0f, ior), moved(Vec3(x, 0.3f, -0.5f), 0.15f));
+         add_object(d, sphere(12), add_glass(d, 0.3f, ior), moved(Vec3(x, 0.3f, 0.0f), 0.15f));
+         x += 0.32f;
+       }
+       add_object(d, sphere(12), add_glass(d, 0.0f, 1.3f), moved(Vec3(-0.8f, 0.3f, -0.5f), 0.1f));   // nested
+     }},
+    {"a_lamp_on_a_surface", [](SceneDescription& d) { d.lights[0].world_from_light = rows(shining(Vec3(0, 0, 1), Vec3(0, 0, -1))); }},
+    {"a_lamp_within_a_lamp",
+     [](SceneDescription& d) {
+       d.lights.push_back(point_light(Vec3(0.2f, 0.3f, 0.4f), 2.0f, 0.3f));
+       d.lights.push_back(point_light(Vec3(0.2f, 0.3f, 0.4f), 2.0f, 0.1f));
+       d.lights.push_back(point_light(Vec3(0.2f, 0.3f, 0.4f), 2.0f));
+       const int glow = add_diffuse(d, Color(0.5f), Color(1.0f));
+       add_object(d, sphere(12), glow, moved(Vec3(-0.4f, 0.3f, 0.2f), 0.2f));
+       add_object(d, sphere(12), glow, moved(Vec3(-0.4f, 0.3f, 0.2f), 0.1f));
+     }},
+    {"a_camera_inside_glass", [](SceneDescription& d) { add_object(d, sphere(), add_glass(d, 0.0f), moved(Vec3(0.1f, -0.9f, 0.1f), 0.05f)); }},
+    {"a_camera_inside_a_lamp", [](SceneDescription& d) { d.lights.push_back(point_light(Vec3(0.1f, -0.9f, 0.1f), 2.0f, 0.2f)); }},
+    {"ten_thousand_lamps",
+     [](SceneDescription& d) {
+       for (int i = 0; i < 10000; ++i) d.lights.push_back(point_light(Vec3(float(i % 100) / 51 - 0.97f, float(i / 100) / 51 - 0.97f, 0.9f), 1e-3f * float(i % 7)));
+     }},
+    {"lamps_of_no_extent_or_power",
+     [](SceneDescription& d) {
+       d.lights[0].area_size = Vec2(0.0f);
+       LightDescription dark = kLamp;
+       dark.energy = 0.0f;
+       d.lights.push_back(dark);
+       LightDescription spot = point_light(Vec3(0, 0, 0.5f), 5.0f);
+       spot.kind = LightKind::Spot;
+       spot.spot_angle = 0.0f;
+       d.lights.push_back(spot);
+     }},
+    {"no_light", [](SceneDescription& d) { d.lights.clear(); }},
+    {"no_geometry",
+     [](SceneDescription& d) {
+       d.instances.clear();
+       d.objects.clear();
+       d.meshes.clear();
+     }},
+    {"one_pixel", [](SceneDescription& d) { d.settings.width = d.settings.height = 1; }},
+    {"one_row",
+     [](SceneDescription& d) {
+       d.settings.width = 4096;
+       d.settings.height = 1;
+     }},
+};
+
+/// Scenes that differ from the plain one in units only.
+struct Units {
+  const char* name;
+  float length, watts;
+};
+std::ostream& operator<<(std::ostream& out, const Units& units) { return out << units.name; }
+// Powers of two: floats scale without rounding, so that nothing but a constant with a length or a power in it can make a difference.
+const Units kUnits[] = {{"hundredths_of_a_millimetre", 0x1p-17f, 1.0f}, {"thousand_kilometres", 0x1p20f, 1.0f}, {"dim", 1.0f, 0x1p-20f}, {"blinding", 1.0f, 0x1p40f}};
+
+SceneDescription in_units(const Units& units) {
+  SceneDescription d = lit_room();
+  add_object(d, sphere(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.2f), kBall);
+  add_object(d, sphere(), add_glass(d, 0.0f), moved(Vec3(-0.4f, 0.3f, -0.6f), 0.3f));
+  const auto scale = [&](std::array<float, 12>& m, bool all) { for (size_t i = 0; i < 12; ++i) m[i] *= all || i % 4 == 3 ? units.length : 1.0f; };
+  for (InstanceDescription& instance : d.instances) scale(instance.world_from_object, true);
+  for (LightDescription& light : d.lights) {
+    scale(light.world_from_light, false);
+    light.area_size *= units.length;
+    light.energy *= units.watts * units.length * units.length;
+  }
+  scale(d.camera.world_from_camera, false);
+  d.camera.clip_start *= units.length;
+  d.camera.clip_end *= units.length;
+  return d;
+}
+
+std::vector<std::string> integrators() {
+  std::vector<std::string> names;
+  for (const IntegratorInfo& info : integrator_list())
+    if (std::string(info.name) != "auto") names.push_back(info.name);
+  return names;
+}
+
+using Case = std::tuple<std::string, Stress>;
+class StressTest : public testing::TestWithParam<Case> {};
+
+TEST_P(StressTest, is_a_picture) {
+  const auto& [integrator, stress] = GetParam();
+  SceneDescription d = lit_room();
+  stress.change(d);
+  uint64_t refused = 1;
+  const std::vector<float> image = picture(integrator, std::move(d), 1, &refused);
+  EXPECT_EQ(refused, 0u);
+  for (float value : image) {
+    ASSERT_TRUE(std::isfinite(value));
+    ASSERT_GE(value, 0.0f);
+  }
+  const std::string name = stress.name;
+  const bool dark = name == "no_light" || name == "no_geometry" || name == "albedo_zero" || name == "lamps_of_no_extent_or_power";
+  EXPECT_EQ(mean(image) > 0.0, !dark) << "mean " << mean(image);
+}
+
+std::string case_name(const testing::TestParamInfo<Case>& info) { return std::get<0>(info.param) + "_" + std::get<1>(info.param).name; }
+INSTANTIATE_TEST_SUITE_P(Scenes, StressTest, testing::Combine(testing::ValuesIn(integrators()), testing::ValuesIn(kStresses)), case_name);
+
+using UnitsCase = std::tuple<std::string, Units>;
+class UnitsTest : public testing::TestWithParam<UnitsCase> {};
+
+TEST_P(UnitsTest, make_the_same_picture) {
+  const auto& [integrator, units] = GetParam();
+  uint64_t refused = 1;
+  const std::vector<float> plain = picture(integrator, in_units({"plain", 1.0f, 1.0f})), image = picture(integrator, in_units(units), 1, &refused);
+  EXPECT_EQ(refused, 0u);
+  EXPECT_NEAR(mean(image) / double(units.watts), mean(plain), 0.01 * mean(plain));
+  // One ray that passes an edge on the other side sends a chain elsewhere for good.
+  const std::set<std::string> of_chains{"mps", "metropolis", "erpt", "pmc_pt"};
+  if (of_chains.count(integrator)) return;
+  double difference = 0.0;
+  for (size_t i = 0; i < image.size(); ++i)
+    if (i % 4 != 3) difference += std::abs(double(image[i]) / double(units.watts) - double(plain[i]));
+  EXPECT_LT(difference / (0.75 * double(image.size())), 1e-3 * mean(plain));
+}
+
+std::string units_name(const testing::TestParamInfo<UnitsCase>& info) { return std::get<0>(info.param) + "_" + std::get<1>(info.param).name; }
+INSTANTIATE_TEST_SUITE_P(Scenes, UnitsTest, testing::Combine(testing::ValuesIn(integrators()), testing::ValuesIn(kUnits)), units_name);
+
+TEST(Stress, what_cannot_be_rendered_is_refused_by_name) {
+  const auto refusal = [](void (*change)(SceneDescription&)) -> std::string {
+    SceneDescription d = lit_room();
+    change(d);
+    try {
+      build(std::move(d));
+    } catch (const SceneError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.present = false; }).find("camera"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.clip_end = d.camera.clip_start; }).find("Clip End"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.world_from_camera[3] = kNan; }).find("Camera"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.width = 0; }).find("resolution"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.samples = 0; }).find("when to stop"), std::string::npos);
+}
+
+/// Ten million samples of 0.1 in one pixel: a float's sum would stand still at 2^24 ulps; the mean must not drift.
+TEST(Stress, ten_million_samples_in_a_pixel_do_not_drift) {
+  Film film(0, 0, 1, 1, {"Combined"});
+  for (int i = 0; i < 10'000'000; ++i) film.add_sample(0, 0, Color(0.1f, 1e-3f, 12345.678f), 1.0f, nullptr);
+  const std::vector<float> rgba = film.resolve("Combined", 1.0f);
+  EXPECT_FLOAT_EQ(rgba[0], 0.1f);
+  EXPECT_FLOAT_EQ(rgba[1], 1e-3f);
+  EXPECT_FLOAT_EQ(rgba[2], 12345.678f);
+}
+
+}  // namespace
+}  // namespace ajar
