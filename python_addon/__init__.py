@@ -13,9 +13,9 @@ bl_info = {
     "support": "COMMUNITY",
 }
 
-from . import engine, headless, hint_overlay, hints, properties, ui, viewport  # noqa: E402
+from . import checks, engine, headless, hint_overlay, hints, presets, properties, ui, viewport  # noqa: E402
 
-MODULES = (properties, engine, viewport, hints, hint_overlay, ui)
+MODULES = (properties, engine, viewport, hints, hint_overlay, checks, presets, ui)
 
 
 def register() -> None:

@@ -7,12 +7,12 @@ import textwrap
 import bpy
 from bpy.types import Panel
 
-from . import hints, last_render
+from . import checks, hints, last_render
 from .ajar_module import ajar
 
 ENGINE = "AJAR"
 PHOTON_INTEGRATORS = {"photon_map", "mps"}
-HINT_INTEGRATORS = {"auto", "mps", "metropolis"}   # auto tries metropolis where there are any
+MOST_MESSAGES = 20
 PANORAMA_SETTINGS = {
     "EQUIRECTANGULAR": ("latitude_min", "latitude_max", "longitude_min", "longitude_max"), "FISHEYE_EQUIDISTANT": ("fisheye_fov",),
     "FISHEYE_EQUISOLID": ("fisheye_lens", "fisheye_fov"),
@@ -47,8 +47,40 @@ class AjarPanel:
         return self.layout.column()
 
 
+class AJAR_RENDER_PT_checks(AjarPanel, Panel):
+    bl_label = "Before Rendering"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        scene = context.scene
+        column = self.column()
+        mends = checks.found_in(scene)
+        for mend in mends:
+            self._say(column, mend.text, context)
+            column.operator("ajar.mend", text=mend.button).what = mend.name
+        missing = checks.missing_images()
+        if missing:
+            self._say(column, f"Missing images, which will be magenta: {', '.join(missing)}", context)
+            column.operator("file.find_missing_files")
+        messages = checks.messages_of(scene)
+        for name, text in (messages or [])[:MOST_MESSAGES]:
+            self._say(column, f"{name}: {text}" if name else text, context)
+        if messages and len(messages) > MOST_MESSAGES:
+            column.label(text=f"... and {len(messages) - MOST_MESSAGES} more")
+        if messages == [] and not mends and not missing:
+            column.label(text="Nothing to say against the scene", icon="CHECKMARK")
+        column.operator("ajar.check_scene", icon="VIEWZOOM")
+
+    def _say(self, column: bpy.types.UILayout, text: str, context: bpy.types.Context) -> None:
+        for number, line in enumerate(_wrapped(text, context)):
+            column.label(text=line, icon="ERROR" if number == 0 else "BLANK1")
+
+
 class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
     bl_label = "Sampling"
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        self.layout.emboss = "NONE"
+        self.layout.menu("AJAR_MT_presets", text="", icon="PRESET")
 
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.ajar
@@ -161,8 +193,8 @@ class AJAR_RENDER_PT_hints(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.ajar
         column = self.column()
-        if not {settings.integrator, settings.viewport_integrator} & HINT_INTEGRATORS:
-            names = [info.label for info in ajar.integrator_list() if info.name in HINT_INTEGRATORS]
+        if not {settings.integrator, settings.viewport_integrator} & checks.HINT_INTEGRATORS:
+            names = [info.label for info in ajar.integrator_list() if info.name in checks.HINT_INTEGRATORS]
             for line in _wrapped(f"The chosen integrator does not use them. These do: {', '.join(names)}", context):
                 column.label(text=line)
         _draw_hints(column, context)
@@ -353,7 +385,7 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
             column.prop(view_layer.ajar, name)
 
 
-CLASSES = (AJAR_DATA_PT_panorama, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_hints,
+CLASSES = (AJAR_DATA_PT_panorama, AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_hints,
            AJAR_OBJECT_PT_light_path, AJAR_OBJECT_PT_importance, AJAR_COLLECTION_PT_importance, AJAR_RENDER_PT_film,
            AJAR_RENDER_PT_performance, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan,
            AJAR_VIEWLAYER_PT_passes, AJAR_VIEW3D_PT_hints)

@@ -1,0 +1,154 @@
+"""What will not come out as the artist may expect, said before the render; what a click can mend has a button.
+
+Two kinds: settings that are looked at whenever the panel is drawn, and everything that exporting and building the scene finds (unknown nodes,
+missing images, invalid meshes), which Check Scene asks for without rendering.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+
+from . import hints
+from .ajar_module import ajar
+from .export import camera, export_contents, settings
+from .export.context import ExportContext
+from .headless import Options
+
+HINT_INTEGRATORS = {"auto", "mps", "metropolis"}   # auto tries metropolis where there are any
+
+
+@dataclass(frozen=True)
+class Mend:
+    """A setting that works against the picture."""
+
+    name: str
+    text: str
+    button: str
+    applies: Callable[[bpy.types.Scene], bool]
+    mend: Callable[[bpy.types.Scene], None]
+
+
+def _set(**values) -> Callable[[bpy.types.Scene], None]:
+    def mend(scene: bpy.types.Scene) -> None:
+        for name, value in values.items():
+            setattr(scene.ajar, name, value)
+    return mend
+
+
+def _take_camera(scene: bpy.types.Scene) -> None:
+    found = next((thing for thing in scene.objects if thing.type == "CAMERA"), None)
+    if found is None:
+        found = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+        found.location, found.rotation_euler = (7.36, -6.93, 4.96), (1.109, 0.0, 0.815)  # where Blender's own new scene has it
+        scene.collection.objects.link(found)
+    scene.camera = found
+
+
+def _is_biased(scene: bpy.types.Scene) -> bool:
+    return any(info.biased for info in ajar.direct_method_list() if info.name == scene.ajar.direct)
+
+
+MENDS = (
+    Mend("CAMERA", "The scene has no camera, so there is nothing to render.", "Use or Add a Camera", lambda scene: scene.camera is None, _take_camera),
+    Mend("CLAMPING", "Clamping takes light away: what is bright will be too dark.", "Switch Clamping Off",
+         lambda scene: scene.ajar.clamp_direct > 0 or scene.ajar.clamp_indirect > 0, _set(clamp_direct=0.0, clamp_indirect=0.0)),
+    Mend("CAUSTICS", "Caustics are switched off: light through glass and off mirrors will be missing.", "Switch Caustics On",
+         lambda scene: not (scene.ajar.reflective_caustics and scene.ajar.refractive_caustics),
+         _set(reflective_caustics=True, refractive_caustics=True)),
+    Mend("HINTS", "Light paths are drawn, but the integrator does not follow them.", "Use Auto",
+         lambda scene: scene.ajar.integrator not in HINT_INTEGRATORS and any(curve.ajar.hint_enabled for curve in hints.curves_of(scene)),
+         _set(integrator="auto")),
+    Mend("ADAPTIVE", "Only Path Tracing shares samples out by noise; this integrator will sample all pixels alike.", "Use Path Tracing",
+         lambda scene: scene.ajar.image == "pmc_ip" and scene.ajar.integrator != "path", _set(integrator="path")),
+    Mend("BIASED", "The method for direct light is biased: an error remains however long it renders.", "Use MIS", _is_biased, _set(direct="mis")),
+)
+
+
+def found_in(scene: bpy.types.Scene) -> list[Mend]:
+    return [mend for mend in MENDS if mend.applies(scene)]
+
+
+def missing_images() -> list[str]:
+    """Names of images in use whose files are not where the .blend says."""
+    return [image.name for image in bpy.data.images
+            if image.source == "FILE" and image.users > 0 and image.packed_file is None and image.filepath and "<UDIM>" not in image.filepath
+            and not Path(bpy.path.abspath(image.filepath, library=image.library)).is_file()]
+
+
+_messages: dict[str, list[tuple[str, str]]] = {}
+
+
+def messages_of(scene: bpy.types.Scene) -> list[tuple[str, str]] | None:
+    """Names and texts of the last Check Scene; None when it was not asked for yet."""
+    return _messages.get(scene.name)
+
+
+def check(context: bpy.types.Context) -> list[tuple[str, str]]:
+    """Export and build the scene; what that has to say."""
+    depsgraph = context.evaluated_depsgraph_get()
+    exported = ExportContext(depsgraph, lambda: False, lambda step: None)
+    settings.export(exported, Options(samples=1, integrator="path"), ["Combined"])
+    camera.export(exported, depsgraph.scene_eval.camera)
+    export_contents(exported)
+    limits = exported.description.settings
+    limits.width = limits.height = 1
+    limits.region = [0, 0, 0, 0]
+    session = ajar.Session()
+    session.start(exported.description)
+    while not session.wait(0.2):
+        pass
+    error = session.take_error()
+    if error:
+        raise RuntimeError(error)
+    return [(name, text) for name, text in exported.warnings] + [(found.object, found.message) for found in session.diagnostics()]
+
+
+class AJAR_OT_mend(bpy.types.Operator):
+    bl_idname = "ajar.mend"
+    bl_label = "Mend"
+    bl_description = "Change the setting that this warning is about"
+    bl_options = {"REGISTER", "UNDO"}
+
+    what: bpy.props.EnumProperty(items=[(mend.name, mend.button, mend.text) for mend in MENDS])
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        next(mend for mend in MENDS if mend.name == self.what).mend(context.scene)
+        return {"FINISHED"}
+
+
+class AJAR_OT_check_scene(bpy.types.Operator):
+    bl_idname = "ajar.check_scene"
+    bl_label = "Check Scene"
+    bl_description = "Read and build the scene without rendering it, and list what is not supported, approximated, missing or invalid"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine == "AJAR"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        try:
+            found = check(context)
+        except RuntimeError as error:  # the core's own words
+            _messages[context.scene.name] = [("", str(error))]
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        _messages[context.scene.name] = found
+        self.report({"WARNING"} if found else {"INFO"}, f"{len(found)} things to know, listed in the render properties" if found else "Nothing to say against the scene")
+        return {"FINISHED"}
+
+
+CLASSES = (AJAR_OT_mend, AJAR_OT_check_scene)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,60 @@
+"""Settings for kinds of work, all of them chosen together."""
+
+from __future__ import annotations
+
+import bpy
+
+# Every preset sets every one of these, so that choosing one undoes another.
+BASE = {"integrator": "auto", "image": "uniform", "image_error": "relative", "samples": 1024, "time_limit": 0.0, "noise_target": 0.001,
+        "bounces_total": 12, "bounces_diffuse": 4, "bounces_glossy": 4, "bounces_transmission": 12, "bounces_transparent": 8,
+        "reflective_caustics": True, "refractive_caustics": True, "clamp_direct": 0.0, "clamp_indirect": 0.0}
+PRESETS = {
+    "PREVIEW": ("Preview", "A first look: grainy and soon done", {"integrator": "path", "samples": 32, "noise_target": 0.02}),
+    "INTERIOR": ("Interior", "Light that comes around corners and bounces often",
+                 {"noise_target": 0.002, "bounces_total": 24, "bounces_diffuse": 16, "bounces_glossy": 8}),
+    "CAUSTICS": ("Caustics", "Light through glass and off mirrors, by photon maps",
+                 {"integrator": "photon_map", "bounces_total": 24, "bounces_glossy": 12, "bounces_transmission": 24, "bounces_transparent": 16}),
+    "PRODUCT": ("Product", "Things in open light, with samples where the eye sees noise",
+                {"integrator": "path", "image": "pmc_ip", "image_error": "perceptual", "bounces_transparent": 16}),
+    "FINAL": ("Final", "Clean, however long it takes",
+              {"samples": 16384, "noise_target": 0.0002, "bounces_total": 24, "bounces_diffuse": 8, "bounces_glossy": 8, "bounces_transmission": 24,
+               "bounces_transparent": 16}),
+}
+
+
+class AJAR_OT_use_preset(bpy.types.Operator):
+    bl_idname = "ajar.use_preset"
+    bl_label = "Use Preset"
+    bl_options = {"REGISTER", "UNDO"}
+
+    preset: bpy.props.EnumProperty(items=[(key, label, tip) for key, (label, tip, _) in PRESETS.items()])
+
+    @classmethod
+    def description(cls, context: bpy.types.Context, properties) -> str:
+        return PRESETS[properties.preset][1]
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        for name, value in (BASE | PRESETS[self.preset][2]).items():
+            setattr(context.scene.ajar, name, value)
+        return {"FINISHED"}
+
+
+class AJAR_MT_presets(bpy.types.Menu):
+    bl_label = "Presets"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        for key, (label, _, _) in PRESETS.items():
+            self.layout.operator(AJAR_OT_use_preset.bl_idname, text=label).preset = key
+
+
+CLASSES = (AJAR_OT_use_preset, AJAR_MT_presets)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

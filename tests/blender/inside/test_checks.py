@@ -1,0 +1,93 @@
+"""What is said before the render, what mends it, and presets."""
+
+from __future__ import annotations
+
+import bpy
+import pytest
+from ajar_render import checks, hints, presets
+from mathutils import Vector
+
+
+def names(scene) -> set[str]:
+    return {mend.name for mend in checks.found_in(scene)}
+
+
+def no_camera(scene):
+    bpy.data.objects.remove(scene.camera)
+
+
+def draw_a_path(scene):
+    hints.new_path(bpy.context, [Vector((0, 0, 0)), Vector((1, 0, 0))], "Path")
+    scene.ajar.integrator = "path"
+
+
+BREAK = {
+    "CAMERA": no_camera,
+    "CLAMPING": lambda scene: setattr(scene.ajar, "clamp_indirect", 10.0),
+    "CAUSTICS": lambda scene: setattr(scene.ajar, "refractive_caustics", False),
+    "HINTS": draw_a_path,
+    "ADAPTIVE": lambda scene: (setattr(scene.ajar, "image", "pmc_ip"), setattr(scene.ajar, "integrator", "erpt")),
+    "BIASED": lambda scene: setattr(scene.ajar, "direct", "ocv_paper"),
+}
+
+
+@pytest.fixture
+def plain(scene):
+    """With our settings set, whatever the file's for Cycles are."""
+    bpy.ops.ajar.use_preset(preset="FINAL")
+    return scene
+
+
+def test_nothing_is_said_of_a_plain_scene(plain):
+    assert names(plain) == set()
+
+
+def test_every_check_has_a_case():
+    assert set(BREAK) == {mend.name for mend in checks.MENDS}
+
+
+@pytest.mark.parametrize("name", BREAK)
+def test_a_click_mends(plain, name):
+    BREAK[name](plain)
+    assert name in names(plain)
+    assert bpy.ops.ajar.mend(what=name) == {"FINISHED"}
+    assert name not in names(plain)
+
+
+def test_checking_names_what_the_core_reports(plain, build):
+    thing = build.object(build.mesh())
+    material = build.material("Odd")
+    bevel = material.node_tree.nodes.new("ShaderNodeBevel")
+    diffuse = material.node_tree.nodes.new("ShaderNodeBsdfDiffuse")
+    material.node_tree.links.new(bevel.outputs[0], diffuse.inputs["Normal"])
+    material.node_tree.links.new(diffuse.outputs[0], material.node_tree.nodes["Material Output"].inputs[0])
+    thing.data.materials.append(material)
+    assert checks.messages_of(plain) is None
+    bpy.ops.ajar.check_scene()
+    assert any("Odd" in name and "Bevel" in text for name, text in checks.messages_of(plain)), checks.messages_of(plain)
+    thing.data.materials.clear()
+    bpy.ops.ajar.check_scene()
+    assert checks.messages_of(plain) == []
+
+
+def test_checking_a_scene_that_cannot_be_rendered_says_why(plain):
+    no_camera(plain)
+    with pytest.raises(RuntimeError, match="camera"):
+        bpy.ops.ajar.check_scene()
+    assert "camera" in checks.messages_of(plain)[0][1]
+
+
+def test_missing_images_are_named(plain, build):
+    image = bpy.data.images.new("Lost", 4, 4)
+    image.source, image.filepath = "FILE", "//nowhere.png"
+    image.use_fake_user = True
+    assert checks.missing_images() == ["Lost"]
+
+
+@pytest.mark.parametrize("preset", presets.PRESETS)
+def test_a_preset_sets_everything_any_preset_sets(scene, preset):
+    bpy.ops.ajar.use_preset(preset="CAUSTICS")  # must not show through
+    assert bpy.ops.ajar.use_preset(preset=preset) == {"FINISHED"}
+    for name, value in (presets.BASE | presets.PRESETS[preset][2]).items():
+        assert getattr(scene.ajar, name) == pytest.approx(value), name
+    assert set(presets.PRESETS[preset][2]) <= set(presets.BASE)
