@@ -13,7 +13,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all render test agreement bench bench-full bench_program setup build install clean
+.PHONY: all render test fuzz bench-check agreement bench bench-full bench_program setup build install clean
 all: build
 
 setup:
@@ -50,6 +50,16 @@ bench: bench_program
 bench-full: bench_program
 	@/usr/bin/python3 benchmarks/bench.py --full --build $(BUILD)
 	@/usr/bin/python3 benchmarks/techniques.py --seconds 30 --reference-seconds 1800 --build $(BUILD)
+
+# Scene files and shader graphs made to break things, for so many seconds each. What breaks is left in build/fuzz.
+FUZZ_SECONDS ?= 60
+fuzz:
+	@tools/setup.sh fuzz
+	@tools/fuzz.sh $(FUZZ_SECONDS)
+
+bench-check: install
+	@tools/setup.sh bench
+	@/usr/bin/python3 benchmarks/check.py --build $(BUILD)
 
 clean:
 	rm -rf build out

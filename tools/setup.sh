@@ -1,13 +1,14 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and only then needs root.
-# `setup.sh test` adds what tests need, `setup.sh bench` what benchmarks need.
+# `setup.sh test` adds what tests need, `setup.sh bench` what benchmarks need, `setup.sh fuzz` a clang.
 set -eu
 packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
  pybind11-dev python3-dev python3-numpy nlohmann-json3-dev"
 [ "${BLENDER:-blender}" = blender ] && packages="$packages blender"
 case "${1:-}" in
   test) packages="$packages libgtest-dev python3-pytest xvfb" ;;
-  bench) packages="$packages python3-matplotlib" ;;
+  bench) packages="$packages python3-matplotlib valgrind" ;;
+  fuzz) packages="$packages clang-16 libclang-rt-16-dev libgtest-dev" ;;
 esac
 missing=""
 for package in $packages; do

@@ -1,0 +1,14 @@
+#!/usr/bin/env bash
+# Build the fuzzers with clang and run each for $1 seconds, from valid scenes. Ends with an error when one finds something.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+build=build/fuzz
+cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g1" -DCMAKE_CXX_COMPILER=clang++-16 -DAJAR_PYTHON=OFF -DAJAR_TESTS=OFF -DAJAR_FUZZERS=ON \
+      -DAJAR_SANITIZERS=address,undefined,fuzzer-no-link > "$build.log"
+cmake --build "$build" --target fuzz_scene fuzz_graph make_corpus
+mkdir -p "$build/scenes" "$build/graphs"
+"$build/tests/fuzz/make_corpus" "$build/scenes"
+export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
+"$build/tests/fuzz/fuzz_graph" -max_total_time="$1" -max_len=2048 -artifact_prefix="$build/" -print_final_stats=1 "$build/graphs"
+# A description may ask for more memory or time than its file has bytes: that is bounded here, not a fault.
+"$build/tests/fuzz/fuzz_scene" -max_total_time="$1" -rss_limit_mb=4096 -timeout=60 -artifact_prefix="$build/" -print_final_stats=1 "$build/scenes"
