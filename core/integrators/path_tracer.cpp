@@ -18,7 +18,6 @@ namespace {
 /// Dimensions of the sampler: the camera's, then a fixed number for each vertex.
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 8;
 constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6;
-constexpr int kPilotIterations = 2;
 
 struct Counters {
   uint64_t rays = 0, paths = 0;
@@ -40,14 +39,13 @@ class PathTracer final : public Integrator {
     const DirectMethodInfo& method = find_direct_method(settings.direct);
     honesty_ = method.biased ? Honesty::Biased : Honesty::Unbiased;
     mixture_.reset();
-    pilot_done_ = false;
     if (method.method != DirectMethod::Mis || settings.direct_samples > 1)
       mixture_ = std::make_unique<DirectMixture>(*scene_, method.method, settings.direct_samples);
     ends_early_ = !scene_->emission_without_lights();
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
-    if (mixture_ && mixture_->wants_pilot() && !pilot_done_ && !run_pilot(film, stop)) return;
+    if (mixture_ && mixture_->wants_pilot() && !run_pilot(film, stop)) return;
     // What learns does so after 1, 2, 4, 8 ... samples, wherever iterations end, which depends on the clock.
     while (samples_per_pixel > 0) {
       int samples = samples_per_pixel;
@@ -69,14 +67,13 @@ class PathTracer final : public Integrator {
     Film discarded(film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), {"Combined"});
     const uint32_t seed = seed_;
     seed_ = hash_combine(seed, 0x70696c6fU);
-    for (int i = 0; i < kPilotIterations && !stop.load(std::memory_order_relaxed); ++i) {
+    while (mixture_->wants_pilot() && !stop.load(std::memory_order_relaxed)) {
       render_samples(discarded, 1, stop);
-      mixture_->learn();
+      if (!stop.load(std::memory_order_relaxed)) mixture_->learn();
     }
     seed_ = seed;
     samples_done_ = 0;
-    pilot_done_ = !stop.load(std::memory_order_relaxed);
-    return pilot_done_;
+    return !mixture_->wants_pilot();
   }
 
   void render_samples(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) {
@@ -251,7 +248,7 @@ class PathTracer final : public Integrator {
   PixelFilter filter_;
   Honesty honesty_ = Honesty::Unbiased;
   std::unique_ptr<DirectMixture> mixture_;   // none: the default method
-  bool ends_early_ = false, pilot_done_ = false;
+  bool ends_early_ = false;
   IntegratorStatistics statistics_;
 };
 

@@ -102,6 +102,20 @@ struct LightSet::Data {
     if (!(near > 0.0f)) return 1.0f;
     return std::clamp(importance_of_distant / (importance_of_distant + near), kLeastDistant, kMostDistant);
   }
+  Choice choose_distant(Vec3 n, float u) const {
+    const float sum = distant_importance(n);
+    const DistantLight* chosen = &distant.back();
+    float pmf = 1.0f;
+    for (const DistantLight& l : distant) {
+      pmf = l.importance(n) / sum;
+      if (u < pmf || &l == chosen) {
+        chosen = &l;
+        break;
+      }
+      u -= pmf;
+    }
+    return {chosen->light, pmf, std::min(u / pmf, kOneMinusEpsilon)};
+  }
   bool is_lamp(uint32_t index) const { return index < lamps.size(); }
   bool is_environment(uint32_t index) const { return int(index) == environment_index; }
 
@@ -370,18 +384,9 @@ LightSet::Choice LightSet::choose(Vec3 p, Vec3 n, float u) const {
     const float sum = d.distant_importance(n);
     share = d.distant_share(p, n, sum);
     if (u < share) {
-      u = std::min(u / share, kOneMinusEpsilon);
-      const DistantLight* chosen = &d.distant.back();
-      float pmf = 1.0f;
-      for (const DistantLight& l : d.distant) {
-        pmf = l.importance(n) / sum;
-        if (u < pmf || &l == chosen) {
-          chosen = &l;
-          break;
-        }
-        u -= pmf;
-      }
-      return {chosen->light, share * pmf, std::min(u / pmf, kOneMinusEpsilon)};
+      Choice choice = d.choose_distant(n, std::min(u / share, kOneMinusEpsilon));
+      choice.pmf *= share;
+      return choice;
     }
     u = std::min((u - share) / (1.0f - share), kOneMinusEpsilon);
   }
@@ -397,6 +402,47 @@ float LightSet::choice_pmf(Vec3 p, Vec3 n, uint32_t light) const {
   for (const DistantLight& l : d.distant)
     if (l.light == light) return share * (l.importance(n) / sum);
   return (1.0f - share) * d.tree.pmf(p, n, light);
+}
+
+// Ids of branches: nodes of the tree, above them distant lights by number, or all of those as the first.
+constexpr uint32_t kDistantBranch = 0x80000000u;
+constexpr size_t kMostDistantBranches = 8;
+
+void LightSet::cut(Vec3 p, float radius, Vec3 n, int most, std::vector<Branch>& branches) const {
+  const Data& d = *data_;
+  branches.clear();
+  const size_t distant = d.distant.size() <= kMostDistantBranches ? d.distant.size() : 1;
+  std::vector<LightTree::CutNode> nodes;
+  d.tree.cut(p, radius, n, std::max(1, most - int(distant)), nodes);
+  const float sum = d.distant_importance(n), share = d.distant_share(p, n, sum);
+  for (const LightTree::CutNode& node : nodes) branches.push_back({node.node, (1.0f - share) * node.share});
+  for (size_t i = 0; i < distant; ++i) branches.push_back({kDistantBranch | uint32_t(i), distant == d.distant.size() ? share * d.distant[i].importance(n) / sum : share});
+}
+
+LightSet::Choice LightSet::choose_in(uint32_t branch, Vec3 p, Vec3 n, float u) const {
+  const Data& d = *data_;
+  if (branch < kDistantBranch) {
+    const LightTree::Choice choice = d.tree.choose_below(branch, p, n, u);
+    return {choice.light, choice.pmf, choice.u_remapped};
+  }
+  return d.distant.size() <= kMostDistantBranches ? Choice{d.distant[branch - kDistantBranch].light, 1.0f, u} : d.choose_distant(n, u);
+}
+
+float LightSet::pmf_in(uint32_t branch, Vec3 p, Vec3 n, uint32_t light) const {
+  const Data& d = *data_;
+  if (branch < kDistantBranch) return d.tree.pmf_below(branch, p, n, light);
+  const size_t i = size_t(std::find_if(d.distant.begin(), d.distant.end(), [&](const DistantLight& l) { return l.light == light; }) - d.distant.begin());
+  if (i == d.distant.size()) return 0.0f;
+  if (d.distant.size() <= kMostDistantBranches) return branch - kDistantBranch == i ? 1.0f : 0.0f;
+  return d.distant[i].importance(n) / d.distant_importance(n);
+}
+
+uint32_t LightSet::place_of(uint32_t light) const {
+  const Data& d = *data_;
+  if (d.tree.contains(light)) return d.tree.leaf_of(light);
+  for (size_t i = 0; i < d.distant.size(); ++i)
+    if (d.distant[i].light == light) return kDistantBranch | uint32_t(i);
+  return ~0u;
 }
 
 LightSet::Choice LightSet::choose_by_power(float u) const {

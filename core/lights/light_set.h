@@ -77,6 +77,19 @@ class LightSet {
   Choice choose(Vec3 p, Vec3 n, float u) const;
   float choice_pmf(Vec3 p, Vec3 n, uint32_t light) const;
 
+  /// The same choice in two steps, the first of which may be learned: branches that together hold every light once, in ascending order, with
+  /// their shares for a neighbourhood of p; then a light of one of them, for p itself. Every distant light is a branch of its own while there are few.
+  struct Branch {
+    uint32_t id;
+    float share;
+  };
+  void cut(Vec3 p, float radius, Vec3 n, int most, std::vector<Branch>& branches) const;
+  Choice choose_in(uint32_t branch, Vec3 p, Vec3 n, float u) const;
+  /// 0 for lights of other branches.
+  float pmf_in(uint32_t branch, Vec3 p, Vec3 n, uint32_t light) const;
+  /// The branch that holds a light that can be chosen is the last one whose id is not above this.
+  uint32_t place_of(uint32_t light) const;
+
   /// A direction towards light `index` seen from p. Empty when p cannot receive from it. Shaders see
   /// `ray_kind`; by default none of Light Path's kinds, as Cycles does when it samples a light.
   std::optional<LightSample> sample_li(uint32_t index, Vec3 p, Vec2 u, float time, uint32_t ray_kind = 0) const;

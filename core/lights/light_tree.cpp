@@ -155,9 +155,8 @@ float LightTree::first_share(uint32_t node, Vec3 p, Vec3 n) const {
   return std::isfinite(first) ? 0.0f : (std::isfinite(second) ? 1.0f : 0.5f);
 }
 
-LightTree::Choice LightTree::choose(Vec3 p, Vec3 n, float u) const {
+LightTree::Choice LightTree::choose_below(uint32_t node, Vec3 p, Vec3 n, float u) const {
   float pmf = 1.0f;
-  uint32_t node = 0;
   while (!nodes_[node].leaf) {
     const float first = first_share(node, p, n);
     if (first < 0.0f) return {0, 0.0f, u};
@@ -174,18 +173,66 @@ LightTree::Choice LightTree::choose(Vec3 p, Vec3 n, float u) const {
   return {nodes_[node].second, pmf, u};
 }
 
-float LightTree::pmf(Vec3 p, Vec3 n, uint32_t light) const {
+float LightTree::pmf_below(uint32_t top, Vec3 p, Vec3 n, uint32_t light) const {
   if (!contains(light)) return 0.0f;
   float pmf = 1.0f;
   uint32_t node = 0;
+  bool below = top == 0;
   for (uint64_t trail = trails_[light]; trail > 1; trail >>= 1) {
-    const float first = first_share(node, p, n);
-    if (first < 0.0f) return 0.0f;
     const bool to_second = trail & 1;
-    pmf *= to_second ? 1.0f - first : first;
+    if (below) {
+      const float first = first_share(node, p, n);
+      if (first < 0.0f) return 0.0f;
+      pmf *= to_second ? 1.0f - first : first;
+    }
     node = to_second ? nodes_[node].second : node + 1;
+    below |= node == top;
   }
-  return pmf;
+  return below ? pmf : 0.0f;
+}
+
+uint32_t LightTree::leaf_of(uint32_t light) const {
+  uint32_t node = 0;
+  for (uint64_t trail = trails_[light]; trail > 1; trail >>= 1) node = trail & 1 ? nodes_[node].second : node + 1;
+  return node;
+}
+
+/// Favourable for any point within `radius` of p whose normal is half a radian from n at most.
+float LightTree::importance_nearby(const Node& node, Vec3 p, float radius, Vec3 n) {
+  constexpr float kBend = 0.5f;
+  Node wide = node;
+  wide.radius_squared = sqr(std::sqrt(node.radius_squared) + radius);
+  float result = importance(wide, p, Vec3(0.0f));
+  const Vec3 d = node.center - p;
+  const float distance2 = glm::dot(d, d);
+  if (n != Vec3(0.0f) && distance2 > wide.radius_squared) {
+    const float angle = std::acos(glm::clamp(glm::dot(n, d) / std::sqrt(distance2), -1.0f, 1.0f)) - std::asin(std::sqrt(wide.radius_squared / distance2)) - kBend;
+    result *= std::max(std::cos(std::max(angle, 0.0f)), kLeastReceiverCosine);
+  }
+  return result;
+}
+
+void LightTree::cut(Vec3 p, float radius, Vec3 n, int most, std::vector<CutNode>& nodes) const {
+  nodes.clear();
+  if (nodes_.empty()) return;
+  const auto node = [&](uint32_t index) { return CutNode{index, importance_nearby(nodes_[index], p, radius, n)}; };
+  nodes.push_back(node(0));
+  while (int(nodes.size()) < most) {
+    int next = -1;
+    for (size_t i = 0; i < nodes.size(); ++i)
+      if (!nodes_[nodes[i].node].leaf && (next < 0 || nodes[i].share > nodes[size_t(next)].share)) next = int(i);
+    if (next < 0) break;
+    const uint32_t split = nodes[size_t(next)].node;
+    nodes[size_t(next)] = node(split + 1);
+    nodes.insert(nodes.begin() + next + 1, node(nodes_[split].second));
+  }
+  // Infinite importance is that of lights of no extent at p itself.
+  double sum = 0.0;
+  for (CutNode& c : nodes) {
+    if (!(c.share < 1e30f)) c.share = 1e30f;
+    sum += double(c.share);
+  }
+  for (CutNode& c : nodes) c.share = sum > 0.0 ? float(double(c.share) / sum) : 1.0f / float(nodes.size());
 }
 
 }  // namespace ajar

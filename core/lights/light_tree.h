@@ -34,9 +34,21 @@ class LightTree {
   bool empty() const { return nodes_.empty(); }
   bool contains(uint32_t light) const { return light < trails_.size() && trails_[light] != kNoTrail; }
   /// n = 0: light counts from all sides.
-  Choice choose(Vec3 p, Vec3 n, float u) const;
+  Choice choose(Vec3 p, Vec3 n, float u) const { return choose_below(0, p, n, u); }
   /// Exactly the pmf that `choose` reports for this light.
-  float pmf(Vec3 p, Vec3 n, uint32_t light) const;
+  float pmf(Vec3 p, Vec3 n, uint32_t light) const { return pmf_below(0, p, n, light); }
+  /// A cut: nodes that together hold every light once, in ascending order, and their shares of the light that reaches a neighbourhood of p, as far
+  /// as the tree can tell. What sends most is split first, until there are `most`.
+  struct CutNode {
+    uint32_t node;
+    float share;
+  };
+  void cut(Vec3 p, float radius, Vec3 n, int most, std::vector<CutNode>& nodes) const;
+  /// The same as choose and pmf among the lights below a node.
+  Choice choose_below(uint32_t node, Vec3 p, Vec3 n, float u) const;
+  float pmf_below(uint32_t node, Vec3 p, Vec3 n, uint32_t light) const;
+  /// Node of a light: the node of a cut that holds it is the last one not after it.
+  uint32_t leaf_of(uint32_t light) const;
   /// Estimate of the irradiance all lights send to p.
   float importance(Vec3 p, Vec3 n) const { return nodes_.empty() ? 0.0f : importance(nodes_[0], p, n); }
   size_t memory_bytes() const { return nodes_.size() * sizeof(Node) + trails_.size() * sizeof(uint64_t); }
@@ -53,6 +65,7 @@ class LightTree {
   static constexpr uint64_t kNoTrail = 0;
 
   static float importance(const Node& node, Vec3 p, Vec3 n);
+  static float importance_nearby(const Node& node, Vec3 p, float radius, Vec3 n);
   /// Chance of the first child. Negative: neither reaches p.
   float first_share(uint32_t node, Vec3 p, Vec3 n) const;
   void build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail);

@@ -13,11 +13,10 @@ namespace ajar {
 namespace {
 
 constexpr float kFloor = 0.04f;                    ///< of components that alone may cover part of the integrand
-constexpr float kPriorCount = 16.0f;                ///< pseudo-samples of the prior of a cell
+constexpr float kPriorCount = 16.0f;                ///< pseudo-samples of the prior of shares
 constexpr float kCellPixels = 16.0f;                ///< edge of a cell as the camera sees it
 constexpr uint32_t kCellsLog2 = 16;
-constexpr int kStrata = 1;                         ///< of a light's unit square, along each axis
-constexpr float kAnyShare = 0.5f, kGroupFloor = 0.3f;
+constexpr int kMostPilotSamples = 4;               ///< of an estimate while it learns
 constexpr int kRisCandidates = 8;
 constexpr int kLeastEstimateSamples = 8;           ///< methods that learn within one estimate need as many
 constexpr size_t kMostControlledLights = 32;
@@ -129,13 +128,18 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
   if (within_estimate) samples_ = std::max(samples_, kLeastEstimateSamples);
   const LightSet& lights = scene.lights();
   if (!lights.can_choose() || (method != PmcHi && !within_estimate && method != OcvProgressive)) return;
-  groups_ = LightGroups(lights, method == PmcHi ? kMostGroups : kMostPaperGroups, scene.center());
-
-  if (method == PmcHi && groups_.size() > 0) {
+  if (method == PmcHi) {
+    // Among one light there is nothing to choose.
+    size_t choices = 0;
+    for (const LightSet::SourceRange& source : lights.sources()) {
+      choices += source.count;
+      if (first_lights_.size() < 2) first_lights_.push_back(source.first);
+    }
+    if (choices < 2 && samples_ == 1) return;
     const Camera& camera = scene.camera();
     const Vec2 middle(0.5f * float(camera.width()), 0.5f * float(camera.height()));
     const Ray a = camera.generate_ray(middle, Vec2(0.5f), 0.0f), b = camera.generate_ray(middle + Vec2(1, 0), Vec2(0.5f), 0.0f);
-    cell_angle_ = kCellPixels * std::max(glm::length(a.direction - b.direction), 1e-5f);
+    const float angle = kCellPixels * std::max(glm::length(a.direction - b.direction), 1e-5f);
     // A pilot of a few camera rays tells the scale of what will be recorded.
     double sum = 0.0;
     int counted = 0;
@@ -158,34 +162,11 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
       ++counted;
     }
     const float scale = counted > 0 ? float(sum / counted) : 1.0f;
-    // One sample a vertex: any light, and every group, cut into strata while groups are single lights.
-    bool single = groups_.size() <= 4;
-    for (int g = 0; g < groups_.size(); ++g) single &= groups_.lights(g).size() == 1;
-    strata_ = single ? kStrata : 1;
-    const int per_group = strata_ * strata_;
-    std::vector<float> prior(size_t(1 + groups_.size() * per_group)), floors(prior.size());
-    // Where every light is its own group, the groups alone keep all of them in sight.
-    prior[0] = floors[0] = single && groups_cover(lights, groups_, scene.center()) ? 0.0f : kAnyShare;
-    const float group_floor = prior[0] > 0.0f ? 0.5f * kGroupFloor : kGroupFloor;
-    for (int g = 0; g < groups_.size(); ++g) {
-      for (int i = 0; i < per_group; ++i) {
-        prior[size_t(1 + g * per_group + i)] = groups_.prior(g) / float(per_group);
-        floors[size_t(1 + g * per_group + i)] = group_floor * groups_.prior(g) / float(per_group);
-      }
-    }
-    apply_floor(prior, 0.0f);
-    one_ = ShareCache(kCellsLog2, prior, floors, kPriorCount, scale);
-    if (samples_ > 1) {
-      prior.assign(size_t(kFirstGroup + groups_.size()), 0.0f);
-      floors.assign(prior.size(), 0.0f);
-      for (int g = 0; g < groups_.size(); ++g) prior[size_t(kFirstGroup + g)] = 0.4f * groups_.prior(g);
-      prior[kAny] = 0.1f;
-      prior[kBsdf] = 0.5f;
-      floors[kAny] = floors[kBsdf] = kFloor;
-      apply_floor(prior, 0.0f);
-      many_ = ShareCache(kCellsLog2, prior, floors, kPriorCount, scale);
-    }
+    cuts_ = std::make_unique<LightCutCache>(lights, camera.position(), angle, scale);
+    if (samples_ > 1) many_ = ShareCache(kCellsLog2, {0.5f, 0.0f, 0.5f}, {kFloor, 0.0f, kFloor}, kPriorCount, scale);
+    return;
   }
+  groups_ = LightGroups(lights, kMostGroups, scene.center());
 
   if (method == Ocv || method == OcvPaper || method == OcvProgressive || method == Correlated) {
     regressions_ = std::make_unique<Regressions>();
@@ -213,7 +194,7 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
 DirectMixture::~DirectMixture() = default;
 
 void DirectMixture::learn() {
-  if (one_.components() > 0) one_.publish();
+  if (cuts_) cuts_->publish();
   if (many_.components() > 0) many_.publish();
   if (method_ == DirectMethod::OcvProgressive) {
     for (Regressions::Slot& slot : regressions_->slots) slot.coefficients = slot.past.fit(kRidgeMany, 4 * regressions_->components);
@@ -250,28 +231,25 @@ DirectMixture::Kernel DirectMixture::learned_kernel(std::span<const float> share
 
 /// Places are jittered by half a cell, which blends neighbours: the same way for all samples of a pixel at what the camera sees, for
 /// samples that choose by different shares are no longer stratified together, and that can cost more than learning gains.
-uint32_t DirectMixture::cell_of(const DirectLightContext& c, Sampler&, uint32_t) const {
+uint64_t DirectMixture::cell_key(const DirectLightContext& c) const {
   const Vec3 p = c.point.position;
-  const float distance = glm::length(p - scene_.camera().position());
-  const float size = std::exp2(std::floor(std::log2(std::max(cell_angle_ * distance, 1e-30f))));
-  const uint32_t h = c.point.ray_depth == 0
-                         ? hash_combine(uint32_t(c.pixel_x), uint32_t(c.pixel_y))
-                         : hash32(std::bit_cast<uint32_t>(p.x) ^ hash32(std::bit_cast<uint32_t>(p.y) ^ hash32(std::bit_cast<uint32_t>(p.z))));
-  const uint32_t h2 = hash32(h + 1);
-  const Vec3 jitter(to_unit_float(h << 8), to_unit_float(h2), to_unit_float(h2 << 12));
-  return one_.cell(cell_key(p + size * (jitter - 0.5f), size, c.point.ns, c.material));
+  const uint32_t jitter = c.point.ray_depth == 0
+                              ? hash_combine(uint32_t(c.pixel_x), uint32_t(c.pixel_y))
+                              : hash32(std::bit_cast<uint32_t>(p.x) ^ hash32(std::bit_cast<uint32_t>(p.y) ^ hash32(std::bit_cast<uint32_t>(p.z))));
+  return cuts_->key(p, c.bsdf.receiving_normal(), c.material, jitter);
 }
 
 // ---- Samples of the mixture ----------------------------------------------------------------
 
 DirectMixture::Densities DirectMixture::densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi, float pdf_bsdf,
-                                                  float pdf_light, bool mis) const {
+                                                  float pdf_light, bool mis, float known_pmf) const {
   Densities d{0.0f, 0.0f, 0.0f, 0.0f, -1};
   if (mis) {
     d.bsdf = k.alpha[kBsdf] * pdf_bsdf;
     if (k.alpha[kCone] > 0.0f && 1.0f - glm::dot(k.cone.n, wi) <= k.one_minus_cos) d.cone = k.alpha[kCone] * warp::cone_pdf_solid_angle(k.one_minus_cos);
   }
-  if (k.alpha[kAny] > 0.0f) d.any = k.alpha[kAny] * scene_.lights().choice_pmf(c.point.position, c.bsdf.receiving_normal(), light) * pdf_light;
+  if (k.alpha[kAny] > 0.0f)
+    d.any = k.alpha[kAny] * (known_pmf >= 0.0f ? known_pmf : choice_pmf(k.cell, c.point.position, c.bsdf.receiving_normal(), light)) * pdf_light;
   d.group_index = groups_.size() > 0 ? groups_.group_of(light) : -1;
   if (d.group_index >= 0) d.group = k.alpha[size_t(kFirstGroup + d.group_index)] * groups_.pmf_in_group(light) * pdf_light;
   return d;
@@ -300,9 +278,13 @@ void DirectMixture::draw_light(const DirectLightContext& c, const Kernel& k, int
                                uint64_t& rays) const {
   const LightSet& lights = scene_.lights();
   uint32_t index;
+  float known_pmf = -1.0f;
   if (component == kAny) {
-    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), u_choice);
+    out.choice = choose_light(k.cell, c, u_choice);
+    const LightSet::Choice& choice = out.choice.choice;
+    if (!(choice.pmf > 0.0f)) return;
     index = choice.light;
+    known_pmf = choice.pmf;
     if (lights.size() < kFewLights) u.x = choice.u_remapped;
   } else {
     index = groups_.choose(component - kFirstGroup, u_choice);
@@ -321,7 +303,7 @@ void DirectMixture::draw_light(const DirectLightContext& c, const Kernel& k, int
     f *= scene_.transmittance(scene_.spawn_segment(c.point, sample->wi, sample->distance), scene_.settings().bounces.transparent);
     if (is_black(f)) return;
   }
-  add_found(densities(c, k, index, sample->wi, scattered.pdf_solid_angle, sample->pdf_solid_angle, mis), f, power, false, out);
+  add_found(densities(c, k, index, sample->wi, scattered.pdf_solid_angle, sample->pdf_solid_angle, mis, known_pmf), f, power, false, out);
 }
 
 void DirectMixture::draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out,
@@ -377,6 +359,7 @@ void DirectMixture::for_each_draw(const DirectLightContext& c, const Kernel& k, 
       out.y = Color(0.0f);
       out.wi = Vec3(0.0f);
       out.pdf_bsdf = 0.0f;
+      out.choice.share = 0.0f;
       std::fill_n(out.responsible.begin(), k.count, 0.0f);
       if (component == kBsdf || component == kCone) {
         draw_direction(c, k, component, u_choice, u, power, out, rays);
@@ -394,53 +377,14 @@ Color DirectMixture::estimate(const DirectLightContext& c, Sampler& sampler, uin
   // Only the surfaces that the camera sees are worth many samples.
   if (samples_ > 1 && c.point.ray_depth == 0) return many_samples(c, sampler, vertex, aux, rays);
   if (method_ == DirectMethod::Ris) return one_sample_ris(c, sampler, first, rays);
-  return one_sample(c, sampler, first, vertex, rays);
+  const Color estimate = one_sample(c, sampler, first, vertex, rays);
+  if (cuts_) record_light_shares(c, vertex.cell, 1.0f, aux);
+  return estimate;
 }
 
-/// Which light, and where in its unit square, by the shares of a place. Columns of all groups share u.x, rows share u.y, so that points
-/// that are stratified together stay so on every light.
-DirectMixture::Chosen DirectMixture::choose_learned(const DirectLightContext& c, std::span<const float> shares, Vec2 u) const {
-  const LightSet& lights = scene_.lights();
-  const int s = strata_, groups = groups_.size();
-  Chosen chosen;
-  float left = u.x;
-  if (left < shares[0] && shares[0] > 0.0f) {
-    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), std::min(left / shares[0], kOneMinusEpsilon));
-    chosen.light = choice.light;
-    chosen.u = Vec2(choice.u_remapped, u.y);
-  } else {
-    left -= shares[0];
-    const float* column = shares.data() + 1;
-    float width = 0.0f;
-    int index = 0;
-    for (;; ++index, column += s) {
-      width = 0.0f;
-      for (int row = 0; row < s; ++row) width += column[row];
-      if (left < width || index + 1 == groups * s) break;
-      left -= width;
-    }
-    const float x = std::min(left / width, kOneMinusEpsilon);
-    float y = std::min(u.y, kOneMinusEpsilon) * width;
-    int row = 0;
-    for (; row + 1 < s && y >= column[row]; ++row) y -= column[row];
-    y = std::min(y / std::max(column[row], 1e-30f), kOneMinusEpsilon);
-    chosen.light = groups_.choose(index / s, x);
-    // A group of several lights spends x on choosing one (and then has no columns).
-    chosen.u = s > 1 ? Vec2((float(index % s) + x) / float(s), (float(row) + y) / float(s))
-                     : Vec2(groups_.lights(index).size() > 1 ? groups_.remapped(index, x) : x, y);
-    chosen.u = glm::min(chosen.u, Vec2(kOneMinusEpsilon));
-  }
-  chosen.group = groups_.group_of(chosen.light);
-  chosen.any = lights.choice_pmf(c.point.position, c.bsdf.receiving_normal(), chosen.light);
-  chosen.pmf = shares[0] * chosen.any;
-  chosen.component = -1;
-  if (chosen.group >= 0) {
-    const int cell = s > 1 ? std::min(int(chosen.u.x * float(s)), s - 1) * s + std::min(int(chosen.u.y * float(s)), s - 1) : 0;
-    chosen.component = 1 + chosen.group * s * s + cell;
-    chosen.relative = groups_.pmf_in_group(chosen.light) * float(s * s);
-    chosen.pmf += shares[size_t(chosen.component)] * chosen.relative;
-  }
-  return chosen;
+LightCutCache::Choice DirectMixture::choose_light(uint32_t cell, const DirectLightContext& c, float u) const {
+  const Vec3 p = c.point.position, n = c.bsdf.receiving_normal();
+  return cell == LightCutCache::kNone ? LightCutCache::Choice{scene_.lights().choose(p, n, u), 0, 0.0f} : cuts_->choose(cell, p, n, u);
 }
 
 Color DirectMixture::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, uint64_t& rays) const {
@@ -448,61 +392,46 @@ Color DirectMixture::one_sample(const DirectLightContext& c, Sampler& sampler, u
   const LightSet& lights = scene_.lights();
   sampler.set_dimension(first + 1);
   const Vec2 u = sampler.get_2d();
-  Chosen chosen;
-  const bool learned = one_.components() > 0;
-  if (learned) {
-    vertex.cell = cell_of(c, sampler, first);
-    one_.count(vertex.cell);
-    chosen = choose_learned(c, one_.shares(vertex.cell), u);
-  } else {
-    float u_choice = u.x;
-    if (lights.size() >= kFewLights) {
-      sampler.set_dimension(first);
-      u_choice = sampler.get_1d();
-    }
-    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), u_choice);
-    chosen.light = choice.light;
-    chosen.pmf = chosen.any = choice.pmf;
-    chosen.u = lights.size() < kFewLights ? Vec2(choice.u_remapped, u.y) : u;
+  float u_choice = u.x;
+  const bool few = lights.size() < kFewLights;
+  if (!few) {
+    sampler.set_dimension(first);
+    u_choice = sampler.get_1d();
   }
+  if (cuts_) vertex.cell = cuts_->cell(cell_key(c));
+  const LightCutCache::Choice learned = choose_light(vertex.cell, c, u_choice);
+  const LightSet::Choice& chosen = learned.choice;
   if (!(chosen.pmf > 0.0f)) return Color(0.0f);
 
   const LightFlags light = lights.flags(chosen.light);
   if (method_ == Bsdf && light.mis && !is_delta(light.type)) return Color(0.0f);
-  const auto sample = lights.sample_li(chosen.light, c.point.position, chosen.u, c.point.time);
-  if (!sample || is_black(sample->radiance)) return Color(0.0f);
-  const Bsdf::Evaluation scattered = c.bsdf.evaluate(c.point.wo, sample->wi);
+  Color contribution(0.0f);
+  const auto sample = lights.sample_li(chosen.light, c.point.position, few ? Vec2(chosen.u_remapped, u.y) : u, c.point.time);
+  if (sample && !is_black(sample->radiance)) contribution = weigh_sample(c, chosen, light, *sample, rays);
+  if (cuts_) cuts_->record(vertex.cell, learned, luminance_of(contribution));
+  return contribution;
+}
+
+/// The light's part of multiple importance sampling.
+Color DirectMixture::weigh_sample(const DirectLightContext& c, const LightSet::Choice& chosen, LightFlags light, const LightSample& sample, uint64_t& rays) const {
+  using enum DirectMethod;
+  const Bsdf::Evaluation scattered = c.bsdf.evaluate(c.point.wo, sample.wi);
   if (is_black(scattered.f_cos)) return Color(0.0f);
-  float weight = 1.0f / (chosen.pmf * sample->pdf_solid_angle);
-  if (!sample->delta && light.mis && method_ != Light) {
-    // The heuristic may use any density as long as the hit uses the same: that without strata, known from both sides.
-    const float pdf = (learned ? choice_pmf(vertex.cell, c.point.position, c.bsdf.receiving_normal(), chosen.light) : chosen.pmf) * sample->pdf_solid_angle;
+  const float pdf = chosen.pmf * sample.pdf_solid_angle;
+  float weight = 1.0f / pdf;
+  if (!sample.delta && light.mis && method_ != Light)
     weight *= method_ == MisBalance ? pdf / (pdf + scattered.pdf_solid_angle) : power_heuristic(pdf, scattered.pdf_solid_angle);
-  }
-  Color contribution = scattered.f_cos * sample->radiance * weight;
+  Color contribution = scattered.f_cos * sample.radiance * weight;
   if (light.cast_shadow) {
     ++rays;
-    contribution *= scene_.transmittance(scene_.spawn_segment(c.point, sample->wi, sample->distance), scene_.settings().bounces.transparent);
-  }
-
-  // What the light brought, for the iterations to come: the square that its component alone would have had, whoever drew it.
-  if (const float y = luminance_of(contribution); learned && y > 0.0f) {
-    one_.add_square(vertex.cell, y * y);
-    one_.add_moment(vertex.cell, 0, y * y * chosen.pmf / std::max(chosen.any, 1e-20f) * sqr(one_.shares(vertex.cell)[0]));
-    if (chosen.component >= 0) one_.add_moment(vertex.cell, chosen.component, y * y * chosen.pmf / std::max(chosen.relative, 1e-20f) / float(strata_ * strata_));
+    contribution *= scene_.transmittance(scene_.spawn_segment(c.point, sample.wi, sample.distance), scene_.settings().bounces.transparent);
   }
   return contribution;
 }
 
-/// Of a light with the shares of a cell, over all of its unit square.
+/// Of a light with the shares of a cell.
 float DirectMixture::choice_pmf(uint32_t cell, Vec3 position, Vec3 normal, uint32_t light) const {
-  const float any = scene_.lights().choice_pmf(position, normal, light);
-  if (cell == ~0u) return any;
-  const std::span<const float> shares = one_.shares(cell);
-  const int g = groups_.group_of(light), per_group = strata_ * strata_;
-  float share = 0.0f;
-  for (int i = 0; g >= 0 && i < per_group; ++i) share += shares[size_t(1 + g * per_group + i)];
-  return shares[0] * any + (g >= 0 ? share * groups_.pmf_in_group(light) : 0.0f);
+  return cell == LightCutCache::kNone ? scene_.lights().choice_pmf(position, normal, light) : cuts_->pmf(cell, position, normal, light);
 }
 
 float DirectMixture::weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const {
@@ -582,19 +511,27 @@ Color DirectMixture::many_samples(const DirectLightContext& c, Sampler& sampler,
   if (regressions_) return control_variates(c, sampler, rays);
 
   const bool learned = many_.components() > 0;
-  const uint32_t cell = learned ? cell_of(c, sampler, 0) : 0;
-  const Kernel k = learned ? learned_kernel(many_.shares(cell)) : fixed_kernel();
+  const uint64_t key = learned ? cell_key(c) : 0;
+  const uint32_t cell = many_.cell(hash64(key));
+  Kernel k = learned ? learned_kernel(many_.shares(cell)) : fixed_kernel();
+  if (cuts_) vertex.cell = k.cell = cuts_->cell(key);
+  const bool learning = wants_pilot();
+  const int n = learning ? std::min(samples_, kMostPilotSamples) : samples_;
   Color sum(0.0f);
-  for_each_draw(c, k, samples_, 0, sampler, method_ == Mis, rays, [&](int, const Draw& draw) {
+  for_each_draw(c, k, n, 0, sampler, method_ == Mis, rays, [&](int component, const Draw& draw) {
     sum += draw.y;
-    if (!learned) return;
+    if (!learning) return;
     const float y = luminance_of(draw.y);
+    if (component == kAny && draw.choice.share > 0.0f) cuts_->record(k.cell, draw.choice, y);
     many_.count(cell);
     many_.add_square(cell, y * y);
     for (int i = 0; y > 0.0f && i < k.count; ++i) many_.add_moment(cell, i, k.alpha[size_t(i)] * draw.responsible[size_t(i)] * y);
   });
-  if (learned) record_shares(k, aux);
-  Color estimate = sum / float(samples_);
+  if (learned) {
+    record_shares(k, aux);
+    record_light_shares(c, k.cell, k.alpha[kAny], aux);
+  }
+  Color estimate = sum / float(n);
   if (method_ == Bsdf) estimate += unreachable_lights(c, sampler, rays);
   return estimate;
 }
@@ -756,6 +693,12 @@ Color DirectMixture::control_variates(const DirectLightContext& c, Sampler& samp
     return estimate;
   }
   return ocv_cross_fitted(all.subspan(0, size_t(first_fold)), all.subspan(size_t(first_fold)), r.components);
+}
+
+/// The two first lights' parts of `share`.
+void DirectMixture::record_light_shares(const DirectLightContext& c, uint32_t cell, float share, SampleAux* aux) const {
+  for (size_t i = 0; aux && i < first_lights_.size(); ++i)
+    aux->shares[1 + i] = share * choice_pmf(cell, c.point.position, c.bsdf.receiving_normal(), first_lights_[i]);
 }
 
 void DirectMixture::record_shares(const Kernel& k, SampleAux* aux) const {

@@ -8,7 +8,7 @@
 // first two terms are zero for them); so do lights that only sampling can find.
 //
 // One sample a vertex (`direct_samples` 1, and always after the first surface): a light sample now, and the
-// path's own BSDF sample later, weighted by the power heuristic. PMC-HI then learns which lights to choose, per place.
+// path's own BSDF sample later, weighted by the power heuristic. PMC-HI learns which lights to choose, per place (light_cut_cache.h).
 // More samples: N of the mixture with deterministic shares, BSDF included; the path's BSDF sample then finds no more light.
 // Unbiased but for `ocv_paper`. Prefer `pmc_hi` where lights differ in use from place to place (occlusion, many lights).
 #pragma once
@@ -18,6 +18,7 @@
 
 #include "sampling/control_variates.h"
 #include "transport/direct_light.h"
+#include "transport/light_cut_cache.h"
 #include "transport/light_groups.h"
 #include "transport/share_cache.h"
 
@@ -35,15 +36,16 @@ class DirectMixture {
   /// During the render, whenever `learn` is called.
   bool learns() const { return method_ == DirectMethod::OcvProgressive; }
   /// Before it, from samples of its own; `learn` ends each iteration of them.
-  bool wants_pilot() const { return one_.components() > 0; }
+  bool wants_pilot() const { return cuts_ && cuts_->learning(); }
 
  private:
-  static constexpr int kMostGroups = 32, kMostPaperGroups = 5;
+  static constexpr int kMostGroups = 5;
   static constexpr int kBsdf = 0, kCone = 1, kAny = 2, kFirstGroup = 3, kMostComponents = kFirstGroup + kMostGroups;
 
   /// Shares of one estimate and its cone.
   struct Kernel {
     int count = 0;
+    uint32_t cell = LightCutCache::kNone;             ///< by which any light is chosen
     std::array<float, kMostComponents> alpha;
     Frame cone;
     float one_minus_cos = 0.0f;
@@ -53,6 +55,7 @@ class DirectMixture {
     Color y{0.0f};
     Vec3 wi{0.0f};                                    ///< zero: no direction, or a light that only sampling finds
     float pdf_bsdf = 0.0f;
+    LightCutCache::Choice choice{};                   ///< of any light
     std::array<float, kMostComponents> responsible;   ///< luminance of y times rho_k
   };
   struct Densities {
@@ -61,7 +64,8 @@ class DirectMixture {
     float total() const { return bsdf + cone + any + group; }
   };
 
-  Densities densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi, float pdf_bsdf, float pdf_light, bool mis) const;
+  Densities densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi, float pdf_bsdf, float pdf_light, bool mis,
+                      float known_pmf = -1.0f) const;
   void add_found(const Densities& d, Color f, bool power, bool from_bsdf, Draw& draw) const;
   void draw_light(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out, uint64_t& rays) const;
   void draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out, uint64_t& rays) const;
@@ -78,28 +82,21 @@ class DirectMixture {
 
   Kernel fixed_kernel() const;
   Kernel learned_kernel(std::span<const float> shares) const;
-  uint32_t cell_of(const DirectLightContext& c, Sampler& sampler, uint32_t first) const;
-  /// Choice of a light and of a point of its unit square.
-  struct Chosen {
-    uint32_t light = 0;
-    Vec2 u{0.5f};
-    float any = 0.0f;               ///< probability of the light by LightSet
-    float pmf = 0.0f;               ///< of the light, relative to uniform points on its square
-    int group = -1, component = -1; ///< component of the shares of one sample
-    float relative = 0.0f;          ///< what the component's share is multiplied by in pmf
-  };
-  Chosen choose_learned(const DirectLightContext& c, std::span<const float> shares, Vec2 u) const;
+  uint64_t cell_key(const DirectLightContext& c) const;
+  LightCutCache::Choice choose_light(uint32_t cell, const DirectLightContext& c, float u) const;
+  Color weigh_sample(const DirectLightContext& c, const LightSet::Choice& chosen, LightFlags light, const LightSample& sample, uint64_t& rays) const;
   float choice_pmf(uint32_t cell, Vec3 position, Vec3 normal, uint32_t light) const;
+  void record_light_shares(const DirectLightContext& c, uint32_t cell, float share, SampleAux* aux) const;
   void record_shares(const Kernel& k, SampleAux* aux) const;
 
   const Scene& scene_;
   DirectMethod method_;
   int samples_;
-  float cell_angle_ = 0.0f;         ///< edge of a cell over the distance from the camera
   LightGroups groups_;
-  int strata_ = 1;                  ///< of single lights, along each axis of their unit square
   bool controls_possible_ = false;  ///< few enough lights to intersect them all
-  ShareCache one_, many_;           ///< shares for one sample a vertex, and for many
+  std::unique_ptr<LightCutCache> cuts_;   ///< which lights to choose
+  std::vector<uint32_t> first_lights_;    ///< of which debug passes show the shares
+  ShareCache many_;                 ///< shares of BSDF and lights among many samples of an estimate
   struct Regressions;
   std::unique_ptr<Regressions> regressions_;
 };

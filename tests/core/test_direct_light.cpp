@@ -5,6 +5,7 @@
 #include "scene_fixtures.h"
 #include "statistical.h"
 #include "transport/direct_light.h"
+#include "transport/light_cut_cache.h"
 #include "transport/light_groups.h"
 #include "transport/share_cache.h"
 
@@ -144,6 +145,25 @@ TEST(DirectLight, learning_which_lights_are_hidden_lowers_the_variance) {
   EXPECT_LT(learned.variance, 0.6 * plain.variance);
 }
 
+TEST(DirectLight, learning_finds_the_few_of_many_lights_that_are_not_hidden) {
+  // Two hundred lamps above the floor, the nearest of them behind one large lid: light comes from those beyond its edge.
+  SceneDescription d;
+  add_object(d, plane(6.0f), add_diffuse(d, Color(0.8f)));
+  const int grey = add_diffuse(d, Color(0.5f));
+  for (int i = 0; i < 200; ++i) {
+    const float x = 0.3f * float(i % 20) - 3.0f, y = 0.3f * float(i / 20) - 1.5f;
+    d.lights.push_back(point_light(Vec3(x, y, 1.0f), 2.0f));
+  }
+  add_object(d, plane(3.0f), grey, at(Vec3(2.4f, 0, 0.9f)));
+  set_camera(d, Vec3(0, -1.0f, 0.8f), Vec3(0, 0, 0), 64, 0.3f);
+  d.settings.bounces.total = 0;
+  const Replicates plain = replicate(d, "mis", 1, 8, 12), learned = replicate(d, "pmc_hi", 1, 8, 12), many = replicate(d, "pmc_hi", 4, 4, 12);
+  EXPECT_TRUE(statistical::means_agree(plain.mean, learned.mean, {0.01}));
+  EXPECT_TRUE(statistical::means_agree(plain.mean, many.mean, {0.01}));
+  // Measured: 0.90 of the variance at 16 pixels, where cells see few samples of the pilot, 0.73 at 64, 0.75 at 128.
+  EXPECT_LT(learned.variance, 0.85 * plain.variance);
+}
+
 TEST(DirectLight, only_the_published_control_variates_are_called_biased_and_are) {
   for (const DirectMethodInfo& info : direct_method_list()) EXPECT_EQ(info.biased, std::string(info.name) == "ocv_paper");
   // Three lights in four are hidden: all their samples are zero.
@@ -196,6 +216,98 @@ TEST(LightGroups, every_light_with_power_is_in_one_group_and_groups_are_few) {
     prior += groups.prior(g);
   }
   EXPECT_NEAR(prior, 1.0f, 1e-4f);
+}
+
+namespace {
+
+SceneDescription many_points_and_suns(int points, int suns) {
+  SceneDescription d;
+  add_object(d, plane(20.0f), add_diffuse(d, Color(0.8f)));
+  for (int i = 0; i < points; ++i) d.lights.push_back(point_light(Vec3(float(i % 20), float(i / 20), 1.0f), 1.0f + float(i % 7)));
+  for (int i = 0; i < suns; ++i) {
+    d.lights.push_back(area_light(Vec3(0.0f), 1.0f + float(i), 0.0f));
+    d.lights.back().kind = LightKind::Sun;
+  }
+  set_camera(d, Vec3(0, -1, 1), Vec3(0), 4);
+  return d;
+}
+
+/// A cell of the cache that has learned, from samples of which only those of `bright` bring something.
+struct LearnedCell {
+  std::shared_ptr<const Scene> scene;
+  LightCutCache cache;
+  uint32_t cell;
+  Vec3 p{3.0f, 2.0f, 0.0f}, n{0, 0, 1};
+  LearnedCell(int points, int suns, uint32_t bright)
+      : scene(build(many_points_and_suns(points, suns))), cache(scene->lights(), Vec3(0, -1, 1), 0.1f, 1.0f) {
+    const uint64_t key = cache.key(p, n, 0, 0);
+    cell = cache.cell(key);
+    EXPECT_EQ(cell, LightCutCache::kNone);
+    cache.publish();
+    cell = cache.cell(key);
+    Pcg32 rng(7);
+    while (cache.learning()) {
+      for (int i = 0; i < 2000; ++i) {
+        const auto choice = cache.choose(cell, p, n, rng.next_float());
+        cache.record(cell, choice, choice.choice.light == bright ? 1.0f / choice.choice.pmf : 0.0f);
+      }
+      cache.publish();
+    }
+  }
+};
+
+}  // namespace
+
+TEST(LightCutCache, every_light_keeps_the_chance_it_reports) {
+  for (auto [points, suns] : {std::pair{3, 0}, {300, 0}, {300, 2}, {50, 12}, {0, 12}}) {
+    LearnedCell learned(points, suns, 5);
+    const size_t lights = learned.scene->lights().size();
+    std::vector<int> counts(lights, 0);
+    constexpr int kDraws = 400000;
+    // One number is inverted: equidistant ones count exactly, but for one at each end of an interval.
+    for (int i = 0; i < kDraws; ++i) {
+      const auto choice = learned.cache.choose(learned.cell, learned.p, learned.n, (float(i) + 0.5f) / float(kDraws)).choice;
+      ++counts[choice.light];
+      if (i % 97 == 0) {
+        EXPECT_NEAR(choice.pmf, learned.cache.pmf(learned.cell, learned.p, learned.n, choice.light), 1e-5f * choice.pmf);
+      }
+    }
+    double sum = 0.0;
+    for (uint32_t light = 0; light < lights; ++light) {
+      const float pmf = learned.cache.pmf(learned.cell, learned.p, learned.n, light);
+      EXPECT_GT(pmf, 0.0f) << light;
+      EXPECT_NEAR(double(counts[light]), double(pmf) * kDraws, 2.5 + 1e-4 * double(pmf) * kDraws) << light << " of " << points << " and " << suns;
+      sum += double(pmf);
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-4);
+  }
+}
+
+TEST(LightCutCache, shares_go_where_light_comes_from_and_never_below_their_floors) {
+  // Light 47 is 2.2 m away; the tree would rarely choose it.
+  LearnedCell learned(300, 2, 47);
+  const float before = learned.scene->lights().choice_pmf(learned.p, learned.n, 47);
+  EXPECT_GT(learned.cache.pmf(learned.cell, learned.p, learned.n, 47), 5.0f * before);
+  float sum = 0.0f, floors = 0.0f;
+  for (int k = 0; k < learned.cache.branches(learned.cell); ++k) {
+    EXPECT_GE(learned.cache.share(learned.cell, k), 0.99f * learned.cache.floor(learned.cell, k));
+    EXPECT_GT(learned.cache.floor(learned.cell, k), 0.0f);
+    sum += learned.cache.share(learned.cell, k);
+    floors += learned.cache.floor(learned.cell, k);
+  }
+  EXPECT_NEAR(sum, 1.0f, 1e-5f);
+  EXPECT_NEAR(floors, 0.2f, 1e-3f);
+}
+
+TEST(LightCutCache, places_that_lose_their_slot_choose_as_the_tree_does) {
+  LearnedCell learned(300, 2, 47);
+  const uint32_t other = learned.cache.cell(learned.cache.key(Vec3(-3, 7, 2), Vec3(0, 0, 1), 3, 0));
+  EXPECT_EQ(other, LightCutCache::kNone);
+  for (float u : {0.1f, 0.5f, 0.9f}) {
+    const auto a = learned.cache.choose(other, learned.p, learned.n, u).choice, b = learned.scene->lights().choose(learned.p, learned.n, u);
+    EXPECT_EQ(a.light, b.light);
+    EXPECT_EQ(a.pmf, b.pmf);
+  }
 }
 
 TEST(ShareCache, learns_the_optimum_of_components_that_do_not_overlap) {
