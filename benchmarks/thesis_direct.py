@@ -18,7 +18,7 @@ import numpy as np
 
 import ajar
 
-METHODS = ("mis", "mis_balance", "correlated", "pmc_hi_paper", "pmc_hi", "ocv_paper", "ocv", "ocv_progressive")
+METHODS = ("mis", "mis_balance", "bsdf", "light", "ris", "correlated", "pmc_hi_paper", "pmc_hi", "ocv_paper", "ocv", "ocv_progressive")
 
 
 def render(path: str, width: int, method: str, direct_samples: int, samples: int, seed: int) -> tuple[np.ndarray, float]:

@@ -41,6 +41,8 @@ class PathTracer final : public Integrator {
     mixture_.reset();
     if (method.method != DirectMethod::Mis || settings.direct_samples > 1)
       mixture_ = std::make_unique<DirectMixture>(*scene_, method.method, settings.direct_samples);
+    // With nothing to choose among, one sample of the learned mixture is one of the default.
+    if (method.method == DirectMethod::PmcHi && settings.direct_samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
     ends_early_ = !scene_->emission_without_lights();
   }
 
