@@ -9,11 +9,13 @@ OUT     ?= out/$(basename $(notdir $(SCENE))).png
 ARGS    ?=
 PRESET  ?= release
 BUILD   := build/$(PRESET)
+# A Python with a newer official Blender, once `make compat` has one: Cycles of it becomes a column of the benchmarks.
+WHEEL   ?= $(lastword $(sort $(wildcard $(CURDIR)/build/compat/bpy-*/bin/python)))
 PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all render test fuzz bench-check agreement bench bench-full bench_program setup build install clean
+.PHONY: all extension compat render test fuzz bench-check agreement bench bench-full bench_program setup build install clean
 all: build
 
 setup:
@@ -34,6 +36,13 @@ test:
 	@tools/install_addon.sh build/ci $(abspath build/ci)/blender_profile
 	@tools/test.sh build/ci
 
+extension:
+	@tools/setup.sh extension
+	@/usr/bin/python3 tools/extension/build.py
+
+compat: extension install
+	@/usr/bin/python3 tests/compatibility/compatibility.py
+
 agreement: install
 	@tools/setup.sh test
 	@AJAR_AGREEMENT=1 AJAR_BUILD=$(abspath $(BUILD)) PYTHONPATH=$(abspath $(BUILD))/python \
@@ -44,12 +53,12 @@ bench_program: install
 	@cmake -DAJAR_BENCHMARKS=ON $(BUILD) > $(BUILD)/configure.log && cmake --build $(BUILD) --target bare_embree
 
 bench: bench_program
-	@/usr/bin/python3 benchmarks/bench.py --build $(BUILD)
-	@/usr/bin/python3 benchmarks/techniques.py --build $(BUILD)
+	@/usr/bin/python3 benchmarks/bench.py --build $(BUILD) $(WHEEL:%=--wheel %)
+	@/usr/bin/python3 benchmarks/techniques.py --build $(BUILD) $(WHEEL:%=--wheel %)
 
 bench-full: bench_program
-	@/usr/bin/python3 benchmarks/bench.py --full --build $(BUILD)
-	@/usr/bin/python3 benchmarks/techniques.py --seconds 30 --reference-seconds 1800 --build $(BUILD)
+	@/usr/bin/python3 benchmarks/bench.py --full --build $(BUILD) $(WHEEL:%=--wheel %)
+	@/usr/bin/python3 benchmarks/techniques.py --seconds 30 --reference-seconds 1800 --build $(BUILD) $(WHEEL:%=--wheel %)
 
 # Scene files and shader graphs made to break things, for so many seconds each. What breaks is left in build/fuzz.
 FUZZ_SECONDS ?= 60

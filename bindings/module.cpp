@@ -4,6 +4,8 @@
 // gives is copied once. Calls that may take long release the interpreter lock; nothing in the core calls Python.
 #include "arrays.h"
 #include "bind.h"
+#include "film/image_io.h"
+#include "scene/accel.h"
 #include "scene/scene.h"
 
 namespace ajar::python {
@@ -20,6 +22,10 @@ py::array_t<float> take_array(std::vector<float>&& values, std::vector<size_t> s
   return py::array_t<float>(shape, owned->data(), owner);
 }
 
+static std::map<std::string, std::string> library_versions() {
+  return {{"Embree", embree_version()}, {"TBB", tbb_version()}, {"OpenImageIO", openimageio_version()}};
+}
+
 }  // namespace ajar::python
 
 PYBIND11_MODULE(_ajar, module) {
@@ -27,6 +33,8 @@ PYBIND11_MODULE(_ajar, module) {
   module.doc() = "Ajar's renderer: scene descriptions, sessions, images.";
   module.attr("__version__") = AJAR_VERSION;
   module.attr("version") = AJAR_VERSION;
+  module.attr("instruction_set") = AJAR_ARCH;
+  module.def("library_versions", &ajar::python::library_versions, "What the module found at run time: name to version.");
   // All are RuntimeError with the core's own text, which names the artist's object.
   py::register_exception<ajar::SceneError>(module, "SceneError", PyExc_RuntimeError);
   py::register_exception<ajar::Cancelled>(module, "Cancelled", PyExc_RuntimeError);

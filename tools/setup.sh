@@ -1,12 +1,16 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and only then needs root.
-# `setup.sh test` adds what tests need, `setup.sh bench` what benchmarks need, `setup.sh fuzz` a clang.
+# `setup.sh test` adds what tests need, `bench` what benchmarks need, `fuzz` a clang, `extension` what packing and trying out the extension needs.
 set -eu
 packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
  pybind11-dev python3-dev python3-numpy nlohmann-json3-dev"
 [ "${BLENDER:-blender}" = blender ] && packages="$packages blender"
+# Its second line: libraries that official Blender takes from the system.
+extension="python3-venv ca-certificates curl binutils
+ libgl1 libice6 libsm6 libx11-6 libxfixes3 libxi6 libxkbcommon0 libxrender1 libxxf86vm1"
 case "${1:-}" in
-  test) packages="$packages libgtest-dev python3-pytest xvfb" ;;
+  test) packages="$packages libgtest-dev python3-pytest xvfb $extension" ;;
+  extension) packages="$packages $extension" ;;
   bench) packages="$packages python3-matplotlib valgrind" ;;
   fuzz) packages="$packages clang-16 libclang-rt-16-dev libgtest-dev" ;;
 esac

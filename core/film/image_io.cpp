@@ -107,4 +107,9 @@ void write_image(const std::string& path, const Image& image, const std::map<std
   if (!written || !output->close()) fail("cannot write image", path, output->geterror());
 }
 
+std::string openimageio_version() {
+  const int version = OIIO::openimageio_version();
+  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
+}
+
 }  // namespace ajar

@@ -21,4 +21,7 @@ Image read_image(const std::string& path);
 /// The ending chooses the format. `metadata` is stored as text under each name.
 void write_image(const std::string& path, const Image& image, const std::map<std::string, std::string>& metadata = {});
 
+/// Of the library found at run time.
+std::string openimageio_version();
+
 }  // namespace ajar

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <tbb/parallel_for.h>
+#include <tbb/version.h>
 
 #include "lights/lamp.h"
 #include "scene/embree.h"
@@ -98,6 +99,7 @@ struct Accel::Data {
 
   RTCGeometry new_triangles(const BuiltMesh& mesh) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetGeometryMask(geometry, ~0u);   // of Embree 3; since 4 it is 1. What rays see is the instance's to say
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.positions.data(), 0,
                                sizeof(Vec3), mesh.positions.size() - 1);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
@@ -307,5 +309,13 @@ void Accel::bounds(Vec3& lower, Vec3& upper) const {
   lower = Vec3(b.lower_x, b.lower_y, b.lower_z);
   upper = Vec3(b.upper_x, b.upper_y, b.upper_z);
 }
+
+std::string embree_version() {
+  const Device device;
+  const auto version = int(rtcGetDeviceProperty(device.handle, RTC_DEVICE_PROPERTY_VERSION));
+  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
+}
+
+std::string tbb_version() { return TBB_runtime_version(); }
 
 }  // namespace ajar

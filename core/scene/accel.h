@@ -8,6 +8,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "lights/light_set.h"
@@ -40,5 +41,9 @@ class Accel {
   struct Data;
   std::unique_ptr<Data> data_;
 };
+
+/// Of the libraries found at run time.
+std::string embree_version();
+std::string tbb_version();
 
 }  // namespace ajar

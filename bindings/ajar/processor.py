@@ -1,0 +1,44 @@
+"""Which of the compiled modules this processor runs: an extension carries one for each level of x86-64 that matters."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+VARIABLE = "AJAR_INSTRUCTION_SET"
+# What each level adds to the one below (System V ABI for AMD64, 3.1.1), by the names of /proc/cpuinfo. The first that runs is taken.
+LEVELS = {
+    "x86-64-v3": {"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"},
+    "x86-64-v2": {"cx16", "lahf_lm", "popcnt", "sse4_1", "sse4_2", "ssse3"},
+}
+
+
+def flags_of_processor(cpuinfo: Path = Path("/proc/cpuinfo")) -> set[str]:
+    for line in cpuinfo.read_text(encoding="ascii", errors="replace").splitlines():
+        if line.startswith("flags"):
+            return set(line.partition(":")[2].split())
+    return set()
+
+
+def choose(available: set[str], flags: set[str], wanted: str | None = None) -> str:
+    """The best level of those `available` for a processor with `flags`, or the one `wanted`; ImportError when there is none."""
+    runs, missing = [], set()
+    for level in reversed(LEVELS):
+        missing |= LEVELS[level] - flags
+        if missing:
+            break
+        runs.insert(0, level)
+    if wanted:
+        if wanted not in available or wanted not in runs:
+            raise ImportError(f"{VARIABLE}={wanted}: there are {', '.join(sorted(available))}, and this processor runs {', '.join(runs) or 'none'}")
+        return wanted
+    for level in runs:
+        if level in available:
+            return level
+    raise ImportError(f"Ajar needs a processor with x86-64-v2 (made since 2009); this one lacks {', '.join(sorted(missing))}")
+
+
+def folder_of(package: Path) -> Path:
+    """Where the compiled module lies: the package itself when it was built for one machine."""
+    available = {level for level in LEVELS if (package / level).is_dir()}
+    return package / choose(available, flags_of_processor(), os.environ.get(VARIABLE)) if available else package

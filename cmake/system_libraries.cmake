@@ -1,0 +1,13 @@
+# Embree, TBB and OpenImageIO of the system.
+find_package(TBB REQUIRED)
+# Debian's OpenImageIO package configuration demands its command-line tools; the library is all we use.
+find_path(OPENIMAGEIO_INCLUDE OpenImageIO/imageio.h REQUIRED)
+find_library(OPENIMAGEIO_LIBRARY OpenImageIO REQUIRED)
+find_library(OPENIMAGEIO_UTIL_LIBRARY OpenImageIO_Util REQUIRED)
+add_library(OpenImageIO::OpenImageIO INTERFACE IMPORTED)
+target_include_directories(OpenImageIO::OpenImageIO SYSTEM INTERFACE ${OPENIMAGEIO_INCLUDE})
+target_link_libraries(OpenImageIO::OpenImageIO INTERFACE ${OPENIMAGEIO_LIBRARY} ${OPENIMAGEIO_UTIL_LIBRARY})
+find_package(embree 4 QUIET)
+if(NOT embree_FOUND)
+  find_package(embree 3.13 REQUIRED)
+endif()

@@ -1,0 +1,246 @@
+#!/usr/bin/python3
+"""make compat: the zip in every Blender, each scene by Ajar and Cycles by turns in one process, and against Blender 3.4.1.
+
+The `bpy` wheels on PyPI are official builds, Cycles and all its libraries included. Each gets an environment of its own below build/compat, a
+clean profile, and the zip; `blender` on the path gets the legacy add-on. Writes docs/compatibility.md.
+
+    compatibility.py [--wheel 4.2.23 ...] [--scene box ...] [--python 3.13=/path/to/python]
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "benchmarks"))
+import agreement  # noqa: E402
+
+INSIDE = Path(__file__).resolve().parent / "inside.py"
+WORK = ROOT / "build" / "compat"
+BUILD = Path(os.environ.get("AJAR_BUILD", ROOT / "build" / "release"))
+WHEELS = {"4.2.23": "3.11", "4.5.15": "3.11", "5.0.1": "3.11", "5.2.3": "3.13"}   # the newest of each, and its Python
+NUMPY = {"3.11": "numpy<2", "3.13": "numpy"}
+REFERENCE = "3.4.1"
+OLDER = "x86-64-v2"
+SEEDS = (1, 2)
+SAMPLES, PERCENTAGE, BLOCK = 16, 10, 16
+TIMEOUT_SECONDS = 1800
+
+
+@dataclass(frozen=True)
+class Blender:
+    """One Blender under test: a command that runs a Python script in it, and the zip that it takes; None: what `make` built for it."""
+
+    name: str
+    command: list[str]
+    zip: Path | None
+
+
+class Unavailable(Exception):
+    """This Blender cannot be had here."""
+
+
+# ---- Blenders -----------------------------------------------------------------------------------------------------------
+
+def zips() -> tuple[Path, Path]:
+    """The extension and the legacy add-on that `make extension` left."""
+    legacy = sorted((ROOT / "out").glob("ajar-*-legacy-linux-x64.zip"))
+    extension = [path for path in sorted((ROOT / "out").glob("ajar-*-linux-x64.zip")) if path not in legacy]
+    if not extension or not legacy:
+        raise SystemExit("There is no zip in out/: make extension.")
+    return extension[-1], legacy[-1]
+
+
+def find_python(version: str) -> str:
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    for path in (f"/usr/bin/python{version}", *map(str, sorted(pyenv.glob(f"{version}.*/bin/python{version}"), reverse=True))):
+        if os.access(path, os.X_OK):
+            return path
+    raise Unavailable(f"there is no Python {version}")
+
+
+def wheel(version: str, work: Path = WORK) -> Blender:
+    """The bpy wheel in an environment of its own, downloaded by the first who asks."""
+    folder = work / f"bpy-{version}"
+    python = folder / "bin" / "python"
+    if not (folder / "complete").exists():
+        shutil.rmtree(folder, ignore_errors=True)
+        subprocess.run([find_python(WHEELS[version]), "-m", "venv", folder], check=True)
+        result = subprocess.run([python, "-m", "pip", "install", "-q", "--disable-pip-version-check", "--only-binary=:all:", f"bpy=={version}",
+                                 NUMPY[WHEELS[version]]], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        if result.returncode != 0:
+            raise Unavailable(f"bpy {version} cannot be downloaded: {result.stdout.strip().splitlines()[-1]}")
+        (folder / "complete").touch()
+    return Blender(f"{version} (official, bpy wheel)", [str(python), str(INSIDE)], zips()[0])
+
+
+def debian(zip_file: Path | None) -> Blender:
+    """The Blender on the path. Without a zip it is the reference, built with Debian's own libraries."""
+    program = os.environ.get("BLENDER", "blender")
+    return Blender(f"{REFERENCE} (Debian 12{', legacy zip' if zip_file else ''})",
+                   [program, "-b", "--factory-startup", "--python", str(INSIDE), "--"], zip_file)
+
+
+def run(blender: Blender, renders: list[dict], out: Path, **environment: str) -> dict:
+    """What inside.py saw, in a clean profile; `pictures` are added."""
+    shutil.rmtree(out, ignore_errors=True)
+    profile = out / "profile"
+    profile.mkdir(parents=True)
+    job = out / "job.json"
+    job.write_text(json.dumps({"zip": blender.zip and str(blender.zip), "out": str(out), "renders": renders}))
+    variables = os.environ | {"BLENDER_USER_CONFIG": str(profile / "config"), "BLENDER_USER_SCRIPTS": str(profile / "scripts"),
+                              "BLENDER_USER_EXTENSIONS": str(profile / "extensions"), "HOME": str(profile), **environment}
+    for name in ("config", "scripts", "extensions"):
+        (profile / name).mkdir()
+    if blender.zip is None:
+        subprocess.run([ROOT / "tools" / "install_addon.sh", BUILD, profile], check=True)
+    with open(out / "log.txt", "w") as log:
+        finished = subprocess.run([*blender.command, str(job)], env=variables, stdout=log, stderr=subprocess.STDOUT, timeout=TIMEOUT_SECONDS)
+    if not (out / "result.json").exists():
+        return {"error": f"ended with {finished.returncode}\n" + "\n".join((out / "log.txt").read_text().splitlines()[-15:])}
+    result = json.loads((out / "result.json").read_text())
+    result["pictures"] = [np.load(out / f"{number}.npy") for number in range(len(result["renders"]))]
+    return result
+
+
+# ---- Comparison ---------------------------------------------------------------------------------------------------------
+
+def jobs(scenes: list[str], engines: tuple[str, ...] = ("CYCLES", "AJAR")) -> list[dict]:
+    """Each scene with each seed by each engine, which take turns in one process."""
+    return [{"blend": str(ROOT / "test_scenes" / f"{scene}.blend"), "samples": SAMPLES, "percentage": PERCENTAGE, "engine": engine, "seed": seed}
+            for scene in scenes for seed in SEEDS for engine in engines]
+
+
+def pictures_of(result: dict, scene: str, engine: str = "AJAR") -> list[np.ndarray]:
+    return [picture[..., :3] for item, picture in zip(result["renders"], result["pictures"])
+            if item["engine"] == engine and Path(item["blend"]).stem == scene]
+
+
+def compare(ours: list[np.ndarray], theirs: list[np.ndarray]) -> dict:
+    """Ratio of the means with its standard error, and the blocks that differ by more than 1 % and three standard errors."""
+    pairs = [agreement.mean_and_variance(pictures) for pictures in (ours, theirs)]
+    blocks = [agreement.blocks_of_pixels(mean, variance, len(ours), BLOCK) for mean, variance in pairs]
+    means = [mean.mean() for mean, _ in pairs]
+    errors = [np.sqrt(variance.sum(axis=(0, 1))).mean() / variance[..., 0].size / mean for (_, variance), mean in zip(pairs, means)]
+    return {"same": all(np.array_equal(a, b) for a, b in zip(ours, theirs)), "ratio": float(means[0] / means[1]), "error": float(np.hypot(*errors)),
+            "out": len(agreement.disagreements(*blocks)), "blocks": int(blocks[0].means.size), "finite": all(np.isfinite(p).all() for p in ours)}
+
+
+def agrees(comparison: dict) -> bool:
+    """At three standard errors about one block of 370 is out by chance."""
+    return comparison["finite"] and (comparison["same"] or comparison["out"] <= max(1, comparison["blocks"] // 50))
+
+
+# ---- Libraries ------------------------------------------------------------------------------------------------------------
+
+def foreign_libraries(result: dict) -> dict[str, list[str]]:
+    """Embree, TBB and OpenImageIO in the process: ours by the add-on's folder, and Blender's."""
+    found = {"ours": [], "Blender's": []}
+    for path in result["mapped"]:
+        name = Path(path).name
+        if any(part in name.lower() for part in ("embree", "tbb", "openimageio")):
+            found["ours" if "ajar_render" in path else "Blender's"].append(name)
+    return found
+
+
+# ---- The page -------------------------------------------------------------------------------------------------------------
+
+def short(name: str) -> str:
+    return name.split(" (")[0] + (" legacy" if "legacy" in name else "")
+
+
+def table(results: dict[str, dict], scenes: list[str], of: Callable[[dict, str], dict]) -> list[str]:
+    lines = ["| scene | " + " | ".join(map(short, results)) + " |", "|---|" + "---|" * len(results)]
+    for scene in scenes:
+        cells = []
+        for result in results.values():
+            c = of(result, scene)
+            text = "identical" if c["same"] else f"{c['ratio']:.3f} ± {c['error']:.3f}, {c['out']} of {c['blocks']}"
+            cells.append(text if agrees(c) else f"**{text}**")
+        lines.append(f"| {scene} | " + " | ".join(cells) + " |")
+    return lines
+
+
+def page(results: dict[str, dict], scenes: list[str]) -> str:
+    lines = ["# Compatibility", "", "Written by `make compat`. The zip of `make extension` is installed into each Blender as a user would, in a clean profile, and",
+             "everything deprecated in its API is an error. Ajar (path tracer) and Cycles take turns in one process:",
+             f"{SAMPLES} samples, {len(SEEDS)} seeds, {PERCENTAGE} % of each scene's size.",
+             "", "| Blender | Python | instructions | Embree, TBB, OpenImageIO of Ajar | of Blender, in the same process |", "|---|---|---|---|---|"]
+    for name, result in results.items():
+        if "error" in result:
+            lines.append(f"| {name} | {result.get('python', '')} | | failed: {result['error'].strip().splitlines()[-1]} | |")
+            continue
+        ours = ", ".join(result["libraries"][key] for key in ("Embree", "TBB", "OpenImageIO"))
+        theirs = ", ".join(foreign_libraries(result)["Blender's"]) or "linked into it"
+        lines.append(f"| {name} | {result['python']} | {result['instruction_set']} | {ours} | {theirs} |")
+    works = {name: result for name, result in results.items() if "error" not in result}
+    official = {name: result for name, result in works.items() if "official" in name}
+    lines += ["", "## Ajar against Cycles of the same Blender", "", "Ratio of the means with its standard error, and the blocks of "
+              f"{BLOCK} x {BLOCK} pixels and channels that differ by more than 1 % and", "three standard errors of the block.", "",
+              *table({name: result for name, result in works.items() if pictures_of(result, scenes[0], "CYCLES")}, scenes,
+                     lambda result, scene: compare(pictures_of(result, scene), pictures_of(result, scene, "CYCLES")))]
+    lines += ["", "## Ajar against Ajar in Blender 3.4.1", "",
+              "There Ajar is built with Debian's libraries (Embree 3). Opening a file in 4.0 or newer turns its Principled nodes into the second version,",
+              "in Cycles too, so scenes with such nodes become other pictures; the table above is what judges them.", "",
+              *table({name: result for name, result in works.items() if name != debian(None).name}, scenes,
+                     lambda result, scene: compare(pictures_of(result, scene), pictures_of(works[debian(None).name], scene)))]
+    first = next(iter(official), None)
+    differing = [f"{scene} in {short(name)}" for name, result in official.items() for scene in scenes
+                 if not compare(pictures_of(result, scene), pictures_of(official[first], scene))["same"]]
+    if len(official) > 1:
+        lines += ["", f"Ajar's pictures in {', '.join(map(short, official))} are the same bit for bit" + (f", except {', '.join(differing)}." if differing else ".")]
+    return "\n".join([*lines, "", f"Measured on {datetime.date.today().isoformat()}.", ""])
+
+
+def forced_lines(blender: Blender, forced: dict, results: dict[str, dict], scene: str) -> str:
+    """What came of forcing the older instructions."""
+    if "error" in forced:
+        return f"\nForced to {OLDER} it failed: {forced['error'].strip().splitlines()[-1]}\n"
+    c = compare(pictures_of(forced, scene), pictures_of(results[blender.name], scene))
+    return (f"\nForced by `AJAR_INSTRUCTION_SET={OLDER}`, {short(blender.name)} loads the module of {forced['instruction_set']}; the picture of {scene} has "
+            f"{c['ratio']:.4f} of the mean with\nthe newest instructions, and {c['out']} of {c['blocks']} blocks differ.\n")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--wheel", nargs="+", choices=WHEELS, default=list(WHEELS))
+    parser.add_argument("--scene", nargs="+", default=sorted(path.stem for path in (ROOT / "test_scenes").glob("*.blend")))
+    parser.add_argument("--page", type=Path, default=ROOT / "docs" / "compatibility.md")
+    options = parser.parse_args()
+    blenders = [debian(None), debian(zips()[1])]
+    for version in options.wheel:
+        try:
+            blenders.append(wheel(version))
+        except Unavailable as reason:
+            print(f"left out: {reason}", file=sys.stderr)
+    results = {}
+    for blender in blenders:
+        engines = ("AJAR",) if "legacy" in blender.name else ("CYCLES", "AJAR")
+        results[blender.name] = run(blender, jobs(options.scene, engines), WORK / "out" / blender.name.replace(" ", "_"))
+        print(f"{blender.name}: {results[blender.name].get('error', 'rendered')}", flush=True)
+    if "error" in results[debian(None).name]:
+        raise SystemExit(1)
+    forced = run(blenders[-1], jobs(options.scene[:1], ("AJAR",)), WORK / "out" / "forced", AJAR_INSTRUCTION_SET=OLDER)
+    options.page.write_text(page(results, options.scene) + forced_lines(blenders[-1], forced, results, options.scene[0]), encoding="utf-8")
+    if forced.get("instruction_set") != OLDER:
+        raise SystemExit(f"{OLDER} was not taken: {forced.get('error', forced.get('instruction_set'))}")
+    bad = [name for name, result in results.items() if "error" in result]
+    bad += [f"{name}: {scene}" for name, result in results.items() for scene in options.scene if name not in bad and "legacy" not in name
+            and not agrees(compare(pictures_of(result, scene), pictures_of(result, scene, "CYCLES")))]
+    print("\n".join(f"differs: {item}" for item in bad) or "All agree.")
+    sys.exit(bool(bad))
+
+
+if __name__ == "__main__":
+    main()

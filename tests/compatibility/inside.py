@@ -1,0 +1,100 @@
+"""Runs inside one Blender, or inside the Python of one bpy wheel: installs Ajar from a zip as a user would, renders, writes what it saw.
+
+    python inside.py JOB.json
+    blender -b --factory-startup --python inside.py -- JOB.json
+
+The job: {"zip", "out", "renders": [{"blend", "engine", "samples", "seed", "percentage", "denoise"}]}, where "denoise" is "", "library" or
+"compositor". Leaves out/<number>.npy, linear RGBA from the bottom up, and out/result.json. Whatever is deprecated in the API that the add-on uses is an error. Ends by os._exit: Blender's own clean-up
+is not what is tested, and its exit code would be 0 after an exception.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import traceback
+import warnings
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+ADDON = "ajar_render"
+EXTENSION = f"bl_ext.user_default.{ADDON}"
+OURS = r"(bl_ext\.user_default\.)?ajar_render"
+
+
+def install(path: str | None) -> str:
+    """Name of the installed add-on's module. None: the profile has it already."""
+    warnings.filterwarnings("error", module=OURS)
+    if path is None:
+        bpy.ops.preferences.addon_enable(module=ADDON)
+        return ADDON
+    if bpy.app.version >= (4, 2):
+        bpy.ops.extensions.package_install_files(filepath=path, repo="user_default", enable_on_install=True)
+        return EXTENSION
+    bpy.ops.preferences.addon_install(filepath=path)
+    bpy.ops.preferences.addon_enable(module=ADDON)
+    return ADDON
+
+
+def render(job: dict, path: Path) -> np.ndarray:
+    """Linear RGBA of the current frame, rows from the bottom up."""
+    if bpy.data.filepath != job["blend"]:
+        bpy.ops.wm.open_mainfile(filepath=job["blend"])
+    scene = bpy.context.scene
+    scene.render.engine = job["engine"]
+    settings = scene.ajar if job["engine"] == "AJAR" else scene.cycles
+    settings.samples, settings.seed = job["samples"], job["seed"]
+    denoise = job.get("denoise", "")
+    if job["engine"] == "AJAR":
+        settings.integrator = "path"
+        settings.use_denoise = denoise == "library"
+    else:
+        settings.use_adaptive_sampling = settings.use_denoising = False
+    scene.render.resolution_percentage = job["percentage"]
+    scene.render.use_compositing, scene.render.use_sequencer = denoise == "compositor", False
+    if denoise == "compositor":
+        bpy.ops.ajar.denoise_in_compositor()
+    image = scene.render.image_settings
+    if hasattr(image, "media_type"):
+        image.media_type = "IMAGE"
+    image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGBA", "32"
+    scene.render.filepath = str(path.with_suffix(".exr"))
+    bpy.ops.render.render(write_still=True)
+    picture = bpy.data.images.load(str(path.with_suffix(".exr")))
+    width, height = picture.size
+    pixels = np.empty(width * height * 4, dtype=np.float32)
+    picture.pixels.foreach_get(pixels)
+    return pixels.reshape(height, width, 4)
+
+
+def mapped_libraries() -> list[str]:
+    """Files of the libraries in this process."""
+    lines = Path("/proc/self/maps").read_text().splitlines()
+    return sorted({line.split(None, 5)[5] for line in lines if len(line.split(None, 5)) == 6 and ".so" in line.split(None, 5)[5]})
+
+
+def main() -> None:
+    job = json.loads(Path(sys.argv[-1]).read_text())
+    out = Path(job["out"])
+    result = {"blender": bpy.app.version_string, "python": sys.version.split()[0], "renders": []}
+    try:
+        module = install(job["zip"])
+        result["self_check"] = sys.modules[f"{module}.self_check"].lines()
+        ajar = sys.modules[f"{module}.ajar_module"].ajar
+        result |= {"module": module, "instruction_set": ajar.instruction_set, "libraries": ajar.library_versions(), "file": ajar._ajar.__file__}
+        for number, item in enumerate(job["renders"]):
+            pixels = render(item, out / str(number))
+            np.save(out / f"{number}.npy", pixels)
+            result["renders"].append(item | {"mean": pixels[..., :3].mean(axis=(0, 1)).tolist(), "finite": bool(np.isfinite(pixels).all())})
+        result["mapped"] = mapped_libraries()
+    except BaseException:
+        result["error"] = traceback.format_exc()
+    (out / "result.json").write_text(json.dumps(result, indent=2))
+    sys.stdout.flush()
+    os._exit(1 if "error" in result else 0)
+
+
+main()

