@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import traceback
+
 bl_info = {
     "name": "Ajar Render Engine",
     "author": "The Ajar authors",
@@ -13,13 +15,23 @@ bl_info = {
     "support": "COMMUNITY",
 }
 
-from . import checks, engine, headless, hint_overlay, hints, presets, properties, ui, viewport  # noqa: E402
+from . import self_check  # noqa: E402
 
-MODULES = (properties, engine, viewport, hints, hint_overlay, checks, presets, ui)
+try:
+    from . import ajar_module  # noqa: F401
+except ImportError:
+    self_check.import_failure = traceback.format_exc()
+    print(self_check.import_failure, flush=True)
+    MODULES = (self_check,)   # its button tells what is the matter
+else:
+    from . import checks, denoise, engine, headless, hint_overlay, hints, presets, properties, ui, viewport
+
+    MODULES = (self_check, properties, engine, viewport, hints, hint_overlay, checks, presets, denoise, ui)
 
 
 def register() -> None:
-    headless.check()
+    if not self_check.import_failure:
+        headless.check()
     for module in MODULES:
         module.register()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import bpy
 import numpy as np
 
@@ -46,6 +48,58 @@ def cycles_value(owner: bpy.types.bpy_struct, name: str, default: object) -> obj
 def panorama_value(camera: bpy.types.Camera, name: str, default: object) -> object:
     """A property of panoramic cameras: Blender's own where it has them (5.0), before that Cycles'."""
     return getattr(camera, name) if hasattr(camera, name) else cycles_value(camera, name, default)
+
+
+# ---- Node trees -------------------------------------------------------------------------------------------------------
+
+def node_tree(owner: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bpy.types.NodeTree | None:
+    """The tree that shades `owner`; None where its plain colour does. Newer versions always use the tree."""
+    always = (5, 2) if isinstance(owner, bpy.types.Light) else (5, 0)
+    return owner.node_tree if bpy.app.version >= always or owner.use_nodes else None
+
+
+def displacement_method(material: bpy.types.Material) -> str:
+    """BUMP, DISPLACEMENT or BOTH."""
+    if bpy.app.version >= (4, 1):
+        return material.displacement_method
+    return getattr(getattr(material, "cycles", None), "displacement_method", "BUMP")
+
+
+# ---- Lights -------------------------------------------------------------------------------------------------------------
+
+def casts_shadow(light: bpy.types.Light) -> bool:
+    cycles = getattr(light, "cycles", None)
+    if cycles is not None and not hasattr(cycles, "cast_shadow"):   # 4.3: a property of the light
+        return light.use_shadow
+    return bool(cycles_value(light, "cast_shadow", True))
+
+
+def light_energy(light: bpy.types.Light) -> float:
+    """Energy as 3.4 means it, with the exposure that newer versions have beside it, and for lamps whose size is to add to their power."""
+    energy = light.energy * 2.0 ** getattr(light, "exposure", 0.0)
+    if not getattr(light, "normalize", True):
+        energy *= _extent(light) or 1.0
+    if light.type == "AREA" and bpy.app.version >= (4, 0):
+        energy *= 4.0 / math.pi   # 4.0 made the power of area lights a power; 3.4 spreads it over 4 instead of pi
+    return energy
+
+
+def _extent(light: bpy.types.Light) -> float:
+    """What Cycles divides the power by, except where `normalize` is off: square metres; of a sun, its disk in the sky."""
+    if light.type == "SUN":
+        return math.pi * math.sin(0.5 * light.angle) ** 2
+    if light.type != "AREA":
+        return 4.0 * math.pi * light.shadow_soft_size**2
+    height = light.size_y if light.shape in ("RECTANGLE", "ELLIPSE") else light.size
+    return light.size * height * (0.25 * math.pi if light.shape in ("DISK", "ELLIPSE") else 1.0)
+
+
+def light_color(light: bpy.types.Light) -> tuple[float, float, float]:
+    """Colour with that of the temperature, where it is used."""
+    color = light.color
+    if getattr(light, "use_temperature", False):
+        color = [a * b for a, b in zip(color, light.temperature_color)]
+    return tuple(color)
 
 
 # ---- Meshes ---------------------------------------------------------------------------------------------------------
@@ -99,12 +153,40 @@ def texture_space(mesh: bpy.types.Mesh) -> tuple[tuple[float, ...], tuple[float,
     return tuple(mesh.texspace_location), tuple(mesh.texspace_size)
 
 
+# ---- Render results ---------------------------------------------------------------------------------------------------
+
+def write_pass(target: bpy.types.RenderPass, values: np.ndarray) -> None:
+    """`values`: [pixels, channels]. Newer versions count numbers, older ones pixels."""
+    try:
+        target.rect.foreach_set(values.ravel())
+    except TypeError:
+        target.rect.foreach_set(values)
+
+
 # ---- Images -----------------------------------------------------------------------------------------------------------
 
 def packed_bytes(image: bpy.types.Image) -> bytes:
     """The file packed into the .blend, or nothing."""
     packed = image.packed_file or (image.packed_files[0] if len(image.packed_files) else None)
     return bytes(packed.data) if packed is not None and packed.size > 0 else b""
+
+
+# ---- Compositor ---------------------------------------------------------------------------------------------------------
+
+def compositor_output(scene: bpy.types.Scene) -> tuple[bpy.types.NodeTree, bpy.types.NodeSocket]:
+    """The scene's compositing tree and the input that becomes its picture; both are made where there is none."""
+    if bpy.app.version >= (5, 0):
+        if scene.compositing_node_group is None:
+            scene.compositing_node_group = bpy.data.node_groups.new("Compositing", "CompositorNodeTree")
+        tree, kind = scene.compositing_node_group, "NodeGroupOutput"
+        sockets = [item for item in tree.interface.items_tree if item.item_type == "SOCKET" and item.in_out == "OUTPUT"]
+        if not sockets:
+            tree.interface.new_socket("Image", in_out="OUTPUT", socket_type="NodeSocketColor")
+    else:
+        scene.use_nodes = True
+        tree, kind = scene.node_tree, "CompositorNodeComposite"
+    output = next((node for node in tree.nodes if node.bl_idname == kind), None) or tree.nodes.new(kind)
+    return tree, output.inputs[0]
 
 
 # ---- Drawing --------------------------------------------------------------------------------------------------------------

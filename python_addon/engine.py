@@ -15,7 +15,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import headless, hints, last_render, passes, viewport
+from . import compat, denoise, headless, hints, last_render, passes, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .interrupt import Interrupt
@@ -81,7 +81,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         started = time.monotonic()
         scene = depsgraph.scene_eval
         wanted = passes.wanted(depsgraph.view_layer_eval)
-        exported = export_scene(depsgraph, options, [item.name for item in wanted], self.camera_override or scene.camera,
+        guides = denoise.GUIDES if scene.ajar.use_denoise and denoise.is_available() and not self.is_preview else ()
+        exported = export_scene(depsgraph, options, [item.name for item in dict.fromkeys((*wanted, *guides))], self.camera_override or scene.camera,
                                 is_cancelled, lambda step: self._show(depsgraph, f"Exporting {step}"))
         export_seconds = time.monotonic() - started
         for name, message in exported.warnings:
@@ -110,7 +111,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         self._show_memory(statistics)
         hints.remember(session.hint_reports(), hint_points)
         last_render.remember(scene.name, statistics)
-        if not self._hand_over(depsgraph, session, wanted, statistics):
+        if not self._hand_over(depsgraph, session, wanted, statistics, bool(guides)):
             return  # cancelled before the first sample
         if options.stats is not None:
             options.stats.write_text(json.dumps(statistics, indent=2) + "\n", encoding="utf-8")
@@ -150,7 +151,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 next_image = time.monotonic() + IMAGE_SECONDS
 
     def _hand_over(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass],
-                   statistics: dict | None) -> bool:
+                   statistics: dict | None, is_denoised: bool = False) -> bool:
         """Give Blender the picture as it is now; False when there is none yet."""
         if session.snapshot("Combined") is None:
             return False
@@ -159,12 +160,22 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         for item in wanted:
             target = layer.passes.get(item.name)
             values = session.snapshot(item.name)
+            if is_denoised and item is passes.COMBINED:
+                values = self._denoised(depsgraph, session, values, statistics)
             if target is not None and values is not None:
-                target.rect.foreach_set(passes.fitted(values, target.channels))
+                compat.write_pass(target, passes.fitted(values, target.channels))
         self.end_result(result)
         if statistics is not None:
             self._stamp(depsgraph.view_layer.name, statistics)
         return True
+
+    def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, values: np.ndarray, statistics: dict) -> np.ndarray:
+        self._next_words = 0.0
+        self._show(depsgraph, "Denoising")
+        started = time.monotonic()
+        values = denoise.denoised(values, *(session.snapshot(guide.name) for guide in denoise.GUIDES))
+        statistics["denoise_seconds"] = time.monotonic() - started
+        return values
 
     def _stamp(self, view_layer: str, statistics: dict) -> None:
         """The statistics into the image's metadata, where its format has any."""

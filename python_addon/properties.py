@@ -84,6 +84,8 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     importance_max: bpy.props.FloatVectorProperty(name="To", description="Upper right corner, as a part of the frame", size=2,
                                                   default=(1.0, 1.0), min=0.0, max=1.0)
     samples: _int("samples", "Samples", "Samples per pixel", 64, "samples", 1, 2**24)
+    use_denoise: bpy.props.BoolProperty(
+        name="Denoise", description="Guess the picture without noise, by Blender's Open Image Denoise, when the render is done. Biased", default=False)
     viewport_samples: _int("viewport_samples", "Viewport Samples", "Samples per pixel in the rendered 3D view", 1024, "preview_samples",
                            1, 2**24)
     viewport_integrator: bpy.props.EnumProperty(name="Viewport Integrator", description="How light is followed in the rendered 3D view",

@@ -7,7 +7,7 @@ import textwrap
 import bpy
 from bpy.types import Panel
 
-from . import checks, hints, last_render
+from . import checks, denoise, hints, last_render
 from .ajar_module import ajar
 
 ENGINE = "AJAR"
@@ -96,6 +96,11 @@ class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
             region.active = settings.importance_factor != 1.0
             region.prop(settings, "importance_min")
             region.prop(settings, "importance_max")
+        column.separator()
+        if denoise.is_available():
+            column.prop(settings, "use_denoise")
+        else:
+            column.operator("ajar.denoise_in_compositor", icon="NODE_COMPOSITING")
         column.separator()
         column.prop(settings, "viewport_samples")
         column.prop(settings, "viewport_integrator")

@@ -17,14 +17,15 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, matrix_wor
     out = ajar.LightDescription()
     out.name = name
     out.world_from_light = rows_3x4(matrix_world)
-    out.color = tuple(light.color)
-    out.energy = light.energy
+    out.color = compat.light_color(light)
+    out.energy = compat.light_energy(light)
     out.visibility = visibility
-    out.cast_shadow = bool(compat.cycles_value(light, "cast_shadow", True))
+    out.cast_shadow = compat.casts_shadow(light)
     out.multiple_importance = bool(compat.cycles_value(light, "use_multiple_importance_sampling", True))
     _KINDS[light.type](out, light)
-    if light.use_nodes and light.node_tree is not None:
-        out.graph = _graph(context, light)
+    tree = compat.node_tree(light)
+    if tree is not None:
+        out.graph = _graph(context, tree, light.name)
     context.description.add_light(out)
 
 
@@ -57,8 +58,8 @@ def _area(out: ajar.LightDescription, light: bpy.types.AreaLight) -> None:
 _KINDS = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}
 
 
-def _graph(context: ExportContext, light: bpy.types.Light) -> ajar.NodeGraph:
-    graph = node_graph.export(context, light.node_tree, light.name)
+def _graph(context: ExportContext, tree: bpy.types.NodeTree, name: str) -> ajar.NodeGraph:
+    graph = node_graph.export(context, tree, name)
     if graph.surface.node < 0:  # nothing linked: the lamp is dark
         node = graph.add_node("ShaderNodeEmission", "Emission")
         graph.add_input(node, "Strength", (0.0, 0.0, 0.0, 0.0))

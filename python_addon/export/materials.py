@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+from .. import compat
 from ..ajar_module import ajar
 from . import node_graph
 from .context import ExportContext
@@ -17,10 +18,10 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
         return NO_MATERIAL
     key = material.as_pointer()
     if key not in context.materials:
-        if material.use_nodes and material.node_tree is not None:
-            graph = node_graph.export(context, material.node_tree, material.name)
-            method = getattr(getattr(material, "cycles", None), "displacement_method", "BUMP")
-            if graph.displacement.node >= 0 and method != "BUMP":
+        tree = compat.node_tree(material)
+        if tree is not None:
+            graph = node_graph.export(context, tree, material.name)
+            if graph.displacement.node >= 0 and compat.displacement_method(material) != "BUMP":
                 context.warn(material.name, "its displacement is shown as bump; the surface itself is not moved yet")
             # An output with nothing linked to it neither reflects nor emits.
             if graph.surface.node < 0:

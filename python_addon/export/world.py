@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .. import compat
 from ..ajar_module import ajar
 from . import node_graph
 from .context import ExportContext
@@ -13,8 +14,9 @@ def export(context: ExportContext) -> None:
         return
     out = context.description.world
     out.name = world.name
-    if world.use_nodes and world.node_tree is not None:
-        out.graph = node_graph.export(context, world.node_tree, world.name)
+    tree = compat.node_tree(world)
+    if tree is not None:
+        out.graph = node_graph.export(context, tree, world.name)
     else:
         out.color = tuple(world.color)
     out.visibility = _visibility(world)
