@@ -25,6 +25,7 @@ PREVIEW_SAMPLES, PREVIEW_SECONDS = 32, 2.0
 
 INTEGRATORS = tuple(info.name for info in ajar.integrator_list())
 DIRECT = tuple(info.name for info in ajar.direct_method_list())
+GUIDING = ("off", "on", "auto")
 IMAGE = ("uniform", "pmc_ip")
 
 
@@ -39,6 +40,7 @@ class Options:
     integrator: str | None = None
     direct: str | None = None
     direct_samples: int | None = None
+    guiding: str | None = None
     image: str | None = None
     samples: int | None = None
     time: float | None = None
@@ -94,6 +96,7 @@ READERS: dict[str, Callable[[str], object]] = {
     "integrator": _name(INTEGRATORS),
     "direct": _name(DIRECT),
     "direct-samples": _number(int, 1, 256),
+    "guiding": _name(GUIDING),
     "image": _name(IMAGE),
     "samples": _number(int, 1, 2**31 - 1),
     "time": _number(float, 1e-3, 1e9),

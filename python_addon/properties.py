@@ -69,6 +69,11 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                                    items=DIRECT_ITEMS, default="mis")
     direct_samples: bpy.props.IntProperty(name="Direct Samples", description="Samples of direct light at each surface the camera sees",
                                           default=1, min=1, max=256)
+    guiding: bpy.props.EnumProperty(
+        name="Path Guiding", description="Learn while rendering where light comes from, and send paths there", default="off",
+        items=[("off", "Off", "Directions are chosen by the materials alone", 0),
+               ("on", "On", "Directions are chosen by the materials and by what earlier samples found", 1),
+               ("auto", "Automatic", "Measure in the first 16 samples whether guiding pays", 2)])
     image: bpy.props.EnumProperty(
         name="Image Sampling", description="How samples are shared out among pixels", default="uniform",
         items=[("uniform", "Uniform", "All pixels get the same number of samples", 0),

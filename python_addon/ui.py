@@ -117,6 +117,8 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
         if info is not None:
             for line in _wrapped(f"{HONESTY[info.honesty]}: {info.sentence}", context):
                 column.label(text=line)
+        if settings.integrator == "path":
+            column.prop(settings, "guiding")
         if settings.integrator in PHOTON_INTEGRATORS:
             photons = column.column(align=True)
             for name in ("photons", "photon_radius", "gather_rays"):

@@ -9,6 +9,8 @@
 #include "integrators/tile_loop.h"
 #include "sampling/sampler.h"
 #include "transport/direct_mixture.h"
+#include "transport/guided_bsdf.h"
+#include "transport/path_guide.h"
 #include "transport/ray_events.h"
 
 namespace ajar {
@@ -17,7 +19,8 @@ namespace {
 
 /// Dimensions of the sampler: the camera's, then a fixed number for each vertex.
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 8;
-constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6;
+constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
+constexpr int kPilotIterations = 2, kLeastSamplesToMeasure = 16;
 
 struct Counters {
   uint64_t rays = 0, paths = 0;
@@ -26,7 +29,7 @@ struct Counters {
 class PathTracer final : public Integrator {
  public:
   Honesty honesty() const override { return honesty_; }
-  bool follows_goals() const override { return !(mixture_ && mixture_->learns()); }
+  bool follows_goals() const override { return !(mixture_ && mixture_->learns()) && !wants_guide(); }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);
@@ -44,13 +47,19 @@ class PathTracer final : public Integrator {
     // With nothing to choose among, one sample of the learned mixture is one of the default.
     if (method.method == DirectMethod::PmcHi && settings.direct_samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
     ends_early_ = !scene_->emission_without_lights();
+    guide_.reset();
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     if (mixture_ && mixture_->wants_pilot() && !run_pilot(film, stop)) return;
+    if (!guide_ && wants_guide()) {
+      const auto mode = scene_->settings().guiding == "on" ? PathGuide::Mode::On : PathGuide::Mode::Auto;
+      guide_ = std::make_unique<PathGuide>(mode, film.width(), film.height(), kTile);
+    }
     // What learns does so after 1, 2, 4, 8 ... samples, wherever iterations end, which depends on the clock.
     while (samples_per_pixel > 0) {
       int samples = samples_per_pixel;
+      if (guide_) samples = guide_->begin(samples_done_, samples, statistics_.rays);
       if (mixture_ && mixture_->learns()) samples = std::min(samples, int(std::bit_ceil(samples_done_ + 1) - samples_done_));
       render_samples(film, samples, stop);
       if (stop.load(std::memory_order_relaxed)) return;
@@ -59,9 +68,23 @@ class PathTracer final : public Integrator {
     }
   }
 
-  IntegratorStatistics statistics() const override { return statistics_; }
+  IntegratorStatistics statistics() const override {
+    IntegratorStatistics statistics = statistics_;
+    if (guide_) {
+      statistics.extra["guide_followed"] = guide_->follows() ? 1.0 : 0.0;
+      statistics.extra["guide_cells"] = double(guide_->tree().cell_count());
+      if (guide_->measured_gain() > 0.0) statistics.extra["guide_measured_gain"] = guide_->measured_gain();
+    }
+    return statistics;
+  }
 
  private:
+  /// Few samples are spent before a measurement could tell.
+  bool wants_guide() const {
+    const RenderSettings& settings = scene_->settings();
+    return settings.guiding == "on" || (settings.guiding == "auto" && (settings.samples == 0 || settings.samples > kLeastSamplesToMeasure));
+  }
+
   /// Samples to learn from that leave no trace in the picture. They end before its first sample, so that all its samples
   /// choose by the same shares: a sequence that is cut into pieces with different shares is stratified in pieces only, and
   /// loses more than later learning gains.
@@ -81,16 +104,20 @@ class PathTracer final : public Integrator {
   void render_samples(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) {
     samples_done_ += uint32_t(samples_per_pixel);
     tbb::combinable<Counters> counters;
-    if (mixture_) render_with(*mixture_, film, stop, counters);
-    else render_with(MisDirectLight(), film, stop, counters);
+    const auto with = [&](const auto& direct_light) {
+      if (guide_ && guide_->active()) render_with(direct_light, Guided{}, film, stop, counters);
+      else render_with(direct_light, Unguided(), film, stop, counters);
+    };
+    if (mixture_) with(*mixture_);
+    else with(MisDirectLight());
     counters.combine_each([&](const Counters& c) {
       statistics_.rays += c.rays;
       statistics_.paths += c.paths;
     });
   }
 
-  template <class DirectLight>
-  void render_with(const DirectLight& direct_light, Film& film, const std::atomic<bool>& stop, tbb::combinable<Counters>& counters) {
+  template <class DirectLight, class Guide>
+  void render_with(const DirectLight& direct_light, Guide, Film& film, const std::atomic<bool>& stop, tbb::combinable<Counters>& counters) {
     struct Tile {
       Sampler sampler;
       Counters& counter;
@@ -99,7 +126,8 @@ class PathTracer final : public Integrator {
     for_each_sample(
         film, samples_done_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local()}; },
         [&](Tile& tile, int px, int py, uint32_t index) {
-          tile.sampler.start(uint32_t(py) * full_width + uint32_t(px), index);
+          const uint32_t pixel = uint32_t(py) * full_width + uint32_t(px);
+          tile.sampler.start(pixel, index);
           const Vec2 offset = filter_.sample(tile.sampler.get_2d());
           const Vec2 on_film(float(px) + 0.5f + offset.x, float(py) + 0.5f + offset.y);
           const Vec2 u_lens = scene_->camera().has_lens() ? tile.sampler.get_2d() : Vec2(0.5f);
@@ -110,13 +138,16 @@ class PathTracer final : public Integrator {
             film.add_sample(px, py, Color(0.0f), 1.0f, &aux);
             return;
           }
-          const Color radiance = trace(direct_light, ray, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
+          Guide guide;
+          if constexpr (Guide::kGuided) guide = guide_->of_sample(px - film.x0(), py - film.y0(), pixel, index);
+          const Color radiance = trace(direct_light, guide, ray, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
+          if constexpr (Guide::kGuided) guide_->measure(px - film.x0(), py - film.y0(), radiance);
           film.add_sample(px, py, radiance, alpha, &aux);
         });
   }
 
-  template <class DirectLight>
-  Color trace(const DirectLight& direct_light, Ray ray, int pixel_x, int pixel_y, Sampler& sampler, SampleAux* aux, float& alpha, Counters& counter) const {
+  template <class DirectLight, class Guide>
+  Color trace(const DirectLight& direct_light, const Guide& guide, Ray ray, int pixel_x, int pixel_y, Sampler& sampler, SampleAux* aux, float& alpha, Counters& counter) const {
     const Scene& scene = *scene_;
     const LightSet& lights = scene.lights();
     const RenderSettings& settings = scene.settings();
@@ -127,6 +158,11 @@ class PathTracer final : public Integrator {
     DirectVertex previous;         // that chose the direction travelled
     bool last_chance = false;      // a bounce limit is reached: only what the next surface emits still counts
     int vertex = 0;
+    [[maybe_unused]] GuidedBsdf guided;
+    [[maybe_unused]] float plain = Guided::kPlainShare;   // probability that the BSDF alone chooses all directions, given those so far
+    [[maybe_unused]] float unguided_beta = 1.0f;          // the throughput, had it done so
+    [[maybe_unused]] OpenVertex open[Guide::kGuided ? kMostOpenVertices : 1];
+    [[maybe_unused]] int open_count = 0;
     alpha = 0.0f;
     ++counter.paths;
 
@@ -181,10 +217,15 @@ class PathTracer final : public Integrator {
       const bool passes_only = last_chance && !is_black(transparency);
       if (last_chance && !passes_only) break;
 
+      if constexpr (Guide::kGuided) {
+        if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f) open[open_count - 1].sample.inverse_distance = 1.0f / hit.t;
+        guided.start(bsdf.has_non_delta() && !last_chance ? guide.tree : nullptr, bsdf, point.position, 1.0f - plain);
+      }
       const uint32_t base = kCameraDimensions + kVertexDimensions * uint32_t(vertex++);
       DirectVertex here;
       if (bsdf.has_non_delta() && !last_chance && lights.can_choose()) {
-        const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y};
+        const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y,
+                                         Guide::kGuided ? &guided : nullptr};
         Color direct = direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
         if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
           if (has_soft_terminator(point)) direct += estimate_direct<true>(context, sampler, base + kDirectLight, counter.rays);
@@ -199,8 +240,26 @@ class PathTracer final : public Integrator {
         u_lobe = sampler.get_1d();
       }
       sampler.set_dimension(base + kDirection);
-      const auto sample = bsdf.sample(point.wo, u_lobe, sampler.get_2d());
-      if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
+      const Vec2 u_direction = sampler.get_2d();
+      std::optional<BsdfSample> sample;
+      if constexpr (Guide::kGuided) {
+        float u_guide = 0.0f, pdf_bsdf = 0.0f;
+        if (guided.guided()) {
+          sampler.set_dimension(base + kGuide);
+          u_guide = sampler.get_1d();
+        }
+        sample = guided.sample(point.wo, u_guide, u_lobe, u_direction, pdf_bsdf);
+        if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
+        if (guide.samples && !sample->specular && open_count < kMostOpenVertices) {
+          open[open_count++] = {{point.position, bsdf.n, sample->wi, 0.0f, 0.0f, pdf_bsdf / std::max(1.0f - guided.delta_chance(), 1e-6f), guided.kind(), guide.pixel, guide.index},
+                                radiance, luminance(beta)};
+        }
+        if (!sample->specular) plain *= pdf_bsdf / sample->pdf_solid_angle;
+        unguided_beta *= max_component(sample->f_cos) / (sample->specular ? sample->pdf_solid_angle : pdf_bsdf);
+      } else {
+        sample = bsdf.sample(point.wo, u_lobe, u_direction);
+        if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
+      }
       beta *= sample->f_cos / sample->pdf_solid_angle;
       if (!(max_component(beta) > 0.0f)) break;
 
@@ -227,13 +286,15 @@ class PathTracer final : public Integrator {
       // Nothing is left to find where only lights would count, and they are counted already.
       if (last_chance && here.complete && !sample->specular && ends_early_) break;
 
-      // Russian roulette: survival in proportion to what the path can still carry.
+      // Russian roulette: survival in proportion to what the path can still carry. A direction that the guide likes has a high density and so a low
+      // throughput, just because much light comes from there: the guide must not count.
       if (point.ray_depth > 2) {
-        const float survival = std::min(1.0f, std::sqrt(max_component(beta)));
+        const float survival = std::min(1.0f, std::sqrt(Guide::kGuided ? unguided_beta : max_component(beta)));
         if (survival < 1.0f) {
           sampler.set_dimension(base + kRoulette);
           if (sampler.get_1d() >= survival) break;
           beta /= survival;
+          if constexpr (Guide::kGuided) unguided_beta /= survival;
         }
       }
       previous = here;
@@ -241,6 +302,14 @@ class PathTracer final : public Integrator {
       previous.position = point.position;
       previous.normal = bsdf.receiving_normal();
       ray = scene.spawn_ray(point, sample->wi);
+    }
+    if constexpr (Guide::kGuided) {
+      // What came along each direction is what was found after it was chosen.
+      for (int i = 0; guide.samples && i < open_count; ++i) {
+        OpenVertex& o = open[i];
+        o.sample.weight = luminance(radiance - o.before) / o.beta;
+        if (o.sample.weight > 0.0f && std::isfinite(o.sample.weight)) guide.samples->push_back(o.sample);
+      }
     }
     return radiance;
   }
@@ -250,6 +319,7 @@ class PathTracer final : public Integrator {
   PixelFilter filter_;
   Honesty honesty_ = Honesty::Unbiased;
   std::unique_ptr<DirectMixture> mixture_;   // none: the default method
+  std::unique_ptr<PathGuide> guide_;         // none: directions by the BSDF alone
   bool ends_early_ = false;
   IntegratorStatistics statistics_;
 };

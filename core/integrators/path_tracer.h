@@ -4,6 +4,8 @@
 // Unbiased (with clamping off). The reference for all others, and the best choice for open
 // scenes and easily seen lights. Finds caustics of small lights and light behind
 // narrow openings only by luck, delta lights behind specular surfaces never; does not handle volumes.
+// With guiding (transport/path_guide.h) directions are drawn from a learned mixture as well: unbiased, too, and better where most
+// light comes from few directions that light sampling does not reach.
 #pragma once
 
 #include "integrators/integrator.h"

@@ -14,11 +14,13 @@
 
 namespace ajar {
 
+/// Edge of a tile in pixels; a tile belongs to one thread.
+constexpr int kTile = 16;
+
 /// Calls `sample(tile_state, pixel x, pixel y, index)` for each sample that a pixel of the film lacks to its goal, or to `uniform` where no
 /// goals are set; `begin_tile()` gives the state. Each sample must be added to the film. Ends early when `stop` is raised.
 template <class BeginTile, class Sample>
 void for_each_sample(const Film& film, uint32_t uniform, const std::atomic<bool>& stop, BeginTile&& begin_tile, Sample&& sample) {
-  constexpr int kTile = 16;
   tbb::parallel_for(
       tbb::blocked_range2d<int>(0, (film.height() + kTile - 1) / kTile, 1, 0, (film.width() + kTile - 1) / kTile, 1),
       [&](const tbb::blocked_range2d<int>& tile) {

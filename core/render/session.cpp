@@ -243,6 +243,7 @@ void Session::Data::run(Job job) {
   // What cannot be rendered is refused before anything is built.
   auto chosen = make_integrator(settings.integrator);
   find_direct_method(settings.direct);
+  check_choice("guiding", settings.guiding, {"off", "on", "auto"});
   check_choice("image sampling", settings.image, {"uniform", "pmc_ip"});
   check_choice("image error", settings.image_error, {"relative", "perceptual"});
   const CameraDescription camera = job.description ? job.description->camera : job.camera;
@@ -539,6 +540,7 @@ std::string Session::statistics_json() const {
   j["state"] = name_of(d.progress.phase);
   j["integrator"] = d.integrator_name;
   j["direct"] = d.settings.direct;
+  j["guiding"] = d.settings.guiding;
   j["image"] = d.settings.image;
   j["seeds"] = d.base ? d.base->seeds : std::vector<uint32_t>{};
   if (d.film) j["seeds"].push_back(d.seed);

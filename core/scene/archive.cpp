@@ -11,7 +11,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '4'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '5'};
 constexpr char kOldestVersion = '2';
 
 /// Types whose bytes are their value.
@@ -155,6 +155,7 @@ template <class A> void fields(A& a, RenderSettings& v) {
       v.clamp_indirect, v.reflective_caustics, v.refractive_caustics, v.integrator, v.direct, v.image, v.samples, v.seconds,
       v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays, v.direct_samples);
   if (a.has('3')) all(a, v.image_error, v.importance_region, v.importance_factor);
+  if (a.has('5')) visit(a, v.guiding);
 }
 template <class A> void fields(A& a, HintDescription& v) { all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled); }
 template <class A> void fields(A& a, SceneDescription& v) {

@@ -11,6 +11,7 @@
 #include "film/film.h"
 #include "sampling/sampler.h"
 #include "scene/scene.h"
+#include "transport/guided_bsdf.h"
 #include "transport/shadow_terminator.h"
 
 namespace ajar {
@@ -35,12 +36,20 @@ struct DirectLightContext {
   const Bsdf& bsdf;
   uint32_t material = 0;        ///< index that tells materials apart
   int pixel_x = 0, pixel_y = 0; ///< of the full frame
+  const GuidedBsdf* guide = nullptr;   ///< chooses the path's direction together with the BSDF
+
+  /// With the density by which the path's own sample will be drawn: what light samples compete with.
+  Bsdf::Evaluation evaluate(Vec3 wi) const {
+    Bsdf::Evaluation value = bsdf.evaluate(point.wo, wi);
+    if (guide) value.pdf_solid_angle = guide->pdf_solid_angle(value.pdf_solid_angle, wi);
+    return value;
+  }
 };
 
 /// What a vertex remembers for the weight of what its BSDF sample hits.
 struct DirectVertex {
   Vec3 position{0.0f}, normal{0.0f};   ///< Bsdf::receiving_normal
-  float bsdf_pdf = 0.0f;        ///< of the direction travelled; 0 when no light sampling could have found it
+  float bsdf_pdf = 0.0f;        ///< of the direction travelled, by BSDF and guide; 0 when no light sampling could have found it
   bool complete = false;        ///< the estimate at the vertex left nothing for its BSDF sample
   uint32_t cell = ~0u;          ///< of learned shares
 };
@@ -69,7 +78,7 @@ inline Color estimate_direct(const DirectLightContext& c, const LightSet::Choice
   const auto sample = lights.sample_li(choice.light, c.point.position, u, c.point.time);
   if (!sample || is_black(sample->radiance)) return Color(0.0f);
   if (kOnlyBeyond && !grazes_terminator(c.point, sample->wi)) return Color(0.0f);
-  const Bsdf::Evaluation scattered = c.bsdf.evaluate(c.point.wo, sample->wi);
+  const Bsdf::Evaluation scattered = c.evaluate(sample->wi);
   const LightFlags light = lights.flags(choice.light);
   const Color arriving = sample->radiance / (choice.pmf * sample->pdf_solid_angle);
   if (!is_black(scattered.f_cos)) {

@@ -415,7 +415,7 @@ Color DirectMixture::one_sample(const DirectLightContext& c, Sampler& sampler, u
 /// The light's part of multiple importance sampling.
 Color DirectMixture::weigh_sample(const DirectLightContext& c, const LightSet::Choice& chosen, LightFlags light, const LightSample& sample, uint64_t& rays) const {
   using enum DirectMethod;
-  const Bsdf::Evaluation scattered = c.bsdf.evaluate(c.point.wo, sample.wi);
+  const Bsdf::Evaluation scattered = c.evaluate(sample.wi);
   if (is_black(scattered.f_cos)) return Color(0.0f);
   const float pdf = chosen.pmf * sample.pdf_solid_angle;
   float weight = 1.0f / pdf;
@@ -463,7 +463,7 @@ Color DirectMixture::one_sample_ris(const DirectLightContext& c, Sampler& sample
     if (!(choice.pmf > 0.0f)) continue;
     const auto sample = lights.sample_li(choice.light, c.point.position, numbers.get_2d(), c.point.time);
     if (!sample || is_black(sample->radiance)) continue;
-    const Bsdf::Evaluation scattered = c.bsdf.evaluate(c.point.wo, sample->wi);
+    const Bsdf::Evaluation scattered = c.evaluate(sample->wi);
     const LightFlags light = lights.flags(choice.light);
     const float pdf = choice.pmf * sample->pdf_solid_angle;
     float weight = 1.0f / pdf;

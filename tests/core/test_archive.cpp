@@ -42,7 +42,11 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   SceneDescription later = d;                        // what older files cannot say
   later.camera.panorama.fisheye_fov = 3.0f;
   EXPECT_NE(to_bytes(later), to_bytes(d));
-  for (char version = '2'; version < to_bytes(d)[7]; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(later, version))), to_bytes(d));
+  for (char version = '2'; version < '4'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(later, version))), to_bytes(d));
+  later = d;
+  later.settings.guiding = "on";
+  EXPECT_NE(to_bytes(later), to_bytes(d));
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(later, '4'))), to_bytes(d));
   std::vector<char> bytes = to_bytes(d);
   bytes[7] = '1';
   EXPECT_THROW(from_bytes(bytes), SceneError);
