@@ -26,6 +26,8 @@ APPROXIMATED: dict[object, str] = {
     ("ShaderNodeBsdfAnisotropic", "distribution", "MULTI_GGX"): "energy compensated, not a walk between facets (docs/agreement.md)",
     ("ShaderNodeBsdfGlass", "distribution", "MULTI_GGX"): "energy compensated, not a walk between facets (docs/agreement.md)",
     ("ShaderNodeBsdfPrincipled", "distribution", "MULTI_GGX"): "energy compensated, not a walk between facets (docs/agreement.md)",
+    ("ShaderNodeBsdfPrincipled", "subsurface_method", "BURLEY"): "a random walk of the same radius",
+    ("ShaderNodeSubsurfaceScattering", "falloff", "BURLEY"): "a random walk of the same radius",
     "ShaderNodeBump": "heights a pixel apart as seen by the camera; Cycles measures the pixel along the path",
     "ShaderNodeDisplacement": "shown as bump, the surface stays where it is",
     "ShaderNodeVectorDisplacement": "shown as bump, the surface stays where it is",

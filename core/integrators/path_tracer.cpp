@@ -12,6 +12,7 @@
 #include "transport/guided_bsdf.h"
 #include "transport/path_guide.h"
 #include "transport/ray_events.h"
+#include "transport/subsurface_walk.h"
 
 namespace ajar {
 
@@ -21,6 +22,7 @@ namespace {
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 8;
 constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
 constexpr int kPilotIterations = 2, kLeastSamplesToMeasure = 16;
+constexpr uint32_t kEnter = 8192;   // and the vertex: whether light goes below the surface
 
 struct Counters {
   uint64_t rays = 0, paths = 0;
@@ -219,9 +221,18 @@ class PathTracer final : public Integrator {
 
       if constexpr (Guide::kGuided) {
         if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f) open[open_count - 1].sample.inverse_distance = 1.0f / hit.t;
-        guided.start(bsdf.has_non_delta() && !last_chance ? guide.tree : nullptr, bsdf, point.position, 1.0f - plain);
       }
       const uint32_t base = kCameraDimensions + kVertexDimensions * uint32_t(vertex++);
+      if (bsdf.has_subsurface() && !last_chance) {
+        [[maybe_unused]] const float before = max_component(beta);
+        sampler.set_dimension(kEnter + uint32_t(vertex));
+        if (!enter_or_stay(hit, hash_combine(uint32_t(pixel_y) * uint32_t(settings.width) + uint32_t(pixel_x), base), sampler.get_1d(), point,
+                           shading, beta, counter.rays))
+          break;
+        if constexpr (Guide::kGuided) unguided_beta *= max_component(beta) / before;
+      }
+      // By what scatters where light leaves, if it went below the surface.
+      if constexpr (Guide::kGuided) guided.start(bsdf.has_non_delta() && !last_chance ? guide.tree : nullptr, bsdf, point.position, 1.0f - plain);
       DirectVertex here;
       if (bsdf.has_non_delta() && !last_chance && lights.can_choose()) {
         const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y,
@@ -312,6 +323,22 @@ class PathTracer final : public Integrator {
       }
     }
     return radiance;
+  }
+
+  /// At a surface that light may enter: either walk below it, and `point` and `shading` become those of where the walk leaves, or go on with the
+  /// other lobes alone. False when the walk is lost.
+  bool enter_or_stay(const Hit& hit, uint32_t stream, float u, ShadingPoint& point, SurfaceShading& shading, Color& beta, uint64_t& rays) const {
+    const Bsdf::SubsurfacePart part = shading.bsdf.subsurface_part();
+    if (u >= part.selection) {
+      shading.bsdf.remove_subsurface(point.wo);
+      beta /= 1.0f - part.selection;
+      return !shading.bsdf.empty();
+    }
+    Pcg32 rng(uint64_t(u * 0x1p32f), stream);
+    Color weight = beta * part.weight / (glm::max(shading.medium.albedo, Color(1e-6f)) * part.selection);
+    if (!walk_below_surface(*scene_, hit, part.normal, shading.medium, rng, point, shading.bsdf, weight, rays)) return false;
+    beta = weight;
+    return true;
   }
 
   std::shared_ptr<const Scene> scene_;

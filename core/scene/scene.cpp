@@ -214,6 +214,12 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     s.programs_.emplace_back();
     if (used[i]) s.compile(CameraShader::Of::Material, i, d.materials[i].graph, d.materials[i].name, context, diagnostics);
   }
+  if (d.settings.integrator != "path" && d.settings.integrator != "auto") {
+    for (size_t i = 0; i < d.materials.size(); ++i)
+      if (used[i] && s.programs_[i].has_subsurface())
+        report_once(diagnostics, {Diagnostic::Severity::Warning, d.materials[i].name,
+                                  "its subsurface scattering is approximated by diffuse reflection; only the path tracer walks below surfaces"});
+  }
   s.material_pass_indices_.push_back(0);
   s.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s.textures_, diagnostics));
   for (size_t i = 0; i < used.size(); ++i) s.any_transparent_ |= used[i] && s.programs_[i].may_be_transparent();

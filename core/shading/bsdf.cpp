@@ -11,7 +11,8 @@ namespace {
 
 bool is_diffuse(LobeKind kind) {
   return kind == LobeKind::Diffuse || kind == LobeKind::PrincipledDiffuse || kind == LobeKind::Translucent ||
-         kind == LobeKind::Sheen || kind == LobeKind::MicrofiberSheen;
+         kind == LobeKind::Sheen || kind == LobeKind::MicrofiberSheen || kind == LobeKind::Velvet || kind == LobeKind::ToonDiffuse ||
+         kind == LobeKind::PrincipledRetro;
 }
 
 }  // namespace
@@ -25,6 +26,7 @@ Bsdf& Bsdf::operator=(const Bsdf& other) {
   has_non_delta_ = other.has_non_delta_;
   receiving_normal_ = other.receiving_normal_;
   single_lambert_ = other.single_lambert_;
+  has_subsurface_ = other.has_subsurface_;
   prepared_wo_ = other.prepared_wo_;
   std::memmove(lobe_bytes_, other.lobe_bytes_, size_t(count_) * sizeof(Lobe));
   std::memmove(layer_bytes_, other.layer_bytes_, size_t(layer_count_) * sizeof(Layer));
@@ -48,6 +50,7 @@ void Bsdf::add(const Lobe& lobe) {
   Lobe* stored = new (lobes() + slot) Lobe(lobe);
   stored->weight = weight;
   stored->delta = lobe.is_delta();
+  has_subsurface_ |= lobe.subsurface;
 }
 
 uint8_t Bsdf::add_layer(const Layer& layer) {
@@ -239,10 +242,32 @@ std::optional<BsdfSample> Bsdf::sample(Vec3 wo, float u_lobe, Vec2 u, TransportM
   return result;
 }
 
+Bsdf::SubsurfacePart Bsdf::subsurface_part() const {
+  SubsurfacePart part;
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes()[i];
+    if (!lobe.subsurface) continue;
+    if (part.selection == 0.0f) part.normal = lobe.frame.n;
+    part.weight += lobe.weight;
+    part.selection += lobe.selection;
+  }
+  return part;
+}
+
 void Bsdf::remove_transparency(Vec3 wo) {
+  keep_lobes(wo, [](const Lobe& lobe) { return lobe.kind != LobeKind::Transparent; });
+}
+
+void Bsdf::remove_subsurface(Vec3 wo) {
+  keep_lobes(wo, [](const Lobe& lobe) { return !lobe.subsurface; });
+  has_subsurface_ = false;
+}
+
+template <class Wanted>
+void Bsdf::keep_lobes(Vec3 wo, Wanted&& wanted) {
   int kept = 0;
   for (int i = 0; i < count_; ++i) {
-    if (lobes()[i].kind == LobeKind::Transparent) continue;
+    if (!wanted(lobes()[i])) continue;
     if (kept != i) std::memcpy(lobe_bytes_ + size_t(kept) * sizeof(Lobe), lobe_bytes_ + size_t(i) * sizeof(Lobe), sizeof(Lobe));
     ++kept;
   }

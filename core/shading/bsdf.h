@@ -43,6 +43,10 @@ enum class LobeKind : uint8_t {
   Translucent,         ///< Lambert on the other side
   Sheen,               ///< Disney sheen (Blender 3.x Principled)
   MicrofiberSheen,     ///< fibres standing on the surface (Blender 4.x Principled)
+  Velvet,              ///< Ashikhmin's velvet; `roughness` is its sigma
+  ToonDiffuse,         ///< a cone around n; `alpha_x` and `alpha_y` are its size and the width of its edge, in radians
+  ToonGlossy,          ///< the same around the mirror direction
+  PrincipledRetro,     ///< what PrincipledDiffuse has beyond its value without roughness
   MicrofacetReflection,
   MicrofacetRefraction,   ///< transmission part only
   MicrofacetGlass,        ///< reflection and transmission, chosen by dielectric Fresnel
@@ -80,6 +84,7 @@ struct Lobe {
   NormalFresnel normal_fresnel = NormalFresnel::None;  ///< factor by the reflectance of `eta` at n (glass: split there)
   Compensation compensation = Compensation::None;      ///< coloured by `multiple_scattering`
   bool delta = false;               ///< is_delta(), set by Bsdf::add
+  bool subsurface = false;          ///< stands for light that enters here and leaves elsewhere (SubsurfaceMedium)
   uint8_t layers = 0;               ///< which of the Bsdf's layers lie above, as bits
   Color weight{0.0f};               ///< product of all mix factors and the closure's colour
   Color f0{1.0f}, f90{1.0f};
@@ -102,6 +107,14 @@ struct Layer {
   float tint_share = 0.0f;          ///< of the area that is tinted
   Color tint{1.0f};                 ///< transmittance at normal incidence
   Color transmittance(Vec3 eye) const;
+};
+
+/// What is below a surface with a `subsurface` lobe. Lengths in metres.
+struct SubsurfaceMedium {
+  Color albedo{0.0f};               ///< of the surface, for light that comes from all around
+  Color radius{0.0f};               ///< mean free path
+  float anisotropy = 0.0f;          ///< mean cosine of scattering, in [0, 0.9]
+  bool fresnel = false;             ///< dimmed at grazing angles on the way in and out (Principled)
 };
 
 struct BsdfSample {
@@ -131,7 +144,7 @@ class Bsdf {
     n = shading_normal;
     count_ = layer_count_ = 0;
     dropped_ = 0;
-    has_non_delta_ = single_lambert_ = false;
+    has_non_delta_ = single_lambert_ = has_subsurface_ = false;
     receiving_normal_ = shading_normal;
   }
   /// After start: the whole surface is one Lambert lobe around n. The same as add and prepare, without their work.
@@ -157,6 +170,7 @@ class Bsdf {
     ng = other.ng;
     n = other.n;
     count_ = 0;
+    has_subsurface_ = other.has_subsurface_;
     layer_count_ = other.layer_count_;
     std::memcpy(layer_bytes_, other.layer_bytes_, size_t(layer_count_) * sizeof(Layer));
     for (int i = 0; i < other.count_; ++i)
@@ -202,6 +216,16 @@ class Bsdf {
   Color transparency() const;       ///< sum of the Transparent lobes' weights
   Color albedo() const;             ///< estimate of the reflected and transmitted fraction, without transparency
   bool has_non_delta() const { return has_non_delta_; }
+  bool has_subsurface() const { return has_subsurface_; }
+  /// The subsurface lobes together: weight, normal of the first, and chance of being chosen. After prepare.
+  struct SubsurfacePart {
+    Color weight{0.0f};
+    Vec3 normal{0.0f};
+    float selection = 0.0f;
+  };
+  SubsurfacePart subsurface_part() const;
+  /// Forget the subsurface lobes, for walks that choose by themselves whether to enter. Calls prepare.
+  void remove_subsurface(Vec3 wo);
   /// The normal by which light that arrives counts, for choosing lights; 0 when it may come from all around. After prepare.
   Vec3 receiving_normal() const { return receiving_normal_; }
   bool empty() const { return count_ == 0; }
@@ -229,6 +253,8 @@ class Bsdf {
   std::optional<BsdfSample> sample_lambert(Vec3 wo, Vec2 u) const;
   float importance_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const;
   Color layer_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const;
+  template <class Wanted>
+  void keep_lobes(Vec3 wo, Wanted&& wanted);
   template <class F>
   void for_each_specular(Vec3 wo, TransportMode mode, F&& visit) const;
   template <bool kWithCosine>
@@ -239,6 +265,7 @@ class Bsdf {
   uint32_t dropped_ = 0;
   bool has_non_delta_ = false;
   bool single_lambert_ = false;
+  bool has_subsurface_ = false;
   Vec3 prepared_wo_{0.0f}, receiving_normal_{0.0f};
   alignas(Lobe) unsigned char lobe_bytes_[kMaxLobes * sizeof(Lobe)];
   alignas(Layer) unsigned char layer_bytes_[kMaxLayers * sizeof(Layer)];

@@ -10,14 +10,15 @@ namespace ajar {
 
 std::string_view name_of(ClosureKind kind) {
   static constexpr std::string_view kNames[] = {"Diffuse",    "Glossy",      "Glass",    "Refraction", "Translucent",
-                                                "Principled", "Transparent", "Emission", "Holdout"};
+                                                "Principled", "Velvet",      "Toon",     "Glossy Toon", "Subsurface",
+                                                "Transparent", "Emission",   "Holdout"};
   return kNames[size_t(kind)];
 }
 
 void make_valid(closures::PrincipledInputs& in) {
   const auto limit = [](float& x, float low, float high) { x = std::isfinite(x) ? glm::clamp(x, low, high) : 0.0f; };
   for (float* share : {&in.metallic, &in.roughness, &in.transmission, &in.transmission_roughness, &in.sheen_roughness,
-                       &in.clearcoat_roughness, &in.diffuse_roughness, &in.subsurface})
+                       &in.clearcoat_roughness, &in.diffuse_roughness, &in.subsurface, &in.subsurface_anisotropy})
     limit(*share, 0.0f, 1.0f);
   for (float* amount : {&in.specular, &in.specular_ior_level, &in.sheen, &in.clearcoat}) limit(*amount, 0.0f, 12.0f);
   for (float* tint : {&in.specular_tint, &in.sheen_tint}) limit(*tint, 0.0f, 1.0f);
@@ -25,7 +26,9 @@ void make_valid(closures::PrincipledInputs& in) {
   limit(in.anisotropic_rotation, -1e4f, 1e4f);
   limit(in.ior, 1e-5f, 1e4f);
   limit(in.coat_ior, 1.0f, 1e4f);
-  for (Color* color : {&in.base_color, &in.specular_tint_color, &in.sheen_tint_color, &in.coat_tint, &in.subsurface_color})
+  limit(in.subsurface_ior, 1.01f, 3.8f);
+  limit(in.subsurface_scale, 0.0f, 1e12f);
+  for (Color* color : {&in.base_color, &in.specular_tint_color, &in.sheen_tint_color, &in.coat_tint, &in.subsurface_color, &in.subsurface_radius})
     for (int i = 0; i < 3; ++i) limit((*color)[i], 0.0f, 1e12f);
 }
 

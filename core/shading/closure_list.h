@@ -8,7 +8,7 @@
 namespace ajar {
 
 enum class ClosureKind : uint8_t {
-  Diffuse, Glossy, Glass, Refraction, Translucent, Principled, Transparent, Emission, Holdout
+  Diffuse, Glossy, Glass, Refraction, Translucent, Principled, Velvet, ToonDiffuse, ToonGlossy, Subsurface, Transparent, Emission, Holdout
 };
 
 /// Copy `count` floats from registers into the closure's inputs before use.

@@ -67,6 +67,66 @@ void add_translucent(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal) {
   bsdf.add(make_lobe(LobeKind::Translucent, weight, normal));
 }
 
+void add_velvet(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, float sigma) {
+  Lobe lobe = make_lobe(LobeKind::Velvet, weight, normal);
+  lobe.roughness = sigma;
+  bsdf.add(lobe);
+}
+
+void add_toon(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, bool glossy, float size, float smooth) {
+  Lobe lobe = make_lobe(glossy ? LobeKind::ToonGlossy : LobeKind::ToonDiffuse, weight, normal);
+  lobe.alpha_x = saturate(size) * 0.5f * kPi;
+  lobe.alpha_y = saturate(smooth) * 0.5f * kPi;
+  if (lobe.alpha_x + lobe.alpha_y > 0.0f) bsdf.add(lobe);
+}
+
+void add_subsurface(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, const SubsurfaceMedium& medium) {
+  constexpr float kLeastRadius = 1e-8f;
+  Color shallow(0.0f);
+  for (int i = 0; i < 3; ++i) {
+    if (medium.radius[i] >= kLeastRadius && medium.albedo[i] > 0.0f) continue;
+    shallow[i] = weight[i];
+    weight[i] = 0.0f;
+  }
+  const LobeKind kind = medium.fresnel ? LobeKind::PrincipledDiffuse : LobeKind::Diffuse;
+  bsdf.add(make_lobe(kind, shallow, normal));
+  Lobe lobe = make_lobe(kind, weight, normal);
+  lobe.subsurface = true;
+  bsdf.add(lobe);
+}
+
+namespace {
+
+/// Albedo of single scattering at which a dipole reflects `reflectance` [Jensen et al. 2001, eq. 15], by bisection as often as Cycles does.
+float dipole_albedo(float reflectance, float boundary) {
+  if (reflectance < 1e-4f) return 0.0f;
+  if (reflectance >= 0.995f) return 0.999999f;
+  float low = 0.0f, high = 1.0f, middle = 0.5f;
+  for (int i = 0; i < 12; ++i) {
+    middle = 0.5f * (low + high);
+    const float s = std::sqrt(3.0f * (1.0f - middle));
+    const float found = 0.5f * middle * (1.0f + std::exp(-boundary * s)) * std::exp(-s);
+    (found < reflectance ? low : high) = middle;
+  }
+  return middle;
+}
+
+}  // namespace
+
+SubsurfaceMedium make_medium(Color albedo, Color radius, float anisotropy, float ior, SubsurfaceMethod method) {
+  SubsurfaceMedium medium;
+  medium.albedo = albedo;
+  medium.anisotropy = std::clamp(anisotropy, 0.0f, 0.9f);
+  const float eta = std::clamp(ior, 1.01f, 3.8f), inside = 1.0f / eta;
+  // Diffuse reflectance of the boundary from inside, by the rational fit of Egan and Hilgeman.
+  const float fdr = inside * (-1.440f * inside + 0.710f) + 0.668f + 0.0636f * eta;
+  const float boundary = (4.0f / 3.0f) * (1.0f + fdr) / (1.0f - fdr);
+  for (int i = 0; i < 3; ++i)
+    medium.radius[i] = std::max(radius[i], 0.0f) * (method == SubsurfaceMethod::FixedRadius ? 0.25f * kInvPi
+                                                                                           : std::sqrt(3.0f * (1.0f - dipole_albedo(albedo[i], boundary))));
+  return medium;
+}
+
 void add_transparent(Bsdf& bsdf, Color weight) { bsdf.add(make_lobe(LobeKind::Transparent, weight, bsdf.n)); }
 
 void add_glossy(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, Vec3 tangent, Distribution distribution,

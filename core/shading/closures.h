@@ -26,6 +26,20 @@ void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 norma
 void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution, float roughness,
                float ior);
 
+void add_velvet(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, float sigma);
+/// `size` and `smooth` are the sockets', in [0, 1] of a right angle.
+void add_toon(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, bool glossy, float size, float smooth);
+/// Light that enters and leaves as the medium says; whoever cannot follow it sees a diffuse lobe. Channels whose radius is next to nothing
+/// are diffuse.
+void add_subsurface(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const SubsurfaceMedium& medium);
+
+/// How far light goes below the surface, for the sockets of a closure.
+enum class SubsurfaceMethod : uint8_t {
+  RandomWalk,          ///< `radius` as the mean free path of the reduced medium that a dipole of this albedo and index has
+  FixedRadius          ///< `radius` as in Blender's earlier profiles
+};
+SubsurfaceMedium make_medium(Color albedo, Color radius, float anisotropy, float ior, SubsurfaceMethod method);
+
 /// Sockets of the Principled BSDF. `version` 1 is Blender 3.x (Disney 2012 with Blender's changes), 2 is Blender 4.0 and
 /// later; sockets that a version lacks are ignored.
 struct PrincipledInputs {
@@ -43,10 +57,16 @@ struct PrincipledInputs {
   Color coat_tint{1.0f};
   float subsurface = 0.0f;
   Color subsurface_color{0.8f};
+  Color subsurface_radius{1.0f, 0.2f, 0.1f};           ///< metres
+  float subsurface_scale = 1.0f, subsurface_ior = 1.4f, subsurface_anisotropy = 0.0f;
+  SubsurfaceMethod subsurface_method = SubsurfaceMethod::RandomWalk;
+  bool enters = false;                                 ///< version 1: subsurface light is followed, not approximated by diffuse reflection
   float diffuse_roughness = 0.0f;                      ///< version 2 (4.3+)
   Vec3 normal{0, 0, 1}, clearcoat_normal{0, 0, 1}, tangent{1, 0, 0};
   bool reflective_caustics = true, refractive_caustics = true;  ///< lobes allowed after a diffuse bounce
 };
+/// The medium below a Principled surface of version 1.
+SubsurfaceMedium principled_medium(const PrincipledInputs& inputs);
 /// Emission and alpha are handled by the caller.
 void add_principled(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& inputs);
 

@@ -8,6 +8,7 @@
 #include "shading/fresnel.h"
 #include "shading/microfacet.h"
 #include "shading/sheen.h"
+#include "shading/toon.h"
 
 namespace ajar {
 namespace {
@@ -35,6 +36,13 @@ float principled_diffuse(float roughness, float cos_o, float cos_i, float cos_be
   const float fo = fresnel::schlick(cos_o), fi = fresnel::schlick(cos_i);
   const float rr = roughness * (cos_between + 1.0f);
   return kInvPi * ((1.0f - 0.5f * fo) * (1.0f - 0.5f * fi) + rr * (fo + fi + fo * fi * (rr - 1.0f)));
+}
+
+/// The second part alone.
+float principled_retro(float roughness, float cos_o, float cos_i, float cos_between) {
+  const float fo = fresnel::schlick(cos_o), fi = fresnel::schlick(cos_i);
+  const float rr = roughness * (cos_between + 1.0f);
+  return kInvPi * rr * (fo + fi + fo * fi * (rr - 1.0f));
 }
 
 Color fresnel_color(const Lobe& lobe, float cosine, float eta) {
@@ -277,6 +285,22 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
     case LobeKind::MicrofiberSheen:
       if (!reflection) return {};
       return cosine_lobe(sheen::microfiber(lobe.roughness, lobe.frame.n, wo, wi, mode == TransportMode::Radiance ? cos_o : cos_i));
+    case LobeKind::PrincipledRetro:
+      if (!reflection) return {};
+      return cosine_lobe(principled_retro(lobe.roughness, cos_o, cos_i, glm::dot(wo, wi)));
+    case LobeKind::Velvet:
+      if (!reflection) return {};
+      return {lobe.weight * (sheen::velvet(lobe.roughness, lobe.frame.n, wo, wi) * cos_i), warp::hemisphere_pdf_solid_angle()};
+    case LobeKind::ToonDiffuse:
+    case LobeKind::ToonGlossy: {
+      if (!reflection) return {};
+      // The light's cosine to the axis. Importance comes from it, and needs f times the other direction's cosine.
+      const bool glossy = lobe.kind == LobeKind::ToonGlossy, radiance = mode == TransportMode::Radiance;
+      const float mirrored = 2.0f * cos_o * cos_i - glm::dot(wo, wi);
+      const float value = toon::value(glossy ? mirrored : radiance ? cos_i : cos_o, lobe.alpha_x, lobe.alpha_y) * (radiance ? 1.0f : cos_i / cos_o);
+      const float pdf = toon::pdf_solid_angle(glossy ? mirrored : cos_i, lobe.alpha_x, lobe.alpha_y);
+      return {lobe.weight * value, glossy ? pdf : 0.5f * (pdf + cos_i * kInvPi)};
+    }
     case LobeKind::Translucent:
       if (reflection) return {};
       return {lobe.weight * (-cos_i * kInvPi), -cos_i * kInvPi};
@@ -301,9 +325,25 @@ bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMod
     case LobeKind::PrincipledDiffuse:
     case LobeKind::Sheen:
     case LobeKind::MicrofiberSheen:
+    case LobeKind::PrincipledRetro:
       sample.wi = lobe.frame.to_world(warp::square_to_cosine_hemisphere(u));
       sample.flags = kReflection | kDiffuse;
       return true;
+    case LobeKind::Velvet:
+      sample.wi = lobe.frame.to_world(warp::square_to_hemisphere(u));
+      sample.flags = kReflection | kDiffuse;
+      return true;
+    case LobeKind::ToonDiffuse:
+      // Half of the cosine, so that importance, which may leave in any direction, is sampled everywhere.
+      sample.wi = lobe.frame.to_world(u_branch < 0.5f ? warp::square_to_cone(u, toon::cone(lobe.alpha_x, lobe.alpha_y)) : warp::square_to_cosine_hemisphere(u));
+      sample.flags = kReflection | kDiffuse;
+      return true;
+    case LobeKind::ToonGlossy: {
+      const Vec3 mirror = 2.0f * glm::dot(lobe.frame.n, wo) * lobe.frame.n - wo;
+      sample.wi = Frame(mirror).to_world(warp::square_to_cone(u, toon::cone(lobe.alpha_x, lobe.alpha_y)));
+      sample.flags = kReflection | kGlossy;
+      return true;
+    }
     case LobeKind::Translucent:
       sample.wi = -lobe.frame.to_world(warp::square_to_cosine_hemisphere(u));
       sample.flags = kTransmission | kDiffuse;

@@ -26,10 +26,14 @@ Color mean_dielectric_tint(Color f0, Color f90, float eta) {
 
 // ---- Version 1: Disney 2012 as in Blender 2.79 to 3.x --------------------------------------------------------------
 
-/// Subsurface scattering is approximated by diffuse reflection of the mixed colour.
-void add_diffuse_v1(Bsdf& bsdf, Color weight, const PrincipledInputs& in) {
-  const Color color = glm::mix(in.base_color, in.subsurface_color, saturate(in.subsurface));
-  Lobe lobe = make_lobe(LobeKind::PrincipledDiffuse, weight * color, in.normal);
+Color diffuse_color_v1(const PrincipledInputs& in) { return glm::mix(in.base_color, in.subsurface_color, saturate(in.subsurface)); }
+
+/// Where light does not enter, subsurface scattering is diffuse reflection of the mixed colour.
+void add_diffuse_v1(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& in) {
+  const Color color = diffuse_color_v1(in);
+  const bool enters = in.enters && in.subsurface > kWeightCutoff;
+  if (enters) add_subsurface(bsdf, surface, weight * color, in.normal, principled_medium(in));
+  Lobe lobe = make_lobe(enters ? LobeKind::PrincipledRetro : LobeKind::PrincipledDiffuse, weight * color, in.normal);
   lobe.roughness = in.roughness;
   bsdf.add(lobe);
   if (in.sheen > kWeightCutoff) {
@@ -99,7 +103,7 @@ void add_clearcoat_v1(Bsdf& bsdf, Color weight, const PrincipledInputs& in) {
 void add_principled_v1(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& in) {
   const float metallic = saturate(in.metallic), transmission = saturate(in.transmission) * (1.0f - metallic);
   const float diffuse = (1.0f - metallic) * (1.0f - saturate(in.transmission));
-  if (diffuse > kWeightCutoff) add_diffuse_v1(bsdf, weight * diffuse, in);
+  if (diffuse > kWeightCutoff) add_diffuse_v1(bsdf, surface, weight * diffuse, in);
   if (in.reflective_caustics && 1.0f - transmission > kWeightCutoff &&
       (in.specular > kWeightCutoff || in.metallic > kWeightCutoff))
     add_specular_v1(bsdf, weight * (1.0f - transmission), in);
@@ -213,6 +217,13 @@ void add_principled_v2(Bsdf& bsdf, const Surface& surface, Color weight, const P
 }
 
 }  // namespace
+
+SubsurfaceMedium principled_medium(const PrincipledInputs& in) {
+  SubsurfaceMedium medium = make_medium(diffuse_color_v1(in), in.subsurface_radius * saturate(in.subsurface), in.subsurface_anisotropy,
+                                        in.subsurface_ior, in.subsurface_method);
+  medium.fresnel = true;
+  return medium;
+}
 
 void add_principled(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& inputs) {
   if (inputs.version >= 2)

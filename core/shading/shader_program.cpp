@@ -84,6 +84,10 @@ bool is_plain_diffuse(const Closure& closure) {
          patch.from >= 0;
 }
 
+bool patches(const Closure& closure, size_t offset) {
+  return std::any_of(closure.patches.begin(), closure.patches.end(), [=](const InputPatch& patch) { return patch.offset == offset; });
+}
+
 void apply_patches(const Closure& closure, const float* registers, closures::PrincipledInputs& inputs) {
   if (closure.patches.empty()) return;
   for (const InputPatch& patch : closure.patches)
@@ -170,6 +174,8 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
     return closures::safe_shading_normal(point.ng, point.wo, n / std::sqrt(length2));
   };
   const bool after_diffuse = point.ray_kind & kRayDiffuse;
+  // Seen after a diffuse bounce, light leaves where it enters, as in Cycles; and so it does for a second medium on the same surface.
+  const auto may_enter = [&] { return point.diffuse_depth == 0 && !out.bsdf.has_subsurface(); };
   const bool reflective = d.reflective_caustics || !after_diffuse, refractive = d.refractive_caustics || !after_diffuse;
 
   closures::PrincipledInputs inputs;
@@ -202,7 +208,25 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
         inputs.clearcoat_normal = normal_of(closure.coat_normal);
         inputs.reflective_caustics = reflective;
         inputs.refractive_caustics = refractive;
+        inputs.enters = inputs.version == 1 && inputs.subsurface > 0.0f && may_enter();
+        if (inputs.enters) out.medium = closures::principled_medium(inputs);
         closures::add_principled(out.bsdf, surface, Color(weight), inputs);
+        break;
+      case ClosureKind::Velvet: closures::add_velvet(out.bsdf, surface, color, inputs.normal, inputs.roughness); break;
+      case ClosureKind::ToonDiffuse:
+      case ClosureKind::ToonGlossy: {
+        const bool glossy = closure.kind == ClosureKind::ToonGlossy;
+        if (reflective || !glossy) closures::add_toon(out.bsdf, surface, color, inputs.normal, glossy, inputs.roughness, inputs.transmission_roughness);
+        break;
+      }
+      case ClosureKind::Subsurface:
+        if (may_enter()) {
+          out.medium = closures::make_medium(inputs.base_color, inputs.subsurface_radius * inputs.subsurface_scale, inputs.subsurface_anisotropy,
+                                             inputs.subsurface_ior, inputs.subsurface_method);
+          closures::add_subsurface(out.bsdf, surface, color, inputs.normal, out.medium);
+        } else {
+          closures::add_diffuse(out.bsdf, surface, color, inputs.normal, 0.0f);
+        }
         break;
       case ClosureKind::Emission:
       case ClosureKind::Transparent:
@@ -236,11 +260,21 @@ bool ShaderProgram::emission_is_constant() const { return data_->emission_code.e
 bool ShaderProgram::may_be_transparent() const { return data_->may_be_transparent; }
 bool ShaderProgram::scatters() const { return !data_->scattering.empty(); }
 
+bool ShaderProgram::has_subsurface() const {
+  return std::any_of(data_->scattering.begin(), data_->scattering.end(), [](const Closure& c) {
+    return c.kind == ClosureKind::Subsurface || (c.kind == ClosureKind::Principled && c.inputs.version == 1 && (c.inputs.subsurface > 0.0f || patches(c, offsetof(closures::PrincipledInputs, subsurface))));
+  });
+}
+
 bool ShaderProgram::may_be_rough(float roughness) const {
   return std::any_of(data_->scattering.begin(), data_->scattering.end(), [=](const Closure& c) {
     switch (c.kind) {
       case ClosureKind::Diffuse:
       case ClosureKind::Translucent:
+      case ClosureKind::Velvet:
+      case ClosureKind::ToonDiffuse:
+      case ClosureKind::ToonGlossy:
+      case ClosureKind::Subsurface:
       case ClosureKind::Principled: return true;
       case ClosureKind::Glossy:
       case ClosureKind::Glass:

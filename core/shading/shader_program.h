@@ -43,6 +43,7 @@ struct SurfaceShading {
   Bsdf bsdf;
   Color emission{0.0f};         ///< radiance towards wo
   float holdout = 0.0f;         ///< fraction that cuts a hole in the film
+  SubsurfaceMedium medium;      ///< when bsdf.has_subsurface()
 };
 
 struct SkyDisc {
@@ -73,6 +74,7 @@ class ShaderProgram {
   bool emission_is_constant() const;
   bool may_be_transparent() const;    ///< has a Transparent closure with non-zero weight
   bool scatters() const;              ///< has any closure beyond emission and transparency
+  bool has_subsurface() const;        ///< light may enter the surface
   /// Whether some lobe may be diffuse or at least as rough as this; whether some lobe may be smoother. Transparency is neither.
   bool may_be_rough(float roughness) const;
   bool may_be_smooth(float roughness) const;

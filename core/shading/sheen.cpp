@@ -62,4 +62,19 @@ float microfiber_albedo(float roughness, float cosine) {
   return at_grazing * std::exp(-rate * std::pow(saturate(cosine), 1.3688f - 0.2872f * r));
 }
 
+float velvet(float sigma, Vec3 n, Vec3 wo, Vec3 wi) {
+  const Vec3 sum = wo + wi;
+  const float length = std::sqrt(length_squared(sum));
+  if (!(length > 1e-5f)) return 0.0f;
+  const Vec3 half = sum / length;
+  const float cos_o = glm::dot(n, wo), cos_i = glm::dot(n, wi), cos_h = glm::dot(n, half), cos_oh = std::abs(glm::dot(wo, half));
+  if (!(std::abs(cos_h) < 1.0f - 1e-5f && cos_oh > 1e-5f && cos_o > 0.0f && cos_i > 0.0f)) return 0.0f;
+  const float inverse_variance = 1.0f / sqr(std::max(sigma, 0.01f)), sin2 = 1.0f - cos_h * cos_h;
+  // A Gaussian of the inverse of the half vector's slope, and the masking of V-grooves.
+  const float density = std::exp(-inverse_variance * cos_h * cos_h / sin2) * inverse_variance * kInvPi / (sin2 * sin2);
+  const float grooves = 2.0f * std::max(cos_h / cos_oh, 1e-5f);
+  const float masking = std::min({1.0f, grooves * cos_o, grooves * cos_i});
+  return 0.25f * density * masking / (cos_o * cos_i);
+}
+
 }  // namespace ajar::sheen

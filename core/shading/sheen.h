@@ -20,4 +20,7 @@ float microfiber(float roughness, Vec3 n, Vec3 wo, Vec3 wi, float cos_eye);
 /// Fit of that albedo; mean error 0.005, largest 0.026.
 float microfiber_albedo(float roughness, float cosine);
 
+/// Ashikhmin, Premoze and Shirley 2000, section 4 (velvet), with Blender's normalisation. Sigma is at least 0.01.
+float velvet(float sigma, Vec3 n, Vec3 wo, Vec3 wi);
+
 }  // namespace ajar::sheen

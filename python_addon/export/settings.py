@@ -39,6 +39,13 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.photons, out.photon_radius, out.gather_rays = ours.photons, ours.photon_radius, ours.gather_rays
     out.threads = _first(options.threads, render.threads if render.threads_mode == "FIXED" else 0)
     out.passes = passes
+    if _filters_glossy(context.scene):
+        context.warn(context.scene.name, "Filter Glossy is ignored: glossy surfaces seen after a diffuse bounce keep their roughness")
+
+
+def _filters_glossy(scene: bpy.types.Scene) -> bool:
+    """Whether Cycles would blur glossy surfaces; Blender's own default is 1. Without its add-on there is no such setting."""
+    return getattr(getattr(scene, "cycles", None), "blur_glossy", 0.0) > 0.0
 
 
 def resolution(render: bpy.types.RenderSettings) -> tuple[int, int]:

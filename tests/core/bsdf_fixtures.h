@@ -45,6 +45,15 @@ inline std::vector<Material> all_materials() {
   list.push_back({"diffuse_rough", [=](Bsdf& b, const Surface& s) { add_diffuse(b, s, white, s.ng, 0.8f); }, false, false, 60.0f});
   list.push_back({"translucent", [=](Bsdf& b, const Surface& s) { add_translucent(b, s, white, s.ng); }, true});
 
+  for (const float sigma : {0.3f, 1.0f})
+    list.push_back({sigma < 1.0f ? "velvet_fine" : "velvet", [=](Bsdf& b, const Surface& s) { add_velvet(b, s, white, s.ng, sigma); }, false, false, 300.0f});
+  for (const auto& [size, smooth, label] : {std::tuple(0.5f, 0.0f, "sharp"), {0.4f, 0.3f, "smooth"}, {0.9f, 0.5f, "wide"}}) {
+    list.push_back({std::string("toon_diffuse_") + label, [=, size = size, smooth = smooth](Bsdf& b, const Surface& s) { add_toon(b, s, white, s.ng, false, size, smooth); },
+                    false, false, 1000.0f});
+    list.push_back({std::string("toon_glossy_") + label, [=, size = size, smooth = smooth](Bsdf& b, const Surface& s) { add_toon(b, s, white, s.ng, true, size, smooth); },
+                    false, false, 1000.0f});
+  }
+
   const std::pair<const char*, Distribution> distributions[] = {{"ggx", Distribution::Ggx}, {"beckmann", Distribution::Beckmann},
       {"multi_ggx", Distribution::MultiGgx}, {"ashikhmin_shirley", Distribution::AshikhminShirley}};
   for (const auto& [name, d] : distributions) {

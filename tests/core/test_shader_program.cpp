@@ -153,15 +153,15 @@ TEST(ShaderProgram, a_color_linked_as_a_closure_emits) {
 
 TEST(ShaderProgram, unknown_closure_is_diffuse_of_its_color_and_reported_once) {
   GraphBuilder g;
-  const int toon = g.node("ShaderNodeBsdfToon", {value_input("Color", Vec4(1, 0, 0, 1))});
-  const int mix = g.node("ShaderNodeAddShader", {linked_input("Shader", toon, "BSDF"), linked_input("Shader_001", toon, "BSDF")});
+  const int hair = g.node("ShaderNodeBsdfHair", {value_input("Color", Vec4(1, 0, 0, 1))});
+  const int mix = g.node("ShaderNodeAddShader", {linked_input("Shader", hair, "BSDF"), linked_input("Shader_001", hair, "BSDF")});
   g.graph.surface = {mix, "Shader"};
   Diagnostics diagnostics;
   const ShaderProgram program = compile(g.graph, &diagnostics);
   compile(g.graph, &diagnostics);
   ASSERT_EQ(diagnostics.size(), 1u);
   EXPECT_EQ(diagnostics[0].object, "Material");
-  EXPECT_NE(diagnostics[0].message.find("ShaderNodeBsdfToon"), std::string::npos);
+  EXPECT_NE(diagnostics[0].message.find("ShaderNodeBsdfHair"), std::string::npos);
   EXPECT_TRUE(program.scatters());
 }
 

@@ -104,6 +104,42 @@ void translucent(ProgramBuilder& b, int node, Value weight, std::vector<Closure>
   out.push_back(std::move(w.closure));
 }
 
+void velvet(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  ClosureWriter w(b, node, ClosureKind::Velvet, weight);
+  w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
+  w.number(offsetof(Inputs, roughness), "Sigma", 1.0f);
+  w.normal("Normal", w.closure.normal);
+  out.push_back(std::move(w.closure));
+}
+
+void toon(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  const bool glossy = b.choice(node, "component", {"DIFFUSE", "GLOSSY"}) == 1;
+  ClosureWriter w(b, node, glossy ? ClosureKind::ToonGlossy : ClosureKind::ToonDiffuse, weight);
+  w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
+  w.number(offsetof(Inputs, roughness), "Size", 0.5f);
+  w.number(offsetof(Inputs, transmission_roughness), "Smooth", 0.0f);
+  w.normal("Normal", w.closure.normal);
+  out.push_back(std::move(w.closure));
+}
+
+/// Burley's profile has no walk of its own: one of the same radius stands for it.
+closures::SubsurfaceMethod subsurface_method(ProgramBuilder& b, int node, std::string_view property) {
+  const int choice = b.choice(node, property, {"RANDOM_WALK", "RANDOM_WALK_FIXED_RADIUS", "BURLEY"});
+  return choice == 0 ? closures::SubsurfaceMethod::RandomWalk : closures::SubsurfaceMethod::FixedRadius;
+}
+
+void subsurface(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
+  ClosureWriter w(b, node, ClosureKind::Subsurface, weight);
+  w.closure.inputs.subsurface_method = subsurface_method(b, node, "falloff");
+  w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
+  w.set(offsetof(Inputs, subsurface_radius), b.input(node, "Radius", Vector, Vec4(1.0f, 0.2f, 0.1f, 0.0f)), 3);
+  w.number(offsetof(Inputs, subsurface_scale), "Scale", 1.0f);
+  w.number(offsetof(Inputs, subsurface_ior), "IOR", 1.4f);
+  w.number(offsetof(Inputs, subsurface_anisotropy), "Anisotropy", 0.0f);
+  w.normal("Normal", w.closure.normal);
+  out.push_back(std::move(w.closure));
+}
+
 void add_colored(ProgramBuilder& b, ClosureKind kind, int node, Value color, Value weight, std::vector<Closure>& out) {
   if (color.is_constant() && max_component(b.constant_vector(color)) <= 0.0f) return;
   ClosureWriter w(b, node, kind, weight);
@@ -179,8 +215,12 @@ void principled(ProgramBuilder& b, int node, Value weight, std::vector<Closure>&
     w.number(offsetof(Inputs, sheen_tint), "Sheen Tint", 0.5f);
     w.number(offsetof(Inputs, transmission_roughness), "Transmission Roughness", 0.0f);
     w.color(offsetof(Inputs, subsurface_color), "Subsurface Color", ::ajar::Color(0.8f));
+    w.set(offsetof(Inputs, subsurface_radius), b.input(node, "Subsurface Radius", Vector, Vec4(1.0f, 0.2f, 0.1f, 0.0f)), 3);
+    w.number(offsetof(Inputs, subsurface_ior), "Subsurface IOR", 1.4f);
+    w.number(offsetof(Inputs, subsurface_anisotropy), "Subsurface Anisotropy", 0.0f);
+    w.closure.inputs.subsurface_method = subsurface_method(b, node, "subsurface_method");
   }
-  if (!subsurface.is_constant() || b.constant_value(subsurface) > 0.0f)
+  if (v2 && (!subsurface.is_constant() || b.constant_value(subsurface) > 0.0f))
     b.report(node, "subsurface scattering is not supported yet; it is diffuse");
   w.normal("Normal", w.closure.normal);
   w.normal(v2 ? "Coat Normal" : "Clearcoat Normal", w.closure.coat_normal);
@@ -201,6 +241,9 @@ constexpr ClosureType kNodes[] = {
     {"ShaderNodeBsdfRefraction", dielectric<ClosureKind::Refraction>},
     {"ShaderNodeBsdfTranslucent", translucent},
     {"ShaderNodeBsdfTransparent", transparent},
+    {"ShaderNodeBsdfVelvet", velvet},
+    {"ShaderNodeBsdfToon", toon},
+    {"ShaderNodeSubsurfaceScattering", subsurface},
     {"ShaderNodeEmission", emission},
     {"ShaderNodeBackground", emission},
     {"ShaderNodeHoldout", holdout},
