@@ -97,8 +97,8 @@ class LightSet {
   /// the light at `distance` with the light's geometric normal `light_normal`.
   float pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 light_normal) const;
   /// Radiance leaving lamp `index` from `position` towards `wo` (spot cone, spread and shader included); for suns
-  /// `position` does not matter.
-  Color lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time, uint32_t ray_kind = 0) const;
+  /// `position` does not matter. `distance` is how far the light goes, which shaders may ask (Light Falloff); suns' do not.
+  Color lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind = 0) const;
 
   /// Radiance of the environment (without suns) from direction `wi`, as a ray of this kind sees it.
   Color environment_radiance(Vec3 wi, uint32_t ray_kind) const;

@@ -128,7 +128,8 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
     end.radiance = lights.environment_radiance(-edge.to_eye, 0);
     end.can_be_hit = true;
   } else {
-    end.radiance = lights.lamp_radiance(uint32_t(light.light), light.position(), edge.to_eye, light.point.time);
+    end.radiance = lights.lamp_radiance(uint32_t(light.light), light.position(), edge.to_eye, light.point.time,
+                                       light.distant ? 0.0f : 1.0f / std::sqrt(edge.inverse_square));
     end.can_be_hit = !light.delta && lights.flags(uint32_t(light.light)).mis;
   }
   if (light.light < 0) return end;  // emits without being known as a light

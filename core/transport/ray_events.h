@@ -34,7 +34,7 @@ void for_each_lamp_crossed(const Scene& scene, const Ray& ray, float t_end, uint
   segment.t_max = t_end;
   for (LampHit lamp = scene.intersect_lamp(segment, ray_kind); lamp.light != ~0u; lamp = scene.intersect_lamp(segment, ray_kind)) {
     const Vec3 on_lamp = ray.origin + ray.direction * lamp.t;
-    const Color emitted = scene.lights().lamp_radiance(lamp.light, on_lamp, -ray.direction, ray.time);
+    const Color emitted = scene.lights().lamp_radiance(lamp.light, on_lamp, -ray.direction, ray.time, lamp.t);
     if (!is_black(emitted)) visit(LightMet{lamp.light, emitted, on_lamp, lamp.normal});
     segment.t_min = std::nextafter(lamp.t, kInfinity) * (1.0f + 1e-6f);
     if (!(segment.t_min < segment.t_max)) break;
@@ -52,7 +52,7 @@ void for_each_distant_light(const Scene& scene, const Ray& ray, uint32_t ray_kin
   }
   lights.for_each_distant_disk(ray.direction, [&](uint32_t index) {
     if (!(lights.flags(index).visibility & visibility_mask(ray_kind))) return;
-    const Color emitted = lights.lamp_radiance(index, Vec3(0.0f), -ray.direction, ray.time, ray_kind);
+    const Color emitted = lights.lamp_radiance(index, Vec3(0.0f), -ray.direction, ray.time, 0.0f, ray_kind);
     visit(LightMet{index, emitted, Vec3(kInfinity), -ray.direction});
   });
 }

@@ -26,6 +26,9 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, matrix_wor
     tree = compat.node_tree(light)
     if tree is not None:
         out.graph = _graph(context, tree, light.name)
+    hidden = [kind for bit, kind in _SEEN_BY if not visibility & bit]
+    if 0 < len(hidden) < len(_SEEN_BY):
+        context.warn(name, f"it is hidden from {' and '.join(hidden)} rays, but still lights what scatters that way where it is sampled")
     context.description.add_light(out)
 
 
@@ -55,6 +58,7 @@ def _area(out: ajar.LightDescription, light: bpy.types.AreaLight) -> None:
     out.spread = light.spread
 
 
+_SEEN_BY = ((ajar.VISIBLE_DIFFUSE, "diffuse"), (ajar.VISIBLE_GLOSSY, "glossy"), (ajar.VISIBLE_TRANSMISSION, "transmission"))
 _KINDS = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}
 
 

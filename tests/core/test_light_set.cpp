@@ -229,7 +229,7 @@ TEST(LightSet, samples_report_what_pdf_and_radiance_say) {
       Color radiance(0.0f);
       if (type == LightType::Environment) radiance = lights.environment_radiance(s->wi, 0);
       if (type == LightType::Triangle) radiance = Color(2.0f);
-      if (lights.lamp_count() > 0) radiance = lights.lamp_radiance(0, s->position, -s->wi, 0.0f);
+      if (lights.lamp_count() > 0) radiance = lights.lamp_radiance(0, s->position, -s->wi, 0.0f, s->distance);
       ASSERT_LE(glm::length(s->radiance - radiance), 1e-3f * glm::length(radiance)) << c.name;
     }
   }
@@ -678,6 +678,24 @@ TEST(LampShape, a_ray_sees_a_sphere_lamp_once) {
     EXPECT_FALSE(intersect_lamp_shape(light, ray));
     EXPECT_EQ(scene->intersect_lamp(ray, kRayDiffuse).light, ~0u);
   }
+}
+
+TEST(LightSet, shaders_of_lamps_know_how_far_their_light_goes) {
+  SceneDescription d;
+  add_object(d, plane(1.0f), add_diffuse(d, Color(0.5f)));
+  set_camera(d, Vec3(0, 0, 3), Vec3(0), 4);
+  LightDescription light = lamp(LightKind::Point, placed(Vec3(0), Vec3(0, 0, -1)));
+  Node falloff{"ShaderNodeLightFalloff", "Light Falloff", {{"Strength", {}, Vec4(1.0f)}, {"Smooth", {}, Vec4(0.0f)}}, {}};
+  Node emission{"ShaderNodeEmission", "Emission", {{"Color", {}, Vec4(1.0f)}, {"Strength", {0, "Linear"}, Vec4(1.0f)}}, {}};
+  light.graph.nodes = {falloff, emission};
+  light.graph.surface = {1, "Emission"};
+  d.lights.push_back(light);
+  const auto scene = build(d);
+  const auto near = scene->lights().sample_li(0, Vec3(0, 0, 1), {0.5f, 0.5f}, 0.0f), far = scene->lights().sample_li(0, Vec3(0, 0, 3), {0.5f, 0.5f}, 0.0f);
+  ASSERT_TRUE(near && far);
+  // Linear falloff: the intensity grows with the distance, against one of its two powers.
+  EXPECT_GT(near->radiance.x, 0.0f);
+  EXPECT_NEAR(far->radiance.x / near->radiance.x, 3.0f / 9.0f, 1e-5f);
 }
 
 }  // namespace
