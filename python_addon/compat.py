@@ -135,6 +135,11 @@ def has_split_normals(mesh: bpy.types.Mesh) -> bool:
     return mesh.use_auto_smooth or mesh.has_custom_normals
 
 
+def has_custom_normals(mesh: bpy.types.Mesh) -> bool:
+    """Whether the artist's own normals are shown, on flat faces too."""
+    return mesh.has_custom_normals and (bpy.app.version >= (4, 1) or mesh.use_auto_smooth)
+
+
 def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:
     """Split normals, one per polygon corner."""
     if bpy.app.version >= (4, 1):

@@ -59,7 +59,7 @@ def _read(collection: bpy.types.bpy_prop_collection, name: str, columns: int, ki
 def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray, loops: np.ndarray,
              polygons: np.ndarray) -> tuple[ajar.Domain, np.ndarray | None]:
     """Shading normals: none when all faces are flat, per vertex when all are smooth, else per corner."""
-    smooth = compat.polygon_smooth(mesh)
+    smooth = compat.polygon_smooth(mesh) | compat.has_custom_normals(mesh)
     if not smooth.any():
         return ajar.Domain.Corner, None
     split = compat.has_split_normals(mesh)
