@@ -111,6 +111,25 @@ void add_instances(SceneDescription& description, const Array<int32_t>& objects,
   }
 }
 
+/// Keys of instances that move while the shutter is open.
+void set_motion(SceneDescription& description, const Array<int32_t>& instances, const Floats& world_from_object) {
+  const size_t count = check_rows(instances, 1, "instances");
+  const size_t keys = world_from_object.size() / 12;
+  if (count == 0) return;
+  if (world_from_object.size() % (12 * count) != 0) throw py::value_error("world_from_object must have the same number of rows of 12 for each instance");
+  const int each = int(keys / count);
+  for (size_t i = 0; i < count; ++i) {
+    InstanceDescription& instance = description.instances.at(size_t(instances.data()[i]));
+    instance.first_motion_key = int(description.motion_keys.size());
+    instance.motion_key_count = each;
+    for (int k = 0; k < each; ++k) {
+      Rows rows;
+      std::memcpy(rows.data(), world_from_object.data() + 12 * (i * size_t(each) + size_t(k)), sizeof(Rows));
+      description.motion_keys.push_back(rows);
+    }
+  }
+}
+
 int add_image(SceneDescription& description, const std::string& name, const std::string& path, const py::bytes& packed,
               const OptionalFloats& pixels, int width, int height, const std::string& color_space, AlphaMode alpha_mode) {
   ImageDescription image;
@@ -203,6 +222,7 @@ void bind_geometry(py::module_& module) {
   py::class_<InstanceDescription>(module, "InstanceDescription")
       .def_readonly("object", &InstanceDescription::object)
       .def_readonly("world_from_object", &InstanceDescription::world_from_object)
+      .def_readonly("motion_key_count", &InstanceDescription::motion_key_count)
       .def_readonly("random", &InstanceDescription::random);
   py::class_<ImageDescription>(module, "ImageDescription")
       .def_readonly("name", &ImageDescription::name)
@@ -263,7 +283,9 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("blades", &CameraDescription::blades)
       .def_readwrite("blade_rotation", &CameraDescription::blade_rotation)
       .def_readwrite("aperture_ratio", &CameraDescription::aperture_ratio)
-      .def_readwrite("panorama", &CameraDescription::panorama);
+      .def_readwrite("panorama", &CameraDescription::panorama)
+      .def_readwrite("motion", &CameraDescription::motion)
+      .def_readwrite("shutter", &CameraDescription::shutter);
 }
 
 void bind_settings(py::module_& module) {
@@ -337,6 +359,8 @@ void bind_description(py::module_& module) {
            py::arg("shadow_terminator_offset") = 0.0f)
       .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"), py::arg("random") = py::none(),
            "Instances in bulk: int32[n], float32[n, 12] (three rows of four), float32[n].")
+      .def("set_motion", &set_motion, py::arg("instances"), py::arg("world_from_object"),
+           "Transforms at evenly spaced times while the shutter is open: int32[m] of instances, float32[m, keys, 12].")
       .def("add_image", &add_image, py::kw_only(), py::arg("name"), py::arg("path") = "", py::arg("packed") = py::bytes(),
            py::arg("pixels") = py::none(), py::arg("width") = 0, py::arg("height") = 0, py::arg("color_space") = "sRGB",
            py::arg("alpha_mode") = AlphaMode::Straight)
@@ -376,6 +400,7 @@ void bind_description(py::module_& module) {
       .def_readonly("hints", &SceneDescription::hints)
       .def_readonly("lights", &SceneDescription::lights)
       .def_readwrite("world", &SceneDescription::world)
+      .def_readonly("motion_keys", &SceneDescription::motion_keys)
       .def_readwrite("camera", &SceneDescription::camera)
       .def_readwrite("settings", &SceneDescription::settings)
       .def("fingerprint", &fingerprint, py::call_guard<py::gil_scoped_release>(),

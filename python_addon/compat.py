@@ -10,6 +10,8 @@ import numpy as np
 # Cycles' enumerations as stored in a file, for when its add-on is not enabled.
 _CYCLES_ENUMS = {
     "pixel_filter_type": ("BOX", "GAUSSIAN", "BLACKMAN_HARRIS"),
+    "motion_blur_position": ("START", "CENTER", "END"),
+    "rolling_shutter_type": ("NONE", "TOP"),
     "panorama_type": ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID", "MIRRORBALL", "FISHEYE_LENS_POLYNOMIAL",
                       "EQUIANGULAR_CUBEMAP_FACE"),
 }
@@ -100,6 +102,12 @@ def light_color(light: bpy.types.Light) -> tuple[float, float, float]:
     if getattr(light, "use_temperature", False):
         color = [a * b for a, b in zip(color, light.temperature_color)]
     return tuple(color)
+
+
+def shutter_position(scene: bpy.types.Scene) -> str:
+    """START, CENTER or END: Blender's own setting where it has one, before that Cycles'."""
+    render = scene.render
+    return render.motion_blur_position if hasattr(render, "motion_blur_position") else cycles_value(scene, "motion_blur_position", "CENTER")
 
 
 # ---- Meshes ---------------------------------------------------------------------------------------------------------

@@ -83,7 +83,9 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         wanted = passes.wanted(depsgraph.view_layer_eval)
         guides = denoise.GUIDES if scene.ajar.use_denoise and denoise.is_available() and not self.is_preview else ()
         exported = export_scene(depsgraph, options, [item.name for item in dict.fromkeys((*wanted, *guides))], self.camera_override or scene.camera,
-                                is_cancelled, lambda step: self._show(depsgraph, f"Exporting {step}"))
+                                is_cancelled, lambda step: self._show(depsgraph, f"Exporting {step}"),
+                                None if self.is_preview else self.frame_set)
+        scene = depsgraph.scene_eval   # motion blur has evaluated it again
         export_seconds = time.monotonic() - started
         for name, message in exported.warnings:
             self.report({"WARNING"}, f"{name}: {message}")

@@ -285,6 +285,20 @@ class AJAR_RENDER_PT_film(AjarPanel, Panel):
         column.prop(context.scene.render, "film_transparent", text="Transparent")
 
 
+class AJAR_RENDER_PT_motion_blur(AjarPanel, Panel):
+    bl_label = "Motion Blur"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        render, cycles = context.scene.render, getattr(context.scene, "cycles", None)
+        column = self.column()
+        column.prop(render, "use_motion_blur")
+        column.prop(render, "motion_blur_shutter")
+        owner = render if hasattr(render, "motion_blur_position") else cycles
+        if owner is not None:
+            column.prop(owner, "motion_blur_position")
+
+
 class AJAR_RENDER_PT_performance(AjarPanel, Panel):
     bl_label = "Performance"
     bl_options = {"DEFAULT_CLOSED"}
@@ -394,7 +408,7 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
 
 CLASSES = (AJAR_DATA_PT_panorama, AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_hints,
            AJAR_OBJECT_PT_light_path, AJAR_OBJECT_PT_importance, AJAR_COLLECTION_PT_importance, AJAR_RENDER_PT_film,
-           AJAR_RENDER_PT_performance, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan,
+           AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan,
            AJAR_VIEWLAYER_PT_passes, AJAR_VIEW3D_PT_hints)
 
 

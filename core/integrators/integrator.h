@@ -47,6 +47,7 @@ struct IntegratorInfo {
   const char* sentence;         ///< one sentence for the artist
   std::unique_ptr<Integrator> (*make)();
   bool joins_camera = false;    ///< joins paths from lights to the camera
+  bool renders_motion = false;  ///< its paths have times
 };
 /// The one list of integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();

@@ -19,7 +19,7 @@ namespace ajar {
 namespace {
 
 /// Dimensions of the sampler: the camera's, then a fixed number for each vertex.
-constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 8;
+constexpr uint32_t kTime = 4, kCameraDimensions = 6, kVertexDimensions = 8;
 constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
 constexpr int kPilotIterations = 2, kLeastSamplesToMeasure = 16;
 constexpr uint32_t kEnter = 8192;   // and the vertex: whether light goes below the surface
@@ -125,6 +125,7 @@ class PathTracer final : public Integrator {
       Counters& counter;
     };
     const uint32_t full_width = uint32_t(scene_->settings().width);
+    const bool moves = scene_->moves();
     for_each_sample(
         film, samples_done_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local()}; },
         [&](Tile& tile, int px, int py, uint32_t index) {
@@ -133,7 +134,12 @@ class PathTracer final : public Integrator {
           const Vec2 offset = filter_.sample(tile.sampler.get_2d());
           const Vec2 on_film(float(px) + 0.5f + offset.x, float(py) + 0.5f + offset.y);
           const Vec2 u_lens = scene_->camera().has_lens() ? tile.sampler.get_2d() : Vec2(0.5f);
-          const Ray ray = scene_->camera().generate_ray(on_film, u_lens, 0.0f);
+          float time = 0.0f;
+          if (moves) {
+            tile.sampler.set_dimension(kTime);
+            time = scene_->camera().time_of(tile.sampler.get_1d());
+          }
+          const Ray ray = scene_->camera().generate_ray(on_film, u_lens, time);
           SampleAux aux;
           float alpha = 1.0f;
           if (sees_nothing(ray)) {

@@ -13,8 +13,8 @@ namespace ajar {
 const std::vector<IntegratorInfo>& integrator_list() {
   static const std::vector<IntegratorInfo> list{
       // Who renders for others asks render/technique_choice.h which it shall be; by itself it is path tracing.
-      {"auto", "Auto", Honesty::Consistent, "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.", make_path_tracer},
-      {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer},
+      {"auto", "Auto", Honesty::Consistent, "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.", make_path_tracer, false, true},
+      {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer, false, true},
       {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt, true},
       {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", make_pmc_path, true},
       {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt, true},
@@ -36,6 +36,7 @@ const IntegratorInfo& find_integrator(const std::string& name) {
 std::unique_ptr<Integrator> make_integrator(const std::string& name) { return find_integrator(name).make(); }
 
 std::string reason_against(const IntegratorInfo& integrator, const Scene& scene) {
+  if (scene.moves() && !integrator.renders_motion) return "it does not render motion blur";
   if (!integrator.joins_camera) return "";
   const RenderSettings& s = scene.settings();
   if (scene.camera().finds_film(PixelFilter(s.filter, s.filter_width).half_width())) return "";

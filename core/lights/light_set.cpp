@@ -209,7 +209,8 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
       }
       block.slots.push_back(emission);
     }
-    if (!emits || count == 0) continue;
+    // Where the triangles of a moving object are, only a ray at its time finds out.
+    if (!emits || count == 0 || instance.motion) continue;
     if (uint64_t(block.first) + count > 0x7fffffffu) {
       report_once(diagnostics, {Diagnostic::Severity::Error, in.description.objects[instance.object].name,
                                 "Too many emissive triangles; the object is not used as a light."});

@@ -23,6 +23,12 @@ RenderPlan make_render_plan(const Scene& scene) {
       transparent ? "a visible material lets light straight through" : "no visible material is transparent: shadow rays stop at the first hit");
   const bool lens = scene.camera().has_lens();
   add("depth of field", lens, lens ? "the camera has an aperture" : "the camera is a pinhole");
+  const uint64_t moving = scene.statistics().moving_instances;
+  const std::string instances = number(moving) + (moving == 1 ? " object moves" : " objects move");
+  add("motion keys", scene.moves(), !scene.moves()           ? "nothing moves while the shutter is open"
+                                    : !scene.camera().moves() ? instances
+                                    : moving == 0             ? "the camera moves"
+                                                              : "the camera and " + instances);
   const int textures = scene.textures().decoded_count();
   add("textures", textures > 0, textures > 0 ? number(uint64_t(textures)) + " images decoded" : "no visible material uses an image");
   uint64_t used = 0, constant = 0;

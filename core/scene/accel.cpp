@@ -139,7 +139,9 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
     } else {
       geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_INSTANCE);
       rtcSetGeometryInstancedScene(geometry, static_cast<RTCScene>(mesh.structure.get()));
-      rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.world_from_object[0][0]);
+      if (instance.motion) rtcSetGeometryTimeStepCount(geometry, instance.motion_count);
+      for (uint32_t k = 0; k < instance.motion_count; ++k) rtcSetGeometryTransform(geometry, k, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.motion[k][0][0]);
+      if (!instance.motion) rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.world_from_object[0][0]);
     }
     rtcSetGeometryMask(geometry, instance.visibility);
     rtcCommitGeometry(geometry);

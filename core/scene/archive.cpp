@@ -133,7 +133,10 @@ template <class A> void fields(A& a, ObjectDescription& v) {
   if (a.has('3')) visit(a, v.importance);
   if (a.has('4')) visit(a, v.shadow_terminator_offset);
 }
-template <class A> void fields(A& a, InstanceDescription& v) { all(a, v.object, v.world_from_object, v.random); }
+template <class A> void fields(A& a, InstanceDescription& v) { 
+  all(a, v.object, v.world_from_object, v.random);
+  if (a.has('5')) all(a, v.first_motion_key, v.motion_key_count);
+}
 template <class A> void fields(A& a, LightDescription& v) {
   all(a, v.name, v.kind, v.world_from_light, v.color, v.energy, v.radius, v.spot_angle, v.spot_blend, v.sun_angle,
       v.area_shape, v.area_size, v.spread, v.graph, v.visibility, v.cast_shadow, v.multiple_importance);
@@ -146,6 +149,7 @@ template <class A> void fields(A& a, CameraDescription& v) {
   all(a, v.name, v.present, v.kind, v.world_from_camera, v.screen_window, v.clip_start, v.clip_end, v.aperture_radius,
       v.focus_distance, v.blades, v.blade_rotation, v.aperture_ratio);
   if (a.has('4')) visit(a, v.panorama);
+  if (a.has('5')) all(a, v.motion, v.shutter);
 }
 template <class A> void fields(A& a, BounceLimits& v) {
   all(a, v.total, v.diffuse, v.glossy, v.transmission, v.transparent, v.volume);
@@ -160,6 +164,7 @@ template <class A> void fields(A& a, RenderSettings& v) {
 template <class A> void fields(A& a, HintDescription& v) { all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled); }
 template <class A> void fields(A& a, SceneDescription& v) {
   all(a, v.meshes, v.objects, v.instances, v.materials, v.images, v.lights, v.world, v.camera, v.hints, v.settings);
+  if (a.has('5')) visit(a, v.motion_keys);
 }
 
 template <class A, class T> void visit(A& a, T& value) {
@@ -195,7 +200,7 @@ void check_enums(const SceneDescription& d) {
 uint64_t fingerprint(const SceneDescription& description) {
   Hasher hasher;
   auto& d = const_cast<SceneDescription&>(description);
-  all(hasher, d.meshes, d.objects, d.instances, d.materials, d.images, d.lights, d.world, d.hints,
+  all(hasher, d.meshes, d.objects, d.instances, d.motion_keys, d.materials, d.images, d.lights, d.world, d.hints,
       d.settings.reflective_caustics, d.settings.refractive_caustics);
   return hasher.state;
 }

@@ -4,10 +4,24 @@
 
 namespace ajar {
 
+namespace {
+
+/// A camera's scale does not change its picture: keep rotation and position only.
+Mat4 without_scale(Mat4 matrix) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float len = glm::length(Vec3(matrix[axis]));
+    if (len > 0.0f) matrix[axis] /= len;
+  }
+  return matrix;
+}
+
+}  // namespace
+
 Camera::Camera(const CameraDescription& description, int width, int height)
     : kind_(description.kind),
       panorama_(description.panorama),
-      world_from_camera_(to_matrix(description.world_from_camera)),
+      world_from_camera_(without_scale(to_matrix(description.world_from_camera))),
+      shutter_(description.shutter),
       width_(width),
       height_(height),
       window_(description.screen_window),
@@ -18,17 +32,31 @@ Camera::Camera(const CameraDescription& description, int width, int height)
       blades_(description.blades),
       blade_rotation_(description.blade_rotation),
       aperture_ratio_(description.aperture_ratio) {
-  // A camera's scale does not change its picture: keep rotation and position only.
-  for (int axis = 0; axis < 3; ++axis) {
-    const float len = glm::length(Vec3(world_from_camera_[axis]));
-    if (len > 0.0f) world_from_camera_[axis] /= len;
-  }
+  if (description.motion.size() > 1)
+    for (const auto& rows : description.motion) motion_.push_back(split(without_scale(to_matrix(rows))));
   camera_from_world_ = glm::inverse(world_from_camera_);
   pixel_area_ = std::abs((window_.y - window_.x) * (window_.w - window_.z)) / (float(width_) * float(height_));
   if (lens_radius_ > 0.0f) {
     const float unit = blades_ < 3 ? kPi : 0.5f * float(blades_) * std::sin(2.0f * kPi / float(blades_));
     pdf_lens_area_ = aperture_ratio_ / (unit * sqr(lens_radius_));
   }
+}
+
+float Camera::time_of(float u) const {
+  if (shutter_.size() < 2) return u;
+  const float place = u * float(shutter_.size() - 1);
+  const size_t first = std::min(size_t(place), shutter_.size() - 2);
+  return shutter_[first] + (place - float(first)) * (shutter_[first + 1] - shutter_[first]);
+}
+
+/// From the camera's own space at the ray's time.
+Ray Camera::to_world(Ray ray) const {
+  Mat4 moved;
+  if (moves()) moved = interpolate(motion_, ray.time);
+  const Mat4& frame = moves() ? moved : world_from_camera_;
+  ray.origin = transform_point(frame, ray.origin);
+  ray.direction = glm::normalize(transform_vector(frame, ray.direction));
+  return ray;
 }
 
 Vec2 Camera::sample_lens(Vec2 u) const {
@@ -121,11 +149,11 @@ Ray Camera::panoramic_ray(Vec2 film, Vec2 lens, float time) const {
     origin = u * lens.x + v * lens.y;
     direction = glm::normalize(focus - origin);
   }
-  ray.origin = transform_point(world_from_camera_, origin);
-  ray.direction = glm::normalize(transform_vector(world_from_camera_, direction));
+  ray.origin = origin;
+  ray.direction = direction;
   ray.t_min = clip_start_;
   ray.t_max = clip_end_;
-  return ray;
+  return to_world(ray);
 }
 
 Ray Camera::ray_from_lens(Vec2 film, Vec2 lens, float time) const {
@@ -143,14 +171,14 @@ Ray Camera::ray_from_lens(Vec2 film, Vec2 lens, float time) const {
   }
   const float len = glm::length(direction);
   Ray ray;
-  ray.origin = transform_point(world_from_camera_, origin);
-  ray.direction = glm::normalize(transform_vector(world_from_camera_, direction));
+  ray.origin = origin;
+  ray.direction = direction;
   // Clipping planes are perpendicular to the view axis.
   const float along = len / std::abs(direction.z);
   ray.t_min = clip_start_ * along;
   ray.t_max = clip_end_ * along;
   ray.time = time;
-  return ray;
+  return to_world(ray);
 }
 
 }  // namespace ajar

@@ -11,6 +11,7 @@
 
 #include <optional>
 
+#include "scene/motion.h"
 #include "scene/panorama.h"
 
 namespace ajar {
@@ -56,6 +57,9 @@ class Camera {
   /// Ray through a film point and this point of the lens.
   Ray ray_through(Vec2 film, Vec3 lens_point, float time) const;
 
+  bool moves() const { return motion_.size() > 1; }
+  /// Time in [0, 1] of the shutter interval for a number uniform in [0, 1).
+  float time_of(float u) const;
   bool has_lens() const { return lens_radius_ > 0.0f; }
   const Mat4& world_from_camera() const { return world_from_camera_; }
   Vec3 position() const { return Vec3(world_from_camera_[3]); }
@@ -67,6 +71,7 @@ class Camera {
   Vec2 sample_lens(Vec2 u) const;
   Ray ray_from_lens(Vec2 film, Vec2 lens, float time) const;
   Ray panoramic_ray(Vec2 film, Vec2 lens, float time) const;
+  Ray to_world(Ray ray) const;
   Vec2 on_window(Vec2 film) const {
     return {window_.x + (window_.y - window_.x) * film.x / float(width_), window_.z + (window_.w - window_.z) * film.y / float(height_)};
   }
@@ -77,6 +82,8 @@ class Camera {
   CameraKind kind_ = CameraKind::Perspective;
   Panorama panorama_;
   Mat4 world_from_camera_{1.0f}, camera_from_world_{1.0f};
+  std::vector<SplitTransform> motion_;   ///< of world_from_camera_ while the shutter is open; none: still
+  std::vector<float> shutter_;
   int width_ = 1, height_ = 1;
   Vec4 window_{-1, 1, -1, 1};
   float clip_start_ = 0.0f, clip_end_ = kInfinity;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/motion.h"
 #include "scene/scene_description.h"
 
 namespace ajar {
@@ -44,6 +45,21 @@ struct BuiltInstance {
   float random = 0.0f;
   float transform_scale = 1.0f;      ///< largest row sum of |M|, for error bounds
   bool flips_orientation = false;    ///< negative determinant
+  const Mat4* motion = nullptr;      ///< world_from_object at evenly spaced times while the shutter is open; null: still
+  uint32_t motion_count = 0;
 };
+
+/// At a time of the shutter interval; `moved` holds what does not stand still.
+inline const Mat4& world_from_object(const BuiltInstance& instance, float time, Mat4& moved) {
+  if (!instance.motion) return instance.world_from_object;
+  interpolate_straight(instance.motion, instance.motion_count, time, moved);
+  return moved;
+}
+inline const Mat4& object_from_world(const BuiltInstance& instance, float time, Mat4& moved) {
+  if (!instance.motion) return instance.object_from_world;
+  interpolate_straight(instance.motion, instance.motion_count, time, moved);
+  moved = glm::affineInverse(moved);
+  return moved;
+}
 
 }  // namespace ajar

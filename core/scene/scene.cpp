@@ -19,6 +19,8 @@ constexpr float gamma_bound(int n) {
 
 Mat3 absolute(const Mat3& m) { return Mat3(glm::abs(m[0]), glm::abs(m[1]), glm::abs(m[2])); }
 
+constexpr int kMostMotionKeys = 129;   // of Embree
+
 /// True for transforms that flatten space, which have no inverse.
 bool is_singular(const Mat4& m) {
   const Mat3 linear(m);
@@ -163,6 +165,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     if (d.objects[i].materials.empty()) s.material_table_.push_back(default_material);
     for (int material : d.objects[i].materials) s.material_table_.push_back(material < 0 ? default_material : uint32_t(material));
   }
+  std::vector<std::pair<size_t, size_t>> first_motion;   // instance, index of its first matrix
   s.instances_.reserve(d.instances.size());
   for (const InstanceDescription& in : d.instances) {
     const ObjectDescription& object = d.objects[in.object];
@@ -182,7 +185,17 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
       s.meshes_.push_back(std::move(copy));
       users.push_back(1);
     }
-    if (users[instance.mesh] == 1 && (singular || (options.bake_single_instances && !stays)) && !s.meshes_[instance.mesh].baked)
+    // A flat object stays where it is at the frame: flattening its mesh leaves no matrix to move.
+    if (in.motion_key_count > 1 && !singular) {
+      std::vector<SplitTransform> keys;
+      for (int k = 0; k < in.motion_key_count; ++k) keys.push_back(split(to_matrix(d.motion_keys[size_t(in.first_motion_key + k)])));
+      const std::vector<Mat4> matrices = straightened(keys, kMostMotionKeys);
+      instance.motion_count = uint32_t(matrices.size());
+      first_motion.push_back({s.instances_.size(), s.motion_.size()});
+      s.motion_.insert(s.motion_.end(), matrices.begin(), matrices.end());
+    }
+    const bool moves = instance.motion_count > 0;
+    if (users[instance.mesh] == 1 && !moves && (singular || (options.bake_single_instances && !stays)) && !s.meshes_[instance.mesh].baked)
       bake(s.meshes_[instance.mesh], instance.world_from_object);
     instance.first_material = first_material[in.object];
     instance.material_count = std::max<uint32_t>(1, uint32_t(object.materials.size()));
@@ -192,6 +205,8 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     s.statistics_.instanced_triangles += s.meshes_[instance.mesh].triangles.size();
     for (uint32_t k = 0; k < instance.material_count; ++k) used[s.material_table_[instance.first_material + k]] = 1;
   }
+  for (const auto& [index, first] : first_motion) s.instances_[index].motion = &s.motion_[first];
+  s.statistics_.moving_instances = first_motion.size();
   s.statistics_.instances = s.instances_.size();
   s.statistics_.meshes = s.meshes_.size();
   for (const BuiltMesh& mesh : s.meshes_) {
@@ -324,16 +339,24 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
     }
   }
   if (!mesh.baked) {
-    const Mat4& m = instance.world_from_object;
+    Mat4 moved;
+    const Mat4& m = world_from_object(instance, ray.time, moved);
     const Mat3 linear(m);
     const Mat3 absolute_linear = absolute(linear);
+    const Vec3 on_mesh = point.position;
     point.position_error = absolute_linear * (point.position_error + gamma_bound(4) * glm::abs(point.position)) +
                            gamma_bound(4) * glm::abs(Vec3(m[3]));
     point.position = transform_point(m, point.position);
     point.dpdu = linear * point.dpdu;
     point.dpdv = linear * point.dpdv;
     ng = glm::cross(point.dpdu, point.dpdv);
-    ns = ns * Mat3(instance.object_from_world);  // row vector times inverse = inverse transpose times column
+    if (instance.motion) {
+      // The interpolated matrix has rounding errors of its own.
+      point.position_error += gamma_bound(4) * (absolute_linear * glm::abs(on_mesh) + glm::abs(Vec3(m[3])));
+      ns = ns * glm::inverse(linear);
+    } else {
+      ns = ns * Mat3(instance.object_from_world);  // row vector times inverse = inverse transpose times column
+    }
   }
   // A cross product of tiny edges may underflow: scale before normalising.
   float len2 = length_squared(ng);

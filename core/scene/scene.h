@@ -54,6 +54,7 @@ struct BuildStatistics {
   uint64_t triangles = 0, instanced_triangles = 0, instances = 0, meshes = 0, lights = 0;
   uint64_t geometry_bytes = 0, accel_bytes = 0, texture_bytes = 0;
   uint64_t skipped_triangles = 0, repaired_values = 0;
+  uint64_t moving_instances = 0;
   bool transparent_shadows = false;
   uint64_t kept_meshes = 0, kept_textures = 0;   ///< taken over from the scene before, neither copied nor built again
 };
@@ -99,6 +100,8 @@ class Scene {
   Ray spawn_segment(const ShadingPoint& point, Vec3 direction, float distance) const;
 
   const Camera& camera() const { return camera_; }
+  /// Does anything move while the shutter is open? Then rays have times of their own.
+  bool moves() const { return statistics_.moving_instances > 0 || camera_.moves(); }
   const LightSet& lights() const { return lights_; }
   const std::vector<HintDescription>& hints() const { return hints_; }
   const RenderSettings& settings() const { return settings_; }
@@ -130,6 +133,7 @@ class Scene {
   Camera camera_;
   std::vector<BuiltMesh> meshes_;
   std::vector<BuiltInstance> instances_;
+  std::vector<Mat4> motion_;                     // of the instances that move
   std::vector<ObjectDescription> objects_;
   std::vector<uint32_t> material_table_;
   std::vector<ShaderProgram> programs_, lamp_programs_;

@@ -133,6 +133,8 @@ struct InstanceDescription {
   int object = -1;
   std::array<float, 12> world_from_object{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< three rows of four
   float random = 0.0f;                      ///< Object Info > Random
+  /// Where it is at evenly spaced times while the shutter is open: SceneDescription::motion_keys from here on; none: it is still.
+  int first_motion_key = 0, motion_key_count = 0;
 };
 
 // ---- Lights, world, camera --------------------------------------------------------------
@@ -192,6 +194,10 @@ struct CameraDescription {
   int blades = 0;
   float blade_rotation = 0.0f, aperture_ratio = 1.0f;
   PanoramaDescription panorama;
+  /// world_from_camera at evenly spaced times while the shutter is open; empty: it is still.
+  std::vector<std::array<float, 12>> motion;
+  /// Times in [0, 1] at which equal shares of the light have arrived, the first 0 and the last 1; empty: the shutter opens at once.
+  std::vector<float> shutter;
   bool operator==(const CameraDescription&) const = default;
 };
 
@@ -247,6 +253,7 @@ struct SceneDescription {
   std::vector<MeshDescription> meshes;
   std::vector<ObjectDescription> objects;
   std::vector<InstanceDescription> instances;
+  std::vector<std::array<float, 12>> motion_keys;
   std::vector<MaterialDescription> materials;
   std::vector<ImageDescription> images;
   std::vector<LightDescription> lights;

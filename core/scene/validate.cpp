@@ -120,6 +120,8 @@ bool finite(const std::array<float, 12>& rows) {
 void validate_camera(const CameraDescription& camera) {
   if (!camera.present) throw SceneError("The scene has no camera. Add one, or make one active.");
   if (!finite(camera.world_from_camera)) throw SceneError("Camera '" + camera.name + "' has an invalid transform.");
+  if (!std::all_of(camera.motion.begin(), camera.motion.end(), finite))
+    throw SceneError("Camera '" + camera.name + "' has an invalid motion.");
   const Vec4 w = camera.screen_window;
   if (!(w.y > w.x) || !(w.w > w.z) || !std::isfinite(w.y - w.x) || !std::isfinite(w.w - w.z))
     throw SceneError("Camera '" + camera.name + "' has an empty field of view.");
@@ -129,6 +131,19 @@ void validate_camera(const CameraDescription& camera) {
     throw SceneError("Camera '" + camera.name + "' has an empty panorama.");
   if (!(camera.clip_end > camera.clip_start))
     throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
+}
+
+/// What is still after all, or has keys that cannot be used.
+void validate_motion(SceneDescription& d, Diagnostics& diagnostics) {
+  const auto usable = [&](int first, int count) {
+    if (first < 0 || count < 2 || count > 129 || count > int(d.motion_keys.size()) || first > int(d.motion_keys.size()) - count) return false;
+    return std::all_of(d.motion_keys.begin() + first, d.motion_keys.begin() + first + count, finite);
+  };
+  for (InstanceDescription& instance : d.instances) {
+    if (instance.motion_key_count == 0 || usable(instance.first_motion_key, instance.motion_key_count)) continue;
+    instance.motion_key_count = 0;
+    report_once(diagnostics, {Severity::Warning, d.objects[instance.object].name, "The object's motion is invalid; it is rendered still."});
+  }
 }
 
 void validate_settings(RenderSettings& s) {
@@ -173,6 +188,7 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
     ++counts.skipped_instances;
     return true;
   });
+  validate_motion(d, diagnostics);
   std::erase_if(d.lights, [&](LightDescription& light) {
     const bool good = finite(light.world_from_light) && is_finite(light.color) && std::isfinite(light.energy) &&
                       std::isfinite(light.radius) && std::isfinite(light.area_size.x) && std::isfinite(light.area_size.y);

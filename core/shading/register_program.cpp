@@ -59,9 +59,10 @@ Vec3 vector_transform(const ShadingPoint& point, uint8_t variant, const Mat4& ca
   const auto apply = [&](const Mat4& m) { v = is_point ? transform_point(m, v) : transform_vector(m, v); };
   const auto flip_z = [&] { v.z = -v.z; };
   if (from != to) {
-    if (from == nodes::Space::Object && point.instance) apply(point.instance->world_from_object);
+    Mat4 moved;
+    if (from == nodes::Space::Object && point.instance) apply(world_from_object(*point.instance, point.time, moved));
     if (from == nodes::Space::Camera) flip_z(), apply(glm::affineInverse(camera_from_world));
-    if (to == nodes::Space::Object && point.instance) apply(point.instance->object_from_world);
+    if (to == nodes::Space::Object && point.instance) apply(object_from_world(*point.instance, point.time, moved));
     if (to == nodes::Space::Camera) apply(camera_from_world), flip_z();
   }
   return (variant & 3) == 2 ? nodes::normalize_or_zero(v) : v;

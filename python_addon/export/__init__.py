@@ -10,7 +10,7 @@ from collections.abc import Callable
 import bpy
 
 from ..headless import Options
-from . import camera, hints, objects, settings, world
+from . import camera, hints, motion, objects, settings, world
 from .context import ExportCancelled, ExportContext
 from .mesh_cache import MeshCache
 
@@ -18,12 +18,19 @@ __all__ = ["ExportCancelled", "ExportContext", "MeshCache", "export_contents", "
 
 
 def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[str], camera_object: bpy.types.Object | None,
-                 is_cancelled: Callable[[], bool], report_step: Callable[[str], None]) -> ExportContext:
-    """The whole scene as seen by `camera_object`. Raises ExportCancelled soon after `is_cancelled` says so."""
+                 is_cancelled: Callable[[], bool], report_step: Callable[[str], None],
+                 frame_set: motion.FrameSet | None = None) -> ExportContext:
+    """The whole scene as seen by `camera_object`. Raises ExportCancelled soon after `is_cancelled` says so. Motion is blurred with
+    `frame_set` only, after which nothing evaluated before may be touched."""
     context = ExportContext(depsgraph, is_cancelled, report_step)
+    blurred = frame_set is not None and motion.is_wanted(context.scene, context.view_layer)
+    if blurred:
+        context.appearances = []
     settings.export(context, options, passes)
     camera.export(context, camera_object)
     export_contents(context)
+    if blurred:
+        motion.export(context, camera_object, frame_set)
     return context
 
 

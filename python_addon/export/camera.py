@@ -29,7 +29,7 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None) -> No
     out.present = True
     out.name = camera_object.name
     out.kind = _KINDS.get(camera.type, ajar.CameraKind.Panorama)
-    frame = _without_scale(camera_object.matrix_world)
+    frame = without_scale(camera_object.matrix_world)
     out.world_from_camera = rows_3x4(frame)
     out.screen_window = screen_window(context.scene.render, camera)
     out.clip_start = camera.clip_start
@@ -97,7 +97,7 @@ def lens_of(camera: bpy.types.Camera, frame: Matrix) -> tuple[float, float, int,
     return (focal_length / (2.0 * lens.aperture_fstop), distance, lens.aperture_blades, lens.aperture_rotation, lens.aperture_ratio)
 
 
-def _without_scale(matrix: Matrix) -> Matrix:
+def without_scale(matrix: Matrix) -> Matrix:
     result = matrix.copy()
     for column in range(3):
         axis = matrix.col[column].to_3d().normalized()

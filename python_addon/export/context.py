@@ -36,6 +36,7 @@ class ExportContext:
         self.warnings: list[tuple[str, str]] = []        # (name of the datablock, message)
         self.meshes = meshes                             # of a viewport, from one export to the next
         self.is_hidden = is_hidden                       # what a viewport does not show, beyond what the dependency graph leaves out
+        self.appearances: list[tuple] | None = None      # with motion blur: what each instance is known by (motion.identity)
         self.report_step = report_step
         self._is_cancelled = is_cancelled
         self._next_check = 0.0

@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ..ajar_module import ajar
-from . import lights, materials, mesh
+from . import lights, materials, mesh, motion
 from .context import ExportContext, rows_3x4
 
 NOT_YET = {"CURVES": "hair curves", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
@@ -54,7 +54,7 @@ def export(context: ExportContext) -> None:
 
 def _collect(context: ExportContext, collected: Collected) -> None:
     """One turn per instance, of which there may be a million: as little as possible happens in each."""
-    geometries = collected.geometries
+    geometries, appearances = collected.geometries, context.appearances
     add_geometry, add_row, add_random = collected.geometry_of.append, collected.rows.extend, collected.random.append
     for number, instance in enumerate(context.depsgraph.object_instances):
         if number % 64 == 0:
@@ -88,6 +88,8 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         add_row((*x, *y, *z))
         add_random((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
         add_geometry(geometry.index)
+        if appearances is not None:
+            appearances.append(motion.identity(instance))
 
 
 def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object) -> bool:
@@ -195,3 +197,5 @@ def _add_instances(context: ExportContext, collected: Collected) -> None:
     rows = np.frombuffer(collected.rows, dtype=np.float32).reshape(-1, 12)
     random = np.frombuffer(collected.random, dtype=np.float32)
     context.description.add_instances(objects[shown], rows[shown], random[shown])
+    if context.appearances is not None:
+        context.appearances = [context.appearances[i] for i in np.flatnonzero(shown)]

@@ -60,18 +60,20 @@ Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, float heigh
 Vec3 displacement(const ShadingPoint& point, DisplacementSpace space, float amount, Vec3 normal) {
   if (space == DisplacementSpace::World || !point.instance) return amount * normal;
   const BuiltInstance& instance = *point.instance;
-  return amount * transform_vector(instance.world_from_object, normal_to_object(instance, normal));
+  Mat4 moved;
+  return amount * transform_vector(world_from_object(instance, point.time, moved), normal_to_object(instance, point.time, normal));
 }
 
 Vec3 vector_displacement(const ShadingPoint& point, DisplacementSpace space, Vec3 vector) {
   if (space == DisplacementSpace::World || !point.instance) return vector;
   const BuiltInstance& instance = *point.instance;
+  Mat4 moved;
   if (space == DisplacementSpace::Tangent) {   // tangent, normal, bitangent
-    const Vec3 n = normal_to_object(instance, point.ns);
-    const Vec3 t = normalize_or_zero(transform_vector(instance.object_from_world, uv_tangent(point, "")));
+    const Vec3 n = normal_to_object(instance, point.time, point.ns);
+    const Vec3 t = normalize_or_zero(transform_vector(object_from_world(instance, point.time, moved), uv_tangent(point, "")));
     vector = vector.x * t + vector.y * n + vector.z * normalize_or_zero(glm::cross(n, t));
   }
-  return transform_vector(instance.world_from_object, vector);
+  return transform_vector(world_from_object(instance, point.time, moved), vector);
 }
 
 }  // namespace ajar::nodes

@@ -10,18 +10,21 @@ Vec3 shading_normal(const ShadingPoint& point) { return point.instance ? point.n
 Vec3 true_normal(const ShadingPoint& point) { return point.instance ? point.ng : point.wo; }
 
 Vec3 object_position(const ShadingPoint& point) {
-  return point.instance ? transform_point(point.instance->object_from_world, point.position) : position(point);
+  Mat4 moved;
+  return point.instance ? transform_point(object_from_world(*point.instance, point.time, moved), point.position) : position(point);
 }
 
 /// Normals transform by the transpose of the inverse.
-Vec3 normal_to_object(const BuiltInstance& instance, Vec3 n) {
-  return normalize_or_zero(Vec3(glm::transpose(Mat3(instance.world_from_object)) * n));
+Vec3 normal_to_object(const BuiltInstance& instance, float time, Vec3 n) {
+  Mat4 moved;
+  return normalize_or_zero(Vec3(glm::transpose(Mat3(world_from_object(instance, time, moved))) * n));
 }
 
 namespace {
 
-Vec3 normal_to_world(const BuiltInstance& instance, Vec3 n) {
-  return normalize_or_zero(Vec3(glm::transpose(Mat3(instance.object_from_world)) * n));
+Vec3 normal_to_world(const BuiltInstance& instance, float time, Vec3 n) {
+  Mat4 moved;
+  return normalize_or_zero(Vec3(glm::transpose(Mat3(object_from_world(instance, time, moved))) * n));
 }
 
 /// `tangent` projected to the plane of `normal`.
@@ -32,7 +35,7 @@ Vec3 tangent_of(Vec3 normal, Vec3 tangent) {
 }  // namespace
 
 Vec3 object_normal(const ShadingPoint& point) {
-  return point.instance ? normal_to_object(*point.instance, point.ns) : shading_normal(point);
+  return point.instance ? normal_to_object(*point.instance, point.time, point.ns) : shading_normal(point);
 }
 
 Vec3 generated(const ShadingPoint& point) {
@@ -76,7 +79,7 @@ Vec3 radial_tangent(const ShadingPoint& point, Axis axis) {
                       : axis == Axis::Y ? Vec3(-p.z, 0.0f, p.x)
                                         : Vec3(-p.y, p.x, 0.0f);
   const Vec3 n = shading_normal(point);
-  return tangent_of(n, point.instance ? normal_to_world(*point.instance, around) : around);
+  return tangent_of(n, point.instance ? normal_to_world(*point.instance, point.time, around) : around);
 }
 
 namespace {
@@ -125,7 +128,7 @@ Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::stri
   } else {
     if (space == NormalMapSpace::BlenderObject || space == NormalMapSpace::BlenderWorld) c = {c.x, -c.y, -c.z};
     const bool object = space == NormalMapSpace::Object || space == NormalMapSpace::BlenderObject;
-    n = object && point.instance ? normal_to_world(*point.instance, c) : c;
+    n = object && point.instance ? normal_to_world(*point.instance, point.time, c) : c;
   }
   n = normalize_or_zero(n) * side;
   if (strength != 1.0f) n = normalize_or_zero(surface + (n - surface) * std::max(strength, 0.0f));

@@ -23,7 +23,7 @@ Vec3 true_normal(const ShadingPoint& point);
 Vec3 object_position(const ShadingPoint& point);
 Vec3 object_normal(const ShadingPoint& point);
 /// A world-space normal in the instance's space, of unit length.
-Vec3 normal_to_object(const BuiltInstance& instance, Vec3 n);
+Vec3 normal_to_object(const BuiltInstance& instance, float time, Vec3 n);
 /// Position within the bounding box of the mesh's texture space, [0, 1] on each axis.
 Vec3 generated(const ShadingPoint& point);
 Vec3 active_uv(const ShadingPoint& point);

@@ -1,0 +1,112 @@
+"""Motion blur: where objects and the camera are at moments while the shutter is open.
+
+Runs last in an export: every other moment is another evaluation of the scene, after which nothing evaluated before is touched.
+The shutter opens and closes as in Cycles; so do the numbers of moments that objects ask for, of which the largest counts for all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import bpy
+import numpy as np
+
+from .. import compat
+from . import camera
+from .context import ExportContext, rows_3x4
+
+FrameSet = Callable[[int, float], None]
+_OPENS = {"START": 0.0, "CENTER": -0.5, "END": -1.0}  # in shutter times from the frame
+SHUTTER_TIMES = 65
+TOLERANCE = 1e-6  # of a matrix's largest number: what moves by less stands still
+
+
+def is_wanted(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
+    return scene.render.use_motion_blur and getattr(view_layer, "use_motion_blur", True) and scene.render.motion_blur_shutter > 0.0
+
+
+def identity(instance: bpy.types.DepsgraphObjectInstance) -> tuple:
+    """By which one appearance is found again at another moment."""
+    if instance.is_instance:
+        return (instance.parent.original.as_pointer(), instance.instance_object.original.as_pointer(), *instance.persistent_id)
+    return (instance.object.original.as_pointer(),)
+
+
+def export(context: ExportContext, camera_object: bpy.types.Object | None, frame_set: FrameSet) -> None:
+    scene, depsgraph = context.scene, context.depsgraph
+    context.report_step("motion")
+    context.description.camera.shutter = _shutter(scene.render)
+    if compat.cycles_value(scene, "rolling_shutter_type", "NONE") != "NONE":
+        context.warn(scene.name, "a rolling shutter is not supported: all lines of the picture are exposed together")
+    frame, subframe = scene.frame_current, scene.frame_subframe
+    original_camera = camera_object.original if camera_object is not None else None
+    still = {thing.original.as_pointer() for thing in depsgraph.objects if not _is_blurred(thing)}
+    times = _times(scene, depsgraph)
+    shown = {known_by: index for index, known_by in enumerate(context.appearances)
+             if still.isdisjoint(known_by[:2])}
+    matrices = np.full((len(context.appearances), len(times), 12), np.nan, dtype=np.float32)
+    cameras, lenses, boxes = [], set(), {}
+    try:
+        for number, time in enumerate(times):
+            context.check_cancelled()
+            moment = frame + subframe + time
+            frame_set(math.floor(moment), moment - math.floor(moment))
+            for instance in depsgraph.object_instances:
+                index = shown.get(identity(instance))
+                if index is not None:
+                    x, y, z, _ = instance.matrix_world
+                    matrices[index, number] = (*x, *y, *z)
+            for thing in depsgraph.objects:
+                if thing.type == "MESH" and thing.original.as_pointer() not in still and compat.cycles_value(thing, "use_deform_motion", True):
+                    boxes.setdefault(thing.name, []).append([tuple(corner) for corner in thing.bound_box])
+            if original_camera is not None and original_camera.type == "CAMERA":
+                there = original_camera.evaluated_get(depsgraph)
+                cameras.append(rows_3x4(camera.without_scale(there.matrix_world)))
+                lenses.add((there.data.lens, there.data.ortho_scale, there.data.shift_x, there.data.shift_y))
+    finally:
+        frame_set(frame, subframe)
+    moving = _moves(matrices)
+    context.description.set_motion(np.flatnonzero(moving).astype(np.int32), matrices[moving])
+    if cameras and original_camera.as_pointer() not in still and _moves(np.array([cameras], dtype=np.float32))[0]:
+        context.description.camera.motion = cameras
+    if len(lenses) > 1:
+        context.warn(original_camera.name, "its lens changes while the shutter is open; only its motion is blurred")
+    for name, corners in boxes.items():
+        if not np.allclose(corners, corners[0], atol=1e-5):
+            context.warn(name, "it deforms while the shutter is open, which is not blurred: only moving objects are")
+
+
+def _is_blurred(thing: bpy.types.Object) -> bool:
+    return bool(compat.cycles_value(thing, "use_motion_blur", True))
+
+
+def _times(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[float]:
+    """In frames from the current one, evenly spaced."""
+    steps = max((int(compat.cycles_value(thing, "motion_steps", 1)) for thing in depsgraph.objects if _is_blurred(thing)), default=1)
+    count = 2 ** steps + 1
+    opens = _OPENS[compat.shutter_position(scene)]
+    return [scene.render.motion_blur_shutter * (opens + i / (count - 1)) for i in range(count)]
+
+
+def _moves(matrices: np.ndarray) -> np.ndarray:
+    """Which of [things, moments, 12] differ between moments. What is not there at all of them stands still."""
+    if len(matrices) == 0:
+        return np.zeros(0, dtype=bool)
+    scale = np.abs(matrices).max(axis=(1, 2))
+    return np.isfinite(scale) & (np.ptp(matrices, axis=1).max(axis=1) > TOLERANCE * scale)
+
+
+def _shutter(render: bpy.types.RenderSettings) -> list[float]:
+    """Times by which equal shares of the light have come in; none where the curve is flat."""
+    mapping = render.motion_blur_shutter_curve
+    mapping.initialize()
+    curve = mapping.curves[0]
+    places = np.linspace(0.0, 1.0, 4 * SHUTTER_TIMES + 1)
+    values = np.maximum([mapping.evaluate(curve, place) for place in places], 0.0)
+    if values.max() <= 0.0 or np.ptp(values) < 1e-4 * values.max():
+        return []
+    shares = np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]))])
+    inverse = np.interp(np.linspace(0.0, 1.0, SHUTTER_TIMES), shares / shares[-1], places)
+    inverse[0], inverse[-1] = 0.0, 1.0
+    return inverse.tolist()
