@@ -21,6 +21,15 @@ BUILT_IN = {  # property of the view layer -> pass. Two channels are not accepte
     "use_pass_position": Pass("Position", "XYZ", "VECTOR"),
     "use_pass_normal": Pass("Normal", "XYZ", "VECTOR"),
     "use_pass_uv": Pass("UV", "UVA", "VECTOR"),
+    "use_pass_mist": Pass("Mist", "Z", "VALUE"),
+    "use_pass_object_index": Pass("IndexOB", "X", "VALUE"),
+    "use_pass_material_index": Pass("IndexMA", "X", "VALUE"),
+    "use_pass_emit": Pass("Emit", "RGB", "COLOR"),
+    "use_pass_environment": Pass("Env", "RGB", "COLOR"),
+} | {
+    f"use_pass_{kind}_{part}": Pass(name + letters, "RGB", "COLOR")
+    for kind, name in (("diffuse", "Diff"), ("glossy", "Gloss"), ("transmission", "Trans"))
+    for part, letters in (("direct", "Dir"), ("indirect", "Ind"), ("color", "Col"))
 }
 OWN = {  # property of our own settings -> pass
     "use_pass_albedo": Pass("Albedo", "RGB", "COLOR"),

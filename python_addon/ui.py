@@ -7,7 +7,7 @@ import textwrap
 import bpy
 from bpy.types import Panel
 
-from . import checks, denoise, hints, last_render
+from . import checks, denoise, hints, last_render, passes
 from .ajar_module import ajar
 
 ENGINE = "AJAR"
@@ -400,7 +400,7 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         view_layer = context.view_layer
         column = self.column()
-        for name in ("use_pass_combined", "use_pass_z", "use_pass_position", "use_pass_normal", "use_pass_uv"):
+        for name in ("use_pass_combined", *passes.BUILT_IN):
             column.prop(view_layer, name)
         for name in ("use_pass_albedo", "use_pass_sample_count", "use_pass_variance", "use_pass_error", "use_pass_perceptual_error"):
             column.prop(view_layer.ajar, name)

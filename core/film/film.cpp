@@ -20,7 +20,7 @@ constexpr uint32_t kSettledSamples = 16;   // of the average pixel, when an adap
 
 /// Passes that come from what a sample tells besides its radiance.
 bool is_aux_pass(const std::string& pass) {
-  return pass == "Depth" || pass == "Normal" || pass == "Position" || pass == "UV" || pass == "Albedo" || pass.starts_with("Share ");
+  return pass == "Mist" || pass == "IndexOB" || pass == "IndexMA" || pass == "Depth" || pass == "Normal" || pass == "Position" || pass == "UV" || pass == "Albedo" || pass.starts_with("Share ");
 }
 
 /// A picture whose samples extend those of an earlier one differs from it by the variance it has lost. With a variance of c n^-p after n samples, the
@@ -38,15 +38,24 @@ double luminance_of(const double rgb[3]) { return 0.2126729 * rgb[0] + 0.7151522
 
 }  // namespace
 
+bool is_part_pass(const std::string& pass) {
+  if (pass == "Emit" || pass == "Env") return true;
+  const bool kind = pass.starts_with("Diff") || pass.starts_with("Gloss") || pass.starts_with("Trans");
+  return kind && (pass.ends_with("Dir") || pass.ends_with("Ind") || pass.ends_with("Col"));
+}
+
 const std::vector<PassInfo>& known_passes() {
   static const std::vector<PassInfo> passes{{"Combined", 4}, {"Depth", 1}, {"Normal", 3}, {"Position", 3}, {"UV", 3},
-                                            {"Albedo", 3}, {"Sample Count", 1}, {"Variance", 1},
+                                            {"Albedo", 3}, {"Mist", 1}, {"IndexOB", 1}, {"IndexMA", 1}, {"Emit", 3}, {"Env", 3},
+                                            {"DiffDir", 3}, {"DiffInd", 3}, {"DiffCol", 3}, {"GlossDir", 3}, {"GlossInd", 3},
+                                            {"GlossCol", 3}, {"TransDir", 3}, {"TransInd", 3}, {"TransCol", 3}, {"Sample Count", 1}, {"Variance", 1},
                                             {"Error", 1}, {"Perceptual Error", 1},
                                             {"Share BSDF", 1}, {"Share Light 1", 1}, {"Share Light 2", 1}, {"Share Cone", 1}};
   return passes;
 }
 
 Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passes) : x0_(x0), y0_(y0), x1_(x1), y1_(y1) {
+  bool wants_parts = false;
   for (const std::string& pass : passes) {
     const auto& known = known_passes();
     if (std::none_of(known.begin(), known.end(), [&](const PassInfo& info) { return info.name == pass; })) {
@@ -55,9 +64,11 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
       throw std::invalid_argument("Unknown pass '" + pass + "'. Known passes: " + names + ".");
     }
     wants_aux_ |= is_aux_pass(pass);
+    wants_parts |= is_part_pass(pass);
   }
   pixels_.resize(size_t(width()) * size_t(height()));
   if (wants_aux_) aux_.resize(pixels_.size());
+  if (wants_parts) parts_.resize(pixels_.size());
 }
 
 bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux* aux) {
@@ -85,6 +96,8 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
     if (!a.has_first) {
       a.depth = double(aux->depth);
       for (int c = 0; c < 3; ++c) a.position[c] = double(aux->position[c]);
+      a.object_index = aux->object_index;
+      a.material_index = aux->material_index;
       a.has_first = true;
     }
     for (int c = 0; c < 3; ++c) {
@@ -93,8 +106,22 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
       a.albedo[c] += double(aux->albedo[c]);
     }
     for (size_t k = 0; k < 4; ++k) a.shares[k] += double(aux->shares[k]);
+    a.mist += double(aux->mist);
   }
   return true;
+}
+
+void Film::add_parts(int x, int y, const SampleParts& parts) {
+  PartsPixel& p = parts_[index_of(x, y)];
+  for (int c = 0; c < 3; ++c) {
+    p.emission[c] += double(parts.emission[c]);
+    p.environment[c] += double(parts.environment[c]);
+    for (size_t k = 0; k < 3; ++k) {
+      p.direct[k][c] += double(parts.direct[k][c]);
+      p.indirect[k][c] += double(parts.indirect[k][c]);
+      p.color[k][c] += double(parts.color[k][c]);
+    }
+  }
 }
 
 void Film::set_goals(std::vector<uint32_t> goals) {
@@ -157,7 +184,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   if (info == known.end()) throw std::invalid_argument("Unknown pass '" + pass + "'.");
   const size_t channels = size_t(info->channels);
   std::vector<float> out(pixels_.size() * channels, 0.0f);
-  if (is_aux_pass(pass) && aux_.empty()) return out;
+  if ((is_aux_pass(pass) && aux_.empty()) || (is_part_pass(pass) && parts_.empty())) return out;
+  const size_t kind = pass.starts_with("Diff") ? 0 : pass.starts_with("Gloss") ? 1 : 2;
   std::vector<float> variance;
   if (pass == "Variance" || pass == "Error" || pass == "Perceptual Error") variance = variance_of_mean();
   const int share = pass == "Share BSDF" ? 0 : pass == "Share Light 1" ? 1 : pass == "Share Light 2" ? 2 : pass == "Share Cone" ? 3 : -1;
@@ -184,6 +212,18 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       o[0] = float(aux_[i].shares[share] * scale);
     } else if (pass == "Depth") {
       o[0] = float(aux_[i].depth);
+    } else if (pass == "Mist") {
+      o[0] = float(aux_[i].mist * scale);
+    } else if (pass == "IndexOB" || pass == "IndexMA") {
+      o[0] = pass == "IndexOB" ? aux_[i].object_index : aux_[i].material_index;
+    } else if (is_part_pass(pass)) {
+      const PartsPixel& parts = parts_[i];
+      for (int c = 0; c < 3; ++c) {
+        const double color = parts.color[kind][c];
+        if (pass == "Emit" || pass == "Env") o[c] = float((pass == "Emit" ? parts.emission : parts.environment)[c] * scale * double(exposure));
+        else if (pass.ends_with("Col")) o[c] = float(color * scale);
+        else o[c] = color > 0.0 ? float((pass.ends_with("Dir") ? parts.direct : parts.indirect)[kind][c] / color * double(exposure)) : 0.0f;
+      }
     } else {
       const AuxPixel& a = aux_[i];
       const double* source = pass == "Normal" ? a.normal : pass == "Position" ? a.position : pass == "UV" ? a.uv : a.albedo;

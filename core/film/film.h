@@ -35,8 +35,20 @@ struct SampleAux {
   float depth = 1e10f;
   Vec3 normal{0.0f}, position{0.0f}, uv{0.0f};
   Color albedo{0.0f};
+  float mist = 1.0f;               ///< 0 near, 1 far
+  float object_index = 0.0f, material_index = 0.0f;
   std::array<float, 4> shares{};   ///< of a learned mixture: BSDF, first and second light group, cone
 };
+
+/// A sample's radiance taken apart, as Blender's passes have it: what is seen directly, and what the first surface scatters by each kind of
+/// lobe (diffuse, glossy, transmission) of light that arrives there directly or indirectly. All parts together are its radiance.
+struct SampleParts {
+  Color emission{0.0f}, environment{0.0f};
+  std::array<Color, 3> direct{Color(0.0f), Color(0.0f), Color(0.0f)}, indirect{Color(0.0f), Color(0.0f), Color(0.0f)};
+  std::array<Color, 3> color{Color(0.0f), Color(0.0f), Color(0.0f)};   ///< albedo, by which Blender divides the others
+};
+/// Whether a pass is made of SampleParts, which not all integrators can tell.
+bool is_part_pass(const std::string& pass);
 
 class Film {
  public:
@@ -49,10 +61,13 @@ class Film {
   int x0() const { return x0_; }
   int y0() const { return y0_; }
   bool wants_aux() const { return wants_aux_; }
+  bool wants_parts() const { return !parts_.empty(); }
 
   /// One sample of pixel (x, y) of the full frame. Different pixels may be written by different threads.
   /// Returns false (and counts) when the sample is not finite.
   bool add_sample(int x, int y, Color radiance, float alpha, const SampleAux* aux);
+  /// The parts of the sample just added to this pixel.
+  void add_parts(int x, int y, const SampleParts& parts);
   /// Samples of this pixel of the full frame so far: the index of its next one.
   uint32_t samples_of(int x, int y) const { return pixels_[index_of(x, y)].count; }
   /// How many samples each pixel shall have, in the film's order; none: the same for all. Luminances of samples
@@ -106,8 +121,12 @@ class Film {
   };
   struct AuxPixel {
     double depth = 0.0, normal[3] = {0, 0, 0}, position[3] = {0, 0, 0}, uv[3] = {0, 0, 0}, albedo[3] = {0, 0, 0},
-           shares[4] = {0, 0, 0, 0};
+           shares[4] = {0, 0, 0, 0}, mist = 0.0;
+    float object_index = 0.0f, material_index = 0.0f;
     bool has_first = false;
+  };
+  struct PartsPixel {
+    double emission[3] = {0, 0, 0}, environment[3] = {0, 0, 0}, direct[3][3] = {}, indirect[3][3] = {}, color[3][3] = {};
   };
   struct SplatPixel {
     double sum[2][3] = {};                 ///< even, odd
@@ -141,6 +160,7 @@ class Film {
   bool wants_aux_ = false;
   std::vector<Pixel> pixels_;
   std::vector<AuxPixel> aux_;
+  std::vector<PartsPixel> parts_;
   std::vector<Remembered> remembered_;   // at most three, the latest last
   std::vector<uint32_t> goals_;
   EarlySamples early_;

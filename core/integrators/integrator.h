@@ -48,6 +48,7 @@ struct IntegratorInfo {
   std::unique_ptr<Integrator> (*make)();
   bool joins_camera = false;    ///< joins paths from lights to the camera
   bool renders_motion = false;  ///< its paths have times
+  bool tells_parts = false;     ///< gives the passes made of SampleParts
 };
 /// The one list of integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();

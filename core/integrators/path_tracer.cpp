@@ -1,6 +1,10 @@
 #include "integrators/path_tracer.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
+#include <type_traits>
+#include <utility>
 #include <type_traits>
 
 #include <tbb/combinable.h>
@@ -28,6 +32,22 @@ struct Counters {
   uint64_t rays = 0, paths = 0;
 };
 
+/// Shares of diffuse, glossy and transmission in what is scattered; the sum is 1.
+using Shares = std::array<Color, 3>;
+struct NoParts {};
+
+/// Where nothing is scattered (light beyond the terminator), the shares are those of the albedo.
+Shares shares_of(const Bsdf& bsdf, const Shares& scattered) {
+  Shares shares;
+  const Shares albedo = bsdf.albedo_of_kinds();
+  for (int c = 0; c < 3; ++c) {
+    const Shares& of = scattered[0][c] + scattered[1][c] + scattered[2][c] > 0.0f ? scattered : albedo;
+    const float sum = of[0][c] + of[1][c] + of[2][c];
+    for (size_t k = 0; k < 3; ++k) shares[k][c] = sum > 0.0f ? of[k][c] / sum : k == 0 ? 1.0f : 0.0f;
+  }
+  return shares;
+}
+
 class PathTracer final : public Integrator {
  public:
   Honesty honesty() const override { return honesty_; }
@@ -44,10 +64,13 @@ class PathTracer final : public Integrator {
     const DirectMethodInfo& method = find_direct_method(settings.direct);
     honesty_ = method.biased ? Honesty::Biased : Honesty::Unbiased;
     mixture_.reset();
-    if (method.method != DirectMethod::Mis || settings.direct_samples > 1)
+    // Only the default method tells in which direction its light is, by which passes are told apart.
+    const bool parts = std::any_of(settings.passes.begin(), settings.passes.end(), is_part_pass);
+    if (parts) honesty_ = Honesty::Unbiased;
+    else if (method.method != DirectMethod::Mis || settings.direct_samples > 1)
       mixture_ = std::make_unique<DirectMixture>(*scene_, method.method, settings.direct_samples);
     // With nothing to choose among, one sample of the learned mixture is one of the default.
-    if (method.method == DirectMethod::PmcHi && settings.direct_samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
+    if (mixture_ && method.method == DirectMethod::PmcHi && settings.direct_samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
     ends_early_ = !scene_->emission_without_lights();
     guide_.reset();
   }
@@ -106,19 +129,20 @@ class PathTracer final : public Integrator {
   void render_samples(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) {
     samples_done_ += uint32_t(samples_per_pixel);
     tbb::combinable<Counters> counters;
-    const auto with = [&](const auto& direct_light) {
-      if (guide_ && guide_->active()) render_with(direct_light, Guided{}, film, stop, counters);
-      else render_with(direct_light, Unguided(), film, stop, counters);
+    const auto with = [&](const auto& direct_light, auto parts) {
+      if (guide_ && guide_->active()) render_with<decltype(parts)>(direct_light, Guided{}, film, stop, counters);
+      else render_with<decltype(parts)>(direct_light, Unguided(), film, stop, counters);
     };
-    if (mixture_) with(*mixture_);
-    else with(MisDirectLight());
+    if (mixture_) with(*mixture_, NoParts());
+    else if (film.wants_parts()) with(MisDirectLight(), SampleParts());
+    else with(MisDirectLight(), NoParts());
     counters.combine_each([&](const Counters& c) {
       statistics_.rays += c.rays;
       statistics_.paths += c.paths;
     });
   }
 
-  template <class DirectLight, class Guide>
+  template <class Parts, class DirectLight, class Guide>
   void render_with(const DirectLight& direct_light, Guide, Film& film, const std::atomic<bool>& stop, tbb::combinable<Counters>& counters) {
     struct Tile {
       Sampler sampler;
@@ -148,14 +172,20 @@ class PathTracer final : public Integrator {
           }
           Guide guide;
           if constexpr (Guide::kGuided) guide = guide_->of_sample(px - film.x0(), py - film.y0(), pixel, index);
-          const Color radiance = trace(direct_light, guide, ray, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
+          Parts parts;
+          const Color radiance = trace(direct_light, guide, ray, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, parts, alpha, tile.counter);
           if constexpr (Guide::kGuided) guide_->measure(px - film.x0(), py - film.y0(), radiance);
-          film.add_sample(px, py, radiance, alpha, &aux);
+          const bool added = film.add_sample(px, py, radiance, alpha, &aux);
+          if constexpr (std::is_same_v<Parts, SampleParts>)
+            if (added) film.add_parts(px, py, parts);
         });
   }
 
-  template <class DirectLight, class Guide>
-  Color trace(const DirectLight& direct_light, const Guide& guide, Ray ray, int pixel_x, int pixel_y, Sampler& sampler, SampleAux* aux, float& alpha, Counters& counter) const {
+  template <class DirectLight, class Guide, class Parts>
+  Color trace(const DirectLight& direct_light, const Guide& guide, Ray ray, int pixel_x, int pixel_y, Sampler& sampler, SampleAux* aux, Parts& parts,
+              float& alpha, Counters& counter) const {
+    constexpr bool kParts = std::is_same_v<Parts, SampleParts>;
+    std::conditional_t<kParts, Shares, NoParts> shares;   // of kinds of lobes in the first scattering
     const Scene& scene = *scene_;
     const LightSet& lights = scene.lights();
     const RenderSettings& settings = scene.settings();
@@ -182,6 +212,13 @@ class PathTracer final : public Integrator {
         if (sum > 3.0f * limit) contribution *= 3.0f * limit / sum;
       }
       radiance += contribution;
+      if constexpr (kParts) {
+        if (bounces == 0) {
+          parts.emission += contribution;
+          return;
+        }
+        for (size_t k = 0; k < 3; ++k) (bounces == 1 ? parts.direct : parts.indirect)[k] += contribution * shares[k];
+      }
     };
     // Weight of light found by following the BSDF, against having sampled that light.
     const auto weight_of_hit = [&](uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) {
@@ -193,6 +230,14 @@ class PathTracer final : public Integrator {
       ++counter.rays;
 
       const auto add_met = [&](const LightMet& met) {
+        if constexpr (kParts) {
+          if (point.ray_depth == 0 && int(met.light) == lights.environment_index()) {
+            const Color seen = std::exchange(parts.emission, Color(0.0f));
+            add(beta * met.radiance, 0);
+            parts.environment += std::exchange(parts.emission, seen);
+            return;
+          }
+        }
         add(beta * met.radiance * weight_of_hit(met.light, ray.direction, met.position, met.normal), point.ray_depth);
       };
       if (lamp_shapes) for_each_lamp_crossed(scene, ray, hit.t, point.ray_kind, add_met);
@@ -216,8 +261,14 @@ class PathTracer final : public Integrator {
       }
       SampleAux* const vertex_aux = point.ray_depth == 0 ? aux : nullptr;
       if (vertex_aux) {
-        record_first_hit(scene.camera(), point, bsdf, *aux);
+        record_first_hit(scene, point, bsdf, *aux);
         aux = nullptr;
+      }
+      if constexpr (kParts) {
+        if (point.ray_depth == 0) {
+          const auto color = bsdf.albedo_of_kinds();
+          for (size_t k = 0; k < 3; ++k) parts.color[k] += beta * color[k];
+        }
       }
       const Color transparency = bsdf.transparency();
       if (point.ray_depth == 0) alpha += luminance(beta * (Color(1.0f) - transparency)) * (1.0f - shading.holdout);
@@ -241,12 +292,15 @@ class PathTracer final : public Integrator {
       if constexpr (Guide::kGuided) guided.start(bsdf.has_non_delta() && !last_chance ? guide.tree : nullptr, bsdf, point.position, 1.0f - plain);
       DirectVertex here;
       if (bsdf.has_non_delta() && !last_chance && lights.can_choose()) {
+        Vec3 towards(0.0f);
         const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y,
-                                         Guide::kGuided ? &guided : nullptr};
+                                         Guide::kGuided ? &guided : nullptr, kParts ? &towards : nullptr};
         Color direct = direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
         if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
           if (has_soft_terminator(point)) direct += estimate_direct<true>(context, sampler, base + kDirectLight, counter.rays);
         }
+        if constexpr (kParts)
+          if (point.ray_depth == 0 && !is_black(direct)) shares = shares_of(bsdf, bsdf.f_cos_of_kinds(point.wo, towards));
         if (!is_black(direct)) add(beta * direct, point.ray_depth + 1);
       }
 
@@ -290,6 +344,13 @@ class PathTracer final : public Integrator {
       }
       if (last_chance) break;
 
+      if constexpr (kParts) {
+        if (point.ray_depth == 0) {
+          const float passes_on = sample->flags & kTransmission ? 1.0f : 0.0f;
+          if (sample->specular) shares = Shares{Color(0.0f), Color(1.0f - passes_on), Color(passes_on)};
+          else shares = shares_of(bsdf, bsdf.f_cos_of_kinds(point.wo, sample->wi));
+        }
+      }
       ++point.ray_depth;
       const bool diffuse = sample->flags & kDiffuse, transmitted = sample->flags & kTransmission;
       if (diffuse) ++point.diffuse_depth;

@@ -13,8 +13,8 @@ namespace ajar {
 const std::vector<IntegratorInfo>& integrator_list() {
   static const std::vector<IntegratorInfo> list{
       // Who renders for others asks render/technique_choice.h which it shall be; by itself it is path tracing.
-      {"auto", "Auto", Honesty::Consistent, "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.", make_path_tracer, false, true},
-      {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer, false, true},
+      {"auto", "Auto", Honesty::Consistent, "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.", make_path_tracer, false, true, true},
+      {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer, false, true, true},
       {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt, true},
       {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", make_pmc_path, true},
       {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt, true},

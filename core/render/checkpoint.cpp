@@ -119,7 +119,7 @@ std::string reason_against_merging(const Checkpoint& a, const Checkpoint& b) {
 std::vector<float> merge_pass(const std::string& pass, const std::vector<float>& a, double samples_a, const std::vector<float>& b, double samples_b) {
   if (a.size() != b.size()) throw SceneError("The pass \"" + pass + "\" differs in size.");
   // What belongs to the first sample of a pixel stays that of the first render.
-  if (pass == "Depth" || pass == "Position") return a;
+  if (pass == "Depth" || pass == "Position" || pass == "IndexOB" || pass == "IndexMA") return a;
   double wa = samples_a / (samples_a + samples_b), wb = 1.0 - wa;
   if (pass == "Sample Count") wa = wb = 1.0;
   if (pass == "Variance") wa *= wa, wb *= wb;       // of the mean of independent estimates

@@ -110,6 +110,7 @@ struct Session::Data {
   void run(Job job);
   void build(Job& job);
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
+  void report_passes();
   void fall_back(std::unique_ptr<Integrator>& chosen);
   void render_all();
   bool enough(double render_seconds, double samples, double relmse) const;
@@ -260,6 +261,7 @@ void Session::Data::run(Job job) {
   if (final_render && settings.integrator == kAutomatic) chosen = choose(camera);
   if (stop.load()) return;
   fall_back(chosen);
+  report_passes();
   const RenderSettings& s = scene->settings();
   auto new_film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
   if (base) {
@@ -429,6 +431,20 @@ std::unique_ptr<Integrator> Session::Data::choose(const CameraDescription& camer
   integrator_name = scene->settings().integrator;
   pilot_seconds = choice.seconds;
   return chosen;
+}
+
+/// The artist is told which of the passes asked for there will not be.
+void Session::Data::report_passes() {
+  std::string parts;
+  for (const std::string& pass : scene->settings().passes)
+    if (is_part_pass(pass)) parts += (parts.empty() ? "" : ", ") + pass;
+  if (parts.empty()) return;
+  std::lock_guard lock(mutex);
+  const IntegratorInfo& integrator = find_integrator(integrator_name);
+  if (!integrator.tells_parts)
+    report_once(diagnostics, {Diagnostic::Severity::Warning, "", std::string(integrator.label) + " cannot tell the passes " + parts + " apart: they stay black. Path Tracing can."});
+  else if (scene->settings().direct != "mis")
+    report_once(diagnostics, {Diagnostic::Severity::Warning, "", "For the passes " + parts + ", direct light is sampled by the default method."});
 }
 
 /// Path tracing renders what the integrator asked for cannot, and the artist is told.

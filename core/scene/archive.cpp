@@ -11,7 +11,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '5'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '6'};
 constexpr char kOldestVersion = '2';
 
 /// Types whose bytes are their value.
@@ -135,7 +135,7 @@ template <class A> void fields(A& a, ObjectDescription& v) {
 }
 template <class A> void fields(A& a, InstanceDescription& v) { 
   all(a, v.object, v.world_from_object, v.random);
-  if (a.has('5')) all(a, v.first_motion_key, v.motion_key_count);
+  if (a.has('6')) all(a, v.first_motion_key, v.motion_key_count);
 }
 template <class A> void fields(A& a, LightDescription& v) {
   all(a, v.name, v.kind, v.world_from_light, v.color, v.energy, v.radius, v.spot_angle, v.spot_blend, v.sun_angle,
@@ -149,7 +149,7 @@ template <class A> void fields(A& a, CameraDescription& v) {
   all(a, v.name, v.present, v.kind, v.world_from_camera, v.screen_window, v.clip_start, v.clip_end, v.aperture_radius,
       v.focus_distance, v.blades, v.blade_rotation, v.aperture_ratio);
   if (a.has('4')) visit(a, v.panorama);
-  if (a.has('5')) all(a, v.motion, v.shutter);
+  if (a.has('6')) all(a, v.motion, v.shutter);
 }
 template <class A> void fields(A& a, BounceLimits& v) {
   all(a, v.total, v.diffuse, v.glossy, v.transmission, v.transparent, v.volume);
@@ -160,11 +160,12 @@ template <class A> void fields(A& a, RenderSettings& v) {
       v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays, v.direct_samples);
   if (a.has('3')) all(a, v.image_error, v.importance_region, v.importance_factor);
   if (a.has('5')) visit(a, v.guiding);
+  if (a.has('6')) all(a, v.mist.start, v.mist.depth, v.mist.exponent);
 }
 template <class A> void fields(A& a, HintDescription& v) { all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled); }
 template <class A> void fields(A& a, SceneDescription& v) {
   all(a, v.meshes, v.objects, v.instances, v.materials, v.images, v.lights, v.world, v.camera, v.hints, v.settings);
-  if (a.has('5')) visit(a, v.motion_keys);
+  if (a.has('6')) visit(a, v.motion_keys);
 }
 
 template <class A, class T> void visit(A& a, T& value) {

@@ -392,6 +392,13 @@ int Scene::material_index(const Hit& hit) const {
   return int(material_table_[instance.first_material + slot]);
 }
 
+int Scene::material_index(const ShadingPoint& point) const {
+  Hit hit;
+  hit.instance = uint32_t(point.instance - instances_.data());
+  hit.primitive = point.primitive;
+  return material_index(hit);
+}
+
 const ShaderProgram& Scene::material(const Hit& hit) const { return programs_[size_t(material_index(hit))]; }
 
 int Scene::light_of(const Hit& hit) const {

@@ -115,6 +115,7 @@ class Scene {
   const ObjectDescription& object(uint32_t index) const { return objects_[index]; }
   const TextureStore& textures() const { return *textures_; }
   int material_index(const Hit& hit) const;
+  int material_index(const ShadingPoint& point) const;
   const std::vector<int>& material_pass_indices() const { return material_pass_indices_; }
 
  private:

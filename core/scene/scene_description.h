@@ -210,6 +210,12 @@ struct BounceLimits {
   bool operator==(const BounceLimits&) const = default;
 };
 
+/// The mist pass: (distance beyond start / depth)^exponent.
+struct MistDescription {
+  float start = 5.0f, depth = 25.0f, exponent = 2.0f;
+  bool operator==(const MistDescription&) const = default;
+};
+
 struct RenderSettings {
   int width = 640, height = 480;                 ///< full frame
   std::array<int, 4> region{0, 0, 0, 0};         ///< x0, y0, x1, y1 in pixels, y up; all 0 is the full frame
@@ -234,6 +240,7 @@ struct RenderSettings {
   uint32_t seed = 0;
   int threads = 0;                               ///< 0 = all
   std::vector<std::string> passes{"Combined"};
+  MistDescription mist;
   bool operator==(const RenderSettings&) const = default;
 };
 

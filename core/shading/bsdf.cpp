@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "math/warps.h"
+#include "shading/fresnel.h"
 #include "shading/lobe.h"
 
 namespace ajar {
@@ -378,6 +379,48 @@ Color Bsdf::transparency() const {
   for (int i = 0; i < count_; ++i)
     if (lobes()[i].kind == LobeKind::Transparent) sum += lobes()[i].weight;
   return sum;
+}
+
+std::array<Color, 3> Bsdf::f_cos_of_kinds(Vec3 wo, Vec3 wi) const {
+  std::array<Color, 3> kinds{Color(0.0f), Color(0.0f), Color(0.0f)};
+  const bool flipped = glm::dot(ng, wo) < 0.0f;
+  if (flipped) {
+    wo = -wo;
+    wi = -wi;
+  }
+  const float side = glm::dot(ng, wi);
+  if (side == 0.0f) return kinds;
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes()[i];
+    if (lobe.delta) continue;
+    const LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, TransportMode::Radiance, flipped);
+    if (!(value.pdf_solid_angle > 0.0f)) continue;
+    const bool diffuse = is_diffuse(lobe.kind);
+    const float shadowing = diffuse && lobe.frame.n != n ? bump_shadowing(n, lobe.frame.n, wi) : 1.0f;
+    kinds[diffuse ? 0 : side > 0.0f ? 1 : 2] += value.f_cos * shadowing;
+  }
+  return kinds;
+}
+
+std::array<Color, 3> Bsdf::albedo_of_kinds() const {
+  std::array<Color, 3> kinds{Color(0.0f), Color(0.0f), Color(0.0f)};
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes()[i];
+    if (lobe.kind == LobeKind::Transparent) continue;
+    const float cosine = saturate(glm::dot(lobe.frame.n, prepared_wo_));
+    const Color albedo = lobe_albedo(lobe, glm::dot(lobe.frame.n, prepared_wo_));
+    if (is_diffuse(lobe.kind)) {
+      kinds[0] += albedo;
+    } else if (lobe.kind == LobeKind::MicrofacetGlass) {
+      // As a smooth interface splits it; what is transmitted has the tint too.
+      const float reflected = fresnel::dielectric(cosine, lobe.eta);
+      kinds[1] += albedo * reflected;
+      kinds[2] += albedo * (1.0f - reflected);
+    } else {
+      kinds[lobe.kind == LobeKind::MicrofacetRefraction ? 2 : 1] += albedo;
+    }
+  }
+  return kinds;
 }
 
 Color Bsdf::albedo() const {

@@ -212,6 +212,11 @@ class Bsdf {
   };
   KindShares kind_shares(Vec3 wo, Vec3 wi, bool specular) const;
 
+  /// What `evaluate` gives, by kind as Blender's passes have it: diffuse (translucent included), glossy, transmission.
+  std::array<Color, 3> f_cos_of_kinds(Vec3 wo, Vec3 wi) const;
+  /// The same of albedo().
+  std::array<Color, 3> albedo_of_kinds() const;
+
   /// Splits for passes and for shadow rays.
   Color transparency() const;       ///< sum of the Transparent lobes' weights
   Color albedo() const;             ///< estimate of the reflected and transmitted fraction, without transparency

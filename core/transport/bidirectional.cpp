@@ -126,7 +126,7 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     next.beta = beta * through.transmittance / (through.pass * (1.0f - vertex.pass));
     next.fwd = pdf_direction * next.edge.to_light_area() * through.pass * (1.0f - vertex.pass);
     if (i == 1) {
-      if (aux) record_first_hit(camera, vertex.point, vertex.shading.bsdf, *aux);
+      if (aux) record_first_hit(scene_, vertex.point, vertex.shading.bsdf, *aux);
       alpha_ = 1.0f - vertex.shading.holdout;
     }
     if (vertex.emits()) {

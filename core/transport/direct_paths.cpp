@@ -47,7 +47,7 @@ Color trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, Sample
     if (!find_vertex(scene, ray, sampler, vertex, through, rays, watch)) break;
     beta *= through.transmittance / (through.pass * (1.0f - vertex.pass));
     if (i == 1) {
-      if (aux) record_first_hit(scene.camera(), vertex.point, vertex.shading.bsdf, *aux);
+      if (aux) record_first_hit(scene, vertex.point, vertex.shading.bsdf, *aux);
       alpha = 1.0f - vertex.shading.holdout;
     }
     if (vertex.emits()) {

@@ -65,7 +65,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
       radiance += beta * shading.emission * weight;
     }
     if (aux && point.ray_depth == 0) {
-      record_first_hit(scene_.camera(), point, shading.bsdf, *aux);
+      record_first_hit(scene_, point, shading.bsdf, *aux);
       aux = nullptr;
     }
     const Color transparency = shading.bsdf.transparency();

@@ -57,7 +57,14 @@ void for_each_distant_light(const Scene& scene, const Ray& ray, uint32_t ray_kin
   });
 }
 
-inline void record_first_hit(const Camera& camera, const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) {
+inline void record_first_hit(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) {
+  const Camera& camera = scene.camera();
+  const MistDescription& mist = scene.settings().mist;
+  const float distance = camera.is_orthographic() ? camera.depth_of(point.position) : glm::length(point.position - camera.position());
+  const float beyond = mist.depth > 0.0f ? saturate((distance - mist.start) / mist.depth) : distance > mist.start ? 1.0f : 0.0f;
+  aux.mist = std::pow(beyond, mist.exponent);
+  aux.object_index = float(point.object ? point.object->pass_index : 0);
+  aux.material_index = float(scene.material_pass_indices()[size_t(scene.material_index(point))]);
   aux.depth = camera.depth_of(point.position);
   aux.normal = bsdf.n;
   aux.position = point.position;

@@ -21,7 +21,8 @@ Vec3 to_curved_surface(const ShadingPoint& point, Vec3 ng) {
     place += weights[i] * p[i];
     normal += weights[i] * n[i];
   }
-  const Vec3 world_normal = mesh.baked ? normal : transform_vector(point.instance->world_from_object, normal);
+  Mat4 moved;
+  const Vec3 world_normal = mesh.baked ? normal : transform_vector(world_from_object(*point.instance, point.time, moved), normal);
   const float side = glm::dot(world_normal, ng) > 0.0f ? 1.0f : -1.0f;
   const float a = glm::dot(n[2] - n[0], p[0] - p[2]), b = glm::dot(n[2] - n[1], p[1] - p[2]), c = glm::dot(n[1] - n[0], p[1] - p[0]);
   const float u = weights[0], v = weights[1];

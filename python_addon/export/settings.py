@@ -10,6 +10,8 @@ from .context import ExportContext
 
 _FILTERS = {"BOX": ajar.FilterKind.Box, "GAUSSIAN": ajar.FilterKind.Gaussian, "BLACKMAN_HARRIS": ajar.FilterKind.BlackmanHarris}
 
+_FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}  # exponents
+
 
 def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out = context.description.settings
@@ -39,6 +41,9 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.photons, out.photon_radius, out.gather_rays = ours.photons, ours.photon_radius, ours.gather_rays
     out.threads = _first(options.threads, render.threads if render.threads_mode == "FIXED" else 0)
     out.passes = passes
+    if context.scene.world is not None:
+        mist = context.scene.world.mist_settings
+        out.mist = (mist.start, mist.depth, _FALLOFFS[mist.falloff])
     if _filters_glossy(context.scene):
         context.warn(context.scene.name, "Filter Glossy is ignored: glossy surfaces seen after a diffuse bounce keep their roughness")
 

@@ -73,6 +73,11 @@ def test_passes_arrive_under_their_names(blender, tmp_path):
     text = """
 layer = scene.view_layers[0]
 layer.use_pass_z = layer.use_pass_normal = layer.use_pass_position = layer.use_pass_uv = True
+layer.use_pass_mist = layer.use_pass_object_index = layer.use_pass_material_index = True
+layer.use_pass_emit = layer.use_pass_environment = True
+layer.use_pass_diffuse_direct = layer.use_pass_diffuse_indirect = layer.use_pass_diffuse_color = True
+layer.use_pass_glossy_direct = layer.use_pass_transmission_color = True
+square.pass_index = 7
 layer.ajar.use_pass_albedo = layer.ajar.use_pass_sample_count = layer.ajar.use_pass_variance = True
 """
     result = blender("--python", script(tmp_path, text), "-o", tmp_path / "out", "-F", "OPEN_EXR_MULTILAYER", "-f", 1)
@@ -84,6 +89,12 @@ layer.ajar.use_pass_albedo = layer.ajar.use_pass_sample_count = layer.ajar.use_p
     assert center[layer + "Position.Z"] == pytest.approx(0, abs=1e-4)
     assert 0.0 <= center[layer + "UV.U"] <= 1.0
     assert center[layer + "Albedo.R"] == pytest.approx(0.8, abs=0.01)
+    # Mist of Blender's world: quadratic from 5 metres on; the square is at 4.
+    assert (center[layer + "Mist.Z"], center[layer + "IndexOB.X"], center[layer + "IndexMA.X"]) == (0, 7, 0)
+    assert center[layer + "DiffCol.R"] == pytest.approx(0.8, abs=1e-5)
+    assert center[layer + "DiffDir.R"] * center[layer + "DiffCol.R"] == pytest.approx(center[layer + "Combined.R"], rel=1e-4)
+    for name in ("DiffInd.R", "Emit.R", "Env.R", "GlossDir.R", "TransCol.R"):
+        assert center[layer + name] == 0, name
     assert center[layer + "Sample Count.X"] == 4
     assert center[layer + "Variance.X"] >= 0
 

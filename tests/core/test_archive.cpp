@@ -39,14 +39,21 @@ TEST(Archive, round_trip_keeps_every_byte) {
 
 TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   const SceneDescription d = rich_description();
-  SceneDescription later = d;                        // what older files cannot say
-  later.camera.panorama.fisheye_fov = 3.0f;
-  EXPECT_NE(to_bytes(later), to_bytes(d));
-  for (char version = '2'; version < '4'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(later, version))), to_bytes(d));
-  later = d;
-  later.settings.guiding = "on";
-  EXPECT_NE(to_bytes(later), to_bytes(d));
-  EXPECT_EQ(to_bytes(from_bytes(to_bytes(later, '4'))), to_bytes(d));
+  SceneDescription panorama = d, moving = d;         // what files before version 4, 5 and 6, cannot say
+  panorama.camera.panorama.fisheye_fov = 3.0f;
+  moving.motion_keys = {d.camera.world_from_camera};
+  moving.camera.shutter = {0.0f, 1.0f};
+  moving.settings.mist.depth = 3.0f;
+  SceneDescription guided = d;
+  guided.settings.guiding = "on";
+  const auto written = to_bytes(d);
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(panorama))), to_bytes(panorama));
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(moving))), to_bytes(moving));
+  EXPECT_NE(to_bytes(panorama), written);
+  EXPECT_NE(to_bytes(moving), written);
+  for (char version = '2'; version < '4'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(panorama, version))), written);
+  for (char version = '2'; version < '5'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(guided, version))), written);
+  for (char version = '2'; version < '6'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(moving, version))), written);
   std::vector<char> bytes = to_bytes(d);
   bytes[7] = '1';
   EXPECT_THROW(from_bytes(bytes), SceneError);
