@@ -64,9 +64,9 @@ class PathTracer final : public Integrator {
     const DirectMethodInfo& method = find_direct_method(settings.direct);
     honesty_ = method.biased ? Honesty::Biased : Honesty::Unbiased;
     mixture_.reset();
-    // Only the default method tells in which direction its light is, by which passes are told apart.
+    // Only the default method tells in which direction its light is, by which passes and lights of some kinds of lobes are told apart.
     const bool parts = std::any_of(settings.passes.begin(), settings.passes.end(), is_part_pass);
-    if (parts) honesty_ = Honesty::Unbiased;
+    if (parts || scene_->lights().any_partial()) honesty_ = Honesty::Unbiased;
     else if (method.method != DirectMethod::Mis || settings.direct_samples > 1)
       mixture_ = std::make_unique<DirectMixture>(*scene_, method.method, settings.direct_samples);
     // With nothing to choose among, one sample of the learned mixture is one of the default.
@@ -250,6 +250,7 @@ class PathTracer final : public Integrator {
       }
 
       scene.shading_point(ray, hit, point);
+      if (point.object->holdout && point.ray_depth == 0) break;
       scene.material(hit).evaluate_surface(point, shading);
       const Bsdf& bsdf = shading.bsdf;
 

@@ -37,6 +37,7 @@ std::unique_ptr<Integrator> make_integrator(const std::string& name) { return fi
 
 std::string reason_against(const IntegratorInfo& integrator, const Scene& scene) {
   if (scene.moves() && !integrator.renders_motion) return "it does not render motion blur";
+  if (scene.lights().any_partial() && !integrator.tells_parts) return "a light is hidden from some kinds of rays";
   if (!integrator.joins_camera) return "";
   const RenderSettings& s = scene.settings();
   if (scene.camera().finds_film(PixelFilter(s.filter, s.filter_width).half_width())) return "";

@@ -47,6 +47,9 @@ struct LightFlags {
   uint32_t visibility = 63;
   bool cast_shadow = true;
   bool mis = true;           ///< may also be found by BSDF sampling
+  /// Does it shine on some kinds of lobes only (VisibilityBits of diffuse, glossy and transmission)? Then rough lobes are lit by light
+  /// sampling alone, which tells them apart, and the rays of sharp ones see it or not.
+  bool partial() const { return (visibility & 14u) != 14u; }
 };
 
 /// One light as data; only what its type needs is set.

@@ -72,6 +72,7 @@ struct LightSet::Data {
   std::vector<TriangleBlock> blocks;        // by `first`
   Environment environment;
   uint32_t environment_visibility = 0;
+  bool any_partial = false;
   int environment_index = -1;
   std::vector<uint32_t> distant_disks;
   Vec3 scene_center{0.0f};
@@ -177,6 +178,7 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
       sources.push_back({uint32_t(i), 1, power * factor});
     }
     if (light.type == LightType::DistantDisk && !is_black(light.radiance) && light.mis) distant_disks.push_back(uint32_t(i));
+    any_partial |= !is_black(light.radiance) && LightFlags{light.type, light.visibility}.partial();
     lamps.push_back(light);
   }
 }
@@ -244,6 +246,7 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
       continue;
     }
     instance.first_light = block.first;
+    any_partial |= LightFlags{LightType::Triangle, instance.visibility}.partial();
     sources.push_back({block.first, count, total});
     blocks.push_back(std::move(block));
   }
@@ -262,7 +265,9 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
   environment_index = int(weights.size());
   // Radiance over the sphere times the area of the scene's disk.
   const double power = 4.0 * M_PI * double(environment.mean_luminance()) * M_PI * double(scene_radius) * double(scene_radius);
-  const double chosen = double(environment.excess_luminance()) / double(environment.mean_luminance());
+  const bool partial = LightFlags{LightType::Environment, environment_visibility}.partial();
+  any_partial |= partial;
+  const double chosen = partial ? 1.0 : double(environment.excess_luminance()) / double(environment.mean_luminance());
   sources.push_back({uint32_t(environment_index), 1, power, chosen});
   weights.push_back(1.0);
 }
@@ -380,6 +385,7 @@ LightFlags LightSet::flags(uint32_t index) const {
   return {LightType::Triangle, d.instances[d.block_of(index).instance].visibility, true, true};
 }
 
+bool LightSet::any_partial() const { return data_->any_partial; }
 bool LightSet::can_choose() const { return !data_->tree.empty() || !data_->distant.empty(); }
 
 LightSet::Choice LightSet::choose(Vec3 p, Vec3 n, float u) const {

@@ -74,6 +74,8 @@ class LightSet {
     float u_remapped;                     ///< few bits left when there are many lights
   };
   bool can_choose() const;
+  /// Is there a light that only some kinds of lobes see?
+  bool any_partial() const;
   Choice choose(Vec3 p, Vec3 n, float u) const;
   float choice_pmf(Vec3 p, Vec3 n, uint32_t light) const;
 

@@ -438,8 +438,10 @@ void Session::Data::report_passes() {
   std::string parts;
   for (const std::string& pass : scene->settings().passes)
     if (is_part_pass(pass)) parts += (parts.empty() ? "" : ", ") + pass;
-  if (parts.empty()) return;
   std::lock_guard lock(mutex);
+  if (scene->lights().any_partial() && scene->settings().direct != "mis")
+    report_once(diagnostics, {Diagnostic::Severity::Warning, "", "A light is hidden from some kinds of rays: direct light is sampled by the default method."});
+  if (parts.empty()) return;
   const IntegratorInfo& integrator = find_integrator(integrator_name);
   if (!integrator.tells_parts)
     report_once(diagnostics, {Diagnostic::Severity::Warning, "", std::string(integrator.label) + " cannot tell the passes " + parts + " apart: they stay black. Path Tracing can."});

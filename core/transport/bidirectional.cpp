@@ -380,7 +380,7 @@ void BidirectionalWalks::find_by_lens(int s) {
   const PathVertex& a = from.vertex;
   if (!a.connectable()) return;
   if (only_strategy >= 0 && only_strategy != s) return;
-  if (a.point.instance && !(a.point.instance->visibility & kVisibleCamera)) return;
+  if (!shows_on_film(a.point)) return;
   const auto film = scene_.camera().film_of(lens_.position(), a.position());
   if (!film || film->x < -margin_ || film->y < -margin_ || film->x > float(scene_.camera().width()) + margin_ ||
       film->y > float(scene_.camera().height()) + margin_)

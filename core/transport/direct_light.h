@@ -70,6 +70,16 @@ inline float power_heuristic(float pdf_a, float pdf_b) {
 /// stay so on each light. With many, too few bits are left.
 constexpr size_t kFewLights = 64;
 
+/// What the lobes scatter that a light of this visibility shines on.
+inline Color visible_to(uint32_t visibility, const Bsdf& bsdf, Vec3 wo, Vec3 wi) {
+  const std::array<Color, 3> kinds = bsdf.f_cos_of_kinds(wo, wi);
+  Color sum(0.0f);
+  if (visibility & kVisibleDiffuse) sum += kinds[0];
+  if (visibility & kVisibleGlossy) sum += kinds[1];
+  if (visibility & kVisibleTransmission) sum += kinds[2];
+  return sum;
+}
+
 /// One sample of one light, weighted against the BSDF's own chance of finding it, and with what lies beyond the terminator. `rays` counts
 /// shadow rays. `kOnlyBeyond`: nothing but the latter, which methods that sample light in other ways add to theirs.
 template <bool kOnlyBeyond = false>
@@ -80,8 +90,12 @@ inline Color estimate_direct(const DirectLightContext& c, const LightSet::Choice
   if (!sample || is_black(sample->radiance)) return Color(0.0f);
   if (c.towards) *c.towards = sample->wi;
   if (kOnlyBeyond && !grazes_terminator(c.point, sample->wi)) return Color(0.0f);
-  const Bsdf::Evaluation scattered = c.evaluate(sample->wi);
+  Bsdf::Evaluation scattered = c.evaluate(sample->wi);
   const LightFlags light = lights.flags(choice.light);
+  if (light.partial()) {
+    scattered.f_cos = visible_to(light.visibility, c.bsdf, c.point.wo, sample->wi);
+    if (is_black(scattered.f_cos)) return Color(0.0f);
+  }
   const Color arriving = sample->radiance / (choice.pmf * sample->pdf_solid_angle);
   if (!is_black(scattered.f_cos)) {
     Color through(1.0f);
@@ -92,7 +106,7 @@ inline Color estimate_direct(const DirectLightContext& c, const LightSet::Choice
     if (!is_black(through)) {
       if (kOnlyBeyond) return Color(0.0f);
       Color contribution = scattered.f_cos * arriving * through;
-      if (!sample->delta && light.mis) contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
+      if (!sample->delta && light.mis && !light.partial()) contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
       return contribution;
     }
   }
@@ -130,6 +144,7 @@ class MisDirectLight {
   float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const {
     if (v.bsdf_pdf == 0.0f) return 1.0f;
     const LightSet& lights = scene.lights();
+    if (lights.any_partial() && lights.flags(light).partial()) return 0.0f;
     const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
     const float light_pdf = lights.choice_pmf(v.position, v.normal, light) * lights.pdf_li(light, v.position, wi, distance, normal);
     return power_heuristic(v.bsdf_pdf, light_pdf);

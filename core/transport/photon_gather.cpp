@@ -58,6 +58,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
       break;
     }
     scene_.shading_point(ray, hit, point);
+    if (point.object->holdout && point.ray_depth == 0) break;
     scene_.material(hit).evaluate_surface(point, shading);
     if (!is_black(shading.emission)) {
       const int light = scene_.light_of(hit);

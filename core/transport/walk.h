@@ -38,6 +38,12 @@ bool find_vertex(const Scene& scene, Ray ray, Sampler& sampler, PathVertex& vert
     scene.shading_point(ray, hit, vertex.point);
     vertex.program = &scene.material(hit);
     vertex.program->evaluate_surface(vertex.point, vertex.shading);
+    if (vertex.point.object->holdout && (vertex.point.ray_kind & kRayCamera)) {
+      // A hole in the film.
+      vertex.shading.bsdf = Bsdf();
+      vertex.shading.emission = Color(0.0f);
+      vertex.shading.holdout = 1.0f;
+    }
     vertex.kind = VertexKind::Surface;
     vertex.specular = vertex.distant = vertex.delta = false;
     vertex.light = vertex.emits() ? scene.light_of(hit) : -1;
@@ -57,6 +63,11 @@ bool find_vertex(const Scene& scene, Ray ray, Sampler& sampler, PathVertex& vert
     ray = scene.spawn_ray(vertex.point, ray.direction);
     ray.t_max = left;
   }
+}
+
+/// Whether the camera sees light that comes from this surface.
+inline bool shows_on_film(const ShadingPoint& point) {
+  return !point.instance || ((point.instance->visibility & kVisibleCamera) && !point.object->holdout);
 }
 
 /// The vertex of a lens point, and the ray through a film point. `density` is that of the ray: per solid angle (per area across it for

@@ -30,6 +30,7 @@ class Geometry:
     name: str
     materials: list[int]
     visibility: int
+    holdout: bool
     index: int = -1
 
 
@@ -108,14 +109,16 @@ def _geometry(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.
     else:
         slots = [materials.export(context, slot.material) for slot in thing.material_slots]
     is_own = owner.data is not None and owner.data.as_pointer() == thing.data.as_pointer()
-    return Geometry(owner, thing.data, is_own, owner.name, slots, _visibility(context, owner, parent), index)
+    return Geometry(owner, thing.data, is_own, owner.name, slots, _visibility(context, owner, parent),
+                    (parent or owner).holdout_get(view_layer=context.view_layer), index)
 
 
 def _visibility(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> int:
     bits = _ray_visibility(owner)
     if parent is not None:
         bits &= _ray_visibility(parent)
-    if owner.indirect_only_get(view_layer=context.view_layer):
+    shown = parent or owner   # instances are in the collections of what makes them
+    if shown.indirect_only_get(view_layer=context.view_layer):
         bits &= ~ajar.VISIBLE_CAMERA
     return bits
 
@@ -143,7 +146,7 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
         owner = geometry.owner
         geometry.index = context.description.add_object(
             name=geometry.name, mesh=indices[key], materials=geometry.materials, visibility=geometry.visibility,
-            holdout=owner.holdout_get(view_layer=context.view_layer), shadow_catcher=owner.is_shadow_catcher,
+            holdout=geometry.holdout, shadow_catcher=owner.is_shadow_catcher,
             pass_index=owner.pass_index, color=tuple(owner.color), importance=_importance(owner),
             shadow_terminator_offset=_shadow_terminator_offset(context, owner))
 

@@ -72,7 +72,7 @@ inline bool arrive_on_film(const PathSpace& space, Path& path) {
   if (!film || !space.on_film(*film)) return false;
   path.film = *film;
   const PathVertex& seen = path.vertices[size_t(path.count - 2)];
-  return seen.kind != VertexKind::Surface || !seen.point.instance || (seen.point.instance->visibility & kVisibleCamera);
+  return seen.kind != VertexKind::Surface || shows_on_film(seen.point);
 }
 
 /// A sharp reflection is repeated about the same half vector (in the frame of the normal) with this chance, turned a little; else the BSDF draws it.
