@@ -36,6 +36,7 @@ Camera::Camera(const CameraDescription& description, int width, int height)
     for (const auto& rows : description.motion) motion_.push_back(split(without_scale(to_matrix(rows))));
   camera_from_world_ = glm::inverse(world_from_camera_);
   pixel_area_ = std::abs((window_.y - window_.x) * (window_.w - window_.z)) / (float(width_) * float(height_));
+  if (lens_radius_ > 0.0f && kind_ == CameraKind::Orthographic) lens_depth_ = clip_start_;
   if (lens_radius_ > 0.0f) {
     const float unit = blades_ < 3 ? kPi : 0.5f * float(blades_) * std::sin(2.0f * kPi / float(blades_));
     pdf_lens_area_ = aperture_ratio_ / (unit * sqr(lens_radius_));
@@ -76,7 +77,7 @@ Vec2 Camera::sample_lens(Vec2 u) const {
 
 Vec3 Camera::sample_lens_point(Vec2 u_lens) const {
   if (!has_lens()) return position();
-  return transform_point(world_from_camera_, Vec3(sample_lens(u_lens), 0.0f));
+  return transform_point(world_from_camera_, Vec3(sample_lens(u_lens), -lens_depth_));
 }
 
 Vec3 Camera::orthographic_direction(Vec3 lens_point) const {
@@ -100,7 +101,7 @@ std::optional<Vec2> Camera::film_of(Vec3 lens_point, Vec3 p) const {
     // Through the point in focus, whose place on the window every lens point shares.
     const Vec2 lens(transform_point(camera_from_world_, lens_point));
     window = lens + (window - lens) * (focus_distance_ / depth);
-    if (is_orthographic()) window = Vec2(local) - lens * (1.0f - depth / focus_distance_);
+    if (is_orthographic()) window = Vec2(local) - lens * (1.0f - (depth - lens_depth_) / focus_distance_);
     else window /= focus_distance_;
   } else if (!is_orthographic()) {
     window /= depth;
@@ -161,7 +162,7 @@ Ray Camera::ray_from_lens(Vec2 film, Vec2 lens, float time) const {
   const Vec2 window = on_window(film);
   Vec3 origin(0.0f), direction(window, -1.0f);
   if (kind_ == CameraKind::Orthographic) {
-    origin = Vec3(window, 0.0f);
+    origin = Vec3(window, -lens_depth_);
     direction = Vec3(0.0f, 0.0f, -1.0f);
   }
   if (lens_radius_ > 0.0f) {
@@ -175,8 +176,8 @@ Ray Camera::ray_from_lens(Vec2 film, Vec2 lens, float time) const {
   ray.direction = direction;
   // Clipping planes are perpendicular to the view axis.
   const float along = len / std::abs(direction.z);
-  ray.t_min = clip_start_ * along;
-  ray.t_max = clip_end_ * along;
+  ray.t_min = (clip_start_ - lens_depth_) * along;
+  ray.t_max = (clip_end_ - lens_depth_) * along;
   ray.time = time;
   return to_world(ray);
 }

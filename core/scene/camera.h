@@ -47,7 +47,7 @@ class Camera {
   float film_density(Vec3 direction) const;
   /// Distance along `direction` from the lens to the near clipping plane.
   float clip_distance(Vec3 direction) const {
-    return kind_ == CameraKind::Panorama ? clip_start_ : clip_start_ / std::abs(glm::dot(direction, forward()));
+    return kind_ == CameraKind::Panorama ? clip_start_ : (clip_start_ - lens_depth_) / std::abs(glm::dot(direction, forward()));
   }
   /// The depth pass: along the axis; from the centre of a panorama.
   float depth_of(Vec3 p) const {
@@ -88,6 +88,7 @@ class Camera {
   Vec4 window_{-1, 1, -1, 1};
   float clip_start_ = 0.0f, clip_end_ = kInfinity;
   float lens_radius_ = 0.0f, focus_distance_ = 1.0f;
+  float lens_depth_ = 0.0f;       ///< of the lens before the camera: that of orthographic ones is at the near clipping plane, as in Cycles
   int blades_ = 0;
   float blade_rotation_ = 0.0f, aperture_ratio_ = 1.0f;
   float pdf_lens_area_ = 1.0f;

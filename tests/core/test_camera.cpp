@@ -245,3 +245,25 @@ TEST(Camera, the_first_blade_is_perpendicular_to_the_rotation) {
   d.camera.blade_rotation = 0.25f * kPi;
   EXPECT_NEAR(furthest({1, 0}), 1.0f, 0.04f);
 }
+
+TEST(Camera, an_orthographic_lens_is_at_the_near_clipping_plane) {
+  SceneDescription d;
+  fixtures::set_camera(d, Vec3(0, -5, 0), Vec3(0), 100);
+  d.camera.kind = CameraKind::Orthographic;
+  d.camera.aperture_radius = 0.3f;
+  d.camera.focus_distance = 2.0f;
+  d.camera.clip_start = 1.5f;
+  const Camera camera(d.camera, 100, 100);
+  Pcg32 rng(5);
+  for (int i = 0; i < 50; ++i) {
+    const Vec2 u_lens(rng.next_float(), rng.next_float());
+    const Ray ray = camera.generate_ray({50, 50}, u_lens, 0.0f);
+    EXPECT_NEAR(ray.origin.y, -3.5f, 1e-5f);
+    EXPECT_NEAR(ray.t_min, 0.0f, 1e-6f);
+    const Vec3 met = ray.origin + ray.direction * ((-1.5f - ray.origin.y) / ray.direction.y);   // in focus: 2 beyond the lens
+    EXPECT_LT(glm::length(met - Vec3(0, -1.5f, 0)), 1e-4f);
+    const auto found = camera.film_of(camera.sample_lens_point(u_lens), ray.origin + 4.0f * ray.direction);
+    ASSERT_TRUE(found);
+    EXPECT_LT(glm::length(*found - Vec2(50, 50)), 2e-3f);
+  }
+}
