@@ -110,6 +110,12 @@ def shutter_position(scene: bpy.types.Scene) -> str:
     return render.motion_blur_position if hasattr(render, "motion_blur_position") else cycles_value(scene, "motion_blur_position", "CENTER")
 
 
+def has_light_linking(thing: bpy.types.Object) -> bool:
+    """Whether an object's light is meant for some objects only (4.0)."""
+    linking = getattr(thing, "light_linking", None)
+    return linking is not None and (linking.receiver_collection is not None or linking.blocker_collection is not None)
+
+
 # ---- Meshes ---------------------------------------------------------------------------------------------------------
 
 def _numbers(collection: bpy.types.bpy_prop_collection, name: str, columns: int, kind: type) -> np.ndarray:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from .. import compat
 from ..ajar_module import ajar
 from . import lights, materials, mesh, motion
 from .context import ExportContext, rows_3x4
@@ -77,6 +78,8 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         # Instances of one object under one parent share everything but the matrix.
         geometry = geometries.get(key)
         if geometry is None:
+            if compat.has_light_linking(owner):
+                context.warn(owner.name, "light linking is not supported: it shines on everything, and everything blocks its light")
             if thing.type == "LIGHT":
                 lights.export(context, data, owner.name, instance.matrix_world, _visibility(context, owner, parent))
                 continue

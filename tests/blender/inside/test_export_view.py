@@ -5,6 +5,7 @@ import math
 import bpy
 import numpy as np
 import pytest
+from ajar_render import compat
 from ajar_render.ajar_module import ajar
 from ajar_render.headless import Options
 
@@ -152,3 +153,10 @@ def test_resolution_and_border(export, scene):
 def test_no_camera_is_left_to_the_core(export, scene):
     scene.camera = None
     assert not export().camera.present
+
+
+def test_light_linking_is_reported(build, export_context, monkeypatch):
+    light(build, "POINT")
+    light(build, "SUN")
+    monkeypatch.setattr(compat, "has_light_linking", lambda thing: thing.name == "Point")
+    assert [name for name, message in export_context().warnings if "linking" in message] == ["Point"]
