@@ -1,5 +1,7 @@
 #include "scene/camera.h"
 
+#include <algorithm>
+
 #include "math/warps.h"
 
 namespace ajar {
@@ -32,6 +34,8 @@ Camera::Camera(const CameraDescription& description, int width, int height)
       blades_(description.blades),
       blade_rotation_(description.blade_rotation),
       aperture_ratio_(description.aperture_ratio) {
+  // Times outside the shutter interval, or none at all, cannot be meant.
+  if (!std::all_of(shutter_.begin(), shutter_.end(), [](float t) { return t >= 0.0f && t <= 1.0f; })) shutter_.clear();
   if (description.motion.size() > 1)
     for (const auto& rows : description.motion) motion_.push_back(split(without_scale(to_matrix(rows))));
   camera_from_world_ = glm::inverse(world_from_camera_);
