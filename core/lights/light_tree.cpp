@@ -69,7 +69,8 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
   float best_cost = kInfinity;
   int best_axis = -1, best_bin = 0;
   const auto bin_of = [&](const Entry& e, int axis) {
-    return std::min(int(kBins * (center_of(e.bounds)[axis] - lower[axis]) / extent[axis]), kBins - 1);
+    const float along = (center_of(e.bounds)[axis] - lower[axis]) / extent[axis];   // first: bins times metres may overflow
+    return std::min(int(kBins * along), kBins - 1);
   };
   if (depth < kDeepestByCost) {
     for (int axis = 0; axis < 3; ++axis) {

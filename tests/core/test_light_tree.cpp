@@ -160,6 +160,14 @@ TEST(LightTree, awkward_lights_and_points_keep_chances_finite) {
       }
 }
 
+TEST(LightTree, lights_as_far_apart_as_floats_reach_are_split) {
+  std::vector<LightTree::Entry> entries;
+  for (uint32_t i = 0; i < 64; ++i) entries.push_back({i, small_light(Vec3(float(i) * 5e36f, 0, 0), Vec3(0, 0, 1), -1.0f, 1.0f, 1.0f)});
+  const LightTree tree(std::move(entries), 64);
+  const auto choice = tree.choose(Vec3(0.0f), Vec3(0.0f), 0.5f);
+  EXPECT_TRUE(std::isfinite(choice.pmf) && choice.pmf >= 0.0f && choice.light < 64);
+}
+
 TEST(LightTree, the_same_tree_for_any_number_of_threads) {
   const LightTree a(random_lights(20000, 23), 40000), b(random_lights(20000, 23), 40000);
   Pcg32 rng(1);
