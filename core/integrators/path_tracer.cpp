@@ -51,7 +51,7 @@ Shares shares_of(const Bsdf& bsdf, const Shares& scattered) {
 class PathTracer final : public Integrator {
  public:
   Honesty honesty() const override { return honesty_; }
-  bool follows_goals() const override { return !(mixture_ && mixture_->learns()) && !wants_guide(); }
+  bool follows_goals() const override { return !(mixture_ && mixture_->learns()) && !wants_guide_; }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);
@@ -73,11 +73,13 @@ class PathTracer final : public Integrator {
     if (mixture_ && method.method == DirectMethod::PmcHi && settings.direct_samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
     ends_early_ = !scene_->emission_without_lights();
     guide_.reset();
+    // Few samples are spent before a measurement could tell.
+    wants_guide_ = settings.guiding == "on" || (settings.guiding == "auto" && (settings.samples == 0 || settings.samples > kLeastSamplesToMeasure));
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     if (mixture_ && mixture_->wants_pilot() && !run_pilot(film, stop)) return;
-    if (!guide_ && wants_guide()) {
+    if (!guide_ && wants_guide_) {
       const auto mode = scene_->settings().guiding == "on" ? PathGuide::Mode::On : PathGuide::Mode::Auto;
       guide_ = std::make_unique<PathGuide>(mode, film.width(), film.height(), kTile);
     }
@@ -104,12 +106,6 @@ class PathTracer final : public Integrator {
   }
 
  private:
-  /// Few samples are spent before a measurement could tell.
-  bool wants_guide() const {
-    const RenderSettings& settings = scene_->settings();
-    return settings.guiding == "on" || (settings.guiding == "auto" && (settings.samples == 0 || settings.samples > kLeastSamplesToMeasure));
-  }
-
   /// Samples to learn from that leave no trace in the picture. They end before its first sample, so that all its samples
   /// choose by the same shares: a sequence that is cut into pieces with different shares is stratified in pieces only, and
   /// loses more than later learning gains.
@@ -416,6 +412,7 @@ class PathTracer final : public Integrator {
   std::unique_ptr<DirectMixture> mixture_;   // none: the default method
   std::unique_ptr<PathGuide> guide_;         // none: directions by the BSDF alone
   bool ends_early_ = false;
+  bool wants_guide_ = false;
   IntegratorStatistics statistics_;
 };
 
