@@ -11,6 +11,7 @@ from .context import ExportContext
 _FILTERS = {"BOX": ajar.FilterKind.Box, "GAUSSIAN": ajar.FilterKind.Gaussian, "BLACKMAN_HARRIS": ajar.FilterKind.BlackmanHarris}
 
 _FALLOFFS = {"QUADRATIC": 2.0, "LINEAR": 1.0, "INVERSE_QUADRATIC": 0.5}  # exponents
+_DEFAULT_FILTER_GLOSSY = 1.0
 
 
 def export(context: ExportContext, options: Options, passes: list[str]) -> None:
@@ -49,8 +50,11 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
 
 
 def _filters_glossy(scene: bpy.types.Scene) -> bool:
-    """Whether Cycles would blur glossy surfaces; Blender's own default is 1. Without its add-on there is no such setting."""
-    return getattr(getattr(scene, "cycles", None), "blur_glossy", 0.0) > 0.0
+    """Whether somebody asked Cycles to blur glossy surfaces further than Blender's default, which says nothing about the scene.
+
+    Without Cycles' add-on there is no such setting.
+    """
+    return getattr(getattr(scene, "cycles", None), "blur_glossy", 0.0) > _DEFAULT_FILTER_GLOSSY
 
 
 def resolution(render: bpy.types.RenderSettings) -> tuple[int, int]:

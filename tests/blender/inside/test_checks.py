@@ -70,6 +70,16 @@ def test_checking_names_what_the_core_reports(plain, build):
     assert checks.messages_of(plain) == []
 
 
+@pytest.mark.parametrize("value, told", [(0.0, False), (1.0, False), (3.0, True)])
+def test_filter_glossy_is_told_of_where_it_was_raised(plain, build, value, told):
+    if not hasattr(plain, "cycles"):
+        pytest.skip("Cycles' add-on is not enabled here")
+    build.object(build.mesh())
+    plain.cycles.blur_glossy = value
+    bpy.ops.ajar.check_scene()
+    assert any("Filter Glossy" in text for _, text in checks.messages_of(plain)) == told
+
+
 def test_checking_a_scene_that_cannot_be_rendered_says_why(plain):
     no_camera(plain)
     with pytest.raises(RuntimeError, match="camera"):
