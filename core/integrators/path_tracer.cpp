@@ -5,7 +5,6 @@
 #include <bit>
 #include <type_traits>
 #include <utility>
-#include <type_traits>
 
 #include <tbb/combinable.h>
 
@@ -25,7 +24,10 @@ namespace {
 /// Dimensions of the sampler: the camera's, then a fixed number for each vertex.
 constexpr uint32_t kTime = 4, kCameraDimensions = 6, kVertexDimensions = 8;
 constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
-constexpr int kPilotIterations = 2, kLeastSamplesToMeasure = 16;
+constexpr int kLeastSamplesToMeasure = 16;
+/// The pilot of learned direct light may take this share of the samples asked for. Its first iteration only finds places, for which fewer samples do
+/// than for learning. Samples of a pixel in those that learn: below the least the pilot is not made; one where nothing is known.
+constexpr float kPilotShare = 0.08f, kFindingPlaces = 0.25f, kLeastPilot = 0.15f, kMostPilot = 4.0f;
 constexpr uint32_t kEnter = 8192;   // and the vertex: whether light goes below the surface
 
 struct Counters {
@@ -62,13 +64,17 @@ class PathTracer final : public Integrator {
     filter_ = PixelFilter(settings.filter, settings.filter_width);
     // Chosen once: the default has its own copy of the loop, free of what the others need.
     const DirectMethodInfo& method = find_direct_method(settings.direct);
+    const float learning_iterations = float(LightCutCache::iterations(scene_->lights()) - 1);
+    pilot_samples_ = settings.samples > 0 && settings.seconds == 0.0 ? std::min(kMostPilot, kPilotShare * float(settings.samples) / (kFindingPlaces + learning_iterations)) : 1.0f;
+    pilot_rays_ = 0;
     honesty_ = method.biased ? Honesty::Biased : Honesty::Unbiased;
     mixture_.reset();
     // Only the default method tells in which direction its light is, by which passes and lights of some kinds of lobes are told apart.
     const bool parts = std::any_of(settings.passes.begin(), settings.passes.end(), is_part_pass);
     if (parts || scene_->lights().any_partial()) honesty_ = Honesty::Unbiased;
     else if (method.method != DirectMethod::Mis || settings.direct_samples > 1)
-      mixture_ = std::make_unique<DirectMixture>(*scene_, method.method, settings.direct_samples);
+      mixture_ = std::make_unique<DirectMixture>(*scene_, method.method == DirectMethod::PmcHi && pilot_samples_ < kLeastPilot ? DirectMethod::Mis : method.method,
+                                                 settings.direct_samples);
     // With nothing to choose among, one sample of the learned mixture is one of the default.
     if (mixture_ && method.method == DirectMethod::PmcHi && settings.direct_samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
     ends_early_ = !scene_->emission_without_lights();
@@ -97,6 +103,7 @@ class PathTracer final : public Integrator {
 
   IntegratorStatistics statistics() const override {
     IntegratorStatistics statistics = statistics_;
+    if (pilot_rays_ > 0) statistics.extra["pilot_rays"] = double(pilot_rays_);
     if (guide_) {
       statistics.extra["guide_followed"] = guide_->follows() ? 1.0 : 0.0;
       statistics.extra["guide_cells"] = double(guide_->tree().cell_count());
@@ -113,12 +120,17 @@ class PathTracer final : public Integrator {
     Film discarded(film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), {"Combined"});
     const uint32_t seed = seed_;
     seed_ = hash_combine(seed, 0x70696c6fU);
-    while (mixture_->wants_pilot() && !stop.load(std::memory_order_relaxed)) {
+    std::vector<uint32_t> goals(size_t(film.width()) * size_t(film.height()), 0);
+    for (uint32_t iteration = 0; mixture_->wants_pilot() && !stop.load(std::memory_order_relaxed); ++iteration) {
+      const float samples = pilot_samples_ * (iteration == 0 ? kFindingPlaces : 1.0f);
+      for (uint32_t i = 0; i < goals.size(); ++i) goals[i] += uint32_t(samples + to_unit_float(hash_combine(seed_ + iteration, i)));
+      discarded.set_goals(goals);
       render_samples(discarded, 1, stop);
       if (!stop.load(std::memory_order_relaxed)) mixture_->learn();
     }
     seed_ = seed;
     samples_done_ = 0;
+    pilot_rays_ = statistics_.rays;
     return !mixture_->wants_pilot();
   }
 
@@ -413,6 +425,8 @@ class PathTracer final : public Integrator {
   std::unique_ptr<PathGuide> guide_;         // none: directions by the BSDF alone
   bool ends_early_ = false;
   bool wants_guide_ = false;
+  float pilot_samples_ = 1.0f;               // of a pixel, in each iteration of the pilot of direct light
+  uint64_t pilot_rays_ = 0;
   IntegratorStatistics statistics_;
 };
 

@@ -29,10 +29,12 @@ LightCutCache::LightCutCache(const LightSet& lights, Vec3 eye, float angle, floa
       eye_(eye),
       angle_(std::max(angle, kLeastAngle)),
       inverse_scale_squared_(scale > 0.0f ? 1.0f / (scale * scale) : 1.0f),
-      iterations_left_(1 + (lights.size() <= kFewLights ? 1 : kLearningIterations)),
+      iterations_left_(iterations(lights)),
       claims_(new std::atomic<uint64_t>[kSlots]) {
   for (uint32_t i = 0; i < kSlots; ++i) claims_[i].store(kFree, std::memory_order_relaxed);
 }
+
+int LightCutCache::iterations(const LightSet& lights) { return 1 + (lights.size() <= kFewLights ? 1 : kLearningIterations); }
 
 uint64_t LightCutCache::key(Vec3 p, Vec3 n, uint32_t material, uint32_t jitter) const {
   const Vec3 from_eye = p - eye_;

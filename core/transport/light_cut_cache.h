@@ -28,6 +28,8 @@ class LightCutCache {
   /// Cells are `angle` times as large as their distance from the eye. `scale` is a typical luminance of what samples bring.
   LightCutCache(const LightSet& lights, Vec3 eye, float angle, float scale);
 
+  /// Calls of `publish` until it has learned; the first ends the claims.
+  static int iterations(const LightSet& lights);
   bool learning() const { return iterations_left_ > 0; }
   /// Everything recorded becomes the past.
   void publish();
