@@ -12,7 +12,8 @@ from . import compat
 from .ajar_module import ajar
 
 # The numbers are stored in files and never change.
-INTEGRATOR_NUMBERS = {"auto": 0, "path": 1, "pmc_pt": 2, "erpt": 3, "mps": 4, "metropolis": 5, "photon_map": 6, "bdpt": 7}
+INTEGRATOR_NUMBERS = {"auto": 0, "path": 1, "pmc_pt": 2, "erpt": 3, "mps": 4, "metropolis": 5, "photon_map": 6, "bdpt": 7,
+                      "irradiance_cache": 8}
 DIRECT_NUMBERS = {"mis": 0, "bsdf": 1, "light": 2, "ris": 3, "correlated": 4, "pmc_hi": 5, "ocv": 6, "ocv_paper": 7,
                   "ocv_progressive": 8, "mis_balance": 9, "pmc_hi_paper": 10}
 DIRECT_ITEMS = [(info.name, info.label, info.sentence + (" Biased" if info.biased else ""), DIRECT_NUMBERS[info.name])
@@ -118,7 +119,8 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
         name="Pixel Filter", description="Which part of the image a pixel gathers", items=FILTER_ITEMS, default="BLACKMAN_HARRIS",
         **_accessors("filter", "BLACKMAN_HARRIS", "pixel_filter_type", {item[0]: item[3] for item in FILTER_ITEMS}))
     filter_width: _float("filter_width", "Width", "Full width of the filter in pixels", 1.5, "filter_width", 0.01, 10.0)
-    gather_rays: bpy.props.IntProperty(name="Gather Rays", description="Per sample, at the first rough surface, where photon maps are used",
+    gather_rays: bpy.props.IntProperty(name="Gather Rays", description="Per sample, at the first rough surface, where photon maps are used; a tenth of those of a "
+                                       "point of the irradiance cache",
                                        default=8, min=1, max=1024)
     photons: bpy.props.IntProperty(name="Photons", description="Emitted for each sample of the picture; 0: by the picture's size",
                                    default=0, min=0, max=10**8)

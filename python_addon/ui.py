@@ -12,6 +12,7 @@ from .ajar_module import ajar
 
 ENGINE = "AJAR"
 PHOTON_INTEGRATORS = {"photon_map", "mps"}
+GATHERING_INTEGRATORS = {*PHOTON_INTEGRATORS, "irradiance_cache"}
 MOST_MESSAGES = 20
 PANORAMA_SETTINGS = {
     "EQUIRECTANGULAR": ("latitude_min", "latitude_max", "longitude_min", "longitude_max"), "FISHEYE_EQUIDISTANT": ("fisheye_fov",),
@@ -119,10 +120,12 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
                 column.label(text=line)
         if settings.integrator == "path":
             column.prop(settings, "guiding")
+        gathering = column.column(align=True)
         if settings.integrator in PHOTON_INTEGRATORS:
-            photons = column.column(align=True)
-            for name in ("photons", "photon_radius", "gather_rays"):
-                photons.prop(settings, name)
+            gathering.prop(settings, "photons")
+            gathering.prop(settings, "photon_radius")
+        if settings.integrator in GATHERING_INTEGRATORS:
+            gathering.prop(settings, "gather_rays")
 
 
 class AJAR_RENDER_PT_direct(AjarPanel, Panel):

@@ -2,6 +2,7 @@
 #include "integrators/bdpt.h"
 #include "integrators/erpt.h"
 #include "integrators/integrator.h"
+#include "integrators/irradiance_cache.h"
 #include "integrators/metropolis.h"
 #include "integrators/mps.h"
 #include "integrators/path_tracer.h"
@@ -20,7 +21,8 @@ const std::vector<IntegratorInfo>& integrator_list() {
       {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt, true},
       {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", make_mps, true},
       {"metropolis", "Metropolis", Honesty::Consistent, "Chains of mutations that dwell on the light paths that matter.", make_metropolis, true},
-      {"photon_map", "Photon Mapping", Honesty::Consistent, "Photons from the lights, gathered at what the eye sees.", make_photon_mapping}};
+      {"photon_map", "Photon Mapping", Honesty::Consistent, "Photons from the lights, gathered at what the eye sees.", make_photon_mapping},
+      {"irradiance_cache", "Irradiance Caching", Honesty::Biased, "Light between diffuse surfaces, gathered at few points and interpolated.", make_irradiance_cache}};
   return list;
 }
 

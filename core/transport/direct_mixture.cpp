@@ -94,14 +94,14 @@ struct DirectMixture::Regressions {
     NormalEquations past;
     ControlCoefficients coefficients;
   };
-  int columns = 0;
+  int x0 = 0, y0 = 0, columns = 0;         // of the region that is rendered: its tiles are whole blocks
   std::vector<Slot> slots;
   std::vector<Light> lights;               // those of the groups, for intersection
   std::vector<uint32_t> light_indices;
   int components = 0;
 
   Slot& slot(const DirectLightContext& c) {
-    const uint32_t block = uint32_t(c.pixel_y / kBlock) * uint32_t(columns) + uint32_t(c.pixel_x / kBlock);
+    const uint32_t block = uint32_t((c.pixel_y - y0) / kBlock) * uint32_t(columns) + uint32_t((c.pixel_x - x0) / kBlock);
     return slots[size_t(block) * kSlots + hash32(c.material) % kSlots];
   }
 };
@@ -122,7 +122,8 @@ bool groups_cover(const LightSet& lights, const LightGroups& groups, Vec3 center
 
 // ---- Preparing ---------------------------------------------------------------------------
 
-DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int samples) : scene_(scene), method_(method), samples_(std::max(1, samples)) {
+DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int samples, int deepest)
+    : scene_(scene), method_(method), samples_(std::max(1, samples)), deepest_(deepest) {
   using enum DirectMethod;
   const bool within_estimate = method == PmcHiPaper || method == Ocv || method == OcvPaper || method == Correlated;
   if (within_estimate) samples_ = std::max(samples_, kLeastEstimateSamples);
@@ -184,6 +185,8 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
       }
     }
     if (method == OcvProgressive) {
+      r.x0 = scene.settings().region[0];
+      r.y0 = scene.settings().region[1];
       r.columns = (scene.settings().width + Regressions::kBlock - 1) / Regressions::kBlock;
       const int rows = (scene.settings().height + Regressions::kBlock - 1) / Regressions::kBlock;
       r.slots.resize(size_t(r.columns) * size_t(rows) * Regressions::kSlots, {NormalEquations(r.components), {}});
@@ -374,8 +377,7 @@ void DirectMixture::for_each_draw(const DirectLightContext& c, const Kernel& k, 
 // ---- Estimates -------------------------------------------------------------------------------
 
 Color DirectMixture::estimate(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const {
-  // Only the surfaces that the camera sees are worth many samples.
-  if (samples_ > 1 && c.point.ray_depth == 0) return many_samples(c, sampler, vertex, aux, rays);
+  if (samples_ > 1 && c.point.ray_depth <= deepest_) return many_samples(c, sampler, vertex, aux, rays);
   if (method_ == DirectMethod::Ris) return one_sample_ris(c, sampler, first, rays);
   const Color estimate = one_sample(c, sampler, first, vertex, rays);
   if (cuts_) record_light_shares(c, vertex.cell, 1.0f, aux);

@@ -26,7 +26,8 @@ namespace ajar {
 
 class DirectMixture {
  public:
-  DirectMixture(const Scene& scene, DirectMethod method, int samples);
+  /// `samples` of an estimate at what the eye sees, and after up to `deepest` bounces; one elsewhere.
+  DirectMixture(const Scene& scene, DirectMethod method, int samples, int deepest = 0);
   ~DirectMixture();
 
   Color estimate(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const;
@@ -91,7 +92,7 @@ class DirectMixture {
 
   const Scene& scene_;
   DirectMethod method_;
-  int samples_;
+  int samples_, deepest_;
   LightGroups groups_;
   bool controls_possible_ = false;  ///< few enough lights to intersect them all
   std::unique_ptr<LightCutCache> cuts_;   ///< which lights to choose

@@ -1,0 +1,411 @@
+#include "integrators/irradiance_cache.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <type_traits>
+
+#include <tbb/combinable.h>
+
+#include "film/filter.h"
+#include "integrators/tile_loop.h"
+#include "math/warps.h"
+#include "transport/direct_mixture.h"
+#include "transport/irradiance_records.h"
+#include "transport/walk.h"
+
+namespace ajar {
+
+namespace {
+
+/// Dimensions of the sampler: the camera's (of a record: the direction's), then a fixed number for each vertex.
+constexpr uint32_t kFirstDimensions = 6, kVertexDimensions = 8;
+constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6;
+constexpr int kRaysPerGatherRay = 10;                ///< of a record, for each of the setting
+/// Pixels where places for records are looked for: every so many, then those between.
+constexpr int kCoarsestStride = 16, kFinestStride = 2;
+constexpr float kLeastRadius = 3.0f, kMostRadius = 32.0f;   ///< of records, in pixels
+constexpr float kEnough = 0.4f;                      ///< coverage at which no further record is made
+constexpr int kMostVertices = 64;                    ///< on the way to a place for a record
+
+struct Counters {
+  uint64_t rays = 0, paths = 0, lookups = 0, found = 0;
+};
+
+/// The lobes whose light from other surfaces the cache holds: diffuse reflection around the surface's normal.
+class CachedPart {
+ public:
+  CachedPart(const Bsdf& bsdf, Vec3 wo) {
+    const auto cached = [&](const Lobe& lobe) {
+      return (lobe.kind == LobeKind::Diffuse || lobe.kind == LobeKind::PrincipledDiffuse || lobe.kind == LobeKind::PrincipledRetro) && lobe.frame.n == bsdf.n;
+    };
+    int count = 0;
+    for (int i = 0; i < bsdf.lobe_count(); ++i) count += cached(bsdf.lobe(i)) ? 1 : 0;
+    if (count == 0) return;
+    all_ = count == bsdf.lobe_count();
+    bsdf_ = &bsdf;
+    if (all_) return;
+    storage_.assign_lobes(bsdf, cached);
+    storage_.prepare(wo);
+    bsdf_ = &storage_;
+  }
+  CachedPart(const CachedPart&) = delete;
+
+  explicit operator bool() const { return bsdf_; }
+  /// Of what the whole surface scatters, the part of other lobes.
+  Color others(Vec3 wo, const BsdfSample& sample) const {
+    if (sample.specular) return sample.f_cos;
+    return all_ ? Color(0.0f) : glm::max(sample.f_cos - bsdf_->evaluate(wo, sample.wi).f_cos, Color(0.0f));
+  }
+  /// Factor on irradiance over pi. Lobes that are not quite Lambert's are what they are along a direction drawn by the cosine.
+  Color albedo(Vec3 wo, Vec2 u) const {
+    const Vec3 wi = Frame(bsdf_->n).to_world(warp::square_to_cosine_hemisphere(u));
+    const Bsdf::Evaluation scattered = bsdf_->evaluate(wo, wi);
+    return scattered.pdf_solid_angle > 0.0f ? scattered.f_cos / scattered.pdf_solid_angle : bsdf_->albedo();
+  }
+
+ private:
+  const Bsdf* bsdf_ = nullptr;
+  bool all_ = false;
+  Bsdf storage_;
+};
+
+bool past_limits(const ShadingPoint& point, const BounceLimits& limits) {
+  return point.ray_depth > limits.total || point.diffuse_depth > limits.diffuse || point.glossy_depth > limits.glossy ||
+         point.transmission_depth > limits.transmission;
+}
+
+/// Whether light from other surfaces may arrive by a diffuse lobe here.
+bool bounces_diffusely(const ShadingPoint& point, const BounceLimits& limits) { return point.ray_depth < limits.total && point.diffuse_depth < limits.diffuse; }
+
+class IrradianceCache final : public Integrator {
+ public:
+  Honesty honesty() const override { return Honesty::Biased; }
+
+  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+    scene_ = std::move(scene);
+    seed_ = seed;
+    pass_ = 0;
+    statistics_ = {};
+    records_made_ = lookups_ = found_ = 0;
+    const RenderSettings& settings = scene_->settings();
+    filter_ = PixelFilter(settings.filter, settings.filter_width);
+    grid_ = HemisphereGrid(kRaysPerGatherRay * std::max(1, settings.gather_rays));
+    const DirectMethodInfo& method = find_direct_method(settings.direct);
+    mixture_.reset();
+    if (method.method != DirectMethod::Mis || settings.direct_samples > 1)
+      mixture_ = std::make_unique<DirectMixture>(*scene_, method.method, settings.direct_samples, 1);
+    const Vec2 middle(0.5f * float(settings.width), 0.5f * float(settings.height));
+    const Ray a = scene_->camera().generate_ray(middle, Vec2(0.5f), 0.0f), b = scene_->camera().generate_ray(middle + Vec2(1, 0), Vec2(0.5f), 0.0f);
+    pixel_size_ = glm::length(a.origin - b.origin);
+    pixel_angle_ = glm::length(a.direction - b.direction);
+  }
+
+  void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
+    // Every sample of a pixel is a pass of its own, so that the picture does not depend on how a render is cut into iterations.
+    for (int i = 0; i < samples_per_pixel && !stop.load(std::memory_order_relaxed); ++i) {
+      if (mixture_) run_pass(*mixture_, film, stop);
+      else run_pass(MisDirectLight(), film, stop);
+    }
+  }
+
+  IntegratorStatistics statistics() const override {
+    IntegratorStatistics statistics = statistics_;
+    statistics.extra["passes"] = double(pass_);
+    statistics.extra["records"] = pass_ > 0 ? double(records_made_) / double(pass_) : 0.0;
+    statistics.extra["found_in_cache"] = lookups_ > 0 ? double(found_) / double(lookups_) : 0.0;
+    return statistics;
+  }
+
+ private:
+  struct Tile {
+    Sampler sampler;
+    Counters& counter;
+  };
+
+  template <class DirectLight>
+  void run_pass(const DirectLight& direct_light, Film& film, const std::atomic<bool>& stop) {
+    tbb::combinable<Counters> counters;
+    make_records(direct_light, film, stop, counters);
+    if (stop.load(std::memory_order_relaxed)) return;
+    ++pass_;
+    for_each_sample(
+        film, pass_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local()}; },
+        [&](Tile& tile, int px, int py, uint32_t index) {
+          const Ray ray = start_sample(tile.sampler, px, py, index);
+          SampleAux aux;
+          float alpha = 1.0f;
+          ++tile.counter.paths;
+          const Color radiance = sees_nothing(ray) ? Color(0.0f)
+                                                   : trace(direct_light, Start{ray}, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
+          film.add_sample(px, py, radiance, alpha, &aux);
+        });
+    counters.combine_each([&](const Counters& c) {
+      statistics_.rays += c.rays;
+      statistics_.paths += c.paths;
+      lookups_ += c.lookups;
+      found_ += c.found;
+    });
+    // Methods that learn do so from whole passes; the pictures of the first ones count like the others.
+    if constexpr (std::is_same_v<DirectLight, DirectMixture>) {
+      if (!stop.load(std::memory_order_relaxed) && (mixture_->wants_pilot() || (mixture_->learns() && std::has_single_bit(pass_)))) mixture_->learn();
+    }
+  }
+
+  Ray start_sample(Sampler& sampler, int px, int py, uint32_t index) const {
+    sampler.start(pixel_number(px, py), index);
+    const Vec2 offset = filter_.sample(sampler.get_2d());
+    const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
+    return scene_->camera().generate_ray(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, u_lens, 0.0f);
+  }
+  uint32_t pixel_number(int px, int py) const { return uint32_t(py) * uint32_t(scene_->settings().width) + uint32_t(px); }
+
+  // ---- Records -------------------------------------------------------------------------------
+
+  /// Records of this pass, from coarse to fine: a pixel's sample of this pass gets one where those of coarser steps, and of its own tile, do
+  /// not cover it. Tiles of one step do not see each other, so threads make no difference.
+  template <class DirectLight>
+  void make_records(const DirectLight& direct_light, const Film& film, const std::atomic<bool>& stop, tbb::combinable<Counters>& counters) {
+    records_.clear();
+    const LightSet& lights = scene_->lights();
+    if ((lights.empty() && !scene_->emission_without_lights()) || scene_->settings().bounces.total < 1) return;
+    const int columns = (film.width() + kTile - 1) / kTile, rows = (film.height() + kTile - 1) / kTile;
+    const uint32_t shift = hash_combine(seed_ ^ 0x72656373U, pass_);
+    for (int stride = kCoarsestStride; stride >= kFinestStride && !stop.load(std::memory_order_relaxed); stride /= 2) {
+      std::vector<std::vector<IrradianceRecord>> made(size_t(columns) * size_t(rows));
+      tbb::parallel_for(
+          tbb::blocked_range<int>(0, columns * rows, 1),
+          [&](const tbb::blocked_range<int>& range) {
+            Counters& counter = counters.local();
+            for (int tile = range.begin(); tile < range.end(); ++tile) {
+              const int x0 = kTile * (tile % columns), y0 = kTile * (tile / columns);
+              for (int y = y0; y < std::min(y0 + kTile, film.height()); ++y) {
+                for (int x = x0; x < std::min(x0 + kTile, film.width()); ++x) {
+                  if (stop.load(std::memory_order_relaxed)) return;
+                  if (stride == stride_of(film.x0() + x + int(shift & 0xff), film.y0() + y + int(shift >> 8 & 0xff)))
+                    make_record(direct_light, film.x0() + x, film.y0() + y, made[size_t(tile)], counter);
+                }
+              }
+            }
+          },
+          tbb::simple_partitioner());
+      for (const std::vector<IrradianceRecord>& of_tile : made) {
+        records_.add(of_tile);
+        records_made_ += of_tile.size();
+      }
+      records_.limit_by_neighbours();
+    }
+  }
+
+  /// The coarsest stride by which these coordinates are reached.
+  static int stride_of(int x, int y) { return std::min(kCoarsestStride, 1 << std::countr_zero(uint32_t(x | y | kCoarsestStride))); }
+
+  template <class DirectLight>
+  void make_record(const DirectLight& direct_light, int px, int py, std::vector<IrradianceRecord>& made, Counters& counter) const {
+    Sampler sampler(Sampler::Kind::Sobol, seed_);
+    const Ray ray = start_sample(sampler, px, py, pass_);
+    ShadingPoint place;
+    SurfaceShading shading;
+    float length = 0.0f;
+    if (sees_nothing(ray) || !find_place(ray, sampler, place, shading, length, counter)) return;
+    const Vec3 p = place.position, n = shading.bsdf.n;
+    float covered = records_.coverage(p, n);
+    for (const IrradianceRecord& other : made) covered += other.weight(p, n);
+    if (covered >= kEnough) return;
+
+    // One path for each stratum. What its first ray meets of lamps and emission is direct light, which others count.
+    const Frame frame(n);
+    const int strata = grid_.strata();
+    std::vector<Color> radiance(size_t(strata), Color(0.0f));
+    std::vector<float> inverse_distance(size_t(strata), 0.0f);
+    const uint32_t unit = hash_combine(pixel_number(px, py), 0x69727261U);
+    for (int i = 0; i < strata; ++i) {
+      sampler.start(unit, pass_ * uint32_t(strata) + uint32_t(i));
+      const Vec3 wi = frame.to_world(grid_.direction(i, sampler.get_2d()));
+      if (!(glm::dot(wi, shading.bsdf.ng) > 0.0f)) continue;
+      ++counter.paths;
+      Start start{scene_->spawn_ray(place, wi), Color(0.0f)};
+      start.from = place;
+      count_bounce({wi, Color(1.0f), 1.0f, kReflection | kDiffuse, false}, place, start.from);
+      start.inverse_distance = &inverse_distance[size_t(i)];
+      float alpha;
+      radiance[size_t(i)] = trace(direct_light, start, px, py, sampler, nullptr, alpha, counter);
+    }
+    IrradianceRecord record = grid_.record(p, frame, radiance, inverse_distance);
+    if (!is_finite(record.irradiance)) return;
+    const float pixel = pixel_size_ + pixel_angle_ * length;
+    record.radius = glm::clamp(IrradianceRecords::kRadiusShare * record.radius, kLeastRadius * pixel, kMostRadius * pixel);
+    made.push_back(record);
+  }
+
+  /// Follow a sample to the first surface that would read the cache. `length`: of the way there.
+  bool find_place(Ray ray, Sampler& sampler, ShadingPoint& point, SurfaceShading& shading, float& length, Counters& counter) const {
+    const BounceLimits& limits = scene_->settings().bounces;
+    for (uint32_t vertex = 0; vertex < kMostVertices; ++vertex) {
+      const Hit hit = scene_->intersect(ray, point.ray_kind);
+      ++counter.rays;
+      if (!hit.found()) return false;
+      scene_->shading_point(ray, hit, point);
+      if (point.object->holdout && point.ray_depth == 0) return false;
+      scene_->material(hit).evaluate_surface(point, shading);
+      length += hit.t;
+      if (bounces_diffusely(point, limits) && CachedPart(shading.bsdf, point.wo)) return true;
+      const auto sample = sample_direction(shading.bsdf, point, sampler, kFirstDimensions + kVertexDimensions * vertex);
+      if (!sample) return false;
+      if (sample->flags & kTransparent) {
+        if (++point.transparent_depth > limits.transparent) return false;
+      } else {
+        count_bounce(*sample, point, point);
+        if (past_limits(point, limits)) return false;
+      }
+      ray = scene_->spawn_ray(point, sample->wi);
+    }
+    return false;
+  }
+
+  std::optional<BsdfSample> sample_direction(const Bsdf& bsdf, const ShadingPoint& point, Sampler& sampler, uint32_t base) const {
+    if (bsdf.empty()) return std::nullopt;
+    sampler.set_dimension(base + kLobe);
+    const float u_lobe = sampler.get_1d();
+    sampler.set_dimension(base + kDirection);
+    auto sample = bsdf.sample(point.wo, u_lobe, sampler.get_2d());
+    if (sample && !(sample->pdf_solid_angle > 0.0f)) sample.reset();
+    return sample;
+  }
+
+  // ---- Paths ---------------------------------------------------------------------------------
+
+  /// How a path begins: at the eye, or at a record.
+  struct Start {
+    Ray ray;
+    Color to_lights{1.0f};             ///< throughput to lights that the first ray meets
+    ShadingPoint from{};               ///< kind and depths of the first ray
+    float* inverse_distance = nullptr; ///< of the first surface; set for records, which do not read the cache
+  };
+
+  /// Radiance along a path. It has two throughputs: `to_lights` to the lights that its ray meets, by all lobes it was scattered by, and
+  /// `beta` to what surfaces scatter towards it, without the lobes whose part in that the cache has answered for.
+  template <class DirectLight>
+  Color trace(const DirectLight& direct_light, const Start& start, int pixel_x, int pixel_y, Sampler& sampler, SampleAux* aux, float& alpha,
+              Counters& counter) const {
+    const Scene& scene = *scene_;
+    const LightSet& lights = scene.lights();
+    const RenderSettings& settings = scene.settings();
+    const bool reads_cache = !start.inverse_distance;
+    Ray ray = start.ray;
+    ShadingPoint point = start.from;
+    SurfaceShading shading;
+    Color radiance(0.0f), beta(1.0f), to_lights = start.to_lights;
+    DirectVertex previous;
+    bool last_chance = past_limits(point, settings.bounces);   // only what the next surface emits still counts
+    alpha = 0.0f;
+    for (uint32_t vertex = 0;; ++vertex) {
+      const Hit hit = scene.intersect(ray, point.ray_kind);
+      ++counter.rays;
+      const auto add_met = [&](const LightMet& met) {
+        radiance += to_lights * met.radiance * direct_light.weight_of_hit(scene, previous, met.light, ray.direction, met.position, met.normal);
+      };
+      if (!is_black(to_lights)) {
+        if (scene.has_lamp_shapes()) for_each_lamp_crossed(scene, ray, hit.t, point.ray_kind, add_met);
+        if (!hit.found()) for_each_distant_light(scene, ray, point.ray_kind, point.ray_depth > 0 || !settings.transparent_film, add_met);
+      }
+      if (!hit.found()) {
+        if (point.ray_depth == 0 && !settings.transparent_film) alpha += luminance(beta);
+        break;
+      }
+      if (vertex == 0 && start.inverse_distance) *start.inverse_distance = 1.0f / hit.t;
+      scene.shading_point(ray, hit, point);
+      if (point.object->holdout && point.ray_depth == 0) break;
+      scene.material(hit).evaluate_surface(point, shading);
+      const Bsdf& bsdf = shading.bsdf;
+      if (!is_black(shading.emission) && !is_black(to_lights)) {
+        const int light = scene.light_of(hit);
+        const float weight = light >= 0 ? direct_light.weight_of_hit(scene, previous, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
+        radiance += to_lights * shading.emission * weight;
+      }
+      SampleAux* const vertex_aux = point.ray_depth == 0 ? aux : nullptr;
+      if (vertex_aux) {
+        record_first_hit(scene, point, bsdf, *aux);
+        aux = nullptr;
+      }
+      const Color transparency = bsdf.transparency();
+      if (point.ray_depth == 0) alpha += luminance(beta * (Color(1.0f) - transparency)) * (1.0f - shading.holdout);
+      if (bsdf.empty()) break;
+      const bool passes_only = last_chance || is_black(beta);
+      if (passes_only && is_black(transparency)) break;
+
+      const uint32_t base = kFirstDimensions + kVertexDimensions * vertex;
+      DirectVertex here;
+      if (bsdf.has_non_delta() && !passes_only && lights.can_choose()) {
+        const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y};
+        radiance += beta * direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
+        if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
+          if (has_soft_terminator(point)) radiance += beta * estimate_direct<true>(context, sampler, base + kDirectLight, counter.rays);
+        }
+      }
+      const auto sample = sample_direction(bsdf, point, sampler, base);
+
+      Color after = beta;   // to what surfaces scatter, by the lobes that the cache does not answer for
+      if (sample) after *= sample->f_cos;
+      if (reads_cache && !passes_only && bounces_diffusely(point, settings.bounces)) {
+        const CachedPart cached(bsdf, point.wo);
+        Color irradiance;
+        counter.lookups += bool(cached);
+        if (cached && records_.find(point.position, bsdf.n, irradiance)) {
+          ++counter.found;
+          sampler.set_dimension(base + kDirection);
+          radiance += beta * cached.albedo(point.wo, sampler.get_2d()) * kInvPi * irradiance;
+          if (sample) after = beta * cached.others(point.wo, *sample);
+        }
+      }
+      if (!sample) break;
+      if (sample->flags & kTransparent) {
+        if (++point.transparent_depth > settings.bounces.transparent) break;
+        const Color through = sample->f_cos / sample->pdf_solid_angle;
+        to_lights *= through;
+        beta *= through;
+        const float left = ray.t_max - hit.t;
+        ray = scene.spawn_ray(point, ray.direction);
+        ray.t_max = left;
+        continue;
+      }
+      if (passes_only) break;
+      to_lights = beta * sample->f_cos / sample->pdf_solid_angle;
+      beta = after / sample->pdf_solid_angle;
+      if (!(max_component(to_lights) > 0.0f)) break;
+      count_bounce(*sample, point, point);
+      last_chance = past_limits(point, settings.bounces);
+      // Nothing is left to find where only lights would count, and they are counted already.
+      if ((last_chance || is_black(beta)) && here.complete && !sample->specular && !scene.emission_without_lights()) break;
+      if (point.ray_depth > 2) {
+        const float survival = std::min(1.0f, std::sqrt(max_component(to_lights)));
+        sampler.set_dimension(base + kRoulette);
+        if (survival < 1.0f && sampler.get_1d() >= survival) break;
+        to_lights /= survival;
+        beta /= survival;
+      }
+      previous = here;
+      previous.position = point.position;
+      previous.normal = bsdf.receiving_normal();
+      previous.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
+      ray = scene.spawn_ray(point, sample->wi);
+    }
+    return radiance;
+  }
+
+  std::shared_ptr<const Scene> scene_;
+  uint32_t seed_ = 0, pass_ = 0;
+  PixelFilter filter_;
+  HemisphereGrid grid_{1};
+  IrradianceRecords records_;
+  std::unique_ptr<DirectMixture> mixture_;   // none: the default method
+  float pixel_size_ = 0.0f, pixel_angle_ = 0.0f;
+  uint64_t records_made_ = 0, lookups_ = 0, found_ = 0;
+  IntegratorStatistics statistics_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_irradiance_cache() { return std::make_unique<IrradianceCache>(); }
+
+}  // namespace ajar
