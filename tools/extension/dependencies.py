@@ -104,7 +104,8 @@ def _unpack(downloads: Path, prefix: Path) -> None:
     shutil.copy2(headers / "x86_64-linux-gnu" / "python3.13" / "pyconfig.h", python / "pyconfig.h")
 
     with tarfile.open(next(downloads.glob("openimageio-*.tar.gz"))) as archive:
-        archive.extractall(parts / "openimageio_source", filter="data")
+        filters = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # Debian 12's Python has none
+        archive.extractall(parts / "openimageio_source", **filters)
     source = next((parts / "openimageio_source").iterdir())
     oiio = prefix / "include" / "OpenImageIO"
     shutil.copytree(source / "src" / "include" / "OpenImageIO", oiio)
