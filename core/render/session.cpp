@@ -23,6 +23,7 @@ namespace ajar {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr double kErrorShare = 0.02;   // of a render's time goes into looking at its error
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 const char* name_of(Progress::Phase phase) {
@@ -92,6 +93,8 @@ struct Session::Data {
   std::unique_ptr<ImagePlan> image_plan;  // none: all pixels get the same number of samples
   IntegratorStatistics statistics;
   std::vector<ErrorPoint> error_over_time;
+  Clock::time_point last_error_look;
+  double error_look_seconds = 0.0;   ///< what the last look took
   std::vector<HintReport> hint_reports;
   RenderPlan plan;
   std::string integrator_name;
@@ -115,6 +118,8 @@ struct Session::Data {
   void render_all();
   bool enough(double render_seconds, double samples, double relmse) const;
   int next_samples(double render_seconds, uint64_t done) const;
+  bool error_due(double render_seconds, uint64_t done) const;
+  void estimate_error(uint64_t done);
   void publish(double render_seconds, uint64_t done);
   std::vector<float> resolve(const std::string& pass) const;
   Checkpoint checkpoint() const;
@@ -391,7 +396,25 @@ Checkpoint Session::Data::checkpoint() const {
   return base ? merge(*base, c) : c;
 }
 
+/// Whether to look at the error again: the render may stop by it, it may be the last time, or looking takes a small share of the time since.
+bool Session::Data::error_due(double render_seconds, uint64_t done) const {
+  return settings.target_error > 0.0 || std::has_single_bit(done) || enough(render_seconds, double(done), -1.0) ||
+         error_look_seconds < kErrorShare * seconds_since(last_error_look);
+}
+
+/// With the lock held, while nothing writes to the film.
+void Session::Data::estimate_error(uint64_t done) {
+  const auto start = Clock::now();
+  const Film::ErrorEstimate estimate = film->estimated_error(uint32_t(done));
+  if (std::has_single_bit(done)) film->remember(uint32_t(done));
+  progress.estimated_relmse = estimate.relmse;
+  progress.estimated_perceptual_error = estimate.perceptual;
+  error_look_seconds = seconds_since(start);
+  last_error_look = Clock::now();
+}
+
 void Session::Data::publish(double render_seconds, uint64_t done) {
+  const bool estimate = error_due(render_seconds, done);
   std::lock_guard lock(mutex);
   if (statistics.hints.empty()) {
     for (const HintStatistics& hint : integrator->statistics().hints)
@@ -400,16 +423,13 @@ void Session::Data::publish(double render_seconds, uint64_t done) {
   statistics = integrator->statistics();
   progress.samples = samples_before() + film->sample_counts().mean;
   progress.render_seconds = render_seconds;
-  const Film::ErrorEstimate estimate = film->estimated_error(uint32_t(done));
-  if (std::has_single_bit(done)) film->remember(uint32_t(done));
-  progress.estimated_relmse = estimate.relmse;
-  progress.estimated_perceptual_error = estimate.perceptual;
+  if (estimate) estimate_error(done);
   float fraction = 0.0f;
   if (settings.samples > 0) fraction = float(progress.samples / settings.samples);
   if (settings.seconds > 0.0) fraction = std::max(fraction, float(render_seconds / settings.seconds));
   progress.fraction = 0.05f + 0.95f * std::min(1.0f, fraction);
   ++progress.iteration;
-  if (progress.estimated_relmse >= 0.0)
+  if (estimate && progress.estimated_relmse >= 0.0)
     error_over_time.push_back({render_seconds, progress.samples, progress.estimated_relmse, progress.estimated_perceptual_error});
   for (const std::string& pass : wanted) published[pass] = resolve(pass);
   wanted.clear();
