@@ -1,6 +1,7 @@
 #include "integrators/gather_passes.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include <tbb/blocked_range2d.h>
@@ -12,8 +13,12 @@ namespace ajar {
 namespace {
 
 constexpr int kTile = 16;
+constexpr uint32_t kLearnedPasses = 8;      // the guide of gather rays learns after 1, 2, 4 and 8 passes
+constexpr double kLearnedRays = 2e5;        // that are written down between two lessons
 constexpr int kProbes = 24;                 // per axis of the film, to choose radii
-constexpr int kReach = 60;                  // photons in a disc of the first pass, where the picture looks
+/// Photons in a disc of the first pass, where the picture looks. Lookups at the ends of gather rays are averaged over those rays, so
+/// they may be noisy for the sake of a smaller radius; caustics are seen directly.
+constexpr int kReach = 10, kCausticReach = 60;
 constexpr double kScoutShare = 4.0;         // lookups noted before the first pass, for each photon
 constexpr float kLargestRadius = 0.05f;     // of the scene's
 
@@ -70,7 +75,7 @@ void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> ca
   maps_.caustic.build(std::move(caustic));
   maps_.has_global = !maps_.global.empty();
   maps_.has_caustic = !maps_.caustic.empty();
-  maps_.sites.build(sites_, maps_.global, {gather_.neighbours, maps_.global_radius});
+  maps_.sites.build(sites_, maps_.global, {gather_.gather_neighbours, maps_.global_radius});
 }
 
 /// The radii of the first pass: the median reach of the neighbours sought, over where the picture will look the maps up. Photons
@@ -89,7 +94,7 @@ void GatherPasses::choose_first_radii() {
     const Ray ray = scene_->camera().generate_ray(on_film, Vec2(0.5f), 0.0f);
     if (sees_nothing(ray) || !gatherer.probe(ray, seen, gathered)) continue;
     global.push_back(maps_.global.reach(gathered, kReach, most));
-    const float reach = maps_.caustic.reach(seen, kReach, most);
+    const float reach = maps_.caustic.reach(seen, kCausticReach, most);
     if (reach < most) caustic.push_back(reach);
   }
   first_global_radius_ = median(global, most);
@@ -101,10 +106,12 @@ template <class Visit>
 void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals, const std::atomic<bool>& stop, Visit&& visit) {
   const int width = film.width(), height = film.height(), columns = (width + kTile - 1) / kTile, rows = (height + kTile - 1) / kTile;
   const int full_width = scene_->settings().width;
+  const double gather_rays = double(width) * height * gather_.rays;
   ArrivalLog log;
   const auto stride = [&](double lookups) { return std::max(1, int(std::ceil(lookups / ArrivalMap::kMostLookups))); };
   log.stride[ArrivalMap::kSeen] = stride(double(width) * height);
-  log.stride[ArrivalMap::kGathered] = stride(double(width) * height * gather_.rays);
+  log.stride[ArrivalMap::kGathered] = stride(gather_rays);
+  const uint32_t guide_stride = uint32_t(std::max(1.0, gather_rays * std::max(1u, std::bit_floor(pass_)) / kLearnedRays));
   std::vector<ArrivalLog> logs(arrivals_ ? size_t(columns) * size_t(rows) : 0, log);
   tbb::combinable<Counters> counters;
   tbb::parallel_for(
@@ -113,7 +120,9 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
         if (stop.load(std::memory_order_relaxed)) return;
         const int row = tile.rows().begin(), column = tile.cols().begin();
         PhotonGatherer gatherer(*scene_, maps_, gather_, seed);
-        if (arrivals_) gatherer.log_arrivals(&logs[size_t(row) * size_t(columns) + size_t(column)], only_arrivals);
+        const size_t number = size_t(row) * size_t(columns) + size_t(column);
+        if (!only_arrivals) gatherer.guide(pass_ > 0 ? &guide_ : nullptr, guide_samples_.empty() ? nullptr : &guide_samples_[number], guide_stride);
+        if (arrivals_) gatherer.log_arrivals(&logs[number], only_arrivals);
         for (int y = row * kTile; y < std::min((row + 1) * kTile, height); ++y) {
           for (int x = column * kTile; x < std::min((column + 1) * kTile, width); ++x) {
             if (stop.load(std::memory_order_relaxed)) return;
@@ -146,7 +155,20 @@ void GatherPasses::scout(const Film& film, const std::atomic<bool>& stop) {
     });
 }
 
+/// From what the passes since the last lesson have gathered.
+void GatherPasses::learn() {
+  if (guide_samples_.empty() || !std::has_single_bit(pass_)) return;
+  std::vector<GuideSample> samples;
+  for (std::vector<GuideSample>& tile : guide_samples_) {
+    samples.insert(samples.end(), tile.begin(), tile.end());
+    tile.clear();
+  }
+  guide_.learn(samples);
+  if (pass_ >= kLearnedPasses) guide_samples_.clear();
+}
+
 void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
+  if (pass_ == 0) guide_samples_.resize(size_t((film.width() + kTile - 1) / kTile) * size_t((film.height() + kTile - 1) / kTile));
   const bool wants_aux = film.wants_aux();
   for_each_pixel(film, seed_, pass_, false, stop, [&](PhotonGatherer& gatherer, int px, int py, const Ray& ray) {
     SampleAux aux;
@@ -156,6 +178,7 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
   });
   paths_ += uint64_t(film.width()) * uint64_t(film.height());
   ++pass_;
+  if (!stop.load(std::memory_order_relaxed)) learn();
 }
 
 void GatherPasses::add_statistics(IntegratorStatistics& s) const {

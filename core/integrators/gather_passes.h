@@ -36,6 +36,7 @@ class GatherPasses {
 
  private:
   void choose_first_radii();
+  void learn();
   template <class Visit> void for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals, const std::atomic<bool>& stop, Visit&& visit);
 
   const Scene* scene_ = nullptr;
@@ -46,6 +47,8 @@ class GatherPasses {
   std::vector<IrradianceSite> sites_;
   float first_global_radius_ = 0.0f, first_caustic_radius_ = 0.0f;
   ArrivalMap* arrivals_ = nullptr;
+  GuideTree guide_;
+  std::vector<std::vector<GuideSample>> guide_samples_;   ///< of the tiles, since the guide has learned last
   uint64_t rays_ = 0, paths_ = 0, gathered_ = 0, from_sites_ = 0;
 };
 

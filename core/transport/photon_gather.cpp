@@ -115,6 +115,8 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Co
   if (log_ && depth == 0 && (pixel_ + index_) % uint32_t(log_->stride[ArrivalMap::kSeen]) == 0) log_arrival(ArrivalMap::kSeen, point, throughput);
   if (maps_.has_caustic) sum += maps_.caustic.radiance(point, rough, {settings_.neighbours, maps_.caustic_radius});
   Color gathered(0.0f);
+  GuidedBsdf guided;
+  guided.start(depth == 0 ? guide_ : nullptr, rough, point.position, 1.0f);
   for (int i = 0; i < rays; ++i) {
     // The first surface has a sequence of its own over all samples and rays of the pixel.
     Sampler& own = depth == 0 ? gather_sampler_ : sampler;
@@ -126,19 +128,29 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Co
     own.set_dimension(base);
     const float u_lobe = own.get_1d();
     own.set_dimension(base + 1);
-    const auto sample = rough.sample(point.wo, u_lobe, own.get_2d());
+    const Vec2 u = own.get_2d();
+    float u_guide = 0.0f, pdf_bsdf, distance = 0.0f;
+    if (guided.guided()) {
+      own.set_dimension(base + 3);
+      u_guide = own.get_1d();
+    }
+    const auto sample = guided.sample(point.wo, u_guide, u_lobe, u, pdf_bsdf);
     if (!sample || !(sample->pdf_solid_angle > 0.0f) || is_black(sample->f_cos)) continue;
     ++gathered_;
     const Color weight = sample->f_cos / sample->pdf_solid_angle;
     const bool logged = log_ && depth == 0 && (pixel_ + index_ + uint32_t(i)) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
-    gathered += weight * incoming(point, *sample, logged ? throughput * weight / float(rays) : Color(0.0f), depth, own, base + kGatherDimensions);
+    const Color found = weight * incoming(point, *sample, pdf_bsdf, logged ? throughput * weight / float(rays) : Color(0.0f), depth, own, base + kGatherDimensions, distance);
+    gathered += found;
+    if (depth == 0 && guide_samples_ && luminance(found) > 0.0f && hash_combine(pixel_, index_ * uint32_t(rays) + uint32_t(i)) % guide_stride_ == 0)
+      guide_samples_->push_back({point.position, rough.n, sample->wi, distance > 0.0f ? 1.0f / distance : 0.0f, luminance(found), pdf_bsdf, guided.kind()});
   }
   return sum + gathered / float(rays);
 }
 
-Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, Color throughput, int depth, Sampler& sampler, uint32_t dimension) {
+Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, float pdf_bsdf, Color throughput, int depth, Sampler& sampler, uint32_t dimension,
+                               float& distance) {
   const BounceLimits& limits = scene_.settings().bounces;
-  const DirectVertex origin{from.position, from.ns, first.pdf_solid_angle};
+  const DirectVertex origin{from.position, from.ns, pdf_bsdf};
   ShadingPoint point = from;
   SurfaceShading shading;
   Color radiance(0.0f), beta(1.0f);
@@ -155,6 +167,7 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
     if (straight && scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, add_met);
     if (straight && !hit.found()) for_each_distant_light(scene_, ray, point.ray_kind, true, add_met);
     if (!hit.found()) break;
+    if (vertex == 0) distance = hit.t;
     scene_.shading_point(ray, hit, point);
     length += hit.t;
     scene_.material(hit).evaluate_surface(point, shading);

@@ -1,5 +1,6 @@
 // Radiance from photon maps as the eye sees it: specular chains followed, direct light sampled, caustics read from the
-// caustic map, the rest gathered. Used by every integrator that fills maps, whatever filled them.
+// caustic map, the rest gathered. Used by every integrator that fills maps, whatever filled them. Gather rays follow a guide that
+// learns from those of earlier passes (guided_bsdf.h) [after Jensen 1995, "Importance driven path tracing using the photon map"].
 //
 // Paths by the events of LobeSplit (D rough, S sharp, from light to eye), each counted once:
 //   L S* E            emission met, and light sampled at sharp lobes, along the chain from the eye
@@ -11,6 +12,7 @@
 #include "sampling/sampler.h"
 #include "transport/arrival_map.h"
 #include "transport/direct_light.h"
+#include "transport/guided_bsdf.h"
 #include "transport/lobe_split.h"
 #include "transport/photon_map.h"
 #include "transport/ray_events.h"
@@ -27,7 +29,7 @@ struct PhotonMaps {
 struct GatherSettings {
   int rays = 8;                     ///< gathered at the first rough surface of a sample
   int neighbours = 60;              ///< in density estimates
-  int gather_neighbours = 20;       ///< in estimates at the ends of gather rays that no irradiance site answers
+  int gather_neighbours = 10;       ///< in estimates at the ends of gather rays that no irradiance site answers
 };
 
 /// One thread's work. Radiance along camera rays; counts what it traces.
@@ -50,6 +52,12 @@ class PhotonGatherer {
     log_ = log;
     log_only_ = only;
   }
+  /// From now on, draw the first gather rays by what `tree` knows, too, and write what one in `stride` found into `samples`; either may be null.
+  void guide(const GuideTree* tree, std::vector<GuideSample>* samples, uint32_t stride) {
+    guide_ = tree;
+    guide_samples_ = samples;
+    guide_stride_ = stride;
+  }
   /// Where a camera ray and one gather ray from there would look up the maps. False when they lead nowhere.
   bool probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gathered);
 
@@ -62,7 +70,9 @@ class PhotonGatherer {
   /// Light scattered towards the eye by the rough lobes of a surface: direct, caustic and gathered. `throughput`: to the eye.
   Color reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth, Sampler& sampler, uint32_t dimension);
   /// Light along a gather ray: emission of what it meets first, and what maps tell about the rough surface it comes to.
-  Color incoming(const ShadingPoint& from, const BsdfSample& sample, Color throughput, int depth, Sampler& sampler, uint32_t dimension);
+  /// `pdf_bsdf`: of the sample's direction, by which it is weighed against light sampling. `distance`: to what it meets first.
+  Color incoming(const ShadingPoint& from, const BsdfSample& sample, float pdf_bsdf, Color throughput, int depth, Sampler& sampler, uint32_t dimension,
+                 float& distance);
   /// Follow `ray` and sharp lobes to a rough surface.
   bool find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading);
   void log_arrival(int place, const ShadingPoint& point, Color throughput);
@@ -76,6 +86,9 @@ class PhotonGatherer {
   uint32_t pixel_ = 0, index_ = 0;
   ArrivalLog* log_ = nullptr;
   bool log_only_ = false;
+  const GuideTree* guide_ = nullptr;
+  std::vector<GuideSample>* guide_samples_ = nullptr;
+  uint32_t guide_stride_ = 1;
   uint64_t rays_ = 0, gathered_ = 0, from_sites_ = 0;
 };
 
