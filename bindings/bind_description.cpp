@@ -316,6 +316,7 @@ void bind_settings(py::module_& module) {
       .def_readwrite("direct", &RenderSettings::direct)
       .def_readwrite("direct_samples", &RenderSettings::direct_samples)
       .def_readwrite("guiding", &RenderSettings::guiding)
+      .def_readwrite("vertex_merging", &RenderSettings::vertex_merging)
       .def_readwrite("image", &RenderSettings::image)
       .def_readwrite("image_error", &RenderSettings::image_error)
       .def_readwrite("importance_region", &RenderSettings::importance_region)

@@ -94,7 +94,8 @@ void bind_reports(py::module_& module) {
       .def_readonly("name", &IntegratorInfo::name)
       .def_readonly("label", &IntegratorInfo::label)
       .def_readonly("honesty", &IntegratorInfo::honesty)
-      .def_readonly("sentence", &IntegratorInfo::sentence);
+      .def_readonly("sentence", &IntegratorInfo::sentence)
+      .def_readonly("can_merge", &IntegratorInfo::can_merge);
 }
 
 }  // namespace

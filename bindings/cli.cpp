@@ -14,7 +14,7 @@ namespace {
 
 int usage() {
   std::cerr << "usage: ajar-render SCENE.ajar OUTPUT.exr|.png [--samples N] [--seconds S] [--error RELMSE] [--integrator NAME]\n"
-               "                   [--direct NAME] [--direct-samples N] [--guiding off|on|auto] [--image NAME] [--photons N] [--photon-radius METRES] [--gather-rays N] [--seed N] [--threads N] [--stats FILE.json]\n"
+               "                   [--direct NAME] [--direct-samples N] [--guiding off|on|auto] [--vertex-merging off|on] [--image NAME] [--photons N] [--photon-radius METRES] [--gather-rays N] [--seed N] [--threads N] [--stats FILE.json]\n"
                "                   [--checkpoint FILE] [--resume FILE]\n"
                "       ajar-render --merge OUTPUT.exr|.png MERGED.checkpoint A.checkpoint B.checkpoint ...\n";
   return 2;
@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
       else if (option == "--direct") settings.direct = value;
       else if (option == "--direct-samples") settings.direct_samples = int(number("--direct-samples", value));
       else if (option == "--guiding") settings.guiding = value;
+      else if (option == "--vertex-merging") settings.vertex_merging = value;
       else if (option == "--image") settings.image = value;
       else if (option == "--photons") settings.photons = int(number("--photons", value));
       else if (option == "--photon-radius") settings.photon_radius = float(number("--photon-radius", value));

@@ -26,6 +26,7 @@ PREVIEW_SAMPLES, PREVIEW_SECONDS = 32, 2.0
 INTEGRATORS = tuple(info.name for info in ajar.integrator_list())
 DIRECT = tuple(info.name for info in ajar.direct_method_list())
 GUIDING = ("off", "on", "auto")
+MERGING = ("off", "on")
 IMAGE = ("uniform", "pmc_ip")
 
 
@@ -41,6 +42,7 @@ class Options:
     direct: str | None = None
     direct_samples: int | None = None
     guiding: str | None = None
+    vertex_merging: str | None = None
     image: str | None = None
     samples: int | None = None
     time: float | None = None
@@ -97,6 +99,7 @@ READERS: dict[str, Callable[[str], object]] = {
     "direct": _name(DIRECT),
     "direct-samples": _number(int, 1, 256),
     "guiding": _name(GUIDING),
+    "vertex-merging": _name(MERGING),
     "image": _name(IMAGE),
     "samples": _number(int, 1, 2**31 - 1),
     "time": _number(float, 1e-3, 1e9),

@@ -75,6 +75,11 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
         items=[("off", "Off", "Directions are chosen by the materials alone", 0),
                ("on", "On", "Directions are chosen by the materials and by what earlier samples found", 1),
                ("auto", "Automatic", "Measure in the first 16 samples whether guiding pays", 2)])
+    vertex_merging: bpy.props.EnumProperty(
+        name="Vertex Merging", description="Caustics seen in mirrors and through glass, which no other light path connects to, come from photons",
+        default="on",
+        items=[("off", "Off", "Found by chance, as very bright specks. Unbiased", 0),
+               ("on", "On", "From photons whose blur vanishes as the render goes on. Consistent", 1)])
     image: bpy.props.EnumProperty(
         name="Image Sampling", description="How samples are shared out among pixels", default="uniform",
         items=[("uniform", "Uniform", "All pixels get the same number of samples", 0),

@@ -116,12 +116,17 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
         column.prop(settings, "integrator")
         info = next((item for item in ajar.integrator_list() if item.name == settings.integrator), None)
         if info is not None:
-            for line in _wrapped(f"{HONESTY[info.honesty]}: {info.sentence}", context):
+            merges = info.can_merge and settings.vertex_merging == "on"
+            honesty = ajar.Honesty.Consistent if merges else info.honesty
+            for line in _wrapped(f"{HONESTY[honesty]}: {info.sentence}", context):
                 column.label(text=line)
         if settings.integrator == "path":
             column.prop(settings, "guiding")
+        can_merge = info is not None and info.can_merge
+        if can_merge:
+            column.prop(settings, "vertex_merging")
         gathering = column.column(align=True)
-        if settings.integrator in PHOTON_INTEGRATORS:
+        if settings.integrator in PHOTON_INTEGRATORS or (can_merge and settings.vertex_merging == "on"):
             gathering.prop(settings, "photons")
             gathering.prop(settings, "photon_radius")
         if settings.integrator in GATHERING_INTEGRATORS:

@@ -16,14 +16,16 @@ constexpr uint32_t kSplatDimension = 3000;
 
 class Bdpt final : public Integrator {
  public:
-  Honesty honesty() const override { return Honesty::Unbiased; }
-  bool follows_goals() const override { return true; }
+  Honesty honesty() const override { return merging_.active() ? Honesty::Consistent : Honesty::Unbiased; }
+  /// Samples of a pass share its photons.
+  bool follows_goals() const override { return !merging_.active(); }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);
     seed_ = seed;
     samples_done_ = 0;
     statistics_ = {};
+    merging_.prepare(*scene_, seed);
     filter_ = PixelFilter(scene_->settings().filter, scene_->settings().filter_width);
   }
 
@@ -33,16 +35,23 @@ class Bdpt final : public Integrator {
     tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] {
       BidirectionalWalks w(*scene_, light_walks);
       w.finds_beyond_terminator = true;
+      w.leaves_unconnectable = merging_.active();
+      w.merging = merging_.active() ? &merging_ : nullptr;
       return w;
     });
-    samples_done_ += uint32_t(samples_per_pixel);
     struct Tile {
       Sampler sampler;
       BidirectionalWalks& walks;
     };
-    for_each_sample(
-        film, samples_done_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), walks.local()}; },
-        [&](Tile& tile, int px, int py, uint32_t index) { add_sample(film, px, py, index, light_walks, tile.sampler, tile.walks); });
+    const auto add_samples = [&](int more) {
+      samples_done_ += uint32_t(more);
+      for_each_sample(
+          film, samples_done_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), walks.local()}; },
+          [&](Tile& tile, int px, int py, uint32_t index) { add_sample(film, px, py, index, light_walks, tile.sampler, tile.walks); });
+    };
+    if (!merging_.active()) add_samples(samples_per_pixel);
+    // A pass of photons for each sample of a pixel, so that pictures do not depend on how a render is cut into iterations.
+    for (int i = 0; merging_.active() && i < samples_per_pixel && merging_.begin_pass(samples_done_, stop); ++i) add_samples(1);
     for (const BidirectionalWalks& w : walks) statistics_.rays += w.rays();
     // Each sample walks from a light too, whichever pixel it belongs to.
     const double samples = film.sample_counts().mean;
@@ -50,7 +59,11 @@ class Bdpt final : public Integrator {
     film.end_splats(samples > 0.0 ? 1.0 / samples : 0.0);
   }
 
-  IntegratorStatistics statistics() const override { return statistics_; }
+  IntegratorStatistics statistics() const override {
+    IntegratorStatistics s = statistics_;
+    add_statistics_of(merging_, s);
+    return s;
+  }
 
  private:
   void add_sample(Film& film, int px, int py, uint32_t index, double light_walks, Sampler& sampler, BidirectionalWalks& walks) const {
@@ -71,11 +84,12 @@ class Bdpt final : public Integrator {
       const auto column = filter_.place(path.film.x, 0, full_width, u.x), row = filter_.place(path.film.y, 0, full_height, u.y);
       film.add_splat(column.pixel, row.pixel, path.contribution * float(double(column.weight * row.weight) / light_walks), odd);
     }
-    film.add_sample(px, py, radiance, walks.alpha(), &aux);
+    film.add_sample(px, py, radiance + walks.merged(), walks.alpha(), &aux);
   }
 
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0, samples_done_ = 0;
+  VertexMerging merging_;
   PixelFilter filter_;
   IntegratorStatistics statistics_;
 };

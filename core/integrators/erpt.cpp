@@ -26,13 +26,14 @@ constexpr uint32_t kPilotStream = 0x9a1e7000u, kSampleStream = 0x5eed0001u, kCha
 
 class EnergyRedistribution final : public Integrator {
  public:
-  Honesty honesty() const override { return Honesty::Unbiased; }
+  Honesty honesty() const override { return merging_.active() ? Honesty::Consistent : Honesty::Unbiased; }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     workers_.reset();
     space_.reset();
     scene_ = std::move(scene);
     seed_ = seed;
+    merging_.prepare(*scene_, seed);
     samples_done_ = steps_wanted_ = 0;
     direct_done_ = direct_wanted_ = 0;
     direct_rays_ = 0;
@@ -43,7 +44,7 @@ class EnergyRedistribution final : public Integrator {
     if (!space_) begin(film, stop);
     direct_wanted_ += uint32_t(samples_per_pixel);
     const uint32_t direct = (direct_wanted_ + kDirectShare - 1) / kDirectShare - direct_done_;
-    if (direct > 0) direct_rays_ += add_direct_samples(film, *space_, seed_, direct_done_, int(direct), stop);
+    if (direct > 0) direct_rays_ += add_direct_samples(film, *space_, seed_, direct_done_, int(direct), merging_, stop);
     direct_done_ += direct;
     steps_wanted_ += uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel);
     redistribute(film, uint32_t((steps_wanted_ + kStepsPerSample - 1) / kStepsPerSample), stop);
@@ -53,6 +54,7 @@ class EnergyRedistribution final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
     s.rays = direct_rays_;
+    add_statistics_of(merging_, s);
     Tally sum;
     if (!workers_) return s;
     for (const Worker& worker : *workers_) {
@@ -92,6 +94,7 @@ class EnergyRedistribution final : public Integrator {
 
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    space_->without_unconnectable = merging_.active();
     mutations_.clear();
     mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.6f});
     mutations_.push_back({std::make_unique<CausticPerturbation>(*space_), 0.4f});
@@ -162,6 +165,7 @@ class EnergyRedistribution final : public Integrator {
 
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
+  VertexMerging merging_;
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;
   std::unique_ptr<Workers> workers_;

@@ -8,6 +8,8 @@
 #include <tbb/combinable.h>
 #include <tbb/parallel_for.h>
 
+#include "math/statistics.h"
+
 namespace ajar {
 
 namespace {
@@ -20,21 +22,12 @@ constexpr int kProbes = 24;                 // per axis of the film, to choose r
 /// they may be noisy for the sake of a smaller radius; caustics are seen directly.
 constexpr int kReach = 10, kCausticReach = 60;
 constexpr double kScoutShare = 4.0;         // lookups noted before the first pass, for each photon
-constexpr float kLargestRadius = 0.05f;     // of the scene's
 
 struct Counters {
   uint64_t rays = 0, gathered = 0, from_sites = 0;
 };
 
-float median(std::vector<float>& values, float otherwise) {
-  if (values.empty()) return otherwise;
-  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
 }  // namespace
-
-uint32_t photons_of_a_pass(double pixels) { return uint32_t(std::clamp(pixels / 2, 20000.0, 500000.0)); }
 
 void GatherPasses::prepare(const Scene& scene, uint32_t seed, ArrivalMap* arrivals) {
   *this = GatherPasses();
@@ -48,9 +41,7 @@ void GatherPasses::prepare(const Scene& scene, uint32_t seed, ArrivalMap* arriva
 }
 
 uint32_t GatherPasses::photon_count() const {
-  // By the full frame: a region of it uses the same maps.
-  const RenderSettings& s = scene_->settings();
-  return s.photons > 0 ? uint32_t(s.photons) : photons_of_a_pass(double(s.width) * s.height);
+  return photons_of_a_pass(scene_->settings());
 }
 
 uint32_t GatherPasses::site_stride(uint32_t photons) const {
@@ -82,7 +73,7 @@ void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> ca
 /// crowd where light is, which need not be where it is looked for.
 void GatherPasses::choose_first_radii() {
   const RenderSettings& settings = scene_->settings();
-  const float most = kLargestRadius * scene_->radius();
+  const float most = kLargestPhotonRadius * scene_->radius();
   first_global_radius_ = first_caustic_radius_ = settings.photon_radius;
   if (settings.photon_radius > 0.0f) return;
   std::vector<float> global, caustic;

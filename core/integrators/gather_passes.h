@@ -5,11 +5,9 @@
 #include "film/filter.h"
 #include "integrators/integrator.h"
 #include "transport/photon_gather.h"
+#include "transport/photon_tracer.h"
 
 namespace ajar {
-
-/// Emitted photon paths, or steps of chains, of a pass for a picture of this many pixels.
-uint32_t photons_of_a_pass(double pixels);
 
 class GatherPasses {
  public:

@@ -14,6 +14,7 @@
 #include "film/film.h"
 #include "scene/scene.h"
 #include "transport/hints.h"
+#include "transport/vertex_merging.h"
 
 namespace ajar {
 
@@ -40,6 +41,9 @@ class Integrator {
   virtual IntegratorStatistics statistics() const = 0;
 };
 
+/// Rays, and what the last pass had. The rays are those of photons, of which a small picture has more than its share.
+void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& statistics);
+
 struct IntegratorInfo {
   const char* name;
   const char* label;            ///< in the UI
@@ -49,6 +53,7 @@ struct IntegratorInfo {
   bool joins_camera = false;    ///< joins paths from lights to the camera
   bool renders_motion = false;  ///< its paths have times
   bool tells_parts = false;     ///< gives the passes made of SampleParts
+  bool can_merge = false;       ///< knows vertex merging (transport/vertex_merging.h); with it, it is consistent
 };
 /// The one list of integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();

@@ -20,6 +20,7 @@ class Metropolis final : public Integrator {
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);
     seed_ = seed;
+    merging_.prepare(*scene_, seed);
     space_.reset();
     mutations_.clear();
     chains_ = {};
@@ -35,7 +36,7 @@ class Metropolis final : public Integrator {
     if (!space_) begin(film, stop);
     if (!space_) return;
     const uint32_t direct = (samples_done_ + kDirectShare - 1) / kDirectShare - direct_done_;
-    if (direct > 0) direct_rays_ += add_direct_samples(film, *space_, seed_, direct_done_, int(direct), stop);
+    if (direct > 0) direct_rays_ += add_direct_samples(film, *space_, seed_, direct_done_, int(direct), merging_, stop);
     direct_done_ += direct;
     if (stop.load(std::memory_order_relaxed)) return;
     if (!chains_.empty()) {
@@ -47,6 +48,7 @@ class Metropolis final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
     s.rays = pilot_.rays + direct_rays_ + chains_.rays();
+    add_statistics_of(merging_, s);
     s.paths = chains_.steps() + chains_.seeds();
     chains_.add_statistics(s.extra);
     s.hints = chains_.hint_statistics(hint_reports_, pilot_.direct_light);
@@ -56,6 +58,7 @@ class Metropolis final : public Integrator {
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    space_->without_unconnectable = merging_.active();
     hint_reports_.clear();
     hints_ = Hints::attach(*scene_, hint_reports_);
     mutations_ = standard_mutations(*space_, hints_);
@@ -76,6 +79,7 @@ class Metropolis final : public Integrator {
 
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
+  VertexMerging merging_;
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;
   ChainEnsemble chains_;

@@ -19,12 +19,13 @@ constexpr int kDirectShare = 4;                ///< steps a pixel for each direc
 
 class PopulationPaths final : public Integrator {
  public:
-  Honesty honesty() const override { return Honesty::Unbiased; }
+  Honesty honesty() const override { return merging_.active() ? Honesty::Consistent : Honesty::Unbiased; }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     for (auto& population : populations_) population.reset();
     scene_ = std::move(scene);
     seed_ = seed;
+    merging_.prepare(*scene_, seed);
     generations_ = 0;
     total_emphasis_ = 0.0;
     steps_wanted_ = direct_rays_ = 0;
@@ -33,11 +34,12 @@ class PopulationPaths final : public Integrator {
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
-    const PathSpace space(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    PathSpace space(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    space.without_unconnectable = merging_.active();
     if (!populations_[0]) begin(film, space);
     direct_wanted_ += uint32_t(samples_per_pixel);
     const uint32_t direct = (direct_wanted_ + kDirectShare - 1) / kDirectShare - direct_done_;
-    if (direct > 0) direct_rays_ += add_direct_samples(film, space, seed_, direct_done_, int(direct), stop);
+    if (direct > 0) direct_rays_ += add_direct_samples(film, space, seed_, direct_done_, int(direct), merging_, stop);
     direct_done_ += direct;
     steps_wanted_ += uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel);
     while (populations_[0]->steps() + populations_[1]->steps() < steps_wanted_ && !stop.load(std::memory_order_relaxed)) {
@@ -52,6 +54,7 @@ class PopulationPaths final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
     s.rays = direct_rays_;
+    add_statistics_of(merging_, s);
     if (!populations_[0]) return s;
     for (const auto& population : populations_) {
       population->add_statistics(s.extra);
@@ -82,6 +85,7 @@ class PopulationPaths final : public Integrator {
 
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
+  VertexMerging merging_;
   PathPopulation::Size size_{};
   std::unique_ptr<PathPopulation> populations_[2];
   uint32_t generations_ = 0;

@@ -16,14 +16,22 @@ const std::vector<IntegratorInfo>& integrator_list() {
       // Who renders for others asks render/technique_choice.h which it shall be; by itself it is path tracing.
       {"auto", "Auto", Honesty::Consistent, "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.", make_path_tracer, false, true, true},
       {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer, false, true, true},
-      {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt, true},
-      {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", make_pmc_path, true},
-      {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt, true},
+      {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt, true, false, false, true},
+      {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", make_pmc_path, true, false, false, true},
+      {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt, true, false, false, true},
       {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", make_mps, true},
-      {"metropolis", "Metropolis", Honesty::Consistent, "Chains of mutations that dwell on the light paths that matter.", make_metropolis, true},
+      {"metropolis", "Metropolis", Honesty::Consistent, "Chains of mutations that dwell on the light paths that matter.", make_metropolis, true, false, false, true},
       {"photon_map", "Photon Mapping", Honesty::Consistent, "Photons from the lights, gathered at what the eye sees.", make_photon_mapping},
       {"irradiance_cache", "Irradiance Caching", Honesty::Biased, "Light between diffuse surfaces, gathered at few points and interpolated.", make_irradiance_cache}};
   return list;
+}
+
+void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& statistics) {
+  if (!merging.active()) return;
+  statistics.rays += merging.rays();
+  statistics.extra["photon_rays"] = double(merging.rays());
+  statistics.extra["photons"] = double(merging.photons());
+  statistics.extra["photon_radius"] = double(merging.radius());
 }
 
 const IntegratorInfo& find_integrator(const std::string& name) {

@@ -1,8 +1,10 @@
 // Running statistics that survive millions of samples.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 namespace ajar {
 
@@ -39,5 +41,12 @@ class RunningMoments {
   uint64_t count_ = 0;
   double mean_ = 0.0, m2_ = 0.0;
 };
+
+/// The upper median; reorders `values`. `otherwise` where there are none.
+inline float median(std::vector<float>& values, float otherwise) {
+  if (values.empty()) return otherwise;
+  std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
 
 }  // namespace ajar

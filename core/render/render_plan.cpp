@@ -1,6 +1,8 @@
 #include "render/render_plan.h"
 
+#include "integrators/integrator.h"
 #include "transport/photon_tracer.h"
+#include "transport/vertex_merging.h"
 
 namespace ajar {
 
@@ -40,6 +42,10 @@ RenderPlan make_render_plan(const Scene& scene) {
   const PhotonPlan photons = plan_photons(scene);
   add("photon map", photons.global, photons.global_reason);
   add("caustic map", photons.caustic, photons.caustic_reason);
+  const bool merges = find_integrator(scene.settings().integrator).can_merge, wanted = scene.settings().vertex_merging != "off";
+  const MergingPlan merging = plan_merging(scene);
+  add("vertex merging", merges && wanted && merging.used,
+      !merges ? "this integrator joins no paths, or merges them all" : !merging.used || wanted ? merging.reason : std::string("switched off, though ") + merging.reason);
   const bool aux = scene.settings().passes.size() > 1;
   add("passes beyond Combined", aux, aux ? number(scene.settings().passes.size() - 1) + " asked for" : "nobody asked for one");
   return plan;

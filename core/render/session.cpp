@@ -250,6 +250,7 @@ void Session::Data::run(Job job) {
   auto chosen = make_integrator(settings.integrator);
   find_direct_method(settings.direct);
   check_choice("guiding", settings.guiding, {"off", "on", "auto"});
+  check_choice("vertex merging", settings.vertex_merging, {"off", "on"});
   check_choice("image sampling", settings.image, {"uniform", "pmc_ip"});
   check_choice("image error", settings.image_error, {"relative", "perceptual"});
   const CameraDescription camera = job.description ? job.description->camera : job.camera;
@@ -579,6 +580,7 @@ std::string Session::statistics_json() const {
   j["integrator"] = d.integrator_name;
   j["direct"] = d.settings.direct;
   j["guiding"] = d.settings.guiding;
+  j["vertex_merging"] = d.settings.vertex_merging;
   j["image"] = d.settings.image;
   j["seeds"] = d.base ? d.base->seeds : std::vector<uint32_t>{};
   if (d.film) j["seeds"].push_back(d.seed);

@@ -4,9 +4,9 @@
 #include <chrono>
 #include <cmath>
 
-#include "integrators/gather_passes.h"
 #include "integrators/integrator.h"
 #include "math/random.h"
+#include "transport/photon_tracer.h"
 
 namespace ajar {
 

@@ -227,6 +227,7 @@ struct RenderSettings {
   float clamp_direct = 0.0f, clamp_indirect = 0.0f;  ///< 0 is off
   bool reflective_caustics = true, refractive_caustics = true;
   std::string integrator = "path", direct = "mis", image = "uniform";
+  std::string vertex_merging = "off";            ///< of bdpt, erpt, pmc_pt, metropolis: off, on (transport/vertex_merging.h)
   std::string guiding = "off";                   ///< of the path tracer: off, on, auto
   int direct_samples = 1;                        ///< of direct light at the surfaces the camera sees
   std::string image_error = "relative";          ///< that pmc_ip lowers: "relative" or "perceptual"

@@ -67,7 +67,6 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
   film_ = film;
   found_.clear();
   connections_.clear();
-  hit_count_ = 0;
   walk_from_eye(film, sampler, aux);
   walk_from_light(sampler);
   for (int i = 0; i < hit_count_; ++i) find_by_hit(i);
@@ -90,6 +89,9 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
   Ray ray = start_at_lens(scene_, film, camera.has_lens() ? sampler.get_2d() : Vec2(0.5f), eye_[0].vertex, pdf_direction);
   eye_[0].beta = Color(1.0f);
   eye_count_ = 1;
+  hit_count_ = 0;
+  merged_ = Color(0.0f);
+  bool only_specular = true;
   alpha_ = pdf_direction > 0.0f ? 0.0f : 1.0f;
   if (!(pdf_direction > 0.0f)) return;
   ShadingPoint start;
@@ -136,12 +138,14 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     }
     if (vertex.shading.bsdf.empty() || i + 1 >= max_vertices_) break;
     eye_count_ = i + 1;
+    if (merging && only_specular && i >= 2 && vertex.connectable()) merged_ += next.beta * merging->radiance(vertex, i);
 
     sampler.set_dimension(base + kLobe);
     const float u_lobe = sampler.get_1d();
     const auto sample = vertex.shading.bsdf.sample(vertex.point.wo, u_lobe, sampler.get_2d());
     if (!sample) break;
     next.vertex.specular = sample->specular;
+    only_specular &= sample->specular;
     next.scattering = scatter(vertex, vertex.point.wo, sample->wi, sample->specular);
     if (!(next.scattering.pdf_to_light > 0.0f)) break;
     beta = next.beta * next.scattering.f / next.scattering.pdf_to_light;
@@ -158,6 +162,16 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     ray = scene_.spawn_ray(vertex.point, sample->wi);
     pdf_direction = next.scattering.pdf_to_light;
   }
+}
+
+const PathVertex* BidirectionalWalks::find_merging_vertex(Vec2 film, Sampler& sampler) {
+  walk_from_eye(film, sampler, nullptr);
+  for (int i = 1; i < eye_count_; ++i) {
+    const PathVertex& vertex = eye_[size_t(i)].vertex;
+    if (i >= 2 && vertex.connectable()) return &vertex;
+    if (!vertex.specular) return nullptr;
+  }
+  return nullptr;
 }
 
 void BidirectionalWalks::meet(int t, const PathVertex& light, const PathEdge& edge, Color beta, float pdf_direction) {
@@ -179,6 +193,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
   const float u_choice = sampler.get_1d();
   Ray ray;
   if (!start_at_light(scene_, u_choice, u_position, u_direction, light_[0].vertex, ray)) return;
+  if (for_photons_ && !sends_photons(scene_, light_[0].vertex)) return;
   ShadingPoint start;
   start.ray_kind = kLightWalkKind;
   Color factor(1.0f);  // what the next vertex's throughput needs besides the cosines of its edge
@@ -216,6 +231,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     const auto sample = vertex.shading.bsdf.sample(vertex.point.wo, u_lobe, sampler.get_2d(), TransportMode::Importance);
     if (!sample) break;
     next.vertex.specular = sample->specular;
+    if (for_photons_ && !sample->specular && (i == 1 || !previous.vertex.specular)) break;
     next.scattering = scatter(vertex, sample->wi, vertex.point.wo, sample->specular);
     if (!(next.scattering.pdf_to_eye > 0.0f)) break;
     const Color bounce = next.scattering.f / next.scattering.pdf_to_eye;
@@ -267,6 +283,7 @@ void BidirectionalWalks::find_by_hit(int index) {
   const LightHit& hit = hits_[size_t(index)];
   if (only_strategy > 0) return;
   const int t = hit.t;
+  if (leaves_unconnectable && is_unconnectable(t + 1, [&](int i) { return eye_[size_t(i)].vertex.specular; }) && sends_photons(scene_, hit.light)) return;
   const WalkVertex& end = eye_[size_t(t - 1)];
   Densities d;
   d.count = t + 1;

@@ -9,6 +9,7 @@
 
 #include <vector>
 
+#include "transport/vertex_merging.h"
 #include "transport/walk.h"
 
 namespace ajar {
@@ -33,12 +34,32 @@ class BidirectionalWalks {
   /// Is it a path LS*E or L(D)S*E?
   bool is_direct(const FoundPath& path) const;
   float alpha() const { return alpha_; }
+  /// Light by unconnectable paths in the last sample, when there is `merging`.
+  Color merged() const { return merged_; }
   uint64_t rays() const { return rays_; }
 
   /// Copy the vertices of a path just found into `out`, light first, flags as in the path; returns how many. The edges'
   /// transmittance and chance of passing go to `edges`.
   int copy_path(const FoundPath& path, PathVertex* out, PathEdge* edges) const;
 
+  /// Walk from a light only as far as the path can be unconnectable; visit(vertices before it, vertex, f / p, first shading point) for each
+  /// place where a photon lies. Depths at `first` hold the scattering next to the light.
+  template <class Visit>
+  void walk_photon(Sampler& sampler, Visit&& visit) {
+    for_photons_ = true;
+    walk_from_light(sampler);
+    for_photons_ = false;
+    for (int j = 2; j < light_count_; ++j)
+      if (light_[size_t(j - 1)].vertex.specular && light_[size_t(j)].vertex.connectable())
+        visit(j, light_[size_t(j)].vertex, light_[size_t(j)].beta, light_[2].vertex.point);
+  }
+  /// Where a walk from the eye would merge; null where it would not.
+  const PathVertex* find_merging_vertex(Vec2 film, Sampler& sampler);
+
+  /// Unconnectable paths, where photons find them, are not among those found.
+  bool leaves_unconnectable = false;
+  /// Their light is in `merged`.
+  const VertexMerging* merging = nullptr;
   /// Light sampling also finds what lies beyond the terminator (shadow_terminator.h). Such paths are no paths of a PathSpace.
   bool finds_beyond_terminator = false;
   /// For tests: only the strategy with this many light vertices (-1: all), weighted as one of all.
@@ -89,6 +110,8 @@ class BidirectionalWalks {
   std::vector<FoundPath> found_;
   Vec2 film_{0.0f};
   float alpha_ = 0.0f;
+  Color merged_{0.0f};
+  bool for_photons_ = false;                 ///< end walks from lights where a photon's path would
   uint64_t rays_ = 0;
 };
 

@@ -4,6 +4,8 @@
 
 #include <tbb/enumerable_thread_specific.h>
 
+#include "transport/path_seeds.h"
+
 namespace ajar {
 
 namespace {
@@ -31,7 +33,7 @@ double ChainEnsemble::visit_seed(BidirectionalWalks& walks, uint32_t index, Visi
 
 std::vector<double> ChainEnsemble::sample_seeds(uint32_t count, const std::atomic<bool>& stop) {
   std::vector<double> values(count, 0.0);
-  tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] { return BidirectionalWalks(space_->scene, space_->film_area()); });
+  tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] { return walks_over(*space_); });
   const uint32_t first = seeds_done_;
   tbb::parallel_for(
       tbb::blocked_range<uint32_t>(0, count, kSeedBatch),
@@ -85,7 +87,7 @@ void ChainEnsemble::start_chains(const std::vector<double>& values, uint32_t fir
   Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kSeedStream));
   sampler.start(~0u, start);
   const double offset = double(sampler.get_1d());
-  BidirectionalWalks walks(space_->scene, space_->film_area());
+  BidirectionalWalks walks = walks_over(*space_);
   Path path;
   double cumulative = 0.0;
   uint32_t index = 0;

@@ -7,7 +7,9 @@
 
 namespace ajar {
 
-uint64_t add_direct_samples(Film& film, const PathSpace& space, uint32_t seed, uint32_t first, int samples, const std::atomic<bool>& stop) {
+namespace {
+
+uint64_t add_samples(Film& film, const PathSpace& space, uint32_t seed, uint32_t first, int samples, const VertexMerging* merging, const std::atomic<bool>& stop) {
   constexpr int kTile = 16;
   std::atomic<uint64_t> rays{0};
   tbb::parallel_for(
@@ -24,7 +26,7 @@ uint64_t add_direct_samples(Film& film, const PathSpace& space, uint32_t seed, u
               SampleAux aux;
               float alpha;
               const Vec2 at = Vec2(float(px) + 0.5f, float(py) + 0.5f) + space.filter.sample(sampler.get_2d());
-              const Color radiance = trace_direct_paths(space.scene, at, sampler, film.wants_aux() ? &aux : nullptr, alpha, counted);
+              const Color radiance = trace_direct_paths(space.scene, at, sampler, film.wants_aux() ? &aux : nullptr, alpha, counted, merging);
               film.add_sample(px, py, radiance, alpha, &aux);
             }
           }
@@ -32,6 +34,19 @@ uint64_t add_direct_samples(Film& film, const PathSpace& space, uint32_t seed, u
         rays += counted;
       },
       tbb::simple_partitioner());
+  return rays;
+}
+
+}  // namespace
+
+uint64_t add_direct_samples(Film& film, const PathSpace& space, uint32_t seed, uint32_t first, int samples, VertexMerging& merging,
+                            const std::atomic<bool>& stop) {
+  if (!merging.active()) return add_samples(film, space, seed, first, samples, nullptr, stop);
+  uint64_t rays = 0;
+  for (uint32_t i = first; i < first + uint32_t(samples); ++i) {
+    if (!merging.begin_pass(i, stop)) break;
+    rays += add_samples(film, space, seed, i, 1, &merging, stop);
+  }
   return rays;
 }
 

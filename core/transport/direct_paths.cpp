@@ -4,7 +4,7 @@
 
 namespace ajar {
 
-Color trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, float& alpha, uint64_t& rays) {
+Color trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, float& alpha, uint64_t& rays, const VertexMerging* merging) {
   constexpr uint32_t kFirst = 4, kPerVertex = 16, kThrough = 8, kLight = 0, kLobe = 3;
   const RenderSettings& settings = scene.settings();
   const BounceLimits& limits = settings.bounces;
@@ -58,6 +58,7 @@ Color trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, Sample
     if (last || exceeded || vertex.shading.bsdf.empty() || i + 2 > max_vertices) break;
 
     if (vertex.connectable()) {
+      if (merging && i >= 2) radiance += beta * merging->radiance(vertex, i);
       sampler.set_dimension(base + kLight);
       const Vec2 u = sampler.get_2d();
       if (sample_light(scene, vertex, sampler.get_1d(), u, light)) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "transport/vertex_merging.h"
+
 namespace ajar {
 
 Path& Path::operator=(const Path& other) {
@@ -41,6 +43,10 @@ SharedEnds shared_ends(const Path& a, const Path& b) {
   return shared;
 }
 
+bool is_unconnectable(const Path& path) {
+  return is_unconnectable(path.count, [&](int i) { return !path.joinable(i); });
+}
+
 int first_joinable_from_eye(const Path& path) {
   int i = path.count - 2;
   while (i > 0 && !path.joinable(i)) --i;
@@ -75,6 +81,7 @@ bool PathSpace::complete(Path& path, int first, int last) const {
   const float here = weight(path.film);
   if (!(here > 0.0f)) return false;
   if (without_direct && first_joinable_from_eye(path) <= 1) return false;
+  if (without_unconnectable && is_unconnectable(path) && sends_photons(scene, path.vertices[0])) return false;
   path.film_density = lens_density(scene, path.edges[size_t(n - 2)]);
   for (int i = std::max(1, first); i <= std::min(n - 2, last); ++i) {
     Scattering& s = path.scattering[size_t(i)];

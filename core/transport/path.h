@@ -67,6 +67,8 @@ struct SharedEnds {
 };
 SharedEnds shared_ends(const Path& a, const Path& b);
 
+bool is_unconnectable(const Path& path);
+
 /// Index of the first vertex from the eye that is not specular (0: there is none before the light).
 int first_joinable_from_eye(const Path& path);
 
@@ -80,6 +82,7 @@ class PathSpace {
   PixelFilter filter;
   int max_vertices;
   bool without_direct;
+  bool without_unconnectable = false;   ///< paths that merging finds (vertex_merging.h) count nothing
   /// Everywhere on the film that belongs to a pixel.
   Vec2 film_min, film_max;
   double film_area() const { return double(film_max.x - film_min.x) * double(film_max.y - film_min.y); }

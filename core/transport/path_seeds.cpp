@@ -2,6 +2,12 @@
 
 namespace ajar {
 
+BidirectionalWalks walks_over(const PathSpace& space) {
+  BidirectionalWalks walks(space.scene, space.film_area());
+  walks.leaves_unconnectable = space.without_unconnectable;
+  return walks;
+}
+
 double PathSeeds::sample(Sampler& sampler) {
   found_.clear();
   left_out_ = 0.0;

@@ -11,9 +11,12 @@
 
 namespace ajar {
 
+/// Walks that find the paths of a space, and those it leaves out as direct.
+BidirectionalWalks walks_over(const PathSpace& space);
+
 class PathSeeds {
  public:
-  explicit PathSeeds(const PathSpace& space) : space_(space), walks_(space.scene, space.film_area()) {}
+  explicit PathSeeds(const PathSpace& space) : space_(space), walks_(walks_over(space)) {}
 
   /// Walks through a point of the film taken from `sampler`; returns the energy of all paths found together.
   double sample(Sampler& sampler);

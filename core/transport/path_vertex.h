@@ -109,12 +109,27 @@ constexpr int kMaxPathVertices = 34;  ///< longer paths are left out by all inte
 /// Vertices a path may have under the scene's limits.
 inline int max_path_vertices(const BounceLimits& limits) { return std::min(kMaxPathVertices, std::max(0, limits.total) + 3); }
 
+/// Can no joint of two walks find this path? True when no two neighbours among its vertices scatter otherwise than by delta lobes, the light and
+/// the lens counted among those that do: E S+ (D S+)+ L, S being a delta lobe. E S+ L, which the eye finds at once, is not
+/// counted. `specular(i)` tells of inner vertex i, from 1 to count - 2; the order does not matter.
+template <class Specular> bool is_unconnectable(int count, Specular&& specular) {
+  if (count < 5 || !specular(1) || !specular(count - 2)) return false;
+  bool any_rough = false;
+  for (int i = 2; i < count - 2; ++i) {
+    if (specular(i)) continue;
+    if (!specular(i - 1)) return false;
+    any_rough = true;
+  }
+  return any_rough;
+}
+
 /// Whether a path respects the limits for each kind of bounce, as a factor in [0, 1]: the path tracer counts the kinds
 /// of the lobes it draws, so a vertex with several kinds of lobes passes with the chance of having drawn the right
 /// ones. Every scattering counts but the one next to the light. (`total` limits the number of vertices.)
 class BounceCount {
  public:
-  explicit BounceCount(const BounceLimits& limits) : limits_(limits) {}
+  explicit BounceCount(const BounceLimits& limits, int diffuse = 0, int glossy = 0, int transmission = 0)
+      : limits_(limits), states_{{diffuse, glossy, transmission, 1.0f}} {}
   /// Do the limits need counting for this many counted scatterings?
   static bool matters(const BounceLimits& limits, int bounces) {
     return bounces > limits.diffuse || bounces > limits.glossy || bounces > limits.transmission;
@@ -128,7 +143,7 @@ class BounceCount {
     float probability;
   };
   BounceLimits limits_;
-  std::vector<State> states_{{0, 0, 0, 1.0f}};
+  std::vector<State> states_;
 };
 
 }  // namespace ajar

@@ -8,9 +8,7 @@
 
 namespace ajar {
 
-namespace {
-
-bool transmits(const Bsdf& bsdf) {
+bool PhotonMap::transmits(const Bsdf& bsdf) {
   for (int i = 0; i < bsdf.lobe_count(); ++i) {
     const LobeKind kind = bsdf.lobe(i).kind;
     if (kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass) return true;
@@ -18,32 +16,12 @@ bool transmits(const Bsdf& bsdf) {
   return false;
 }
 
-}  // namespace
-
-void PhotonMap::build(std::vector<Photon> photons) {
+void PhotonMap::build(std::vector<Photon> photons, std::vector<uint32_t>& order) {
   std::vector<SurfacePoint> points(photons.size());
   for (size_t i = 0; i < photons.size(); ++i) points[i] = photons[i].point;
-  std::vector<uint32_t> order;
   tree_.build(std::move(points), order);
   lights_.resize(photons.size());
   for (size_t i = 0; i < photons.size(); ++i) lights_[i] = {photons[order[i]].flux_over_cosine, photons[order[i]].packed_direction};
-}
-
-Color PhotonMap::radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const {
-  if (empty()) return Color(0.0f);
-  PointTree::Neighbours found;
-  Color radiance(0.0f);
-  const int sides = transmits(bsdf) ? 2 : 1;
-  for (int side = 0; side < sides; ++side) {
-    tree_.nearest(point.position, side == 0 ? point.ng : -point.ng, lookup.neighbours, lookup.radius, found);
-    Color sum(0.0f);
-    for (int i = 0; i < found.count; ++i) {
-      const Light& light = lights_[found.index[i]];
-      sum += bsdf.evaluate(point.wo, unpack_direction(light.packed_direction)).f_cos * light.flux_over_cosine;
-    }
-    if (found.count > 0) radiance += sum / (kPi * found.radius2);
-  }
-  return radiance;
 }
 
 Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const {

@@ -27,13 +27,39 @@ class PhotonMap {
     float radius = 0.0f;
   };
 
-  void build(std::vector<Photon> photons);
+  /// `order[i]` becomes the index in `photons` of the photon the map has as number i.
+  void build(std::vector<Photon> photons, std::vector<uint32_t>& order);
+  void build(std::vector<Photon> photons) {
+    std::vector<uint32_t> order;
+    build(std::move(photons), order);
+  }
   size_t size() const { return tree_.size(); }
   bool empty() const { return tree_.empty(); }
   size_t memory_bytes() const { return size() * sizeof(Photon); }
 
   /// Radiance that leaves `point` towards point.wo by way of `bsdf`. Lobes that transmit see the photons behind the surface too.
-  Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const;
+  Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const {
+    return radiance(point, bsdf, lookup, [](uint32_t, Vec3) { return 1.0f; });
+  }
+  /// The same with photon `i`, which came from `direction`, counted `weight(i, direction)` times.
+  template <class Weight>
+  Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup, Weight&& weight) const {
+    if (empty()) return Color(0.0f);
+    PointTree::Neighbours found;
+    Color radiance(0.0f);
+    const int sides = transmits(bsdf) ? 2 : 1;
+    for (int side = 0; side < sides; ++side) {
+      tree_.nearest(point.position, side == 0 ? point.ng : -point.ng, lookup.neighbours, lookup.radius, found);
+      Color sum(0.0f);
+      for (int i = 0; i < found.count; ++i) {
+        const Light& light = lights_[found.index[i]];
+        const Vec3 direction = unpack_direction(light.packed_direction);
+        sum += bsdf.evaluate(point.wo, direction).f_cos * light.flux_over_cosine * weight(found.index[i], direction);
+      }
+      if (found.count > 0) radiance += sum / (kPi * found.radius2);
+    }
+    return radiance;
+  }
   /// Irradiance, its cosine taken at `ns`, on the side of `ng`.
   Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const;
   /// Distance from `point` to the k-th photon; `most` where fewer are that near.
@@ -44,6 +70,8 @@ class PhotonMap {
     Color flux_over_cosine;
     uint32_t packed_direction;
   };
+  static bool transmits(const Bsdf& bsdf);
+
   PointTree tree_;
   std::vector<Light> lights_;
 };

@@ -150,6 +150,10 @@ template <class T> void append(std::vector<T>& to, const std::vector<T>& from) {
 
 }  // namespace
 
+uint32_t photons_of_a_pass(double pixels) { return uint32_t(std::clamp(pixels / 2, 20000.0, 500000.0)); }
+
+uint32_t photons_of_a_pass(const RenderSettings& s) { return s.photons > 0 ? uint32_t(s.photons) : photons_of_a_pass(double(s.width) * s.height); }
+
 PhotonPlan plan_photons(const Scene& scene) {
   PhotonPlan plan;
   bool rough = false, smooth = false;

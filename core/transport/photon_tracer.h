@@ -15,6 +15,13 @@
 
 namespace ajar {
 
+/// Emitted photon paths, or steps of chains, of a pass for a picture of this many pixels.
+uint32_t photons_of_a_pass(double pixels);
+/// What the settings ask for, else by the full frame: a region of it uses the same maps.
+uint32_t photons_of_a_pass(const RenderSettings& settings);
+/// Radii of first passes are at most this part of the scene's.
+constexpr float kLargestPhotonRadius = 0.05f;
+
 /// Which maps a scene needs, and why.
 struct PhotonPlan {
   bool global = false, caustic = false;

@@ -6,7 +6,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include "transport/bidirectional.h"
+#include "transport/path_seeds.h"
 
 namespace ajar {
 
@@ -35,7 +35,7 @@ Pilot look_ahead(const PathSpace& space, uint32_t seed, uint32_t samples, const 
   std::vector<std::vector<Arrival>> arrivals(kBlocks);
   std::vector<uint64_t> rays(kBlocks, 0);
   tbb::parallel_for(uint32_t(0), kBlocks, [&](uint32_t block) {
-    BidirectionalWalks walks(space.scene, space.film_area());
+    BidirectionalWalks walks = walks_over(space);
     Sampler sampler(Sampler::Kind::Independent, hash_combine(seed, kPilotStream));
     for (uint32_t i = block; i < samples && !stop.load(std::memory_order_relaxed); i += kBlocks) {
       sampler.start(i, 0);

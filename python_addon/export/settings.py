@@ -31,6 +31,7 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.direct = _first(options.direct, ours.direct)
     out.direct_samples = _first(options.direct_samples, ours.direct_samples)
     out.guiding = _first(options.guiding, ours.guiding)
+    out.vertex_merging = _first(options.vertex_merging, ours.vertex_merging)
     out.image = _first(options.image, ours.image)
     out.image_error = ours.image_error
     out.importance_region = (*ours.importance_min, *ours.importance_max)

@@ -9,6 +9,7 @@ WRONG = [
     (["--ajar-integrator", "bogus"], ["bogus", "path", "pmc_pt", "erpt", "mps", "metropolis", "photon_map"]),
     (["--ajar-direct", "bogus"], ["bogus", "mis", "ocv_progressive"]),
     (["--ajar-guiding", "bogus"], ["bogus", "off", "on", "auto"]),
+    (["--ajar-vertex-merging", "bogus"], ["bogus", "off", "on"]),
     (["--ajar-image", "bogus"], ["bogus", "uniform", "pmc_ip"]),
     (["--ajar-bogus", "1"], ["--ajar-bogus", "--ajar-integrator", "--ajar-dump-scene"]),
     (["--ajar-samples", "many"], ["--ajar-samples", "many"]),

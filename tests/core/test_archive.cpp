@@ -46,6 +46,8 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   moving.settings.mist.depth = 3.0f;
   SceneDescription guided = d;
   guided.settings.guiding = "on";
+  SceneDescription merging = d;
+  merging.settings.vertex_merging = "on";
   const auto written = to_bytes(d);
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(panorama))), to_bytes(panorama));
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(moving))), to_bytes(moving));
@@ -54,6 +56,8 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   for (char version = '2'; version < '4'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(panorama, version))), written);
   for (char version = '2'; version < '5'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(guided, version))), written);
   for (char version = '2'; version < '6'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(moving, version))), written);
+  for (char version = '2'; version < '7'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(merging, version))), written);
+  EXPECT_NE(to_bytes(from_bytes(to_bytes(merging))), written);
   std::vector<char> bytes = to_bytes(d);
   bytes[7] = '1';
   EXPECT_THROW(from_bytes(bytes), SceneError);
