@@ -20,6 +20,7 @@ constexpr int kMostPilotSamples = 4;               ///< of an estimate while it 
 constexpr int kRisCandidates = 8;
 constexpr int kLeastEstimateSamples = 8;           ///< methods that learn within one estimate need as many
 constexpr size_t kMostControlledLights = 32;
+constexpr int kShownBranches = 16;                 ///< of the light tree, to show its halves where nothing was learned
 constexpr float kConeShare = 0.2f;                 ///< thesis, section 5.4.2
 constexpr uint32_t kBranchDimension = 4096, kStreamStride = 64;
 
@@ -118,6 +119,17 @@ bool groups_cover(const LightSet& lights, const LightGroups& groups, Vec3 center
   return true;
 }
 
+/// Ids of branches where the two halves of the light tree begin and where the second ends; empty when it has but one light.
+std::vector<uint32_t> halves_of(const LightSet& lights, Vec3 center) {
+  std::vector<LightSet::Branch> branches;
+  lights.cut(center, 0.0f, Vec3(0.0f), 1, branches);
+  // The tree is one branch there, before the distant lights.
+  const size_t split = branches.size() + 1;
+  lights.cut(center, 0.0f, Vec3(0.0f), int(split), branches);
+  if (branches.size() != split) return {};
+  return {branches[0].id, branches[1].id, split > 2 ? branches[2].id : ~0u};
+}
+
 }  // namespace
 
 // ---- Preparing ---------------------------------------------------------------------------
@@ -134,9 +146,13 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
     size_t choices = 0;
     for (const LightSet::SourceRange& source : lights.sources()) {
       choices += source.count;
-      if (first_lights_.size() < 2) first_lights_.push_back(source.first);
+      if (shown_lights_.size() < 2) shown_lights_.push_back(source.first);
     }
     if (choices < 2 && samples_ == 1) return;
+    if (choices > 2) {
+      shown_lights_.clear();
+      shown_branches_ = halves_of(lights, scene.center());
+    }
     const Camera& camera = scene.camera();
     const Vec2 middle(0.5f * float(camera.width()), 0.5f * float(camera.height()));
     const Ray a = camera.generate_ray(middle, Vec2(0.5f), 0.0f), b = camera.generate_ray(middle + Vec2(1, 0), Vec2(0.5f), 0.0f);
@@ -697,10 +713,22 @@ Color DirectMixture::control_variates(const DirectLightContext& c, Sampler& samp
   return ocv_cross_fitted(all.subspan(0, size_t(first_fold)), all.subspan(size_t(first_fold)), r.components);
 }
 
-/// The two first lights' parts of `share`.
+/// `share` as it is split between the two lights, or the two halves of the light tree.
 void DirectMixture::record_light_shares(const DirectLightContext& c, uint32_t cell, float share, SampleAux* aux) const {
-  for (size_t i = 0; aux && i < first_lights_.size(); ++i)
-    aux->shares[1 + i] = share * choice_pmf(cell, c.point.position, c.bsdf.receiving_normal(), first_lights_[i]);
+  if (!aux) return;
+  const Vec3 p = c.point.position, n = c.bsdf.receiving_normal();
+  for (size_t i = 0; i < shown_lights_.size(); ++i) aux->shares[1 + i] = share * choice_pmf(cell, p, n, shown_lights_[i]);
+  if (shown_branches_.empty()) return;
+  if (cell != LightCutCache::kNone) {
+    for (size_t i = 0; i < 2; ++i) aux->shares[1 + i] = share * cuts_->share_between(cell, shown_branches_[i], shown_branches_[i + 1]);
+    return;
+  }
+  std::vector<LightSet::Branch> branches;
+  scene_.lights().cut(p, 0.0f, n, kShownBranches, branches);
+  for (const LightSet::Branch& branch : branches) {
+    for (size_t i = 0; i < 2; ++i)
+      if (branch.id >= shown_branches_[i] && branch.id < shown_branches_[i + 1]) aux->shares[1 + i] += share * branch.share;
+  }
 }
 
 void DirectMixture::record_shares(const Kernel& k, SampleAux* aux) const {

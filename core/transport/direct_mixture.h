@@ -96,7 +96,8 @@ class DirectMixture {
   LightGroups groups_;
   bool controls_possible_ = false;  ///< few enough lights to intersect them all
   std::unique_ptr<LightCutCache> cuts_;   ///< which lights to choose
-  std::vector<uint32_t> first_lights_;    ///< of which debug passes show the shares
+  /// What debug passes show the shares of: the only two lights, else ids of branches where each half of the light tree begins and where it ends.
+  std::vector<uint32_t> shown_lights_, shown_branches_;
   ShareCache many_;                 ///< shares of BSDF and lights among many samples of an estimate
   struct Regressions;
   std::unique_ptr<Regressions> regressions_;

@@ -146,6 +146,15 @@ float LightCutCache::share(uint32_t cell, int branch) const {
   return cumulative_[i] - (branch > 0 ? cumulative_[i - 1] : 0.0f);
 }
 
+float LightCutCache::share_between(uint32_t cell, uint32_t first, uint32_t end) const {
+  float sum = 0.0f;
+  for (int k = 0; k < counts_[cell]; ++k) {
+    const uint32_t id = ids_[size_t(cell) * kBranches + size_t(k)];
+    if (id >= first && id < end) sum += share(cell, k);
+  }
+  return sum;
+}
+
 LightCutCache::Choice LightCutCache::choose(uint32_t cell, Vec3 p, Vec3 n, float u) const {
   if (cell == kNone) return {lights_.choose(p, n, u), 0, 0.0f};
   const float* const cumulative = cumulative_.data() + size_t(cell) * kBranches;

@@ -53,6 +53,8 @@ class LightCutCache {
   float floor(uint32_t cell, int branch) const;
   float share(uint32_t cell, int branch) const;
   int branches(uint32_t cell) const { return counts_[cell]; }
+  /// Sum of the shares of branches whose ids are in [first, end).
+  float share_between(uint32_t cell, uint32_t first, uint32_t end) const;
 
  private:
   void make_cuts();

@@ -164,6 +164,40 @@ TEST(DirectLight, learning_finds_the_few_of_many_lights_that_are_not_hidden) {
   EXPECT_LT(learned.variance, 0.85 * plain.variance);
 }
 
+TEST(DirectLight, its_passes_show_how_the_choice_is_shared) {
+  // Lamps in two clusters, one of which a lid hides; and two lamps.
+  SceneDescription many;
+  add_object(many, plane(6.0f), add_diffuse(many, Color(0.8f)));
+  for (int i = 0; i < 100; ++i) many.lights.push_back(point_light(Vec3((i % 2 ? 2.0f : -2.0f) + 0.03f * float(i % 10), 0.03f * float(i / 10), 1.0f), 2.0f));
+  add_object(many, plane(1.5f), add_diffuse(many, Color(0.5f)), at(Vec3(2.4f, 0, 0.8f)));
+  SceneDescription two = hidden_lights();
+  two.lights.erase(two.lights.begin() + 1, two.lights.begin() + 3);
+  for (SceneDescription* d : {&many, &two}) {
+    set_camera(*d, Vec3(0, -1.0f, 1.0f), Vec3(0, 0, 0), 16, 0.3f);
+    d->settings.bounces.total = 0;
+    d->settings.passes = {"Combined", "Share Light 1", "Share Light 2"};
+    d->settings.direct = "pmc_hi";
+    const auto shares = [&](int samples) {   // of the first and the second, over the picture
+      d->settings.samples = samples;
+      Session session;
+      session.start(*d);
+      EXPECT_TRUE(session.wait(60.0));
+      const auto first = session.snapshot("Share Light 1"), second = session.snapshot("Share Light 2");
+      std::array<double, 2> sums{};
+      for (size_t i = 0; i < first.size(); ++i) {
+        EXPECT_NEAR(first[i] + second[i], 1.0f, 1e-4f);
+        sums[0] += double(first[i]) / double(first.size());
+        sums[1] += double(second[i]) / double(first.size());
+      }
+      return sums;
+    };
+    const auto learned = shares(64);
+    const double dark = std::min(learned[0], learned[1]);
+    EXPECT_LT(dark, 0.35);   // what is hidden
+    EXPECT_GT(dark, 0.02);   // its floor
+  }
+}
+
 TEST(DirectLight, its_pilot_takes_a_small_share_of_the_samples_asked_for) {
   const std::atomic<bool> go{false};
   const auto rendered = [&](const char* method, int direct_samples, int samples, Film& film) {
