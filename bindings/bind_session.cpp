@@ -29,6 +29,16 @@ int channels_of(const std::string& pass) {
   throw py::value_error("unknown pass \"" + pass + "\"; valid: " + valid);
 }
 
+/// (positions, powers, stored)
+py::tuple photons(const Session& session, uint64_t most) {
+  PhotonPoints points;
+  {
+    py::gil_scoped_release release;
+    points = session.photons(most);
+  }
+  return py::make_tuple(to_array<float>(points.positions, 3), to_array<float>(points.powers, 3), points.stored);
+}
+
 py::object snapshot(const Session& session, const std::string& pass) {
   const size_t channels = channels_of(pass);
   std::vector<float> values;
@@ -142,6 +152,10 @@ void bind_session(py::module_& module) {
       .def("diagnostics", &Session::diagnostics, Release())
       .def("hint_reports", &Session::hint_reports, Release(), "How the artist's light paths were attached.")
       .def("snapshot", &snapshot, py::arg("pass_name"), "float32[height, width, channels], rows bottom up; None before the first.")
+      .def("photons", &photons, py::arg("most") = 50000,
+           "Photons of the last pass, for people to look at: float32[n, 3] positions in world space, float32[n, 3] powers in watts, and how many were "
+           "stored, of which at most `most` come, spread evenly over space. Empty from integrators without photons, and while rendering before the first "
+           "iteration that ends after one was asked.")
       .def_property_readonly("width", &Session::width)
       .def_property_readonly("height", &Session::height)
       .def("statistics_json", &Session::statistics_json, Release());

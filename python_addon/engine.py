@@ -15,7 +15,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import compat, denoise, headless, hints, last_render, passes, viewport
+from . import compat, denoise, headless, hints, last_render, passes, photon_overlay, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .interrupt import Interrupt
@@ -113,6 +113,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         self._show_memory(statistics)
         hints.remember(session.hint_reports(), hint_points)
         last_render.remember(scene.name, statistics)
+        photon_overlay.remember(scene, session)
         if not self._hand_over(depsgraph, session, wanted, statistics, bool(guides)):
             return  # cancelled before the first sample
         if options.stats is not None:

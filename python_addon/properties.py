@@ -8,7 +8,7 @@ any of Cycles' there: an unmodified scene renders the same. The user interface s
 
 import bpy
 
-from . import compat
+from . import compat, hints
 from .ajar_module import ajar
 
 # The numbers are stored in files and never change.
@@ -131,6 +131,9 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                                    default=0, min=0, max=10**8)
     photon_radius: bpy.props.FloatProperty(name="Photon Radius", description="Of the first pass; 0: by the photons' density",
                                            default=0.0, min=0.0, subtype="DISTANCE")
+    show_photons: bpy.props.BoolProperty(
+        name="Show Photons", description="After a render, or while a view is rendered, draw the photons of the last pass as points in the 3D views",
+        default=False, update=lambda self, context: hints.redraw_views(context))
     hint_collection: bpy.props.StringProperty(name="Light Paths", description="Collection whose curves are hints where light goes",
                                               default="Light Paths")
     exposure: _float("exposure", "Exposure", "Factor on the light that the film receives", 1.0, "film_exposure", 0.0, 10.0)

@@ -7,12 +7,11 @@ import textwrap
 import bpy
 from bpy.types import Panel
 
-from . import checks, denoise, hints, last_render, passes
+from . import checks, denoise, hints, last_render, passes, photon_overlay
 from .ajar_module import ajar
 
 ENGINE = "AJAR"
-PHOTON_INTEGRATORS = {"photon_map", "mps"}
-GATHERING_INTEGRATORS = {*PHOTON_INTEGRATORS, "irradiance_cache"}
+GATHERING_INTEGRATORS = {*photon_overlay.INTEGRATORS, "irradiance_cache"}
 MOST_MESSAGES = 20
 PANORAMA_SETTINGS = {
     "EQUIRECTANGULAR": ("latitude_min", "latitude_max", "longitude_min", "longitude_max"), "FISHEYE_EQUIDISTANT": ("fisheye_fov",),
@@ -125,12 +124,17 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
         can_merge = info is not None and info.can_merge
         if can_merge:
             column.prop(settings, "vertex_merging")
+        chosen = {settings.integrator, settings.viewport_integrator}
         gathering = column.column(align=True)
-        if settings.integrator in PHOTON_INTEGRATORS or (can_merge and settings.vertex_merging == "on"):
+        if chosen & photon_overlay.INTEGRATORS or (can_merge and settings.vertex_merging == "on"):
             gathering.prop(settings, "photons")
             gathering.prop(settings, "photon_radius")
-        if settings.integrator in GATHERING_INTEGRATORS:
+        if chosen & GATHERING_INTEGRATORS:
             gathering.prop(settings, "gather_rays")
+        if chosen & {"auto", *photon_overlay.INTEGRATORS}:
+            column.prop(settings, "show_photons")
+            if settings.show_photons:
+                column.label(text=photon_overlay.status_of(context.scene))
 
 
 class AJAR_RENDER_PT_direct(AjarPanel, Panel):

@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
-from . import hints, view
+from . import hints, photon_overlay, view
 from .ajar_module import ajar
 from .export import ExportContext, MeshCache, export_contents, settings
 from .headless import Options
@@ -85,7 +85,7 @@ class Viewport:
         if now is not None and now != (self._wanted_view or self.view):
             self._wanted_view = now
         self._proceed()
-        self._upload()
+        self._upload(depsgraph.scene)
         self._proceed()  # what is shown may be followed by a finer picture
         if self._texture is not None:
             self._draw_texture(engine, depsgraph.scene)
@@ -164,7 +164,7 @@ class Viewport:
     def statistics(self) -> dict:
         return json.loads(self.session.statistics_json())
 
-    def _upload(self) -> None:
+    def _upload(self, scene: bpy.types.Scene) -> None:
         """The newest picture into the texture. Only while drawing: `gpu` needs a window."""
         import gpu
 
@@ -185,6 +185,7 @@ class Viewport:
         if self._hints_of != self.updates:
             self._hints_of = self.updates
             hints.remember(self.session.hint_reports(), self._hint_points)
+        photon_overlay.remember(scene, self.session)
 
     def _draw_texture(self, engine: bpy.types.RenderEngine, scene: bpy.types.Scene) -> None:
         import gpu

@@ -172,6 +172,15 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
   if (!stop.load(std::memory_order_relaxed)) learn();
 }
 
+PhotonPoints GatherPasses::photons(uint64_t most) const {
+  PhotonPoints points;
+  // One rounds up in each of the two maps, so both together must not need the last.
+  const uint64_t stride = PhotonPoints::stride(maps_.global.size() + maps_.caustic.size(), most > 1 ? most - 1 : most);
+  maps_.global.add_to(points, stride);
+  maps_.caustic.add_to(points, stride);
+  return points;
+}
+
 void GatherPasses::add_statistics(IntegratorStatistics& s) const {
   s.rays += rays_;
   s.paths += paths_;

@@ -31,6 +31,8 @@ class GatherPasses {
   float global_radius() const { return maps_.global_radius; }
   float caustic_radius() const { return maps_.caustic_radius; }
   void add_statistics(IntegratorStatistics& statistics) const;
+  /// Of the last pass, at most so many.
+  PhotonPoints photons(uint64_t most) const;
 
  private:
   void choose_first_radii();

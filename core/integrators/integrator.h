@@ -14,6 +14,7 @@
 #include "film/film.h"
 #include "scene/scene.h"
 #include "transport/hints.h"
+#include "transport/photon_points.h"
 #include "transport/vertex_merging.h"
 
 namespace ajar {
@@ -39,6 +40,8 @@ class Integrator {
   /// whole pixels consistent, when `stop` is raised.
   virtual void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) = 0;
   virtual IntegratorStatistics statistics() const = 0;
+  /// At most so many photons of the last pass, for people to look at; none from integrators that store none. Between iterations.
+  virtual PhotonPoints photons(uint64_t /*most*/) const { return {}; }
 };
 
 /// Rays, and what the last pass had. The rays are those of photons, of which a small picture has more than its share.

@@ -71,6 +71,8 @@ class Mps final : public Integrator {
     return s;
   }
 
+  PhotonPoints photons(uint64_t most) const override { return passes_.photons(most); }
+
  private:
   void begin(const Film& film) {
     space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);

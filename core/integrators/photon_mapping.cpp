@@ -37,6 +37,8 @@ class PhotonMapping final : public Integrator {
     return s;
   }
 
+  PhotonPoints photons(uint64_t most) const override { return passes_.photons(most); }
+
  private:
   void make_maps(const std::atomic<bool>& stop) {
     if (!plan_.global && !plan_.caustic) return;

@@ -88,6 +88,8 @@ struct Session::Data {
   bool film_idle = false;                        // no thread writes to the film: it may be resolved directly
   std::map<std::string, std::vector<float>> published;
   mutable std::set<std::string> wanted{"Combined"};
+  PhotonPoints published_photons;
+  mutable uint64_t wanted_photons = 0;           // that somebody looks at
   std::shared_ptr<Scene> scene;                  // changed by the worker alone, while nothing renders
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<ImagePlan> image_plan;  // none: all pixels get the same number of samples
@@ -231,6 +233,8 @@ void Session::Data::begin(const Job& job) {
   published.clear();
   published_checkpoint.reset();
   wanted = {"Combined"};
+  published_photons = {};
+  wanted_photons = 0;
   statistics = {};
   error_over_time.clear();
   integrator_name = settings.integrator;
@@ -434,6 +438,7 @@ void Session::Data::publish(double render_seconds, uint64_t done) {
     error_over_time.push_back({render_seconds, progress.samples, progress.estimated_relmse, progress.estimated_perceptual_error});
   for (const std::string& pass : wanted) published[pass] = resolve(pass);
   wanted.clear();
+  if (wanted_photons > 0) published_photons = integrator->photons(std::exchange(wanted_photons, 0));
   if (checkpoint_wanted) published_checkpoint = checkpoint();
   changed.notify_all();
 }
@@ -545,6 +550,13 @@ std::vector<float> Session::snapshot(const std::string& pass) const {
   data_->wanted.insert(pass);
   const auto found = data_->published.find(pass);
   return found == data_->published.end() ? std::vector<float>{} : found->second;
+}
+
+PhotonPoints Session::photons(uint64_t most) const {
+  std::lock_guard lock(data_->mutex);
+  if (data_->integrator && data_->film_idle) return data_->integrator->photons(most);
+  data_->wanted_photons = most;
+  return data_->published_photons;
 }
 
 void Session::resume(Checkpoint from, uint64_t scene) {

@@ -71,6 +71,9 @@ class Session {
 
   /// Pass as floats at the last iteration boundary; empty before the first. Rows bottom up.
   std::vector<float> snapshot(const std::string& pass) const;
+  /// At most so many photons of the last pass at the last iteration boundary, and how many there were; none from integrators without photons.
+  /// While it renders, those of the boundary after one was asked: nothing is kept unless somebody asks.
+  PhotonPoints photons(uint64_t most) const;
   int width() const;
   int height() const;
 

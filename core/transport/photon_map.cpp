@@ -42,6 +42,17 @@ float PhotonMap::reach(const SurfacePoint& point, int k, float most) const {
   return std::sqrt(found.radius2);
 }
 
+void PhotonMap::add_to(PhotonPoints& points, uint64_t stride) const {
+  points.stored += size();
+  for (uint64_t i = 0; stride > 0 && i < size(); i += stride) {
+    const SurfacePoint& at = tree_[uint32_t(i)];
+    const Light& light = lights_[i];
+    const float cosine = std::abs(glm::dot(unpack_direction(light.packed_direction), unpack_direction(at.packed_normal)));
+    points.positions.push_back(at.position);
+    points.powers.push_back(light.flux_over_cosine * cosine);
+  }
+}
+
 void IrradianceMap::build(const std::vector<IrradianceSite>& sites, const PhotonMap& photons, const PhotonMap::Lookup& lookup) {
   std::vector<SurfacePoint> points(sites.size());
   for (size_t i = 0; i < sites.size(); ++i) points[i] = sites[i].point;

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "scene/scene.h"
+#include "transport/photon_points.h"
 #include "transport/point_tree.h"
 
 namespace ajar {
@@ -64,6 +65,8 @@ class PhotonMap {
   Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const;
   /// Distance from `point` to the k-th photon; `most` where fewer are that near.
   float reach(const SurfacePoint& point, int k, float most) const;
+  /// Every `stride`-th photon, to be looked at.
+  void add_to(PhotonPoints& points, uint64_t stride) const;
 
  private:
   struct Light {

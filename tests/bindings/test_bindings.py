@@ -189,3 +189,28 @@ def test_channels_have_their_names(tmp_path):
 def test_pictures_that_cannot_be_written_are_named(tmp_path, name):
     with pytest.raises(RuntimeError, match="cannot write"):
         ajar.write_image(str(tmp_path / name), np.zeros((2, 2, 3), np.float32))
+
+
+def test_photons_to_look_at_are_arrays_of_places_and_powers():
+    def floor_below_the_light() -> ajar.SceneDescription:
+        description = square()
+        graph = ajar.NodeGraph()
+        node = graph.add_node("ShaderNodeBsdfDiffuse", "Diffuse")
+        graph.add_input(node, "Color", (0.5, 0.5, 0.5, 1.0))
+        graph.surface = ajar.NodeLink(node, "BSDF")
+        material = description.add_material(name="Grey", graph=graph)
+        mesh = description.add_mesh(name="Floor", positions=[(-9, -9, -1), (9, -9, -1), (9, 9, -1), (-9, 9, -1)], triangles=[(0, 1, 2), (0, 2, 3)])
+        description.add_instances([description.add_object(name="Floor", mesh=mesh, materials=[material])], IDENTITY)
+        return description
+
+    description = floor_below_the_light()
+    description.settings.integrator = "photon_map"
+    session = render(description)
+    assert session.take_error() == ""
+    positions, powers, stored = session.photons(500)
+    assert positions.dtype == powers.dtype == np.float32 and positions.shape == powers.shape == (len(positions), 3)
+    assert 400 < len(positions) <= 500 < stored
+    np.testing.assert_allclose(positions[:, 2], -1.0, atol=1e-5)
+    assert (powers > 0).all()
+    positions, powers, stored = render(floor_below_the_light()).photons()
+    assert positions.shape == powers.shape == (0, 3) and stored == 0

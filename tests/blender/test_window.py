@@ -83,6 +83,14 @@ def test_a_light_path_is_drawn_by_clicks_on_surfaces(edited):
     assert drawn["status"].startswith("Attached"), drawn
 
 
+def test_photons_are_points_on_surfaces_and_gone_when_switched_off(edited):
+    photons = edited[0]["photons"]
+    assert photons["unasked"] == 0
+    assert 1000 < photons["shown"] <= min(photons["stored"], 50_000) and photons["lowest"] == pytest.approx(-1, abs=1e-4)
+    assert photons["red_pixels"] > 1000, photons   # of red light; some 3000 points of 2.5 pixels, some behind the cube or outside the view
+    assert photons["left_over"] == 0, photons
+
+
 def test_random_edits_end_with_a_picture(edited):
     values, _, words = edited
     mean, deviation, samples = values["end"]

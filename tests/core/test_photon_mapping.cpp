@@ -243,3 +243,75 @@ TEST_P(PhotonMapping, nothing_is_stored_in_scenes_without_light_or_surfaces) {
     EXPECT_EQ(mean_of(film.resolve("Combined", 1.0f)), 0.0);
   }
 }
+
+TEST_P(PhotonMapping, photons_to_look_at_lie_on_the_walls_and_are_no_more_than_asked) {
+  SceneDescription d = lit_room(12);
+  d.settings.integrator = GetParam();
+  d.settings.samples = 2;
+  Session session;
+  session.start(d);
+  ASSERT_TRUE(session.wait(60.0));
+  const PhotonPoints all = session.photons(~0ull), few = session.photons(100), none = session.photons(0);
+  EXPECT_GT(all.stored, 1000u);
+  EXPECT_EQ(all.positions.size(), all.stored);
+  EXPECT_EQ(all.powers.size(), all.stored);
+  for (size_t i = 0; i < all.positions.size(); ++i) {
+    ASSERT_NEAR(max_component(glm::abs(all.positions[i])), 1.0f, 1e-5f);
+    ASSERT_GT(max_component(all.powers[i]), 0.0f);
+  }
+  EXPECT_EQ(few.stored, all.stored);
+  EXPECT_LE(few.positions.size(), 100u);
+  EXPECT_GT(few.positions.size(), 90u);
+  EXPECT_TRUE(none.positions.empty());
+  EXPECT_EQ(none.stored, all.stored);
+}
+
+TEST_P(PhotonMapping, photons_to_look_at_come_with_a_later_iteration_while_it_renders) {
+  SceneDescription d = lit_room(12);
+  d.settings.integrator = GetParam();
+  d.settings.samples = 1 << 24;
+  Session session;
+  session.start(d);
+  size_t shown = 0;
+  for (int i = 0; shown == 0 && i < 600; ++i) {
+    shown = session.photons(50).positions.size();
+    session.wait(0.05);
+  }
+  EXPECT_EQ(session.progress().phase, Progress::Phase::Rendering);
+  session.cancel();
+  EXPECT_GT(shown, 40u);
+  EXPECT_LE(shown, 50u);
+}
+
+TEST(ShownPhotons, photons_to_look_at_bring_what_the_walls_receive) {
+  SceneDescription d = lit_room(4);
+  const float albedo = 0.5f;
+  d.materials.clear();
+  add_diffuse(d, Color(albedo));
+  RunningMoments watts;
+  for (uint32_t seed = 1; seed <= 16; ++seed) {
+    d.settings.integrator = "photon_map";
+    d.settings.seed = seed;
+    d.settings.samples = 1;
+    Session session;
+    session.start(d);
+    ASSERT_TRUE(session.wait(60.0));
+    const PhotonPoints points = session.photons(2000);
+    double sum = 0.0;
+    for (const Color& power : points.powers) sum += double(luminance(power));
+    watts.add(sum * double(points.stored) / double(points.powers.size()));
+  }
+  // What arrives, arrives again after each bounce.
+  const double expected = build(d)->lights().total_power() / (1.0 - albedo);
+  EXPECT_NEAR(watts.mean() / expected, 1.0, 4.0 * std::sqrt(watts.variance_of_mean()) / expected);
+  EXPECT_LT(std::sqrt(watts.variance_of_mean()), 0.01 * expected) << "too few to tell";
+}
+
+TEST(ShownPhotons, path_tracing_has_no_photons_to_look_at) {
+  SceneDescription d = lit_room(4);
+  d.settings.samples = 1;
+  Session session;
+  session.start(d);
+  ASSERT_TRUE(session.wait(60.0));
+  EXPECT_EQ(session.photons(100).stored, 0u);
+}

@@ -13,7 +13,7 @@ import time
 import bpy
 import numpy as np
 import window
-from ajar_render import hints, viewport
+from ajar_render import hints, photon_overlay, viewport
 from mathutils import Quaternion
 
 views: list[viewport.Viewport] = []
@@ -82,6 +82,7 @@ def steps(arguments, result):
 
     yield from counters(result)
     yield from draw_light_path(result)
+    yield from show_photons(result)
     dice = random.Random(seed)
     result["edits"] = []
     memory = []
@@ -167,6 +168,38 @@ def draw_light_path(result):
     curve = hints.curves_of(bpy.context.scene)[0]
     result["drawn"] = {"points": [list(point.co[:3]) for point in curve.data.splines[0].points], "status": hints.status_of(curve),
                        "starts_at": curve.ajar.hint_light.name, "lamp": list(lamp.location)}
+
+
+# ---- Photons as points ------------------------------------------------------------------------------------------------------------
+
+
+def show_photons(result):
+    """In the rendered view, then in the solid one: how many of the screen's pixels they change."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    prepare()
+    scene, space = bpy.context.scene, window.space()
+    scene.ajar.viewport_integrator, scene.ajar.photons = "photon_map", 3000
+    bpy.data.lights["Light"].color = (1.0, 0.0, 0.0)
+    window.shade("RENDERED")
+    yield from wait_until_done()
+    result["photons"] = {"unasked": len(photon_overlay._photons)}
+    scene.ajar.show_photons = True
+    scene.ajar.seed = 1   # renders again
+    yield from wait_until_done()
+    photons = photon_overlay.of(scene)
+    result["photons"] |= {"shown": len(photons.positions), "stored": photons.stored, "lowest": float(photons.positions[:, 2].min())}
+    window.shade("SOLID")
+    pictures = []
+    for space.overlay.show_overlays in (False, True):
+        for name in ("show_floor", "show_axis_x", "show_axis_y", "show_extras", "show_outline_selected", "show_cursor", "show_object_origins", "show_text", "show_stats"):
+            setattr(space.overlay, name, False)
+        yield 0.3
+        pictures.append(window.pixels_of_view())
+    red = (pictures[1][..., 0] > pictures[0][..., 0] + 0.1) & (pictures[1][..., 1] < pictures[1][..., 0])
+    result["photons"]["red_pixels"] = int(red.sum())
+    scene.ajar.show_photons = False
+    yield 0.3
+    result["photons"]["left_over"] = int((np.abs(window.pixels_of_view() - pictures[0]) > 0.1).any(axis=-1).sum())
 
 
 # ---- What artists do -----------------------------------------------------------------------------------------------------------

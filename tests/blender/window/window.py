@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import tempfile
+
 import bpy
+import numpy as np
 from bpy_extras import view3d_utils
 from mathutils import Vector
 
@@ -52,6 +55,18 @@ def click(x: int, y: int):
 def screenshot(path: str) -> None:
     with override():
         bpy.ops.screen.screenshot(filepath=path)
+
+
+def pixels_of_view() -> np.ndarray:
+    """What the 3D view shows now: [height, width, 3], rows from the bottom up."""
+    with tempfile.TemporaryDirectory() as folder:
+        screenshot_of_view(f"{folder}/view.png")
+        image = bpy.data.images.load(f"{folder}/view.png")
+        pixels = np.empty(image.size[0] * image.size[1] * 4, dtype=np.float32)
+        image.pixels.foreach_get(pixels)
+        pixels = pixels.reshape(image.size[1], image.size[0], 4)[..., :3]
+        bpy.data.images.remove(image)
+    return pixels
 
 
 def screenshot_of_view(path: str) -> None:
