@@ -42,7 +42,7 @@ Ray leave_light(const LightSet& lights, uint32_t index, const LightRay& start) {
   if (lights.flags(index).type != LightType::Triangle) return ray;
   const Light light = lights.light(index);
   const Vec3 extent = glm::abs(light.position) + glm::abs(light.edge1) + glm::abs(light.edge2);
-  const float error = 16.0f * 0x1p-24f * glm::dot(extent, glm::abs(start.normal));
+  const float error = 16.0f * 0x1p-24f * max_component(extent);
   ray.origin += start.normal * (glm::dot(start.normal, ray.direction) < 0.0f ? -error : error);
   return ray;
 }

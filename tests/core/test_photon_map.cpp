@@ -183,3 +183,13 @@ TEST(Photons, radius_shrinks_by_the_published_law) {
   }
   EXPECT_NEAR(std::log(sum / 16000 / at_1000) / std::log(16.0), -1.0 / 3.0, 0.01);
 }
+
+TEST(Photons, leave_glowing_squares_at_zero_height) {
+  SceneDescription d;
+  add_object(d, plane(9.0f), add_diffuse(d, Color(0.5f), Color(1.0f)));
+  add_object(d, plane(9.0f), add_diffuse(d, Color(0.5f)), Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, -1, 1)));
+  set_camera(d, Vec3(0, 0, -0.5f), Vec3(0, 0, -1), 8);
+  const PhotonBatch batch = trace(*build(d), 1, 2048, false);
+  const auto on_floor = std::count_if(batch.global.begin(), batch.global.end(), [](const Photon& photon) { return photon.point.position.z < -0.99f; });
+  EXPECT_GT(on_floor, 800);   // of the half that goes down, few pass the edge; none comes twice before the glowing square has had it
+}
