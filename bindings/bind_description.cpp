@@ -329,6 +329,7 @@ void bind_settings(py::module_& module) {
       .def_readwrite("gather_rays", &RenderSettings::gather_rays)
       .def_readwrite("seed", &RenderSettings::seed)
       .def_readwrite("threads", &RenderSettings::threads)
+      .def_readwrite("memory_limit", &RenderSettings::memory_limit)
       .def_property("mist", [](const RenderSettings& s) { return Vec3(s.mist.start, s.mist.depth, s.mist.exponent); },
                     [](RenderSettings& s, Vec3 mist) { s.mist = {mist.x, mist.y, mist.z}; })
       .def_readwrite("passes", &RenderSettings::passes);

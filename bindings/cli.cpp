@@ -14,7 +14,7 @@ namespace {
 
 int usage() {
   std::cerr << "usage: ajar-render SCENE.ajar OUTPUT.exr|.png [--samples N] [--seconds S] [--error RELMSE] [--integrator NAME]\n"
-               "                   [--direct NAME] [--direct-samples N] [--guiding off|on|auto] [--vertex-merging off|on] [--image NAME] [--photons N] [--photon-radius METRES] [--gather-rays N] [--seed N] [--threads N] [--stats FILE.json]\n"
+               "                   [--direct NAME] [--direct-samples N] [--guiding off|on|auto] [--vertex-merging off|on] [--image NAME] [--photons N] [--photon-radius METRES] [--gather-rays N] [--seed N] [--threads N] [--memory-limit MIB] [--stats FILE.json]\n"
                "                   [--checkpoint FILE] [--resume FILE]\n"
                "       ajar-render --merge OUTPUT.exr|.png MERGED.checkpoint A.checkpoint B.checkpoint ...\n";
   return 2;
@@ -70,6 +70,7 @@ int main(int argc, char** argv) {
       else if (option == "--gather-rays") settings.gather_rays = int(number("--gather-rays", value));
       else if (option == "--seed") settings.seed = uint32_t(number("--seed", value));
       else if (option == "--threads") settings.threads = int(number("--threads", value));
+      else if (option == "--memory-limit") settings.memory_limit = int(number("--memory-limit", value));
       else if (option == "--stats") statistics_path = value;
       else if (option == "--checkpoint") checkpoint_path = value;
       else if (option == "--resume") resume_path = value;

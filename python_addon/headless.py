@@ -49,6 +49,7 @@ class Options:
     error: float | None = None
     seed: int | None = None
     threads: int | None = None
+    memory_limit: int | None = None
     stats: Path | None = None
     checkpoint: Path | None = None
     resume: Path | None = None
@@ -106,6 +107,7 @@ READERS: dict[str, Callable[[str], object]] = {
     "error": _number(float, 1e-12, 1e6),
     "seed": _number(int, 0, 2**32 - 1),
     "threads": _number(int, 0, 1024),
+    "memory-limit": _number(int, 0, 2**31 - 1),
     "stats": _file,
     "dump-scene": _file,
     "checkpoint": _file,

@@ -71,6 +71,21 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
   if (wants_parts) parts_.resize(pixels_.size());
 }
 
+uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool splats) {
+  const bool aux = std::any_of(passes.begin(), passes.end(), is_aux_pass), parts = std::any_of(passes.begin(), passes.end(), is_part_pass);
+  return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (parts ? sizeof(PartsPixel) : 0) + kMostRemembered * 3 * sizeof(float) +
+         (splats ? sizeof(SplatPixel) + std::tuple_size_v<decltype(pending_)> * sizeof(PendingPixel) : 0);
+}
+
+uint64_t Film::memory_bytes() const {
+  uint64_t bytes = pixels_.size() * sizeof(Pixel) + aux_.size() * sizeof(AuxPixel) + parts_.size() * sizeof(PartsPixel) + goals_.size() * sizeof(uint32_t);
+  if (splats_) bytes += pixels_.size() * sizeof(SplatPixel);
+  for (const PendingSplats& pending : pending_) bytes += pending.pixels ? pixels_.size() * sizeof(PendingPixel) : 0;
+  for (const Remembered& one : remembered_)
+    for (const std::vector<float>& channel : one.image) bytes += channel.size() * sizeof(float);
+  return bytes;
+}
+
 bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux* aux) {
   const size_t index = index_of(x, y);
   Pixel& pixel = pixels_[index];
@@ -334,7 +349,7 @@ std::array<std::vector<float>, 3> Film::means() const {
 }
 
 void Film::remember(uint32_t samples) {
-  if (remembered_.size() == 3) remembered_.erase(remembered_.begin());
+  if (remembered_.size() == kMostRemembered) remembered_.erase(remembered_.begin());
   remembered_.push_back({samples, means()});
 }
 

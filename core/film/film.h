@@ -56,6 +56,9 @@ class Film {
   /// x0..y1 is the region of the full frame that is rendered.
   Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passes);
 
+  /// What a film with these passes takes, at most; `splats`: with light that arrives from anywhere.
+  static uint64_t bytes_per_pixel(const std::vector<std::string>& passes, bool splats);
+  uint64_t memory_bytes() const;
   int width() const { return x1_ - x0_; }
   int height() const { return y1_ - y0_; }
   int x0() const { return x0_; }
@@ -161,7 +164,8 @@ class Film {
   std::vector<Pixel> pixels_;
   std::vector<AuxPixel> aux_;
   std::vector<PartsPixel> parts_;
-  std::vector<Remembered> remembered_;   // at most three, the latest last
+  static constexpr size_t kMostRemembered = 3;
+  std::vector<Remembered> remembered_;   // the latest last
   std::vector<uint32_t> goals_;
   EarlySamples early_;
   std::atomic<uint64_t> refused_{0};

@@ -14,7 +14,7 @@ RenderPlan make_render_plan(const Scene& scene) {
 
   add("light sampling", lights.can_choose(),
       lights.empty()         ? "nothing emits light"
-      : lights.can_choose() ? number(lights.size()) + " lights and emissive triangles, chosen by a light tree"
+      : lights.can_choose() ? (lights.size() == 1 ? std::string("one light or emissive triangle") : number(lights.size()) + " lights and emissive triangles, chosen by a light tree")
                              : "only the world emits, alike in all directions: scattered rays find it better");
   const bool environment = lights.environment_index() >= 0;
   add("environment", environment, environment ? "the world emits light" : "the world is black");

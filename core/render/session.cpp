@@ -15,6 +15,7 @@
 #include "film/image_plan.h"
 #include "math/random.h"
 #include "render/importance_map.h"
+#include "render/memory_estimate.h"
 #include "render/technique_choice.h"
 #include "transport/direct_light.h"
 
@@ -260,6 +261,7 @@ void Session::Data::run(Job job) {
   const CameraDescription camera = job.description ? job.description->camera : job.camera;
   const bool final_render = job.description && !job.keep;
   if (job.description) {
+    check_memory_limit(*job.description);
     build(job);
   } else {
     std::lock_guard lock(mutex);
@@ -615,6 +617,7 @@ std::string Session::statistics_json() const {
     const Film::SampleCounts counts = d.film->sample_counts();
     j["samples_per_pixel"] = {{"mean", d.samples_before() + counts.mean}, {"min", counts.least}, {"max", counts.most}};
     j["refused_samples"] = d.film->refused();
+    j["film_bytes"] = d.film->memory_bytes();
   }
   if (d.integrator) j["honesty"] = name_of(d.integrator->honesty());
   if (d.scene) {

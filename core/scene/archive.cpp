@@ -11,7 +11,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '7'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '8'};
 constexpr char kOldestVersion = '2';
 
 /// Types whose bytes are their value.
@@ -162,6 +162,7 @@ template <class A> void fields(A& a, RenderSettings& v) {
   if (a.has('5')) visit(a, v.guiding);
   if (a.has('6')) all(a, v.mist.start, v.mist.depth, v.mist.exponent);
   if (a.has('7')) visit(a, v.vertex_merging);
+  if (a.has('8')) visit(a, v.memory_limit);
 }
 template <class A> void fields(A& a, HintDescription& v) { all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled); }
 template <class A> void fields(A& a, SceneDescription& v) {

@@ -240,6 +240,7 @@ struct RenderSettings {
   int gather_rays = 8;                           ///< per sample, at the first rough surface, where photon maps are used
   uint32_t seed = 0;
   int threads = 0;                               ///< 0 = all
+  int memory_limit = 0;                          ///< MiB; what needs more is refused before it is built (render/memory_estimate.h); 0 = none
   std::vector<std::string> passes{"Combined"};
   MistDescription mist;
   bool operator==(const RenderSettings&) const = default;

@@ -274,7 +274,9 @@ class TemporaryFile {
   std::string path_;
 };
 
-Decoded decode(const ImageDescription& image) {
+/// What `use(reader)` makes of the image's file or bytes, or what is wrong with them.
+template <class Use>
+Decoded with_reader(const ImageDescription& image, Use&& use) {
   Decoded decoded;
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);
@@ -285,7 +287,7 @@ Decoded decode(const ImageDescription& image) {
       return decoded;
     }
     const auto input = OIIO::ImageInput::open(image.path, &config);
-    if (input) return read(*input, input->spec());
+    if (input) return use(*input);
   } else {
     const char* name = name_for(image.packed);
     OIIO::Filesystem::IOMemReader memory(image.packed.data(), image.packed.size());
@@ -293,14 +295,18 @@ Decoded decode(const ImageDescription& image) {
     if (reader && reader->supports("ioproxy")) {
       // Set on the reader itself: the convenience open() looks for a file of that name first.
       OIIO::ImageSpec spec;
-      if (reader->set_ioproxy(&memory) && reader->open(name, spec, config)) return read(*reader, reader->spec());
+      if (reader->set_ioproxy(&memory) && reader->open(name, spec, config)) return use(*reader);
     } else if (reader) {
       const TemporaryFile file(image.packed, name);
-      if (const auto input = OIIO::ImageInput::open(file.path(), &config)) return read(*input, input->spec());
+      if (const auto input = OIIO::ImageInput::open(file.path(), &config)) return use(*input);
     }
   }
   decoded.error = "cannot be read: " + OIIO::geterror();
   return decoded;
+}
+
+Decoded decode(const ImageDescription& image) {
+  return with_reader(image, [](OIIO::ImageInput& input) { return read(input, input.spec()); });
 }
 
 /// Values given directly: floats, kept as bytes when they are.
@@ -370,6 +376,17 @@ int64_t repair(std::vector<uint8_t>& texels) {
 
 namespace {
 
+/// Texels of an image that is not too large to be one.
+Decoded header_of(OIIO::ImageInput& input) {
+  Decoded header;
+  const OIIO::ImageSpec& spec = input.spec();
+  if (spec.width < 1 || spec.height < 1 || spec.width > kMaxSide || spec.height > kMaxSide || int64_t(spec.width) * spec.height > kMaxTexels) return header;
+  header.width = spec.width;
+  header.height = spec.height;
+  header.storage = storage_of(spec);
+  return header;
+}
+
 /// When the file was last written; nothing when it cannot be asked.
 std::filesystem::file_time_type file_time(const ImageDescription& image) {
   std::error_code error;
@@ -384,6 +401,13 @@ bool same_source(const ImageDescription& a, const ImageDescription& b) {
 }
 
 }  // namespace
+
+uint64_t texture_bytes(const ImageDescription& image) {
+  if (!image.pixels.empty()) return image.pixels.size() * sizeof(float);
+  if (image.packed.empty() && image.path.empty()) return 0;
+  const Decoded header = with_reader(image, header_of);
+  return uint64_t(header.width) * uint64_t(header.height) * 4 * value_size(header.storage);
+}
 
 struct TextureStore::Data {
   struct Entry {

@@ -40,6 +40,9 @@ class TextureStore {
   std::unique_ptr<Data> data_;
 };
 
+/// What the image takes as a texture, from its file's header; 0 for one that cannot be read.
+uint64_t texture_bytes(const ImageDescription& image);
+
 class Texture {
  public:
   enum class Storage : uint8_t { Byte, Short, Half, Float };

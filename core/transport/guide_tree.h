@@ -37,6 +37,10 @@ class GuideTree {
   };
   void divide(uint32_t leaf, const GuideSample** begin, const GuideSample** end, int depth);
 
+ public:
+  static constexpr size_t kBytesPerCell = sizeof(Cell) + 2 * sizeof(Node);
+
+ private:
   std::vector<Node> nodes_{Node{}};
   std::vector<Cell> cells_;
   struct Task {

@@ -24,6 +24,8 @@ class LightCutCache {
  public:
   static constexpr uint32_t kNone = ~0u;
   static constexpr int kBranches = 64, kLearningIterations = 2;
+  /// Numbers, priors, shares and sums of each branch, and the cell's own; without its slot.
+  static constexpr size_t kBytesPerCell = kBranches * (sizeof(uint32_t) + 2 * sizeof(float) + sizeof(uint64_t)) + sizeof(uint8_t) + 2 * sizeof(uint64_t);
 
   /// Cells are `angle` times as large as their distance from the eye. `scale` is a typical luminance of what samples bring.
   LightCutCache(const LightSet& lights, Vec3 eye, float angle, float scale);

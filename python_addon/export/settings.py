@@ -42,6 +42,7 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.seed = _first(options.seed, ours.seed)
     out.photons, out.photon_radius, out.gather_rays = ours.photons, ours.photon_radius, ours.gather_rays
     out.threads = _first(options.threads, render.threads if render.threads_mode == "FIXED" else 0)
+    out.memory_limit = _first(options.memory_limit, ours.memory_limit)
     out.passes = passes
     if context.scene.world is not None:
         mist = context.scene.world.mist_settings

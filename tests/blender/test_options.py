@@ -20,6 +20,7 @@ WRONG = [
     (["--ajar-error", "x"], ["--ajar-error", "x"]),
     (["--ajar-seed", "-1"], ["--ajar-seed", "-1"]),
     (["--ajar-threads", "1.5"], ["--ajar-threads", "1.5"]),
+    (["--ajar-memory-limit", "-1"], ["--ajar-memory-limit", "-1"]),
     (["--ajar-stats", "/no/such/folder/x.json"], ["--ajar-stats", "/no/such/folder"]),
     (["--ajar-dump-scene", "/"], ["--ajar-dump-scene"]),
     (["--ajar-checkpoint", "/no/such/folder/x"], ["--ajar-checkpoint", "/no/such/folder"]),
@@ -33,6 +34,15 @@ def test_wrong_options_end_blender_before_rendering(blender, tmp_path, arguments
     assert result.returncode != 0
     assert all(word in result.stdout for word in words), result.stdout
     assert not list(tmp_path.glob("out*"))
+
+
+def test_memory_limit_refuses_the_render_and_says_what_is_largest(blender, tmp_path):
+    large = script(tmp_path, "scene.render.resolution_x = scene.render.resolution_y = 1000")
+    for limit, code in ((2, 1), (800, 0)):
+        result = blender("--python", large, "-o", tmp_path / f"out{limit}_", "-f", 1, "--", "--ajar-samples", 1, "--ajar-memory-limit", limit)
+        assert result.returncode == code, result.stdout
+        assert ("memory limit of 2 MiB: the picture" in result.stdout) == bool(code), result.stdout
+    assert not list(tmp_path.glob("out2_*")) and list(tmp_path.glob("out800_*"))
 
 
 def test_arguments_of_others_are_left_alone(blender):

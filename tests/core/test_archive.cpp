@@ -39,11 +39,13 @@ TEST(Archive, round_trip_keeps_every_byte) {
 
 TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   const SceneDescription d = rich_description();
-  SceneDescription panorama = d, moving = d;         // what files before version 4, 5 and 6, cannot say
+  SceneDescription panorama = d, moving = d;         // what files before version 4, 5, 6, 7 and 8 cannot say
   panorama.camera.panorama.fisheye_fov = 3.0f;
   moving.motion_keys = {d.camera.world_from_camera};
   moving.camera.shutter = {0.0f, 1.0f};
   moving.settings.mist.depth = 3.0f;
+  SceneDescription limited = d;
+  limited.settings.memory_limit = 1000;
   SceneDescription guided = d;
   guided.settings.guiding = "on";
   SceneDescription merging = d;
@@ -58,6 +60,9 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   for (char version = '2'; version < '6'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(moving, version))), written);
   for (char version = '2'; version < '7'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(merging, version))), written);
   EXPECT_NE(to_bytes(from_bytes(to_bytes(merging))), written);
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(limited))), to_bytes(limited));
+  EXPECT_NE(to_bytes(limited), written);
+  for (char version = '2'; version < '8'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(limited, version))), written);
   std::vector<char> bytes = to_bytes(d);
   bytes[7] = '1';
   EXPECT_THROW(from_bytes(bytes), SceneError);

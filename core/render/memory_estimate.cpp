@@ -1,0 +1,84 @@
+#include "render/memory_estimate.h"
+
+#include <algorithm>
+
+#include "film/film.h"
+#include "integrators/gather_passes.h"
+#include "render/technique_choice.h"
+#include "scene/scene.h"
+#include "shading/texture.h"
+
+namespace ajar {
+
+namespace {
+
+uint64_t bytes_of(const MeshDescription& mesh) {
+  uint64_t bytes = (mesh.positions.size() + 1) * sizeof(Vec3) + mesh.triangles.size() * sizeof(UVec3) +
+                   mesh.material_slots.size() * sizeof(uint16_t) + mesh.normals.size() * sizeof(Vec3);
+  for (const Attribute& attribute : mesh.attributes) bytes += attribute.values.size() * sizeof(float);
+  return bytes;
+}
+
+void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
+  part.bytes += bytes;
+  if (bytes <= part.largest_bytes) return;
+  part.largest = name;
+  part.largest_bytes = bytes;
+}
+
+bool may_store_photons(const RenderSettings& s) {
+  return s.integrator == "photon_map" || s.integrator == "mps" || s.integrator == kAutomatic || (s.vertex_merging == "on" && find_integrator(s.integrator).can_merge);
+}
+
+/// 1,234 MiB, rounded up.
+std::string mebibytes(uint64_t bytes) {
+  std::string digits = std::to_string((bytes + (1 << 20) - 1) >> 20);
+  for (int at = int(digits.size()) - 3; at > 0; at -= 3) digits.insert(size_t(at), ",");
+  return digits + " MiB";
+}
+
+}  // namespace
+
+uint64_t MemoryEstimate::bytes() const {
+  uint64_t sum = 0;
+  for (const MemoryPart& part : parts) sum += part.bytes;
+  return sum;
+}
+
+MemoryEstimate estimate_memory(const SceneDescription& d) {
+  MemoryPart geometry{"geometry"}, instances{"instances"}, textures{"textures"}, photons{"photons"}, film{"the picture"};
+  for (const MeshDescription& described : d.meshes) {
+    const MeshDescription& mesh = described.shared ? *described.shared : described;
+    add(geometry, mesh.name, bytes_of(mesh) + mesh.triangles.size() * kStructureBytesPerTriangle + kStructureBytesPerMesh);
+  }
+  instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) + d.motion_keys.size() * sizeof(Mat4);
+  for (const ImageDescription& image : d.images) add(textures, image.name.empty() ? image.path : image.name, texture_bytes(image));
+  const RenderSettings& s = d.settings;
+  if (may_store_photons(s)) {
+    const uint64_t paths = s.photons > 0 ? uint64_t(s.photons) : photons_of_a_pass(double(s.width) * s.height);
+    photons.bytes = paths * kPhotonsPerPath * kBytesPerPhoton;
+  }
+  const auto& r = s.region;
+  const bool whole = r == std::array<int, 4>{0, 0, 0, 0};
+  const uint64_t pixels = whole ? uint64_t(s.width) * uint64_t(s.height) : uint64_t(std::max(0, r[2] - r[0])) * uint64_t(std::max(0, r[3] - r[1]));
+  film.bytes = pixels * Film::bytes_per_pixel(s.passes, s.integrator != "path" && s.integrator != "photon_map");
+  MemoryEstimate estimate{{geometry, instances, textures, photons, film}};
+  std::stable_sort(estimate.parts.begin(), estimate.parts.end(), [](const MemoryPart& a, const MemoryPart& b) { return a.bytes > b.bytes; });
+  return estimate;
+}
+
+void check_memory_limit(const SceneDescription& d) {
+  const uint64_t limit = uint64_t(std::max(0, d.settings.memory_limit)) << 20;
+  if (limit == 0) return;
+  const MemoryEstimate estimate = estimate_memory(d);
+  if (estimate.bytes() <= limit) return;
+  std::string parts;
+  for (const MemoryPart& part : estimate.parts) {
+    if (part.bytes < estimate.bytes() / 100) continue;
+    parts += (parts.empty() ? "" : ", ") + part.what + " " + mebibytes(part.bytes);
+    if (!part.largest.empty()) parts += " ('" + part.largest + "' " + mebibytes(part.largest_bytes) + ")";
+  }
+  throw SceneError("This render needs about " + mebibytes(estimate.bytes()) + ", more than the memory limit of " + mebibytes(limit) + ": " + parts + ".");
+}
+
+}  // namespace ajar

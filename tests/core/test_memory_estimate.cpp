@@ -1,0 +1,167 @@
+// What a render needs is told before anything is built, near enough to what it then takes.
+#include "render/memory_estimate.h"
+
+#include <gtest/gtest.h>
+#include <malloc.h>
+#include <nlohmann/json.hpp>
+
+#include "film/film.h"
+#include "render/session.h"
+#include "scene_fixtures.h"
+#include "transport/guide_tree.h"
+#include "transport/light_cut_cache.h"
+#include "transport/photon_map.h"
+
+using namespace ajar;
+using namespace ajar::fixtures;
+
+namespace {
+
+SceneDescription lit(int size) {
+  SceneDescription d;
+  d.lights.push_back(point_light(Vec3(0, 0, 5), 100.0f));
+  set_camera(d, Vec3(0, -4, 1), Vec3(0), size);
+  d.settings.samples = 4;
+  return d;
+}
+
+const MemoryPart& part(const MemoryEstimate& estimate, const std::string& what) {
+  for (const MemoryPart& found : estimate.parts)
+    if (found.what == what) return found;
+  throw std::runtime_error(what);
+}
+
+nlohmann::json rendered(SceneDescription d) {
+  Session session;
+  session.start(std::move(d));
+  EXPECT_TRUE(session.wait(120.0));
+  EXPECT_EQ(session.take_error(), "");
+  return nlohmann::json::parse(session.statistics_json());
+}
+
+/// Bytes of the heap in use.
+double allocated() {
+  const struct mallinfo2 info = mallinfo2();
+  return double(info.uordblks) + double(info.hblkhd);
+}
+
+}  // namespace
+
+TEST(MemoryEstimate, of_meshes_is_what_they_take_but_for_a_tenth) {
+  for (const bool smooth : {false, true}) {
+    SceneDescription d = lit(16);
+    MeshDescription ball = sphere(200);
+    ball.material_slots.assign(ball.triangles.size(), 0);
+    if (smooth) ball.attributes.push_back({"UVMap", Domain::Corner, 2, std::vector<float>(ball.triangles.size() * 6, 0.5f)});
+    else ball.normals.clear();
+    add_object(d, ball, add_diffuse(d, Color(0.5f)));
+    const double estimated = double(part(estimate_memory(d), "geometry").bytes);
+    const BuildStatistics built = build(d)->statistics();
+    EXPECT_NEAR(estimated / double(built.geometry_bytes + built.accel_bytes), 1.0, 0.1)
+        << "structure: " << double(built.accel_bytes) / double(built.triangles) << " bytes a triangle";
+  }
+}
+
+TEST(MemoryEstimate, of_instances_is_what_they_take) {
+  constexpr int kCount = 20000;
+  SceneDescription d = lit(16);
+  const int object = add_object(d, plane(1.0f), add_diffuse(d, Color(0.5f)));
+  for (int i = 0; i < kCount; ++i) {
+    InstanceDescription instance;
+    instance.object = object;
+    instance.world_from_object = rows(Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(float(i % 141) * 3.0f, float(i / 141) * 3.0f, 0, 1)));
+    d.instances.push_back(instance);
+  }
+  const double estimated = double(part(estimate_memory(d), "instances").bytes) / kCount;
+  const double before = allocated();
+  const auto scene = build(d);
+  // Embree has its trees from the system, and objects for instances that it does not count from the heap.
+  const double heap = (allocated() - before) / kCount, counted = double(scene->statistics().accel_bytes) / kCount;
+  EXPECT_GT(estimated, heap) << counted;
+  EXPECT_LT(estimated, 1.1 * (heap + counted)) << counted;
+}
+
+TEST(MemoryEstimate, of_textures_is_no_less_than_they_take) {
+  SceneDescription d = lit(16);
+  ImageDescription image;
+  image.name = "Noise";
+  image.width = 64, image.height = 32;
+  for (int i = 0; i < 64 * 32 * 4; ++i) image.pixels.push_back(float(i) / 1234.0f);
+  d.images.push_back(image);
+  image.pixels.clear();
+  image.path = "/nowhere.png";
+  d.images.push_back(image);
+  const MemoryEstimate estimate = estimate_memory(d);
+  EXPECT_EQ(part(estimate, "textures").bytes, 64u * 32u * 16u);
+  EXPECT_EQ(part(estimate, "textures").largest, "Noise");
+  std::vector<Diagnostic> ignored;
+  TextureStore store(d.images);
+  store.load(0, "", ignored);
+  EXPECT_EQ(store.memory_bytes(), 64u * 32u * 16u);
+}
+
+TEST(MemoryEstimate, of_the_film_is_no_less_than_it_takes_and_not_twice_as_much) {
+  for (const char* integrator : {"path", "bdpt"}) {
+    for (const std::vector<std::string>& passes : {std::vector<std::string>{"Combined"}, {"Combined", "Normal", "DiffDir"}}) {
+      SceneDescription d = lit(64);
+      add_object(d, plane(2.0f), add_diffuse(d, Color(0.5f)));
+      d.settings.integrator = integrator;
+      d.settings.passes = passes;
+      const double estimated = double(part(estimate_memory(d), "the picture").bytes);
+      const double taken = rendered(d)["film_bytes"];
+      EXPECT_GE(estimated, taken) << integrator << " " << passes.size();
+      EXPECT_LT(estimated, 2.0 * taken) << integrator << " " << passes.size();
+    }
+  }
+}
+
+TEST(MemoryEstimate, of_photons_is_no_less_than_their_maps_take) {
+  SceneDescription d = lit(16);
+  add_object(d, cube(true), add_diffuse(d, Color(0.7f)));
+  d.lights[0].world_from_light = rows(Mat4(1.0f));
+  set_camera(d, Vec3(0, -0.9f, 0), Vec3(0), 16);
+  for (const char* integrator : {"photon_map", "mps"}) {
+    d.settings.integrator = integrator;
+    d.settings.photons = 50000;
+    const double estimated = double(part(estimate_memory(d), "photons").bytes);
+    const double taken = rendered(d)["photon_bytes"];
+    EXPECT_GE(estimated, taken) << integrator;
+  }
+  d.settings.integrator = "path";
+  EXPECT_EQ(part(estimate_memory(d), "photons").bytes, 0u);
+}
+
+TEST(MemoryEstimate, sizes_are_those_that_the_manual_states) {
+  EXPECT_EQ(sizeof(Photon), 32u);
+  EXPECT_EQ(sizeof(BuiltInstance), 184u);
+  EXPECT_EQ(Film::bytes_per_pixel({"Combined"}, false), 72u + 36u);
+  EXPECT_EQ(Film::bytes_per_pixel({"Combined"}, true), 72u + 36u + 192u);
+  EXPECT_EQ(Film::bytes_per_pixel({"Combined", "Normal"}, false), 72u + 36u + 160u);
+  EXPECT_EQ(Film::bytes_per_pixel({"Combined", "DiffDir"}, false), 72u + 36u + 264u);
+  EXPECT_EQ(GuideTree::kBytesPerCell, 536u);
+  EXPECT_EQ(LightCutCache::kBytesPerCell, 1297u);
+}
+
+TEST(MemoryLimit, is_respected_before_anything_is_built_and_says_what_is_largest) {
+  SceneDescription d = lit(16);
+  MeshDescription ball = sphere(120);
+  ball.name = "Cathedral";
+  add_object(d, ball, add_diffuse(d, Color(0.5f)));
+  d.settings.memory_limit = 2;
+  Session session;
+  session.start(d);
+  ASSERT_TRUE(session.wait(60.0));
+  const std::string error = session.take_error();
+  EXPECT_NE(error.find("memory limit of 2 MiB: geometry"), std::string::npos) << error;
+  EXPECT_NE(error.find("'Cathedral'"), std::string::npos) << error;
+  EXPECT_EQ(session.progress().phase, Progress::Phase::Failed);
+  EXPECT_FALSE(nlohmann::json::parse(session.statistics_json()).contains("scene"));
+  d.settings.memory_limit = 64;
+  session.start(d);
+  ASSERT_TRUE(session.wait(60.0));
+  EXPECT_EQ(session.take_error(), "");
+  d.settings.memory_limit = 1;
+  d.settings.width = d.settings.height = 4000;
+  EXPECT_THROW(check_memory_limit(d), SceneError);
+  EXPECT_EQ(estimate_memory(d).parts.front().what, "the picture");
+}
