@@ -211,6 +211,7 @@ def compositor_output(scene: bpy.types.Scene) -> tuple[bpy.types.NodeTree, bpy.t
 # ---- Drawing --------------------------------------------------------------------------------------------------------------
 
 POLYLINE_SHADER = "POLYLINE_UNIFORM_COLOR" if bpy.app.version >= (4, 0) else "3D_POLYLINE_UNIFORM_COLOR"
+FLAT_SHADER = "UNIFORM_COLOR" if bpy.app.version >= (4, 0) else "2D_UNIFORM_COLOR"
 # Since 4.5 shaders for points are a kind of their own.
 POINT_SHADER = "POINT_FLAT_COLOR" if bpy.app.version >= (4, 5) else "FLAT_COLOR" if bpy.app.version >= (4, 0) else "3D_FLAT_COLOR"
 

@@ -8,6 +8,7 @@ inside, `AJAR_OT_denoise_in_compositor` sets up the compositor's own node.
 from __future__ import annotations
 
 import ctypes
+import threading
 from pathlib import Path
 
 import bpy
@@ -74,6 +75,39 @@ def denoised(color: np.ndarray, albedo: np.ndarray, normal: np.ndarray) -> np.nd
         return result
     finally:
         library.oidnReleaseDevice(device)
+
+
+class Background:
+    """One picture at a time, denoised in a thread of its own: the 3D view goes on meanwhile."""
+
+    def __init__(self) -> None:
+        self._thread: threading.Thread | None = None
+        self._of: object = None
+        self._result: np.ndarray | None = None
+
+    def is_busy(self) -> bool:
+        """From `start` until `take`."""
+        return self._thread is not None
+
+    def is_ready(self) -> bool:
+        return self._thread is not None and not self._thread.is_alive()
+
+    def start(self, of: object, color: np.ndarray, albedo: np.ndarray, normal: np.ndarray) -> None:
+        """`of` is given back with the result."""
+        def work() -> None:
+            try:
+                self._result = denoised(color, albedo, normal)
+            except DenoisingFailed as error:
+                print(f"Ajar: {error}", flush=True)
+                self._result = color
+        self._of, self._thread = of, threading.Thread(target=work, daemon=True)
+        self._thread.start()
+
+    def take(self) -> tuple[object, np.ndarray | None]:
+        self._thread.join()
+        self._thread = None
+        result, self._result = self._result, None
+        return self._of, result
 
 
 def _packed(values: np.ndarray) -> np.ndarray:

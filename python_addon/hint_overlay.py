@@ -15,6 +15,7 @@ COLORS = {
     ajar.HintReport.Segment.Failed: (1.0, 0.2, 0.15, 1.0),
 }
 LINE_WIDTH, TEXT_SIZE = 3.0, 13
+BACKGROUND = (0.0, 0.0, 0.0, 0.75)   # of words
 
 _handles: list[object] = []
 
@@ -63,22 +64,29 @@ def _draw_words() -> None:
     if not failed:
         return
     import blf
+    import gpu
+    from gpu_extras.batch import batch_for_shader
 
+    shader = gpu.shader.from_builtin(compat.FLAT_SHADER)
     size = round(TEXT_SIZE * context.preferences.system.ui_scale)
     compat.font_size(0, size)
     blf.color(0, *COLORS[ajar.HintReport.Segment.Failed])
-    blf.enable(0, blf.SHADOW)
-    blf.shadow(0, 3, 0.0, 0.0, 0.0, 0.8)
     for number, (curve, known) in enumerate(failed):
         end = known.positions[-1] if known.positions else (known.points[0] if len(known.points) else curve.matrix_world.translation)
         text = f"{curve.name}: {known.reason}"
         place = view3d_utils.location_3d_to_region_2d(context.region, context.region_data, Vector(end), default=Vector((0, 2 * number * size)))
         # Where it can be read, whatever lies over the view.
         left, right, bottom, top = _free_of_panels(context.area, context.region)
-        x = max(left + size, min(place.x + size, right - size - blf.dimensions(0, text)[0]))
-        blf.position(0, x, max(bottom + size, min(place.y, top - 2 * size)), 0.0)
+        width = blf.dimensions(0, text)[0]
+        x, y = max(left + size, min(place.x + size, right - size - width)), max(bottom + size, min(place.y, top - 2 * size))
+        edges = (x - 0.5 * size, y - 0.5 * size, x + width + 0.5 * size, y + 1.1 * size)
+        gpu.state.blend_set("ALPHA")
+        shader.bind()
+        shader.uniform_float("color", BACKGROUND)
+        batch_for_shader(shader, "TRI_STRIP", {"pos": [(edges[i], edges[j]) for i in (0, 2) for j in (1, 3)]}).draw(shader)
+        gpu.state.blend_set("NONE")
+        blf.position(0, x, y, 0.0)
         blf.draw(0, text)
-    blf.disable(0, blf.SHADOW)
 
 
 def _free_of_panels(area: bpy.types.Area, region: bpy.types.Region) -> tuple[float, float, float, float]:

@@ -252,7 +252,10 @@ class AJAR_OT_draw_light_path(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return _is_ours(context) and context.object is not None and context.object.type == "LIGHT"
+        if context.object is None or context.object.type != "LIGHT":
+            cls.poll_message_set("Select the lamp that the light comes from")
+            return False
+        return _is_ours(context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if context.area is None or context.area.type != "VIEW_3D":

@@ -17,7 +17,7 @@ from .ajar_module import ajar
 INTEGRATORS = {"photon_map", "mps"}
 MOST = 50_000                 # drawn; of more, these are spread evenly over space
 POINT_SIZE = 2.5
-FAINTEST = 0.25               # of a photon that brings next to nothing, so that its place is still seen
+FAINTEST = 0.5                # of a photon that brings next to nothing, so that its place is still seen
 
 _handles: list[object] = []
 

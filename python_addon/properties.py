@@ -97,6 +97,8 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     samples: _int("samples", "Samples", "Samples per pixel", 64, "samples", 1, 2**24)
     use_denoise: bpy.props.BoolProperty(
         name="Denoise", description="Guess the picture without noise, by Blender's Open Image Denoise, when the render is done. Biased", default=False)
+    use_viewport_denoise: bpy.props.BoolProperty(
+        name="Denoise Viewport", description="The same in the rendered 3D view, as samples double. Biased", default=False)
     viewport_samples: _int("viewport_samples", "Viewport Samples", "Samples per pixel in the rendered 3D view", 1024, "preview_samples",
                            1, 2**24)
     viewport_integrator: bpy.props.EnumProperty(name="Viewport Integrator", description="How light is followed in the rendered 3D view",
@@ -105,7 +107,7 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                        subtype="TIME_ABSOLUTE")
     noise_target: bpy.props.FloatProperty(
         name="Noise Target", description="Stop when the estimated relative mean squared error is below this; 0: never",
-        default=0.0, min=0.0, max=1.0, precision=6)
+        default=0.0, min=0.0, max=1.0, precision=4, step=0.1)
     seed: _int("seed", "Seed", "Another number gives another pattern of noise", 0, "seed", 0, 2**31 - 1)
     bounces_total: _int("bounces_total", "Total", "Bounces of any kind", 12, "max_bounces", 0, 1024)
     bounces_diffuse: _int("bounces_diffuse", "Diffuse", "Diffuse bounces", 4, "diffuse_bounces", 0, 1024)
@@ -131,6 +133,9 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                                    default=0, min=0, max=10**8)
     photon_radius: bpy.props.FloatProperty(name="Photon Radius", description="Of the first pass; 0: by the photons' density",
                                            default=0.0, min=0.0, subtype="DISTANCE")
+    memory_limit: bpy.props.IntProperty(
+        name="Memory Limit (MiB)", description="A render that would need more is refused before it begins, and says what is largest; 0: none",
+        default=0, min=0, max=2**31 - 1)
     show_photons: bpy.props.BoolProperty(
         name="Show Photons", description="After a render, or while a view is rendered, draw the photons of the last pass as points in the 3D views",
         default=False, update=lambda self, context: hints.redraw_views(context))

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import textwrap
+import math
 
+import blf
 import bpy
 from bpy.types import Panel
 
-from . import checks, denoise, hints, last_render, passes, photon_overlay
+from . import checks, compat, denoise, hints, last_render, passes, photon_overlay
 from .ajar_module import ajar
 
 ENGINE = "AJAR"
 GATHERING_INTEGRATORS = {*photon_overlay.INTEGRATORS, "irradiance_cache"}
 MOST_MESSAGES = 20
+MARGINS, ICON = 72, 20   # pixels: left and right of a text in a panel, scroll bar included; of an icon
 PANORAMA_SETTINGS = {
     "EQUIRECTANGULAR": ("latitude_min", "latitude_max", "longitude_min", "longitude_max"), "FISHEYE_EQUIDISTANT": ("fisheye_fov",),
     "FISHEYE_EQUISOLID": ("fisheye_lens", "fisheye_fov"),
@@ -55,24 +57,20 @@ class AJAR_RENDER_PT_checks(AjarPanel, Panel):
         column = self.column()
         mends = checks.found_in(scene)
         for mend in mends:
-            self._say(column, mend.text, context)
+            _say(column, mend.text, context, "ERROR")
             column.operator("ajar.mend", text=mend.button).what = mend.name
         missing = checks.missing_images()
         if missing:
-            self._say(column, f"Missing images, which will be magenta: {', '.join(missing)}", context)
+            _say(column, f"Missing images, which will be magenta: {', '.join(missing)}", context, "ERROR")
             column.operator("file.find_missing_files")
         messages = checks.messages_of(scene)
         for name, text in (messages or [])[:MOST_MESSAGES]:
-            self._say(column, f"{name}: {text}" if name else text, context)
+            _say(column, f"{name}: {text}" if name else text, context, "ERROR")
         if messages and len(messages) > MOST_MESSAGES:
             column.label(text=f"... and {len(messages) - MOST_MESSAGES} more")
         if messages == [] and not mends and not missing:
             column.label(text="Nothing to say against the scene", icon="CHECKMARK")
         column.operator("ajar.check_scene", icon="VIEWZOOM")
-
-    def _say(self, column: bpy.types.UILayout, text: str, context: bpy.types.Context) -> None:
-        for number, line in enumerate(_wrapped(text, context)):
-            column.label(text=line, icon="ERROR" if number == 0 else "BLANK1")
 
 
 class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
@@ -104,6 +102,8 @@ class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
         column.separator()
         column.prop(settings, "viewport_samples")
         column.prop(settings, "viewport_integrator")
+        if denoise.is_available():
+            column.prop(settings, "use_viewport_denoise")
 
 
 class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
@@ -117,8 +117,7 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
         if info is not None:
             merges = info.can_merge and settings.vertex_merging == "on"
             honesty = ajar.Honesty.Consistent if merges else info.honesty
-            for line in _wrapped(f"{HONESTY[honesty]}: {info.sentence}", context):
-                column.label(text=line)
+            _say(column, f"{HONESTY[honesty]}: {info.sentence}", context)
         if settings.integrator == "path":
             column.prop(settings, "guiding")
         can_merge = info is not None and info.can_merge
@@ -147,8 +146,7 @@ class AJAR_RENDER_PT_direct(AjarPanel, Panel):
         column.prop(settings, "direct_samples", text="Samples")
         info = next((item for item in ajar.direct_method_list() if item.name == settings.direct), None)
         if info is not None:
-            for line in _wrapped(("Biased: " if info.biased else "") + info.sentence, context):
-                column.label(text=line)
+            _say(column, ("Biased: " if info.biased else "") + info.sentence, context)
 
 
 class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
@@ -157,8 +155,9 @@ class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.ajar
         column = self.column()
-        bounces = column.column(heading="Bounces", align=True)
-        for kind in ("total", "diffuse", "glossy", "transmission", "transparent"):
+        bounces = column.column(align=True)
+        bounces.prop(settings, "bounces_total", text="Bounces Total")
+        for kind in ("diffuse", "glossy", "transmission", "transparent"):
             bounces.prop(settings, f"bounces_{kind}")
         column.separator()
         clamping = column.column(align=True)
@@ -176,16 +175,18 @@ def _draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
     for curve in hints.curves_of(scene):
         known = hints.attachment_of(curve)
         row = layout.row()
+        row.use_property_split = False
         row.active = curve.ajar.hint_enabled
         icon = "CURVE_DATA" if known is None else "CHECKMARK" if known.attached else "ERROR"
         row.prop(curve.ajar, "hint_enabled", text="")
         row.label(text=curve.name, icon=icon)
         worth = last_render.of_hint(scene, curve.name)
-        if worth is not None:
-            row.label(text=_worth(worth))
+        if worth is not None and _worth(worth):
+            row = layout.row()
+            row.label(icon="BLANK1")
+            _say(row, _worth(worth), context)
         if known is not None and not known.attached:
-            for line in _wrapped(known.reason, context):
-                layout.label(text=line)
+            _say(layout, known.reason, context)
     buttons = layout.column(align=True)
     buttons.operator("ajar.draw_light_path", icon="GREASEPENCIL")
     buttons.operator("ajar.mark_light_path", icon="ADD")
@@ -198,7 +199,7 @@ def _worth(worth: dict) -> str:
     """Of a light path in the last render: what its statistics say, and no more."""
     words = []
     if worth.get("proposed"):
-        words.append(f"{worth['proposed']:.3g} proposed")
+        words.append(f"{worth['proposed']:,.0f} proposed")
         if "accepted" in worth:
             words.append(f"{worth['accepted'] / worth['proposed']:.0%} accepted")
     if "energy_share" in worth:
@@ -214,13 +215,12 @@ class AJAR_RENDER_PT_hints(AjarPanel, Panel):
         column = self.column()
         if not {settings.integrator, settings.viewport_integrator} & checks.HINT_INTEGRATORS:
             names = [info.label for info in ajar.integrator_list() if info.name in checks.HINT_INTEGRATORS]
-            for line in _wrapped(f"The chosen integrator does not use them. These do: {', '.join(names)}", context):
-                column.label(text=line)
+            _say(column, f"The chosen integrator does not use them. These do: {', '.join(names)}", context)
         _draw_hints(column, context)
 
 
 class AJAR_VIEW3D_PT_hints(Panel):
-    bl_label = "Light Paths"
+    bl_label = "Drawn Light Paths"
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Ajar"
@@ -249,8 +249,7 @@ class AJAR_OBJECT_PT_light_path(AjarPanel, Panel):
         row = column.row()
         row.active = context.object.ajar.hint_light is not None
         row.prop(context.object.ajar, "hint_offset")
-        for line in _wrapped(hints.status_of(context.object), context):
-            column.label(text=line)
+        _say(column, hints.status_of(context.object), context)
         worth = last_render.of_hint(context.scene, context.object.name)
         if worth is not None:
             column.label(text=f"Last render: {_worth(worth)}")
@@ -322,6 +321,7 @@ class AJAR_RENDER_PT_performance(AjarPanel, Panel):
         row = column.row()
         row.enabled = render.threads_mode == "FIXED"
         row.prop(render, "threads")
+        column.prop(context.scene.ajar, "memory_limit")
 
 
 class AJAR_RENDER_PT_statistics(AjarPanel, Panel):
@@ -336,7 +336,7 @@ class AJAR_RENDER_PT_statistics(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
         for name, value in _statistics(last_render.of(context.scene)):
-            row = column.split(factor=0.45)
+            row = column.split(factor=0.36)
             row.label(text=name)
             row.label(text=value)
 
@@ -354,37 +354,55 @@ class AJAR_RENDER_PT_plan(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
         for step in last_render.of(context.scene)["plan"]:
-            lines = _wrapped(f"{step['step'].capitalize()}: {step['reason']}", context)
-            for number, line in enumerate(lines):
-                column.label(text=line, icon=("CHECKMARK" if step["used"] else "BLANK1") if number == 0 else "BLANK1")
+            _say(column, f"{step['step'][:1].upper()}{step['step'][1:]}: {step['reason']}", context, "CHECKMARK" if step["used"] else "BLANK1")
 
 
 def _statistics(values: dict) -> list[tuple[str, str]]:
     """Names and values for people."""
-    rows = [("Integrator", f"{values['integrator']}, {values.get('honesty', '')}".rstrip(", "))]
+    label = next((info.label for info in ajar.integrator_list() if info.name == values["integrator"]), values["integrator"])
+    rows = [("Integrator", f"{label}, {values.get('honesty', '')}".rstrip(", "))]
     if "samples_per_pixel" in values:
         rows.append(("Samples per pixel", f"{values['samples_per_pixel']['mean']:.4g}"))
     if "rays_per_second" in values:
         rows.append(("Rays per second", f"{values['rays_per_second'] / 1e6:.3g} million"))
     if values.get("estimated_error"):
-        rows.append(("Estimated error", f"{values['estimated_error'][-1][2]:.2e} relative, squared"))
+        relmse = values["estimated_error"][-1][2]
+        rows.append(("Estimated error", f"{100.0 * math.sqrt(relmse):.2g} % of the brightness (relMSE {relmse:.2g})"))
     if "refused_samples" in values:
         rows.append(("Refused samples", f"{values['refused_samples']}"))
     rows.append(("Export and build", f"{values['export_seconds'] + values['build_seconds']:.2f} s"))
     rows.append(("Rendering", f"{values['render_seconds']:.2f} s with {values['threads']} threads"))
-    rows.append(("Peak memory", f"{values['peak_memory_bytes'] / 2**20:.0f} MB"))
+    rows.append(("Peak memory", f"{values['peak_memory_bytes'] / 2**20:.0f} MiB"))
     if "scene" in values:
         scene = values["scene"]
-        rows.append(("Triangles", f"{scene['triangles']:,} in {scene['meshes']:,} meshes, {scene['instances']:,} instances"))
+        rows.append(("Triangles", f"{scene['triangles']:,} in {scene['meshes']:,} meshes"))
+        rows.append(("Instances", f"{scene['instances']:,} with {scene['instanced_triangles']:,} triangles"))
         rows.append(("Lights", f"{scene['lights']:,}"))
     return rows
 
 
-def _wrapped(text: str, context: bpy.types.Context) -> list[str]:
-    """A sentence in lines that fit the panel: Blender's labels are of one line."""
+def _wrapped(text: str, context: bpy.types.Context, icon: bool = False) -> list[str]:
+    """A sentence in lines that fit the panel: Blender's labels are of one line. `icon`: room for one is taken from each."""
     scale = context.preferences.system.ui_scale or 1.0
-    width = context.region.width if context.region is not None else 300
-    return textwrap.wrap(text, max(24, int(width / (7.0 * scale)) - 4))
+    width = (context.region.width if context.region is not None else 300) - (MARGINS + (ICON if icon else 0)) * scale
+    font = context.preferences.ui_styles[0].widget_label.points
+    compat.font_size(0, round(font * scale))
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and blf.dimensions(0, longer)[0] <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
+
+
+def _say(layout: bpy.types.UILayout, text: str, context: bpy.types.Context, icon: str = "NONE") -> None:
+    """A sentence, with an icon before its first line."""
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for number, line in enumerate(_wrapped(text, context, icon != "NONE")):
+        column.label(text=line, icon=icon if number == 0 or icon == "NONE" else "BLANK1")
 
 
 class AJAR_DATA_PT_panorama(AjarPanel, Panel):

@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
-from . import hints, photon_overlay, view
+from . import denoise, hints, photon_overlay, view
 from .ajar_module import ajar
 from .export import ExportContext, MeshCache, export_contents, settings
 from .headless import Options
@@ -49,6 +49,11 @@ class Viewport:
         self._asked = 0.0
         self._rate = 1e6                               # pixels per second, one sample each
         self._uploaded = (0, 0)                        # render and iteration of the texture
+        self._denoises = False                         # wanted and possible
+        self._denoiser = denoise.Background()
+        self._noisy: tuple[int, float, list[np.ndarray]] | None = None   # render, samples, picture and guides: the newest
+        self._denoised = (0, 0.0)                      # render and samples of the last picture given to the denoiser
+        self._clean = 0                                # the render of which a denoised picture is shown
         self._hints_of = -1                            # the number of the update whose attached hints are shown
         self._texture = None
         self._texture_border = (0, 0, 0, 0)
@@ -66,7 +71,9 @@ class Viewport:
         self.meshes.begin()
         space = context.space_data
         exported = ExportContext(depsgraph, lambda: False, lambda step: None, self.meshes, _hidden_in(space))
-        settings.export(exported, Options(), ["Combined"])
+        self._denoises = depsgraph.scene.ajar.use_viewport_denoise and denoise.is_available()
+        guides = denoise.GUIDES if self._denoises else ()
+        settings.export(exported, Options(), ["Combined", *(guide.name for guide in guides)])
         export_contents(exported)
         self.meshes.finish()
         description = exported.description
@@ -96,13 +103,13 @@ class Viewport:
     def is_busy(self) -> bool:
         waits = self._wanted_view is not None or self._description is not None
         coarse = self._divider > 1 and self.session.progress().phase != ajar.Progress.Phase.Failed
-        return waits or coarse or not self.session.wait(0.0)
+        return waits or coarse or self._denoiser.is_busy() or not self.session.wait(0.0)
 
     def poll(self) -> bool:
         """Go on; True when there is something new to draw."""
         self._proceed()
         progress = self.session.progress()
-        return (progress.render, progress.iteration) > self._uploaded and progress.iteration > 0
+        return self._denoiser.is_ready() or ((progress.render, progress.iteration) > self._uploaded and progress.iteration > 0)
 
     def _proceed(self) -> None:
         """Begin what waits, when it is time, or the next finer picture."""
@@ -166,8 +173,12 @@ class Viewport:
 
     def _upload(self, scene: bpy.types.Scene) -> None:
         """The newest picture into the texture. Only while drawing: `gpu` needs a window."""
-        import gpu
-
+        if self._denoiser.is_ready():
+            of, pixels = self._denoiser.take()
+            if of == self._number:
+                self._clean = of
+                self._show(pixels)
+            self._denoise()
         progress = self.session.progress()
         state = (progress.render, progress.iteration)
         if progress.render != self._number or progress.iteration == 0 or state == self._uploaded:
@@ -176,16 +187,38 @@ class Viewport:
         if pixels is None:
             return
         self._uploaded = state
-        np.clip(pixels, 0.0, LARGEST_HALF, out=pixels)  # for display only: larger values would turn black
+        guides = [self.session.snapshot(guide.name) for guide in denoise.GUIDES] if self._denoises and self._divider == 1 else []
+        if guides and all(guide is not None and guide.shape[:2] == pixels.shape[:2] for guide in guides):
+            self._noisy = (self._number, progress.samples, [pixels, *guides])
+            self._denoise()
+        if self._clean != self._number:
+            self._show(pixels)
+        if self._hints_of != self.updates:
+            self._hints_of = self.updates
+            hints.remember(self.session.hint_reports(), self._hint_points)
+        photon_overlay.remember(scene, self.session)
+
+    def _denoise(self) -> None:
+        """As samples double, and at the end; a picture at a time."""
+        if self._noisy is None or self._noisy[0] != self._number or self._denoiser.is_busy():
+            return
+        number, samples, pictures = self._noisy
+        known = self._denoised[1] if self._denoised[0] == number else 0.0
+        if samples >= 2.0 * known or (samples > known and self.session.wait(0.0)):
+            self._denoised = (number, samples)
+            self._denoiser.start(number, *pictures)
+        if self.session.wait(0.0) and samples == self._denoised[1]:
+            self._noisy = None
+
+    def _show(self, pixels: np.ndarray) -> None:
+        import gpu
+
+        pixels = np.clip(pixels, 0.0, LARGEST_HALF)  # for display only: larger values would turn black
         height, width = pixels.shape[:2]
         buffer = gpu.types.Buffer("FLOAT", width * height * 4, np.ascontiguousarray(pixels).reshape(-1))
         self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=buffer)
         size, region = self.view.resolution(self._divider)
         self._texture_border = tuple(edge * self.view.size[i % 2] / size[i % 2] for i, edge in enumerate(region))
-        if self._hints_of != self.updates:
-            self._hints_of = self.updates
-            hints.remember(self.session.hint_reports(), self._hint_points)
-        photon_overlay.remember(scene, self.session)
 
     def _draw_texture(self, engine: bpy.types.RenderEngine, scene: bpy.types.Scene) -> None:
         import gpu

@@ -87,8 +87,19 @@ def test_photons_are_points_on_surfaces_and_gone_when_switched_off(edited):
     photons = edited[0]["photons"]
     assert photons["unasked"] == 0
     assert 1000 < photons["shown"] <= min(photons["stored"], 50_000) and photons["lowest"] == pytest.approx(-1, abs=1e-4)
-    assert photons["red_pixels"] > 1000, photons   # of red light; some 3000 points of 2.5 pixels, some behind the cube or outside the view
+    assert photons["red_pixels"] > 1000, photons   # of red light
     assert photons["left_over"] == 0, photons
+
+
+def test_a_denoised_view_shows_what_the_denoiser_made_of_the_last_sample(edited):
+    denoised = edited[0]["denoise"]
+    assert denoised["unasked"] == 0
+    of = [call["of"] for call in denoised["calls"]]
+    assert of[-1] == [denoised["render"], denoised["samples"]] == [denoised["render"], 16], denoised
+    assert all(b[1] > a[1] for a, b in zip(of, of[1:])), of    # each of more samples than the one before
+    width, height = denoised["size"]
+    assert all(call["albedo"] == call["normal"] == [height, width, 3] and 0.5 < call["brightest"] <= 1 for call in denoised["calls"])
+    assert denoised["blue"] > 0.8, denoised
 
 
 def test_random_edits_end_with_a_picture(edited):

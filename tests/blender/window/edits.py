@@ -13,7 +13,7 @@ import time
 import bpy
 import numpy as np
 import window
-from ajar_render import hints, photon_overlay, viewport
+from ajar_render import denoise, hints, photon_overlay, viewport
 from mathutils import Quaternion
 
 views: list[viewport.Viewport] = []
@@ -45,6 +45,14 @@ def wait_until_done(seconds: float = 20.0):
     while views[-1].is_busy() and time.monotonic() < end:
         yield 0.05
     yield 0.3
+
+
+def wait_for_another(number: int, seconds: float = 20.0):
+    """Until a render after this number is done."""
+    end = time.monotonic() + seconds
+    while views[-1]._number <= number and time.monotonic() < end:
+        yield 0.05
+    yield from wait_until_done(seconds)
 
 
 def prepare() -> None:
@@ -83,6 +91,7 @@ def steps(arguments, result):
     yield from counters(result)
     yield from draw_light_path(result)
     yield from show_photons(result)
+    yield from denoise_view(result)
     dice = random.Random(seed)
     result["edits"] = []
     memory = []
@@ -178,28 +187,58 @@ def show_photons(result):
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     prepare()
     scene, space = bpy.context.scene, window.space()
-    scene.ajar.viewport_integrator, scene.ajar.photons = "photon_map", 3000
+    scene.ajar.viewport_integrator, scene.ajar.photons = "photon_map", 20_000
     bpy.data.lights["Light"].color = (1.0, 0.0, 0.0)
     window.shade("RENDERED")
     yield from wait_until_done()
     result["photons"] = {"unasked": len(photon_overlay._photons)}
+    number = views[-1]._number
     scene.ajar.show_photons = True
-    scene.ajar.seed = 1   # renders again
-    yield from wait_until_done()
+    scene.ajar.seed = 1
+    scene.update_tag()    # renders again
+    yield from wait_for_another(number)
     photons = photon_overlay.of(scene)
     result["photons"] |= {"shown": len(photons.positions), "stored": photons.stored, "lowest": float(photons.positions[:, 2].min())}
     window.shade("SOLID")
+    for name in ("show_floor", "show_axis_x", "show_axis_y", "show_extras", "show_outline_selected", "show_cursor", "show_object_origins", "show_text"):
+        setattr(space.overlay, name, False)
+    space.overlay.show_overlays = True
     pictures = []
-    for space.overlay.show_overlays in (False, True):
-        for name in ("show_floor", "show_axis_x", "show_axis_y", "show_extras", "show_outline_selected", "show_cursor", "show_object_origins", "show_text", "show_stats"):
-            setattr(space.overlay, name, False)
-        yield 0.3
+    for scene.ajar.show_photons in (False, True, False):
+        yield 0.5
         pictures.append(window.pixels_of_view())
+    space.overlay.show_overlays = False
     red = (pictures[1][..., 0] > pictures[0][..., 0] + 0.1) & (pictures[1][..., 1] < pictures[1][..., 0])
     result["photons"]["red_pixels"] = int(red.sum())
-    scene.ajar.show_photons = False
-    yield 0.3
-    result["photons"]["left_over"] = int((np.abs(window.pixels_of_view() - pictures[0]) > 0.1).any(axis=-1).sum())
+    result["photons"]["left_over"] = int((np.abs(pictures[2] - pictures[0]) > 0.1).any(axis=-1).sum())
+
+
+# ---- A denoised view --------------------------------------------------------------------------------------------------------------
+
+
+def denoise_view(result):
+    """With a stand-in for the library, which this Blender does not have: it makes every picture blue."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True)
+    prepare()
+    scene, calls = bpy.context.scene, []
+    scene.ajar.viewport_samples = 16
+
+    def blue(color, albedo, normal):
+        calls.append({"of": views[-1]._denoised, "albedo": list(albedo.shape), "brightest": float(albedo.max()), "normal": list(normal.shape)})
+        return np.broadcast_to(np.float32([0, 0, 1, 1]), color.shape)
+    real = denoise.is_available, denoise.denoised
+    denoise.is_available, denoise.denoised = lambda: True, blue
+    window.shade("RENDERED")
+    yield from wait_until_done()
+    result["denoise"] = {"unasked": len(calls)}
+    number = views[-1]._number
+    scene.ajar.use_viewport_denoise = True
+    scene.update_tag()    # as a click does
+    yield from wait_for_another(number)
+    pixels = window.pixels_of_view()
+    result["denoise"] |= {"calls": calls, "samples": views[-1].session.progress().samples, "render": views[-1]._number, "size": views[-1].view.size,
+                          "blue": float(((pixels[..., 2] > 0.9) & (pixels[..., 0] < 0.1)).mean())}
+    denoise.is_available, denoise.denoised = real
 
 
 # ---- What artists do -----------------------------------------------------------------------------------------------------------
