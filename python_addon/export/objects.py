@@ -6,7 +6,6 @@ same thing here: a mesh, a list of materials, and a matrix for each appearance.
 
 from __future__ import annotations
 
-import math
 from array import array
 from dataclasses import dataclass
 
@@ -57,6 +56,8 @@ def export(context: ExportContext) -> None:
 def _collect(context: ExportContext, collected: Collected) -> None:
     """One turn per instance, of which there may be a million: as little as possible happens in each."""
     geometries, appearances = collected.geometries, context.appearances
+    kind_of_parent: dict[int, int] = {}
+    kinds: dict[tuple, int] = {}
     add_geometry, add_row, add_random = collected.geometry_of.append, collected.rows.extend, collected.random.append
     for number, instance in enumerate(context.depsgraph.object_instances):
         if number % 64 == 0:
@@ -71,11 +72,14 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             continue
         if instance.is_instance:
             owner, parent = instance.instance_object, instance.parent
-            key = (owner.as_pointer(), data.as_pointer(), parent.as_pointer())
+            kind = kind_of_parent.get(parent.as_pointer())
+            if kind is None:
+                kind = kind_of_parent[parent.as_pointer()] = kinds.setdefault(_shows(context, parent), len(kinds))
+            key = (owner.as_pointer(), data.as_pointer(), kind)
         else:
             owner, parent = thing, None
-            key = (owner.as_pointer(), data.as_pointer(), 0)
-        # Instances of one object under one parent share everything but the matrix.
+            key = (owner.as_pointer(), data.as_pointer(), -1)
+        # Instances of one object under parents alike share everything but the matrix.
         geometry = geometries.get(key)
         if geometry is None:
             if compat.has_light_linking(owner):
@@ -94,6 +98,11 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         add_geometry(geometry.index)
         if appearances is not None:
             appearances.append(motion.identity(instance))
+
+
+def _shows(context: ExportContext, parent: bpy.types.Object) -> tuple:
+    """What instances have from the object that makes them."""
+    return (_ray_visibility(parent), parent.indirect_only_get(view_layer=context.view_layer), parent.holdout_get(view_layer=context.view_layer))
 
 
 def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object) -> bool:
@@ -137,6 +146,7 @@ def _ray_visibility(thing: bpy.types.Object) -> int:
 def _export_meshes(context: ExportContext, collected: Collected) -> None:
     """Every mesh once; `Geometry.index` becomes the index of the object, or mesh.EMPTY."""
     indices: dict[int, int] = {}
+    factors = _factors_of_collections()
     for number, geometry in enumerate(collected.order):
         context.report_step(f"mesh {number + 1} of {len(collected.order)}")
         context.check_cancelled()
@@ -150,7 +160,7 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
         geometry.index = context.description.add_object(
             name=geometry.name, mesh=indices[key], materials=geometry.materials, visibility=geometry.visibility,
             holdout=geometry.holdout, shadow_catcher=owner.is_shadow_catcher,
-            pass_index=owner.pass_index, color=tuple(owner.color), importance=_importance(owner),
+            pass_index=owner.pass_index, color=tuple(owner.color), importance=_importance(owner, factors),
             shadow_terminator_offset=_shadow_terminator_offset(context, owner))
 
 
@@ -162,10 +172,21 @@ def _shadow_terminator_offset(context: ExportContext, owner: bpy.types.Object) -
     return getattr(cycles, "shadow_terminator_geometry_offset", 0.1)
 
 
-def _importance(owner: bpy.types.Object) -> float:
+def _factors_of_collections() -> dict[int, float]:
+    """Importance that objects have from the collections they are in, where that is not 1. Asking each object for its collections takes as long as
+    there are collections."""
+    factors: dict[int, float] = {}
+    for collection in (*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes)):
+        if collection.ajar.importance != 1.0:
+            for thing in collection.objects:
+                factors[thing.as_pointer()] = factors.get(thing.as_pointer(), 1.0) * collection.ajar.importance
+    return factors
+
+
+def _importance(owner: bpy.types.Object, factors: dict[int, float]) -> float:
     """The object's own times that of each collection it is in."""
     original = owner.original
-    return original.ajar.importance * math.prod(collection.ajar.importance for collection in original.users_collection)
+    return original.ajar.importance * (factors.get(original.as_pointer(), 1.0) if factors else 1.0)
 
 
 def _export_mesh(context: ExportContext, geometry: Geometry) -> int:
