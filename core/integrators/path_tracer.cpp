@@ -25,9 +25,9 @@ namespace {
 constexpr uint32_t kTime = 4, kCameraDimensions = 6, kVertexDimensions = 8;
 constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
 constexpr int kLeastSamplesToMeasure = 16;
-/// The pilot of learned direct light may take this share of the samples asked for. Its first iteration only finds places, for which fewer samples do
-/// than for learning. Samples of a pixel in those that learn: below the least the pilot is not made; one where nothing is known.
-constexpr float kPilotShare = 0.08f, kFindingPlaces = 0.25f, kLeastPilot = 0.15f, kMostPilot = 4.0f;
+/// The pilot of learned direct light may take this share of the samples asked for, the same in each iteration: places that the first has not found
+/// learn nothing. Samples of a pixel in an iteration: below the least the pilot is not made; one where the number of samples is not known.
+constexpr float kPilotShare = 0.08f, kLeastPilot = 0.15f, kMostPilot = 4.0f;
 constexpr uint32_t kEnter = 8192;   // and the vertex: whether light goes below the surface
 
 struct Counters {
@@ -64,8 +64,9 @@ class PathTracer final : public Integrator {
     filter_ = PixelFilter(settings.filter, settings.filter_width);
     // Chosen once: the default has its own copy of the loop, free of what the others need.
     const DirectMethodInfo& method = find_direct_method(settings.direct);
-    const float learning_iterations = float(LightCutCache::iterations(scene_->lights()) - 1);
-    pilot_samples_ = settings.samples > 0 && settings.seconds == 0.0 ? std::min(kMostPilot, kPilotShare * float(settings.samples) / (kFindingPlaces + learning_iterations)) : 1.0f;
+    pilot_samples_ = 1.0f;
+    if (settings.samples > 0 && settings.seconds == 0.0)
+      pilot_samples_ = std::min(kMostPilot, kPilotShare * float(settings.samples) / float(LightCutCache::iterations(scene_->lights())));
     pilot_rays_ = 0;
     honesty_ = method.biased ? Honesty::Biased : Honesty::Unbiased;
     mixture_.reset();
@@ -122,8 +123,7 @@ class PathTracer final : public Integrator {
     seed_ = hash_combine(seed, 0x70696c6fU);
     std::vector<uint32_t> goals(size_t(film.width()) * size_t(film.height()), 0);
     for (uint32_t iteration = 0; mixture_->wants_pilot() && !stop.load(std::memory_order_relaxed); ++iteration) {
-      const float samples = pilot_samples_ * (iteration == 0 ? kFindingPlaces : 1.0f);
-      for (uint32_t i = 0; i < goals.size(); ++i) goals[i] += uint32_t(samples + to_unit_float(hash_combine(seed_ + iteration, i)));
+      for (uint32_t i = 0; i < goals.size(); ++i) goals[i] += uint32_t(pilot_samples_ + to_unit_float(hash_combine(seed_ + iteration, i)));
       discarded.set_goals(goals);
       render_samples(discarded, 1, stop);
       if (!stop.load(std::memory_order_relaxed)) mixture_->learn();
