@@ -18,7 +18,7 @@ from .export import camera, export_contents, settings
 from .export.context import ExportContext
 from .headless import Options
 
-HINT_INTEGRATORS = {"auto", "mps", "metropolis"}   # auto tries metropolis where there are any
+HINT_INTEGRATORS = {"auto", "mps", "metropolis", "pmc_pt"}   # auto tries metropolis where there are any
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,10 @@ class PopulationPaths final : public Integrator {
       s.rays += population->rays();
       s.paths += population->steps() + population->samples();
     }
+    HintAccount account;
+    for (const auto& population : populations_) population->add_hint_account(account);
+    s.hints = account.statistics(hint_reports_, 0.5 / (double(size_.steps) * std::max(1u, generations_)),
+                                 0.5 * (populations_[0]->left_out() + populations_[1]->left_out()));
     s.extra["bytes_per_member"] = s.extra["members"] > 0.0 ? s.extra["population_bytes"] / s.extra["members"] : 0.0;
     return s;
   }
@@ -69,11 +73,13 @@ class PopulationPaths final : public Integrator {
   void begin(const Film& film, const PathSpace& space) {
     const int64_t pixels = int64_t(film.width()) * film.height();
     const int64_t members = std::clamp(pixels / kPixelsPerMember, kFewestMembers, kMostMembers) / 2;
+    hint_reports_.clear();
+    hints_ = Hints::attach(*scene_, hint_reports_);
     size_.members = uint32_t(members);
     size_.steps = uint32_t(std::clamp<int64_t>(pixels / (2 * members), 1, kMostSteps));
     size_.samples = std::max(1u, size_.members * size_.steps / kStepsPerSample);
     size_.first_samples = kFirstSamples * size_.samples;
-    for (uint32_t i = 0; i < 2; ++i) populations_[i] = std::make_unique<PathPopulation>(space, size_, seed_, i);
+    for (uint32_t i = 0; i < 2; ++i) populations_[i] = std::make_unique<PathPopulation>(space, size_, seed_, i, hints_);
   }
 
   /// Each goes on with what the other has learned. Once: later the other's past would hold something of its own.
@@ -86,6 +92,8 @@ class PopulationPaths final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
   VertexMerging merging_;
+  Hints hints_;
+  std::vector<HintReport> hint_reports_;
   PathPopulation::Size size_{};
   std::unique_ptr<PathPopulation> populations_[2];
   uint32_t generations_ = 0;

@@ -69,7 +69,7 @@ bool ChainEnsemble::restart(uint32_t seeds, const std::atomic<bool>& stop) {
 }
 
 void ChainEnsemble::retire_chains() {
-  if (hints_) add_hint_sums(retired_hints_, retired_light_);
+  if (hints_) add_accounts(retired_account_);
   for (const Numbered& numbered : chains_) {
     retired_rays_ += numbered.chain.rays();
     for (size_t m = 0; m < retired_counts_.size(); ++m) retired_counts_[m].add(numbered.chain.counts()[m]);
@@ -109,7 +109,6 @@ void ChainEnsemble::start_chains(const std::vector<double>& values, uint32_t fir
       continue;
     }
     chains_.push_back({Chain(*space_, *mutations_), Sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream))});
-    if (hints_) chains_.back().hint_light.resize(hints_->size());
     chains_.back().chain.start(path);
     chains_.back().sampler.start(uint32_t(c), start);
   }
@@ -143,36 +142,17 @@ void ChainEnsemble::add_statistics(std::map<std::string, double>& extra) const {
   }
 }
 
-void ChainEnsemble::add_hint_sums(std::vector<HintSums>& sums, double& light) const {
-  sums.resize(hints_->size());
+void ChainEnsemble::add_accounts(HintAccount& sum) const {
   for (const Numbered& numbered : chains_) {
-    light += numbered.light;
-    for (size_t i = 0; i < numbered.hint_light.size(); ++i) sums[i].light += numbered.hint_light[i];
-    const auto& counts = numbered.chain.hint_counts();
-    for (size_t i = 0; i < counts.size(); ++i) {
-      sums[i].proposed += counts[i].proposed;
-      sums[i].accepted += counts[i].accepted;
-    }
+    sum.add(numbered.account);
+    sum.add_proposals(numbered.chain.hint_counts());
   }
 }
 
 std::vector<HintStatistics> ChainEnsemble::hint_statistics(const std::vector<HintReport>& reports, double other_light) const {
-  std::vector<HintSums> sums = retired_hints_;
-  double light = retired_light_;
-  if (hints_) add_hint_sums(sums, light);
-  const double per_weight = brightness_.mean() / double(std::max<uint64_t>(1, steps()));
-  light = light * per_weight + other_light;
-  std::vector<HintStatistics> all;
-  size_t hint = 0;  // the reports are in the hints' order, with those not attached in between
-  for (const HintReport& report : reports) {
-    all.push_back({report});
-    if (!report.attached || hint >= sums.size()) continue;
-    all.back().proposed = sums[hint].proposed;
-    all.back().accepted = sums[hint].accepted;
-    if (light > 0.0) all.back().energy_share = per_weight * sums[hint].light / light;
-    ++hint;
-  }
-  return all;
+  HintAccount sum = retired_account_;
+  if (hints_) add_accounts(sum);
+  return sum.statistics(reports, brightness_.mean() / double(std::max<uint64_t>(1, steps())), other_light);
 }
 
 }  // namespace ajar

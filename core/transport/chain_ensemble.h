@@ -16,7 +16,7 @@
 #include "math/statistics.h"
 #include "transport/bidirectional.h"
 #include "transport/chain.h"
-#include "transport/mutations/user_path_mutation.h"
+#include "transport/hint_account.h"
 
 namespace ajar {
 
@@ -57,7 +57,7 @@ class ChainEnsemble {
           for (; numbered.steps < wanted; ++numbered.steps) {
             if (stop.load(std::memory_order_relaxed)) return;
             numbered.chain.step(numbered.sampler, [&](const Path& path, double weight) {
-              if (hints_) account(path, weight, numbered);
+              if (hints_) numbered.account.add_state(*hints_, path, weight / double(space_->importance.at(path.film)));
               visit(c, path, weight, numbered.sampler);
             });
           }
@@ -74,19 +74,9 @@ class ChainEnsemble {
     Chain chain;
     Sampler sampler;
     uint64_t steps = 0;
-    std::vector<double> hint_light{};   ///< sums of weights without the importance of places on the film
-    double light = 0.0;
+    HintAccount account{};
   };
-  struct HintSums {
-    uint64_t proposed = 0, accepted = 0;
-    double light = 0.0;
-  };
-  void add_hint_sums(std::vector<HintSums>& sums, double& light) const;
-  void account(const Path& path, double weight, Numbered& numbered) const {
-    weight /= double(space_->importance.at(path.film));
-    numbered.light += weight;
-    add_hint_shares(*hints_, path, weight, numbered.hint_light);
-  }
+  void add_accounts(HintAccount& sum) const;
   template <class Visit> double visit_seed(BidirectionalWalks& walks, uint32_t index, Visit&& visit) const;
   void start_chains(const std::vector<double>& values, uint32_t first_seed);
   void retire_chains();
@@ -99,8 +89,7 @@ class ChainEnsemble {
   uint32_t seed_ = 0, first_seeds_ = 0, seeds_done_ = 0;
   std::vector<Numbered> chains_;
   std::vector<Chain::Counts> retired_counts_;         ///< of chains before the last start, by mutation
-  std::vector<HintSums> retired_hints_;
-  double retired_light_ = 0.0;
+  HintAccount retired_account_;
   RunningMoments brightness_;
   double start_brightness_ = 0.0;
   uint32_t starts_ = 0;

@@ -7,9 +7,9 @@
 
 #include "sampling/mixture.h"
 #include "sampling/population.h"
-#include "transport/mutations/bidirectional_mutation.h"
 #include "transport/mutations/caustic_perturbation.h"
 #include "transport/mutations/lens_perturbation.h"
+#include "transport/mutations/standard_mutations.h"
 
 namespace ajar {
 
@@ -25,8 +25,8 @@ constexpr float kUsefulDistance = 4.0f;
 
 }  // namespace
 
-PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number)
-    : scene_(space.scene), space_(space), size_(size), seed_(seed), number_(number), luminance_(space.film_min, space.film_max) {
+PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number, const Hints& hints)
+    : scene_(space.scene), hints_(hints), space_(space), size_(size), seed_(seed), number_(number), luminance_(space.film_min, space.film_max) {
   const auto add = [this](std::unique_ptr<Mutation> mutation, float share, bool renews) {
     mutations_.push_back({std::move(mutation), share});
     renews_.push_back(renews);
@@ -35,9 +35,10 @@ PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed,
   add(std::make_unique<LensPerturbation>(space_, "lens_10", LogarithmicStep{1.0f, 10.0f}), 0.1f, false);
   add(std::make_unique<LensPerturbation>(space_, "lens_50", LogarithmicStep{5.0f, 50.0f}), 0.1f, false);
   add(std::make_unique<CausticPerturbation>(space_), 0.25f, false);
-  add(std::make_unique<BidirectionalMutation>(space_), 0.4f, true);
+  mutations_.push_back(renewing_mutation(space_, hints_));
+  renews_.push_back(true);
   fared_ = std::vector<Fared>(mutations_.size());
-  workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(space_), Chain(space_, mutations_), {}}; });
+  workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(space_), Chain(space_, mutations_), {}, {}, 0.0}; });
 }
 
 /// Numbers of a new sample. Populations have scrambles of their own: points shared between them would make them depend on one another.
@@ -51,12 +52,14 @@ bool PathPopulation::sample_seeds(uint32_t count, const std::atomic<bool>& stop)
   first_new_ = samples_done_;
   new_samples_.resize(count);
   tbb::parallel_for(tbb::blocked_range<uint32_t>(0, count, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
-    PathSeeds& seeds = workers_->local().seeds;
+    Worker& worker = workers_->local();
+    PathSeeds& seeds = worker.seeds;
     for (uint32_t i = range.begin(); i != range.end(); ++i) {
       if (stop.load(std::memory_order_relaxed)) return;
       Sampler sampler = seed_sampler(first_new_ + i);
       const double energy = seeds.sample(sampler);
       new_samples_[i] = {energy, seeds.film()};
+      worker.left_out += seeds.left_out();
       if (learning_) luminance_.add_sample(seeds.film(), seeds.left_out());
     }
   }, tbb::simple_partitioner());
@@ -122,6 +125,7 @@ void PathPopulation::move_slot(Film& film, Worker& worker, uint32_t slot, double
     const Chain::Step done = worker.chain.step(sampler, [&](const Path& path, double share) {
       const PathSpace::Place place = space_.place(path.film, sampler.get_2d());
       film.add_splat(place.x, place.y, path.splat(share * weight_ * scale * double(place.weight)), number_ & 1);
+      if (!hints_.empty()) worker.account.add_state(hints_, path, share * weight_ / double(space_.importance.at(path.film)));
       if (learning_) luminance_.add_flux(path.film, share * weight_ * luminance(path.f) / path.target);
     });
     if (!learning_) continue;
@@ -188,6 +192,19 @@ uint64_t PathPopulation::rays() const {
   uint64_t rays = 0;
   for (const Worker& worker : *workers_) rays += worker.seeds.rays() + worker.chain.rays();
   return rays;
+}
+
+void PathPopulation::add_hint_account(HintAccount& sum) const {
+  for (const Worker& worker : *workers_) {
+    sum.add(worker.account);
+    sum.add_proposals(worker.chain.hint_counts());
+  }
+}
+
+double PathPopulation::left_out() const {
+  double sum = 0.0;
+  for (const Worker& worker : *workers_) sum += worker.left_out;
+  return samples_done_ > 0 ? sum * space_.film_area() / double(samples_done_) : 0.0;
 }
 
 void PathPopulation::add_statistics(std::map<std::string, double>& extra) const {

@@ -18,6 +18,7 @@
 #include "transport/chain.h"
 #include "transport/compact_path.h"
 #include "transport/film_luminance.h"
+#include "transport/hint_account.h"
 #include "transport/path_seeds.h"
 
 namespace ajar {
@@ -34,7 +35,8 @@ class PathPopulation {
   };
 
   /// `number` tells apart populations of one render; each adds to its own half of the film's splats.
-  PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number);
+  /// `hints` are among what it proposes; they must outlive it.
+  PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number, const Hints& hints);
 
   /// One generation. Each of its steps is splatted into `film` as an estimate of the image, times `emphasis`, in units of
   /// splat_unit. Returns how much of it was done: 1 unless stopped, after which there shall be no other.
@@ -51,12 +53,18 @@ class PathPopulation {
   uint64_t rays() const;
   /// Adds up over populations.
   void add_statistics(std::map<std::string, double>& extra) const;
+  /// What hints brought, in units of the steps of a member in all generations; adds up too.
+  void add_hint_account(HintAccount& sum) const;
+  /// Luminance by paths that the space leaves out: mean over the samples, for the whole film.
+  double left_out() const;
 
  private:
   struct Worker {
     PathSeeds seeds;
     Chain chain;
     Path path;
+    HintAccount account;
+    double left_out = 0.0;
   };
   using Workers = tbb::enumerable_thread_specific<Worker>;
   /// How the proposals of one mutation fared, in fixed point so that the order of sums does not matter.
@@ -72,6 +80,7 @@ class PathPopulation {
   bool fetch(Worker& worker, uint32_t slot);
 
   const Scene& scene_;
+  const Hints& hints_;
   PathSpace space_;
   Size size_;
   uint32_t seed_, number_;

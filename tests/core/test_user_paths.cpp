@@ -219,9 +219,10 @@ struct Rendered {
   uint64_t proposed = 0, accepted = 0;  ///< from hints, in all
 };
 
-Rendered render_hinted(SceneDescription d, const std::vector<HintDescription>& hints, int seeds, uint32_t first_seed, int samples = 24) {
+Rendered render_hinted(SceneDescription d, const std::vector<HintDescription>& hints, int seeds, uint32_t first_seed, int samples = 24,
+                       const char* integrator = "metropolis") {
   d.hints = hints;
-  d.settings.integrator = "metropolis";
+  d.settings.integrator = integrator;
   d.settings.samples = samples;
   d.settings.threads = 2;
   const int size = d.settings.width;
@@ -264,6 +265,24 @@ TEST(UserPaths, never_change_the_mean_good_useless_or_wrong) {
     if (std::string(name) == "good") {
       EXPECT_GT(with.accepted, 100u);
     }
+  }
+}
+
+TEST(UserPaths, are_followed_by_populations_too) {
+  const Rendered none = render_hinted(keyhole(), {}, 16, 1, 24, "pmc_pt");
+  const Rendered good = render_hinted(keyhole(), kGood, 16, 1000, 24, "pmc_pt"), wrong = render_hinted(keyhole(), kWrong, 16, 2000, 24, "pmc_pt");
+  for (const Rendered& with : {good, wrong}) {
+    for (size_t i = 0; i < 27; ++i) EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 2 * 27})) << "value " << i;
+    EXPECT_GT(with.proposed, 1000u);
+  }
+  EXPECT_GT(good.accepted, 50u);
+  // The hints' parts of the light are what chains find.
+  const SceneDescription easy = scene_named("glass_ball");
+  const Rendered chains = render_hinted(easy, kGlassHints, 1, 5, 400), members = render_hinted(easy, kGlassHints, 1, 5, 400, "pmc_pt");
+  for (size_t i = 0; i < kGlassHints.size(); ++i) {
+    const double expected = chains.statistics["hints"][i]["energy_share"].get<double>();
+    EXPECT_GT(expected, 0.002) << kGlassHints[i].name;
+    EXPECT_NEAR(members.statistics["hints"][i]["energy_share"].get<double>(), expected, 0.2 * expected) << kGlassHints[i].name;
   }
 }
 

@@ -16,14 +16,15 @@ constexpr float kHint = 0.1f, kRegrow = 0.05f;   // besides, when there are hint
 constexpr float kSharpRoughness = 0.05f;
 }  // namespace
 
+MutationShare renewing_mutation(const PathSpace& space, const Hints& hints) {
+  if (hints.empty()) return {std::make_unique<BidirectionalMutation>(space), kBidirectional};
+  const float share = kBidirectional + kHint + kRegrow;
+  return {std::make_unique<UserPathMutation>(space, hints, kHint / share, kRegrow / share), share};
+}
+
 std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints) {
   std::vector<MutationShare> mutations;
-  if (hints.empty()) {
-    mutations.push_back({std::make_unique<BidirectionalMutation>(space), kBidirectional});
-  } else {
-    const float share = kBidirectional + kHint + kRegrow;
-    mutations.push_back({std::make_unique<UserPathMutation>(space, hints, kHint / share, kRegrow / share), share});
-  }
+  mutations.push_back(renewing_mutation(space, hints));
   mutations.push_back({std::make_unique<LensPerturbation>(space), kLens});
   const auto& programs = space.scene.programs();
   if (std::any_of(programs.begin(), programs.end(), [](const ShaderProgram& p) { return p.may_be_smooth(kSharpRoughness); }))

@@ -11,5 +11,7 @@ namespace ajar {
 
 /// `space` and `hints` must outlive the mutations.
 std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints);
+/// The one among them that forgets where a path came from: bidirectional, with hints where there are any.
+MutationShare renewing_mutation(const PathSpace& space, const Hints& hints);
 
 }  // namespace ajar
