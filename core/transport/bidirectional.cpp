@@ -231,7 +231,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     const auto sample = vertex.shading.bsdf.sample(vertex.point.wo, u_lobe, sampler.get_2d(), TransportMode::Importance);
     if (!sample) break;
     next.vertex.specular = sample->specular;
-    if (for_photons_ && !sample->specular && (i == 1 || !previous.vertex.specular)) break;
+    if (for_photons_ && !sample->specular && i > 1 && !previous.vertex.specular) break;
     next.scattering = scatter(vertex, sample->wi, vertex.point.wo, sample->specular);
     if (!(next.scattering.pdf_to_eye > 0.0f)) break;
     const Color bounce = next.scattering.f / next.scattering.pdf_to_eye;
@@ -279,11 +279,15 @@ void BidirectionalWalks::found(int s, int t, Color contribution, Vec2 film, int 
   found_.push_back({s, t, contribution, film, hit});
 }
 
+bool BidirectionalWalks::leaves_out(int t, bool joined) const {
+  return leaves_unconnectable && is_unconnectable(t + 1, [&](int i) { return eye_[size_t(t - i)].vertex.specular && !(joined && i == 1); });
+}
+
 void BidirectionalWalks::find_by_hit(int index) {
   const LightHit& hit = hits_[size_t(index)];
   if (only_strategy > 0) return;
   const int t = hit.t;
-  if (leaves_unconnectable && is_unconnectable(t + 1, [&](int i) { return eye_[size_t(i)].vertex.specular; }) && sends_photons(scene_, hit.light)) return;
+  if (leaves_out(t, false) && sends_photons(scene_, hit.light)) return;
   const WalkVertex& end = eye_[size_t(t - 1)];
   Densities d;
   d.count = t + 1;
@@ -320,6 +324,7 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   const Vec2 u = sampler.get_2d();
   PathVertex& light = sampled_lights_[size_t(t)];
   if (!sample_light(scene_, b, sampler.get_1d(), u, light)) return;
+  if (leaves_out(t, true) && sends_photons(scene_, light)) return;
   PathEdge edge = join(light, b);
   const LightEnd light_side = light_end(scene_, light, b, edge);
   if (!(light_side.pdf_sampled > 0.0f)) return;

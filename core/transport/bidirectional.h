@@ -91,6 +91,8 @@ class BidirectionalWalks {
   void find_by_connection(int s, int t);
   void find_by_lens(int s);
   void found(int s, int t, Color contribution, Vec2 film, int hit);
+  /// Is the path of the first t eye vertices and a light unconnectable, and not to be found here? `joined`: light was sampled at the last of them.
+  bool leaves_out(int t, bool joined) const;
   /// Limits for kinds of bounces; `edge` is the one that joins the walks.
   float limits_factor(int s, int t, const PathEdge& edge) const;
 

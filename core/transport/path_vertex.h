@@ -109,11 +109,13 @@ constexpr int kMaxPathVertices = 34;  ///< longer paths are left out by all inte
 /// Vertices a path may have under the scene's limits.
 inline int max_path_vertices(const BounceLimits& limits) { return std::min(kMaxPathVertices, std::max(0, limits.total) + 3); }
 
-/// Can no joint of two walks find this path? True when no two neighbours among its vertices scatter otherwise than by delta lobes, the light and
-/// the lens counted among those that do: E S+ (D S+)+ L, S being a delta lobe. E S+ L, which the eye finds at once, is not
-/// counted. `specular(i)` tells of inner vertex i, from 1 to count - 2; the order does not matter.
+/// Can a walk from the eye be joined to nothing but the light, if at all? True when no two neighbours among the path's vertices scatter otherwise than
+/// by delta lobes, the lens counted among those that do, but for the light and its neighbour: E S+ (D S+)+ L and E S+ (D S+)+ D L, S being a
+/// delta lobe. E S+ L and E S+ D L, which the eye finds at once, are not counted. `specular(i)` tells of inner vertex i from
+/// the light, 1 to count - 2.
 template <class Specular> bool is_unconnectable(int count, Specular&& specular) {
-  if (count < 5 || !specular(1) || !specular(count - 2)) return false;
+  if (count < 5 || !specular(count - 2)) return false;
+  if (!specular(1) && (count < 6 || !specular(2))) return false;
   bool any_rough = false;
   for (int i = 2; i < count - 2; ++i) {
     if (specular(i)) continue;

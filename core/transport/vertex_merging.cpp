@@ -76,7 +76,8 @@ bool VertexMerging::begin_pass(uint32_t index, const std::atomic<bool>& stop) {
 }
 
 bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vector<Behind>& behind, const std::atomic<bool>& stop) {
-  const uint32_t count = photons_of_a_pass(scene_->settings()), blocks = (count + kBlock - 1) / kBlock;
+  const RenderSettings& settings = scene_->settings();
+  const uint32_t count = settings.photons > 0 ? uint32_t(settings.photons) : photons_of_a_pass(settings) / 2, blocks = (count + kBlock - 1) / kBlock;
   struct Found {
     std::vector<Photon> photons;
     std::vector<Behind> behind;

@@ -34,7 +34,7 @@ SceneDescription mixed_surfaces() {
   return d;
 }
 
-/// Mean over the film of light by unconnectable paths, over independent replicates: by walks that hit the lamp, and by merging.
+/// Mean over the film of light by unconnectable paths, over independent replicates: by walks that hit the lamp or join it, and by merging.
 struct BothWays {
   RunningMoments hit, merged;
 };
@@ -43,7 +43,6 @@ BothWays unconnectable_light(const SceneDescription& d, int replicates, uint32_t
   BothWays result;
   VertexMerging merging;
   BidirectionalWalks all(*scene, 1.0), left(*scene, 1.0);
-  all.only_strategy = left.only_strategy = 0;
   left.leaves_unconnectable = true;
   left.merging = &merging;
   for (int k = 0; k < replicates; ++k) {
@@ -65,7 +64,10 @@ BothWays unconnectable_light(const SceneDescription& d, int replicates, uint32_t
           for (const FoundPath& path : walks.sample(film, copy)) light += double(luminance(path.contribution));
           return light;
         };
-        hit += sum(all) - sum(left);
+        for (int strategy : {0, 1}) {
+          all.only_strategy = left.only_strategy = strategy;
+          hit += sum(all) - sum(left);
+        }
         merged += double(luminance(left.merged()));
       }
     }
@@ -88,33 +90,40 @@ void expect_same(const BothWays& light, int tests) {
 
 }  // namespace
 
-TEST(VertexMerging, paths_without_two_rough_neighbours_are_unconnectable) {
-  for (const char* yes : {"SDS", "SSDS", "SDSS", "SDSDS", "SSDSSDSS", "SDSDSDS"}) EXPECT_TRUE(is_unconnectable(yes)) << yes;
-  // Directly seen, or joined at the light, at the lens, or in between.
-  for (const char* no : {"", "S", "D", "SS", "SSS", "DS", "SD", "SDD", "DSDS", "SDSD", "SDDS", "SDSDDS", "DD"}) EXPECT_FALSE(is_unconnectable(no)) << no;
+TEST(VertexMerging, paths_that_connect_to_nothing_but_the_light_are_unconnectable) {
+  // From the light to the eye.
+  for (const char* yes : {"SDS", "SSDS", "SDSS", "SDSDS", "SSDSSDSS", "SDSDSDS", "DSDS", "DSSDSS", "DSDSDS"}) EXPECT_TRUE(is_unconnectable(yes)) << yes;
+  // Directly seen or lit, or joined at the lens or in between.
+  for (const char* no : {"", "S", "D", "SS", "SSS", "DS", "DSS", "SD", "SDD", "DD", "SDSD", "DSDSD", "SDDS", "DDS", "DDSDS", "SDSDDS"})
+    EXPECT_FALSE(is_unconnectable(no)) << no;
 }
 
 TEST(VertexMerging, finds_what_hits_find) {
-  expect_same(unconnectable_light(pane_and_mirror(), 16, 4, 500), 6);
+  expect_same(unconnectable_light(pane_and_mirror(), 16, 4, 500), 4);
 }
 TEST(VertexMerging, finds_it_on_surfaces_of_both_kinds) {
-  expect_same(unconnectable_light(mixed_surfaces(), 16, 4, 500), 6);
+  expect_same(unconnectable_light(mixed_surfaces(), 16, 4, 500), 4);
 }
 TEST(VertexMerging, limits_hold_for_the_whole_path) {
-  const BounceLimits limits[] = {{3, 16, 16, 16, 16, 0}, {5, 16, 16, 16, 16, 0}, {16, 16, 1, 16, 16, 0}, {16, 1, 16, 2, 16, 0}};
+  const BounceLimits limits[] = {{3, 16, 16, 16, 16, 0}, {16, 1, 1, 3, 16, 0}};
   for (const BounceLimits& bounces : limits) {
     SceneDescription d = pane_and_mirror();
     d.settings.bounces = bounces;
     SCOPED_TRACE("total " + std::to_string(bounces.total) + ", glossy " + std::to_string(bounces.glossy) + ", diffuse " + std::to_string(bounces.diffuse));
-    expect_same(unconnectable_light(d, 16, 4, 500), 6);
+    expect_same(unconnectable_light(d, 16, 4, 500), 4);
   }
 }
 
 class MergingWith : public ::testing::TestWithParam<const char*> {};
 TEST_P(MergingWith, keeps_the_mean_of_path_tracing) {
   const SceneDescription d = pane_and_mirror();
-  const int samples = std::string(GetParam()) == "bdpt" ? 16 : 48;
-  expect_agreement({"pane and mirror", d}, GetParam(), samples, 4);
+  static const auto expected = blocks(d, "path", 64, 24, 100);
+  const auto actual = blocks(d, GetParam(), std::string(GetParam()) == "bdpt" ? 16 : 96, 16, 200);
+  for (size_t i = 0; i < kValues; ++i) {
+    if (i % 4 == 3) continue;
+    EXPECT_TRUE(statistical::means_agree(expected[i], actual[i], {0.01, 4 * kValues * 3 / 4}))
+        << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[i].mean() << ", " << GetParam() << " " << actual[i].mean();
+  }
 }
 TEST_P(MergingWith, same_seed_same_image_for_any_number_of_threads_and_cuts) {
   SceneDescription d = pane_and_mirror(0.0f);
