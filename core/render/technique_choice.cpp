@@ -7,6 +7,7 @@
 #include "integrators/integrator.h"
 #include "math/random.h"
 #include "transport/photon_tracer.h"
+#include "transport/vertex_merging.h"
 
 namespace ajar {
 
@@ -17,7 +18,7 @@ struct Candidate {
   const char* integrator;
   double ray_cost;              ///< of one ray and what belongs to it, in path tracing's (docs/benchmarks/auto.md)
   double tail;                  ///< relMSE of long renders over what their pilots foretell: rare bright starts that none of these had (same page)
-  bool unbiased;
+  bool unbiased;                ///< but for what vertex merging blurs
   bool for_hints = false;       ///< tried only where the artist drew light paths, which it follows
 };
 /// The first is the one to stay with.
@@ -26,6 +27,8 @@ constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.0, true},
                                      {"population Monte Carlo", "pmc_pt", 1.2, 3.0, true},
                                      {"photon mapping", "photon_map", 2.3, 1.0, false},
                                      {"Metropolis", "metropolis", 1.2, 3.0, false, true}};
+/// Tail of those that merge, in scenes where they do: what brought the worst starts comes from photons then. Their small bias is left out of account.
+constexpr double kTailOfMerging = 2.0;
 constexpr int kPilotPixels = 12288, kFewestPixels = 768;
 constexpr int kPilotSamples = 8;              // in two pictures
 constexpr int kBlur = 3;                      // pixels to each side
@@ -201,6 +204,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.trials.push_back({kCandidates[k].name, relmse_of(pilots[k], truth), pilots[k].rays});
     if (kCandidates[k].unbiased && choice.trials[k].relmse < choice.trials[calmest].relmse) calmest = k;
   }
+  const bool merges = asked.vertex_merging != "off" && plan_merging(*scene).used;
   // Noise falls with the samples that the render's rays pay for, bias more slowly.
   const double rays_asked = samples_asked(asked) * pilots[0].rays / (kPilotSamples * double(small.width) * small.height);
   for (size_t k = 0; k < pilots.size(); ++k) {
@@ -208,7 +212,8 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     if (!kCandidates[k].unbiased) trial.bias = bias_of(pilots[k], pilots[calmest], truth, small.width, small.height);
     const double pilot_rays = trial.rays * kCandidates[k].ray_cost * (double(asked.width) * asked.height) / (double(small.width) * small.height);
     const double longer = std::max(1.0, rays_asked / pilot_rays);
-    trial.cost = kCandidates[k].tail * trial.relmse / longer + trial.bias * std::pow(longer, kBiasRate);
+    const bool merged = merges && find_integrator(kCandidates[k].integrator).can_merge;
+    trial.cost = (merged ? kTailOfMerging : kCandidates[k].tail) * trial.relmse / longer + trial.bias * std::pow(longer, kBiasRate);
   }
   const TechniqueTrial* best = nullptr;
   for (const TechniqueTrial& trial : choice.trials) {
