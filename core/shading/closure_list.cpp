@@ -5,6 +5,7 @@
 
 #include "shading/node_registry.h"
 #include "shading/nodes/closure_nodes.h"
+#include "shading/volume_closures.h"
 
 namespace ajar {
 
@@ -85,16 +86,14 @@ class ClosureTree {
 
 }  // namespace
 
-bool is_closure_type(std::string_view type) { return is_branch(type) || nodes::find_closure_node(type) != nullptr; }
+bool is_closure_type(std::string_view type) { return is_branch(type) || is_volume_node(type) || nodes::find_closure_node(type) != nullptr; }
 
-std::vector<Closure> flatten_closures(ProgramBuilder& b) {
-  std::vector<Closure> closures;
-  const NodeLink& surface = b.graph().surface;
-  if (surface.node < 0) return closures;
-  if (surface.node >= int(b.graph().nodes.size())) {
+void for_each_closure(ProgramBuilder& b, const NodeLink& root, const char* what, const ClosureVisitor& visit) {
+  if (root.node < 0) return;
+  if (root.node >= int(b.graph().nodes.size())) {
     report_once(b.diagnostics(), {Diagnostic::Severity::Warning, b.owner(),
-                                  "the surface output is linked to a node that does not exist"});
-    return closures;
+                                  std::string("the ") + what + " output is linked to a node that does not exist"});
+    return;
   }
 
   // A node reached as a value emits; its outputs differ, so the socket is part of the key.
@@ -102,20 +101,20 @@ std::vector<Closure> flatten_closures(ProgramBuilder& b) {
     return std::pair{link.node, find_value_node(b.node(link.node).type) ? link.socket : std::string()};
   };
   std::map<std::pair<int, std::string>, Value> weights;
-  weights[key(surface)] = b.constant(1.0f);
+  weights[key(root)] = b.constant(1.0f);
   const auto give = [&](const NodeLink& link, Value weight) {
     const auto [entry, is_new] = weights.emplace(key(link), weight);
     if (!is_new) entry->second = b.emit(Op::Sum, SocketType::Float, {entry->second, weight});
   };
 
   ClosureTree tree(b);
-  for (const int node : tree.parents_first(surface.node)) {
+  for (const int node : tree.parents_first(root.node)) {
     const std::string_view type = b.node(node).type;
     for (auto entry = weights.lower_bound({node, std::string()}); entry != weights.end() && entry->first.first == node; ++entry) {
       const Value weight = entry->second;
       if (weight.is_constant() && b.constant_value(weight) == 0.0f) continue;
       if (!is_branch(type)) {
-        nodes::add_closures(b, node, entry->first.second, weight, closures);
+        visit(node, entry->first.second, weight);
         continue;
       }
       const auto child = [&](int branch) -> const NodeLink* {
@@ -131,6 +130,12 @@ std::vector<Closure> flatten_closures(ProgramBuilder& b) {
       if (const NodeLink* link = child(1)) give(*link, second);
     }
   }
+}
+
+std::vector<Closure> flatten_closures(ProgramBuilder& b) {
+  std::vector<Closure> closures;
+  for_each_closure(b, b.graph().surface, "surface",
+                   [&](int node, const std::string& output, Value weight) { nodes::add_closures(b, node, output, weight, closures); });
   for (Closure& closure : closures) make_valid(closure.inputs);
   return closures;
 }

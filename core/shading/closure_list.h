@@ -2,6 +2,8 @@
 // as its weight (summed when several ways lead to it). Closures whose weight is the constant 0 do not appear.
 #pragma once
 
+#include <functional>
+
 #include "shading/closures.h"
 #include "shading/program_builder.h"
 
@@ -33,6 +35,10 @@ struct Closure {
 void make_valid(closures::PrincipledInputs& inputs);
 
 bool is_closure_type(std::string_view node_type);
+
+/// Calls `visit` for every node below `root` (the `what` output) that is neither a mix nor a sum, with the output socket if it is a value.
+using ClosureVisitor = std::function<void(int node, const std::string& output, Value weight)>;
+void for_each_closure(ProgramBuilder& builder, const NodeLink& root, const char* what, const ClosureVisitor& visit);
 
 /// All closures under the graph's surface output.
 std::vector<Closure> flatten_closures(ProgramBuilder& builder);

@@ -32,7 +32,7 @@ ProgramBuilder::ProgramBuilder(const NodeGraph& graph, const std::string& owner,
                                Diagnostics& diagnostics, const ShaderContext& context)
     : graph_(graph), owner_(owner), textures_(textures), diagnostics_(diagnostics), context_(context),
       on_stack_(graph.nodes.size(), false) {
-  // Which outputs are read by nodes that the surface output can see.
+  // Which outputs are read by nodes that the outputs can see.
   std::vector<bool> seen(graph.nodes.size(), false);
   std::vector<int> open;
   const auto visit = [&](const NodeLink& link) {
@@ -41,6 +41,7 @@ ProgramBuilder::ProgramBuilder(const NodeGraph& graph, const std::string& owner,
     if (!seen[link.node]) seen[link.node] = true, open.push_back(link.node);
   };
   visit(graph.surface);
+  visit(graph.volume);
   visit(graph.displacement);
   while (!open.empty()) {
     const int index = open.back();

@@ -327,4 +327,8 @@ void run(const Instruction* code, size_t count, const ProgramTables& tables, con
   else run_at(code, count, tables, {&point, &point, &point}, registers);
 }
 
+void run_inside(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point, float* registers) {
+  run_at(code, count, tables, {&point, &point, &point}, registers);
+}
+
 }  // namespace ajar

@@ -125,6 +125,9 @@ struct ProgramTables {
 /// Run `count` instructions. `registers` needs no initialisation.
 void run(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point, float* registers);
 
+/// The same for a point inside a volume, beside which there is no surface to compare heights on.
+void run_inside(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point, float* registers);
+
 inline const float* operand(Operand o, const float* registers, const float* constants) {
   return o >= 0 ? registers + o : constants + (-1 - o);
 }

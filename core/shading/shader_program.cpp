@@ -6,6 +6,7 @@
 
 #include "shading/closure_list.h"
 #include "shading/nodes/displacement_nodes.h"
+#include "shading/volume_closures.h"
 
 namespace ajar {
 
@@ -16,16 +17,18 @@ void report_once(Diagnostics& diagnostics, Diagnostic diagnostic) {
 }
 
 // Emission and transparency have closure lists and code of their own, because light sampling and shadow rays
-// ask for nothing else. All three codes share one numbering of registers.
+// ask for nothing else. All codes share one numbering of registers.
 struct ShaderProgram::Data {
   std::vector<Closure> scattering, emission, transparency, holdout;
-  std::vector<Instruction> code, emission_code, transparency_code;
+  std::vector<VolumeClosure> volumes;
+  std::vector<Instruction> code, emission_code, transparency_code, volume_code;
   ProgramTables tables;
   bool reflective_caustics = true, refractive_caustics = true;
   Operand displaced_normal = kNoOperand;   // of the surface; none: the smooth one
 
   bool plain_diffuse = false;   // nothing scatters but one Lambert closure around the surface's own normal
   bool may_be_transparent = false, depends_on_view = false;
+  bool has_surface = false, has_volume = false, medium_varies = false;
   int register_count = 0;
 };
 
@@ -33,19 +36,13 @@ namespace {
 
 using Closures = std::vector<Closure>;
 
-/// The instructions that `closures` and one more operand need, in order.
-std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int register_count,
-                                     std::initializer_list<const Closures*> lists, Operand also = kNoOperand) {
+/// The instructions that these operands need, in order.
+std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int register_count, const std::vector<Operand>& operands) {
   std::vector<bool> live(size_t(register_count), false);
   const auto mark = [&](Operand o) {
     if (o >= 0 && o != kNoOperand) live[o] = true;
   };
-  mark(also);
-  for (const Closures* list : lists)
-    for (const Closure& closure : *list) {
-      for (const Operand o : {closure.weight, closure.normal, closure.coat_normal, closure.tangent}) mark(o);
-      for (const InputPatch& patch : closure.patches) mark(patch.from);
-    }
+  for (const Operand o : operands) mark(o);
   // An operand always lies within the output of one instruction, so that any live register keeps its writer.
   std::vector<Instruction> needed;
   for (auto i = code.rbegin(); i != code.rend(); ++i) {
@@ -57,6 +54,13 @@ std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int r
   }
   std::reverse(needed.begin(), needed.end());
   return needed;
+}
+
+void append_operands(const Closures& closures, std::vector<Operand>& operands) {
+  for (const Closure& closure : closures) {
+    operands.insert(operands.end(), {closure.weight, closure.normal, closure.coat_normal, closure.tangent});
+    for (const InputPatch& patch : closure.patches) operands.push_back(patch.from);
+  }
 }
 
 Color color_of(const Closure& closure, const float* registers, const float* constants) {
@@ -108,8 +112,6 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   Data& data = *program.data_;
   data.reflective_caustics = context.reflective_caustics;
   data.refractive_caustics = context.refractive_caustics;
-  if (graph.volume.node >= 0)
-    report_once(diagnostics, {Diagnostic::Severity::Warning, owner, "its volume is not supported yet and is ignored"});
   ProgramBuilder builder(graph, owner, textures, diagnostics, context);
   nodes::add_displacement(builder);
   for (Closure& closure : flatten_closures(builder)) {
@@ -119,6 +121,9 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
                                                                 : data.scattering;
     list.push_back(std::move(closure));
   }
+  data.has_surface = graph.surface.node >= 0;
+  data.has_volume = graph.volume.node >= 0;
+  data.volumes = flatten_volumes(builder);
   if (builder.overflowed())
     report_once(diagnostics, {Diagnostic::Severity::Warning, owner,
                               "its node graph is too large; what exceeds the limit is grey"});
@@ -126,11 +131,18 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.register_count = builder.register_count();
   if (!data.scattering.empty()) data.displaced_normal = builder.displaced_normal();
   const auto code_for = [&](std::initializer_list<const Closures*> lists, Operand also = kNoOperand) {
-    return needed_code(builder.code, data.register_count, lists, also);
+    std::vector<Operand> operands{also};
+    for (const Closures* list : lists) append_operands(*list, operands);
+    return needed_code(builder.code, data.register_count, operands);
   };
   data.code = code_for({&data.scattering, &data.emission, &data.transparency, &data.holdout}, data.displaced_normal);
   data.emission_code = code_for({&data.emission});
   data.transparency_code = code_for({&data.transparency});
+  std::vector<Operand> of_volumes;
+  for (const VolumeClosure& closure : data.volumes)
+    for (const Operand o : closure.operands()) of_volumes.push_back(o);
+  data.volume_code = needed_code(builder.code, data.register_count, of_volumes);
+  for (const Instruction& i : data.volume_code) data.medium_varies |= varies_inside(i.op);
   data.tables = std::move(builder.tables);
   data.may_be_transparent = !data.transparency.empty();
   data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() && is_plain_diffuse(data.scattering.front());
@@ -254,9 +266,20 @@ Color ShaderProgram::evaluate_transparency(const ShadingPoint& point) const {
   return sum(d.transparency, registers, d.tables.constants.data());
 }
 
+void ShaderProgram::add_medium(const ShadingPoint& point, MediumPoint& medium) const {
+  const Data& d = *data_;
+  if (d.volumes.empty()) return;
+  float registers[kMaxRegisters];
+  run_inside(d.volume_code.data(), d.volume_code.size(), d.tables, point, registers);
+  add_volumes(d.volumes, registers, d.tables.constants.data(), medium);
+}
+
 bool ShaderProgram::is_constant() const { return data_->code.empty(); }
 bool ShaderProgram::emits() const { return !data_->emission.empty(); }
 bool ShaderProgram::emission_is_constant() const { return data_->emission_code.empty(); }
+bool ShaderProgram::has_volume() const { return data_->has_volume; }
+bool ShaderProgram::has_surface() const { return data_->has_surface; }
+bool ShaderProgram::medium_varies() const { return data_->medium_varies; }
 bool ShaderProgram::may_be_transparent() const { return data_->may_be_transparent; }
 bool ShaderProgram::scatters() const { return !data_->scattering.empty(); }
 

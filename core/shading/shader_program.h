@@ -14,6 +14,7 @@
 
 #include "scene/scene_description.h"
 #include "shading/bsdf.h"
+#include "shading/medium.h"
 #include "shading/shading_point.h"
 
 namespace ajar {
@@ -68,6 +69,8 @@ class ShaderProgram {
   Color evaluate_emission(const ShadingPoint& point) const;
   /// Only what a shadow ray needs: the fraction let straight through.
   Color evaluate_transparency(const ShadingPoint& point) const;
+  /// What the volume adds to the medium at `point`, whose `primitive` is kInsideVolume.
+  void add_medium(const ShadingPoint& point, MediumPoint& medium) const;
 
   bool is_constant() const;           ///< no instruction at a hit
   bool emits() const;                 ///< emission may be non-zero
@@ -75,6 +78,9 @@ class ShaderProgram {
   bool may_be_transparent() const;    ///< has a Transparent closure with non-zero weight
   bool scatters() const;              ///< has any closure beyond emission and transparency
   bool has_subsurface() const;        ///< light may enter the surface
+  bool has_volume() const;            ///< encloses a volume, be it an empty one
+  bool has_surface() const;           ///< false: what only encloses a volume is not seen itself
+  bool medium_varies() const;         ///< from place to place within one object
   /// Whether some lobe may be diffuse or at least as rough as this; whether some lobe may be smoother. Transparency is neither.
   bool may_be_rough(float roughness) const;
   bool may_be_smooth(float roughness) const;

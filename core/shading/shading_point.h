@@ -14,6 +14,9 @@ enum RayKindBits : uint32_t {
   kRayShadow = 16, kRayReflection = 32, kRaySingular = 64, kRayVolumeScatter = 128
 };
 
+/// ShadingPoint::primitive of points inside a volume, away from all triangles: what triangles interpolate is zero there.
+constexpr uint32_t kInsideVolume = ~0u;
+
 struct BuiltMesh;
 struct BuiltInstance;
 struct ObjectDescription;

@@ -14,10 +14,12 @@ namespace {
 constexpr const char* kShaders[] = {
     "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction", "ShaderNodeBsdfTranslucent",
     "ShaderNodeBsdfTransparent", "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfSheen", "ShaderNodeEmission",
-    "ShaderNodeBackground", "ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeHoldout", "ShaderNodeNotANode"};
+    "ShaderNodeBackground", "ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeHoldout", "ShaderNodeNotANode",
+    "ShaderNodeVolumeScatter", "ShaderNodeVolumeAbsorption", "ShaderNodeVolumePrincipled"};
 constexpr const char* kSockets[] = {"Color", "Color1", "Color2", "Fac", "Value", "Value_001", "Vector", "Vector_001", "Normal", "Roughness", "Strength",
                                     "Shader", "Shader_001", "BSDF", "Emission", "Scale", "Detail", "Base Color", "IOR", "Height", "Result", "Image",
-                                    "A", "B", "Factor", "UV", "Generated", "Alpha", "Metallic", "Transmission", "Anisotropic", "Tangent", "Distance", ""};
+                                    "A", "B", "Factor", "UV", "Generated", "Alpha", "Metallic", "Transmission", "Anisotropic", "Tangent", "Distance", "Volume", "Density",
+                                    "Anisotropy", "Emission Strength", "Blackbody Intensity", "Temperature", ""};
 constexpr const char* kTexts[] = {"GGX", "BECKMANN", "MULTI_GGX", "SHARP", "ADD", "DIVIDE", "POWER", "MODULO", "SINE", "NORMALIZE", "MIX", "HUE", "F1",
                                   "SMOOTH_F1", "N_SPHERE_RADIUS", "3D", "4D", "1D", "RGB", "HSV", "VECTOR", "LINEAR", "HOSEK_WILKIE", "NISHITA", "PREETHAM"};
 constexpr const char* kProperties[] = {"operation", "distribution", "blend_type", "data_type", "feature", "dimensions", "noise_dimensions", "voronoi_dimensions",
@@ -80,6 +82,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   }
   graph.surface = {int(in.byte() % (count + 1)), in.one_of(kSockets)};
   graph.displacement = {int(in.byte() % (count + 2)) - 1, in.one_of(kSockets)};
+  graph.volume = {int(in.byte() % (count + 2)) - 1, in.one_of(kSockets)};
   const ShaderProgram program = fixtures::compile(graph);
   ShadingPoint point;
   SurfaceShading shading;
@@ -90,6 +93,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const auto sample = shading.bsdf.sample(Vec3(0, 0, 1), 0.3f, Vec2(0.4f, 0.7f));
     if (sample) check(!(sample->pdf_solid_angle < 0.0f));
   }
+  point.primitive = kInsideVolume;
+  MediumPoint medium;
+  program.add_medium(point, medium);
+  for (int c = 0; c < 3; ++c)
+    check(std::isfinite(medium.extinction[c]) && std::isfinite(medium.emission[c]) && medium.emission[c] >= 0.0f && medium.scattering[c] >= 0.0f &&
+          medium.extinction[c] >= medium.scattering[c]);
   check(program.instruction_count() >= 0);
   program.listing();
   return 0;

@@ -5,6 +5,7 @@
 
 #include "shading/node_registry.h"
 #include "shading/nodes/point_functions.h"
+#include "shading/volume_closures.h"
 
 namespace ajar::nodes {
 namespace {
@@ -277,6 +278,8 @@ void add_closures(ProgramBuilder& b, int node, const std::string& output, Value 
   } else if (find_value_node(b.node(node).type)) {
     const Value value = b.output(node, output);
     if (value.type != SocketType::Closure) add_colored(b, ClosureKind::Emission, node, b.convert(value, Color), weight, closures);
+  } else if (is_volume_node(b.node(node).type)) {
+    b.report(node, "is a volume shader; it does nothing on a surface");
   } else {
     unknown_closure(b, node, weight, closures);
   }

@@ -41,13 +41,13 @@ Vec3 object_normal(const ShadingPoint& point) {
 Vec3 generated(const ShadingPoint& point) {
   if (!point.mesh) return position(point);
   const BuiltMesh& mesh = *point.mesh;
-  const Vec3 position = mesh.undeformed_position < 0 ? object_position(point)
+  const Vec3 position = mesh.undeformed_position < 0 || point.primitive == kInsideVolume ? object_position(point)
       : Vec3(mesh.interpolate(mesh.attributes[mesh.undeformed_position], point.primitive, point.barycentric));
   return divide((position - mesh.texture_space_location) * 0.5f, mesh.texture_space_size) + 0.5f;
 }
 
 Vec3 active_uv(const ShadingPoint& point) {
-  if (!point.mesh || point.mesh->active_uv < 0) return Vec3(0.0f);
+  if (!point.mesh || point.mesh->active_uv < 0 || point.primitive == kInsideVolume) return Vec3(0.0f);
   const Attribute& uv = point.mesh->attributes[point.mesh->active_uv];
   const Vec4 value = point.mesh->interpolate(uv, point.primitive, point.barycentric);
   return {value.x, value.y, 0.0f};
@@ -65,7 +65,7 @@ int find_attribute(const BuiltMesh& mesh, const std::string& name) {
 }  // namespace
 
 Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found) {
-  const int index = point.mesh ? find_attribute(*point.mesh, name) : -1;
+  const int index = point.mesh && point.primitive != kInsideVolume ? find_attribute(*point.mesh, name) : -1;
   if (found) *found = index >= 0;
   if (index < 0) return Vec4(0.0f);
   const Attribute& attribute = point.mesh->attributes[index];
@@ -86,7 +86,7 @@ namespace {
 
 /// Unit tangent of the triangle along u in world space; `sign` is -1 on mirrored islands.
 bool triangle_tangent(const ShadingPoint& point, const std::string& name, Vec3& tangent, float& sign) {
-  if (!point.mesh) return false;
+  if (!point.mesh || point.primitive == kInsideVolume) return false;
   const int index = name.empty() ? point.mesh->active_uv : point.mesh->find_attribute(name);
   if (index < 0) return false;
   const Attribute& uv = point.mesh->attributes[index];
