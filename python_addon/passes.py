@@ -33,6 +33,8 @@ BUILT_IN = {  # property of the view layer -> pass. Two channels are not accepte
 }
 OWN = {  # property of our own settings -> pass
     "use_pass_albedo": Pass("Albedo", "RGB", "COLOR"),
+    "use_pass_volume_direct": Pass("VolumeDir", "RGB", "COLOR"),
+    "use_pass_volume_indirect": Pass("VolumeInd", "RGB", "COLOR"),
     "use_pass_sample_count": Pass("Sample Count", "X", "VALUE"),
     "use_pass_variance": Pass("Variance", "X", "VALUE"),
     "use_pass_error": Pass("Error", "X", "VALUE"),

@@ -168,6 +168,8 @@ class AjarObjectSettings(bpy.types.PropertyGroup):
 
 class AjarViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_albedo: bpy.props.BoolProperty(name="Albedo", description="Colour of the first surface without its light")
+    use_pass_volume_direct: bpy.props.BoolProperty(name="Volume Direct", description="Light of lamps and sky that volumes scatter to the camera")
+    use_pass_volume_indirect: bpy.props.BoolProperty(name="Volume Indirect", description="Light that was scattered before, and that volumes scatter to the camera")
     use_pass_sample_count: bpy.props.BoolProperty(name="Sample Count", description="Samples that each pixel received")
     use_pass_variance: bpy.props.BoolProperty(name="Variance", description="Estimated variance of each pixel's mean")
     use_pass_error: bpy.props.BoolProperty(name="Error", description="Estimated standard deviation of each pixel, relative to its brightness")

@@ -432,7 +432,7 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
         column = self.column()
         for name in ("use_pass_combined", *passes.BUILT_IN):
             column.prop(view_layer, name)
-        for name in ("use_pass_albedo", "use_pass_sample_count", "use_pass_variance", "use_pass_error", "use_pass_perceptual_error"):
+        for name in passes.OWN:
             column.prop(view_layer.ajar, name)
 
 

@@ -39,7 +39,7 @@ double luminance_of(const double rgb[3]) { return 0.2126729 * rgb[0] + 0.7151522
 }  // namespace
 
 bool is_part_pass(const std::string& pass) {
-  if (pass == "Emit" || pass == "Env") return true;
+  if (pass == "Emit" || pass == "Env" || pass == "VolumeDir" || pass == "VolumeInd") return true;
   const bool kind = pass.starts_with("Diff") || pass.starts_with("Gloss") || pass.starts_with("Trans");
   return kind && (pass.ends_with("Dir") || pass.ends_with("Ind") || pass.ends_with("Col"));
 }
@@ -48,7 +48,7 @@ const std::vector<PassInfo>& known_passes() {
   static const std::vector<PassInfo> passes{{"Combined", 4}, {"Depth", 1}, {"Normal", 3}, {"Position", 3}, {"UV", 3},
                                             {"Albedo", 3}, {"Mist", 1}, {"IndexOB", 1}, {"IndexMA", 1}, {"Emit", 3}, {"Env", 3},
                                             {"DiffDir", 3}, {"DiffInd", 3}, {"DiffCol", 3}, {"GlossDir", 3}, {"GlossInd", 3},
-                                            {"GlossCol", 3}, {"TransDir", 3}, {"TransInd", 3}, {"TransCol", 3}, {"Sample Count", 1}, {"Variance", 1},
+                                            {"GlossCol", 3}, {"TransDir", 3}, {"TransInd", 3}, {"TransCol", 3}, {"VolumeDir", 3}, {"VolumeInd", 3}, {"Sample Count", 1}, {"Variance", 1},
                                             {"Error", 1}, {"Perceptual Error", 1},
                                             {"Share BSDF", 1}, {"Share Light 1", 1}, {"Share Light 2", 1}, {"Share Cone", 1}};
   return passes;
@@ -131,6 +131,7 @@ void Film::add_parts(int x, int y, const SampleParts& parts) {
   for (int c = 0; c < 3; ++c) {
     p.emission[c] += double(parts.emission[c]);
     p.environment[c] += double(parts.environment[c]);
+    for (size_t k = 0; k < 2; ++k) p.volume[k][c] += double(parts.volume[k][c]);
     for (size_t k = 0; k < 3; ++k) {
       p.direct[k][c] += double(parts.direct[k][c]);
       p.indirect[k][c] += double(parts.indirect[k][c]);
@@ -236,6 +237,7 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       for (int c = 0; c < 3; ++c) {
         const double color = parts.color[kind][c];
         if (pass == "Emit" || pass == "Env") o[c] = float((pass == "Emit" ? parts.emission : parts.environment)[c] * scale * double(exposure));
+        else if (pass.starts_with("Volume")) o[c] = float(parts.volume[pass == "VolumeInd"][c] * scale * double(exposure));
         else if (pass.ends_with("Col")) o[c] = float(color * scale);
         else o[c] = color > 0.0 ? float((pass.ends_with("Dir") ? parts.direct : parts.indirect)[kind][c] / color * double(exposure)) : 0.0f;
       }

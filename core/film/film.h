@@ -41,11 +41,12 @@ struct SampleAux {
 };
 
 /// A sample's radiance taken apart, as Blender's passes have it: what is seen directly, and what the first surface scatters by each kind of
-/// lobe (diffuse, glossy, transmission) of light that arrives there directly or indirectly. All parts together are its radiance.
+/// lobe (diffuse, glossy, transmission), or a volume before it, of light that arrives there directly or indirectly. All parts together are its radiance.
 struct SampleParts {
   Color emission{0.0f}, environment{0.0f};
   std::array<Color, 3> direct{Color(0.0f), Color(0.0f), Color(0.0f)}, indirect{Color(0.0f), Color(0.0f), Color(0.0f)};
   std::array<Color, 3> color{Color(0.0f), Color(0.0f), Color(0.0f)};   ///< albedo, by which Blender divides the others
+  std::array<Color, 2> volume{Color(0.0f), Color(0.0f)};               ///< direct and indirect light that a volume scatters first
 };
 /// Whether a pass is made of SampleParts, which not all integrators can tell.
 bool is_part_pass(const std::string& pass);
@@ -129,7 +130,7 @@ class Film {
     bool has_first = false;
   };
   struct PartsPixel {
-    double emission[3] = {0, 0, 0}, environment[3] = {0, 0, 0}, direct[3][3] = {}, indirect[3][3] = {}, color[3][3] = {};
+    double emission[3] = {0, 0, 0}, environment[3] = {0, 0, 0}, direct[3][3] = {}, indirect[3][3] = {}, color[3][3] = {}, volume[2][3] = {};
   };
   struct SplatPixel {
     double sum[2][3] = {};                 ///< even, odd
