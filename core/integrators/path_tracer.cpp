@@ -13,6 +13,7 @@
 #include "sampling/sampler.h"
 #include "transport/direct_mixture.h"
 #include "transport/guided_bsdf.h"
+#include "transport/media_light.h"
 #include "transport/path_guide.h"
 #include "transport/ray_events.h"
 #include "transport/subsurface_walk.h"
@@ -28,10 +29,27 @@ constexpr int kLeastSamplesToMeasure = 16;
 /// The pilot of learned direct light may take this share of the samples asked for, the same in each iteration: places that the first has not found
 /// learn nothing. Samples of a pixel in an iteration: below the least the pilot is not made; one where the number of samples is not known.
 constexpr float kPilotShare = 0.08f, kLeastPilot = 0.15f, kMostPilot = 4.0f;
+constexpr int kSafeBounces = 2;     // before roulette
 constexpr uint32_t kEnter = 8192;   // and the vertex: whether light goes below the surface
+constexpr uint32_t kScatter = 12288, kStretchDimensions = 2 + kMediumLightDimensions;   // for each stretch of a ray through media
+constexpr int kMostBounds = 1024;   // surfaces that only enclose volumes along one path, as in Cycles
 
 struct Counters {
   uint64_t rays = 0, paths = 0;
+  MediaCounters media;
+};
+
+/// Where there are no media, their code is not there either.
+struct NoMedia {
+  static constexpr bool kThere = false;
+};
+/// A path's state in media.
+struct InMedia {
+  static constexpr bool kThere = true;
+  const Media& media;
+  MediaCounters& counters;
+  Pcg32 rng;
+  MediaStack stack;
 };
 
 /// Shares of diffuse, glossy and transmission in what is scattered; the sum is 1.
@@ -60,6 +78,7 @@ class PathTracer final : public Integrator {
     seed_ = seed;
     samples_done_ = 0;
     statistics_ = {};
+    media_counters_ = {};
     const RenderSettings& settings = scene_->settings();
     filter_ = PixelFilter(settings.filter, settings.filter_width);
     // Chosen once: the default has its own copy of the loop, free of what the others need.
@@ -79,9 +98,16 @@ class PathTracer final : public Integrator {
     // With nothing to choose among, one sample of the learned mixture is one of the default.
     if (mixture_ && method.method == DirectMethod::PmcHi && settings.direct_samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
     ends_early_ = !scene_->emission_without_lights();
+    media_.reset();
+    if (scene_->has_media()) {
+      media_ = std::make_unique<Media>(*scene_);
+      mixture_.reset();
+      honesty_ = Honesty::Unbiased;
+      ends_early_ = false;   // media may emit
+    }
     guide_.reset();
     // Few samples are spent before a measurement could tell.
-    wants_guide_ = settings.guiding == "on" || (settings.guiding == "auto" && (settings.samples == 0 || settings.samples > kLeastSamplesToMeasure));
+    wants_guide_ = !media_ && (settings.guiding == "on" || (settings.guiding == "auto" && (settings.samples == 0 || settings.samples > kLeastSamplesToMeasure)));
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
@@ -105,6 +131,14 @@ class PathTracer final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics statistics = statistics_;
     if (pilot_rays_ > 0) statistics.extra["pilot_rays"] = double(pilot_rays_);
+    if (media_) {
+      statistics.extra["media_lookups"] = double(media_counters_.lookups);
+      statistics.extra["media_majorant_exceeded"] = double(media_counters_.exceeded);
+      statistics.extra["media_extinction_capped"] = double(media_counters_.capped);
+      statistics.extra["media_refused_values"] = double(media_counters_.refused);
+      statistics.extra["media_open_ends"] = double(media_counters_.open_ends);
+      statistics.extra["media_too_deep"] = double(media_counters_.too_deep);
+    }
     if (guide_) {
       statistics.extra["guide_followed"] = guide_->follows() ? 1.0 : 0.0;
       statistics.extra["guide_cells"] = double(guide_->tree().cell_count());
@@ -138,8 +172,14 @@ class PathTracer final : public Integrator {
     samples_done_ += uint32_t(samples_per_pixel);
     tbb::combinable<Counters> counters;
     const auto with = [&](const auto& direct_light, auto parts) {
-      if (guide_ && guide_->active()) render_with<decltype(parts)>(direct_light, Guided{}, film, stop, counters);
-      else render_with<decltype(parts)>(direct_light, Unguided(), film, stop, counters);
+      if constexpr (std::is_same_v<std::decay_t<decltype(direct_light)>, MisDirectLight>) {
+        if (media_) {
+          render_with<decltype(parts), InMedia>(direct_light, Unguided(), film, stop, counters);
+          return;
+        }
+      }
+      if (guide_ && guide_->active()) render_with<decltype(parts), NoMedia>(direct_light, Guided{}, film, stop, counters);
+      else render_with<decltype(parts), NoMedia>(direct_light, Unguided(), film, stop, counters);
     };
     if (mixture_) with(*mixture_, NoParts());
     else if (film.wants_parts()) with(MisDirectLight(), SampleParts());
@@ -147,10 +187,11 @@ class PathTracer final : public Integrator {
     counters.combine_each([&](const Counters& c) {
       statistics_.rays += c.rays;
       statistics_.paths += c.paths;
+      media_counters_.add(c.media);
     });
   }
 
-  template <class Parts, class DirectLight, class Guide>
+  template <class Parts, class Medium, class DirectLight, class Guide>
   void render_with(const DirectLight& direct_light, Guide, Film& film, const std::atomic<bool>& stop, tbb::combinable<Counters>& counters) {
     struct Tile {
       Sampler sampler;
@@ -181,7 +222,17 @@ class PathTracer final : public Integrator {
           Guide guide;
           if constexpr (Guide::kGuided) guide = guide_->of_sample(px - film.x0(), py - film.y0(), pixel, index);
           Parts parts;
-          const Color radiance = trace(direct_light, guide, ray, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, parts, alpha, tile.counter);
+          const auto along = [&](auto medium) {
+            return trace(direct_light, guide, std::move(medium), ray, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, parts, alpha, tile.counter);
+          };
+          Color radiance;
+          if constexpr (Medium::kThere) {
+            MediaCounters& media = tile.counter.media;
+            const MediaStack around = media_->around(ray.origin + ray.t_min * ray.direction, ray.time, media);
+            radiance = along(InMedia{*media_, media, Pcg32(hash_combine(seed_, pixel), index), around});
+          } else {
+            radiance = along(NoMedia());
+          }
           if constexpr (Guide::kGuided) guide_->measure(px - film.x0(), py - film.y0(), radiance);
           const bool added = film.add_sample(px, py, radiance, alpha, &aux);
           if constexpr (std::is_same_v<Parts, SampleParts>)
@@ -189,8 +240,8 @@ class PathTracer final : public Integrator {
         });
   }
 
-  template <class DirectLight, class Guide, class Parts>
-  Color trace(const DirectLight& direct_light, const Guide& guide, Ray ray, int pixel_x, int pixel_y, Sampler& sampler, SampleAux* aux, Parts& parts,
+  template <class DirectLight, class Guide, class Medium, class Parts>
+  Color trace(const DirectLight& direct_light, const Guide& guide, Medium medium, Ray ray, int pixel_x, int pixel_y, Sampler& sampler, SampleAux* aux, Parts& parts,
               float& alpha, Counters& counter) const {
     constexpr bool kParts = std::is_same_v<Parts, SampleParts>;
     std::conditional_t<kParts, Shares, NoParts> shares;   // of kinds of lobes in the first scattering
@@ -209,8 +260,15 @@ class PathTracer final : public Integrator {
     [[maybe_unused]] float unguided_beta = 1.0f;          // the throughput, had it done so
     [[maybe_unused]] OpenVertex open[Guide::kGuided ? kMostOpenVertices : 1];
     [[maybe_unused]] int open_count = 0;
+    [[maybe_unused]] int volume_depth = 0, stretch = 0, bounds = 0;
+    [[maybe_unused]] bool volume_pass = false;       // light was first scattered by a medium
+    [[maybe_unused]] bool from_medium = false;       // the direction travelled was chosen by a phase function
+    [[maybe_unused]] Vec3 chosen_from(0.0f);         // and lights for there
     alpha = 0.0f;
     ++counter.paths;
+
+    // Where majorants were exceeded, weights are negative.
+    const auto largest = [](Color c) { return max_component(Medium::kThere ? glm::abs(c) : c); };
 
     // `bounces` is how often the light was scattered before; the optional clamp tells direct from indirect by it.
     const auto add = [&](Color contribution, int bounces) {
@@ -225,11 +283,19 @@ class PathTracer final : public Integrator {
           parts.emission += contribution;
           return;
         }
+        if constexpr (Medium::kThere) {
+          if (volume_pass) {
+            parts.volume[bounces == 1 ? 0 : 1] += contribution;
+            return;
+          }
+        }
         for (size_t k = 0; k < 3; ++k) (bounces == 1 ? parts.direct : parts.indirect)[k] += contribution * shares[k];
       }
     };
     // Weight of light found by following the BSDF, against having sampled that light.
     const auto weight_of_hit = [&](uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) {
+      if constexpr (Medium::kThere)
+        if (from_medium) return weight_of_hit_in_medium(scene, previous.bsdf_pdf, chosen_from, previous.position, light, wi, position, normal);
       return direct_light.weight_of_hit(scene, previous, light, wi, position, normal);
     };
 
@@ -246,9 +312,70 @@ class PathTracer final : public Integrator {
             return;
           }
         }
-        add(beta * met.radiance * weight_of_hit(met.light, ray.direction, met.position, met.normal), point.ray_depth);
+        Color arriving = beta * met.radiance;
+        if constexpr (Medium::kThere) {
+          if (!medium.stack.empty() && is_finite(met.position))
+            arriving *= medium.media.transmittance({medium.stack, ray, glm::dot(met.position - ray.origin, ray.direction), point, point.ray_kind}, medium.rng, medium.counters);
+        }
+        add(arriving * weight_of_hit(met.light, ray.direction, met.position, met.normal), point.ray_depth);
       };
       if (lamp_shapes) for_each_lamp_crossed(scene, ray, hit.t, point.ray_kind, add_met);
+
+      if constexpr (Medium::kThere) {
+        if (!hit.found()) medium.media.leave_all(medium.stack, medium.counters);
+        if (!medium.stack.empty()) {
+          const Color before = beta;
+          Color emitted(0.0f);
+          float t = 0.0f;
+          MediumPoint at;
+          const uint32_t here = kScatter + kStretchDimensions * uint32_t(stretch++);
+          const MediaRay along{medium.stack, ray, hit.found() ? hit.t : kInfinity, point, point.ray_kind};
+          const bool uniform = medium.media.is_uniform(along, at, medium.counters), may_scatter = !last_chance;
+          Color direct(0.0f);
+          Vec3 lights_for(0.0f);
+          if (uniform && may_scatter && at.scatters() && lights.can_choose())
+            direct = estimate_direct_along(scene, medium, along, at, PhaseFunction(at), beta, sampler, here + 2, lights_for, counter.rays);
+          sampler.set_dimension(here);
+          const bool scattered = uniform ? medium.media.scatter_uniform(along, at, may_scatter, sampler.get_2d(), beta, emitted, t)
+                                         : medium.media.scatter_varying(along, may_scatter, medium.rng, beta, emitted, t, at, medium.counters);
+          const PhaseFunction phase(at);
+          const Vec3 place = ray.origin + t * ray.direction;
+          if (scattered && !uniform && lights.can_choose()) {
+            lights_for = place;
+            direct = beta * estimate_direct_at(scene, medium, place, ray, point, phase, sampler, here + 2, counter.rays);
+          }
+          if (!is_black(emitted)) add(emitted, point.ray_depth);
+          if (point.ray_depth == 0) volume_pass = true;
+          if (!is_black(direct)) add(direct, point.ray_depth + 1);
+          if (point.ray_depth == 0) volume_pass = scattered;
+          if (point.ray_depth == 0) alpha += luminance(scattered ? before : before - beta);
+          if (!(largest(beta) > 0.0f)) break;
+          if (scattered) {
+            const uint32_t base = kCameraDimensions + kVertexDimensions * uint32_t(vertex++);
+            sampler.set_dimension(base + kLobe);
+            const float u_lobe = at.lobe_count > 1 ? sampler.get_1d() : 0.0f;
+            sampler.set_dimension(base + kDirection);
+            const Vec3 wi = phase.sample(ray.direction, u_lobe, sampler.get_2d());
+            const float cosine = glm::dot(ray.direction, wi), pdf = phase.pdf_solid_angle(cosine);
+            beta *= phase.evaluate(cosine) / pdf;
+            ++point.ray_depth;
+            last_chance = point.ray_depth > settings.bounces.total || ++volume_depth > settings.bounces.volume;
+            point.ray_kind = kRayVolumeScatter;
+            if (!survives(point.ray_depth, largest(beta), base, sampler, beta)) break;
+            previous = DirectVertex();
+            previous.bsdf_pdf = pdf;
+            previous.position = place;
+            from_medium = true;
+            chosen_from = lights_for;
+            Ray next;
+            next.origin = place;
+            next.direction = wi;
+            next.time = ray.time;
+            ray = next;
+            continue;
+          }
+        }
+      }
 
       if (!hit.found()) {
         const bool direct_view = point.ray_depth == 0;
@@ -259,6 +386,17 @@ class PathTracer final : public Integrator {
 
       scene.shading_point(ray, hit, point);
       if (point.object->holdout && point.ray_depth == 0) break;
+      if constexpr (Medium::kThere) {
+        const ShaderProgram& program = scene.material(hit);
+        if (program.has_volume() && !program.has_surface()) {
+          if (++bounds > kMostBounds) break;
+          medium.media.cross(hit, !point.backfacing, medium.stack, medium.counters);
+          const float left = ray.t_max - hit.t;
+          ray = scene.spawn_ray(point, ray.direction);
+          ray.t_max = left;
+          continue;
+        }
+      }
       scene.material(hit).evaluate_surface(point, shading);
       const Bsdf& bsdf = shading.bsdf;
 
@@ -304,7 +442,9 @@ class PathTracer final : public Integrator {
         Vec3 towards(0.0f);
         const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y,
                                          Guide::kGuided ? &guided : nullptr, kParts ? &towards : nullptr};
-        Color direct = direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
+        Color direct;
+        if constexpr (Medium::kThere) direct = direct_light.estimate(MediaDirectContext<Medium>{context, medium, hit}, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
+        else direct = direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
         if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
           if (has_soft_terminator(point)) direct += estimate_direct<true>(context, sampler, base + kDirectLight, counter.rays);
         }
@@ -341,7 +481,9 @@ class PathTracer final : public Integrator {
         if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
       }
       beta *= sample->f_cos / sample->pdf_solid_angle;
-      if (!(max_component(beta) > 0.0f)) break;
+      if (!(largest(beta) > 0.0f)) break;
+      if constexpr (Medium::kThere)
+        if (glm::dot(sample->wi, point.ng) < 0.0f) medium.media.cross(hit, !point.backfacing, medium.stack, medium.counters);
 
       if (sample->flags & kTransparent) {
         // Straight on: the light sampled from the vertex before still competes, and bounces are not counted.
@@ -375,8 +517,8 @@ class PathTracer final : public Integrator {
 
       // Russian roulette: survival in proportion to what the path can still carry. A direction that the guide likes has a high density and so a low
       // throughput, just because much light comes from there: the guide must not count.
-      if (point.ray_depth > 2) {
-        const float survival = std::min(1.0f, std::sqrt(Guide::kGuided ? unguided_beta : max_component(beta)));
+      if (point.ray_depth > kSafeBounces) {
+        const float survival = std::min(1.0f, std::sqrt(Guide::kGuided ? unguided_beta : largest(beta)));
         if (survival < 1.0f) {
           sampler.set_dimension(base + kRoulette);
           if (sampler.get_1d() >= survival) break;
@@ -384,6 +526,7 @@ class PathTracer final : public Integrator {
           if constexpr (Guide::kGuided) unguided_beta /= survival;
         }
       }
+      if constexpr (Medium::kThere) from_medium = false;
       previous = here;
       previous.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
       previous.position = point.position;
@@ -399,6 +542,16 @@ class PathTracer final : public Integrator {
       }
     }
     return radiance;
+  }
+
+  /// Russian roulette after light was scattered in a medium.
+  static bool survives(int ray_depth, float carried, uint32_t base, Sampler& sampler, Color& beta) {
+    const float survival = ray_depth > kSafeBounces ? std::min(1.0f, std::sqrt(carried)) : 1.0f;
+    if (survival == 1.0f) return true;
+    sampler.set_dimension(base + kRoulette);
+    if (!(sampler.get_1d() < survival)) return false;
+    beta /= survival;
+    return true;
   }
 
   /// At a surface that light may enter: either walk below it, and `point` and `shading` become those of where the walk leaves, or go on with the
@@ -423,6 +576,8 @@ class PathTracer final : public Integrator {
   Honesty honesty_ = Honesty::Unbiased;
   std::unique_ptr<DirectMixture> mixture_;   // none: the default method
   std::unique_ptr<PathGuide> guide_;         // none: directions by the BSDF alone
+  std::unique_ptr<Media> media_;             // none: nothing between surfaces
+  MediaCounters media_counters_;
   bool ends_early_ = false;
   bool wants_guide_ = false;
   float pilot_samples_ = 1.0f;               // of a pixel, in each iteration of the pilot of direct light

@@ -469,6 +469,10 @@ void Session::Data::report_passes() {
   std::lock_guard lock(mutex);
   if (scene->lights().any_partial() && scene->settings().direct != "mis")
     report_once(diagnostics, {Diagnostic::Severity::Warning, "", "A light is hidden from some kinds of rays: direct light is sampled by the default method."});
+  if (scene->has_media() && scene->settings().direct != "mis")
+    report_once(diagnostics, {Diagnostic::Severity::Warning, "", "There are volumes: direct light is sampled by the default method."});
+  if (scene->has_media() && scene->settings().guiding == "on")
+    report_once(diagnostics, {Diagnostic::Severity::Warning, "", "There are volumes: paths are not guided."});
   if (parts.empty()) return;
   const IntegratorInfo& integrator = find_integrator(integrator_name);
   if (!integrator.tells_parts)

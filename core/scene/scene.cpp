@@ -252,6 +252,10 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     d.world.graph.surface = {0, "Background"};
   }
   s.compile(CameraShader::Of::World, 0, d.world.graph, d.world.name, context, diagnostics);
+  s.has_media_ = s.world_program_.has_volume();
+  if (s.world_program_.medium_varies())
+    report_once(diagnostics, {Diagnostic::Severity::Warning, d.world.name, "its volume varies from place to place; all of it is as in the middle of the scene"});
+  for (size_t i = 0; i < used.size(); ++i) s.has_media_ |= used[i] && s.programs_[i].has_volume();
   s.textures_->forget_previous();
   s.statistics_.kept_textures = uint64_t(s.textures_->kept_count());
   s.statistics_.texture_bytes = s.textures_->memory_bytes();

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -90,6 +91,9 @@ class Scene {
   const ShaderProgram& material(const Hit& hit) const;
   /// Index of the light of an emissive triangle, or -1.
   int light_of(const Hit& hit) const;
+  /// Whether some object or the world is filled with a volume, be it an empty one.
+  bool has_media() const { return has_media_; }
+  bool has_transparent_shadows() const { return any_transparent_; }
   /// Whether some surface may emit that no light stands for.
   bool emission_without_lights() const;
 
@@ -112,6 +116,10 @@ class Scene {
   const std::vector<BuiltMesh>& meshes() const { return meshes_; }
   const std::vector<BuiltInstance>& instances() const { return instances_; }
   const std::vector<ShaderProgram>& programs() const { return programs_; }
+  /// Program of each material slot of an instance.
+  std::span<const uint32_t> materials_of(const BuiltInstance& instance) const {
+    return {material_table_.data() + instance.first_material, instance.material_count};
+  }
   const ObjectDescription& object(uint32_t index) const { return objects_[index]; }
   const TextureStore& textures() const { return *textures_; }
   int material_index(const Hit& hit) const;
@@ -146,7 +154,7 @@ class Scene {
   LightSet lights_;
   std::unique_ptr<Accel> accel_;
   BuildStatistics statistics_;
-  bool any_transparent_ = false;
+  bool any_transparent_ = false, has_media_ = false;
   Vec3 center_{0.0f};
   float radius_ = 1.0f;
 };

@@ -45,6 +45,11 @@ struct DirectLightContext {
     if (guide) value.pdf_solid_angle = guide->pdf_solid_angle(value.pdf_solid_angle, wi);
     return value;
   }
+  /// Along the way to a light.
+  Color transmittance(const Ray& ray) const { return scene.transmittance(ray, scene.settings().bounces.transparent); }
+  Color beyond(Vec3 wi, float distance, Color f_cos, bool shadows, uint64_t& rays) const {
+    return beyond_terminator(scene, point, bsdf, wi, distance, f_cos, shadows, rays);
+  }
 };
 
 /// What a vertex remembers for the weight of what its BSDF sample hits.
@@ -82,8 +87,8 @@ inline Color visible_to(uint32_t visibility, const Bsdf& bsdf, Vec3 wo, Vec3 wi)
 
 /// One sample of one light, weighted against the BSDF's own chance of finding it, and with what lies beyond the terminator. `rays` counts
 /// shadow rays. `kOnlyBeyond`: nothing but the latter, which methods that sample light in other ways add to theirs.
-template <bool kOnlyBeyond = false>
-inline Color estimate_direct(const DirectLightContext& c, const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
+template <bool kOnlyBeyond = false, class Context>
+inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
   const auto sample = lights.sample_li(choice.light, c.point.position, u, c.point.time);
@@ -101,7 +106,7 @@ inline Color estimate_direct(const DirectLightContext& c, const LightSet::Choice
     Color through(1.0f);
     if (light.cast_shadow) {
       ++rays;
-      through = c.scene.transmittance(c.scene.spawn_segment(c.point, sample->wi, sample->distance), c.scene.settings().bounces.transparent);
+      through = c.transmittance(c.scene.spawn_segment(c.point, sample->wi, sample->distance));
     }
     if (!is_black(through)) {
       if (kOnlyBeyond) return Color(0.0f);
@@ -111,15 +116,15 @@ inline Color estimate_direct(const DirectLightContext& c, const LightSet::Choice
     }
   }
   if (!has_soft_terminator(c.point)) return Color(0.0f);
-  return arriving * beyond_terminator(c.scene, c.point, c.bsdf, sample->wi, sample->distance, scattered.f_cos, light.cast_shadow, rays);
+  return arriving * c.beyond(sample->wi, sample->distance, scattered.f_cos, light.cast_shadow, rays);
 }
 
-template <bool kOnlyBeyond = false>
-inline Color estimate_direct(const DirectLightContext& c, float u_choice, Vec2 u, uint64_t& rays) {
+template <bool kOnlyBeyond = false, class Context>
+inline Color estimate_direct(const Context& c, float u_choice, Vec2 u, uint64_t& rays) {
   return estimate_direct<kOnlyBeyond>(c, c.scene.lights().choose(c.point.position, c.bsdf.receiving_normal(), u_choice), u, rays);
 }
-template <bool kOnlyBeyond = false>
-inline Color estimate_direct(const DirectLightContext& c, Sampler& sampler, uint32_t first, uint64_t& rays) {
+template <bool kOnlyBeyond = false, class Context>
+inline Color estimate_direct(const Context& c, Sampler& sampler, uint32_t first, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
   sampler.set_dimension(first + 1);
   const Vec2 u = sampler.get_2d();
@@ -135,7 +140,8 @@ inline Color estimate_direct(const DirectLightContext& c, Sampler& sampler, uint
 /// (multiple importance sampling, Veach 1997, section 9.2).
 class MisDirectLight {
  public:
-  Color estimate(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex&, SampleAux*, uint64_t& rays) const {
+  template <class Context = DirectLightContext>
+  Color estimate(const Context& c, Sampler& sampler, uint32_t first, DirectVertex&, SampleAux*, uint64_t& rays) const {
     return estimate_direct(c, sampler, first, rays);
   }
 

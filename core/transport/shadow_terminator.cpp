@@ -38,21 +38,30 @@ Vec3 to_curved_surface(const ShadingPoint& point, Vec3 ng) {
 
 }  // namespace
 
-Color beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wi, float distance, Color f_cos, bool shadows, uint64_t& rays) {
-  if (!grazes_terminator(point, wi)) return Color(0.0f);
-  const Color f = is_black(f_cos) ? bsdf.evaluate_beyond_horizon(point.wo, wi) : f_cos;
-  if (is_black(f) || !shadows) return f;
+bool beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wi, float distance, bool shadows, Color& f, Ray& ray) {
+  if (!grazes_terminator(point, wi)) return false;
+  if (is_black(f)) f = bsdf.evaluate_beyond_horizon(point.wo, wi);
+  ray.t_max = 0.0f;
+  if (is_black(f) || !shadows) return !is_black(f);
   ShadingPoint moved = point;
   moved.position += share_of_terminator_offset(point, wi) * to_curved_surface(point, glm::dot(point.ns, wi) < 0.0f ? -point.ng : point.ng);
   Vec3 direction = wi;
   if (distance < kInfinity) {
     const Vec3 to_light = point.position + distance * wi - moved.position;
     distance = std::sqrt(length_squared(to_light));
-    if (!(distance > 0.0f)) return Color(0.0f);
+    if (!(distance > 0.0f)) return false;
     direction = to_light / distance;
   }
+  ray = scene.spawn_segment(moved, direction, distance);
+  return true;
+}
+
+Color beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wi, float distance, Color f_cos, bool shadows, uint64_t& rays) {
+  Ray ray;
+  if (!beyond_terminator(scene, point, bsdf, wi, distance, shadows, f_cos, ray)) return Color(0.0f);
+  if (!(ray.t_max > 0.0f)) return f_cos;
   ++rays;
-  return f * scene.transmittance(scene.spawn_segment(moved, direction, distance), scene.settings().bounces.transparent);
+  return f_cos * scene.transmittance(ray, scene.settings().bounces.transparent);
 }
 
 }  // namespace ajar

@@ -18,10 +18,6 @@ struct WalkMedium {
 };
 WalkMedium walk_medium(const SubsurfaceMedium& medium);
 
-/// Scattering around the direction travelled; density per solid angle [Henyey and Greenstein 1941].
-float henyey_greenstein(float cosine, float anisotropy);
-float sample_henyey_greenstein(float anisotropy, float u);
-
 /// From `point` on `entered`, whose lobes have this normal, through the inside of the same instance. True when the walk leaves: `point` is then the
 /// exit, turned outwards, `bsdf` lets the light out, and `weight` is multiplied with what it brings per unit of the subsurface lobes'
 /// weight over `medium.albedo`.

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "agreement.h"
+#include "transport/phase_function.h"
 #include "transport/subsurface_walk.h"
 
 using namespace ajar;
