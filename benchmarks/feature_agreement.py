@@ -35,11 +35,12 @@ EXPECTED_DIFFERENCES: dict[str, str] = {
     "wireframe": "the node is missing (docs/coverage.md)",
     "custom_normals": "sky below a face's horizon and above its normals' counts fully; Cycles weighs it by a density that no sample has",
     "object_holdout": "objects that hold out are not cut out of the film yet",
+    "volume_anisotropies": "Cycles adds the phase functions of different anisotropies where lights are sampled, instead of weighing them",
     "lamp_without_glossy": "light sampling does not tell kinds of rays apart, only hits do; reported",
 }
 
 # What the gate looks at.
-SAMPLE = ["sun_wide", "camera_dof_blades", "principled_plastic", "noise", "coarse_smooth_ball", "particles"]
+SAMPLE = ["sun_wide", "camera_dof_blades", "principled_plastic", "noise", "coarse_smooth_ball", "particles", "volume_principled"]
 
 
 @dataclass(frozen=True)

@@ -593,6 +593,147 @@ def _(stage):
     stage.box.is_holdout = True
 
 
+# --- Volumes ---------------------------------------------------------------------------------------------------------
+
+def volume(*closures: tuple[str, dict], surface: str | None = None) -> bpy.types.Material:
+    """A material whose volume is the sum of these nodes, given by type and inputs."""
+    made = bpy.data.materials.new("Volume")
+    made.use_nodes = True
+    tree = made.node_tree
+    tree.nodes.clear()
+    output = tree.nodes.new("ShaderNodeOutputMaterial")
+    if surface:
+        node = tree.nodes.new(surface)
+        tree.links.new(node.outputs[0], output.inputs["Surface"])
+        if surface == "ShaderNodeBsdfGlass":
+            node.distribution = "SHARP"
+    fill(tree, output, closures)
+    return made
+
+
+def fill(tree: bpy.types.NodeTree, output: bpy.types.Node, closures) -> None:
+    total = None
+    for node_type, inputs in closures:
+        node = tree.nodes.new(node_type)
+        for socket, value in inputs.items():
+            tools.set_input(node, socket.replace("_", " "), value)
+        if total is not None:
+            both = tree.nodes.new("ShaderNodeAddShader")
+            tree.links.new(total, both.inputs[0])
+            tree.links.new(node.outputs[0], both.inputs[1])
+            node = both
+        total = node.outputs[0]
+    tree.links.new(total, output.inputs["Volume"])
+
+
+def scatter(**inputs) -> tuple[str, dict]:
+    return "ShaderNodeVolumeScatter", inputs
+
+
+def fog(name: str, what: str, *closures, low=(-1.9, -1.9, 0.01), high=(1.9, 1.9, 2.4), lamp: bool = True) -> None:
+    """Around the ball and the box."""
+    def change(stage):
+        stage.sky((0.05, 0.05, 0.06))
+        if lamp:
+            tools.point_light("Lamp", (-1.2, -1.2, 3.2), 300, radius=0.0)
+        tools.add_box("Fog", low, high, volume(*closures))
+    add("volume", name, what, change)
+
+
+fog("fog", "fog lit by a point lamp", scatter(Color=(0.8, 0.8, 0.8), Density=0.4))
+fog("fog_forward", "fog that scatters forwards", scatter(Color=(0.9, 0.8, 0.6), Density=0.4, Anisotropy=0.7))
+fog("fog_backward", "fog that scatters backwards", scatter(Color=(0.9, 0.8, 0.6), Density=0.4, Anisotropy=-0.7))
+fog("fog_around_camera", "the camera inside fog", scatter(Color=(0.8, 0.8, 0.8), Density=0.12, Anisotropy=0.3), low=(-7, -7, -1), high=(7, 7, 6))
+fog("smoke_absorbs", "Volume Absorption and Scatter added, in three colours", scatter(Color=(0.2, 0.5, 0.8), Density=0.5),
+    ("ShaderNodeVolumeAbsorption", {"Color": (0.9, 0.6, 0.2), "Density": 0.5}))
+fog("volume_emission", "a volume that only glows", ("ShaderNodeEmission", {"Color": (1.0, 0.5, 0.2), "Strength": 0.4}), lamp=False)
+fog("volume_principled", "Principled Volume with absorption and emission", ("ShaderNodeVolumePrincipled", {
+    "Color": (0.6, 0.4, 0.3), "Density": 0.6, "Anisotropy": 0.2, "Absorption_Color": (0.3, 0.1, 0.05), "Emission_Strength": 0.05, "Emission_Color": (0.2, 0.5, 1.0)}))
+fog("volume_fire", "Principled Volume with blackbody emission", ("ShaderNodeVolumePrincipled", {
+    "Color": (0.5, 0.5, 0.5), "Density": 0.3, "Blackbody_Intensity": 1.0, "Temperature": 2200.0}), lamp=False)
+
+
+@feature("volume", "volume_single", "fog that scatters light once")
+def _(stage):
+    FEATURES["fog"].change(stage)
+    stage.scene.cycles.volume_bounces = 0
+
+
+@feature("volume", "volume_many_lights", "fog with an area lamp, a glowing mesh and a sky")
+def _(stage):
+    FEATURES["fog"].change(stage)
+    stage.sky((0.3, 0.35, 0.4))
+    tools.area_light("Panel", (1.6, -1.5, 3.0), (0, 0, 0.4), 0.8, 60)
+    stage.on_ball(tools.emission("Ball", (1, 0.6, 0.3), 3.0))
+
+
+@feature("volume", "volume_lamp_inside", "a lamp of 2 cm inside fog")
+def _(stage):
+    FEATURES["fog"].change(stage)
+    bpy.data.objects.remove(bpy.data.objects["Lamp"])
+    tools.point_light("Lamp", (0.1, -0.9, 1.5), 60, radius=0.02)
+
+
+@feature("volume", "volume_overlap", "two volumes that overlap")
+def _(stage):
+    FEATURES["fog"].change(stage)
+    tools.add_sphere("Second", (0.3, -0.8, 1.0), 0.8, volume(scatter(Color=(0.9, 0.3, 0.2), Density=0.9)))
+
+
+@feature("volume", "volume_anisotropies", "two volumes of different anisotropies that overlap")
+def _(stage):
+    FEATURES["volume_overlap"].change(stage)
+    next(n for n in bpy.data.materials["Volume.001"].node_tree.nodes if n.bl_idname == "ShaderNodeVolumeScatter").inputs["Anisotropy"].default_value = -0.3
+
+
+@feature("volume", "volume_glass", "glass that absorbs")
+def _(stage):
+    stage.sky((0.5, 0.52, 0.55))
+    stage.material([stage.ball], volume(("ShaderNodeVolumeAbsorption", {"Color": (0.2, 0.7, 0.5), "Density": 1.5}), surface="ShaderNodeBsdfGlass"))
+
+
+@feature("volume", "volume_milk", "glass filled with what scatters")
+def _(stage):
+    stage.sky((0.5, 0.52, 0.55))
+    stage.material([stage.ball], volume(scatter(Color=(0.9, 0.8, 0.7), Density=3.0, Anisotropy=0.5), surface="ShaderNodeBsdfGlass"))
+
+
+@feature("volume", "volume_transparent", "a transparent surface around fog")
+def _(stage):
+    stage.sun()
+    tools.add_box("Fog", (-1.9, -1.9, 0.01), (1.9, 1.9, 2.4), volume(scatter(Color=(0.8, 0.8, 0.8), Density=0.4), surface="ShaderNodeBsdfTransparent"))
+
+
+@feature("volume", "volume_world", "fog in the whole world, and a lamp")
+def _(stage):
+    stage.sky((0.5, 0.6, 0.7))
+    tools.point_light("Lamp", (-1.2, -1.2, 3.2), 300, radius=0.0)
+    tree = stage.scene.world.node_tree
+    fill(tree, next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputWorld"), [scatter(Color=(0.7, 0.8, 0.9), Density=0.08, Anisotropy=0.2)])
+
+
+@feature("volume", "volume_world_inside", "a volume in a world of fog")
+def _(stage):
+    FEATURES["volume_world"].change(stage)
+    tools.add_box("Fog", (-1.9, -1.9, 0.01), (1.9, 1.9, 2.4), volume(scatter(Color=(0.8, 0.3, 0.3), Density=0.3, Anisotropy=0.2)))
+
+
+@feature("volume", "volume_noise", "a cloud of noise")
+def _(stage):
+    FEATURES["fog"].change(stage)
+    stage.scene.cycles.volume_step_rate = 0.1
+    tree = bpy.data.materials["Volume"].node_tree
+    node = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeVolumeScatter")
+    coordinates, noise = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeTexNoise")
+    noise.inputs["Scale"].default_value = 3.0
+    ramp = tree.nodes.new("ShaderNodeMapRange")
+    for socket, value in (("From Min", 0.45), ("From Max", 0.65), ("To Min", 0.0), ("To Max", 2.0)):
+        ramp.inputs[socket].default_value = value
+    tree.links.new(coordinates.outputs["Generated"], noise.inputs["Vector"])
+    tree.links.new(noise.outputs["Fac"], ramp.inputs["Value"])
+    tree.links.new(ramp.outputs["Result"], node.inputs["Density"])
+
+
 # --- The film --------------------------------------------------------------------------------------------------------
 
 def film(name: str, what: str, **settings):

@@ -23,8 +23,8 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
             graph = node_graph.export(context, tree, material.name)
             if graph.displacement.node >= 0 and compat.displacement_method(material) != "BUMP":
                 context.warn(material.name, "its displacement is shown as bump; the surface itself is not moved yet")
-            # An output with nothing linked to it neither reflects nor emits.
-            if graph.surface.node < 0:
+            # An output with nothing linked to it neither reflects nor emits; one with a volume alone is not seen itself.
+            if graph.surface.node < 0 and graph.volume.node < 0:
                 _diffuse(graph, (0.0, 0.0, 0.0, 1.0))
         else:
             graph = ajar.NodeGraph()

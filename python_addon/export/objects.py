@@ -109,6 +109,9 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
     if thing.type in NOT_YET:
         context.warn(owner.name, f"{NOT_YET[thing.type]} are not yet supported and do not render")
         return False
+    if any(m.type == "FLUID" and m.fluid_type == "DOMAIN" and m.domain_settings.domain_type == "GAS" for m in owner.modifiers):
+        context.warn(owner.name, "smoke is a grid; grids are not yet supported, and it does not render")
+        return False
     # Curves, texts and metaballs come a second time, as instances of the mesh they evaluate to.
     return isinstance(thing.data, bpy.types.Mesh)
 

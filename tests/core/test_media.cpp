@@ -312,6 +312,48 @@ TEST(Media, light_scattered_once_is_the_integral_along_the_ray) {
   }
 }
 
+TEST(Media, lobes_of_media_that_overlap_are_weighed_by_what_they_scatter) {
+  SceneDescription d = through_a_cube();
+  set_world(d, Color(0.0f));
+  d.settings.bounces.volume = 0;
+  const float amounts[] = {0.3f, 0.6f}, g[] = {0.7f, -0.4f};
+  for (int i = 0; i < 2; ++i) add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(1.0f), amounts[i], Density::Constant, g[i]), Vec3(0.0f), Vec3(1.0f + 1e-4f * float(i)));
+  d.lights.push_back(point_light(Vec3(0.5f, 0.3f, 2.0f), 200.0f));
+  const auto scene = build(d);
+  double expected = 0.0;
+  constexpr int kSteps = 4000;
+  for (int i = 0; i < kSteps; ++i) {
+    const Vec3 p(0.0f, -1.0f + 2.0f * (float(i) + 0.5f) / kSteps, 0.0f);
+    const auto sample = scene->lights().sample_li(0, p, Vec2(0.5f), 0.0f);
+    ASSERT_TRUE(sample);
+    const float through = std::exp(-0.9f * (p.y + 1.0f + 1.0f / sample->wi.z));
+    for (int k = 0; k < 2; ++k) expected += 2.0 / kSteps * double(amounts[k] * through * henyey_greenstein(sample->wi.y, g[k]) * sample->radiance.x);
+  }
+  expect_mean(measure(d, 512), Color(float(expected)), 1, 2e-3);
+}
+
+TEST(Media, a_lamp_in_the_worlds_fog_is_the_integral_to_infinity) {
+  SceneDescription d = through_a_cube();
+  d.settings.bounces.volume = 0;
+  const float sigma = 0.08f, g = 0.2f;
+  GraphBuilder b;
+  b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(1.0f)), value_input("Density", sigma), value_input("Anisotropy", g)}), "Volume"};
+  d.world.graph = b.graph;
+  add_cube(d, add_diffuse(d, Color(0.5f)), Vec3(0, 0, -50));   // out of sight
+  d.lights.push_back(point_light(Vec3(0.5f, 0.3f, 2.0f), 200.0f));
+  const auto scene = build(d);
+  double expected = 0.0;
+  constexpr int kSteps = 40000;
+  for (int i = 0; i < kSteps; ++i) {
+    const double t = 300.0 * (i + 0.5) / kSteps;
+    const Vec3 p(0.0f, float(-5.0 + t), 0.0f);
+    const auto sample = scene->lights().sample_li(0, p, Vec2(0.5f), 0.0f);
+    ASSERT_TRUE(sample);
+    expected += 300.0 / kSteps * double(sigma) * std::exp(-double(sigma) * (t + double(sample->distance))) * double(henyey_greenstein(sample->wi.y, g) * sample->radiance.x);
+  }
+  expect_mean(measure(d, 512), Color(float(expected)), 1, 1e-4);
+}
+
 TEST(Media, emission_is_dimmed_on_its_way_out) {
   for (const Density density : {Density::Constant, Density::NearlyConstant}) {
     for (const float absorption : {0.0f, 0.7f}) {

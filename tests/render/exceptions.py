@@ -14,9 +14,7 @@ class ExpectedDifference:
     covers: Callable[[int, int], bool] = lambda row, column: True
 
 
-EXPECTED_DIFFERENCES: dict[str, list[ExpectedDifference]] = {
-    "volume": [ExpectedDifference("its smoke is a participating medium, which the path tracer does not render yet")],
-}
+EXPECTED_DIFFERENCES: dict[str, list[ExpectedDifference]] = {}
 
 
 def unexpected(scene_name: str, found: list) -> list:

@@ -270,6 +270,15 @@ def test_output_with_nothing_linked_is_black(build, graph_of):
     assert value(graph, 0, "Color")[:3] == (0.0, 0.0, 0.0)
 
 
+def test_output_with_a_volume_alone_has_no_surface(build, graph_of):
+    material = build.material()
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    links.new(nodes.new("ShaderNodeVolumeScatter").outputs["Volume"], nodes.new("ShaderNodeOutputMaterial").inputs["Volume"])
+    graph = graph_of(material)
+    assert graph.surface.node < 0 <= graph.volume.node
+
+
 def test_output_for_cycles_wins(shader, graph_of):
     other = shader.nodes.new("ShaderNodeOutputMaterial")
     other.target = "CYCLES"
