@@ -22,8 +22,9 @@ from .ajar_module import ajar
 from .export import ExportContext, MeshCache, export_contents, settings
 from .headless import Options
 
-POLL_SECONDS = 0.02
-FIRST_SECONDS = 0.05          # that the first picture after a change may take
+POLL_SECONDS = 0.01
+FIRST_SECONDS = 0.03          # that the first picture after a change may take
+QUICK_SECONDS = 0.2           # a full picture that takes no longer follows it at once
 PATIENCE_SECONDS = 0.25       # that a change waits for the picture of the change before
 COARSEST = 16
 LARGEST_HALF = 65504.0        # what a texture of half floats can hold
@@ -127,7 +128,7 @@ class Viewport:
                 self._render(self._first_divider())
         elif shown and self._divider > 1 and self._uploaded[0] == self._number:
             # A full picture at once when it is quick, else by steps.
-            quick = self.view.pixels() / self._rate < 4 * FIRST_SECONDS
+            quick = self.view.pixels() / self._rate < QUICK_SECONDS
             self._render(1 if quick else self._divider // 2)
 
     def _first_divider(self) -> int:
