@@ -216,6 +216,11 @@ FLAT_SHADER = "UNIFORM_COLOR" if bpy.app.version >= (4, 0) else "2D_UNIFORM_COLO
 POINT_SHADER = "POINT_FLAT_COLOR" if bpy.app.version >= (4, 5) else "FLAT_COLOR" if bpy.app.version >= (4, 0) else "3D_FLAT_COLOR"
 
 
+def label_points(style: bpy.types.ThemeStyle) -> float:
+    """Size of the words in panels; newer versions have one size for all widgets."""
+    return (style.widget_label if hasattr(style, "widget_label") else style.widget).points
+
+
 def font_size(font: int, size: int) -> None:
     import blf
 

@@ -385,7 +385,7 @@ def _wrapped(text: str, context: bpy.types.Context, icon: bool = False) -> list[
     """A sentence in lines that fit the panel: Blender's labels are of one line. `icon`: room for one is taken from each."""
     scale = context.preferences.system.ui_scale or 1.0
     width = (context.region.width if context.region is not None else 300) - (MARGINS + (ICON if icon else 0)) * scale
-    font = context.preferences.ui_styles[0].widget_label.points
+    font = compat.label_points(context.preferences.ui_styles[0])
     compat.font_size(0, round(font * scale))
     lines: list[str] = []
     for word in text.split():
