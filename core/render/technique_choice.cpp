@@ -38,8 +38,10 @@ constexpr double kPilotShare = 0.08;
 constexpr double kBiasRate = -2.0 / 3.0;
 /// Samples a pixel that a render is taken to have which is told neither samples nor time.
 constexpr double kUsualSamples = 512.0;
-/// Samples a second and thread that a time limit is taken to allow.
-constexpr double kSamplesPerSecond = 5e5;
+/// Work of all candidates for a pixel and sample of the pilot, in path tracing's: measured on `rooms`, in rays times their cost.
+constexpr double kPilotWork = 9.0;
+/// How fast path tracing is, where a time limit asks: tried with so many pixels and samples.
+constexpr int kTimedPixels = 1024, kTimedSamples = 4;
 /// relMSE after the pilot's samples at which path tracing does well.
 constexpr double kEasyRelmse = 0.05;
 /// Another technique must be this much better than path tracing, whose stratification a small picture shows least.
@@ -51,18 +53,37 @@ std::string text(double value) {
   return buffer;
 }
 
-/// Samples of path tracing that the render may take, in all pixels.
-double samples_asked(const RenderSettings& s) {
-  const double pixels = double(s.width) * s.height;
-  double samples = s.samples > 0 ? s.samples * pixels : 1e18;
-  if (s.seconds > 0.0) samples = std::min(samples, s.seconds * kSamplesPerSecond * std::max(1, s.threads));
-  return samples < 1e18 ? samples : kUsualSamples * pixels;
+/// The same picture with about so many pixels, not more than it has.
+RenderSettings smaller(const RenderSettings& asked, double pixels) {
+  RenderSettings small = asked;
+  const double scale = std::min(1.0, std::sqrt(pixels / (double(asked.width) * asked.height)));
+  small.width = std::max(1, int(std::lround(asked.width * scale)));
+  small.height = std::max(1, int(std::lround(asked.height * scale)));
+  small.region = {0, 0, 0, 0};
+  small.passes = {"Combined"};
+  small.image = "uniform";
+  return small;
 }
 
-/// Pixels of a pilot that costs no more than its share of the render.
-int affordable_pixels(const RenderSettings& s) {
-  const double all = kPilotShare * samples_asked(s) / (kPilotSamples * double(std::size(kCandidates)));
-  return int(std::min({all, double(kPilotPixels), double(s.width) * s.height}));
+/// Samples a second by path tracing, all threads together. Leaves the scene's view changed.
+double samples_per_second(const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const RenderSettings& asked, const std::atomic<bool>& stop) {
+  const RenderSettings small = smaller(asked, kTimedPixels);
+  scene->change_view(camera, small);
+  const auto integrator = make_integrator(kCandidates[0].integrator);
+  integrator->prepare(scene, asked.seed);
+  Film film(0, 0, small.width, small.height, {"Combined"});
+  const auto start = std::chrono::steady_clock::now();
+  integrator->run_iteration(film, kTimedSamples, stop);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return kTimedSamples * double(small.width) * small.height / std::max(seconds, 1e-6);
+}
+
+/// Samples of path tracing that the render may take, in all pixels. `rate`: a second.
+double samples_of_render(const RenderSettings& s, double rate) {
+  const double pixels = double(s.width) * s.height;
+  double samples = s.samples > 0 ? s.samples * pixels : 1e18;
+  if (s.seconds > 0.0) samples = std::min(samples, s.seconds * rate);
+  return samples < 1e18 ? samples : kUsualSamples * pixels;
 }
 
 /// Two independent pictures by one technique.
@@ -168,19 +189,16 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.reason = reason_against(find_integrator(candidate.integrator), *scene);
     if (!choice.reason.empty()) return choice;
   }
-  const int pixels = affordable_pixels(asked);
+  const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(scene, camera, asked, stop) : 0.0);
+  // A pilot costs no more than its share of the render.
+  const double pixels = std::min({kPilotShare * samples_asked / (kPilotSamples * kPilotWork), double(kPilotPixels), double(asked.width) * asked.height});
   if (pixels < kFewestPixels) {
+    scene->change_view(camera, asked);
     choice.reason = "too few samples to pay for a pilot";
     return choice;
   }
 
-  RenderSettings small = asked;
-  const double scale = std::min(1.0, std::sqrt(double(pixels) / (double(asked.width) * asked.height)));
-  small.width = std::max(1, int(std::lround(asked.width * scale)));
-  small.height = std::max(1, int(std::lround(asked.height * scale)));
-  small.region = {0, 0, 0, 0};
-  small.passes = {"Combined"};
-  small.image = "uniform";
+  const RenderSettings small = smaller(asked, pixels);
   scene->change_view(camera, small);
   std::vector<Pilot> pilots;
   const auto truth_by = [&](size_t from) {
@@ -206,7 +224,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   }
   const bool merges = asked.vertex_merging != "off" && plan_merging(*scene).used;
   // Noise falls with the samples that the render's rays pay for, bias more slowly.
-  const double rays_asked = samples_asked(asked) * pilots[0].rays / (kPilotSamples * double(small.width) * small.height);
+  const double rays_asked = samples_asked * pilots[0].rays / (kPilotSamples * double(small.width) * small.height);
   for (size_t k = 0; k < pilots.size(); ++k) {
     TechniqueTrial& trial = choice.trials[k];
     if (!kCandidates[k].unbiased) trial.bias = bias_of(pilots[k], pilots[calmest], truth, small.width, small.height);

@@ -85,7 +85,11 @@ TEST(TechniqueChoice, no_pilot_where_it_cannot_pay) {
   SceneDescription direct = hidden_lamp();
   direct.settings.bounces.total = 0;
   EXPECT_EQ(choose(direct).trials.size(), 0u);
-  for (const SceneDescription& d : {few, dark, direct}) EXPECT_EQ(choose(d).settings.integrator, "path");
+  SceneDescription hasty = hidden_lamp();
+  hasty.settings.samples = 0;
+  hasty.settings.seconds = 1e-3;
+  EXPECT_EQ(choose(hasty).trials.size(), 0u);
+  for (const SceneDescription& d : {few, dark, direct, hasty}) EXPECT_EQ(choose(d).settings.integrator, "path");
 }
 
 TEST(TechniqueChoice, a_stop_ends_the_pilot_at_once) {
