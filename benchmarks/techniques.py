@@ -47,6 +47,7 @@ AJAR_TECHNIQUES = {
     "auto": ["--integrator", "auto"],
 }
 CYCLES = "Cycles"
+UNBIASED = ["--vertex-merging", "off"]  # references do without what makes these only consistent
 
 
 @dataclass(frozen=True)
@@ -74,10 +75,10 @@ def reference_of(ajar: renderers.AjarBuild, blend: Scene, scene: Path, folder: P
         if str(data["key"]) == key and float(data["seconds"]) >= seconds:
             return Reference(data["mean"], data["variance"], float(data["check"]))
     each = seconds / (REFERENCE_REPLICATES + 2)
-    replicates = [ajar_image(ajar, scene, folder / "reference", each, 1001 + i, threads, AJAR_TECHNIQUES["metropolis"]).image()
+    replicates = [ajar_image(ajar, scene, folder / "reference", each, 1001 + i, threads, [*AJAR_TECHNIQUES["metropolis"], *UNBIASED]).image()
                   for i in range(REFERENCE_REPLICATES)]
     mean, variance = agreement.mean_and_variance(replicates)
-    other = ajar_image(ajar, scene, folder / "reference", 2 * each, 2001, threads, AJAR_TECHNIQUES["bdpt"]).image()
+    other = ajar_image(ajar, scene, folder / "reference", 2 * each, 2001, threads, [*AJAR_TECHNIQUES["bdpt"], *UNBIASED]).image()
     check = float(metrics.luminance(other).mean() / metrics.luminance(mean).mean())
     np.savez_compressed(kept, mean=mean.astype(np.float32), variance=variance.astype(np.float32), check=check, key=key, seconds=seconds)
     return Reference(mean, variance, check)
