@@ -116,7 +116,9 @@ TEST(IrradianceRecords, are_all_found_where_they_speak_and_limit_each_other) {
   for (size_t i = 0; i < records.size(); ++i) {
     for (size_t k = 0; k < records.size(); ++k) {
       const float distance = glm::length(records[i].position - records[k].position);
-      if (distance < records[i].radius) EXPECT_LE(records[i].radius, list[k].radius + IrradianceRecords::kRadiusShare * distance + 1e-4f);
+      if (distance < records[i].radius) {
+        EXPECT_LE(records[i].radius, list[k].radius + IrradianceRecords::kRadiusShare * distance + 1e-4f);
+      }
     }
   }
 }
