@@ -70,7 +70,7 @@ def find_python(version: str) -> str:
     raise Unavailable(f"there is no Python {version}")
 
 
-def wheel(version: str, work: Path = WORK) -> Blender:
+def wheel(version: str, zip_file: Path, work: Path = WORK) -> Blender:
     """The bpy wheel in an environment of its own, downloaded by the first who asks."""
     folder = work / f"bpy-{version}"
     python = folder / "bin" / "python"
@@ -82,7 +82,7 @@ def wheel(version: str, work: Path = WORK) -> Blender:
         if result.returncode != 0:
             raise Unavailable(f"bpy {version} cannot be downloaded: {result.stdout.strip().splitlines()[-1]}")
         (folder / "complete").touch()
-    return Blender(f"{version} (official, bpy wheel)", [str(python), str(INSIDE)], zips()[0])
+    return Blender(f"{version} (official, bpy wheel)", [str(python), str(INSIDE)], zip_file)
 
 
 def debian(zip_file: Path | None) -> Blender:
@@ -221,7 +221,7 @@ def main() -> None:
     blenders = [debian(None), debian(zips()[1])]
     for version in options.wheel:
         try:
-            blenders.append(wheel(version))
+            blenders.append(wheel(version, zips()[0]))
         except Unavailable as reason:
             print(f"left out: {reason}", file=sys.stderr)
     results = {}

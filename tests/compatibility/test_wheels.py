@@ -18,7 +18,7 @@ def same(ours, theirs) -> None:
 
 def wheel_or_skip(version: str, zip_file) -> compatibility.Blender:
     try:
-        return compatibility.Blender(version, compatibility.wheel(version).command, zip_file)
+        return compatibility.wheel(version, zip_file)
     except compatibility.Unavailable as reason:
         pytest.skip(f"not tried in Blender {version}: {reason}")
 
