@@ -37,7 +37,7 @@ struct SampleAux {
   Color albedo{0.0f};
   float mist = 1.0f;               ///< 0 near, 1 far
   float object_index = 0.0f, material_index = 0.0f;
-  std::array<float, 4> shares{};   ///< of a learned mixture: BSDF, first and second light group, cone
+  std::array<float, 4> shares{};   ///< of a learned mixture: BSDF, first and second light or half of the light tree, cone
 };
 
 /// A sample's radiance taken apart, as Blender's passes have it: what is seen directly, and what the first surface scatters by each kind of

@@ -112,7 +112,7 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
         const int row = tile.rows().begin(), column = tile.cols().begin();
         PhotonGatherer gatherer(*scene_, maps_, gather_, seed);
         const size_t number = size_t(row) * size_t(columns) + size_t(column);
-        if (!only_arrivals) gatherer.guide(pass_ > 0 ? &guide_ : nullptr, guide_samples_.empty() ? nullptr : &guide_samples_[number], guide_stride);
+        if (!only_arrivals) gatherer.guide(&guide_, guide_samples_.empty() ? nullptr : &guide_samples_[number], guide_stride);
         if (arrivals_) gatherer.log_arrivals(&logs[number], only_arrivals);
         for (int y = row * kTile; y < std::min((row + 1) * kTile, height); ++y) {
           for (int x = column * kTile; x < std::min((column + 1) * kTile, width); ++x) {

@@ -70,11 +70,6 @@ class CachedPart {
   Bsdf storage_;
 };
 
-bool past_limits(const ShadingPoint& point, const BounceLimits& limits) {
-  return point.ray_depth > limits.total || point.diffuse_depth > limits.diffuse || point.glossy_depth > limits.glossy ||
-         point.transmission_depth > limits.transmission;
-}
-
 /// Whether light from other surfaces may arrive by a diffuse lobe here.
 bool bounces_diffusely(const ShadingPoint& point, const BounceLimits& limits) { return point.ray_depth < limits.total && point.diffuse_depth < limits.diffuse; }
 

@@ -502,15 +502,8 @@ class PathTracer final : public Integrator {
           else shares = shares_of(bsdf, bsdf.f_cos_of_kinds(point.wo, sample->wi));
         }
       }
-      ++point.ray_depth;
-      const bool diffuse = sample->flags & kDiffuse, transmitted = sample->flags & kTransmission;
-      if (diffuse) ++point.diffuse_depth;
-      if (!diffuse && !transmitted) ++point.glossy_depth;
-      if (transmitted) ++point.transmission_depth;
-      const BounceLimits& limits = settings.bounces;
-      last_chance = point.ray_depth > limits.total || point.diffuse_depth > limits.diffuse ||
-                    point.glossy_depth > limits.glossy || point.transmission_depth > limits.transmission;
-      point.ray_kind = ray_kind_after(*sample);
+      count_bounce(*sample, point, point);
+      last_chance = past_limits(point, settings.bounces);
 
       // Nothing is left to find where only lights would count, and they are counted already.
       if (last_chance && here.complete && !sample->specular && ends_early_) break;

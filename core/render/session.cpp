@@ -122,7 +122,7 @@ struct Session::Data {
   bool enough(double render_seconds, double samples, double relmse) const;
   int next_samples(double render_seconds, uint64_t done) const;
   bool error_due(double render_seconds, uint64_t done) const;
-  void estimate_error(uint64_t done);
+  void estimate_error(double render_seconds, uint64_t done);
   void publish(double render_seconds, uint64_t done);
   std::vector<float> resolve(const std::string& pass) const;
   Checkpoint checkpoint() const;
@@ -410,18 +410,18 @@ bool Session::Data::error_due(double render_seconds, uint64_t done) const {
 }
 
 /// With the lock held, while nothing writes to the film.
-void Session::Data::estimate_error(uint64_t done) {
+void Session::Data::estimate_error(double render_seconds, uint64_t done) {
   const auto start = Clock::now();
   const Film::ErrorEstimate estimate = film->estimated_error(uint32_t(done));
   if (std::has_single_bit(done)) film->remember(uint32_t(done));
   progress.estimated_relmse = estimate.relmse;
   progress.estimated_perceptual_error = estimate.perceptual;
+  if (estimate.relmse >= 0.0) error_over_time.push_back({render_seconds, progress.samples, estimate.relmse, estimate.perceptual});
   error_look_seconds = seconds_since(start);
   last_error_look = Clock::now();
 }
 
 void Session::Data::publish(double render_seconds, uint64_t done) {
-  const bool estimate = error_due(render_seconds, done);
   std::lock_guard lock(mutex);
   if (statistics.hints.empty()) {
     for (const HintStatistics& hint : integrator->statistics().hints)
@@ -430,14 +430,12 @@ void Session::Data::publish(double render_seconds, uint64_t done) {
   statistics = integrator->statistics();
   progress.samples = samples_before() + film->sample_counts().mean;
   progress.render_seconds = render_seconds;
-  if (estimate) estimate_error(done);
+  if (error_due(render_seconds, done)) estimate_error(render_seconds, done);
   float fraction = 0.0f;
   if (settings.samples > 0) fraction = float(progress.samples / settings.samples);
   if (settings.seconds > 0.0) fraction = std::max(fraction, float(render_seconds / settings.seconds));
   progress.fraction = 0.05f + 0.95f * std::min(1.0f, fraction);
   ++progress.iteration;
-  if (estimate && progress.estimated_relmse >= 0.0)
-    error_over_time.push_back({render_seconds, progress.samples, progress.estimated_relmse, progress.estimated_perceptual_error});
   for (const std::string& pass : wanted) published[pass] = resolve(pass);
   wanted.clear();
   if (wanted_photons > 0) published_photons = integrator->photons(std::exchange(wanted_photons, 0));

@@ -16,18 +16,6 @@ constexpr uint32_t kGatherDimensions = 4;
 /// gathered once more instead.
 constexpr float kNear = 1.0f;
 
-/// Counts a bounce; true when a limit is passed, and only what the next surface emits still counts.
-bool count_bounce(ShadingPoint& point, const BsdfSample& sample, const BounceLimits& limits) {
-  ++point.ray_depth;
-  const bool diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
-  point.diffuse_depth += diffuse;
-  point.glossy_depth += !diffuse && !transmitted;
-  point.transmission_depth += transmitted;
-  point.ray_kind = ray_kind_after(sample);
-  return point.ray_depth > limits.total || point.diffuse_depth > limits.diffuse || point.glossy_depth > limits.glossy ||
-         point.transmission_depth > limits.transmission;
-}
-
 }  // namespace
 
 Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension) {
@@ -97,7 +85,8 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
       continue;
     }
     if (last_chance) break;
-    last_chance = count_bounce(point, *sample, settings.bounces);
+    count_bounce(*sample, point, point);
+    last_chance = past_limits(point, settings.bounces);
     if (point.ray_depth > 2) {
       const float survival = std::min(1.0f, std::sqrt(max_component(beta)));
       sampler_.set_dimension(base + kRoulette);
@@ -154,7 +143,8 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
   ShadingPoint point = from;
   SurfaceShading shading;
   Color radiance(0.0f), beta(1.0f);
-  const bool last_chance = count_bounce(point, first, limits);
+  count_bounce(first, from, point);
+  const bool last_chance = past_limits(point, limits);
   Ray ray = scene_.spawn_ray(from, first.wi);
   bool straight = true;    // no sharp bounce yet: light met is direct light; after one it would be a caustic
   float length = 0.0f;
@@ -198,7 +188,9 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
       continue;
     }
     straight = false;
-    if (last_chance || !maps_.has_global || count_bounce(point, *sample, limits)) break;
+    if (last_chance || !maps_.has_global) break;
+    count_bounce(*sample, point, point);
+    if (past_limits(point, limits)) break;
     const float survival = std::min(1.0f, max_component(beta));
     sampler.set_dimension(base + kRoulette);
     if (!(survival > 0.0f) || (survival < 1.0f && sampler.get_1d() >= survival)) break;
@@ -221,7 +213,7 @@ bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& sh
     const float u_lobe = sampler_.get_1d();
     const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler_.get_2d());
     if (!sample) return false;
-    if (!(sample->flags & kTransparent)) count_bounce(point, *sample, scene_.settings().bounces);
+    if (!(sample->flags & kTransparent)) count_bounce(*sample, point, point);
     ray = scene_.spawn_ray(point, sample->wi);
   }
   return false;
@@ -236,7 +228,7 @@ bool PhotonGatherer::probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gat
   const float u_lobe = sampler_.get_1d();
   const auto sample = LobeSplit(shading.bsdf, point.wo).rough()->sample(point.wo, u_lobe, sampler_.get_2d());
   if (!sample) return false;
-  count_bounce(point, *sample, scene_.settings().bounces);
+  count_bounce(*sample, point, point);
   if (!find_rough(scene_.spawn_ray(point, sample->wi), point, shading)) return false;
   gathered = {point.position, pack_direction(point.ng)};
   return true;

@@ -20,6 +20,24 @@ inline uint32_t ray_kind_after(const BsdfSample& sample) {
   return kind;
 }
 
+/// Before the ray of `sample` leaves `from`: what `next`, the vertex it comes to, knows of the bounces so far. Both may be the same.
+inline void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next) {
+  const bool diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
+  next.ray_kind = ray_kind_after(sample);
+  next.ray_depth = from.ray_depth + 1;
+  next.diffuse_depth = from.diffuse_depth + diffuse;
+  next.glossy_depth = from.glossy_depth + (!diffuse && !transmitted);
+  next.transmission_depth = from.transmission_depth + transmitted;
+  next.transparent_depth = from.transparent_depth;
+  next.time = from.time;
+}
+
+/// Whether a limit is passed: only what the next surface emits still counts.
+inline bool past_limits(const ShadingPoint& point, const BounceLimits& limits) {
+  return point.ray_depth > limits.total || point.diffuse_depth > limits.diffuse || point.glossy_depth > limits.glossy ||
+         point.transmission_depth > limits.transmission;
+}
+
 /// Light met by a ray that is not a surface: `position` is kInfinity in all components for distant light.
 struct LightMet {
   uint32_t light;

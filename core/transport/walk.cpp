@@ -148,15 +148,4 @@ bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampl
   return true;
 }
 
-void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next) {
-  const bool diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
-  next.ray_kind = ray_kind_after(sample);
-  next.ray_depth = from.ray_depth + 1;
-  next.diffuse_depth = from.diffuse_depth + diffuse;
-  next.glossy_depth = from.glossy_depth + (!diffuse && !transmitted);
-  next.transmission_depth = from.transmission_depth + transmitted;
-  next.transparent_depth = from.transparent_depth;
-  next.time = from.time;
-}
-
 }  // namespace ajar

@@ -94,7 +94,4 @@ constexpr float kLampStop = 0.9f;
 /// False when it meets none. `through` is what lies before the light.
 bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampler& sampler, PathVertex& light, Through& through, uint64_t& rays);
 
-/// Depths and kind for the ray that leaves `from` after `sample`.
-void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next);
-
 }  // namespace ajar
