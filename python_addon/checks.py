@@ -144,11 +144,4 @@ class AJAR_OT_check_scene(bpy.types.Operator):
 CLASSES = (AJAR_OT_mend, AJAR_OT_check_scene)
 
 
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

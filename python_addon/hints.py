@@ -331,14 +331,15 @@ def _menu(self, context: bpy.types.Context) -> None:
         self.layout.operator(AJAR_OT_mark_light_path.bl_idname)
 
 
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+
+
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register_classes()
     bpy.types.VIEW3D_MT_object.append(_menu)
 
 
 def unregister() -> None:
     bpy.types.VIEW3D_MT_object.remove(_menu)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()
     _attachments.clear()

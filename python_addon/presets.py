@@ -50,11 +50,4 @@ class AJAR_MT_presets(bpy.types.Menu):
 CLASSES = (AJAR_OT_use_preset, AJAR_MT_presets)
 
 
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

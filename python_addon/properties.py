@@ -180,9 +180,11 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
 CLASSES = (AjarSceneSettings, AjarObjectSettings, AjarCollectionSettings, AjarViewLayerSettings)
 
 
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+
+
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register_classes()
     bpy.types.Scene.ajar = bpy.props.PointerProperty(type=AjarSceneSettings)
     bpy.types.Object.ajar = bpy.props.PointerProperty(type=AjarObjectSettings)
     bpy.types.Collection.ajar = bpy.props.PointerProperty(type=AjarCollectionSettings)
@@ -194,5 +196,4 @@ def unregister() -> None:
     del bpy.types.Collection.ajar
     del bpy.types.Object.ajar
     del bpy.types.Scene.ajar
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()

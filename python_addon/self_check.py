@@ -107,11 +107,4 @@ class AjarPreferences(bpy.types.AddonPreferences):
 CLASSES = (AJAR_OT_self_check, AjarPreferences)
 
 
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

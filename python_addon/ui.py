@@ -448,9 +448,11 @@ def built_in_panels() -> list[type]:
             if "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ()) and panel.__name__ not in EXCLUDED]
 
 
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+
+
 def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register_classes()
     for panel in built_in_panels():
         panel.COMPAT_ENGINES.add(ENGINE)
 
@@ -458,5 +460,4 @@ def register() -> None:
 def unregister() -> None:
     for panel in built_in_panels():
         panel.COMPAT_ENGINES.discard(ENGINE)
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()
