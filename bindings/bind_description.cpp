@@ -346,9 +346,10 @@ void bind_description(py::module_& module) {
   py::class_<HintDescription>(module, "HintDescription")
       .def_readonly("name", &HintDescription::name)
       .def_property_readonly("points", [](const HintDescription& hint) { return to_array<float>(hint.points); })
-      .def_readonly("spread", &HintDescription::spread)
-      .def_readonly("weight", &HintDescription::weight)
-      .def_readonly("enabled", &HintDescription::enabled);
+      .def_readwrite("spread", &HintDescription::spread)
+      .def_readonly("spreads", &HintDescription::spreads)
+      .def_readwrite("weight", &HintDescription::weight)
+      .def_readwrite("enabled", &HintDescription::enabled);
   py::class_<SceneDescription> scene(module, "SceneDescription", "A scene as plain data, in Blender's axes and units.");
   constexpr MeshArguments* mesh_arguments = nullptr;
   def_mesh(scene, "add_mesh", adder(mesh_arguments),
@@ -384,18 +385,20 @@ void bind_description(py::module_& module) {
           py::arg("light"))
       .def(
           "add_hint",
-          [](SceneDescription& description, std::string name, const Floats& points, float spread, float weight, bool enabled) {
+          [](SceneDescription& description, std::string name, const Floats& points, float spread, std::vector<float> spreads, float weight, bool enabled) {
             HintDescription hint;
             hint.points = copy_rows<Vec3>(points, "points of " + name);
             hint.name = std::move(name);
             hint.spread = spread;
+            hint.spreads = std::move(spreads);
             hint.weight = weight;
             hint.enabled = enabled;
             description.hints.push_back(std::move(hint));
             return index_of_last(description.hints.size());
           },
-          py::kw_only(), py::arg("name"), py::arg("points"), py::arg("spread") = 0.0872665f, py::arg("weight") = 1.0f, py::arg("enabled") = true,
-          "A light path drawn by the artist: float32[n, 3] in world space, from a light to what the camera sees.")
+          py::kw_only(), py::arg("name"), py::arg("points"), py::arg("spread") = 0.0872665f, py::arg("spreads") = std::vector<float>(), py::arg("weight") = 1.0f, py::arg("enabled") = true,
+          "A light path drawn by the artist: float32[n, 3] in world space, from a light to what the camera sees. `spread` is the half-angle of the cone "
+          "around each of its n - 1 segments in radians, `spreads` that of single ones.")
       .def_property_readonly("meshes", &meshes_of)
       .def_readonly("objects", &SceneDescription::objects)
       .def_readonly("instances", &SceneDescription::instances)

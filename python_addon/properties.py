@@ -156,8 +156,8 @@ class AjarObjectSettings(bpy.types.PropertyGroup):
     """The hints are of curves that are light paths."""
     importance: bpy.props.FloatProperty(**IMPORTANCE)
     hint_enabled: bpy.props.BoolProperty(name="Use", description="Propose light along this curve", default=True)
-    hint_spread: bpy.props.FloatProperty(name="Spread", description="Half-angle of the cone around each segment", subtype="ANGLE",
-                                         default=0.0872665, min=1e-4, max=3.14159)
+    hint_spread: bpy.props.FloatProperty(name="Spread", subtype="ANGLE", default=0.0872665, min=1e-4, max=3.14159,
+                                         description="Half-angle of the cone around each segment, times the radius of the control point it leads to")
     hint_light: bpy.props.PointerProperty(name="Starts At", description="Lamp that the curve's first point follows, wherever it goes",
                                           type=bpy.types.Object, poll=lambda self, thing: thing.type == "LIGHT")
     hint_offset: bpy.props.FloatVectorProperty(name="Offset", description="Of the first point on the lamp, along the lamp's own axes",

@@ -31,7 +31,7 @@ def export(context: ExportContext) -> None:
         for number, spline in enumerate(thing.data.splines):
             name = thing.name if len(thing.data.splines) == 1 else f"{thing.name}, part {number + 1}"
             points = points_of(thing, spline, evaluated.matrix_world, lamp)
-            context.description.add_hint(name=name, points=points, spread=settings.hint_spread,
+            context.description.add_hint(name=name, points=points, spread=settings.hint_spread, spreads=spreads_of(spline, settings.hint_spread),
                                          weight=settings.hint_weight, enabled=settings.hint_enabled and not thing.hide_render)
 
 
@@ -48,3 +48,11 @@ def points_of(curve: bpy.types.Object, spline: bpy.types.Spline, matrix_world: M
     if lamp is not None and len(places):
         places[0] = lamp.matrix_world @ curve.ajar.hint_offset
     return places
+
+
+def spreads_of(spline: bpy.types.Spline, spread: float) -> list[float]:
+    """Of each segment: the curve's, times the radius of the control point it leads to."""
+    points = spline.bezier_points if spline.type == "BEZIER" else spline.points
+    radii = np.empty(len(points), dtype=np.float32)
+    points.foreach_get("radius", radii)
+    return [min(spread * float(radius), np.pi) for radius in radii[1:]]

@@ -41,6 +41,17 @@ def test_settings_of_a_curve_go_with_it(export):
     assert (hint.spread, hint.weight, hint.enabled) == (pytest.approx(0.2), 3.0, False)
 
 
+@pytest.mark.parametrize("kind", ["POLY", "BEZIER", "NURBS"])
+def test_the_radius_of_a_point_scales_the_spread_of_the_segment_that_leads_to_it(export, kind):
+    curve = _curve("Keyhole", [(0, 0, 0), (1, 0, 0), (1, 2, 0), (3, 2, 0)], kind)
+    curve.ajar.hint_spread = 0.2
+    spline = curve.data.splines[0]
+    points = spline.bezier_points if kind == "BEZIER" else spline.points
+    points[1].radius, points[2].radius, points[3].radius = 0.5, 1.0, 100.0
+    hint, = export().hints
+    assert hint.spreads == pytest.approx([0.1, 0.2, np.pi])
+
+
 def test_the_first_point_follows_its_lamp(build, export, scene):
     curve = _curve("Keyhole", [(0, 0, 3), (2, 0, 3), (2, 2, 3)])
     lamp = build.object(bpy.data.lights.new("Lamp", "POINT"), "Lamp")
