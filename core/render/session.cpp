@@ -87,6 +87,8 @@ struct Session::Data {
   RenderSettings settings;
   std::unique_ptr<Film> film;
   bool film_idle = false;                        // no thread writes to the film: it may be resolved directly
+  Film::SampleCounts sample_counts{};            // of the film at the last iteration boundary
+  uint64_t film_bytes = 0;
   std::map<std::string, std::vector<float>> published;
   mutable std::set<std::string> wanted{"Combined"};
   PhotonPoints published_photons;
@@ -124,6 +126,7 @@ struct Session::Data {
   bool error_due(double render_seconds, uint64_t done) const;
   void estimate_error(double render_seconds, uint64_t done);
   void publish(double render_seconds, uint64_t done);
+  void measure_film();
   std::vector<float> resolve(const std::string& pass) const;
   Checkpoint checkpoint() const;
   double samples_before() const { return base ? base->samples : 0.0; }
@@ -210,6 +213,7 @@ void Session::Data::work() {
     std::lock_guard lock(mutex);
     busy = false;
     error = what;
+    if (film) measure_film();
     film_idle = true;
     progress.phase = end;
     if (end == Progress::Phase::Done) progress.fraction = 1.0f;
@@ -231,6 +235,8 @@ void Session::Data::begin(const Job& job) {
   film.reset();
   image_plan.reset();
   film_idle = false;
+  sample_counts = {};
+  film_bytes = 0;
   published.clear();
   published_checkpoint.reset();
   wanted = {"Combined"};
@@ -421,6 +427,12 @@ void Session::Data::estimate_error(double render_seconds, uint64_t done) {
   last_error_look = Clock::now();
 }
 
+/// With the lock held, while nothing writes to the film.
+void Session::Data::measure_film() {
+  sample_counts = film->sample_counts();
+  film_bytes = film->memory_bytes();
+}
+
 void Session::Data::publish(double render_seconds, uint64_t done) {
   std::lock_guard lock(mutex);
   if (statistics.hints.empty()) {
@@ -428,7 +440,8 @@ void Session::Data::publish(double render_seconds, uint64_t done) {
       if (!hint.report.attached) diagnostics.push_back({Diagnostic::Severity::Warning, hint.report.name, "This light path is not used: " + hint.report.reason + "."});
   }
   statistics = integrator->statistics();
-  progress.samples = samples_before() + film->sample_counts().mean;
+  measure_film();
+  progress.samples = samples_before() + sample_counts.mean;
   progress.render_seconds = render_seconds;
   if (error_due(render_seconds, done)) estimate_error(render_seconds, done);
   float fraction = 0.0f;
@@ -616,10 +629,10 @@ std::string Session::statistics_json() const {
   }
   for (const auto& [key, value] : d.statistics.extra) j[key] = value;
   if (d.film) {
-    const Film::SampleCounts counts = d.film->sample_counts();
+    const Film::SampleCounts& counts = d.sample_counts;
     j["samples_per_pixel"] = {{"mean", d.samples_before() + counts.mean}, {"min", counts.least}, {"max", counts.most}};
     j["refused_samples"] = d.film->refused();
-    j["film_bytes"] = d.film->memory_bytes();
+    j["film_bytes"] = d.film_bytes;
   }
   if (d.integrator) j["honesty"] = name_of(d.integrator->honesty());
   if (d.scene) {

@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "render/session.h"
 #include "scene_fixtures.h"
@@ -154,6 +155,24 @@ TEST(Session, a_view_without_a_picture_is_refused_and_the_scene_stays) {
   EXPECT_EQ(session.progress().phase, Progress::Phase::Failed);
   EXPECT_NE(session.take_error().find("Camera"), std::string::npos);
   EXPECT_EQ(picture(session, session.change_view(d.camera, d.settings)), first);
+}
+
+/// What is told while it renders is counted where no thread writes: every pixel then has the same number of samples.
+TEST(Session, statistics_asked_for_while_it_renders_are_those_of_an_iteration_boundary) {
+  SceneDescription d = Stage().scene(1.0f);
+  d.settings.width = d.settings.height = 160;
+  d.settings.samples = 8;
+  Session session;
+  session.start(d);
+  int asked = 0;
+  for (bool done = false; !done; ++asked) {
+    done = session.wait(0.0);
+    const auto told = nlohmann::json::parse(session.statistics_json());
+    if (!told.contains("samples_per_pixel")) continue;
+    ASSERT_EQ(told["samples_per_pixel"]["min"], told["samples_per_pixel"]["max"]) << "question " << asked;
+    EXPECT_TRUE(!done || told["samples_per_pixel"]["mean"] == 8.0);
+  }
+  EXPECT_GT(asked, 10);
 }
 
 TEST(Scene, meshes_and_images_that_come_again_are_kept) {
