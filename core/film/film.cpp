@@ -10,12 +10,14 @@
 namespace ajar {
 
 namespace {
-/// Splats are added up as multiples of a unit, which is that of their size: 2^11 or more of the largest in a range fit one iteration.
+/// Splats are added up as multiples of a unit, which is that of their size: none has more than 2^52 units.
 struct SplatRange {
   float below;
   double units;
 };
 constexpr SplatRange kSplatRanges[] = {{0x1p-20f, 0x1p60}, {0x1p20f, 0x1p32}, {0x1p52f, 1.0}};
+/// A sum that has grown beyond this is carried; every thread may add a thousand splats before it is.
+constexpr int64_t kCarried = int64_t(1) << 62;
 constexpr uint32_t kSettledSamples = 16;   // of the average pixel, when an adaptive render has found its shares
 
 /// Passes that come from what a sample tells besides its radiance.
@@ -150,12 +152,21 @@ void Film::enable_splats() {
   if (!splats_) splats_ = std::make_unique<SplatPixel[]>(pixels_.size());
 }
 
-Film::PendingPixel& Film::pending_of(float largest, size_t index, double& units) {
+Film::PendingSplats& Film::pending_of(float largest, double& units) {
   const size_t range = largest < kSplatRanges[1].below ? (largest < kSplatRanges[0].below ? 0 : 1) : 2;
   units = kSplatRanges[range].units;
   PendingSplats& splats = pending_[range];
   std::call_once(splats.made, [&] { splats.pixels = std::make_unique<PendingPixel[]>(pixels_.size()); });
-  return splats.pixels[index];
+  return splats;
+}
+
+/// Moves 2^62 from a sum that is about to overflow to where there is room. Sum and carried part together stay what they are, whoever comes first.
+void Film::carry(PendingSplats& splats, size_t index, bool odd, int channel) {
+  std::lock_guard lock(splats.carrying);
+  std::atomic<int64_t>& sum = splats.pixels[index].sum[odd][channel];
+  const int64_t now = sum.load(std::memory_order_relaxed), part = now > kCarried ? kCarried : now < -kCarried ? -kCarried : 0;
+  sum.fetch_sub(part, std::memory_order_relaxed);
+  splats.carried[(2 * index + odd) * 3 + size_t(channel)] += part / kCarried;
 }
 
 void Film::add_splat(int x, int y, Color value, bool odd) {
@@ -167,18 +178,30 @@ void Film::add_splat(int x, int y, Color value, bool odd) {
   }
   if (largest == 0.0f) return;
   double units;
-  PendingPixel& pixel = pending_of(largest, index_of(x, y), units);
-  for (int c = 0; c < 3; ++c) pixel.sum[odd][c].fetch_add(std::llrint(double(value[c]) * units), std::memory_order_relaxed);
+  PendingSplats& splats = pending_of(largest, units);
+  const size_t index = index_of(x, y);
+  for (int c = 0; c < 3; ++c) {
+    const int64_t before = splats.pixels[index].sum[odd][c].fetch_add(std::llrint(double(value[c]) * units), std::memory_order_relaxed);
+    if (before > kCarried || before < -kCarried) carry(splats, index, odd, c);
+  }
 }
 
 void Film::end_splats(double scale) {
   splat_scale_ = scale;
   for (size_t range = 0; range < pending_.size(); ++range) {
-    if (!pending_[range].pixels) continue;
+    PendingSplats& pending = pending_[range];
+    if (!pending.pixels) continue;
     for (size_t i = 0; i < pixels_.size(); ++i)
       for (int half = 0; half < 2; ++half)
-        for (int c = 0; c < 3; ++c)
-          splats_[i].sum[half][c] += double(pending_[range].pixels[i].sum[half][c].exchange(0, std::memory_order_relaxed)) / kSplatRanges[range].units;
+        for (int c = 0; c < 3; ++c) {
+          // One rounding of the whole: how much of it was carried depends on the threads.
+          __int128 sum = pending.pixels[i].sum[half][c].exchange(0, std::memory_order_relaxed);
+          if (!pending.carried.empty())
+            if (const auto carried = pending.carried.find((2 * i + size_t(half)) * 3 + size_t(c)); carried != pending.carried.end())
+              sum += __int128(carried->second) * kCarried;
+          splats_[i].sum[half][c] += double(sum) / kSplatRanges[range].units;
+        }
+    pending.carried.clear();
   }
 }
 

@@ -5,13 +5,15 @@
 // from lights are splatted instead: from any thread, in any order. Sums are double; non-finite samples are refused and counted.
 //
 // Splats are summed in 64-bit integers, so that their sum does not depend on the order of threads, after which `end_splats` moves it to
-// doubles. Their unit is 2^-60 for those below 2^-20, 1 for those above 2^20, 2^-32 for others; what exceeds 2^52 is refused. The image is the mean of the samples plus the sum of splats times the splat scale.
+// doubles. Their unit is 2^-60 for those below 2^-20, 1 for those above 2^20, 2^-32 for others; what exceeds 2^52 is refused. Any number of them
+// may arrive: what would not fit is carried. The image is the mean of the samples plus the sum of splats times the splat scale.
 // Pixels are rows from the bottom up over the render region.
 #pragma once
 
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -142,8 +144,11 @@ class Film {
   struct PendingSplats {
     std::once_flag made;
     std::unique_ptr<PendingPixel[]> pixels;
+    std::mutex carrying;
+    std::map<size_t, int64_t> carried;     ///< by number of the sum: how often 2^62 was taken out of it
   };
-  PendingPixel& pending_of(float largest, size_t index, double& units);
+  PendingSplats& pending_of(float largest, double& units);
+  static void carry(PendingSplats& splats, size_t index, bool odd, int channel);
   size_t index_of(int x, int y) const { return size_t(y - y0_) * size_t(width()) + size_t(x - x0_); }
   struct Remembered {
     uint32_t samples;

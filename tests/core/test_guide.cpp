@@ -105,6 +105,30 @@ TEST(GuideLobes, known_mixture_is_recovered_from_importance_weights) {
   EXPECT_NEAR(learned.share(GuideKind::Diffuse), 0.5f, 0.001f);   // all that is allowed
 }
 
+/// Each round is worth as much as all before: sums of the past are halved and added to for ever.
+TEST(GuideLobes, a_thousand_rounds_of_learning_do_not_drift) {
+  const Teacher teacher{{{glm::normalize(Vec3(1, 0, 1)), 80.0f, 0.7f}, {glm::normalize(Vec3(-1, 1, 0.2f)), 25.0f, 0.3f}}};
+  GuideDistribution learned = taught(teacher.teach(2000, 1));
+  Pcg32 rng(3);
+  for (int round = 0; round < 1000; ++round) {
+    learned.move_to(Vec3(0.5f + 0.01f * (rng.next_float() - 0.5f), 0.5f, 0.0f));
+    const auto samples = teacher.teach(500, 10 + uint64_t(round));
+    learned.fit(pointers(samples), 0.5f, 1);
+  }
+  GuideLobes lobes;
+  learned.aim(learned.center(), lobes);
+  double integral = 0.0, divergence = 0.0;
+  const int n = 20000;
+  for (int i = 0; i < n; ++i) {
+    const Vec3 w = warp::square_to_sphere({(float(i) + 0.5f) / n, rng.next_float()});
+    const double p = double(teacher.pdf(w)), q = double(pdf_solid_angle(lobes, w));
+    integral += q * 4.0 * double(kPi) / n;
+    divergence += p * std::log(std::max(p, 1e-30) / q) * 4.0 * double(kPi) / n;
+  }
+  EXPECT_NEAR(integral, 1.0, 0.02);
+  EXPECT_LT(divergence, 0.1);   // of rounds of 500 samples each
+}
+
 TEST(GuideLobes, guide_gives_way_to_a_bsdf_that_finds_the_light) {
   // All light comes as the BSDF samples it.
   Pcg32 rng(4);
