@@ -215,7 +215,7 @@ DirectMixture::~DirectMixture() = default;
 void DirectMixture::learn() {
   if (cuts_) cuts_->publish();
   if (many_.components() > 0) many_.publish();
-  if (method_ == DirectMethod::OcvProgressive) {
+  if (regressions_) {   // none where there is no light to choose
     for (Regressions::Slot& slot : regressions_->slots) slot.coefficients = slot.past.fit(kRidgeMany, 4 * regressions_->components);
   }
 }

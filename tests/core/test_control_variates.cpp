@@ -137,6 +137,41 @@ TEST(ControlVariates, degenerate_systems_fall_back_to_the_plain_mixture) {
   EXPECT_EQ(twins.fit(0.0, 6).count, 0);
 }
 
+/// Components that are nearly the same, of integrands of any size: no coefficients, or some that do not make other samples worse.
+TEST(ControlVariates, systems_close_to_singular_amplify_nothing) {
+  constexpr int kComponents = 8;
+  for (const float apart : {0.0f, 1e-7f, 1e-5f, 1e-3f, 0.1f}) {
+    for (const float scale : {1e-18f, 1.0f, 1e15f}) {
+      const auto draw = [&](int n, Pcg32& rng) {
+        std::vector<ControlSample> samples(static_cast<size_t>(n));
+        for (ControlSample& s : samples) {
+          const float shared = 2.0f * rng.next_float();
+          float sum = 0.0f;
+          for (int j = 0; j + 1 < kComponents; ++j) sum += s.z[j] = shared + apart * (rng.next_float() - 0.5f);
+          s.z[kComponents - 1] = float(kComponents) - sum;   // equal shares: their mean is 1
+          s.y = Color(scale * shared * (0.5f + rng.next_float()), scale * rng.next_float(), 0.0f);
+        }
+        return samples;
+      };
+      Pcg32 rng(11);
+      NormalEquations past(kComponents);
+      for (const ControlSample& s : draw(64, rng)) past.add(s);
+      for (const double ridge : {0.0, kRidgeMany, kRidgeFew}) {
+        const ControlCoefficients beta = past.fit(ridge, 16);
+        RunningMoments plain, corrected;
+        for (int i = 0; i < 500; ++i) {
+          const auto samples = draw(16, rng);
+          plain.add(double(control_estimate(samples, {}).x / scale));
+          corrected.add(double(control_estimate(samples, beta).x / scale));
+        }
+        ASSERT_TRUE(std::isfinite(corrected.variance())) << apart << " " << scale << " " << ridge;
+        EXPECT_LT(corrected.variance(), 1.1 * plain.variance()) << apart << " " << scale << " " << ridge;
+        EXPECT_TRUE(statistical::means_agree(corrected, plain, {0.0001})) << apart << " " << scale << " " << ridge;
+      }
+    }
+  }
+}
+
 TEST(ControlVariates, sums_may_be_made_in_parts) {
   const auto m = half_bsdf();
   Pcg32 rng(17);
