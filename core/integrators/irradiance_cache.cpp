@@ -107,6 +107,7 @@ class IrradianceCache final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics statistics = statistics_;
     statistics.extra["passes"] = double(pass_);
+    statistics.extra["record_bytes"] = double(records_.memory_bytes());
     statistics.extra["records"] = pass_ > 0 ? double(records_made_) / double(pass_) : 0.0;
     statistics.extra["found_in_cache"] = lookups_ > 0 ? double(found_) / double(lookups_) : 0.0;
     return statistics;

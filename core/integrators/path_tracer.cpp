@@ -132,6 +132,7 @@ class PathTracer final : public Integrator {
     IntegratorStatistics statistics = statistics_;
     if (pilot_rays_ > 0) statistics.extra["pilot_rays"] = double(pilot_rays_);
     if (media_) {
+      statistics.extra["media_bytes"] = double(media_->memory_bytes());
       statistics.extra["media_lookups"] = double(media_counters_.lookups);
       statistics.extra["media_majorant_exceeded"] = double(media_counters_.exceeded);
       statistics.extra["media_extinction_capped"] = double(media_counters_.capped);
@@ -141,6 +142,7 @@ class PathTracer final : public Integrator {
     }
     if (guide_) {
       statistics.extra["guide_followed"] = guide_->follows() ? 1.0 : 0.0;
+      statistics.extra["guide_bytes"] = double(guide_->most_bytes());
       statistics.extra["guide_cells"] = double(guide_->tree().cell_count());
       if (guide_->measured_gain() > 0.0) statistics.extra["guide_measured_gain"] = guide_->measured_gain();
     }

@@ -31,6 +31,7 @@ void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& stati
   statistics.rays += merging.rays();
   statistics.extra["photon_rays"] = double(merging.rays());
   statistics.extra["photons"] = double(merging.photons());
+  statistics.extra["photon_bytes"] = double(merging.memory_bytes());
   statistics.extra["photon_radius"] = double(merging.radius());
 }
 

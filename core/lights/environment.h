@@ -28,6 +28,8 @@ class Environment {
   /// Averages over the sphere: of the luminance, and of what exceeds that mean.
   float mean_luminance() const { return mean_luminance_; }
   float excess_luminance() const { return excess_luminance_; }
+  /// Of the grid; none of a constant world.
+  size_t table_bytes() const { return map_.memory_bytes() + cos_rows_.size() * sizeof(float); }
 
  private:
   static constexpr int kWidth = 1024, kHeight = 512;

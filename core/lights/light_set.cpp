@@ -348,6 +348,8 @@ size_t LightSet::size() const { return data_->size; }
 uint32_t LightSet::lamp_count() const { return uint32_t(data_->lamps.size()); }
 int LightSet::environment_index() const { return data_->environment_index; }
 const std::vector<uint32_t>& LightSet::distant_disks() const { return data_->distant_disks; }
+size_t LightSet::tree_bytes() const { return data_->tree.memory_bytes(); }
+size_t LightSet::environment_bytes() const { return data_->environment.table_bytes(); }
 double LightSet::total_power() const { return data_->by_power.total(); }
 
 Light LightSet::light(uint32_t index) const {

@@ -57,6 +57,9 @@ class LightSet {
   bool has_distant_disks() const { return !distant_disks().empty(); }
   /// Luminance of all watts emitted.
   double total_power() const;
+  /// Of the tree that local lights are chosen by, and of the table that directions to the environment are: 0 where there is none.
+  size_t tree_bytes() const;
+  size_t environment_bytes() const;
 
   /// A lamp, the triangles of an emissive instance, or the environment: lights first .. first + count - 1. Dark lamps are left out.
   struct SourceRange {

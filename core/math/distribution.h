@@ -28,6 +28,7 @@ class DiscreteDistribution {
   bool empty() const { return !(total_ > 0.0); }
   size_t size() const { return cdf_.size(); }
   double total() const { return total_; }
+  size_t memory_bytes() const { return cdf_.size() * sizeof(float); }
   float pmf(uint32_t index) const { return cdf_[index] - (index > 0 ? cdf_[index - 1] : 0.0f); }
   Choice sample(float u) const;
 
@@ -46,6 +47,11 @@ class Distribution2D {
   bool empty() const { return marginal_.empty(); }
   int width() const { return width_; }
   int height() const { return height_; }
+  size_t memory_bytes() const {
+    size_t bytes = marginal_.memory_bytes();
+    for (const DiscreteDistribution& row : conditional_) bytes += row.memory_bytes();
+    return bytes;
+  }
   /// Point (x along the width, y along the height) in [0,1)^2 and its density.
   Vec2 sample(Vec2 u, float& pdf_square) const;
   float pdf_square(Vec2 point) const;

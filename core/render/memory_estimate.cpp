@@ -7,6 +7,10 @@
 #include "render/technique_choice.h"
 #include "scene/scene.h"
 #include "shading/texture.h"
+#include "transport/irradiance_records.h"
+#include "transport/media.h"
+#include "transport/path_guide.h"
+#include "transport/vertex_merging.h"
 
 namespace ajar {
 
@@ -26,8 +30,21 @@ void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
   part.largest_bytes = bytes;
 }
 
+bool may_merge(const RenderSettings& s) { return s.vertex_merging == "on" && (s.integrator == kAutomatic || find_integrator(s.integrator).can_merge); }
 bool may_store_photons(const RenderSettings& s) {
-  return s.integrator == "photon_map" || s.integrator == "mps" || s.integrator == kAutomatic || (s.vertex_merging == "on" && find_integrator(s.integrator).can_merge);
+  return s.integrator == "photon_map" || s.integrator == "mps" || s.integrator == kAutomatic || may_merge(s);
+}
+
+/// Volumes of instances and the world, and what they take; nothing where there are none.
+uint64_t bytes_of_volumes(const SceneDescription& d) {
+  const auto has_volume = [&](int material) { return material >= 0 && material < int(d.materials.size()) && d.materials[size_t(material)].graph.volume.node >= 0; };
+  std::vector<uint64_t> volumes_of(d.objects.size(), 0);
+  for (size_t i = 0; i < d.objects.size(); ++i)
+    volumes_of[i] = uint64_t(std::count_if(d.objects[i].materials.begin(), d.objects[i].materials.end(), has_volume));
+  uint64_t volumes = d.world.graph.volume.node >= 0 ? 1 : 0;
+  for (const InstanceDescription& instance : d.instances)
+    if (instance.object >= 0 && instance.object < int(d.objects.size())) volumes += volumes_of[size_t(instance.object)];
+  return volumes > 0 ? Media::most_bytes(volumes, d.instances.size()) : 0;
 }
 
 /// 1,234 MiB, rounded up.
@@ -46,23 +63,27 @@ uint64_t MemoryEstimate::bytes() const {
 }
 
 MemoryEstimate estimate_memory(const SceneDescription& d) {
-  MemoryPart geometry{"geometry"}, instances{"instances"}, textures{"textures"}, photons{"photons"}, film{"the picture"};
+  MemoryPart geometry{"geometry"}, instances{"instances"}, textures{"textures"}, volumes{"volumes"}, photons{"photons"}, guide{"path guide"}, records{"irradiance records"}, film{"the picture"};
   for (const MeshDescription& described : d.meshes) {
     const MeshDescription& mesh = described.shared ? *described.shared : described;
     add(geometry, mesh.name, bytes_of(mesh) + mesh.triangles.size() * kStructureBytesPerTriangle + kStructureBytesPerMesh);
   }
   instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) + d.motion_keys.size() * sizeof(Mat4);
   for (const ImageDescription& image : d.images) add(textures, image.name.empty() ? image.path : image.name, texture_bytes(image));
+  volumes.bytes = bytes_of_volumes(d);
   const RenderSettings& s = d.settings;
   if (may_store_photons(s)) {
     const uint64_t paths = s.photons > 0 ? uint64_t(s.photons) : photons_of_a_pass(double(s.width) * s.height);
-    photons.bytes = paths * kPhotonsPerPath * kBytesPerPhoton;
+    photons.bytes = paths * kPhotonsPerPath * (kBytesPerPhoton + (may_merge(s) ? VertexMerging::kBytesBehind : 0));
   }
   const auto& r = s.region;
   const bool whole = r == std::array<int, 4>{0, 0, 0, 0};
   const uint64_t pixels = whole ? uint64_t(s.width) * uint64_t(s.height) : uint64_t(std::max(0, r[2] - r[0])) * uint64_t(std::max(0, r[3] - r[1]));
+  if (s.guiding != "off" && (s.integrator == "path" || s.integrator == kAutomatic)) guide.bytes = PathGuide::estimated_bytes(pixels, s.samples > 0 ? uint64_t(s.samples) : ~uint64_t(0));
+  // One for four pixels at most.
+  if (s.integrator == "irradiance_cache") records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
   film.bytes = pixels * Film::bytes_per_pixel(s.passes, s.integrator != "path" && s.integrator != "photon_map");
-  MemoryEstimate estimate{{geometry, instances, textures, photons, film}};
+  MemoryEstimate estimate{{geometry, instances, textures, volumes, photons, guide, records, film}};
   std::stable_sort(estimate.parts.begin(), estimate.parts.end(), [](const MemoryPart& a, const MemoryPart& b) { return a.bytes > b.bytes; });
   return estimate;
 }

@@ -2,7 +2,7 @@
 //
 // Counted are the arrays whose size the scene decides. Meshes, textures and the film are counted to the byte, ray tracing structures and
 // photons by what they take on average (docs/manual/memory.md has the numbers). Not counted: Blender's own copy of the scene, the libraries
-// themselves, shaders, lights, and what is bounded whatever the scene (guides, caches of shares, lookups of photon maps).
+// themselves, shaders, lights, and what is bounded whatever the scene (caches of shares, lookups of photon maps).
 #pragma once
 
 #include <cstdint>

@@ -645,6 +645,8 @@ std::string Session::statistics_json() const {
                   {"geometry_bytes", b.geometry_bytes},
                   {"accel_bytes", b.accel_bytes},
                   {"texture_bytes", b.texture_bytes},
+                  {"light_tree_bytes", b.light_tree_bytes},
+                  {"environment_bytes", b.environment_bytes},
                   {"skipped_triangles", b.skipped_triangles},
                   {"repaired_values", b.repaired_values},
                   {"kept_meshes", b.kept_meshes},

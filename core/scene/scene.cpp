@@ -275,6 +275,8 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
                        diagnostics);
   s.accel_->build_lamps(s.lights_);
   s.statistics_.lights = s.lights_.size();
+  s.statistics_.light_tree_bytes = s.lights_.tree_bytes();
+  s.statistics_.environment_bytes = s.lights_.environment_bytes();
   s.statistics_.accel_bytes = s.accel_->memory_bytes();
   s.objects_ = std::move(d.objects);
   s.hints_ = std::move(d.hints);

@@ -53,7 +53,7 @@ struct LampHit {
 struct BuildStatistics {
   double seconds = 0.0;
   uint64_t triangles = 0, instanced_triangles = 0, instances = 0, meshes = 0, lights = 0;
-  uint64_t geometry_bytes = 0, accel_bytes = 0, texture_bytes = 0;
+  uint64_t geometry_bytes = 0, accel_bytes = 0, texture_bytes = 0, light_tree_bytes = 0, environment_bytes = 0;
   uint64_t skipped_triangles = 0, repaired_values = 0;
   uint64_t moving_instances = 0;
   bool transparent_shadows = false;

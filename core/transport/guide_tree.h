@@ -24,6 +24,7 @@ class GuideTree {
   /// Everything in `samples` becomes the past.
   void learn(const std::vector<GuideSample>& samples);
   size_t cell_count() const { return cells_.size(); }
+  size_t memory_bytes() const { return nodes_.capacity() * sizeof(Node) + cells_.capacity() * sizeof(Cell); }
 
  private:
   struct Node {
@@ -39,6 +40,8 @@ class GuideTree {
 
  public:
   static constexpr size_t kBytesPerCell = sizeof(Cell) + 2 * sizeof(Node);
+  /// While it learns, of each sample besides the sample.
+  static constexpr size_t kBytesPerSample = sizeof(uint32_t) + sizeof(const GuideSample*);
 
  private:
   std::vector<Node> nodes_{Node{}};

@@ -90,6 +90,13 @@ void IrradianceRecords::clear() {
   levels_.clear();
 }
 
+size_t IrradianceRecords::memory_bytes() const {
+  size_t bytes = records_.capacity() * sizeof(IrradianceRecord);
+  for (const Level& level : levels_)
+    for (const auto& cell : level.cells) bytes += sizeof(cell) + 2 * sizeof(void*) + cell.second.capacity() * sizeof(uint32_t);   // and its place in the table
+  return bytes;
+}
+
 uint64_t IrradianceRecords::cell_key(const Level& level, Vec3 p) {
   const Vec3 cell = glm::floor(p / level.cell_size);
   uint64_t key = 0;

@@ -58,6 +58,9 @@ class IrradianceRecords {
   /// After adding. The order of records decides nothing but rounding.
   void limit_by_neighbours();
   size_t size() const { return records_.size(); }
+  size_t memory_bytes() const;
+  /// About what a record takes with its places in the cells.
+  static constexpr size_t kBytesPerRecord = 400;
   const IrradianceRecord& operator[](size_t i) const { return records_[i]; }
 
   /// Sum of the weights at a point: how well it is covered.

@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kMostBounds = 1024;       ///< surfaces that only enclose volumes along one ray, as in Cycles
 constexpr int kSamplesPerCell = 16;
+constexpr uint64_t kMostMajorants = 8 * 16 * 16 * 16;
 constexpr float kMargin = 1.1f, kLeastShare = 0.02f, kLargest = 1e13f;   ///< of a majorant over what was seen; of the largest; per metre
 constexpr float kFaint = 0.05f;         ///< part of a weight below which roulette decides
 constexpr float kLeastChannel = 0.25f;  ///< probability of channels that do not scatter
@@ -54,6 +55,9 @@ ShadingPoint inside_of(const MediaRay& along) {
   inside.ray_kind = along.ray_kind;
   return inside;
 }
+
+/// Cells along the longest axis of each of so many grids: all together have at most kMostMajorants, or one each.
+int cells_of(size_t varying) { return varying <= 8 ? 16 : varying <= 64 ? 8 : varying <= 512 ? 4 : 1; }
 
 void grow(Vec3 p, Vec3& lower, Vec3& upper) {
   lower = glm::min(lower, p);
@@ -132,14 +136,19 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
       }
       const bool known = std::any_of(media_.begin() + first_of_instance_[i], media_.end(), [&](const Medium& m) { return m.material == material; });
       if (known) continue;
-      const bool varies = program.medium_varies() && is_finite(lower) && is_finite(upper);
+      const bool varies = program.medium_varies() && is_finite(upper - lower);   // which may be too large for floats though both are not
       varying += varies ? 1 : 0;
       media_.push_back({i, material, &program, varies, lower, upper - lower, {}, {}, 0, 0.0f});
     }
   }
-  const int cells_along = varying <= 8 ? 16 : varying <= 64 ? 8 : varying <= 512 ? 4 : 1;
+  const int cells_along = cells_of(varying);
   for (Medium& medium : media_)
     if (medium.varies) find_majorants(medium, cells_along);
+}
+
+uint64_t Media::most_bytes(uint64_t volumes, uint64_t instances) {
+  // Vectors that grow have up to twice what is in them.
+  return 2 * (volumes * sizeof(Medium) + (kMostMajorants + volumes) * sizeof(float)) + instances * sizeof(uint32_t);
 }
 
 void Media::find_majorants(Medium& medium, int cells_along) {

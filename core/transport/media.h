@@ -69,6 +69,9 @@ class Media {
   MediaStack around(Vec3 position, float time, MediaCounters& counters) const;
   /// Through the surface at `hit`; `inwards` by its geometric normal.
   void cross(const Hit& hit, bool inwards, MediaStack& stack, MediaCounters& counters) const;
+  size_t memory_bytes() const { return media_.capacity() * sizeof(Medium) + first_of_instance_.capacity() * sizeof(uint32_t) + majorants_.capacity() * sizeof(float); }
+  /// What so many volumes among so many instances take at most; a volume is a material of an instance, or the world.
+  static uint64_t most_bytes(uint64_t volumes, uint64_t instances);
   /// Out of all volumes that have an end.
   void leave_all(MediaStack& stack, MediaCounters& counters) const;
 

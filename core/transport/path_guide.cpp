@@ -68,6 +68,14 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
   return samples;
 }
 
+uint64_t PathGuide::estimated_bytes(uint64_t pixels, uint64_t samples) {
+  // Twelve vertices of a path are many; the last iteration that is learned from has half of the samples so far.
+  const double paths = double(pixels) * double(std::clamp<uint64_t>(samples / 2, 1, kLearnedSamples / 2)), vertices = std::min(kMostVertices, 12.0 * paths);
+  const double cells = vertices / 100.0;
+  return uint64_t(vertices * double(3 * sizeof(GuideSample) + GuideTree::kBytesPerSample) + 2.0 * cells * double(GuideTree::kBytesPerCell) +
+                  double(pixels) * 2.0 * double(sizeof(Moments)));
+}
+
 bool PathGuide::records(uint32_t pixel, uint32_t index) const { return keep_ == ~0u || hash_combine(pixel, index) <= keep_; }
 
 void PathGuide::learn(uint32_t done) {
@@ -86,6 +94,10 @@ void PathGuide::learn(uint32_t done) {
     tile.clear();
   }
   tree_.learn(samples);
+  size_t written = 0;
+  for (const std::vector<GuideSample>& tile : tile_samples_) written += tile.capacity();
+  most_bytes_ = std::max(most_bytes_, (written + count) * sizeof(GuideSample) + count * GuideTree::kBytesPerSample + tree_.memory_bytes() +
+                                          (moments_[0].size() + moments_[1].size()) * sizeof(Moments));
   const double recorded = double(paths_) * (keep_ == ~0u ? 1.0 : double(keep_) / double(~0u));
   vertices_per_path_ = std::clamp(double(count) / std::max(1.0, recorded), 0.5, 24.0);
   learning_ = paths_ < kEnoughPaths || done < kLearnedSamples;

@@ -59,6 +59,10 @@ class PathGuide {
     if (phase_ >= 0) moments_[size_t(phase_)][size_t(y) * size_t(width_) + size_t(x)].add(luminance(radiance));
   }
   const GuideTree& tree() const { return tree_; }
+  /// The most it has taken: while it learned.
+  size_t most_bytes() const { return most_bytes_; }
+  /// About what it takes at most for a render of so many samples of each pixel.
+  static uint64_t estimated_bytes(uint64_t pixels, uint64_t samples);
   /// How many times variance times cost was lower with the guide, when last measured; 0 before.
   double measured_gain() const { return gain_; }
 
@@ -84,6 +88,7 @@ class PathGuide {
   int phase_ = -1;                 ///< 0: without, 1: with the guide
   uint64_t rays_at_start_ = 0, rays_without_ = 0;
   double gain_ = 0.0;
+  size_t most_bytes_ = 0;
   GuideTree tree_;
   std::vector<std::vector<GuideSample>> tile_samples_;
   std::vector<Moments> moments_[2];

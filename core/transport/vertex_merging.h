@@ -52,6 +52,7 @@ class VertexMerging {
 
   uint64_t rays() const;
   size_t photons() const { return map_.size(); }
+  size_t memory_bytes() const { return map_.memory_bytes() + behind_.capacity() * sizeof(Behind); }
   float radius() const { return radius_; }
 
  private:
@@ -60,6 +61,12 @@ class VertexMerging {
     uint8_t vertices, diffuse, glossy, transmission;
   };
   struct Workers;
+
+ public:
+  /// Of a photon, besides the photon, in the map and in the list that the next map is made from.
+  static constexpr size_t kBytesBehind = 2 * sizeof(Behind);
+
+ private:
   bool trace(uint32_t index, std::vector<Photon>& photons, std::vector<Behind>& behind, const std::atomic<bool>& stop);
   float choose_first_radius() const;
   float counted(const PathVertex& vertex, int place, const Behind& behind, Vec3 to_light) const;

@@ -7,10 +7,11 @@
 
 #include "film/film.h"
 #include "render/session.h"
-#include "scene_fixtures.h"
 #include "transport/guide_tree.h"
+#include "transport/irradiance_records.h"
 #include "transport/light_cut_cache.h"
 #include "transport/photon_map.h"
+#include "transport_scenes.h"
 
 using namespace ajar;
 using namespace ajar::fixtures;
@@ -131,6 +132,80 @@ TEST(MemoryEstimate, of_photons_is_no_less_than_their_maps_take) {
   EXPECT_EQ(part(estimate_memory(d), "photons").bytes, 0u);
 }
 
+TEST(MemoryEstimate, of_merged_photons_is_no_less_than_they_take) {
+  SceneDescription d = lit(32);
+  add_object(d, cube(true), add_diffuse(d, Color(0.7f)));
+  add_object(d, sphere(), add_glass(d, 0.0f), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
+  d.lights[0] = area_lamp(Vec3(0, 0, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f);
+  set_camera(d, Vec3(0, -0.9f, 0), Vec3(0), 32);
+  d.settings.integrator = "bdpt";
+  d.settings.photons = 20000;
+  EXPECT_EQ(part(estimate_memory(d), "photons").bytes, 0u);
+  d.settings.vertex_merging = "on";
+  const double estimated = double(part(estimate_memory(d), "photons").bytes), taken = rendered(d)["photon_bytes"];
+  EXPECT_GT(taken, 0.0);
+  EXPECT_GE(estimated, taken);
+  EXPECT_EQ(uint64_t(estimated), 20000u * 4u * (84u + 8u));
+}
+
+TEST(MemoryEstimate, of_volumes_is_no_less_than_they_take_and_not_much_more) {
+  const auto with_volumes = [](int count) {
+    SceneDescription d = lit(16);
+    GraphBuilder b;
+    const int coordinates = b.node("ShaderNodeTexCoord");
+    b.graph.volume = {b.node("ShaderNodeVolumeScatter", {linked_input("Density", coordinates, "Generated")}), "Volume"};
+    const int object = add_object(d, cube(), add_material(d, b), moved(Vec3(0.0f), 0.01f));
+    for (int i = 1; i < count; ++i) {
+      InstanceDescription instance;
+      instance.object = object;
+      instance.world_from_object = rows(moved(Vec3(float(i % 20), float(i / 20), 0.0f), 0.3f));
+      d.instances.push_back(instance);
+    }
+    d.settings.samples = 1;
+    return d;
+  };
+  for (const int count : {1, 8, 64, 300}) {
+    const SceneDescription d = with_volumes(count);
+    const double estimated = double(part(estimate_memory(d), "volumes").bytes), taken = rendered(d)["media_bytes"];
+    EXPECT_GE(estimated, taken) << count;
+    EXPECT_LT(estimated, (count >= 8 ? 4.0 : 32.0) * taken) << count;
+  }
+  SceneDescription clear = lit(16);
+  add_object(clear, cube(), add_diffuse(clear, Color(0.5f)));
+  EXPECT_EQ(part(estimate_memory(clear), "volumes").bytes, 0u);
+}
+
+TEST(MemoryEstimate, of_the_path_guide_is_no_less_than_it_takes) {
+  SceneDescription d = lit(64);
+  add_object(d, cube(true), add_diffuse(d, Color(0.7f)));
+  d.lights[0].world_from_light = rows(Mat4(1.0f));
+  set_camera(d, Vec3(0, -0.9f, 0), Vec3(0), 64);
+  d.settings.samples = 32;
+  EXPECT_EQ(part(estimate_memory(d), "path guide").bytes, 0u);
+  d.settings.guiding = "on";
+  const double estimated = double(part(estimate_memory(d), "path guide").bytes), taken = rendered(d)["guide_bytes"];
+  EXPECT_GT(taken, 0.0);
+  EXPECT_GE(estimated, taken);
+  EXPECT_LT(estimated, 8.0 * taken);
+  d.settings.width = d.settings.height = 4000;
+  EXPECT_LT(part(estimate_memory(d), "path guide").bytes, uint64_t(1) << 30) << "pictures however large are learned from by some paths only";
+}
+
+TEST(MemoryEstimate, of_irradiance_records_is_no_less_than_they_take) {
+  SceneDescription d = lit(64);
+  add_object(d, cube(true), add_diffuse(d, Color(0.7f)));
+  for (int i = 0; i < 20; ++i) add_object(d, sphere(8), 0, moved(Vec3(0.08f * float(i) - 0.8f, 0.3f, -0.8f), 0.05f));   // corners want records
+  d.lights[0].world_from_light = rows(Mat4(1.0f));
+  set_camera(d, Vec3(0, -0.9f, 0), Vec3(0, 0.5f, -0.4f), 64);
+  d.settings.integrator = "irradiance_cache";
+  d.settings.samples = 1;
+  const auto told = rendered(d);
+  const double estimated = double(part(estimate_memory(d), "irradiance records").bytes), taken = told["record_bytes"];
+  EXPECT_GT(taken, 0.0);
+  EXPECT_GE(estimated, taken);
+  EXPECT_LT(taken / double(told["records"]), double(IrradianceRecords::kBytesPerRecord));
+}
+
 TEST(MemoryEstimate, sizes_are_those_that_the_manual_states) {
   EXPECT_EQ(sizeof(Photon), 32u);
   EXPECT_EQ(sizeof(BuiltInstance), 184u);
@@ -139,6 +214,8 @@ TEST(MemoryEstimate, sizes_are_those_that_the_manual_states) {
   EXPECT_EQ(Film::bytes_per_pixel({"Combined", "Normal"}, false), 72u + 36u + 160u);
   EXPECT_EQ(Film::bytes_per_pixel({"Combined", "DiffDir"}, false), 72u + 36u + 312u);
   EXPECT_EQ(GuideTree::kBytesPerCell, 536u);
+  EXPECT_EQ(sizeof(GuideSample), 60u);
+  EXPECT_EQ(sizeof(IrradianceRecord), 112u);
   EXPECT_EQ(LightCutCache::kBytesPerCell, 1297u);
 }
 
