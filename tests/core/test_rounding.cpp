@@ -1,0 +1,61 @@
+// Floats are enough: what their rounding changes is at most a tenth of the noise at 4096 samples a pixel.
+#include <gtest/gtest.h>
+
+#include "rounding.h"
+#include "transport_scenes.h"
+
+namespace ajar {
+namespace {
+
+using namespace fixtures;
+
+constexpr int kPictureSamples = 16, kSeeds = 16;
+constexpr double kMostOfNoise = 0.1;
+
+SceneDescription scene_named(const std::string& name) {
+  for (TransportScene& scene : transport_scenes())
+    if (scene.name == name) return std::move(scene.description);
+  throw std::runtime_error(name);
+}
+
+SceneDescription foggy() {
+  SceneDescription d = scene_named("area_lamp");
+  GraphBuilder b;
+  b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.8f)), value_input("Density", 0.5f), value_input("Anisotropy", 0.3f)}), "Volume"};
+  d.world.graph = b.graph;
+  d.settings.bounces.volume = 4;
+  return d;
+}
+
+struct Case {
+  const char *integrator, *scene;
+};
+std::ostream& operator<<(std::ostream& out, const Case& c) { return out << c.integrator << " " << c.scene; }
+class RoundingIn : public testing::TestWithParam<Case> {};
+
+TEST_P(RoundingIn, of_floats_is_at_most_a_tenth_of_the_noise_at_4096_samples) {
+  const std::string name = GetParam().scene;
+  const auto shares = rounding::measure(build(name == "fog" ? foggy() : scene_named(name)), GetParam().integrator, kPictureSamples, kSeeds);
+  ASSERT_EQ(shares.size(), std::size(rounding::kDirected)) << "threads round as they like";
+  for (const rounding::Share& share : shares) {
+    EXPECT_LT(share.total(), kMostOfNoise) << share.mode << ": straying " << share.straying << ", shift " << share.shift;
+    EXPECT_GT(share.total(), 0.0) << share.mode << " changed nothing: it cannot have been in force";
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, RoundingIn,
+                         testing::Values(Case{"path", "rough_glass_and_mirror"}, Case{"path", "textured_emission"}, Case{"path", "sun"}, Case{"path", "fog"},
+                                         Case{"bdpt", "glossy"}),
+                         [](const auto& info) { return std::string(info.param.integrator) + "_" + info.param.scene; });
+
+/// A room of two metres at a million metres, where a float's step is six centimetres: there rounding is what one sees.
+TEST(Rounding, that_matters_is_seen) {
+  SceneDescription d = scene_named("area_lamp");
+  const auto move = [](std::array<float, 12>& m) { for (size_t i = 0; i < 3; ++i) m[4 * i + 3] += 1e6f; };
+  for (InstanceDescription& instance : d.instances) move(instance.world_from_object);
+  for (LightDescription& light : d.lights) move(light.world_from_light);
+  move(d.camera.world_from_camera);
+  for (const rounding::Share& share : rounding::measure(build(std::move(d)), "path", 4, 8)) EXPECT_GT(share.total(), kMostOfNoise) << share.mode;
+}
+
+}  // namespace
+}  // namespace ajar
