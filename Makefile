@@ -15,7 +15,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all extension compat render test fuzz bench-check agreement bench bench-full bench_program setup build install clean
+.PHONY: all extension compat render test fuzz sanitize bench-check agreement bench bench-full bench_program setup build install clean
 all: build
 
 setup:
@@ -65,6 +65,11 @@ FUZZ_SECONDS ?= 60
 fuzz:
 	@tools/setup.sh fuzz
 	@tools/fuzz.sh $(FUZZ_SECONDS)
+
+# The core's tests with the sanitizers of addresses and undefined behaviour, then those in which threads meet with that of threads.
+sanitize:
+	@tools/setup.sh sanitize
+	@tools/sanitize.sh
 
 bench-check: install
 	@tools/setup.sh bench

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and only then needs root.
-# `setup.sh test` adds what tests need, `bench` what benchmarks need, `fuzz` a clang, `extension` what packing and trying out the extension needs.
+# `setup.sh test` adds what tests need, `bench` what benchmarks need, `fuzz` a clang, `sanitize` what builds TBB, `extension` what packing and trying out the extension needs.
 set -eu
 packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
  pybind11-dev python3-dev python3-numpy nlohmann-json3-dev"
@@ -12,6 +12,7 @@ case "${1:-}" in
   test) packages="$packages libgtest-dev python3-pytest xvfb $extension" ;;
   extension) packages="$packages $extension" ;;
   bench) packages="$packages python3-matplotlib valgrind" ;;
+  sanitize) packages="$packages libgtest-dev curl ca-certificates xz-utils" ;;
   fuzz) packages="$packages clang-16 libclang-rt-16-dev libgtest-dev" ;;
 esac
 missing=""
