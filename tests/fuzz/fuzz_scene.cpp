@@ -1,4 +1,4 @@
-// Any bytes as a scene file: it is refused in words, or it renders to numbers.
+// Any bytes as a scene file: it is refused in words, or it renders to numbers. Its seed says by which integrator and how.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -8,8 +8,28 @@
 #include "integrators/integrator.h"
 #include "scene/archive.h"
 #include "scene/scene.h"
+#include "transport/direct_light.h"
+#include "transport/hints.h"
 
 using namespace ajar;
+
+namespace {
+
+/// Digits of the seed, each of what is left of it.
+void choose_technique(RenderSettings& s) {
+  uint32_t left = s.seed;
+  const auto digit = [&](size_t base) {
+    const size_t value = left % base;
+    left /= uint32_t(base);
+    return value;
+  };
+  s.integrator = integrator_list()[digit(integrator_list().size())].name;
+  s.direct = direct_method_list()[digit(direct_method_list().size())].name;
+  s.guiding = digit(2) ? "on" : "off";
+  s.vertex_merging = digit(2) ? "on" : "off";
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
@@ -21,16 +41,24 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     s.height = std::min(s.height, 8);
     s.region = {0, 0, 0, 0};
     s.direct_samples = std::clamp(s.direct_samples, 1, 4);
-    for (int* bounces : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission, &s.bounces.transparent})
+    for (int* bounces : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission, &s.bounces.transparent, &s.bounces.volume})
       *bounces = std::clamp(*bounces, 0, 8);
+    s.photons = std::clamp(s.photons, 1, 200);
+    s.gather_rays = std::clamp(s.gather_rays, 0, 4);
+    s.samples = 2;
+    choose_technique(s);
     for (ImageDescription& image : d.images) image.path.clear();   // not this machine's files
     Diagnostics diagnostics;
     const auto scene = Scene::build(std::move(d), {}, diagnostics);
-    const auto technique = make_integrator("path");
+    std::vector<HintReport> reports;
+    Hints::attach(*scene, reports);
+    const IntegratorInfo& asked = find_integrator(scene->settings().integrator);
+    const auto technique = make_integrator(reason_against(asked, *scene).empty() ? asked.name : "path");
     technique->prepare(scene, 1);
     Film film(0, 0, scene->settings().width, scene->settings().height, {"Combined"});
     const std::atomic<bool> go_on{false};
-    technique->run_iteration(film, 1, go_on);
+    for (int samples : {1, 1}) technique->run_iteration(film, samples, go_on);   // what learns does so in between
+    technique->statistics();
     for (float value : film.resolve("Combined", 1.0f))
       if (!std::isfinite(value)) std::abort();
   } catch (const SceneError&) {
