@@ -249,9 +249,18 @@ inline void fill(RTCRay& r, const Ray& ray, uint32_t mask) {
   r.flags = 0;
 }
 
+/// What Embree calls a ray: of numbers, and not farther out than it can compute with. Builds of it with assertions, as Debian's, end the
+/// program over any other.
+inline bool is_traceable(const Ray& ray) {
+  constexpr float kFarthest = 1.8e18f;
+  const auto fine = [](Vec3 v) { return std::abs(v.x) <= kFarthest && std::abs(v.y) <= kFarthest && std::abs(v.z) <= kFarthest; };
+  return fine(ray.origin) && fine(ray.direction) && ray.t_min >= 0.0f && ray.t_max <= kInfinity && ray.time >= 0.0f && ray.time <= 1.0f;
+}
+
 }  // namespace
 
 void Accel::intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const {
+  if (!is_traceable(ray)) return;
   RTCRayHit query;
   fill(query.ray, ray, visibility_mask(ray_kind));
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -269,6 +278,7 @@ void Accel::intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const {
 }
 
 bool Accel::occluded(const Ray& ray) const {
+  if (!is_traceable(ray)) return true;
   RTCRay query;
   fill(query, ray, kVisibleShadow);
   embree::occluded(data_->top, query);
@@ -290,7 +300,7 @@ void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) cons
     }
     return;
   }
-  if (!data_->lamps) return;
+  if (!data_->lamps || !is_traceable(ray)) return;
   RTCRayHit query;
   fill(query.ray, ray, visibility_mask(ray_kind));
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;

@@ -21,9 +21,11 @@ Mat3 absolute(const Mat3& m) { return Mat3(glm::abs(m[0]), glm::abs(m[1]), glm::
 
 constexpr int kMostMotionKeys = 129;   // of Embree
 
-/// True for transforms that flatten space, which have no inverse.
+/// True for transforms that flatten space, which have no inverse, and for those that shrink it so far that rays in it would not be told apart.
 bool is_singular(const Mat4& m) {
+  constexpr float kSmallest = 1e-12f;
   const Mat3 linear(m);
+  if (!(std::min({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])}) > kSmallest)) return true;
   const float scale = glm::length(linear[0]) * glm::length(linear[1]) * glm::length(linear[2]);
   const float det = glm::determinant(linear);
   return !(std::abs(det) > 1e-9f * scale) || !std::isfinite(1.0f / det);
@@ -189,7 +191,12 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     if (in.motion_key_count > 1 && !singular) {
       std::vector<SplitTransform> keys;
       for (int k = 0; k < in.motion_key_count; ++k) keys.push_back(split(to_matrix(d.motion_keys[size_t(in.first_motion_key + k)])));
-      const std::vector<Mat4> matrices = straightened(keys, kMostMotionKeys);
+      std::vector<Mat4> matrices = straightened(keys, kMostMotionKeys);
+      // What is flat for a while, or nothing, is nearly so.
+      for (Mat4& matrix : matrices) {
+        if (!is_singular(matrix)) continue;
+        for (int axis = 0; axis < 3; ++axis) matrix[axis] += 1e-5f * instance.world_from_object[axis];
+      }
       instance.motion_count = uint32_t(matrices.size());
       first_motion.push_back({s.instances_.size(), s.motion_.size()});
       s.motion_.insert(s.motion_.end(), matrices.begin(), matrices.end());

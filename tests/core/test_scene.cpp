@@ -164,6 +164,32 @@ TEST(Scene, a_scene_without_camera_is_refused_in_words) {
   }
 }
 
+/// Embree with assertions, as Debian's is, ends the program over a ray of these.
+TEST(Scene, what_is_no_ray_hits_nothing_and_lets_no_light_through) {
+  SceneDescription d;
+  add_object(d, cube(), add_diffuse(d, Color(0.5f)));
+  for (int i = 0; i < 30; ++i) d.lights.push_back(point_light(Vec3(float(i), 3, 0), 10.0f, 0.1f));   // enough for a structure
+  set_camera(d, Vec3(0, -5, 0), Vec3(0), 8);
+  const auto scene = build(d);
+  Ray good;
+  good.origin = Vec3(0.1f, -5, 0.2f);
+  good.direction = Vec3(0, 1, 0);
+  ASSERT_TRUE(scene->intersect(good, kRayCamera).found());
+  std::vector<Ray> bad(7, good);
+  bad[0].origin.x = NAN;
+  bad[1].origin.y = -1e30f;
+  bad[2].direction = Vec3(NAN);
+  bad[3].direction.z = kInfinity;
+  bad[4].t_max = NAN;
+  bad[5].t_min = -1.0f;
+  bad[6].time = 2.0f;
+  for (const Ray& ray : bad) {
+    EXPECT_FALSE(scene->intersect(ray, kRayCamera).found());
+    EXPECT_EQ(scene->intersect_lamp(ray, kRayCamera).light, ~0u);
+    EXPECT_EQ(scene->transmittance(ray, 8), Color(0.0f));
+  }
+}
+
 TEST(Scene, empty_scenes_build) {
   SceneDescription d;
   set_camera(d, Vec3(0, -5, 0), Vec3(0), 1);

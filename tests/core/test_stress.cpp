@@ -284,6 +284,20 @@ const Stress kStresses[] = {
        add(moved(Vec3(-0.5f, 0.3f, -0.5f), 0.2f), moved(Vec3(1e6f, 0.3f, -0.5f), 0.2f));
        add(moved(Vec3(0.0f, 0.3f, -0.5f), 0.2f), moved(Vec3(0.0f, 0.3f, -0.5f), -0.2f));   // through zero
        add(moved(Vec3(0.5f, 0.3f, -0.5f), 0.2f), moved(Vec3(0.5f, 0.3f, -0.5f), 0.0f));
+       Mat4 flat = moved(Vec3(0.8f, 0.3f, 0.0f), 0.2f);
+       flat[2] = Vec4(0.0f);
+       for (const Mat4& to : {moved(Vec3(0.5f, 0.3f, 0.0f), 0.0f), flat}) {   // and stays so
+         add(moved(Vec3(0.5f, 0.3f, 0.0f), 0.2f), to);
+         d.motion_keys.push_back(rows(to));
+         ++d.instances.back().motion_key_count;
+       }
+       const int shared = d.instances.back().object;   // instances of one mesh, some next to nothing
+       for (const float scale : {1e-6f, 1e-11f, 1e-13f, 1e-20f, 1e-38f}) {
+         InstanceDescription instance;
+         instance.object = shared;
+         instance.world_from_object = rows(moved(Vec3(0.0f, 0.3f, 0.3f), scale));
+         d.instances.push_back(instance);
+       }
        d.camera.motion = {d.camera.world_from_camera, d.camera.world_from_camera};
        d.camera.motion[1][3] += 0.1f;
      }},
