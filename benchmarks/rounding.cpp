@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
     d.settings.height = std::max(1, int(scale * d.settings.height));
     d.settings.region = {0, 0, 0, 0};
     d.settings.direct = "mis";
+    d.settings.guiding = "off";   // what learns goes another way for good after the first step that differs
     const std::string integrator = option("--integrator", "path");
     Diagnostics diagnostics;
     const auto scene = Scene::build(std::move(d), {}, diagnostics);
