@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
     const auto scene = Scene::build(std::move(d), {}, diagnostics);
     const int samples = std::atoi(option("--samples", "16")), seeds = std::atoi(option("--seeds", "8"));
     for (const rounding::Share& share : rounding::measure(scene, integrator, samples, seeds, std::atoi(option("--threads", "1"))))
-      std::printf("| %s | %s | %s | %.4f | %.4f | %.4f | %+.1e ± %.1e |\n", argv[1], integrator.c_str(), share.mode, share.straying, share.shift, share.total(), share.mean_change, share.mean_change_error);
+      std::printf("| %s | %s | %s | %.4f | %.4f (± %.4f) | %+.1e ± %.1e |\n", argv[1], integrator.c_str(), share.mode, share.straying, share.shift, share.resolution, share.mean_change, share.mean_change_error);
   } catch (const SceneError& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

@@ -37,6 +37,7 @@ struct Share {
   const char* mode;
   double straying;      ///< samples that go another way; the same for any number of samples
   double shift;         ///< of the mean, at 4096 samples a pixel
+  double resolution;    ///< shifts below this cannot be told from what straying samples leave
   double mean_change, mean_change_error;   ///< of the mean of the whole picture, relative, and its standard error
   double total() const { return std::sqrt(straying * straying + shift * shift); }
 };
@@ -96,7 +97,7 @@ inline std::vector<Share> measure(const std::shared_ptr<const Scene>& scene, con
     for (const double of_seed : changes) change.add(sum > 0.0 ? of_seed / sum : 0.0);
     const double of_4096 = noise * samples / kSamples;
     shares.push_back({mode.name, noise > 0.0 ? std::sqrt(straying / noise) : 0.0, of_4096 > 0.0 ? std::sqrt(std::max(0.0, shift) / of_4096) : 0.0,
-                      change.mean(), std::sqrt(change.variance_of_mean())});
+                      noise > 0.0 ? std::sqrt(straying / noise * kSamples / double(samples * seeds)) : 0.0, change.mean(), std::sqrt(change.variance_of_mean())});
   }
   return shares;
 }
