@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kMostBounds = 1024;       ///< surfaces that only enclose volumes along one ray, as in Cycles
 constexpr int kSamplesPerCell = 16;
+constexpr float kLargestExtent = 1e18f;   ///< of a volume that varies
 constexpr uint64_t kMostMajorants = 8 * 16 * 16 * 16;
 constexpr float kMargin = 1.1f, kLeastShare = 0.02f, kLargest = 1e13f;   ///< of a majorant over what was seen; of the largest; per metre
 constexpr float kFaint = 0.05f;         ///< part of a weight below which roulette decides
@@ -136,7 +137,8 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
       }
       const bool known = std::any_of(media_.begin() + first_of_instance_[i], media_.end(), [&](const Medium& m) { return m.material == material; });
       if (known) continue;
-      const bool varies = program.medium_varies() && is_finite(upper - lower);   // which may be too large for floats though both are not
+      // Beyond what rays reach nothing can be told apart, and lengths of cells would overflow.
+      const bool varies = program.medium_varies() && max_component(upper - lower) < kLargestExtent;
       varying += varies ? 1 : 0;
       media_.push_back({i, material, &program, varies, lower, upper - lower, {}, {}, 0, 0.0f});
     }

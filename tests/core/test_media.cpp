@@ -496,6 +496,16 @@ TEST(Media, passes_add_up_to_the_picture) {
   for (const std::string& name : names) EXPECT_GT(sums[name], 0.1) << name;
 }
 
+/// Its grid had cells whose length overflowed: nothing capped the extinction far away, of which a part is the majorant here, and rays took steps of picometres.
+TEST(Media, of_absurd_extent_end) {
+  for (const float far : {1e15f, 1e31f, 3e38f}) {
+    SceneDescription d = through_a_cube();
+    add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(0.8f), 1.0f, Density::AlongX));
+    d.meshes.back().positions[7] = Vec3(far, 0.5f * far, 1.0f);
+    for (float value : render(d, "path", 1, 1)) EXPECT_TRUE(std::isfinite(value)) << far;
+  }
+}
+
 TEST(Media, pictures_do_not_depend_on_threads) {
   SceneDescription d = through_a_cube();
   set_camera(d, Vec3(0, -5, 0), Vec3(0), 24, 0.3f);
