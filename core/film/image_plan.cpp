@@ -2,11 +2,13 @@
 
 #include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <limits>
-#include <span>
+#include <utility>
 
 #include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
 #include "film/tvi.h"
@@ -25,60 +27,69 @@ constexpr float kExponent = 0.4f;
 /// No pixel gets more than so many times the average: beyond, it is a stray sample that speaks.
 constexpr float kMost = 16.0f;
 /// Counts keep this many binary digits below their first: low-discrepancy sequences are best cut at round numbers.
-constexpr int kDigits = 1;
-/// Estimates from few samples are drawn towards those of a wide neighbourhood: as if so many samples had found its variance, and so many
-/// pixels the difference that it expects of their halves.
-constexpr float kWideSamples = 8.0f, kWideHalves = 6.0f;
-constexpr int kWideReach = 3;
+constexpr int kRoundDigits = 2, kAllDigits = 31;
+/// Standard deviations, in pixels, of the neighbourhoods over which noise is averaged, and parts of the samples that may be shared out
+/// equally besides. Which are best, the samples tell.
+constexpr float kReaches[] = {0.7f, 1.5f, 3.0f};
+constexpr float kUniformParts[] = {0.01f, 0.1f, 0.25f, 0.5f};
+/// All is shared out equally unless error falls by this part of it, and by so many standard deviations of what is known about that: where few bright
+/// samples make nearly all the noise, whether they were foretold is chance, at about one standard deviation.
+constexpr double kLeastGain = 0.05, kSureness = 1.5;
+constexpr float kNearPixels = 4.0f;     // that a neighbourhood of the narrowest reach amounts to
+constexpr float kLeastWeight = 1e-6f;   // of neighbours, in all
+constexpr int kBand = 32;   // rows that one task smooths
 
-/// Neighbours with their weights: of the other colour, from which shares are made, and of the same, which tell how good such shares are.
-struct Neighbour {
-  int x, y;
-  float weight;
-};
-constexpr float kFar = 0.2f;
-constexpr Neighbour kOther[] = {{1, 0, 1.0f},   {-1, 0, 1.0f},  {0, 1, 1.0f},  {0, -1, 1.0f}, {2, 1, kFar},  {2, -1, kFar},
-                                {-2, 1, kFar}, {-2, -1, kFar}, {1, 2, kFar}, {1, -2, kFar}, {-1, 2, kFar}, {-1, -2, kFar}};
-constexpr Neighbour kSame[] = {{1, 1, 1.0f}, {1, -1, 1.0f}, {-1, 1, 1.0f}, {-1, -1, 1.0f}, {2, 0, kFar}, {-2, 0, kFar}, {0, 2, kFar}, {0, -2, kFar}};
-/// Parts of the samples that may be shared out equally; which is best, the samples tell.
-constexpr float kUniformParts[] = {0.01f, 0.1f, 0.25f, 0.5f, 0.75f, 1.0f};
-
-/// What the first samples of a pixel tell, of one sample's luminance.
+/// What the first samples of a pixel tell, of one sample's luminance; or weighted sums of that over pixels.
 struct Noise {
-  float mean = 0.0f;
-  float variance = 0.0f;
-  float halves = 0.0f;   ///< the variance that explains how far the means of the two halves are apart: less where strata help
+  float weight = 1.0f, mean = 0.0f, variance = 0.0f;
+  void add(const Noise& n, float w) {
+    weight += w * n.weight;
+    mean += w * n.mean;
+    variance += w * n.variance;
+  }
 };
 
 std::vector<Noise> noise_of_first(EarlySamples& early, size_t pixels, uint32_t count) {
   std::vector<Noise> noise(pixels);
-  early.join(count / 2);
-  for (size_t i = 0; i < pixels; ++i) noise[i].halves = early.first(i).sum;
   early.join(count);
   for (size_t i = 0; i < pixels; ++i) {
     const EarlySamples::Moments& m = early.first(i);
-    const float difference = 2.0f * noise[i].halves - m.sum;
     noise[i].mean = m.sum / float(count);
     noise[i].variance = std::max(0.0f, m.sum_squared - m.sum * noise[i].mean) / float(count - 1);
-    noise[i].halves = difference * difference / float(count);
   }
   return noise;
 }
 
-/// Sums along rows over the wide neighbourhood, of the pixels of one colour.
-std::vector<Noise> wide_sums(const std::vector<Noise>& noise, int width, int color) {
-  std::vector<Noise> sums(noise.size());
-  for (size_t i = 0; i < noise.size(); ++i) {
-    const int x = int(i % size_t(width)), y = int(i / size_t(width));
-    for (int u = std::max(0, x - kWideReach); u <= std::min(width - 1, x + kWideReach); ++u) {
-      if (((u + y) & 1) != color) continue;
-      const Noise& n = noise[i + size_t(u) - size_t(x)];
-      sums[i].mean += 1.0f;   // here: how many
-      sums[i].variance += n.variance;
-      sums[i].halves += n.halves;
+/// Calls visit(pixel, own, other) for each pixel, in parallel: sums around it, with Gaussian weights, over the pixels of its own colour but itself,
+/// and of the other colour.
+template <class Visit>
+void for_each_neighbourhood(const std::vector<Noise>& noise, int width, float reach, Visit&& visit) {
+  const int height = int(noise.size() / size_t(width)), radius = int(std::ceil(2.0f * reach));
+  std::vector<float> kernel(size_t(radius) + 1);
+  for (int t = 0; t <= radius; ++t) kernel[size_t(t)] = std::exp(-0.5f * float(t * t) / (reach * reach));
+  struct Sums {
+    Noise of[2] = {{0.0f}, {0.0f}};   ///< own colour, other colour
+  };
+  tbb::parallel_for(tbb::blocked_range<int>(0, (height + kBand - 1) / kBand, 1), [&](const tbb::blocked_range<int>& bands) {
+    const int y0 = bands.begin() * kBand, y1 = std::min(bands.end() * kBand, height);
+    const int top = std::max(0, y0 - radius), end = std::min(height, y1 + radius);
+    std::vector<Sums> rows(size_t(end - top) * size_t(width));
+    for (int y = top; y < end; ++y)
+      for (int x = 0; x < width; ++x)
+        for (int u = std::max(0, x - radius); u <= std::min(width - 1, x + radius); ++u)
+          rows[size_t(y - top) * size_t(width) + size_t(x)].of[(u - x) & 1].add(noise[size_t(y) * size_t(width) + size_t(u)], kernel[size_t(std::abs(u - x))]);
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < width; ++x) {
+        Sums sums;
+        for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v)
+          for (int color = 0; color < 2; ++color)
+            sums.of[color].add(rows[size_t(v - top) * size_t(width) + size_t(x)].of[(color + v - y) & 1], kernel[size_t(std::abs(v - y))]);
+        const size_t i = size_t(y) * size_t(width) + size_t(x);
+        sums.of[0].add(noise[i], -1.0f);
+        visit(i, sums.of[0], sums.of[1]);
+      }
     }
-  }
-  return sums;
+  });
 }
 
 /// Threshold at which a pixel's leftover fraction becomes samples: spread evenly over the plane [Roberts 2018, the R2 sequence].
@@ -88,17 +99,18 @@ float threshold(int x, int y, float offset) {
 }
 
 /// A round number next to y, such that its mean over all thresholds is y.
-uint32_t round_count(float y, float threshold) {
+uint32_t round_count(float y, float threshold, int digits) {
   const uint32_t whole = uint32_t(y);
-  const int drop = int(std::bit_width(whole)) - 1 - kDigits;
+  const int drop = int(std::bit_width(whole)) - 1 - digits;
   const uint32_t step = drop > 0 ? 1u << drop : 1u, base = whole & ~(step - 1);
   return base + ((y - float(base)) / float(step) + threshold >= 1.0f ? step : 0u);
 }
 
 }  // namespace
 
-ImagePlan::ImagePlan(ErrorMeasure measure, uint32_t first, uint32_t seed, std::vector<float> importance)
-    : measure_(measure), first_(std::bit_ceil(std::max(2u, first))), seed_(seed), importance_(std::move(importance)) {}
+ImagePlan::ImagePlan(ErrorMeasure measure, uint32_t first, uint32_t seed, Importance importance, Counts counts)
+    : measure_(measure), first_(std::bit_ceil(std::max(2u, first))), seed_(seed), digits_(counts == Counts::Round ? kRoundDigits : kAllDigits),
+      find_importance_(std::move(importance)) {}
 
 uint32_t ImagePlan::looked_at(uint32_t done) const {
   if (done < first_) return 0;
@@ -119,83 +131,89 @@ void ImagePlan::plan(Film& film, uint32_t samples) {
 }
 
 void ImagePlan::decide(Film& film) {
-  const int width = film.width(), height = film.height();
+  const int width = film.width();
   early_ = looked_at(planned_);
   decided_goals_ = film.goals();
   const std::vector<Noise> noise = noise_of_first(film.early_samples(), decided_goals_.size(), early_);
-  const std::vector<Noise> rows[2] = {wide_sums(noise, width, 0), wide_sums(noise, width, 1)};
-  const auto unit = [&](float mean) {
+  const auto color_of = [&](size_t i) { return (i % size_t(width) + i / size_t(width)) & 1; };
+
+  // What pixels of each colour tell about a pixel: its own, but itself, by which shares are tried, and the other, by which they are made.
+  struct Told {
+    float mean = 0.0f, variance = 0.0f;   ///< over the widest reach
+    float unit = -1.0f, share = 1.0f;     ///< negative: there is none to tell
+  };
+  std::vector<Told> told[2] = {std::vector<Told>(noise.size()), std::vector<Told>(noise.size())};
+  for_each_neighbourhood(noise, width, kReaches[2], [&](size_t i, const Noise& own, const Noise& other) {
+    const Noise* const sums[2] = {&own, &other};
+    for (int k = 0; k < 2; ++k)
+      if (sums[k]->weight > kLeastWeight) told[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
+  });
+  const auto unit = [&](const Noise& near, const Told& wide) {
+    // Nearest neighbours tell the brightness, as far as they differ from those around by more than their noise [James and Stein 1961].
+    const float difference = near.mean / near.weight - wide.mean, noise_of_near = wide.variance / (kNearPixels * float(early_));
+    const float kept = difference * difference > noise_of_near ? 1.0f - noise_of_near / (difference * difference) : 0.0f;
+    const float mean = std::max(0.0f, wide.mean + kept * difference);
     return measure_ == ErrorMeasure::Relative ? mean * mean + 0.01f : float(tvi(double(mean) * kCandelasPerUnit) / kCandelasPerUnit);
-  };
-  // The error of a pixel, per sample, that its neighbours let expect, and its unit. Negative: it has none.
-  struct Expected {
-    float error = -1.0f, unit = 1.0f;
-  };
-  const auto expect = [&](int x, int y, std::span<const Neighbour> neighbours, bool same) -> Expected {
-    Noise near, wide;
-    float weight = 0.0f;
-    for (const Neighbour& n : neighbours) {
-      const int u = x + n.x, v = y + n.y;
-      if (u < 0 || u >= width || v < 0 || v >= height) continue;
-      const Noise& other = noise[size_t(v) * size_t(width) + size_t(u)];
-      near.mean += n.weight * other.mean;
-      near.variance += n.weight * other.variance;
-      near.halves += n.weight * other.halves;
-      weight += n.weight;
-    }
-    if (weight == 0.0f) return {};
-    for (int v = std::max(0, y - kWideReach); v <= std::min(height - 1, y + kWideReach); ++v) {
-      const Noise& row = rows[(x + y + (same ? 0 : 1)) & 1][size_t(v) * size_t(width) + size_t(x)];
-      wide.mean += row.mean;
-      wide.variance += row.variance;
-      wide.halves += row.halves;
-    }
-    if (same) {
-      const Noise& own = noise[size_t(y) * size_t(width) + size_t(x)];
-      wide.mean -= 1.0f;
-      wide.variance = std::max(0.0f, wide.variance - own.variance);
-      wide.halves = std::max(0.0f, wide.halves - own.halves);
-    }
-    // How noisy it is here, by the scatter of samples; how much less that matters because they are stratified, by the halves.
-    const float scatter = (float(early_) * near.variance + kWideSamples * wide.variance / wide.mean) / (float(early_) * weight + kWideSamples);
-    const float kept = wide.variance > 0.0f ? std::min(1.0f, wide.halves / wide.variance) : 1.0f;
-    const float here = unit(std::max(0.0f, near.mean / weight));
-    return {(near.halves + kWideHalves * kept * scatter) / (weight + kWideHalves) / here, here};
   };
 
   shares_.assign(noise.size(), 1.0f);
-  struct Test {
-    float error, share;
-  };
-  std::vector<Test> tests[2];
-  double sum_of_shares[2] = {0.0, 0.0}, sum_of_tests[2] = {0.0, 0.0};
-  size_t pixels[2] = {0, 0};
-  for (size_t i = 0; i < noise.size(); ++i) {
-    const int x = int(i % size_t(width)), y = int(i / size_t(width)), color = (x + y) & 1;
-    if (const Expected e = expect(x, y, kOther, false); e.error >= 0.0f) shares_[i] = std::pow(e.error, kExponent);
-    sum_of_shares[color] += double(shares_[i]);
-    ++pixels[color];
-    if (const Expected e = expect(x, y, kSame, true); e.error >= 0.0f) {
-      tests[color].push_back({noise[i].variance / e.unit, std::pow(e.error, kExponent)});
-      sum_of_tests[color] += double(tests[color].back().share);
+  double best[2] = {0.0, 0.0};
+  for (const float reach : kReaches) {
+    if (reach == kReaches[2]) {
+      for (std::vector<Told>& of_color : told)
+        for (Told& t : of_color)
+          if (t.unit > 0.0f) t.share = std::pow(t.variance / t.unit, kExponent);
+    } else {
+      for_each_neighbourhood(noise, width, reach, [&](size_t i, const Noise& own, const Noise& other) {
+        const Noise* const sums[2] = {&own, &other};
+        for (int k = 0; k < 2; ++k) {
+          if (!(sums[k]->weight > kLeastWeight)) continue;
+          Told& t = told[k][i];
+          if (reach == kReaches[0]) t.unit = unit(*sums[k], t);
+          if (t.unit > 0.0f) t.share = std::pow(std::max(0.0f, sums[k]->variance / sums[k]->weight) / t.unit, kExponent);
+        }
+      });
+    }
+    // Pixels of the other colour tell which reach is best, and which part to share out equally: each is foretold by its like and has
+    // samples of its own, independent of theirs.
+    for (size_t color = 0; color < 2; ++color) {
+      double sum_own = 0.0, sum_other = 0.0;
+      size_t seen = 0, pixels = 0;
+      for (size_t i = 0; i < noise.size(); ++i) {
+        if (color_of(i) == color) {
+          sum_other += double(told[1][i].share);
+          ++pixels;
+        } else if (told[0][i].unit > 0.0f) {
+          sum_own += double(told[0][i].share);
+          ++seen;
+        }
+      }
+      if (!(sum_own > 0.0) || !(sum_other > 0.0)) continue;
+      const float scale_own = float(double(seen) / sum_own), scale_other = float(double(pixels) / sum_other);
+      const auto for_each_test = [&](float part, auto&& visit) {
+        for (size_t i = 0; i < noise.size(); ++i)
+          if (color_of(i) != color && told[0][i].unit > 0.0f)
+            visit(std::max(kFloor, part + (1.0f - part) * scale_own * told[0][i].share), noise[i].variance / told[0][i].unit);
+      };
+      for (const float part : kUniformParts) {
+        double counts = 0.0, even = 0.0, less = 0.0, square = 0.0;
+        for_each_test(part, [&](float count, float) { counts += double(count); });
+        const double mean_count = counts / double(seen);
+        for_each_test(part, [&](float count, float error) {
+          const double change = double(error) * (1.0 - mean_count / double(count));
+          even += double(error);
+          less += change;
+          square += change * change;
+        });
+        const double gain = less - kSureness * std::sqrt(square);
+        if (!(gain > best[color]) || less < kLeastGain * even) continue;
+        best[color] = gain;
+        for (size_t i = 0; i < noise.size(); ++i)
+          if (color_of(i) == color) shares_[i] = part + (1.0f - part) * scale_other * told[1][i].share;
+      }
     }
   }
-  // Rare bright samples make noise where their neighbours saw none. How much of it there is, pixels of the other colour tell: each was foretold by
-  // its like and has samples of its own, independent of theirs. The part shared out equally is the one with the least error there.
-  for (int color = 0; color < 2; ++color) {
-    const std::vector<Test>& seen = tests[1 - color];
-    const float mean_test = seen.empty() ? 0.0f : float(sum_of_tests[1 - color] / double(seen.size()));
-    const float mean_share = pixels[color] > 0 ? float(sum_of_shares[color] / double(pixels[color])) : 0.0f;
-    double least = std::numeric_limits<double>::infinity();
-    float best = 1.0f;
-    for (const float part : kUniformParts) {
-      double error = 0.0;
-      for (const Test& test : seen) error += double(test.error / std::max(kFloor, part + (1.0f - part) * test.share / mean_test));
-      if (error < least) least = error, best = part;
-    }
-    for (size_t i = 0; i < noise.size(); ++i)
-      if (((i % size_t(width) + i / size_t(width)) & 1) == size_t(color)) shares_[i] = best * mean_share + (1.0f - best) * shares_[i];
-  }
+  if (find_importance_) importance_ = std::exchange(find_importance_, {})();
   for (size_t i = 0; i < importance_.size(); ++i) shares_[i] *= importance_[i];
 }
 
@@ -214,7 +232,7 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
     const int x = int(i % size_t(width)), y = int(i / size_t(width));
     if (((x + y) & 1) != color) continue;
     const float t = threshold(x, y, offset);
-    places.push_back({i, shares_[i], t, std::max(decided_goals_[i], round_count(floor, t))});
+    places.push_back({i, shares_[i], t, std::max(decided_goals_[i], round_count(floor, t, digits_))});
     sum_of_shares += double(shares_[i]);
   }
   if (!(sum_of_shares > 0.0) || !std::isfinite(sum_of_shares)) {   // nothing varies
@@ -222,7 +240,7 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
     return;
   }
   const float most = kMost * float(samples);
-  const auto count = [&](const Place& p, float lambda) { return std::max(p.least, round_count(std::min(most, lambda * p.share), p.threshold)); };
+  const auto count = [&](const Place& p, float lambda) { return std::max(p.least, round_count(std::min(most, lambda * p.share), p.threshold, digits_)); };
   const auto total = [&](float lambda) {
     return tbb::parallel_reduce(
         tbb::blocked_range<size_t>(0, places.size(), 4096), uint64_t(0),

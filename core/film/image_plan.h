@@ -4,7 +4,9 @@
 //   C_k = max(floor, lambda o_k),   o_k = importance_k (e mean + (1 - e) (variance_k / w(L_k))^0.4),   sum C_k = N pixels,
 // w being tvi(L) (perceptual) or L^2 + 0.01 (relative). The thesis has the power 1, which makes the error of all pixels equal; 0.5 makes
 // their sum least for independent samples, and somewhat less than that for ours, which are stratified in each pixel. The thesis has a fixed e of
-// 0.01; ours is chosen by how well pixels are foretold by their neighbours: e is 1 where rare bright samples come from anywhere. Leftover fractions go to pixels by ordered thresholds that are spread evenly over the plane.
+// 0.01 and each pixel's own variance; ours is averaged over neighbours. Over how wide a reach, and which e, is chosen by how well such averages foretell
+// pixels that were not in them: edges want a narrow reach, and where rare bright samples come from anywhere nothing foretells anything and e is 1.
+// Leftover fractions go to pixels by ordered thresholds that are spread evenly over the plane.
 //
 // Unbiased. A pixel's value is the plain mean of its own samples, so its count must not depend on them, not even by way of
 // others [algorithms.md, section 1: a pilot that decides how many more samples it is averaged with darkens the picture]. Therefore:
@@ -22,6 +24,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "film/film.h"
@@ -29,12 +32,15 @@
 namespace ajar {
 
 enum class ErrorMeasure : uint8_t { Relative, Perceptual };
+/// Round suits low-discrepancy sequences; integrators that render by passes want each pixel's samples spread over them.
+enum class Counts : uint8_t { Round, Any };
 
 class ImagePlan {
  public:
-  /// `first` samples a pixel, a power of two of at least 2, are taken before the first look. `importance` multiplies the share of each
-  /// pixel of the film; empty: 1 for all.
-  ImagePlan(ErrorMeasure measure, uint32_t first, uint32_t seed, std::vector<float> importance = {});
+  /// Multiplies the share of each pixel of the film; empty: 1 for all. Called at the first look.
+  using Importance = std::function<std::vector<float>()>;
+  /// `first` samples a pixel, a power of two of at least 2, are taken before the first look.
+  ImagePlan(ErrorMeasure measure, uint32_t first, uint32_t seed, Importance importance = {}, Counts counts = Counts::Round);
 
   /// The iteration that starts when the average pixel has `done` samples must end here at the latest.
   uint32_t next_decision(uint32_t done) const;
@@ -49,6 +55,8 @@ class ImagePlan {
 
   ErrorMeasure measure_;
   uint32_t first_, seed_;
+  int digits_;                            // binary ones that counts keep below their first
+  Importance find_importance_;
   std::vector<float> importance_;
   uint32_t planned_ = 0;                  // samples of the average pixel
   uint32_t early_ = 0;                    // the b of the last decision

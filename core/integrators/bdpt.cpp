@@ -18,7 +18,7 @@ class Bdpt final : public Integrator {
  public:
   Honesty honesty() const override { return merging_.active() ? Honesty::Consistent : Honesty::Unbiased; }
   /// Samples of a pass share its photons.
-  bool follows_goals() const override { return !merging_.active(); }
+  GoalSupport goal_support() const override { return {.follows = true, .by_passes = merging_.active(), .learns = merging_.active()}; }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);

@@ -92,7 +92,8 @@ void GatherPasses::choose_first_radii() {
   first_caustic_radius_ = std::min(first_global_radius_, median(caustic, most));
 }
 
-/// Calls visit(gatherer, x, y, ray) for one sample of each pixel of the film, in parallel tiles.
+/// Calls visit(gatherer, x, y, ray), in parallel tiles, for the samples that each pixel lacks to its goal of this pass; when
+/// `only_arrivals`, for sample number `sample` of each.
 template <class Visit>
 void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals, const std::atomic<bool>& stop, Visit&& visit) {
   const int width = film.width(), height = film.height(), columns = (width + kTile - 1) / kTile, rows = (height + kTile - 1) / kTile;
@@ -116,13 +117,17 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
         if (arrivals_) gatherer.log_arrivals(&logs[number], only_arrivals);
         for (int y = row * kTile; y < std::min((row + 1) * kTile, height); ++y) {
           for (int x = column * kTile; x < std::min((column + 1) * kTile, width); ++x) {
-            if (stop.load(std::memory_order_relaxed)) return;
             const int px = film.x0() + x, py = film.y0() + y;
-            Sampler& sampler = gatherer.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), sample);
-            const Vec2 offset = filter_.sample(sampler.get_2d());
-            const Vec2 on_film(float(px) + 0.5f + offset.x, float(py) + 0.5f + offset.y);
-            const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
-            visit(gatherer, px, py, scene_->camera().generate_ray(on_film, u_lens, 0.0f));
+            const uint32_t first = only_arrivals ? sample : film.samples_of(px, py);
+            const uint32_t end = only_arrivals ? sample + 1 : film.goal_of(px, py, pass_ + 1);
+            for (uint32_t index = first; index < end; ++index) {
+              if (stop.load(std::memory_order_relaxed)) return;
+              Sampler& sampler = gatherer.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), index);
+              const Vec2 offset = filter_.sample(sampler.get_2d());
+              const Vec2 on_film(float(px) + 0.5f + offset.x, float(py) + 0.5f + offset.y);
+              const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
+              visit(gatherer, px, py, scene_->camera().generate_ray(on_film, u_lens, 0.0f));
+            }
           }
         }
         Counters& c = counters.local();

@@ -25,7 +25,7 @@ class GatherPasses {
   void build_maps(std::vector<Photon> global, std::vector<Photon> caustic);
   /// Before the first pass: note where passes will look maps up.
   void scout(const Film& film, const std::atomic<bool>& stop);
-  /// One sample per pixel; ends the pass.
+  /// One sample of the average pixel, by the film's goals if any are set; ends the pass.
   void render(Film& film, const std::atomic<bool>& stop);
 
   float global_radius() const { return maps_.global_radius; }
@@ -47,6 +47,7 @@ class GatherPasses {
   std::vector<IrradianceSite> sites_;
   float first_global_radius_ = 0.0f, first_caustic_radius_ = 0.0f;
   ArrivalMap* arrivals_ = nullptr;
+  std::vector<uint32_t> last_passes_;   ///< of each pixel: how many passes its samples so far speak for
   GuideTree guide_;
   std::vector<std::vector<GuideSample>> guide_samples_;   ///< of the tiles, since the guide has learned last
   uint64_t rays_ = 0, paths_ = 0, gathered_ = 0, from_sites_ = 0;

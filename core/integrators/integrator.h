@@ -21,6 +21,14 @@ namespace ajar {
 
 enum class Honesty : uint8_t { Unbiased, Consistent, Biased };
 
+/// How an integrator heeds the film's goals (film/image_plan.h).
+struct GoalSupport {
+  bool follows = false;    ///< `run_iteration` gives each pixel the samples that goals ask for, if any are set; their mean then is what `samples_per_pixel` says
+  bool by_passes = false;  ///< samples of an iteration share what was made for it: the average pixel's goal must grow by one sample at a time
+  bool learns = false;     ///< pixels learn from each other, so that the plan's proof does not hold: the picture is consistent
+  uint32_t equal = 0;      ///< all pixels must have so many samples before goals may differ, and iterations until then end at each quarter of them
+};
+
 struct IntegratorStatistics {
   uint64_t rays = 0;            ///< closest-hit and shadow rays
   uint64_t paths = 0;
@@ -33,9 +41,8 @@ class Integrator {
   virtual ~Integrator() = default;
   virtual Honesty honesty() const = 0;
   virtual void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) = 0;
-  /// Whether `run_iteration` gives each pixel the samples that the film's goals ask for, if any are set (film/image_plan.h); their mean
-  /// then is what `samples_per_pixel` says. Pixels must not learn from each other, or the plan's proof does not hold.
-  virtual bool follows_goals() const { return false; }
+  /// After `prepare`.
+  virtual GoalSupport goal_support() const { return {}; }
   /// Add `samples_per_pixel` samples per pixel (on average) to the film. Returns early, leaving
   /// whole pixels consistent, when `stop` is raised.
   virtual void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) = 0;

@@ -76,6 +76,7 @@ bool bounces_diffusely(const ShadingPoint& point, const BounceLimits& limits) { 
 class IrradianceCache final : public Integrator {
  public:
   Honesty honesty() const override { return Honesty::Biased; }
+  GoalSupport goal_support() const override { return {.follows = true, .by_passes = true, .learns = true}; }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);

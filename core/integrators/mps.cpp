@@ -41,6 +41,7 @@ struct Deposit {
 
 class Mps final : public Integrator {
  public:
+  /// No goals: powers of photons follow from where lookups lie, which must be those of all pixels alike.
   Honesty honesty() const override { return Honesty::Consistent; }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {

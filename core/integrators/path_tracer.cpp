@@ -71,7 +71,9 @@ Shares shares_of(const Bsdf& bsdf, const Shares& scattered) {
 class PathTracer final : public Integrator {
  public:
   Honesty honesty() const override { return honesty_; }
-  bool follows_goals() const override { return !(mixture_ && mixture_->learns()) && !wants_guide_; }
+  GoalSupport goal_support() const override {
+    return {.follows = true, .learns = wants_guide_ || (mixture_ && mixture_->learns()), .equal = wants_guide_ ? PathGuide::kEqualSamples : 0};
+  }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);

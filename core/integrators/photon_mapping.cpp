@@ -12,6 +12,7 @@ constexpr uint32_t kSitesOnly = ~0u;   // number of the emission that only place
 class PhotonMapping final : public Integrator {
  public:
   Honesty honesty() const override { return Honesty::Consistent; }
+  GoalSupport goal_support() const override { return {.follows = true, .by_passes = true, .learns = true}; }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <tbb/parallel_for.h>
+
 #include "shading/shading_point.h"
 
 namespace ajar {
@@ -11,9 +13,9 @@ std::vector<float> importance_map(const Scene& scene) {
   const bool objects = std::any_of(scene.instances().begin(), scene.instances().end(),
                                    [&](const BuiltInstance& i) { return scene.object(i.object).importance != 1.0f; });
   if (!objects && s.importance_factor == 1.0f) return {};
-  std::vector<float> map;
-  map.reserve(size_t(s.region[2] - s.region[0]) * size_t(s.region[3] - s.region[1]));
-  for (int y = s.region[1]; y < s.region[3]; ++y) {
+  const int width = s.region[2] - s.region[0];
+  std::vector<float> map(size_t(width) * size_t(s.region[3] - s.region[1]));
+  tbb::parallel_for(s.region[1], s.region[3], [&](int y) {
     for (int x = s.region[0]; x < s.region[2]; ++x) {
       const Vec2 centre(float(x) + 0.5f, float(y) + 0.5f), part = centre / Vec2(float(s.width), float(s.height));
       const auto& r = s.importance_region;
@@ -22,9 +24,9 @@ std::vector<float> importance_map(const Scene& scene) {
         const Hit hit = scene.intersect(scene.camera().generate_ray(centre, Vec2(0.5f), 0.0f), kRayCamera);
         if (hit.found()) importance *= scene.object(scene.instances()[hit.instance].object).importance;
       }
-      map.push_back(importance);
+      map[size_t(y - s.region[1]) * size_t(width) + size_t(x - s.region[0])] = importance;
     }
-  }
+  });
   return map;
 }
 

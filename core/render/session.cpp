@@ -295,12 +295,13 @@ void Session::Data::run(Job job) {
   for (uint32_t k = 0; base && std::find(base->seeds.begin(), base->seeds.end(), own_seed) != base->seeds.end(); ++k)
     own_seed = hash_combine(s.seed, uint32_t(base->seeds.size()) + k);
   chosen->prepare(scene, own_seed);
-  const bool adapts = s.image == "pmc_ip" && chosen->follows_goals();
+  const GoalSupport support = chosen->goal_support();
+  const bool adapts = s.image == "pmc_ip" && support.follows;
   std::unique_ptr<ImagePlan> new_plan;
   if (adapts) {
     const bool few = s.samples > 0 && s.samples < 16;
-    new_plan = std::make_unique<ImagePlan>(s.image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, few ? 2 : 4, s.seed,
-                                           importance_map(*scene));
+    new_plan = std::make_unique<ImagePlan>(s.image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, std::max(few ? 2u : 4u, support.equal),
+                                           s.seed, [of = scene] { return importance_map(*of); }, support.by_passes ? Counts::Any : Counts::Round);
   }
   {
     std::lock_guard lock(mutex);
@@ -308,7 +309,7 @@ void Session::Data::run(Job job) {
     plan.insert(plan.begin(), technique_steps.begin(), technique_steps.end());
     plan.push_back({"image sampling", adapts,
                     adapts               ? "pixels get samples by their noise"
-                    : s.image == "pmc_ip" ? "this integrator, with this direct light, places its samples itself"
+                    : s.image == "pmc_ip" ? "this integrator cannot give pixels different numbers of samples"
                                           : "all pixels get the same number of samples"});
     image_plan = std::move(new_plan);
     settings = s;
@@ -370,7 +371,12 @@ int Session::Data::next_samples(double render_seconds, uint64_t done) const {
     if (settings.seconds > 0.0) next = std::min(next, std::max(1.0, rate * (settings.seconds - render_seconds)));
   }
   if (settings.samples > 0) next = std::min(next, double(settings.samples) - samples_before() - double(done));
-  if (image_plan) next = std::min(next, double(image_plan->next_decision(uint32_t(done))) - double(done));
+  if (image_plan) {
+    const GoalSupport support = integrator->goal_support();
+    if (support.by_passes) return 1;
+    next = std::min(next, double(image_plan->next_decision(uint32_t(done))) - double(done));
+    if (done < support.equal) next = std::min(next, double(support.equal / 4 - done % (support.equal / 4)));
+  }
   // Pictures of 2^k samples are what errors are estimated from.
   next = std::min(next, double(std::bit_ceil(done + 1)) - double(done));
   // A render that stops by its error looks at it after fixed numbers of samples, so that the clock has no say in the picture.
@@ -634,7 +640,10 @@ std::string Session::statistics_json() const {
     j["refused_samples"] = d.film->refused();
     j["film_bytes"] = d.film_bytes;
   }
-  if (d.integrator) j["honesty"] = name_of(d.integrator->honesty());
+  if (d.integrator) {
+    const Honesty honesty = d.integrator->honesty();
+    j["honesty"] = name_of(d.image_plan && d.integrator->goal_support().learns ? std::max(honesty, Honesty::Consistent) : honesty);
+  }
   if (d.scene) {
     const BuildStatistics& b = d.scene->statistics();
     j["scene"] = {{"triangles", b.triangles},

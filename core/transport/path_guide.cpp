@@ -19,6 +19,7 @@ constexpr double kMostVertices = 2.5e6;
 constexpr uint32_t kLearnedSamples = 16;
 /// Samples of each measurement, and when the two with the guide begin.
 constexpr uint32_t kMeasured = 4, kFirstMeasurement = 4, kSecondMeasurement = 12;
+static_assert(PathGuide::kEqualSamples == kSecondMeasurement + kMeasured && PathGuide::kEqualSamples == 4 * kMeasured);
 /// What must have been gained to go on after each.
 constexpr double kFirstGain = 0.75, kSecondGain = 1.25;
 /// Cost of asking the guide, per ray: measured, between `rooms` and `box` (docs/benchmarks/guiding.md).

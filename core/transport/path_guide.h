@@ -40,6 +40,8 @@ constexpr int kMostOpenVertices = 24;
 class PathGuide {
  public:
   enum class Mode : uint8_t { On, Auto };
+  /// While it measures, all pixels must have the same number of samples: this many.
+  static constexpr uint32_t kEqualSamples = 16;
   /// For a film of this size, rendered in square tiles: what a tile's samples found is written down by one thread.
   PathGuide(Mode mode, int width, int height, int tile);
 
