@@ -18,6 +18,7 @@ from .export import camera, export_contents, settings
 from .export.context import ExportContext
 from .headless import Options
 
+CHAIN_INTEGRATORS = {"metropolis", "erpt", "pmc_pt"}
 HINT_INTEGRATORS = {"auto", "mps", "metropolis", "pmc_pt"}   # auto tries metropolis where there are any
 
 
@@ -62,8 +63,8 @@ MENDS = (
     Mend("HINTS", "Light paths are drawn, but the integrator does not follow them.", "Use Auto",
          lambda scene: scene.ajar.integrator not in HINT_INTEGRATORS and any(curve.ajar.hint_enabled for curve in hints.curves_of(scene)),
          _set(integrator="auto")),
-    Mend("ADAPTIVE", "Only Path Tracing shares samples out by noise; this integrator will sample all pixels alike.", "Use Path Tracing",
-         lambda scene: scene.ajar.image == "pmc_ip" and scene.ajar.integrator != "path", _set(integrator="path")),
+    Mend("ADAPTIVE", "Chains of paths wander over the picture by themselves; this integrator will not share samples out by noise.", "Use Path Tracing",
+         lambda scene: scene.ajar.image == "pmc_ip" and scene.ajar.integrator in CHAIN_INTEGRATORS, _set(integrator="path")),
     Mend("BIASED", "The method for direct light is biased: an error remains however long it renders.", "Use MIS", _is_biased, _set(direct="mis")),
 )
 

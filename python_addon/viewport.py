@@ -238,7 +238,8 @@ def _for_view(wanted: ajar.RenderSettings, scene: bpy.types.Scene) -> ajar.Rende
     wanted = copy.copy(wanted)
     ours = scene.ajar
     wanted.integrator, wanted.samples = ours.viewport_integrator, ours.viewport_samples
-    wanted.seconds, wanted.target_error, wanted.image = 0.0, 0.0, "uniform"
+    wanted.seconds, wanted.target_error = 0.0, 0.0
+    wanted.importance_factor = 1.0   # its region is one of the camera's frame
     return wanted
 
 

@@ -2,6 +2,7 @@
 
 import bpy
 import pytest
+from ajar_render import viewport
 from ajar_render.headless import Options
 
 
@@ -24,3 +25,11 @@ def test_importance_of_an_object_is_its_own_times_its_collections(build, export,
     collection.objects.link(thing)
     collection.ajar.importance = 3.0
     assert export().objects[0].importance == pytest.approx(6.0)
+
+
+def test_views_share_samples_out_alike_but_for_the_region_of_the_frame(export, scene):
+    scene.ajar.image, scene.ajar.image_error, scene.ajar.importance_factor = "pmc_ip", "perceptual", 3.0
+    settings = export().settings
+    of_view = viewport._for_view(settings, scene)
+    assert (of_view.image, of_view.image_error, of_view.importance_factor) == ("pmc_ip", "perceptual", 1.0)
+    assert settings.importance_factor == 3.0
