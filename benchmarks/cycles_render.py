@@ -19,6 +19,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import time
 from pathlib import Path
 
 import bpy
@@ -96,8 +97,9 @@ def main() -> None:
             path = options.out / f"{samples}_{seed}.exr"
             scene.cycles.samples, scene.cycles.seed = samples, seed
             scene.render.filepath = str(path)
+            start = time.process_time()
             bpy.ops.render.render(write_still=True)
-            record = {"path": str(path), "samples": samples, "seed": seed, "threads": scene.render.threads,
+            record = {"path": str(path), "samples": samples, "seed": seed, "threads": scene.render.threads, "cpu_seconds": time.process_time() - start,
                       "frame": scene.frame_current, "renderer": f"Cycles {bpy.app.version_string}", **cycles_times(path)}
             print("CYCLES " + json.dumps(record), flush=True)
 

@@ -1,39 +1,54 @@
 #!/usr/bin/python3
-"""PMC-IP against uniform sampling (thesis, table 5.1), and both at equal time:
+"""PMC-IP against uniform sampling (thesis, table 5.1), how well errors are estimated, and Cycles' adaptive sampling likewise:
 
-    PYTHONPATH=build/release/python benchmarks/thesis_image.py SCENE.ajar REFERENCE.npz --spp 10 16 32 [--against 16] [--scale 0.3] [--seeds 3]
+    PYTHONPATH=build/release/python benchmarks/thesis_image.py gains SCENE.ajar... [--spp 64] [--scale 0.2] [--seeds 4] [--integrator NAME]
+    PYTHONPATH=build/release/python benchmarks/thesis_image.py estimates SCENE.ajar... --references DIR [--target 0.02] [--seconds 10]
+    PYTHONPATH=build/release/python benchmarks/thesis_image.py cycles SCENE.blend... [--spp 64] [--percentage 20] [--seeds 2] [--blender blender]
 
-SCENE.ajar comes from --ajar-dump-scene. REFERENCE.npz holds `image` and the `variance` of its pixel means, rows bottom up; `--make-reference
-SECONDS` renders it first. One thread, methods interleaved seed by seed; T is the process's CPU time from the first sample on, since a
-shared machine's wall time says little. Err is the mean of e^2 / tvi(L), so its ratios equal those of the thesis's sums; P-Eff = 1 / (T Err).
+SCENE.ajar comes from --ajar-dump-scene. One thread, methods interleaved seed by seed; T is CPU time of rendering, since a shared
+machine's wall time says little.
+
+gains: both ways of sampling are unbiased, so their error is the variance between seeds. It is weighed by the mean of all pictures: relMSE by
+1 / (mean^2 + 0.01), the thesis's Err by 1 / tvi(mean), and P-Eff = 1 / (T Err). A gain is uniform's T times error over ours.
+estimates: renders until the estimated relMSE is below the target (or a time limit), and divides what was estimated by the error against
+DIR/NAME.npz (`image`, and the `variance` of its pixel means where it is known), which --make-references SECONDS renders.
+cycles: errors are those against a picture of 16 times the samples, and T that of a render less that of one with a single sample, which is the
+time of preparing the scene. Adaptive renders with a range of thresholds are read between at the uniform one's T.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import subprocess
+import tempfile
 import time
 from pathlib import Path
 
 import metrics
 import numpy as np
 
-import ajar
+BASES = ("uniform", "pmc_ip")
 
 
-def render(options: argparse.Namespace, image: str, samples: int, seed: int, seconds: float = 0.0) -> tuple[dict[str, np.ndarray], float, dict]:
+def render(scene: str, options: argparse.Namespace, seed: int, **values) -> tuple[dict[str, np.ndarray], float, dict]:
     """Passes, CPU seconds of rendering, statistics."""
-    description = ajar.load_description(options.scene)
+    import ajar
+
+    description = ajar.load_description(scene)
     settings = description.settings
     settings.width, settings.height = int(settings.width * options.scale), int(settings.height * options.scale)
     settings.region = [0, 0, settings.width, settings.height]
-    settings.integrator, settings.image, settings.image_error = options.integrator, image, options.measure
-    settings.samples, settings.seconds, settings.target_error = samples, seconds, 0.0
+    settings.integrator, settings.image_error, settings.vertex_merging = options.integrator, options.measure, "off"
+    settings.samples, settings.seconds, settings.target_error = 0, 0.0, 0.0
     settings.seed, settings.threads, settings.passes = seed, 1, ["Combined", "Variance"]
+    for name, value in values.items():
+        setattr(settings, name, value)
     if options.direct_only:
         bounces = settings.bounces
         bounces.total = 0
         settings.bounces = bounces
+    shape = (settings.height, settings.width, -1)
     session = ajar.Session()
     session.start(description)
     while session.progress().phase in (ajar.Progress.Phase.Idle, ajar.Progress.Phase.Building):
@@ -44,52 +59,126 @@ def render(options: argparse.Namespace, image: str, samples: int, seed: int, sec
     cpu = time.process_time() - start
     if error := session.take_error():
         raise RuntimeError(error)
-    passes = {name: np.asarray(session.snapshot(name), dtype=np.float64) for name in ("Combined", "Variance")}
+    passes = {name: np.asarray(session.snapshot(name), dtype=np.float64).reshape(shape) for name in ("Combined", "Variance")}
     return passes, cpu, json.loads(session.statistics_json())
+
+
+def errors_between(pictures: np.ndarray, mean: np.ndarray) -> np.ndarray:
+    """relMSE, the same without the worst 0.1 % of pixels, Err per pixel: of one picture, from the variance among several."""
+    relative = np.sort((pictures.var(axis=0, ddof=1) / (mean**2 + 0.01)).mean(axis=-1), axis=None)
+    candelas = metrics.luminance(pictures) * metrics.CANDELAS_PER_UNIT
+    seen = candelas.var(axis=0, ddof=1) / metrics.tvi(metrics.luminance(mean) * metrics.CANDELAS_PER_UNIT)
+    return np.array([relative.mean(), relative[: int(0.999 * relative.size)].mean(), seen.mean()])
+
+
+def print_gains(options: argparse.Namespace) -> None:
+    print(f"{options.integrator}, {options.measure}, {options.spp} samples, scale {options.scale}, {options.seeds} seeds")
+    print("| scene | T ratio | relMSE, uniform | relMSE ratio | trimmed | Err ratio | gain | trimmed | P-Eff gain | samples |")
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    gains = []
+    for scene in options.scenes:
+        pictures: dict[str, list] = {base: [] for base in BASES}
+        ratios, counts = [], {}
+        for seed in range(1, options.seeds + 1):
+            times = {}
+            for base in BASES:
+                passes, times[base], statistics = render(scene, options, seed, image=base, samples=options.spp)
+                pictures[base].append(passes["Combined"][..., :3])
+                counts[base] = statistics["samples_per_pixel"]
+            ratios.append(times["pmc_ip"] / times["uniform"])
+        mean = np.mean([picture for base in BASES for picture in pictures[base]], axis=0)
+        uniform, adaptive = (errors_between(np.array(pictures[base]), mean) for base in BASES)
+        t = float(np.median(ratios))
+        ratio = adaptive / uniform
+        gain = 1.0 / (ratio * t)
+        gains.append(gain)
+        least_most = f"{counts['pmc_ip']['min']} to {counts['pmc_ip']['max']}"
+        print(f"| `{Path(scene).stem}` | {t:.2f} | {uniform[0]:.3g} | {ratio[0]:.3f} | {ratio[1]:.3f} | {ratio[2]:.3f} | {gain[0]:.2f} | {gain[1]:.2f} | "
+              f"{gain[2]:.2f} | {least_most} |", flush=True)
+    print("median gain, trimmed, P-Eff:", *(f"{value:.2f}" for value in np.median(gains, axis=0)), " least:", *(f"{value:.2f}" for value in np.min(gains, axis=0)))
+
+
+def print_estimates(options: argparse.Namespace) -> None:
+    print(f"{options.integrator}, {options.image}, until relMSE {options.target} or {options.seconds} s, scale {options.scale}, {options.seeds} seeds")
+    print("| scene | samples | estimated | true | estimated / true, median | range |")
+    print("|---|---|---|---|---|---|")
+    for scene in options.scenes:
+        path = options.references / f"{Path(scene).stem}.npz"
+        if options.make_references:
+            passes, _, statistics = render(scene, options, 99991, seconds=options.make_references)
+            np.savez(path, image=passes["Combined"][..., :3], variance=passes["Variance"][..., 0])
+            print(f"reference of {path.stem}: {statistics['samples_per_pixel']['mean']:.0f} samples", flush=True)
+            continue
+        stored = np.load(path)
+        variance = np.repeat(stored["variance"][..., None], 3, axis=2) if "variance" in stored else None
+        rows = []
+        for seed in range(1, options.seeds + 1):
+            passes, _, statistics = render(scene, options, seed, image=options.image, target_error=options.target, seconds=options.seconds)
+            true = metrics.relmse(passes["Combined"][..., :3], stored["image"], variance)
+            rows.append((statistics["samples_per_pixel"]["mean"], statistics["estimated_error"][-1][2], true))
+        samples, estimated, true = np.array(rows).T
+        ratios = estimated / true
+        print(f"| `{path.stem}` | {np.median(samples):.0f} | {np.median(estimated):.3g} | {np.median(true):.3g} | {np.median(ratios):.2f} | "
+              f"{ratios.min():.2f} to {ratios.max():.2f} |", flush=True)
+
+
+def cycles(scene: str, options: argparse.Namespace, samples: int, *more: str) -> list[tuple[np.ndarray, float]]:
+    """Pictures and CPU seconds of each seed."""
+    from images import read_exr
+
+    with tempfile.TemporaryDirectory() as folder:
+        command = [options.blender, "-b", "--factory-startup", scene, "--python", str(Path(__file__).with_name("cycles_render.py")), "--", "--out", folder, "--samples",
+                   str(samples), "--seeds", ",".join(map(str, range(1, options.seeds + 1))), "--percentage", str(options.percentage), "--threads", "1", *more]
+        output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        records = [json.loads(line.removeprefix("CYCLES ")) for line in output.splitlines() if line.startswith("CYCLES ")]
+        return [(np.asarray(read_exr(record["path"]), dtype=np.float64)[..., :3], record["cpu_seconds"]) for record in records]
+
+
+def print_cycles(options: argparse.Namespace) -> None:
+    print(f"Cycles, {options.spp} samples, {options.percentage} %, {options.seeds} seeds")
+    print("| scene | T | relMSE, uniform | adaptive at equal T: gain | P-Eff gain |")
+    print("|---|---|---|---|---|")
+    for scene in options.scenes:
+        reference = np.mean([picture for picture, _ in cycles(scene, options, 16 * options.spp)], axis=0)
+        preparing = float(np.median([cpu for _, cpu in cycles(scene, options, 1)]))
+
+        def judged(pictures: list[tuple[np.ndarray, float]]) -> np.ndarray:
+            return np.median([(cpu - preparing, metrics.relmse(picture, reference), metrics.perceptual_error(picture, reference)) for picture, cpu in pictures], axis=0)
+        uniform = judged(cycles(scene, options, options.spp))
+        rows = np.array([judged(cycles(scene, options, 16 * options.spp, "--adaptive", "on", "--noise-threshold", str(threshold)))
+                         for threshold in options.thresholds])
+        rows = rows[np.argsort(rows[:, 0])]
+        at_uniform = [float(np.exp(np.interp(np.log(uniform[0]), np.log(rows[:, 0]), np.log(rows[:, k])))) for k in (1, 2)]
+        outside = "" if rows[0, 0] <= uniform[0] <= rows[-1, 0] else " (outside)"
+        print(f"| `{Path(scene).stem}` | {uniform[0]:.2f} | {uniform[1]:.3g} | {uniform[1] / at_uniform[0]:.2f}{outside} | {uniform[2] / at_uniform[1]:.2f} |", flush=True)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scene")
-    parser.add_argument("reference", type=Path)
-    parser.add_argument("--spp", type=int, nargs="+", default=[16, 64])
-    parser.add_argument("--against", type=int, help="samples of uniform sampling; else the same as of PMC-IP")
-    parser.add_argument("--scale", type=float, default=0.3)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--integrator", default="path")
-    parser.add_argument("--measure", default="relative", choices=["relative", "perceptual"])
-    parser.add_argument("--direct-only", action="store_true")
-    parser.add_argument("--make-reference", type=float, metavar="SECONDS")
+    modes = parser.add_subparsers(dest="mode", required=True)
+    for name, run in (("gains", print_gains), ("estimates", print_estimates), ("cycles", print_cycles)):
+        mode = modes.add_parser(name)
+        mode.set_defaults(run=run)
+        mode.add_argument("scenes", nargs="+")
+        mode.add_argument("--seeds", type=int, default=4)
+        mode.add_argument("--spp", type=int, default=64)
+        if name == "cycles":
+            mode.add_argument("--blender", default="blender")
+            mode.add_argument("--percentage", type=int, default=20)
+            mode.add_argument("--thresholds", type=float, nargs="+", default=[0.3, 0.1, 0.03, 0.01])
+            continue
+        mode.add_argument("--scale", type=float, default=0.2)
+        mode.add_argument("--integrator", default="path")
+        mode.add_argument("--measure", default="relative", choices=["relative", "perceptual"])
+        mode.add_argument("--direct-only", action="store_true")
+        if name == "estimates":
+            mode.add_argument("--references", type=Path, required=True)
+            mode.add_argument("--make-references", type=float, metavar="SECONDS")
+            mode.add_argument("--image", default="uniform", choices=BASES)
+            mode.add_argument("--target", type=float, default=0.02)
+            mode.add_argument("--seconds", type=float, default=10.0)
     options = parser.parse_args()
-
-    if options.make_reference:
-        passes, _, statistics = render(options, "uniform", 2**30, 99991, options.make_reference)
-        np.savez(options.reference, image=passes["Combined"][..., :3], variance=passes["Variance"].reshape(passes["Combined"].shape[:2]))
-        print(f"reference: {statistics['samples_per_pixel']['mean']:.0f} spp, estimated relMSE {statistics['estimated_error'][-1][2]:.2e}")
-    stored = np.load(options.reference)
-    reference = stored["image"]
-    variance = np.repeat(stored["variance"][..., None], 3, axis=2) if "variance" in stored else None
-    print(f"{Path(options.scene).stem} {options.integrator} {options.measure}, {reference.shape[1]} x {reference.shape[0]}, {options.seeds} seeds")
-    print("| samples | T ratio | Err ratio | P-Eff gain | relMSE ratio | trimmed | gain at equal time | trimmed | range | estimate / true, uniform | adaptive |")
-    print("|---|---|---|---|---|---|---|---|---|---|---|")
-    for samples in options.spp:
-        rows = []
-        for seed in range(1, options.seeds + 1):
-            row = []
-            for image, count in (("uniform", options.against or samples), ("pmc_ip", samples)):
-                passes, cpu, statistics = render(options, image, count, seed)
-                picture = passes["Combined"][..., :3]
-                relmse = metrics.relmse(picture, reference, variance)
-                row.append((cpu, metrics.perceptual_error(picture, reference), relmse, metrics.relmse(picture, reference, variance, 0.001),
-                            statistics["estimated_error"][-1][2] / relmse))
-            rows.append(row)
-        values = np.array(rows)
-        ratios = values[:, 0, :4] / values[:, 1, :4]   # uniform over adaptive
-        t, err, rel, trimmed = np.median(ratios, axis=0)
-        gains = ratios[:, 0] * ratios[:, 2]
-        print(f"| {samples} | {1 / t:.2f} | {1 / err:.3f} | {np.median(ratios[:, 0] * ratios[:, 1]):.2f} | {1 / rel:.3f} | {1 / trimmed:.3f} | "
-              f"{np.median(gains):.2f} | {np.median(ratios[:, 0] * ratios[:, 3]):.2f} | {gains.min():.2f} to {gains.max():.2f} | "
-              f"{np.median(values[:, 0, 4]):.2f} | {np.median(values[:, 1, 4]):.2f} |", flush=True)
+    options.run(options)
 
 
 if __name__ == "__main__":
