@@ -19,6 +19,8 @@ constexpr SplatRange kSplatRanges[] = {{0x1p-20f, 0x1p60}, {0x1p20f, 0x1p32}, {0
 /// A sum that has grown beyond this is carried; every thread may add a thousand splats before it is.
 constexpr int64_t kCarried = int64_t(1) << 62;
 constexpr uint32_t kSettledSamples = 16;   // of the average pixel, when an adaptive render has found its shares
+constexpr int kErrorBlock = 8;             // pixels, along each side
+constexpr double kErrorSureness = 2.0;     // standard deviations by which errors must be seen to fall faster than those of independent samples
 
 /// Passes that come from what a sample tells besides its radiance.
 bool is_aux_pass(const std::string& pass) {
@@ -325,16 +327,22 @@ bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
   return true;
 }
 
-/// The true value of a pixel, as far as it can be told, for the denominator of a relative error: its mean, but where it stands out
-/// from all around it, it is likely to be a stray sample's doing, and what is around it is nearer the truth.
+/// The true value of a pixel's channel, as far as it can be told, for the denominator of a relative error: its mean, but where that is above those
+/// around it by no more than the scatter of its samples explains, it is likely to be a stray sample's doing, and what is around it is
+/// nearer the truth [after James and Stein 1961].
 double Film::likely_value(size_t index, const std::vector<float>& all) const {
   const int x = int(index % size_t(width())), y = int(index / size_t(width()));
   double sum = 0.0;
   int terms = -1;
   for (int v = std::max(0, y - 1); v <= std::min(height() - 1, y + 1); ++v)
     for (int u = std::max(0, x - 1); u <= std::min(width() - 1, x + 1); ++u, ++terms) sum += double(all[size_t(v) * size_t(width()) + size_t(u)]);
-  const double own = double(all[index]), around = terms > 0 ? (sum - own) / terms : own;
-  return own > 3.0 * around ? around : own;
+  const double own = double(all[index]), around = terms > 0 ? (sum - own) / terms : own, above = own - around;
+  double mean[3], difference[3];
+  if (!(above > 0.0) || !halves_of(index, mean, difference)) return own;
+  const double y_own = luminance_of(mean), y_half = 0.5 * luminance_of(difference);
+  const double variance = scatter_variance(pixels_[index]) + (splats_ ? y_half * y_half : 0.0);
+  const double part = y_own > 0.0 ? own / y_own : 1.0;   // the channel's, of the luminance
+  return around + above * std::max(0.0, 1.0 - variance * part * part / (above * above));
 }
 
 double Film::estimated_relmse() const {
@@ -388,25 +396,39 @@ Film::ErrorEstimate Film::estimated_error(uint32_t samples) const {
   // While counts still move to where the noise is, errors fall faster than they will: the scatter of samples is the safer witness.
   if (!goals_.empty() && two.samples < kSettledSamples) return estimate;
   const std::array<std::vector<float>, 3> now = means();
+  const size_t columns = size_t((width() + kErrorBlock - 1) / kErrorBlock);
+  std::vector<std::array<double, 2>> blocks(columns * size_t((height() + kErrorBlock - 1) / kErrorBlock));
   CompensatedSum recent, before, recent_seen, before_seen;
   for (size_t i = 0; i < pixels_.size(); ++i) {
     double value[3], recently[3], earlier[3];
+    std::array<double, 2>& block = blocks[i / size_t(width()) / kErrorBlock * columns + i % size_t(width()) / kErrorBlock];
     for (size_t c = 0; c < 3; ++c) {
       value[c] = likely_value(i, now[c]);
       recently[c] = double(now[c][i]) - double(one.image[c][i]);
       earlier[c] = double(one.image[c][i]) - double(two.image[c][i]);
       const double unit = value[c] * value[c] + 0.01;
-      recent.add(recently[c] * recently[c] / unit);
-      before.add(earlier[c] * earlier[c] / unit);
+      block[0] += earlier[c] * earlier[c] / unit;
+      block[1] += recently[c] * recently[c] / unit;
     }
     const double unit = tvi(kCandelasPerUnit * std::max(0.0, luminance_of(value))) / (kCandelasPerUnit * kCandelasPerUnit);
     const double y_recently = luminance_of(recently), y_earlier = luminance_of(earlier);
     recent_seen.add(y_recently * y_recently / unit);
     before_seen.add(y_earlier * y_earlier / unit);
   }
-  const double pixels = double(pixels_.size());
-  estimate.relmse = error_from_steps(before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels);
-  estimate.perceptual = error_from_steps(before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) / pixels;
+  for (const std::array<double, 2>& block : blocks) {
+    before.add(block[0]);
+    recent.add(block[1]);
+  }
+  // How surely errors fall faster than 1/n, the blocks tell: where a few of them make most of the error it is not known.
+  double deviation = 0.0;
+  if (recent.value() > 0.0 && before.value() > 0.0)
+    for (const std::array<double, 2>& block : blocks) {
+      const double d = block[0] / before.value() - block[1] / recent.value();
+      deviation += d * d;
+    }
+  const double surely = std::exp(-kErrorSureness * std::sqrt(deviation)), pixels = double(pixels_.size());
+  estimate.relmse = error_from_steps(surely * before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels);
+  estimate.perceptual = error_from_steps(surely * before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) / pixels;
   return estimate;
 }
 
