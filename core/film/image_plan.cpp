@@ -135,7 +135,10 @@ void ImagePlan::decide(Film& film) {
   early_ = looked_at(planned_);
   decided_goals_ = film.goals();
   const std::vector<Noise> noise = noise_of_first(film.early_samples(), decided_goals_.size(), early_);
-  const auto color_of = [&](size_t i) { return (i % size_t(width) + i / size_t(width)) & 1; };
+  const auto for_each_of = [&](int color, auto&& visit) {
+    for (int y = 0; y < film.height(); ++y)
+      for (int x = (y + color) & 1; x < width; x += 2) visit(size_t(y) * size_t(width) + size_t(x));
+  };
 
   // What pixels of each colour tell about a pixel: its own, but itself, by which shares are tried, and the other, by which they are made.
   struct Told {
@@ -176,24 +179,25 @@ void ImagePlan::decide(Film& film) {
     }
     // Pixels of the other colour tell which reach is best, and which part to share out equally: each is foretold by its like and has
     // samples of its own, independent of theirs.
-    for (size_t color = 0; color < 2; ++color) {
+    for (int color = 0; color < 2; ++color) {
       double sum_own = 0.0, sum_other = 0.0;
       size_t seen = 0, pixels = 0;
-      for (size_t i = 0; i < noise.size(); ++i) {
-        if (color_of(i) == color) {
-          sum_other += double(told[1][i].share);
-          ++pixels;
-        } else if (told[0][i].unit > 0.0f) {
-          sum_own += double(told[0][i].share);
-          ++seen;
-        }
-      }
+      for_each_of(color, [&](size_t i) {
+        sum_other += double(told[1][i].share);
+        ++pixels;
+      });
+      for_each_of(1 - color, [&](size_t i) {
+        if (!(told[0][i].unit > 0.0f)) return;
+        sum_own += double(told[0][i].share);
+        ++seen;
+      });
       if (!(sum_own > 0.0) || !(sum_other > 0.0)) continue;
       const float scale_own = float(double(seen) / sum_own), scale_other = float(double(pixels) / sum_other);
       const auto for_each_test = [&](float part, auto&& visit) {
-        for (size_t i = 0; i < noise.size(); ++i)
-          if (color_of(i) != color && told[0][i].unit > 0.0f)
-            visit(std::max(kFloor, part + (1.0f - part) * scale_own * told[0][i].share), noise[i].variance / told[0][i].unit);
+        for_each_of(1 - color, [&](size_t i) {
+          const Told& t = told[0][i];
+          if (t.unit > 0.0f) visit(std::max(kFloor, part + (1.0f - part) * scale_own * t.share), noise[i].variance / t.unit);
+        });
       };
       for (const float part : kUniformParts) {
         double counts = 0.0, even = 0.0, less = 0.0, square = 0.0;
@@ -208,8 +212,7 @@ void ImagePlan::decide(Film& film) {
         const double gain = less - kSureness * std::sqrt(square);
         if (!(gain > best[color]) || less < kLeastGain * even) continue;
         best[color] = gain;
-        for (size_t i = 0; i < noise.size(); ++i)
-          if (color_of(i) == color) shares_[i] = part + (1.0f - part) * scale_other * told[1][i].share;
+        for_each_of(color, [&](size_t i) { shares_[i] = part + (1.0f - part) * scale_other * told[1][i].share; });
       }
     }
   }
