@@ -99,6 +99,30 @@ layer.ajar.use_pass_albedo = layer.ajar.use_pass_sample_count = layer.ajar.use_p
     assert center[layer + "Variance.X"] >= 0
 
 
+def test_importance_of_a_collection_moves_samples_and_no_light(blender, tmp_path):
+    """Two squares side by side under one lamp: alike, but for how much they matter."""
+    text = """
+other = bpy.data.objects.new("Other", mesh)
+square.location.x, other.location.x = -1, 1
+heroes = bpy.data.collections.new("Heroes")
+scene.collection.children.link(heroes)
+heroes.objects.link(other)
+heroes.ajar.importance, other.ajar.importance = 4, 2
+scene.ajar.image, scene.ajar.samples = "pmc_ip", 32
+ours = scene.view_layers[0].ajar
+ours.use_pass_sample_count = ours.use_pass_error = ours.use_pass_perceptual_error = True
+"""
+    result = blender("--python", script(tmp_path, text), "-o", tmp_path / "out", "-F", "OPEN_EXR_MULTILAYER", "-f", 1)
+    assert result.returncode == 0, result.stdout
+    channels = ajar.read_channels(str(tmp_path / "out0001.exr"))
+    left, right = ({name.removeprefix("ViewLayer."): values[:, columns].mean() for name, values in channels.items()}
+                   for columns in (slice(0, 16), slice(16, 32)))
+    assert left["Sample Count.X"] + right["Sample Count.X"] == pytest.approx(2 * 32)
+    assert right["Sample Count.X"] > 4 * left["Sample Count.X"]
+    assert right["Combined.G"] == pytest.approx(left["Combined.G"], rel=0.03)
+    assert 0 < right["Error.X"] < left["Error.X"] and 0 < right["Perceptual Error.X"] < left["Perceptual Error.X"]
+
+
 BAD = {
     "NaN vertex": "mesh.vertices[0].co.x = float('nan')",
     "empty mesh": "scene.collection.objects.link(bpy.data.objects.new('Nothing', bpy.data.meshes.new('Nothing')))",
