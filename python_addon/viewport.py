@@ -3,7 +3,7 @@
 Camera moves arrive only in `draw`, edits in `update`. Either asks the session for another picture: first a coarse one that takes about
 FIRST_SECONDS, then finer ones, then samples. Of a stream of changes the latest is rendered as soon as there is something to show of an
 earlier one, so that a view in motion is always seen to move. Camera moves build nothing; edits export and build what they changed,
-see `export/mesh_cache.py` and `Session.update`.
+see `export/known_objects.py`, `export/mesh_cache.py` and `Session.update`.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from bpy.app.handlers import persistent
 
 from . import denoise, hints, photon_overlay, view
 from .ajar_module import ajar
-from .export import ExportContext, MeshCache, export_contents, settings
+from .export import ExportContext, KnownObjects, MeshCache, OutOfDate, export_contents, settings
 from .headless import Options
 
 POLL_SECONDS = 0.01
@@ -38,6 +38,7 @@ class Viewport:
     def __init__(self) -> None:
         self.session = ajar.Session()
         self.meshes = MeshCache()
+        self.known = KnownObjects()
         self.view: view.View | None = None             # of the picture being rendered
         self.updates = self.moves = 0                  # asked of the session, for tests
         self._settings: ajar.RenderSettings | None = None   # the scene's
@@ -68,16 +69,17 @@ class Viewport:
         if self._undo_count != _undo_count:
             self._undo_count = _undo_count
             self.meshes.clear()
+            self.known.forget()
         self.meshes.forget(depsgraph)
-        self.meshes.begin()
-        space = context.space_data
-        exported = ExportContext(depsgraph, lambda: False, lambda step: None, self.meshes, _hidden_in(space))
-        self._denoises = depsgraph.scene.ajar.use_viewport_denoise and denoise.is_available()
-        guides = denoise.GUIDES if self._denoises else ()
-        settings.export(exported, Options(), ["Combined", *(guide.name for guide in guides)])
-        export_contents(exported)
-        self.meshes.finish()
-        description = exported.description
+        is_hidden = _hidden_in(context.space_data)
+        revisions = self.known.changed(depsgraph) if is_hidden is None else None
+        if revisions is not None:
+            try:
+                description = self._export(depsgraph, None, revisions)
+            except (OutOfDate, ReferenceError):
+                revisions = None
+        if revisions is None:
+            description = self._export(depsgraph, is_hidden, None)
         wanted = _for_view(description.settings, depsgraph.scene)
         fingerprint = description.fingerprint()
         if fingerprint != self._fingerprint:
@@ -87,6 +89,20 @@ class Viewport:
             self._settings = wanted
             self._wanted_view = self._wanted_view or self.view
         self._proceed()
+
+    def _export(self, depsgraph: bpy.types.Depsgraph, is_hidden, revisions: list[bpy.types.Object] | None) -> ajar.SceneDescription:
+        """All there is to see; with `revisions`, from what is known but for these objects."""
+        exported = ExportContext(depsgraph, lambda: False, lambda step: None, self.meshes, is_hidden)
+        exported.known, exported.revisions = self.known, revisions
+        self._denoises = depsgraph.scene.ajar.use_viewport_denoise and denoise.is_available()
+        guides = denoise.GUIDES if self._denoises else ()
+        settings.export(exported, Options(), ["Combined", *(guide.name for guide in guides)])
+        if revisions is None:
+            self.meshes.begin()
+        export_contents(exported)
+        if revisions is None:
+            self.meshes.finish()
+        return exported.description
 
     def draw(self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         now = view.of(context.region, context.region_data, context.space_data, depsgraph)

@@ -12,9 +12,10 @@ import bpy
 from ..headless import Options
 from . import camera, hints, motion, objects, settings, world
 from .context import ExportCancelled, ExportContext
+from .known_objects import KnownObjects, OutOfDate
 from .mesh_cache import MeshCache
 
-__all__ = ["ExportCancelled", "ExportContext", "MeshCache", "export_contents", "export_scene"]
+__all__ = ["ExportCancelled", "ExportContext", "KnownObjects", "MeshCache", "OutOfDate", "export_contents", "export_scene"]
 
 
 def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[str], camera_object: bpy.types.Object | None,

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import bpy
 
 from ..ajar_module import ajar
+from .known_objects import KnownObjects
 from .mesh_cache import MeshCache
 
 CHECK_SECONDS = 0.05  # between two looks at the cancel button
@@ -36,6 +37,9 @@ class ExportContext:
         self.warnings: list[tuple[str, str]] = []        # (name of the datablock, message)
         self.meshes = meshes                             # of a viewport, from one export to the next
         self.is_hidden = is_hidden                       # what a viewport does not show, beyond what the dependency graph leaves out
+        self.known: KnownObjects | None = None           # of a viewport, likewise
+        self.revisions: list[bpy.types.Object] | None = None   # of these, the objects to look at again; None: everything
+        self.importance_of_collections: dict[int, float] | None = None
         self.appearances: list[tuple] | None = None      # with motion blur: what each instance is known by (motion.identity)
         self.report_step = report_step
         self._is_cancelled = is_cancelled

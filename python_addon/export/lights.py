@@ -7,16 +7,16 @@ import bpy
 from .. import compat
 from ..ajar_module import ajar
 from . import node_graph
-from .context import ExportContext, rows_3x4
+from .context import ExportContext
 
 
-def export(context: ExportContext, light: bpy.types.Light, name: str, matrix_world, visibility: int) -> None:
+def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list[float], visibility: int) -> None:
     """One lamp of the scene. Instances of a lamp are lamps."""
     if light.type == "AREA" and compat.cycles_value(light, "is_portal", False):
         return  # a portal only guides Cycles' sampling of the sky
     out = ajar.LightDescription()
     out.name = name
-    out.world_from_light = rows_3x4(matrix_world)
+    out.world_from_light = rows
     out.color = compat.light_color(light)
     out.energy = compat.light_energy(light)
     out.visibility = visibility

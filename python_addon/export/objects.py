@@ -1,13 +1,14 @@
 """Objects and their instances: everything the dependency graph shows, each mesh exported once.
 
 First one pass over the graph, which only collects; then the meshes. Instances of collections, particles and geometry nodes are the
-same thing here: a mesh, a list of materials, and a matrix for each appearance.
+same thing here: a mesh, a list of materials, and a matrix for each appearance. A viewport keeps what was collected, and after an edit
+that allows it (known_objects.py) revises a few objects of it instead.
 """
 
 from __future__ import annotations
 
 from array import array
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
@@ -16,6 +17,7 @@ from .. import compat
 from ..ajar_module import ajar
 from . import lights, materials, mesh, motion
 from .context import ExportContext, rows_3x4
+from .known_objects import OutOfDate
 
 NOT_YET = {"CURVES": "hair curves", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
 
@@ -25,13 +27,24 @@ class Geometry:
     """What instances share. `owner` is a real object, whose own data this is when `is_own`."""
 
     owner: bpy.types.Object
-    data: bpy.types.ID
+    data: bpy.types.ID | None
     is_own: bool
-    name: str
-    materials: list[int]
-    visibility: int
-    holdout: bool
+    materials: list[bpy.types.Material | None]
+    look: dict                              # what SceneDescription.add_object takes besides mesh and materials
     index: int = -1
+    # In the description:
+    material_indices: list[int] = field(default_factory=list)
+    mesh_index: int = -1                    # of empty ones mesh.EMPTY
+    shared: ajar.MeshDescription | None = None
+
+
+@dataclass
+class Lamp:
+    """An appearance of a lamp: instances of a lamp are lamps."""
+
+    owner: bpy.types.Object
+    rows: list[float]
+    visibility: int
 
 
 class Collected:
@@ -43,14 +56,33 @@ class Collected:
         self.geometry_of = array("i")
         self.rows = array("f")
         self.random = array("f")
+        self.lamps_in_order: list[Lamp] = []
+        # By the originals of their objects:
+        self.alone: dict[bpy.types.Object, tuple[Geometry, int]] = {}   # appear once, as themselves; the number of their instance
+        self.lamps: dict[bpy.types.Object, Lamp] = {}                   # the same for lamps
+        self.shared: set[bpy.types.Object] = set()                      # instances, and what makes them
+        self.asked: tuple = ()                                          # what materials ask of meshes
 
 
 def export(context: ExportContext) -> None:
     context.report_step("objects")
-    collected = Collected()
-    _collect(context, collected)
-    _export_meshes(context, collected)
+    known = context.known
+    if known is not None and context.revisions is not None:
+        collected, known.collected = known.collected, None   # until all has gone well
+        _revise(context, collected, context.revisions)
+        known.revised += len(context.revisions)
+    else:
+        collected = Collected()
+        _collect(context, collected)
+        _export_lamps(context, collected)
+        _export_meshes(context, collected)
+        if known is not None:
+            known.collected = None
+            known.walks += 1
+    _add_objects(context, collected)
     _add_instances(context, collected)
+    if known is not None:
+        known.collected = _lasting(context, collected)
 
 
 def _collect(context: ExportContext, collected: Collected) -> None:
@@ -75,6 +107,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             kind = kind_of_parent.get(parent.as_pointer())
             if kind is None:
                 kind = kind_of_parent[parent.as_pointer()] = kinds.setdefault(_shows(context, parent), len(kinds))
+                collected.shared.add(parent.original)
             key = (owner.as_pointer(), data.as_pointer(), kind)
         else:
             owner, parent = thing, None
@@ -84,14 +117,21 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         if geometry is None:
             if compat.has_light_linking(owner):
                 context.warn(owner.name, "light linking is not supported: it shines on everything, and everything blocks its light")
+            if parent is not None:
+                collected.shared.add(owner.original)
             if thing.type == "LIGHT":
-                lights.export(context, data, owner.name, instance.matrix_world, _visibility(context, owner, parent))
+                lamp = Lamp(owner, rows_3x4(instance.matrix_world), _visibility(context, owner, parent))
+                collected.lamps_in_order.append(lamp)
+                if parent is None:
+                    collected.lamps[owner.original] = lamp
                 continue
             if not _has_surface(context, thing, owner):
                 continue
             geometry = _geometry(context, thing, owner, parent, len(collected.order))
             geometries[key] = geometry
             collected.order.append(geometry)
+            if parent is None:
+                collected.alone[owner.original] = (geometry, len(collected.geometry_of))
         x, y, z, _ = instance.matrix_world
         add_row((*x, *y, *z))
         add_random((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
@@ -118,14 +158,20 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
 
 def _geometry(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object, parent: bpy.types.Object | None,
               index: int) -> Geometry:
-    override = context.view_layer.material_override
-    if override is not None:
-        slots = [materials.export(context, override)]  # the last slot stands for all
-    else:
-        slots = [materials.export(context, slot.material) for slot in thing.material_slots]
     is_own = owner.data is not None and owner.data.as_pointer() == thing.data.as_pointer()
-    return Geometry(owner, thing.data, is_own, owner.name, slots, _visibility(context, owner, parent),
-                    (parent or owner).holdout_get(view_layer=context.view_layer), index)
+    return Geometry(owner, thing.data, is_own, _materials(context, thing), _look(context, owner, parent), index)
+
+
+def _materials(context: ExportContext, thing: bpy.types.Object) -> list[bpy.types.Material | None]:
+    override = context.view_layer.material_override
+    return [override] if override is not None else [slot.material for slot in thing.material_slots]   # the last slot stands for all
+
+
+def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> dict:
+    return {"name": owner.name, "visibility": _visibility(context, owner, parent),
+            "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": owner.is_shadow_catcher,
+            "pass_index": owner.pass_index, "color": tuple(owner.color), "importance": _importance(context, owner),
+            "shadow_terminator_offset": _shadow_terminator_offset(context, owner)}
 
 
 def _visibility(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> int:
@@ -146,25 +192,83 @@ def _ray_visibility(thing: bpy.types.Object) -> int:
             | (ajar.VISIBLE_SHADOW if thing.visible_shadow else 0))
 
 
+def _export_lamps(context: ExportContext, collected: Collected) -> None:
+    for lamp in collected.lamps_in_order:
+        lights.export(context, lamp.owner.data, lamp.owner.name, lamp.rows, lamp.visibility)
+
+
 def _export_meshes(context: ExportContext, collected: Collected) -> None:
-    """Every mesh once; `Geometry.index` becomes the index of the object, or mesh.EMPTY."""
-    indices: dict[int, int] = {}
-    factors = _factors_of_collections()
+    """Every mesh once. Materials come first: they ask for attributes."""
+    for geometry in collected.order:
+        geometry.material_indices = [materials.export(context, material) for material in geometry.materials]
+    collected.asked = _asked(context)
+    numbers: dict[int, tuple[int, ajar.MeshDescription | None]] = {}
     for number, geometry in enumerate(collected.order):
         context.report_step(f"mesh {number + 1} of {len(collected.order)}")
         context.check_cancelled()
         key = geometry.data.as_pointer()
-        if key not in indices:
-            indices[key] = _export_mesh(context, geometry)
-        if indices[key] == mesh.EMPTY or geometry.visibility == 0:
+        if key not in numbers:
+            numbers[key] = _export_mesh(context, geometry)
+        geometry.mesh_index, geometry.shared = numbers[key]
+
+
+def _asked(context: ExportContext) -> tuple:
+    return context.uses_generated, frozenset(context.attribute_names)
+
+
+def _add_objects(context: ExportContext, collected: Collected) -> None:
+    """`Geometry.index` becomes the index of the object, or mesh.EMPTY."""
+    for geometry in collected.order:
+        if geometry.mesh_index == mesh.EMPTY or geometry.look["visibility"] == 0:
             geometry.index = mesh.EMPTY
             continue
-        owner = geometry.owner
-        geometry.index = context.description.add_object(
-            name=geometry.name, mesh=indices[key], materials=geometry.materials, visibility=geometry.visibility,
-            holdout=geometry.holdout, shadow_catcher=owner.is_shadow_catcher,
-            pass_index=owner.pass_index, color=tuple(owner.color), importance=_importance(owner, factors),
-            shadow_terminator_offset=_shadow_terminator_offset(context, owner))
+        geometry.index = context.description.add_object(mesh=geometry.mesh_index, materials=geometry.material_indices, **geometry.look)
+
+
+def _lasting(context: ExportContext, collected: Collected) -> Collected | None:
+    """The same without anything evaluated; None where that is not possible."""
+    if context.is_hidden is not None:
+        return None
+    if context.revisions is not None:
+        return collected
+    for geometry in collected.order:
+        geometry.owner, geometry.data = geometry.owner.original, None
+        geometry.materials = [material.original if material is not None else None for material in geometry.materials]
+    for lamp in collected.lamps_in_order:
+        lamp.owner = lamp.owner.original
+    collected.geometries = {}
+    return collected
+
+
+def _revise(context: ExportContext, collected: Collected, changed: list[bpy.types.Object]) -> None:
+    """Bring what was collected before up to date: only these objects have changed, and materials and lights."""
+    depsgraph = context.depsgraph
+    for original in changed:
+        thing = original.evaluated_get(depsgraph)
+        if thing.type == "LIGHT":
+            lamp = collected.lamps[original]
+            lamp.rows, lamp.visibility = rows_3x4(thing.matrix_world), _visibility(context, thing, None)
+            continue
+        geometry, number = collected.alone[original]
+        geometry.look = _look(context, thing, None)
+        geometry.materials = [material.original if material is not None else None for material in _materials(context, thing)]
+        collected.rows[12 * number:12 * number + 12] = array("f", rows_3x4(thing.matrix_world))
+    for lamp in collected.lamps_in_order:
+        thing = lamp.owner.evaluated_get(depsgraph)
+        lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility)
+    for geometry in collected.order:
+        geometry.material_indices = [materials.export(context, material.evaluated_get(depsgraph) if material is not None else None)
+                                     for material in geometry.materials]
+    if _asked(context) != collected.asked:
+        raise OutOfDate
+    numbers: dict[int, int] = {}
+    for geometry in collected.order:
+        if geometry.shared is None:
+            continue
+        key = id(geometry.shared)
+        if key not in numbers:
+            numbers[key] = context.description.add_shared_mesh(geometry.shared)
+        geometry.mesh_index = numbers[key]
 
 
 def _shadow_terminator_offset(context: ExportContext, owner: bpy.types.Object) -> float:
@@ -175,35 +279,39 @@ def _shadow_terminator_offset(context: ExportContext, owner: bpy.types.Object) -
     return getattr(cycles, "shadow_terminator_geometry_offset", 0.1)
 
 
-def _factors_of_collections() -> dict[int, float]:
+def _factors_of_collections(context: ExportContext) -> dict[int, float]:
     """Importance that objects have from the collections they are in, where that is not 1. Asking each object for its collections takes as long as
     there are collections."""
+    if context.importance_of_collections is not None:
+        return context.importance_of_collections
     factors: dict[int, float] = {}
     for collection in (*bpy.data.collections, *(scene.collection for scene in bpy.data.scenes)):
         if collection.ajar.importance != 1.0:
             for thing in collection.objects:
                 factors[thing.as_pointer()] = factors.get(thing.as_pointer(), 1.0) * collection.ajar.importance
+    context.importance_of_collections = factors
     return factors
 
 
-def _importance(owner: bpy.types.Object, factors: dict[int, float]) -> float:
+def _importance(context: ExportContext, owner: bpy.types.Object) -> float:
     """The object's own times that of each collection it is in."""
-    original = owner.original
+    original, factors = owner.original, _factors_of_collections(context)
     return original.ajar.importance * (factors.get(original.as_pointer(), 1.0) if factors else 1.0)
 
 
-def _export_mesh(context: ExportContext, geometry: Geometry) -> int:
+def _export_mesh(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.MeshDescription | None]:
+    """Its number in the description; and the mesh, where it may come again."""
     description, cache = context.description, context.meshes
     if cache is None:
         found = _arrays(context, geometry)
-        return description.add_mesh(**found) if found is not None else mesh.EMPTY
+        return (description.add_mesh(**found) if found is not None else mesh.EMPTY), None
     key = cache.key(context, geometry.owner, geometry.data)
     if key not in cache.known:
         found = _arrays(context, geometry)
         cache.known[key] = ajar.make_mesh(**found) if found is not None else None
         cache.exported += 1
     shared = cache.known[key]
-    return description.add_shared_mesh(shared) if shared is not None else mesh.EMPTY
+    return (description.add_shared_mesh(shared) if shared is not None else mesh.EMPTY), shared
 
 
 def _arrays(context: ExportContext, geometry: Geometry) -> dict | None:

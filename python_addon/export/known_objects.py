@@ -1,0 +1,64 @@
+"""What a viewport's last export found in the dependency graph, so that an edit looks again only at what it changed.
+
+Walking over the instances takes Python longer than all the rest. It is left out when the graph says that nothing has changed but
+materials, lights, the world, and objects that move or look otherwise by themselves: neither instances nor what makes them, without a
+change of geometry. Whatever else has changed, and whenever in doubt, all is collected again.
+Datablocks are known by their originals, which last; Blender says when they are gone.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import bpy
+
+if TYPE_CHECKING:
+    from .objects import Collected
+
+# Changes of these alone leave objects where they are. Cameras are exported by views.
+_APART = (bpy.types.Material, bpy.types.Light, bpy.types.World, bpy.types.ShaderNodeTree, bpy.types.Camera)
+_NOTHING_TO_SEE = {"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER"}
+
+
+class OutOfDate(Exception):
+    """More has changed than was said: everything has to be collected again."""
+
+
+class KnownObjects:
+    def __init__(self) -> None:
+        self.collected: Collected | None = None
+        self.walks = 0                       # over all instances, for tests
+        self.revised = 0                     # objects that were looked at again without one
+
+    def forget(self) -> None:
+        self.collected = None
+
+    def changed(self, depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object] | None:
+        """Originals of the objects to look at again; None when all have to be collected."""
+        if self.collected is None or len(depsgraph.updates) == 0:
+            return None
+        changed = []
+        try:
+            for update in depsgraph.updates:
+                thing = update.id
+                if isinstance(thing, _APART):
+                    continue
+                if not isinstance(thing, bpy.types.Object) or not self._is_alone(thing, update):
+                    return None
+                if thing.type not in _NOTHING_TO_SEE:
+                    changed.append(thing.original)
+        except ReferenceError:
+            return None
+        return changed
+
+    def _is_alone(self, thing: bpy.types.Object, update: bpy.types.DepsgraphUpdate) -> bool:
+        """Whether what changed of this object shows nowhere but in its own single appearance."""
+        if not (update.is_updated_transform or update.is_updated_geometry or update.is_updated_shading):
+            return False
+        if thing.is_instancer or thing.original in self.collected.shared:
+            return False
+        if thing.type in ("LIGHT", "CAMERA"):   # whose geometry is their data
+            return thing.type == "CAMERA" or thing.original in self.collected.lamps
+        if update.is_updated_geometry:
+            return False
+        return thing.type in _NOTHING_TO_SEE or thing.original in self.collected.alone
