@@ -410,7 +410,7 @@ void bind_description(py::module_& module) {
       .def_readonly("motion_keys", &SceneDescription::motion_keys)
       .def_readwrite("camera", &SceneDescription::camera)
       .def_readwrite("settings", &SceneDescription::settings)
-      .def("fingerprint", &fingerprint, py::call_guard<py::gil_scoped_release>(),
+      .def("fingerprint", py::overload_cast<const SceneDescription&>(&fingerprint), py::call_guard<py::gil_scoped_release>(),
            "A number for everything but camera and settings: when it stays, nothing else has changed.");
 
   module.def("save_description", &save_description, py::arg("description"), py::arg("path"), py::call_guard<py::gil_scoped_release>());

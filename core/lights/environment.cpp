@@ -39,17 +39,26 @@ Environment::Environment(const ShaderProgram& program, uint32_t visibility) : pr
   build_map();
 }
 
+Environment::Environment(Environment&& same, const ShaderProgram& program, uint32_t visibility) : Environment(std::move(same)) {
+  program_ = &program;
+  visibility_ = visibility;
+}
+
 void Environment::build_map() {
   cos_rows_.resize(kHeight + 1);
   for (int y = 0; y <= kHeight; ++y) cos_rows_[size_t(y)] = float(std::cos(M_PI * y / kHeight));
 
   const std::vector<SkyDisc> discs = program_->sky_discs();
   std::vector<float> corners(size_t(kWidth) * (kHeight + 1));
+  std::vector<double> cos_columns(kWidth), sin_columns(kWidth);
+  for (int x = 0; x < kWidth; ++x) {
+    cos_columns[size_t(x)] = std::cos(2.0 * M_PI * x / kWidth);
+    sin_columns[size_t(x)] = std::sin(2.0 * M_PI * x / kWidth);
+  }
   tbb::parallel_for(0, kHeight + 1, [&](int y) {
-    const double theta = M_PI * y / kHeight;
+    const double theta = M_PI * y / kHeight, sin_theta = std::sin(theta), cos_theta = std::cos(theta);
     for (int x = 0; x < kWidth; ++x) {
-      const double phi = 2.0 * M_PI * x / kWidth;
-      const Vec3 wi(float(std::sin(theta) * std::cos(phi)), float(std::sin(theta) * std::sin(phi)), float(std::cos(theta)));
+      const Vec3 wi(float(sin_theta * cos_columns[size_t(x)]), float(sin_theta * sin_columns[size_t(x)]), float(cos_theta));
       const bool in_disc = std::any_of(discs.begin(), discs.end(), [&](const SkyDisc& disc) {
         return glm::dot(wi, disc.direction) > std::cos(disc.angular_radius);
       });

@@ -19,7 +19,10 @@ class Environment {
  public:
   Environment() = default;
   Environment(const ShaderProgram& program, uint32_t visibility);
+  /// For a program that emits exactly what that of `same` does: its tables are taken over.
+  Environment(Environment&& same, const ShaderProgram& program, uint32_t visibility);
 
+  bool has_map() const { return program_ && !constant_; }
   bool black() const { return !(mean_luminance_ > 0.0f); }
   /// Radiance from direction `wi` as a ray of `ray_kind` sees it; zero where the world is not visible to it.
   Color radiance(Vec3 wi, uint32_t ray_kind) const;

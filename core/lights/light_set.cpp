@@ -72,7 +72,7 @@ struct LightSet::Data {
   std::vector<TriangleBlock> blocks;        // by `first`
   Environment environment;
   uint32_t environment_visibility = 0;
-  bool any_partial = false;
+  bool any_partial = false, took_environment_over = false;
   int environment_index = -1;
   std::vector<uint32_t> distant_disks;
   Vec3 scene_center{0.0f};
@@ -254,7 +254,9 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
 
 void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
                                      std::vector<double>& weights) {
-  environment = Environment(in.world_program, in.description.world.visibility);
+  took_environment_over = in.same_world && in.same_world->data_->environment.has_map();
+  environment = took_environment_over ? Environment(std::move(in.same_world->data_->environment), in.world_program, in.description.world.visibility)
+                                      : Environment(in.world_program, in.description.world.visibility);
   if (environment.black()) return;
   if (!std::isfinite(environment.mean_luminance())) {
     report_once(diagnostics, {Diagnostic::Severity::Error, in.description.world.name, "The world's strength is not a finite number; it is left dark."});
@@ -388,6 +390,7 @@ LightFlags LightSet::flags(uint32_t index) const {
 }
 
 bool LightSet::any_partial() const { return data_->any_partial; }
+bool LightSet::took_environment_over() const { return data_->took_environment_over; }
 bool LightSet::can_choose() const { return !data_->tree.empty() || !data_->distant.empty(); }
 
 LightSet::Choice LightSet::choose(Vec3 p, Vec3 n, float u) const {

@@ -25,6 +25,8 @@
 
 namespace ajar {
 
+class LightSet;
+
 /// What LightSet needs to know of the built geometry and shaders.
 struct LightBuildInput {
   const SceneDescription& description;
@@ -36,6 +38,7 @@ struct LightBuildInput {
   const ShaderProgram& world_program;
   Vec3 scene_center{0.0f};
   float scene_radius = 1.0f;
+  LightSet* same_world = nullptr;                    ///< of a scene before whose world emitted exactly the same: its tables are taken over
 };
 
 class LightSet {
@@ -79,6 +82,7 @@ class LightSet {
   bool can_choose() const;
   /// Is there a light that only some kinds of lobes see?
   bool any_partial() const;
+  bool took_environment_over() const;
   Choice choose(Vec3 p, Vec3 n, float u) const;
   float choice_pmf(Vec3 p, Vec3 n, uint32_t light) const;
 

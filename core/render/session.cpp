@@ -659,7 +659,11 @@ std::string Session::statistics_json() const {
                   {"skipped_triangles", b.skipped_triangles},
                   {"repaired_values", b.repaired_values},
                   {"kept_meshes", b.kept_meshes},
-                  {"kept_textures", b.kept_textures}};
+                  {"kept_textures", b.kept_textures},
+                  {"compiled_programs", b.compiled_programs},
+                  {"kept_programs", b.kept_programs},
+                  {"placed_instances", b.placed_instances},
+                  {"kept_environment", b.kept_environment}};
   }
   j["plan"] = json::array();
   for (const PlanStep& step : d.plan) j["plan"].push_back({{"step", step.step}, {"used", step.used}, {"reason", step.reason}});

@@ -63,6 +63,9 @@ struct Accel::Data {
   std::shared_ptr<Device> shared_device;
   RTCDevice device = nullptr;
   RTCScene top = nullptr, lamps = nullptr;
+  std::vector<void*> mesh_structures;     // by mesh, as their instances in `top` have them; of baked and empty meshes null
+  bool only_still_instances = false;      // in `top`
+  size_t placed = 0;
   std::vector<uint32_t> lamp_of_geometry;
   std::vector<Light> few_lamps;           // when there are few, a loop over them is quicker than a structure
   std::vector<uint32_t> few_lamp_indices;
@@ -85,10 +88,15 @@ struct Accel::Data {
     RTCScene scene = rtcNewScene(device);
     rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+    watch(scene);
+    return scene;
+  }
+
+  /// Let its next build be stopped.
+  void watch(RTCScene scene) {
     rtcSetSceneProgressMonitorFunction(
         scene, [](void* self, double) { return !(static_cast<Data*>(self)->stop && static_cast<Data*>(self)->stop->load()); },
         this);
-    return scene;
   }
 
   /// Build it. What is kept longer than this object no longer asks it whether to stop.
@@ -96,6 +104,8 @@ struct Accel::Data {
     rtcCommitScene(scene);
     rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
   }
+
+  bool take_top(Data& previous, const std::vector<BuiltInstance>& instances, const std::vector<BuiltInstance>& previous_instances);
 
   RTCGeometry new_triangles(const BuiltMesh& mesh) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -108,8 +118,23 @@ struct Accel::Data {
   }
 };
 
-Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances,
-             const std::atomic<bool>* stop, const Accel* previous)
+namespace {
+
+/// What differs between two instances that the structure over all knows of.
+bool is_placed_alike(const BuiltInstance& a, const BuiltInstance& b) {
+  return a.visibility == b.visibility && a.world_from_object == b.world_from_object;
+}
+
+void set_place(RTCGeometry geometry, const BuiltInstance& instance) {
+  if (instance.motion) rtcSetGeometryTimeStepCount(geometry, instance.motion_count);
+  for (uint32_t k = 0; k < instance.motion_count; ++k) rtcSetGeometryTransform(geometry, k, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.motion[k][0][0]);
+  if (!instance.motion) rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.world_from_object[0][0]);
+}
+
+}  // namespace
+
+Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances, const std::atomic<bool>* stop, Accel* previous,
+             const std::vector<BuiltInstance>& previous_instances)
     : data_(std::make_unique<Data>()) {
   Data& d = *data_;
   d.stop = stop;
@@ -128,6 +153,11 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
   });
   d.check();
 
+  d.only_still_instances = true;
+  for (const BuiltMesh& mesh : meshes) d.mesh_structures.push_back(mesh.baked ? nullptr : mesh.structure.get());
+  for (const BuiltInstance& instance : instances) d.only_still_instances &= !instance.motion && d.mesh_structures[instance.mesh];
+  if (previous && d.take_top(*previous->data_, instances, previous_instances)) return;
+
   d.top = d.new_scene();
   for (size_t i = 0; i < instances.size(); ++i) {
     const BuiltInstance& instance = instances[i];
@@ -139,19 +169,46 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
     } else {
       geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_INSTANCE);
       rtcSetGeometryInstancedScene(geometry, static_cast<RTCScene>(mesh.structure.get()));
-      if (instance.motion) rtcSetGeometryTimeStepCount(geometry, instance.motion_count);
-      for (uint32_t k = 0; k < instance.motion_count; ++k) rtcSetGeometryTransform(geometry, k, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.motion[k][0][0]);
-      if (!instance.motion) rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.world_from_object[0][0]);
+      set_place(geometry, instance);
     }
     rtcSetGeometryMask(geometry, instance.visibility);
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(d.top, geometry, unsigned(i));
     rtcReleaseGeometry(geometry);
+    ++d.placed;
     if ((i & 1023) == 0) d.check();
   }
   d.commit(d.top);
   d.check();
 }
+
+/// The structure over all of `previous`, with what has changed put right; false where a new one is the better choice.
+bool Accel::Data::take_top(Data& previous, const std::vector<BuiltInstance>& instances, const std::vector<BuiltInstance>& previous_instances) {
+  if (!previous.top || !only_still_instances || !previous.only_still_instances || instances.size() != previous_instances.size()) return false;
+  // Embree counts the instances of a scene as its owners: where the address is the same, so is the scene.
+  std::vector<uint32_t> changed;
+  for (size_t i = 0; i < instances.size(); ++i) {
+    const BuiltInstance &now = instances[i], &before = previous_instances[i];
+    if (mesh_structures[now.mesh] != previous.mesh_structures[before.mesh] || !is_placed_alike(now, before)) changed.push_back(uint32_t(i));
+    if (changed.size() > instances.size() / 2) return false;
+  }
+  top = std::exchange(previous.top, nullptr);
+  placed = changed.size();
+  if (changed.empty()) return true;
+  for (const uint32_t i : changed) {
+    RTCGeometry geometry = rtcGetGeometry(top, i);
+    rtcSetGeometryInstancedScene(geometry, static_cast<RTCScene>(mesh_structures[instances[i].mesh]));
+    set_place(geometry, instances[i]);
+    rtcSetGeometryMask(geometry, instances[i].visibility);
+    rtcCommitGeometry(geometry);
+  }
+  watch(top);
+  commit(top);
+  check();
+  return true;
+}
+
+size_t Accel::placed_instances() const { return data_->placed; }
 
 Accel::~Accel() = default;
 

@@ -23,9 +23,10 @@ class Accel {
  public:
   /// Builds everything; throws Cancelled when `stop` is raised, SceneError when Embree fails (out of memory).
   /// The arrays of `meshes` and `instances` must outlive this object: Embree reads them in place. Meshes that bring a
-  /// structure, made by `previous`, keep it.
-  Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances,
-        const std::atomic<bool>* stop, const Accel* previous = nullptr);
+  /// structure, made by `previous`, keep it. The structure over all of `previous` is taken over where no more than half of its instances,
+  /// `previous_instances`, have changed.
+  Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances, const std::atomic<bool>* stop, Accel* previous,
+        const std::vector<BuiltInstance>& previous_instances);
   ~Accel();
   void build_lamps(const LightSet& lights);
 
@@ -33,6 +34,7 @@ class Accel {
   bool occluded(const Ray& ray) const;
   void intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) const;
   bool has_lamps() const;
+  size_t placed_instances() const;   ///< those put into the structure over all; the others were in that of before
   uint64_t memory_bytes() const;
   /// Bounds of everything that is not empty; min > max when there is nothing.
   void bounds(Vec3& lower, Vec3& upper) const;

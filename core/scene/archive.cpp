@@ -208,6 +208,18 @@ uint64_t fingerprint(const SceneDescription& description) {
   return hasher.state;
 }
 
+uint64_t fingerprint(const NodeGraph& graph) {
+  Hasher hasher;
+  visit(hasher, const_cast<NodeGraph&>(graph));
+  return hasher.state;
+}
+
+uint64_t fingerprint(const MaterialDescription& material) {
+  Hasher hasher;
+  visit(hasher, const_cast<MaterialDescription&>(material));
+  return hasher.state;
+}
+
 std::vector<char> to_bytes(const SceneDescription& description, char version) {
   Writer writer;
   if (version != 0) writer.version = version;

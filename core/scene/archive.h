@@ -18,6 +18,8 @@ SceneDescription load_description(const std::string& path);
 /// A number for everything but camera and settings, save those of caustics: scenes of equal number render alike through one
 /// camera. Shared meshes count by identity.
 uint64_t fingerprint(const SceneDescription& description);
+uint64_t fingerprint(const NodeGraph& graph);
+uint64_t fingerprint(const MaterialDescription& material);
 
 /// `version`: as an older program reads it, without the fields that came later; 0 is the newest.
 std::vector<char> to_bytes(const SceneDescription& description, char version = 0);

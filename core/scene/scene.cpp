@@ -4,7 +4,9 @@
 #include <map>
 #include <utility>
 
+#include "math/random.h"
 #include "scene/accel.h"
+#include "scene/archive.h"
 #include "scene/validate.h"
 
 namespace ajar {
@@ -97,6 +99,50 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
                                                             : world_program_;
   program = ShaderProgram::compile(graph, owner, *textures_, diagnostics, context);
   if (sees_camera) camera_shaders_.push_back({of, index, owner, graph, context.material_pass_index});
+}
+
+/// Those of `used`. Programs of materials that `previous` has just the same are taken over with what was said about them.
+void Scene::compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context, Scene* previous, Diagnostics& diagnostics) {
+  std::map<uint64_t, size_t> at_hand;
+  for (size_t i = 0; previous && i < previous->material_fingerprints_.size(); ++i)
+    if (previous->material_fingerprints_[i] != 0) at_hand[previous->material_fingerprints_[i]] = i;
+  const auto shows_the_same_images = [&](const ShaderProgram& program) {
+    for (const auto& [image, texture] : program.images())
+      if (textures_->load(image, "", diagnostics) != texture) return false;
+    return true;
+  };
+  for (size_t i = 0; i < d.materials.size(); ++i) {
+    const MaterialDescription& material = d.materials[i];
+    material_pass_indices_.push_back(material.pass_index);
+    programs_.emplace_back();
+    material_fingerprints_.push_back(0);
+    material_diagnostics_.emplace_back();
+    if (!used[i]) continue;
+    const uint64_t number = hash64(fingerprint(material) + (context.reflective_caustics ? 1 : 0) + (context.refractive_caustics ? 2 : 0));
+    const auto found = at_hand.find(number);
+    if (found != at_hand.end() && shows_the_same_images(previous->programs_[found->second])) {
+      programs_[i] = std::move(previous->programs_[found->second]);
+      material_diagnostics_[i] = std::move(previous->material_diagnostics_[found->second]);
+      material_fingerprints_[i] = number;
+      at_hand.erase(found);
+      ++statistics_.kept_programs;
+    } else {
+      ++statistics_.compiled_programs;
+      const size_t seeing_camera = camera_shaders_.size();
+      context.material_pass_index = material.pass_index;
+      compile(CameraShader::Of::Material, i, material.graph, material.name, context, material_diagnostics_[i]);
+      if (camera_shaders_.size() == seeing_camera) material_fingerprints_[i] = number;
+    }
+    for (const Diagnostic& diagnostic : material_diagnostics_[i]) report_once(diagnostics, diagnostic);
+  }
+}
+
+/// Whether the world emits exactly what that of `previous` does.
+bool Scene::shows_the_world_of(const Scene& previous) const {
+  for (const Scene* scene : {this, &previous})
+    for (const CameraShader& shader : scene->camera_shaders_)
+      if (shader.of == CameraShader::Of::World) return false;
+  return world_fingerprint_ == previous.world_fingerprint_ && world_program_.images() == previous.world_program_.images();
 }
 
 void Scene::change_view(const CameraDescription& camera, RenderSettings settings) {
@@ -229,13 +275,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   context.image_width = d.settings.width;
   context.reflective_caustics = d.settings.reflective_caustics;
   context.refractive_caustics = d.settings.refractive_caustics;
-  for (size_t i = 0; i < d.materials.size(); ++i) {
-    step("Compiling shaders", 0.3f);
-    s.material_pass_indices_.push_back(d.materials[i].pass_index);
-    context.material_pass_index = d.materials[i].pass_index;
-    s.programs_.emplace_back();
-    if (used[i]) s.compile(CameraShader::Of::Material, i, d.materials[i].graph, d.materials[i].name, context, diagnostics);
-  }
+  s.compile_materials(d, used, context, previous.get(), diagnostics);
   if (d.settings.integrator != "path" && d.settings.integrator != "auto") {
     for (size_t i = 0; i < d.materials.size(); ++i)
       if (used[i] && s.programs_[i].has_subsurface())
@@ -258,6 +298,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     d.world.graph.nodes.push_back(std::move(background));
     d.world.graph.surface = {0, "Background"};
   }
+  s.world_fingerprint_ = fingerprint(d.world.graph);
   s.compile(CameraShader::Of::World, 0, d.world.graph, d.world.name, context, diagnostics);
   s.has_media_ = s.world_program_.has_volume();
   if (s.world_program_.medium_varies())
@@ -268,7 +309,9 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   s.statistics_.texture_bytes = s.textures_->memory_bytes();
 
   step("Building the ray tracing structure", 0.5f);
-  s.accel_ = std::make_unique<Accel>(s.meshes_, s.instances_, options.stop, previous ? previous->accel_.get() : nullptr);
+  s.accel_ = std::make_unique<Accel>(s.meshes_, s.instances_, options.stop, previous ? previous->accel_.get() : nullptr,
+                                     previous ? std::move(previous->instances_) : std::vector<BuiltInstance>());
+  s.statistics_.placed_instances = s.accel_->placed_instances();
   Vec3 lower, upper;
   s.accel_->bounds(lower, upper);
   if (lower.x <= upper.x) {
@@ -278,8 +321,9 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
 
   step("Gathering lights", 0.9f);
   s.lights_ = LightSet({d, s.meshes_, s.instances_, s.material_table_, s.programs_, s.lamp_programs_, s.world_program_,
-                        s.center_, s.radius_},
+                        s.center_, s.radius_, previous && s.shows_the_world_of(*previous) ? &previous->lights_ : nullptr},
                        diagnostics);
+  s.statistics_.kept_environment = s.lights_.took_environment_over();
   s.accel_->build_lamps(s.lights_);
   s.statistics_.lights = s.lights_.size();
   s.statistics_.light_tree_bytes = s.lights_.tree_bytes();

@@ -58,6 +58,9 @@ struct BuildStatistics {
   uint64_t moving_instances = 0;
   bool transparent_shadows = false;
   uint64_t kept_meshes = 0, kept_textures = 0;   ///< taken over from the scene before, neither copied nor built again
+  uint64_t compiled_programs = 0, kept_programs = 0;   ///< of materials
+  uint64_t placed_instances = 0;                 ///< put into the structure over all, which may be that of before; the others were there
+  bool kept_environment = false;
 };
 
 class Scene {
@@ -136,6 +139,8 @@ class Scene {
     int material_pass_index;
   };
   Scene();
+  bool shows_the_world_of(const Scene& previous) const;
+  void compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context, Scene* previous, Diagnostics& diagnostics);
   void compile(CameraShader::Of of, size_t index, const NodeGraph& graph, const std::string& owner, ShaderContext context,
                Diagnostics& diagnostics);
   RenderSettings settings_;
@@ -146,9 +151,12 @@ class Scene {
   std::vector<ObjectDescription> objects_;
   std::vector<uint32_t> material_table_;
   std::vector<ShaderProgram> programs_, lamp_programs_;
+  std::vector<uint64_t> material_fingerprints_;  // of those whose program may serve the next scene, else 0
+  std::vector<Diagnostics> material_diagnostics_;
   std::vector<int> material_pass_indices_;
   std::vector<HintDescription> hints_;
   ShaderProgram world_program_;
+  uint64_t world_fingerprint_ = 0;
   std::vector<CameraShader> camera_shaders_;
   std::unique_ptr<TextureStore> textures_;
   LightSet lights_;

@@ -87,6 +87,7 @@ struct Instruction {
 /// What an image instruction looks up.
 struct ImageLookup {
   const Texture* texture = nullptr;
+  int image = -1;                  ///< in the scene's list
   Interpolation interpolation = Interpolation::Linear;
   Extension extension = Extension::Repeat;
   bool unassociate = false;        ///< the alpha output is used, so colour is divided by it

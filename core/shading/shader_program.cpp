@@ -323,6 +323,12 @@ bool ShaderProgram::may_be_smooth(float roughness) const {
 }
 
 bool ShaderProgram::depends_on_view() const { return data_->depends_on_view; }
+std::vector<std::pair<int, const Texture*>> ShaderProgram::images() const {
+  std::vector<std::pair<int, const Texture*>> all;
+  for (const ImageLookup& lookup : data_->tables.images) all.push_back({lookup.image, lookup.texture});
+  return all;
+}
+
 std::vector<SkyDisc> ShaderProgram::sky_discs() const {
   std::vector<SkyDisc> discs;
   const Data& d = *data_;

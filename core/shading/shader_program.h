@@ -10,6 +10,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scene/scene_description.h"
@@ -19,6 +20,7 @@
 
 namespace ajar {
 
+class Texture;
 class TextureStore;
 
 /// Messages for the artist, each once. `object` is the name of a material, object, image, ...
@@ -89,6 +91,8 @@ class ShaderProgram {
   bool depends_on_view() const;
   /// Small parts of the sky, as seen by the world's program, that may hold most of its light.
   std::vector<SkyDisc> sky_discs() const;
+  /// Images it looks up, by their index in the scene's list, and their textures.
+  std::vector<std::pair<int, const Texture*>> images() const;
   int instruction_count() const;
   std::string listing() const;        ///< the program as text, for tests and people
 

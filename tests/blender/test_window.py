@@ -71,7 +71,8 @@ def test_each_edit_exports_and_builds_what_it_changed_and_nothing_else(edited):
     for name in ("turn", "select"):
         assert counters[name]["updates"] == 0, name
     for name in ("transform", "colour", "energy", "world"):
-        assert counters[name] == {"exported": 0, "updates": 1, "built": 0}, name
+        assert counters[name] == {"exported": 0, "updates": 1, "walks": 0, "built": 0, "placed": int(name == "transform"),
+                                  "compiled": int(name == "colour")}, name
     assert counters["geometry"]["exported"] == counters["geometry"]["built"] == 1
 
 
@@ -106,4 +107,5 @@ def test_random_edits_end_with_a_picture(edited):
     values, _, words = edited
     mean, deviation, samples = values["end"]
     assert mean > 0.01 and deviation > 0.01 and samples >= 1, values
+    assert values["revisions"]["edits"] >= 4 and values["revisions"]["differences"] == 0, values
     assert "Traceback" not in words, words

@@ -58,6 +58,19 @@ inline int add_diffuse(SceneDescription& d, Color albedo, Color emission = Color
 
 inline void set_world(SceneDescription& d, Color color) { d.world.color = color; }
 
+/// A world of checkers: bright, dim and black directions.
+inline void set_checker_world(SceneDescription& d, Color a, Color b, float scale) {
+  Node checker;
+  checker.type = checker.name = "ShaderNodeTexChecker";
+  checker.inputs = {{"Color1", {}, Vec4(a, 1)}, {"Color2", {}, Vec4(b, 1)}, {"Scale", {}, Vec4(scale)}};
+  Node background;
+  background.type = background.name = "ShaderNodeBackground";
+  background.inputs = {{"Color", {0, "Color"}, Vec4(1.0f)}, {"Strength", {}, Vec4(1.0f)}};
+  d.world.name = "World";
+  d.world.graph.nodes = {checker, background};
+  d.world.graph.surface = {1, "Background"};
+}
+
 /// Add the mesh as an object with one instance.
 inline int add_object(SceneDescription& d, MeshDescription mesh, int material, const Mat4& world_from_object = Mat4(1.0f)) {
   ObjectDescription object;

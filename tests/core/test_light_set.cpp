@@ -71,19 +71,6 @@ MeshDescription triangle(Vec3 a, Vec3 b, Vec3 c) {
   return mesh;
 }
 
-/// A world of checkers: bright, dim and black directions.
-void set_checker_world(SceneDescription& d, Color a, Color b, float scale) {
-  Node checker;
-  checker.type = checker.name = "ShaderNodeTexChecker";
-  checker.inputs = {{"Color1", {}, Vec4(a, 1)}, {"Color2", {}, Vec4(b, 1)}, {"Scale", {}, Vec4(scale)}};
-  Node background;
-  background.type = background.name = "ShaderNodeBackground";
-  background.inputs = {{"Color", {0, "Color"}, Vec4(1.0f)}, {"Strength", {}, Vec4(1.0f)}};
-  d.world.name = "World";
-  d.world.graph.nodes = {checker, background};
-  d.world.graph.surface = {1, "Background"};
-}
-
 // ---- The light as a density of directions ---------------------------------------------
 
 struct Crossing {

@@ -129,6 +129,105 @@ TEST(Session, an_edited_scene_is_the_picture_of_one_built_anew) {
   }
 }
 
+TEST(Session, random_edits_end_in_the_picture_of_a_scene_built_anew) {
+  const Stage stage;
+  const auto other = std::make_shared<MeshDescription>(cube());
+  Pcg32 dice(7);
+  SceneDescription d = stage.scene(1.0f);
+  set_checker_world(d, Color(0.5f), Color(0.1f), 3.0f);
+  for (int i = 0; i < 6; ++i) Stage::add(d, i % 2 ? stage.ball : other, 0, 0.5f * float(i));
+  Session session;
+  for (int edit = 0; edit < 40; ++edit) {
+    InstanceDescription& instance = d.instances[dice.next() % d.instances.size()];
+    switch (dice.next() % 7) {
+      case 0: instance.world_from_object[3] = 4.0f * dice.next_float() - 2.0f; break;
+      case 1: instance.world_from_object[10] = dice.next_float() < 0.3f ? 0.0f : dice.next_float(); break;   // flat things are baked
+      case 2: instance.object = int(dice.next() % d.objects.size()); break;
+      case 3: d.objects[dice.next() % d.objects.size()].visibility = dice.next_float() < 0.5f ? kVisibleAll : kVisibleShadow; break;
+      case 4: d.lights[0].energy = 500.0f * dice.next_float(); break;
+      case 5: set_checker_world(d, Color(0.5f), Color(dice.next_float()), 3.0f); break;
+      case 6:
+        if (d.instances.size() > 5) d.instances.pop_back();
+        else d.instances.push_back(InstanceDescription(d.instances.back()));
+    }
+    const uint64_t render = session.update(d);
+    if (edit % 4 == 3) { EXPECT_EQ(picture(session, render), fresh_picture(d)) << edit; }
+    else if (edit % 4 == 1) session.wait(0.01);
+    else session.wait(60.0);
+  }
+}
+
+TEST(Scene, an_edit_builds_what_it_changed_and_nothing_else) {
+  const Stage stage;
+  SceneDescription d = stage.scene(1.0f);
+  set_checker_world(d, Color(0.5f), Color(0.1f), 3.0f);
+  const int other = add_diffuse(d, Color(0.2f));
+  for (int i = 0; i < 8; ++i) Stage::add(d, std::make_shared<MeshDescription>(sphere(4 + i)), i == 3 ? other : 0, 0.5f * float(i));
+  auto scene = build_again(d, nullptr);
+  const auto edited = [&](uint64_t placed, bool kept_environment, uint64_t compiled) {
+    scene = build_again(d, std::move(scene));
+    const BuildStatistics& built = scene->statistics();
+    EXPECT_EQ(built.placed_instances, placed);
+    EXPECT_EQ(built.kept_environment, kept_environment);
+    EXPECT_EQ(built.compiled_programs, compiled);
+    EXPECT_EQ(built.compiled_programs + built.kept_programs, 2u);
+    EXPECT_GT(scene->lights().size(), 1u);
+  };
+  EXPECT_EQ(scene->statistics().placed_instances, 10u);
+  EXPECT_EQ(scene->statistics().compiled_programs, 2u);
+  EXPECT_FALSE(scene->statistics().kept_environment);
+  edited(0, true, 0);
+  d.instances[3].world_from_object[7] += 1.0f;
+  edited(1, true, 0);
+  d.lights[0].energy *= 2.0f;
+  edited(0, true, 0);
+  d.materials[0].graph.nodes[0].inputs[0].value = Vec4(0.1f);
+  edited(0, true, 1);
+  d.materials[1].pass_index = 3;
+  edited(0, true, 1);
+  d.settings.reflective_caustics = false;
+  edited(0, true, 2);
+  d.objects[2].visibility = kVisibleCamera;
+  edited(1, true, 0);
+  set_checker_world(d, Color(0.5f), Color(0.2f), 3.0f);
+  edited(0, false, 0);
+  Stage::add(d, std::make_shared<MeshDescription>(plane(9.0f)), 0, -1.0f);
+  edited(11, true, 0);                                // another number of instances
+  for (InstanceDescription& instance : d.instances) instance.world_from_object[3] += 0.1f;
+  edited(11, true, 0);                                // more than half
+  d.instances[0].world_from_object[10] = 0.0f;
+  edited(11, true, 0);                                // flattened, and so baked
+  d.instances[0].world_from_object[10] = 1.0f;
+  edited(11, true, 0);
+  // A world and a material that show the frame's place change with the camera.
+  Node coordinates;
+  coordinates.type = coordinates.name = "ShaderNodeTexCoord";
+  d.world.graph.nodes.push_back(coordinates);
+  d.world.graph.nodes[0].inputs.push_back({"Vector", {2, "Window"}, Vec4(0.0f)});
+  edited(0, false, 0);
+  d.materials[0].graph.nodes.push_back(coordinates);
+  d.materials[0].graph.nodes[0].inputs[0].link = {1, "Window"};
+  edited(0, false, 1);
+  edited(0, false, 1);
+}
+
+TEST(Scene, what_is_said_of_a_kept_material_is_said_again) {
+  SceneDescription d = Stage().scene(1.0f);
+  Node strange;
+  strange.type = strange.name = "ShaderNodeOfTomorrow";
+  d.materials[0].graph.nodes.push_back(strange);
+  d.materials[0].graph.nodes[0].inputs[0].link = {1, "Color"};
+  Scene::Options options;
+  options.bake_single_instances = false;
+  Diagnostics first, second;
+  auto scene = Scene::build(d, options, first, nullptr);
+  scene = Scene::build(d, options, second, std::move(scene));
+  EXPECT_EQ(scene->statistics().kept_programs, 1u);
+  ASSERT_EQ(first.size(), 1u);
+  ASSERT_EQ(second.size(), 1u);
+  EXPECT_EQ(first[0].message, second[0].message);
+}
+
 TEST(Session, the_latest_of_many_requests_is_what_renders) {
   const Stage stage;
   Session session;
@@ -198,6 +297,7 @@ TEST(Scene, meshes_and_images_that_come_again_are_kept) {
   scene = build_again(textured(2.0f, 0.25f), std::move(scene));
   EXPECT_EQ(scene->statistics().kept_meshes, 2u);
   EXPECT_EQ(scene->statistics().kept_textures, 1u);
+  EXPECT_EQ(scene->statistics().kept_programs, 1u);
   EXPECT_EQ(scene->textures().decoded_count(), 1);
   // Another mesh and other pixels are not what was there before.
   Stage other = stage;
@@ -207,6 +307,7 @@ TEST(Scene, meshes_and_images_that_come_again_are_kept) {
   scene = build_again(d, std::move(scene));
   EXPECT_EQ(scene->statistics().kept_meshes, 1u);
   EXPECT_EQ(scene->statistics().kept_textures, 0u);
+  EXPECT_EQ(scene->statistics().kept_programs, 0u);
   EXPECT_EQ(scene->meshes()[1].source, other.ball);
 }
 

@@ -25,7 +25,8 @@ uint32_t image_lookup(ProgramBuilder& b, int node, bool environment) {
   }
   const float index = b.number(node, "image", -1.0f);
   if (index < 0.0f) b.report(node, "has no image; magenta is used");
-  lookup.texture = b.textures().load(index >= 0.0f && index < 1e9f ? int(index) : -1, "", b.diagnostics());
+  lookup.image = index >= 0.0f && index < 1e9f ? int(index) : -1;
+  lookup.texture = b.textures().load(lookup.image, "", b.diagnostics());
   b.tables.images.push_back(lookup);
   return b.node_data[node] = uint32_t(b.tables.images.size() - 1);
 }

@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 import window
 from ajar_render import denoise, hints, photon_overlay, viewport
+from ajar_render.export import KnownObjects
 from mathutils import Quaternion
 
 views: list[viewport.Viewport] = []
@@ -26,6 +27,21 @@ def _remember(self) -> None:
 
 
 viewport.Viewport.__init__ = _remember
+revisions = {"edits": 0, "differences": 0}   # exports of what an edit changed, and those that differ from an export of everything
+_export = viewport.Viewport._export
+
+
+def _export_and_compare(self, depsgraph, is_hidden, revised):
+    description = _export(self, depsgraph, is_hidden, revised)
+    if revised is not None:
+        known, self.known = self.known, KnownObjects()
+        revisions["edits"] += 1
+        revisions["differences"] += _export(self, depsgraph, is_hidden, None).fingerprint() != description.fingerprint()
+        self.known = known
+    return description
+
+
+viewport.Viewport._export = _export_and_compare
 
 
 def is_sharp(view: viewport.Viewport) -> bool:
@@ -107,7 +123,7 @@ def steps(arguments, result):
     window.shade("RENDERED")
     yield from wait_until_sharp()
     result["memory"] = memory[:: max(1, len(memory) // 20)]
-    result["views"] = len(views)
+    result["views"], result["revisions"] = len(views), revisions
     window.screenshot(os.path.join(folder, "end.png"))
     picture = views[-1].session.snapshot("Combined")
     result["end"] = [float(picture[..., :3].mean()), float(picture[..., :3].std()), float(views[-1].session.progress().samples)]
@@ -117,7 +133,8 @@ def steps(arguments, result):
 
 
 def counters(result):
-    """Edits of one kind at a time: (name, meshes exported, meshes the core built, updates asked for, camera moves)."""
+    """Edits of one kind at a time: walks over all instances, meshes exported, updates asked for; meshes that the core
+    built, instances that it placed, programs of materials that it compiled."""
     result["counters"] = {}
     cube, lamp = bpy.data.objects["Cube"], bpy.data.objects["Light"]
 
@@ -145,13 +162,14 @@ def counters(result):
 
     for edit in (turn, select, transform, colour, energy, world, geometry):
         view = views[-1]
-        before = (view.meshes.exported, view.updates)
+        before = (view.meshes.exported, view.updates, view.known.walks)
         edit()
         yield from wait_until_done()
         scene = view.statistics()["scene"]
         result["counters"][edit.__name__] = {
             "exported": view.meshes.exported - before[0], "updates": view.updates - before[1],
-            "built": scene["meshes"] - scene["kept_meshes"]}
+            "walks": view.known.walks - before[2], "built": scene["meshes"] - scene["kept_meshes"], "placed": scene["placed_instances"],
+            "compiled": scene["compiled_programs"]}
 
 
 # ---- A light path, by mouse -----------------------------------------------------------------------------------------------------
