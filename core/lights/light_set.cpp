@@ -22,6 +22,9 @@ constexpr float kTriangleFloor = 0.05f;
 constexpr float kLeastDistant = 0.1f, kMostDistant = 0.8f;
 /// Least cosine at the receiver of a sun: shading normals bend.
 constexpr float kLeastSunCosine = 0.02f;
+/// Share of choices that are even where there are media and no more lights than these.
+constexpr float kEvenShare = 0.5f;
+constexpr size_t kMostForEven = 8;
 /// Share of distant light's chances that goes to all of it alike: a sky matters wherever the sun is hidden.
 constexpr float kEqualDistant = 0.25f;
 
@@ -80,6 +83,7 @@ struct LightSet::Data {
   DiscreteDistribution by_power;
   LightTree tree;                           // of all that is not distant
   std::vector<DistantLight> distant;
+  std::vector<uint32_t> even;               // lights that have an even chance besides; none where there are no media, or many lights
   uint32_t size = 0;
 
   const TriangleBlock& block_of(uint32_t index) const {
@@ -120,13 +124,36 @@ struct LightSet::Data {
     }
     return {chosen->light, pmf, std::min(u / pmf, kOneMinusEpsilon)};
   }
+  Choice choose_by_estimate(Vec3 p, Vec3 n, float u) const {
+    float share = 0.0f;
+    if (!distant.empty()) {
+      const float sum = distant_importance(n);
+      share = distant_share(p, n, sum);
+      if (u < share) {
+        Choice choice = choose_distant(n, std::min(u / share, kOneMinusEpsilon));
+        choice.pmf *= share;
+        return choice;
+      }
+      u = std::min((u - share) / (1.0f - share), kOneMinusEpsilon);
+    }
+    if (tree.empty()) return {0, 0.0f, u};
+    const LightTree::Choice choice = tree.choose(p, n, u);
+    return {choice.light, (1.0f - share) * choice.pmf, choice.u_remapped};
+  }
+  float pmf_by_estimate(Vec3 p, Vec3 n, uint32_t light) const {
+    if (distant.empty()) return tree.pmf(p, n, light);
+    const float sum = distant_importance(n), share = distant_share(p, n, sum);
+    for (const DistantLight& l : distant)
+      if (l.light == light) return share * (l.importance(n) / sum);
+    return (1.0f - share) * tree.pmf(p, n, light);
+  }
   bool is_lamp(uint32_t index) const { return index < lamps.size(); }
   bool is_environment(uint32_t index) const { return int(index) == environment_index; }
 
   void add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources);
   void add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources, std::vector<double>& weights);
   void add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources, std::vector<double>& weights);
-  void make_tables(const std::vector<Source>& sources, const std::vector<double>& inside);
+  void make_tables(const std::vector<Source>& sources, const std::vector<double>& inside, bool has_media);
 
   Color lamp_radiance(const Light& light, Vec3 position, Vec3 normal, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
     const Color radiance = light.radiance * lamp_profile(light, wo);
@@ -275,7 +302,7 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
 }
 
 /// `inside`: shares of the lights of each source in its power.
-void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::vector<double>& inside) {
+void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::vector<double>& inside, bool has_media) {
   double total = 0.0;
   for (const Source& s : sources) total += s.power;
   std::vector<double> watts(inside.size(), 0.0);
@@ -314,6 +341,11 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
   std::erase_if(entries, [](const LightTree::Entry& e) {
     return !(e.bounds.intensity > 0.0f && std::isfinite(e.bounds.intensity) && is_finite(e.bounds.lower) && is_finite(e.bounds.upper));
   });
+  const size_t count = entries.size() + distant.size();
+  if (has_media && count > 1 && count <= kMostForEven) {
+    for (const LightTree::Entry& e : entries) even.push_back(e.light);
+    for (const DistantLight& l : distant) even.push_back(l.light);
+  }
   tree = LightTree(std::move(entries), uint32_t(inside.size()));
   by_power = DiscreteDistribution(watts);
 }
@@ -341,7 +373,7 @@ LightSet::LightSet(const LightBuildInput& in, Diagnostics& diagnostics) : LightS
     return;
   }
   d.size = uint32_t(weights.size());
-  d.make_tables(sources, weights);
+  d.make_tables(sources, weights, in.has_media);
 }
 
 // ---- Asking ---------------------------------------------------------------------------
@@ -395,29 +427,23 @@ bool LightSet::can_choose() const { return !data_->tree.empty() || !data_->dista
 
 LightSet::Choice LightSet::choose(Vec3 p, Vec3 n, float u) const {
   const Data& d = *data_;
-  float share = 0.0f;
-  if (!d.distant.empty()) {
-    const float sum = d.distant_importance(n);
-    share = d.distant_share(p, n, sum);
-    if (u < share) {
-      Choice choice = d.choose_distant(n, std::min(u / share, kOneMinusEpsilon));
-      choice.pmf *= share;
-      return choice;
-    }
-    u = std::min((u - share) / (1.0f - share), kOneMinusEpsilon);
+  if (d.even.empty()) return d.choose_by_estimate(p, n, u);
+  if (u < kEvenShare) {
+    const float place = u / kEvenShare * float(d.even.size());
+    const size_t i = std::min(size_t(place), d.even.size() - 1);
+    return {d.even[i], choice_pmf(p, n, d.even[i]), std::min(place - float(i), kOneMinusEpsilon)};
   }
-  if (d.tree.empty()) return {0, 0.0f, u};
-  const LightTree::Choice choice = d.tree.choose(p, n, u);
-  return {choice.light, (1.0f - share) * choice.pmf, choice.u_remapped};
+  Choice choice = d.choose_by_estimate(p, n, std::min((u - kEvenShare) / (1.0f - kEvenShare), kOneMinusEpsilon));
+  if (choice.pmf > 0.0f) choice.pmf = kEvenShare / float(d.even.size()) + (1.0f - kEvenShare) * choice.pmf;
+  return choice;
 }
 
 float LightSet::choice_pmf(Vec3 p, Vec3 n, uint32_t light) const {
   const Data& d = *data_;
-  if (d.distant.empty()) return d.tree.pmf(p, n, light);
-  const float sum = d.distant_importance(n), share = d.distant_share(p, n, sum);
-  for (const DistantLight& l : d.distant)
-    if (l.light == light) return share * (l.importance(n) / sum);
-  return (1.0f - share) * d.tree.pmf(p, n, light);
+  const float pmf = d.pmf_by_estimate(p, n, light);
+  if (d.even.empty()) return pmf;
+  const bool is_even = std::find(d.even.begin(), d.even.end(), light) != d.even.end();
+  return (is_even ? kEvenShare / float(d.even.size()) : 0.0f) + (1.0f - kEvenShare) * pmf;
 }
 
 // Ids of branches: nodes of the tree, above them distant lights by number, or all of those as the first.

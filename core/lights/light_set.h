@@ -12,6 +12,8 @@
 // counts: BSDF sampling finds the rest better (environment.h), and a constant world is never chosen. Measured on nine spheres, leaving a
 // constant world out divides the variance by 1.2 alone, by 5.6 beside a sun, by 2.8 beside a lamp. Light sampling alone must
 // use choose_by_power, which covers everything.
+// Where there are media, and up to eight lights, half of the choices are even: fog is lit from all around, there is no cosine that would
+// tell lights apart, and where a strong lamp stands behind a wall nearly all choices would go to it.
 //
 // The meshes, instances and programs it was built from must outlive it and stay where they are.
 #pragma once
@@ -38,6 +40,7 @@ struct LightBuildInput {
   const ShaderProgram& world_program;
   Vec3 scene_center{0.0f};
   float scene_radius = 1.0f;
+  bool has_media = false;
   LightSet* same_world = nullptr;                    ///< of a scene before whose world emitted exactly the same: its tables are taken over
 };
 

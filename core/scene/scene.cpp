@@ -321,7 +321,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
 
   step("Gathering lights", 0.9f);
   s.lights_ = LightSet({d, s.meshes_, s.instances_, s.material_table_, s.programs_, s.lamp_programs_, s.world_program_,
-                        s.center_, s.radius_, previous && s.shows_the_world_of(*previous) ? &previous->lights_ : nullptr},
+                        s.center_, s.radius_, s.has_media_, previous && s.shows_the_world_of(*previous) ? &previous->lights_ : nullptr},
                        diagnostics);
   s.statistics_.kept_environment = s.lights_.took_environment_over();
   s.accel_->build_lamps(s.lights_);

@@ -471,6 +471,52 @@ TEST(LightSet, chances_sum_to_one_and_dark_lights_are_never_chosen) {
   }
 }
 
+TEST(LightSet, where_there_are_media_each_of_few_lights_has_an_even_chance_half_the_time) {
+  SceneDescription clear = dark();
+  clear.lights = {point_light({0, 0, 3}, 1e6f, 0.1f), point_light({0, 1, 3}, 1.0f, 0.1f), point_light({1, 1, 3}, 0.0f)};
+  set_checker_world(clear, Color(0.2f), Color(0.0f), 4.0f);
+  const auto foggy = [](SceneDescription d) {
+    Node fog;
+    fog.type = fog.name = "ShaderNodeVolumeScatter";
+    fog.inputs = {{"Color", {}, Vec4(0.5f)}, {"Density", {}, Vec4(0.1f)}};
+    d.materials.push_back({"Fog", {}, 0});
+    d.materials.back().graph.nodes = {fog};
+    d.materials.back().graph.volume = {0, "Volume"};
+    add_object(d, cube(), int(d.materials.size()) - 1);
+    return d;
+  };
+  SceneDescription many = clear, one = dark();
+  for (int i = 0; i < 9; ++i) many.lights.push_back(point_light({float(i), 0, 5}, 2.0f));
+  one.lights = {point_light({0, 0, 3}, 5.0f)};
+  for (const Vec3 n : {Vec3(0.0f), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
+    for (const SceneDescription* d : {&clear, &many, &one}) {
+      const Vec3 p(0.0f);
+      const auto with_fog = build(foggy(*d)), without = build(*d);
+      const LightSet& lights = with_fog->lights();
+      std::vector<int> counts(lights.size(), 0);
+      std::vector<RunningMoments> remapped(lights.size());
+      double sum = 0.0;
+      for (uint32_t i = 0; i < lights.size(); ++i) {
+        sum += lights.choice_pmf(p, n, i);
+        const float estimate = without->lights().choice_pmf(p, n, i), even = i == 2 ? 0.0f : 1.0f / 3.0f;   // two lamps and the sky; one has no watts
+        EXPECT_FLOAT_EQ(lights.choice_pmf(p, n, i), d == &clear ? 0.5f * even + 0.5f * estimate : estimate) << i;
+      }
+      EXPECT_NEAR(sum, 1.0, 1e-6);
+      const int total = 1 << 18;
+      for (int i = 0; i < total; ++i) {
+        const auto choice = lights.choose(p, n, (float(i) + 0.5f) / float(total));
+        ASSERT_EQ(choice.pmf, lights.choice_pmf(p, n, choice.light));
+        ++counts[choice.light];
+        remapped[choice.light].add(choice.u_remapped);
+      }
+      for (uint32_t i = 0; i < lights.size(); ++i) {
+        EXPECT_NEAR(counts[i], lights.choice_pmf(p, n, i) * total, 3.0) << i;
+        if (counts[i] > 1000) { EXPECT_NEAR(remapped[i].mean(), 0.5, 0.01) << i; }
+      }
+    }
+  }
+}
+
 TEST(LightSet, hits_find_their_light) {
   const auto scene = build(mixed_lights());
   const LightSet& lights = scene->lights();

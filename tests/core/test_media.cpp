@@ -286,7 +286,8 @@ TEST(Media, both_trackers_have_one_mean) {
 }
 
 TEST(Media, light_scattered_once_is_the_integral_along_the_ray) {
-  for (const bool varies : {false, true}) {
+  // Besides, a lamp of ten thousand times the power behind a wall: it is chosen as well, and changes nothing.
+  for (const auto& [varies, hidden_lamp] : {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
     SceneDescription d = through_a_cube();
     set_world(d, Color(0.0f));
     set_camera(d, Vec3(0.2f, -5, 0.1f), Vec3(0.2f, 0, 0.1f), 6, 1e-4f);
@@ -295,6 +296,10 @@ TEST(Media, light_scattered_once_is_the_integral_along_the_ray) {
     const Vec3 lamp(0.5f, 0.3f, 2.0f);   // above the cube
     add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(1.0f), amount, varies ? Density::AlongX : Density::Constant, g));
     d.lights.push_back(point_light(lamp, 200.0f));
+    if (hidden_lamp) {
+      add_object(d, plane(1000.0f), add_diffuse(d, Color(0.0f)), Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, -1.5f, 1)));
+      d.lights.push_back(point_light(Vec3(0, 0, -2.5f), 2e6f, 0.1f));
+    }
     const auto scene = build(d);
     // Midpoint rule; the optical depth of a stretch inside the cube is its length times the mean density, which is linear.
     double expected = 0.0;
@@ -308,7 +313,7 @@ TEST(Media, light_scattered_once_is_the_integral_along_the_ray) {
       const float depth = density(p) * (p.y + 1.0f) + density(p + 0.5f * rise * sample->wi) * rise;
       expected += 2.0 / kSteps * double(density(p) * std::exp(-depth) * henyey_greenstein(sample->wi.y, g) * sample->radiance.x);
     }
-    expect_mean(measure(d, 512), Color(float(expected)), 2, 1e-3);
+    expect_mean(measure(d, 512), Color(float(expected)), 4, 1e-3);
   }
 }
 
