@@ -32,7 +32,6 @@ BEGIN, END = "<!-- features: begin -->", "<!-- features: end -->"
 # Features that are known to differ, and why. Anything else that does is a bug.
 EXPECTED_DIFFERENCES: dict[str, str] = {
     "toon_smooth": "Cycles' samples take the fall-off of the edge at another angle than that of the direction they return",
-    "wireframe": "the node is missing (docs/coverage.md)",
     "custom_normals": "sky below a face's horizon and above its normals' counts fully; Cycles weighs it by a density that no sample has",
     "object_holdout": "objects that hold out are not cut out of the film yet",
     "volume_anisotropies": "Cycles adds the phase functions of different anisotropies where lights are sampled, instead of weighing them",

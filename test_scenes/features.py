@@ -375,6 +375,8 @@ pattern("geometry_normal", "the normal as a colour", lambda tree: tree.nodes.new
 pattern("object_info", "Object Info: colour", lambda tree: tree.nodes.new("ShaderNodeObjectInfo").outputs["Color"])
 pattern("camera_data", "Camera Data: view vector", lambda tree: tree.nodes.new("ShaderNodeCameraData").outputs["View Vector"])
 pattern("wireframe", "Wireframe", lambda tree: wireframe(tree))
+pattern("ambient_occlusion", "Ambient Occlusion as a colour", lambda tree: ambient_occlusion(tree))
+pattern("ambient_occlusion_inside", "Ambient Occlusion inside and of the object alone", lambda tree: ambient_occlusion(tree, inside=True, only_local=True))
 
 
 def white_noise(tree):
@@ -387,6 +389,14 @@ def white_noise(tree):
 
 def rotated(tree):
     return through("ShaderNodeVectorRotate", lambda t: t.nodes.new("ShaderNodeTexCoord").outputs["Object"], "Vector", "Vector", inputs={"Angle": 0.8})(tree)
+
+
+def ambient_occlusion(tree, **properties):
+    node = tree.nodes.new("ShaderNodeAmbientOcclusion")
+    node.inputs["Distance"].default_value, node.inputs["Color"].default_value, node.samples = 0.6, (*BLUE, 1.0), 4
+    for key, value in properties.items():
+        setattr(node, key, value)
+    return node.outputs["Color"]
 
 
 def wireframe(tree):

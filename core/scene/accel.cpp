@@ -342,6 +342,19 @@ bool Accel::occluded(const Ray& ray) const {
   return query.tfar < 0.0f;
 }
 
+bool Accel::occluded_by(const BuiltInstance& instance, const BuiltMesh& mesh, const Ray& ray) const {
+  if (!mesh.structure) return false;
+  Mat4 moved;
+  const Mat4& m = object_from_world(instance, ray.time, moved);
+  Ray inside = ray;
+  inside.origin = transform_point(m, ray.origin);
+  inside.direction = transform_vector(m, ray.direction);
+  RTCRay query;
+  fill(query, inside, ~0u);
+  embree::occluded(static_cast<RTCScene>(mesh.structure.get()), query);
+  return query.tfar < 0.0f;
+}
+
 void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) const {
   hit.light = ~0u;
   if (!data_->few_lamps.empty()) {

@@ -32,6 +32,8 @@ class Accel {
 
   void intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const;
   bool occluded(const Ray& ray) const;
+  /// By this instance alone, whoever sees it. Baked meshes have no structure of their own, and are in nobody's way here.
+  bool occluded_by(const BuiltInstance& instance, const BuiltMesh& mesh, const Ray& ray) const;
   void intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) const;
   bool has_lamps() const;
   size_t placed_instances() const;   ///< those put into the structure over all; the others were in that of before

@@ -1,5 +1,6 @@
 #include "scene/scene.h"
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <utility>
@@ -44,6 +45,15 @@ NodeGraph default_surface() {
   graph.nodes.push_back(std::move(diffuse));
   graph.surface = {0, "BSDF"};
   return graph;
+}
+
+/// Does the material trace rays at its object alone? Then the mesh needs a structure of its own.
+bool asks_for_itself(const MaterialDescription& material) {
+  return std::any_of(material.graph.nodes.begin(), material.graph.nodes.end(), [](const Node& node) {
+    return node.type == "ShaderNodeAmbientOcclusion" && std::any_of(node.properties.begin(), node.properties.end(), [](const NodeProperty& p) {
+      return p.name == "only_local" && !p.numbers.empty() && p.numbers[0] != 0.0f;
+    });
+  });
 }
 
 /// Move a mesh's vertices and normals to world space.
@@ -224,7 +234,8 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     const bool singular = is_singular(instance.world_from_object);
     instance.object_from_world = singular ? Mat4(1.0f) : glm::inverse(instance.world_from_object);
     instance.flips_orientation = glm::determinant(Mat3(instance.world_from_object)) < 0.0f;
-    const bool stays = s.meshes_[instance.mesh].source != nullptr;   // as the artist made it, for the next scene
+    const bool stays = s.meshes_[instance.mesh].source != nullptr ||   // as the artist made it, for the next scene
+                       std::any_of(object.materials.begin(), object.materials.end(), [&](int m) { return m >= 0 && asks_for_itself(d.materials[size_t(m)]); });
     if (singular && (users[instance.mesh] > 1 || stays)) {
       BuiltMesh copy = s.meshes_[instance.mesh];
       copy.source.reset();
@@ -348,6 +359,12 @@ LampHit Scene::intersect_lamp(const Ray& ray, uint32_t ray_kind) const {
   return hit;
 }
 
+bool Scene::is_blocked(const Ray& ray) const { return accel_->occluded(ray); }
+
+bool Scene::is_blocked_by(const BuiltInstance& instance, const Ray& ray) const {
+  return accel_->occluded_by(instance, meshes_[instance.mesh], ray);
+}
+
 bool Scene::has_lamp_shapes() const { return accel_->has_lamps(); }
 
 Color Scene::transmittance(const Ray& shadow_ray, int max_transparent) const {
@@ -435,6 +452,7 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
   point.primitive = hit.primitive;
   point.mesh = &mesh;
   point.instance = &instance;
+  point.scene = this;
   point.object = &objects_[instance.object];
   point.ray_length = hit.t;
   point.time = ray.time;

@@ -85,6 +85,9 @@ class Scene {
   /// Nearest lamp with extent before t_max that rays of this kind see.
   LampHit intersect_lamp(const Ray& ray, uint32_t ray_kind) const;
   bool has_lamp_shapes() const;
+  /// Does anything that casts shadows lie on the ray, be it transparent? Does a surface of this instance?
+  bool is_blocked(const Ray& ray) const;
+  bool is_blocked_by(const BuiltInstance& instance, const Ray& ray) const;
   /// Fraction of light let through along the segment (0 when blocked); evaluates
   /// transparent surfaces, at most `max_transparent` of them.
   Color transmittance(const Ray& ray, int max_transparent) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "shading/closure_list.h"
 #include "shading/node_registry.h"
@@ -278,10 +279,9 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
   return result;
 }
 
-void ProgramBuilder::use_bump() {
+void ProgramBuilder::measure_pixels() {
   BumpFootprint& bump = tables.bump;
-  if (bump.used) return;
-  bump.used = true;
+  if (std::exchange(bump.measured, true)) return;
   const CameraDescription* camera = this->camera();   // the program depends on it
   if (!camera) return;
   bump.camera = camera->kind;

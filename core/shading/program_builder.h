@@ -74,9 +74,13 @@ class ProgramBuilder {
     }
     shift_ = outer;
     if (h[0].at == h[1].at && h[0].at == h[2].at) return normal;
-    use_bump();
+    measure_pixels();
+    tables.bump.used = true;
     return emit(Op::Bump, SocketType::Vector, {h[0], h[1], h[2], strength, distance, normal});
   }
+
+  /// Let instructions know how wide a pixel of the camera is at a point.
+  void measure_pixels();
 
   uint32_t add_name(std::string_view name);
   uint32_t add_matrix(const Mat4& matrix);
@@ -108,7 +112,6 @@ class ProgramBuilder {
   /// a * 1, a * 0, a + 0 and the like need no instruction.
   bool simplify(Op op, std::initializer_list<Value> inputs, Value& result);
 
-  void use_bump();
 
   const NodeGraph& graph_;
   const std::string& owner_;

@@ -7,6 +7,7 @@
 #include "shading/nodes/math_functions.h"
 #include "shading/nodes/noise.h"
 #include "shading/nodes/patterns.h"
+#include "shading/nodes/occlusion.h"
 #include "shading/nodes/point_functions.h"
 #include "shading/nodes/texture_functions.h"
 #include "shading/nodes/voronoi.h"
@@ -25,7 +26,7 @@ const OpInfo& info(Op op) {
 bool can_shift(Op op) {
   switch (op) {
     case Op::Position: case Op::Parametric: case Op::Generated: case Op::ObjectPosition: case Op::TransformPosition:
-    case Op::CameraPosition: case Op::WindowPosition: case Op::ActiveUv: case Op::NamedUv: case Op::NamedAttribute: return true;
+    case Op::CameraPosition: case Op::WindowPosition: case Op::ActiveUv: case Op::NamedUv: case Op::NamedAttribute: case Op::Wireframe: return true;
     default: return false;
   }
 }
@@ -308,6 +309,12 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::VectorDisplacement:
         store3(nodes::vector_displacement(point, nodes::DisplacementSpace(i->variant), v(0)));
         break;
+      case Op::AmbientOcclusion: {   // normal, distance; variant: inside, only local
+        const nodes::OcclusionParameters parameters{f(1), int(i->data), (i->variant & 1) != 0, (i->variant & 2) != 0};
+        *out = nodes::openness(point, parameters, v(0));
+        break;
+      }
+      case Op::Wireframe: *out = nodes::is_near_edge(point, i->variant ? f(0) * nodes::pixel_width(point, tables.bump) : f(0)) ? 1.0f : 0.0f; break;
       case Op::VectorTransform: store3(vector_transform(point, i->variant, tables.matrices[i->data], v(0))); break;
     }
   }

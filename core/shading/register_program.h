@@ -52,7 +52,7 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(ActiveUv, 3, true) OP(NamedUv, 3, true) OP(NamedAttribute, 4, true)                                      \
   OP(ObjectLocation, 3, true) OP(ObjectColor, 4, true) OP(ObjectIndex, 1, true) OP(ObjectRandom, 1, true)     \
   OP(LightPath, 1, true) OP(LightFalloff, 1, true) OP(Fresnel, 1, true) OP(LayerWeight, 1, true)              \
-  OP(NormalMap, 3, true) OP(VectorTransform, 3, true)                                                         \
+  OP(NormalMap, 3, true) OP(VectorTransform, 3, true) OP(Wireframe, 1, true) OP(AmbientOcclusion, 1, true)      \
   OP(Bump, 3, true) OP(Displacement, 3, true) OP(VectorDisplacement, 3, true)
 
 enum class Op : uint8_t {
@@ -106,7 +106,7 @@ struct CurveTable {
 /// How far beside a point bump mapping looks: about a pixel of the camera, as in Cycles, but a function of the place alone, so that
 /// paths found from either end agree. Cycles measures along the path.
 struct BumpFootprint {
-  bool used = false;
+  bool used = false, measured = false;
   CameraKind camera = CameraKind::Perspective;
   Mat4 camera_from_world{1.0f};
   float pixel = 1e-3f;             ///< width of a pixel: at distance 1, or anywhere when orthographic

@@ -17,6 +17,7 @@ enum RayKindBits : uint32_t {
 /// ShadingPoint::primitive of points inside a volume, away from all triangles: what triangles interpolate is zero there.
 constexpr uint32_t kInsideVolume = ~0u;
 
+class Scene;
 struct BuiltMesh;
 struct BuiltInstance;
 struct ObjectDescription;
@@ -32,6 +33,7 @@ struct ShadingPoint {
   uint32_t primitive = 0;       ///< triangle of the mesh
   const BuiltMesh* mesh = nullptr;          ///< null for world and lamps
   const BuiltInstance* instance = nullptr;
+  const Scene* scene = nullptr;             ///< null for world and lamps, and while a scene is built
   const ObjectDescription* object = nullptr;  ///< for Object Info; may be null
   Vec3 dpdu{0.0f}, dpdv{0.0f};  ///< world-space edge vectors p1-p0, p2-p0 of the triangle
   float ray_length = 0.0f;

@@ -261,6 +261,11 @@ def _object_of_coordinates(_context: ExportContext, node: bpy.types.Node) -> lis
     return [("object", rows_3x4(node.object.matrix_world.inverted_safe()))]
 
 
+def _distance_of_world(context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+    world = context.scene.world
+    return [("world_distance", [world.light_settings.distance if world is not None else 0.0])]
+
+
 def _attribute_name(name: str) -> Callable:
     def remember(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
         context.attribute_names.add(getattr(node, name))
@@ -279,5 +284,6 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeVectorCurve": _curve,
     "ShaderNodeFloatCurve": _curve,
     "ShaderNodeTexCoord": _object_of_coordinates,
+    "ShaderNodeAmbientOcclusion": _distance_of_world,
     "ShaderNodeAttribute": _attribute_name("attribute_name"),
 }

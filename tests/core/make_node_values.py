@@ -135,6 +135,10 @@ def define_patterns() -> None:
     for properties, elevation, azimuth in ((high, 1.1, 0.3), (low, 0.04, 2.7), (low, -0.2, 2.0)):
         case("TexSky", "Color", properties, Vector=(math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth),
                                                     math.sin(elevation)))
+    for node, outputs in (("HairInfo", ("Is Strand", "Intercept", "Length", "Thickness", "Tangent Normal", "Random")), ("PointInfo", ("Position", "Radius", "Random")),
+                          ("VolumeInfo", ("Color", "Density", "Flame", "Temperature"))):
+        for output in outputs:   # of a mesh
+            case(node, output)
     for nanometres in (300.0, 380.0, 452.0, 507.5, 600.0, 779.0):
         case("Wavelength", "Color", Wavelength=nanometres)
 

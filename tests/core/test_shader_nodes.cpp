@@ -133,6 +133,35 @@ TEST(ShaderNodes, constant_nodes_fold_to_what_cycles_gives) {
   EXPECT_GT(cases, 300);
 }
 
+TEST(ShaderNodes, wires_are_as_wide_as_their_size_and_half_of_that_on_each_side) {
+  Surface s;
+  const auto wire = [&](float size, Vec2 barycentric, bool in_pixels = false, const ShaderContext& context = {}) {
+    s.point.barycentric = barycentric;
+    return read(s, "ShaderNodeWireframe", "Fac", {value_input("Size", size)}, {number_property("use_pixel_size", {float(in_pixels)})}, context).x;
+  };
+  // Metres to the edges: along u, along v, and the third one.
+  const struct {
+    Vec2 barycentric;
+    float distance;
+  } places[] = {{{0.5f, 0.1f}, 0.2f}, {{0.05f, 0.5f}, 0.2f}, {{0.25f, 0.5f}, 0.25f / std::sqrt(0.3125f)}};
+  for (const auto& place : places) {
+    EXPECT_EQ(wire(2.0f * place.distance * 1.001f, place.barycentric), 1.0f);
+    EXPECT_EQ(wire(2.0f * place.distance * 0.999f, place.barycentric), 0.0f);
+  }
+  EXPECT_EQ(wire(0.0f, {0.5f, 0.1f}), 0.0f);
+  CameraDescription camera;
+  camera.present = true;
+  camera.kind = CameraKind::Orthographic;
+  camera.screen_window = Vec4(-1, 1, -1, 1);
+  ShaderContext context;
+  context.camera = &camera;
+  context.image_width = 8;
+  EXPECT_EQ(wire(1.61f, {0.05f, 0.5f}, true, context), 1.0f);   // of a quarter of a metre each
+  EXPECT_EQ(wire(1.59f, {0.05f, 0.5f}, true, context), 0.0f);
+  s.point.mesh = nullptr;
+  EXPECT_EQ(wire(9.0f, {0.5f, 0.1f}), 0.0f);
+}
+
 // A tilted plane under an orthographic camera whose pixels are a quarter of a metre wide: the normal depends on how far the heights are apart.
 TEST(ShaderNodes, bumped_normals_are_those_of_cycles) {
   const Vec2 slope(0.3f, -0.2f);

@@ -6,10 +6,8 @@
 #include "shading/nodes/point_functions.h"
 
 namespace ajar::nodes {
-namespace {
 
-/// Width of a camera's pixel at the point, half the sum over both directions of the image.
-float footprint_at(const ShadingPoint& point, const BumpFootprint& footprint) {
+float pixel_width(const ShadingPoint& point, const BumpFootprint& footprint) {
   if (footprint.camera == CameraKind::Orthographic) return footprint.pixel;
   const Vec3 p = transform_point(footprint.camera_from_world, point.position);
   const float distance = std::sqrt(length_squared(p));
@@ -21,14 +19,12 @@ float footprint_at(const ShadingPoint& point, const BumpFootprint& footprint) {
   return 0.5f * footprint.pixel * distance * cosine * (safe_sqrt(1.0f - d.x * d.x) + safe_sqrt(1.0f - d.y * d.y));
 }
 
-}  // namespace
-
 BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footprint) {
   const Vec3 n = point.ng;
   // Any direction in the plane would do but for rounding and the size of the step; this is the one that Cycles takes.
   Vec3 x = n.x != n.y || n.x != n.z ? Vec3(n.z - n.y, n.x - n.z, n.y - n.x) : Vec3(n.z - n.y, n.x + n.z, -n.y - n.x);
   x = normalize_or_zero(x);
-  const float size = footprint_at(point, footprint);
+  const float size = pixel_width(point, footprint);
   return {size * x, size * glm::cross(n, x)};
 }
 

@@ -11,6 +11,8 @@ enum class DisplacementSpace : uint8_t { World, Object, Tangent };
 struct BumpOffsets {
   Vec3 x, y;   ///< at right angles to each other and to the geometric normal, as long as the footprint
 };
+/// Width of a camera's pixel at the point, half the sum over both directions of the image.
+float pixel_width(const ShadingPoint& point, const BumpFootprint& footprint);
 BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footprint);
 /// The point moved in its plane: position and barycentric coordinates follow, normals stay.
 ShadingPoint shifted(const ShadingPoint& point, Vec3 offset);

@@ -154,6 +154,11 @@ Value normal_input(ProgramBuilder& b, int node) {
   return b.is_linked(node, "Normal") ? b.input(node, "Normal", Vector) : b.surface_normal();
 }
 
+Value own_or_world_distance(ProgramBuilder& b, int node) {
+  const Value own = b.input(node, "Distance", Float, Vec4(1.0f));
+  return b.constant_value(own) != 0.0f ? own : b.constant(b.number(node, "world_distance"));
+}
+
 bool fresnel_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   value = b.emit(Op::Fresnel, Float, {b.input(node, "IOR", Float, Vec4(1.5f)), normal_input(b, node)});
   return output == "Fac";
@@ -163,6 +168,17 @@ bool layer_weight(ProgramBuilder& b, int node, std::string_view output, Value& v
   value = b.emit(Op::LayerWeight, Float, {b.input(node, "Blend", Float, Vec4(0.5f)), normal_input(b, node)},
                  output == "Fresnel" ? 0 : 1);
   return output == "Fresnel" || output == "Facing";
+}
+
+bool ambient_occlusion(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  constexpr int kMostSamples = 128;
+  // Without a distance of its own, that of the world counts.
+  const Value distance = b.is_linked(node, "Distance") ? b.input(node, "Distance", Float) : own_or_world_distance(b, node);
+  const int samples = std::clamp(int(b.number(node, "samples", 16.0f)), 0, kMostSamples);
+  const int variant = (b.number(node, "inside") != 0.0f ? 1 : 0) | (b.number(node, "only_local") != 0.0f ? 2 : 0);
+  value = b.emit(Op::AmbientOcclusion, Float, {normal_input(b, node), distance}, variant, uint32_t(samples));
+  if (output == "Color") value = b.emit(Op::Scale, Color, {b.input(node, "Color", Color, Vec4(1.0f)), value});
+  return output == "AO" || output == "Color";
 }
 
 bool tangent_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
@@ -181,6 +197,21 @@ bool normal_map_node(ProgramBuilder& b, int node, std::string_view output, Value
   return output == "Normal";
 }
 
+bool wireframe(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  const bool in_pixels = b.number(node, "use_pixel_size") != 0.0f;
+  if (in_pixels) b.measure_pixels();
+  value = b.emit(Op::Wireframe, Float, {b.input(node, "Size", Float, Vec4(0.01f))}, in_pixels);
+  return output == "Fac";
+}
+
+/// What meshes have of hair, points and grids: nothing.
+bool nothing_of_meshes(ProgramBuilder& b, int, std::string_view output, Value& value) {
+  if (output == "Color") value = b.constant(Vec3(0.0f), Color);
+  else if (output == "Tangent Normal" || output == "Position") value = b.constant(Vec3(0.0f), Vector);
+  else value = b.constant(0.0f);
+  return true;
+}
+
 constexpr NodeType kNodes[] = {
     {"ShaderNodeValue", value_node},           {"ShaderNodeRGB", rgb_node},
     {"ShaderNodeTexCoord", texture_coordinate}, {"ShaderNodeUVMap", uv_map},
@@ -189,7 +220,10 @@ constexpr NodeType kNodes[] = {
     {"ShaderNodeLightPath", light_path_node},  {"ShaderNodeLightFalloff", light_falloff},
     {"ShaderNodeCameraData", camera_data},     {"ShaderNodeFresnel", fresnel_node},
     {"ShaderNodeLayerWeight", layer_weight},   {"ShaderNodeTangent", tangent_node},
-    {"ShaderNodeNormalMap", normal_map_node},
+    {"ShaderNodeNormalMap", normal_map_node},  {"ShaderNodeWireframe", wireframe},
+    {"ShaderNodeAmbientOcclusion", ambient_occlusion},
+    {"ShaderNodeHairInfo", nothing_of_meshes}, {"ShaderNodePointInfo", nothing_of_meshes},
+    {"ShaderNodeVolumeInfo", nothing_of_meshes},
 };
 
 }  // namespace

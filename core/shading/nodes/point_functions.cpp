@@ -135,6 +135,14 @@ Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::stri
   return n == Vec3(0.0f) ? surface : n;
 }
 
+bool is_near_edge(const ShadingPoint& point, float width) {
+  if (!point.mesh || point.primitive == kInsideVolume) return false;
+  const Vec3 from_first = point.barycentric.x * point.dpdu + point.barycentric.y * point.dpdv;
+  const float most = sqr(0.5f * width);
+  const auto is_near = [&](Vec3 edge, Vec3 from_corner) { return length_squared(glm::cross(edge, from_corner)) < length_squared(edge) * most; };
+  return is_near(point.dpdu, from_first) || is_near(point.dpdv, from_first) || is_near(point.dpdv - point.dpdu, from_first - point.dpdu);
+}
+
 float light_path(const ShadingPoint& point, LightPathOutput output) {
   const auto is = [&](uint32_t bit) { return point.ray_kind & bit ? 1.0f : 0.0f; };
   switch (output) {

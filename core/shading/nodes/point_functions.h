@@ -34,6 +34,8 @@ Vec3 radial_tangent(const ShadingPoint& point, Axis axis);
 Vec3 uv_tangent(const ShadingPoint& point, const std::string& name);
 Vec3 reflection(const ShadingPoint& point);
 Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::string& uv, float strength, Vec3 color);
+/// Within half of `width` metres of an edge of the triangle.
+bool is_near_edge(const ShadingPoint& point, float width);
 float light_path(const ShadingPoint& point, LightPathOutput output);
 /// Unpolarised Fresnel reflectance of a dielectric; `eta` is transmitted over incident index.
 float fresnel(float cosine, float eta);

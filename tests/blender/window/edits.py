@@ -340,7 +340,8 @@ def look_otherwise(dice) -> None:
 
 
 def shade(dice) -> None:
-    window.shade(dice.choice(("SOLID", "WIREFRAME", "MATERIAL", "RENDERED", "RENDERED")))
+    preview = () if bpy.context.scene.render.engine == "BLENDER_WORKBENCH" else ("MATERIAL",)
+    window.shade(dice.choice(("SOLID", "WIREFRAME", *preview, "RENDERED", "RENDERED")))
 
 
 def switch_engine(dice) -> None:
