@@ -33,7 +33,6 @@ BEGIN, END = "<!-- features: begin -->", "<!-- features: end -->"
 EXPECTED_DIFFERENCES: dict[str, str] = {
     "toon_smooth": "Cycles' samples take the fall-off of the edge at another angle than that of the direction they return",
     "custom_normals": "sky below a face's horizon and above its normals' counts fully; Cycles weighs it by a density that no sample has",
-    "object_holdout": "objects that hold out are not cut out of the film yet",
     "volume_anisotropies": "Cycles adds the phase functions of different anisotropies where lights are sampled, instead of weighing them",
     "lamp_without_glossy": "light sampling does not tell kinds of rays apart, only hits do; reported",
 }

@@ -33,7 +33,7 @@ APPROXIMATED: dict[object, str] = {
     "ShaderNodeVectorDisplacement": "shown as bump, the surface stays where it is",
     "ShaderNodeNormalMap": "each triangle has its own tangent; Cycles smooths them",
     "ShaderNodeTangent": "each triangle has its own tangent along a UV map; Cycles smooths them",
-    ("ShaderNodeWireframe", "use_pixel_size", True): "pixels as seen by the camera; Cycles measures them along the path",
+    "ShaderNodeWireframe": "with Pixel Size: pixels as seen by the camera; Cycles measures them along the path",
     "ShaderNodeTexNoise": "Blender 4.2 and later repeat it beyond 100 000",
 }
 # Looked through by the exporter, so that the compiler never meets them.
