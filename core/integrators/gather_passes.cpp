@@ -8,6 +8,7 @@
 #include <tbb/combinable.h>
 #include <tbb/parallel_for.h>
 
+#include "integrators/learned.h"
 #include "math/statistics.h"
 
 namespace ajar {
@@ -16,6 +17,8 @@ namespace {
 
 constexpr int kTile = 16;
 constexpr uint32_t kLearnedPasses = 8;      // the guide of gather rays learns after 1, 2, 4 and 8 passes
+constexpr uint32_t kFirstWarmLesson = 8;    // where it begins with the guide of an earlier frame
+constexpr float kPastShare = 0.5f, kPastShareAtEnd = 0.75f;   // of the past, in lessons and in the one at the end of a frame
 constexpr double kLearnedRays = 2e5;        // that are written down between two lessons
 constexpr int kProbes = 24;                 // per axis of the film, to choose radii
 /// Photons in a disc of the first pass, where the picture looks. Lookups at the ends of gather rays are averaged over those rays, so
@@ -38,6 +41,16 @@ void GatherPasses::prepare(const Scene& scene, uint32_t seed, ArrivalMap* arriva
   gather_.rays = std::max(1, scene.settings().gather_rays);
   // Photons weighed by lookups around them need lookups as wide as that: narrower ones, where photons crowd, would find too much.
   if (arrivals) gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;
+}
+
+std::vector<LearnedPart> GatherPasses::begin_with(const Learned& learned) {
+  if (learned.gather_guide) guide_ = *learned.gather_guide, first_lesson_ = kFirstWarmLesson;
+  return {{"guide of gather rays", learned.gather_guide ? "" : "the frame before has not learned enough"}};
+}
+
+void GatherPasses::hand_on(Learned& learned) {
+  learn(kPastShareAtEnd);
+  if (guide_.cell_count() > 0 && guide_.cell_count() <= Learned::kMostCells) learned.gather_guide = std::make_shared<const GuideTree>(guide_);
 }
 
 uint32_t GatherPasses::photon_count() const {
@@ -103,7 +116,7 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
   const auto stride = [&](double lookups) { return std::max(1, int(std::ceil(lookups / ArrivalMap::kMostLookups))); };
   log.stride[ArrivalMap::kSeen] = stride(double(width) * height);
   log.stride[ArrivalMap::kGathered] = stride(gather_rays);
-  const uint32_t guide_stride = uint32_t(std::max(1.0, gather_rays * std::max(1u, std::bit_floor(pass_)) / kLearnedRays));
+  const uint32_t guide_stride = uint32_t(std::max(1.0, gather_rays * std::max(first_lesson_, std::bit_floor(pass_)) / kLearnedRays));
   std::vector<ArrivalLog> logs(arrivals_ ? size_t(columns) * size_t(rows) : 0, log);
   tbb::combinable<Counters> counters;
   tbb::parallel_for(
@@ -152,15 +165,13 @@ void GatherPasses::scout(const Film& film, const std::atomic<bool>& stop) {
 }
 
 /// From what the passes since the last lesson have gathered.
-void GatherPasses::learn() {
-  if (guide_samples_.empty() || !std::has_single_bit(pass_)) return;
+void GatherPasses::learn(float past_share) {
   std::vector<GuideSample> samples;
   for (std::vector<GuideSample>& tile : guide_samples_) {
     samples.insert(samples.end(), tile.begin(), tile.end());
     tile.clear();
   }
-  guide_.learn(samples);
-  if (pass_ >= kLearnedPasses) guide_samples_.clear();
+  guide_.learn(samples, past_share);
 }
 
 void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
@@ -174,7 +185,9 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
   });
   paths_ += uint64_t(film.width()) * uint64_t(film.height());
   ++pass_;
-  if (!stop.load(std::memory_order_relaxed)) learn();
+  if (stop.load(std::memory_order_relaxed) || guide_samples_.empty() || pass_ < first_lesson_ || !std::has_single_bit(pass_)) return;
+  learn(kPastShare);
+  if (pass_ >= kLearnedPasses) guide_samples_.clear();
 }
 
 PhotonPoints GatherPasses::photons(uint64_t most) const {

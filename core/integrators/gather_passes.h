@@ -14,6 +14,9 @@ class GatherPasses {
   /// `arrivals`: where lookups of all passes are to be noted.
   void prepare(const Scene& scene, uint32_t seed, ArrivalMap* arrivals = nullptr);
   uint32_t pass() const { return pass_; }
+  /// As an integrator's: the guide of gather rays.
+  std::vector<LearnedPart> begin_with(const Learned& learned);
+  void hand_on(Learned& learned);
   /// What the settings ask for, else photons_of_a_pass.
   uint32_t photon_count() const;
   /// Stored photons for each irradiance site, so that sites pay: several gather rays use each.
@@ -36,11 +39,11 @@ class GatherPasses {
 
  private:
   void choose_first_radii();
-  void learn();
+  void learn(float past_share);
   template <class Visit> void for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals, const std::atomic<bool>& stop, Visit&& visit);
 
   const Scene* scene_ = nullptr;
-  uint32_t seed_ = 0, pass_ = 0;
+  uint32_t seed_ = 0, pass_ = 0, first_lesson_ = 1;
   PixelFilter filter_;
   GatherSettings gather_;
   PhotonMaps maps_;

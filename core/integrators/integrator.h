@@ -19,6 +19,8 @@
 
 namespace ajar {
 
+struct Learned;   // integrators/learned.h
+
 enum class Honesty : uint8_t { Unbiased, Consistent, Biased };
 
 /// How an integrator heeds the film's goals (film/image_plan.h).
@@ -36,11 +38,20 @@ struct IntegratorStatistics {
   std::vector<HintStatistics> hints;  ///< of integrators that follow them: all that are switched on, attached or not
 };
 
+/// A part of what an earlier frame has learned, and why it is not used; used where there is no reason.
+struct LearnedPart {
+  std::string name, why_not;
+};
+
 class Integrator {
  public:
   virtual ~Integrator() = default;
   virtual Honesty honesty() const = 0;
   virtual void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) = 0;
+  /// After `prepare`: begin with what an earlier frame has learned, and say with which parts.
+  virtual std::vector<LearnedPart> begin_with(const Learned& /*learned*/) { return {}; }
+  /// Add what the next frame may begin with. When this one is done.
+  virtual void hand_on(Learned& /*learned*/) {}
   /// After `prepare`.
   virtual GoalSupport goal_support() const { return {}; }
   /// Add `samples_per_pixel` samples per pixel (on average) to the film. Returns early, leaving

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "integrators/gather_passes.h"
+#include "integrators/learned.h"
 #include "transport/chain_ensemble.h"
 #include "transport/mutations/standard_mutations.h"
 #include "transport/path_photons.h"
@@ -53,6 +54,9 @@ class Mps final : public Integrator {
     arrivals_ = {};
     passes_.prepare(*scene_, seed, &arrivals_);
   }
+
+  std::vector<LearnedPart> begin_with(const Learned& learned) override { return passes_.begin_with(learned); }
+  void hand_on(Learned& learned) override { passes_.hand_on(learned); }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     if (!space_) begin(film);

@@ -9,6 +9,7 @@
 #include <tbb/combinable.h>
 
 #include "film/filter.h"
+#include "integrators/learned.h"
 #include "integrators/tile_loop.h"
 #include "sampling/sampler.h"
 #include "transport/direct_mixture.h"
@@ -108,15 +109,32 @@ class PathTracer final : public Integrator {
       ends_early_ = false;   // media may emit
     }
     guide_.reset();
+    guide_past_.reset();
     // Few samples are spent before a measurement could tell.
     wants_guide_ = !media_ && (settings.guiding == "on" || (settings.guiding == "auto" && (settings.samples == 0 || settings.samples > kLeastSamplesToMeasure)));
+  }
+
+  std::vector<LearnedPart> begin_with(const Learned& learned) override {
+    std::vector<LearnedPart> parts;
+    if (learned.guide || wants_guide_) parts.push_back({"path guide", !wants_guide_ ? "paths are not guided" : !learned.guide ? "the frame before has not learned enough" : ""});
+    if (wants_guide_) guide_past_ = learned.guide;
+    const bool adaptive = mixture_ && mixture_->wants_pilot();
+    if (learned.direct || adaptive)
+      parts.push_back({"choice of lights", !adaptive ? "lights are not learned" : !learned.direct ? "the frame before has learned none" : mixture_->begin_with(*learned.direct)});
+    return parts;
+  }
+
+  void hand_on(Learned& learned) override {
+    if (guide_ && guide_->tree().cell_count() <= Learned::kMostCells) learned.guide = guide_->past();
+    if (mixture_) learned.direct = mixture_->past();
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     if (mixture_ && mixture_->wants_pilot() && !run_pilot(film, stop)) return;
     if (!guide_ && wants_guide_) {
       const auto mode = scene_->settings().guiding == "on" ? PathGuide::Mode::On : PathGuide::Mode::Auto;
-      guide_ = std::make_unique<PathGuide>(mode, film.width(), film.height(), kTile);
+      guide_ = std::make_unique<PathGuide>(mode, film.width(), film.height(), kTile, guide_past_.get());
+      guide_past_.reset();
     }
     // What learns does so after 1, 2, 4, 8 ... samples, wherever iterations end, which depends on the clock.
     while (samples_per_pixel > 0) {
@@ -573,6 +591,7 @@ class PathTracer final : public Integrator {
   Honesty honesty_ = Honesty::Unbiased;
   std::unique_ptr<DirectMixture> mixture_;   // none: the default method
   std::unique_ptr<PathGuide> guide_;         // none: directions by the BSDF alone
+  std::shared_ptr<const PathGuide::Past> guide_past_;   // to begin with
   std::unique_ptr<Media> media_;             // none: nothing between surfaces
   MediaCounters media_counters_;
   bool ends_early_ = false;

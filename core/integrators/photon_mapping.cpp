@@ -1,6 +1,7 @@
 #include "integrators/photon_mapping.h"
 
 #include "integrators/gather_passes.h"
+#include "integrators/learned.h"
 #include "transport/photon_tracer.h"
 
 namespace ajar {
@@ -21,6 +22,9 @@ class PhotonMapping final : public Integrator {
     plan_ = plan_photons(*scene_);
     passes_.prepare(*scene_, seed);
   }
+
+  std::vector<LearnedPart> begin_with(const Learned& learned) override { return passes_.begin_with(learned); }
+  void hand_on(Learned& learned) override { passes_.hand_on(learned); }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     // Every sample of a pixel is a pass of its own, so that the picture does not depend on how a render is cut into iterations.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "integrators/learned.h"
 #include "transport/direct_pass.h"
 #include "transport/path_population.h"
 
@@ -30,7 +31,15 @@ class PopulationPaths final : public Integrator {
     total_emphasis_ = 0.0;
     steps_wanted_ = direct_rays_ = 0;
     direct_done_ = direct_wanted_ = 0;
+    past_.reset();
+    learned_.reset();
   }
+
+  std::vector<LearnedPart> begin_with(const Learned& learned) override {
+    past_ = learned.population;
+    return {{"shares of mutations, importance of the film", past_ ? "" : "the frame before has not learned enough"}};
+  }
+  void hand_on(Learned& learned) override { learned.population = learned_; }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
@@ -79,14 +88,17 @@ class PopulationPaths final : public Integrator {
     size_.steps = uint32_t(std::clamp<int64_t>(pixels / (2 * members), 1, kMostSteps));
     size_.samples = std::max(1u, size_.members * size_.steps / kStepsPerSample);
     size_.first_samples = kFirstSamples * size_.samples;
-    for (uint32_t i = 0; i < 2; ++i) populations_[i] = std::make_unique<PathPopulation>(space, size_, seed_, i, hints_);
+    for (uint32_t i = 0; i < 2; ++i) {
+      populations_[i] = std::make_unique<PathPopulation>(space, size_, seed_, i, hints_);
+      if (past_) populations_[i]->begin_with(*past_);
+    }
   }
 
   /// Each goes on with what the other has learned. Once: later the other's past would hold something of its own.
   void exchange() {
-    const PathPopulation::Learned a = populations_[0]->learned(), b = populations_[1]->learned();
-    populations_[0]->set_learned(b);
-    populations_[1]->set_learned(a);
+    learned_ = std::make_shared<const PathPopulation::Learned>(populations_[0]->learned());
+    populations_[0]->set_learned(populations_[1]->learned());
+    populations_[1]->set_learned(*learned_);
   }
 
   std::shared_ptr<const Scene> scene_;
@@ -97,6 +109,7 @@ class PopulationPaths final : public Integrator {
   PathPopulation::Size size_{};
   std::unique_ptr<PathPopulation> populations_[2];
   uint32_t generations_ = 0;
+  std::shared_ptr<const PathPopulation::Learned> past_, learned_;   ///< of another frame; of this one, for the next
   double total_emphasis_ = 0.0;
   uint32_t direct_done_ = 0, direct_wanted_ = 0;
   uint64_t steps_wanted_ = 0, direct_rays_ = 0;

@@ -1,6 +1,7 @@
 #include "lights/light_set.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include <tbb/parallel_for.h>
@@ -10,6 +11,7 @@
 #include "lights/light_tree.h"
 #include "lights/triangle_light.h"
 #include "math/distribution.h"
+#include "math/random.h"
 #include "math/warps.h"
 
 namespace ajar {
@@ -424,6 +426,16 @@ LightFlags LightSet::flags(uint32_t index) const {
 bool LightSet::any_partial() const { return data_->any_partial; }
 bool LightSet::took_environment_over() const { return data_->took_environment_over; }
 bool LightSet::can_choose() const { return !data_->tree.empty() || !data_->distant.empty(); }
+
+uint64_t LightSet::fingerprint() const {
+  uint64_t hash = hash64(data_->tree.fingerprint() ^ data_->size);
+  const auto add = [&](float x) { hash = hash64(hash ^ std::bit_cast<uint32_t>(x)); };
+  for (const DistantLight& l : data_->distant) {
+    hash = hash64(hash ^ l.light);
+    for (const float x : {l.irradiance, l.direction.x, l.direction.y, l.direction.z, l.cos_size}) add(x);
+  }
+  return hash;
+}
 
 LightSet::Choice LightSet::choose(Vec3 p, Vec3 n, float u) const {
   const Data& d = *data_;

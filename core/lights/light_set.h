@@ -83,6 +83,8 @@ class LightSet {
     float u_remapped;                     ///< few bits left when there are many lights
   };
   bool can_choose() const;
+  /// Of everything that choosing depends on: sets with the same one choose alike, and branches mean the same lights in both.
+  uint64_t fingerprint() const;
   /// Is there a light that only some kinds of lobes see?
   bool any_partial() const;
   bool took_environment_over() const;

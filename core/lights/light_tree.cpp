@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include <tbb/parallel_invoke.h>
+
+#include "math/random.h"
 
 namespace ajar {
 
@@ -33,6 +36,18 @@ LightTree::LightTree(std::vector<Entry> entries, uint32_t light_count) {
   nodes_.resize(2 * entries.size() - 1);
   trails_.assign(light_count, kNoTrail);
   build(entries, 0, uint32_t(entries.size()), 0, 1);
+}
+
+uint64_t LightTree::fingerprint() const {
+  uint64_t hash = hash64(nodes_.size());
+  const auto add = [&](float x) { hash = hash64(hash ^ std::bit_cast<uint32_t>(x)); };
+  for (const Node& node : nodes_) {
+    for (const Vec3& v : {node.center, node.axis})
+      for (int axis = 0; axis < 3; ++axis) add(v[axis]);
+    for (const float x : {node.radius_squared, node.cos_normals, node.cos_beyond, node.intensity}) add(x);
+    hash = hash64(hash ^ node.second ^ (uint64_t(node.leaf) << 32) ^ (uint64_t(node.two_sided) << 33));
+  }
+  return hash;
 }
 
 void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail) {

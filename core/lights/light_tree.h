@@ -51,6 +51,8 @@ class LightTree {
   uint32_t leaf_of(uint32_t light) const;
   /// Estimate of the irradiance all lights send to p.
   float importance(Vec3 p, Vec3 n) const { return nodes_.empty() ? 0.0f : importance(nodes_[0], p, n); }
+  /// Two trees with the same one choose alike; nodes mean the same lights in both.
+  uint64_t fingerprint() const;
   size_t memory_bytes() const { return nodes_.size() * sizeof(Node) + trails_.size() * sizeof(uint64_t); }
 
  private:

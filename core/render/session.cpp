@@ -13,6 +13,7 @@
 #include <tbb/task_arena.h>
 
 #include "film/image_plan.h"
+#include "integrators/learned.h"
 #include "math/random.h"
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
@@ -106,6 +107,8 @@ struct Session::Data {
   double pilot_seconds = 0.0;
   RenderPlan technique_steps;                    // how the technique was chosen
   std::optional<Checkpoint> base;                // what this render goes on from
+  std::shared_ptr<const Learned> learned;        // in the frame before
+  std::optional<Learned::Choice> choice;         // of the technique
   uint64_t scene_fingerprint = 0;
   uint32_t seed = 0;                             // in use: a resumed render has its own
   int threads = 0;
@@ -118,6 +121,9 @@ struct Session::Data {
   void run(Job job);
   void build(Job& job);
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
+  bool takes_choice_of(const Learned& before, const Learned::Choice& here) const;
+  bool is_scene_of(const Learned& before) const;
+  RenderPlan use_learned(Integrator& chosen);
   void report_passes();
   void fall_back(std::unique_ptr<Integrator>& chosen);
   void render_all();
@@ -247,6 +253,7 @@ void Session::Data::begin(const Job& job) {
   integrator_name = settings.integrator;
   pilot_seconds = 0.0;
   technique_steps.clear();
+  choice.reset();
   threads = settings.threads > 0 ? settings.threads : tbb::this_task_arena::max_concurrency();
   if (!job.description) return;
   diagnostics.clear();
@@ -294,7 +301,10 @@ void Session::Data::run(Job job) {
   // A number that the render of before has not used.
   for (uint32_t k = 0; base && std::find(base->seeds.begin(), base->seeds.end(), own_seed) != base->seeds.end(); ++k)
     own_seed = hash_combine(s.seed, uint32_t(base->seeds.size()) + k);
+  // Numbers that taught what this frame begins with must not choose its samples.
+  if (learned && !base) own_seed = hash_combine(own_seed, learned->frames);
   chosen->prepare(scene, own_seed);
+  const RenderPlan learned_steps = use_learned(*chosen);
   const GoalSupport support = chosen->goal_support();
   const bool adapts = s.image == "pmc_ip" && support.follows;
   std::unique_ptr<ImagePlan> new_plan;
@@ -307,6 +317,7 @@ void Session::Data::run(Job job) {
     std::lock_guard lock(mutex);
     plan = make_render_plan(*scene);
     plan.insert(plan.begin(), technique_steps.begin(), technique_steps.end());
+    plan.insert(plan.end(), learned_steps.begin(), learned_steps.end());
     plan.push_back({"image sampling", adapts,
                     adapts               ? "pixels get samples by their noise"
                     : s.image == "pmc_ip" ? "this integrator cannot give pixels different numbers of samples"
@@ -462,19 +473,46 @@ void Session::Data::publish(double render_seconds, uint64_t done) {
   changed.notify_all();
 }
 
+/// Much the same place, not necessarily with the same things in it.
+bool Session::Data::is_scene_of(const Learned& before) const {
+  const float ratio = scene->radius() / before.radius;
+  return glm::length(scene->center() - before.center) < 0.5f * before.radius && ratio < 2.0f && ratio > 0.5f;
+}
+
+/// Whether the technique chosen for frames before is likely to suit this one, too.
+bool Session::Data::takes_choice_of(const Learned& before, const Learned::Choice& here) const {
+  const Learned::Choice& there = *before.choice;
+  return !base && there.age < Learned::kMostAge && is_scene_of(before) && reason_against(find_integrator(before.integrator), *scene).empty() &&
+         glm::length(here.eye - there.eye) < 0.1f * before.radius && glm::dot(here.direction, there.direction) > 0.9f;
+}
+
 /// The technique that suits the scene best, by a pilot that the plan then tells of.
 std::unique_ptr<Integrator> Session::Data::choose(const CameraDescription& camera) {
   {
     std::lock_guard lock(mutex);
     progress.step = "Choosing a technique";
   }
-  TechniqueChoice choice = choose_technique(scene, camera, stop);
-  auto chosen = make_integrator(choice.settings.integrator);
+  const Camera& view = scene->camera();
+  Learned::Choice here{view.position(), view.generate_ray(0.5f * Vec2(float(view.width()), float(view.height())), Vec2(0.5f), 0.0f).direction, 0};
+  TechniqueChoice made;
+  RenderPlan steps;
+  if (learned && learned->choice && takes_choice_of(*learned, here)) {
+    made.settings = scene->settings();
+    made.settings.integrator = learned->integrator;
+    here = *learned->choice;
+    ++here.age;
+    steps = {{"technique", true, std::string(find_integrator(learned->integrator).label) + ": as chosen " + (here.age == 1 ? "a frame" : std::to_string(here.age) + " frames") + " before"}};
+  } else {
+    made = choose_technique(scene, camera, stop);
+    steps = made.plan();
+  }
+  auto chosen = make_integrator(made.settings.integrator);
   std::lock_guard lock(mutex);
-  scene->change_view(camera, std::move(choice.settings));
-  technique_steps = choice.plan();
+  scene->change_view(camera, std::move(made.settings));
+  technique_steps = std::move(steps);
   integrator_name = scene->settings().integrator;
-  pilot_seconds = choice.seconds;
+  pilot_seconds = made.seconds;
+  choice = here;
   return chosen;
 }
 
@@ -496,6 +534,23 @@ void Session::Data::report_passes() {
     report_once(diagnostics, {Diagnostic::Severity::Warning, "", std::string(integrator.label) + " cannot tell the passes " + parts + " apart: they stay black. Path Tracing can."});
   else if (scene->settings().direct != "mis")
     report_once(diagnostics, {Diagnostic::Severity::Warning, "", "For the passes " + parts + ", direct light is sampled by the default method."});
+}
+
+/// Hand the integrator what the frame before has learned, and say what is used of it.
+RenderPlan Session::Data::use_learned(Integrator& chosen) {
+  if (!learned) return {};
+  const std::string why_not = base                                     ? "this one goes on from a checkpoint"
+                              : learned->integrator != integrator_name ? "that was rendered by " + std::string(find_integrator(learned->integrator).label)
+                              : !is_scene_of(*learned)                 ? "that shows a scene of another size or elsewhere"
+                                                                       : "";
+  if (!why_not.empty()) return {{"learned in the frame before", false, why_not}};
+  RenderPlan steps;
+  for (LearnedPart& part : chosen.begin_with(*learned)) {
+    const bool used = part.why_not.empty();
+    steps.push_back({"learned in the frame before: " + part.name, used, used ? "it goes on learning from there" : part.why_not});
+  }
+  if (steps.empty()) steps.push_back({"learned in the frame before", false, "with these settings nothing is learned that holds in another frame"});
+  return steps;
 }
 
 /// Path tracing renders what the integrator asked for cannot, and the artist is told.
@@ -588,6 +643,25 @@ void Session::resume(Checkpoint from, uint64_t scene) {
   data_->base = std::move(from);
 }
 
+void Session::begin_with(std::shared_ptr<const Learned> learned) {
+  std::lock_guard lock(data_->mutex);
+  data_->learned = std::move(learned);
+}
+
+std::shared_ptr<const Learned> Session::learned() const {
+  std::lock_guard lock(data_->mutex);
+  const Data& d = *data_;
+  if (d.progress.phase != Progress::Phase::Done || !d.integrator) return nullptr;
+  auto learned = std::make_shared<Learned>();
+  learned->integrator = d.integrator_name;
+  learned->frames = d.learned ? d.learned->frames + 1 : 1;
+  learned->center = d.scene->center();
+  learned->radius = d.scene->radius();
+  learned->choice = d.choice;
+  d.integrator->hand_on(*learned);
+  return learned;
+}
+
 std::optional<Checkpoint> Session::checkpoint() const {
   std::lock_guard lock(data_->mutex);
   data_->checkpoint_wanted = true;
@@ -621,6 +695,7 @@ std::string Session::statistics_json() const {
   if (d.film) j["seeds"].push_back(d.seed);
   if (d.base) j["resumed"] = {{"samples", d.base->samples}, {"seconds", d.base->seconds}, {"rays", d.base->rays}, {"refused_samples", d.base->refused}};
   j["threads"] = d.threads;
+  j["frames_before"] = d.learned ? d.learned->frames : 0;
   j["resolution"] = {d.settings.width, d.settings.height};
   j["build_seconds"] = d.progress.build_seconds;
   j["pilot_seconds"] = d.pilot_seconds;

@@ -57,6 +57,11 @@ class Session {
   /// Before `start`: go on from here. Its samples count towards those asked for.
   /// `scene` is the fingerprint of what will be rendered, 0 when it is not known; another than the checkpoint's is refused.
   void resume(Checkpoint from, uint64_t scene = 0);
+  /// Before `start`: begin with what the frame before has learned. What does not suit is left aside; the plan says which and why. The render
+  /// takes random numbers of its own, whatever its seed.
+  void begin_with(std::shared_ptr<const Learned> learned);
+  /// What the next frame may begin with, once a render is done; else null.
+  std::shared_ptr<const Learned> learned() const;
   /// Everything found so far, at the last iteration boundary; nothing before the first. Asking once makes later ones be kept.
   std::optional<Checkpoint> checkpoint() const;
   void cancel();

@@ -156,10 +156,10 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
     const Camera& camera = scene.camera();
     const Vec2 middle(0.5f * float(camera.width()), 0.5f * float(camera.height()));
     const Ray a = camera.generate_ray(middle, Vec2(0.5f), 0.0f), b = camera.generate_ray(middle + Vec2(1, 0), Vec2(0.5f), 0.0f);
-    const float angle = kCellPixels * std::max(glm::length(a.direction - b.direction), 1e-5f);
+    angle_ = kCellPixels * std::max(glm::length(a.direction - b.direction), 1e-5f);
     // A pilot of a few camera rays tells the scale of what will be recorded.
     double sum = 0.0;
-    int counted = 0;
+    int counted = 0, hits = 0;
     uint64_t rays = 0;
     for (uint32_t i = 0; i < 1024; ++i) {
       Sampler sampler(Sampler::Kind::Sobol, 0x9107u);
@@ -167,6 +167,7 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
       Ray ray = camera.generate_ray(sampler.get_2d() * Vec2(float(camera.width()), float(camera.height())), Vec2(0.5f), 0.0f);
       const Hit hit = scene.intersect(ray, kRayCamera);
       if (!hit.found()) continue;
+      reach_ += (hit.t - reach_) / float(++hits);
       ShadingPoint point;
       SurfaceShading shading;
       scene.shading_point(ray, hit, point);
@@ -179,7 +180,7 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
       ++counted;
     }
     const float scale = counted > 0 ? float(sum / counted) : 1.0f;
-    cuts_ = std::make_unique<LightCutCache>(lights, camera.position(), angle, scale);
+    cuts_ = std::make_shared<LightCutCache>(lights, camera.position(), angle_, scale);
     if (samples_ > 1) many_ = ShareCache(kCellsLog2, {0.5f, 0.0f, 0.5f}, {kFloor, 0.0f, kFloor}, kPriorCount, scale);
     return;
   }
@@ -211,6 +212,21 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
 }
 
 DirectMixture::~DirectMixture() = default;
+
+std::shared_ptr<const DirectMixture::Past> DirectMixture::past() const {
+  if (!cuts_ || cuts_->learning()) return nullptr;
+  return std::make_shared<const Past>(Past{cuts_, many_.copied(0), scene_.lights().fingerprint()});
+}
+
+std::string DirectMixture::begin_with(const Past& past) {
+  if (!cuts_) return "there are no lights to choose among";
+  if (past.lights != scene_.lights().fingerprint()) return "the lights have changed";
+  if (past.many.components() != many_.components()) return "direct light takes another number of samples";
+  if (!past.cuts->suits(scene_.camera().position(), angle_, reach_)) return "the camera has moved far since it was begun";
+  cuts_ = std::make_shared<LightCutCache>(*past.cuts, scene_.lights());
+  many_ = past.many.copied(1);
+  return {};
+}
 
 void DirectMixture::learn() {
   if (cuts_) cuts_->publish();

@@ -15,6 +15,7 @@
 
 #include <array>
 #include <memory>
+#include <string>
 
 #include "sampling/control_variates.h"
 #include "transport/direct_light.h"
@@ -34,6 +35,15 @@ class DirectMixture {
   float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const;
   /// Everything rendered so far becomes the past.
   void learn();
+  /// What another frame may go on from; null where nothing is learned that belongs to places of the scene. Not to be used while it lasts.
+  struct Past {
+    std::shared_ptr<const LightCutCache> cuts;
+    ShareCache many;
+    uint64_t lights;                                  ///< their fingerprint
+  };
+  std::shared_ptr<const Past> past() const;
+  /// Before the first sample. Returns why not, as a clause; empty when it is used.
+  std::string begin_with(const Past& past);
   /// During the render, whenever `learn` is called.
   bool learns() const { return method_ == DirectMethod::OcvProgressive; }
   /// Before it, from samples of its own; `learn` ends each iteration of them.
@@ -95,7 +105,8 @@ class DirectMixture {
   int samples_, deepest_;
   LightGroups groups_;
   bool controls_possible_ = false;  ///< few enough lights to intersect them all
-  std::unique_ptr<LightCutCache> cuts_;   ///< which lights to choose
+  std::shared_ptr<LightCutCache> cuts_;   ///< which lights to choose
+  float angle_ = 0.0f, reach_ = 0.0f;     ///< of its cells, and how far what the camera sees is, on average
   /// What debug passes show the shares of: the only two lights, else ids of branches where each half of the light tree begins and where it ends.
   std::vector<uint32_t> shown_lights_, shown_branches_;
   ShareCache many_;                 ///< shares of BSDF and lights among many samples of an estimate

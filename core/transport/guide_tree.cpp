@@ -13,7 +13,6 @@ constexpr size_t kMostSamples = 400, kLeastSamples = 48;
 constexpr int kMostDepth = 40, kFirstIterations = 6, kIterations = 3;
 /// Variance of normals, along their most different axis, up to which they see alike.
 constexpr float kNormalVariance = 0.05f;
-constexpr float kPastShare = 0.5f;
 
 float coordinate(const GuideSample& s, int axis) { return axis < 3 ? s.position[axis] : s.normal[axis - 3]; }
 
@@ -70,7 +69,7 @@ void GuideTree::divide(uint32_t leaf, const GuideSample** begin, const GuideSamp
   tasks_.push_back({nodes_[leaf].child - 1, begin, end, fresh});
 }
 
-void GuideTree::learn(const std::vector<GuideSample>& samples) {
+void GuideTree::learn(const std::vector<GuideSample>& samples, float past_share) {
   if (samples.empty()) return;
   // To their leaves, in their order.
   std::vector<uint32_t> leaf_of(samples.size());
@@ -88,7 +87,7 @@ void GuideTree::learn(const std::vector<GuideSample>& samples) {
   std::vector<size_t> next(end_of.begin(), end_of.end() - 1);
   for (size_t i = 0; i < samples.size(); ++i) ordered[next[leaf_of[i]]++] = &samples[i];
 
-  for (Cell& cell : cells_) cell.past_share = kPastShare;
+  for (Cell& cell : cells_) cell.past_share = past_share;
   tasks_.clear();
   const size_t leaves = nodes_.size();
   for (size_t leaf = 0; leaf < leaves; ++leaf) {

@@ -21,8 +21,8 @@ class GuideTree {
     return node->child != 0 ? &cells_[node->child - 1].distribution : nullptr;
   }
 
-  /// Everything in `samples` becomes the past.
-  void learn(const std::vector<GuideSample>& samples);
+  /// Everything in `samples` becomes the past; of what was the past before, such a share counts.
+  void learn(const std::vector<GuideSample>& samples, float past_share = 0.5f);
   size_t cell_count() const { return cells_.size(); }
   size_t memory_bytes() const { return nodes_.capacity() * sizeof(Node) + cells_.capacity() * sizeof(Cell); }
 

@@ -22,16 +22,50 @@ constexpr float kLeastAngle = 1.0f / 900.0f;               ///< places have 12 b
 constexpr size_t kFewLights = 8;                           ///< among which one iteration learns enough
 constexpr int kPlaceBits = 12, kLevelBits = 8, kNormalBits = 3;
 
+/// `size` sums, those that there are divided by a power of two.
+std::vector<std::atomic<uint64_t>> copy(const std::vector<std::atomic<uint64_t>>& sums, size_t size, int shift) {
+  std::vector<std::atomic<uint64_t>> result(size);
+  for (size_t i = 0; i < sums.size(); ++i) result[i].store(sums[i].load(std::memory_order_relaxed) >> shift, std::memory_order_relaxed);
+  return result;
+}
+
 }  // namespace
 
 LightCutCache::LightCutCache(const LightSet& lights, Vec3 eye, float angle, float scale)
-    : lights_(lights),
+    : lights_(&lights),
       eye_(eye),
       angle_(std::max(angle, kLeastAngle)),
       inverse_scale_squared_(scale > 0.0f ? 1.0f / (scale * scale) : 1.0f),
       iterations_left_(iterations(lights)),
-      claims_(new std::atomic<uint64_t>[kSlots]) {
+      claims_(new std::atomic<uint64_t>[kSlots]),
+      cell_of_slot_(kSlots, kNone) {
   for (uint32_t i = 0; i < kSlots; ++i) claims_[i].store(kFree, std::memory_order_relaxed);
+}
+
+LightCutCache::LightCutCache(const LightCutCache& before, const LightSet& lights)
+    : lights_(&lights),
+      eye_(before.eye_),
+      angle_(before.angle_),
+      inverse_scale_squared_(before.inverse_scale_squared_),
+      iterations_left_(1),
+      claims_(new std::atomic<uint64_t>[kSlots]),
+      cell_of_slot_(before.cell_of_slot_),
+      ids_(before.ids_),
+      priors_(before.priors_),
+      cumulative_(before.cumulative_),
+      counts_(before.counts_),
+      samples_(copy(before.samples_, before.samples_.size(), 1)),
+      squares_(copy(before.squares_, before.squares_.size(), 1)),
+      moments_(copy(before.moments_, before.moments_.size(), 1)) {
+  for (uint32_t i = 0; i < kSlots; ++i) {
+    // Claims of an iteration that was the last are no cells.
+    const bool known = cell_of_slot_[i] != kNone;
+    claims_[i].store(known ? before.claims_[i].load(std::memory_order_relaxed) : kFree, std::memory_order_relaxed);
+  }
+}
+
+bool LightCutCache::suits(Vec3 eye, float angle, float reach) const {
+  return glm::length(eye - eye_) < 0.25f * reach && angle > 0.5f * angle_ && angle < 2.0f * angle_;
 }
 
 int LightCutCache::iterations(const LightSet& lights) { return 1 + (lights.size() <= kFewLights ? 1 : kLearningIterations); }
@@ -68,7 +102,7 @@ uint32_t LightCutCache::cell(uint64_t key) const {
   const uint32_t slot = uint32_t(hash64(key)) & (kSlots - 1);
   std::atomic<uint64_t>& claim = claims_[slot];
   uint64_t held = claim.load(std::memory_order_relaxed);
-  if (cell_of_slot_.empty()) {
+  if (claiming_ && cell_of_slot_[slot] == kNone) {
     while (key < held && !claim.compare_exchange_weak(held, key, std::memory_order_relaxed)) {
     }
     return kNone;
@@ -77,26 +111,26 @@ uint32_t LightCutCache::cell(uint64_t key) const {
 }
 
 void LightCutCache::make_cuts() {
-  cell_of_slot_.assign(kSlots, kNone);
-  uint32_t cells = 0;
+  const uint32_t known = uint32_t(samples_.size());
+  uint32_t cells = known;
   for (uint32_t i = 0; i < kSlots; ++i)
-    if (claims_[i].load(std::memory_order_relaxed) != kFree) cell_of_slot_[i] = cells++;
+    if (cell_of_slot_[i] == kNone && claims_[i].load(std::memory_order_relaxed) != kFree) cell_of_slot_[i] = cells++;
   ids_.resize(size_t(cells) * kBranches);
   priors_.resize(ids_.size());
   cumulative_.resize(ids_.size());
   counts_.resize(cells);
-  samples_ = std::vector<std::atomic<uint64_t>>(cells);
-  squares_ = std::vector<std::atomic<uint64_t>>(cells);
-  moments_ = std::vector<std::atomic<uint64_t>>(ids_.size());
+  samples_ = copy(samples_, cells, 0);
+  squares_ = copy(squares_, cells, 0);
+  moments_ = copy(moments_, ids_.size(), 0);
   tbb::parallel_for(tbb::blocked_range<uint32_t>(0, kSlots, 1024), [&](const tbb::blocked_range<uint32_t>& range) {
     std::vector<LightSet::Branch> branches;
     for (uint32_t slot = range.begin(); slot != range.end(); ++slot) {
       const uint32_t cell = cell_of_slot_[slot];
-      if (cell == kNone) continue;
+      if (cell == kNone || cell < known) continue;
       Vec3 center, normal;
       float size;
       place_of_key(claims_[slot].load(std::memory_order_relaxed), center, size, normal);
-      lights_.cut(center, size, normal, kBranches, branches);
+      lights_->cut(center, size, normal, kBranches, branches);
       counts_[cell] = uint8_t(branches.size());
       float sum = 0.0f;
       for (size_t k = 0; k < branches.size(); ++k) {
@@ -113,10 +147,8 @@ void LightCutCache::make_cuts() {
 void LightCutCache::publish() {
   if (iterations_left_ == 0) return;
   --iterations_left_;
-  if (cell_of_slot_.empty()) {
-    make_cuts();
-    return;
-  }
+  if (claiming_) make_cuts();
+  claiming_ = false;
   tbb::parallel_for(tbb::blocked_range<size_t>(0, cells(), 1024), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t cell = range.begin(); cell != range.end(); ++cell) {
       const double samples = double(samples_[cell].load(std::memory_order_relaxed)), squares = double(squares_[cell].load(std::memory_order_relaxed));
@@ -156,20 +188,20 @@ float LightCutCache::share_between(uint32_t cell, uint32_t first, uint32_t end) 
 }
 
 LightCutCache::Choice LightCutCache::choose(uint32_t cell, Vec3 p, Vec3 n, float u) const {
-  if (cell == kNone) return {lights_.choose(p, n, u), 0, 0.0f};
+  if (cell == kNone) return {lights_->choose(p, n, u), 0, 0.0f};
   const float* const cumulative = cumulative_.data() + size_t(cell) * kBranches;
   const int count = counts_[cell], k = std::min(int(std::upper_bound(cumulative, cumulative + count, u) - cumulative), count - 1);
   const float below = k > 0 ? cumulative[k - 1] : 0.0f, share = cumulative[k] - below;
-  LightSet::Choice choice = lights_.choose_in(ids_[size_t(cell) * kBranches + size_t(k)], p, n, glm::clamp((u - below) / share, 0.0f, kOneMinusEpsilon));
+  LightSet::Choice choice = lights_->choose_in(ids_[size_t(cell) * kBranches + size_t(k)], p, n, glm::clamp((u - below) / share, 0.0f, kOneMinusEpsilon));
   choice.pmf *= share;
   return {choice, uint32_t(k), share};
 }
 
 float LightCutCache::pmf(uint32_t cell, Vec3 p, Vec3 n, uint32_t light) const {
-  if (cell == kNone) return lights_.choice_pmf(p, n, light);
+  if (cell == kNone) return lights_->choice_pmf(p, n, light);
   const uint32_t* const ids = ids_.data() + size_t(cell) * kBranches;
-  const int k = int(std::upper_bound(ids, ids + counts_[cell], lights_.place_of(light)) - ids) - 1;
-  return share(cell, k) * lights_.pmf_in(ids[k], p, n, light);
+  const int k = int(std::upper_bound(ids, ids + counts_[cell], lights_->place_of(light)) - ids) - 1;
+  return share(cell, k) * lights_->pmf_in(ids[k], p, n, light);
 }
 
 void LightCutCache::record(uint32_t cell, const Choice& choice, float y) const {

@@ -10,6 +10,8 @@
 //
 // First iteration: vertices claim slots of a table (the smaller key wins, in any order of threads; losers choose by the plain tree). Then cuts
 // are made and shares learned for up to `kLearningIterations`, from integer sums. After them nothing changes. Unbiased at every stage.
+// Another frame of an animation goes on from there: one iteration, in which places not seen before claim slots that are free, and the others
+// learn; what is older counts half.
 #pragma once
 
 #include <atomic>
@@ -29,6 +31,11 @@ class LightCutCache {
 
   /// Cells are `angle` times as large as their distance from the eye. `scale` is a typical luminance of what samples bring.
   LightCutCache(const LightSet& lights, Vec3 eye, float angle, float scale);
+
+  /// Go on from the cache of an earlier frame, whose lights had the same fingerprint.
+  LightCutCache(const LightCutCache& before, const LightSet& lights);
+  /// Whether cells of that size, seen from there, are much like this cache's; the eye looks at things at `reach`.
+  bool suits(Vec3 eye, float angle, float reach) const;
 
   /// Calls of `publish` until it has learned; the first ends the claims.
   static int iterations(const LightSet& lights);
@@ -62,12 +69,13 @@ class LightCutCache {
   void make_cuts();
   void place_of_key(uint64_t key, Vec3& center, float& size, Vec3& normal) const;
 
-  const LightSet& lights_;
+  const LightSet* lights_;
   Vec3 eye_;
   float angle_, inverse_scale_squared_;
   int iterations_left_;
+  bool claiming_ = true;
   std::unique_ptr<std::atomic<uint64_t>[]> claims_;   // key per slot
-  std::vector<uint32_t> cell_of_slot_;                // empty while slots are claimed
+  std::vector<uint32_t> cell_of_slot_;                // kNone: not yet
   // Per cell and branch:
   std::vector<uint32_t> ids_;
   std::vector<float> priors_, cumulative_;

@@ -17,6 +17,9 @@ constexpr uint64_t kEnoughPaths = 1'500'000;
 constexpr double kMostVertices = 2.5e6;
 /// Later iterations are learned from by few or no more.
 constexpr uint32_t kLearnedSamples = 16;
+/// Samples before the first lesson of a frame that begins with a guide, and what the past counts in the lesson at its end.
+constexpr uint32_t kFirstWarmLesson = 16;
+constexpr float kPastShare = 0.5f, kPastShareAtEnd = 0.75f;
 /// Samples of each measurement, and when the two with the guide begin.
 constexpr uint32_t kMeasured = 4, kFirstMeasurement = 4, kSecondMeasurement = 12;
 static_assert(PathGuide::kEqualSamples == kSecondMeasurement + kMeasured && PathGuide::kEqualSamples == 4 * kMeasured);
@@ -27,15 +30,35 @@ constexpr double kCostOfGuide = 1.25;
 
 }  // namespace
 
-PathGuide::PathGuide(Mode mode, int width, int height, int tile)
-    : mode_(mode), width_(width), pixels_(width * height), tile_(tile), columns_((width + tile - 1) / tile),
-      tile_samples_(size_t(columns_) * size_t((height + tile - 1) / tile)) {}
+PathGuide::PathGuide(Mode mode, int width, int height, int tile, const Past* past)
+    : measures_(mode == Mode::Auto && !(past && past->age < kMostAge)), width_(width), pixels_(width * height), tile_(tile), columns_((width + tile - 1) / tile),
+      tile_samples_(size_t(columns_) * size_t((height + tile - 1) / tile)) {
+  if (!past) return;
+  starts_warm_ = past->tree.cell_count() > 0;
+  tree_ = past->tree;
+  vertices_per_path_ = past->vertices_per_path;
+  if (measures_) return;
+  age_ = past->age + 1;
+  learning_ = mode == Mode::On || past->pays;
+  if (starts_warm_) first_lesson_ = kFirstWarmLesson;
+}
+
+std::shared_ptr<const PathGuide::Past> PathGuide::past() {
+  const bool pays = active();
+  if (learning_) learn(kPastShareAtEnd);
+  if ((measures_ && !measured_) || (pays && tree_.cell_count() == 0)) return nullptr;
+  return std::make_shared<const Past>(Past{pays ? tree_ : GuideTree(), vertices_per_path_, pays, age_});
+}
 
 int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
   if (!active()) return wanted;
-  if (learning_ && done > 0 && std::has_single_bit(done)) learn(done);
-  if (mode_ == Mode::On) {
-    follows_ = done > 0;
+  if (learning_ && done >= first_lesson_ && std::has_single_bit(done)) {
+    learn(kPastShare);
+    learning_ = paths_ < kEnoughPaths || done < kLearnedSamples;
+    if (!learning_) tile_samples_.clear();
+  }
+  if (!measures_) {
+    follows_ = done > 0 || starts_warm_;
   } else if (done < kSecondMeasurement + kMeasured || phase_ >= 0) {
     const uint64_t spent = rays - rays_at_start_;
     const bool was = follows_;
@@ -43,6 +66,7 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
     if (done == kFirstMeasurement) follows_ = true;
     if (done == kFirstMeasurement + kMeasured && (gain_ = gain(spent)) < kFirstGain) follows_ = false;
     if (done == kSecondMeasurement + kMeasured && (gain_ = gain(spent)) < kSecondGain) follows_ = false;
+    measured_ = (was && !follows_) || done >= kSecondMeasurement + kMeasured;
     if (was && !follows_) {
       learning_ = false;
       phase_ = -1;
@@ -58,10 +82,10 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
     }
   }
   // Up to where something is learned or measured next.
-  int samples = learning_ ? std::min(wanted, int(std::bit_ceil(done + 1) - done)) : wanted;
-  if (mode_ == Mode::Auto && done < kSecondMeasurement + kMeasured) samples = std::min(samples, int((done / kMeasured + 1) * kMeasured - done));
+  int samples = learning_ ? std::min(wanted, int(std::max(std::bit_ceil(done + 1), first_lesson_) - done)) : wanted;
+  if (measures_ && done < kSecondMeasurement + kMeasured) samples = std::min(samples, int((done / kMeasured + 1) * kMeasured - done));
   if (learning_) {
-    const uint64_t iteration = uint64_t(pixels_) * std::max(1u, done == 0 ? 1u : std::bit_floor(done));
+    const uint64_t iteration = uint64_t(pixels_) * (done < first_lesson_ ? first_lesson_ : std::bit_floor(done));
     const double share = std::min(double(kEnoughPaths), kMostVertices / vertices_per_path_) / double(iteration);
     keep_ = share < 1.0 ? uint32_t(double(~0u) * share) : ~0u;
     paths_ = iteration;
@@ -79,7 +103,7 @@ uint64_t PathGuide::estimated_bytes(uint64_t pixels, uint64_t samples) {
 
 bool PathGuide::records(uint32_t pixel, uint32_t index) const { return keep_ == ~0u || hash_combine(pixel, index) <= keep_; }
 
-void PathGuide::learn(uint32_t done) {
+void PathGuide::learn(float past_share) {
   // Tiles in their order, whichever thread rendered them, and paths in theirs, however the clock cut the iteration into pieces.
   tbb::parallel_for(size_t(0), tile_samples_.size(), [&](size_t tile) {
     std::stable_sort(tile_samples_[tile].begin(), tile_samples_[tile].end(), [](const GuideSample& a, const GuideSample& b) {
@@ -94,15 +118,13 @@ void PathGuide::learn(uint32_t done) {
     samples.insert(samples.end(), tile.begin(), tile.end());
     tile.clear();
   }
-  tree_.learn(samples);
+  tree_.learn(samples, past_share);
   size_t written = 0;
   for (const std::vector<GuideSample>& tile : tile_samples_) written += tile.capacity();
   most_bytes_ = std::max(most_bytes_, (written + count) * sizeof(GuideSample) + count * GuideTree::kBytesPerSample + tree_.memory_bytes() +
                                           (moments_[0].size() + moments_[1].size()) * sizeof(Moments));
   const double recorded = double(paths_) * (keep_ == ~0u ? 1.0 : double(keep_) / double(~0u));
   vertices_per_path_ = std::clamp(double(count) / std::max(1.0, recorded), 0.5, 24.0);
-  learning_ = paths_ < kEnoughPaths || done < kLearnedSamples;
-  if (!learning_) tile_samples_.clear();
 }
 
 /// Weighted mean over blocks of the logarithm of the ratio of their variances; a block's weight is its relative variance by both.

@@ -10,7 +10,12 @@
 // and, when the guide has learned more, with 12 to 15, and gives the guide up where it does not clearly pay. Variances are summed over blocks of
 // 16 by 16 pixels and compared block by block as logarithms, since a few fireflies would outweigh all else; cost is counted in rays, so that
 // the decision, and with it the picture, does not depend on the clock. Cells where the BSDF finds the light by itself ask no guide in any case.
+//
+// A frame of an animation begins with the guide of the frame before and follows it from its first sample. It needs fewer lessons: after 16, 32 ... samples, and
+// by all that is left when it ends. What `Auto` found holds for eight frames without being measured.
 #pragma once
+
+#include <memory>
 
 #include "transport/guide_tree.h"
 
@@ -42,8 +47,19 @@ class PathGuide {
   enum class Mode : uint8_t { On, Auto };
   /// While it measures, all pixels must have the same number of samples: this many.
   static constexpr uint32_t kEqualSamples = 16;
+  /// What another frame may begin with.
+  struct Past {
+    GuideTree tree;
+    double vertices_per_path;
+    bool pays;                     ///< if that has been measured
+    uint32_t age;                  ///< frames that relied on it
+  };
+  static constexpr uint32_t kMostAge = 8;
+
   /// For a film of this size, rendered in square tiles: what a tile's samples found is written down by one thread.
-  PathGuide(Mode mode, int width, int height, int tile);
+  PathGuide(Mode mode, int width, int height, int tile, const Past* past = nullptr);
+  /// When the frame is done. Null when too few samples were rendered to know anything.
+  std::shared_ptr<const Past> past();
 
   /// Before sample `done` of each pixel: learn and decide if it is time. Returns how many of the `wanted` samples may follow before
   /// this is called again. `rays` were traced so far.
@@ -76,14 +92,15 @@ class PathGuide {
       square += y * y;
     }
   };
-  void learn(uint32_t done);
+  void learn(float past_share);
   /// Whether a path shall be written down: one in so many, where all would be too many.
   bool records(uint32_t pixel, uint32_t index) const;
   double gain(uint64_t rays_guided) const;
 
-  Mode mode_;
+  bool measures_, measured_ = false;   ///< whether following pays; else it is known
   int width_, pixels_, tile_, columns_;
-  bool learning_ = true, follows_ = false;
+  bool learning_ = true, follows_ = false, starts_warm_ = false;
+  uint32_t age_ = 0, first_lesson_ = 1;   ///< frames; samples
   uint32_t keep_ = ~0u;            ///< hashes up to this are written down
   uint64_t paths_ = 0;             ///< of the iteration under way
   double vertices_per_path_ = 4.0; ///< written down, of the iteration before

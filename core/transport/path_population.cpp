@@ -38,6 +38,7 @@ PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed,
   mutations_.push_back(renewing_mutation(space_, hints_));
   renews_.push_back(true);
   fared_ = std::vector<Fared>(mutations_.size());
+  for (const MutationShare& mutation : mutations_) first_shares_.push_back(mutation.share);
   workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(space_), Chain(space_, mutations_), {}, {}, 0.0}; });
 }
 
@@ -166,11 +167,16 @@ PathPopulation::Learned PathPopulation::learned() const {
   for (const Fared& f : fared_) best = std::max(best, double(f.gain.load()) / std::max<double>(1.0, double(f.rays.load())));
   for (size_t m = 0; m < mutations_.size(); ++m) {
     const double gain = double(fared_[m].gain.load()) / std::max<double>(1.0, double(fared_[m].rays.load()));
-    learned.shares.push_back(mutations_[m].share * float(best > 0.0 ? gain / best : 1.0));
+    learned.shares.push_back(first_shares_[m] * float(best > 0.0 ? gain / best : 1.0));
   }
   apply_floor(learned.shares, kLeastShare);
   learned.importance = luminance_.importance(double(generation_) * size_.steps, scene_.settings().exposure);
   return learned;
+}
+
+void PathPopulation::begin_with(const Learned& learned) {
+  for (size_t m = 0; m < mutations_.size(); ++m) mutations_[m].share = learned.shares[m];
+  space_.importance = learned.importance;
 }
 
 void PathPopulation::set_learned(const Learned& learned) {

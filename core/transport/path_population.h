@@ -38,6 +38,9 @@ class PathPopulation {
   /// `hints` are among what it proposes; they must outlive it.
   PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number, const Hints& hints);
 
+  /// Before the first generation: begin with what a population of an earlier frame had learned, and go on learning.
+  void begin_with(const Learned& learned);
+
   /// One generation. Each of its steps is splatted into `film` as an estimate of the image, times `emphasis`, in units of
   /// splat_unit. Returns how much of it was done: 1 unless stopped, after which there shall be no other.
   double run_generation(Film& film, double emphasis, const std::atomic<bool>& stop);
@@ -85,6 +88,7 @@ class PathPopulation {
   Size size_;
   uint32_t seed_, number_;
   std::vector<MutationShare> mutations_;
+  std::vector<float> first_shares_;             ///< of the mutations, which what is learned is drawn towards
   std::vector<bool> renews_;                    ///< mutations whose proposals are worth the same wherever they arrive
   std::unique_ptr<Workers> workers_;
 

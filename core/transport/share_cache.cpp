@@ -27,6 +27,24 @@ ShareCache::ShareCache(uint32_t cell_count_log2, std::vector<float> prior, std::
       learned_(size_t(mask_) + 1, 0),
       sums_(new std::atomic<uint64_t>[(size_t(mask_) + 1) * size_t(m_ + 2)]()) {}
 
+ShareCache ShareCache::copied(int halvings) const {
+  const size_t cells = size_t(mask_) + 1, sums = cells * size_t(m_ + 2);
+  ShareCache other;
+  other.m_ = m_;
+  other.mask_ = mask_;
+  other.prior_count_ = prior_count_;
+  other.inverse_scale_squared_ = inverse_scale_squared_;
+  other.prior_ = prior_;
+  other.floors_ = floors_;
+  other.learned_ = learned_;
+  if (m_ == 0) return other;
+  other.shares_.reset(new float[cells * size_t(m_)]);
+  std::copy_n(shares_.get(), cells * size_t(m_), other.shares_.get());
+  other.sums_.reset(new std::atomic<uint64_t>[sums]);
+  for (size_t i = 0; i < sums; ++i) other.sums_[i].store(sums_[i].load(std::memory_order_relaxed) >> halvings, std::memory_order_relaxed);
+  return other;
+}
+
 uint64_t ShareCache::fixed_point(float squared) const {
   const float relative = std::min(squared * inverse_scale_squared_, kMost);
   return relative > 0.0f ? uint64_t(relative / kQuantum) : 0;

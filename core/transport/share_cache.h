@@ -25,6 +25,9 @@ class ShareCache {
   /// `floors` and `prior` per component; `scale` is a typical luminance of y.
   ShareCache(uint32_t cell_count_log2, std::vector<float> prior, std::vector<float> floors, float prior_count, float scale);
 
+  /// For another frame; with `halvings`, what was learned so far counts less.
+  ShareCache copied(int halvings) const;
+
   int components() const { return m_; }
   uint32_t cell(uint64_t key) const { return uint32_t(key) & mask_; }
   /// Shares of a cell for this iteration; the prior where nothing is known.
