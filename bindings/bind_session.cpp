@@ -5,6 +5,7 @@
 #include "bind.h"
 #include "film/film.h"
 #include "integrators/integrator.h"
+#include "integrators/learned.h"
 #include "render/session.h"
 #include "transport/direct_light.h"
 #include "transport/hint_suggestions.h"
@@ -112,6 +113,9 @@ void bind_reports(py::module_& module) {
 
 void bind_session(py::module_& module) {
   bind_reports(module);
+  py::class_<Learned, std::shared_ptr<Learned>>(module, "Learned", "What a frame of an animation has learned, for the one after it.")
+      .def_readonly("integrator", &Learned::integrator)
+      .def_readonly("frames", &Learned::frames);
   using Release = py::call_guard<py::gil_scoped_release>;
   py::class_<Session, std::unique_ptr<Session, DeleteWithoutLock>>(module, "Session", "One render in its own threads; poll it.")
       .def(py::init<>())
@@ -134,6 +138,11 @@ void bind_session(py::module_& module) {
           py::arg("scene") = 0, Release(),
           "Before start: go on from a checkpoint file. Its samples count towards those asked for. One of another scene is refused, if `scene` is "
           "SceneDescription.fingerprint().")
+      .def(
+          "begin_with", [](Session& session, std::shared_ptr<Learned> learned) { session.begin_with(std::move(learned)); }, py::arg("learned"), Release(),
+          "Before start: begin with what the frame before has learned, or with nothing (None). The plan says what is used.")
+      .def("learned", [](const Session& session) { return std::const_pointer_cast<Learned>(session.learned()); }, Release(),
+           "What the next frame may begin with; None unless the render is done.")
       .def(
           "save_checkpoint",
           [](const Session& session, const std::string& path, uint64_t scene) {

@@ -15,7 +15,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import compat, denoise, headless, hints, last_render, passes, photon_overlay, viewport
+from . import compat, denoise, headless, hints, last_render, learning, passes, photon_overlay, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .interrupt import Interrupt
@@ -94,6 +94,10 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
         hint_points = hints.points_of(exported.description)
         session = ajar.Session()
+        learner = (scene.name, depsgraph.view_layer.name, self.active_view_get())
+        carries = not self.is_preview and learning.is_carried(scene, options)
+        if carries:
+            session.begin_with(learning.of(learner))
         save_checkpoint = self._checkpoints(depsgraph, options, session, exported.description)
         session.start(exported.description)
         self._follow(depsgraph, session, wanted, is_cancelled, save_checkpoint)
@@ -107,6 +111,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             self._report(diagnostic)
         if error:
             raise RenderFailed(error)
+        if carries:
+            learning.remember(learner, session.learned())
         statistics = json.loads(session.statistics_json())
         statistics |= {"export_seconds": export_seconds, "blender_version": bpy.app.version_string, "file": bpy.data.filepath,
                        "scene_name": scene.name, "view_layer": depsgraph.view_layer.name, "frame": scene.frame_current}

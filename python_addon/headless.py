@@ -28,6 +28,7 @@ DIRECT = tuple(info.name for info in ajar.direct_method_list())
 GUIDING = ("off", "on", "auto")
 MERGING = ("off", "on")
 IMAGE = ("uniform", "pmc_ip")
+CARRY_LEARNING = ("on", "off")
 
 
 class OptionError(Exception):
@@ -49,6 +50,7 @@ class Options:
     error: float | None = None
     seed: int | None = None
     threads: int | None = None
+    carry_learning: str | None = None
     memory_limit: int | None = None
     stats: Path | None = None
     checkpoint: Path | None = None
@@ -106,6 +108,7 @@ READERS: dict[str, Callable[[str], object]] = {
     "time": _number(float, 1e-3, 1e9),
     "error": _number(float, 1e-12, 1e6),
     "seed": _number(int, 0, 2**32 - 1),
+    "carry-learning": _name(CARRY_LEARNING),
     "threads": _number(int, 0, 1024),
     "memory-limit": _number(int, 0, 2**31 - 1),
     "stats": _file,

@@ -75,6 +75,9 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
         items=[("off", "Off", "Directions are chosen by the materials alone", 0),
                ("on", "On", "Directions are chosen by the materials and by what earlier samples found", 1),
                ("auto", "Automatic", "Measure in the first 16 samples whether guiding pays", 2)])
+    carry_learning: bpy.props.BoolProperty(
+        name="Carry Learning", description="Each frame of an animation begins with what the frames before have learned, with the same mean",
+        default=True)
     vertex_merging: bpy.props.EnumProperty(
         name="Vertex Merging", description="Caustics seen in mirrors and through glass, which no other light path connects to, come from photons",
         default="on",

@@ -123,6 +123,7 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
         can_merge = info is not None and info.can_merge
         if can_merge:
             column.prop(settings, "vertex_merging")
+        column.prop(settings, "carry_learning")
         chosen = {settings.integrator, settings.viewport_integrator}
         gathering = column.column(align=True)
         if chosen & photon_overlay.INTEGRATORS or (can_merge and settings.vertex_merging == "on"):

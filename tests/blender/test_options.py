@@ -11,6 +11,7 @@ WRONG = [
     (["--ajar-guiding", "bogus"], ["bogus", "off", "on", "auto"]),
     (["--ajar-vertex-merging", "bogus"], ["bogus", "off", "on"]),
     (["--ajar-image", "bogus"], ["bogus", "uniform", "pmc_ip"]),
+    (["--ajar-carry-learning", "bogus"], ["bogus", "on", "off"]),
     (["--ajar-bogus", "1"], ["--ajar-bogus", "--ajar-integrator", "--ajar-dump-scene"]),
     (["--ajar-samples", "many"], ["--ajar-samples", "many"]),
     (["--ajar-samples", "0"], ["--ajar-samples", "0"]),
