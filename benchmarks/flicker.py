@@ -1,0 +1,119 @@
+#!/usr/bin/python3
+"""How much an animation flickers with and without what its frames learn from those before (docs/benchmarks/animation.md):
+
+    PYTHONPATH=build/release/python benchmarks/flicker.py SCENE.ajar --integrator path --set guiding=on --samples 16 [--move 0.02]
+
+SCENE.ajar comes from --ajar-dump-scene. The camera stands still, or moves to its right by so many metres a frame; every frame has a seed of its own. Each of two
+independent sequences is rendered cold (every frame alone) and warm (each with what those before it learned), frame by frame in turn, one thread. The first
+frame, which has none before it, is left out.
+
+Error of a frame: (A_t - B_t)^2 / 2 of the two sequences. Flicker: ((A_t+1 - A_t) - (B_t+1 - B_t))^2 / 4, the change from frame to frame that is not in the scene;
+it equals the error where errors of successive frames are independent, and would be 0 where noise stood still. Both are relative, over
+R^2 + 0.01, R being the mean of all four pictures of a frame, blurred, with and without the worst 0.1 % of pixels. T is user CPU time from the first sample on, pilots included.
+The gain is the ratio of 1 / (T flicker): how much less flicker in the same time. The ratio of means is that of all warm pictures to all cold ones.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+
+import numpy as np
+
+import ajar
+
+BLUR = 2   # pixels to each side
+
+
+def render(options: argparse.Namespace, frame: int, seed: int, learned: ajar.Learned | None) -> tuple[np.ndarray, float, ajar.Learned, list[dict]]:
+    """Image, user CPU seconds of its samples, what the next frame may begin with, and the plan."""
+    description = ajar.load_description(options.scene)
+    settings, camera = description.settings, description.camera
+    settings.height = max(1, round(settings.height * options.width / settings.width))
+    settings.width, height = options.width, settings.height
+    settings.region = [0, 0, options.width, height]
+    settings.integrator, settings.samples, settings.seconds, settings.target_error = options.integrator, options.samples, 0.0, 0.0
+    settings.seed, settings.threads, settings.passes = seed, 1, ["Combined"]
+    for assignment in options.set:
+        name, _, value = assignment.partition("=")
+        setattr(settings, name, type(getattr(settings, name))(value))
+    matrix = list(camera.world_from_camera)
+    for axis in range(3):
+        matrix[4 * axis + 3] += matrix[4 * axis] * options.move * frame
+    camera.world_from_camera = matrix
+    session = ajar.Session()
+    session.begin_with(learned)
+    session.start(description)
+    start = os.times().user
+    while not session.wait(0.01):
+        if session.progress().phase == ajar.Progress.Phase.Building:
+            start = os.times().user
+    seconds = os.times().user - start
+    if error := session.take_error():
+        raise RuntimeError(error)
+    image = np.asarray(session.snapshot("Combined")).reshape(height, options.width, 4)[..., :3].astype(np.float64)
+    return image, seconds, session.learned(), json.loads(session.statistics_json())["plan"]
+
+
+def blurred(image: np.ndarray) -> np.ndarray:
+    padded = np.pad(image, ((BLUR, BLUR), (BLUR, BLUR), (0, 0)), mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, (2 * BLUR + 1, 2 * BLUR + 1), axis=(0, 1))
+    return windows.mean(axis=(-2, -1))
+
+
+def means(squared: np.ndarray) -> tuple[float, float]:
+    """Of frames x pixels: of all, and without the worst 0.1 %."""
+    values = np.sort(squared, axis=None)
+    return float(values.mean()), float(values[: int(values.size * 0.999)].mean())
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scene")
+    parser.add_argument("--integrator", default="path")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="any of the render settings")
+    parser.add_argument("--width", type=int, default=96)
+    parser.add_argument("--samples", type=int, default=16)
+    parser.add_argument("--frames", type=int, default=8)
+    parser.add_argument("--move", type=float, default=0.0, help="metres a frame")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+
+    images = {kind: [[], []] for kind in ("cold", "warm")}   # [sequence][frame]
+    seconds = {"cold": 0.0, "warm": 0.0}
+    learned: list[ajar.Learned | None] = [None, None]
+    for frame in range(options.frames):
+        for sequence in range(2):
+            seed = options.seed * 100000 + sequence * 1000 + frame
+            for kind in ("cold", "warm")[:: 1 if frame % 2 else -1]:
+                image, spent, after, plan = render(options, frame, seed, learned[sequence] if kind == "warm" else None)
+                images[kind][sequence].append(image)
+                if frame > 0:
+                    seconds[kind] += spent
+                if kind == "warm":
+                    learned[sequence] = after
+                    if sequence == 0 and frame == options.frames - 1:
+                        for step in plan:
+                            if step["step"].startswith("learned"):
+                                print(f"  {step['step']}: {'used' if step['used'] else 'not used'}, {step['reason']}")
+
+    pictures = {kind: np.array(both)[:, 1:] for kind, both in images.items()}   # sequence, frame, y, x, channel
+    truth = [blurred(frame) for frame in (pictures["cold"] + pictures["warm"]).mean(axis=0) / 2]
+    if options.move == 0.0:
+        truth = [np.mean(truth, axis=0)] * len(truth)
+    scale = np.array([reference**2 + 0.01 for reference in truth])
+    result = {}
+    for kind, (a, b) in pictures.items():
+        error = ((a - b) ** 2 / 2 / scale).mean(axis=-1)
+        change = (np.diff(a, axis=0) - np.diff(b, axis=0)) ** 2 / 4 / scale[1:]
+        result[kind] = means(error), means(change.mean(axis=-1)), seconds[kind]
+    name = f"{os.path.basename(options.scene)} {options.integrator} {' '.join(options.set)} {options.samples} samples, move {options.move}, seed {options.seed}"
+    for kind, ((error, error_trimmed), (flicker, flicker_trimmed), spent) in result.items():
+        print(f"{name}: {kind} T={spent:.2f} error={error:.4g} ({error_trimmed:.4g}) flicker={flicker:.4g} ({flicker_trimmed:.4g})")
+    gains = [result["cold"][1][i] * result["cold"][2] / (result["warm"][1][i] * result["warm"][2]) for i in range(2)]
+    print(f"{name}: gain={gains[0]:.3f} trimmed={gains[1]:.3f} ratio of means={pictures['warm'].mean() / pictures['cold'].mean():.4f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
