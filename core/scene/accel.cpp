@@ -349,6 +349,7 @@ bool Accel::occluded_by(const BuiltInstance& instance, const BuiltMesh& mesh, co
   Ray inside = ray;
   inside.origin = transform_point(m, ray.origin);
   inside.direction = transform_vector(m, ray.direction);
+  if (!is_traceable(inside)) return true;
   RTCRay query;
   fill(query, inside, ~0u);
   embree::occluded(static_cast<RTCScene>(mesh.structure.get()), query);

@@ -187,6 +187,7 @@ TEST(Scene, what_is_no_ray_hits_nothing_and_lets_no_light_through) {
     EXPECT_FALSE(scene->intersect(ray, kRayCamera).found());
     EXPECT_EQ(scene->intersect_lamp(ray, kRayCamera).light, ~0u);
     EXPECT_EQ(scene->transmittance(ray, 8), Color(0.0f));
+    EXPECT_TRUE(scene->is_blocked_by(scene->instances()[0], ray));
   }
 }
 
