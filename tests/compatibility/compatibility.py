@@ -33,6 +33,7 @@ WHEELS = {"4.2.23": "3.11", "4.5.15": "3.11", "5.0.1": "3.11", "5.2.3": "3.13"} 
 NUMPY = {"3.11": "numpy<2", "3.13": "numpy"}
 REFERENCE = "3.4.1"
 OLDER = "x86-64-v2"
+REMARKS = "## Remarks\n"   # not written by this script, and kept by it
 SEEDS = (1, 2)
 SAMPLES, PERCENTAGE, BLOCK = 16, 10, 16
 TIMEOUT_SECONDS = 1800
@@ -212,6 +213,12 @@ def forced_lines(blender: Blender, forced: dict, results: dict[str, dict], scene
             f"{c['ratio']:.4f} of the mean with\nthe newest instructions, and {c['out']} of {c['blocks']} blocks differ.\n")
 
 
+def remarks_on(page_file: Path) -> str:
+    """What people have written below the line that says so."""
+    before, line, remarks = page_file.read_text(encoding="utf-8").partition(REMARKS) if page_file.exists() else ("", "", "")
+    return f"\n{REMARKS}{remarks}" if line else ""
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--wheel", nargs="+", choices=WHEELS, default=list(WHEELS))
@@ -232,7 +239,7 @@ def main() -> None:
     if "error" in results[debian(None).name]:
         raise SystemExit(1)
     forced = run(blenders[-1], jobs(options.scene[:1], ("AJAR",)), WORK / "out" / "forced", AJAR_INSTRUCTION_SET=OLDER)
-    options.page.write_text(page(results, options.scene) + forced_lines(blenders[-1], forced, results, options.scene[0]), encoding="utf-8")
+    options.page.write_text(page(results, options.scene) + forced_lines(blenders[-1], forced, results, options.scene[0]) + remarks_on(options.page), encoding="utf-8")
     if forced.get("instruction_set") != OLDER:
         raise SystemExit(f"{OLDER} was not taken: {forced.get('error', forced.get('instruction_set'))}")
     bad = [name for name, result in results.items() if "error" in result]
