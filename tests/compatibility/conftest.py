@@ -1,4 +1,4 @@
-"""The extension for one Python and one level of x86-64: what official Blender 4.2 to 5.0 takes."""
+"""The extension for one level of x86-64 and the Pythons of official Blender 4.2 to 5.0 and 5.2."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def zips(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
         folder = Path(os.environ["AJAR_ZIPS"])
         return folder / f"ajar-{build.version()}-linux-x64.zip", folder / f"ajar-{build.version()}-legacy-linux-x64.zip"
     out = tmp_path_factory.mktemp("zips")
-    result = subprocess.run(["/usr/bin/python3", BUILD, "--python", "3.11", "--level", "x86-64-v3", "--out", out], text=True,
+    result = subprocess.run(["/usr/bin/python3", BUILD, "--python", "3.11", "3.13", "--level", "x86-64-v3", "--out", out], text=True,
                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     if result.returncode == build.EXIT_UNREACHABLE:
         pytest.skip(f"no extension without its libraries: {result.stdout}")
