@@ -20,6 +20,7 @@ import json
 import os
 
 import numpy as np
+from in_process import finish
 
 import ajar
 
@@ -45,13 +46,7 @@ def render(options: argparse.Namespace, frame: int, seed: int, learned: ajar.Lea
     session = ajar.Session()
     session.begin_with(learned)
     session.start(description)
-    start = os.times().user
-    while not session.wait(0.01):
-        if session.progress().phase == ajar.Progress.Phase.Building:
-            start = os.times().user
-    seconds = os.times().user - start
-    if error := session.take_error():
-        raise RuntimeError(error)
+    seconds = finish(session)
     image = np.asarray(session.snapshot("Combined")).reshape(height, options.width, 4)[..., :3].astype(np.float64)
     return image, seconds, session.learned(), json.loads(session.statistics_json())["plan"]
 

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import time
 from pathlib import Path
 
 import metrics
 import numpy as np
+from in_process import finish
 
 import ajar
 
@@ -41,13 +41,7 @@ def render(options: argparse.Namespace, method: str, direct_samples: int, sample
     settings.target_error, settings.seed, settings.threads, settings.passes = 0.0, seed, 1, ["Combined"]
     session = ajar.Session()
     session.start(description)
-    start = os.times().user
-    while not session.wait(0.01):
-        if session.progress().phase == ajar.Progress.Phase.Building:
-            start = os.times().user
-    seconds = os.times().user - start
-    if error := session.take_error():
-        raise RuntimeError(error)
+    seconds = finish(session)
     return np.asarray(session.snapshot("Combined")).reshape(height, options.width, 4)[..., :3].astype(np.float64), seconds
 
 

@@ -396,7 +396,8 @@ void bind_description(py::module_& module) {
             description.hints.push_back(std::move(hint));
             return index_of_last(description.hints.size());
           },
-          py::kw_only(), py::arg("name"), py::arg("points"), py::arg("spread") = 0.0872665f, py::arg("spreads") = std::vector<float>(), py::arg("weight") = 1.0f, py::arg("enabled") = true,
+          py::kw_only(), py::arg("name"), py::arg("points"), py::arg("spread") = 0.0872665f, py::arg("spreads") = std::vector<float>(),
+          py::arg("weight") = 1.0f, py::arg("enabled") = true,
           "A light path drawn by the artist: float32[n, 3] in world space, from a light to what the camera sees. `spread` is the half-angle of the cone "
           "around each of its n - 1 segments in radians, `spreads` that of single ones.")
       .def_property_readonly("meshes", &meshes_of)

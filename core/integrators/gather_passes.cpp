@@ -18,7 +18,6 @@ namespace {
 constexpr int kTile = 16;
 constexpr uint32_t kLearnedPasses = 8;      // the guide of gather rays learns after 1, 2, 4 and 8 passes
 constexpr uint32_t kFirstWarmLesson = 8;    // where it begins with the guide of an earlier frame
-constexpr float kPastShare = 0.5f, kPastShareAtEnd = 0.75f;   // of the past, in lessons and in the one at the end of a frame
 constexpr double kLearnedRays = 2e5;        // that are written down between two lessons
 constexpr int kProbes = 24;                 // per axis of the film, to choose radii
 /// Photons in a disc of the first pass, where the picture looks. Lookups at the ends of gather rays are averaged over those rays, so
@@ -49,7 +48,7 @@ std::vector<LearnedPart> GatherPasses::begin_with(const Learned& learned) {
 }
 
 void GatherPasses::hand_on(Learned& learned) {
-  learn(kPastShareAtEnd);
+  learn(GuideTree::kPastShareAtEnd);
   if (guide_.cell_count() > 0 && guide_.cell_count() <= Learned::kMostCells) learned.gather_guide = std::make_shared<const GuideTree>(guide_);
 }
 
@@ -186,7 +185,7 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
   paths_ += uint64_t(film.width()) * uint64_t(film.height());
   ++pass_;
   if (stop.load(std::memory_order_relaxed) || guide_samples_.empty() || pass_ < first_lesson_ || !std::has_single_bit(pass_)) return;
-  learn(kPastShare);
+  learn(GuideTree::kPastShare);
   if (pass_ >= kLearnedPasses) guide_samples_.clear();
 }
 

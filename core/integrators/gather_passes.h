@@ -50,7 +50,6 @@ class GatherPasses {
   std::vector<IrradianceSite> sites_;
   float first_global_radius_ = 0.0f, first_caustic_radius_ = 0.0f;
   ArrivalMap* arrivals_ = nullptr;
-  std::vector<uint32_t> last_passes_;   ///< of each pixel: how many passes its samples so far speak for
   GuideTree guide_;
   std::vector<std::vector<GuideSample>> guide_samples_;   ///< of the tiles, since the guide has learned last
   uint64_t rays_ = 0, paths_ = 0, gathered_ = 0, from_sites_ = 0;

@@ -13,6 +13,9 @@ namespace ajar {
 
 class GuideTree {
  public:
+  /// What the past counts in a lesson, and in the one at the end of a frame, from which the next frame begins.
+  static constexpr float kPastShare = 0.5f, kPastShareAtEnd = 0.75f;
+
   /// Null where nothing is known.
   const GuideDistribution* find(Vec3 position, Vec3 normal) const {
     const float at[6] = {position.x, position.y, position.z, normal.x, normal.y, normal.z};
@@ -22,7 +25,7 @@ class GuideTree {
   }
 
   /// Everything in `samples` becomes the past; of what was the past before, such a share counts.
-  void learn(const std::vector<GuideSample>& samples, float past_share = 0.5f);
+  void learn(const std::vector<GuideSample>& samples, float past_share = kPastShare);
   size_t cell_count() const { return cells_.size(); }
   size_t memory_bytes() const { return nodes_.capacity() * sizeof(Node) + cells_.capacity() * sizeof(Cell); }
 

@@ -17,9 +17,8 @@ constexpr uint64_t kEnoughPaths = 1'500'000;
 constexpr double kMostVertices = 2.5e6;
 /// Later iterations are learned from by few or no more.
 constexpr uint32_t kLearnedSamples = 16;
-/// Samples before the first lesson of a frame that begins with a guide, and what the past counts in the lesson at its end.
+/// Samples before the first lesson of a frame that begins with a guide.
 constexpr uint32_t kFirstWarmLesson = 16;
-constexpr float kPastShare = 0.5f, kPastShareAtEnd = 0.75f;
 /// Samples of each measurement, and when the two with the guide begin.
 constexpr uint32_t kMeasured = 4, kFirstMeasurement = 4, kSecondMeasurement = 12;
 static_assert(PathGuide::kEqualSamples == kSecondMeasurement + kMeasured && PathGuide::kEqualSamples == 4 * kMeasured);
@@ -45,7 +44,7 @@ PathGuide::PathGuide(Mode mode, int width, int height, int tile, const Past* pas
 
 std::shared_ptr<const PathGuide::Past> PathGuide::past() {
   const bool pays = active();
-  if (learning_) learn(kPastShareAtEnd);
+  if (learning_) learn(GuideTree::kPastShareAtEnd);
   if ((measures_ && !measured_) || (pays && tree_.cell_count() == 0)) return nullptr;
   return std::make_shared<const Past>(Past{pays ? tree_ : GuideTree(), vertices_per_path_, pays, age_});
 }
@@ -53,7 +52,7 @@ std::shared_ptr<const PathGuide::Past> PathGuide::past() {
 int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
   if (!active()) return wanted;
   if (learning_ && done >= first_lesson_ && std::has_single_bit(done)) {
-    learn(kPastShare);
+    learn(GuideTree::kPastShare);
     learning_ = paths_ < kEnoughPaths || done < kLearnedSamples;
     if (!learning_) tile_samples_.clear();
   }
