@@ -85,9 +85,10 @@ template <class... Arguments>
 auto maker(MeshDescription (*)(const Arguments&...)) { return &make_mesh<Arguments...>; }
 
 int add_object(SceneDescription& description, const std::string& name, int mesh, const std::vector<int>& materials, uint32_t visibility,
-               bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance, float shadow_terminator_offset) {
+               bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance, float shadow_terminator_offset,
+               float light_importance) {
   description.objects.push_back({name, mesh, materials, visibility, holdout, shadow_catcher, pass_index, color, importance,
-                                 shadow_terminator_offset});
+                                 shadow_terminator_offset, light_importance});
   return index_of_last(description.objects.size());
 }
 
@@ -218,7 +219,8 @@ void bind_geometry(py::module_& module) {
       .def_readonly("pass_index", &ObjectDescription::pass_index)
       .def_readonly("color", &ObjectDescription::color)
       .def_readonly("importance", &ObjectDescription::importance)
-      .def_readonly("shadow_terminator_offset", &ObjectDescription::shadow_terminator_offset);
+      .def_readonly("shadow_terminator_offset", &ObjectDescription::shadow_terminator_offset)
+      .def_readonly("light_importance", &ObjectDescription::light_importance);
   py::class_<InstanceDescription>(module, "InstanceDescription")
       .def_readonly("object", &InstanceDescription::object)
       .def_readonly("world_from_object", &InstanceDescription::world_from_object)
@@ -253,12 +255,14 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("graph", &LightDescription::graph)
       .def_readwrite("visibility", &LightDescription::visibility)
       .def_readwrite("cast_shadow", &LightDescription::cast_shadow)
-      .def_readwrite("multiple_importance", &LightDescription::multiple_importance);
+      .def_readwrite("multiple_importance", &LightDescription::multiple_importance)
+      .def_readwrite("light_importance", &LightDescription::light_importance);
   py::class_<WorldDescription>(module, "WorldDescription")
       .def_readwrite("name", &WorldDescription::name)
       .def_readwrite("graph", &WorldDescription::graph)
       .def_readwrite("color", &WorldDescription::color)
-      .def_readwrite("visibility", &WorldDescription::visibility);
+      .def_readwrite("visibility", &WorldDescription::visibility)
+      .def_readwrite("light_importance", &WorldDescription::light_importance);
   py::class_<PanoramaDescription>(module, "PanoramaDescription")
       .def(py::init<>())
       .def("__eq__", [](const PanoramaDescription& a, const PanoramaDescription& b) { return a == b; })
@@ -361,7 +365,7 @@ void bind_description(py::module_& module) {
       .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"), py::arg("materials") = std::vector<int>{},
            py::arg("visibility") = uint32_t(kVisibleAll), py::arg("holdout") = false, py::arg("shadow_catcher") = false,
            py::arg("pass_index") = 0, py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f,
-           py::arg("shadow_terminator_offset") = 0.0f)
+           py::arg("shadow_terminator_offset") = 0.0f, py::arg("light_importance") = 1.0f)
       .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"), py::arg("random") = py::none(),
            "Instances in bulk: int32[n], float32[n, 12] (three rows of four), float32[n].")
       .def("set_motion", &set_motion, py::arg("instances"), py::arg("world_from_object"),

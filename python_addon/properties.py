@@ -169,7 +169,40 @@ class AjarObjectSettings(bpy.types.PropertyGroup):
                                          default=1.0, min=0.0, soft_max=10.0)
 
 
+class AjarLightGroup(bpy.types.PropertyGroup):
+    """What matters more or less of a view layer's light groups, by their names."""
+    importance: bpy.props.FloatProperty(default=1.0)
+
+
+def _active_light_group(settings: bpy.types.PropertyGroup) -> tuple[bpy.types.ViewLayer, str]:
+    """The layer that has these settings, and the name of its active light group or nothing."""
+    layer = next(layer for layer in settings.id_data.view_layers if layer.ajar == settings)
+    index = layer.active_lightgroup_index
+    return layer, layer.lightgroups[index].name if 0 <= index < len(layer.lightgroups) else ""
+
+
+def _get_importance(settings: bpy.types.PropertyGroup) -> float:
+    group = settings.light_groups.get(_active_light_group(settings)[1])
+    return group.importance if group is not None else 1.0
+
+
+def _set_importance(settings: bpy.types.PropertyGroup, importance: float) -> None:
+    """Only groups that there are and whose importance is not 1 are kept."""
+    layer, name = _active_light_group(settings)
+    kept = {group.name: group.importance for group in settings.light_groups if group.name in layer.lightgroups}
+    kept[name] = importance
+    settings.light_groups.clear()
+    for name, importance in kept.items():
+        if name and importance != 1.0:
+            group = settings.light_groups.add()
+            group.name, group.importance = name, importance
+
+
 class AjarViewLayerSettings(bpy.types.PropertyGroup):
+    light_groups: bpy.props.CollectionProperty(type=AjarLightGroup)
+    light_group_importance: bpy.props.FloatProperty(
+        name="Importance", description="Where sampling is adaptive, pixels get so many times the samples if all their light comes from the active light group, and "
+        "less so as it is less of it, with the same mean", default=1.0, min=0.0, soft_max=10.0, get=_get_importance, set=_set_importance)
     use_pass_albedo: bpy.props.BoolProperty(name="Albedo", description="Colour of the first surface without its light")
     use_pass_volume_direct: bpy.props.BoolProperty(name="Volume Direct", description="Light of lamps and sky that volumes scatter to the camera")
     use_pass_volume_indirect: bpy.props.BoolProperty(name="Volume Indirect", description="Light that was scattered before, and that volumes scatter to the camera")
@@ -180,7 +213,7 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
         name="Perceptual Error", description="Estimated standard deviation of each pixel, in differences that an eye can just see")
 
 
-CLASSES = (AjarSceneSettings, AjarObjectSettings, AjarCollectionSettings, AjarViewLayerSettings)
+CLASSES = (AjarSceneSettings, AjarObjectSettings, AjarCollectionSettings, AjarLightGroup, AjarViewLayerSettings)
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)

@@ -20,6 +20,7 @@ PANORAMA_SETTINGS = {
     "FISHEYE_EQUISOLID": ("fisheye_lens", "fisheye_fov"),
     "FISHEYE_LENS_POLYNOMIAL": ("fisheye_fov", *(f"fisheye_polynomial_k{i}" for i in range(5))),
 }
+LIT = {"LIGHT", "MESH", "CURVE", "SURFACE", "META", "FONT"}   # objects that may send light
 HONESTY = {ajar.Honesty.Unbiased: "Unbiased", ajar.Honesty.Consistent: "Consistent", ajar.Honesty.Biased: "Biased"}
 
 # Built-in panels that speak of what Ajar does not have, or shows in its own way.
@@ -266,7 +267,31 @@ class AJAR_OBJECT_PT_importance(AjarPanel, Panel):
         return super().poll(context) and context.object is not None
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.column().prop(context.object.ajar, "importance")
+        column, thing = self.column(), context.object
+        column.prop(thing.ajar, "importance")
+        if thing.type in LIT:
+            _choose_light_group(column, thing, context.view_layer)
+
+
+class AJAR_WORLD_PT_light_group(AjarPanel, Panel):
+    bl_label = "Light Group"
+    bl_context = "world"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and context.world is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        _choose_light_group(self.column(), context.world, context.view_layer)
+
+
+def _choose_light_group(layout: bpy.types.UILayout, source: bpy.types.Object | bpy.types.World, view_layer: bpy.types.ViewLayer) -> None:
+    row = layout.row(align=True)
+    row.prop_search(source, "lightgroup", view_layer, "lightgroups", text="Light Group", results_are_suggestions=True)
+    add = row.row(align=True)
+    add.enabled = bool(source.lightgroup) and source.lightgroup not in view_layer.lightgroups
+    add.operator("scene.view_layer_add_lightgroup", icon="ADD", text="").name = source.lightgroup
 
 
 class AJAR_COLLECTION_PT_importance(AjarPanel, Panel):
@@ -437,10 +462,31 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
             column.prop(view_layer.ajar, name)
 
 
+class AJAR_VIEWLAYER_PT_light_groups(AjarPanel, Panel):
+    bl_label = "Light Groups"
+    bl_context = "view_layer"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        view_layer = context.view_layer
+        column = self.column()
+        row = column.row()
+        row.template_list("UI_UL_list", "ajar_lightgroups", view_layer, "lightgroups", view_layer, "active_lightgroup_index", rows=3)
+        buttons = row.column(align=True)
+        buttons.operator("scene.view_layer_add_lightgroup", icon="ADD", text="")
+        buttons.operator("scene.view_layer_remove_lightgroup", icon="REMOVE", text="")
+        buttons.separator()
+        buttons.menu("VIEWLAYER_MT_lightgroup_sync", icon="DOWNARROW_HLT", text="")
+        if 0 <= view_layer.active_lightgroup_index < len(view_layer.lightgroups):
+            row = column.row()
+            row.active = context.scene.ajar.image == "pmc_ip"
+            row.prop(view_layer.ajar, "light_group_importance")
+
+
 CLASSES = (AJAR_DATA_PT_panorama, AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_hints,
-           AJAR_OBJECT_PT_light_path, AJAR_OBJECT_PT_importance, AJAR_COLLECTION_PT_importance, AJAR_RENDER_PT_film,
+           AJAR_OBJECT_PT_light_path, AJAR_OBJECT_PT_importance, AJAR_WORLD_PT_light_group, AJAR_COLLECTION_PT_importance, AJAR_RENDER_PT_film,
            AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan,
-           AJAR_VIEWLAYER_PT_passes, AJAR_VIEW3D_PT_hints)
+           AJAR_VIEWLAYER_PT_passes, AJAR_VIEWLAYER_PT_light_groups, AJAR_VIEW3D_PT_hints)
 
 
 def built_in_panels() -> list[type]:

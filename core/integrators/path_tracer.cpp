@@ -56,6 +56,11 @@ struct InMedia {
 /// Shares of diffuse, glossy and transmission in what is scattered; the sum is 1.
 using Shares = std::array<Color, 3>;
 struct NoParts {};
+/// Of a sample's luminance: that of each source times its importance. What glows in media is no source.
+struct ImportantLight {
+  float luminance = 0.0f;
+  float of_source = 1.0f;   // of the light to be added next
+};
 
 /// Where nothing is scattered (light beyond the terminator), the shares are those of the albedo.
 Shares shares_of(const Bsdf& bsdf, const Shares& scattered) {
@@ -169,6 +174,22 @@ class PathTracer final : public Integrator {
     return statistics;
   }
 
+  /// For `measure_important_light`, after `prepare`.
+  std::vector<Vec2> important_light(float samples_per_pixel, const std::atomic<bool>& stop) {
+    const auto& r = scene_->settings().region;
+    Film film(r[0], r[1], r[2], r[3], {"Combined"});
+    std::vector<uint32_t> goals(size_t(film.width()) * size_t(film.height()));
+    for (uint32_t i = 0; i < goals.size(); ++i) goals[i] = uint32_t(samples_per_pixel + to_unit_float(hash_combine(seed_, i)));
+    film.set_goals(std::move(goals));
+    tbb::combinable<Counters> counters;
+    if (media_) render_with<ImportantLight, InMedia>(MisDirectLight(), Unguided(), film, stop, counters);
+    else render_with<ImportantLight, NoMedia>(MisDirectLight(), Unguided(), film, stop, counters);
+    const std::vector<float> pairs = film.resolve("Combined", 1.0f);
+    std::vector<Vec2> light(pairs.size() / 4);
+    for (size_t i = 0; i < light.size(); ++i) light[i] = Vec2(pairs[4 * i], pairs[4 * i + 1]);
+    return light;
+  }
+
  private:
   /// Samples to learn from that leave no trace in the picture. They end before its first sample, so that all its samples
   /// choose by the same shares: a sequence that is cut into pieces with different shares is stratified in pieces only, and
@@ -255,6 +276,7 @@ class PathTracer final : public Integrator {
           } else {
             radiance = along(NoMedia());
           }
+          if constexpr (std::is_same_v<Parts, ImportantLight>) radiance = Color(luminance(radiance), parts.luminance, 0.0f);
           if constexpr (Guide::kGuided) guide_->measure(px - film.x0(), py - film.y0(), radiance);
           const bool added = film.add_sample(px, py, radiance, alpha, &aux);
           if constexpr (std::is_same_v<Parts, SampleParts>)
@@ -266,6 +288,7 @@ class PathTracer final : public Integrator {
   Color trace(const DirectLight& direct_light, const Guide& guide, Medium medium, Ray ray, int pixel_x, int pixel_y, Sampler& sampler, SampleAux* aux, Parts& parts,
               float& alpha, Counters& counter) const {
     constexpr bool kParts = std::is_same_v<Parts, SampleParts>;
+    constexpr bool kSources = std::is_same_v<Parts, ImportantLight>;
     std::conditional_t<kParts, Shares, NoParts> shares;   // of kinds of lobes in the first scattering
     const Scene& scene = *scene_;
     const LightSet& lights = scene.lights();
@@ -300,6 +323,7 @@ class PathTracer final : public Integrator {
         if (sum > 3.0f * limit) contribution *= 3.0f * limit / sum;
       }
       radiance += contribution;
+      if constexpr (kSources) parts.luminance += parts.of_source * luminance(contribution);
       if constexpr (kParts) {
         if (bounces == 0) {
           parts.emission += contribution;
@@ -326,6 +350,7 @@ class PathTracer final : public Integrator {
       ++counter.rays;
 
       const auto add_met = [&](const LightMet& met) {
+        if constexpr (kSources) parts.of_source = scene.light_importance(met.light);
         if constexpr (kParts) {
           if (point.ray_depth == 0 && int(met.light) == lights.environment_index()) {
             const Color seen = std::exchange(parts.emission, Color(0.0f));
@@ -355,8 +380,9 @@ class PathTracer final : public Integrator {
           const bool uniform = medium.media.is_uniform(along, at, medium.counters), may_scatter = !last_chance;
           Color direct(0.0f);
           Vec3 lights_for(0.0f);
+          uint32_t sampled_light = 0;
           if (uniform && may_scatter && at.scatters() && lights.can_choose())
-            direct = estimate_direct_along(scene, medium, along, at, PhaseFunction(at), beta, sampler, here + 2, lights_for, counter.rays);
+            direct = estimate_direct_along(scene, medium, along, at, PhaseFunction(at), beta, sampler, here + 2, lights_for, sampled_light, counter.rays);
           sampler.set_dimension(here);
           const bool scattered = uniform ? medium.media.scatter_uniform(along, at, may_scatter, sampler.get_2d(), beta, emitted, t)
                                          : medium.media.scatter_varying(along, may_scatter, medium.rng, beta, emitted, t, at, medium.counters);
@@ -364,10 +390,13 @@ class PathTracer final : public Integrator {
           const Vec3 place = ray.origin + t * ray.direction;
           if (scattered && !uniform && lights.can_choose()) {
             lights_for = place;
-            direct = beta * estimate_direct_at(scene, medium, place, ray, point, phase, sampler, here + 2, counter.rays);
+            direct = beta * estimate_direct_at(scene, medium, place, ray, point, phase, sampler, here + 2, sampled_light, counter.rays);
           }
+          if constexpr (kSources) parts.of_source = 1.0f;
           if (!is_black(emitted)) add(emitted, point.ray_depth);
           if (point.ray_depth == 0) volume_pass = true;
+          if constexpr (kSources)
+            if (!is_black(direct)) parts.of_source = scene.light_importance(sampled_light);
           if (!is_black(direct)) add(direct, point.ray_depth + 1);
           if (point.ray_depth == 0) volume_pass = scattered;
           if (point.ray_depth == 0) alpha += luminance(scattered ? before : before - beta);
@@ -425,6 +454,7 @@ class PathTracer final : public Integrator {
       if (!is_black(shading.emission)) {
         const int light = scene.light_of(hit);
         // Without a light of its own (strength unknown at build) the emission is only found this way.
+        if constexpr (kSources) parts.of_source = point.object->light_importance;
         const float weight = light >= 0 ? weight_of_hit(uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
         add(beta * shading.emission * weight, point.ray_depth);
       }
@@ -461,9 +491,9 @@ class PathTracer final : public Integrator {
       if constexpr (Guide::kGuided) guided.start(bsdf.has_non_delta() && !last_chance ? guide.tree : nullptr, bsdf, point.position, 1.0f - plain);
       DirectVertex here;
       if (bsdf.has_non_delta() && !last_chance && lights.can_choose()) {
-        Vec3 towards(0.0f);
+        SampledLight sampled;
         const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y,
-                                         Guide::kGuided ? &guided : nullptr, kParts ? &towards : nullptr};
+                                         Guide::kGuided ? &guided : nullptr, kParts || kSources ? &sampled : nullptr};
         Color direct;
         if constexpr (Medium::kThere) direct = direct_light.estimate(MediaDirectContext<Medium>{context, medium, hit}, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
         else direct = direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
@@ -471,7 +501,8 @@ class PathTracer final : public Integrator {
           if (has_soft_terminator(point)) direct += estimate_direct<true>(context, sampler, base + kDirectLight, counter.rays);
         }
         if constexpr (kParts)
-          if (point.ray_depth == 0 && !is_black(direct)) shares = shares_of(bsdf, bsdf.f_cos_of_kinds(point.wo, towards));
+          if (point.ray_depth == 0 && !is_black(direct)) shares = shares_of(bsdf, bsdf.f_cos_of_kinds(point.wo, sampled.wi));
+        if constexpr (kSources) parts.of_source = scene.light_importance(sampled.light);
         if (!is_black(direct)) add(beta * direct, point.ray_depth + 1);
       }
 
@@ -604,5 +635,11 @@ class PathTracer final : public Integrator {
 }  // namespace
 
 std::unique_ptr<Integrator> make_path_tracer() { return std::make_unique<PathTracer>(); }
+
+std::vector<Vec2> measure_important_light(std::shared_ptr<const Scene> scene, uint32_t seed, float samples_per_pixel, const std::atomic<bool>& stop) {
+  PathTracer tracer;
+  tracer.prepare(std::move(scene), seed);
+  return tracer.important_light(samples_per_pixel, stop);
+}
 
 }  // namespace ajar

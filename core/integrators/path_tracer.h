@@ -15,4 +15,8 @@ namespace ajar {
 
 std::unique_ptr<Integrator> make_path_tracer();
 
+/// Estimates of each pixel of the region: its luminance, and the same with the light of each source times its importance (Scene::light_importance).
+/// Of its own samples, which are in no picture; pixels that got none are 0.
+std::vector<Vec2> measure_important_light(std::shared_ptr<const Scene> scene, uint32_t seed, float samples_per_pixel, const std::atomic<bool>& stop);
+
 }  // namespace ajar

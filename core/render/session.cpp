@@ -25,6 +25,7 @@ namespace ajar {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr uint32_t kImportancePilot = 0x6c676874u;   // makes a seed of its own
 constexpr double kErrorShare = 0.02;   // of a render's time goes into looking at its error
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -310,8 +311,14 @@ void Session::Data::run(Job job) {
   std::unique_ptr<ImagePlan> new_plan;
   if (adapts) {
     const bool few = s.samples > 0 && s.samples < 16;
+    const auto importance = [this, of = scene, pilot_seed = hash_combine(own_seed, kImportancePilot)] { return importance_map(of, pilot_seed, stop); };
     new_plan = std::make_unique<ImagePlan>(s.image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, std::max(few ? 2u : 4u, support.equal),
-                                           s.seed, [of = scene] { return importance_map(*of); }, support.by_passes ? Counts::Any : Counts::Round);
+                                           s.seed, importance, support.by_passes ? Counts::Any : Counts::Round);
+  }
+  if (s.image == "pmc_ip" && !adapts && has_importance(*scene)) {
+    std::lock_guard lock(mutex);
+    report_once(diagnostics, {Diagnostic::Severity::Warning, "", std::string(find_integrator(integrator_name).label) +
+                                                                   " cannot give pixels different numbers of samples: what is more important gets no more of them."});
   }
   {
     std::lock_guard lock(mutex);
@@ -322,6 +329,8 @@ void Session::Data::run(Job job) {
                     adapts               ? "pixels get samples by their noise"
                     : s.image == "pmc_ip" ? "this integrator cannot give pixels different numbers of samples"
                                           : "all pixels get the same number of samples"});
+    if (adapts && scene->any_light_importance())
+      plan.push_back({"importance of light", true, "a pilot of path tracing measures where the light of groups that matter more or less arrives"});
     image_plan = std::move(new_plan);
     settings = s;
     seed = own_seed;

@@ -11,7 +11,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '8'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '9'};
 constexpr char kOldestVersion = '2';
 
 /// Types whose bytes are their value.
@@ -132,6 +132,7 @@ template <class A> void fields(A& a, ObjectDescription& v) {
   all(a, v.name, v.mesh, v.materials, v.visibility, v.holdout, v.shadow_catcher, v.pass_index, v.color);
   if (a.has('3')) visit(a, v.importance);
   if (a.has('4')) visit(a, v.shadow_terminator_offset);
+  if (a.has('9')) visit(a, v.light_importance);
 }
 template <class A> void fields(A& a, InstanceDescription& v) { 
   all(a, v.object, v.world_from_object, v.random);
@@ -140,8 +141,12 @@ template <class A> void fields(A& a, InstanceDescription& v) {
 template <class A> void fields(A& a, LightDescription& v) {
   all(a, v.name, v.kind, v.world_from_light, v.color, v.energy, v.radius, v.spot_angle, v.spot_blend, v.sun_angle,
       v.area_shape, v.area_size, v.spread, v.graph, v.visibility, v.cast_shadow, v.multiple_importance);
+  if (a.has('9')) visit(a, v.light_importance);
 }
-template <class A> void fields(A& a, WorldDescription& v) { all(a, v.name, v.graph, v.color, v.visibility); }
+template <class A> void fields(A& a, WorldDescription& v) {
+  all(a, v.name, v.graph, v.color, v.visibility);
+  if (a.has('9')) visit(a, v.light_importance);
+}
 template <class A> void fields(A& a, PanoramaDescription& v) {
   all(a, v.kind, v.limits, v.fisheye_fov, v.fisheye_lens, v.sensor, v.polynomial);
 }

@@ -340,6 +340,8 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   s.statistics_.light_tree_bytes = s.lights_.tree_bytes();
   s.statistics_.environment_bytes = s.lights_.environment_bytes();
   s.statistics_.accel_bytes = s.accel_->memory_bytes();
+  for (const LightDescription& light : d.lights) s.lamp_importances_.push_back(light.light_importance);
+  s.world_light_importance_ = d.world.light_importance;
   s.objects_ = std::move(d.objects);
   s.hints_ = std::move(d.hints);
   s.statistics_.seconds = watch.seconds();
@@ -489,6 +491,22 @@ bool Scene::emission_without_lights() const {
     }
   }
   return false;
+}
+
+float Scene::light_importance(uint32_t light) const {
+  if (light < lamp_importances_.size()) return lamp_importances_[light];
+  if (int(light) == lights_.environment_index()) return world_light_importance_;
+  return objects_[instances_[lights_.light(light).instance].object].light_importance;
+}
+
+bool Scene::any_light_importance() const {
+  const auto emits = [&](uint32_t material) { return programs_[material].emits(); };
+  return (world_light_importance_ != 1.0f && lights_.environment_index() >= 0) ||
+         std::any_of(lamp_importances_.begin(), lamp_importances_.end(), [](float importance) { return importance != 1.0f; }) ||
+         std::any_of(instances_.begin(), instances_.end(), [&](const BuiltInstance& instance) {
+           const auto materials = materials_of(instance);
+           return objects_[instance.object].light_importance != 1.0f && std::any_of(materials.begin(), materials.end(), emits);
+         });
 }
 
 Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {

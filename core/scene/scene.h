@@ -102,6 +102,9 @@ class Scene {
   bool has_transparent_shadows() const { return any_transparent_; }
   /// Whether some surface may emit that no light stands for.
   bool emission_without_lights() const;
+  /// Of one light, and whether that of any source is not 1 (ObjectDescription::light_importance and its like).
+  float light_importance(uint32_t light) const;
+  bool any_light_importance() const;
 
   /// Ray from a surface point towards `direction`, its origin moved off the surface
   /// to the side of `direction` by the error bound of the point.
@@ -163,6 +166,8 @@ class Scene {
   std::vector<CameraShader> camera_shaders_;
   std::unique_ptr<TextureStore> textures_;
   LightSet lights_;
+  std::vector<float> lamp_importances_;
+  float world_light_importance_ = 1.0f;
   std::unique_ptr<Accel> accel_;
   BuildStatistics statistics_;
   bool any_transparent_ = false, has_media_ = false;

@@ -127,6 +127,7 @@ struct ObjectDescription {
   /// Cosine to the light below which shadow rays leave smooth triangles from the curved surface they stand for; 0: never
   /// (transport/shadow_terminator.h).
   float shadow_terminator_offset = 0.0f;
+  float light_importance = 1.0f;            ///< where it emits: of the part of a pixel's brightness that is its light, likewise
 };
 
 struct InstanceDescription {
@@ -159,6 +160,7 @@ struct LightDescription {
   NodeGraph graph;                          ///< optional; its Emission multiplies the lamp's own
   uint32_t visibility = kVisibleAll;
   bool cast_shadow = true, multiple_importance = true;
+  float light_importance = 1.0f;            ///< see ObjectDescription
 };
 
 struct WorldDescription {
@@ -166,6 +168,7 @@ struct WorldDescription {
   NodeGraph graph;                          ///< empty: the constant `color`
   Color color{0.0f};
   uint32_t visibility = kVisibleAll;
+  float light_importance = 1.0f;            ///< see ObjectDescription
 };
 
 enum class CameraKind : uint8_t { Perspective, Orthographic, Panorama };

@@ -170,9 +170,15 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
   ValidationCounts counts;
   validate_view(d.camera, d.settings);
   for (MeshDescription& mesh : d.meshes) validate_mesh(mesh, counts, diagnostics);
+  const auto repair = [](float& importance) {
+    if (!std::isfinite(importance) || importance < 0.0f) importance = 1.0f;
+  };
+  repair(d.world.light_importance);
+  for (LightDescription& light : d.lights) repair(light.light_importance);
   for (ObjectDescription& object : d.objects) {
     if (object.mesh >= int(d.meshes.size())) object.mesh = -1;
-    if (!std::isfinite(object.importance) || object.importance < 0.0f) object.importance = 1.0f;
+    repair(object.importance);
+    repair(object.light_importance);
     for (int& material : object.materials) {
       if (material >= int(d.materials.size())) material = -1;
     }

@@ -30,6 +30,11 @@ const std::vector<DirectMethodInfo>& direct_method_list();
 /// Throws SceneError naming the valid ones.
 const DirectMethodInfo& find_direct_method(const std::string& name);
 
+struct SampledLight {
+  Vec3 wi{0.0f};                ///< towards it
+  uint32_t light = 0;
+};
+
 struct DirectLightContext {
   const Scene& scene;
   const ShadingPoint& point;
@@ -37,7 +42,7 @@ struct DirectLightContext {
   uint32_t material = 0;        ///< index that tells materials apart
   int pixel_x = 0, pixel_y = 0; ///< of the full frame
   const GuidedBsdf* guide = nullptr;   ///< chooses the path's direction together with the BSDF
-  Vec3* towards = nullptr;      ///< where asked for: the direction of the light that was sampled
+  SampledLight* sampled = nullptr;   ///< where asked for: the light that was
 
   /// With the density by which the path's own sample will be drawn: what light samples compete with.
   Bsdf::Evaluation evaluate(Vec3 wi) const {
@@ -93,7 +98,7 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
   const auto sample = lights.sample_li(choice.light, c.point.position, u, c.point.time);
   if (!sample || is_black(sample->radiance)) return Color(0.0f);
-  if (c.towards) *c.towards = sample->wi;
+  if (c.sampled) *c.sampled = {sample->wi, choice.light};
   if (kOnlyBeyond && !grazes_terminator(c.point, sample->wi)) return Color(0.0f);
   Bsdf::Evaluation scattered = c.evaluate(sample->wi);
   const LightFlags light = lights.flags(choice.light);

@@ -64,16 +64,17 @@ inline float weight_of_hit_in_medium(const Scene& scene, float phase_pdf, Vec3 c
   return power_heuristic(phase_pdf, lights.choice_pmf(chosen_from, Vec3(0.0f), light) * lights.pdf_li(light, place, wi, distance, normal));
 }
 
-/// Dimensions from `first` on that each of the following takes.
+/// Dimensions from `first` on that each of the following takes. Both tell which light it was.
 constexpr uint32_t kMediumLightDimensions = 6;
 
 /// At a place where the path scatters.
 template <class State>
 Color estimate_direct_at(const Scene& scene, State& state, Vec3 place, const Ray& ray, const ShadingPoint& path, const PhaseFunction& phase, Sampler& sampler,
-                         uint32_t first, uint64_t& rays) {
+                         uint32_t first, uint32_t& sampled_light, uint64_t& rays) {
   sampler.set_dimension(first);
   const Vec2 u = sampler.get_2d();
   const LightSet::Choice choice = scene.lights().choose(place, Vec3(0.0f), sampler.get_1d());
+  sampled_light = choice.light;
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
   const LightFlags light = scene.lights().flags(choice.light);
   if (!(light.visibility & kVisibleVolumeScatter)) return Color(0.0f);
@@ -84,7 +85,7 @@ Color estimate_direct_at(const Scene& scene, State& state, Vec3 place, const Ray
 /// at a distance drawn by transmittance or by the angle at the light, as one mixture. A path's own scattering competes given that place.
 template <class State>
 Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& along, const MediumPoint& medium, const PhaseFunction& phase, Color beta,
-                            Sampler& sampler, uint32_t first, Vec3& chosen_from, uint64_t& rays) {
+                            Sampler& sampler, uint32_t first, Vec3& chosen_from, uint32_t& sampled_light, uint64_t& rays) {
   const Ray& ray = along.ray;
   const float length = along.t_end - ray.t_min;
   Color lost(0.0f), chance(0.0f);
@@ -108,6 +109,7 @@ Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& al
   const Vec2 u = sampler.get_2d();
   chosen_from = ray.origin + (ray.t_min + distance_of(sampler.get_1d())) * ray.direction;
   const LightSet::Choice choice = scene.lights().choose(chosen_from, Vec3(0.0f), sampler.get_1d());
+  sampled_light = choice.light;
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
   const LightFlags light = scene.lights().flags(choice.light);
   if (!(light.visibility & kVisibleVolumeScatter)) return Color(0.0f);

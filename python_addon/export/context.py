@@ -40,15 +40,25 @@ class ExportContext:
         self.known: KnownObjects | None = None           # of a viewport, likewise
         self.revisions: list[bpy.types.Object] | None = None   # of these, the objects to look at again; None: everything
         self.importance_of_collections: dict[int, float] | None = None
+        self.importance_of_light_groups: dict[str, float] = {}
         self.appearances: list[tuple] | None = None      # with motion blur: what each instance is known by (motion.identity)
         self.report_step = report_step
         self._is_cancelled = is_cancelled
         self._next_check = 0.0
+        for group in self.view_layer.ajar.light_groups:
+            if group.name in self.view_layer.lightgroups:
+                self.importance_of_light_groups[group.name] = group.importance
+            else:
+                self.warn(self.view_layer.name, f"its light group {group.name} is gone, and with it that group's importance")
 
     def warn(self, name: str, message: str) -> None:
         """Tell the artist, once."""
         if (name, message) not in self.warnings:
             self.warnings.append((name, message))
+
+    def light_importance(self, source: bpy.types.Object | bpy.types.World) -> float:
+        """Of the light group it is in."""
+        return self.importance_of_light_groups.get(source.lightgroup, 1.0) if self.importance_of_light_groups else 1.0
 
     def check_cancelled(self) -> None:
         """Cheap enough for every turn of a loop."""

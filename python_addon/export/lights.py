@@ -10,7 +10,8 @@ from . import node_graph
 from .context import ExportContext
 
 
-def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list[float], visibility: int) -> None:
+def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list[float], visibility: int,
+           light_importance: float = 1.0) -> None:
     """One lamp of the scene. Instances of a lamp are lamps."""
     if light.type == "AREA" and compat.cycles_value(light, "is_portal", False):
         return  # a portal only guides Cycles' sampling of the sky
@@ -20,6 +21,7 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list
     out.color = compat.light_color(light)
     out.energy = compat.light_energy(light)
     out.visibility = visibility
+    out.light_importance = light_importance
     out.cast_shadow = compat.casts_shadow(light)
     out.multiple_importance = bool(compat.cycles_value(light, "use_multiple_importance_sampling", True))
     _KINDS[light.type](out, light)

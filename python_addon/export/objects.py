@@ -171,7 +171,7 @@ def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Obj
     return {"name": owner.name, "visibility": _visibility(context, owner, parent),
             "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": owner.is_shadow_catcher,
             "pass_index": owner.pass_index, "color": tuple(owner.color), "importance": _importance(context, owner),
-            "shadow_terminator_offset": _shadow_terminator_offset(context, owner)}
+            "shadow_terminator_offset": _shadow_terminator_offset(context, owner), "light_importance": context.light_importance(owner)}
 
 
 def _visibility(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> int:
@@ -194,7 +194,7 @@ def _ray_visibility(thing: bpy.types.Object) -> int:
 
 def _export_lamps(context: ExportContext, collected: Collected) -> None:
     for lamp in collected.lamps_in_order:
-        lights.export(context, lamp.owner.data, lamp.owner.name, lamp.rows, lamp.visibility)
+        lights.export(context, lamp.owner.data, lamp.owner.name, lamp.rows, lamp.visibility, context.light_importance(lamp.owner))
 
 
 def _export_meshes(context: ExportContext, collected: Collected) -> None:
@@ -255,7 +255,7 @@ def _revise(context: ExportContext, collected: Collected, changed: list[bpy.type
         collected.rows[12 * number:12 * number + 12] = array("f", rows_3x4(thing.matrix_world))
     for lamp in collected.lamps_in_order:
         thing = lamp.owner.evaluated_get(depsgraph)
-        lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility)
+        lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(thing))
     for geometry in collected.order:
         geometry.material_indices = [materials.export(context, material.evaluated_get(depsgraph) if material is not None else None)
                                      for material in geometry.materials]

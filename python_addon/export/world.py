@@ -20,6 +20,7 @@ def export(context: ExportContext) -> None:
     else:
         out.color = tuple(world.color)
     out.visibility = _visibility(world)
+    out.light_importance = context.light_importance(world)
 
 
 def _visibility(world) -> int:

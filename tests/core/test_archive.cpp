@@ -39,13 +39,15 @@ TEST(Archive, round_trip_keeps_every_byte) {
 
 TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   const SceneDescription d = rich_description();
-  SceneDescription panorama = d, moving = d;         // what files before version 4, 5, 6, 7 and 8 cannot say
+  SceneDescription panorama = d, moving = d;         // what files before version 4, 5, 6, 7, 8 and 9 cannot say
   panorama.camera.panorama.fisheye_fov = 3.0f;
   moving.motion_keys = {d.camera.world_from_camera};
   moving.camera.shutter = {0.0f, 1.0f};
   moving.settings.mist.depth = 3.0f;
   SceneDescription limited = d;
   limited.settings.memory_limit = 1000;
+  SceneDescription important = d;
+  important.lights[0].light_importance = important.objects[0].light_importance = important.world.light_importance = 2.0f;
   SceneDescription guided = d;
   guided.settings.guiding = "on";
   SceneDescription merging = d;
@@ -63,6 +65,9 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(limited))), to_bytes(limited));
   EXPECT_NE(to_bytes(limited), written);
   for (char version = '2'; version < '8'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(limited, version))), written);
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(important))), to_bytes(important));
+  EXPECT_NE(to_bytes(important), written);
+  for (char version = '2'; version < '9'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(important, version))), written);
   std::vector<char> bytes = to_bytes(d);
   bytes[7] = '1';
   EXPECT_THROW(from_bytes(bytes), SceneError);

@@ -14,6 +14,8 @@ using namespace ajar::fixtures;
 
 namespace {
 
+const std::atomic<bool> kGoOn{false};
+
 /// Luminance of sample `index` of a pixel.
 using Toy = std::function<float(int x, int y, uint32_t index)>;
 
@@ -303,9 +305,9 @@ TEST(ImageSampling, regions_and_objects_of_importance_get_their_samples) {
   d.settings.importance_region = {0.5f, 0.0f, 1.0f, 1.0f};
   d.settings.importance_factor = 8.0f;
   EXPECT_GT(odds_of_the_right(render(d, 2).counts), 2.0 * before);
-  EXPECT_TRUE(importance_map(*build(lit_room(20))).empty());
+  EXPECT_TRUE(importance_map(build(lit_room(20)), 1, kGoOn).empty());
   d.objects.back().importance = 0.5f;   // the ball, right of the middle
-  const std::vector<float> map = importance_map(*build(d));
+  const std::vector<float> map = importance_map(build(d), 1, kGoOn);
   ASSERT_EQ(map.size(), 400u);
   EXPECT_EQ(map[0], 1.0f);
   EXPECT_EQ(map[19], 8.0f);

@@ -27,6 +27,33 @@ def test_importance_of_an_object_is_its_own_times_its_collections(build, export,
     assert export().objects[0].importance == pytest.approx(6.0)
 
 
+def test_importance_of_a_light_group_is_that_of_all_its_sources(build, export, scene):
+    view_layer = bpy.context.view_layer
+    build.object(build.mesh(), "Face").lightgroup = "Key"
+    build.object(build.mesh(), "Other").lightgroup = "Fill"
+    lamp = bpy.data.objects.new("Lamp", bpy.data.lights.new("Lamp", "POINT"))
+    scene.collection.objects.link(lamp)
+    scene.world = bpy.data.worlds.new("Sky")
+    lamp.lightgroup = scene.world.lightgroup = "Key"
+    for name in ("Key", "Fill"):
+        bpy.ops.scene.view_layer_add_lightgroup(name=name)
+
+    def importances():
+        description = export()
+        return {**{thing.name: thing.light_importance for thing in (*description.objects, *description.lights)}, "Sky": description.world.light_importance}
+    assert set(importances().values()) == {1.0}
+    view_layer.active_lightgroup_index = 0
+    view_layer.ajar.light_group_importance = 5.0
+    assert importances() == {"Face": 5.0, "Other": 1.0, "Lamp": 5.0, "Sky": 5.0}
+    view_layer.active_lightgroup_index = 1
+    assert view_layer.ajar.light_group_importance == 1.0
+    view_layer.ajar.light_group_importance = 0.5
+    assert importances() == {"Face": 5.0, "Other": 0.5, "Lamp": 5.0, "Sky": 5.0}
+    view_layer.active_lightgroup_index = 0
+    view_layer.ajar.light_group_importance = 1.0
+    assert [group.name for group in view_layer.ajar.light_groups] == ["Fill"]
+
+
 def test_views_share_samples_out_alike_but_for_the_region_of_the_frame(export, scene):
     scene.ajar.image, scene.ajar.image_error, scene.ajar.importance_factor = "pmc_ip", "perceptual", 3.0
     settings = export().settings
