@@ -1,6 +1,7 @@
 #include "film/film.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -54,7 +55,8 @@ const std::vector<PassInfo>& known_passes() {
                                             {"DiffDir", 3}, {"DiffInd", 3}, {"DiffCol", 3}, {"GlossDir", 3}, {"GlossInd", 3},
                                             {"GlossCol", 3}, {"TransDir", 3}, {"TransInd", 3}, {"TransCol", 3}, {"VolumeDir", 3}, {"VolumeInd", 3}, {"Sample Count", 1}, {"Variance", 1},
                                             {"Error", 1}, {"Perceptual Error", 1},
-                                            {"Share BSDF", 1}, {"Share Light 1", 1}, {"Share Light 2", 1}, {"Share Cone", 1}};
+                                            {"Share BSDF", 1}, {"Share Light 1", 1}, {"Share Light 2", 1}, {"Share Cone", 1},
+                                            {"Share Lobe 1", 1}, {"Share Lobe 2", 1}, {"Share Lobe 3", 1}};
   return passes;
 }
 
@@ -124,7 +126,7 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
       a.uv[c] += double(aux->uv[c]);
       a.albedo[c] += double(aux->albedo[c]);
     }
-    for (size_t k = 0; k < 4; ++k) a.shares[k] += double(aux->shares[k]);
+    for (size_t k = 0; k < aux->shares.size(); ++k) a.shares[k] += double(aux->shares[k]);
     a.mist += double(aux->mist);
   }
   return true;
@@ -229,7 +231,9 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   const size_t kind = pass.starts_with("Diff") ? 0 : pass.starts_with("Gloss") ? 1 : 2;
   std::vector<float> variance;
   if (pass == "Variance" || pass == "Error" || pass == "Perceptual Error") variance = variance_of_mean();
-  const int share = pass == "Share BSDF" ? 0 : pass == "Share Light 1" ? 1 : pass == "Share Light 2" ? 2 : pass == "Share Cone" ? 3 : -1;
+  constexpr std::array kShares{"Share BSDF", "Share Light 1", "Share Light 2", "Share Cone", "Share Lobe 1", "Share Lobe 2", "Share Lobe 3"};
+  const auto share_of_pass = std::find(kShares.begin(), kShares.end(), pass);
+  const int share = share_of_pass == kShares.end() ? -1 : int(share_of_pass - kShares.begin());
   for (size_t i = 0; i < pixels_.size(); ++i) {
     const Pixel& p = pixels_[i];
     if (p.count == 0 && !splats_) continue;

@@ -39,7 +39,8 @@ struct SampleAux {
   Color albedo{0.0f};
   float mist = 1.0f;               ///< 0 near, 1 far
   float object_index = 0.0f, material_index = 0.0f;
-  std::array<float, 4> shares{};   ///< of a learned mixture: BSDF, first and second light or half of the light tree, cone
+  /// Of a learned mixture: BSDF, first and second light or half of the light tree, cone, and the BSDF's lobes from the widest to the sharpest.
+  std::array<float, 7> shares{};
 };
 
 /// A sample's radiance taken apart, as Blender's passes have it: what is seen directly, and what the first surface scatters by each kind of
@@ -127,7 +128,7 @@ class Film {
   };
   struct AuxPixel {
     double depth = 0.0, normal[3] = {0, 0, 0}, position[3] = {0, 0, 0}, uv[3] = {0, 0, 0}, albedo[3] = {0, 0, 0},
-           shares[4] = {0, 0, 0, 0}, mist = 0.0;
+           shares[7] = {}, mist = 0.0;
     float object_index = 0.0f, material_index = 0.0f;
     bool has_first = false;
   };

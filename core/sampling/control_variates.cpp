@@ -74,13 +74,16 @@ ControlCoefficients NormalEquations::fit(double relative_ridge, int least_sample
   if (columns < 1 || n_ < double(least_samples)) return none;
 
   // Centring takes the intercept out of the system, and out of the penalty.
+  // Columns that never varied are none: nothing is known of them, and nothing is to be corrected by them.
   double centred[kColumns * (kColumns + 1) / 2], matrix[kColumns * (kColumns + 1) / 2], trace = 0.0;
+  int varying = 0;
   for (int i = 0; i < columns; ++i) {
     for (int j = 0; j <= i; ++j) centred[packed(i, j)] = zz_[packed(i, j)] - z_[i] * z_[j] / n_;
     trace += centred[packed(i, i)];
+    varying += centred[packed(i, i)] > 0.0;
   }
   if (!(trace > 1e-12 * n_) || !std::isfinite(trace)) return none;
-  const double ridge = relative_ridge * trace / columns;
+  const double ridge = relative_ridge * trace / varying;
   for (int i = 0; i < columns; ++i) {
     for (int j = 0; j <= i; ++j) matrix[packed(i, j)] = centred[packed(i, j)] + (i == j ? ridge : 0.0);
   }
@@ -105,7 +108,7 @@ ControlCoefficients NormalEquations::fit(double relative_ridge, int least_sample
     after += kLuminance[c] * residual;
   }
   // Every coefficient costs a degree of freedom here and adds its own error there: twice, as in Akaike's final prediction error.
-  const double k = double(columns);
+  const double k = double(varying);
   if (n_ - 1.0 - k < 1.0 || !(after * (n_ + k) / (n_ - 1.0 - k) < before * n_ / (n_ - 1.0))) return none;
   return fitted;
 }

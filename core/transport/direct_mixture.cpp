@@ -99,7 +99,7 @@ struct DirectMixture::Regressions {
   std::vector<Slot> slots;
   std::vector<Light> lights;               // those of the groups, for intersection
   std::vector<uint32_t> light_indices;
-  int components = 0;
+  int groups = 0;                          // of lights that are a component each; one for `correlated`
 
   Slot& slot(const DirectLightContext& c) {
     const uint32_t block = uint32_t((c.pixel_y - y0) / kBlock) * uint32_t(columns) + uint32_t((c.pixel_x - x0) / kBlock);
@@ -134,9 +134,10 @@ std::vector<uint32_t> halves_of(const LightSet& lights, Vec3 center) {
 
 // ---- Preparing ---------------------------------------------------------------------------
 
-DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int samples, int deepest)
+DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int samples, int deepest, Lobes lobes)
     : scene_(scene), method_(method), samples_(std::max(1, samples)), deepest_(deepest) {
   using enum DirectMethod;
+  lobes_apart_ = lobes == Lobes::Apart && (method == PmcHi || method == PmcHiPaper || method == Ocv || method == OcvPaper || method == OcvProgressive);
   const bool within_estimate = method == PmcHiPaper || method == Ocv || method == OcvPaper || method == Correlated;
   if (within_estimate) samples_ = std::max(samples_, kLeastEstimateSamples);
   const LightSet& lights = scene.lights();
@@ -181,7 +182,7 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
     }
     const float scale = counted > 0 ? float(sum / counted) : 1.0f;
     cuts_ = std::make_shared<LightCutCache>(lights, camera.position(), angle_, scale);
-    if (samples_ > 1) many_ = ShareCache(kCellsLog2, {0.5f, 0.0f, 0.5f}, {kFloor, 0.0f, kFloor}, kPriorCount, scale);
+    if (samples_ > 1) many_ = ShareCache(kCellsLog2, kFirstGroup, kPriorCount, scale);
     return;
   }
   groups_ = LightGroups(lights, kMostGroups, scene.center());
@@ -189,7 +190,7 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
   if (method == Ocv || method == OcvPaper || method == OcvProgressive || method == Correlated) {
     regressions_ = std::make_unique<Regressions>();
     Regressions& r = *regressions_;
-    r.components = 1 + (method == Correlated ? 1 : groups_.size());
+    r.groups = method == Correlated ? 1 : groups_.size();
     size_t total = 0;
     for (int g = 0; g < groups_.size(); ++g) total += groups_.lights(g).size();
     controls_possible_ = total > 0 && total <= kMostControlledLights && groups_cover(lights, groups_, scene.center());
@@ -206,7 +207,7 @@ DirectMixture::DirectMixture(const Scene& scene, DirectMethod method, int sample
       r.y0 = scene.settings().region[1];
       r.columns = (scene.settings().width + Regressions::kBlock - 1) / Regressions::kBlock;
       const int rows = (scene.settings().height + Regressions::kBlock - 1) / Regressions::kBlock;
-      r.slots.resize(size_t(r.columns) * size_t(rows) * Regressions::kSlots, {NormalEquations(r.components), {}});
+      r.slots.resize(size_t(r.columns) * size_t(rows) * Regressions::kSlots, {NormalEquations(kMostLobes + r.groups), {}});
     }
   }
 }
@@ -232,17 +233,17 @@ void DirectMixture::learn() {
   if (cuts_) cuts_->publish();
   if (many_.components() > 0) many_.publish();
   if (regressions_) {   // none where there is no light to choose
-    for (Regressions::Slot& slot : regressions_->slots) slot.coefficients = slot.past.fit(kRidgeMany, 4 * regressions_->components);
+    for (Regressions::Slot& slot : regressions_->slots) slot.coefficients = slot.past.fit(kRidgeMany, 4 * (1 + regressions_->groups));
   }
 }
 
-DirectMixture::Kernel DirectMixture::fixed_kernel() const {
+DirectMixture::Kernel DirectMixture::fixed_kernel(const LobeComponents& lobes) const {
   using enum DirectMethod;
-  Kernel k;
+  Kernel k{lobes};
   k.count = kFirstGroup + groups_.size();
   k.alpha.fill(0.0f);
-  k.alpha[kBsdf] = method_ == Light ? 0.0f : (method_ == Bsdf ? 1.0f : 0.5f);
-  const float lights = 1.0f - k.alpha[kBsdf];
+  const float bsdf = method_ == Light ? 0.0f : (method_ == Bsdf ? 1.0f : 0.5f), lights = 1.0f - bsdf;
+  for (int i = 0; i < lobes.count(); ++i) k.alpha[size_t(i)] = bsdf * lobes.prior(i);
   const bool by_group = groups_.size() > 0 && method_ != Correlated && (method_ == PmcHiPaper || controls_possible_);
   if (!by_group && !(method_ == Correlated && controls_possible_)) {
     k.alpha[kAny] = lights;
@@ -257,10 +258,18 @@ DirectMixture::Kernel DirectMixture::fixed_kernel() const {
   return k;
 }
 
-DirectMixture::Kernel DirectMixture::learned_kernel(std::span<const float> shares) const {
-  Kernel k;
-  k.count = int(shares.size());
-  std::copy(shares.begin(), shares.end(), k.alpha.begin());
+/// Floors of the lobes sum to what one BSDF would have: dividing it among them leaves no part of it less covered than by half.
+DirectMixture::Kernel DirectMixture::learned_kernel(const LobeComponents& lobes, uint32_t cell) const {
+  Kernel k{lobes};
+  k.count = kFirstGroup;
+  std::array<float, kFirstGroup> prior{}, floors{};
+  for (int i = 0; i < lobes.count(); ++i) {
+    prior[size_t(i)] = 0.5f * lobes.prior(i);
+    floors[size_t(i)] = kFloor * lobes.prior(i);
+  }
+  prior[kAny] = 0.5f;
+  floors[kAny] = kFloor;
+  many_.shares(cell, prior, floors, {k.alpha.data(), kFirstGroup});
   return k;
 }
 
@@ -276,11 +285,11 @@ uint64_t DirectMixture::cell_key(const DirectLightContext& c) const {
 
 // ---- Samples of the mixture ----------------------------------------------------------------
 
-DirectMixture::Densities DirectMixture::densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi, float pdf_bsdf,
-                                                  float pdf_light, bool mis, float known_pmf) const {
-  Densities d{0.0f, 0.0f, 0.0f, 0.0f, -1};
+DirectMixture::Densities DirectMixture::densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi,
+                                                  const std::array<float, kMostLobes>& pdf_lobes, float pdf_light, bool mis, float known_pmf) const {
+  Densities d{{}, 0.0f, 0.0f, 0.0f, 0.0f, -1};
   if (mis) {
-    d.bsdf = k.alpha[kBsdf] * pdf_bsdf;
+    for (int i = 0; i < k.lobes.count(); ++i) d.bsdf += d.lobes[size_t(i)] = k.alpha[size_t(i)] * pdf_lobes[size_t(i)];
     if (k.alpha[kCone] > 0.0f && 1.0f - glm::dot(k.cone.n, wi) <= k.one_minus_cos) d.cone = k.alpha[kCone] * warp::cone_pdf_solid_angle(k.one_minus_cos);
   }
   if (k.alpha[kAny] > 0.0f)
@@ -303,7 +312,7 @@ void DirectMixture::add_found(const Densities& d, Color f, bool power, bool from
   const Color y = f / total;
   out.y += y;
   const float luminous = luminance_of(y) / total;
-  out.responsible[kBsdf] += luminous * d.bsdf;
+  for (int i = 0; i < kMostLobes; ++i) out.responsible[size_t(i)] += luminous * d.lobes[size_t(i)];
   out.responsible[kCone] += luminous * d.cone;
   out.responsible[kAny] += luminous * d.any;
   if (d.group_index >= 0) out.responsible[size_t(kFirstGroup + d.group_index)] += luminous * d.group;
@@ -329,8 +338,8 @@ void DirectMixture::draw_light(const DirectLightContext& c, const Kernel& k, int
   const LightFlags light = lights.flags(index);
   const bool mis = !sample->delta && light.mis;
   if (mis) out.wi = sample->wi;
-  const Bsdf::Evaluation scattered = c.bsdf.evaluate(c.point.wo, sample->wi);
-  out.pdf_bsdf = scattered.pdf_solid_angle;
+  const LobeComponents::Evaluation scattered = k.lobes.evaluate(c.point.wo, sample->wi);
+  out.pdf_lobes = scattered.pdf;
   Color f = scattered.f_cos * sample->radiance;
   if (is_black(f)) return;
   if (light.cast_shadow) {
@@ -338,38 +347,36 @@ void DirectMixture::draw_light(const DirectLightContext& c, const Kernel& k, int
     f *= scene_.transmittance(scene_.spawn_segment(c.point, sample->wi, sample->distance), scene_.settings().bounces.transparent);
     if (is_black(f)) return;
   }
-  add_found(densities(c, k, index, sample->wi, scattered.pdf_solid_angle, sample->pdf_solid_angle, mis, known_pmf), f, power, false, out);
+  add_found(densities(c, k, index, sample->wi, scattered.pdf, sample->pdf_solid_angle, mis, known_pmf), f, power, false, out);
 }
 
 void DirectMixture::draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out,
                                    uint64_t& rays) const {
   Vec3 wi;
   Color f_cos;
-  float pdf;
   uint32_t kind;
-  if (component == kBsdf) {
-    const auto sample = c.bsdf.sample(c.point.wo, u_choice, u);
+  if (component < kMostLobes) {
+    const auto sample = k.lobes.sample(component, c.point.wo, u_choice, u);
     // Mirrors and transparency are left to the path.
-    if (!sample || sample->specular || !(sample->pdf_solid_angle > 0.0f)) return;
+    if (!sample) return;
     wi = sample->wi;
-    f_cos = sample->f_cos;
-    pdf = sample->pdf_solid_angle;
-    kind = ray_kind_after(*sample);
+    f_cos = sample->value.f_cos;
+    out.pdf_lobes = sample->value.pdf;
+    kind = ray_kind_after(sample->flags);
   } else {
     wi = k.cone.to_world(warp::square_to_cone(u, k.one_minus_cos));
-    const Bsdf::Evaluation scattered = c.bsdf.evaluate(c.point.wo, wi);
+    const LobeComponents::Evaluation scattered = k.lobes.evaluate(c.point.wo, wi);
     f_cos = scattered.f_cos;
-    pdf = scattered.pdf_solid_angle;
+    out.pdf_lobes = scattered.pdf;
     kind = kRayReflection | kRayDiffuse;
   }
   out.wi = wi;
-  out.pdf_bsdf = pdf;
   if (is_black(f_cos)) return;
   const LightSet& lights = scene_.lights();
   for_each_light_along(scene_, c.point, wi, kind, rays, [&](uint32_t light, Color radiance, Vec3 normal, float distance) {
     if (is_black(radiance)) return;
     const float pdf_light = lights.pdf_li(light, c.point.position, wi, distance, normal);
-    add_found(densities(c, k, light, wi, pdf, pdf_light, true), f_cos * radiance, power, true, out);
+    add_found(densities(c, k, light, wi, out.pdf_lobes, pdf_light, true), f_cos * radiance, power, true, out);
   });
 }
 
@@ -393,10 +400,10 @@ void DirectMixture::for_each_draw(const DirectLightContext& c, const Kernel& k, 
       const float u_choice = few && component == kAny ? u.x : numbers.get_1d();
       out.y = Color(0.0f);
       out.wi = Vec3(0.0f);
-      out.pdf_bsdf = 0.0f;
+      out.pdf_lobes.fill(0.0f);
       out.choice.share = 0.0f;
       std::fill_n(out.responsible.begin(), k.count, 0.0f);
-      if (component == kBsdf || component == kCone) {
+      if (component <= kCone) {
         draw_direction(c, k, component, u_choice, u, power, out, rays);
       } else {
         draw_light(c, k, component, u_choice, u, power, out, rays);
@@ -541,13 +548,14 @@ Color DirectMixture::many_samples(const DirectLightContext& c, Sampler& sampler,
   }
   // Lights alone leave to the path what LightSet leaves to the BSDF.
   vertex.complete = method_ != Light;
-  if (method_ == PmcHiPaper) return adapt_here(c, sampler, aux, rays);
-  if (regressions_) return control_variates(c, sampler, rays);
+  const LobeComponents lobes(c.bsdf, c.point.wo, lobes_apart_);
+  if (method_ == PmcHiPaper) return adapt_here(c, lobes, sampler, aux, rays);
+  if (regressions_) return control_variates(c, lobes, sampler, aux, rays);
 
   const bool learned = many_.components() > 0;
   const uint64_t key = learned ? cell_key(c) : 0;
-  const uint32_t cell = many_.cell(hash64(key));
-  Kernel k = learned ? learned_kernel(many_.shares(cell)) : fixed_kernel();
+  const uint32_t cell = many_.cell(hash64(key + lobes.signature()));
+  Kernel k = learned ? learned_kernel(lobes, cell) : fixed_kernel(lobes);
   if (cuts_) vertex.cell = k.cell = cuts_->cell(key);
   const bool learning = wants_pilot();
   const int n = learning ? std::min(samples_, kMostPilotSamples) : samples_;
@@ -577,11 +585,12 @@ Color DirectMixture::unreachable_lights(const DirectLightContext& c, Sampler& sa
 }
 
 /// PMC-HI as in the thesis, section 5.4, with floors, shrinkage and all components' densities used at every sample.
-Color DirectMixture::adapt_here(const DirectLightContext& c, Sampler& sampler, SampleAux* aux, uint64_t& rays) const {
-  Kernel k = fixed_kernel();
-  const int m = 1 + groups_.size();
-  for (int i = 0; i < k.count; ++i) k.alpha[size_t(i)] = i == kBsdf || i >= kFirstGroup ? 1.0f / float(m) : 0.0f;
-  if (groups_.size() == 0) k.alpha[kAny] = 0.5f, k.alpha[kBsdf] = 0.5f;
+Color DirectMixture::adapt_here(const DirectLightContext& c, const LobeComponents& lobes, Sampler& sampler, SampleAux* aux, uint64_t& rays) const {
+  Kernel k = fixed_kernel(lobes);
+  // Any light is a component where lights have no groups.
+  const auto used = [&](int i) { return i < lobes.count() || (groups_.size() > 0 ? i >= kFirstGroup : i == kAny); };
+  const int m = lobes.count() + std::max(1, groups_.size());
+  for (int i = 0; i < k.count; ++i) k.alpha[size_t(i)] = used(i) ? 1.0f / float(m) : 0.0f;
   const int iterations = std::clamp(samples_ / (2 * m), 2, 4);
   Color sum(0.0f);
   int done = 0;
@@ -624,13 +633,8 @@ Color DirectMixture::adapt_here(const DirectLightContext& c, Sampler& sampler, S
     cone_share = std::min(cone_share, 0.5f);
     float sum_alpha = 0.0f;
     for (int i = 0; i < k.count; ++i) {
-      const bool used = i == kBsdf || i >= kFirstGroup;
       float& alpha = k.alpha[size_t(i)];
-      if (i == kCone || (i == kAny && groups_.size() > 0)) {
-        alpha = 0.0f;
-      } else if (used || i == kAny) {
-        alpha = kFloor + (others > 0.0 ? kept * float(sums[size_t(i)] / others) : 0.0f) + (1.0f - kept) / float(m);
-      }
+      alpha = used(i) ? kFloor + (others > 0.0 ? kept * float(sums[size_t(i)] / others) : 0.0f) + (1.0f - kept) / float(m) : 0.0f;
       sum_alpha += alpha;
     }
     for (int i = 0; i < k.count; ++i) k.alpha[size_t(i)] *= (1.0f - cone_share) / sum_alpha;
@@ -643,21 +647,26 @@ Color DirectMixture::adapt_here(const DirectLightContext& c, Sampler& sampler, S
 // ---- Control variates ---------------------------------------------------------------------------
 
 /// Ratios of densities over directions (the sum of all lights crossed, hidden or not: their integrals are 1). Samples
-/// that are no direction, and those of delta lights, are atoms of their own component.
+/// that are no direction, and those of delta lights, are atoms of their own component. Columns: lobes, those that the surface does not have
+/// with the ratio 1, which corrects nothing; then lights.
 void DirectMixture::control_sample(const DirectLightContext& c, const Kernel& k, int component, const Draw& draw, ControlSample& sample) const {
   const Regressions& r = *regressions_;
   const bool lump = method_ == DirectMethod::Correlated;
-  const auto column = [&](int component_of_kernel) { return component_of_kernel == kBsdf ? 0 : (lump ? 1 : 1 + component_of_kernel - kFirstGroup); };
-  sample.y = draw.y;
+  const int lobes = k.lobes.count(), columns = lobe_columns(k);
   std::fill_n(sample.z, kMaxControls, 0.0f);
+  std::fill(sample.z + lobes, sample.z + columns, 1.0f);
+  sample.y = draw.y;
   if (draw.wi == Vec3(0.0f)) {
-    const float share = lump && component != kBsdf ? 1.0f - k.alpha[kBsdf] : k.alpha[size_t(component)];
-    sample.z[column(component)] = 1.0f / share;
+    const bool lobe = component < kMostLobes;
+    sample.z[lobe ? component : columns + (lump ? 0 : component - kFirstGroup)] = 1.0f / (lump && !lobe ? 1.0f - k.bsdf_share() : k.alpha[size_t(component)]);
     return;
   }
   const LightSet& lights = scene_.lights();
-  float mixture = k.alpha[kBsdf] * draw.pdf_bsdf;
-  sample.z[0] = draw.pdf_bsdf;
+  float mixture = 0.0f;
+  for (int i = 0; i < lobes; ++i) {
+    sample.z[i] = draw.pdf_lobes[size_t(i)];
+    mixture += k.alpha[size_t(i)] * draw.pdf_lobes[size_t(i)];
+  }
   Ray ray;
   ray.origin = c.point.position;
   ray.direction = draw.wi;
@@ -690,16 +699,20 @@ void DirectMixture::control_sample(const DirectLightContext& c, const Kernel& k,
     const float alpha = k.alpha[size_t(kFirstGroup + g)];
     mixture += alpha * pdf;
     // The lump of all lights is a mixture of the groups by their shares.
-    sample.z[lump ? 1 : 1 + g] += lump ? pdf * alpha / (1.0f - k.alpha[kBsdf]) : pdf;
+    sample.z[lump ? columns : columns + g] += lump ? pdf * alpha / (1.0f - k.bsdf_share()) : pdf;
   }
-  if (mixture > 0.0f) {
-    for (int j = 0; j < r.components; ++j) sample.z[j] /= mixture;
-  }
+  if (!(mixture > 0.0f)) return;
+  for (int j = 0; j < columns + r.groups; ++j)
+    if (j < lobes || j >= columns) sample.z[j] /= mixture;
 }
 
-Color DirectMixture::control_variates(const DirectLightContext& c, Sampler& sampler, uint64_t& rays) const {
+/// Coefficients that outlive an estimate are for any surface, so each has all columns.
+int DirectMixture::lobe_columns(const Kernel& k) const { return method_ == DirectMethod::OcvProgressive ? kMostLobes : k.lobes.count(); }
+
+Color DirectMixture::control_variates(const DirectLightContext& c, const LobeComponents& lobes, Sampler& sampler, SampleAux* aux, uint64_t& rays) const {
   using enum DirectMethod;
-  const Kernel k = fixed_kernel();
+  const Kernel k = fixed_kernel(lobes);
+  record_shares(k, aux);
   Regressions& r = *regressions_;
   constexpr int kMostSamples = 256;
   static thread_local std::vector<ControlSample> samples;
@@ -719,14 +732,15 @@ Color DirectMixture::control_variates(const DirectLightContext& c, Sampler& samp
   }
   const std::span<const ControlSample> all(samples.data(), size_t(filled));
   if (!controls_possible_) return control_estimate(all, {});
-  if (method_ == OcvPaper) return ocv_paper(all, r.components);
+  const int components = lobe_columns(k) + r.groups;
+  if (method_ == OcvPaper) return ocv_paper(all, components);
   if (method_ == OcvProgressive) {
     Regressions::Slot& slot = r.slot(c);
     const Color estimate = control_estimate(all, slot.coefficients);
     for (const ControlSample& sample : all) slot.past.add(sample);
     return estimate;
   }
-  return ocv_cross_fitted(all.subspan(0, size_t(first_fold)), all.subspan(size_t(first_fold)), r.components);
+  return ocv_cross_fitted(all.subspan(0, size_t(first_fold)), all.subspan(size_t(first_fold)), components);
 }
 
 /// `share` as it is split between the two lights, or the two halves of the light tree.
@@ -749,7 +763,8 @@ void DirectMixture::record_light_shares(const DirectLightContext& c, uint32_t ce
 
 void DirectMixture::record_shares(const Kernel& k, SampleAux* aux) const {
   if (!aux) return;
-  aux->shares[0] = k.alpha[kBsdf];
+  aux->shares[0] = k.bsdf_share();
+  for (int i = 0; i < k.lobes.count(); ++i) aux->shares[size_t(4 + i)] = k.alpha[size_t(i)];
   for (int g = 0; g < std::min(2, groups_.size()); ++g) aux->shares[size_t(1 + g)] = k.alpha[size_t(kFirstGroup + g)];
   aux->shares[3] = k.alpha[kCone];
 }

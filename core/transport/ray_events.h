@@ -10,15 +10,16 @@
 namespace ajar {
 
 /// Kind of ray that leaves a surface after the sampled lobe, as Blender tells them apart.
-inline uint32_t ray_kind_after(const BsdfSample& sample) {
-  uint32_t kind = (sample.flags & kTransmission) ? uint32_t(kRayTransmission) : uint32_t(kRayReflection);
-  if (sample.flags & kDiffuse) kind |= kRayDiffuse;
-  if (sample.flags & (kGlossy | kSpecular)) kind |= kRayGlossy;
-  if (sample.flags & kSpecular) kind |= kRaySingular;
+inline uint32_t ray_kind_after(uint32_t lobe_flags) {
+  uint32_t kind = (lobe_flags & kTransmission) ? uint32_t(kRayTransmission) : uint32_t(kRayReflection);
+  if (lobe_flags & kDiffuse) kind |= kRayDiffuse;
+  if (lobe_flags & (kGlossy | kSpecular)) kind |= kRayGlossy;
+  if (lobe_flags & kSpecular) kind |= kRaySingular;
   // A transmitted ray is seen as such, not also as a glossy one.
-  if ((sample.flags & kTransmission) && !(sample.flags & kDiffuse)) kind &= ~uint32_t(kRayGlossy);
+  if ((lobe_flags & kTransmission) && !(lobe_flags & kDiffuse)) kind &= ~uint32_t(kRayGlossy);
   return kind;
 }
+inline uint32_t ray_kind_after(const BsdfSample& sample) { return ray_kind_after(sample.flags); }
 
 /// Before the ray of `sample` leaves `from`: what `next`, the vertex it comes to, knows of the bounces so far. Both may be the same.
 inline void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next) {

@@ -16,33 +16,43 @@ constexpr float kQuantum = 0x1p-34f, kMost = 0x1p20f;
 
 }  // namespace
 
-ShareCache::ShareCache(uint32_t cell_count_log2, std::vector<float> prior, std::vector<float> floors, float prior_count, float scale)
-    : m_(int(prior.size())),
+ShareCache::ShareCache(uint32_t cell_count_log2, int components, float prior_count, float scale)
+    : m_(components),
       mask_((1u << cell_count_log2) - 1),
       prior_count_(prior_count),
       inverse_scale_squared_(scale > 0.0f ? 1.0f / (scale * scale) : 1.0f),
-      prior_(std::move(prior)),
-      floors_(std::move(floors)),
-      shares_(new float[(size_t(mask_) + 1) * size_t(m_)]),
-      learned_(size_t(mask_) + 1, 0),
+      past_((size_t(mask_) + 1) * size_t(m_ + 1), 0.0f),
       sums_(new std::atomic<uint64_t>[(size_t(mask_) + 1) * size_t(m_ + 2)]()) {}
 
 ShareCache ShareCache::copied(int halvings) const {
-  const size_t cells = size_t(mask_) + 1, sums = cells * size_t(m_ + 2);
+  const size_t sums = (size_t(mask_) + 1) * size_t(m_ + 2);
   ShareCache other;
   other.m_ = m_;
   other.mask_ = mask_;
   other.prior_count_ = prior_count_;
   other.inverse_scale_squared_ = inverse_scale_squared_;
-  other.prior_ = prior_;
-  other.floors_ = floors_;
-  other.learned_ = learned_;
+  other.past_ = past_;
   if (m_ == 0) return other;
-  other.shares_.reset(new float[cells * size_t(m_)]);
-  std::copy_n(shares_.get(), cells * size_t(m_), other.shares_.get());
   other.sums_.reset(new std::atomic<uint64_t>[sums]);
   for (size_t i = 0; i < sums; ++i) other.sums_[i].store(sums_[i].load(std::memory_order_relaxed) >> halvings, std::memory_order_relaxed);
   return other;
+}
+
+void ShareCache::shares(uint32_t cell, std::span<const float> prior, std::span<const float> floors, std::span<float> shares) const {
+  const float* const past = past_.data() + size_t(cell) * size_t(m_ + 1);
+  const float prior_weight = past[m_];
+  if (!(prior_weight > 0.0f)) {
+    std::copy(prior.begin(), prior.end(), shares.begin());
+    return;
+  }
+  // The prior speaks as samples whose second moment is the mean one, split as the prior's shares say.
+  float sum = 0.0f, floor_sum = 0.0f;
+  for (size_t k = 0; k < shares.size(); ++k) {
+    shares[k] = prior[k] > 0.0f ? std::sqrt(past[k] + prior_weight * prior[k] * prior[k]) : 0.0f;
+    sum += shares[k];
+    floor_sum += floors[k];
+  }
+  for (size_t k = 0; k < shares.size(); ++k) shares[k] = floors[k] + (1.0f - floor_sum) * shares[k] / sum;
 }
 
 uint64_t ShareCache::fixed_point(float squared) const {
@@ -65,19 +75,9 @@ void ShareCache::publish() {
       const std::atomic<uint64_t>* const sums = sums_.get() + cell * size_t(m_ + 2);
       const double samples = double(sums[0].load(std::memory_order_relaxed)), squares = double(sums[1].load(std::memory_order_relaxed));
       if (!(squares > 0.0)) continue;
-      // The prior speaks as samples whose second moment is the mean one, split as the prior's shares say.
-      float* const shares = shares_.get() + cell * size_t(m_);
-      double sum = 0.0, floor_sum = 0.0;
-      for (int k = 0; k < m_; ++k) {
-        const double prior = double(prior_[size_t(k)]);
-        const double moment = double(sums[2 + k].load(std::memory_order_relaxed)) + double(prior_count_) * prior * prior * squares / samples;
-        shares[k] = float(std::sqrt(moment));
-        sum += double(shares[k]);
-        floor_sum += double(floors_[size_t(k)]);
-      }
-      if (!(sum > 0.0)) continue;
-      for (int k = 0; k < m_; ++k) shares[k] = floors_[size_t(k)] + float((1.0 - floor_sum) * double(shares[k]) / sum);
-      learned_[cell] = 1;
+      float* const past = past_.data() + cell * size_t(m_ + 1);
+      for (int k = 0; k < m_; ++k) past[k] = float(double(sums[2 + k].load(std::memory_order_relaxed)) / squares);
+      past[m_] = float(double(prior_count_) / samples);
     }
   });
 }

@@ -22,19 +22,18 @@ namespace ajar {
 class ShareCache {
  public:
   ShareCache() = default;
-  /// `floors` and `prior` per component; `scale` is a typical luminance of y.
-  ShareCache(uint32_t cell_count_log2, std::vector<float> prior, std::vector<float> floors, float prior_count, float scale);
+  /// `scale` is a typical luminance of y.
+  ShareCache(uint32_t cell_count_log2, int components, float prior_count, float scale);
 
   /// For another frame; with `halvings`, what was learned so far counts less.
   ShareCache copied(int halvings) const;
 
   int components() const { return m_; }
   uint32_t cell(uint64_t key) const { return uint32_t(key) & mask_; }
-  /// Shares of a cell for this iteration; the prior where nothing is known.
-  std::span<const float> shares(uint32_t cell) const {
-    return {learned_[cell] ? shares_.get() + size_t(cell) * size_t(m_) : prior_.data(), size_t(m_)};
-  }
-  bool learned(uint32_t cell) const { return learned_[cell]; }
+  /// Shares of a cell for this iteration, none below its floor; the prior where nothing is known. Components whose prior is 0
+  /// do not exist here. Prior and floors are the caller's, who knows what there is to share at this very point.
+  void shares(uint32_t cell, std::span<const float> prior, std::span<const float> floors, std::span<float> shares) const;
+  bool learned(uint32_t cell) const { return past_[size_t(cell) * size_t(m_ + 1) + size_t(m_)] > 0.0f; }
 
   /// A sample was drawn; it brought y^2; of which alpha_k rho_k y^2 for component k. Any thread, any time.
   void count(uint32_t cell) const { sums_[size_t(cell) * size_t(m_ + 2)].fetch_add(1, std::memory_order_relaxed); }
@@ -48,9 +47,8 @@ class ShareCache {
   int m_ = 0;
   uint32_t mask_ = 0;
   float prior_count_ = 0.0f, inverse_scale_squared_ = 1.0f;
-  std::vector<float> prior_, floors_;
-  std::unique_ptr<float[]> shares_;
-  std::vector<uint8_t> learned_;
+  /// Per cell: moments over the sum of y^2, and the weight of the prior beside them (0: nothing learned).
+  std::vector<float> past_;
   /// Per cell: samples, sum of y^2, sum of moments per component.
   std::unique_ptr<std::atomic<uint64_t>[]> sums_;
 };

@@ -374,10 +374,15 @@ TEST(LightCutCache, places_that_lose_their_slot_choose_as_the_tree_does) {
 
 TEST(ShareCache, learns_the_optimum_of_components_that_do_not_overlap) {
   // Conditional root-mean-square contributions 1 and 3: shares 1/4 and 3/4, whatever they were at first.
-  ShareCache cache(4, {0.9f, 0.1f}, {0.0f, 0.0f}, 1.0f, 1.0f);
+  ShareCache cache(4, 2, 1.0f, 1.0f);
+  const auto shares_of = [&](uint32_t cell) {
+    std::array<float, 2> shares;
+    cache.shares(cell, std::array{0.9f, 0.1f}, std::array{0.0f, 0.0f}, shares);
+    return shares;
+  };
   Pcg32 rng(1);
   for (int iteration = 0; iteration < 4; ++iteration) {
-    const auto shares = cache.shares(3);
+    const auto shares = shares_of(3);
     for (int i = 0; i < 20000; ++i) {
       const int k = rng.next_float() < shares[0] ? 0 : 1;
       const float y = (k == 0 ? 1.0f : 3.0f) / shares[size_t(k)];
@@ -387,19 +392,22 @@ TEST(ShareCache, learns_the_optimum_of_components_that_do_not_overlap) {
     }
     cache.publish();
   }
-  EXPECT_NEAR(cache.shares(3)[0], 0.25f, 0.02f);
+  EXPECT_NEAR(shares_of(3)[0], 0.25f, 0.02f);
   EXPECT_FALSE(cache.learned(2));
-  EXPECT_FLOAT_EQ(cache.shares(2)[0], 0.9f);
+  EXPECT_FLOAT_EQ(shares_of(2)[0], 0.9f);
 }
 
 TEST(ShareCache, floors_hold_and_absurd_values_do_no_harm) {
-  ShareCache cache(2, {0.5f, 0.5f}, {0.1f, 0.05f}, 1.0f, 1e-6f);
+  ShareCache cache(2, 3, 1.0f, 1e-6f);
   for (float y : {1e30f, 1e-30f, 0.0f}) {
     cache.count(0);
     cache.add_square(0, y * y);
     cache.add_moment(0, 1, y * y);
   }
   cache.publish();
-  EXPECT_GE(cache.shares(0)[0], 0.1f);
-  EXPECT_NEAR(cache.shares(0)[0] + cache.shares(0)[1], 1.0f, 1e-5f);
+  std::array<float, 3> shares;
+  cache.shares(0, std::array{0.5f, 0.5f, 0.0f}, std::array{0.1f, 0.05f, 0.0f}, shares);
+  EXPECT_GE(shares[0], 0.1f);
+  EXPECT_NEAR(shares[0] + shares[1], 1.0f, 1e-5f);
+  EXPECT_EQ(shares[2], 0.0f);   // without a prior there is no such component
 }
