@@ -12,14 +12,15 @@ gains: both ways of sampling are unbiased, so their error is the variance betwee
 1 / (mean^2 + 0.01), the thesis's Err by 1 / tvi(mean), and P-Eff = 1 / (T Err). A gain is uniform's T times error over ours.
 estimates: renders until the estimated relMSE is below the target (or a time limit), and divides what was estimated by the error against
 DIR/NAME.npz (`image`, and the `variance` of its pixel means where it is known), which --make-references SECONDS renders.
-cycles: errors are those against a picture of 16 times the samples, and T that of a render less that of one with a single sample, which is the
-time of preparing the scene. Adaptive renders of up to 8 times the samples, with a range of thresholds, are read between at the uniform one's T.
+cycles: errors are those against a picture of 16 times the samples, and T is the CPU time between the lines that say so of its first and
+its last sample. Adaptive renders of up to 8 times the samples, with a range of thresholds, are read between at the uniform one's T.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import tempfile
 import time
@@ -29,6 +30,7 @@ import metrics
 import numpy as np
 
 BASES = ("uniform", "pmc_ip")
+CLOCK_TICKS = os.sysconf("SC_CLK_TCK")   # per second
 
 
 def render(scene: str, options: argparse.Namespace, seed: int, **values) -> tuple[dict[str, np.ndarray], float, dict]:
@@ -124,15 +126,29 @@ def print_estimates(options: argparse.Namespace) -> None:
 
 
 def cycles(scene: str, options: argparse.Namespace, samples: int, *more: str) -> list[tuple[np.ndarray, float]]:
-    """Pictures and CPU seconds of each seed."""
+    """Pictures and CPU seconds of path tracing of each seed."""
     from images import read_exr
 
     with tempfile.TemporaryDirectory() as folder:
         command = [options.blender, "-b", "--factory-startup", scene, "--python", str(Path(__file__).with_name("cycles_render.py")), "--", "--out", folder, "--samples",
                    str(samples), "--seeds", ",".join(map(str, range(1, options.seeds + 1))), "--percentage", str(options.percentage), "--threads", "1", *more]
-        output = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-        records = [json.loads(line.removeprefix("CYCLES ")) for line in output.splitlines() if line.startswith("CYCLES ")]
-        return [(np.asarray(read_exr(record["path"]), dtype=np.float64)[..., :3], record["cpu_seconds"]) for record in records]
+        pictures, begun, seconds = [], 0.0, 0.0
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as blender:
+            for line in blender.stdout:
+                if "| Sample 0/" in line:
+                    begun = cpu_seconds_of(blender.pid)
+                elif line.rstrip().endswith("| Finished"):
+                    seconds = max(cpu_seconds_of(blender.pid) - begun, 1.0 / CLOCK_TICKS)
+                elif line.startswith("CYCLES "):
+                    pictures.append((np.asarray(read_exr(json.loads(line.removeprefix("CYCLES "))["path"]), dtype=np.float64)[..., :3], seconds))
+        if blender.returncode or len(pictures) < options.seeds:
+            raise RuntimeError(f"Blender did not render {scene}")
+        return pictures
+
+
+def cpu_seconds_of(process: int) -> float:
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / CLOCK_TICKS
 
 
 def print_cycles(options: argparse.Namespace) -> None:
@@ -141,10 +157,9 @@ def print_cycles(options: argparse.Namespace) -> None:
     print("|---|---|---|---|---|")
     for scene in options.scenes:
         reference = np.mean([picture for picture, _ in cycles(scene, options, 16 * options.spp)], axis=0)
-        preparing = float(np.median([cpu for _, cpu in cycles(scene, options, 1)]))
 
         def judged(pictures: list[tuple[np.ndarray, float]]) -> np.ndarray:
-            return np.median([(cpu - preparing, metrics.relmse(picture, reference), metrics.perceptual_error(picture, reference)) for picture, cpu in pictures], axis=0)
+            return np.median([(cpu, metrics.relmse(picture, reference), metrics.perceptual_error(picture, reference)) for picture, cpu in pictures], axis=0)
         uniform = judged(cycles(scene, options, options.spp))
         rows = np.array([judged(cycles(scene, options, 8 * options.spp, "--adaptive", "on", "--noise-threshold", str(threshold)))
                          for threshold in options.thresholds])
