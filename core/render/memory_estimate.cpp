@@ -54,6 +54,12 @@ std::string mebibytes(uint64_t bytes) {
   return digits + " MiB";
 }
 
+/// Whether a pilot will be rendered besides (importance_map.h).
+bool measures_important_light(const SceneDescription& d) {
+  const auto matters = [](const auto& source) { return source.light_importance != 1.0f; };
+  return d.settings.image == "pmc_ip" && (matters(d.world) || std::any_of(d.lights.begin(), d.lights.end(), matters) || std::any_of(d.objects.begin(), d.objects.end(), matters));
+}
+
 }  // namespace
 
 uint64_t MemoryEstimate::bytes() const {
@@ -83,6 +89,7 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   // One for four pixels at most.
   if (s.integrator == "irradiance_cache") records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
   film.bytes = pixels * Film::bytes_per_pixel(s.passes, s.integrator != "path" && s.integrator != "photon_map");
+  if (measures_important_light(d)) film.bytes += pixels * (Film::bytes_per_pixel({"Combined"}, false) + 4 * sizeof(Vec2));
   MemoryEstimate estimate{{geometry, instances, textures, volumes, photons, guide, records, film}};
   std::stable_sort(estimate.parts.begin(), estimate.parts.end(), [](const MemoryPart& a, const MemoryPart& b) { return a.bytes > b.bytes; });
   return estimate;

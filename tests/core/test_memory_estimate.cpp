@@ -116,6 +116,16 @@ TEST(MemoryEstimate, of_the_film_is_no_less_than_it_takes_and_not_twice_as_much)
   }
 }
 
+TEST(MemoryEstimate, of_the_film_has_room_for_the_pilot_of_important_light) {
+  SceneDescription d = lit(64);
+  d.settings.image = "pmc_ip";
+  const uint64_t before = part(estimate_memory(d), "the picture").bytes;
+  d.lights[0].light_importance = 2.0f;
+  EXPECT_GE(part(estimate_memory(d), "the picture").bytes, before + 64 * 64 * Film::bytes_per_pixel({"Combined"}, false));
+  d.settings.image = "uniform";
+  EXPECT_EQ(part(estimate_memory(d), "the picture").bytes, before);
+}
+
 TEST(MemoryEstimate, of_photons_is_no_less_than_their_maps_take) {
   SceneDescription d = lit(16);
   add_object(d, cube(true), add_diffuse(d, Color(0.7f)));
