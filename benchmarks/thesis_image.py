@@ -13,7 +13,8 @@ gains: both ways of sampling are unbiased, so their error is the variance betwee
 estimates: renders until the estimated relMSE is below the target (or a time limit), and divides what was estimated by the error against
 DIR/NAME.npz (`image`, and the `variance` of its pixel means where it is known), which --make-references SECONDS renders.
 cycles: errors are those against the mean of pictures of other seeds with 16 times the samples, and T is the CPU time between the lines that say so of its first and
-its last sample. Adaptive renders of up to 8 times the samples, with a range of thresholds, are read between at the uniform one's T.
+its last sample. Adaptive renders of up to 8 times the samples, with a range of thresholds, are read between at the uniform one's T. Means are over the reference's: Cycles'
+adaptive sampling lets samples decide with how many others they are averaged.
 """
 
 from __future__ import annotations
@@ -153,20 +154,21 @@ def cpu_seconds_of(process: int) -> float:
 
 def print_cycles(options: argparse.Namespace) -> None:
     print(f"Cycles, {options.spp} samples, {options.percentage} %, {options.seeds} seeds")
-    print("| scene | T | relMSE, uniform | adaptive at equal T: gain | P-Eff gain |")
-    print("|---|---|---|---|---|")
+    print("| scene | T | relMSE, uniform | mean | adaptive at equal T: gain | P-Eff gain | mean |")
+    print("|---|---|---|---|---|---|---|")
     for scene in options.scenes:
         reference = np.mean([picture for picture, _ in cycles(scene, options, 16 * options.spp, first_seed=1001)], axis=0)
 
         def judged(pictures: list[tuple[np.ndarray, float]]) -> np.ndarray:
-            return np.median([(cpu, metrics.relmse(picture, reference), metrics.perceptual_error(picture, reference)) for picture, cpu in pictures], axis=0)
+            return np.median([(cpu, metrics.relmse(picture, reference), metrics.perceptual_error(picture, reference), picture.mean() / reference.mean())
+                              for picture, cpu in pictures], axis=0)
         uniform = judged(cycles(scene, options, options.spp))
         rows = np.array([judged(cycles(scene, options, 8 * options.spp, "--adaptive", "on", "--noise-threshold", str(threshold)))
                          for threshold in options.thresholds])
         rows = rows[np.argsort(rows[:, 0])]
-        at_uniform = [float(np.exp(np.interp(np.log(uniform[0]), np.log(rows[:, 0]), np.log(rows[:, k])))) for k in (1, 2)]
+        at_uniform = [float(np.exp(np.interp(np.log(uniform[0]), np.log(rows[:, 0]), np.log(rows[:, k])))) for k in (1, 2, 3)]
         outside = "" if rows[0, 0] <= uniform[0] <= rows[-1, 0] else " (outside)"
-        print(f"| `{Path(scene).stem}` | {uniform[0]:.2f} | {uniform[1]:.3g} | {uniform[1] / at_uniform[0]:.2f}{outside} | {uniform[2] / at_uniform[1]:.2f} |", flush=True)
+        print(f"| `{Path(scene).stem}` | {uniform[0]:.2f} | {uniform[1]:.3g} | {uniform[3]:.3f} | {uniform[1] / at_uniform[0]:.2f}{outside} | {uniform[2] / at_uniform[1]:.2f} | {at_uniform[2]:.3f} |", flush=True)
 
 
 def main() -> None:
