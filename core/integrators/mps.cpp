@@ -12,14 +12,15 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kStarts = 4;               ///< of all chains, a pass
-constexpr uint32_t kStepsPerSeed = 4;         ///< for each bidirectional sample that chains may start from
+constexpr uint32_t kSeeds = 4096;             ///< bidirectional samples that chains may start from
+/// Successive states of a chain are alike: so many of them count as one photon that knows nothing of the others, where radii are chosen
+/// and the two kinds of photons weighed.
+constexpr uint32_t kStatesAlike = 20;
 
 /// Photons a chain has left in this pass; power still to be scaled.
 struct Deposit {
   struct Entry {
     Photon photon;
-    Vec3 eye_normal;
     Vec3 shading_normal;
     bool lambert;
   };
@@ -35,7 +36,7 @@ struct Deposit {
       return;
     }
     const Bsdf& bsdf = found.vertex->shading.bsdf;
-    list.push_back({found.photon, found.eye_normal, bsdf.n, found.place == ArrivalMap::kGathered && is_plain_lambert(bsdf)});
+    list.push_back({found.photon, bsdf.n, found.place == ArrivalMap::kGathered && is_plain_lambert(bsdf)});
     list.back().photon.flux_over_cosine *= weight;
   }
 };
@@ -52,6 +53,8 @@ class Mps final : public Integrator {
     mutations_.clear();
     ensemble_ = {};
     arrivals_ = {};
+    plan_ = plan_photons(*scene_);
+    photon_rays_ = 0;
     passes_.prepare(*scene_, seed, &arrivals_);
   }
 
@@ -68,7 +71,7 @@ class Mps final : public Integrator {
 
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
-    s.rays = ensemble_.rays();
+    s.rays = ensemble_.rays() + photon_rays_;
     passes_.add_statistics(s);
     ensemble_.add_statistics(s.extra);
     s.hints = ensemble_.hint_statistics(hint_reports_, 0.0);  // shares of what the chains carry: direct light is not known here
@@ -88,26 +91,31 @@ class Mps final : public Integrator {
     if (!hints_.empty()) ensemble_.watch(hints_);
   }
 
-  uint32_t seeds() const { return std::max(256u, passes_.photon_count() / (kStarts * kStepsPerSeed)); }
-
+  /// Photons of chains and plain ones, each weighed by its share in the density of both where it lies (balance heuristic).
   void make_maps(const Film& film, const std::atomic<bool>& stop) {
-    const uint32_t pass = passes_.pass(), steps = passes_.photon_count() / kStarts * kStarts;
-    if (pass == 0) passes_.scout(film, stop);
-    // Chains start over several times a pass.
-    std::vector<Deposit> deposits;
-    for (uint32_t i = 0; i < kStarts; ++i) {
-      if (!(pass == 0 && i == 0 ? ensemble_.begin(*space_, mutations_, seed_, seeds(), stop) : ensemble_.restart(seeds(), stop))) return;
-      const size_t first = deposits.size();
-      deposits.resize(first + ensemble_.size());
-      const double scale = ensemble_.start_brightness() / double(steps);
-      ensemble_.run(steps / kStarts, stop, [&](size_t chain, const Path& path, double weight, Sampler&) {
-        PathPhoton found[2 * kMaxPathVertices];
-        const int count = photons_of(*space_, path, found);
-        for (int k = 0; k < count; ++k) deposits[first + chain].add(found[k], float(scale * weight));
-      });
-      if (stop.load(std::memory_order_relaxed)) return;
+    const uint32_t pass = passes_.pass(), steps = passes_.photon_count();
+    if (pass == 0) {
+      passes_.scout(film, stop);
+      if (!ensemble_.begin(*space_, mutations_, seed_, kSeeds, stop)) return;
     }
-    std::vector<Photon> photons[2];
+    std::vector<Deposit> deposits(ensemble_.size());
+    const double scale = ensemble_.brightness() / double(steps);
+    ensemble_.run(steps, stop, [&](size_t chain, const Path& path, double weight, Sampler&) {
+      PathPhoton found[2 * kMaxPathVertices];
+      const int count = photons_of(*space_, path, found);
+      for (int k = 0; k < count; ++k) deposits[chain].add(found[k], float(scale * weight));
+    });
+    PhotonEmission emission;
+    emission.plan = plan_;
+    emission.seed = seed_;
+    emission.pass = pass;
+    emission.count = passes_.photon_count();
+    emission.site_stride = 0;
+    PhotonBatch plain = trace_photons(*scene_, emission, stop);
+    photon_rays_ += plain.rays;
+    if (stop.load(std::memory_order_relaxed)) return;
+
+    std::vector<Photon> photons[2], independent[2];
     std::vector<const Deposit::Entry*> entries[2];
     for (int kind = 0; kind < 2; ++kind) {
       for (const Deposit& deposit : deposits)
@@ -115,15 +123,30 @@ class Mps final : public Integrator {
           entries[kind].push_back(&entry);
           photons[kind].push_back(entry.photon);
         }
+      const std::vector<Photon>& more = kind == 1 ? plain.caustic : plain.global;
+      photons[kind].insert(photons[kind].end(), more.begin(), more.end());
+      if (pass > 0) continue;
+      independent[kind] = more;
+      for (size_t i = 0; i < entries[kind].size(); i += kStatesAlike) independent[kind].push_back(photons[kind][i]);
     }
-    passes_.choose_radii(photons[0], photons[1]);
+    passes_.choose_radii(independent[0], independent[1]);
+    // Photons a watt: `per_lookup` times W of chains, and the plain ones.
+    const double watts = double(luminance(Color(Vec3(plain.emitted[0], plain.emitted[1], plain.emitted[2]))));
+    const double plain_density = watts > 0.0 ? double(emission.count) / watts : 0.0;
+    const double per_lookup = ensemble_.brightness() > 0.0 ? double(steps) / kStatesAlike / ensemble_.brightness() : 0.0;
     for (int kind = 0; kind < 2; ++kind) {
       const auto place = kind == 1 ? ArrivalMap::kSeen : ArrivalMap::kGathered;
       const float radius = kind == 1 ? passes_.caustic_radius() : passes_.global_radius();
       tbb::parallel_for(tbb::blocked_range<size_t>(0, photons[kind].size(), 512), [&](const tbb::blocked_range<size_t>& range) {
         for (size_t i = range.begin(); i != range.end(); ++i) {
-          const Deposit::Entry& entry = *entries[kind][i];
-          photons[kind][i].flux_over_cosine *= float(arrivals_.inverse_density(place, entry.photon.point.position, entry.eye_normal, radius));
+          Photon& photon = photons[kind][i];
+          const Vec3 position = photon.point.position, normal = unpack_direction(photon.point.packed_normal);
+          const double inverse = photon.transmits() ? arrivals_.inverse_density_of_both_sides(place, position, normal, radius)
+                                                    : arrivals_.inverse_density(place, position, normal, radius);
+          const double all = per_lookup + plain_density * inverse;
+          const bool of_chain = i < entries[kind].size();
+          const double weight = inverse > 0.0 ? (of_chain ? inverse * per_lookup : plain_density * inverse) / all : (of_chain ? 0.0 : 1.0);
+          photon.flux_over_cosine *= float(weight);
         }
       });
     }
@@ -144,7 +167,9 @@ class Mps final : public Integrator {
   std::vector<MutationShare> mutations_;
   ChainEnsemble ensemble_;
   ArrivalMap arrivals_;
+  PhotonPlan plan_;
   GatherPasses passes_;
+  uint64_t photon_rays_ = 0;
 };
 
 }  // namespace

@@ -39,4 +39,9 @@ double ArrivalMap::inverse_density(Place place, Vec3 position, Vec3 normal, floa
   return M_PI * double(found.radius2) * passes_built_ / (sum * (found.count + 1.0) / found.count);
 }
 
+double ArrivalMap::inverse_density_of_both_sides(Place place, Vec3 position, Vec3 normal, float radius) const {
+  const double front = inverse_density(place, position, normal, radius), back = inverse_density(place, position, -normal, radius);
+  return front > 0.0 && back > 0.0 ? front * back / (front + back) : front + back;
+}
+
 }  // namespace ajar

@@ -38,6 +38,8 @@ class ArrivalMap {
   void add(const std::vector<ArrivalLog>& pass);
   /// Inverse of W around a place, from lookups within `radius`; 0 where there are none. `normal`: on the eye's side.
   double inverse_density(Place place, Vec3 position, Vec3 normal, float radius) const;
+  /// Of lookups from either side, as photons on surfaces that transmit are found.
+  double inverse_density_of_both_sides(Place place, Vec3 position, Vec3 normal, float radius) const;
   size_t memory_bytes() const { return (points_[0].size() + points_[1].size()) * (2 * sizeof(SurfacePoint) + 2 * sizeof(float)); }
 
  private:

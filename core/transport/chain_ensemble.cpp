@@ -55,37 +55,17 @@ bool ChainEnsemble::begin(const PathSpace& space, const std::vector<MutationShar
   mutations_ = &mutations;
   seed_ = seed;
   first_seeds_ = seeds;
-  retired_counts_.assign(mutations.size(), {});
-  return restart(seeds, stop);
-}
-
-bool ChainEnsemble::restart(uint32_t seeds, const std::atomic<bool>& stop) {
-  const uint32_t first = seeds_done_;
   const std::vector<double> values = sample_seeds(seeds, stop);
   if (values.empty()) return false;
-  retire_chains();
-  start_chains(values, first);
+  start_chains(values);
   return true;
 }
 
-void ChainEnsemble::retire_chains() {
-  if (hints_) add_accounts(retired_account_);
-  for (const Numbered& numbered : chains_) {
-    retired_rays_ += numbered.chain.rays();
-    for (size_t m = 0; m < retired_counts_.size(); ++m) retired_counts_[m].add(numbered.chain.counts()[m]);
-  }
-  chains_.clear();
-  retired_steps_ += steps_done_;
-  steps_done_ = steps_wanted_ = 0;
-}
-
-void ChainEnsemble::start_chains(const std::vector<double>& values, uint32_t first_seed) {
-  const uint32_t start = starts_++;
+void ChainEnsemble::start_chains(const std::vector<double>& values) {
   const double total = std::accumulate(values.begin(), values.end(), 0.0);
-  start_brightness_ = total / double(values.size());
   if (!(total > 0.0)) return;
   Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kSeedStream));
-  sampler.start(~0u, start);
+  sampler.start(~0u, 0);
   const double offset = double(sampler.get_1d());
   BidirectionalWalks walks = walks_over(*space_);
   Path path;
@@ -96,7 +76,7 @@ void ChainEnsemble::start_chains(const std::vector<double>& values, uint32_t fir
     while (index + 1 < values.size() && cumulative + values[index] <= target) cumulative += values[index++];
     double left = double(sampler.get_1d()) * values[index];
     const FoundPath* chosen = nullptr;
-    visit_seed(walks, first_seed + index, [&](const FoundPath& found, double y) {
+    visit_seed(walks, index, [&](const FoundPath& found, double y) {
       chosen = &found;
       left -= y;
       return left >= 0.0;
@@ -110,7 +90,7 @@ void ChainEnsemble::start_chains(const std::vector<double>& values, uint32_t fir
     }
     chains_.push_back({Chain(*space_, *mutations_), Sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream))});
     chains_.back().chain.start(path);
-    chains_.back().sampler.start(uint32_t(c), start);
+    chains_.back().sampler.start(uint32_t(c), 0);
   }
 }
 
@@ -120,7 +100,7 @@ void ChainEnsemble::count_steps() {
 }
 
 uint64_t ChainEnsemble::rays() const {
-  uint64_t rays = seed_rays_ + retired_rays_;
+  uint64_t rays = seed_rays_;
   for (const Numbered& numbered : chains_) rays += numbered.chain.rays();
   return rays;
 }
@@ -133,7 +113,7 @@ void ChainEnsemble::add_statistics(std::map<std::string, double>& extra) const {
   extra["brightness_relative_error"] = brightness_.mean() > 0.0 ? std::sqrt(brightness_.variance_of_mean()) / brightness_.mean() : 0.0;
   extra["failed_starts"] = double(failed_starts_);
   for (size_t m = 0; m < mutations_->size(); ++m) {
-    Chain::Counts sum = retired_counts_[m];
+    Chain::Counts sum;
     for (const Numbered& numbered : chains_) sum.add(numbered.chain.counts()[m]);
     const std::string name = (*mutations_)[m].mutation->name();
     extra["proposed_" + name] = double(sum.proposed);
@@ -150,7 +130,7 @@ void ChainEnsemble::add_accounts(HintAccount& sum) const {
 }
 
 std::vector<HintStatistics> ChainEnsemble::hint_statistics(const std::vector<HintReport>& reports, double other_light) const {
-  HintAccount sum = retired_account_;
+  HintAccount sum;
   if (hints_) add_accounts(sum);
   return sum.statistics(reports, brightness_.mean() / double(std::max<uint64_t>(1, steps())), other_light);
 }

@@ -2,9 +2,6 @@
 //
 // Starts are drawn in proportion to their luminance from a first set of samples, evenly spaced along its cumulative sum; the
 // brightness is refined from further samples that start no chain. Chains are numbered, so results do not depend on the number of threads.
-//
-// Chains may be started over from new samples: what they visit since, scaled by the brightness of those samples alone, has no
-// start-up bias at all [Veach 1997, section 11.3.1], and no chain dwells long where it started.
 #pragma once
 
 #include <atomic>
@@ -28,15 +25,11 @@ class ChainEnsemble {
   void watch(const Hints& hints) { hints_ = &hints; }
   /// Draw chains from `seeds` bidirectional samples. False when stopped; without light no chain starts.
   bool begin(const PathSpace& space, const std::vector<MutationShare>& mutations, uint32_t seed, uint32_t seeds, const std::atomic<bool>& stop);
-  /// Start all chains over from `seeds` new samples. False when stopped.
-  bool restart(uint32_t seeds, const std::atomic<bool>& stop);
   bool empty() const { return chains_.empty(); }
   size_t size() const { return chains_.size(); }
   /// Integral of the target over all paths; without importance what all splats of a film sum up to.
   double brightness() const { return brightness_.mean(); }
-  /// That of the samples that the chains last started from.
-  double start_brightness() const { return start_brightness_; }
-  uint64_t steps() const { return retired_steps_ + steps_done_; }
+  uint64_t steps() const { return steps_done_; }
   uint64_t seeds() const { return seeds_done_; }
   uint64_t rays() const;
   /// Steps, brightness, and how each mutation fared.
@@ -78,8 +71,7 @@ class ChainEnsemble {
   };
   void add_accounts(HintAccount& sum) const;
   template <class Visit> double visit_seed(BidirectionalWalks& walks, uint32_t index, Visit&& visit) const;
-  void start_chains(const std::vector<double>& values, uint32_t first_seed);
-  void retire_chains();
+  void start_chains(const std::vector<double>& values);
   std::vector<double> sample_seeds(uint32_t count, const std::atomic<bool>& stop);
   void count_steps();
 
@@ -88,12 +80,8 @@ class ChainEnsemble {
   const std::vector<MutationShare>* mutations_ = nullptr;
   uint32_t seed_ = 0, first_seeds_ = 0, seeds_done_ = 0;
   std::vector<Numbered> chains_;
-  std::vector<Chain::Counts> retired_counts_;         ///< of chains before the last start, by mutation
-  HintAccount retired_account_;
   RunningMoments brightness_;
-  double start_brightness_ = 0.0;
-  uint32_t starts_ = 0;
-  uint64_t steps_done_ = 0, steps_wanted_ = 0, retired_steps_ = 0, retired_rays_ = 0, seed_rays_ = 0, failed_starts_ = 0;
+  uint64_t steps_done_ = 0, steps_wanted_ = 0, seed_rays_ = 0, failed_starts_ = 0;
 };
 
 }  // namespace ajar

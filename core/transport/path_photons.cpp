@@ -22,6 +22,13 @@ Events events_at(const Path& path, int i) {
   return {rough, sharp};
 }
 
+uint32_t side_flag(const Path& path, int i) {
+  const Bsdf& bsdf = path.vertices[size_t(i)].shading.bsdf;
+  if (!transmits(bsdf)) return 0;
+  const LobeSplit split(bsdf, path.to_eye(i));
+  return split.rough() && transmits(*split.rough()) ? Photon::kTransmits : 0;
+}
+
 }  // namespace
 
 int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
@@ -59,7 +66,7 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
       if (!(max_component(power) > 0.0f) || !is_finite(power)) return;
       const Vec3 to_light = path.to_light(i), ng = vertex.point.ng;
       out[count++] = {place,
-                      {{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)}, power, pack_direction(to_light)},
+                      {{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)}, power, pack_direction(to_light) | side_flag(path, i) | Photon::kWholeDisc},
                       glm::dot(ng, path.to_eye(i)) < 0.0f ? -ng : ng,
                       &vertex};
     };

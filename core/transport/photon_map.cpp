@@ -8,7 +8,7 @@
 
 namespace ajar {
 
-bool PhotonMap::transmits(const Bsdf& bsdf) {
+bool transmits(const Bsdf& bsdf) {
   for (int i = 0; i < bsdf.lobe_count(); ++i) {
     const LobeKind kind = bsdf.lobe(i).kind;
     if (kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass) return true;
@@ -19,6 +19,7 @@ bool PhotonMap::transmits(const Bsdf& bsdf) {
 void PhotonMap::build(std::vector<Photon> photons, std::vector<uint32_t>& order) {
   std::vector<SurfacePoint> points(photons.size());
   for (size_t i = 0; i < photons.size(); ++i) points[i] = photons[i].point;
+  discs_ = {};
   tree_.build(std::move(points), order);
   lights_.resize(photons.size());
   for (size_t i = 0; i < photons.size(); ++i) lights_[i] = {photons[order[i]].flux_over_cosine, photons[order[i]].packed_direction};
@@ -30,7 +31,8 @@ Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& looku
   Color sum(0.0f);
   for (int i = 0; i < found.count; ++i) {
     const Light& light = lights_[found.index[i]];
-    sum += std::max(glm::dot(unpack_direction(light.packed_direction), ns), 0.0f) * light.flux_over_cosine;
+    const float inverse_share = inverse_share_of(found.index[i], position, found.radius2);
+    sum += std::max(glm::dot(unpack_direction(light.packed_direction), ns), 0.0f) * inverse_share * light.flux_over_cosine;
   }
   return found.count > 0 ? sum / (kPi * found.radius2) : sum;
 }

@@ -4,10 +4,11 @@
 // A photon keeps its flux divided by the cosine at the geometric normal of the surface it lies on, so that a sum of f_cos
 // (which holds the cosine at the shading normal) over photons is exact also where the two normals differ:
 //   L(x, wo) = 1 / (pi r^2) sum_p f_cos(wo, wi_p) flux_p / |cos(wi_p, ng_p)|.
-// 32 bytes a photon.
+// 32 bytes a photon, and 8 for what is around it (photon_discs.h).
 #pragma once
 
 #include "scene/scene.h"
+#include "transport/photon_discs.h"
 #include "transport/photon_points.h"
 #include "transport/point_tree.h"
 
@@ -16,9 +17,18 @@ namespace ajar {
 struct Photon {
   SurfacePoint point;
   Color flux_over_cosine;     ///< watts
-  uint32_t packed_direction;  ///< towards where the light came from
+  uint32_t packed_direction;  ///< towards where the light came from, and flags
+
+  /// The surface lets lookups behind it see the photon.
+  static constexpr uint32_t kTransmits = 1u << 31;
+  /// Its flux is that over a whole disc, whatever surface there is.
+  static constexpr uint32_t kWholeDisc = 1u << 30;
+  bool transmits() const { return packed_direction & kTransmits; }
 };
 static_assert(sizeof(Photon) == 32);
+
+/// Whether light that arrives on one side may leave on the other by lobes that photons are looked up for.
+bool transmits(const Bsdf& bsdf);
 
 class PhotonMap {
  public:
@@ -34,9 +44,11 @@ class PhotonMap {
     std::vector<uint32_t> order;
     build(std::move(photons), order);
   }
+  /// From now on, spread the light of each photon over the surface there is within `radius` of it, and not behind walls. Until the next build.
+  void look_around(const Scene& scene, float radius, uint32_t seed) { discs_.start(scene, size(), radius, seed); }
   size_t size() const { return tree_.size(); }
   bool empty() const { return tree_.empty(); }
-  size_t memory_bytes() const { return size() * sizeof(Photon); }
+  size_t memory_bytes() const { return size() * sizeof(Photon) + discs_.memory_bytes(); }
 
   /// Radiance that leaves `point` towards point.wo by way of `bsdf`. Lobes that transmit see the photons behind the surface too.
   Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const {
@@ -54,8 +66,10 @@ class PhotonMap {
       Color sum(0.0f);
       for (int i = 0; i < found.count; ++i) {
         const Light& light = lights_[found.index[i]];
+        const float inverse_share = inverse_share_of(found.index[i], point.position, found.radius2);
+        if (!(inverse_share > 0.0f)) continue;
         const Vec3 direction = unpack_direction(light.packed_direction);
-        sum += bsdf.evaluate(point.wo, direction).f_cos * light.flux_over_cosine * weight(found.index[i], direction);
+        sum += bsdf.evaluate(point.wo, direction).f_cos * light.flux_over_cosine * (inverse_share * weight(found.index[i], direction));
       }
       if (found.count > 0) radiance += sum / (kPi * found.radius2);
     }
@@ -73,9 +87,14 @@ class PhotonMap {
     Color flux_over_cosine;
     uint32_t packed_direction;
   };
-  static bool transmits(const Bsdf& bsdf);
+  /// Area of a whole disc over that which the photon's light is spread over; 0 where `position` is not in that.
+  float inverse_share_of(uint32_t photon, Vec3 position, float radius2) const {
+    if (!discs_.started() || lights_[photon].packed_direction & Photon::kWholeDisc) return 1.0f;
+    return discs_.inverse_share(photon, tree_[photon], position, radius2);
+  }
 
   PointTree tree_;
+  PhotonDiscs discs_;
   std::vector<Light> lights_;
 };
 

@@ -104,7 +104,8 @@ class BlockTracer {
   void store(const ShadingPoint& point, const Bsdf& rough, Color flux, const Bounces& bounces, const BounceLimits& limits, PhotonBatch& out) {
     const float cosine = glm::dot(point.wo, point.ng);
     if (!(cosine > 1e-6f)) return;
-    const Photon photon{{point.position, pack_direction(point.ng)}, flux / cosine, pack_direction(point.wo)};
+    const uint32_t side = transmits(rough) ? Photon::kTransmits : 0;
+    const Photon photon{{point.position, pack_direction(point.ng)}, flux / cosine, pack_direction(point.wo) | side};
     if (emission_.plan.caustic && bounces.caustic(limits)) out.caustic.push_back(photon);
     if (emission_.plan.global && bounces.global(limits)) {
       out.global.push_back(photon);

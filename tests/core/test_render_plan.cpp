@@ -171,7 +171,7 @@ TEST(RenderPlan, the_film_has_what_was_asked_for_only) {
   const uint64_t plain = rendered(d)["film_bytes"];
   EXPECT_EQ(plain, kPixels * (72 + 2 * 12));   // sums, and the pictures after one and two samples that errors are estimated from
   d.settings.passes = {"Combined", "Normal"};
-  EXPECT_EQ(uint64_t(rendered(d)["film_bytes"]), plain + kPixels * 160);
+  EXPECT_EQ(uint64_t(rendered(d)["film_bytes"]), plain + kPixels * 184);
 }
 
 TEST(RenderPlan, constant_materials_run_nothing_at_a_hit) {
