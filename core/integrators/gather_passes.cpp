@@ -193,10 +193,11 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
 
 PhotonPoints GatherPasses::photons(uint64_t most) const {
   PhotonPoints points;
+  const uint32_t flags = arrivals_ ? Photon::kOfChain : 0;   // plain ones beside them are where they always are
   // One rounds up in each of the two maps, so both together must not need the last.
-  const uint64_t stride = PhotonPoints::stride(maps_.global.size() + maps_.caustic.size(), most > 1 ? most - 1 : most);
-  maps_.global.add_to(points, stride);
-  maps_.caustic.add_to(points, stride);
+  const uint64_t stride = PhotonPoints::stride(maps_.global.count(flags) + maps_.caustic.count(flags), most > 1 ? most - 1 : most);
+  maps_.global.add_to(points, stride, flags);
+  maps_.caustic.add_to(points, stride, flags);
   return points;
 }
 

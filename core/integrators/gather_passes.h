@@ -34,7 +34,7 @@ class GatherPasses {
   float global_radius() const { return maps_.global_radius; }
   float caustic_radius() const { return maps_.caustic_radius; }
   void add_statistics(IntegratorStatistics& statistics) const;
-  /// Of the last pass, at most so many.
+  /// Of the last pass, at most so many; those of chains alone where there are chains.
   PhotonPoints photons(uint64_t most) const;
 
  private:

@@ -44,15 +44,22 @@ float PhotonMap::reach(const SurfacePoint& point, int k, float most) const {
   return std::sqrt(found.radius2);
 }
 
-void PhotonMap::add_to(PhotonPoints& points, uint64_t stride) const {
-  points.stored += size();
-  for (uint64_t i = 0; stride > 0 && i < size(); i += stride) {
-    const SurfacePoint& at = tree_[uint32_t(i)];
+void PhotonMap::add_to(PhotonPoints& points, uint64_t stride, uint32_t flags) const {
+  const uint64_t before = points.stored;
+  for (size_t i = 0; i < size(); ++i) {
     const Light& light = lights_[i];
+    if ((light.packed_direction & flags) != flags) continue;
+    const uint64_t number = points.stored++ - before;
+    if (stride == 0 || number % stride != 0) continue;
+    const SurfacePoint& at = tree_[uint32_t(i)];
     const float cosine = std::abs(glm::dot(unpack_direction(light.packed_direction), unpack_direction(at.packed_normal)));
     points.positions.push_back(at.position);
     points.powers.push_back(light.flux_over_cosine * cosine);
   }
+}
+
+size_t PhotonMap::count(uint32_t flags) const {
+  return size_t(std::count_if(lights_.begin(), lights_.end(), [&](const Light& light) { return (light.packed_direction & flags) == flags; }));
 }
 
 void IrradianceMap::build(const std::vector<IrradianceSite>& sites, const PhotonMap& photons, const PhotonMap::Lookup& lookup) {

@@ -21,8 +21,8 @@ struct Photon {
 
   /// The surface lets lookups behind it see the photon.
   static constexpr uint32_t kTransmits = 1u << 31;
-  /// Its flux is that over a whole disc, whatever surface there is.
-  static constexpr uint32_t kWholeDisc = 1u << 30;
+  /// A chain has left it; its flux is that over a whole disc, whatever surface there is.
+  static constexpr uint32_t kOfChain = 1u << 30;
   bool transmits() const { return packed_direction & kTransmits; }
 };
 static_assert(sizeof(Photon) == 32);
@@ -79,8 +79,9 @@ class PhotonMap {
   Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const;
   /// Distance from `point` to the k-th photon; `most` where fewer are that near.
   float reach(const SurfacePoint& point, int k, float most) const;
-  /// Every `stride`-th photon, to be looked at.
-  void add_to(PhotonPoints& points, uint64_t stride) const;
+  /// Every `stride`-th photon that has these flags, to be looked at.
+  void add_to(PhotonPoints& points, uint64_t stride, uint32_t flags = 0) const;
+  size_t count(uint32_t flags) const;
 
  private:
   struct Light {
@@ -89,7 +90,7 @@ class PhotonMap {
   };
   /// Area of a whole disc over that which the photon's light is spread over; 0 where `position` is not in that.
   float inverse_share_of(uint32_t photon, Vec3 position, float radius2) const {
-    if (!discs_.started() || lights_[photon].packed_direction & Photon::kWholeDisc) return 1.0f;
+    if (!discs_.started() || lights_[photon].packed_direction & Photon::kOfChain) return 1.0f;
     return discs_.inverse_share(photon, tree_[photon], position, radius2);
   }
 

@@ -58,7 +58,10 @@ class Layout:
     def operator(self, name, **more):
         category, operator = name.split(".")
         assert name == getattr(getattr(bpy.ops, category), operator).idname_py()
-        getattr(getattr(bpy.ops, category), operator).get_rna_type()
+        known = getattr(getattr(bpy.ops, category), operator).get_rna_type().properties
+        class Properties:
+            def __setattr__(self, key, value): assert key in known, (name, key)
+        return Properties()
     def separator(self): pass
     def column(self, **more): return Layout()
     row = split = column
