@@ -54,6 +54,9 @@ class Layout:
     def prop_search(self, data, name, owner, collection, **more):
         self.prop(data, name)
         assert collection in owner.bl_rna.properties
+    def template_list(self, kind, identifier, owner, collection, active_owner, active, **more):
+        assert hasattr(bpy.types, kind) and collection in owner.bl_rna.properties and active in active_owner.bl_rna.properties
+    def menu(self, kind, **more): assert hasattr(bpy.types, kind), kind
     def label(self, text, **more): assert text
     def operator(self, name, **more):
         category, operator = name.split(".")
@@ -83,7 +86,7 @@ bpy.context.scene.render.resolution_percentage, bpy.context.scene.ajar.samples =
 bpy.ops.render.render()
 camera = bpy.context.scene.camera.data
 camera.type = "PANO"
-with bpy.context.temp_override(camera=camera):
+with bpy.context.temp_override(camera=camera, world=bpy.context.scene.world):
     for panel in ui.CLASSES:
         assert panel.poll(bpy.context), panel
         panel.draw(Self(), bpy.context)
