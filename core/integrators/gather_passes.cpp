@@ -207,6 +207,7 @@ void GatherPasses::add_statistics(IntegratorStatistics& s) const {
   s.extra["passes"] = double(pass_);
   s.extra["photons"] = double(maps_.global.size());
   s.extra["caustic_photons"] = double(maps_.caustic.size());
+  if (arrivals_) s.extra["chain_photons"] = double(maps_.global.count(Photon::kOfChain) + maps_.caustic.count(Photon::kOfChain));
   s.extra["irradiance_sites"] = double(maps_.sites.size());
   s.extra["photon_bytes"] = double(maps_.global.memory_bytes() + maps_.caustic.memory_bytes() + maps_.sites.memory_bytes());
   s.extra["photon_radius"] = double(maps_.global_radius);
