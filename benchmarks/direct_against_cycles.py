@@ -22,7 +22,7 @@ import metrics
 import numpy as np
 import renderers
 from images import read_exr
-from in_process import finish
+from in_process import direct_light
 
 import ajar
 
@@ -37,18 +37,7 @@ REFERENCE_SAMPLES, REFERENCE_SEEDS = 512, (101, 102, 103, 104)
 
 def our_image(scene: Path, method: str, direct_samples: int, samples: int, seed: int) -> tuple[np.ndarray, float]:
     """Image and user CPU seconds of its samples."""
-    description = ajar.load_description(str(scene))
-    settings = description.settings
-    bounces = settings.bounces
-    bounces.total = 0
-    settings.bounces, settings.integrator = bounces, "path"
-    settings.direct, settings.direct_samples, settings.samples, settings.seconds = method, direct_samples, samples, 0.0
-    settings.target_error, settings.seed, settings.threads, settings.passes = 0.0, seed, 1, ["Combined"]
-    height, width = settings.height, settings.width   # starting empties the description
-    session = ajar.Session()
-    session.start(description)
-    seconds = finish(session)
-    return np.asarray(session.snapshot("Combined")).reshape(height, width, 4)[..., :3].astype(np.float64), seconds
+    return direct_light(ajar.load_description(str(scene)), method, direct_samples, samples, seed)
 
 
 def cycles_images(blend: Path, out: Path, percentage: int, samples: list[int], seeds: list[int], python: str | None) -> dict[tuple[int, int], tuple[np.ndarray, float]]:

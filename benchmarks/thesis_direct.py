@@ -18,7 +18,7 @@ from pathlib import Path
 
 import metrics
 import numpy as np
-from in_process import finish
+from in_process import direct_light
 
 import ajar
 
@@ -30,19 +30,11 @@ def render(options: argparse.Namespace, method: str, direct_samples: int, sample
     description = ajar.load_description(options.scene)
     settings = description.settings
     settings.height = max(1, round(settings.height * options.width / settings.width))
-    settings.width, height = options.width, settings.height
-    settings.region = [0, 0, options.width, height]
-    bounces = settings.bounces
-    bounces.total = 0
-    settings.bounces, settings.integrator = bounces, "path"
+    settings.width = options.width
+    settings.region = [0, 0, options.width, settings.height]
     if options.one_place:
         settings.filter_width = 0.01
-    settings.direct, settings.direct_samples, settings.samples, settings.seconds = method, direct_samples, samples, 0.0
-    settings.target_error, settings.seed, settings.threads, settings.passes = 0.0, seed, 1, ["Combined"]
-    session = ajar.Session()
-    session.start(description)
-    seconds = finish(session)
-    return np.asarray(session.snapshot("Combined")).reshape(height, options.width, 4)[..., :3].astype(np.float64), seconds
+    return direct_light(description, method, direct_samples, samples, seed)
 
 
 class Reference:

@@ -36,7 +36,7 @@ class ArrivalMap {
 
   /// A pass, added to those before.
   void add(const std::vector<ArrivalLog>& pass);
-  /// Inverse of W around a place, from lookups within `radius`; 0 where there are none. `normal`: on the eye's side.
+  /// Inverse of W around a place, from lookups within `radius`; 0 where there are none. `normal`: of the side they look from.
   double inverse_density(Place place, Vec3 position, Vec3 normal, float radius) const;
   /// Of lookups from either side, as photons on surfaces that transmit are found.
   double inverse_density_of_both_sides(Place place, Vec3 position, Vec3 normal, float radius) const;

@@ -67,7 +67,6 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
       const Vec3 to_light = path.to_light(i), ng = vertex.point.ng;
       out[count++] = {place,
                       {{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)}, power, pack_direction(to_light) | side_flag(path, i) | Photon::kOfChain},
-                      glm::dot(ng, path.to_eye(i)) < 0.0f ? -ng : ng,
                       &vertex};
     };
     if (!vertex.specular && has_rough_lobe(vertex.shading.bsdf)) {

@@ -14,7 +14,6 @@ namespace ajar {
 struct PathPhoton {
   ArrivalMap::Place place = ArrivalMap::kGathered;   ///< seen: for the caustic map
   Photon photon;               ///< flux over cosine still to be multiplied with brightness / states, and the inverse density of lookups
-  Vec3 eye_normal{0.0f};       ///< geometric, on the eye's side
   const PathVertex* vertex = nullptr;
 };
 
