@@ -26,6 +26,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr uint32_t kImportancePilot = 0x6c676874u;   // makes a seed of its own
+constexpr int kMostThreads = 1024;     // of Blender
 constexpr double kErrorShare = 0.02;   // of a render's time goes into looking at its error
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
@@ -255,7 +256,7 @@ void Session::Data::begin(const Job& job) {
   pilot_seconds = 0.0;
   technique_steps.clear();
   choice.reset();
-  threads = settings.threads > 0 ? settings.threads : tbb::this_task_arena::max_concurrency();
+  threads = settings.threads > 0 ? std::min(settings.threads, kMostThreads) : tbb::this_task_arena::max_concurrency();
   if (!job.description) return;
   diagnostics.clear();
   hint_reports.clear();

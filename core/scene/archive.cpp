@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <type_traits>
 
@@ -60,6 +61,18 @@ class Hasher {
   }
 };
 
+/// Counts the bytes that a value takes at the least: as the oldest version has it, with every list empty.
+class Least {
+ public:
+  bool has(char) const { return false; }
+  size_t bytes = 0;
+  void raw(const void*, size_t size) { bytes += size; }
+  template <class T> void resize(T& container, size_t) {
+    container.clear();
+    bytes += sizeof(uint64_t);
+  }
+};
+
 class Reader {
  public:
   explicit Reader(const std::vector<char>& bytes) : bytes_(bytes) {}
@@ -86,8 +99,23 @@ class Reader {
 
 template <class A, class T> void visit(A& a, T& value);
 
+/// Bytes of an element in a file: as many as its type has where they are its value, else no fewer than this.
+template <class T> size_t least_bytes() {
+  if constexpr (IsPlain<T>::value) {
+    return sizeof(T);
+  } else {
+    static const size_t bytes = [] {
+      Least least;
+      T value;
+      visit(least, value);
+      return least.bytes;
+    }();
+    return bytes;
+  }
+}
+
 template <class A, class T> void visit(A& a, std::vector<T>& values) {
-  a.resize(values, IsPlain<T>::value ? sizeof(T) : 1);
+  a.resize(values, least_bytes<T>());
   if constexpr (IsPlain<T>::value) {
     if (!values.empty()) a.raw(values.data(), values.size() * sizeof(T));
   } else {
@@ -259,9 +287,13 @@ void save_description(const SceneDescription& description, const std::string& pa
 SceneDescription load_description(const std::string& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) throw SceneError("Cannot open the scene file '" + path + "'.");
-  std::vector<char> bytes(size_t(file.tellg()));
+  const std::streamoff size = file.tellg();
   file.seekg(0);
-  file.read(bytes.data(), std::streamsize(bytes.size()));
+  // Of a folder or a pipe the size is no size.
+  std::error_code unknown;
+  if (!file || !std::filesystem::is_regular_file(path, unknown)) throw SceneError("Cannot read the scene file '" + path + "'.");
+  std::vector<char> bytes(static_cast<size_t>(size));
+  file.read(bytes.data(), size);
   if (!file) throw SceneError("Cannot read the scene file '" + path + "'.");
   return from_bytes(bytes);
 }

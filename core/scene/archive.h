@@ -1,8 +1,8 @@
 // A SceneDescription in one file: the bug report, the benchmark input and the unit of distribution.
 //
-// Little-endian binary: magic "AJARSCN1", then every field in the order of scene_description.h, arrays as
+// Little-endian binary: magic "AJARSCN" and the version, then every field in the order of scene_description.h, arrays as
 // a 64-bit count followed by their elements. Reading checks every count against what is left of the
-// file, so a damaged file gives SceneError, never a crash or a huge allocation.
+// file and what its elements take there at the least, so a damaged file gives SceneError, never a crash or a huge allocation.
 #pragma once
 
 #include <string>

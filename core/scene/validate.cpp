@@ -63,7 +63,7 @@ void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics&
     warn("Material slots do not match the triangles; slot 0 is used everywhere.");
     mesh.material_slots.clear();
   }
-  if (!mesh.normals.empty() && mesh.normals.size() != domain_size(mesh, mesh.normal_domain)) {
+  if (!mesh.normals.empty() && (mesh.normal_domain == Domain::Face || mesh.normals.size() != domain_size(mesh, mesh.normal_domain))) {
     warn("Normals do not match the mesh; it is shaded flat.");
     mesh.normals.clear();
   }
@@ -117,6 +117,17 @@ bool finite(const std::array<float, 12>& rows) {
   return std::all_of(rows.begin(), rows.end(), [](float x) { return std::isfinite(x); });
 }
 
+/// Whether the transform leaves surfaces an area, be it flattened, so that they can be seen.
+bool leaves_area(const std::array<float, 12>& rows) {
+  Mat3 linear(to_matrix(rows));
+  const float largest = std::max({max_component(glm::abs(linear[0])), max_component(glm::abs(linear[1])), max_component(glm::abs(linear[2]))});
+  if (!(largest > 0.0f)) return false;
+  for (int axis = 0; axis < 3; ++axis) linear[axis] /= largest;
+  constexpr float kSmallest = 1e-12f;
+  return length_squared(glm::cross(linear[0], linear[1])) > sqr(kSmallest) || length_squared(glm::cross(linear[1], linear[2])) > sqr(kSmallest) ||
+         length_squared(glm::cross(linear[2], linear[0])) > sqr(kSmallest);
+}
+
 void validate_camera(const CameraDescription& camera) {
   if (!camera.present) throw SceneError("The scene has no camera. Add one, or make one active.");
   if (!finite(camera.world_from_camera)) throw SceneError("Camera '" + camera.name + "' has an invalid transform.");
@@ -129,6 +140,9 @@ void validate_camera(const CameraDescription& camera) {
   const bool empty = p.limits.x == p.limits.y || p.limits.z == p.limits.w || !(p.fisheye_fov > 0.0f) || !(p.fisheye_lens > 0.0f) || !(p.sensor.x > 0.0f) || !(p.sensor.y > 0.0f);
   if (camera.kind == CameraKind::Panorama && (empty || !std::isfinite(p.limits.x + p.limits.y + p.limits.z + p.limits.w + p.fisheye_fov + p.fisheye_lens + p.sensor.x + p.sensor.y)))
     throw SceneError("Camera '" + camera.name + "' has an empty panorama.");
+  const float lens[] = {camera.aperture_radius, camera.focus_distance, camera.blade_rotation, camera.aperture_ratio};
+  if (!std::all_of(std::begin(lens), std::end(lens), [](float x) { return std::isfinite(x); }) || (camera.aperture_radius > 0.0f && !(camera.aperture_ratio > 0.0f)))
+    throw SceneError("Camera '" + camera.name + "' has an invalid aperture.");
   if (!(camera.clip_end > camera.clip_start))
     throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
 }
@@ -153,9 +167,16 @@ void validate_settings(RenderSettings& s) {
   if (r == std::array<int, 4>{0, 0, 0, 0}) r = {0, 0, s.width, s.height};
   if (r[0] < 0 || r[1] < 0 || r[2] > s.width || r[3] > s.height || r[0] >= r[2] || r[1] >= r[3])
     throw SceneError("The render region is empty or outside the frame.");
-  if (s.samples <= 0 && s.seconds <= 0.0 && s.target_error <= 0.0)
+  if (s.samples <= 0 && !(s.seconds > 0.0) && !(s.target_error > 0.0))
     throw SceneError("Nothing says when to stop: set samples, a time limit or a noise target.");
-  if (!(s.filter_width > 0.0f)) s.filter_width = 1e-3f;
+  if (!std::isfinite(s.exposure)) throw SceneError("The exposure is not a number.");
+  constexpr int kMostRays = 1 << 16;
+  if (s.direct_samples > kMostRays || s.gather_rays > kMostRays) throw SceneError("There are more than " + std::to_string(kMostRays) + " direct samples or gather rays.");
+  // More bounces than any path has are as many as it likes.
+  constexpr int kMostBounces = 1 << 20;
+  for (int* limit : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission, &s.bounces.transparent, &s.bounces.volume})
+    *limit = std::min(*limit, kMostBounces);
+  if (!(s.filter_width > 0.0f) || !std::isfinite(s.filter_width)) s.filter_width = 1e-3f;
   if (!std::isfinite(s.importance_factor) || s.importance_factor < 0.0f) s.importance_factor = 1.0f;
 }
 
@@ -188,7 +209,11 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
       ++counts.skipped_instances;
       return true;
     }
-    if (finite(instance.world_from_object)) return false;
+    if (finite(instance.world_from_object)) {
+      const bool unseen = !leaves_area(instance.world_from_object);
+      counts.skipped_instances += unseen;
+      return unseen;
+    }
     report_once(diagnostics, {Severity::Warning, d.objects[instance.object].name,
                               "The object's transform is invalid (not a number); it is left out."});
     ++counts.skipped_instances;
@@ -196,8 +221,9 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
   });
   validate_motion(d, diagnostics);
   std::erase_if(d.lights, [&](LightDescription& light) {
-    const bool good = finite(light.world_from_light) && is_finite(light.color) && std::isfinite(light.energy) &&
-                      std::isfinite(light.radius) && std::isfinite(light.area_size.x) && std::isfinite(light.area_size.y);
+    const float shape[] = {light.energy, light.radius, light.spot_angle, light.spot_blend, light.sun_angle, light.area_size.x, light.area_size.y, light.spread};
+    const bool good = finite(light.world_from_light) && is_finite(light.color) &&
+                      std::all_of(std::begin(shape), std::end(shape), [](float x) { return std::isfinite(x); });
     if (!good) report_once(diagnostics, {Severity::Warning, light.name, "The light has invalid values; it is left out."});
     return !good;
   });

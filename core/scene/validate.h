@@ -2,7 +2,7 @@
 //
 // Whatever can be rendered without guessing is repaired, counted and reported by the artist's name:
 // triangles with bad indices or non-finite vertices are left out, non-finite normals and attribute values
-// replaced, instances with non-finite transforms left out. What cannot be rendered throws
+// replaced, instances with non-finite transforms left out, as are those shrunk to a line or a point. What cannot be rendered throws
 // SceneError: no camera, a camera or settings that make no picture.
 #pragma once
 

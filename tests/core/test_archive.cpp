@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "math/random.h"
 #include "scene/archive.h"
 #include "scene_fixtures.h"
@@ -79,6 +81,31 @@ TEST(Archive, truncated_files_are_refused_at_every_length) {
     EXPECT_THROW(from_bytes(std::vector<char>(bytes.begin(), bytes.begin() + std::ptrdiff_t(length))), SceneError) << length;
 }
 
+/// A count must not make room for more than the file's bytes can fill: meshes of three hundred bytes for each byte left of it.
+TEST(Archive, lists_longer_than_the_file_can_hold_are_refused_before_there_is_room_for_them) {
+  std::vector<char> bytes = to_bytes(SceneDescription{});
+  bytes.resize(16);
+  bytes.resize(1 << 16, 0);
+  const uint64_t meshes = bytes.size() - 16;
+  std::memcpy(bytes.data() + 8, &meshes, sizeof meshes);
+  try {
+    from_bytes(bytes);
+    FAIL();
+  } catch (const SceneError& error) {
+    EXPECT_STREQ(error.what(), "The scene file is damaged.");   // not "ends too early", which it would find when reading them
+  }
+  // As many as fit are read: a mesh without anything takes no fewer bytes than is thought.
+  SceneDescription empty;
+  empty.meshes.resize(1000);
+  empty.materials.resize(1000);
+  empty.materials[0].graph.nodes.resize(1000);
+  empty.images.resize(1000);
+  for (ImageDescription& image : empty.images) image.color_space.clear();
+  empty.lights.resize(1000);
+  empty.hints.resize(1000);
+  for (char version : {'2', '9'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(empty, version))), to_bytes(empty));
+}
+
 TEST(Archive, flipped_bytes_never_crash_the_reader_or_the_build) {
   const std::vector<char> bytes = to_bytes(rich_description());
   Pcg32 rng(1);
@@ -102,6 +129,11 @@ TEST(Archive, missing_file_names_the_path) {
   } catch (const SceneError& error) {
     EXPECT_NE(std::string(error.what()).find("/nonexistent/x.ajar"), std::string::npos);
   }
+}
+
+TEST(Archive, folders_are_no_files) {
+  EXPECT_THROW(load_description("/tmp"), SceneError);
+  EXPECT_THROW(load_description("/dev/null"), SceneError);
 }
 
 TEST(Archive, shared_meshes_are_written_out_like_any_other) {

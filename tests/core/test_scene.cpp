@@ -153,6 +153,47 @@ TEST(Scene, bad_meshes_are_repaired_and_reported_by_name) {
   EXPECT_EQ(named, 2);
 }
 
+/// Shading knows normals of vertices and of corners, and would read others beyond their end.
+TEST(Scene, normals_of_faces_are_refused_by_name) {
+  SceneDescription d = one_object(cube(), Mat4(1.0f));
+  d.meshes[0].name = "Faces";
+  d.meshes[0].normal_domain = Domain::Face;
+  d.meshes[0].normals.assign(d.meshes[0].triangles.size(), Vec3(0, 0, 1));
+  Diagnostics diagnostics;
+  const auto scene = build(std::move(d), &diagnostics);
+  ASSERT_EQ(diagnostics.size(), 1u);
+  EXPECT_EQ(diagnostics[0].object, "Faces");
+  EXPECT_TRUE(scene->meshes()[0].normals.empty());
+}
+
+TEST(Scene, lamps_whose_shape_is_no_number_are_left_out_by_name) {
+  for (float LightDescription::*field : {&LightDescription::spot_angle, &LightDescription::spot_blend, &LightDescription::sun_angle, &LightDescription::spread}) {
+    SceneDescription d = one_object(cube(), Mat4(1.0f));
+    d.lights.push_back(point_light(Vec3(0, 0, 3), 10.0f));
+    d.lights.push_back(point_light(Vec3(0, 0, 4), 10.0f));
+    d.lights[1].name = "Kaputt";
+    d.lights[1].*field = std::nanf("");
+    Diagnostics diagnostics;
+    EXPECT_EQ(build(std::move(d), &diagnostics)->lights().lamp_count(), 1u);
+    ASSERT_EQ(diagnostics.size(), 1u);
+    EXPECT_EQ(diagnostics[0].object, "Kaputt");
+  }
+}
+
+/// What has no inverse gets a mesh of its own in world space: a swarm of particles that have shrunk to points must not, nor to lines.
+TEST(Scene, objects_shrunk_to_a_point_or_a_line_take_no_room) {
+  SceneDescription d = one_object(sphere(), Mat4(1.0f));
+  Mat4 point(0.0f), line(0.0f), flat(1.0f);
+  line[1][2] = 1e-3f;
+  line[2][2] = 2e-3f;
+  flat[0] = Vec4(0.0f);
+  for (const Mat4& m : {point, line}) d.instances.insert(d.instances.end(), 500, {0, rows(m)});
+  d.instances.push_back({0, rows(flat)});
+  const auto scene = build(std::move(d));
+  EXPECT_EQ(scene->instances().size(), 2u);
+  EXPECT_EQ(scene->meshes().size(), 2u);
+}
+
 TEST(Scene, a_scene_without_camera_is_refused_in_words) {
   SceneDescription d = one_object(cube(), Mat4(1.0f));
   d.camera.present = false;

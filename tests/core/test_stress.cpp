@@ -7,7 +7,9 @@
 #include <set>
 
 #include "integrators/integrator.h"
+#include "render/session.h"
 #include "transport/direct_light.h"
+#include "transport/path_vertex.h"
 #include "transport_scenes.h"
 
 namespace ajar {
@@ -398,6 +400,31 @@ TEST(Stress, what_cannot_be_rendered_is_refused_by_name) {
   EXPECT_NE(refusal([](SceneDescription& d) { d.camera.world_from_camera[3] = kNan; }).find("Camera"), std::string::npos);
   EXPECT_NE(refusal([](SceneDescription& d) { d.settings.width = 0; }).find("resolution"), std::string::npos);
   EXPECT_NE(refusal([](SceneDescription& d) { d.settings.samples = 0; }).find("when to stop"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.samples = 0, d.settings.seconds = double(kNan); }).find("when to stop"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.samples = 0, d.settings.target_error = double(kNan); }).find("when to stop"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.exposure = kInfinity; }).find("exposure"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.gather_rays = std::numeric_limits<int>::max(); }).find("gather rays"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.direct_samples = std::numeric_limits<int>::max(); }).find("direct samples"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.aperture_radius = kInfinity; }).find("aperture"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.aperture_radius = 0.1f, d.camera.aperture_ratio = 0.0f; }).find("aperture"), std::string::npos);
+}
+
+/// Sums of limits must not run over: "without limit" is a number to some.
+TEST(Stress, the_largest_limits_are_no_limits) {
+  SceneDescription d = lit_room();
+  constexpr int kMost = std::numeric_limits<int>::max();
+  d.settings.bounces = {kMost, kMost, kMost, kMost, kMost, kMost};
+  d.settings.threads = kMost;
+  d.settings.samples = 1;
+  EXPECT_EQ(max_path_vertices(build(d)->settings().bounces), kMaxPathVertices);
+  for (const char* integrator : {"path", "bdpt", "photon_map"}) {
+    d.settings.integrator = integrator;
+    Session session;
+    session.start(d);
+    ASSERT_TRUE(session.wait(60.0));
+    EXPECT_EQ(session.take_error(), "");
+    EXPECT_GT(mean(session.snapshot("Combined")), 0.0) << integrator;
+  }
 }
 
 TEST(Stress, a_million_instances) {
