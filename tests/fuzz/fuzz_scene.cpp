@@ -2,10 +2,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 
 #include <tbb/global_control.h>
 
+#include "film/image_plan.h"
 #include "integrators/integrator.h"
+#include "integrators/learned.h"
+#include "mutate_scene.h"
+#include "render/importance_map.h"
+#include "render/memory_estimate.h"
+#include "render/render_plan.h"
 #include "scene/archive.h"
 #include "scene/scene.h"
 #include "transport/direct_light.h"
@@ -15,8 +22,18 @@ using namespace ajar;
 
 namespace {
 
+constexpr uint32_t kPilotSeed = 17;
+const std::atomic<bool> kGoOn{false};
+
+/// Beyond what the settings say.
+struct Extras {
+  bool adapts = false;      ///< to the noise of pixels and to what matters
+  bool all_passes = false;
+  bool next_frame = false;  ///< renders another that begins with what this one has learned
+};
+
 /// Digits of the seed, each of what is left of it.
-void choose_technique(RenderSettings& s) {
+Extras choose_technique(RenderSettings& s) {
   uint32_t left = s.seed;
   const auto digit = [&](size_t base) {
     const size_t value = left % base;
@@ -27,40 +44,99 @@ void choose_technique(RenderSettings& s) {
   s.direct = direct_method_list()[digit(direct_method_list().size())].name;
   s.guiding = digit(2) ? "on" : "off";
   s.vertex_merging = digit(2) ? "on" : "off";
+  Extras extras;
+  extras.adapts = digit(3) == 1;
+  extras.all_passes = digit(3) == 1;
+  extras.next_frame = digit(3) == 1;
+  return extras;
+}
+
+/// What a user may ask for takes long, and is no fault.
+void limit(RenderSettings& s) {
+  if (s.width > 8 || s.height > 8) s.region = {0, 0, 0, 0};
+  s.width = std::min(s.width, 8);
+  s.height = std::min(s.height, 8);
+  s.direct_samples = std::min(s.direct_samples, 4);
+  for (int* bounces : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission, &s.bounces.transparent, &s.bounces.volume})
+    *bounces = std::min(*bounces, 8);
+  s.photons = std::clamp(s.photons, 1, 200);
+  s.gather_rays = std::min(s.gather_rays, 4);
+  s.samples = 2;
+}
+
+void check(bool fine) {
+  if (!fine) std::abort();
+}
+
+void render(const std::shared_ptr<const Scene>& scene, const Extras& extras, Learned& learned) {
+  const IntegratorInfo& asked = find_integrator(scene->settings().integrator);
+  const auto technique = make_integrator(reason_against(asked, *scene).empty() ? asked.name : "path");
+  technique->prepare(scene, 1);
+  technique->begin_with(learned);
+  const auto& r = scene->settings().region;
+  std::vector<std::string> passes{"Combined"};
+  if (extras.all_passes)
+    for (const PassInfo& pass : known_passes()) passes.push_back(pass.name);
+  Film film(r[0], r[1], r[2], r[3], passes);
+  if (extras.adapts && technique->goal_support().follows && technique->goal_support().equal <= 2) {
+    const auto importance = [&] { return importance_map(scene, kPilotSeed, kGoOn); };
+    ImagePlan plan(scene->settings().image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, 2, 1, importance,
+                   technique->goal_support().by_passes ? Counts::Any : Counts::Round);
+    for (uint32_t done = 0; done < 4;) {
+      const uint32_t next = technique->goal_support().by_passes ? done + 1 : std::min(4u, plan.next_decision(done));
+      plan.plan(film, next);
+      technique->run_iteration(film, int(next - done), kGoOn);
+      done = next;
+    }
+  } else {
+    for (int samples : {1, 1}) technique->run_iteration(film, samples, kGoOn);   // what learns does so in between
+  }
+  technique->statistics();
+  technique->photons(100);
+  technique->hand_on(learned);
+  film.estimated_error(2);
+  for (const std::string& pass : passes) {
+    const bool of_samples = pass == "Combined" || pass == "Sample Count";
+    for (float value : film.resolve(pass, 1.0f)) check(std::isfinite(value) || !of_samples);
+  }
 }
 
 }  // namespace
+
+extern "C" size_t LLVMFuzzerMutate(uint8_t* data, size_t size, size_t most);
+
+extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t most, unsigned seed) {
+  fuzz::Random random(seed | 1u);
+  if (random() % 4 == 0) return LLVMFuzzerMutate(data, size, most);
+  try {
+    SceneDescription d = from_bytes(std::vector<char>(data, data + size));
+    for (unsigned k = 1 + random() % 3; k > 0; --k) fuzz::mutate(d, random);
+    const std::vector<char> bytes = to_bytes(d);
+    if (bytes.size() > most) return LLVMFuzzerMutate(data, size, most);
+    std::memcpy(data, bytes.data(), bytes.size());
+    return bytes.size();
+  } catch (const SceneError&) {
+    return LLVMFuzzerMutate(data, size, most);
+  }
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   try {
     SceneDescription d = from_bytes(std::vector<char>(data, data + size));
-    RenderSettings& s = d.settings;
-    // What a user may ask for takes long, and is no fault.
-    s.width = std::min(s.width, 8);
-    s.height = std::min(s.height, 8);
-    s.region = {0, 0, 0, 0};
-    s.direct_samples = std::clamp(s.direct_samples, 1, 4);
-    for (int* bounces : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission, &s.bounces.transparent, &s.bounces.volume})
-      *bounces = std::clamp(*bounces, 0, 8);
-    s.photons = std::clamp(s.photons, 1, 200);
-    s.gather_rays = std::clamp(s.gather_rays, 0, 4);
-    s.samples = 2;
-    choose_technique(s);
+    const std::vector<char> again = to_bytes(d);
+    check(to_bytes(from_bytes(again)) == again);
+    const Extras extras = choose_technique(d.settings);
+    check_memory_limit(d);
+    limit(d.settings);
     for (ImageDescription& image : d.images) image.path.clear();   // not this machine's files
     Diagnostics diagnostics;
     const auto scene = Scene::build(std::move(d), {}, diagnostics);
     std::vector<HintReport> reports;
     Hints::attach(*scene, reports);
-    const IntegratorInfo& asked = find_integrator(scene->settings().integrator);
-    const auto technique = make_integrator(reason_against(asked, *scene).empty() ? asked.name : "path");
-    technique->prepare(scene, 1);
-    Film film(0, 0, scene->settings().width, scene->settings().height, {"Combined"});
-    const std::atomic<bool> go_on{false};
-    for (int samples : {1, 1}) technique->run_iteration(film, samples, go_on);   // what learns does so in between
-    technique->statistics();
-    for (float value : film.resolve("Combined", 1.0f))
-      if (!std::isfinite(value)) std::abort();
+    make_render_plan(*scene);
+    Learned learned;
+    for (int frames = extras.next_frame ? 2 : 1; frames > 0; --frames) render(scene, extras, learned);
   } catch (const SceneError&) {
   }
   return 0;

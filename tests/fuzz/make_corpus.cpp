@@ -1,5 +1,6 @@
-// Valid scenes for fuzz_scene to start from, in turn by every integrator and every method of direct light: make_corpus FOLDER.
+// Valid scenes for fuzz_scene to start from, in turn by every integrator and every method of direct light, some as older programs wrote them: make_corpus FOLDER.
 #include <cstdio>
+#include <fstream>
 
 #include "scene/archive.h"
 #include "transport_scenes.h"
@@ -12,6 +13,48 @@ namespace {
 SceneDescription lit_room() {
   SceneDescription d = grey_room(8);
   d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f));
+  return d;
+}
+
+/// By pixel, by object and by light, so that pixels get samples by it; with lamps that only some lobes see, holes and catchers of shadows.
+std::vector<SceneDescription> matters_more() {
+  SceneDescription d = lit_room();
+  d.settings.image = "pmc_ip";
+  d.settings.importance_region = {0.0f, 0.0f, 0.5f, 0.7f};
+  d.settings.importance_factor = 3.0f;
+  d.settings.mist = {0.5f, 1.0f, 2.0f};
+  d.settings.filter = FilterKind::Gaussian;
+  add_object(d, sphere(4), add_diffuse(d, Color(0.5f), Color(2.0f)), moved(Vec3(0.4f, 0.3f, 0.2f), 0.2f));
+  d.objects[1].importance = 2.0f;
+  d.objects[1].light_importance = 0.5f;
+  d.lights[0].light_importance = 4.0f;
+  SceneDescription partial = d;
+  partial.settings.image_error = "perceptual";
+  partial.world.light_importance = 0.1f;
+  set_checker_world(partial, Color(1.0f), Color(0.1f), 3.0f);
+  partial.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.5f), 3.0f, 0.1f));
+  partial.lights[1].visibility = kVisibleAll & ~kVisibleDiffuse;
+  partial.objects[1].shadow_catcher = true;
+  add_object(partial, sphere(4), add_glossy(partial, 0.2f), moved(Vec3(-0.4f, 0.3f, -0.4f), 0.3f));
+  partial.objects[2].holdout = true;
+  partial.objects[2].shadow_terminator_offset = 0.3f;
+  return {d, partial};
+}
+
+/// Four kinds of lobes on one surface, before which they are told apart; a lamp with a graph of its own.
+SceneDescription many_lobes() {
+  SceneDescription d = lit_room();
+  add_object(d, sphere(4),
+             add_closure(d, "ShaderNodeBsdfPrincipled",
+                         {value_input("Base Color", Vec4(0.8f)), value_input("Roughness", 0.3f), value_input("Metallic", 0.3f), value_input("Clearcoat", 1.0f),
+                          value_input("Sheen", 0.5f), value_input("Transmission", 0.3f), value_input("IOR", 1.4f), value_input("Anisotropic", 0.5f)}),
+             moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
+  d.settings.direct_samples = 4;
+  GraphBuilder b;
+  const int falloff = b.node("ShaderNodeLightFalloff", {value_input("Strength", 2.0f), value_input("Smooth", 0.3f)});
+  b.graph.surface = {b.node("ShaderNodeEmission", {value_input("Color", Vec4(1.0f)), linked_input("Strength", falloff, "Quadratic")}), "Emission"};
+  d.lights[0].graph = b.graph;
+  d.lights[0].spread = 2.0f;
   return d;
 }
 
@@ -58,8 +101,20 @@ std::vector<TransportScene> further_scenes() {
   HintDescription hint;
   hint.name = "Path";
   hint.points = {Vec3(0.1f, 0.1f, 0.95f), Vec3(0.2f, 0.3f, 0.0f), Vec3(0.0f, 0.0f, -1.0f)};
+  hint.spreads = {0.2f, 0.4f};
   textured.hints.push_back(hint);
   scenes.push_back({"textured", textured});
+  for (SceneDescription& important : matters_more()) scenes.push_back({"important_" + std::to_string(scenes.size()), important});
+  for (PanoramaKind kind : {PanoramaKind::Equirectangular, PanoramaKind::FisheyeEquisolid, PanoramaKind::FisheyePolynomial, PanoramaKind::MirrorBall, PanoramaKind::CubemapFace}) {
+    SceneDescription d = lit_room();
+    d.camera.kind = CameraKind::Panorama;
+    d.camera.panorama.kind = kind;
+    d.camera.panorama.polynomial = {-1e-4f, -0.17f, -6e-3f, 5e-5f, 1e-6f};
+    d.camera.screen_window = Vec4(0, 1, 0, 1);
+    d.camera.aperture_radius = kind == PanoramaKind::Equirectangular ? 0.05f : 0.0f;
+    scenes.push_back({"panorama_" + std::to_string(int(kind)), d});
+  }
+  scenes.push_back({"lobes", many_lobes()});
   return scenes;
 }
 
@@ -72,11 +127,17 @@ int main(int argc, char** argv) {
   }
   std::vector<TransportScene> scenes = transport_scenes();
   for (TransportScene& scene : further_scenes()) scenes.push_back(std::move(scene));
-  constexpr uint32_t kIntegrators = 9, kTechniques = kIntegrators * 11 * 4;   // as fuzz_scene reads the seed, or near enough
+  constexpr uint32_t kIntegrators = 9, kTechniques = kIntegrators * 11 * 4 * 27;   // as fuzz_scene reads the seed, or near enough
   uint32_t number = 0;
   for (TransportScene& scene : scenes)
     for (uint32_t i = 0; i < kIntegrators; ++i, ++number) {
-      scene.description.settings.seed = (number * 37 / kIntegrators * kIntegrators + i) % kTechniques;
-      save_description(scene.description, std::string(argv[1]) + "/" + scene.name + "_" + std::to_string(i) + ".ajar");
+      SceneDescription& d = scene.description;
+      // Few vertices leave most bytes to what is more than vertices.
+      for (MeshDescription& mesh : d.meshes)
+        if (mesh.positions.size() > 200) mesh = sphere(4);
+      d.settings.seed = (number * 37 / kIntegrators * kIntegrators + i) % kTechniques;
+      const char version = char(number % 4 == 0 ? '2' + number / 4 % 8 : '9');
+      const std::vector<char> bytes = to_bytes(d, version);
+      std::ofstream(std::string(argv[1]) + "/" + scene.name + "_" + std::to_string(i) + ".ajar", std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
     }
 }
