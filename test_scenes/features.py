@@ -165,6 +165,71 @@ def _(stage):
     links.new(falloff.outputs["Linear"], emission.inputs["Strength"])
 
 
+def shining_through(stage: Stage, turn: tuple[float, float, float], connect: Callable) -> None:
+    """The lamp turned, the strength of its light made by `connect`(nodes, links, input of the strength)."""
+    lamp = bpy.data.objects["Lamp"]
+    lamp.rotation_euler = turn
+    lamp.data.use_nodes = True
+    nodes, links = lamp.data.node_tree.nodes, lamp.data.node_tree.links
+    connect(nodes, links, nodes["Emission"].inputs["Strength"])
+
+
+def measured(nodes: bpy.types.Nodes, strength: float) -> bpy.types.Node:
+    """An IES Texture of a lamp with two wings, wider to one side."""
+    text = bpy.data.texts.new("wings.ies")
+    vertical, horizontal = (0, 15, 30, 45, 60, 75, 90, 110), (0, 45, 90, 135, 180, 225, 270, 315, 360)
+    rows = [" ".join(f"{max(0.0, 90 - v + 160 * math.exp(-((v - 50) / 14) ** 2) * (math.cos(math.radians(h)) ** 2 + 0.3 * math.sin(math.radians(h)))):.2f}" for v in vertical)
+            for h in horizontal]
+    text.write("\n".join(["IESNA:LM-63-2002", "TILT=NONE", f"1 -1 1 {len(vertical)} {len(horizontal)} 1 2 0 0 0", "1 1 1",
+                          " ".join(map(str, vertical)), " ".join(map(str, horizontal)), *rows, ""]))
+    node = nodes.new("ShaderNodeTexIES")
+    node.mode, node.ies = "INTERNAL", text
+    node.inputs["Strength"].default_value = strength
+    return node
+
+
+@feature("light", "lamp_ies", "a point lamp with an IES texture, tilted")
+def _(stage):
+    lit_by(point())(stage)
+    shining_through(stage, (0.5, -0.35, 0.8), lambda nodes, links, strength: links.new(measured(nodes, 0.12).outputs["Fac"], strength))
+
+
+@feature("light", "lamp_ies_mapped", "a spot lamp of 10 cm with an IES texture turned by Mapping")
+def _(stage):
+    lit_by(spot(radius=0.1, angle=math.radians(120)))(stage)
+
+    def connect(nodes, links, strength):
+        coordinates, mapping, ies = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeMapping"), measured(nodes, 0.12)
+        mapping.inputs["Rotation"].default_value = (0.3, 0.2, 1.1)
+        links.new(coordinates.outputs["Normal"], mapping.inputs["Vector"])
+        links.new(mapping.outputs["Vector"], ies.inputs["Vector"])
+        links.new(ies.outputs["Fac"], strength)
+    shining_through(stage, (0.6, -0.3, 0.2), connect)
+
+
+@feature("light", "lamp_ies_area", "an area lamp with an IES texture along Geometry: Incoming")
+def _(stage):
+    lit_by(area())(stage)
+
+    def connect(nodes, links, strength):
+        geometry, ies = nodes.new("ShaderNodeNewGeometry"), measured(nodes, 0.12)
+        links.new(geometry.outputs["Incoming"], ies.inputs["Vector"])
+        links.new(ies.outputs["Fac"], strength)
+    shining_through(stage, (0.6, -0.3, 0.2), connect)
+
+
+@feature("light", "lamp_position", "an area lamp with stripes along its position")
+def _(stage):
+    lit_by(area((2.4, 1.2)))(stage)
+
+    def connect(nodes, links, strength):
+        geometry, wave = nodes.new("ShaderNodeNewGeometry"), nodes.new("ShaderNodeTexWave")
+        wave.inputs["Scale"].default_value = 0.5
+        links.new(geometry.outputs["Position"], wave.inputs["Vector"])
+        links.new(wave.outputs["Fac"], strength)
+    shining_through(stage, (0.6, -0.3, 0.2), connect)
+
+
 @feature("light", "many_lamps", "24 small lamps of different colours")
 def _(stage):
     stage.sky((0, 0, 0))

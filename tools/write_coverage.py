@@ -100,6 +100,9 @@ class Probes:
             links.new(nodes.new("ShaderNodeBsdfDiffuse").outputs[0], node.inputs[-1])
         if type_ in ("ShaderNodeTexImage", "ShaderNodeTexEnvironment"):
             node.image = bpy.data.images.get("probe") or bpy.data.images.new("probe", 2, 2)
+        if type_ == "ShaderNodeTexIES":
+            node.filepath = str(ROOT / "tests" / "core" / "ies" / "half_1991.ies")
+            node.ies = bpy.data.texts.get("half_1991.ies") or bpy.data.texts.load(node.filepath)
         if type_ in ("ShaderNodeDisplacement", "ShaderNodeVectorDisplacement"):
             links.new(socket, end.inputs["Displacement"])
             links.new(nodes.new("ShaderNodeBsdfDiffuse").outputs[0], end.inputs["Surface"])

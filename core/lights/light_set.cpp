@@ -157,15 +157,16 @@ struct LightSet::Data {
   void add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources, std::vector<double>& weights);
   void make_tables(const std::vector<Source>& sources, const std::vector<double>& inside, bool has_media);
 
-  Color lamp_radiance(const Light& light, Vec3 position, Vec3 normal, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
+  Color lamp_radiance(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
     const Color radiance = light.radiance * lamp_profile(light, wo);
-    return light.shader < 0 || is_black(radiance) ? radiance : radiance * shader_factor(light, position, normal, wo, time, distance, ray_kind);
+    return light.shader < 0 || is_black(radiance) ? radiance : radiance * shader_factor(light, position, wo, time, distance, ray_kind);
   }
-  Color shader_factor(const Light& light, Vec3 position, Vec3 normal, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
+  Color shader_factor(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
     ShadingPoint point;
-    point.position = is_distant(light.type) ? -wo : position;
+    // What Cycles' lamps show nodes: suns for a position the direction of their light, and all but area lamps a normal that follows it.
+    point.position = is_distant(light.type) ? wo : position;
     point.wo = wo;
-    point.ng = point.ns = normal;
+    point.ng = point.ns = light.type == LightType::Rectangle || light.type == LightType::Ellipse ? light.frame.n : wo;
     point.time = time;
     point.ray_kind = ray_kind;
     point.ray_length = is_distant(light.type) ? 0.0f : distance;
@@ -192,7 +193,7 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
         factor = 0.0;
         for (int k = 0; k < 64; ++k) {
           const Vec3 wo = warp::square_to_sphere({(float(k % 8) + 0.5f) / 8.0f, (float(k / 8) + 0.5f) / 8.0f});
-          factor += luminous(shader_factor(light, light.position, wo, wo, 0.0f, kUsualDistance, 0)) / 64.0;
+          factor += luminous(shader_factor(light, light.position, wo, 0.0f, kUsualDistance, 0)) / 64.0;
         }
         if (!std::isfinite(factor)) factor = 0.0;
       }
@@ -534,7 +535,7 @@ std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, f
   if (d.is_lamp(index)) {
     const Light& lamp = d.lamps[index];
     auto sample = sample_lamp_li(lamp, p, u);
-    if (sample && lamp.shader >= 0) sample->radiance *= d.shader_factor(lamp, sample->position, sample->normal, -sample->wi, time, sample->distance, ray_kind);
+    if (sample && lamp.shader >= 0) sample->radiance *= d.shader_factor(lamp, sample->position, -sample->wi, time, sample->distance, ray_kind);
     return sample;
   }
   LightSample s;
@@ -587,11 +588,7 @@ float LightSet::pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 lig
 }
 
 Color LightSet::lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
-  const Light& lamp = data_->lamps[index];
-  Vec3 normal = wo;
-  if (lamp.type == LightType::Rectangle || lamp.type == LightType::Ellipse) normal = lamp.frame.n;
-  if (lamp.type == LightType::Sphere || lamp.type == LightType::SpotSphere) normal = glm::normalize(position - lamp.position);
-  return data_->lamp_radiance(lamp, position, normal, wo, time, distance, ray_kind);
+  return data_->lamp_radiance(data_->lamps[index], position, wo, time, distance, ray_kind);
 }
 
 Color LightSet::environment_radiance(Vec3 wi, uint32_t ray_kind) const { return data_->environment.radiance(wi, ray_kind); }
@@ -610,7 +607,7 @@ std::optional<LightRay> LightSet::sample_le(uint32_t index, Vec2 u_position, Vec
     auto r = sample_lamp_le(lamp, u_position, u_direction, d.scene_center, d.scene_radius);
     if (!r) return r;
     r->ray.time = time;
-    if (lamp.shader >= 0) r->radiance *= d.shader_factor(lamp, r->ray.origin, r->normal, r->ray.direction, time, kUsualDistance, 0);
+    if (lamp.shader >= 0) r->radiance *= d.shader_factor(lamp, r->ray.origin, r->ray.direction, time, kUsualDistance, 0);
     return r;
   }
   LightRay r;

@@ -108,7 +108,8 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
                            : of == CameraShader::Of::Lamp   ? lamp_programs_[index]
                                                             : world_program_;
   program = ShaderProgram::compile(graph, owner, *textures_, diagnostics, context);
-  if (sees_camera) camera_shaders_.push_back({of, index, owner, graph, context.material_pass_index});
+  if (sees_camera) camera_shaders_.push_back({of, index, owner, graph, context.material_pass_index,
+                                              context.world_from_lamp ? *context.world_from_lamp : std::array<float, 12>{}});
 }
 
 /// Those of `used`. Programs of materials that `previous` has just the same are taken over with what was said about them.
@@ -165,6 +166,7 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
   Diagnostics repeated;  // everything there is to say was said at the build
   for (const CameraShader& shader : std::exchange(camera_shaders_, {})) {
     context.material_pass_index = shader.material_pass_index;
+    context.world_from_lamp = shader.of == CameraShader::Of::Lamp ? &shader.world_from_lamp : nullptr;
     compile(shader.of, shader.index, shader.graph, shader.owner, context, repeated);
   }
   settings_ = std::move(settings);
@@ -299,8 +301,10 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   s.statistics_.transparent_shadows = s.any_transparent_;
   for (size_t i = 0; i < d.lights.size(); ++i) {
     s.lamp_programs_.emplace_back();
+    context.world_from_lamp = &d.lights[i].world_from_light;
     s.compile(CameraShader::Of::Lamp, i, d.lights[i].graph, d.lights[i].name, context, diagnostics);
   }
+  context.world_from_lamp = nullptr;
   if (d.world.graph.empty()) {
     Node background;
     background.type = "ShaderNodeBackground";

@@ -143,6 +143,7 @@ class Scene {
     std::string owner;
     NodeGraph graph;
     int material_pass_index;
+    std::array<float, 12> world_from_lamp;   ///< of lamps
   };
   Scene();
   bool shows_the_world_of(const Scene& previous) const;

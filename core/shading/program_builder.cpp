@@ -279,6 +279,13 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
   return result;
 }
 
+Value ProgramBuilder::object_normal() {
+  if (!context_.world_from_lamp) return emit(Op::ObjectNormal, SocketType::Vector, {});
+  const Mat4 lamp_from_normal(glm::transpose(Mat3(to_matrix(*context_.world_from_lamp))));
+  const Value turned = emit(Op::Affine, SocketType::Vector, {emit(Op::ShadingNormal, SocketType::Vector, {})}, 0, add_matrix(lamp_from_normal));
+  return emit(Op::Normalize, SocketType::Vector, {turned});
+}
+
 void ProgramBuilder::measure_pixels() {
   BumpFootprint& bump = tables.bump;
   if (std::exchange(bump.measured, true)) return;

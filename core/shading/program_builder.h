@@ -62,6 +62,8 @@ class ProgramBuilder {
 
   /// The normal of the surface before closures and nodes choose another: the smooth one, or the displaced one once it is set.
   Value surface_normal() { return surface_normal_ ? *surface_normal_ : emit(Op::ShadingNormal, SocketType::Vector, {}); }
+  /// The smooth normal in the space of the object or the lamp.
+  Value object_normal();
   Operand displaced_normal() const { return surface_normal_ ? surface_normal_->at : kNoOperand; }
   void set_displaced_normal(Value normal) { surface_normal_ = normal; }
   /// A normal turned by the heights of `height(shift)`, which is asked for the point and the two beside it.

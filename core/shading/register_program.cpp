@@ -35,7 +35,7 @@ namespace {
 
 /// The world is infinitely far: what it has for a position turns with the camera but does not move.
 Vec3 seen_by_camera(const ShadingPoint& point, const Mat4& camera_from_world) {
-  const Vec3 p = nodes::position(point);
+  const Vec3 p = point.position;
   return point.instance ? transform_point(camera_from_world, p) : transform_vector(camera_from_world, p);
 }
 
@@ -224,6 +224,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         break;
       }
       case Op::Sky: store3(tables.skies[i->data].radiance(v(0))); break;
+      case Op::Ies: *out = tables.ies_profiles[i->data].towards(v(0)); break;
       case Op::Wavelength: store3(nodes::wavelength(f(0))); break;
       case Op::Image: store4(nodes::image(tables.images[i->data], Vec2(v(0)))); break;
       case Op::ImageBox: store4(nodes::image_box(tables.images[i->data], v(0), nodes::object_normal(point))); break;
@@ -235,9 +236,9 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       }
       case Op::ProjectSphere: store3(Vec3(nodes::project_sphere(v(0)), 0.0f)); break;
       case Op::ProjectTube: store3(Vec3(nodes::project_tube(v(0)), 0.0f)); break;
-      case Op::Position: store3(nodes::position(point)); break;
-      case Op::ShadingNormal: store3(nodes::shading_normal(point)); break;
-      case Op::TrueNormal: store3(nodes::true_normal(point)); break;
+      case Op::Position: store3(point.position); break;
+      case Op::ShadingNormal: store3(point.ns); break;
+      case Op::TrueNormal: store3(point.ng); break;
       case Op::Incoming: store3(point.wo); break;
       case Op::Parametric:
         store3({1.0f - point.barycentric.x - point.barycentric.y, point.barycentric.x, 0.0f});
@@ -247,7 +248,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::UvTangent: store3(nodes::uv_tangent(point, tables.names[i->data])); break;
       case Op::Generated: store3(nodes::generated(point)); break;
       case Op::ObjectPosition: store3(nodes::object_position(point)); break;
-      case Op::TransformPosition: store3(transform_point(tables.matrices[i->data], nodes::position(point))); break;
+      case Op::TransformPosition: store3(transform_point(tables.matrices[i->data], point.position)); break;
       case Op::ObjectNormal: store3(nodes::object_normal(point)); break;
       case Op::CameraPosition: store3(camera_position(point, tables.matrices[i->data])); break;
       case Op::WindowPosition:

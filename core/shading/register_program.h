@@ -14,6 +14,7 @@
 #include "math/types.h"
 #include "scene/scene_description.h"
 #include "shading/shading_point.h"
+#include "shading/nodes/ies.h"
 #include "shading/nodes/sky.h"
 #include "shading/texture.h"
 
@@ -42,7 +43,7 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(Ramp, 4, false) OP(Curve, 3, false) OP(FloatCurve, 1, false)                                             \
   OP(Checker, 1, false) OP(SelectColor, 3, false) OP(Gradient, 1, false)                                      \
   OP(Noise, 1, false) OP(NoiseColor, 3, false) OP(WhiteNoise, 3, false) OP(Voronoi, 8, false)                 \
-  OP(Wave, 1, false) OP(Magic, 3, false) OP(Brick, 2, false) OP(Wavelength, 3, false) OP(Sky, 3, false)                    \
+  OP(Wave, 1, false) OP(Magic, 3, false) OP(Brick, 2, false) OP(Wavelength, 3, false) OP(Sky, 3, false) OP(Ies, 1, false)  \
   OP(Image, 4, false) OP(ImageBox, 4, true) OP(Environment, 4, false)                                         \
   OP(ProjectSphere, 3, false) OP(ProjectTube, 3, false)                                                       \
   OP(Position, 3, true) OP(ShadingNormal, 3, true) OP(TrueNormal, 3, true) OP(Incoming, 3, true)              \
@@ -118,6 +119,7 @@ struct ProgramTables {
   std::vector<CurveTable> curves;
   std::vector<ImageLookup> images;
   std::vector<nodes::Sky> skies;
+  std::vector<nodes::IesProfile> ies_profiles;
   std::vector<std::string> names;
   std::vector<Mat4> matrices;
   BumpFootprint bump;

@@ -283,7 +283,7 @@ void Media::add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, 
     // The world's place is a direction: that of the middle of the scene, wherever one is.
     ShadingPoint middle = inside;
     middle.position = scene_.center();
-    middle.wo = -scene_.center();
+    middle.wo = middle.ng = middle.ns = -scene_.center();
     medium.program->add_medium(middle, point);
     return;
   }

@@ -6,6 +6,7 @@ feeds an input in the end is another node, a constant, or nothing.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -18,8 +19,9 @@ from .context import ExportContext, rows_3x4
 Value = tuple[float, float, float, float]
 ZERO: Value = (0.0, 0.0, 0.0, 0.0)
 TABLE_SIZE = 256
+LARGEST_IES = 1 << 24   # bytes; real ones have some thousand
 # Every other texture node falls back on Generated coordinates.
-WITHOUT_GENERATED = {"ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeTexWhiteNoise"}
+WITHOUT_GENERATED = {"ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeTexWhiteNoise", "ShaderNodeTexIES"}
 
 
 @dataclass(eq=False)
@@ -261,6 +263,22 @@ def _object_of_coordinates(_context: ExportContext, node: bpy.types.Node) -> lis
     return [("object", rows_3x4(node.object.matrix_world.inverted_safe()))]
 
 
+def _ies(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    if node.mode == "INTERNAL":
+        return [("ies", node.ies.as_string())] if node.ies is not None else []
+    if not node.filepath:
+        return []
+    path = os.path.normpath(bpy.path.abspath(node.filepath, library=node.id_data.library))
+    try:
+        with open(path, "rb") as file:
+            content = file.read(LARGEST_IES + 1)
+    except OSError as error:
+        return [("unreadable", f"{path}: {error.strerror}")]
+    if len(content) > LARGEST_IES:
+        return [("unreadable", f"{path}: too large")]
+    return [("ies", content.decode("latin-1"))]
+
+
 def _distance_of_world(context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
     world = context.scene.world
     return [("world_distance", [world.light_settings.distance if world is not None else 0.0])]
@@ -284,6 +302,7 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeVectorCurve": _curve,
     "ShaderNodeFloatCurve": _curve,
     "ShaderNodeTexCoord": _object_of_coordinates,
+    "ShaderNodeTexIES": _ies,
     "ShaderNodeAmbientOcclusion": _distance_of_world,
     "ShaderNodeAttribute": _attribute_name("attribute_name"),
 }

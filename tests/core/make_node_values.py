@@ -8,11 +8,13 @@ Every case is a small plane that emits the node's output, seen by one pixel and 
 import math
 import sys
 import tempfile
+from pathlib import Path
 
 import bpy
 import numpy as np
 
 PIXELS = 4      # per case and side
+IES_FILES = Path(__file__).resolve().parent / "ies"
 
 CASES: list[tuple[str, str, dict, dict]] = []      # type, output, properties, inputs
 
@@ -139,6 +141,12 @@ def define_patterns() -> None:
                           ("VolumeInfo", ("Color", "Density", "Flame", "Temperature"))):
         for output in outputs:   # of a mesh
             case(node, output)
+    for i, file in enumerate(sorted(IES_FILES.glob("*.ies"))):   # half of them as texts
+        for z, turn in ((-1.0, 0.0), (-0.999, 1.0), (-0.93, 6.1), (-0.8, 2.0), (-0.6, 3.3), (-0.5, 4.9), (-0.2, 5.2), (-0.05, 0.7), (0.0, 1.6), (0.3, 2.9),
+                        (0.9, 4.0), (-0.7, 0.0), (-0.7, -math.pi / 2)):
+            across = 2.3 * math.sqrt(1.0 - z * z)
+            case("TexIES", "Fac", {"mode": "INTERNAL" if i % 2 else "EXTERNAL", "ies": file.name},
+                 Vector=(across * math.cos(turn), across * math.sin(turn), 2.3 * z), Strength=0.3)
     for nanometres in (300.0, 380.0, 452.0, 507.5, 600.0, 779.0):
         case("Wavelength", "Color", Wavelength=nanometres)
 
@@ -201,6 +209,13 @@ def set_inputs(node: bpy.types.Node, inputs: dict, links: bpy.types.NodeLinks, n
             socket.default_value = value
 
 
+def set_ies(node: bpy.types.Node, file: Path) -> None:
+    if node.mode == "EXTERNAL":
+        node.filepath = str(file)
+    else:
+        node.ies = bpy.data.texts.load(str(file))
+
+
 def build_scene(side: int) -> None:
     scene = bpy.context.scene
     for i, (kind, output, properties, inputs) in enumerate(CASES):
@@ -213,7 +228,10 @@ def build_scene(side: int) -> None:
         nodes.clear()
         node = nodes.new(kind)
         for name, value in properties.items():
-            setattr(node, name, value)
+            if name == "ies":
+                set_ies(node, IES_FILES / value)
+            else:
+                setattr(node, name, value)
         set_inputs(node, inputs, links, nodes)
         emission, end = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeOutputMaterial")
         source = next(socket for socket in node.outputs if socket.identifier == output)

@@ -4,6 +4,7 @@
 #include "lights/lamp.h"
 #include "math/warps.h"
 #include "scene_fixtures.h"
+#include "shading/nodes/ies.h"
 
 namespace ajar {
 namespace {
@@ -49,6 +50,8 @@ LightDescription sun(Vec3 shines, float angle, float energy = 3.0f) {
   light.sun_angle = angle;
   return light;
 }
+
+Vec3 panel_x(const LightDescription& light) { return Vec3(to_matrix(light.world_from_light)[0]); }
 
 /// Something small and dark, so that there is a scene.
 SceneDescription dark() {
@@ -293,6 +296,55 @@ TEST(LightSet, shaders_multiply_a_lamps_own_light) {
   light.graph.nodes = {emission};
   light.graph.surface = {0, "Emission"};
   EXPECT_NEAR(irradiance(with_lamp(light)->lights(), Vec3(0.0f), Vec3(0, 0, 1), 10).mean(), 1.5 * 10.0 / (16.0 * M_PI), 1e-5);
+}
+
+/// Radiance or intensity of a lamp whose emission is this output of this node, over its own.
+Color shown_by(LightDescription light, const std::string& node, const std::string& output, Vec3 position, Vec3 wo, std::initializer_list<NodeProperty> properties = {}) {
+  const Color own = with_lamp(light)->lights().lamp_radiance(0, position, wo, 0.0f, 1.0f);
+  Node shown, emission = closure_node("ShaderNodeEmission", Color(0.0f));
+  shown.type = node;
+  shown.properties = properties;
+  for (NodeInput& input : emission.inputs)
+    if (input.socket == "Color") input.link = {1, output};
+  light.graph.nodes = {emission, shown};
+  light.graph.surface = {0, "Emission"};
+  return with_lamp(light)->lights().lamp_radiance(0, position, wo, 0.0f, 1.0f) / own;
+}
+
+void expect_close(Color a, Color b) {
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], 1e-5f) << i;
+}
+
+TEST(LightSet, shaders_of_lamps_see_their_own_space) {
+  // x, y and z of the lamp are world z, x and y: what leaves along +y leaves along the lamp's +z. Colours are clamped below at 0.
+  const Mat4 turned(Vec4(0, 0, 1, 0), Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(4, 5, 6, 1));
+  const Vec3 wo = glm::normalize(Vec3(0.2f, 0.9f, 0.3f)), at(4, 5, 6);
+  const LightDescription bulb = lamp(LightKind::Point, turned), panel = area_lamp(AreaShape::Rectangle, {1, 1}, placed(at, {0.0f, 0.6f, 0.8f}));
+  expect_close(shown_by(bulb, "ShaderNodeTexCoord", "Normal", at, wo), Color(wo.z, wo.x, wo.y));
+  expect_close(shown_by(bulb, "ShaderNodeNewGeometry", "Normal", at, wo), wo);
+  expect_close(shown_by(bulb, "ShaderNodeNewGeometry", "Position", at, wo), at);
+  expect_close(shown_by(bulb, "ShaderNodeTexCoord", "Generated", at, wo), at);
+  expect_close(shown_by(panel, "ShaderNodeNewGeometry", "Normal", at, wo), {0.0f, 0.6f, 0.8f});
+  expect_close(shown_by(panel, "ShaderNodeNewGeometry", "Incoming", at, wo), wo);
+  expect_close(shown_by(panel, "ShaderNodeNewGeometry", "Position", at + 0.25f * panel_x(panel), wo), at + 0.25f * panel_x(panel));
+  expect_close(shown_by(sun(-wo, 0.0f), "ShaderNodeNewGeometry", "Incoming", Vec3(0.0f), wo), wo);
+  expect_close(shown_by(sun(-wo, 0.0f), "ShaderNodeNewGeometry", "Position", Vec3(0.0f), wo), wo);
+}
+
+TEST(LightSet, measured_lamps_turn_with_the_lamp) {
+  // Bright below the lamp, dark above its horizon, twice as bright to one side.
+  const NodeProperty file{"ies", "TILT=NONE\n1 -1 1 3 5 1 1 0 0 0\n1 1 1\n0 45 90\n0 90 180 270 360\n"
+                                 "100 60 20\n100 60 20\n100 120 40\n100 60 20\n100 60 20\n", {}};
+  std::string problem;
+  const auto profile = nodes::IesProfile::read(file.text, problem);
+  ASSERT_EQ(problem, "");
+  const Mat4 turned(Vec4(0, 0, 2, 0), Vec4(2, 0, 0, 0), Vec4(0, 2, 0, 0), Vec4(4, 5, 6, 1));
+  for (const Vec3 local : {Vec3(0, 0, -1), Vec3(0.6f, 0, -0.8f), Vec3(0, 0.6f, -0.8f), Vec3(0, -0.6f, -0.8f), Vec3(0.6f, 0.0f, 0.8f)}) {
+    const Vec3 wo(local.y, local.z, local.x);
+    for (const LightDescription& light : {lamp(LightKind::Point, turned), [&] { auto l = lamp(LightKind::Point, turned); l.radius = 0.2f; return l; }()})
+      expect_close(shown_by(light, "ShaderNodeTexIES", "Fac", {4, 5, 6}, wo, {file}) / 8.0f, Color(profile.towards(local)) / 8.0f);
+  }
+  EXPECT_GT(profile.towards({0, 0.6f, -0.8f}), 1.5f * profile.towards({0, -0.6f, -0.8f}));
 }
 
 // ---- Rays that leave ---------------------------------------------------------------------

@@ -91,9 +91,18 @@ Vec4 vector_of(const std::string& text) {   // a single number counts for all co
   return v;
 }
 
-/// name=1,2,3 or name=TEXT
+std::string text_of_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  EXPECT_TRUE(file.good()) << path;
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+/// name=1,2,3 or name=TEXT, or ies=the name of a file
 NodeProperty property_of(const std::string& text) {
   const std::vector<std::string> parts = split(text, '=');
+  if (parts[0] == "ies") return text_property(parts[0], text_of_file(AJAR_TEST_DIRECTORY "/ies/" + parts[1]));
   if (parts[1].find_first_not_of("0123456789.,-+e") != std::string::npos) return text_property(parts[0], parts[1]);
   std::vector<float> numbers;
   for (const std::string& number : split(parts[1], ',')) numbers.push_back(std::stof(number));
@@ -131,6 +140,86 @@ TEST(ShaderNodes, constant_nodes_fold_to_what_cycles_gives) {
     ++cases;
   }
   EXPECT_GT(cases, 300);
+}
+
+TEST(ShaderNodes, broken_ies_files_are_named_and_shine_evenly) {
+  const std::string good = text_of_file(AJAR_TEST_DIRECTORY "/ies/quadrant_tilted_1995.ies");
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    text.replace(text.find(from), from.size(), to);
+    return text;
+  };
+  const struct {
+    NodeProperty property;
+    const char* said;
+  } cases[] = {{text_property("ies", ""), "it has no IES file"},
+               {text_property("unreadable", "/lamps/a.ies: No such file or directory"), "(/lamps/a.ies: No such file or directory)"},
+               {text_property("ies", "IESNA91\n1 2 3"), "no line TILT="},
+               {text_property("ies", changed("TILT=", "tilt=")), "no line TILT="},
+               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 15 6 4")), "photometric type"},
+               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 1 6 1")), "two vertical angles"},
+               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 15 -6 1")), "two vertical angles"},
+               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 999999999 999999999 1")), "does not hold the values"},
+               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 15 7 1")), "the file ends early"},
+               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 1e300 15 6 1")), "too large"},
+               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 two 15 6 1")), "'two' is not a number"},
+               {text_property("ies", changed("1\n4\n", "1\n-4\n")), "tilt factors"},
+               {text_property("ies", changed("0 15 30", "0 45 30")), "horizontal angles do not ascend"},
+               {text_property("ies", changed("0 5 10", "0 10 10")), "vertical angles do not ascend"},
+               {text_property("ies", good.substr(0, good.size() / 2)), "the file ends early"}};
+  for (const auto& c : cases) {
+    GraphBuilder g;
+    g.emit(g.node("ShaderNodeTexIES", {value_input("Strength", 0.25f)}, {c.property}), "Fac");
+    Diagnostics diagnostics;
+    EXPECT_EQ(compile(g.graph, &diagnostics).evaluate_emission(ShadingPoint()), Color(25.0f)) << c.said;
+    ASSERT_EQ(diagnostics.size(), 1u) << c.said;
+    EXPECT_EQ(diagnostics[0].object, "Material");
+    EXPECT_NE(diagnostics[0].message.find("node 'TexIES 0' (ShaderNodeTexIES): its IES file cannot be used"), std::string::npos) << diagnostics[0].message;
+    EXPECT_NE(diagnostics[0].message.find(c.said), std::string::npos) << diagnostics[0].message;
+  }
+}
+
+TEST(ShaderNodes, no_prefix_of_an_ies_file_breaks_its_reader) {
+  const std::string good = text_of_file(AJAR_TEST_DIRECTORY "/ies/one_plane_2002.ies");
+  std::string problem;
+  int read = 0;
+  for (size_t length = 0; length <= good.size(); ++length) {
+    const auto profile = nodes::IesProfile::read(std::string_view(good).substr(0, length), problem);
+    EXPECT_EQ(profile.empty(), !problem.empty());
+    read += !profile.empty();
+    for (const Vec3 direction : {Vec3(0), Vec3(0, 0, -1), Vec3(0, 0, 1), Vec3(-0.0f, -1, 0), Vec3(kInfinity, 0, 0), Vec3(std::nanf(""), 0, 0)})
+      EXPECT_GE(profile.towards(direction), 0.0f);
+  }
+  EXPECT_GT(read, 0);
+  EXPECT_LT(read, 8);   // the last number cut short, and the end of its line
+}
+
+// What Cycles of Blender 3.4 does not read, as that of 5.2 reads it.
+TEST(ShaderNodes, ies_files_of_types_a_and_b_and_parts_of_the_sphere) {
+  const Vec3 down(0.3f, 0.4f, -0.9f), aside(-0.8f, 0.1f, -0.3f), up(0.2f, -0.9f, 0.4f);
+  const struct {
+    int type;
+    const char *horizontal, *vertical;
+    Vec3 direction;
+    float expected;
+  } cases[] = {{2, "0 45 90", "-90 -30 30 90", down, 0.0f},         {2, "0 45 90", "-90 -30 30 90", aside, 8.79189f},
+               {2, "-90 0 90", "-90 -30 30 90", aside, 9.90033f},   {2, "0 45 90", "0 45 90", aside, 7.68063f},
+               {3, "0 45 90", "-90 -45 45 90", down, 9.36298f},     {3, "0 45 90", "-90 -45 45 90", aside, 18.34592f},
+               {3, "0 45 90", "-90 -45 45 90", up, 0.0f},           {3, "-90 -45 0 45 90", "-90 -45 45 90", down, 11.4057f},
+               {3, "-90 -45 0 45 90", "-90 -45 45 90", aside, 51.10905f},
+               {1, "0 45 100", "0 30 90", down, 0.0f},              {1, "0 45 100", "0 30 90", aside, 19.54572f},
+               {1, "0 45 90", "90 120 180", up, 7.82493f},          {1, "0", "90 120 180", up, 7.60582f},
+               {1, "0", "90 120 180", down, 0.0f}};
+  for (const auto& c : cases) {
+    const size_t planes = split(c.horizontal, ' ').size(), rows = split(c.vertical, ' ').size();
+    std::ostringstream text;
+    text << "TILT=NONE\n1 -1 1 " << rows << ' ' << planes << ' ' << c.type << " 1 0 0 0\n1 1 1\n" << c.vertical << '\n' << c.horizontal << '\n';
+    for (size_t h = 0; h < planes; ++h)
+      for (size_t v = 0; v < rows; ++v) text << 100 + 40 * h * h + 10 * v << ' ';
+    std::string problem;
+    EXPECT_NEAR(nodes::IesProfile::read(text.str(), problem).towards(c.direction), c.expected, 1e-4f * std::max(1.0f, c.expected)) << text.str();
+    EXPECT_EQ(problem, "");
+  }
 }
 
 TEST(ShaderNodes, wires_are_as_wide_as_their_size_and_half_of_that_on_each_side) {
@@ -359,7 +448,8 @@ TEST(ShaderNodes, the_world_is_textured_by_direction) {
   const int sky = g.node("ShaderNodeTexEnvironment", {value_input("Vector", 0.0f)}, {number_property("image", {0}), text_property("interpolation", "Closest")});
   const auto at = [&](Vec3 direction) {
     ShadingPoint point;
-    point.wo = -glm::normalize(direction);
+    point.position = glm::normalize(direction);
+    point.wo = -point.position;
     return value_of(g, sky, "Color", point, nullptr, &store).x;
   };
   EXPECT_NEAR(at({-1, 0.1f, 0}), 1.0f, 1e-4f);

@@ -241,7 +241,7 @@ TEST(ShaderProgram, random_graphs_never_crash_and_never_give_nan) {
       "ShaderNodeTexCoord", "ShaderNodeNewGeometry", "ShaderNodeHueSaturation", "ShaderNodeNormalMap", "ShaderNodeBump", "ShaderNodeNonsense",
       "ShaderNodeMapRange", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfAnisotropic", "ShaderNodeAttribute", "ShaderNodeBlackbody",
       "ShaderNodeTexNoise", "ShaderNodeTexMusgrave", "ShaderNodeTexVoronoi", "ShaderNodeTexWave", "ShaderNodeTexMagic", "ShaderNodeTexBrick",
-      "ShaderNodeTexWhiteNoise", "ShaderNodeWavelength", "ShaderNodeDisplacement", "ShaderNodeVectorDisplacement"};
+      "ShaderNodeTexWhiteNoise", "ShaderNodeTexIES", "ShaderNodeWavelength", "ShaderNodeDisplacement", "ShaderNodeVectorDisplacement"};
   static const char* kSockets[] = {"Value", "Value_001", "Vector", "Fac", "Color", "Color1", "Color2", "Shader", "Shader_001", "Base Color",
                                    "Normal", "Roughness", "Alpha", "Emission", "Strength", "IOR", "Tangent", "Anisotropic", "Metallic",
                                    "Transmission", "Temperature", "Hue", "Factor_Float", "A_Color", "Scale", "Location",

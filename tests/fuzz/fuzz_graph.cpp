@@ -21,9 +21,10 @@ constexpr const char* kSockets[] = {"Color", "Color1", "Color2", "Fac", "Value",
                                     "A", "B", "Factor", "UV", "Generated", "Alpha", "Metallic", "Transmission", "Anisotropic", "Tangent", "Distance", "Volume", "Density",
                                     "Anisotropy", "Emission Strength", "Blackbody Intensity", "Temperature", ""};
 constexpr const char* kTexts[] = {"GGX", "BECKMANN", "MULTI_GGX", "SHARP", "ADD", "DIVIDE", "POWER", "MODULO", "SINE", "NORMALIZE", "MIX", "HUE", "F1",
-                                  "SMOOTH_F1", "N_SPHERE_RADIUS", "3D", "4D", "1D", "RGB", "HSV", "VECTOR", "LINEAR", "HOSEK_WILKIE", "NISHITA", "PREETHAM"};
+                                  "SMOOTH_F1", "N_SPHERE_RADIUS", "3D", "4D", "1D", "RGB", "HSV", "VECTOR", "LINEAR", "HOSEK_WILKIE", "NISHITA", "PREETHAM",
+                                  "TILT=NONE\n1 1 1 2 1 1 1 1 1 1 1 1 1 0 90 0 5 7"};
 constexpr const char* kProperties[] = {"operation", "distribution", "blend_type", "data_type", "feature", "dimensions", "noise_dimensions", "voronoi_dimensions",
-                                       "mode", "sky_type", "curves", "color_ramp", "image", "attribute", "uv_map", "value", "invert", "samples"};
+                                       "mode", "sky_type", "curves", "color_ramp", "image", "attribute", "uv_map", "value", "invert", "samples", "ies"};
 
 struct Bytes {
   const uint8_t *at, *end;

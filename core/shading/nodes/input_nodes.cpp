@@ -46,7 +46,7 @@ bool rgb_node(ProgramBuilder& b, int node, std::string_view, Value& value) {
 
 bool texture_coordinate(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   if (output == "Generated") value = b.emit(Op::Generated, Vector, {});
-  else if (output == "Normal") value = b.emit(Op::ObjectNormal, Vector, {});
+  else if (output == "Normal") value = b.object_normal();
   else if (output == "UV") value = b.emit(Op::ActiveUv, Vector, {});
   else if (output == "Camera") value = camera_point(b, node);
   else if (output == "Window") value = window_point(b, node);

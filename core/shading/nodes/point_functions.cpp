@@ -5,13 +5,9 @@
 
 namespace ajar::nodes {
 
-Vec3 position(const ShadingPoint& point) { return point.instance ? point.position : -point.wo; }
-Vec3 shading_normal(const ShadingPoint& point) { return point.instance ? point.ns : point.wo; }
-Vec3 true_normal(const ShadingPoint& point) { return point.instance ? point.ng : point.wo; }
-
 Vec3 object_position(const ShadingPoint& point) {
   Mat4 moved;
-  return point.instance ? transform_point(object_from_world(*point.instance, point.time, moved), point.position) : position(point);
+  return point.instance ? transform_point(object_from_world(*point.instance, point.time, moved), point.position) : point.position;
 }
 
 /// Normals transform by the transpose of the inverse.
@@ -35,11 +31,11 @@ Vec3 tangent_of(Vec3 normal, Vec3 tangent) {
 }  // namespace
 
 Vec3 object_normal(const ShadingPoint& point) {
-  return point.instance ? normal_to_object(*point.instance, point.time, point.ns) : shading_normal(point);
+  return point.instance ? normal_to_object(*point.instance, point.time, point.ns) : point.ns;
 }
 
 Vec3 generated(const ShadingPoint& point) {
-  if (!point.mesh) return position(point);
+  if (!point.mesh) return point.position;
   const BuiltMesh& mesh = *point.mesh;
   const Vec3 position = mesh.undeformed_position < 0 || point.primitive == kInsideVolume ? object_position(point)
       : Vec3(mesh.interpolate(mesh.attributes[mesh.undeformed_position], point.primitive, point.barycentric));
@@ -78,7 +74,7 @@ Vec3 radial_tangent(const ShadingPoint& point, Axis axis) {
   const Vec3 around = axis == Axis::X   ? Vec3(0.0f, -p.z, p.y)
                       : axis == Axis::Y ? Vec3(-p.z, 0.0f, p.x)
                                         : Vec3(-p.y, p.x, 0.0f);
-  const Vec3 n = shading_normal(point);
+  const Vec3 n = point.ns;
   return tangent_of(n, point.instance ? normal_to_world(*point.instance, point.time, around) : around);
 }
 
@@ -105,7 +101,7 @@ bool triangle_tangent(const ShadingPoint& point, const std::string& name, Vec3& 
 Vec3 uv_tangent(const ShadingPoint& point, const std::string& name) {
   Vec3 tangent;
   float sign;
-  return triangle_tangent(point, name, tangent, sign) ? tangent_of(shading_normal(point), tangent) : Vec3(0.0f);
+  return triangle_tangent(point, name, tangent, sign) ? tangent_of(point.ns, tangent) : Vec3(0.0f);
 }
 
 Vec3 reflection(const ShadingPoint& point) {
@@ -114,7 +110,7 @@ Vec3 reflection(const ShadingPoint& point) {
 }
 
 Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::string& uv, float strength, Vec3 color) {
-  const Vec3 surface = shading_normal(point);
+  const Vec3 surface = point.ns;
   const float side = point.backfacing ? -1.0f : 1.0f;
   Vec3 c = 2.0f * color - 1.0f, n;
   if (space == NormalMapSpace::Tangent) {

@@ -1,5 +1,5 @@
-// What input nodes read from the shading point. Without an instance the point belongs to the world (or a lamp):
-// its position is the direction looked in, and its normals face the viewer, as in Cycles.
+// What input nodes read from the shading point. Without an instance the point belongs to the world or a lamp. The world's
+// position is the direction looked in, and normals face the viewer, apart from those of area lamps, as in Cycles.
 #pragma once
 
 #include <string>
@@ -17,9 +17,6 @@ enum class Axis : uint8_t { X, Y, Z };
 enum class Space : uint8_t { World, Object, Camera };
 enum class NormalMapSpace : uint8_t { Tangent, Object, World, BlenderObject, BlenderWorld };
 
-Vec3 position(const ShadingPoint& point);
-Vec3 shading_normal(const ShadingPoint& point);
-Vec3 true_normal(const ShadingPoint& point);
 Vec3 object_position(const ShadingPoint& point);
 Vec3 object_normal(const ShadingPoint& point);
 /// A world-space normal in the instance's space, of unit length.

@@ -100,10 +100,35 @@ bool sky_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
   return output == "Color";
 }
 
+/// Files that cannot be used shine evenly, as in Cycles.
+bool ies_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  constexpr uint32_t kNoProfile = ~0u;
+  if (!b.node_data.contains(node)) {
+    std::string problem;
+    IesProfile profile;
+    if (const std::string_view unreadable = b.text(node, "unreadable"); !unreadable.empty()) problem = unreadable;
+    else if (const std::string_view text = b.text(node, "ies"); !text.empty()) profile = IesProfile::read(text, problem);
+    else problem = "it has no IES file";
+    if (profile.empty()) {
+      b.report(node, "its IES file cannot be used (" + problem + "); it shines evenly");
+      b.node_data[node] = kNoProfile;
+    } else {
+      b.tables.ies_profiles.push_back(std::move(profile));
+      b.node_data[node] = uint32_t(b.tables.ies_profiles.size() - 1);
+    }
+  }
+  const uint32_t profile = b.node_data[node];
+  value = profile == kNoProfile ? b.constant(kWithoutIes)
+                                : b.emit(Op::Ies, Float, {b.is_linked(node, "Vector") ? b.input(node, "Vector", Vector) : b.object_normal()}, 0, profile);
+  value = b.emit(Op::Product, Float, {value, b.input(node, "Strength", Float, Vec4(1.0f))});
+  return output == "Fac";
+}
+
 constexpr NodeType kNodes[] = {
     {"ShaderNodeTexImage", image_texture},
     {"ShaderNodeTexEnvironment", environment_texture},
     {"ShaderNodeTexSky", sky_texture},
+    {"ShaderNodeTexIES", ies_texture},
     {"ShaderNodeTexChecker", checker_texture},
     {"ShaderNodeTexGradient", gradient_texture},
 };

@@ -298,6 +298,47 @@ def test_coordinates_of_an_object_carry_its_inverse(shader, build, graph_of):
     np.testing.assert_allclose(rows[:, 3], (-1, -2, -3))
 
 
+LAMP = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 2 1 1 1 0 0 0\n1 1 1\n0 90\n0\n100 50\n"
+
+
+def ies_node(shader, **settings):
+    node = shader.nodes.new("ShaderNodeTexIES")
+    for name, content in settings.items():
+        setattr(node, name, content)
+    shader.links.new(node.outputs["Fac"], shader.emission.inputs["Strength"])
+    return node
+
+
+def test_ies_of_a_text_block(shader, graph_of):
+    text = bpy.data.texts.new("lamp.ies")
+    text.write(LAMP)
+    ies_node(shader, mode="INTERNAL", ies=text, filepath="//elsewhere.ies")
+    graph = graph_of(shader.material)
+    assert property_of(graph, node_of(graph, "ShaderNodeTexIES"), "ies").text.strip() == LAMP.strip()
+
+
+def test_ies_of_a_file(shader, graph_of, tmp_path):
+    (tmp_path / "lamp.ies").write_bytes(b"[MANUFAC] Stra\xdfenlampe\r\n" + LAMP.encode())
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    ies_node(shader, mode="EXTERNAL", filepath="//lamp.ies")
+    graph = graph_of(shader.material)
+    assert property_of(graph, node_of(graph, "ShaderNodeTexIES"), "ies").text == "[MANUFAC] Straßenlampe\r\n" + LAMP
+
+
+def test_ies_files_that_cannot_be_read_are_named(shader, graph_of, tmp_path):
+    ies_node(shader, mode="EXTERNAL", filepath=str(tmp_path / "gone.ies"))
+    graph = graph_of(shader.material)
+    index = node_of(graph, "ShaderNodeTexIES")
+    assert property_of(graph, index, "unreadable").text == f"{tmp_path}/gone.ies: No such file or directory"
+    assert "ies" not in [p.name for p in graph.nodes[index].properties]
+
+
+def test_an_ies_node_without_anything_sends_nothing(shader, graph_of):
+    ies_node(shader, mode="INTERNAL")
+    graph = graph_of(shader.material)
+    assert not {"ies", "unreadable"} & {p.name for p in graph.nodes[node_of(graph, "ShaderNodeTexIES")].properties}
+
+
 @pytest.mark.parametrize("method", ["BUMP", "DISPLACEMENT", "BOTH"])
 def test_displacement_that_would_move_the_surface_is_reported(shader, build, export_context, method):
     displacement = shader.nodes.new("ShaderNodeDisplacement")
