@@ -4,6 +4,7 @@
 #include "arrays.h"
 #include "bind.h"
 #include "scene/archive.h"
+#include "scene/mesh_analysis.h"
 #include "scene/scene_description.h"
 
 namespace ajar::python {
@@ -86,9 +87,10 @@ auto maker(MeshDescription (*)(const Arguments&...)) { return &make_mesh<Argumen
 
 int add_object(SceneDescription& description, const std::string& name, int mesh, const std::vector<int>& materials, uint32_t visibility,
                bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance, float shadow_terminator_offset,
-               float light_importance) {
+               float light_importance, const std::vector<std::tuple<std::string, bool, Vec4>>& properties) {
   description.objects.push_back({name, mesh, materials, visibility, holdout, shadow_catcher, pass_index, color, importance,
-                                 shadow_terminator_offset, light_importance});
+                                 shadow_terminator_offset, light_importance, {}});
+  for (const auto& [property, of_instancer, value] : properties) description.objects.back().properties.push_back({property, of_instancer, value});
   return index_of_last(description.objects.size());
 }
 
@@ -183,6 +185,8 @@ void bind_enums(py::module_& module) {
       .value("Gaussian", FilterKind::Gaussian)
       .value("BlackmanHarris", FilterKind::BlackmanHarris);
   module.attr("UNDEFORMED_POSITION") = kUndeformedPosition;
+  module.attr("RANDOM_PER_ISLAND") = kRandomPerIsland;
+  module.attr("POINTINESS") = kPointiness;
   module.attr("VISIBLE_CAMERA") = int(kVisibleCamera);
   module.attr("VISIBLE_DIFFUSE") = int(kVisibleDiffuse);
   module.attr("VISIBLE_GLOSSY") = int(kVisibleGlossy);
@@ -220,7 +224,12 @@ void bind_geometry(py::module_& module) {
       .def_readonly("color", &ObjectDescription::color)
       .def_readonly("importance", &ObjectDescription::importance)
       .def_readonly("shadow_terminator_offset", &ObjectDescription::shadow_terminator_offset)
-      .def_readonly("light_importance", &ObjectDescription::light_importance);
+      .def_readonly("light_importance", &ObjectDescription::light_importance)
+      .def_property_readonly("properties", [](const ObjectDescription& o) {
+        std::vector<std::tuple<std::string, bool, Vec4>> found;
+        for (const ObjectProperty& property : o.properties) found.emplace_back(property.name, property.of_instancer, property.value);
+        return found;
+      });
   py::class_<InstanceDescription>(module, "InstanceDescription")
       .def_readonly("object", &InstanceDescription::object)
       .def_readonly("world_from_object", &InstanceDescription::world_from_object)
@@ -365,7 +374,9 @@ void bind_description(py::module_& module) {
       .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"), py::arg("materials") = std::vector<int>{},
            py::arg("visibility") = uint32_t(kVisibleAll), py::arg("holdout") = false, py::arg("shadow_catcher") = false,
            py::arg("pass_index") = 0, py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f,
-           py::arg("shadow_terminator_offset") = 0.0f, py::arg("light_importance") = 1.0f)
+           py::arg("shadow_terminator_offset") = 0.0f, py::arg("light_importance") = 1.0f,
+           py::arg("properties") = std::vector<std::tuple<std::string, bool, Vec4>>{},
+           "`properties`, which Attribute nodes ask for: tuples (name, whether of the instancer, four numbers).")
       .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"), py::arg("random") = py::none(),
            "Instances in bulk: int32[n], float32[n, 12] (three rows of four), float32[n].")
       .def("set_motion", &set_motion, py::arg("instances"), py::arg("world_from_object"),
@@ -418,6 +429,26 @@ void bind_description(py::module_& module) {
       .def("fingerprint", py::overload_cast<const SceneDescription&>(&fingerprint), py::call_guard<py::gil_scoped_release>(),
            "A number for everything but camera and settings: when it stays, nothing else has changed.");
 
+  module.def("random_per_island", [](size_t vertex_count, const Array<uint32_t>& edges) {
+        const auto pairs = copy_rows<MeshEdge>(edges, "edges");
+        std::vector<float> random;
+        {
+          py::gil_scoped_release release;
+          random = random_per_island(vertex_count, pairs);
+        }
+        return to_array<float>(random);
+      }, py::arg("vertex_count"), py::arg("edges"), "float32[vertex_count]: a number that all connected vertices share. `edges`: uint32[n, 2].");
+  module.def("pointiness", [](const Floats& positions, const Floats& normals, const Array<uint32_t>& edges) {
+        const auto places = copy_rows<Vec3>(positions, "positions"), directions = copy_rows<Vec3>(normals, "normals");
+        const auto pairs = copy_rows<MeshEdge>(edges, "edges");
+        std::vector<float> found;
+        {
+          py::gil_scoped_release release;
+          found = pointiness(places, directions, pairs);
+        }
+        return to_array<float>(found);
+      }, py::arg("positions"), py::arg("normals"), py::arg("edges"),
+      "How far each vertex stands out, 0.5 where flat: float32[n, 3] of vertices, uint32[m, 2] of edges.");
   module.def("save_description", &save_description, py::arg("description"), py::arg("path"), py::call_guard<py::gil_scoped_release>());
   module.def("load_description", &load_description, py::arg("path"), py::call_guard<py::gil_scoped_release>());
 }

@@ -152,6 +152,20 @@ def _(stage):
     tools.add_quad("Lamp", (-1.8, -1.5, 2.6), (-0.6, -1.5, 2.6), (-0.6, -0.3, 2.6), (-1.8, -0.3, 2.6), tools.emission("Lamp", (1, 0.8, 0.6), 12))
 
 
+@feature("light", "mesh_lights_of_one_material", "two emissive meshes that take colour and strength from their objects")
+def _(stage):
+    stage.sky((0, 0, 0))
+    made = tools.emission("Lamp", (1, 1, 1), 12)
+    tree = made.node_tree
+    info, power, emission = tree.nodes.new("ShaderNodeObjectInfo"), tree.nodes.new("ShaderNodeAttribute"), tools.shader_of(made)
+    power.attribute_type, power.attribute_name = "OBJECT", "power"
+    tree.links.new(info.outputs["Color"], emission.inputs["Color"])
+    tree.links.new(power.outputs["Fac"], emission.inputs["Strength"])
+    for x, colour, watts in ((-1.8, (1, 0.7, 0.3, 1), 14.0), (1.0, (0.2, 0.5, 1, 1), 6.0)):
+        lamp = tools.add_quad("Lamp", (x, -1.5, 2.6), (x + 0.8, -1.5, 2.6), (x + 0.8, -0.7, 2.6), (x, -0.7, 2.6), made)
+        lamp.color, lamp["power"] = colour, watts
+
+
 @feature("light", "lamp_nodes", "a lamp with nodes: blackbody colour, linear falloff")
 def _(stage):
     lit_by(point(0.05))(stage)
@@ -525,6 +539,79 @@ def _(stage):
     node = made.node_tree.nodes.new("ShaderNodeAttribute")
     node.attribute_name = "Paint"
     made.node_tree.links.new(node.outputs["Color"], tools.shader_of(made).inputs["Color"])
+
+
+def asks(stage: Stage, things: list[bpy.types.Object], node_type: str, output: str, **properties) -> bpy.types.Node:
+    """Things coloured by this output of a node, under a sun. Returns the material's Diffuse node."""
+    stage.sun()
+    made = tools.diffuse("Asking", GREY)
+    stage.material(things, made)
+    tree, shown = made.node_tree, tools.shader_of(made)
+    node = tree.nodes.new(node_type)
+    for key, value in properties.items():
+        setattr(node, key, value)
+    tree.links.new(node.outputs[output], shown.inputs["Color"])
+    return shown
+
+
+@feature("node", "property_of_object", "an attribute of the object: a custom property, and pass_index by its path")
+def _(stage):
+    asks(stage, [stage.ball, stage.box], "ShaderNodeAttribute", "Color", attribute_type="OBJECT", attribute_name="tint")
+    stage.ball["tint"], stage.box["tint"], stage.floor["light"] = [0.2, 0.7, 0.9], 0.8, 0.6
+    made = tools.diffuse("Floor by number", GREY)
+    stage.material([stage.floor], made)
+    tree, node, divide = made.node_tree, made.node_tree.nodes.new("ShaderNodeAttribute"), made.node_tree.nodes.new("ShaderNodeMath")
+    node.attribute_type, node.attribute_name, stage.floor.pass_index = "OBJECT", "pass_index", 6
+    divide.operation, divide.inputs[1].default_value = "DIVIDE", 10.0
+    tree.links.new(node.outputs["Fac"], divide.inputs[0])
+    tree.links.new(divide.outputs[0], tools.shader_of(made).inputs["Color"])
+
+
+@feature("node", "property_of_instancer", "an attribute of the instancer: a box shown by three empties of other colours")
+def _(stage):
+    bpy.data.objects.remove(stage.ball)
+    asks(stage, [stage.box], "ShaderNodeAttribute", "Color", attribute_type="INSTANCER", attribute_name="color")
+    hidden = bpy.data.collections.new("Hidden")
+    hidden.objects.link(stage.box)
+    stage.scene.collection.objects.unlink(stage.box)
+    for i, colour in enumerate(((0.9, 0.2, 0.1, 1), (0.1, 0.8, 0.3, 1), (0.2, 0.3, 0.9, 1))):
+        empty = bpy.data.objects.new(f"Empty {i}", None)
+        empty.instance_type, empty.instance_collection, empty.color = "COLLECTION", hidden, colour
+        empty.location = (0.95 * i - 1.65, 0, 0)
+        stage.scene.collection.objects.link(empty)
+
+
+@feature("node", "property_of_view_layer", "an attribute of the view layer, which the scene has")
+def _(stage):
+    stage.scene["tint"] = [0.9, 0.5, 0.1]
+    asks(stage, [stage.ball, stage.floor], "ShaderNodeAttribute", "Color", attribute_type="VIEW_LAYER", attribute_name="tint")
+
+
+@feature("node", "random_per_island", "Random Per Island on a mesh of twenty-five boxes")
+def _(stage):
+    bpy.data.objects.remove(stage.ball)
+    bpy.data.objects.remove(stage.box)
+    points, faces = [], []
+    for i in range(25):
+        x, y = 0.7 * (i % 5) - 1.65, 0.7 * (i // 5) - 1.65
+        corners, sides = tools.box_geometry((x, y, 0), (x + 0.5, y + 0.5, 0.5))
+        faces += [tuple(len(points) + k for k in side) for side in sides]
+        points += corners
+    asks(stage, [tools.add_mesh("Boxes", points, faces)], "ShaderNodeNewGeometry", "Random Per Island")
+
+
+@feature("node", "pointiness", "Pointiness on a smooth monkey and a box")
+def _(stage):
+    bpy.data.objects.remove(stage.ball)
+    bpy.ops.mesh.primitive_monkey_add(size=1.6, location=(-0.6, 0, 0.8))
+    monkey = bpy.context.object
+    bpy.ops.object.shade_smooth()
+    shown = asks(stage, [monkey, stage.box], "ShaderNodeNewGeometry", "Pointiness")
+    tree = shown.id_data
+    steep = tree.nodes.new("ShaderNodeMapRange")
+    steep.inputs["From Min"].default_value, steep.inputs["From Max"].default_value = 0.4, 0.65
+    tree.links.new(shown.inputs["Color"].links[0].from_socket, steep.inputs["Value"])
+    tree.links.new(steep.outputs["Result"], shown.inputs["Color"])
 
 
 # --- Geometry --------------------------------------------------------------------------------------------------------

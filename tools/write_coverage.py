@@ -158,7 +158,7 @@ def is_named(name: str, names: set[str]) -> bool:
 
 
 def verdict(type_: str, messages: list[str]) -> str:
-    missing = [m for m in messages if "not supported" in m or "only attributes of geometry" in m]
+    missing = [m for m in messages if "not supported" in m]
     if missing:
         return "missing: " + "; ".join(dict.fromkeys(missing))
     said = [*dict.fromkeys(messages)]

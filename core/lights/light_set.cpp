@@ -70,6 +70,7 @@ double luminous(Color c) { return luminance(glm::abs(c)); }
 constexpr float kUsualDistance = 1.0f;
 
 struct LightSet::Data {
+  const ObjectDescription* objects = nullptr;
   const BuiltMesh* meshes = nullptr;
   const BuiltInstance* instances = nullptr;
   const ShaderProgram* lamp_programs = nullptr;
@@ -232,7 +233,7 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
         emission.constant = program.emission_is_constant();
         if (emission.constant) emission.radiance = program.evaluate_emission(ShadingPoint());
         if (!is_finite(emission.radiance)) {
-          report_once(diagnostics, {Diagnostic::Severity::Error, in.description.objects[instance.object].name,
+          report_once(diagnostics, {Diagnostic::Severity::Error, in.objects[instance.object].name,
                                     "The emission of a material is not a finite number; the object is not used as a light."});
           emission.program = nullptr;
         }
@@ -244,7 +245,7 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
     // Where the triangles of a moving object are, only a ray at its time finds out.
     if (!emits || count == 0 || instance.motion) continue;
     if (uint64_t(block.first) + count > 0x7fffffffu) {
-      report_once(diagnostics, {Diagnostic::Severity::Error, in.description.objects[instance.object].name,
+      report_once(diagnostics, {Diagnostic::Severity::Error, in.objects[instance.object].name,
                                 "Too many emissive triangles; the object is not used as a light."});
       continue;
     }
@@ -258,7 +259,7 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
         const SlotEmission& emission = emission_of(block, t);
         if (!emission.program) continue;
         const WorldTriangle triangle = world_triangle(mesh, instance, t);
-        const Color radiance = emission.constant ? emission.radiance : mean_emission(*emission.program, mesh, instance, t, triangle);
+        const Color radiance = emission.constant ? emission.radiance : mean_emission(*emission.program, in.objects[instance.object], mesh, instance, t, triangle);
         const double watts = 2.0 * M_PI * double(triangle.area) * luminous(radiance);
         power[t] = std::isfinite(watts) ? watts : 0.0;
         if (!constant && !emission.constant && std::isfinite(triangle.area)) areas[t] = triangle.area;
@@ -360,6 +361,7 @@ LightSet::~LightSet() = default;
 
 LightSet::LightSet(const LightBuildInput& in, Diagnostics& diagnostics) : LightSet() {
   Data& d = *data_;
+  d.objects = in.objects.data();
   d.meshes = in.meshes.data();
   d.instances = in.instances.data();
   d.lamp_programs = in.lamp_programs.data();
@@ -564,7 +566,7 @@ std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, f
   if (emission.constant) {
     s.radiance = emission.radiance;
   } else {
-    ShadingPoint point = triangle_point(mesh, instance, primitive, triangle, on_triangle.barycentric, -s.wi);
+    ShadingPoint point = triangle_point(d.objects[instance.object], mesh, instance, primitive, triangle, on_triangle.barycentric, -s.wi);
     point.time = time;
     point.ray_kind = ray_kind;
     point.ray_length = s.distance;
@@ -644,7 +646,7 @@ std::optional<LightRay> LightSet::sample_le(uint32_t index, Vec2 u_position, Vec
   if (!emission.program) return std::nullopt;
   r.radiance = emission.constant ? emission.radiance
                                  : emission.program->evaluate_emission(
-                                       triangle_point(mesh, instance, primitive, triangle, barycentric, r.ray.direction));
+                                       triangle_point(d.objects[instance.object], mesh, instance, primitive, triangle, barycentric, r.ray.direction));
   return r;
 }
 

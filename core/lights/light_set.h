@@ -31,7 +31,8 @@ class LightSet;
 
 /// What LightSet needs to know of the built geometry and shaders.
 struct LightBuildInput {
-  const SceneDescription& description;
+  const SceneDescription& description;               ///< of its lights and its world
+  const std::vector<ObjectDescription>& objects;
   const std::vector<BuiltMesh>& meshes;
   std::vector<BuiltInstance>& instances;             ///< first_light is filled in
   const std::vector<uint32_t>& material_table;       ///< first_material + slot -> program

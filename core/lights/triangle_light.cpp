@@ -61,8 +61,8 @@ float pdf_triangle_li(const WorldTriangle& t, Vec3 p, Vec3 wi, float distance) {
   return projected > 0.0f ? sqr(distance) / projected : 0.0f;
 }
 
-ShadingPoint triangle_point(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle,
-                            Vec2 barycentric, Vec3 wo) {
+ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive,
+                            const WorldTriangle& triangle, Vec2 barycentric, Vec3 wo) {
   ShadingPoint point;
   point.position = triangle.p0 + barycentric.x * triangle.e1 + barycentric.y * triangle.e2;
   point.dpdu = triangle.e1;
@@ -72,6 +72,7 @@ ShadingPoint triangle_point(const BuiltMesh& mesh, const BuiltInstance& instance
   point.primitive = primitive;
   point.mesh = &mesh;
   point.instance = &instance;
+  point.object = &object;
   point.ray_kind = 0;
   Vec3 ns(0.0f);
   if (!mesh.normals.empty()) {
@@ -88,15 +89,15 @@ ShadingPoint triangle_point(const BuiltMesh& mesh, const BuiltInstance& instance
   return point;
 }
 
-Color mean_emission(const ShaderProgram& program, const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive,
-                    const WorldTriangle& triangle) {
+Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance,
+                    uint32_t primitive, const WorldTriangle& triangle) {
   // Centres of the four similar quarters.
   constexpr float a = 1.0f / 6.0f, b = 2.0f / 3.0f, c = 1.0f / 3.0f;
   const Vec2 points[4] = {{c, c}, {a, a}, {b, a}, {a, b}};
   Color sum(0.0f);
   for (Vec2 barycentric : points)
     for (float side : {1.0f, -1.0f})
-      sum += program.evaluate_emission(triangle_point(mesh, instance, primitive, triangle, barycentric, side * triangle.normal));
+      sum += program.evaluate_emission(triangle_point(object, mesh, instance, primitive, triangle, barycentric, side * triangle.normal));
   return sum / 8.0f;
 }
 

@@ -12,7 +12,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', '9'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'A'};
 constexpr char kOldestVersion = '2';
 
 /// Types whose bytes are their value.
@@ -156,11 +156,13 @@ template <class A> void fields(A& a, MeshDescription& mesh) {
   all(a, v.name, v.positions, v.triangles, v.material_slots, v.normal_domain, v.normals, v.attributes, v.active_uv,
       v.texture_space_location, v.texture_space_size);
 }
+template <class A> void fields(A& a, ObjectProperty& v) { all(a, v.name, v.of_instancer, v.value); }
 template <class A> void fields(A& a, ObjectDescription& v) {
   all(a, v.name, v.mesh, v.materials, v.visibility, v.holdout, v.shadow_catcher, v.pass_index, v.color);
   if (a.has('3')) visit(a, v.importance);
   if (a.has('4')) visit(a, v.shadow_terminator_offset);
   if (a.has('9')) visit(a, v.light_importance);
+  if (a.has('A')) visit(a, v.properties);
 }
 template <class A> void fields(A& a, InstanceDescription& v) { 
   all(a, v.object, v.world_from_object, v.random);

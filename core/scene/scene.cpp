@@ -335,7 +335,8 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   }
 
   step("Gathering lights", 0.9f);
-  s.lights_ = LightSet({d, s.meshes_, s.instances_, s.material_table_, s.programs_, s.lamp_programs_, s.world_program_,
+  s.objects_ = std::move(d.objects);
+  s.lights_ = LightSet({d, s.objects_, s.meshes_, s.instances_, s.material_table_, s.programs_, s.lamp_programs_, s.world_program_,
                         s.center_, s.radius_, s.has_media_, previous && s.shows_the_world_of(*previous) ? &previous->lights_ : nullptr},
                        diagnostics);
   s.statistics_.kept_environment = s.lights_.took_environment_over();
@@ -346,7 +347,6 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   s.statistics_.accel_bytes = s.accel_->memory_bytes();
   for (const LightDescription& light : d.lights) s.lamp_importances_.push_back(light.light_importance);
   s.world_light_importance_ = d.world.light_importance;
-  s.objects_ = std::move(d.objects);
   s.hints_ = std::move(d.hints);
   s.statistics_.seconds = watch.seconds();
   step("Built", 1.0f);

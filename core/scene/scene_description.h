@@ -114,6 +114,13 @@ enum VisibilityBits : uint32_t {
   kVisibleVolumeScatter = 16, kVisibleShadow = 32, kVisibleAll = 63
 };
 
+/// A number or colour that Attribute nodes ask for by name, of the object or of what makes its instances.
+struct ObjectProperty {
+  std::string name;
+  bool of_instancer = false;
+  Vec4 value{0.0f};
+};
+
 /// What instances share: a mesh with materials for its slots.
 struct ObjectDescription {
   std::string name;
@@ -128,6 +135,7 @@ struct ObjectDescription {
   /// (transport/shadow_terminator.h).
   float shadow_terminator_offset = 0.0f;
   float light_importance = 1.0f;            ///< where it emits: of the part of a pixel's brightness that is its light, likewise
+  std::vector<ObjectProperty> properties;   ///< those that materials ask for
 };
 
 struct InstanceDescription {

@@ -200,6 +200,9 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
     if (object.mesh >= int(d.meshes.size())) object.mesh = -1;
     repair(object.importance);
     repair(object.light_importance);
+    for (ObjectProperty& property : object.properties)
+      for (int i = 0; i < 4; ++i)
+        if (!std::isfinite(property.value[i])) property.value[i] = 0.0f;
     for (int& material : object.materials) {
       if (material >= int(d.materials.size())) material = -1;
     }

@@ -271,6 +271,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::ObjectColor: store4(point.object ? point.object->color : Vec4(1.0f)); break;
       case Op::ObjectIndex: *out = point.object ? float(point.object->pass_index) : 0.0f; break;
       case Op::ObjectRandom: *out = point.instance ? point.instance->random : 0.0f; break;
+      case Op::ObjectProperty: store4(nodes::object_property(point, tables.names[i->data], i->variant != 0)); break;
       case Op::LightPath: *out = nodes::light_path(point, nodes::LightPathOutput(i->variant)); break;
       case Op::LightFalloff: {   // strength, smooth; variant is the power of the distance: 0, 1, 2
         const float r2 = sqr(point.ray_length), smooth = f(1);

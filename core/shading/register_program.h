@@ -51,7 +51,7 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(Generated, 3, true) OP(ObjectPosition, 3, true) OP(TransformPosition, 3, true) OP(ObjectNormal, 3, true) \
   OP(CameraPosition, 3, true) OP(WindowPosition, 3, true) OP(Reflection, 3, true)                             \
   OP(ActiveUv, 3, true) OP(NamedUv, 3, true) OP(NamedAttribute, 4, true)                                      \
-  OP(ObjectLocation, 3, true) OP(ObjectColor, 4, true) OP(ObjectIndex, 1, true) OP(ObjectRandom, 1, true)     \
+  OP(ObjectLocation, 3, true) OP(ObjectColor, 4, true) OP(ObjectIndex, 1, true) OP(ObjectRandom, 1, true) OP(ObjectProperty, 4, true) \
   OP(LightPath, 1, true) OP(LightFalloff, 1, true) OP(Fresnel, 1, true) OP(LayerWeight, 1, true)              \
   OP(NormalMap, 3, true) OP(VectorTransform, 3, true) OP(Wireframe, 1, true) OP(AmbientOcclusion, 1, true)      \
   OP(Bump, 3, true) OP(Displacement, 3, true) OP(VectorDisplacement, 3, true)

@@ -34,6 +34,8 @@ class ExportContext:
         self.images: dict[tuple, int] = {}
         self.uses_generated = False                      # whether a material may ask for Generated coordinates
         self.attribute_names: set[str] = set()           # attributes that materials ask for by name
+        self.object_properties: set[str] = set()         # likewise, of objects
+        self.instancer_properties: frozenset[str] = frozenset()   # and of what makes their instances
         self.warnings: list[tuple[str, str]] = []        # (name of the datablock, message)
         self.meshes = meshes                             # of a viewport, from one export to the next
         self.is_hidden = is_hidden                       # what a viewport does not show, beyond what the dependency graph leaves out

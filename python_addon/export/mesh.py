@@ -39,6 +39,7 @@ def arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified:
     materials = compat.polygon_materials(mesh)
     slots = materials[polygons].astype(np.uint16) if materials is not None and materials.any() else None
     attributes = _uv_maps(mesh, loops) + _colors(mesh, loops, polygons) + _requested(context, mesh, loops, polygons)
+    attributes += _analysed(context, mesh, positions, triangles)
     if is_modified and context.uses_generated:
         attributes += _undeformed(mesh, positions)
     context.check_cancelled()
@@ -89,6 +90,18 @@ def _undeformed(mesh: bpy.types.Mesh, positions: np.ndarray) -> list[tuple]:
     """Where the vertices were before modifiers moved them, which Blender keeps when it evaluates for a render."""
     undeformed = _read(mesh.vertices, "undeformed_co", 3, np.float32)
     return [] if np.array_equal(undeformed, positions) else [(ajar.UNDEFORMED_POSITION, ajar.Domain.Vertex, undeformed)]
+
+
+def _analysed(context: ExportContext, mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray) -> list[tuple]:
+    """What the Geometry node asks of the whole mesh."""
+    found = []
+    if ajar.RANDOM_PER_ISLAND in context.attribute_names:
+        random = ajar.random_per_island(len(positions), _read(mesh.edges, "vertices", 2, np.uint32))
+        found.append((ajar.RANDOM_PER_ISLAND, ajar.Domain.Face, random[triangles[:, 0]].reshape(-1, 1)))
+    if ajar.POINTINESS in context.attribute_names:
+        values = ajar.pointiness(positions, compat.vertex_normals(mesh), _read(mesh.edges, "vertices", 2, np.uint32))
+        found.append((ajar.POINTINESS, ajar.Domain.Vertex, values.reshape(-1, 1)))
+    return found
 
 
 def _colors(mesh: bpy.types.Mesh, loops: np.ndarray, polygons: np.ndarray) -> list[tuple]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import bpy
 
 from ..ajar_module import ajar
-from . import images
+from . import images, named_values
 from .context import ExportContext, rows_3x4
 
 Value = tuple[float, float, float, float]
@@ -263,6 +263,13 @@ def _object_of_coordinates(_context: ExportContext, node: bpy.types.Node) -> lis
     return [("object", rows_3x4(node.object.matrix_world.inverted_safe()))]
 
 
+def _geometry(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    for output, name in (("Random Per Island", ajar.RANDOM_PER_ISLAND), ("Pointiness", ajar.POINTINESS)):
+        if node.outputs[output].is_linked:
+            context.attribute_names.add(name)
+    return []
+
+
 def _ies(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
     if node.mode == "INTERNAL":
         return [("ies", node.ies.as_string())] if node.ies is not None else []
@@ -284,11 +291,15 @@ def _distance_of_world(context: ExportContext, _node: bpy.types.Node) -> list[tu
     return [("world_distance", [world.light_settings.distance if world is not None else 0.0])]
 
 
-def _attribute_name(name: str) -> Callable:
-    def remember(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
-        context.attribute_names.add(getattr(node, name))
-        return []
-    return remember
+def _attribute(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    """Of an instancer, named_values.asked_of_instancers knows it already."""
+    if node.attribute_type == "GEOMETRY":
+        context.attribute_names.add(node.attribute_name)
+    elif node.attribute_type == "OBJECT":
+        context.object_properties.add(node.attribute_name)
+    elif node.attribute_type == "VIEW_LAYER":
+        return [("value", list(named_values.of_view_layer(context.view_layer, context.scene, node.attribute_name)))]
+    return []
 
 
 SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Content]]]] = {
@@ -303,6 +314,7 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeFloatCurve": _curve,
     "ShaderNodeTexCoord": _object_of_coordinates,
     "ShaderNodeTexIES": _ies,
+    "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeAmbientOcclusion": _distance_of_world,
-    "ShaderNodeAttribute": _attribute_name("attribute_name"),
+    "ShaderNodeAttribute": _attribute,
 }

@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import compat
 from ..ajar_module import ajar
-from . import lights, materials, mesh, motion
+from . import lights, materials, mesh, motion, named_values
 from .context import ExportContext, rows_3x4
 from .known_objects import OutOfDate
 
@@ -30,8 +30,9 @@ class Geometry:
     data: bpy.types.ID | None
     is_own: bool
     materials: list[bpy.types.Material | None]
-    look: dict                              # what SceneDescription.add_object takes besides mesh and materials
+    look: dict                              # what SceneDescription.add_object takes besides mesh, materials and properties
     index: int = -1
+    from_instancer: dict[str, named_values.Value] = field(default_factory=dict)   # properties that materials ask for
     # In the description:
     material_indices: list[int] = field(default_factory=list)
     mesh_index: int = -1                    # of empty ones mesh.EMPTY
@@ -66,6 +67,7 @@ class Collected:
 
 def export(context: ExportContext) -> None:
     context.report_step("objects")
+    context.instancer_properties = named_values.asked_of_instancers()
     known = context.known
     if known is not None and context.revisions is not None:
         collected, known.collected = known.collected, None   # until all has gone well
@@ -88,7 +90,9 @@ def export(context: ExportContext) -> None:
 def _collect(context: ExportContext, collected: Collected) -> None:
     """One turn per instance, of which there may be a million: as little as possible happens in each."""
     geometries, appearances = collected.geometries, context.appearances
-    kind_of_parent: dict[int, int] = {}
+    kind_of_parent: dict[int | tuple, int] = {}
+    from_instancers: list[dict[str, named_values.Value]] = []   # of each kind
+    asked_of_instancers = context.instancer_properties
     kinds: dict[tuple, int] = {}
     add_geometry, add_row, add_random = collected.geometry_of.append, collected.rows.extend, collected.random.append
     for number, instance in enumerate(context.depsgraph.object_instances):
@@ -104,9 +108,14 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             continue
         if instance.is_instance:
             owner, parent = instance.instance_object, instance.parent
-            kind = kind_of_parent.get(parent.as_pointer())
+            parent_key = parent.as_pointer() if not asked_of_instancers else _instancer_key(instance)
+            kind = kind_of_parent.get(parent_key)
             if kind is None:
-                kind = kind_of_parent[parent.as_pointer()] = kinds.setdefault(_shows(context, parent), len(kinds))
+                from_instancer = _from_instancer(context, instance) if asked_of_instancers else {}
+                shows = (*_shows(context, parent), *from_instancer.items())
+                kind = kind_of_parent[parent_key] = kinds.setdefault(shows, len(kinds))
+                if kind == len(from_instancers):
+                    from_instancers.append(from_instancer)
                 collected.shared.add(parent.original)
             key = (owner.as_pointer(), data.as_pointer(), kind)
         else:
@@ -128,6 +137,8 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             if not _has_surface(context, thing, owner):
                 continue
             geometry = _geometry(context, thing, owner, parent, len(collected.order))
+            if parent is not None:
+                geometry.from_instancer = from_instancers[kind]
             geometries[key] = geometry
             collected.order.append(geometry)
             if parent is None:
@@ -143,6 +154,24 @@ def _collect(context: ExportContext, collected: Collected) -> None:
 def _shows(context: ExportContext, parent: bpy.types.Object) -> tuple:
     """What instances have from the object that makes them."""
     return (_ray_visibility(parent), parent.indirect_only_get(view_layer=context.view_layer), parent.holdout_get(view_layer=context.view_layer))
+
+
+def _instancer_key(instance: bpy.types.DepsgraphObjectInstance) -> tuple:
+    particles = instance.particle_system
+    return instance.parent.as_pointer(), particles.as_pointer() if particles is not None else 0
+
+
+def _from_instancer(context: ExportContext, instance: bpy.types.DepsgraphObjectInstance) -> dict[str, named_values.Value]:
+    """What materials ask for and particles or the parent have; what they have not, the object may."""
+    particles, parent = instance.particle_system, instance.parent
+    found = {}
+    for name in sorted(context.instancer_properties):
+        value = named_values.find((particles.settings if particles is not None else None, parent), name)
+        if value is not None:
+            found[name] = value
+        elif any(modifier.type == "NODES" for modifier in parent.modifiers):
+            context.warn(parent.name, f'if its geometry nodes give instances an attribute "{name}", it cannot be read')
+    return found
 
 
 def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object) -> bool:
@@ -213,7 +242,7 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
 
 
 def _asked(context: ExportContext) -> tuple:
-    return context.uses_generated, frozenset(context.attribute_names)
+    return context.uses_generated, frozenset(context.attribute_names), context.instancer_properties
 
 
 def _add_objects(context: ExportContext, collected: Collected) -> None:
@@ -222,7 +251,19 @@ def _add_objects(context: ExportContext, collected: Collected) -> None:
         if geometry.mesh_index == mesh.EMPTY or geometry.look["visibility"] == 0:
             geometry.index = mesh.EMPTY
             continue
-        geometry.index = context.description.add_object(mesh=geometry.mesh_index, materials=geometry.material_indices, **geometry.look)
+        geometry.index = context.description.add_object(mesh=geometry.mesh_index, materials=geometry.material_indices,
+                                                        properties=_properties(context, geometry), **geometry.look)
+
+
+def _properties(context: ExportContext, geometry: Geometry) -> list[tuple[str, bool, named_values.Value]]:
+    """Those that materials ask for and the object has, or what makes its instances."""
+    if not context.object_properties and not context.instancer_properties:
+        return []
+    owner = geometry.owner if context.revisions is None else geometry.owner.evaluated_get(context.depsgraph)
+    found = [(name, False, named_values.of_object(owner, name)) for name in sorted(context.object_properties)]
+    found += [(name, True, geometry.from_instancer.get(name) or named_values.of_object(owner, name))
+              for name in sorted(context.instancer_properties)]
+    return [entry for entry in found if entry[2] is not None]
 
 
 def _lasting(context: ExportContext, collected: Collected) -> Collected | None:

@@ -41,7 +41,7 @@ TEST(Archive, round_trip_keeps_every_byte) {
 
 TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   const SceneDescription d = rich_description();
-  SceneDescription panorama = d, moving = d;         // what files before version 4, 5, 6, 7, 8 and 9 cannot say
+  SceneDescription panorama = d, moving = d;         // what files before version 4, 5, 6, 7, 8, 9 and A cannot say
   panorama.camera.panorama.fisheye_fov = 3.0f;
   moving.motion_keys = {d.camera.world_from_camera};
   moving.camera.shutter = {0.0f, 1.0f};
@@ -70,6 +70,11 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(important))), to_bytes(important));
   EXPECT_NE(to_bytes(important), written);
   for (char version = '2'; version < '9'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(important, version))), written);
+  SceneDescription named = d;
+  named.objects[0].properties = {{"tint", true, Vec4(1, 2, 3, 4)}};
+  EXPECT_EQ(from_bytes(to_bytes(named)).objects[0].properties.at(0).value, Vec4(1, 2, 3, 4));
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(named))), to_bytes(named));
+  for (char version = '2'; version <= '9'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(named, version))), written);
   std::vector<char> bytes = to_bytes(d);
   bytes[7] = '1';
   EXPECT_THROW(from_bytes(bytes), SceneError);
@@ -103,7 +108,7 @@ TEST(Archive, lists_longer_than_the_file_can_hold_are_refused_before_there_is_ro
   for (ImageDescription& image : empty.images) image.color_space.clear();
   empty.lights.resize(1000);
   empty.hints.resize(1000);
-  for (char version : {'2', '9'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(empty, version))), to_bytes(empty));
+  for (char version : {'2', '9', 'A'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(empty, version))), to_bytes(empty));
 }
 
 TEST(Archive, flipped_bytes_never_crash_the_reader_or_the_build) {

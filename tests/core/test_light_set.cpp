@@ -347,6 +347,44 @@ TEST(LightSet, measured_lamps_turn_with_the_lamp) {
   EXPECT_GT(profile.towards({0, 0.6f, -0.8f}), 1.5f * profile.towards({0, -0.6f, -0.8f}));
 }
 
+TEST(LightSet, emission_knows_the_object_it_is_of) {
+  // Two squares of one material, which asks the objects for colour and strength.
+  SceneDescription d = dark();
+  const int material = add_diffuse(d, Color(0.0f), Color(1.0f));
+  NodeGraph& graph = d.materials.back().graph;
+  Node info, strength;
+  info.type = "ShaderNodeObjectInfo";
+  strength.type = "ShaderNodeAttribute";
+  strength.properties = {{"attribute_type", "OBJECT", {}}, {"attribute_name", "power", {}}};
+  graph.nodes.push_back(info), graph.nodes.push_back(strength);
+  for (Node& n : graph.nodes)
+    for (NodeInput& input : n.inputs) {
+      if (n.type == "ShaderNodeEmission" && input.socket == "Color") input.link = {3, "Color"};
+      if (n.type == "ShaderNodeEmission" && input.socket == "Strength") input.link = {4, "Fac"};
+    }
+  const Color colors[] = {Color(1.0f, 0.5f, 0.25f), Color(0.125f, 0.25f, 4.0f)};
+  for (int i = 0; i < 2; ++i) {
+    const int object = add_object(d, plane(1.0f), material, placed({4.0f * float(i), 0, 2}, {0, 0, -1}));
+    d.objects[size_t(object)].color = Vec4(colors[i], 1.0f);
+    d.objects[size_t(object)].properties = {{"power", false, Vec4(Vec3(2.0f + float(i)), 1.0f)}};
+  }
+  const auto scene = build(d);
+  const LightSet& lights = scene->lights();
+  ASSERT_EQ(lights.size(), 4u);
+  for (uint32_t i = 0; i < 4; ++i) {
+    const Vec3 p = lights.light(i).position - Vec3(0, 0, 3.0f);
+    const auto sample = lights.sample_li(i, p, {0.3f, 0.6f}, 0.0f);
+    ASSERT_TRUE(sample);
+    const int object = lights.light(i).position.x < 2.0f ? 0 : 1;
+    expect_close(sample->radiance, colors[object] * (2.0f + float(object)));
+    const auto leaving = lights.sample_le(i, {0.3f, 0.6f}, {0.2f, 0.7f}, 0.0f);
+    ASSERT_TRUE(leaving);
+    expect_close(leaving->radiance, colors[object] * (2.0f + float(object)));
+    // Chosen by its own power, not by that of a white object.
+    EXPECT_NEAR(lights.power_pmf(i), luminance(colors[object]) * (2.0f + float(object)) / (4.0f * luminance(colors[0]) + 6.0f * luminance(colors[1])), 1e-3f);
+  }
+}
+
 // ---- Rays that leave ---------------------------------------------------------------------
 
 std::vector<std::pair<const char*, SceneDescription>> all_kinds() {

@@ -5,6 +5,7 @@
 
 #include "graph_fixtures.h"
 #include "scene/geometry.h"
+#include "scene/mesh_analysis.h"
 #include "shading/nodes/texture_functions.h"
 
 namespace ajar {
@@ -368,7 +369,7 @@ TEST(ShaderNodes, camera_and_window_coordinates_follow_the_camera) {
 }
 
 TEST(ShaderNodes, attributes_geometry_and_object_reach_the_graph) {
-  const Surface s;
+  Surface s;
   const auto name = [](const char* n) { return text_property("attribute_name", n); };
   expect_near(read(s, "ShaderNodeAttribute", "Fac", {}, {name("Weight")}), Color(1.25f), 5e-5f);
   expect_near(read(s, "ShaderNodeAttribute", "Color", {}, {name("Paint")}), Color(0.25f, 0.25f, 0.5f), 5e-5f);
@@ -376,6 +377,25 @@ TEST(ShaderNodes, attributes_geometry_and_object_reach_the_graph) {
   expect_near(read(s, "ShaderNodeVertexColor", "Color"), Color(0.25f, 0.25f, 0.5f), 5e-5f);
   expect_near(read(s, "ShaderNodeNewGeometry", "Position"), Color(11, 21, 30), 5e-5f);
   expect_near(read(s, "ShaderNodeNewGeometry", "Parametric"), Color(0.25f, 0.25f, 0.0f), 5e-5f);
+  s.object.properties = {{"tint", false, Vec4(1, 2, 6, 0.5f)}, {"tint", true, Vec4(7.0f)}, {"Weight", true, Vec4(Vec3(8.0f), 1.0f)}};
+  const NodeProperty of_object = text_property("attribute_type", "OBJECT"), of_instancer = text_property("attribute_type", "INSTANCER");
+  for (const char* output : {"Color", "Vector"})
+    expect_near(read(s, "ShaderNodeAttribute", output, {}, {name("tint"), of_object}), Color(1, 2, 6), 5e-5f);
+  expect_near(read(s, "ShaderNodeAttribute", "Fac", {}, {name("tint"), of_object}), Color(3.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeAttribute", "Alpha", {}, {name("tint"), of_object}), Color(0.5f), 5e-5f);
+  expect_near(read(s, "ShaderNodeAttribute", "Color", {}, {name("tint"), of_instancer}), Color(7.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeAttribute", "Fac", {}, {name("Weight"), of_instancer}), Color(8.0f), 5e-5f);
+  for (const char* output : {"Color", "Fac", "Alpha"})
+    expect_near(read(s, "ShaderNodeAttribute", output, {}, {name("Weight"), of_object}), Color(0.0f), 5e-5f);
+  const NodeProperty of_layer = text_property("attribute_type", "VIEW_LAYER"), layers = number_property("value", {1, 2, 6, 0.25f});
+  expect_near(read(s, "ShaderNodeAttribute", "Vector", {}, {name("x"), of_layer, layers}), Color(1, 2, 6), 5e-5f);
+  expect_near(read(s, "ShaderNodeAttribute", "Fac", {}, {name("x"), of_layer, layers}), Color(3.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeAttribute", "Alpha", {}, {name("x"), of_layer, layers}), Color(0.25f), 5e-5f);
+  for (const char* output : {"Pointiness", "Random Per Island"}) expect_near(read(s, "ShaderNodeNewGeometry", output), Color(0.0f), 5e-5f);
+  s.mesh.attributes.push_back({kPointiness, Domain::Vertex, 1, {0, 1, 2}});
+  s.mesh.attributes.push_back({kRandomPerIsland, Domain::Face, 1, {0.375f}});
+  expect_near(read(s, "ShaderNodeNewGeometry", "Pointiness"), Color(1.25f), 5e-5f);
+  expect_near(read(s, "ShaderNodeNewGeometry", "Random Per Island"), Color(0.375f), 5e-5f);
   expect_near(read(s, "ShaderNodeObjectInfo", "Location"), Color(10, 20, 30), 5e-5f);
   expect_near(read(s, "ShaderNodeObjectInfo", "Color"), Color(0.1f, 0.2f, 0.3f), 5e-5f);
   expect_near(read(s, "ShaderNodeObjectInfo", "Alpha"), Color(0.4f), 5e-5f);

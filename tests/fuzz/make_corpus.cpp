@@ -136,7 +136,7 @@ int main(int argc, char** argv) {
       for (MeshDescription& mesh : d.meshes)
         if (mesh.positions.size() > 200) mesh = sphere(4);
       d.settings.seed = (number * 37 / kIntegrators * kIntegrators + i) % kTechniques;
-      const char version = char(number % 4 == 0 ? '2' + number / 4 % 8 : '9');
+      const char version = char(number % 4 == 0 ? '2' + number / 4 % 8 : 'A');
       const std::vector<char> bytes = to_bytes(d, version);
       std::ofstream(std::string(argv[1]) + "/" + scene.name + "_" + std::to_string(i) + ".ajar", std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
     }

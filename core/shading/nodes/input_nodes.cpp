@@ -1,6 +1,7 @@
 // Input nodes: values, geometry, coordinates, attributes, the object, the ray.
 #include <algorithm>
 
+#include "scene/mesh_analysis.h"
 #include "shading/node_registry.h"
 #include "shading/nodes/math_functions.h"
 #include "shading/nodes/point_functions.h"
@@ -71,13 +72,17 @@ bool uv_map(ProgramBuilder& b, int node, std::string_view output, Value& value) 
 }
 
 bool attribute_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  const bool geometry = b.choice(node, "attribute_type", {"GEOMETRY", "OBJECT", "INSTANCER", "VIEW_LAYER"}) == 0;
-  if (!geometry) {
-    b.report(node, "only attributes of geometry are supported yet; 0 is used");
-    value = b.constant(0.0f);
-    return true;
+  enum { Geometry, Object, Instancer, ViewLayer };
+  const int type = b.choice(node, "attribute_type", {"GEOMETRY", "OBJECT", "INSTANCER", "VIEW_LAYER"});
+  if (type == ViewLayer) {   // the same everywhere: the exporter has looked it up
+    const std::vector<float>* found = b.numbers(node, "value");
+    const Vec4 v = found && found->size() >= 4 ? Vec4((*found)[0], (*found)[1], (*found)[2], (*found)[3]) : Vec4(0.0f);
+    value = output == "Alpha" ? b.constant(v.w) : b.constant(Vec3(v), output == "Color" ? Color : Vector);
+    if (output == "Fac") value = b.convert(value, Float);
+    return output == "Color" || output == "Vector" || output == "Fac" || output == "Alpha";
   }
-  const Value whole = b.emit(Op::NamedAttribute, Color, {}, 1, b.add_name(b.text(node, "attribute_name")));
+  const uint32_t name = b.add_name(b.text(node, "attribute_name"));
+  const Value whole = type == Geometry ? b.emit(Op::NamedAttribute, Color, {}, 1, name) : b.emit(Op::ObjectProperty, Color, {}, type == Instancer, name);
   if (output == "Color") value = whole;
   else if (output == "Vector") value = {Vector, whole.at};
   else if (output == "Fac") value = b.convert({Vector, whole.at}, Float);
@@ -92,7 +97,7 @@ bool vertex_color(ProgramBuilder& b, int node, std::string_view output, Value& v
   return output == "Color" || output == "Alpha";
 }
 
-bool geometry(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+bool geometry(ProgramBuilder& b, int, std::string_view output, Value& value) {
   if (output == "Position") value = b.emit(Op::Position, Vector, {});
   else if (output == "Normal") value = b.surface_normal();
   else if (output == "Tangent") value = b.emit(Op::RadialTangent, Vector, {}, int(Axis::Z));
@@ -100,10 +105,9 @@ bool geometry(ProgramBuilder& b, int node, std::string_view output, Value& value
   else if (output == "Incoming") value = b.emit(Op::Incoming, Vector, {});
   else if (output == "Parametric") value = b.emit(Op::Parametric, Vector, {});
   else if (output == "Backfacing") value = b.emit(Op::Backfacing, Float, {});
-  else if (output == "Pointiness" || output == "Random Per Island") {
-    b.report(node, "output '" + std::string(output) + "' is not supported yet; 0.5 is used");
-    value = b.constant(0.5f);
-  } else return false;
+  else if (output == "Pointiness") value = b.part(b.emit(Op::NamedAttribute, Color, {}, 1, b.add_name(kPointiness)), 0);
+  else if (output == "Random Per Island") value = b.part(b.emit(Op::NamedAttribute, Color, {}, 1, b.add_name(kRandomPerIsland)), 0);
+  else return false;
   return true;
 }
 

@@ -69,6 +69,13 @@ Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found) 
   return attribute.components == 1 ? Vec4(Vec3(value.x), 1.0f) : value;
 }
 
+Vec4 object_property(const ShadingPoint& point, const std::string& name, bool of_instancer) {
+  if (!point.object) return Vec4(0.0f, 0.0f, 0.0f, 1.0f);
+  for (const ObjectProperty& property : point.object->properties)
+    if (property.of_instancer == of_instancer && property.name == name) return property.value;
+  return Vec4(0.0f);
+}
+
 Vec3 radial_tangent(const ShadingPoint& point, Axis axis) {
   const Vec3 p = generated(point) - 0.5f;
   const Vec3 around = axis == Axis::X   ? Vec3(0.0f, -p.z, p.y)

@@ -26,6 +26,8 @@ Vec3 generated(const ShadingPoint& point);
 Vec3 active_uv(const ShadingPoint& point);
 /// UV map or attribute by name (empty: the first colour attribute); zero where the mesh has none. `found` may be null.
 Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found);
+/// Zero where the object has none of that name, and of black where there is no object, as in Cycles.
+Vec4 object_property(const ShadingPoint& point, const std::string& name, bool of_instancer);
 Vec3 radial_tangent(const ShadingPoint& point, Axis axis);
 /// Direction of growing u of the UV map `name` (empty: the active one), in world space.
 Vec3 uv_tangent(const ShadingPoint& point, const std::string& name);

@@ -1,0 +1,62 @@
+"""Numbers and colours that Attribute nodes ask of datablocks by name, found as Cycles finds them.
+
+A custom property of that name comes first, then what the name means as a path of Blender's data: "color", "pass_index",
+"data.auto_smooth_angle". Texts, lists of more than four and paths to one item of a list are nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from numbers import Real
+
+import bpy
+
+Value = tuple[float, float, float, float]
+
+
+def find(owners: Iterable[bpy.types.bpy_struct | None], name: str) -> Value | None:
+    """Of the first of these that has it."""
+    for owner in owners:
+        value = _of(owner, name) if owner is not None and name else None
+        if value is not None:
+            return value
+    return None
+
+
+def of_object(thing: bpy.types.Object, name: str) -> Value | None:
+    return find((thing, thing.data), name)
+
+
+def of_view_layer(view_layer: bpy.types.ViewLayer, scene: bpy.types.Scene, name: str) -> Value:
+    return find((view_layer, scene, scene.world), name) or (0.0, 0.0, 0.0, 0.0)
+
+
+def asked_of_instancers() -> frozenset[str]:
+    """Names that any material asks of what makes its instances; to be known before the instances are looked at."""
+    trees = [material.node_tree for material in bpy.data.materials if material.node_tree is not None]
+    trees += [tree for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree"]
+    return frozenset(node.attribute_name for tree in trees for node in tree.nodes
+                     if node.bl_idname == "ShaderNodeAttribute" and node.attribute_type == "INSTANCER")
+
+
+def _of(owner: bpy.types.bpy_struct, name: str) -> Value | None:
+    if name in owner.keys():
+        return _as_color(owner[name])
+    if name.endswith("]") and not name.endswith(('"]', "']")):
+        return None
+    try:
+        return _as_color(owner.path_resolve(name))
+    except ValueError:   # leads nowhere
+        return None
+
+
+def _as_color(value: object) -> Value | None:
+    if isinstance(value, Real):   # and truth values
+        return (float(value), float(value), float(value), 1.0)
+    try:
+        numbers = [*value[:]]
+    except (TypeError, AttributeError, KeyError):
+        return None
+    if not 1 <= len(numbers) <= 4 or not all(isinstance(number, Real) and not isinstance(number, bool) for number in numbers):
+        return None
+    return tuple((*map(float, numbers), *(0.0, 0.0, 0.0, 1.0)[len(numbers):]))
