@@ -1,7 +1,6 @@
 #include "transport/point_tree.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include <tbb/parallel_invoke.h>
 
@@ -28,7 +27,36 @@ void sift_down(PointTree::Neighbours& heap, int root) {
   heap.index[root] = index;
 }
 
+/// The axis that a normal turns to most, and its sign: twice the axis, plus one where it is against it.
+int facing(Vec3 n) {
+  const Vec3 a = glm::abs(n);
+  const int axis = a.x >= a.y && a.x >= a.z ? 0 : (a.y >= a.z ? 1 : 2);
+  return 2 * axis + (n[axis] < 0.0f ? 1 : 0);
+}
+
+/// Cosine between n and the nearest direction that has this facing.
+float cosine_to(int facing, Vec3 n) {
+  const int axis = facing / 2;
+  const float along = (facing & 1) ? -n[axis] : n[axis];
+  const float b = std::abs(n[(axis + 1) % 3]), c = std::abs(n[(axis + 2) % 3]), across = std::max(b, c), least = std::min(b, c);
+  if (along >= across) return 1.0f;
+  // On the border `along = across`; beyond its end `along = across = least`.
+  const float middle = 0.5f * (along + across);
+  return middle >= least ? std::sqrt(2.0f * middle * middle + least * least) : (along + across + least) / std::sqrt(3.0f);
+}
+
 float sign_not_zero(float x) { return x < 0.0f ? -1.0f : 1.0f; }
+
+/// The packed direction, its length between 1/sqrt(3) and 1.
+inline Vec3 unpack_unnormalised(uint32_t packed) {
+  const float x = float(int(packed & 0x7fffu) - 16383) / 16383.0f, y = float(int(packed >> 15 & 0x7fffu) - 16383) / 16383.0f;
+  Vec3 d(x, y, 1.0f - std::abs(x) - std::abs(y));
+  if (d.z < 0.0f) {
+    d.x = (1.0f - std::abs(y)) * sign_not_zero(x);
+    d.y = (1.0f - std::abs(x)) * sign_not_zero(y);
+  }
+  return d;
+}
 
 }  // namespace
 
@@ -45,15 +73,7 @@ uint32_t pack_direction(Vec3 d) {
   return quantise(x) | quantise(y) << 15;
 }
 
-Vec3 unpack_direction(uint32_t packed) {
-  const float x = float(int(packed & 0x7fffu) - 16383) / 16383.0f, y = float(int(packed >> 15 & 0x7fffu) - 16383) / 16383.0f;
-  Vec3 d(x, y, 1.0f - std::abs(x) - std::abs(y));
-  if (d.z < 0.0f) {
-    d.x = (1.0f - std::abs(y)) * sign_not_zero(x);
-    d.y = (1.0f - std::abs(x)) * sign_not_zero(y);
-  }
-  return glm::normalize(d);
-}
+Vec3 unpack_direction(uint32_t packed) { return glm::normalize(unpack_unnormalised(packed)); }
 
 namespace {
 
@@ -92,9 +112,16 @@ struct Builder {
 void PointTree::build(std::vector<SurfacePoint> points, std::vector<uint32_t>& order) {
   const uint32_t n = uint32_t(points.size());
   order.resize(n);
-  std::iota(order.begin(), order.end(), 0u);
   std::vector<uint8_t> axis(n, 0);
-  Builder{points.data(), order.data(), axis.data()}.split(0, n);
+  std::vector<uint8_t> facings(n);
+  uint32_t counts[kFacings] = {};
+  for (uint32_t i = 0; i < n; ++i) ++counts[facings[i] = uint8_t(facing(unpack_direction(points[i].packed_normal)))];
+  for (int f = 0; f < kFacings; ++f) begin_[f + 1] = begin_[f] + counts[f];
+  uint32_t next[kFacings];
+  std::copy(begin_, begin_ + kFacings, next);
+  for (uint32_t i = 0; i < n; ++i) order[next[facings[i]]++] = i;
+  const Builder builder{points.data(), order.data(), axis.data()};
+  for (int f = 0; f < kFacings; ++f) builder.split(begin_[f], begin_[f + 1]);
   points_.resize(n);
   for (uint32_t i = 0; i < n; ++i) {
     points_[i] = points[order[i]];
@@ -107,32 +134,38 @@ template <class Visit>
 void PointTree::search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const {
   struct Range {
     uint32_t begin, end;
-    float distance2;      // of the splitting plane; the range may be left out when it is further
+    Vec3 offset;          // from p to the box that splitting planes leave of space, by axes
   };
-  Range stack[40];
+  Range stack[40 + kFacings];
   int depth = 0;
-  stack[depth++] = {0, uint32_t(points_.size()), 0.0f};
+  for (int f = 0; f < kFacings; ++f)
+    if (begin_[f] < begin_[f + 1] && cosine_to(f, normal) > kMinNormalCosine - 1e-3f) stack[depth++] = {begin_[f], begin_[f + 1], Vec3(0.0f)};
   const auto test = [&](uint32_t i) {
     const Vec3 offset = points_[i].position - p;
     const float along = glm::dot(offset, normal);
     const float distance2 = length_squared(offset) + (kFlatness * kFlatness - 1.0f) * along * along;
     if (!(distance2 < radius2)) return;
-    if (glm::dot(unpack_direction(points_[i].packed_normal), normal) < kMinNormalCosine) return;
+    const Vec3 facing = unpack_unnormalised(points_[i].packed_normal);
+    const float cosine = glm::dot(facing, normal);
+    if (!(cosine > 0.0f) || cosine * cosine < kMinNormalCosine * kMinNormalCosine * length_squared(facing)) return;
     visit(i, distance2);
   };
   while (depth > 0) {
     Range range = stack[--depth];
-    if (!(range.distance2 < radius2)) continue;
+    if (!(length_squared(range.offset) < radius2)) continue;
     while (range.end - range.begin > kLeaf) {
       const uint32_t middle = range.begin + (range.end - range.begin) / 2;
       const int axis = int(points_[middle].packed_normal >> kAxisShift);
       const float offset = p[axis] - points_[middle].position[axis];
       test(middle);
+      Range& other = stack[depth++];
+      other.offset = range.offset;
+      other.offset[axis] = offset;
       if (offset < 0.0f) {
-        stack[depth++] = {middle + 1, range.end, offset * offset};
+        other.begin = middle + 1, other.end = range.end;
         range.end = middle;
       } else {
-        stack[depth++] = {range.begin, middle, offset * offset};
+        other.begin = range.begin, other.end = middle;
         range.begin = middle + 1;
       }
     }

@@ -1,6 +1,7 @@
 // Points on surfaces, found again by nearness: a kd-tree laid out flat in one array.
 //
-// The point at the middle of a range splits it; what lies before is on its low side, what lies after on its high
+// One tree for each of the six axes that normals turn to most: a lookup leaves those alone that it could not see. In each,
+// the point at the middle of a range splits it; what lies before is on its low side, what lies after on its high
 // side, so the tree needs no pointers and no nodes: 16 bytes a point. Ranges of a few points are
 // searched in order. Built in parallel; equal input gives an equal tree for any number of threads.
 //
@@ -52,7 +53,9 @@ class PointTree {
 
  private:
   template <class Visit> void search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const;
+  static constexpr int kFacings = 6;
   std::vector<SurfacePoint> points_;
+  uint32_t begin_[kFacings + 1] = {};     ///< of the tree of each facing, and the end
 };
 
 }  // namespace ajar
