@@ -161,8 +161,10 @@ void GatherPasses::scout(const Film& film, const std::atomic<bool>& stop) {
   for (uint32_t sample = 0; sample < samples; ++sample)
     for_each_pixel(film, hash_combine(seed_, 0x73636f75U), sample, true, stop, [](PhotonGatherer& gatherer, int, int, const Ray& ray) {
       float alpha = 1.0f;
-      if (!sees_nothing(ray)) gatherer.trace(ray, nullptr, alpha);
+      Color seen;
+      if (!sees_nothing(ray)) gatherer.trace(ray, nullptr, alpha, seen);
     });
+  scout_rays_ = rays_;
 }
 
 /// From what the passes since the last lesson have gathered.
@@ -176,16 +178,24 @@ void GatherPasses::learn(float past_share) {
 }
 
 void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
-  if (pass_ == 0) guide_samples_.resize(size_t((film.width() + kTile - 1) / kTile) * size_t((film.height() + kTile - 1) / kTile));
+  if (pass_ == 0) {
+    guide_samples_.resize(size_t((film.width() + kTile - 1) / kTile) * size_t((film.height() + kTile - 1) / kTile));
+    seen_light_.prepare(*scene_, film, filter_, seed_);
+  }
+  tbb::combinable<uint64_t> seen_rays([] { return uint64_t(0); });
   const bool wants_aux = film.wants_aux();
   for_each_pixel(film, seed_, pass_, false, stop, [&](PhotonGatherer& gatherer, int px, int py, const Ray& ray) {
     SampleAux aux;
     float alpha = 1.0f;
-    const Color radiance = sees_nothing(ray) ? Color(0.0f) : gatherer.trace(ray, wants_aux ? &aux : nullptr, alpha);
-    film.add_sample(px, py, radiance, alpha, &aux);
+    Color seen(0.0f);
+    const Color rest = sees_nothing(ray) ? Color(0.0f) : gatherer.trace(ray, wants_aux ? &aux : nullptr, alpha, seen);
+    if (seen_light_.active()) seen = seen_light_.mean_with(seen, luminance(rest), px, py, seen_rays.local());
+    film.add_sample(px, py, rest + seen, alpha, &aux);
   });
+  seen_rays.combine_each([&](uint64_t rays) { seen_rays_ += rays; });
   paths_ += uint64_t(film.width()) * uint64_t(film.height());
   ++pass_;
+  if (!stop.load(std::memory_order_relaxed)) seen_light_.learn(pass_, rays_ - scout_rays_, seen_rays_);
   if (stop.load(std::memory_order_relaxed) || guide_samples_.empty() || pass_ < first_lesson_ || !std::has_single_bit(pass_)) return;
   learn(GuideTree::kPastShare);
   if (pass_ >= kLearnedPasses) guide_samples_.clear();
@@ -202,7 +212,8 @@ PhotonPoints GatherPasses::photons(uint64_t most) const {
 }
 
 void GatherPasses::add_statistics(IntegratorStatistics& s) const {
-  s.rays += rays_;
+  s.rays += rays_ + seen_rays_;
+  s.extra["seen_light_rays"] = double(seen_rays_);
   s.paths += paths_;
   s.extra["passes"] = double(pass_);
   s.extra["photons"] = double(maps_.global.size());

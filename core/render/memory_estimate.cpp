@@ -11,6 +11,7 @@
 #include "transport/media.h"
 #include "transport/path_guide.h"
 #include "transport/vertex_merging.h"
+#include "transport/seen_light.h"
 
 namespace ajar {
 
@@ -31,8 +32,10 @@ void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
 }
 
 bool may_merge(const RenderSettings& s) { return s.vertex_merging == "on" && (s.integrator == kAutomatic || find_integrator(s.integrator).can_merge); }
+bool gathers_photons(const RenderSettings& s) { return s.integrator == "photon_map" || s.integrator == "mps" || s.integrator == kAutomatic; }
+
 bool may_store_photons(const RenderSettings& s) {
-  return s.integrator == "photon_map" || s.integrator == "mps" || s.integrator == kAutomatic || may_merge(s);
+  return gathers_photons(s) || may_merge(s);
 }
 
 /// Volumes of instances and the world, and what they take; nothing where there are none.
@@ -89,6 +92,7 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   // One for four pixels at most.
   if (s.integrator == "irradiance_cache") records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
   film.bytes = pixels * Film::bytes_per_pixel(s.passes, s.integrator != "path" && s.integrator != "photon_map");
+  if (gathers_photons(s)) film.bytes += pixels * SeenLight::bytes_per_pixel();
   if (measures_important_light(d)) film.bytes += pixels * (Film::bytes_per_pixel({"Combined"}, false) + 4 * sizeof(Vec2));
   MemoryEstimate estimate{{geometry, instances, textures, volumes, photons, guide, records, film}};
   std::stable_sort(estimate.parts.begin(), estimate.parts.end(), [](const MemoryPart& a, const MemoryPart& b) { return a.bytes > b.bytes; });

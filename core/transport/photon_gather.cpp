@@ -24,19 +24,20 @@ Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, 
   return direct_.estimate({scene_, point, bsdf}, sampler, dimension, unused, nullptr, rays_);
 }
 
-Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
+Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) {
   const RenderSettings& settings = scene_.settings();
   Color radiance(0.0f), beta(1.0f);
   ShadingPoint point;
   SurfaceShading shading;
   DirectVertex origin;
-  bool last_chance = false;
+  bool last_chance = false, specular = true;
   alpha = 0.0f;
+  seen = Color(0.0f);
   for (uint32_t vertex = 0;; ++vertex) {
     const Hit hit = scene_.intersect(ray, point.ray_kind);
     ++rays_;
     const auto add_met = [&](const LightMet& met) {
-      radiance += beta * met.radiance * direct_.weight_of_hit(scene_, origin, met.light, ray.direction, met.position, met.normal);
+      (specular ? seen : radiance) += beta * met.radiance * direct_.weight_of_hit(scene_, origin, met.light, ray.direction, met.position, met.normal);
     };
     if (scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, add_met);
     if (!hit.found()) {
@@ -51,7 +52,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
     if (!is_black(shading.emission)) {
       const int light = scene_.light_of(hit);
       const float weight = light >= 0 ? direct_.weight_of_hit(scene_, origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
-      radiance += beta * shading.emission * weight;
+      (specular ? seen : radiance) += beta * shading.emission * weight;
     }
     if (aux && point.ray_depth == 0) {
       record_first_hit(scene_, point, shading.bsdf, *aux);
@@ -93,6 +94,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha) {
       if (survival < 1.0f && sampler_.get_1d() >= survival) break;
       beta /= survival;
     }
+    specular = specular && sample->specular;
     origin = {point.position, split.sharp()->receiving_normal(), sample->specular ? 0.0f : sample->pdf_solid_angle};
     ray = scene_.spawn_ray(point, sample->wi);
   }

@@ -46,7 +46,8 @@ class PhotonGatherer {
     sampler_.start(pixel, index);
     return sampler_;
   }
-  Color trace(Ray ray, SampleAux* aux, float& alpha);
+  /// `seen`: of it, light seen directly or by way of delta lobes alone, which the returned radiance leaves out.
+  Color trace(Ray ray, SampleAux* aux, float& alpha, Color& seen);
   /// From now on, note where maps are looked up. `only`: and sample no direct light.
   void log_arrivals(ArrivalLog* log, bool only) {
     log_ = log;
