@@ -7,7 +7,6 @@
 #include "integrators/integrator.h"
 #include "math/random.h"
 #include "transport/photon_tracer.h"
-#include "transport/vertex_merging.h"
 
 namespace ajar {
 
@@ -17,35 +16,33 @@ struct Candidate {
   const char* name;
   const char* integrator;
   double ray_cost;              ///< of one ray and what belongs to it, in path tracing's (docs/benchmarks/auto.md)
-  double tail;                  ///< relMSE of long renders over what their pilots foretell: rare bright starts that none of these had (same page)
-  bool unbiased;                ///< but for what vertex merging blurs
-  bool for_hints = false;       ///< tried only where the artist drew light paths, which it follows
+  double tail;                  ///< relMSE of long renders over what short ones foretell: rare bright starts that none of these had (same page)
+  bool unbiased;                ///< but for what vertex merging blurs, which is left out of account
+  bool spreads;                 ///< chains spread light over pixels of a size of their own
+  int samples;                  ///< of each of the pilot's two pictures: fewer where a sample brings photons for the whole picture
 };
 /// The first is the one to stay with.
-constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.0, true},
-                                     {"energy redistribution", "erpt", 1.2, 3.0, true},
-                                     {"population Monte Carlo", "pmc_pt", 1.2, 3.0, true},
-                                     {"photon mapping", "photon_map", 2.3, 1.0, false},
-                                     {"Metropolis", "metropolis", 1.2, 3.0, false, true}};
-/// Tail of those that merge, in scenes where they do: what brought the worst starts comes from photons then. Their small bias is left out of account.
-constexpr double kTailOfMerging = 2.0;
+constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.0, true, false, 4},
+                                     {"energy redistribution", "erpt", 1.4, 2.2, true, true, 4},
+                                     {"population Monte Carlo", "pmc_pt", 1.7, 2.2, true, true, 4},
+                                     {"photon mapping", "photon_map", 2.8, 1.0, false, false, 1}};
 constexpr int kPilotPixels = 12288, kFewestPixels = 768;
-constexpr int kPilotSamples = 8;              // in two pictures
+constexpr int kPilotSamples = 2 * kCandidates[0].samples;   // of path tracing
 constexpr int kBlur = 3;                      // pixels to each side
 /// The pilot may take this share of the samples asked for.
-constexpr double kPilotShare = 0.08;
+constexpr double kPilotShare = 0.06;
 /// Error that is no noise falls with the passes to this power: photon radii shrink as passes^(-1/6) [Knaus and Zwicker 2011].
 constexpr double kBiasRate = -2.0 / 3.0;
 /// Samples a pixel that a render is taken to have which is told neither samples nor time.
 constexpr double kUsualSamples = 512.0;
-/// Work of all candidates for a pixel and sample of the pilot, in path tracing's: measured on `rooms`, in rays times their cost.
-constexpr double kPilotWork = 9.0;
+/// Work of all candidates for a pixel and sample of path tracing in the pilot, in its own: measured on `room`, in CPU time, but for what photons take.
+constexpr double kPilotWork = 4.0;
 /// How fast path tracing is, where a time limit asks: tried with so many pixels and samples.
 constexpr int kTimedPixels = 1024, kTimedSamples = 4;
 /// relMSE after the pilot's samples at which path tracing does well.
 constexpr double kEasyRelmse = 0.05;
 /// Another technique must be this much better than path tracing, whose stratification a small picture shows least.
-constexpr double kClearlyBetter = 1.5;
+constexpr double kClearlyBetter = 1.25;
 
 std::string text(double value) {
   char buffer[32];
@@ -92,6 +89,9 @@ struct Pilot {
   double rays = 0.0;                  // as if the picture had its share of the render's photons
 };
 
+/// relMSE of chains in a picture of so many pixels, over that in a large one: the fewer there are, the fewer chains does each see (docs/benchmarks/auto.md).
+double crowding(double pixels) { return 1.0 + std::pow(2300.0 / pixels, 2.0 / 3.0); }
+
 /// Photons for a pixel of the render over those for a pixel of a pilot: a small picture has more than its share.
 double photon_share(const RenderSettings& asked, const RenderSettings& small) {
   const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
@@ -105,7 +105,7 @@ Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<const Scene>& 
     const auto integrator = make_integrator(candidate.integrator);
     integrator->prepare(scene, hash_combine(s.seed, 0x6175746FU + half));
     Film film(0, 0, s.width, s.height, {"Combined"});
-    integrator->run_iteration(film, kPilotSamples / 2, stop);
+    integrator->run_iteration(film, candidate.samples, stop);
     (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", 1.0f);
     IntegratorStatistics statistics = integrator->statistics();
     pilot.rays += double(statistics.rays) - (1.0 - photon_share) * statistics.extra["photon_rays"];
@@ -206,9 +206,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     for (size_t k = from; k < pilots.size(); ++k) used.push_back(&pilots[k]);
     return blurred(mean_of(used), small.width, small.height);
   };
-  const bool hints = std::any_of(scene->hints().begin(), scene->hints().end(), [](const HintDescription& hint) { return hint.enabled; });
   for (const Candidate& candidate : kCandidates) {
-    if (candidate.for_hints && !hints) continue;   // the last: trials and candidates stay in step
     pilots.push_back(run_pilot(candidate, scene, photon_share(asked, small), stop));
     if (stop.load()) break;
     if (pilots.size() == 1 && relmse_of(pilots[0], truth_by(0)) < kEasyRelmse) break;
@@ -222,7 +220,6 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.trials.push_back({kCandidates[k].name, relmse_of(pilots[k], truth), pilots[k].rays});
     if (kCandidates[k].unbiased && choice.trials[k].relmse < choice.trials[calmest].relmse) calmest = k;
   }
-  const bool merges = asked.vertex_merging != "off" && plan_merging(*scene).used;
   // Noise falls with the samples that the render's rays pay for, bias more slowly.
   const double rays_asked = samples_asked * pilots[0].rays / (kPilotSamples * double(small.width) * small.height);
   for (size_t k = 0; k < pilots.size(); ++k) {
@@ -230,8 +227,8 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     if (!kCandidates[k].unbiased) trial.bias = bias_of(pilots[k], pilots[calmest], truth, small.width, small.height);
     const double pilot_rays = trial.rays * kCandidates[k].ray_cost * (double(asked.width) * asked.height) / (double(small.width) * small.height);
     const double longer = std::max(1.0, rays_asked / pilot_rays);
-    const bool merged = merges && find_integrator(kCandidates[k].integrator).can_merge;
-    trial.cost = (merged ? kTailOfMerging : kCandidates[k].tail) * trial.relmse / longer + trial.bias * std::pow(longer, kBiasRate);
+    const double crowded = kCandidates[k].spreads ? crowding(double(small.width) * small.height) / crowding(double(asked.width) * asked.height) : 1.0;
+    trial.cost = kCandidates[k].tail * trial.relmse / (longer * crowded) + trial.bias * std::pow(longer, kBiasRate);
   }
   const TechniqueTrial* best = nullptr;
   for (const TechniqueTrial& trial : choice.trials) {
