@@ -31,7 +31,9 @@ class FilmLuminance {
   static constexpr double kUnits = 0x1p20;
   static constexpr int kCell = 8, kMostCells = 64;   ///< pixels a cell; cells in a row
   static void add(std::atomic<int64_t>& to, double value) {
-    to.fetch_add(int64_t(std::min(value, 0x1p30) * kUnits + 0.5), std::memory_order_relaxed);
+    // Lamps that take light away may be as strong as others; what is no number is refused elsewhere.
+    const double bounded = value == value ? std::clamp(value, -0x1p30, 0x1p30) : 0.0;
+    to.fetch_add(int64_t(std::floor(bounded * kUnits + 0.5)), std::memory_order_relaxed);
   }
   size_t cell(Vec2 film) const {
     const Vec2 p = (film - min_) / (max_ - min_) * Vec2(float(columns_), float(rows_));

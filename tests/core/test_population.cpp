@@ -178,6 +178,20 @@ TEST(FilmLuminance, importance_falls_with_all_light) {
   EXPECT_EQ(FilmImportance().at(Vec2(3.0f)), 1.0f);
 }
 
+/// As lamps of negative power leave; beyond the range of the sums, too.
+TEST(FilmLuminance, takes_light_away_as_it_adds_it) {
+  float seen[2];
+  for (int side = 0; side < 2; ++side) {
+    FilmLuminance film(Vec2(0.0f), Vec2(8.0f, 8.0f));
+    film.add_sample(Vec2(1.0f, 1.0f), side ? -1e30 : 1e30);
+    film.add_sample(Vec2(1.0f, 1.0f), side ? -2.0 : 2.0);
+    film.add_sample(Vec2(1.0f, 1.0f), std::nan(""));
+    seen[side] = film.importance(1.0, 1.0f).at(Vec2(1.0f, 1.0f));
+  }
+  EXPECT_GT(seen[0], 0.0f);
+  EXPECT_EQ(seen[0], seen[1]);
+}
+
 class PopulationPathsOf : public ::testing::TestWithParam<size_t> {};
 TEST_P(PopulationPathsOf, have_the_mean_of_path_tracing) { expect_agreement(kScenes[GetParam()], "pmc_pt", 32, int(kScenes.size())); }
 INSTANTIATE_TEST_SUITE_P(Scenes, PopulationPathsOf, ::testing::Range<size_t>(0, kScenes.size()),
