@@ -24,14 +24,22 @@ inline bool is_distant(LightType type) {
   return type == LightType::DistantDelta || type == LightType::DistantDisk || type == LightType::Environment;
 }
 
-struct LightSample {
-  Vec3 wi;
+/// A place that is looked at from p, on a light or another surface.
+struct LightPlace {
+  Vec3 wi;                   ///< from p
   float distance;            ///< kInfinity for distant light
+  Vec3 position, normal;     ///< for distant lights and those without extent the normal is -wi
+  float position_error = 0.0f;   ///< by which rounding may have moved it off its surface, besides a part of the distance
+};
+
+struct LightSample : LightPlace {
   Color radiance;            ///< emitted towards p; for delta lights radiance * geometry, so that contribution = f_cos * radiance / pdf
   float pdf_solid_angle;     ///< given this light; 1 for delta lights
   bool delta;
-  Vec3 position, normal;     ///< on the light; for distant lights the normal is -wi
 };
+
+/// Of a place on a lamp.
+inline float lamp_position_error(Vec3 position) { return gamma_bound(8) * max_component(glm::abs(position)); }
 
 struct LightRay {
   Ray ray;

@@ -537,6 +537,7 @@ std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, f
   if (d.is_lamp(index)) {
     const Light& lamp = d.lamps[index];
     auto sample = sample_lamp_li(lamp, p, u);
+    if (sample) sample->position_error = lamp_position_error(sample->position);
     if (sample && lamp.shader >= 0) sample->radiance *= d.shader_factor(lamp, sample->position, -sample->wi, time, sample->distance, ray_kind);
     return sample;
   }
@@ -562,6 +563,7 @@ std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, f
   s.pdf_solid_angle = on_triangle.pdf_solid_angle;
   s.position = p + s.wi * s.distance;
   s.normal = triangle.normal;
+  s.position_error = triangle_position_error(mesh, instance, primitive);
   const SlotEmission& emission = d.emission_of(block, primitive);
   if (emission.constant) {
     s.radiance = emission.radiance;

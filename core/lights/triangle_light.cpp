@@ -29,6 +29,16 @@ WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instanc
   return t;
 }
 
+float triangle_position_error(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive) {
+  const UVec3 v = mesh.triangles[primitive];
+  Vec3 most = glm::max(glm::abs(mesh.positions[v.x]), glm::max(glm::abs(mesh.positions[v.y]), glm::abs(mesh.positions[v.z])));
+  if (!mesh.baked) {
+    const Mat4& m = instance.world_from_object;
+    most = glm::abs(Vec3(m[0])) * most.x + glm::abs(Vec3(m[1])) * most.y + glm::abs(Vec3(m[2])) * most.z + glm::abs(Vec3(m[3]));
+  }
+  return gamma_bound(12) * max_component(most);
+}
+
 TriangleSample sample_triangle_li(const WorldTriangle& t, Vec3 p, Vec2 u) {
   TriangleSample s{Vec2(0.0f), Vec3(0.0f), 0.0f, 0.0f};
   const Vec3 to_p0 = t.p0 - p;

@@ -18,6 +18,9 @@ struct WorldTriangle {
 };
 WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive);
 
+/// By which rounding may have moved a place on it off its plane, as shading_point finds it (scene.h).
+float triangle_position_error(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive);
+
 /// A point of the triangle for p, and the density of its direction at p. Zero density: none.
 struct TriangleSample {
   Vec2 barycentric;

@@ -27,6 +27,12 @@ constexpr float kInvPi = 1.0f / kPi;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kOneMinusEpsilon = 0x1.fffffep-1f;
 
+/// Bound on the relative error of n rounded operations (Higham; pbrt-4, section 6.8).
+constexpr float gamma_bound(int n) {
+  constexpr float unit_roundoff = 0x1p-24f;
+  return float(n) * unit_roundoff / (1.0f - float(n) * unit_roundoff);
+}
+
 inline float sqr(float x) { return x * x; }
 inline float saturate(float x) { return x < 0.0f ? 0.0f : (x > 1.0f ? 1.0f : x); }
 inline float safe_sqrt(float x) { return x > 0.0f ? std::sqrt(x) : 0.0f; }

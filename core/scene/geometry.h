@@ -43,7 +43,6 @@ struct BuiltInstance {
   uint32_t first_light = ~0u;        ///< of its emissive triangles, or ~0
   uint32_t visibility = kVisibleAll;
   float random = 0.0f;
-  float transform_scale = 1.0f;      ///< largest row sum of |M|, for error bounds
   bool flips_orientation = false;    ///< negative determinant
   const Mat4* motion = nullptr;      ///< world_from_object at evenly spaced times while the shutter is open; null: still
   uint32_t motion_count = 0;

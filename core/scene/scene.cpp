@@ -14,12 +14,6 @@ namespace ajar {
 
 namespace {
 
-/// Bound on the relative error of n rounded operations (Higham; pbrt-4, section 6.8).
-constexpr float gamma_bound(int n) {
-  constexpr float unit_roundoff = 0x1p-24f;
-  return float(n) * unit_roundoff / (1.0f - float(n) * unit_roundoff);
-}
-
 Mat3 absolute(const Mat3& m) { return Mat3(glm::abs(m[0]), glm::abs(m[1]), glm::abs(m[2])); }
 
 constexpr int kMostMotionKeys = 129;   // of Embree
@@ -525,10 +519,15 @@ Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
   return ray;
 }
 
-Ray Scene::spawn_segment(const ShadingPoint& point, Vec3 direction, float distance) const {
-  Ray ray = spawn_ray(point, direction);
-  // Light sources are approached up to a relative epsilon, so that an emissive triangle never shadows itself.
-  if (distance < kInfinity) ray.t_max = distance * (1.0f - 1e-4f);
+Ray end_before(Ray ray, const LightPlace& place) {
+  // Of its length, what a ray may miss a plane by.
+  constexpr float kRelativeError = 1e-6f;
+  if (!(place.distance < kInfinity)) return ray;
+  const float off = 2.0f * place.position_error + kRelativeError * place.distance;
+  const Vec3 way = place.position + place.normal * (glm::dot(ray.direction, place.normal) > 0.0f ? -off : off) - ray.origin;
+  const float length = glm::length(way);
+  if (length > 0.0f) ray.direction = way / length;
+  ray.t_max = length * (1.0f - kRelativeError);
   return ray;
 }
 

@@ -63,6 +63,11 @@ struct BuildStatistics {
   bool kept_environment = false;
 };
 
+/// `ray`, on its way to a place, up to just before it: to a point moved off the surface there, to the ray's side, like the origin of a ray that leaves
+/// it. A margin along the ray itself would be too little where it grazes, and where it does not it would let light through what stands just
+/// before the end: the other wall of a corner, the shade of a lamp far away. Unchanged on its way to what is at infinity.
+Ray end_before(Ray ray, const LightPlace& place);
+
 class Scene {
  public:
   struct Options {
@@ -109,8 +114,8 @@ class Scene {
   /// Ray from a surface point towards `direction`, its origin moved off the surface
   /// to the side of `direction` by the error bound of the point.
   Ray spawn_ray(const ShadingPoint& point, Vec3 direction) const;
-  /// The same, ending just before `target` (a point on another surface or lamp).
-  Ray spawn_segment(const ShadingPoint& point, Vec3 direction, float distance) const;
+  /// The same, ending just before a place on another surface or a light.
+  Ray spawn_segment(const ShadingPoint& point, const LightPlace& place) const { return end_before(spawn_ray(point, place.wi), place); }
 
   const Camera& camera() const { return camera_; }
   /// Does anything move while the shutter is open? Then rays have times of their own.

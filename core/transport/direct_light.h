@@ -52,8 +52,8 @@ struct DirectLightContext {
   }
   /// Along the way to a light.
   Color transmittance(const Ray& ray) const { return scene.transmittance(ray, scene.settings().bounces.transparent); }
-  Color beyond(Vec3 wi, float distance, Color f_cos, bool shadows, uint64_t& rays) const {
-    return beyond_terminator(scene, point, bsdf, wi, distance, f_cos, shadows, rays);
+  Color beyond(const LightPlace& light, Color f_cos, bool shadows, uint64_t& rays) const {
+    return beyond_terminator(scene, point, bsdf, light, f_cos, shadows, rays);
   }
 };
 
@@ -111,7 +111,7 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
     Color through(1.0f);
     if (light.cast_shadow) {
       ++rays;
-      through = c.transmittance(c.scene.spawn_segment(c.point, sample->wi, sample->distance));
+      through = c.transmittance(c.scene.spawn_segment(c.point, *sample));
     }
     if (!is_black(through)) {
       if (kOnlyBeyond) return Color(0.0f);
@@ -121,7 +121,7 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
     }
   }
   if (!has_soft_terminator(c.point)) return Color(0.0f);
-  return arriving * c.beyond(sample->wi, sample->distance, scattered.f_cos, light.cast_shadow, rays);
+  return arriving * c.beyond(*sample, scattered.f_cos, light.cast_shadow, rays);
 }
 
 template <bool kOnlyBeyond = false, class Context>

@@ -344,7 +344,7 @@ void DirectMixture::draw_light(const DirectLightContext& c, const Kernel& k, int
   if (is_black(f)) return;
   if (light.cast_shadow) {
     ++rays;
-    f *= scene_.transmittance(scene_.spawn_segment(c.point, sample->wi, sample->distance), scene_.settings().bounces.transparent);
+    f *= scene_.transmittance(scene_.spawn_segment(c.point, *sample), scene_.settings().bounces.transparent);
     if (is_black(f)) return;
   }
   add_found(densities(c, k, index, sample->wi, scattered.pdf, sample->pdf_solid_angle, mis, known_pmf), f, power, false, out);
@@ -465,7 +465,7 @@ Color DirectMixture::weigh_sample(const DirectLightContext& c, const LightSet::C
   Color contribution = scattered.f_cos * sample.radiance * weight;
   if (light.cast_shadow) {
     ++rays;
-    contribution *= scene_.transmittance(scene_.spawn_segment(c.point, sample.wi, sample.distance), scene_.settings().bounces.transparent);
+    contribution *= scene_.transmittance(scene_.spawn_segment(c.point, sample), scene_.settings().bounces.transparent);
   }
   return contribution;
 }
@@ -530,7 +530,7 @@ Color DirectMixture::one_sample_ris(const DirectLightContext& c, Sampler& sample
   Color estimate = kept * (sum / (kept_target * float(kRisCandidates)));
   if (kept_shadow) {
     ++rays;
-    estimate *= scene_.transmittance(scene_.spawn_segment(c.point, kept_sample.wi, kept_sample.distance), scene_.settings().bounces.transparent);
+    estimate *= scene_.transmittance(scene_.spawn_segment(c.point, kept_sample), scene_.settings().bounces.transparent);
   }
   return estimate;
 }

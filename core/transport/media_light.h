@@ -26,9 +26,9 @@ struct MediaDirectContext : DirectLightContext {
     if (glm::dot(ray.direction, point.ng) < 0.0f) state.media.cross(hit, !point.backfacing, stack, state.counters);
     return state.media.transmittance_to_light(ray, stack, point, state.rng, state.counters);
   }
-  Color beyond(Vec3 wi, float distance, Color f_cos, bool shadows, uint64_t& rays) const {
+  Color beyond(const LightPlace& light, Color f_cos, bool shadows, uint64_t& rays) const {
     Ray ray;
-    if (!beyond_terminator(scene, point, bsdf, wi, distance, shadows, f_cos, ray)) return Color(0.0f);
+    if (!beyond_terminator(scene, point, bsdf, light, shadows, f_cos, ray)) return Color(0.0f);
     if (!(ray.t_max > 0.0f)) return f_cos;
     ++rays;
     return f_cos * transmittance(ray);
@@ -49,8 +49,7 @@ Color light_scattered(const Scene& scene, State& state, const LightSet::Choice& 
     shadow.origin = place;
     shadow.direction = sample->wi;
     shadow.time = time;
-    if (sample->distance < kInfinity) shadow.t_max = sample->distance * (1.0f - 1e-4f);
-    contribution *= state.media.transmittance_to_light(shadow, state.stack, path, state.rng, state.counters);
+    contribution *= state.media.transmittance_to_light(end_before(shadow, *sample), state.stack, path, state.rng, state.counters);
   }
   if (!sample->delta && light.mis && !light.partial()) contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, phase.pdf_solid_angle(cosine));
   return contribution;

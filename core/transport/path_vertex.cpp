@@ -151,18 +151,9 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   return end;
 }
 
-/// From surface to surface, both of whose rounding errors are known. The end is moved off its surface like the origin, by no less than what a
-/// ray so long may miss a plane by, divided by its cosine: a margin along the ray itself is too little where it grazes, and where it does not
-/// lets light through what stands just before the end, as the other wall of a corner.
-static Ray ray_between(const Scene& scene, const ShadingPoint& from, const ShadingPoint& to, Vec3 direction, float distance) {
-  constexpr float kRelativeError = 1e-6f;
-  Ray ray = scene.spawn_ray(from, direction);
-  const float off = std::max(2.0f * max_component(to.position_error), kRelativeError * distance);
-  const Vec3 way = to.position + to.ng * (glm::dot(direction, to.ng) > 0.0f ? -off : off) - ray.origin;
-  const float length = glm::length(way);
-  if (length > 0.0f) ray.direction = way / length;
-  ray.t_max = length * (1.0f - kRelativeError);
-  return ray;
+/// The light or surface of `to`, as seen along `direction`.
+static LightPlace place_of(const PathVertex& to, Vec3 direction, float distance) {
+  return {direction, distance, to.position(), to.delta ? -direction : to.point.ng, max_component(to.point.position_error)};
 }
 
 bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge, uint64_t& rays) {
@@ -187,7 +178,9 @@ bool look_along(const Scene& scene, const PathVertex& light_end, const PathVerte
   } else if (!to.distant) {
     distance = 1.0f / std::sqrt(edge.inverse_square);
   }
-  Ray ray = to.kind == VertexKind::Surface ? ray_between(scene, from.point, to.point, direction, distance) : scene.spawn_segment(from.point, direction, distance);
+  Ray ray = scene.spawn_ray(from.point, direction);
+  if (to.kind == VertexKind::Lens) ray.t_max = distance;
+  else ray = end_before(ray, place_of(to, direction, distance));
   const int limit = scene.settings().bounces.transparent;
   if (!scene.statistics().transparent_shadows) {
     ++rays;
@@ -223,7 +216,7 @@ Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const
   const bool shadows = !lamp || scene.lights().flags(uint32_t(light.light)).cast_shadow;
   const float distance = light.distant ? kInfinity : 1.0f / std::sqrt(edge.inverse_square);
   return end.radiance * edge.to_light_area() *
-         beyond_terminator(scene, vertex.point, vertex.shading.bsdf, -edge.to_eye, distance, f_cos, shadows, rays);
+         beyond_terminator(scene, vertex.point, vertex.shading.bsdf, place_of(light, -edge.to_eye, distance), f_cos, shadows, rays);
 }
 
 void BounceCount::add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular) {

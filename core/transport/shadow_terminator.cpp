@@ -38,27 +38,28 @@ Vec3 to_curved_surface(const ShadingPoint& point, Vec3 ng) {
 
 }  // namespace
 
-bool beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wi, float distance, bool shadows, Color& f, Ray& ray) {
+bool beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, const LightPlace& light, bool shadows, Color& f, Ray& ray) {
+  const Vec3 wi = light.wi;
   if (!grazes_terminator(point, wi)) return false;
   if (is_black(f)) f = bsdf.evaluate_beyond_horizon(point.wo, wi);
   ray.t_max = 0.0f;
   if (is_black(f) || !shadows) return !is_black(f);
   ShadingPoint moved = point;
   moved.position += share_of_terminator_offset(point, wi) * to_curved_surface(point, glm::dot(point.ns, wi) < 0.0f ? -point.ng : point.ng);
-  Vec3 direction = wi;
-  if (distance < kInfinity) {
-    const Vec3 to_light = point.position + distance * wi - moved.position;
-    distance = std::sqrt(length_squared(to_light));
-    if (!(distance > 0.0f)) return false;
-    direction = to_light / distance;
+  LightPlace place = light;
+  if (light.distance < kInfinity) {
+    const Vec3 to_light = light.position - moved.position;
+    place.distance = std::sqrt(length_squared(to_light));
+    if (!(place.distance > 0.0f)) return false;
+    place.wi = to_light / place.distance;
   }
-  ray = scene.spawn_segment(moved, direction, distance);
+  ray = scene.spawn_segment(moved, place);
   return true;
 }
 
-Color beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wi, float distance, Color f_cos, bool shadows, uint64_t& rays) {
+Color beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, const LightPlace& light, Color f_cos, bool shadows, uint64_t& rays) {
   Ray ray;
-  if (!beyond_terminator(scene, point, bsdf, wi, distance, shadows, f_cos, ray)) return Color(0.0f);
+  if (!beyond_terminator(scene, point, bsdf, light, shadows, f_cos, ray)) return Color(0.0f);
   if (!(ray.t_max > 0.0f)) return f_cos;
   ++rays;
   return f_cos * scene.transmittance(ray, scene.settings().bounces.transparent);

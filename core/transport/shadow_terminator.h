@@ -37,8 +37,8 @@ inline bool grazes_terminator(const ShadingPoint& point, Vec3 wi) {
 
 /// The ray that must get through for that light to count, and f |cos| along it: `f` is given as the BSDF's for the unmoved ray, which was black or
 /// blocked. False when there is none; a ray of length 0 when nothing can block it.
-bool beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wi, float distance, bool shadows, Color& f, Ray& ray);
-/// f |cos| times transmittance towards a point of a light at `distance`. `shadows`: does the light cast any?
-Color beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, Vec3 wi, float distance, Color f_cos, bool shadows, uint64_t& rays);
+bool beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, const LightPlace& light, bool shadows, Color& f, Ray& ray);
+/// f |cos| times transmittance towards a place on a light. `shadows`: does the light cast any?
+Color beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, const LightPlace& light, Color f_cos, bool shadows, uint64_t& rays);
 
 }  // namespace ajar

@@ -67,6 +67,7 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
   light.distant = is_distant(flags.type);
   light.delta = is_delta(flags.type);
   light.point.position = position;
+  if (!light.distant) light.point.position_error = Vec3(lamp_position_error(position));
   light.point.ng = light.distant ? to_eye : normal;
   light.point.wo = to_eye;
 }

@@ -72,7 +72,97 @@ TEST(Scene, rays_leaving_a_floor_at_zero_height_never_hit_it) {
       scene->shading_point(ray, hit, point);
       const Vec3 out = warp::square_to_hemisphere({rng.next_float(), rng.next_float()});
       ASSERT_FALSE(scene->intersect(scene->spawn_ray(point, out), kRayDiffuse).found()) << "baked " << bake << ", ray " << i;
-      ASSERT_GT(max_component(scene->transmittance(scene->spawn_segment(point, out, 1.0f), 0)), 0.0f) << "baked " << bake << ", ray " << i;
+      ASSERT_GT(max_component(scene->transmittance(scene->spawn_segment(point, {out, 1.0f, point.position + out, -out}), 0)), 0.0f) << "baked " << bake << ", ray " << i;
+    }
+  }
+}
+
+namespace {
+
+/// The point of the floor below `from`, which light reaches from above.
+ShadingPoint floor_below(const Scene& scene, Vec3 from) {
+  Ray ray;
+  ray.origin = from;
+  ray.direction = Vec3(0, 0, -1);
+  const Hit hit = scene.intersect(ray, kRayCamera);
+  EXPECT_TRUE(hit.found());
+  ShadingPoint point;
+  scene.shading_point(ray, hit, point);
+  return point;
+}
+bool lit(const Scene& scene, const ShadingPoint& point, const LightSample& sample) {
+  return max_component(scene.transmittance(scene.spawn_segment(point, sample), 0)) > 0.0f;
+}
+
+}  // namespace
+
+/// Shades stand before lamps by any small part of the distance from which they are seen: a hundred-thousandth here, from a millimetre's scene to a kilometre's.
+TEST(ShadowRays, what_stands_just_before_a_light_blocks_it) {
+  for (const float scale : {1e-3f, 1.0f, 1e3f}) {
+    for (const std::string kind : {"point", "sphere", "rectangle", "ellipse", "triangles"}) {
+      SceneDescription d;
+      const float height = 10.0f * scale, gap = 1e-4f * scale, radius = kind == "sphere" ? 0.05f * scale : 0.0f;
+      add_object(d, plane(10.0f * scale), add_diffuse(d, Color(0.5f)));
+      add_object(d, plane(0.5f * scale), 0, scaled_and_moved(1.0f, Vec3(0.3f * scale, 0.2f * scale, height - radius - gap)));
+      LightDescription light = point_light(Vec3(0.3f * scale, 0.2f * scale, height), 10.0f, radius);
+      light.kind = kind == "rectangle" || kind == "ellipse" ? LightKind::Area : LightKind::Point;
+      light.area_shape = kind == "ellipse" ? AreaShape::Ellipse : AreaShape::Rectangle;
+      light.area_size = Vec2(0.1f * scale);
+      if (kind != "triangles") d.lights.push_back(light);
+      else add_object(d, plane(0.05f * scale), add_diffuse(d, Color(0.0f), Color(5.0f)), scaled_and_moved(1.0f, Vec3(0.3f * scale, 0.2f * scale, height)));
+      set_camera(d, Vec3(0, -scale, scale), Vec3(0), 8);
+      const auto scene = build(std::move(d));
+      Pcg32 rng(5);
+      int asked = 0, arrived = 0;
+      for (int i = 0; i < 1000; ++i) {
+        // Not so far to the side that light would pass between shade and lamp.
+        const ShadingPoint point = floor_below(*scene, scale * Vec3(10.0f * rng.next_float() - 5.0f, 10.0f * rng.next_float() - 5.0f, 1.0f));
+        const auto sample = scene->lights().sample_li(uint32_t(i) % uint32_t(scene->lights().size()), point.position, {rng.next_float(), rng.next_float()}, 0.0f);
+        if (!sample || is_black(sample->radiance)) continue;
+        ++asked;
+        arrived += lit(*scene, point, *sample);
+      }
+      EXPECT_GT(asked, 400) << kind;
+      EXPECT_EQ(arrived, 0) << kind << " at scale " << scale << " of " << asked;
+    }
+  }
+}
+
+/// From all sides, edge-on ones included: no emissive triangle stands in its own way, nor does the ceiling that a lamp is flush with.
+TEST(ShadowRays, lights_do_not_stand_in_their_own_way) {
+  Pcg32 rng(6);
+  for (const bool lamp : {false, true}) {
+    for (const float away : {0.0f, 1.0f, 300.0f}) {
+      int asked = 0, lost = 0;
+      for (int turn = 0; turn < 60; ++turn) {
+        const Frame frame(warp::square_to_sphere({rng.next_float(), rng.next_float()}));
+        const Vec3 centre = away * Vec3(0.7f, -0.4f, 0.6f), place = centre + Vec3(0.1f, 0.2f, 2.0f);
+        const Mat4 turned(Vec4(frame.s, 0), Vec4(frame.t, 0), Vec4(frame.n, 0), Vec4(place, 1));
+        SceneDescription d;
+        add_object(d, plane(4.0f), add_diffuse(d, Color(0.5f)), scaled_and_moved(1.0f, centre));
+        add_object(d, plane(0.9f), add_diffuse(d, Color(0.0f), Color(lamp ? 0.0f : 5.0f)), turned);
+        LightDescription light = point_light(Vec3(0.0f), 10.0f);
+        light.kind = LightKind::Area;
+        light.area_size = Vec2(0.8f);
+        light.world_from_light = rows(turned);
+        if (lamp) d.lights.push_back(light);
+        set_camera(d, centre + Vec3(0, -1, 1), centre, 8);
+        const auto scene = build(std::move(d), nullptr, turn % 2 == 0);
+        for (int i = 0; i < 400; ++i) {
+          // Close to the plane of the lamp every other time.
+          const float x = 6.0f * rng.next_float() - 3.0f, y = 6.0f * rng.next_float() - 3.0f;
+          Vec3 from = centre + Vec3(x, y, 0.5f);
+          if (i % 2 && std::abs(frame.n.x) > 0.2f) from.x = place.x + (-frame.n.y * (from.y - place.y) + frame.n.z * 2.0f + 0.02f * (rng.next_float() - 0.5f)) / frame.n.x;
+          if (std::abs(from.x - centre.x) > 3.9f || glm::length(Vec2(from - place)) < 1.0f) continue;
+          const ShadingPoint point = floor_below(*scene, from);
+          const auto sample = scene->lights().sample_li(uint32_t(i) % uint32_t(scene->lights().size()), point.position, {rng.next_float(), rng.next_float()}, 0.0f);
+          if (!sample || is_black(sample->radiance)) continue;
+          ++asked;
+          lost += !lit(*scene, point, *sample);
+        }
+      }
+      EXPECT_GT(asked, 3000);
+      EXPECT_EQ(lost, 0) << (lamp ? "lamp" : "triangles") << " at " << away << " of " << asked;
     }
   }
 }

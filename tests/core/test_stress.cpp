@@ -221,6 +221,20 @@ const Stress kStresses[] = {
        d.lights[0] = area_lamp(Vec3(0.1f, 0.1f, 0.7f), Vec3(0, 0, -1), 0.4f, 8.0f);
        add_object(d, cube(), add_diffuse(d, Color(0.5f)), moved(Vec3(0.1f, 0.1f, 0.6f), 0.3f));
      }},
+    {"a_lamp_in_a_tiny_box",   // a hundred-thousandth of the way to it: the shade of a street lamp
+     [](SceneDescription& d) {
+       d.lights[0] = point_light(Vec3(0.1f, 0.1f, 0.7f), 8.0f);
+       add_object(d, cube(), add_diffuse(d, Color(0.5f)), moved(Vec3(0.1f, 0.1f, 0.7f), 2e-5f));
+     }},
+    {"a_lamp_in_a_tiny_box_in_fog",
+     [](SceneDescription& d) {
+       d.lights[0] = point_light(Vec3(0.1f, 0.1f, 0.7f), 8.0f, 5e-6f);
+       add_object(d, cube(), add_diffuse(d, Color(0.5f)), moved(Vec3(0.1f, 0.1f, 0.7f), 2e-5f));
+       GraphBuilder b;
+       b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.8f)), value_input("Density", 0.5f)}), "Volume"};
+       d.world.graph = b.graph;
+       d.settings.bounces.volume = 2;
+     }},
     {"a_lamp_behind_a_keyhole",
      [](SceneDescription& d) {
        MeshDescription box = cube();
@@ -354,7 +368,8 @@ TEST_P(StressTest, is_a_picture) {
     ASSERT_TRUE(std::isfinite(value));
     ASSERT_TRUE(signed_samples || value >= 0.0f) << value;
   }
-  const std::set<std::string> dark{"no_light", "no_geometry", "albedo_zero", "lamps_of_no_extent_or_power", "a_lamp_in_a_closed_box"};
+  const std::set<std::string> dark{"no_light", "no_geometry", "albedo_zero", "lamps_of_no_extent_or_power", "a_lamp_in_a_closed_box", "a_lamp_in_a_tiny_box",
+                                   "a_lamp_in_a_tiny_box_in_fog"};
   if (name == "a_lamp_behind_a_keyhole" || technique.direct == "bsdf") return;   // so few samples may find it or not
   // Two points of one wall, on either side, see each other edge-on, as far as floats can tell: cosines of 1e-8 let 1e-14 through.
   EXPECT_EQ(mean(image) > 1e-10, !dark.count(name)) << "mean " << mean(image);
