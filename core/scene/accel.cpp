@@ -1,5 +1,6 @@
 #include "scene/accel.h"
 
+#include <algorithm>
 #include <cstring>
 #include <mutex>
 #include <utility>
@@ -25,6 +26,19 @@ uint32_t visibility_mask(uint32_t ray_kind) {
 }
 
 namespace {
+
+constexpr float kFarthest = 1.8e18f;   // of any coordinate that Embree computes with
+
+/// From where rays may come so that in an instance's space they are no farther out than that.
+float farthest_through(const Mat4& object_from_world) {
+  float farthest = kFarthest;
+  for (int row = 0; row < 3; ++row) {
+    const float stretch = std::abs(object_from_world[0][row]) + std::abs(object_from_world[1][row]) + std::abs(object_from_world[2][row]);
+    const float most = (kFarthest - std::abs(object_from_world[3][row])) / std::max(1.0f, stretch);
+    farthest = most > 0.0f ? std::min(farthest, most) : 0.0f;
+  }
+  return farthest;
+}
 
 /// What the structures of several scenes in succession share.
 struct Device {
@@ -66,6 +80,7 @@ struct Accel::Data {
   std::vector<void*> mesh_structures;     // by mesh, as their instances in `top` have them; of baked and empty meshes null
   bool only_still_instances = false;      // in `top`
   size_t placed = 0;
+  float farthest = kFarthest;             // that rays may come from: see farthest_through
   std::vector<uint32_t> lamp_of_geometry;
   std::vector<Light> few_lamps;           // when there are few, a loop over them is quicker than a structure
   std::vector<uint32_t> few_lamp_indices;
@@ -153,6 +168,11 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
   });
   d.check();
 
+  for (const BuiltInstance& instance : instances) {
+    if (meshes[instance.mesh].baked) continue;
+    if (!instance.motion) d.farthest = std::min(d.farthest, farthest_through(instance.object_from_world));
+    for (uint32_t key = 0; instance.motion && key < instance.motion_count; ++key) d.farthest = std::min(d.farthest, farthest_through(glm::affineInverse(instance.motion[key])));
+  }
   d.only_still_instances = true;
   for (const BuiltMesh& mesh : meshes) d.mesh_structures.push_back(mesh.baked ? nullptr : mesh.structure.get());
   for (const BuiltInstance& instance : instances) d.only_still_instances &= !instance.motion && d.mesh_structures[instance.mesh];
@@ -306,18 +326,17 @@ inline void fill(RTCRay& r, const Ray& ray, uint32_t mask) {
   r.flags = 0;
 }
 
-/// What Embree calls a ray: of numbers, and not farther out than it can compute with. Builds of it with assertions, as Debian's, end the
-/// program over any other.
-inline bool is_traceable(const Ray& ray) {
-  constexpr float kFarthest = 1.8e18f;
-  const auto fine = [](Vec3 v) { return std::abs(v.x) <= kFarthest && std::abs(v.y) <= kFarthest && std::abs(v.z) <= kFarthest; };
+/// What Embree calls a ray: of numbers, and not farther out than it can compute with, where `farthest` leaves room for the spaces of instances. Builds of
+/// it with assertions, as Debian's, end the program over any other.
+inline bool is_traceable(const Ray& ray, float farthest = kFarthest) {
+  const auto fine = [&](Vec3 v) { return std::abs(v.x) <= farthest && std::abs(v.y) <= farthest && std::abs(v.z) <= farthest; };
   return fine(ray.origin) && fine(ray.direction) && ray.t_min >= 0.0f && ray.t_max <= kInfinity && ray.time >= 0.0f && ray.time <= 1.0f;
 }
 
 }  // namespace
 
 void Accel::intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const {
-  if (!is_traceable(ray)) return;
+  if (!is_traceable(ray, data_->farthest)) return;
   RTCRayHit query;
   fill(query.ray, ray, visibility_mask(ray_kind));
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -335,7 +354,7 @@ void Accel::intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const {
 }
 
 bool Accel::occluded(const Ray& ray) const {
-  if (!is_traceable(ray)) return true;
+  if (!is_traceable(ray, data_->farthest)) return true;
   RTCRay query;
   fill(query, ray, kVisibleShadow);
   embree::occluded(data_->top, query);

@@ -250,9 +250,12 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
         if (!is_singular(matrix)) continue;
         for (int axis = 0; axis < 3; ++axis) matrix[axis] += 1e-5f * instance.world_from_object[axis];
       }
-      instance.motion_count = uint32_t(matrices.size());
-      first_motion.push_back({s.instances_.size(), s.motion_.size()});
-      s.motion_.insert(s.motion_.end(), matrices.begin(), matrices.end());
+      // What is sheared beyond that stays where it is at the frame.
+      if (std::none_of(matrices.begin(), matrices.end(), is_singular)) {
+        instance.motion_count = uint32_t(matrices.size());
+        first_motion.push_back({s.instances_.size(), s.motion_.size()});
+        s.motion_.insert(s.motion_.end(), matrices.begin(), matrices.end());
+      }
     }
     const bool moves = instance.motion_count > 0;
     if (users[instance.mesh] == 1 && !moves && (singular || (options.bake_single_instances && !stays)) && !s.meshes_[instance.mesh].baked)

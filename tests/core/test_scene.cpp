@@ -322,6 +322,32 @@ TEST(Scene, what_is_no_ray_hits_nothing_and_lets_no_light_through) {
   }
 }
 
+/// In the space of an instance a ray may be none, though it was one outside.
+TEST(Scene, instances_that_stretch_rays_beyond_numbers_end_no_program) {
+  const auto shoot = [](const Scene& scene, Vec3 from, float time) {
+    Ray ray;
+    ray.origin = from;
+    ray.direction = glm::normalize(-from);
+    ray.time = time;
+    scene.transmittance(ray, 0);
+    return scene.intersect(ray, kRayCamera);
+  };
+  SceneDescription small = one_object(cube(), scaled_and_moved(1e-10f, Vec3(0.0f)));
+  small.instances.push_back({0, rows(Mat4(1.0f))});   // shared, so that it has a space of its own
+  const auto tiny = build(std::move(small));
+  EXPECT_NEAR(shoot(*tiny, Vec3(0, -5, 0), 0.0f).t, 4.0f, 1e-5f);
+  EXPECT_FALSE(shoot(*tiny, Vec3(0, -1e10f, 0), 0.0f).found());
+  // A shear without end between two keys; the object stays where it is.
+  SceneDescription sheared = one_object(cube(), Mat4(1.0f));
+  Mat4 key(1.0f);
+  key[0][1] = -3.5e16f;
+  sheared.motion_keys = {rows(key), rows(Mat4(1.0f))};
+  sheared.instances[0].motion_key_count = 2;
+  const auto still = build(std::move(sheared));
+  EXPECT_FALSE(still->moves());
+  for (int i = 0; i <= 100; ++i) EXPECT_NEAR(shoot(*still, Vec3(0.1f, -5, 0), float(i) / 100.0f).t, 4.0f, 0.01f);
+}
+
 TEST(Scene, empty_scenes_build) {
   SceneDescription d;
   set_camera(d, Vec3(0, -5, 0), Vec3(0), 1);
