@@ -110,7 +110,12 @@ void add_volumes(const std::vector<VolumeClosure>& closures, const float* regist
     }
     return c;
   };
-  const auto limit = [](Color c) { return glm::clamp(c, 0.0f, kMostPerMetre); };
+  // Numbers may have products that are none: nothing times more than floats hold.
+  const auto limit = [&](Color c) {
+    for (int i = 0; i < 3; ++i)
+      if (std::isnan(c[i])) ++medium.refused, c[i] = 0.0f;
+    return glm::clamp(c, 0.0f, kMostPerMetre);
+  };
   for (const VolumeClosure& closure : closures) {
     const float weight = number(closure.weight);
     if (!(weight > 0.0f)) continue;

@@ -118,8 +118,9 @@ TEST(Learned, importance_of_another_picture_keeps_the_means_of_populations) {
   other.settings.integrator = "pmc_pt";
   other.settings.vertex_merging = "off";
   const std::string part = "shares of mutations, importance of the film";
-  expect_same_means(expected, taught_blocks(d, d, 40, 200, part), "same scene", 2);
-  expect_same_means(expected, taught_blocks(d, other, 40, 300, part), "another light", 2);
+  // Of many frames: few populations find the brightest paths, and too few of them look darker and surer than they are.
+  expect_same_means(expected, taught_blocks(d, d, 100, 1000, part), "same scene", 2);
+  expect_same_means(expected, taught_blocks(d, other, 100, 2000, part), "another light", 2);
 }
 
 TEST(Learned, choice_of_lights_is_carried_with_the_same_lights_and_a_camera_nearby) {

@@ -166,6 +166,12 @@ TEST(Volume, values_that_make_no_sense_are_nothing) {
     b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(-1.0f, 0.5f, NAN, 1)), value_input("Density", density), value_input("Anisotropy", NAN)}), "Volume"};
     EXPECT_TRUE(evaluate(b).empty()) << density;
   }
+  // Nothing of what exceeds all floats is nothing.
+  GraphBuilder fire;
+  fire.graph.volume = {fire.node("ShaderNodeVolumePrincipled", {value_input("Density", 0.0f), value_input("Blackbody Intensity", 1.0f), value_input("Temperature", 1e30f),
+                                                                value_input("Blackbody Tint", Vec4(1.0f, 1.0f, 0.0f, 1.0f))}), "Volume"};
+  EXPECT_GT(evaluate(fire).emission.x, 1e9f);
+  EXPECT_EQ(evaluate(fire).emission.z, 0.0f);
   // Computed ones are counted as well.
   const float constants[] = {1.0f, NAN, NAN, NAN, INFINITY};
   MediumPoint m;

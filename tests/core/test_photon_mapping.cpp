@@ -110,7 +110,8 @@ TEST_P(PhotonMapping, caustic_of_a_glass_ball_agrees_with_the_path_tracer) {
   // Looking at the focus from the side, below the ball.
   set_camera(d, Vec3(0, -2.0f, 0.4f), Vec3(0, 0, 0), 16, 0.3f);
   d.settings.photons = 20000;
-  expect_agreement(GetParam(), d, 24, 1024, 4, 0.02, 0.01);
+  // Chains seldom pass from one part of the caustic to another.
+  expect_agreement(GetParam(), d, std::string(GetParam()) == "mps" ? 100 : 24, 1024, 4, 0.02, 0.01);
 }
 
 TEST(PhotonMap, bias_falls_with_the_passes_at_the_stated_rate) {

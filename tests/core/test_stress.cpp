@@ -224,12 +224,12 @@ const Stress kStresses[] = {
     {"a_lamp_in_a_tiny_box",   // a hundred-thousandth of the way to it: the shade of a street lamp
      [](SceneDescription& d) {
        d.lights[0] = point_light(Vec3(0.1f, 0.1f, 0.7f), 8.0f);
-       add_object(d, cube(), add_diffuse(d, Color(0.5f)), moved(Vec3(0.1f, 0.1f, 0.7f), 2e-5f));
+       add_object(d, cube(), add_diffuse(d, Color(0.0f)), moved(Vec3(0.1f, 0.1f, 0.7f), 2e-5f));
      }},
     {"a_lamp_in_a_tiny_box_in_fog",
      [](SceneDescription& d) {
        d.lights[0] = point_light(Vec3(0.1f, 0.1f, 0.7f), 8.0f, 5e-6f);
-       add_object(d, cube(), add_diffuse(d, Color(0.5f)), moved(Vec3(0.1f, 0.1f, 0.7f), 2e-5f));
+       add_object(d, cube(), add_diffuse(d, Color(0.0f)), moved(Vec3(0.1f, 0.1f, 0.7f), 2e-5f));
        GraphBuilder b;
        b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.8f)), value_input("Density", 0.5f)}), "Volume"};
        d.world.graph = b.graph;
