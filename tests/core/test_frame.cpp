@@ -59,7 +59,9 @@ TEST(Frame, along_a_tangent_is_orthonormal_however_near_the_normal_it_is_and_how
         const Frame f(n, length * glm::normalize(n + apart * across));
         expect_basis(f, n);
         // Its s is where the tangent points.
-        if (apart == 1.0f && glm::length(across) > 0.1f) EXPECT_GT(glm::dot(f.s, glm::normalize(across)), 0.9999f);
+        if (apart == 1.0f && glm::length(across) > 0.1f) {
+          EXPECT_GT(glm::dot(f.s, glm::normalize(across)), 0.9999f);
+        }
       }
     }
   }
