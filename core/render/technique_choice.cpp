@@ -23,9 +23,9 @@ struct Candidate {
 };
 /// The first is the one to stay with.
 constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.0, true, false, 4},
-                                     {"energy redistribution", "erpt", 1.4, 2.2, true, true, 4},
-                                     {"population Monte Carlo", "pmc_pt", 1.7, 2.2, true, true, 4},
-                                     {"photon mapping", "photon_map", 2.8, 1.0, false, false, 1}};
+                                     {"energy redistribution", "erpt", 1.4, 3.0, true, true, 4},
+                                     {"population Monte Carlo", "pmc_pt", 1.7, 3.0, true, true, 4},
+                                     {"photon mapping", "photon_map", 2.5, 1.0, false, false, 1}};
 constexpr int kPilotPixels = 12288, kFewestPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;   // of path tracing
 constexpr int kBlur = 3;                      // pixels to each side
