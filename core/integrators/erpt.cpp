@@ -5,6 +5,7 @@
 
 #include "transport/chain.h"
 #include "transport/direct_pass.h"
+#include "transport/film_luminance.h"
 #include "transport/mutations/bidirectional_mutation.h"
 #include "transport/mutations/caustic_perturbation.h"
 #include "transport/mutations/lens_perturbation.h"
@@ -17,6 +18,7 @@ namespace {
 constexpr int kChainSteps = 100;               ///< of every chain
 constexpr int kStepsPerSample = 25;            ///< on average: a quarter of the samples start a chain
 constexpr int kMostChains = 64;                ///< of one sample; beyond, each carries more
+constexpr int kFirstSteps = 1;                 ///< a pixel, before the importance of the film is learned; learned again whenever all has doubled
 /// Samples the quantum is taken from: one for eight pixels, within these bounds; more while they find nothing.
 constexpr uint32_t kFewestPilot = 1u << 8, kMostPilot = 1u << 14, kPilotLimit = 1u << 17;
 constexpr uint32_t kBatch = 64;
@@ -31,6 +33,7 @@ class EnergyRedistribution final : public Integrator {
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     workers_.reset();
     space_.reset();
+    luminance_.reset();
     scene_ = std::move(scene);
     seed_ = seed;
     merging_.prepare(*scene_, seed);
@@ -48,7 +51,7 @@ class EnergyRedistribution final : public Integrator {
     direct_done_ += direct;
     steps_wanted_ += uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel);
     redistribute(film, uint32_t((steps_wanted_ + kStepsPerSample - 1) / kStepsPerSample), stop);
-    if (samples_done_ > 0) film.end_splats(quantum_ / double(samples_done_));
+    if (samples_done_ > 0) film.end_splats(first_quantum_ / double(samples_done_));
   }
 
   IntegratorStatistics statistics() const override {
@@ -99,6 +102,8 @@ class EnergyRedistribution final : public Integrator {
     mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.6f});
     mutations_.push_back({std::make_unique<CausticPerturbation>(*space_), 0.4f});
     workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(*space_), Chain(*space_, mutations_), {}, {}}; });
+    luminance_ = std::make_unique<FilmLuminance>(space_->film_min, space_->film_max);
+    next_learning_ = (uint64_t(film.width()) * uint64_t(film.height()) * kFirstSteps + kStepsPerSample - 1) / kStepsPerSample;
     find_quantum(uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kFewestPilot, kMostPilot)), stop);
   }
 
@@ -122,10 +127,26 @@ class EnergyRedistribution final : public Integrator {
       quantum_ = sum / (double(energies.size()) * kStepsPerSample);
     }
     if (!(quantum_ > 0.0) || !std::isfinite(quantum_)) quantum_ = 1.0;
+    first_quantum_ = quantum_;
+  }
+
+  /// What is used from here on follows from samples before, and these stay as they are: given the past, each sample's expectation is the picture.
+  void learn() {
+    next_learning_ *= 2;
+    const double films = double(samples_done_) / first_quantum_;
+    space_->importance = luminance_->importance(films, scene_->settings().exposure);
+    const double quantum = luminance_->flux(space_->importance) / (films * kStepsPerSample);
+    if (quantum > 0.0 && std::isfinite(quantum)) quantum_ = quantum;
   }
 
   void redistribute(Film& film, uint32_t samples_wanted, const std::atomic<bool>& stop) {
-    if (samples_wanted <= samples_done_) return;
+    while (samples_done_ < samples_wanted && !stop.load(std::memory_order_relaxed)) {
+      if (samples_done_ >= next_learning_) learn();
+      redistribute_alike(film, uint32_t(std::min<uint64_t>(samples_wanted, next_learning_)), stop);
+    }
+  }
+
+  void redistribute_alike(Film& film, uint32_t samples_wanted, const std::atomic<bool>& stop) {
     std::atomic<uint32_t> finished{0};
     tbb::parallel_for(tbb::blocked_range<uint32_t>(samples_done_, samples_wanted, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
       Worker& worker = workers_->local();
@@ -133,20 +154,22 @@ class EnergyRedistribution final : public Integrator {
       for (uint32_t i = range.begin(); i != range.end(); ++i) {
         if (stop.load(std::memory_order_relaxed)) return;
         sampler.start(0, i);
-        spread(film, worker, worker.seeds.sample(sampler), i);
+        const double energy = worker.seeds.sample(sampler);
+        luminance_->add_sample(worker.seeds.film(), worker.seeds.left_out());
+        spread(film, worker, energy, i);
         finished.fetch_add(1, std::memory_order_relaxed);
       }
     }, tbb::simple_partitioner());
     samples_done_ += finished;
   }
 
-  /// Chains from sample i, whose paths have this energy together. Deposits are counted in quanta.
+  /// Chains from sample i, whose paths have this energy together. Deposits are counted in first quanta.
   void spread(Film& film, Worker& worker, double energy, uint32_t i) {
     Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream));
     sampler.start(i, 0);
     const double wanted = energy / (quantum_ * kChainSteps);
     const int chains = int(std::min(std::floor(wanted + double(sampler.get_1d())), double(kMostChains)));
-    const double deposit = chains == kMostChains && wanted > kMostChains ? wanted / kMostChains : 1.0;
+    const double deposit = (chains == kMostChains && wanted > kMostChains ? wanted / kMostChains : 1.0) * quantum_ / first_quantum_;
     const double offset = double(sampler.get_1d());
     worker.tally.most_energy = std::max(worker.tally.most_energy, energy);
     for (int c = 0; c < chains; ++c) {
@@ -157,6 +180,7 @@ class EnergyRedistribution final : public Integrator {
         worker.chain.step(sampler, [&](const Path& path, double weight) {
           const PathSpace::Place place = space_->place(path.film, sampler.get_2d());
           film.add_splat(place.x, place.y, path.splat(deposit * weight * double(place.weight)), i & 1);
+          luminance_->add_flux(path.film, deposit * weight * luminance(path.f) / path.target);
         });
       }
       worker.tally.steps += kChainSteps;
@@ -169,7 +193,9 @@ class EnergyRedistribution final : public Integrator {
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;
   std::unique_ptr<Workers> workers_;
-  double quantum_ = 1.0;
+  std::unique_ptr<FilmLuminance> luminance_;    ///< of all samples so far; flux in first quanta
+  uint64_t next_learning_ = 0;                  ///< when so many samples are done
+  double quantum_ = 1.0, first_quantum_ = 1.0;  ///< what a step deposits, in luminance times importance
   uint32_t samples_done_ = 0, direct_done_ = 0, direct_wanted_ = 0;
   uint64_t steps_wanted_ = 0, direct_rays_ = 0;
 };

@@ -36,4 +36,13 @@ FilmImportance FilmLuminance::importance(double times, float exposure) const {
   return FilmImportance(min_, max_, columns_, rows_, std::move(values));
 }
 
+double FilmLuminance::flux(const FilmImportance& importance) const {
+  const Vec2 size = (max_ - min_) / Vec2(float(columns_), float(rows_));
+  double sum = 0.0;
+  for (int row = 0; row < rows_; ++row)
+    for (int column = 0; column < columns_; ++column)
+      sum += double(flux_[size_t(row * columns_ + column)].load()) / kUnits * double(importance.at(min_ + size * Vec2(float(column) + 0.5f, float(row) + 0.5f)));
+  return sum;
+}
+
 }  // namespace ajar

@@ -26,6 +26,8 @@ class FilmLuminance {
   }
   /// 1 / sqrt(L^2 + 0.01), L being `exposure` times the luminance smoothed over neighbours; the flux added stands for `times` the film's.
   FilmImportance importance(double times, float exposure) const;
+  /// All flux added, times `importance` at the centres of the cells it was added to.
+  double flux(const FilmImportance& importance) const;
 
  private:
   static constexpr double kUnits = 0x1p20;

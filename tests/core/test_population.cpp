@@ -175,6 +175,10 @@ TEST(FilmLuminance, importance_falls_with_all_light) {
   EXPECT_NEAR(importance.at(Vec2(8.0f, 16.0f)), 1.0f / std::sqrt(0.04f + 0.01f), 1e-4f);
   EXPECT_NEAR(importance.at(Vec2(56.0f, 16.0f)), 1.0f / std::sqrt(9.0f + 0.01f), 1e-4f);
   EXPECT_GT(importance.at(Vec2(30.0f, 16.0f)), importance.at(Vec2(34.0f, 16.0f)));
+  EXPECT_NEAR(film.flux(FilmImportance()), 3.0 * 32.0 * 32.0 * 1.1, 1e-2);
+  EXPECT_NEAR(film.flux(FilmImportance(Vec2(0.0f), Vec2(64.0f, 32.0f), 2, 1, {2.0f, 2.0f})), 2.0 * film.flux(FilmImportance()), 1e-2);
+  const FilmImportance left(Vec2(0.0f), Vec2(64.0f, 32.0f), 8, 1, {1, 1, 1, 1, 0, 0, 0, 0});
+  EXPECT_NEAR(film.flux(left), 3.0 * 32.0 * 32.0 * 0.1, 1e-2);
   EXPECT_EQ(FilmImportance().at(Vec2(3.0f)), 1.0f);
 }
 
