@@ -127,7 +127,7 @@ struct LightSet::Data {
     }
     return {chosen->light, pmf, std::min(u / pmf, kOneMinusEpsilon)};
   }
-  Choice choose_by_estimate(Vec3 p, Vec3 n, float u) const {
+  [[gnu::always_inline]] Choice choose_by_estimate(Vec3 p, Vec3 n, float u) const {
     float share = 0.0f;
     if (!distant.empty()) {
       const float sum = distant_importance(n);

@@ -23,6 +23,15 @@ inline uint32_t reverse_bits(uint32_t x) {
   return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
 }
 
+/// Both halves reversed, and exchanged, in half the work of one after the other.
+inline uint64_t reverse_bits_64(uint64_t x) {
+  x = __builtin_bswap64(x);
+  x = ((x & 0x0f0f0f0f0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0f0f0f0f0fU);
+  x = ((x & 0x3333333333333333U) << 2) | ((x >> 2) & 0x3333333333333333U);
+  x = ((x & 0x5555555555555555U) << 1) | ((x >> 1) & 0x5555555555555555U);
+  return x;
+}
+
 /// Scramble of a bit-reversed number: each bit is flipped by a hash of the bits below it.
 inline uint32_t laine_karras_permutation(uint32_t x, uint32_t seed) {
   x ^= x * 0x3d20adeaU;
@@ -89,7 +98,8 @@ class Sampler {
     const uint32_t seed_x = hash32(seed), seed_y = hash32(seed_x);
     const uint32_t x = sobol::laine_karras_permutation(shuffled, seed_x);
     const uint32_t y = sobol::laine_karras_permutation(sobol::second_dimension_reversed(shuffled), seed_y);
-    return {to_unit_float(sobol::reverse_bits(x)), to_unit_float(sobol::reverse_bits(y))};
+    const uint64_t both = sobol::reverse_bits_64(uint64_t(y) << 32 | x);
+    return {to_unit_float(uint32_t(both >> 32)), to_unit_float(uint32_t(both))};
   }
 
  private:

@@ -329,8 +329,8 @@ inline void fill(RTCRay& r, const Ray& ray, uint32_t mask) {
 /// What Embree calls a ray: of numbers, and not farther out than it can compute with, where `farthest` leaves room for the spaces of instances. Builds of
 /// it with assertions, as Debian's, end the program over any other.
 inline bool is_traceable(const Ray& ray, float farthest = kFarthest) {
-  const auto fine = [&](Vec3 v) { return std::abs(v.x) <= farthest && std::abs(v.y) <= farthest && std::abs(v.z) <= farthest; };
-  return fine(ray.origin) && fine(ray.direction) && ray.t_min >= 0.0f && ray.t_max <= kInfinity && ray.time >= 0.0f && ray.time <= 1.0f;
+  return length_squared(ray.origin) + length_squared(ray.direction) <= farthest * farthest && ray.t_min >= 0.0f && ray.t_max <= kInfinity && ray.time >= 0.0f &&
+         ray.time <= 1.0f;
 }
 
 }  // namespace

@@ -510,28 +510,4 @@ bool Scene::any_light_importance() const {
          });
 }
 
-Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
-  // Twice the bound of the point itself covers the intersection's own error on the surface left behind. That error
-  // grows with the largest coordinate, not only the one along the normal: a floor at z = 0 has no error in z.
-  const float distance = 2.0f * max_component(point.position_error);
-  const Vec3 offset = point.ng * (glm::dot(direction, point.ng) < 0.0f ? -distance : distance);
-  Ray ray;
-  ray.origin = point.position + offset;
-  ray.direction = direction;
-  ray.time = point.time;
-  return ray;
-}
-
-Ray end_before(Ray ray, const LightPlace& place) {
-  // Of its length, what a ray may miss a plane by.
-  constexpr float kRelativeError = 1e-6f;
-  if (!(place.distance < kInfinity)) return ray;
-  const float off = 2.0f * place.position_error + kRelativeError * place.distance;
-  const Vec3 way = place.position + place.normal * (glm::dot(ray.direction, place.normal) > 0.0f ? -off : off) - ray.origin;
-  const float length = glm::length(way);
-  if (length > 0.0f) ray.direction = way / length;
-  ray.t_max = length * (1.0f - kRelativeError);
-  return ray;
-}
-
 }  // namespace ajar

@@ -66,7 +66,17 @@ struct BuildStatistics {
 /// `ray`, on its way to a place, up to just before it: to a point moved off the surface there, to the ray's side, like the origin of a ray that leaves
 /// it. A margin along the ray itself would be too little where it grazes, and where it does not it would let light through what stands just
 /// before the end: the other wall of a corner, the shade of a lamp far away. Unchanged on its way to what is at infinity.
-Ray end_before(Ray ray, const LightPlace& place);
+inline Ray end_before(Ray ray, const LightPlace& place) {
+  // Of its length, what a ray may miss a plane by.
+  constexpr float kRelativeError = 1e-6f;
+  if (!(place.distance < kInfinity)) return ray;
+  const float off = 2.0f * place.position_error + kRelativeError * place.distance;
+  const Vec3 way = place.position + place.normal * (glm::dot(ray.direction, place.normal) > 0.0f ? -off : off) - ray.origin;
+  const float length = glm::length(way);
+  if (length > 0.0f) ray.direction = way / length;
+  ray.t_max = length * (1.0f - kRelativeError);
+  return ray;
+}
 
 class Scene {
  public:
@@ -180,5 +190,17 @@ class Scene {
   Vec3 center_{0.0f};
   float radius_ = 1.0f;
 };
+
+inline Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
+  // Twice the bound of the point itself covers the intersection's own error on the surface left behind. That error
+  // grows with the largest coordinate, not only the one along the normal: a floor at z = 0 has no error in z.
+  const float distance = 2.0f * max_component(point.position_error);
+  const Vec3 offset = point.ng * (glm::dot(direction, point.ng) < 0.0f ? -distance : distance);
+  Ray ray;
+  ray.origin = point.position + offset;
+  ray.direction = direction;
+  ray.time = point.time;
+  return ray;
+}
 
 }  // namespace ajar

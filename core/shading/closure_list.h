@@ -2,7 +2,9 @@
 // as its weight (summed when several ways lead to it). Closures whose weight is the constant 0 do not appear.
 #pragma once
 
+#include <cmath>
 #include <functional>
+#include <limits>
 
 #include "shading/closures.h"
 #include "shading/program_builder.h"
@@ -13,11 +15,17 @@ enum class ClosureKind : uint8_t {
   Diffuse, Glossy, Glass, Refraction, Translucent, Principled, Velvet, ToonDiffuse, ToonGlossy, Subsurface, Transparent, Emission, Holdout
 };
 
-/// Copy `count` floats from registers into the closure's inputs before use.
+/// An input, or a channel of one, in the range in which closures are defined, as Cycles does; what is no finite number is 0. Node graphs can
+/// compute anything.
+inline float valid_input(float x, float low, float high) { return std::isfinite(x) ? glm::clamp(x, low, high) : 0.0f; }
+
+/// Copy `count` floats from registers into the closure's inputs before use, made valid.
 struct InputPatch {
+  InputPatch(size_t offset, uint8_t count, Operand from);
   uint16_t offset;   ///< bytes into PrincipledInputs
   uint8_t count;
   Operand from;
+  float low = -std::numeric_limits<float>::max(), high = std::numeric_limits<float>::max();
 };
 
 /// A closure with its constant inputs filled in. All kinds share the Principled inputs: the simple ones use base_color,
@@ -29,10 +37,6 @@ struct Closure {
   closures::PrincipledInputs inputs;
   std::vector<InputPatch> patches;
 };
-
-/// Bring the inputs into the ranges in which closures are defined, as Cycles does; numbers that are not finite
-/// become 0. Node graphs can compute anything.
-void make_valid(closures::PrincipledInputs& inputs);
 
 bool is_closure_type(std::string_view node_type);
 

@@ -93,10 +93,13 @@ bool patches(const Closure& closure, size_t offset) {
 }
 
 void apply_patches(const Closure& closure, const float* registers, closures::PrincipledInputs& inputs) {
-  if (closure.patches.empty()) return;
-  for (const InputPatch& patch : closure.patches)
-    std::memcpy(reinterpret_cast<char*>(&inputs) + patch.offset, registers + patch.from, patch.count * sizeof(float));
-  make_valid(inputs);
+  for (const InputPatch& patch : closure.patches) {
+    char* at = reinterpret_cast<char*>(&inputs) + patch.offset;
+    for (int i = 0; i < patch.count; ++i, at += sizeof(float)) {
+      const float x = valid_input(registers[patch.from + i], patch.low, patch.high);
+      std::memcpy(at, &x, sizeof(float));
+    }
+  }
 }
 
 }  // namespace

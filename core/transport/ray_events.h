@@ -22,7 +22,7 @@ inline uint32_t ray_kind_after(uint32_t lobe_flags) {
 inline uint32_t ray_kind_after(const BsdfSample& sample) { return ray_kind_after(sample.flags); }
 
 /// Before the ray of `sample` leaves `from`: what `next`, the vertex it comes to, knows of the bounces so far. Both may be the same.
-inline void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next) {
+[[gnu::always_inline]] inline void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next) {
   const bool diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
   next.ray_kind = ray_kind_after(sample);
   next.ray_depth = from.ray_depth + 1;

@@ -29,7 +29,7 @@ class ClosureWriter {
         std::memcpy(reinterpret_cast<char*>(&closure.inputs) + offset + i * sizeof(float), &x, sizeof x);
       }
     } else {
-      closure.patches.push_back({uint16_t(offset), uint8_t(count), value.at});
+      closure.patches.push_back({offset, uint8_t(count), value.at});
     }
   }
   /// Take a number or colour from the socket; a socket that is missing keeps `fallback`.
