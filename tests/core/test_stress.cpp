@@ -348,6 +348,7 @@ SceneDescription in_units(const Units& units) {
   scale(d.camera.world_from_camera, false);
   d.camera.clip_start *= units.length;
   d.camera.clip_end *= units.length;
+  d.settings.exposure = 1.0f / units.watts;   // what is dim in the picture shown is no matter of units
   return d;
 }
 
