@@ -46,6 +46,19 @@ MeshDescription read_mesh(const std::string& name, const Floats& positions, cons
   return mesh;
 }
 
+std::shared_ptr<MeshDescription> make_strands(const std::string& name, const Floats& positions, const Floats& radii, const Array<uint32_t>& strands,
+                                              const std::optional<Array<uint16_t>>& material_slots, const std::vector<py::tuple>& attributes,
+                                              const std::string& active_uv, Vec3 texture_space_location, Vec3 texture_space_size, StrandShape shape,
+                                              int subdivisions) {
+  auto mesh = std::make_shared<MeshDescription>(read_mesh(name, positions, Array<uint32_t>(), material_slots, std::nullopt, Domain::Vertex, attributes,
+                                                          active_uv, texture_space_location, texture_space_size));
+  mesh->radii = copy_rows<float>(radii, "radii of strands \"" + name + "\"");
+  mesh->strands = copy_rows<uint32_t>(strands, "strands of \"" + name + "\"");
+  mesh->strand_shape = shape;
+  mesh->strand_subdivisions = subdivisions;
+  return mesh;
+}
+
 template <class... Arguments>
 int add_mesh(SceneDescription& description, const Arguments&... arguments) {
   description.meshes.push_back(read_mesh(arguments...));
@@ -67,6 +80,22 @@ std::vector<MeshDescription> meshes_of(const SceneDescription& description) {
   std::vector<MeshDescription> meshes;
   for (const MeshDescription& mesh : description.meshes) meshes.push_back(mesh.shared ? *mesh.shared : mesh);
   return meshes;
+}
+
+/// Define `function`, whose last arguments are those of make_strands.
+template <class Target, class Function>
+void def_strands(Target& target, const char* name, Function function, const char* text) {
+  target.def(name, function, py::kw_only(), py::arg("name"), py::arg("positions"), py::arg("radii"), py::arg("strands"),
+             py::arg("material_slots") = py::none(), py::arg("attributes") = std::vector<py::tuple>{}, py::arg("active_uv") = "",
+             py::arg("texture_space_location") = Vec3(0.0f), py::arg("texture_space_size") = Vec3(1.0f), py::arg("shape") = StrandShape::Ribbon,
+             py::arg("subdivisions") = 2, text);
+}
+template <class... Arguments>
+auto strands_adder(std::shared_ptr<MeshDescription> (*make)(Arguments...)) {
+  return [make](SceneDescription& description, Arguments... arguments) {
+    description.meshes.push_back(std::move(*make(arguments...)));
+    return index_of_last(description.meshes.size());
+  };
 }
 
 /// Define `function`, whose last arguments are those of read_mesh.
@@ -163,6 +192,7 @@ void bind_enums(py::module_& module) {
       .value("Vertex", Domain::Vertex)
       .value("Corner", Domain::Corner)
       .value("Face", Domain::Face);
+  py::enum_<StrandShape>(module, "StrandShape").value("Ribbon", StrandShape::Ribbon).value("Round", StrandShape::Round);
   py::enum_<LightKind>(module, "LightKind")
       .value("Point", LightKind::Point)
       .value("Spot", LightKind::Spot)
@@ -211,6 +241,10 @@ void bind_geometry(py::module_& module) {
       .def_readonly("normal_domain", &MeshDescription::normal_domain)
       .def_readonly("attributes", &MeshDescription::attributes)
       .def_readonly("active_uv", &MeshDescription::active_uv)
+      .def_property_readonly("strands", [](const MeshDescription& m) { return to_array<uint32_t>(m.strands); })
+      .def_property_readonly("radii", [](const MeshDescription& m) { return to_array<float>(m.radii); })
+      .def_readonly("strand_shape", &MeshDescription::strand_shape)
+      .def_readonly("strand_subdivisions", &MeshDescription::strand_subdivisions)
       .def_readonly("texture_space_location", &MeshDescription::texture_space_location)
       .def_readonly("texture_space_size", &MeshDescription::texture_space_size);
   py::class_<ObjectDescription>(module, "ObjectDescription")
@@ -368,6 +402,10 @@ void bind_description(py::module_& module) {
   def_mesh(scene, "add_mesh", adder(mesh_arguments),
            "Add a mesh; arrays are copied once. `attributes` are tuples (name, Domain, values[n, components]).");
   def_mesh(module, "make_mesh", maker(mesh_arguments), "A mesh for any number of descriptions, see add_shared_mesh.");
+  def_strands(module, "make_strands", &make_strands,
+              "Hair, to be added by add_shared_mesh: float32[n, 3] and float32[n] of points, uint32[m] of the first point of each strand. "
+              "Attributes are per point (Domain.Vertex) or per strand (Domain.Face), material slots per strand.");
+  def_strands(scene, "add_strands", strands_adder(&make_strands), "Add the mesh that make_strands makes.");
   scene.def(py::init<>())
       .def("add_shared_mesh", &add_shared_mesh, py::arg("mesh"),
            "Add a mesh of make_mesh without a copy. Session.update keeps what it built of meshes that come again.")

@@ -110,6 +110,15 @@ def shutter_position(scene: bpy.types.Scene) -> str:
     return render.motion_blur_position if hasattr(render, "motion_blur_position") else cycles_value(scene, "motion_blur_position", "CENTER")
 
 
+def hair_shape(scene: bpy.types.Scene) -> tuple[str, int]:
+    """RIBBONS, THICK or (5.0) THICK_LINEAR, and subdivisions of ribbons: Cycles' own, or its defaults."""
+    curves = getattr(scene, "cycles_curves", None)
+    if curves is not None:
+        return curves.shape, curves.subdivisions
+    stored = _stored(scene, "cycles_curves")
+    return ("RIBBONS", "THICK", "THICK_LINEAR")[stored.get("shape", 0)], stored.get("subdivisions", 2)
+
+
 def has_light_linking(thing: bpy.types.Object) -> bool:
     """Whether an object's light is meant for some objects only (4.0)."""
     linking = getattr(thing, "light_linking", None)

@@ -755,6 +755,104 @@ def _(stage):
     stage.box.is_holdout = True
 
 
+
+# --- Hair -------------------------------------------------------------------------------------------------------------
+
+def hair(stage: Stage, material: bpy.types.Material | None = None, count: int = 900, length: float = 0.35, radius: float = 0.02) -> bpy.types.ParticleSettings:
+    """Strands on the ball, bent by their own weight, under the panel."""
+    ball = stage.ball
+    ball.data.materials.append(material or tools.diffuse("Hair", (0.6, 0.35, 0.15)))
+    system = ball.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system
+    settings = system.settings
+    settings.type, settings.count, settings.hair_length = "HAIR", count, length
+    settings.use_advanced_hair = True
+    settings.brownian_factor = 0.02
+    settings.effector_weights.gravity = 1.0
+    settings.render_step, settings.hair_step = 4, 5
+    settings.material = len(ball.material_slots)
+    settings.root_radius, settings.tip_radius, settings.radius_scale = 1.0, 0.2, 2.0 * radius
+    stage.panel()
+    return settings
+
+
+@feature("hair", "hair", "particle hair as ribbons, diffuse")
+def _(stage: Stage):
+    hair(stage)
+
+
+@feature("hair", "hair_thick", "the same as tubes")
+def _(stage: Stage):
+    hair(stage)
+    stage.scene.cycles_curves.shape = "THICK"
+
+
+@feature("hair", "hair_glossy", "glossy strands, pointed and of another shape, without their emitter")
+def _(stage: Stage):
+    settings = hair(stage, shader("ShaderNodeBsdfGlossy", Color=(0.8, 0.7, 0.5, 1.0), Roughness=0.35))
+    settings.shape, settings.use_close_tip = 0.6, True
+    stage.ball.show_instancer_for_render = False
+
+
+@feature("hair", "hair_info", "what Hair Info says, shining")
+def _(stage: Stage):
+    material = bpy.data.materials.new("Info")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    info, mix, emission, out = (nodes.new(kind) for kind in ("ShaderNodeHairInfo", "ShaderNodeCombineXYZ", "ShaderNodeEmission", "ShaderNodeOutputMaterial"))
+    for number, output in enumerate(("Intercept", "Random", "Is Strand")):
+        links.new(info.outputs[output], mix.inputs[number])
+    links.new(mix.outputs[0], emission.inputs["Color"])
+    links.new(emission.outputs[0], out.inputs["Surface"])
+    hair(stage, material, count=300)
+
+
+@feature("hair", "hair_texture", "colours of a UV map at the roots and of Generated coordinates")
+def _(stage: Stage):
+    material = tools.diffuse("Roots", (1, 1, 1))
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    coordinates, mix = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeMixRGB")
+    links.new(coordinates.outputs["UV"], mix.inputs["Color1"])
+    links.new(coordinates.outputs["Generated"], mix.inputs["Color2"])
+    links.new(mix.outputs[0], tools.shader_of(material).inputs["Color"])
+    hair(stage, material)
+
+
+@feature("hair", "hair_instances", "a ball with hair, shown three times, turned and squeezed")
+def _(stage: Stage):
+    hair(stage, count=300)
+    collection = bpy.data.collections.new("Balls")
+    collection.objects.link(stage.ball)
+    stage.scene.collection.objects.unlink(stage.ball)
+    for number in range(3):
+        empty = bpy.data.objects.new(f"There {number}", None)
+        empty.instance_type, empty.instance_collection = "COLLECTION", collection
+        empty.location, empty.rotation_euler, empty.scale = (0.4 * number, 0.3 * number, 0.2 * number), (0.3 * number, 0.2, 0.5 * number), (0.6, 0.6, 0.5 + 0.1 * number)
+        stage.scene.collection.objects.link(empty)
+
+
+@feature("hair", "hair_curves", "a hair curves object, made by geometry nodes")
+def _(stage: Stage):
+    thing = bpy.data.objects.new("Curves", bpy.data.hair_curves.new("Curves"))
+    stage.scene.collection.objects.link(thing)
+    tree = bpy.data.node_groups.new("Grow", "GeometryNodeTree")
+    tree.outputs.new("NodeSocketGeometry", "Geometry")
+    names = ("GeometryNodeMeshUVSphere", "GeometryNodeMeshToPoints", "GeometryNodeCurveQuadraticBezier", "GeometryNodeInstanceOnPoints", "GeometryNodeRealizeInstances",
+             "GeometryNodeSetCurveRadius", "GeometryNodeSetMaterial", "GeometryNodeTransform", "NodeGroupOutput")
+    ball, points, line, instances, realized, radius, material, moved, out = (tree.nodes.new(name) for name in names)
+    ball.inputs["Segments"].default_value, ball.inputs["Rings"].default_value, ball.inputs["Radius"].default_value = 24, 16, 0.6
+    line.inputs["Resolution"].default_value = 6
+    line.inputs["Start"].default_value, line.inputs["Middle"].default_value, line.inputs["End"].default_value = (0, 0, 0), (0.1, 0, 0.2), (0.35, 0, 0.25)
+    radius.inputs["Radius"].default_value = 0.02
+    material.inputs["Material"].default_value = tools.diffuse("Hair", (0.15, 0.5, 0.3))
+    moved.inputs["Translation"].default_value = (-0.65, 0, 0.6)
+    for here, there, socket in ((ball, points, 0), (points, instances, 0), (instances, realized, 0), (realized, radius, 0), (radius, material, 0), (material, moved, 0), (moved, out, 0)):
+        tree.links.new(here.outputs[0], there.inputs[socket])
+    tree.links.new(line.outputs[0], instances.inputs["Instance"])
+    thing.modifiers.new("Grow", "NODES").node_group = tree
+    thing.data.materials.append(tools.diffuse("Hair of the object", (0.15, 0.5, 0.3)))
+    stage.panel()
+
 # --- Volumes ---------------------------------------------------------------------------------------------------------
 
 def volume(*closures: tuple[str, dict], surface: str | None = None) -> bpy.types.Material:

@@ -76,6 +76,7 @@ struct IntegratorInfo {
   bool tells_parts = false;     ///< gives the passes made of SampleParts
   bool can_merge = false;       ///< knows vertex merging (transport/vertex_merging.h); with it, it is consistent
   bool renders_media = false;   ///< light scatters between surfaces, too
+  bool renders_strands = false; ///< of hair, whose ribbons lie otherwise for each ray
 };
 /// The one list of integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();

@@ -479,7 +479,7 @@ class PathTracer final : public Integrator {
         if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f) open[open_count - 1].sample.inverse_distance = 1.0f / hit.t;
       }
       const uint32_t base = kCameraDimensions + kVertexDimensions * uint32_t(vertex++);
-      if (bsdf.has_subsurface() && !last_chance) {
+      if (bsdf.has_subsurface() && !last_chance && !point.mesh->strands) {   // below whose surface there is nowhere to walk: it is diffuse
         [[maybe_unused]] const float before = max_component(beta);
         sampler.set_dimension(kEnter + uint32_t(vertex));
         if (!enter_or_stay(hit, hash_combine(uint32_t(pixel_y) * uint32_t(settings.width) + uint32_t(pixel_x), base), sampler.get_1d(), point,

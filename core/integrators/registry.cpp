@@ -14,8 +14,8 @@ namespace ajar {
 const std::vector<IntegratorInfo>& integrator_list() {
   static const std::vector<IntegratorInfo> list{
       // Who renders for others asks render/technique_choice.h which it shall be; by itself it is path tracing.
-      {"auto", "Auto", Honesty::Consistent, "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.", make_path_tracer, false, true, true, false, true},
-      {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer, false, true, true, false, true},
+      {"auto", "Auto", Honesty::Consistent, "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.", make_path_tracer, false, true, true, false, true, true},
+      {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer, false, true, true, false, true, true},
       {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt, true, false, false, true},
       {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", make_pmc_path, true, false, false, true},
       {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt, true, false, false, true},
@@ -49,6 +49,7 @@ std::unique_ptr<Integrator> make_integrator(const std::string& name) { return fi
 std::string reason_against(const IntegratorInfo& integrator, const Scene& scene) {
   if (scene.moves() && !integrator.renders_motion) return "it does not render motion blur";
   if (scene.has_media() && !integrator.renders_media) return "it does not render volumes";
+  if (scene.has_strands() && !integrator.renders_strands) return "it does not render hair";
   if (scene.lights().any_partial() && !integrator.tells_parts) return "a light is hidden from some kinds of rays";
   if (!integrator.joins_camera) return "";
   const RenderSettings& s = scene.settings();

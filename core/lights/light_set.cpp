@@ -242,6 +242,8 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
       }
       block.slots.push_back(emission);
     }
+    if (emits && mesh.strands)
+      report_once(diagnostics, {Diagnostic::Severity::Warning, in.objects[instance.object].name, "Its hair emits light, which is found by chance alone: expect noise."});
     // Where the triangles of a moving object are, only a ray at its time finds out.
     if (!emits || count == 0 || instance.motion) continue;
     if (uint64_t(block.first) + count > 0x7fffffffu) {

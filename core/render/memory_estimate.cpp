@@ -17,11 +17,18 @@ namespace ajar {
 
 namespace {
 
+/// Of its strands.
+uint64_t segments_of(const MeshDescription& mesh) { return mesh.positions.size() > mesh.strands.size() ? mesh.positions.size() - mesh.strands.size() : 0; }
+
 uint64_t bytes_of(const MeshDescription& mesh) {
   uint64_t bytes = (mesh.positions.size() + 1) * sizeof(Vec3) + mesh.triangles.size() * sizeof(UVec3) +
                    mesh.material_slots.size() * sizeof(uint16_t) + mesh.normals.size() * sizeof(Vec3);
   for (const Attribute& attribute : mesh.attributes) bytes += attribute.values.size() * sizeof(float);
-  return bytes;
+  if (mesh.strands.empty()) return bytes;
+  const size_t points = mesh.positions.size(), strands = mesh.strands.size(), segments = segments_of(mesh);
+  bytes += (points + 2 * strands) * sizeof(Vec4) + points * sizeof(float) + strands * (sizeof(uint32_t) + sizeof(float)) + segments * sizeof(uint32_t);
+  if (!mesh.material_slots.empty()) bytes += segments * sizeof(uint16_t);   // of them, not of strands
+  return bytes - points * sizeof(Vec3);   // the keys are made of them
 }
 
 void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
@@ -75,7 +82,8 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   MemoryPart geometry{"geometry"}, instances{"instances"}, textures{"textures"}, volumes{"volumes"}, photons{"photons"}, guide{"path guide"}, records{"irradiance records"}, film{"the picture"};
   for (const MeshDescription& described : d.meshes) {
     const MeshDescription& mesh = described.shared ? *described.shared : described;
-    add(geometry, mesh.name, bytes_of(mesh) + mesh.triangles.size() * kStructureBytesPerTriangle + kStructureBytesPerMesh);
+    add(geometry, mesh.name, bytes_of(mesh) + mesh.triangles.size() * kStructureBytesPerTriangle + kStructureBytesPerMesh +
+                                 (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment));
   }
   instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) + d.motion_keys.size() * sizeof(Mat4);
   for (const ImageDescription& image : d.images) add(textures, image.name.empty() ? image.path : image.name, texture_bytes(image));

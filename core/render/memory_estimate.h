@@ -14,7 +14,7 @@
 namespace ajar {
 
 /// Of Embree's structures: measured by `tests/core/test_memory_estimate.cpp`.
-inline constexpr uint64_t kStructureBytesPerTriangle = 62, kStructureBytesPerInstance = 440, kStructureBytesPerMesh = 1500;
+inline constexpr uint64_t kStructureBytesPerTriangle = 62, kStructureBytesPerSegment = 100, kStructureBytesPerInstance = 440, kStructureBytesPerMesh = 1500;
 /// Photons that a photon path leaves, and a step of a chain, at most in scenes that are not all white.
 inline constexpr uint64_t kPhotonsPerPath = 4;
 /// A photon in its map, in the list that the next map is made from, and in the order of its tree.

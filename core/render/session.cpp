@@ -732,6 +732,7 @@ std::string Session::statistics_json() const {
   if (d.scene) {
     const BuildStatistics& b = d.scene->statistics();
     j["scene"] = {{"triangles", b.triangles},
+                  {"strands", b.strands},
                   {"instanced_triangles", b.instanced_triangles},
                   {"instances", b.instances},
                   {"meshes", b.meshes},

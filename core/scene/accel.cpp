@@ -73,6 +73,21 @@ struct Device {
 
 }  // namespace
 
+namespace {
+
+/// Tubes are seen from outside alone, as in Cycles: light goes through them as their closures say.
+void reject_from_inside(const RTCFilterFunctionNArguments* args) {
+  const unsigned n = args->N;
+  for (unsigned i = 0; i < n; ++i) {
+    if (args->valid[i] != -1) continue;
+    const Vec3 direction(RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i), RTCRayN_dir_z(args->ray, n, i));
+    const Vec3 ng(RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i), RTCHitN_Ng_z(args->hit, n, i));
+    if (glm::dot(ng, direction) > 0.0f) args->valid[i] = 0;
+  }
+}
+
+}  // namespace
+
 struct Accel::Data {
   std::shared_ptr<Device> shared_device;
   RTCDevice device = nullptr;
@@ -122,13 +137,31 @@ struct Accel::Data {
 
   bool take_top(Data& previous, const std::vector<BuiltInstance>& instances, const std::vector<BuiltInstance>& previous_instances);
 
+  RTCGeometry new_geometry(const BuiltMesh& mesh) {
+    RTCGeometry geometry = mesh.strands ? new_strands(*mesh.strands) : new_triangles(mesh);
+    rtcSetGeometryMask(geometry, ~0u);   // of Embree 3; since 4 it is 1. What rays see is the instance's to say
+    return geometry;
+  }
+
   RTCGeometry new_triangles(const BuiltMesh& mesh) {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetGeometryMask(geometry, ~0u);   // of Embree 3; since 4 it is 1. What rays see is the instance's to say
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.positions.data(), 0,
                                sizeof(Vec3), mesh.positions.size() - 1);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                                sizeof(UVec3), mesh.triangles.size());
+    return geometry;
+  }
+
+  RTCGeometry new_strands(const Strands& strands) {
+    const bool ribbons = strands.shape == StrandShape::Ribbon;
+    RTCGeometry geometry = rtcNewGeometry(device, ribbons ? RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE : RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, strands.keys.data(), 0, sizeof(Vec4), strands.keys.size());
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, strands.first_key.data(), 0, sizeof(uint32_t), strands.first_key.size());
+    rtcSetGeometryTessellationRate(geometry, float((1 << strands.subdivisions) + 1));   // as Cycles asks for
+    if (!ribbons) {
+      rtcSetGeometryIntersectFilterFunction(geometry, reject_from_inside);
+      rtcSetGeometryOccludedFilterFunction(geometry, reject_from_inside);
+    }
     return geometry;
   }
 };
@@ -156,11 +189,11 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
   d.shared_device = previous ? previous->data_->shared_device : std::make_shared<Device>();
   d.device = d.shared_device->handle;
   tbb::parallel_for(size_t(0), meshes.size(), [&](size_t i) {
-    if (meshes[i].baked || meshes[i].triangles.empty() || meshes[i].structure || (stop && stop->load())) return;
+    if (meshes[i].baked || meshes[i].empty() || meshes[i].structure || (stop && stop->load())) return;
     RTCScene scene = d.new_scene();
     // The device outlives its scenes, by Embree's count; our record of it must too.
     meshes[i].structure = std::shared_ptr<void>(scene, [device = d.shared_device](void* old) { rtcReleaseScene(static_cast<RTCScene>(old)); });
-    RTCGeometry geometry = d.new_triangles(meshes[i]);
+    RTCGeometry geometry = d.new_geometry(meshes[i]);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
@@ -182,10 +215,10 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
   for (size_t i = 0; i < instances.size(); ++i) {
     const BuiltInstance& instance = instances[i];
     const BuiltMesh& mesh = meshes[instance.mesh];
-    if (mesh.triangles.empty()) continue;
+    if (mesh.empty()) continue;
     RTCGeometry geometry;
     if (mesh.baked) {
-      geometry = d.new_triangles(mesh);
+      geometry = d.new_geometry(mesh);
     } else {
       geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_INSTANCE);
       rtcSetGeometryInstancedScene(geometry, static_cast<RTCScene>(mesh.structure.get()));

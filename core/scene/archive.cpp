@@ -12,7 +12,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'A'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'B'};
 constexpr char kOldestVersion = '2';
 
 /// Types whose bytes are their value.
@@ -155,6 +155,7 @@ template <class A> void fields(A& a, MeshDescription& mesh) {
   MeshDescription& v = mesh.shared ? const_cast<MeshDescription&>(*mesh.shared) : mesh;
   all(a, v.name, v.positions, v.triangles, v.material_slots, v.normal_domain, v.normals, v.attributes, v.active_uv,
       v.texture_space_location, v.texture_space_size);
+  if (a.has('B')) all(a, v.strands, v.radii, v.strand_shape, v.strand_subdivisions);
 }
 template <class A> void fields(A& a, ObjectProperty& v) { all(a, v.name, v.of_instancer, v.value); }
 template <class A> void fields(A& a, ObjectDescription& v) {
@@ -221,6 +222,7 @@ template <class E> void check_enum(E value, E last) {
 void check_enums(const SceneDescription& d) {
   for (const MeshDescription& mesh : d.meshes) {
     check_enum(mesh.normal_domain, Domain::Face);
+    check_enum(mesh.strand_shape, StrandShape::Round);
     for (const Attribute& attribute : mesh.attributes) check_enum(attribute.domain, Domain::Face);
   }
   for (const ImageDescription& image : d.images) check_enum(image.alpha_mode, AlphaMode::None);

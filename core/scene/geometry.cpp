@@ -6,6 +6,7 @@ size_t BuiltMesh::memory_bytes() const {
   size_t bytes = positions.size() * sizeof(Vec3) + triangles.size() * sizeof(UVec3) +
                  material_slots.size() * sizeof(uint16_t) + normals.size() * sizeof(Vec3);
   for (const Attribute& attribute : attributes) bytes += attribute.values.size() * sizeof(float);
+  if (strands) bytes += strands->memory_bytes();
   return bytes;
 }
 
@@ -23,6 +24,11 @@ Vec4 BuiltMesh::interpolate(const Attribute& attribute, uint32_t triangle, Vec2 
     for (int c = 0; c < attribute.components; ++c) value[c] = v[c];
     return value;
   };
+  if (strands) {
+    if (attribute.domain == Domain::Face) return element(strands->strand_of(triangle));
+    const uint32_t point = strands->point_of(triangle);
+    return element(point) * (1.0f - barycentric.x) + element(point + 1) * barycentric.x;
+  }
   if (attribute.domain == Domain::Face) return element(triangle);
   size_t i0 = size_t(triangle) * 3, i1 = i0 + 1, i2 = i0 + 2;
   if (attribute.domain == Domain::Vertex) {

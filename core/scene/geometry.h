@@ -7,10 +7,11 @@
 
 #include "scene/motion.h"
 #include "scene/scene_description.h"
+#include "scene/strands.h"
 
 namespace ajar {
 
-/// A triangle mesh shared by its instances. When only one instance uses it, its positions and
+/// A triangle mesh, or strands, shared by its instances. When only one instance uses it, its positions and
 /// normals may have been moved to world space (`baked`), which saves Embree an instance.
 struct BuiltMesh {
   std::string name;
@@ -24,13 +25,15 @@ struct BuiltMesh {
   int undeformed_position = -1;      ///< the same
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};
   bool baked = false;                ///< positions are in world space
+  std::shared_ptr<const Strands> strands;   ///< null: triangles. Otherwise there are neither positions nor normals, and slots are per segment
   std::shared_ptr<const MeshDescription> source;  ///< what it was built from, when that may come again
   std::shared_ptr<void> structure;   ///< Embree's, of meshes that are not baked; accel.cpp knows its type
   size_t memory_bytes() const;
+  bool empty() const { return triangles.empty() && !strands; }
 
   /// Attribute of this name, or -1.
   int find_attribute(const std::string& attribute_name) const;
-  /// Value at a point of a triangle; missing components are 0 (alpha 1).
+  /// Value at a point of a triangle or segment; missing components are 0 (alpha 1).
   Vec4 interpolate(const Attribute& attribute, uint32_t triangle, Vec2 barycentric) const;
 };
 

@@ -53,6 +53,7 @@ bool asks_for_itself(const MaterialDescription& material) {
 /// Move a mesh's vertices and normals to world space.
 void bake(BuiltMesh& mesh, const Mat4& world_from_object) {
   for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) mesh.positions[i] = transform_point(world_from_object, mesh.positions[i]);
+  if (mesh.strands) mesh.strands = transformed(*mesh.strands, world_from_object);
   const Mat3 linear(world_from_object);
   const Mat3 normal_matrix = is_singular(world_from_object) ? linear : glm::inverseTranspose(linear);
   for (Vec3& n : mesh.normals) {
@@ -66,10 +67,15 @@ void bake(BuiltMesh& mesh, const Mat4& world_from_object) {
 BuiltMesh take(MeshDescription&& d) {
   BuiltMesh mesh;
   mesh.name = std::move(d.name);
+  if (!d.strands.empty()) {
+    mesh.strands = make_strands(d);
+    for (uint32_t i = 0; !d.material_slots.empty() && i < mesh.strands->segment_count(); ++i) mesh.material_slots.push_back(d.material_slots[mesh.strands->strand_of(i)]);
+    d.positions.clear();
+  }
   mesh.positions = std::move(d.positions);
   mesh.positions.push_back(Vec3(0.0f));
   mesh.triangles = std::move(d.triangles);
-  mesh.material_slots = std::move(d.material_slots);
+  if (!mesh.strands) mesh.material_slots = std::move(d.material_slots);
   mesh.normal_domain = d.normal_domain;
   mesh.normals = std::move(d.normals);
   mesh.attributes = std::move(d.attributes);
@@ -274,6 +280,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   s.statistics_.meshes = s.meshes_.size();
   for (const BuiltMesh& mesh : s.meshes_) {
     s.statistics_.triangles += mesh.triangles.size();
+    s.statistics_.strands += mesh.strands ? mesh.strands->strand_count() : 0;
     s.statistics_.geometry_bytes += mesh.memory_bytes();
   }
 
@@ -398,6 +405,10 @@ Color Scene::transmittance(const Ray& shadow_ray, int max_transparent) const {
 void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const {
   const BuiltInstance& instance = instances_[hit.instance];
   const BuiltMesh& mesh = meshes_[instance.mesh];
+  if (mesh.strands) [[unlikely]] {
+    strand_point(ray, hit, point);
+    return;
+  }
   const UVec3 v = mesh.triangles[hit.primitive];
   const Vec3 p0 = mesh.positions[v.x], p1 = mesh.positions[v.y], p2 = mesh.positions[v.z];
   const float b1 = hit.barycentric.x, b2 = hit.barycentric.y, b0 = 1.0f - b1 - b2;
@@ -461,6 +472,55 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
   point.time = ray.time;
 }
 
+void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const {
+  const BuiltInstance& instance = instances_[hit.instance];
+  const BuiltMesh& mesh = meshes_[instance.mesh];
+  const Strands& strands = *mesh.strands;
+  const Vec3 position = ray.origin + hit.t * ray.direction;
+  Mat4 moved, inverse(1.0f);
+  const Mat4& world = mesh.baked ? inverse : world_from_object(instance, ray.time, moved);
+  Vec3 along = strands.tangent(hit.primitive, hit.barycentric.x), to_ray = -ray.direction, in_object = position;
+  if (!mesh.baked) {
+    inverse = instance.motion ? glm::affineInverse(world) : instance.object_from_world;
+    to_ray = transform_vector(inverse, to_ray);
+    in_object = transform_point(inverse, position);
+  }
+  Vec3 ns;
+  if (strands.shape == StrandShape::Ribbon) {
+    // Of the tube that the ribbon stands for, where an orthographic look at it would see this place.
+    const Vec3 across = glm::cross(along, to_ray), outwards = glm::cross(across, along);
+    const float width = glm::length(across), height = glm::length(outwards);
+    const float sine = glm::clamp(hit.barycentric.y, -1.0f, 1.0f);
+    ns = width > 0.0f && height > 0.0f ? across * (sine / width) + outwards * (safe_sqrt(1.0f - sqr(sine)) / height) : to_ray;
+  } else {
+    ns = in_object - strands.center(hit.primitive, hit.barycentric.x);
+  }
+  if (!mesh.baked) {
+    ns = ns * Mat3(inverse);   // the transpose of the inverse
+    along = transform_vector(world, along);
+  }
+  const float length = glm::length(ns);
+  point.wo = -ray.direction;
+  point.ns = length > 0.0f && length < kInfinity ? ns / length : point.wo;
+  // At the rim the normal is perpendicular to the ray, and rounding decides on which side of it.
+  if (!(glm::dot(point.ns, point.wo) > 1e-4f)) point.ns = glm::normalize(point.ns + (1e-4f - glm::dot(point.ns, point.wo)) * point.wo);
+  point.ng = point.ns;
+  point.backfacing = false;
+  point.position = position;
+  // Embree turns curves into a space around the ray, where places are as exact as they are near.
+  point.position_error = Vec3(gamma_bound(8) * (max_component(glm::abs(ray.origin)) + hit.t));
+  point.dpdu = along;
+  point.dpdv = glm::cross(along, point.ng);
+  point.barycentric = hit.barycentric;
+  point.primitive = hit.primitive;
+  point.mesh = &mesh;
+  point.instance = &instance;
+  point.scene = this;
+  point.object = &objects_[instance.object];
+  point.ray_length = hit.t;
+  point.time = ray.time;
+}
+
 int Scene::material_index(const Hit& hit) const {
   const BuiltInstance& instance = instances_[hit.instance];
   const BuiltMesh& mesh = meshes_[instance.mesh];
@@ -508,6 +568,18 @@ bool Scene::any_light_importance() const {
            const auto materials = materials_of(instance);
            return objects_[instance.object].light_importance != 1.0f && std::any_of(materials.begin(), materials.end(), emits);
          });
+}
+
+float way_out_of_strand(const ShadingPoint& point, Vec3 direction) {
+  constexpr float kMostRadii = 20.0f;   // nearly along the strand the way is long, and others are in it
+  const Strands& strands = *point.mesh->strands;
+  if (strands.shape != StrandShape::Ribbon) return 0.0f;
+  const Mat3 linear = point.mesh->baked ? Mat3(1.0f) : Mat3(point.instance->world_from_object);
+  const float scale = std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
+  const float radius = scale * strands.radius(point.primitive, point.barycentric.x);
+  const float sine = glm::length(glm::cross(direction, point.dpdu)) / glm::length(point.dpdu);
+  const float way = radius * std::min(1.02f / std::max(sine, 1e-6f), kMostRadii) + 4.0f * max_component(point.position_error);
+  return std::isfinite(way) ? way : 0.0f;
 }
 
 }  // namespace ajar

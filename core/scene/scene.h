@@ -52,7 +52,7 @@ struct LampHit {
 
 struct BuildStatistics {
   double seconds = 0.0;
-  uint64_t triangles = 0, instanced_triangles = 0, instances = 0, meshes = 0, lights = 0;
+  uint64_t triangles = 0, instanced_triangles = 0, instances = 0, meshes = 0, lights = 0, strands = 0;
   uint64_t geometry_bytes = 0, accel_bytes = 0, texture_bytes = 0, light_tree_bytes = 0, environment_bytes = 0;
   uint64_t skipped_triangles = 0, repaired_values = 0;
   uint64_t moving_instances = 0;
@@ -107,7 +107,7 @@ class Scene {
   /// transparent surfaces, at most `max_transparent` of them.
   Color transmittance(const Ray& ray, int max_transparent) const;
 
-  /// Fill `point` for shading at `hit`. Position comes from the triangle, not from t, for precision.
+  /// Fill `point` for shading at `hit`. The position on a triangle comes from it, not from t, for precision.
   void shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;
   const ShaderProgram& material(const Hit& hit) const;
   /// Index of the light of an emissive triangle, or -1.
@@ -115,6 +115,7 @@ class Scene {
   /// Whether some object or the world is filled with a volume, be it an empty one.
   bool has_media() const { return has_media_; }
   bool has_transparent_shadows() const { return any_transparent_; }
+  bool has_strands() const { return statistics_.strands > 0; }
   /// Whether some surface may emit that no light stands for.
   bool emission_without_lights() const;
   /// Of one light, and whether that of any source is not 1 (ObjectDescription::light_importance and its like).
@@ -161,6 +162,7 @@ class Scene {
     std::array<float, 12> world_from_lamp;   ///< of lamps
   };
   Scene();
+  void strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;
   bool shows_the_world_of(const Scene& previous) const;
   void compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context, Scene* previous, Diagnostics& diagnostics);
   void compile(CameraShader::Of of, size_t index, const NodeGraph& graph, const std::string& owner, ShaderContext context,
@@ -191,6 +193,10 @@ class Scene {
   float radius_ = 1.0f;
 };
 
+/// How far a ray that leaves goes before it can meet anything: ribbons turn to it and may lie across its way up to where it is out of the tube they
+/// stand for.
+float way_out_of_strand(const ShadingPoint& point, Vec3 direction);
+
 inline Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
   // Twice the bound of the point itself covers the intersection's own error on the surface left behind. That error
   // grows with the largest coordinate, not only the one along the normal: a floor at z = 0 has no error in z.
@@ -200,6 +206,7 @@ inline Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
   ray.origin = point.position + offset;
   ray.direction = direction;
   ray.time = point.time;
+  if (point.mesh && point.mesh->strands) [[unlikely]] ray.t_min = way_out_of_strand(point, direction);
   return ray;
 }
 

@@ -92,7 +92,12 @@ struct Attribute {
 /// coordinates follow it. Where there is none, they follow the positions.
 inline constexpr const char* kUndeformedPosition = ".undeformed_position";
 
-/// Triangles in object space. A corner is one vertex of one triangle, 3*t+k.
+enum class StrandShape : uint8_t {
+  Ribbon,   ///< flat, turned to each ray, shaded as if it were round
+  Round     ///< a tube
+};
+
+/// Triangles in object space. A corner is one vertex of one triangle, 3*t+k. Or strands of hair, which have no triangles.
 struct MeshDescription {
   std::string name;
   std::vector<Vec3> positions;
@@ -103,6 +108,12 @@ struct MeshDescription {
   std::vector<Attribute> attributes;
   std::string active_uv;                    ///< name of the UV map used where none is named
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};  ///< for Generated coordinates
+  /// Where each strand begins among the positions, ascending from 0; it ends where the next begins. What is said here per vertex is then per
+  /// point, and what is said per triangle or face is per strand.
+  std::vector<uint32_t> strands;
+  std::vector<float> radii;                 ///< of strands, per position
+  StrandShape strand_shape = StrandShape::Ribbon;
+  int strand_subdivisions = 2;              ///< each segment of a ribbon is made of 2 to this power straight pieces
   /// When set, the mesh is that one and nothing else here is read. A scene that is built after another one takes over
   /// the meshes both share, with their structures, instead of copying and building them.
   std::shared_ptr<const MeshDescription> shared;

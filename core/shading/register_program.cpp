@@ -26,7 +26,7 @@ const OpInfo& info(Op op) {
 bool can_shift(Op op) {
   switch (op) {
     case Op::Position: case Op::Parametric: case Op::Generated: case Op::ObjectPosition: case Op::TransformPosition:
-    case Op::CameraPosition: case Op::WindowPosition: case Op::ActiveUv: case Op::NamedUv: case Op::NamedAttribute: case Op::Wireframe: return true;
+    case Op::CameraPosition: case Op::WindowPosition: case Op::ActiveUv: case Op::NamedUv: case Op::NamedAttribute: case Op::Wireframe: case Op::HairInfo: return true;
     default: return false;
   }
 }
@@ -238,7 +238,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::ProjectTube: store3(Vec3(nodes::project_tube(v(0)), 0.0f)); break;
       case Op::Position: store3(point.position); break;
       case Op::ShadingNormal: store3(point.ns); break;
-      case Op::TrueNormal: store3(point.ng); break;
+      case Op::TrueNormal: store3(nodes::true_normal(point)); break;
       case Op::Incoming: store3(point.wo); break;
       case Op::Parametric:
         store3({1.0f - point.barycentric.x - point.barycentric.y, point.barycentric.x, 0.0f});
@@ -317,6 +317,8 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         break;
       }
       case Op::Wireframe: *out = nodes::is_near_edge(point, i->variant ? f(0) * nodes::pixel_width(point, tables.bump) : f(0)) ? 1.0f : 0.0f; break;
+      case Op::HairInfo: *out = nodes::hair_info(point, nodes::HairOutput(i->variant)); break;
+      case Op::HairTangentNormal: store3(nodes::hair_tangent_normal(point)); break;
       case Op::VectorTransform: store3(vector_transform(point, i->variant, tables.matrices[i->data], v(0))); break;
     }
   }

@@ -29,13 +29,13 @@ struct ShadingPoint {
   Vec3 ng{0, 0, 1};             ///< geometric normal, turned towards wo
   Vec3 ns{0, 0, 1};             ///< smooth normal, turned with ng, not yet made safe
   bool backfacing = false;      ///< whether ng was turned
-  Vec2 barycentric{0.0f};       ///< weights of the triangle's second and third vertex
-  uint32_t primitive = 0;       ///< triangle of the mesh
+  Vec2 barycentric{0.0f};       ///< weights of the triangle's second and third vertex; along and across a strand's segment
+  uint32_t primitive = 0;       ///< triangle of the mesh, or segment of its strands
   const BuiltMesh* mesh = nullptr;          ///< null for world and lamps
   const BuiltInstance* instance = nullptr;
   const Scene* scene = nullptr;             ///< null for world and lamps, and while a scene is built
   const ObjectDescription* object = nullptr;  ///< for Object Info; may be null
-  Vec3 dpdu{0.0f}, dpdv{0.0f};  ///< world-space edge vectors p1-p0, p2-p0 of the triangle
+  Vec3 dpdu{0.0f}, dpdv{0.0f};  ///< world-space edge vectors p1-p0, p2-p0 of the triangle; along and across a strand
   float ray_length = 0.0f;
   float time = 0.0f;
   uint32_t ray_kind = kRayCamera;

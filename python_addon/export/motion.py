@@ -43,8 +43,10 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None, frame
     original_camera = camera_object.original if camera_object is not None else None
     still = {thing.original.as_pointer() for thing in depsgraph.objects if not _is_blurred(thing)}
     times = _times(scene, depsgraph)
-    shown = {known_by: index for index, known_by in enumerate(context.appearances)
-             if still.isdisjoint(known_by[:2])}
+    shown: dict[tuple, list[int]] = {}   # a surface, and the hair on it
+    for index, known_by in enumerate(context.appearances):
+        if still.isdisjoint(known_by[:2]):
+            shown.setdefault(known_by, []).append(index)
     matrices = np.full((len(context.appearances), len(times), 12), np.nan, dtype=np.float32)
     cameras, lenses, boxes = [], set(), {}
     try:
@@ -53,12 +55,11 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None, frame
             moment = frame + subframe + time
             frame_set(math.floor(moment), moment - math.floor(moment))
             for instance in depsgraph.object_instances:
-                index = shown.get(identity(instance))
-                if index is not None:
+                for index in shown.get(identity(instance), ()):
                     x, y, z, _ = instance.matrix_world
                     matrices[index, number] = (*x, *y, *z)
             for thing in depsgraph.objects:
-                if thing.type == "MESH" and thing.original.as_pointer() not in still and compat.cycles_value(thing, "use_deform_motion", True):
+                if thing.type in ("MESH", "CURVES") and thing.original.as_pointer() not in still and compat.cycles_value(thing, "use_deform_motion", True):
                     boxes.setdefault(thing.name, []).append([tuple(corner) for corner in thing.bound_box])
             if original_camera is not None and original_camera.type == "CAMERA":
                 there = original_camera.evaluated_get(depsgraph)

@@ -1,4 +1,4 @@
-"""Objects and their instances: everything the dependency graph shows, each mesh exported once.
+"""Objects and their instances: everything the dependency graph shows, each mesh and head of hair exported once.
 
 First one pass over the graph, which only collects; then the meshes. Instances of collections, particles and geometry nodes are the
 same thing here: a mesh, a list of materials, and a matrix for each appearance. A viewport keeps what was collected, and after an edit
@@ -15,11 +15,11 @@ import numpy as np
 
 from .. import compat
 from ..ajar_module import ajar
-from . import lights, materials, mesh, motion, named_values
+from . import lights, materials, mesh, motion, named_values, strands
 from .context import ExportContext, rows_3x4
 from .known_objects import OutOfDate
 
-NOT_YET = {"CURVES": "hair curves", "POINTCLOUD": "point clouds", "VOLUME": "volumes"}
+NOT_YET = {"POINTCLOUD": "point clouds", "VOLUME": "volumes"}
 
 
 @dataclass
@@ -32,6 +32,7 @@ class Geometry:
     materials: list[bpy.types.Material | None]
     look: dict                              # what SceneDescription.add_object takes besides mesh, materials and properties
     index: int = -1
+    is_hair: bool = False                   # the owner's particle hair instead of its surface
     from_instancer: dict[str, named_values.Value] = field(default_factory=dict)   # properties that materials ask for
     # In the description:
     material_indices: list[int] = field(default_factory=list)
@@ -90,15 +91,26 @@ def export(context: ExportContext) -> None:
 def _collect(context: ExportContext, collected: Collected) -> None:
     """One turn per instance, of which there may be a million: as little as possible happens in each."""
     geometries, appearances = collected.geometries, context.appearances
+    hairs: dict[tuple[int, int, int], Geometry | None] = {}
     kind_of_parent: dict[int | tuple, int] = {}
     from_instancers: list[dict[str, named_values.Value]] = []   # of each kind
     asked_of_instancers = context.instancer_properties
     kinds: dict[tuple, int] = {}
     add_geometry, add_row, add_random = collected.geometry_of.append, collected.rows.extend, collected.random.append
+
+    def add(instance: bpy.types.DepsgraphObjectInstance, geometry: Geometry) -> None:
+        x, y, z, _ = instance.matrix_world
+        add_row((*x, *y, *z))
+        add_random((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
+        add_geometry(geometry.index)
+        if appearances is not None:
+            appearances.append(motion.identity(instance))
+
     for number, instance in enumerate(context.depsgraph.object_instances):
         if number % 64 == 0:
             context.check_cancelled()
-        if not instance.show_self:
+        shows_self = instance.show_self
+        if not shows_self and not instance.show_particles:
             continue
         thing = instance.object
         if context.is_hidden is not None and context.is_hidden(instance):
@@ -122,8 +134,8 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             owner, parent = thing, None
             key = (owner.as_pointer(), data.as_pointer(), -1)
         # Instances of one object under parents alike share everything but the matrix.
-        geometry = geometries.get(key)
-        if geometry is None:
+        geometry = geometries.get(key) if shows_self else None
+        if geometry is None and shows_self:
             if compat.has_light_linking(owner):
                 context.warn(owner.name, "light linking is not supported: it shines on everything, and everything blocks its light")
             if parent is not None:
@@ -134,21 +146,34 @@ def _collect(context: ExportContext, collected: Collected) -> None:
                 if parent is None:
                     collected.lamps[owner.original] = lamp
                 continue
-            if not _has_surface(context, thing, owner):
-                continue
-            geometry = _geometry(context, thing, owner, parent, len(collected.order))
-            if parent is not None:
-                geometry.from_instancer = from_instancers[kind]
-            geometries[key] = geometry
-            collected.order.append(geometry)
-            if parent is None:
-                collected.alone[owner.original] = (geometry, len(collected.geometry_of))
-        x, y, z, _ = instance.matrix_world
-        add_row((*x, *y, *z))
-        add_random((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
-        add_geometry(geometry.index)
-        if appearances is not None:
-            appearances.append(motion.identity(instance))
+            if _has_surface(context, thing, owner):
+                geometry = _geometry(context, thing, owner, parent, len(collected.order))
+                if parent is not None:
+                    geometry.from_instancer = from_instancers[kind]
+                geometries[key] = geometry
+                collected.order.append(geometry)
+                if parent is None:
+                    collected.alone[owner.original] = (geometry, len(collected.geometry_of))
+        if key not in hairs:
+            hairs[key] = hair = _hair(context, thing, owner, parent, collected) if owner.type == "MESH" else None
+            if hair is not None and parent is not None:
+                hair.from_instancer = from_instancers[kind]
+        hair = hairs[key]
+        if geometry is not None:
+            add(instance, geometry)
+        if hair is not None and instance.show_particles:
+            add(instance, hair)
+
+
+def _hair(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object, parent: bpy.types.Object | None, collected: Collected) -> Geometry | None:
+    """The particle hair of an object."""
+    if not strands.systems(context, owner) or not isinstance(thing.data, bpy.types.Mesh):
+        return None
+    collected.shared.add(owner.original)   # whatever changes of it, its hair is looked at again
+    hair = _geometry(context, thing, owner, parent, len(collected.order))
+    hair.is_hair = True
+    collected.order.append(hair)
+    return hair
 
 
 def _shows(context: ExportContext, parent: bpy.types.Object) -> tuple:
@@ -182,7 +207,7 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
         context.warn(owner.name, "smoke is a grid; grids are not yet supported, and it does not render")
         return False
     # Curves, texts and metaballs come a second time, as instances of the mesh they evaluate to.
-    return isinstance(thing.data, bpy.types.Mesh)
+    return isinstance(thing.data, (bpy.types.Mesh, bpy.types.Curves))
 
 
 def _geometry(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object, parent: bpy.types.Object | None,
@@ -231,11 +256,11 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
     for geometry in collected.order:
         geometry.material_indices = [materials.export(context, material) for material in geometry.materials]
     collected.asked = _asked(context)
-    numbers: dict[int, tuple[int, ajar.MeshDescription | None]] = {}
+    numbers: dict[tuple[int, int], tuple[int, ajar.MeshDescription | None]] = {}
     for number, geometry in enumerate(collected.order):
         context.report_step(f"mesh {number + 1} of {len(collected.order)}")
         context.check_cancelled()
-        key = geometry.data.as_pointer()
+        key = (geometry.data.as_pointer(), geometry.owner.as_pointer() if geometry.is_hair else 0)
         if key not in numbers:
             numbers[key] = _export_mesh(context, geometry)
         geometry.mesh_index, geometry.shared = numbers[key]
@@ -343,16 +368,25 @@ def _importance(context: ExportContext, owner: bpy.types.Object) -> float:
 def _export_mesh(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.MeshDescription | None]:
     """Its number in the description; and the mesh, where it may come again."""
     description, cache = context.description, context.meshes
+    is_surface = isinstance(geometry.data, bpy.types.Mesh) and not geometry.is_hair
     if cache is None:
-        found = _arrays(context, geometry)
-        return (description.add_mesh(**found) if found is not None else mesh.EMPTY), None
-    key = cache.key(context, geometry.owner, geometry.data)
+        found = _arrays(context, geometry) if is_surface else _strands(context, geometry)
+        add = description.add_mesh if is_surface else description.add_strands
+        return (add(**found) if found is not None else mesh.EMPTY), None
+    key = cache.key(context, geometry.owner, geometry.data, geometry.is_hair)
     if key not in cache.known:
-        found = _arrays(context, geometry)
-        cache.known[key] = ajar.make_mesh(**found) if found is not None else None
+        found = _arrays(context, geometry) if is_surface else _strands(context, geometry)
+        make = ajar.make_mesh if is_surface else ajar.make_strands
+        cache.known[key] = make(**found) if found is not None else None
         cache.exported += 1
     shared = cache.known[key]
     return (description.add_shared_mesh(shared) if shared is not None else mesh.EMPTY), shared
+
+
+def _strands(context: ExportContext, geometry: Geometry) -> dict | None:
+    if geometry.is_hair:
+        return strands.of_particles(context, geometry.owner, geometry.data)
+    return strands.of_curves(context, geometry.data, geometry.data.name)
 
 
 def _arrays(context: ExportContext, geometry: Geometry) -> dict | None:

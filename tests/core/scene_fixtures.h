@@ -102,6 +102,21 @@ inline MeshDescription cube(bool inwards = false) {
   return mesh;
 }
 
+/// Strands with these points each, all of one radius at the root and one at the tip.
+inline MeshDescription hair(const std::vector<std::vector<Vec3>>& strands, float root, float tip, StrandShape shape = StrandShape::Ribbon) {
+  MeshDescription mesh;
+  mesh.name = "Hair";
+  mesh.strand_shape = shape;
+  for (const std::vector<Vec3>& points : strands) {
+    mesh.strands.push_back(uint32_t(mesh.positions.size()));
+    for (size_t i = 0; i < points.size(); ++i) {
+      mesh.positions.push_back(points[i]);
+      mesh.radii.push_back(root + (tip - root) * float(i) / float(points.size() - 1));
+    }
+  }
+  return mesh;
+}
+
 /// Square [-half, half]^2 in the plane z = 0, facing +z.
 inline MeshDescription plane(float half) {
   MeshDescription mesh;

@@ -114,6 +114,19 @@ std::vector<TransportScene> further_scenes() {
     d.camera.aperture_radius = kind == PanoramaKind::Equirectangular ? 0.05f : 0.0f;
     scenes.push_back({"panorama_" + std::to_string(int(kind)), d});
   }
+  for (StrandShape shape : {StrandShape::Ribbon, StrandShape::Round}) {
+    SceneDescription d = lit_room();
+    MeshDescription strands = hair({{{0, 0, 0}, {0.2f, 0, 0.3f}, {0, 0.1f, 0.6f}}, {{0.2f, 0, 0}, {0.2f, 0.1f, 0.5f}}}, 0.05f, 0.01f, shape);
+    strands.material_slots = {0, 1};
+    strands.attributes.push_back({"UVMap", Domain::Face, 2, {0.0f, 0.25f, 0.5f, 0.75f}});
+    strands.attributes.push_back({"heat", Domain::Vertex, 1, {0, 1, 2, 3, 4}});
+    strands.active_uv = "UVMap";
+    GraphBuilder b;
+    const int info = b.node("ShaderNodeHairInfo");
+    b.graph.surface = {b.node("ShaderNodeBsdfDiffuse", {linked_input("Color", info, "Intercept")}), "BSDF"};
+    add_object(d, strands, add_material(d, b), ball);
+    scenes.push_back({"hair_" + std::to_string(int(shape)), d});
+  }
   scenes.push_back({"lobes", many_lobes()});
   return scenes;
 }
@@ -136,7 +149,7 @@ int main(int argc, char** argv) {
       for (MeshDescription& mesh : d.meshes)
         if (mesh.positions.size() > 200) mesh = sphere(4);
       d.settings.seed = (number * 37 / kIntegrators * kIntegrators + i) % kTechniques;
-      const char version = char(number % 4 == 0 ? '2' + number / 4 % 8 : 'A');
+      const char version = char(number % 4 == 0 ? '2' + number / 4 % 8 : 'B');
       const std::vector<char> bytes = to_bytes(d, version);
       std::ofstream(std::string(argv[1]) + "/" + scene.name + "_" + std::to_string(i) + ".ajar", std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
     }

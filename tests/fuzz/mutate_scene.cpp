@@ -72,6 +72,16 @@ void mutate(ObjectDescription& object, Random& random) {
 }
 
 void mutate(MeshDescription& mesh, Random& random) {
+  if (!mesh.strands.empty() && below(random, 2)) {
+    switch (below(random, 5)) {
+      case 0: mesh.strands[size_t(below(random, mesh.strands.size()))] = uint32_t(below(random, mesh.positions.size() + 2)); break;
+      case 1: if (float* radius = any_of(mesh.radii, random)) *radius = number(random); break;
+      case 2: mesh.strand_shape = StrandShape(below(random, 2)); break;
+      case 3: mesh.strand_subdivisions = integer(random); break;
+      default: rearrange(mesh.strands, random); break;
+    }
+    return;
+  }
   switch (below(random, 5)) {
     case 0: if (Vec3* p = any_of(mesh.positions, random)) set_one_of(*p, random); break;
     case 1: if (UVec3* t = any_of(mesh.triangles, random)) (*t)[below(random, 3)] = uint32_t(below(random, mesh.positions.size() + 1)); break;

@@ -208,8 +208,22 @@ bool wireframe(ProgramBuilder& b, int node, std::string_view output, Value& valu
   return output == "Fac";
 }
 
-/// What meshes have of hair, points and grids: nothing.
-bool nothing_of_meshes(ProgramBuilder& b, int, std::string_view output, Value& value) {
+bool hair_info_node(ProgramBuilder& b, int, std::string_view output, Value& value) {
+  static constexpr std::string_view kOutputs[] = {"Is Strand", "Intercept", "Length", "Thickness", "Random"};   // as HairOutput
+  if (output == "Tangent Normal") {
+    value = b.emit(Op::HairTangentNormal, Vector, {});
+    return true;
+  }
+  for (int i = 0; i < int(std::size(kOutputs)); ++i) {
+    if (output != kOutputs[i]) continue;
+    value = b.emit(Op::HairInfo, Float, {}, i);
+    return true;
+  }
+  return false;
+}
+
+/// What surfaces have of points and grids: nothing.
+bool nothing_of_surfaces(ProgramBuilder& b, int, std::string_view output, Value& value) {
   if (output == "Color") value = b.constant(Vec3(0.0f), Color);
   else if (output == "Tangent Normal" || output == "Position") value = b.constant(Vec3(0.0f), Vector);
   else value = b.constant(0.0f);
@@ -226,8 +240,8 @@ constexpr NodeType kNodes[] = {
     {"ShaderNodeLayerWeight", layer_weight},   {"ShaderNodeTangent", tangent_node},
     {"ShaderNodeNormalMap", normal_map_node},  {"ShaderNodeWireframe", wireframe},
     {"ShaderNodeAmbientOcclusion", ambient_occlusion},
-    {"ShaderNodeHairInfo", nothing_of_meshes}, {"ShaderNodePointInfo", nothing_of_meshes},
-    {"ShaderNodeVolumeInfo", nothing_of_meshes},
+    {"ShaderNodeHairInfo", hair_info_node}, {"ShaderNodePointInfo", nothing_of_surfaces},
+    {"ShaderNodeVolumeInfo", nothing_of_surfaces},
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "shading/nodes/point_functions.h"
 
 #include "scene/geometry.h"
+#include "shading/nodes/hash.h"
 #include "shading/nodes/math_functions.h"
 
 namespace ajar::nodes {
@@ -8,6 +9,33 @@ namespace ajar::nodes {
 Vec3 object_position(const ShadingPoint& point) {
   Mat4 moved;
   return point.instance ? transform_point(object_from_world(*point.instance, point.time, moved), point.position) : point.position;
+}
+
+bool is_strand(const ShadingPoint& point) { return point.mesh && point.mesh->strands && point.primitive != kInsideVolume; }
+
+float hair_info(const ShadingPoint& point, HairOutput output) {
+  if (!is_strand(point)) return 0.0f;
+  const Strands& strands = *point.mesh->strands;
+  const uint32_t segment = point.primitive, strand = strands.strand_of(segment);
+  switch (output) {
+    case HairOutput::IsStrand: return 1.0f;
+    case HairOutput::Intercept: {
+      const uint32_t first = strands.point_of(segment);
+      return strands.intercepts[first] + point.barycentric.x * (strands.intercepts[first + 1] - strands.intercepts[first]);
+    }
+    case HairOutput::Length: return strands.lengths[strand];
+    case HairOutput::Thickness: return 2.0f * strands.radius(segment, point.barycentric.x);
+    case HairOutput::Random: {
+      const uint32_t key[] = {strand, 0};
+      return float(hash_words(key)) / float(0xffffffffu);
+    }
+  }
+  return 0.0f;
+}
+
+Vec3 hair_tangent_normal(const ShadingPoint& point) {
+  if (!is_strand(point)) return Vec3(0.0f);
+  return normalize_or_zero(point.wo - point.dpdu * (glm::dot(point.dpdu, point.wo) / length_squared(point.dpdu)));
 }
 
 /// Normals transform by the transpose of the inverse.
@@ -34,10 +62,18 @@ Vec3 object_normal(const ShadingPoint& point) {
   return point.instance ? normal_to_object(*point.instance, point.time, point.ns) : point.ns;
 }
 
+Vec3 true_normal(const ShadingPoint& point) {
+  return is_strand(point) && point.mesh->strands->shape == StrandShape::Ribbon ? point.wo : point.ng;
+}
+
 Vec3 generated(const ShadingPoint& point) {
   if (!point.mesh) return point.position;
   const BuiltMesh& mesh = *point.mesh;
-  const Vec3 position = mesh.undeformed_position < 0 || point.primitive == kInsideVolume ? object_position(point)
+  Mat4 moved;
+  // All of a strand is where it begins, as in Cycles.
+  const Vec3 position = is_strand(point) && mesh.undeformed_position < 0 ? (mesh.baked && point.instance
+          ? transform_point(object_from_world(*point.instance, point.time, moved), mesh.strands->root(point.primitive)) : mesh.strands->root(point.primitive))
+      : mesh.undeformed_position < 0 || point.primitive == kInsideVolume ? object_position(point)
       : Vec3(mesh.interpolate(mesh.attributes[mesh.undeformed_position], point.primitive, point.barycentric));
   return divide((position - mesh.texture_space_location) * 0.5f, mesh.texture_space_size) + 0.5f;
 }
@@ -77,6 +113,7 @@ Vec4 object_property(const ShadingPoint& point, const std::string& name, bool of
 }
 
 Vec3 radial_tangent(const ShadingPoint& point, Axis axis) {
+  if (is_strand(point)) return normalize_or_zero(point.dpdu);
   const Vec3 p = generated(point) - 0.5f;
   const Vec3 around = axis == Axis::X   ? Vec3(0.0f, -p.z, p.y)
                       : axis == Axis::Y ? Vec3(-p.z, 0.0f, p.x)
@@ -89,7 +126,7 @@ namespace {
 
 /// Unit tangent of the triangle along u in world space; `sign` is -1 on mirrored islands.
 bool triangle_tangent(const ShadingPoint& point, const std::string& name, Vec3& tangent, float& sign) {
-  if (!point.mesh || point.primitive == kInsideVolume) return false;
+  if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
   const int index = name.empty() ? point.mesh->active_uv : point.mesh->find_attribute(name);
   if (index < 0) return false;
   const Attribute& uv = point.mesh->attributes[index];
@@ -139,7 +176,7 @@ Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::stri
 }
 
 bool is_near_edge(const ShadingPoint& point, float width) {
-  if (!point.mesh || point.primitive == kInsideVolume) return false;
+  if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
   const Vec3 from_first = point.barycentric.x * point.dpdu + point.barycentric.y * point.dpdv;
   const float most = sqr(0.5f * width);
   const auto is_near = [&](Vec3 edge, Vec3 from_corner) { return length_squared(glm::cross(edge, from_corner)) < length_squared(edge) * most; };

@@ -13,12 +13,21 @@ enum class LightPathOutput : uint8_t {
   IsCamera, IsShadow, IsDiffuse, IsGlossy, IsSingular, IsReflection, IsTransmission, IsVolumeScatter, RayLength, RayDepth,
   DiffuseDepth, GlossyDepth, TransparentDepth, TransmissionDepth
 };
+enum class HairOutput : uint8_t { IsStrand, Intercept, Length, Thickness, Random };
 enum class Axis : uint8_t { X, Y, Z };
 enum class Space : uint8_t { World, Object, Camera };
 enum class NormalMapSpace : uint8_t { Tangent, Object, World, BlenderObject, BlenderWorld };
 
 Vec3 object_position(const ShadingPoint& point);
+/// On hair, not on a triangle nor inside a volume.
+bool is_strand(const ShadingPoint& point);
+/// 0 where there is no strand. Length and thickness in the object's space; of objects that appear once the thickness in the world's.
+float hair_info(const ShadingPoint& point, HairOutput output);
+/// Of a strand: towards the eye, perpendicular to it.
+Vec3 hair_tangent_normal(const ShadingPoint& point);
 Vec3 object_normal(const ShadingPoint& point);
+/// That of the triangle, towards the eye; of ribbons of hair, which face it, the direction to the eye, as in Cycles.
+Vec3 true_normal(const ShadingPoint& point);
 /// A world-space normal in the instance's space, of unit length.
 Vec3 normal_to_object(const BuiltInstance& instance, float time, Vec3 n);
 /// Position within the bounding box of the mesh's texture space, [0, 1] on each axis.

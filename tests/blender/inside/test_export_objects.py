@@ -142,13 +142,6 @@ def test_instance_is_seen_only_where_its_instancer_is_too(build, export):
     assert masks == sorted([no_glossy, no_glossy & ~ajar.VISIBLE_CAMERA])
 
 
-def test_hair_curves_are_reported_by_name(build, export_context):
-    if not hasattr(bpy.data, "hair_curves"):
-        pytest.skip("no hair curves in this Blender")
-    build.object(bpy.data.hair_curves.new("Hair"), "Wig")
-    assert any(name == "Wig" for name, _ in export_context().warnings)
-
-
 def test_cancel_ends_the_export(build, export_context):
     build.object(build.mesh())
     with pytest.raises(ExportCancelled):

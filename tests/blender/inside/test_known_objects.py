@@ -128,6 +128,19 @@ def test_edits_of_single_things_need_no_walk(watcher, stage):
     assert not watcher.differences
 
 
+def test_hair_follows_its_edits(watcher, stage):
+    fur = stage["Beside"].modifiers.new("Fur", "PARTICLE_SYSTEM").particle_system.settings
+    fur.type, fur.count = "HAIR", 5
+    bpy.context.view_layer.update()
+    edits = {
+        "emitter": lambda: setattr(stage["Beside"], "location", (1, 1, 1)), "length": lambda: setattr(fur, "hair_length", 1.0),
+        "radius": lambda: setattr(fur, "root_radius", 0.3), "count": lambda: setattr(fur, "count", 8), "shown as nothing": lambda: setattr(fur, "render_type", "NONE"),
+    }
+    for name, edit in edits.items():
+        assert watcher.kinds_of(name, edit), name
+    assert not watcher.differences
+
+
 def test_edits_that_reach_instances_or_geometry_collect_everything(watcher, stage):
     bpy.context.view_layer.update()
 

@@ -1,0 +1,156 @@
+"""Hair as strands: particle systems and hair curves.
+
+Blender gives out the curves of particle hair one point at a time, and where they grow one strand at a time: no bulk copy exists. All that
+hair curves have is copied by the block.
+"""
+
+from __future__ import annotations
+
+from itertools import chain
+from typing import TYPE_CHECKING
+
+import bpy
+import numpy as np
+
+from .. import compat
+from ..ajar_module import ajar
+
+if TYPE_CHECKING:
+    from .context import ExportContext
+
+EMPTY_RADIUS = 0.005   # of hair curves that say none, as in Cycles
+
+_DOMAINS = {"POINT": ajar.Domain.Vertex, "CURVE": ajar.Domain.Face}
+_VALUES = {  # data type of an attribute -> RNA name of its value, components, kind
+    "FLOAT": ("value", 1, np.float32), "INT": ("value", 1, np.int32), "BOOLEAN": ("value", 1, bool), "FLOAT2": ("vector", 2, np.float32),
+    "FLOAT_VECTOR": ("vector", 3, np.float32), "FLOAT_COLOR": ("color", 4, np.float32), "BYTE_COLOR": ("color", 4, np.float32),
+}
+
+
+# ---- Particle hair --------------------------------------------------------------------------------------------------------
+
+def systems(context: ExportContext, thing: bpy.types.Object) -> list[bpy.types.ParticleSystemModifier]:
+    """The modifiers of an evaluated object that show hair as strands."""
+    if thing.type != "MESH" or not context.view_layer.use_strand:
+        return []
+    final = context.depsgraph.mode == "RENDER"
+    return [modifier for modifier in thing.modifiers if modifier.type == "PARTICLE_SYSTEM" and (modifier.show_render if final else modifier.show_viewport)
+            and modifier.particle_system.settings.type == "HAIR" and modifier.particle_system.settings.render_type == "PATH"]
+
+
+def _shown(psys: bpy.types.ParticleSystem, final: bool) -> range:
+    """Numbers of the strands: children come after their parents and in their place."""
+    settings, parents, children = psys.settings, len(psys.particles), len(psys.child_particles)
+    if not final:
+        children = int(children * settings.display_percentage / 100.0)
+    return range(parents if settings.child_type != "NONE" and children else 0, parents + children)
+
+
+def _steps(settings: bpy.types.ParticleSettings, final: bool) -> int:
+    steps = 2 ** (settings.render_step if final else settings.display_step) + 1
+    return steps + settings.kink_extra_steps if settings.kink == "SPIRAL" else steps
+
+
+def count(context: ExportContext, thing: bpy.types.Object) -> tuple[tuple[int, int], ...]:
+    """Of strands and points of each, by which a change is seen."""
+    final = context.depsgraph.mode == "RENDER"
+    return tuple((len(_shown(modifier.particle_system, final)), _steps(modifier.particle_system.settings, final)) for modifier in systems(context, thing))
+
+
+def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.types.Mesh) -> dict | None:
+    """What `ajar.make_strands` takes, of all systems of an evaluated object; None where there is nothing."""
+    final = context.depsgraph.mode == "RENDER"
+    inverse = np.array(thing.matrix_world.inverted_safe(), dtype=np.float64)
+    positions, radii, lengths, slots = [], [], [], []
+    uv_layers = {layer.name: number for number, layer in enumerate(mesh.uv_layers)}
+    rendered = next((layer.name for layer in mesh.uv_layers if layer.active_render), "")
+    places: dict[str, list] = {name: [] for name in uv_layers if name == rendered or name in context.attribute_names}
+    for modifier in systems(context, thing):
+        psys = modifier.particle_system
+        settings, shown = psys.settings, _shown(psys, final)
+        steps = _steps(settings, final)
+        if not shown:
+            continue
+        context.check_cancelled()
+        co_hair = psys.co_hair
+        numbers = chain.from_iterable(co_hair(thing, particle_no=strand, step=step) for strand in shown for step in range(steps))
+        world = np.fromiter(numbers, dtype=np.float32, count=3 * steps * len(shown)).reshape(len(shown), steps, 3)
+        local = (world @ inverse[:3, :3].T + inverse[:3, 3]).astype(np.float32)
+        positions.append(local.reshape(-1, 3))
+        radii.append(_radii(settings, local).reshape(-1))
+        lengths.append(np.full(len(shown), steps, dtype=np.uint32))
+        slots.append(np.full(len(shown), max(settings.material - 1, 0), dtype=np.uint16))
+        context.check_cancelled()
+        parents = len(psys.particles)
+        for name, found in places.items():
+            layer = uv_layers[name]
+            for strand in shown:
+                # Of children, who have no particle, any stands in.
+                particle = psys.particles[strand if strand < parents else 0]
+                found.append(psys.uv_on_emitter(modifier, particle=particle, particle_no=strand, uv_no=layer))
+    if not positions:
+        return None
+    ends = np.cumsum(np.concatenate(lengths), dtype=np.uint32)
+    location, size = compat.texture_space(mesh)
+    all_slots = np.concatenate(slots)
+    return {**shape(context), "name": f"{thing.name} hair", "positions": np.concatenate(positions), "radii": np.concatenate(radii),
+            "strands": ends - np.concatenate(lengths), "material_slots": all_slots if all_slots.any() else None,
+            "attributes": [(name, ajar.Domain.Face, np.array(found, dtype=np.float32).reshape(-1, 2)) for name, found in places.items()],
+            "active_uv": rendered, "texture_space_location": location, "texture_space_size": size}
+
+
+def _radii(settings: bpy.types.ParticleSettings, points: np.ndarray) -> np.ndarray:
+    """From the root's to the tip's, by the shape of the strand; [strands, points]."""
+    pieces = np.linalg.norm(np.diff(points, axis=1), axis=2)
+    way = np.concatenate([np.zeros((len(points), 1)), np.cumsum(pieces, axis=1)], axis=1)
+    length = way[:, -1:]
+    left = 1.0 - np.divide(way, length, out=np.zeros_like(way), where=length > 0.0)
+    shape = settings.shape
+    if shape != 0.0:
+        left = np.maximum(left, 0.0) ** (1.0 + shape if shape < 0.0 else 1.0 / max(1.0 - shape, 1e-6))
+    scale = 0.5 * settings.radius_scale
+    root, tip = scale * settings.root_radius, scale * settings.tip_radius
+    radii = (left * (root - tip) + tip).astype(np.float32)
+    if settings.use_close_tip:
+        radii[:, -1] = 0.0
+    return radii
+
+
+# ---- Hair curves ------------------------------------------------------------------------------------------------------------
+
+def of_curves(context: ExportContext, curves: bpy.types.Curves, name: str) -> dict | None:
+    """What `ajar.make_strands` takes; None where there is nothing."""
+    strands = len(curves.curves)
+    position = curves.attributes.get("position")
+    if strands == 0 or position is None or not context.view_layer.use_strand:
+        return None
+    points = _read(position, "vector", 3, np.float32)
+    first = np.empty(strands, dtype=np.int32)
+    curves.curves.foreach_get("first_point_index", first)
+    radius = curves.attributes.get("radius")
+    radii = _read(radius, "value", 1, np.float32) if radius is not None and radius.domain == "POINT" else np.full(len(points), EMPTY_RADIUS, dtype=np.float32)
+    context.check_cancelled()
+    coordinates = next((a.name for a in curves.attributes if a.data_type == "FLOAT2" and a.domain == "CURVE"), "")
+    attributes = [_attribute(curves.attributes[wanted]) for wanted in sorted(context.attribute_names | {coordinates})
+                  if wanted in curves.attributes and curves.attributes[wanted].data_type in _VALUES and curves.attributes[wanted].domain in _DOMAINS]
+    if context.uses_generated:   # which hair curves have not: the place in the object's space stands for it, as in Cycles
+        attributes.append((ajar.UNDEFORMED_POSITION, ajar.Domain.Vertex, points))
+    return {**shape(context), "name": name, "positions": points, "radii": radii, "strands": first.astype(np.uint32), "attributes": attributes,
+            "active_uv": coordinates, "texture_space_location": (0.5, 0.5, 0.5), "texture_space_size": (0.5, 0.5, 0.5)}
+
+
+def _read(attribute: bpy.types.Attribute, name: str, columns: int, kind: type) -> np.ndarray:
+    values = np.empty(len(attribute.data) * columns, dtype=kind)
+    attribute.data.foreach_get(name, values)
+    return values.reshape(-1, columns) if columns > 1 else values
+
+
+def _attribute(attribute: bpy.types.Attribute) -> tuple:
+    value, components, kind = _VALUES[attribute.data_type]
+    return attribute.name, _DOMAINS[attribute.domain], _read(attribute, value, components, kind).astype(np.float32, copy=False).reshape(-1, components)
+
+
+def shape(context: ExportContext) -> dict:
+    """The scene's choice for all its hair, which is Cycles' own."""
+    kind, subdivisions = compat.hair_shape(context.scene)
+    return {"shape": ajar.StrandShape.Ribbon if kind == "RIBBONS" else ajar.StrandShape.Round, "subdivisions": subdivisions}

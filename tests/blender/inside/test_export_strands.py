@@ -1,0 +1,107 @@
+"""Hair: particle systems and hair curves become strands."""
+
+import bpy
+import numpy as np
+import pytest
+from ajar_render.ajar_module import ajar
+
+
+@pytest.fixture
+def head(build):
+    """A square with hair on it, which stands upright; its settings and the object."""
+    square = build.mesh()
+    square.uv_layers.new(name="Scalp")
+    for name in ("Skin", "Hair"):
+        square.materials.append(build.material(name))
+    thing = build.object(square, "Head", (3, 2, 1))
+    settings = thing.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings
+    settings.type, settings.count, settings.hair_length, settings.display_step = "HAIR", 9, 0.5, 3
+    settings.material, settings.use_close_tip = 2, True
+    settings.root_radius, settings.tip_radius, settings.radius_scale = 1.0, 0.5, 0.1
+    return settings, thing
+
+
+def strands_of(description: ajar.SceneDescription) -> list[ajar.MeshDescription]:
+    return [mesh for mesh in description.meshes if len(mesh.strands)]
+
+
+def test_particle_hair_is_strands_on_its_emitter(head, export):
+    _, thing = head
+    description = export()
+    hair, = strands_of(description)
+    assert len(description.meshes) == len(description.objects) == len(description.instances) == 2
+    assert list(hair.strands) == [9 * i for i in range(9)]
+    points = hair.positions.reshape(9, 9, 3)
+    assert np.all((points[:, 0, :2] >= -1e-5) & (points[:, 0, :2] <= 1 + 1e-5)) and np.allclose(points[:, 0, 2], 0, atol=1e-5)   # in the emitter's own space
+    assert np.allclose(np.linalg.norm(points[:, -1] - points[:, 0], axis=1), 0.5, atol=0.05)
+    assert np.allclose(hair.radii.reshape(9, 9)[:, 0], 0.05) and np.allclose(hair.radii.reshape(9, 9)[:, -1], 0.0)
+    assert np.allclose(hair.radii.reshape(9, 9)[:, 4], 0.0375, atol=1e-3)
+    assert list(hair.material_slots) == [1] * 9
+    scalp, = hair.attributes
+    assert (scalp.name, scalp.domain, hair.active_uv) == ("Scalp", ajar.Domain.Face, "Scalp")
+    assert np.allclose(scalp.values.reshape(9, 2), points[:, 0, :2], atol=1e-3)   # the square's map is its plane
+    assert (hair.strand_shape, hair.strand_subdivisions) == (ajar.StrandShape.Ribbon, 2)
+    rows = [np.array(instance.world_from_object).reshape(3, 4)[:, 3] for instance in description.instances]
+    assert np.allclose(rows, [(3, 2, 1)] * 2)
+
+
+def test_scenes_choose_the_shape_of_hair(head, export, scene):
+    if not hasattr(scene, "cycles_curves"):
+        pytest.skip("Cycles is not enabled")
+    scene.cycles_curves.shape, scene.cycles_curves.subdivisions = "THICK", 3
+    hair, = strands_of(export())
+    assert (hair.strand_shape, hair.strand_subdivisions) == (ajar.StrandShape.Round, 3)
+
+
+def test_emitters_may_be_hidden_and_hair_too(head, export, scene):
+    settings, thing = head
+    thing.show_instancer_for_viewport = False
+    description = export()
+    assert len(description.objects) == 1 and len(strands_of(description)) == 1
+    thing.show_instancer_for_viewport = True
+    scene.view_layers[0].use_strand = False
+    assert not strands_of(export())
+    scene.view_layers[0].use_strand = True
+    thing.modifiers["Hair"].show_viewport = False
+    assert not strands_of(export())
+
+
+def test_children_come_in_their_parents_place(head, export):
+    settings, _ = head
+    settings.child_type, settings.child_nbr = "SIMPLE", 4
+    hair, = strands_of(export())
+    assert len(hair.strands) == 36
+    assert len(hair.attributes[0].values) == 36
+
+
+def test_heads_of_hair_are_shared_by_instances(head, export, build):
+    _, thing = head
+    collection = bpy.data.collections.new("Heads")
+    collection.objects.link(thing)
+    bpy.context.scene.collection.objects.unlink(thing)
+    for x in range(3):
+        empty = build.object(None, f"There {x}", (x, 0, 0))
+        empty.instance_type, empty.instance_collection = "COLLECTION", collection
+    description = export()
+    assert len(description.meshes) == 2 and len(description.instances) == 6
+
+
+def test_hair_curves_are_strands(build, export):
+    data = bpy.data.hair_curves.new("Hair")
+    build.object(data, "Wig")
+    data.materials.append(build.material())
+    assert not export().objects   # bald
+    tree = bpy.data.node_groups.new("Grow", "GeometryNodeTree")
+    if hasattr(tree, "interface"):
+        tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    else:
+        tree.outputs.new("NodeSocketGeometry", "Geometry")
+    line, radius, out = (tree.nodes.new(name) for name in ("GeometryNodeCurvePrimitiveLine", "GeometryNodeSetCurveRadius", "NodeGroupOutput"))
+    radius.inputs["Radius"].default_value = 0.25
+    tree.links.new(line.outputs[0], radius.inputs[0])
+    tree.links.new(radius.outputs[0], out.inputs[0])
+    bpy.data.objects["Wig"].modifiers.new("Grow", "NODES").node_group = tree
+    hair, = strands_of(export())
+    assert list(hair.strands) == [0]
+    assert np.allclose(hair.positions, [(0, 0, 0), (0, 0, 1)])
+    assert np.allclose(hair.radii, 0.25)
