@@ -137,7 +137,7 @@ def define_patterns() -> None:
     for properties, elevation, azimuth in ((high, 1.1, 0.3), (low, 0.04, 2.7), (low, -0.2, 2.0)):
         case("TexSky", "Color", properties, Vector=(math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth),
                                                     math.sin(elevation)))
-    for node, outputs in (("HairInfo", ("Is Strand", "Intercept", "Length", "Thickness", "Tangent Normal", "Random")), ("PointInfo", ("Position", "Radius", "Random")),
+    for node, outputs in (("PointInfo", ("Position", "Radius", "Random")),
                           ("VolumeInfo", ("Color", "Density", "Flame", "Temperature"))):
         for output in outputs:   # of a mesh
             case(node, output)

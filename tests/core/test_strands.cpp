@@ -228,6 +228,17 @@ TEST(Strands, hair_info_knows_where_on_which_strand_a_point_is) {
   EXPECT_EQ(nodes::true_normal(point), point.wo);
 }
 
+TEST(Strands, triangles_have_nothing_of_hair_info) {
+  SceneDescription d = empty_scene();
+  add_object(d, cube(), add_diffuse(d, Color(0.5f)));
+  const auto scene = build(d);
+  const ShadingPoint point = met(*scene, {0.1f, -5, 0.2f}, {0, 1, 0});
+  using nodes::HairOutput;
+  for (HairOutput output : {HairOutput::IsStrand, HairOutput::Intercept, HairOutput::Length, HairOutput::Thickness, HairOutput::Random})
+    EXPECT_EQ(nodes::hair_info(point, output), 0.0f);
+  EXPECT_EQ(nodes::hair_tangent_normal(point), Vec3(0.0f));
+}
+
 TEST(Strands, what_does_not_fit_is_left_out_by_name) {
   const auto built = [](MeshDescription mesh, const char* text) {
     SceneDescription d = empty_scene();
