@@ -19,13 +19,14 @@ struct Candidate {
   double tail;                  ///< relMSE of long renders over what short ones foretell: rare bright starts that none of these had (same page)
   bool unbiased;                ///< but for what vertex merging blurs, which is left out of account
   bool spreads;                 ///< chains spread light over pixels of a size of their own
+  bool for_hints;               ///< tried only where the artist has drawn light paths, which it follows
   int samples;                  ///< of each of the pilot's two pictures: fewer where a sample brings photons for the whole picture
 };
 /// The first is the one to stay with.
-constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.0, true, false, 4},
-                                     {"energy redistribution", "erpt", 1.4, 3.0, true, true, 4},
-                                     {"population Monte Carlo", "pmc_pt", 1.7, 3.0, true, true, 4},
-                                     {"photon mapping", "photon_map", 2.5, 1.0, false, false, 1}};
+constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, false, 4},
+                                     {"energy redistribution", "erpt", 1.4, 3.0, true, true, false, 4},
+                                     {"population Monte Carlo", "pmc_pt", 1.8, 3.0, true, true, true, 4},
+                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, false, 1}};
 constexpr int kPilotPixels = 12288, kFewestPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;   // of path tracing
 constexpr int kBlur = 3;                      // pixels to each side
@@ -42,7 +43,7 @@ constexpr int kTimedPixels = 1024, kTimedSamples = 4;
 /// relMSE after the pilot's samples at which path tracing does well.
 constexpr double kEasyRelmse = 0.05;
 /// Another technique must be this much better than path tracing, whose stratification a small picture shows least.
-constexpr double kClearlyBetter = 1.25;
+constexpr double kClearlyBetter = 1.6;
 
 std::string text(double value) {
   char buffer[32];
@@ -185,9 +186,12 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.reason = "light does not bounce";
     return choice;
   }
+  std::vector<const Candidate*> candidates;
   for (const Candidate& candidate : kCandidates) {
+    if (candidate.for_hints && scene->hints().empty()) continue;
     choice.reason = reason_against(find_integrator(candidate.integrator), *scene);
     if (!choice.reason.empty()) return choice;
+    candidates.push_back(&candidate);
   }
   const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(scene, camera, asked, stop) : 0.0);
   // A pilot costs no more than its share of the render.
@@ -206,8 +210,8 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     for (size_t k = from; k < pilots.size(); ++k) used.push_back(&pilots[k]);
     return blurred(mean_of(used), small.width, small.height);
   };
-  for (const Candidate& candidate : kCandidates) {
-    pilots.push_back(run_pilot(candidate, scene, photon_share(asked, small), stop));
+  for (const Candidate* candidate : candidates) {
+    pilots.push_back(run_pilot(*candidate, scene, photon_share(asked, small), stop));
     if (stop.load()) break;
     if (pilots.size() == 1 && relmse_of(pilots[0], truth_by(0)) < kEasyRelmse) break;
   }
@@ -217,25 +221,25 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   const std::vector<float> truth = truth_by(pilots.size() > 1 ? 1 : 0);
   size_t calmest = 0;   // of those that are unbiased
   for (size_t k = 0; k < pilots.size(); ++k) {
-    choice.trials.push_back({kCandidates[k].name, relmse_of(pilots[k], truth), pilots[k].rays});
-    if (kCandidates[k].unbiased && choice.trials[k].relmse < choice.trials[calmest].relmse) calmest = k;
+    choice.trials.push_back({candidates[k]->name, relmse_of(pilots[k], truth), pilots[k].rays});
+    if (candidates[k]->unbiased && choice.trials[k].relmse < choice.trials[calmest].relmse) calmest = k;
   }
   // Noise falls with the samples that the render's rays pay for, bias more slowly.
   const double rays_asked = samples_asked * pilots[0].rays / (kPilotSamples * double(small.width) * small.height);
   for (size_t k = 0; k < pilots.size(); ++k) {
     TechniqueTrial& trial = choice.trials[k];
-    if (!kCandidates[k].unbiased) trial.bias = bias_of(pilots[k], pilots[calmest], truth, small.width, small.height);
-    const double pilot_rays = trial.rays * kCandidates[k].ray_cost * (double(asked.width) * asked.height) / (double(small.width) * small.height);
+    if (!candidates[k]->unbiased) trial.bias = bias_of(pilots[k], pilots[calmest], truth, small.width, small.height);
+    const double pilot_rays = trial.rays * candidates[k]->ray_cost * (double(asked.width) * asked.height) / (double(small.width) * small.height);
     const double longer = std::max(1.0, rays_asked / pilot_rays);
-    const double crowded = kCandidates[k].spreads ? crowding(double(small.width) * small.height) / crowding(double(asked.width) * asked.height) : 1.0;
-    trial.cost = kCandidates[k].tail * trial.relmse / (longer * crowded) + trial.bias * std::pow(longer, kBiasRate);
+    const double crowded = candidates[k]->spreads ? crowding(double(small.width) * small.height) / crowding(double(asked.width) * asked.height) : 1.0;
+    trial.cost = candidates[k]->tail * trial.relmse / (longer * crowded) + trial.bias * std::pow(longer, kBiasRate);
   }
   const TechniqueTrial* best = nullptr;
   for (const TechniqueTrial& trial : choice.trials) {
     const double handicap = best == &choice.trials.front() ? kClearlyBetter : 1.0;
     if (!best || (trial.cost > 0.0 && trial.cost * handicap < best->cost)) best = &trial;
   }
-  const Candidate& chosen = kCandidates[best - choice.trials.data()];
+  const Candidate& chosen = *candidates[size_t(best - choice.trials.data())];
   choice.settings.integrator = chosen.integrator;
   choice.name = chosen.name;
   choice.reason = choice.trials.size() == 1         ? "it finds the light well"
