@@ -17,7 +17,8 @@ namespace {
 
 constexpr uint32_t kSeedStream = 0x5eed0002u, kDrawStream = 0xd4a30002u, kMoveStream = 0xc4a10002u;
 constexpr uint32_t kBatch = 32;
-constexpr double kLeastNewShare = 0.05;   ///< of the energy, for the new samples of a generation
+constexpr double kLeastNewShare = 0.16;   ///< of the energy, for the new samples of a generation: members live some hundred steps
+constexpr float kBidirectional = 0.05f;     ///< share of bidirectional mutations: new samples do what they would
 constexpr float kLeastShare = 0.05f;        ///< of a mutation
 constexpr double kGainUnits = 0x1p24;
 /// Moves that shift what is seen by this many pixels are worth nearly as much as a path from elsewhere.
@@ -35,7 +36,7 @@ PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed,
   add(std::make_unique<LensPerturbation>(space_, "lens_10", LogarithmicStep{1.0f, 10.0f}), 0.1f, false);
   add(std::make_unique<LensPerturbation>(space_, "lens_50", LogarithmicStep{5.0f, 50.0f}), 0.1f, false);
   add(std::make_unique<CausticPerturbation>(space_), 0.25f, false);
-  mutations_.push_back(renewing_mutation(space_, hints_));
+  mutations_.push_back(renewing_mutation(space_, hints_, kBidirectional));
   renews_.push_back(true);
   fared_ = std::vector<Fared>(mutations_.size());
   for (const MutationShare& mutation : mutations_) first_shares_.push_back(mutation.share);

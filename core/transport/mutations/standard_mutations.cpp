@@ -11,14 +11,14 @@ namespace ajar {
 
 namespace {
 // The optimum is flat: fewer bidirectional mutations help `room` and `lantern` a little and hurt caustics with few steps.
-constexpr float kBidirectional = 0.4f, kLens = 0.35f, kCaustic = 0.25f;
+constexpr float kLens = 0.35f, kCaustic = 0.25f;   // beside kBidirectionalShare
 constexpr float kHint = 0.1f, kRegrow = 0.05f;   // besides, when there are hints
 constexpr float kSharpRoughness = 0.05f;
 }  // namespace
 
-MutationShare renewing_mutation(const PathSpace& space, const Hints& hints) {
-  if (hints.empty()) return {std::make_unique<BidirectionalMutation>(space), kBidirectional};
-  const float share = kBidirectional + kHint + kRegrow;
+MutationShare renewing_mutation(const PathSpace& space, const Hints& hints, float bidirectional) {
+  if (hints.empty()) return {std::make_unique<BidirectionalMutation>(space), bidirectional};
+  const float share = bidirectional + kHint + kRegrow;
   return {std::make_unique<UserPathMutation>(space, hints, kHint / share, kRegrow / share), share};
 }
 

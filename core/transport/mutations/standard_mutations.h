@@ -12,6 +12,8 @@ namespace ajar {
 /// `space` and `hints` must outlive the mutations.
 std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints);
 /// The one among them that forgets where a path came from: bidirectional, with hints where there are any.
-MutationShare renewing_mutation(const PathSpace& space, const Hints& hints);
+/// Without hints it has the share `bidirectional`, with them some more.
+constexpr float kBidirectionalShare = 0.4f;
+MutationShare renewing_mutation(const PathSpace& space, const Hints& hints, float bidirectional = kBidirectionalShare);
 
 }  // namespace ajar
