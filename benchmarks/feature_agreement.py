@@ -34,6 +34,7 @@ EXPECTED_DIFFERENCES: dict[str, str] = {
     "toon_smooth": "Cycles' samples take the fall-off of the edge at another angle than that of the direction they return",
     "custom_normals": "sky below a face's horizon and above its normals' counts fully; Cycles weighs it by a density that no sample has",
     "volume_anisotropies": "Cycles adds the phase functions of different anisotropies where lights are sampled, instead of weighing them",
+    "translucent_transparent": "Cycles' picture is not linear in the colour of Translucent: with a red one it is redder than black and white ones foretell; ours is as foretold",
     "lamp_without_glossy": "light sampling does not tell kinds of rays apart, only hits do; reported",
 }
 

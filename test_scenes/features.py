@@ -365,6 +365,7 @@ lobe("glass_rough", "rough Glass under a sky", lambda: tools.glass("Ball", (0.9,
 lobe("refraction", "rough Refraction under a sky", lambda: shader("ShaderNodeBsdfRefraction", Color=(1, 1, 1), Roughness=0.2, IOR=1.3), False)
 lobe("translucent", "Translucent", lambda: tools.translucent("Ball", RED))
 lobe("transparent", "Transparent, coloured", lambda: shader("ShaderNodeBsdfTransparent", Color=(0.9, 0.5, 0.3)))
+lobe("translucent_transparent", "Translucent, 30 % Transparent", lambda: translucent_transparent_ball())
 lobe("velvet", "Velvet", lambda: shader("ShaderNodeBsdfVelvet", Color=(0.8, 0.6, 0.4), Sigma=0.6))
 lobe("toon_diffuse", "Toon, diffuse", lambda: shader("ShaderNodeBsdfToon", Color=RED, Size=0.5, Smooth=0.0))
 lobe("toon_smooth", "Toon with a smooth edge, diffuse", lambda: shader("ShaderNodeBsdfToon", Color=RED, Size=0.5, Smooth=0.2))
@@ -388,10 +389,18 @@ lobe("subsurface", "Subsurface Scattering, random walk", lambda: shader("ShaderN
                                                                       Radius=(1.0, 0.5, 0.3)), falloff="RANDOM_WALK")
 
 
-def mixed_ball():
-    made = tools.mixed("Ball", tools.diffuse("First", RED), tools.mirror("Second"), 0.4)
+def named_mix(made):
+    """The stage looks for the node it may change by this name."""
     next(n for n in made.node_tree.nodes if n.bl_idname == "ShaderNodeMixShader").name = "Shader"
     return made
+
+
+def mixed_ball():
+    return named_mix(tools.mixed("Ball", tools.diffuse("First", RED), tools.mirror("Second"), 0.4))
+
+
+def translucent_transparent_ball():
+    return named_mix(tools.mixed("Ball", tools.translucent("First", RED), shader("ShaderNodeBsdfTransparent", Color=(1, 1, 1)), 0.3))
 
 
 # --- Nodes: the colour of a diffuse floor, ball and box ----------------------------------------------------------------
