@@ -249,7 +249,7 @@ TEST(Strands, what_does_not_fit_is_left_out_by_name) {
     const auto scene = build(d, &diagnostics);
     const Diagnostic* found = find(diagnostics, text);
     EXPECT_TRUE(found) << text;
-    if (found) EXPECT_EQ(found->object, "Hair");
+    EXPECT_EQ(found ? found->object : "", "Hair");
     return scene->statistics().strands;
   };
   const MeshDescription good = hair({{{0, 0, 0}, {0, 0, 1}}, {{1, 0, 0}, {1, 0, 1}, {1, 1, 1}}}, 0.1f, 0.0f);
