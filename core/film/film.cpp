@@ -314,11 +314,13 @@ std::vector<float> Film::variance_of_mean() const {
   return variance;
 }
 
+bool Film::has_halves(const Pixel& p) const { return (p.half_count > 0 && p.half_count < p.count) || (splats_ && p.count == 0); }
+
 /// Mean of a pixel, and the difference between the means of its two halves; false where there are too few samples.
 bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
   const Pixel& p = pixels_[index];
   const uint32_t even = p.count - p.half_count;
-  if ((p.half_count == 0 || even == 0) && !(splats_ && p.count == 0)) return false;
+  if (!has_halves(p)) return false;
   for (int c = 0; c < 3; ++c) {
     mean[c] = splatted(index, c);
     difference[c] = 0.0;
@@ -331,48 +333,58 @@ bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
   return true;
 }
 
-/// The true value of a pixel's channel, as far as it can be told, for the denominator of a relative error: its mean, but where that is above those
+/// The true value of a pixel, as far as it can be told, for the denominator of a relative error: its mean, but where a channel of that is above those
 /// around it by no more than the scatter of its samples explains, it is likely to be a stray sample's doing, and what is around it is
-/// nearer the truth [after James and Stein 1961].
-double Film::likely_value(size_t index, const std::vector<float>& all) const {
-  const int x = int(index % size_t(width())), y = int(index / size_t(width()));
-  double sum = 0.0;
-  int terms = -1;
-  for (int v = std::max(0, y - 1); v <= std::min(height() - 1, y + 1); ++v)
-    for (int u = std::max(0, x - 1); u <= std::min(width() - 1, x + 1); ++u, ++terms) sum += double(all[size_t(v) * size_t(width()) + size_t(u)]);
-  const double own = double(all[index]), around = terms > 0 ? (sum - own) / terms : own, above = own - around;
+/// nearer the truth [after James and Stein 1961]. `value` holds the pixel's own and `around` the mean of its neighbours.
+void Film::make_likely(size_t index, const double around[3], double value[3]) const {
+  double above[3];
+  bool any_above = false;
+  for (int c = 0; c < 3; ++c) {
+    above[c] = value[c] - around[c];
+    any_above |= above[c] > 0.0;
+  }
   double mean[3], difference[3];
-  if (!(above > 0.0) || !halves_of(index, mean, difference)) return own;
+  if (!any_above || !halves_of(index, mean, difference)) return;
   const double y_own = luminance_of(mean), y_half = 0.5 * luminance_of(difference);
   const double variance = scatter_variance(pixels_[index]) + (splats_ ? y_half * y_half : 0.0);
-  const double part = y_own > 0.0 ? own / y_own : 1.0;   // the channel's, of the luminance
-  return around + above * std::max(0.0, 1.0 - variance * part * part / (above * above));
+  for (int c = 0; c < 3; ++c) {
+    if (!(above[c] > 0.0)) continue;
+    const double part = y_own > 0.0 ? value[c] / y_own : 1.0;   // the channel's, of the luminance
+    value[c] = around[c] + above[c] * std::max(0.0, 1.0 - variance * part * part / (above[c] * above[c]));
+  }
 }
 
-double Film::estimated_relmse() const {
-  CompensatedSum sum, scattered, halved;
+/// Sums over the pixels up to one away in each direction, for row y of `image`; `columns` is room for them.
+void Film::sums_around(const std::vector<float>& image, int y, std::vector<double>& columns, std::vector<double>& sums) const {
+  const size_t w = size_t(width());
+  const float* const row = image.data() + size_t(y) * w;
+  const float* const below = y > 0 ? row - w : nullptr;
+  const float* const above = y + 1 < height() ? row + w : nullptr;
+  columns.assign(row, row + w);
+  for (const float* const other : {below, above})
+    for (size_t x = 0; other && x < w; ++x) columns[x] += double(other[x]);
+  sums = columns;
+  for (size_t x = 0; x + 1 < w; ++x) sums[x] += columns[x + 1];
+  for (size_t x = 1; x < w; ++x) sums[x] += columns[x - 1];
+}
+
+Film::ErrorEstimate Film::estimated_error_of_few() const {
+  constexpr ErrorEstimate kUnknown{-1.0, -1.0};
+  CompensatedSum sum, scattered, halved, seen;
   for (size_t i = 0; i < pixels_.size(); ++i) {
     double mean[3], difference[3];
-    if (!halves_of(i, mean, difference)) return -1.0;
+    if (!halves_of(i, mean, difference)) return kUnknown;
     for (int c = 0; c < 3; ++c) sum.add(0.25 * difference[c] * difference[c] / (mean[c] * mean[c] + 0.01));
-    if (splats_) continue;
     const double y = luminance_of(mean), d = luminance_of(difference), weight = 1.0 / (y * y + 0.01);
-    halved.add(0.25 * d * d * weight);
-    scattered.add(scatter_variance(pixels_[i]) * weight);
+    const double of_scatter = splats_ ? 0.0 : scatter_variance(pixels_[i]), of_halves = 0.25 * d * d;
+    seen.add(kCandelasPerUnit * kCandelasPerUnit * (splats_ ? of_halves : of_scatter) / tvi(kCandelasPerUnit * std::max(0.0, y)));
+    if (splats_) continue;
+    halved.add(of_halves * weight);
+    scattered.add(of_scatter * weight);
   }
-  if (pixels_.empty()) return -1.0;
-  return sum.value() / (3.0 * double(pixels_.size())) * (halved.value() > 0.0 ? scattered.value() / halved.value() : 1.0);
-}
-
-double Film::estimated_perceptual_error() const {
-  CompensatedSum sum;
-  for (size_t i = 0; i < pixels_.size(); ++i) {
-    double mean[3], difference[3];
-    if (!halves_of(i, mean, difference)) return -1.0;
-    const double d = 0.5 * luminance_of(difference), variance = splats_ ? d * d : scatter_variance(pixels_[i]);
-    sum.add(kCandelasPerUnit * kCandelasPerUnit * variance / tvi(kCandelasPerUnit * std::max(0.0, luminance_of(mean))));
-  }
-  return pixels_.empty() ? -1.0 : sum.value() / double(pixels_.size());
+  if (pixels_.empty()) return kUnknown;
+  const double pixels = double(pixels_.size());
+  return {sum.value() / (3.0 * pixels) * (halved.value() > 0.0 ? scattered.value() / halved.value() : 1.0), seen.value() / pixels};
 }
 
 std::array<std::vector<float>, 3> Film::means() const {
@@ -391,33 +403,44 @@ void Film::remember(uint32_t samples) {
 }
 
 Film::ErrorEstimate Film::estimated_error(uint32_t samples) const {
-  ErrorEstimate estimate{estimated_relmse(), estimated_perceptual_error()};
   // The latest picture remembered that is well behind, and one with half its samples.
   size_t k = remembered_.size();
   while (k > 0 && 4 * uint64_t(remembered_[k - 1].samples) > 3 * uint64_t(samples)) --k;
-  if (k < 2 || estimate.relmse < 0.0) return estimate;
+  if (k < 2 || !std::all_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return has_halves(p); })) return estimated_error_of_few();
   const Remembered &one = remembered_[k - 1], &two = remembered_[k - 2];
   // While counts still move to where the noise is, errors fall faster than they will: the scatter of samples is the safer witness.
-  if (!goals_.empty() && two.samples < kSettledSamples) return estimate;
+  if (!goals_.empty() && two.samples < kSettledSamples) return estimated_error_of_few();
   const std::array<std::vector<float>, 3> now = means();
   const size_t columns = size_t((width() + kErrorBlock - 1) / kErrorBlock);
   std::vector<std::array<double, 2>> blocks(columns * size_t((height() + kErrorBlock - 1) / kErrorBlock));
   CompensatedSum recent, before, recent_seen, before_seen;
-  for (size_t i = 0; i < pixels_.size(); ++i) {
-    double value[3], recently[3], earlier[3];
-    std::array<double, 2>& block = blocks[i / size_t(width()) / kErrorBlock * columns + i % size_t(width()) / kErrorBlock];
-    for (size_t c = 0; c < 3; ++c) {
-      value[c] = likely_value(i, now[c]);
-      recently[c] = double(now[c][i]) - double(one.image[c][i]);
-      earlier[c] = double(one.image[c][i]) - double(two.image[c][i]);
-      const double unit = value[c] * value[c] + 0.01;
-      block[0] += earlier[c] * earlier[c] / unit;
-      block[1] += recently[c] * recently[c] / unit;
+  std::array<std::vector<double>, 3> sums;
+  std::vector<double> room;
+  for (int y = 0; y < height(); ++y) {
+    for (size_t c = 0; c < 3; ++c) sums_around(now[c], y, room, sums[c]);
+    const int rows = std::min(height() - 1, y + 1) - std::max(0, y - 1) + 1;
+    for (int x = 0; x < width(); ++x) {
+      const int others = rows * (std::min(width() - 1, x + 1) - std::max(0, x - 1) + 1) - 1;
+      const size_t i = size_t(y) * size_t(width()) + size_t(x);
+      double value[3], around[3], recently[3], earlier[3];
+      for (size_t c = 0; c < 3; ++c) {
+        value[c] = double(now[c][i]);
+        around[c] = others > 0 ? (sums[c][size_t(x)] - value[c]) / others : value[c];
+        recently[c] = value[c] - double(one.image[c][i]);
+        earlier[c] = double(one.image[c][i]) - double(two.image[c][i]);
+      }
+      make_likely(i, around, value);
+      std::array<double, 2>& block = blocks[size_t(y / kErrorBlock) * columns + size_t(x / kErrorBlock)];
+      for (size_t c = 0; c < 3; ++c) {
+        const double unit = value[c] * value[c] + 0.01;
+        block[0] += earlier[c] * earlier[c] / unit;
+        block[1] += recently[c] * recently[c] / unit;
+      }
+      const double unit = tvi(kCandelasPerUnit * std::max(0.0, luminance_of(value))) / (kCandelasPerUnit * kCandelasPerUnit);
+      const double y_recently = luminance_of(recently), y_earlier = luminance_of(earlier);
+      recent_seen.add(y_recently * y_recently / unit);
+      before_seen.add(y_earlier * y_earlier / unit);
     }
-    const double unit = tvi(kCandelasPerUnit * std::max(0.0, luminance_of(value))) / (kCandelasPerUnit * kCandelasPerUnit);
-    const double y_recently = luminance_of(recently), y_earlier = luminance_of(earlier);
-    recent_seen.add(y_recently * y_recently / unit);
-    before_seen.add(y_earlier * y_earlier / unit);
   }
   for (const std::array<double, 2>& block : blocks) {
     before.add(block[0]);
@@ -431,9 +454,8 @@ Film::ErrorEstimate Film::estimated_error(uint32_t samples) const {
       deviation += d * d;
     }
   const double surely = std::exp(-kErrorSureness * std::sqrt(deviation)), pixels = double(pixels_.size());
-  estimate.relmse = error_from_steps(surely * before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels);
-  estimate.perceptual = error_from_steps(surely * before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) / pixels;
-  return estimate;
+  return {error_from_steps(surely * before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels),
+          error_from_steps(surely * before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) / pixels};
 }
 
 }  // namespace ajar

@@ -114,9 +114,9 @@ class Film {
   /// For few samples: relative mean squared error of the present image, estimated: mean of variance / (M^2 + 0.01) over pixels and channels, the variance
   /// from two half buffers, (A-B)^2 / 4, scaled as a whole to the scatter of luminances where there are no splats: halves of
   /// a stratified sequence differ more than independent ones would. Negative when there are too few samples.
-  double estimated_relmse() const;
+  double estimated_relmse() const { return estimated_error_of_few().relmse; }
   /// The same of luminance against what an eye can see.
-  double estimated_perceptual_error() const;
+  double estimated_perceptual_error() const { return estimated_error_of_few().perceptual; }
 
  private:
   struct Pixel {
@@ -156,8 +156,11 @@ class Film {
     std::array<std::vector<float>, 3> image;
   };
   std::array<std::vector<float>, 3> means() const;
-  double likely_value(size_t index, const std::vector<float>& all) const;
+  void make_likely(size_t index, const double around[3], double value[3]) const;
+  void sums_around(const std::vector<float>& image, int y, std::vector<double>& columns, std::vector<double>& sums) const;
+  ErrorEstimate estimated_error_of_few() const;
   static double scatter_variance(const Pixel& pixel);
+  bool has_halves(const Pixel& pixel) const;
   bool halves_of(size_t index, double mean[3], double difference[3]) const;
   std::vector<float> variance_of_mean() const;
   double splatted(size_t index, int channel) const {
