@@ -24,8 +24,12 @@ float area_measure(const LightBounds& b) {
   return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
-/// Cosine of max(0, a - b) from the cosines and sines of a and b.
-float cos_of_rest(float cos_a, float sin_a, float cos_b, float sin_b) { return cos_a >= cos_b ? 1.0f : cos_a * cos_b + sin_a * sin_b; }
+/// Cosine of max(0, a - b) from the cosines of a and b and the sine of b; a is at most 180 degrees.
+float cos_of_rest(float cos_a, float cos_b, float sin_b) {
+  if (cos_a >= cos_b) return 1.0f;
+  const float sin_a = std::sqrt(std::abs(1.0f - cos_a * cos_a));   // at 180 degrees rounding may go below zero
+  return cos_a * cos_b + sin_a * sin_b;
+}
 
 Vec3 center_of(const LightBounds& b) { return 0.5f * b.lower + 0.5f * b.upper; }
 
@@ -139,31 +143,30 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
   }
 }
 
-float LightTree::importance(const Node& node, Vec3 p, Vec3 n) {
+float LightTree::importance(const Node& node, const Vec3& p, const Vec3& n) {
   const Vec3 d = node.center - p;
   const float distance2 = glm::dot(d, d);
   if (!(distance2 > node.radius_squared)) return node.intensity / std::max(node.radius_squared, 1e-30f);
   const float inverse = 1.0f / std::sqrt(distance2);
   // The sphere around the lights is seen under the angle `size`.
   const float sin2_size = node.radius_squared / distance2;
-  const float cos_size = std::sqrt(std::max(0.0f, 1.0f - sin2_size)), sin_size = std::sqrt(sin2_size);
-  float cos_axis = -glm::dot(node.axis, d) * inverse;
-  if (node.two_sided) cos_axis = std::abs(cos_axis);
-  const float sin_axis = std::sqrt(std::max(0.0f, 1.0f - cos_axis * cos_axis));
-  const float cos_o = cos_of_rest(cos_axis, sin_axis, node.cos_normals, node.sin_normals);
-  const float sin_o = std::sqrt(std::max(0.0f, 1.0f - cos_o * cos_o));
-  const float cos_out = cos_of_rest(cos_o, sin_o, cos_size, sin_size);
-  if (cos_out < node.cos_beyond) return 0.0f;
-  float result = node.intensity * std::max(cos_out, 0.0f) / distance2;
-  if (n != Vec3(0.0f)) {
-    const float cos_in = glm::dot(n, d) * inverse;
-    const float sin_in = std::sqrt(std::max(0.0f, 1.0f - cos_in * cos_in));
-    result *= std::max(cos_of_rest(cos_in, sin_in, cos_size, sin_size), kLeastReceiverCosine);
+  const float cos_size = std::sqrt(1.0f - sin2_size), sin_size = std::sqrt(sin2_size);
+  float result = node.intensity / distance2;
+  // Where there are normals in all directions, one of them points to p.
+  if (node.cos_normals > -1.0f) {
+    float cos_axis = -glm::dot(node.axis, d) * inverse;
+    if (node.two_sided) cos_axis = std::abs(cos_axis);
+    if (cos_axis < node.cos_normals) {
+      const float cos_out = cos_of_rest(cos_of_rest(cos_axis, node.cos_normals, node.sin_normals), cos_size, sin_size);
+      if (cos_out < node.cos_beyond) return 0.0f;
+      result = node.intensity * std::max(cos_out, 0.0f) / distance2;
+    }
   }
+  if (length_squared(n) > 0.0f) result *= std::max(cos_of_rest(glm::dot(n, d) * inverse, cos_size, sin_size), kLeastReceiverCosine);
   return result;
 }
 
-float LightTree::first_share(uint32_t node, Vec3 p, Vec3 n) const {
+float LightTree::first_share(uint32_t node, const Vec3& p, const Vec3& n) const {
   const float first = importance(nodes_[node + 1], p, n), second = importance(nodes_[nodes_[node].second], p, n);
   const float sum = first + second;
   if (!(sum > 0.0f)) return -1.0f;

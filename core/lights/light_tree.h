@@ -66,10 +66,10 @@ class LightTree {
   };
   static constexpr uint64_t kNoTrail = 0;
 
-  static float importance(const Node& node, Vec3 p, Vec3 n);
+  static float importance(const Node& node, const Vec3& p, const Vec3& n);
   static float importance_nearby(const Node& node, Vec3 p, float radius, Vec3 n);
   /// Chance of the first child. Negative: neither reaches p.
-  float first_share(uint32_t node, Vec3 p, Vec3 n) const;
+  float first_share(uint32_t node, const Vec3& p, const Vec3& n) const;
   void build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail);
 
   std::vector<Node> nodes_;
