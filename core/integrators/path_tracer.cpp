@@ -239,11 +239,12 @@ class PathTracer final : public Integrator {
     struct Tile {
       Sampler sampler;
       Counters& counter;
+      SampleAux aux;
     };
     const uint32_t full_width = uint32_t(scene_->settings().width);
     const bool moves = scene_->moves();
     for_each_sample(
-        film, samples_done_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local()}; },
+        film, samples_done_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local(), SampleAux()}; },
         [&](Tile& tile, int px, int py, uint32_t index) {
           const uint32_t pixel = uint32_t(py) * full_width + uint32_t(px);
           tile.sampler.start(pixel, index);
@@ -256,17 +257,17 @@ class PathTracer final : public Integrator {
             time = scene_->camera().time_of(tile.sampler.get_1d());
           }
           const Ray ray = scene_->camera().generate_ray(on_film, u_lens, time);
-          SampleAux aux;
+          SampleAux* const aux = film.wants_aux() ? &(tile.aux = SampleAux()) : nullptr;
           float alpha = 1.0f;
           if (sees_nothing(ray)) {
-            film.add_sample(px, py, Color(0.0f), 1.0f, &aux);
+            film.add_sample(px, py, Color(0.0f), 1.0f, aux);
             return;
           }
           Guide guide;
           if constexpr (Guide::kGuided) guide = guide_->of_sample(px - film.x0(), py - film.y0(), pixel, index);
           Parts parts;
           const auto along = [&](auto medium) {
-            return trace(direct_light, guide, std::move(medium), ray, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, parts, alpha, tile.counter);
+            return trace(direct_light, guide, std::move(medium), ray, px, py, tile.sampler, aux, parts, alpha, tile.counter);
           };
           Color radiance;
           if constexpr (Medium::kThere) {
@@ -278,7 +279,7 @@ class PathTracer final : public Integrator {
           }
           if constexpr (std::is_same_v<Parts, ImportantLight>) radiance = Color(luminance(radiance), parts.luminance, 0.0f);
           if constexpr (Guide::kGuided) guide_->measure(px - film.x0(), py - film.y0(), radiance);
-          const bool added = film.add_sample(px, py, radiance, alpha, &aux);
+          const bool added = film.add_sample(px, py, radiance, alpha, aux);
           if constexpr (std::is_same_v<Parts, SampleParts>)
             if (added) film.add_parts(px, py, parts);
         });
@@ -437,8 +438,9 @@ class PathTracer final : public Integrator {
 
       scene.shading_point(ray, hit, point);
       if (point.object->holdout && point.ray_depth == 0) break;
+      const int material = scene.material_index(hit);
+      const ShaderProgram& program = scene.programs()[size_t(material)];
       if constexpr (Medium::kThere) {
-        const ShaderProgram& program = scene.material(hit);
         if (program.has_volume() && !program.has_surface()) {
           if (++bounds > kMostBounds) break;
           medium.media.cross(hit, !point.backfacing, medium.stack, medium.counters);
@@ -448,7 +450,7 @@ class PathTracer final : public Integrator {
           continue;
         }
       }
-      scene.material(hit).evaluate_surface(point, shading);
+      program.evaluate_surface(point, shading);
       const Bsdf& bsdf = shading.bsdf;
 
       if (!is_black(shading.emission)) {
@@ -469,7 +471,7 @@ class PathTracer final : public Integrator {
           for (size_t k = 0; k < 3; ++k) parts.color[k] += beta * color[k];
         }
       }
-      const Color transparency = bsdf.transparency();
+      const Color transparency = point.ray_depth == 0 || last_chance ? bsdf.transparency() : Color(0.0f);   // asked nowhere else
       if (point.ray_depth == 0) alpha += luminance(beta * (Color(1.0f) - transparency)) * (1.0f - shading.holdout);
       if (bsdf.empty()) break;
       const bool passes_only = last_chance && !is_black(transparency);
@@ -492,7 +494,7 @@ class PathTracer final : public Integrator {
       DirectVertex here;
       if (bsdf.has_non_delta() && !last_chance && lights.can_choose()) {
         SampledLight sampled;
-        const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y,
+        const DirectLightContext context{scene, point, bsdf, uint32_t(material), pixel_x, pixel_y,
                                          Guide::kGuided ? &guided : nullptr, kParts || kSources ? &sampled : nullptr};
         Color direct;
         if constexpr (Medium::kThere) direct = direct_light.estimate(MediaDirectContext<Medium>{context, medium, hit}, sampler, base + kDirectLight, here, vertex_aux, counter.rays);

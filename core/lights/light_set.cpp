@@ -162,6 +162,12 @@ struct LightSet::Data {
     const Color radiance = light.radiance * lamp_profile(light, wo);
     return light.shader < 0 || is_black(radiance) ? radiance : radiance * shader_factor(light, position, wo, time, distance, ray_kind);
   }
+  std::optional<LightSample> sample_lamp(const Light& lamp, Vec3 p, Vec2 u, float time, uint32_t ray_kind) const {
+    std::optional<LightSample> sample = sample_lamp_li(lamp, p, u);
+    if (sample) sample->position_error = lamp_position_error(sample->position);
+    if (sample && lamp.shader >= 0) sample->radiance *= shader_factor(lamp, sample->position, -sample->wi, time, sample->distance, ray_kind);
+    return sample;
+  }
   Color shader_factor(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
     ShadingPoint point;
     // What Cycles' lamps show nodes: suns for a position the direction of their light, and all but area lamps a normal that follows it.
@@ -536,13 +542,7 @@ float LightSet::power_pmf(uint32_t light) const { return data_->by_power.pmf(lig
 
 std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, float time, uint32_t ray_kind) const {
   const Data& d = *data_;
-  if (d.is_lamp(index)) {
-    const Light& lamp = d.lamps[index];
-    auto sample = sample_lamp_li(lamp, p, u);
-    if (sample) sample->position_error = lamp_position_error(sample->position);
-    if (sample && lamp.shader >= 0) sample->radiance *= d.shader_factor(lamp, sample->position, -sample->wi, time, sample->distance, ray_kind);
-    return sample;
-  }
+  if (d.is_lamp(index)) return d.sample_lamp(d.lamps[index], p, u, time, ray_kind);
   LightSample s;
   s.delta = false;
   if (d.is_environment(index)) {

@@ -14,16 +14,6 @@
 
 namespace ajar {
 
-uint32_t visibility_mask(uint32_t ray_kind) {
-  uint32_t mask = 0;
-  if (ray_kind & kRayCamera) mask |= kVisibleCamera;
-  if (ray_kind & kRayDiffuse) mask |= kVisibleDiffuse;
-  if (ray_kind & kRayGlossy) mask |= kVisibleGlossy;
-  if (ray_kind & kRayTransmission) mask |= kVisibleTransmission;
-  if (ray_kind & kRayVolumeScatter) mask |= kVisibleVolumeScatter;
-  if (ray_kind & kRayShadow) mask |= kVisibleShadow;
-  return mask;
-}
 
 namespace {
 

@@ -14,6 +14,8 @@ namespace ajar {
 
 namespace {
 
+/// Without the comparisons of glm::abs.
+Vec3 absolute(Vec3 v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 Mat3 absolute(const Mat3& m) { return Mat3(glm::abs(m[0]), glm::abs(m[1]), glm::abs(m[2])); }
 
 constexpr int kMostMotionKeys = 129;   // of Embree
@@ -413,7 +415,7 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
   const Vec3 p0 = mesh.positions[v.x], p1 = mesh.positions[v.y], p2 = mesh.positions[v.z];
   const float b1 = hit.barycentric.x, b2 = hit.barycentric.y, b0 = 1.0f - b1 - b2;
   point.position = b0 * p0 + b1 * p1 + b2 * p2;
-  point.position_error = gamma_bound(7) * (glm::abs(b0 * p0) + glm::abs(b1 * p1) + glm::abs(b2 * p2));
+  point.position_error = gamma_bound(7) * (absolute(b0 * p0) + absolute(b1 * p1) + absolute(b2 * p2));
   point.dpdu = p1 - p0;
   point.dpdv = p2 - p0;
   Vec3 ng = glm::cross(point.dpdu, point.dpdv);

@@ -32,7 +32,13 @@ class Cancelled : public std::runtime_error {
 };
 
 /// VisibilityBits that a ray of this kind (bits of ShadingPoint::ray_kind) needs an object to have.
-uint32_t visibility_mask(uint32_t ray_kind);
+inline uint32_t visibility_mask(uint32_t ray_kind) {
+  // Most are the same bits.
+  constexpr uint32_t kSame = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission;
+  static_assert(kSame == (kVisibleCamera | kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission) && uint32_t(kRayCamera) == kVisibleCamera &&
+                uint32_t(kRayDiffuse) == kVisibleDiffuse && uint32_t(kRayGlossy) == kVisibleGlossy);
+  return (ray_kind & kSame) | (ray_kind & kRayVolumeScatter ? kVisibleVolumeScatter : 0u) | (ray_kind & kRayShadow ? kVisibleShadow : 0u);
+}
 
 /// Closest surface found along a ray.
 struct Hit {
@@ -197,7 +203,7 @@ class Scene {
 /// stand for.
 float way_out_of_strand(const ShadingPoint& point, Vec3 direction);
 
-inline Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
+[[gnu::always_inline]] inline Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
   // Twice the bound of the point itself covers the intersection's own error on the surface left behind. That error
   // grows with the largest coordinate, not only the one along the normal: a floor at z = 0 has no error in z.
   const float distance = 2.0f * max_component(point.position_error);

@@ -187,18 +187,9 @@ std::optional<BsdfSample> Bsdf::sample_lambert(Vec3 wo, Vec2 u) const {
   return BsdfSample{wi, value.f_cos, value.pdf_solid_angle, kReflection | kDiffuse, false, 1.0f, 1.0f};
 }
 
-std::optional<BsdfSample> Bsdf::sample(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode) const {
+std::optional<BsdfSample> Bsdf::sample_lobes(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode) const {
   if (count_ == 0) return std::nullopt;
-  if (single_lambert_) return sample_lambert(wo, u);
   const bool flipped = glm::dot(ng, wo) < 0.0f;
-  if (single_lambert_) {
-    const Vec3 local = warp::square_to_cosine_hemisphere(u), above = lobes()[0].frame.to_world(local);
-    const Vec3 wi = flipped ? -above : above;
-    const float pdf = local.z * kInvPi;
-    const float cos_o = flipped ? -glm::dot(n, wo) : glm::dot(n, wo);
-    if (!(cos_o > 0.0f && glm::dot(ng, above) > 0.0f && pdf > 0.0f)) return std::nullopt;
-    return BsdfSample{wi, lobes()[0].weight * pdf, pdf, kReflection | kDiffuse, false, 1.0f, 1.0f};
-  }
   float recomputed_storage[kMaxLobes];
   const float* recomputed = nullptr;
   if (count_ > 1 && wo != prepared_wo_) {

@@ -191,7 +191,9 @@ class Bsdf {
   /// sampled (transport/shadow_terminator.h). Black for all other wi.
   Color evaluate_beyond_horizon(Vec3 wo, Vec3 wi) const;
   float pdf_solid_angle(Vec3 wo, Vec3 wi) const { return evaluate(wo, wi).pdf_solid_angle; }
-  std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode = TransportMode::Radiance) const;
+  std::optional<BsdfSample> sample(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode = TransportMode::Radiance) const {
+    return single_lambert_ ? sample_lambert(wo, u) : sample_lobes(wo, u_lobe, u, mode);
+  }
 
   /// Forget the Transparent lobes, for walks that pass straight through surfaces by a choice of their own. Calls prepare.
   void remove_transparency(Vec3 wo);
@@ -256,6 +258,7 @@ class Bsdf {
     return {lobes()[0].weight * pdf, pdf};
   }
   std::optional<BsdfSample> sample_lambert(Vec3 wo, Vec2 u) const;
+  std::optional<BsdfSample> sample_lobes(Vec3 wo, float u_lobe, Vec2 u, TransportMode mode) const;
   float importance_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const;
   Color layer_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const;
   template <class Wanted>

@@ -172,7 +172,7 @@ void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Di
 
 // The mirror direction of wo lies at cosine r cos(2 a - d) from ng when the normal stands at angle a from ng in the plane of
 // ng and ns; (r, d) are the polar coordinates of wo in that plane. Solved for the largest a not beyond ns.
-Vec3 safe_shading_normal(Vec3 ng, Vec3 wo, Vec3 ns) {
+Vec3 bend_shading_normal(Vec3 ng, Vec3 wo, Vec3 ns) {
   const float cos_ng = glm::dot(ng, wo);
   const float lowest = std::min(0.9f * cos_ng, 0.01f);
   if (glm::dot(2.0f * glm::dot(ns, wo) * ns - wo, ng) >= lowest) return ns;

@@ -70,7 +70,8 @@ SubsurfaceMedium principled_medium(const PrincipledInputs& inputs);
 /// Emission and alpha are handled by the caller.
 void add_principled(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& inputs);
 
-/// Shading normal bent as little as needed so that the mirror direction of wo lies above ng.
-Vec3 safe_shading_normal(Vec3 ng, Vec3 wo, Vec3 ns);
+Vec3 bend_shading_normal(Vec3 ng, Vec3 wo, Vec3 ns);
+/// Shading normal bent as little as needed so that the mirror direction of wo lies above ng. `ng` is on wo's side.
+inline Vec3 safe_shading_normal(Vec3 ng, Vec3 wo, Vec3 ns) { return ns == ng ? ns : bend_shading_normal(ng, wo, ns); }
 
 }  // namespace ajar::closures

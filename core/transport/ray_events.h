@@ -2,6 +2,7 @@
 // meets besides surfaces, and what its first hit leaves in the passes.
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include "film/film.h"
@@ -10,7 +11,7 @@
 namespace ajar {
 
 /// Kind of ray that leaves a surface after the sampled lobe, as Blender tells them apart.
-inline uint32_t ray_kind_after(uint32_t lobe_flags) {
+constexpr uint32_t ray_kind_after(uint32_t lobe_flags) {
   uint32_t kind = (lobe_flags & kTransmission) ? uint32_t(kRayTransmission) : uint32_t(kRayReflection);
   if (lobe_flags & kDiffuse) kind |= kRayDiffuse;
   if (lobe_flags & (kGlossy | kSpecular)) kind |= kRayGlossy;
@@ -19,7 +20,15 @@ inline uint32_t ray_kind_after(uint32_t lobe_flags) {
   if ((lobe_flags & kTransmission) && !(lobe_flags & kDiffuse)) kind &= ~uint32_t(kRayGlossy);
   return kind;
 }
-inline uint32_t ray_kind_after(const BsdfSample& sample) { return ray_kind_after(sample.flags); }
+inline uint32_t ray_kind_after(const BsdfSample& sample) {
+  constexpr uint32_t kAllFlags = 2 * kTransparent - 1;
+  static constexpr auto kKinds = [] {
+    std::array<uint8_t, kAllFlags + 1> kinds{};
+    for (uint32_t flags = 0; flags <= kAllFlags; ++flags) kinds[flags] = uint8_t(ray_kind_after(flags));
+    return kinds;
+  }();
+  return kKinds[sample.flags & kAllFlags];
+}
 
 /// Before the ray of `sample` leaves `from`: what `next`, the vertex it comes to, knows of the bounces so far. Both may be the same.
 [[gnu::always_inline]] inline void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next) {
