@@ -3,6 +3,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=build/fuzz
+mkdir -p build
 cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O1 -g1" -DCMAKE_CXX_COMPILER=clang++-16 -DAJAR_PYTHON=OFF -DAJAR_TESTS=OFF -DAJAR_FUZZERS=ON \
       -DAJAR_SANITIZERS=address,undefined,float-cast-overflow,fuzzer-no-link > "$build.log"
 cmake --build "$build" --target fuzz_scene fuzz_graph make_corpus
