@@ -106,7 +106,8 @@ void bind_reports(py::module_& module) {
       .def_readonly("label", &IntegratorInfo::label)
       .def_readonly("honesty", &IntegratorInfo::honesty)
       .def_readonly("sentence", &IntegratorInfo::sentence)
-      .def_readonly("can_merge", &IntegratorInfo::can_merge);
+      .def_readonly("can_merge", &IntegratorInfo::can_merge)
+      .def_readonly("follows_hints", &IntegratorInfo::follows_hints);
 }
 
 }  // namespace

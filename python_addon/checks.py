@@ -19,7 +19,7 @@ from .export.context import ExportContext
 from .headless import Options
 
 CHAIN_INTEGRATORS = {"metropolis", "erpt", "pmc_pt"}
-HINT_INTEGRATORS = {"auto", "mps", "metropolis", "pmc_pt"}   # auto tries metropolis where there are any
+HINT_INTEGRATORS = {info.name for info in ajar.integrator_list() if info.follows_hints}
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@
 #include "film/filter.h"
 #include "integrators/tile_loop.h"
 #include "transport/bidirectional.h"
+#include "transport/hint_guide.h"
+#include "transport/path.h"
 
 namespace ajar {
 
@@ -26,17 +28,21 @@ class Bdpt final : public Integrator {
     samples_done_ = 0;
     statistics_ = {};
     merging_.prepare(*scene_, seed);
+    followed_.clear();
+    space_.reset();
     filter_ = PixelFilter(scene_->settings().filter, scene_->settings().filter_width);
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
+    if (!space_) begin(film, stop);
     const double light_walks = double(film.width()) * double(film.height());
     tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] {
       BidirectionalWalks w(*scene_, light_walks);
       w.finds_beyond_terminator = true;
       w.leaves_unconnectable = merging_.active();
       w.merging = merging_.active() ? &merging_ : nullptr;
+      w.guide = space_->guide;
       return w;
     });
     struct Tile {
@@ -61,11 +67,20 @@ class Bdpt final : public Integrator {
 
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s = statistics_;
+    add_statistics_of(followed_, s);
+    s.hints = followed_.statistics();
     add_statistics_of(merging_, s);
     return s;
   }
 
  private:
+  void begin(const Film& film, const std::atomic<bool>& stop) {
+    space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    space_->without_unconnectable = merging_.active();
+    followed_.begin(*space_, seed_, stop);
+    merging_.follow(space_->guide);
+  }
+
   void add_sample(Film& film, int px, int py, uint32_t index, double light_walks, Sampler& sampler, BidirectionalWalks& walks) const {
     const int full_width = scene_->settings().width, full_height = scene_->settings().height;
     sampler.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), index);
@@ -90,6 +105,8 @@ class Bdpt final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0, samples_done_ = 0;
   VertexMerging merging_;
+  FollowedHints followed_;
+  std::unique_ptr<PathSpace> space_;      ///< of the paths that tell what hints bring
   PixelFilter filter_;
   IntegratorStatistics statistics_;
 };

@@ -6,6 +6,7 @@
 #include "transport/chain.h"
 #include "transport/direct_pass.h"
 #include "transport/film_luminance.h"
+#include "transport/hint_guide.h"
 #include "transport/mutations/bidirectional_mutation.h"
 #include "transport/mutations/caustic_perturbation.h"
 #include "transport/mutations/lens_perturbation.h"
@@ -37,6 +38,7 @@ class EnergyRedistribution final : public Integrator {
     scene_ = std::move(scene);
     seed_ = seed;
     merging_.prepare(*scene_, seed);
+    followed_.clear();
     samples_done_ = steps_wanted_ = 0;
     direct_done_ = direct_wanted_ = 0;
     direct_rays_ = 0;
@@ -57,6 +59,8 @@ class EnergyRedistribution final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
     s.rays = direct_rays_;
+    add_statistics_of(followed_, s);
+    s.hints = followed_.statistics();
     add_statistics_of(merging_, s);
     Tally sum;
     if (!workers_) return s;
@@ -98,6 +102,8 @@ class EnergyRedistribution final : public Integrator {
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
     space_->without_unconnectable = merging_.active();
+    followed_.begin(*space_, seed_, stop);
+    merging_.follow(space_->guide);
     mutations_.clear();
     mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.6f});
     mutations_.push_back({std::make_unique<CausticPerturbation>(*space_), 0.4f});
@@ -190,6 +196,7 @@ class EnergyRedistribution final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
   VertexMerging merging_;
+  FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;
   std::unique_ptr<Workers> workers_;

@@ -19,7 +19,8 @@
 
 namespace ajar {
 
-struct Learned;   // integrators/learned.h
+class FollowedHints;   // transport/hint_guide.h
+struct Learned;        // integrators/learned.h
 
 enum class Honesty : uint8_t { Unbiased, Consistent, Biased };
 
@@ -64,6 +65,8 @@ class Integrator {
 
 /// Rays, and what the last pass had. The rays are those of photons, of which a small picture has more than its share.
 void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& statistics);
+/// Rays that learned what hints bring.
+void add_statistics_of(const FollowedHints& followed, IntegratorStatistics& statistics);
 
 struct IntegratorInfo {
   const char* name;
@@ -77,6 +80,7 @@ struct IntegratorInfo {
   bool can_merge = false;       ///< knows vertex merging (transport/vertex_merging.h); with it, it is consistent
   bool renders_media = false;   ///< light scatters between surfaces, too
   bool renders_strands = false; ///< of hair, whose ribbons lie otherwise for each ray
+  bool follows_hints = false;   ///< that the artist has drawn (transport/hint_guide.h)
 };
 /// The one list of integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();

@@ -2,6 +2,7 @@
 
 #include "transport/chain_ensemble.h"
 #include "transport/direct_pass.h"
+#include "transport/hint_guide.h"
 #include "transport/mutations/standard_mutations.h"
 #include "transport/pilot_importance.h"
 
@@ -27,7 +28,7 @@ class Metropolis final : public Integrator {
     direct_done_ = samples_done_ = 0;
     direct_rays_ = 0;
     pilot_ = {};
-    hint_reports_.clear();
+    followed_.clear();
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
@@ -49,9 +50,10 @@ class Metropolis final : public Integrator {
     IntegratorStatistics s;
     s.rays = pilot_.rays + direct_rays_ + chains_.rays();
     add_statistics_of(merging_, s);
+    add_statistics_of(followed_, s);
     s.paths = chains_.steps() + chains_.seeds();
     chains_.add_statistics(s.extra);
-    s.hints = chains_.hint_statistics(hint_reports_, pilot_.direct_light);
+    s.hints = chains_.hint_statistics(followed_.reports(), pilot_.direct_light);
     return s;
   }
 
@@ -59,12 +61,12 @@ class Metropolis final : public Integrator {
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
     space_->without_unconnectable = merging_.active();
-    hint_reports_.clear();
-    hints_ = Hints::attach(*scene_, hint_reports_);
-    mutations_ = standard_mutations(*space_, hints_);
+    followed_.begin(*space_, seed_, stop);
+    merging_.follow(space_->guide);
+    mutations_ = standard_mutations(*space_, followed_.hints(), followed_.mutation_use());
     const auto seeds = uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kFewestSeeds, kMostSeeds));
     chains_ = {};
-    if (!hints_.empty()) chains_.watch(hints_);
+    if (!followed_.hints().empty()) chains_.watch(followed_.hints());
     pilot_ = look_ahead(*space_, seed_, seeds / 4, stop);
     space_->importance = pilot_.importance;
     if (!chains_.begin(*space_, mutations_, seed_, seeds, stop)) space_.reset();
@@ -80,14 +82,13 @@ class Metropolis final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
   VertexMerging merging_;
+  FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;
   ChainEnsemble chains_;
   uint32_t direct_done_ = 0, samples_done_ = 0;
   uint64_t direct_rays_ = 0;
   Pilot pilot_;
-  Hints hints_;
-  std::vector<HintReport> hint_reports_;
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "integrators/gather_passes.h"
 #include "integrators/learned.h"
 #include "transport/chain_ensemble.h"
+#include "transport/hint_guide.h"
 #include "transport/mutations/standard_mutations.h"
 #include "transport/path_photons.h"
 
@@ -62,7 +63,7 @@ class Mps final : public Integrator {
   void hand_on(Learned& learned) override { passes_.hand_on(learned); }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
-    if (!space_) begin(film);
+    if (!space_) begin(film, stop);
     for (int i = 0; i < samples_per_pixel && !stop.load(std::memory_order_relaxed); ++i) {
       if (!scene_->lights().empty() && !scene_->instances().empty()) make_maps(film, stop);
       if (!stop.load(std::memory_order_relaxed)) passes_.render(film, stop);
@@ -72,9 +73,10 @@ class Mps final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
     s.rays = ensemble_.rays() + photon_rays_;
+    add_statistics_of(followed_, s);
     passes_.add_statistics(s);
     ensemble_.add_statistics(s.extra);
-    s.hints = ensemble_.hint_statistics(hint_reports_, 0.0);  // shares of what the chains carry: direct light is not known here
+    s.hints = ensemble_.hint_statistics(followed_.reports(), 0.0);  // shares of what the chains carry: direct light is not known here
     s.extra["arrival_bytes"] = double(arrivals_.memory_bytes());
     return s;
   }
@@ -82,13 +84,12 @@ class Mps final : public Integrator {
   PhotonPoints photons(uint64_t most) const override { return passes_.photons(most); }
 
  private:
-  void begin(const Film& film) {
+  void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
-    hint_reports_.clear();
-    hints_ = Hints::attach(*scene_, hint_reports_);
-    mutations_ = standard_mutations(*space_, hints_);
+    followed_.begin(*space_, seed_, stop);
+    mutations_ = standard_mutations(*space_, followed_.hints(), followed_.mutation_use());
     ensemble_ = {};
-    if (!hints_.empty()) ensemble_.watch(hints_);
+    if (!followed_.hints().empty()) ensemble_.watch(followed_.hints());
   }
 
   /// Photons of chains and plain ones, each weighed by its share in the density of both where it lies (balance heuristic).
@@ -161,9 +162,8 @@ class Mps final : public Integrator {
 
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
+  FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;
-  Hints hints_;
-  std::vector<HintReport> hint_reports_;
   std::vector<MutationShare> mutations_;
   ChainEnsemble ensemble_;
   ArrivalMap arrivals_;

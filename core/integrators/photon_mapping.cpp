@@ -2,6 +2,8 @@
 
 #include "integrators/gather_passes.h"
 #include "integrators/learned.h"
+#include "transport/hint_guide.h"
+#include "transport/path.h"
 #include "transport/photon_tracer.h"
 
 namespace ajar {
@@ -21,6 +23,8 @@ class PhotonMapping final : public Integrator {
     photon_rays_ = 0;
     plan_ = plan_photons(*scene_);
     passes_.prepare(*scene_, seed);
+    followed_.clear();
+    space_.reset();
   }
 
   std::vector<LearnedPart> begin_with(const Learned& learned) override { return passes_.begin_with(learned); }
@@ -28,6 +32,7 @@ class PhotonMapping final : public Integrator {
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     // Every sample of a pixel is a pass of its own, so that the picture does not depend on how a render is cut into iterations.
+    if (!space_ && (plan_.global || plan_.caustic)) begin(film, stop);
     for (int i = 0; i < samples_per_pixel && !stop.load(std::memory_order_relaxed); ++i) {
       make_maps(stop);
       if (!stop.load(std::memory_order_relaxed)) passes_.render(film, stop);
@@ -37,6 +42,8 @@ class PhotonMapping final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
     s.rays = photon_rays_;
+    add_statistics_of(followed_, s);
+    s.hints = followed_.statistics();
     s.extra["photon_rays"] = double(photon_rays_);
     passes_.add_statistics(s);
     return s;
@@ -45,11 +52,17 @@ class PhotonMapping final : public Integrator {
   PhotonPoints photons(uint64_t most) const override { return passes_.photons(most); }
 
  private:
+  void begin(const Film& film, const std::atomic<bool>& stop) {
+    space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    followed_.begin(*space_, seed_, stop);
+  }
+
   void make_maps(const std::atomic<bool>& stop) {
     if (!plan_.global && !plan_.caustic) return;
     PhotonEmission emission;
     emission.plan = plan_;
     emission.seed = seed_;
+    emission.guide = followed_.guide();
     emission.count = passes_.photon_count();
     emission.site_stride = passes_.site_stride(emission.count);
     if (passes_.pass() == 0) {
@@ -73,6 +86,8 @@ class PhotonMapping final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
   PhotonPlan plan_;
+  FollowedHints followed_;
+  std::unique_ptr<PathSpace> space_;      ///< of the paths that tell what hints bring
   GatherPasses passes_;
   uint64_t photon_rays_ = 0;
 };

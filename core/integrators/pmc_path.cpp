@@ -45,7 +45,7 @@ class PopulationPaths final : public Integrator {
     film.enable_splats();
     PathSpace space(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
     space.without_unconnectable = merging_.active();
-    if (!populations_[0]) begin(film, space);
+    if (!populations_[0]) begin(film, space, stop);
     direct_wanted_ += uint32_t(samples_per_pixel);
     const uint32_t direct = (direct_wanted_ + kDirectShare - 1) / kDirectShare - direct_done_;
     if (direct > 0) direct_rays_ += add_direct_samples(film, space, seed_, direct_done_, int(direct), merging_, stop);
@@ -63,6 +63,7 @@ class PopulationPaths final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
     s.rays = direct_rays_;
+    add_statistics_of(followed_, s);
     add_statistics_of(merging_, s);
     if (!populations_[0]) return s;
     for (const auto& population : populations_) {
@@ -72,24 +73,24 @@ class PopulationPaths final : public Integrator {
     }
     HintAccount account;
     for (const auto& population : populations_) population->add_hint_account(account);
-    s.hints = account.statistics(hint_reports_, 0.5 / (double(size_.steps) * std::max(1u, generations_)),
+    s.hints = account.statistics(followed_.reports(), 0.5 / (double(size_.steps) * std::max(1u, generations_)),
                                  0.5 * (populations_[0]->left_out() + populations_[1]->left_out()));
     s.extra["bytes_per_member"] = s.extra["members"] > 0.0 ? s.extra["population_bytes"] / s.extra["members"] : 0.0;
     return s;
   }
 
  private:
-  void begin(const Film& film, const PathSpace& space) {
+  void begin(const Film& film, PathSpace& space, const std::atomic<bool>& stop) {
+    followed_.begin(space, seed_, stop);
+    merging_.follow(space.guide);
     const int64_t pixels = int64_t(film.width()) * film.height();
     const int64_t members = std::clamp(pixels / kPixelsPerMember, kFewestMembers, kMostMembers) / 2;
-    hint_reports_.clear();
-    hints_ = Hints::attach(*scene_, hint_reports_);
     size_.members = uint32_t(members);
     size_.steps = uint32_t(std::clamp<int64_t>(pixels / (2 * members), 1, kMostSteps));
     size_.samples = std::max(1u, size_.members * size_.steps / kStepsPerSample);
     size_.first_samples = kFirstSamples * size_.samples;
     for (uint32_t i = 0; i < 2; ++i) {
-      populations_[i] = std::make_unique<PathPopulation>(space, size_, seed_, i, hints_);
+      populations_[i] = std::make_unique<PathPopulation>(space, size_, seed_, i, followed_);
       if (past_) populations_[i]->begin_with(*past_);
     }
   }
@@ -104,8 +105,7 @@ class PopulationPaths final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
   VertexMerging merging_;
-  Hints hints_;
-  std::vector<HintReport> hint_reports_;
+  FollowedHints followed_;
   PathPopulation::Size size_{};
   std::unique_ptr<PathPopulation> populations_[2];
   uint32_t generations_ = 0;

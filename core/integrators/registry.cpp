@@ -8,21 +8,33 @@
 #include "integrators/path_tracer.h"
 #include "integrators/photon_mapping.h"
 #include "integrators/pmc_path.h"
+#include "transport/hint_guide.h"
 
 namespace ajar {
 
 const std::vector<IntegratorInfo>& integrator_list() {
   static const std::vector<IntegratorInfo> list{
       // Who renders for others asks render/technique_choice.h which it shall be; by itself it is path tracing.
-      {"auto", "Auto", Honesty::Consistent, "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.", make_path_tracer, false, true, true, false, true, true},
-      {"path", "Path Tracing", Honesty::Unbiased, "Paths from the eye; best for open scenes and easily seen lights.", make_path_tracer, false, true, true, false, true, true},
-      {"bdpt", "Bidirectional Path Tracing", Honesty::Unbiased, "Paths from the eye and from the lights; for light that arrives indirectly.", make_bdpt, true, false, false, true},
-      {"pmc_pt", "Population Monte Carlo", Honesty::Unbiased, "A population of light paths that learns.", make_pmc_path, true, false, false, true},
-      {"erpt", "Energy Redistribution", Honesty::Unbiased, "Path tracing whose finds are spread by short chains.", make_erpt, true, false, false, true},
-      {"mps", "Metropolis Photon Sampling", Honesty::Consistent, "Photons only where the picture needs them.", make_mps, true},
-      {"metropolis", "Metropolis", Honesty::Consistent, "Chains of mutations that dwell on the light paths that matter.", make_metropolis, true, false, false, true},
-      {"photon_map", "Photon Mapping", Honesty::Consistent, "Photons from the lights, gathered at what the eye sees.", make_photon_mapping},
-      {"irradiance_cache", "Irradiance Caching", Honesty::Biased, "Light between diffuse surfaces, gathered at few points and interpolated.", make_irradiance_cache}};
+      {.name = "auto", .label = "Auto", .honesty = Honesty::Consistent,
+       .sentence = "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.",
+       .make = make_path_tracer, .renders_motion = true, .tells_parts = true, .renders_media = true, .renders_strands = true, .follows_hints = true},
+      {.name = "path", .label = "Path Tracing", .honesty = Honesty::Unbiased, .sentence = "Paths from the eye; best for open scenes and easily seen lights.",
+       .make = make_path_tracer, .renders_motion = true, .tells_parts = true, .renders_media = true, .renders_strands = true},
+      {.name = "bdpt", .label = "Bidirectional Path Tracing", .honesty = Honesty::Unbiased,
+       .sentence = "Paths from the eye and from the lights; for light that arrives indirectly.", .make = make_bdpt, .joins_camera = true, .can_merge = true,
+       .follows_hints = true},
+      {.name = "pmc_pt", .label = "Population Monte Carlo", .honesty = Honesty::Unbiased, .sentence = "A population of light paths that learns.", .make = make_pmc_path,
+       .joins_camera = true, .can_merge = true, .follows_hints = true},
+      {.name = "erpt", .label = "Energy Redistribution", .honesty = Honesty::Unbiased, .sentence = "Path tracing whose finds are spread by short chains.",
+       .make = make_erpt, .joins_camera = true, .can_merge = true, .follows_hints = true},
+      {.name = "mps", .label = "Metropolis Photon Sampling", .honesty = Honesty::Consistent, .sentence = "Photons only where the picture needs them.", .make = make_mps,
+       .joins_camera = true, .follows_hints = true},
+      {.name = "metropolis", .label = "Metropolis", .honesty = Honesty::Consistent, .sentence = "Chains of mutations that dwell on the light paths that matter.",
+       .make = make_metropolis, .joins_camera = true, .can_merge = true, .follows_hints = true},
+      {.name = "photon_map", .label = "Photon Mapping", .honesty = Honesty::Consistent, .sentence = "Photons from the lights, gathered at what the eye sees.",
+       .make = make_photon_mapping, .follows_hints = true},
+      {.name = "irradiance_cache", .label = "Irradiance Caching", .honesty = Honesty::Biased,
+       .sentence = "Light between diffuse surfaces, gathered at few points and interpolated.", .make = make_irradiance_cache}};
   return list;
 }
 
@@ -33,6 +45,11 @@ void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& stati
   statistics.extra["photons"] = double(merging.photons());
   statistics.extra["photon_bytes"] = double(merging.memory_bytes());
   statistics.extra["photon_radius"] = double(merging.radius());
+}
+
+void add_statistics_of(const FollowedHints& followed, IntegratorStatistics& statistics) {
+  statistics.rays += followed.rays();
+  if (followed.rays() > 0) statistics.extra["hint_rays"] = double(followed.rays());
 }
 
 const IntegratorInfo& find_integrator(const std::string& name) {

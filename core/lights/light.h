@@ -20,9 +20,13 @@ enum class LightType : uint8_t { Point, Sphere, Spot, SpotSphere, Rectangle, Ell
 inline bool is_delta(LightType type) {
   return type == LightType::Point || type == LightType::Spot || type == LightType::DistantDelta;
 }
+inline bool is_sphere(LightType type) { return type == LightType::Sphere || type == LightType::SpotSphere; }
 inline bool is_distant(LightType type) {
   return type == LightType::DistantDelta || type == LightType::DistantDisk || type == LightType::Environment;
 }
+
+/// Where a lamp's shader asks how far its light goes and nobody knows yet: metres.
+constexpr float kUsualDistance = 1.0f;
 
 /// A place that is looked at from p, on a light or another surface.
 struct LightPlace {

@@ -66,9 +66,6 @@ double luminous(Color c) { return luminance(glm::abs(c)); }
 
 }  // namespace
 
-/// Where a lamp's shader asks how far its light goes and nobody knows yet: metres.
-constexpr float kUsualDistance = 1.0f;
-
 struct LightSet::Data {
   const ObjectDescription* objects = nullptr;
   const BuiltMesh* meshes = nullptr;

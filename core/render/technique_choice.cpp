@@ -19,14 +19,12 @@ struct Candidate {
   double tail;                  ///< relMSE of long renders over what short ones foretell: rare bright starts that none of these had (same page)
   bool unbiased;                ///< but for what vertex merging blurs, which is left out of account
   bool spreads;                 ///< chains spread light over pixels of a size of their own
-  bool for_hints;               ///< tried only where the artist has drawn light paths, which it follows
   int samples;                  ///< of each of the pilot's two pictures: fewer where a sample brings photons for the whole picture
 };
 /// The first is the one to stay with.
-constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, false, 4},
-                                     {"energy redistribution", "erpt", 1.4, 3.0, true, true, false, 4},
-                                     {"population Monte Carlo", "pmc_pt", 1.8, 3.0, true, true, true, 4},
-                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, false, 1}};
+constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4},
+                                     {"energy redistribution", "erpt", 1.4, 3.0, true, true, 4},
+                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1}};
 constexpr int kPilotPixels = 12288, kFewestPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;   // of path tracing
 constexpr int kBlur = 3;                      // pixels to each side
@@ -87,7 +85,7 @@ double samples_of_render(const RenderSettings& s, double rate) {
 /// Two independent pictures by one technique.
 struct Pilot {
   std::vector<float> first, second;   // RGBA
-  double rays = 0.0;                  // as if the picture had its share of the render's photons
+  double rays = 0.0;                  // as if the picture had its share of the render's photons; without those that learn once
 };
 
 /// relMSE of chains in a picture of so many pixels, over that in a large one: the fewer there are, the fewer chains does each see (docs/benchmarks/auto.md).
@@ -109,7 +107,7 @@ Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<const Scene>& 
     integrator->run_iteration(film, candidate.samples, stop);
     (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", 1.0f);
     IntegratorStatistics statistics = integrator->statistics();
-    pilot.rays += double(statistics.rays) - (1.0 - photon_share) * statistics.extra["photon_rays"];
+    pilot.rays += double(statistics.rays) - (1.0 - photon_share) * statistics.extra["photon_rays"] - statistics.extra["hint_rays"];
   }
   return pilot;
 }
@@ -188,7 +186,6 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   }
   std::vector<const Candidate*> candidates;
   for (const Candidate& candidate : kCandidates) {
-    if (candidate.for_hints && scene->hints().empty()) continue;
     choice.reason = reason_against(find_integrator(candidate.integrator), *scene);
     if (!choice.reason.empty()) return choice;
     candidates.push_back(&candidate);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "film/filter.h"
+#include "transport/hint_guide.h"
 
 namespace ajar {
 
@@ -15,6 +16,14 @@ constexpr uint32_t kThrough = 4096, kLobe = 4, kDirection = 5, kRoulette = 7;
 constexpr int kRouletteAfter = 3;
 /// Stands for the density of what walks never start from, where it divides.
 constexpr float kNever = 1e-30f;
+
+/// A direction that no lobe has drawn.
+BsdfSample drawn_by_hint(const PathVertex& vertex, Vec3 wi) {
+  BsdfSample sample{};
+  sample.wi = wi;
+  sample.flags = likely_flags(vertex.shading.bsdf, wi, vertex.point.wo);
+  return sample;
+}
 
 }  // namespace
 
@@ -146,11 +155,11 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     if (!sample) break;
     next.vertex.specular = sample->specular;
     only_specular &= sample->specular;
-    next.scattering = scatter(vertex, vertex.point.wo, sample->wi, sample->specular);
+    next.scattering = scatter(vertex, vertex.point.wo, sample->wi, sample->specular, guide);
     if (!(next.scattering.pdf_to_light > 0.0f)) break;
     beta = next.beta * next.scattering.f / next.scattering.pdf_to_light;
     if (!(max_component(beta) > 0.0f)) break;
-    if (i >= 2) eye_[size_t(i - 1)].rev = next.scattering.pdf_to_eye * next.edge.to_eye_area() * next.edge.pass * (1.0f - previous.vertex.pass);
+    if (i >= 2) eye_[size_t(i - 1)].rev = next.scattering.pdf_walk_to_eye * next.edge.to_eye_area() * next.edge.pass * (1.0f - previous.vertex.pass);
     if (i >= kRouletteAfter) {
       const float survival = std::min(1.0f, std::sqrt(max_component(beta)));
       sampler.set_dimension(base + kRoulette);
@@ -192,7 +201,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
   const Vec2 u_position = sampler.get_2d(), u_direction = sampler.get_2d();
   const float u_choice = sampler.get_1d();
   Ray ray;
-  if (!start_at_light(scene_, u_choice, u_position, u_direction, light_[0].vertex, ray)) return;
+  if (!start_at_light(scene_, guide, u_choice, u_position, u_direction, light_[0].vertex, ray)) return;
   if (for_photons_ && !sends_photons(scene_, light_[0].vertex)) return;
   ShadingPoint start;
   start.ray_kind = kLightWalkKind;
@@ -213,7 +222,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     next.edge.transmittance = through.transmittance;
     next.edge.pass = through.pass;
     if (i == 1) {
-      light_end_ = light_end(scene_, previous.vertex, vertex, next.edge);
+      light_end_ = light_end(scene_, previous.vertex, vertex, next.edge, guide);
       if (!(light_end_.pdf_origin * light_end_.pdf_direction > 0.0f)) break;
       previous.fwd = light_end_.pdf_origin;
       previous.beta = Color(1.0f / light_end_.pdf_origin);
@@ -227,14 +236,18 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     light_count_ = i + 1;
 
     sampler.set_dimension(base + kLobe);
-    const float u_lobe = sampler.get_1d();
-    const auto sample = vertex.shading.bsdf.sample(vertex.point.wo, u_lobe, sampler.get_2d(), TransportMode::Importance);
+    float u_lobe = sampler.get_1d();
+    const Vec2 u_bounce = sampler.get_2d();
+    std::optional<BsdfSample> sample;
+    if (guide && vertex.connectable())
+      if (const auto along = guide->direction_at(vertex.position(), u_lobe, u_bounce)) sample = drawn_by_hint(vertex, *along);
+    if (!sample) sample = vertex.shading.bsdf.sample(vertex.point.wo, u_lobe, u_bounce, TransportMode::Importance);
     if (!sample) break;
     next.vertex.specular = sample->specular;
     if (for_photons_ && !sample->specular && i > 1 && !previous.vertex.specular) break;
-    next.scattering = scatter(vertex, sample->wi, vertex.point.wo, sample->specular);
-    if (!(next.scattering.pdf_to_eye > 0.0f)) break;
-    const Color bounce = next.scattering.f / next.scattering.pdf_to_eye;
+    next.scattering = scatter(vertex, sample->wi, vertex.point.wo, sample->specular, guide);
+    if (!(next.scattering.pdf_walk_to_eye > 0.0f)) break;
+    const Color bounce = next.scattering.f / next.scattering.pdf_walk_to_eye;
     factor = next.beta * bounce;
     gained *= bounce * (abs_dot(vertex.point.ng, sample->wi) / std::max(next.edge.cos_eye_end, 1e-6f));
     if (!(max_component(factor) > 0.0f)) break;
@@ -251,7 +264,7 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     count_bounce(*sample, vertex.point, start);
     start.ray_kind = kLightWalkKind;
     ray = scene_.spawn_ray(vertex.point, sample->wi);
-    pdf_direction = next.scattering.pdf_to_eye;
+    pdf_direction = next.scattering.pdf_walk_to_eye;
   }
 }
 
@@ -293,7 +306,7 @@ void BidirectionalWalks::find_by_hit(int index) {
   d.count = t + 1;
   double weight = 1.0;
   if (t >= 2) {
-    const LightEnd light = light_end(scene_, hit.light, end.vertex, hit.edge);
+    const LightEnd light = light_end(scene_, hit.light, end.vertex, hit.edge, guide);
     d.from_eye[0] = light.can_be_hit ? double(hit.pdf) : 0.0;
     d.from_light[0] = std::max(light.pdf_origin, kNever);
     d.from_light[1] = double(light.pdf_direction) * hit.edge.to_eye_area() * hit.edge.pass * (1.0f - end.vertex.pass);
@@ -326,9 +339,9 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   if (!sample_light(scene_, b, sampler.get_1d(), u, light)) return;
   if (leaves_out(t, true) && sends_photons(scene_, light)) return;
   PathEdge edge = join(light, b);
-  const LightEnd light_side = light_end(scene_, light, b, edge);
+  const LightEnd light_side = light_end(scene_, light, b, edge, guide);
   if (!(light_side.pdf_sampled > 0.0f)) return;
-  const Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false);
+  const Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
   Color contribution = end.beta * at_b.f * light_side.radiance * (edge.to_light_area() / light_side.pdf_sampled);
   if (is_black(contribution) || !look_along(scene_, light, b, edge, rays_)) {
     if (!finds_beyond_terminator) return;
@@ -349,7 +362,7 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   for (int k = t - 1; k >= 0; --k) {
     const int j = t - k;
     d.from_eye[j] = k == 0 ? 1.0 : double(eye_[size_t(k)].fwd);
-    if (j == 2) d.from_light[j] = k == 0 ? 0.0 : double(at_b.pdf_to_eye) * end.edge.to_eye_area() * end.edge.pass * (1.0f - eye_[size_t(k)].vertex.pass);
+    if (j == 2) d.from_light[j] = k == 0 ? 0.0 : double(at_b.pdf_walk_to_eye) * end.edge.to_eye_area() * end.edge.pass * (1.0f - eye_[size_t(k)].vertex.pass);
     if (j > 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
     d.joinable[j] = k == 0 || j == 1 || !eye_[size_t(k)].vertex.specular;
   }
@@ -366,9 +379,9 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
   if (only_strategy >= 0 && only_strategy != s) return;
   PathEdge edge = join(a, b);
   if (!(edge.inverse_square > 0.0f)) return;
-  const Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false);
+  const Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
   if (is_black(at_b.f)) return;
-  const Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false);
+  const Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false, guide);
   Color contribution = from.beta * at_a.f * at_b.f * to.beta * edge.to_light_area();
   if (is_black(contribution) || !look_along(scene_, a, b, edge, rays_)) return;
 
@@ -389,8 +402,8 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
     d.joinable[j] = k == 0 || k == t - 1 || !eye_[size_t(k)].vertex.specular;
     if (k < t - 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
   }
-  d.from_light[s] = double(at_a.pdf_to_eye) * edge.to_eye_area() * edge.pass * (1.0f - b.pass);
-  d.from_light[s + 1] = t == 2 ? 0.0 : double(at_b.pdf_to_eye) * to.edge.to_eye_area() * to.edge.pass * (1.0f - eye_[size_t(t - 2)].vertex.pass);
+  d.from_light[s] = double(at_a.pdf_walk_to_eye) * edge.to_eye_area() * edge.pass * (1.0f - b.pass);
+  d.from_light[s + 1] = t == 2 ? 0.0 : double(at_b.pdf_walk_to_eye) * to.edge.to_eye_area() * to.edge.pass * (1.0f - eye_[size_t(t - 2)].vertex.pass);
   contribution *= edge.transmittance * (float(d.weight(s, light_walks_)) * limits_factor(s, t, edge));
   if (is_black(contribution)) return;
   connections_.push_back(edge);
@@ -410,7 +423,7 @@ void BidirectionalWalks::find_by_lens(int s) {
   PathEdge edge = join(a, lens_);
   if (!(edge.inverse_square > 0.0f)) return;
   const float density = lens_density(scene_, edge);
-  const Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false);
+  const Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false, guide);
   Color contribution = from.beta * at_a.f * (edge.to_light_area() * density);
   if (is_black(contribution) || !look_along(scene_, a, lens_, edge, rays_)) return;
 

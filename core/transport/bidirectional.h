@@ -60,6 +60,8 @@ class BidirectionalWalks {
   bool leaves_unconnectable = false;
   /// Their light is in `merged`.
   const VertexMerging* merging = nullptr;
+  /// What walks from lights follow besides; null: nothing.
+  const HintGuide* guide = nullptr;
   /// Light sampling also finds what lies beyond the terminator (shadow_terminator.h). Such paths are no paths of a PathSpace.
   bool finds_beyond_terminator = false;
   /// For tests: only the strategy with this many light vertices (-1: all), weighted as one of all.

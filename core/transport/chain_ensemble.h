@@ -50,7 +50,8 @@ class ChainEnsemble {
           for (; numbered.steps < wanted; ++numbered.steps) {
             if (stop.load(std::memory_order_relaxed)) return;
             numbered.chain.step(numbered.sampler, [&](const Path& path, double weight) {
-              if (hints_) numbered.account.add_state(*hints_, path, weight / double(space_->importance.at(path.film)));
+              if (hints_ && numbered.steps % HintAccount::kStride == 0)
+                numbered.account.add_state(space_->scene.lights(), *hints_, path, HintAccount::kStride * weight / double(space_->importance.at(path.film)));
               visit(c, path, weight, numbered.sampler);
             });
           }

@@ -26,7 +26,7 @@ Color trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, Sample
     const auto meet = [&](const PathVertex& end, const PathEdge& edge, Color carried) {
       float weight = 1.0f;
       if (pdf_to_light > 0.0f) {
-        const LightEnd found = light_end(scene, end, previous, edge);
+        const LightEnd found = light_end(scene, end, previous, edge, nullptr);
         weight = power_heuristic(pdf_to_light * edge.to_light_area(), found.pdf_sampled);
       }
       radiance += carried * end.shading.emission * weight;
@@ -63,7 +63,7 @@ Color trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, Sample
       const Vec2 u = sampler.get_2d();
       if (sample_light(scene, vertex, sampler.get_1d(), u, light)) {
         PathEdge edge = join(light, vertex);
-        const LightEnd end = light_end(scene, light, vertex, edge);
+        const LightEnd end = light_end(scene, light, vertex, edge, nullptr);
         const Bsdf::Evaluation scattered = vertex.shading.bsdf.evaluate(vertex.point.wo, -edge.to_eye);
         Color direct = beta * scattered.f_cos * end.radiance * edge.to_light_area();
         if (end.pdf_sampled > 0.0f && !is_black(direct) && look_along(scene, light, vertex, edge, rays)) {

@@ -10,11 +10,14 @@ namespace ajar {
 
 class HintAccount {
  public:
+  /// One state in so many is looked at, and counts for all of them.
+  static constexpr uint64_t kStride = 8;
+
   /// A state that carries `weight`, in units without the importance of places on the film.
-  void add_state(const Hints& hints, const Path& path, double weight) {
+  void add_state(const LightSet& lights, const Hints& hints, const Path& path, double weight) {
     if (of_hints_.size() < hints.size()) of_hints_.resize(hints.size());
     light_ += weight;
-    add_hint_shares(hints, path, weight, of_hints_);
+    add_hint_shares(lights, hints, path, weight, of_hints_);
   }
   void add_proposals(const std::vector<Chain::HintCounts>& counts);
   void add(const HintAccount& other);

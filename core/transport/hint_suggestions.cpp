@@ -94,7 +94,7 @@ std::vector<HintSuggestion> suggest_hints(const Scene& scene, int count, int sam
       if (stop && stop->load(std::memory_order_relaxed)) return;
       sampler.start(uint32_t(b) * kBlock + uint32_t(i), 0);
       const double energy = seeds.sample(sampler);
-      blocks[b].energy += energy + seeds.left_out() * space.film_area();
+      blocks[b].energy += energy + seeds.left_out_light();
       sampler.start(uint32_t(b) * kBlock + uint32_t(i), 1);
       if (!(energy > 0.0) || !seeds.take(double(sampler.get_1d()), path)) continue;
       Candidate candidate = candidate_of(path, energy, space.pdf_lens_area());

@@ -163,6 +163,7 @@ class Attacher {
     if (hint_.vertices.back().specular) return fail("its last point is on a mirror or on glass, where nothing can be joined to it");
     if (hint_.vertices.size() > kMaxPoints) return fail("it bounces without end");
     hint_.name = d_.name;
+    hint_.axis = glm::normalize(hint_.vertices[1].position - hint_.vertices[0].position);
     return true;
   }
 
@@ -227,13 +228,19 @@ uint32_t Hints::choose_light(const Hint& hint, float u) {
   return hint.first_light + uint32_t(at - hint.light_chances.begin());
 }
 
-void Hints::sample_position(const Light& light, Vec2 u, Vec3& position, Vec3& normal) {
+double Hints::pdf_position(const Hint& hint, LightType type, Vec3 normal) {
+  if (!is_sphere(type)) return 1.0;
+  return glm::dot(normal, hint.axis) > 0.0f ? 2.0 : 0.0;
+}
+
+void Hints::sample_position(const Hint& hint, const Light& light, Vec2 u, Vec3& position, Vec3& normal) {
   position = light.position;
   normal = light.frame.n;
   switch (light.type) {
     case LightType::Sphere:
     case LightType::SpotSphere:
       normal = warp::square_to_sphere(u);
+      if (glm::dot(normal, hint.axis) < 0.0f) normal = -normal;
       position += light.radius * normal;
       return;
     case LightType::Rectangle:
@@ -262,9 +269,9 @@ float Hints::pdf_solid_angle(const Hint& hint, size_t j, Vec3 position, Vec3 dir
   return one_minus_cos <= hint.one_minus_cos[j] ? warp::cone_pdf_solid_angle(hint.one_minus_cos[j]) : 0.0f;
 }
 
-double Hints::pdf(const Hint& hint, uint32_t light, std::span<const PathPoint> path) {
+double Hints::pdf(const Hint& hint, uint32_t light, LightType type, Vec3 normal, std::span<const PathPoint> path) {
   if (light < hint.first_light || light - hint.first_light >= hint.light_chances.size() || hint.vertices.size() != path.size()) return 0.0;
-  double density = 1.0 / hint.light_chances.back();
+  double density = pdf_position(hint, type, normal) / hint.light_chances.back();
   for (size_t j = 0; j + 1 < path.size(); ++j) {
     if (path[j].specular != hint.vertices[j].specular) return 0.0;
     if (path[j].specular) {

@@ -7,7 +7,7 @@
 // to it. A curve that cannot be attached is reported by name with the reason, and skipped; it never stops a render.
 //
 // Proposing. A path is rebuilt from the light: it starts anywhere on that light (for an emissive object, anywhere on the
-// object), leaves every rough vertex
+// object; on a sphere, on the half that faces the hint's way), leaves every rough vertex
 // j in a direction inside a cone around the one from *where it now is* to the hint's own vertex j + 1, and follows specular
 // bounces of the hint's kind. Directions are uniform per solid angle in the cone, 1 / (2 pi (1 - cos spread)); the thesis' 1 / (2 pi spread)
 // lacks the sine. `pdf` is the sum over all hints of that density, so any path can be asked about, whoever made it.
@@ -51,6 +51,7 @@ class Hints {
     uint32_t light;                          ///< the nearest to its first point
     uint32_t first_light;                    ///< of the lamp or emissive object that light is part of
     std::vector<double> light_chances;       ///< summed up, of the lights from first_light on, as light walks choose them
+    Vec3 axis{0.0f};                         ///< of its first segment
     double share;                            ///< chance of being chosen
     std::vector<Vertex> vertices;            ///< 0 on the light; the last one is rough
     std::vector<float> one_minus_cos;        ///< of the cone's half-angle, for the segment that leaves each vertex but the last
@@ -71,16 +72,18 @@ class Hints {
   uint32_t choose(float u) const;
   /// A light of the hint's lamp or emissive object, and a point on it; densities as for walks from lights, relative to the whole hint's.
   static uint32_t choose_light(const Hint& hint, float u);
-  static void sample_position(const Light& light, Vec2 u, Vec3& position, Vec3& normal);
+  static void sample_position(const Hint& hint, const Light& light, Vec2 u, Vec3& position, Vec3& normal);
+  /// Of a place on the light with this normal, over that by which walks from lights start.
+  static double pdf_position(const Hint& hint, LightType type, Vec3 normal);
 
   /// Direction that leaves rough vertex `j` of the hint when its path has come to `position`; uniform in the cone.
   static Vec3 sample_direction(const Hint& hint, size_t j, Vec3 position, Vec2 u);
   static float pdf_solid_angle(const Hint& hint, size_t j, Vec3 position, Vec3 direction);
 
-  /// Density of proposing these vertices by one hint: per solid angle at every rough vertex and at the light, and for the first vertex
-  /// relative to that of walks from lights (LightEnd::pdf_origin). Conversions to area are the caller's. Specular vertices count 1. 0 when
+  /// Density of proposing these vertices by one hint, the first on `light` with this type and normal: per solid angle at every rough vertex and at
+  /// the light, and for the first vertex relative to that of walks from lights (LightEnd::pdf_by_power). Conversions to area are the caller's. Specular vertices count 1. 0 when
   /// the hint could not have made it.
-  static double pdf(const Hint& hint, uint32_t light, std::span<const PathPoint> path);
+  static double pdf(const Hint& hint, uint32_t light, LightType type, Vec3 normal, std::span<const PathPoint> path);
 
  private:
   std::vector<Hint> hints_;

@@ -28,7 +28,7 @@ double Path::pdf_from_eye(int i, float pdf_lens_area) const {
 
 double Path::pdf_from_light(int i) const {
   if (i == 0) return light.pdf_origin;
-  return (i == 1 ? light.pdf_direction : scattering[size_t(i - 1)].pdf_to_eye) * light_step(i);
+  return (i == 1 ? light.pdf_direction : scattering[size_t(i - 1)].pdf_walk_to_eye) * light_step(i);
 }
 
 SharedEnds shared_ends(const Path& a, const Path& b) {
@@ -85,10 +85,10 @@ bool PathSpace::complete(Path& path, int first, int last) const {
   path.film_density = lens_density(scene, path.edges[size_t(n - 2)]);
   for (int i = std::max(1, first); i <= std::min(n - 2, last); ++i) {
     Scattering& s = path.scattering[size_t(i)];
-    s = scatter(path.vertices[size_t(i)], path.to_eye(i), path.to_light(i), path.vertices[size_t(i)].specular);
+    s = scatter(path.vertices[size_t(i)], path.to_eye(i), path.to_light(i), path.vertices[size_t(i)].specular, guide);
     if (is_black(s.f)) return false;
   }
-  path.light = light_end(scene, path.vertices[0], path.vertices[1], path.edges[0]);
+  path.light = light_end(scene, path.vertices[0], path.vertices[1], path.edges[0], guide);
   glm::dvec3& f = path.f;
   f = glm::dvec3(path.light.radiance);
   f *= double(path.film_density) * pdf_lens_area();

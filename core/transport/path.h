@@ -83,6 +83,7 @@ class PathSpace {
   int max_vertices;
   bool without_direct;
   bool without_unconnectable = false;   ///< paths that merging finds (vertex_merging.h) count nothing
+  const HintGuide* guide = nullptr;     ///< of walks from lights; must outlive the space
   /// Everywhere on the film that belongs to a pixel.
   Vec2 film_min, film_max;
   double film_area() const { return double(film_max.x - film_min.x) * double(film_max.y - film_min.y); }

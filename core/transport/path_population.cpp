@@ -26,8 +26,8 @@ constexpr float kUsefulDistance = 4.0f;
 
 }  // namespace
 
-PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number, const Hints& hints)
-    : scene_(space.scene), hints_(hints), space_(space), size_(size), seed_(seed), number_(number), luminance_(space.film_min, space.film_max) {
+PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number, const FollowedHints& followed)
+    : scene_(space.scene), hints_(followed.hints()), space_(space), size_(size), seed_(seed), number_(number), luminance_(space.film_min, space.film_max) {
   const auto add = [this](std::unique_ptr<Mutation> mutation, float share, bool renews) {
     mutations_.push_back({std::move(mutation), share});
     renews_.push_back(renews);
@@ -36,7 +36,7 @@ PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed,
   add(std::make_unique<LensPerturbation>(space_, "lens_10", LogarithmicStep{1.0f, 10.0f}), 0.1f, false);
   add(std::make_unique<LensPerturbation>(space_, "lens_50", LogarithmicStep{5.0f, 50.0f}), 0.1f, false);
   add(std::make_unique<CausticPerturbation>(space_), 0.25f, false);
-  mutations_.push_back(renewing_mutation(space_, hints_, kBidirectional));
+  mutations_.push_back(renewing_mutation(space_, hints_, followed.mutation_use(), kBidirectional));
   renews_.push_back(true);
   fared_ = std::vector<Fared>(mutations_.size());
   for (const MutationShare& mutation : mutations_) first_shares_.push_back(mutation.share);
@@ -61,7 +61,7 @@ bool PathPopulation::sample_seeds(uint32_t count, const std::atomic<bool>& stop)
       Sampler sampler = seed_sampler(first_new_ + i);
       const double energy = seeds.sample(sampler);
       new_samples_[i] = {energy, seeds.film()};
-      worker.left_out += seeds.left_out();
+      worker.left_out += seeds.left_out_light();
       if (learning_) luminance_.add_sample(seeds.film(), seeds.left_out());
     }
   }, tbb::simple_partitioner());
@@ -127,7 +127,8 @@ void PathPopulation::move_slot(Film& film, Worker& worker, uint32_t slot, double
     const Chain::Step done = worker.chain.step(sampler, [&](const Path& path, double share) {
       const PathSpace::Place place = space_.place(path.film, sampler.get_2d());
       film.add_splat(place.x, place.y, path.splat(share * weight_ * scale * double(place.weight)), number_ & 1);
-      if (!hints_.empty()) worker.account.add_state(hints_, path, share * weight_ / double(space_.importance.at(path.film)));
+      if (!hints_.empty() && (slot + step + generation_) % HintAccount::kStride == 0)
+        worker.account.add_state(scene_.lights(), hints_, path, HintAccount::kStride * share * weight_ / double(space_.importance.at(path.film)));
       if (learning_) luminance_.add_flux(path.film, share * weight_ * luminance(path.f) / path.target);
     });
     if (!learning_) continue;
@@ -211,7 +212,7 @@ void PathPopulation::add_hint_account(HintAccount& sum) const {
 double PathPopulation::left_out() const {
   double sum = 0.0;
   for (const Worker& worker : *workers_) sum += worker.left_out;
-  return samples_done_ > 0 ? sum * space_.film_area() / double(samples_done_) : 0.0;
+  return samples_done_ > 0 ? sum / double(samples_done_) : 0.0;
 }
 
 void PathPopulation::add_statistics(std::map<std::string, double>& extra) const {

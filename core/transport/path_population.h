@@ -19,6 +19,7 @@
 #include "transport/compact_path.h"
 #include "transport/film_luminance.h"
 #include "transport/hint_account.h"
+#include "transport/hint_guide.h"
 #include "transport/path_seeds.h"
 
 namespace ajar {
@@ -35,8 +36,8 @@ class PathPopulation {
   };
 
   /// `number` tells apart populations of one render; each adds to its own half of the film's splats.
-  /// `hints` are among what it proposes; they must outlive it.
-  PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number, const Hints& hints);
+  /// Hints are among what it proposes; they must outlive it.
+  PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number, const FollowedHints& followed);
 
   /// Before the first generation: begin with what a population of an earlier frame had learned, and go on learning.
   void begin_with(const Learned& learned);

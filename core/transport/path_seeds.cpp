@@ -5,17 +5,19 @@ namespace ajar {
 BidirectionalWalks walks_over(const PathSpace& space) {
   BidirectionalWalks walks(space.scene, space.film_area());
   walks.leaves_unconnectable = space.without_unconnectable;
+  walks.guide = space.guide;
   return walks;
 }
 
 double PathSeeds::sample(Sampler& sampler) {
   found_.clear();
-  left_out_ = 0.0;
+  left_out_ = left_out_light_ = 0.0;
   film_ = space_.film_at(sampler.get_2d());
   double sum = 0.0;
   for (const FoundPath& path : walks_.sample(film_, sampler)) {
     if (space_.without_direct && walks_.is_direct(path)) {
       if (path.t > 1) left_out_ += double(luminance(path.contribution));
+      left_out_light_ += double(luminance(path.contribution)) * (path.t > 1 ? space_.film_area() : 1.0);
       continue;
     }
     // Walks from the eye have density 1 per pixel^2; those that end on the lens cover the whole film.

@@ -27,7 +27,10 @@ class PathSeeds {
   /// Luminance arriving by paths the space leaves out, as estimated by the last sample, where it went through the film.
   Vec2 film() const { return film_; }
   double left_out() const { return left_out_; }
+  /// The same for the whole film, with what light walks bring to the lens.
+  double left_out_light() const { return left_out_light_; }
 
+  const Scene& scene() const { return space_.scene; }
   uint64_t rays() const { return walks_.rays(); }
   uint64_t failed() const { return failed_; }
 
@@ -40,7 +43,7 @@ class PathSeeds {
   BidirectionalWalks walks_;
   std::vector<Found> found_;
   Vec2 film_{0.0f};
-  double left_out_ = 0.0;
+  double left_out_ = 0.0, left_out_light_ = 0.0;
   uint64_t failed_ = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "shading/closures.h"
+#include "transport/hint_guide.h"
 #include "transport/shadow_terminator.h"
 
 namespace ajar {
@@ -87,15 +88,17 @@ std::optional<BsdfSample> follow_direction(const PathVertex& vertex, Vec3 wo, bo
   return BsdfFor(vertex, wo, depends_on_view(vertex, wo))->follow_specular(wo, transmitted, u_lobe);
 }
 
-Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular) {
+Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular, const HintGuide* guide) {
   const bool differ = depends_on_view(vertex, to_eye) || depends_on_view(vertex, to_light);
   const BsdfFor from_eye(vertex, to_eye, differ), from_light(vertex, to_light, differ);
+  const float free = guide && vertex.connectable() ? 1.0f - guide->share_at(vertex.position()) : 1.0f;
   Scattering s;
   if (!specular) {
     const Bsdf::Evaluation forward = from_eye->evaluate(to_eye, to_light);
     s.f = forward.f_cos;
     s.pdf_to_light = forward.pdf_solid_angle;
     s.pdf_to_eye = from_light->evaluate(to_light, to_eye).pdf_solid_angle;
+    s.pdf_walk_to_eye = free < 1.0f ? free * s.pdf_to_eye + guide->pdf_at(vertex.position(), to_eye) : s.pdf_to_eye;
     return s;
   }
   const Bsdf::SpecularEvaluation forward = from_eye->evaluate_specular(to_eye, to_light);
@@ -104,6 +107,7 @@ Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool sp
   s.f = forward.weight;
   s.pdf_to_light = forward.probability;
   s.pdf_to_eye = back.probability * jacobian;
+  s.pdf_walk_to_eye = free * s.pdf_to_eye;
   s.follow_to_light = forward.follow_probability;
   s.follow_to_eye = back.follow_probability * jacobian;
   return s;
@@ -116,7 +120,7 @@ float pass_chance(const ShaderProgram& program, Color transparency) {
   return program.scatters() || program.emits() ? std::min(y, 0.9f) : 1.0f;
 }
 
-LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge) {
+LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge, const HintGuide* guide) {
   const LightSet& lights = scene.lights();
   LightEnd end;
   if (light.program) {
@@ -130,7 +134,10 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   } else {
     end.radiance = lights.lamp_radiance(uint32_t(light.light), light.position(), edge.to_eye, light.point.time,
                                        light.distant ? 0.0f : 1.0f / std::sqrt(edge.inverse_square));
-    end.can_be_hit = !light.delta && lights.flags(uint32_t(light.light)).mis;
+    // The far side of a sphere shines away, through the sphere.
+    const LightFlags flags = lights.flags(uint32_t(light.light));
+    if (is_sphere(flags.type) && !(glm::dot(light.point.ng, edge.to_eye) > 0.0f)) end.radiance = Color(0.0f);
+    end.can_be_hit = !light.delta && flags.mis;
   }
   if (light.light < 0) return end;  // emits without being known as a light
   const uint32_t index = uint32_t(light.light);
@@ -138,7 +145,9 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   const float chance = lights.power_pmf(index);
   const bool parallel = light.delta && light.distant;
   end.pdf_origin = chance * (light.distant ? (parallel ? 1.0f : le.pdf_solid_angle) : le.pdf_area);
+  end.pdf_by_power = end.pdf_origin;
   end.pdf_direction = light.distant ? le.pdf_area : le.pdf_solid_angle;
+  if (guide) guide->mix(lights, index, light.position(), light.point.ng, edge.to_eye, end);
   if (next.kind == VertexKind::Surface) {
     const float choice = lights.choice_pmf(next.position(), next.shading.bsdf.receiving_normal(), index);
     if (light.delta) {

@@ -30,6 +30,8 @@
 
 namespace ajar {
 
+class HintGuide;
+
 enum class VertexKind : uint8_t { Surface, Light, Lens };
 
 struct PathVertex {
@@ -65,7 +67,8 @@ struct PathEdge {
 struct Scattering {
   Color f{0.0f};                      ///< f |cos(to_light)|; the weight when specular
   float pdf_to_light = 0.0f;          ///< of a walk from the eye, over to_light
-  float pdf_to_eye = 0.0f;            ///< of a walk from the light, over to_eye
+  float pdf_to_eye = 0.0f;            ///< of a walk from the light by the BSDF, over to_eye
+  float pdf_walk_to_eye = 0.0f;       ///< the same of one that may follow hints (hint_guide.h)
   /// Specular only: the same for walks that keep the kind of bounce (Bsdf::follow_specular).
   float follow_to_light = 0.0f, follow_to_eye = 0.0f;
 };
@@ -74,7 +77,7 @@ struct Scattering {
 PathEdge join(const PathVertex& light_end, const PathVertex& eye_end);
 
 /// Scattering at a surface vertex, exact for both directions of travel whichever the vertex was found from.
-Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular);
+Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular, const HintGuide* guide);
 
 /// A direction for a walk that arrives from `wo`, from the lobes as made for it.
 std::optional<BsdfSample> sample_direction(const PathVertex& vertex, Vec3 wo, float u_lobe, Vec2 u);
@@ -88,11 +91,12 @@ float pass_chance(const ShaderProgram& program, Color transparency);
 struct LightEnd {
   Color radiance{0.0f};               ///< emitted along the first edge
   float pdf_origin = 0.0f;            ///< of vertex 0 for walks from lights, chance of the light included
+  float pdf_by_power = 0.0f;          ///< the same for walks that know no hints
   float pdf_direction = 0.0f;         ///< of the first edge for such walks: per solid angle; per area across it for distant lights
   float pdf_sampled = 0.0f;           ///< of vertex 0 for light sampling at vertex 1
   bool can_be_hit = false;            ///< by walks from the eye
 };
-LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge);
+LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge, const HintGuide* guide);
 
 /// Pixels^2 per solid angle along the last edge (see Camera::film_density).
 inline float lens_density(const Scene& scene, const PathEdge& last) { return scene.camera().film_density(-last.to_eye); }

@@ -7,6 +7,7 @@
 #include "sampling/sampler.h"
 #include "transport/lobe_split.h"
 #include "transport/ray_events.h"
+#include "transport/walk.h"
 
 namespace ajar {
 
@@ -55,19 +56,50 @@ class BlockTracer {
   void trace(uint32_t index, PhotonBatch& out) {
     const LightSet& lights = scene_.lights();
     sampler_.start(emission_.pass, index);
-    const auto choice = lights.choose_by_power(sampler_.get_1d());
+    float u_choice = sampler_.get_1d();
     const Vec2 u_position = sampler_.get_2d(), u_direction = sampler_.get_2d();
-    if (!(choice.pmf > 0.0f)) return;
-    const auto start = lights.sample_le(choice.light, u_position, u_direction, 0.0f);
+    const HintGuide* guide = emission_.guide;
+    uint32_t light;
+    float pmf;
+    std::optional<LightRay> start;
+    if (guide && guide->sets_out(u_choice)) {
+      start = start_along_hint(*guide, guide->start(lights, u_choice, u_position, u_direction), light);
+      pmf = lights.power_pmf(light);
+    } else {
+      const auto choice = lights.choose_by_power(u_choice);
+      light = choice.light;
+      pmf = choice.pmf;
+      if (pmf > 0.0f) start = lights.sample_le(light, u_position, u_direction, 0.0f);
+    }
     if (!start) return;
-    const float pdf = choice.pmf * start->pdf_area * start->pdf_solid_angle * float(emission_.count);
-    Color flux = start->radiance * (abs_dot(start->normal, start->ray.direction) / pdf);
+    LightEnd end;
+    end.pdf_origin = pmf * start->pdf_area;
+    end.pdf_direction = start->pdf_solid_angle;
+    if (guide) guide->mix(lights, light, start->ray.origin, start->normal, start->ray.direction, end);
+    Color flux = start->radiance * (abs_dot(start->normal, start->ray.direction) / (end.pdf_origin * end.pdf_direction * float(emission_.count)));
     if (!(max_component(flux) > 0.0f) || !is_finite(flux)) return;
     for (int c = 0; c < 3; ++c) out.emitted[c] += double(flux[c]);
-    walk(leave_light(lights, choice.light, *start), flux, out);
+    walk(leave_light(lights, light, *start), flux, out);
   }
 
  private:
+  /// What sample_le would have given for this start.
+  std::optional<LightRay> start_along_hint(const HintGuide&, const HintGuide::Start& start, uint32_t& light) {
+    const LightSet& lights = scene_.lights();
+    light = start.light;
+    make_light_vertex(scene_, light, start.position, start.normal, start.direction, light_);
+    LightRay r;
+    r.ray.origin = light_.position();
+    r.ray.direction = start.direction;
+    r.normal = light_.delta ? start.direction : light_.point.ng;
+    r.radiance = light_.program ? light_.shading.emission : lights.lamp_radiance(light, start.position, start.direction, 0.0f, kUsualDistance);
+    const LightSet::LePdf pdf = lights.pdf_le(light, start.position, light_.point.ng, start.direction);
+    r.pdf_area = pdf.pdf_area;
+    r.pdf_solid_angle = pdf.pdf_solid_angle;
+    if (is_sphere(lights.flags(light).type) && !(glm::dot(r.normal, start.direction) > 0.0f)) return {};
+    return r;
+  }
+
   void walk(Ray ray, Color flux, PhotonBatch& out) {
     const BounceLimits& limits = scene_.settings().bounces;
     Bounces bounces;
@@ -120,15 +152,24 @@ class BlockTracer {
     if (!bsdf) return std::nullopt;
     float probability = 1.0f;
     bool rough = split.rough() != nullptr;
-    const float u_event = sampler_.get_1d();
+    float u_event = sampler_.get_1d();
+    const HintGuide* guide = rough ? emission_.guide : nullptr;
+    const float along_hints = guide ? guide->share_at(point.position) : 0.0f;
+    const bool follows = u_event < along_hints;
+    const float u_hint = u_event;
+    if (along_hints > 0.0f && !follows) u_event = (u_event - along_hints) / (1.0f - along_hints);
     if (split.rough() && split.sharp()) {
       const float a = luminance(split.rough()->albedo()), b = luminance(split.sharp()->albedo() + split.sharp()->transparency());
       probability = a + b > 0.0f ? std::clamp(a / (a + b), 0.05f, 0.95f) : 0.5f;
-      rough = u_event < probability;
+      rough = follows || u_event < probability;
       if (!rough) bsdf = split.sharp(), probability = 1.0f - probability;
     }
     const float u_lobe = sampler_.get_1d();
-    auto sample = bsdf->sample(point.wo, u_lobe, sampler_.get_2d(), TransportMode::Importance);
+    auto sample = follows ? sample_along_hint(*guide, point.position, *bsdf, point.wo, u_hint) : bsdf->sample(point.wo, u_lobe, sampler_.get_2d(), TransportMode::Importance);
+    if (sample && along_hints > 0.0f) {
+      sample->pdf_solid_angle *= 1.0f - along_hints;
+      if (rough) sample->pdf_solid_angle += guide->pdf_at(point.position, sample->wi) / probability;
+    }
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) return std::nullopt;
     float correction = 1.0f;
     if (!(sample->flags & kTransparent)) correction = shading_normal_correction(*bsdf, point.wo, sample->wi);
@@ -140,9 +181,21 @@ class BlockTracer {
     return sample;
   }
 
+  /// As if the lobes had drawn it.
+  std::optional<BsdfSample> sample_along_hint(const HintGuide& guide, Vec3 position, const Bsdf& rough, Vec3 wo, float u) {
+    BsdfSample sample{};
+    sample.wi = *guide.direction_at(position, u, sampler_.get_2d());
+    const Bsdf::Evaluation evaluated = rough.evaluate(wo, sample.wi, TransportMode::Importance);
+    sample.f_cos = evaluated.f_cos;
+    sample.pdf_solid_angle = evaluated.pdf_solid_angle;
+    sample.flags = likely_flags(rough, wo, sample.wi);
+    return sample;
+  }
+
   const Scene& scene_;
   const PhotonEmission& emission_;
   Sampler sampler_;
+  PathVertex light_;
   SurfaceShading shading_;
   bool was_rough_ = false;
 };

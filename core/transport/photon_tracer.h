@@ -11,6 +11,7 @@
 
 #include <atomic>
 
+#include "transport/hint_guide.h"
 #include "transport/photon_map.h"
 
 namespace ajar {
@@ -43,6 +44,7 @@ struct PhotonEmission {
   uint32_t seed = 0, pass = 0;
   uint32_t count = 0;                   ///< photon paths
   uint32_t site_stride = 4;
+  const HintGuide* guide = nullptr;     ///< hints that photons follow besides; their flux is then less where hints send many
 };
 /// Returns early when `stop` is raised, with what there is.
 PhotonBatch trace_photons(const Scene& scene, const PhotonEmission& emission, const std::atomic<bool>& stop);

@@ -25,7 +25,12 @@ constexpr float kDeltaRoughness = 0.02f;
 }  // namespace
 
 struct VertexMerging::Workers {
-  explicit Workers(const Scene& scene) : walks([&scene] { return BidirectionalWalks(scene, 1.0); }) {}
+  explicit Workers(const VertexMerging& owner)
+      : walks([&owner] {
+          BidirectionalWalks walks(*owner.scene_, 1.0);
+          walks.guide = owner.guide_;
+          return walks;
+        }) {}
   tbb::enumerable_thread_specific<BidirectionalWalks> walks;
 };
 
@@ -54,12 +59,13 @@ void VertexMerging::prepare(const Scene& scene, uint32_t seed) {
   seed_ = seed;
   passes_done_ = 0;
   workers_.reset();
+  guide_ = nullptr;
   map_ = {};
   behind_.clear();
   first_radius_ = radius_ = 0.0f;
   max_vertices_ = max_path_vertices(scene.settings().bounces);
   active_ = scene.settings().vertex_merging != "off" && plan_merging(scene).used;
-  if (active_) workers_ = std::make_unique<Workers>(scene);
+  if (active_) workers_ = std::make_unique<Workers>(*this);
 }
 
 bool VertexMerging::begin_pass(uint32_t index, const std::atomic<bool>& stop) {

@@ -44,6 +44,8 @@ class VertexMerging {
   /// Off where the settings say so or nothing could be merged; it then costs nothing.
   void prepare(const Scene& scene, uint32_t seed);
   bool active() const { return active_; }
+  /// Photons follow hints from now on. After prepare, before the first pass.
+  void follow(const HintGuide* guide) { guide_ = guide; }
   /// Photons of pass `index` (from 0), and the radius they have. False when stopped. Not while others look up.
   bool begin_pass(uint32_t index, const std::atomic<bool>& stop);
   /// Light by unconnectable paths that leaves vertex `place` of a walk from the eye (1: the first it meets) towards where it came from. All
@@ -73,6 +75,7 @@ class VertexMerging {
 
   const Scene* scene_ = nullptr;
   bool active_ = false;
+  const HintGuide* guide_ = nullptr;
   uint32_t seed_ = 0, passes_done_ = 0;
   int max_vertices_ = 0;
   std::unique_ptr<Workers> workers_;

@@ -1,5 +1,7 @@
 #include "transport/walk.h"
 
+#include "transport/hint_guide.h"
+
 namespace ajar {
 
 namespace {
@@ -88,9 +90,31 @@ void make_light_vertex(const Scene& scene, const LightMet& met, Vec3 to_eye, Pat
   light.shading.emission = met.radiance;
 }
 
-bool start_at_light(const Scene& scene, float u_choice, Vec2 u_position, Vec2 u_direction, PathVertex& light, Ray& ray) {
+uint32_t likely_flags(const Bsdf& bsdf, Vec3 wo, Vec3 wi) {
+  const Bsdf::KindShares shares = bsdf.kind_shares(wo, wi, false);
+  const float most = std::max({shares.diffuse, shares.glossy, shares.transmission, shares.diffuse_transmission});
+  if (shares.diffuse == most) return kDiffuse;
+  if (shares.glossy == most) return kGlossy;
+  return shares.transmission == most ? uint32_t(kTransmission) : uint32_t(kTransmission | kDiffuse);
+}
+
+Ray leave_light(const Scene& scene, const PathVertex& light, Vec3 to_eye) {
+  if (light.program) return scene.spawn_ray(light.point, to_eye);
+  Ray ray;
+  ray.origin = light.position();
+  ray.direction = to_eye;
+  return ray;
+}
+
+bool start_at_light(const Scene& scene, const HintGuide* guide, float u_choice, Vec2 u_position, Vec2 u_direction, PathVertex& light, Ray& ray) {
   const LightSet& lights = scene.lights();
   if (lights.empty()) return false;
+  if (guide && guide->sets_out(u_choice)) {
+    const HintGuide::Start start = guide->start(lights, u_choice, u_position, u_direction);
+    make_light_vertex(scene, start.light, start.position, start.normal, start.direction, light);
+    ray = leave_light(scene, light, start.direction);
+    return true;
+  }
   const LightSet::Choice choice = lights.choose_by_power(u_choice);
   if (!(choice.pmf > 0.0f)) return false;
   const auto sample = lights.sample_le(choice.light, u_position, u_direction, 0.0f);

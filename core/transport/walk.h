@@ -76,9 +76,15 @@ Ray start_at_lens(const Scene& scene, Vec2 film, Vec2 u_lens, PathVertex& lens, 
 /// The same vertex without a ray, to connect to.
 void make_lens_vertex(const Scene& scene, Vec2 u_lens, PathVertex& lens);
 
-/// A light chosen by power, and a ray that leaves it. False when the numbers lead nowhere. Densities and radiance follow from
+/// Kind of the rough lobes that most likely draw this direction.
+uint32_t likely_flags(const Bsdf& bsdf, Vec3 wo, Vec3 wi);
+
+/// A light and a ray that leaves it, by power and emission or along a hint. False when the numbers lead nowhere. Densities and radiance follow from
 /// light_end once the next vertex is known.
-bool start_at_light(const Scene& scene, float u_choice, Vec2 u_position, Vec2 u_direction, PathVertex& light, Ray& ray);
+bool start_at_light(const Scene& scene, const HintGuide* guide, float u_choice, Vec2 u_position, Vec2 u_direction, PathVertex& light, Ray& ray);
+
+/// The ray that leaves a light made for `to_eye` as a vertex.
+Ray leave_light(const Scene& scene, const PathVertex& light, Vec3 to_eye);
 
 /// Vertex on light `index`, which shines along `to_eye`. `normal`: on the light (direction of travel for distant ones).
 void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 normal, Vec3 to_eye, PathVertex& light);

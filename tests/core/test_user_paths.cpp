@@ -1,11 +1,6 @@
 #include <gtest/gtest.h>
 
-#include <limits>
-
-#include <nlohmann/json.hpp>
-
-#include "math/statistics.h"
-#include "render/session.h"
+#include "hint_fixtures.h"
 #include "statistical.h"
 #include "transport/bidirectional.h"
 #include "transport/chain.h"
@@ -17,35 +12,6 @@ using namespace ajar;
 using namespace ajar::fixtures;
 
 namespace {
-
-HintDescription hint(const std::string& name, std::vector<Vec3> points, float spread = 0.0872665f) {
-  HintDescription h;
-  h.name = name;
-  h.points = std::move(points);
-  h.spread = spread;
-  return h;
-}
-
-SceneDescription scene_named(const std::string& name) {
-  for (TransportScene& s : transport_scenes())
-    if (s.name == name) return s.description;
-  return {};
-}
-
-/// A closed room whose lamp is above a floor with a small hole: what lies below is lit through it.
-SceneDescription keyhole() {
-  SceneDescription d = grey_room();
-  const auto rectangle = [&](float x0, float x1, float y0, float y1) {
-    const Vec3 at(0.5f * (x0 + x1), 0.5f * (y0 + y1), 0.5f);
-    add_object(d, plane(1.0f), 0, Mat4(Vec4(0.5f * (x1 - x0), 0, 0, 0), Vec4(0, 0.5f * (y1 - y0), 0, 0), Vec4(0, 0, 1, 0), Vec4(at, 1)));
-  };
-  rectangle(-1.0f, -0.06f, -1.0f, 1.0f);
-  rectangle(0.06f, 1.0f, -1.0f, 1.0f);
-  rectangle(-0.06f, 0.06f, -1.0f, -0.06f);
-  rectangle(-0.06f, 0.06f, 0.06f, 1.0f);
-  d.lights.push_back(area_lamp(Vec3(-0.6f, 0.0f, 0.9f), Vec3(0.6f, 0, -0.4f), 0.1f, 20.0f));
-  return d;
-}
 
 /// A scene, the hints it is rendered with, and the space of its paths.
 struct Hinted {
@@ -112,7 +78,7 @@ TEST_P(UserPathsIn, have_a_density_both_ways_and_keep_what_the_eye_sees_or_the_l
       ++by_hint[size_t(to->hint)];
       by_lens += kept == 1;
       std::vector<double> shares(h.hints.size(), 0.0);
-      add_hint_shares(h.hints, *to, 1.0, shares);
+      add_hint_shares(h.scene->lights(), h.hints, *to, 1.0, shares);
       if (there > 0.0) {
         EXPECT_GT(shares[size_t(to->hint)], 0.0);
       }
@@ -184,7 +150,7 @@ TEST_P(UserPathChains, stay_in_the_distribution_of_their_target) {
           sums[2] += weight * (p.count <= 4);
           sums[3] += weight * (first_joinable_from_eye(p) < p.count - 2);
           std::vector<double> able(h.hints.size(), 0.0);
-          add_hint_shares(h.hints, p, weight, able);
+          add_hint_shares(h.scene->lights(), h.hints, p, weight, able);
           for (double a : able) sums[4] += a;
         });
     }
@@ -211,49 +177,6 @@ TEST(StandardMutations, leave_out_what_a_scene_does_not_need) {
   EXPECT_EQ(names(scene_named("glass_ball"), kGlassHints), "user_path lens caustic ");
 }
 
-namespace {
-
-struct Rendered {
-  std::vector<RunningMoments> blocks;   ///< 3 x 3, three colours
-  nlohmann::json statistics;            ///< of the last one
-  uint64_t proposed = 0, accepted = 0;  ///< from hints, in all
-};
-
-Rendered render_hinted(SceneDescription d, const std::vector<HintDescription>& hints, int seeds, uint32_t first_seed, int samples = 24,
-                       const char* integrator = "metropolis") {
-  d.hints = hints;
-  d.settings.integrator = integrator;
-  d.settings.samples = samples;
-  d.settings.threads = 2;
-  const int size = d.settings.width;
-  Rendered r;
-  r.blocks.resize(27);
-  for (int seed = 0; seed < seeds; ++seed) {
-    d.settings.seed = first_seed + uint32_t(seed);
-    Session session;
-    session.start(d);
-    EXPECT_TRUE(session.wait(120.0));
-    EXPECT_EQ(session.take_error(), "");
-    const auto image = session.snapshot("Combined");
-    std::vector<double> sums(27, 0.0);
-    for (int i = 0; i < size * size; ++i)
-      for (int c = 0; c < 3; ++c) sums[size_t(((i / size * 3 / size) * 3 + i % size * 3 / size) * 3 + c)] += double(image[size_t(4 * i + c)]) * 9 / (size * size);
-    for (size_t i = 0; i < 27; ++i) r.blocks[i].add(sums[i]);
-    r.statistics = nlohmann::json::parse(session.statistics_json());
-    for (const auto& h : r.statistics["hints"]) r.proposed += h["proposed"].get<uint64_t>(), r.accepted += h["accepted"].get<uint64_t>();
-  }
-  return r;
-}
-
-const float kNan = std::numeric_limits<float>::quiet_NaN();
-const Vec3 kLamp(-0.6f, 0.0f, 0.9f);
-const std::vector<HintDescription> kGood = {hint("Through", {kLamp, {1.0f, 0.0f, -0.167f}}, 0.12f), hint("Through, then on", {kLamp, {1.0f, 0.0f, -0.167f}, {0.0f, 1.0f, -0.5f}}, 0.4f)};
-const std::vector<HintDescription> kUseless = {hint("Stays above", {kLamp, {1.0f, 0.0f, 0.7f}}, 0.3f), hint("Stays above, twice", {kLamp, {1.0f, 0.0f, 0.7f}, {0.0f, 1.0f, 0.8f}}, 0.5f)};
-const std::vector<HintDescription> kWrong = {hint("Everywhere", {kLamp, {0.2f, 0.0f, 0.5f}, {0.0f, 0.0f, 1.0f}}, 3.1f), hint("Needle", {kLamp, {1.0f, 0.0f, -0.167f}}, 1e-5f),
-                                             hint("Through the floor", {kLamp, {-0.9f, 0.0f, -0.9f}, {0.0f, 0.0f, 0.0f}}), hint("Not a number", {kLamp, {kNan, 0, 0}})};
-
-}  // namespace
-
 TEST(UserPaths, never_change_the_mean_good_useless_or_wrong) {
   const Rendered none = render_hinted(keyhole(), {}, 24, 1);
   const std::pair<const char*, std::vector<HintDescription>> sets[] = {{"good", kGood}, {"useless", kUseless}, {"wrong", kWrong}};
@@ -261,7 +184,7 @@ TEST(UserPaths, never_change_the_mean_good_useless_or_wrong) {
   for (const auto& [name, hints] : sets) {
     const Rendered with = render_hinted(keyhole(), hints, 24, first_seed += 1000);
     for (size_t i = 0; i < 27; ++i) EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 3 * 27})) << name << ", value " << i;
-    EXPECT_GT(with.proposed, 2000u) << name;
+    EXPECT_GT(with.proposed, 1000u) << name;   // the less they bring, the seldomer
     if (std::string(name) == "good") {
       EXPECT_GT(with.accepted, 100u);
     }

@@ -141,14 +141,13 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
       if (i == 1) {
         const float u_choice = sampler.get_1d();
         const Vec2 u_position = sampler.get_2d();
-        if (!start_at_light(scene, u_choice, u_position, sampler.get_2d(), to.vertices[0], ray)) return false;
+        if (!start_at_light(scene, space_.guide, u_choice, u_position, sampler.get_2d(), to.vertices[0], ray)) return false;
       } else {
         PathVertex& at = to.vertices[size_t(i - 1)];
-        const float u_lobe = sampler.get_1d();
-        const auto drawn = sample_direction(at, to.to_light(i - 1), u_lobe, sampler.get_2d());
-        if (!drawn || (drawn->flags & kTransparent)) return false;
-        at.specular = drawn->specular;
-        ray = scene.spawn_ray(at.point, drawn->wi);
+        const WalkDirection next = sample_walk_direction(space_.guide, at, to.to_light(i - 1), sampler);
+        if (!next.found) return false;
+        at.specular = next.specular;
+        ray = scene.spawn_ray(at.point, next.direction);
       }
       if (!grow(scene, ray, false, false, to, i, sampler, rays)) return false;
       if (to.vertices[size_t(i)].shading.bsdf.empty()) return false;

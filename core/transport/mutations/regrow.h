@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "transport/hint_guide.h"
 #include "transport/path.h"
 
 namespace ajar {
@@ -83,6 +84,21 @@ constexpr LogarithmicStep kHalfVectorStep{0.0005f, 0.1f};
 inline Vec3 reflect_alike(const Path& like, int index, const PathVertex& vertex, Vec3 wo) {
   const Vec3 half = Frame(vertex.point.ns).to_world(Frame(like.vertices[size_t(index)].point.ns).to_local(glm::normalize(like.to_light(index) + like.to_eye(index))));
   return 2.0f * glm::dot(wo, half) * half - wo;
+}
+
+/// Where a walk from the light goes on: along a hint, or by the BSDF.
+struct WalkDirection {
+  bool found = false, specular = false;
+  Vec3 direction{0.0f};
+};
+inline WalkDirection sample_walk_direction(const HintGuide* guide, const PathVertex& vertex, Vec3 wo, Sampler& sampler) {
+  float u_lobe = sampler.get_1d();
+  const Vec2 u = sampler.get_2d();
+  if (guide && vertex.connectable())
+    if (const auto along = guide->direction_at(vertex.position(), u_lobe, u)) return {true, false, *along};
+  const auto drawn = sample_direction(vertex, wo, u_lobe, u);
+  if (!drawn || (drawn->flags & kTransparent)) return {};
+  return {true, drawn->specular, drawn->wi};
 }
 
 /// The next direction of a walk that goes on from `vertex` as light does in `like` at the same place: it follows specular lobes of the same kind and

@@ -16,15 +16,15 @@ constexpr float kHint = 0.1f, kRegrow = 0.05f;   // besides, when there are hint
 constexpr float kSharpRoughness = 0.05f;
 }  // namespace
 
-MutationShare renewing_mutation(const PathSpace& space, const Hints& hints, float bidirectional) {
+MutationShare renewing_mutation(const PathSpace& space, const Hints& hints, float hint_use, float bidirectional) {
   if (hints.empty()) return {std::make_unique<BidirectionalMutation>(space), bidirectional};
-  const float share = bidirectional + kHint + kRegrow;
-  return {std::make_unique<UserPathMutation>(space, hints, kHint / share, kRegrow / share), share};
+  const float hint = hint_use * kHint, regrow = hint_use * kRegrow, share = bidirectional + hint + regrow;
+  return {std::make_unique<UserPathMutation>(space, hints, hint / share, regrow / share), share};
 }
 
-std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints) {
+std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints, float hint_use) {
   std::vector<MutationShare> mutations;
-  mutations.push_back(renewing_mutation(space, hints));
+  mutations.push_back(renewing_mutation(space, hints, hint_use));
   mutations.push_back({std::make_unique<LensPerturbation>(space), kLens});
   const auto& programs = space.scene.programs();
   if (std::any_of(programs.begin(), programs.end(), [](const ShaderProgram& p) { return p.may_be_smooth(kSharpRoughness); }))

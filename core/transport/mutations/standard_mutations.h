@@ -9,11 +9,11 @@
 
 namespace ajar {
 
-/// `space` and `hints` must outlive the mutations.
-std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints);
+/// `space` and `hints` must outlive the mutations. `hint_use`: of the share that hints usually have (FollowedHints).
+std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints, float hint_use = 1.0f);
 /// The one among them that forgets where a path came from: bidirectional, with hints where there are any.
 /// Without hints it has the share `bidirectional`, with them some more.
 constexpr float kBidirectionalShare = 0.4f;
-MutationShare renewing_mutation(const PathSpace& space, const Hints& hints, float bidirectional = kBidirectionalShare);
+MutationShare renewing_mutation(const PathSpace& space, const Hints& hints, float hint_use, float bidirectional = kBidirectionalShare);
 
 }  // namespace ajar

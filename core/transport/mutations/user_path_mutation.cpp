@@ -12,16 +12,17 @@ namespace {
 constexpr double kLonger = 0.65;
 
 /// Density of vertices 0 .. end - 1 by one hint.
-double pdf_of_hint(const Hints::Hint& hint, const Path& path, int end) {
+double pdf_of_hint(const LightSet& lights, const Hints::Hint& hint, const Path& path, int end) {
   if (int(hint.vertices.size()) != end || path.vertices[0].distant || path.vertices[0].light < 0) return 0.0;
   std::array<Hints::PathPoint, kMaxPathVertices> points;
   for (int i = 0; i < end; ++i) {
     const bool specular = i > 0 && !path.joinable(i);
     points[size_t(i)] = {path.vertices[size_t(i)].position(), specular, specular && path.transmits(i)};
   }
-  double pdf = Hints::pdf(hint, uint32_t(path.vertices[0].light), {points.data(), size_t(end)});
+  const PathVertex& light = path.vertices[0];
+  double pdf = Hints::pdf(hint, uint32_t(light.light), lights.flags(uint32_t(light.light)).type, light.point.ng, {points.data(), size_t(end)});
   if (!(pdf > 0.0)) return 0.0;
-  pdf *= path.light.pdf_origin;
+  pdf *= path.light.pdf_by_power;
   for (int i = 1; i < end; ++i) {
     pdf *= path.light_step(i);
     if (i + 1 < end && points[size_t(i)].specular) pdf *= path.scattering[size_t(i)].follow_to_eye;
@@ -61,17 +62,11 @@ bool UserPathMutation::sample_hint(const Path& from, Sampler& sampler, Path& to,
   // From the light.
   const uint32_t light = Hints::choose_light(hint, sampler.get_1d());
   Vec3 position, normal;
-  Hints::sample_position(scene.lights().light(light), sampler.get_2d(), position, normal);
+  Hints::sample_position(hint, scene.lights().light(light), sampler.get_2d(), position, normal);
   Vec3 direction = Hints::sample_direction(hint, 0, position, sampler.get_2d());
   PathVertex& start = to.vertices[0];
   make_light_vertex(scene, light, position, normal, direction, start);
-  Ray ray;
-  if (start.program) {
-    ray = scene.spawn_ray(start.point, direction);
-  } else {
-    ray.origin = position;
-    ray.direction = direction;
-  }
+  Ray ray = leave_light(scene, start, direction);
   for (int i = 1; i < end; ++i) {
     if (!grow(scene, ray, false, false, to, i, sampler, rays)) return false;
     PathVertex& vertex = to.vertices[size_t(i)];
@@ -108,7 +103,7 @@ double UserPathMutation::pdf_of_hints(const Path& from, const Path& to) const {
     if (int(hint.vertices.size()) != end) continue;
     const double to_lens = lens_chance(hint, joint > 0);
     const double chance = hint.share * (to_joint ? 1.0 - to_lens : to_lens);
-    if (chance > 0.0) pdf += chance * pdf_of_hint(hint, to, end);
+    if (chance > 0.0) pdf += chance * pdf_of_hint(space_.scene.lights(), hint, to, end);
   }
   return pdf;
 }
@@ -137,13 +132,13 @@ double UserPathMutation::pdf(const Path& from, const Path& to) const {
   return pdf;
 }
 
-void add_hint_shares(const Hints& hints, const Path& path, double weight, std::vector<double>& sums) {
+void add_hint_shares(const LightSet& lights, const Hints& hints, const Path& path, double weight, std::vector<double>& sums) {
   const int ends[2] = {first_joinable_from_eye(path), path.count - 1};
   std::array<uint32_t, 16> able;
   size_t count = 0;
   for (uint32_t i = 0; i < hints.size() && count < able.size(); ++i) {
     const int end = int(hints[i].vertices.size());
-    if ((end == ends[0] || end == ends[1]) && pdf_of_hint(hints[i], path, end) > 0.0) able[count++] = i;
+    if ((end == ends[0] || end == ends[1]) && pdf_of_hint(lights, hints[i], path, end) > 0.0) able[count++] = i;
   }
   for (size_t k = 0; k < count; ++k) sums[able[k]] += weight / double(count);
 }

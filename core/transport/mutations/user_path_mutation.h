@@ -41,6 +41,6 @@ class UserPathMutation final : public Mutation {
 };
 
 /// Credit `weight` to the hints that could have made `path`, in equal parts.
-void add_hint_shares(const Hints& hints, const Path& path, double weight, std::vector<double>& sums);
+void add_hint_shares(const LightSet& lights, const Hints& hints, const Path& path, double weight, std::vector<double>& sums);
 
 }  // namespace ajar

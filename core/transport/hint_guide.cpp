@@ -1,0 +1,258 @@
+#include "transport/hint_guide.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+#include "transport/mutations/user_path_mutation.h"
+#include "transport/path_seeds.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr double kFirstShare = 0.5;           // of walks that follow hints before anything is known
+constexpr double kMostShare = 0.75;           // some walks stay free, wherever cones meet
+/// Walks that set out along hints, over the part of the light that did: what hints hold is found easily once it is looked for, the rest is not.
+constexpr double kFollowed = 0.3;
+constexpr double kLeastShare = 0.01;          // of a hint: what brings less is not followed
+constexpr uint32_t kSamples = 2048, kBatch = 64;
+constexpr uint32_t kStream = 0x61696d00u;     // shares no numbers with pilots, seeds and chains
+constexpr double kLargestSample = 32.0;       // of the mean: rare bright samples say little about shares
+constexpr double kUsefulLight = 0.3;          // of the image, at which mutations by hints have their usual share
+constexpr float kLeastUse = 0.05f;
+constexpr float kSteepest = 1.7f;             // slope of a cone's side, at most, for the reach of a bounce
+
+float slope_of(float one_minus_cos) {
+  const float cosine = 1.0f - one_minus_cos, sine = safe_sqrt(one_minus_cos * (2.0f - one_minus_cos));
+  return sine < kSteepest * cosine ? sine / cosine : kSteepest;
+}
+
+}  // namespace
+
+HintGuide::HintGuide(const Hints& hints) : hints_(&hints) {
+  for (uint32_t k = 0; k < hints.size(); ++k) {
+    const Hints::Hint& hint = hints[k];
+    starts_.push_back(kFirstShare * hint.share);
+    float way = 0.0f, slope = 0.0f;           // since the last rough vertex
+    for (uint32_t j = 1; j + 1 < hint.vertices.size(); ++j) {
+      if (!hint.vertices[j - 1].specular) way = 0.0f, slope = slope_of(hint.one_minus_cos[j - 1]);
+      way += glm::length(hint.vertices[j].position - hint.vertices[j - 1].position);
+      if (!hint.vertices[j].specular) bounces_.push_back({k, j, hint.vertices[j].position, sqr(way * slope), kFirstShare});
+    }
+  }
+  start_share_ = starts_.empty() ? 0.0 : kFirstShare;
+}
+
+bool HintGuide::sets_out(float& u_choice) const {
+  const auto share = float(start_share_);
+  const bool follows = u_choice < share;
+  u_choice = std::min(follows ? u_choice / share : (u_choice - share) / (1.0f - share), kOneMinusEpsilon);
+  return follows;
+}
+
+HintGuide::Start HintGuide::start(const LightSet& lights, float u_choice, Vec2 u_position, Vec2 u_direction) const {
+  double left = double(u_choice) * start_share_;
+  size_t k = 0;
+  while (k + 1 < starts_.size() && (left >= starts_[k] || !(starts_[k] > 0.0))) left -= starts_[k++];
+  while (k > 0 && !(starts_[k] > 0.0)) --k;
+  const Hints::Hint& hint = (*hints_)[k];
+  Start start;
+  start.light = Hints::choose_light(hint, std::clamp(float(left / starts_[k]), 0.0f, kOneMinusEpsilon));
+  Hints::sample_position(hint, lights.light(start.light), u_position, start.position, start.normal);
+  start.direction = Hints::sample_direction(hint, 0, start.position, u_direction);
+  return start;
+}
+
+double HintGuide::chance_of_place(size_t k, uint32_t light, LightType type, Vec3 normal) const {
+  const Hints::Hint& hint = (*hints_)[k];
+  if (light < hint.first_light || light - hint.first_light >= hint.light_chances.size()) return 0.0;
+  return starts_[k] / hint.light_chances.back() * Hints::pdf_position(hint, type, normal);
+}
+
+void HintGuide::mix(const LightSet& lights, uint32_t light, Vec3 position, Vec3 normal, Vec3 direction, LightEnd& end) const {
+  if (!(lights.power_pmf(light) > 0.0f)) return;
+  const LightType type = lights.flags(light).type;
+  const double free = 1.0 - start_share_;
+  double chances = free, joint = free * double(end.pdf_direction);
+  for (size_t k = 0; k < starts_.size(); ++k) {
+    const double chance = chance_of_place(k, light, type, normal);
+    if (!(chance > 0.0)) continue;
+    chances += chance;
+    joint += chance * double(Hints::pdf_solid_angle((*hints_)[k], 0, position, direction));
+  }
+  end.pdf_origin = float(double(end.pdf_origin) * chances);
+  end.pdf_direction = float(joint / chances);
+}
+
+double HintGuide::shares_at(Vec3 position, double& factor) const {
+  double sum = 0.0;
+  for (const Bounce& b : bounces_)
+    if (length_squared(position - b.position) <= b.radius2) sum += b.share;
+  factor = sum > kMostShare ? kMostShare / sum : 1.0;
+  return sum * factor;
+}
+
+float HintGuide::share_at(Vec3 position) const {
+  double factor;
+  return float(shares_at(position, factor));
+}
+
+std::optional<Vec3> HintGuide::direction_at(Vec3 position, float& u, Vec2 u_direction) const {
+  double factor;
+  const auto share = float(shares_at(position, factor));
+  if (!(u < share)) {
+    if (share > 0.0f) u = std::min((u - share) / (1.0f - share), kOneMinusEpsilon);
+    return {};
+  }
+  double left = double(u) / factor;
+  const Bounce* chosen = nullptr;
+  for (const Bounce& b : bounces_) {
+    if (length_squared(position - b.position) > b.radius2) continue;
+    chosen = &b;
+    left -= b.share;
+    if (left < 0.0) break;
+  }
+  return Hints::sample_direction((*hints_)[chosen->hint], chosen->vertex, position, u_direction);
+}
+
+float HintGuide::pdf_at(Vec3 position, Vec3 direction) const {
+  double factor, sum = 0.0;
+  if (!(shares_at(position, factor) > 0.0)) return 0.0f;
+  for (const Bounce& b : bounces_)
+    if (length_squared(position - b.position) <= b.radius2) sum += b.share * double(Hints::pdf_solid_angle((*hints_)[b.hint], b.vertex, position, direction));
+  return float(sum * factor);
+}
+
+void FollowedHints::clear() {
+  hints_ = {};
+  reports_.clear();
+  guide_ = {};
+  light_.clear();
+  proposed_.clear();
+  useful_.clear();
+  mutation_use_ = 1.0f;
+  rays_ = 0;
+}
+
+void FollowedHints::begin(PathSpace& space, uint32_t seed, const std::atomic<bool>& stop) {
+  clear();
+  hints_ = Hints::attach(space.scene, reports_);
+  if (hints_.empty()) return;
+  guide_ = HintGuide(hints_);
+  PathSpace tried = space;
+  tried.guide = &guide_;
+  learn(tried, seed, stop);
+  space.guide = guide();
+}
+
+/// What one sample tells, by one of its paths, chosen by energy: the parts of each component in the density with which a walk from the light would take it.
+struct FollowedHints::Trial {
+  double energy = 0.0, left_out = 0.0;
+  std::vector<double> starts, whole;          // of each hint; whole: 1 shared among those that could have proposed the path
+  std::vector<double> bounces;                // -1: the path is not there
+};
+
+FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Sampler& sampler) const {
+  Trial trial;
+  const double energy = seeds.sample(sampler);
+  trial.left_out = seeds.left_out_light();
+  sampler.set_dimension(0);
+  if (!(energy > 0.0) || !seeds.take(double(sampler.get_1d()), path)) return trial;
+  trial.energy = energy;
+  const LightSet& lights = seeds.scene().lights();
+  trial.whole.assign(hints_.size(), 0.0);
+  add_hint_shares(lights, hints_, path, 1.0, trial.whole);
+  trial.starts.assign(hints_.size(), 0.0);
+  const PathVertex& light = path.vertices[0];
+  if (!light.distant && path.light.pdf_by_power > 0.0f) {
+    // In units of the place's chance by power.
+    const double all = double(path.light.pdf_direction) * double(path.light.pdf_origin) / double(path.light.pdf_by_power);
+    const LightType type = lights.flags(uint32_t(light.light)).type;
+    for (size_t k = 0; k < hints_.size(); ++k)
+      trial.starts[k] = guide_.chance_of_place(k, uint32_t(light.light), type, light.point.ng) * double(Hints::pdf_solid_angle(hints_[k], 0, light.position(), path.to_eye(0))) / all;
+  }
+  trial.bounces.assign(guide_.bounces_.size(), -1.0);
+  for (int j = 1; j + 1 < path.count - 1; ++j) {
+    if (!path.joinable(j)) continue;
+    const Vec3 at = path.vertices[size_t(j)].position();
+    double factor;
+    guide_.shares_at(at, factor);
+    for (size_t b = 0; b < guide_.bounces_.size(); ++b) {
+      const HintGuide::Bounce& bounce = guide_.bounces_[b];
+      if (length_squared(at - bounce.position) > bounce.radius2) continue;
+      const double pdf = bounce.share * factor * double(Hints::pdf_solid_angle(hints_[bounce.hint], bounce.vertex, at, path.to_eye(j)));
+      trial.bounces[b] = pdf / double(path.scattering[size_t(j)].pdf_walk_to_eye);
+    }
+  }
+  return trial;
+}
+
+void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atomic<bool>& stop) {
+  std::vector<Trial> trials(kSamples);
+  std::atomic<uint64_t> rays{0};
+  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, kSamples, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
+    PathSeeds seeds(space);
+    const auto path = std::make_unique<Path>();
+    Sampler sampler(Sampler::Kind::Independent, hash_combine(seed, kStream));
+    for (uint32_t i = range.begin(); i != range.end() && !stop.load(std::memory_order_relaxed); ++i) {
+      sampler.start(i, 0);
+      trials[i] = try_hints(seeds, *path, sampler);
+    }
+    rays.fetch_add(seeds.rays(), std::memory_order_relaxed);
+  }, tbb::simple_partitioner());
+  rays_ = rays;
+  light_.assign(hints_.size(), 0.0);
+  proposed_.assign(hints_.size(), 0);
+  useful_.assign(hints_.size(), 0);
+  if (stop.load(std::memory_order_relaxed)) return;
+
+  double all = 0.0, left_out = 0.0, counted = 0.0, whole = 0.0;
+  for (const Trial& trial : trials) all += trial.energy, left_out += trial.left_out;
+  if (!(all > 0.0)) return;                   // nothing known, nothing changed
+  std::vector<double> starts(hints_.size(), 0.0), bounces(guide_.bounces_.size(), 0.0), reached = bounces;
+  for (const Trial& trial : trials) {
+    if (!(trial.energy > 0.0)) continue;
+    const double energy = std::min(trial.energy, kLargestSample * all / kSamples);
+    counted += energy;
+    for (size_t k = 0; k < hints_.size(); ++k) {
+      light_[k] += trial.energy * trial.whole[k] / (all + left_out);
+      whole += energy * trial.whole[k];
+      useful_[k] += trial.starts[k] > 0.0;
+      starts[k] += energy * trial.starts[k];
+    }
+    for (size_t b = 0; b < bounces.size(); ++b) {
+      if (trial.bounces[b] < 0.0) continue;
+      bounces[b] += energy * trial.bounces[b];
+      reached[b] += energy;
+    }
+  }
+  mutation_use_ = std::clamp(float(whole / (kUsefulLight * counted)), kLeastUse, 1.0f);
+  guide_.start_share_ = 0.0;
+  for (size_t k = 0; k < hints_.size(); ++k) {
+    proposed_[k] = uint64_t(std::llround(guide_.starts_[k] * kSamples));
+    guide_.starts_[k] = starts[k] < kLeastShare * counted ? 0.0 : kFollowed * starts[k] / counted;
+    guide_.start_share_ += guide_.starts_[k];
+  }
+  for (size_t b = 0; b < bounces.size(); ++b) guide_.bounces_[b].share = reached[b] > 0.0 ? bounces[b] / reached[b] : 0.0;
+  std::erase_if(guide_.bounces_, [&](const HintGuide::Bounce& b) { return b.share < kLeastShare || !(guide_.starts_[b.hint] > 0.0); });
+}
+
+std::vector<HintStatistics> FollowedHints::statistics() const {
+  std::vector<HintStatistics> all;
+  size_t hint = 0;
+  for (const HintReport& report : reports_) {
+    all.push_back({report});
+    if (!report.attached) continue;
+    if (hint < light_.size()) {
+      all.back().proposed = proposed_[hint];
+      all.back().accepted = useful_[hint];
+      all.back().energy_share = light_[hint];
+    }
+    ++hint;
+  }
+  return all;
+}
+
+}  // namespace ajar
