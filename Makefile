@@ -59,6 +59,7 @@ bench: bench_program
 bench-full: bench_program
 	@/usr/bin/python3 benchmarks/bench.py --full --build $(BUILD) $(WHEEL:%=--wheel %)
 	@/usr/bin/python3 benchmarks/techniques.py --seconds 30 --reference-seconds 1800 --build $(BUILD) $(WHEEL:%=--wheel %)
+	@/usr/bin/python3 benchmarks/thesis.py --build $(BUILD)
 
 # Scene files and shader graphs made to break things, for so many seconds each. What breaks is left in build/fuzz.
 FUZZ_SECONDS ?= 60

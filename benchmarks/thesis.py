@@ -1,0 +1,64 @@
+#!/usr/bin/python3
+"""All comparisons with the thesis's tables, one after the other, as docs/benchmarks/thesis.md names them:
+
+    benchmarks/thesis.py [--only WORD] [--seeds 5] [--width 500] [--build BUILD]
+
+Direct light (tables 5.2 and 6.1), adaptive pixels (table 5.1), light paths (figure 4.3). Scenes are exported once into build/thesis; each comparison's table is
+printed and left there. Comparisons of direct light go on where they were broken off. Hours at the thesis's size.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import renderers
+from scenes import PROJECT
+
+HERE = Path(__file__).resolve().parent
+
+
+def comparisons(seeds: int, width: int) -> list[tuple[str, str, str, list[str]]]:
+    """Name, script, scene, what follows the scene."""
+    direct = [(f"direct {scene}", "thesis_direct.py", scene, ["--keep", f"direct_{scene}", "--spp", spp, "--direct-samples", samples, "--width", str(width), "--seeds", str(seeds)])
+              for scene, spp, samples in (("checker", "12", "16"), ("buddha", "12", "16"), ("plant", "12", "16"), ("many_lights", "12", "16"))]
+    image = [("image buddha", "thesis_image.py", "buddha", ["--spp", "10", "--seeds", str(seeds), "--direct-only", "--measure", "perceptual", "--scale", "0.3"]),
+             ("image box", "thesis_image.py", "box", ["--spp", "16", "--seeds", str(seeds), "--measure", "perceptual", "--scale", "0.3"])]
+    hints = [(f"hints {scene} {integrator}", "thesis_hints.py", scene, ["--integrator", integrator, "--spp", "64", "--seeds", "12", "--scale", "0.15"])
+             for scene in ("room", "box", "keyhole") for integrator in ("metropolis", "pmc_pt", "bdpt", "erpt")]
+    return direct + image + hints
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", default="", help="comparisons whose names contain this")
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--width", type=int, default=500, help="of direct light's pictures")
+    parser.add_argument("--build", type=Path, default=None)
+    options = parser.parse_args()
+    ajar = renderers.AjarBuild(options.build.resolve()) if options.build else renderers.AjarBuild.default()
+    work = PROJECT / "build" / "thesis"
+    environment = {**os.environ, "PYTHONPATH": str(ajar.build / "python")}
+    failed = 0
+    for name, script, scene, more in comparisons(options.seeds, options.width):
+        if options.only not in name:
+            continue
+        folder = work / scene
+        folder.mkdir(parents=True, exist_ok=True)
+        file = folder / "scene.ajar"
+        if not file.exists():
+            file, _ = ajar.dump(PROJECT / "test_scenes" / f"{scene}.blend", folder, 100)
+        mode = ["gains"] if script == "thesis_image.py" else []
+        print(f"## {name}", flush=True)
+        result = subprocess.run([sys.executable, str(HERE / script), *mode, str(file), *more], cwd=folder, env=environment, capture_output=True, text=True, check=False)
+        print(result.stdout if result.returncode == 0 else result.stderr, flush=True)
+        (work / f"{name.replace(' ', '_')}.md").write_text(result.stdout)
+        failed += result.returncode != 0
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
