@@ -17,7 +17,9 @@ constexpr double kMostShare = 0.75;           // some walks stay free, wherever 
 /// Walks that set out along hints, over the part of the light that did: what hints hold is found easily once it is looked for, the rest is not.
 constexpr double kFollowed = 0.3;
 constexpr double kLeastShare = 0.01;          // of a hint: what brings less is not followed
-constexpr uint32_t kSamples = 2048, kBatch = 64;
+/// Samples that try hints: one for eight pixels, within these bounds.
+constexpr double kFewestSamples = 512, kMostSamples = 2048;
+constexpr uint32_t kBatch = 64;
 constexpr uint32_t kStream = 0x61696d00u;     // shares no numbers with pilots, seeds and chains
 constexpr double kLargestSample = 32.0;       // of the mean: rare bright samples say little about shares
 constexpr double kUsefulLight = 0.3;          // of the image, at which mutations by hints have their usual share
@@ -190,9 +192,10 @@ FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Samp
 }
 
 void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atomic<bool>& stop) {
-  std::vector<Trial> trials(kSamples);
+  const auto samples = uint32_t(std::clamp(space.film_area() / 8.0, kFewestSamples, kMostSamples));
+  std::vector<Trial> trials(samples);
   std::atomic<uint64_t> rays{0};
-  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, kSamples, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
+  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, samples, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
     PathSeeds seeds(space);
     const auto path = std::make_unique<Path>();
     Sampler sampler(Sampler::Kind::Independent, hash_combine(seed, kStream));
@@ -214,7 +217,7 @@ void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atom
   std::vector<double> starts(hints_.size(), 0.0), bounces(guide_.bounces_.size(), 0.0), reached = bounces;
   for (const Trial& trial : trials) {
     if (!(trial.energy > 0.0)) continue;
-    const double energy = std::min(trial.energy, kLargestSample * all / kSamples);
+    const double energy = std::min(trial.energy, kLargestSample * all / samples);
     counted += energy;
     for (size_t k = 0; k < hints_.size(); ++k) {
       light_[k] += trial.energy * trial.whole[k] / (all + left_out);
@@ -231,7 +234,7 @@ void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atom
   mutation_use_ = std::clamp(float(whole / (kUsefulLight * counted)), kLeastUse, 1.0f);
   guide_.start_share_ = 0.0;
   for (size_t k = 0; k < hints_.size(); ++k) {
-    proposed_[k] = uint64_t(std::llround(guide_.starts_[k] * kSamples));
+    proposed_[k] = uint64_t(std::llround(guide_.starts_[k] * samples));
     guide_.starts_[k] = starts[k] < kLeastShare * counted ? 0.0 : kFollowed * starts[k] / counted;
     guide_.start_share_ += guide_.starts_[k];
   }
