@@ -5,7 +5,7 @@
 // tracing where lights are easily seen, for each sample costs several rays more. Caustics of small lights seen through
 // glass remain luck without merging. Bounce limits mean what they do in the path tracer, up to kMaxPathVertices. Clamping is
 // ignored (it would not know direct from indirect). Visibility by kind of ray and the Light Path node are
-// answered for a diffuse bounce where a vertex was found from the light. No volumes.
+// answered for a diffuse bounce where a vertex was found from the light. Walks from lights follow the artist's light paths (transport/hint_guide.h). No volumes.
 #pragma once
 
 #include "integrators/integrator.h"

@@ -9,7 +9,8 @@
 // quantum, from all samples before, whenever their number has doubled. Given the past every sample's expectation is the picture, and all count alike.
 //
 // Spreads the noise of path tracing over the neighbourhood; prefer it to bdpt for caustics and light through narrow openings.
-// Chains are too short to make up for paths that are rarely found (metropolis, pmc_pt do). Limits, clamping and kinds of rays as in bdpt.h. No volumes.
+// Chains are too short to make up for paths that are rarely found (metropolis, pmc_pt do). Limits, clamping, kinds of rays and
+// the artist's light paths as in bdpt.h. No volumes.
 #pragma once
 
 #include "integrators/integrator.h"

@@ -163,6 +163,27 @@ double relative_variance(const Rendered& r) {
 
 }  // namespace
 
+class HintedThreads : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(HintedThreads, give_the_same_picture_whatever_their_number) {
+  SceneDescription d = keyhole();
+  d.hints = {kThrough, kTwice};
+  d.settings.integrator = GetParam();
+  d.settings.samples = 3;
+  std::vector<std::vector<float>> images;
+  for (int threads : {1, 2, 5}) {
+    d.settings.threads = threads;
+    Session session;
+    session.start(d);
+    ASSERT_TRUE(session.wait(120.0));
+    ASSERT_EQ(session.take_error(), "");
+    images.push_back(session.snapshot("Combined"));
+  }
+  EXPECT_EQ(images[0], images[1]);
+  EXPECT_EQ(images[0], images[2]);
+}
+INSTANTIATE_TEST_SUITE_P(Integrators, HintedThreads, ::testing::Values("bdpt", "erpt", "photon_map", "mps", "metropolis", "pmc_pt"), [](const auto& info) { return std::string(info.param); });
+
 class HintsThroughAHole : public ::testing::TestWithParam<std::pair<const char*, double>> {};
 
 TEST_P(HintsThroughAHole, divide_the_variance) {
