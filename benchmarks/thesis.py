@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """All comparisons with the thesis's tables, one after the other, as docs/benchmarks/thesis.md names them:
 
-    benchmarks/thesis.py [--only WORD] [--seeds 5] [--width 500] [--build BUILD]
+    benchmarks/thesis.py [--only WORD] [--seeds 5] [--scale 1.0] [--build BUILD]
 
 Direct light (tables 5.2 and 6.1), adaptive pixels (table 5.1), light paths (figure 4.3). Scenes are exported once into build/thesis; each comparison's table is
 printed and left there. Comparisons of direct light go on where they were broken off. Hours at the thesis's size.
@@ -21,10 +21,15 @@ from scenes import PROJECT
 HERE = Path(__file__).resolve().parent
 
 
-def comparisons(seeds: int, width: int) -> list[tuple[str, str, str, list[str]]]:
+# Of direct light, as the thesis has them: scene, width in pixels, samples, direct samples.
+DIRECT = (("checker", 500, 12, 16), ("checker", 500, 4, 64), ("plant", 720, 27, 16), ("buddha", 512, 4, 64))
+
+
+def comparisons(seeds: int, scale: float) -> list[tuple[str, str, str, list[str]]]:
     """Name, script, scene, what follows the scene."""
-    direct = [(f"direct {scene}", "thesis_direct.py", scene, ["--keep", f"direct_{scene}", "--spp", spp, "--direct-samples", samples, "--width", str(width), "--seeds", str(seeds)])
-              for scene, spp, samples in (("checker", "12", "16"), ("buddha", "12", "16"), ("plant", "12", "16"), ("many_lights", "12", "16"))]
+    direct = [(f"direct {scene} {spp} x {samples}", "thesis_direct.py", scene,
+               ["--keep", f"direct_{spp}_{samples}", "--spp", str(spp), "--direct-samples", str(samples), "--width", str(round(scale * width)), "--seeds", str(seeds)])
+              for scene, width, spp, samples in DIRECT]
     image = [("image buddha", "thesis_image.py", "buddha", ["--spp", "10", "--seeds", str(seeds), "--direct-only", "--measure", "perceptual", "--scale", "0.3"]),
              ("image box", "thesis_image.py", "box", ["--spp", "16", "--seeds", str(seeds), "--measure", "perceptual", "--scale", "0.3"])]
     hints = [(f"hints {scene} {integrator}", "thesis_hints.py", scene, ["--integrator", integrator, "--spp", "64", "--seeds", "12", "--scale", "0.15"])
@@ -36,14 +41,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", help="comparisons whose names contain this")
     parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--width", type=int, default=500, help="of direct light's pictures")
+    parser.add_argument("--scale", type=float, default=1.0, help="of direct light's pictures, over the thesis's size")
     parser.add_argument("--build", type=Path, default=None)
     options = parser.parse_args()
     ajar = renderers.AjarBuild(options.build.resolve()) if options.build else renderers.AjarBuild.default()
     work = PROJECT / "build" / "thesis"
     environment = {**os.environ, "PYTHONPATH": str(ajar.build / "python")}
     failed = 0
-    for name, script, scene, more in comparisons(options.seeds, options.width):
+    for name, script, scene, more in comparisons(options.seeds, options.scale):
         if options.only not in name:
             continue
         folder = work / scene
