@@ -14,7 +14,6 @@
 
 namespace ajar {
 
-
 namespace {
 
 constexpr float kFarthest = 1.8e18f;   // of any coordinate that Embree computes with

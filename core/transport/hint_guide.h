@@ -57,7 +57,7 @@ class HintGuide {
   };
   /// Sum of the shares there, and the factor that keeps some walks free.
   double shares_at(Vec3 position, double& factor) const;
-  /// Chance of the place and density of the direction by one hint, over the place's by power.
+  /// Chance of the place on the light by one hint, over its chance by power.
   double chance_of_place(size_t hint, uint32_t light, LightType type, Vec3 normal) const;
 
   const Hints* hints_ = nullptr;

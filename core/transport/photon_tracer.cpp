@@ -63,7 +63,7 @@ class BlockTracer {
     float pmf;
     std::optional<LightRay> start;
     if (guide && guide->sets_out(u_choice)) {
-      start = start_along_hint(*guide, guide->start(lights, u_choice, u_position, u_direction), light);
+      start = start_along_hint(guide->start(lights, u_choice, u_position, u_direction), light);
       pmf = lights.power_pmf(light);
     } else {
       const auto choice = lights.choose_by_power(u_choice);
@@ -84,7 +84,7 @@ class BlockTracer {
 
  private:
   /// What sample_le would have given for this start.
-  std::optional<LightRay> start_along_hint(const HintGuide&, const HintGuide::Start& start, uint32_t& light) {
+  std::optional<LightRay> start_along_hint(const HintGuide::Start& start, uint32_t& light) {
     const LightSet& lights = scene_.lights();
     light = start.light;
     make_light_vertex(scene_, light, start.position, start.normal, start.direction, light_);
@@ -153,19 +153,18 @@ class BlockTracer {
     float probability = 1.0f;
     bool rough = split.rough() != nullptr;
     float u_event = sampler_.get_1d();
+    const float u_lobe = sampler_.get_1d();
+    const Vec2 u_direction = sampler_.get_2d();
     const HintGuide* guide = rough ? emission_.guide : nullptr;
     const float along_hints = guide ? guide->share_at(point.position) : 0.0f;
-    const bool follows = u_event < along_hints;
-    const float u_hint = u_event;
-    if (along_hints > 0.0f && !follows) u_event = (u_event - along_hints) / (1.0f - along_hints);
+    const std::optional<Vec3> along = guide ? guide->direction_at(point.position, u_event, u_direction) : std::nullopt;
     if (split.rough() && split.sharp()) {
       const float a = luminance(split.rough()->albedo()), b = luminance(split.sharp()->albedo() + split.sharp()->transparency());
       probability = a + b > 0.0f ? std::clamp(a / (a + b), 0.05f, 0.95f) : 0.5f;
-      rough = follows || u_event < probability;
+      rough = along || u_event < probability;
       if (!rough) bsdf = split.sharp(), probability = 1.0f - probability;
     }
-    const float u_lobe = sampler_.get_1d();
-    auto sample = follows ? sample_along_hint(*guide, point.position, *bsdf, point.wo, u_hint) : bsdf->sample(point.wo, u_lobe, sampler_.get_2d(), TransportMode::Importance);
+    auto sample = along ? sample_of(*bsdf, point.wo, *along) : bsdf->sample(point.wo, u_lobe, u_direction, TransportMode::Importance);
     if (sample && along_hints > 0.0f) {
       sample->pdf_solid_angle *= 1.0f - along_hints;
       if (rough) sample->pdf_solid_angle += guide->pdf_at(point.position, sample->wi) / probability;
@@ -181,15 +180,10 @@ class BlockTracer {
     return sample;
   }
 
-  /// As if the lobes had drawn it.
-  std::optional<BsdfSample> sample_along_hint(const HintGuide& guide, Vec3 position, const Bsdf& rough, Vec3 wo, float u) {
-    BsdfSample sample{};
-    sample.wi = *guide.direction_at(position, u, sampler_.get_2d());
-    const Bsdf::Evaluation evaluated = rough.evaluate(wo, sample.wi, TransportMode::Importance);
-    sample.f_cos = evaluated.f_cos;
-    sample.pdf_solid_angle = evaluated.pdf_solid_angle;
-    sample.flags = likely_flags(rough, wo, sample.wi);
-    return sample;
+  /// As if the lobes had drawn `wi`.
+  static std::optional<BsdfSample> sample_of(const Bsdf& rough, Vec3 wo, Vec3 wi) {
+    const Bsdf::Evaluation evaluated = rough.evaluate(wo, wi, TransportMode::Importance);
+    return BsdfSample{wi, evaluated.f_cos, evaluated.pdf_solid_angle, likely_flags(rough, wo, wi), false};
   }
 
   const Scene& scene_;
