@@ -27,7 +27,6 @@ constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, f
                                      {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1}};
 constexpr int kPilotPixels = 12288, kFewestPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;   // of path tracing
-constexpr int kBlur = 3;                      // pixels to each side
 /// The pilot may take this share of the samples asked for.
 constexpr double kPilotShare = 0.06;
 /// Error that is no noise falls with the passes to this power: photon radii shrink as passes^(-1/6) [Knaus and Zwicker 2011].
@@ -40,8 +39,6 @@ constexpr double kPilotWork = 4.0;
 constexpr int kTimedPixels = 1024, kTimedSamples = 4;
 /// relMSE after the pilot's samples at which path tracing does well.
 constexpr double kEasyRelmse = 0.05;
-/// Another technique must be this much better than path tracing, whose stratification a small picture shows least.
-constexpr double kClearlyBetter = 1.6;
 
 std::string text(double value) {
   char buffer[32];
@@ -82,9 +79,7 @@ double samples_of_render(const RenderSettings& s, double rate) {
   return samples < 1e18 ? samples : kUsualSamples * pixels;
 }
 
-/// Two independent pictures by one technique.
-struct Pilot {
-  std::vector<float> first, second;   // RGBA
+struct Pilot : PilotPictures {
   double rays = 0.0;                  // as if the picture had its share of the render's photons; without those that learn once
 };
 
@@ -94,77 +89,63 @@ double crowding(double pixels) { return 1.0 + std::pow(2300.0 / pixels, 2.0 / 3.
 /// Photons for a pixel of the render over those for a pixel of a pilot: a small picture has more than its share.
 double photon_share(const RenderSettings& asked, const RenderSettings& small) {
   const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
-  return asked.photons > 0 ? few / pixels : photons_of_a_pass(pixels) / pixels * few / photons_of_a_pass(few);
+  return photons_of_a_pass(asked) / pixels * few / photons_of_a_pass(small);
 }
 
-Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<const Scene>& scene, double photon_share, const std::atomic<bool>& stop) {
+/// Leaves the scene's view changed. `small`: of the picture.
+Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const RenderSettings& asked, const RenderSettings& small,
+                const std::atomic<bool>& stop) {
+  scene->change_view(camera, small);
   Pilot pilot;
-  const RenderSettings& s = scene->settings();
   for (uint32_t half = 0; half < 2; ++half) {
     const auto integrator = make_integrator(candidate.integrator);
-    integrator->prepare(scene, hash_combine(s.seed, 0x6175746FU + half));
-    Film film(0, 0, s.width, s.height, {"Combined"});
+    integrator->prepare(scene, hash_combine(small.seed, 0x6175746FU + half));
+    Film film(0, 0, small.width, small.height, {"Combined"});
     integrator->run_iteration(film, candidate.samples, stop);
     (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", 1.0f);
     IntegratorStatistics statistics = integrator->statistics();
-    pilot.rays += double(statistics.rays) - (1.0 - photon_share) * statistics.extra["photon_rays"] - statistics.extra["hint_rays"];
+    pilot.rays += double(statistics.rays) - (1.0 - photon_share(asked, small)) * statistics.extra["photon_rays"] - statistics.extra["hint_rays"];
   }
   return pilot;
 }
 
-/// The mean of both pictures of each pilot, and of those.
-std::vector<float> mean_of(const std::vector<const Pilot*>& pilots) {
-  std::vector<float> mean(pilots[0]->first.size(), 0.0f);
-  const float share = 0.5f / float(pilots.size());
-  for (const Pilot* pilot : pilots)
-    for (size_t i = 0; i < mean.size(); ++i) mean[i] += share * (pilot->first[i] + pilot->second[i]);
-  return mean;
-}
-
-/// Means over windows of 2 kBlur + 1 pixels.
-std::vector<float> blurred(const std::vector<float>& image, int width, int height) {
-  std::vector<float> result(image.size());
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      for (int c = 0; c < 4; ++c) {
-        float sum = 0.0f;
-        int count = 0;
-        for (int v = std::max(0, y - kBlur); v <= std::min(height - 1, y + kBlur); ++v)
-          for (int u = std::max(0, x - kBlur); u <= std::min(width - 1, x + kBlur); ++u, ++count) sum += image[4 * (size_t(v) * size_t(width) + size_t(u)) + size_t(c)];
-        result[4 * (size_t(y) * size_t(width) + size_t(x)) + size_t(c)] = sum / float(count);
-      }
-  return result;
-}
-
-double squared_difference(const std::vector<float>& a, const std::vector<float>& b, const std::vector<float>& truth) {
-  double sum = 0.0;
-  for (size_t i = 0; i < truth.size(); ++i) {
-    if (i % 4 == 3) continue;
-    const double difference = double(a[i]) - double(b[i]);
-    sum += difference * difference / (double(truth[i]) * double(truth[i]) + 0.01);
+/// What the pilots foretell of a render of so many samples: those of the first so many candidates.
+std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const RenderSettings& asked, const RenderSettings& small, double samples_asked) {
+  std::vector<const PilotPictures*> pictures;
+  for (const Pilot& pilot : pilots) pictures.push_back(&pilot);
+  const std::vector<float> light = most_light(pictures, small.width, small.height);
+  const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
+  std::vector<TechniqueTrial> trials;
+  std::vector<PilotNoise> noises;
+  size_t calmest = 0;   // of those that are unbiased
+  for (size_t k = 0; k < pilots.size(); ++k) {
+    noises.push_back(noise_of(pilots[k], light));
+    trials.push_back({kCandidates[k].name, noises[k].whole, pilots[k].rays});
+    if (kCandidates[k].unbiased && noises[k].whole < noises[calmest].whole) calmest = k;
   }
-  return sum / (0.75 * double(truth.size()));
-}
-
-double relmse_of(const Pilot& pilot, const std::vector<float>& truth) { return 0.25 * squared_difference(pilot.first, pilot.second, truth); }
-
-/// relMSE of a technique that is no noise: how far its blurred picture is from an unbiased one's, beyond the noise of both.
-double bias_of(const Pilot& pilot, const Pilot& unbiased, const std::vector<float>& truth, int width, int height) {
-  const auto blur = [&](const std::vector<float>& image) { return blurred(image, width, height); };
-  const double noise = 0.25 * (squared_difference(blur(pilot.first), blur(pilot.second), truth) +
-                               squared_difference(blur(unbiased.first), blur(unbiased.second), truth));
-  return std::max(0.0, squared_difference(blur(mean_of({&pilot})), blur(mean_of({&unbiased})), truth) - noise);
+  // Noise falls with the samples that the render's rays pay for, bias more slowly.
+  const double rays_asked = samples_asked * pilots[0].rays / (kPilotSamples * few);
+  for (size_t k = 0; k < pilots.size(); ++k) {
+    const Candidate& candidate = kCandidates[k];
+    if (!candidate.unbiased) trials[k].bias = bias_of(pilots[k], pilots[calmest], light, small.width, small.height);
+    const double longer = std::max(1.0, rays_asked / (pilots[k].rays * candidate.ray_cost * pixels / few));
+    const double crowded = candidate.spreads ? crowding(few) / crowding(pixels) : 1.0;
+    const double noise_left = candidate.tail / (longer * crowded), bias_left = trials[k].bias * std::pow(longer, kBiasRate);
+    trials[k].cost = {noise_left * noises[k].whole + bias_left, noise_left * noises[k].typical + bias_left};
+  }
+  return trials;
 }
 
 }  // namespace
 
 RenderPlan TechniqueChoice::plan() const {
   RenderPlan plan{{"technique", true, name + ": " + reason}};
-  const double path = trials.empty() ? 0.0 : trials.front().cost;
+  const PilotNoise path = trials.empty() ? PilotNoise() : trials.front().cost;
   for (const TechniqueTrial& trial : trials) {
     plan.push_back({std::string("trial of ") + trial.name, trial.name == name,
                     "relMSE " + text(trial.relmse) + " with " + text(trial.rays) + " rays" + (trial.bias > 0.0 ? ", bias " + text(trial.bias) : "") +
-                        (trial.cost > 0.0 && &trial != &trials.front() ? ", " + text(path / trial.cost) + " times the efficiency of path tracing" : "")});
+                        (trial.cost.typical > 0.0 && &trial != &trials.front() ? ", " + text(path.whole / trial.cost.whole) + " times the efficiency of path tracing (without the worst pixels " +
+                                                                                     text(path.typical / trial.cost.typical) + ")" : "")});
   }
   return plan;
 }
@@ -184,11 +165,9 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.reason = "light does not bounce";
     return choice;
   }
-  std::vector<const Candidate*> candidates;
   for (const Candidate& candidate : kCandidates) {
     choice.reason = reason_against(find_integrator(candidate.integrator), *scene);
     if (!choice.reason.empty()) return choice;
-    candidates.push_back(&candidate);
   }
   const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(scene, camera, asked, stop) : 0.0);
   // A pilot costs no more than its share of the render.
@@ -200,48 +179,26 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   }
 
   const RenderSettings small = smaller(asked, pixels);
-  scene->change_view(camera, small);
   std::vector<Pilot> pilots;
-  const auto truth_by = [&](size_t from) {
-    std::vector<const Pilot*> used;
-    for (size_t k = from; k < pilots.size(); ++k) used.push_back(&pilots[k]);
-    return blurred(mean_of(used), small.width, small.height);
-  };
-  for (const Candidate* candidate : candidates) {
-    pilots.push_back(run_pilot(*candidate, scene, photon_share(asked, small), stop));
+  for (const Candidate& candidate : kCandidates) {
+    pilots.push_back(run_pilot(candidate, scene, camera, asked, small, stop));
     if (stop.load()) break;
-    if (pilots.size() == 1 && relmse_of(pilots[0], truth_by(0)) < kEasyRelmse) break;
+    choice.trials = trials_of(pilots, asked, small, samples_asked);
+    if (pilots.size() == 1 && choice.trials[0].relmse < kEasyRelmse) break;
   }
   scene->change_view(camera, asked);
-  if (stop.load()) return choice;
-  // Path tracing misses most of what is hard to find: the others tell what there is.
-  const std::vector<float> truth = truth_by(pilots.size() > 1 ? 1 : 0);
-  size_t calmest = 0;   // of those that are unbiased
-  for (size_t k = 0; k < pilots.size(); ++k) {
-    choice.trials.push_back({candidates[k]->name, relmse_of(pilots[k], truth), pilots[k].rays});
-    if (candidates[k]->unbiased && choice.trials[k].relmse < choice.trials[calmest].relmse) calmest = k;
+  if (stop.load()) {
+    choice.trials.clear();
+    return choice;
   }
-  // Noise falls with the samples that the render's rays pay for, bias more slowly.
-  const double rays_asked = samples_asked * pilots[0].rays / (kPilotSamples * double(small.width) * small.height);
-  for (size_t k = 0; k < pilots.size(); ++k) {
-    TechniqueTrial& trial = choice.trials[k];
-    if (!candidates[k]->unbiased) trial.bias = bias_of(pilots[k], pilots[calmest], truth, small.width, small.height);
-    const double pilot_rays = trial.rays * candidates[k]->ray_cost * (double(asked.width) * asked.height) / (double(small.width) * small.height);
-    const double longer = std::max(1.0, rays_asked / pilot_rays);
-    const double crowded = candidates[k]->spreads ? crowding(double(small.width) * small.height) / crowding(double(asked.width) * asked.height) : 1.0;
-    trial.cost = candidates[k]->tail * trial.relmse / (longer * crowded) + trial.bias * std::pow(longer, kBiasRate);
-  }
-  const TechniqueTrial* best = nullptr;
-  for (const TechniqueTrial& trial : choice.trials) {
-    const double handicap = best == &choice.trials.front() ? kClearlyBetter : 1.0;
-    if (!best || (trial.cost > 0.0 && trial.cost * handicap < best->cost)) best = &trial;
-  }
-  const Candidate& chosen = *candidates[size_t(best - choice.trials.data())];
-  choice.settings.integrator = chosen.integrator;
-  choice.name = chosen.name;
-  choice.reason = choice.trials.size() == 1         ? "it finds the light well"
-                  : best == &choice.trials.front() ? "no other technique is clearly better"
-                                                   : text(choice.trials.front().cost / best->cost) + " times the efficiency of path tracing in a small picture";
+  std::vector<PilotNoise> costs;
+  for (const TechniqueTrial& trial : choice.trials) costs.push_back(trial.cost);
+  const size_t best = clearly_best(costs);
+  choice.settings.integrator = kCandidates[best].integrator;
+  choice.name = kCandidates[best].name;
+  choice.reason = costs.size() == 1 ? "it finds the light well"
+                  : best == 0      ? "no other technique is clearly better"
+                                   : text(costs[0].whole / costs[best].whole) + " times the efficiency of path tracing in a small picture";
   choice.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return choice;
 }

@@ -1,13 +1,11 @@
 // `auto`: the technique with which this scene is rendered, chosen by a pilot.
 //
-// Every technique that could pay renders the same small picture of the scene twice, with a few samples and independent seeds. The difference of
-// the two is an estimate of its variance, relative to one picture for all, blurred and made of those techniques that find most:
-// by its own a technique that found nothing would look best. What a consistent technique is off by beyond noise is its bias. From these
-// follows the error that the render asked for would end with, if noise falls with the rays and bias as its radii shrink. Rays are counted,
-// not timed, and weighed by what a ray costs in that technique: the same seed chooses the same. The pilot's pictures are thrown away:
-// a choice that looked at samples it keeps would prefer those that missed something bright.
+// Every technique that could pay renders the same small picture of the scene twice, with a few samples and independent seeds. From the two
+// follow its noise and, by another's pictures, its bias (render/pilot_comparison.h), and from these the error that the render asked for would
+// end with, if noise falls with the rays and bias as its radii shrink. Rays are counted, not timed, and weighed by what a ray costs in that technique:
+// the same seed chooses the same. The pilot's pictures are thrown away: a choice that looked at samples it keeps would prefer those that missed something bright.
 //
-// The pilot is skipped where it could not pay: when nothing can bounce, when path tracing is found to do well, when few samples are asked for.
+// The pilot is skipped where it could not pay, when nothing can bounce or few samples are asked for, and ends early where path tracing is found to do well.
 #pragma once
 
 #include <atomic>
@@ -15,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "render/pilot_comparison.h"
 #include "render/render_plan.h"
 #include "scene/scene.h"
 
@@ -27,7 +26,7 @@ struct TechniqueTrial {
   const char* name;             ///< in the plan
   double relmse = 0.0, rays = 0.0;   ///< of the pilot; relMSE is that of its noise
   double bias = 0.0;            ///< relMSE of the pilot that is no noise
-  double cost = 0.0;            ///< relMSE that the render asked for would end with; smaller is better
+  PilotNoise cost;              ///< relMSE that the render asked for would end with; smaller is better
 };
 
 struct TechniqueChoice {

@@ -1,0 +1,96 @@
+#include "render/pilot_comparison.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace ajar {
+
+namespace {
+
+constexpr int kBlur = 3;              // pixels to each side
+constexpr double kWorst = 1e-3;       // of the pixels
+constexpr double kDarkest = 0.01;     // added to squares of light
+
+/// Of each pixel, the mean of its channels.
+std::vector<double> squared_differences(const std::vector<float>& a, const std::vector<float>& b, const std::vector<float>& light) {
+  std::vector<double> result(light.size() / 4, 0.0);
+  for (size_t i = 0; i < light.size(); ++i) {
+    if (i % 4 == 3) continue;
+    const double difference = double(a[i]) - double(b[i]);
+    result[i / 4] += difference * difference / (double(light[i]) * double(light[i]) + kDarkest) / 3.0;
+  }
+  return result;
+}
+
+double sum(const std::vector<double>& values) {
+  double total = 0.0;
+  for (const double value : values) total += value;
+  return total;
+}
+
+double squared_difference(const std::vector<float>& a, const std::vector<float>& b, const std::vector<float>& light) {
+  return sum(squared_differences(a, b, light)) / (0.25 * double(light.size()));
+}
+
+}  // namespace
+
+std::vector<float> blurred(const std::vector<float>& image, int width, int height) {
+  std::vector<float> result(image.size());
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (int c = 0; c < 4; ++c) {
+        float total = 0.0f;
+        int count = 0;
+        for (int v = std::max(0, y - kBlur); v <= std::min(height - 1, y + kBlur); ++v)
+          for (int u = std::max(0, x - kBlur); u <= std::min(width - 1, x + kBlur); ++u, ++count) total += image[4 * (size_t(v) * size_t(width) + size_t(u)) + size_t(c)];
+        result[4 * (size_t(y) * size_t(width) + size_t(x)) + size_t(c)] = total / float(count);
+      }
+  return result;
+}
+
+std::vector<float> mean_of(const PilotPictures& pilot) {
+  std::vector<float> mean(pilot.first.size());
+  for (size_t i = 0; i < mean.size(); ++i) mean[i] = 0.5f * (pilot.first[i] + pilot.second[i]);
+  return mean;
+}
+
+std::vector<float> most_light(const std::vector<const PilotPictures*>& pilots, int width, int height) {
+  std::vector<float> most(pilots[0]->first.size(), 0.0f);
+  for (const PilotPictures* pilot : pilots) {
+    const std::vector<float> found = blurred(mean_of(*pilot), width, height);
+    for (size_t i = 0; i < most.size(); ++i) most[i] = std::max(most[i], found[i]);
+  }
+  return most;
+}
+
+PilotNoise noise_of(const PilotPictures& pilot, const std::vector<float>& light) {
+  std::vector<double> errors = squared_differences(pilot.first, pilot.second, light);
+  const size_t pixels = errors.size(), worst = std::min(pixels, size_t(std::ceil(kWorst * double(pixels))));
+  PilotNoise noise;
+  noise.whole = 0.25 * sum(errors) / double(pixels);
+  std::nth_element(errors.begin(), errors.begin() + std::ptrdiff_t(worst), errors.end(), std::greater<>());
+  errors.erase(errors.begin(), errors.begin() + std::ptrdiff_t(worst));
+  noise.typical = errors.empty() ? 0.0 : 0.25 * sum(errors) / double(errors.size());
+  return noise;
+}
+
+double bias_of(const PilotPictures& pilot, const PilotPictures& unbiased, const std::vector<float>& light, int width, int height) {
+  const auto blur = [&](const std::vector<float>& image) { return blurred(image, width, height); };
+  const double noise = 0.25 * (squared_difference(blur(pilot.first), blur(pilot.second), light) +
+                               squared_difference(blur(unbiased.first), blur(unbiased.second), light));
+  return std::max(0.0, squared_difference(blur(mean_of(pilot)), blur(mean_of(unbiased)), light) - noise);
+}
+
+size_t clearly_best(const std::vector<PilotNoise>& techniques) {
+  size_t best = 0;
+  const auto by_both = [&](size_t k) { return techniques[k].whole * techniques[k].typical; };
+  for (size_t k = 1; k < techniques.size(); ++k) {
+    if (!(by_both(k) > 0.0)) continue;   // nearly nothing was found
+    if (techniques[k].whole * kClearlyBetter >= techniques[0].whole || techniques[k].typical >= techniques[0].typical) continue;
+    if (best == 0 || by_both(k) < by_both(best)) best = k;
+  }
+  return best;
+}
+
+}  // namespace ajar

@@ -1,0 +1,40 @@
+// How noisy small pictures by several techniques are, and whether one is clearly better than the first.
+//
+// Each technique gives two independent pictures; their difference tells its variance. It is put in relation to the most light that any technique
+// has found around the pixel: a firefly that one technique alone has met must not be measured against the darkness that the others left there. And it is
+// summed twice, over all pixels and without the worst few: an advantage that rests on a few pixels is chance.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace ajar {
+
+/// Two independent pictures by one technique, RGBA.
+struct PilotPictures {
+  std::vector<float> first, second;
+};
+
+/// Means over windows of a few pixels.
+std::vector<float> blurred(const std::vector<float>& image, int width, int height);
+/// The mean of both.
+std::vector<float> mean_of(const PilotPictures& pilot);
+/// At each pixel, the brightest of all techniques' blurred means.
+std::vector<float> most_light(const std::vector<const PilotPictures*>& pilots, int width, int height);
+
+/// relMSE, or what is foretold from it.
+struct PilotNoise {
+  double whole = 0.0;
+  double typical = 0.0;   ///< without the worst thousandth of the pixels
+};
+/// Of the mean of both pictures, relative to `light`.
+PilotNoise noise_of(const PilotPictures& pilot, const std::vector<float>& light);
+/// relMSE that is no noise: how far the blurred picture is from an unbiased technique's, beyond the noise of both.
+double bias_of(const PilotPictures& pilot, const PilotPictures& unbiased, const std::vector<float>& light, int width, int height);
+
+/// Another technique must be this much better than the first, whose stratification a small picture shows least.
+constexpr double kClearlyBetter = 1.6;
+/// The first unless others are clearly better, and better without the worst pixels as well: of those the one that is best by both.
+size_t clearly_best(const std::vector<PilotNoise>& techniques);
+
+}  // namespace ajar

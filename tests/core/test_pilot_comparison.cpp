@@ -1,0 +1,96 @@
+// Pictures of pilots: a technique is left for another when that is better everywhere, not when a few pixels say so.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "math/random.h"
+#include "render/pilot_comparison.h"
+
+namespace ajar {
+namespace {
+
+constexpr int kWidth = 64, kHeight = 48;
+constexpr size_t kPixels = size_t(kWidth) * kHeight;
+
+/// Grey pictures of 0.5 with noise of this standard deviation.
+PilotPictures noisy(float deviation, uint32_t seed) {
+  PilotPictures pilot;
+  for (std::vector<float>* picture : {&pilot.first, &pilot.second}) {
+    for (size_t i = 0; i < kPixels; ++i) {
+      const float value = 0.5f + deviation * std::sqrt(12.0f) * (to_unit_float(seed = hash_combine(seed, 1u)) - 0.5f);
+      picture->insert(picture->end(), {value, value, value, 1.0f});
+    }
+  }
+  return pilot;
+}
+/// Light in one pixel of the first picture.
+void add_firefly(PilotPictures& pilot, size_t pixel, float brightness) {
+  for (size_t c = 0; c < 3; ++c) pilot.first[4 * pixel + c] += brightness;
+}
+
+std::vector<PilotNoise> noises_of(const std::vector<const PilotPictures*>& pilots) {
+  const std::vector<float> light = most_light(pilots, kWidth, kHeight);
+  std::vector<PilotNoise> noises;
+  for (const PilotPictures* pilot : pilots) noises.push_back(noise_of(*pilot, light));
+  return noises;
+}
+
+TEST(PilotComparison, noise_is_the_variance_of_the_mean) {
+  const PilotPictures pilot = noisy(0.1f, 1);
+  const PilotNoise noise = noises_of({&pilot})[0];
+  const double expected = 0.5 * 0.1 * 0.1 / (0.25 + 0.01);   // of the mean of two pictures
+  EXPECT_NEAR(noise.whole, expected, 0.1 * expected);
+  EXPECT_LT(noise.typical, noise.whole);
+  EXPECT_GT(noise.typical, 0.9 * noise.whole) << "no pixel stands out";
+}
+
+TEST(PilotComparison, an_advantage_in_three_pixels_is_none) {
+  PilotPictures path = noisy(0.1f, 1);
+  for (const size_t pixel : {size_t(500), size_t(1500), size_t(2500)}) add_firefly(path, pixel, 50.0f);
+  const PilotPictures chains = noisy(0.1f, 2), photons = noisy(0.12f, 3);
+  const std::vector<PilotNoise> noises = noises_of({&path, &chains, &photons});
+  EXPECT_GT(noises[0].whole, 10.0 * noises[1].whole) << "taken whole, path tracing looks bad";
+  EXPECT_GT(noises[0].whole, 10.0 * noises[2].whole);
+  // What a ray costs in the others, as it is weighed before they are compared.
+  EXPECT_EQ(clearly_best({noises[0], {1.4 * noises[1].whole, 1.4 * noises[1].typical}, {2.5 * noises[2].whole, 2.5 * noises[2].typical}}), 0u);
+}
+
+TEST(PilotComparison, an_advantage_everywhere_is_one) {
+  const PilotPictures path = noisy(0.3f, 1);
+  PilotPictures chains = noisy(0.1f, 2);
+  const PilotPictures photons = noisy(0.15f, 3);
+  EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 1u);
+  EXPECT_EQ(clearly_best(noises_of({&path, &photons, &chains})), 2u);
+  for (const size_t pixel : {size_t(500), size_t(1500)}) add_firefly(chains, pixel, 50.0f);
+  EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 2u) << "and one that has fireflies itself is not taken for them";
+}
+
+TEST(PilotComparison, a_firefly_is_measured_against_its_own_light) {
+  const PilotPictures others = noisy(0.1f, 2);
+  const auto noise_with = [&](float brightness) {
+    PilotPictures path = noisy(0.1f, 1);
+    add_firefly(path, 1500, brightness);
+    return noises_of({&path, &others})[0].whole;
+  };
+  EXPECT_LT(noise_with(1e6f), 1.1 * noise_with(1e4f)) << "it is no worse for being brighter";
+}
+
+TEST(PilotComparison, one_that_found_nothing_is_not_chosen) {
+  const PilotPictures path = noisy(0.3f, 1), dark{std::vector<float>(4 * kPixels, 0.0f), std::vector<float>(4 * kPixels, 0.0f)};
+  EXPECT_EQ(clearly_best(noises_of({&path, &dark})), 0u);
+  EXPECT_EQ(clearly_best({{1.0, 1.0}}), 0u);
+  EXPECT_EQ(clearly_best({{1.0, 1.0}, {0.7, 0.7}}), 0u) << "not clearly better";
+}
+
+TEST(PilotComparison, bias_is_what_noise_does_not_explain) {
+  const PilotPictures honest = noisy(0.1f, 1);
+  PilotPictures other = noisy(0.1f, 2);
+  const std::vector<float> light = most_light({&honest}, kWidth, kHeight);
+  EXPECT_LT(bias_of(other, honest, light, kWidth, kHeight), 5e-4);
+  for (std::vector<float>* picture : {&other.first, &other.second})
+    for (float& value : *picture) value *= 0.8f;
+  EXPECT_NEAR(bias_of(other, honest, light, kWidth, kHeight), 0.01 / (0.25 + 0.01), 4e-3);
+}
+
+}  // namespace
+}  // namespace ajar
