@@ -11,6 +11,7 @@ namespace {
 constexpr int kBlur = 3;              // pixels to each side
 constexpr double kWorst = 1e-3;       // of the pixels
 constexpr double kDarkest = 0.01;     // added to squares of light
+constexpr double kHopeless = 2.5;     // times the noise
 
 /// Of each pixel, the mean of its channels.
 std::vector<double> squared_differences(const std::vector<float>& a, const std::vector<float>& b, const std::vector<float>& light) {
@@ -91,6 +92,10 @@ size_t clearly_best(const std::vector<PilotNoise>& techniques) {
     if (best == 0 || by_both(k) < by_both(best)) best = k;
   }
   return best;
+}
+
+bool is_hopeless(const PilotNoise& technique, const PilotNoise& first) {
+  return technique.whole > kHopeless * first.whole && technique.typical > kHopeless * first.typical;
 }
 
 }  // namespace ajar

@@ -36,5 +36,7 @@ double bias_of(const PilotPictures& pilot, const PilotPictures& unbiased, const 
 constexpr double kClearlyBetter = 1.6;
 /// The first unless others are clearly better, and better without the worst pixels as well: of those the one that is best by both.
 size_t clearly_best(const std::vector<PilotNoise>& techniques);
+/// Whether a technique is so much worse than the first, by both sums, that others like it need not be tried.
+bool is_hopeless(const PilotNoise& technique, const PilotNoise& first);
 
 }  // namespace ajar

@@ -20,11 +20,12 @@ struct Candidate {
   bool unbiased;                ///< but for what vertex merging blurs, which is left out of account
   bool spreads;                 ///< chains spread light over pixels of a size of their own
   int samples;                  ///< of each of the pilot's two pictures: fewer where a sample brings photons for the whole picture
+  int photons;                  ///< of each sample of the pilot at most, unless 0: with fewer, discs grow until they hold as many, so that bias grows and noise does not
 };
 /// The first is the one to stay with.
-constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4},
-                                     {"energy redistribution", "erpt", 1.4, 3.0, true, true, 4},
-                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1}};
+constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0},
+                                     {"energy redistribution", "erpt", 1.4, 3.0, true, true, 4, 0},
+                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000}};
 constexpr int kPilotPixels = 12288, kFewestPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;   // of path tracing
 /// The pilot may take this share of the samples asked for.
@@ -93,8 +94,9 @@ double photon_share(const RenderSettings& asked, const RenderSettings& small) {
 }
 
 /// Leaves the scene's view changed. `small`: of the picture.
-Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const RenderSettings& asked, const RenderSettings& small,
+Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const RenderSettings& asked, RenderSettings small,
                 const std::atomic<bool>& stop) {
+  if (candidate.photons > 0 && (small.photons == 0 || small.photons > candidate.photons)) small.photons = candidate.photons;
   scene->change_view(camera, small);
   Pilot pilot;
   for (uint32_t half = 0; half < 2; ++half) {
@@ -184,7 +186,8 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     pilots.push_back(run_pilot(candidate, scene, camera, asked, small, stop));
     if (stop.load()) break;
     choice.trials = trials_of(pilots, asked, small, samples_asked);
-    if (pilots.size() == 1 && choice.trials[0].relmse < kEasyRelmse) break;
+    // Photon mapping is not tried where chains are hopeless: both pay where light is hard to find from the eye.
+    if (pilots.size() == 1 ? choice.trials[0].relmse < kEasyRelmse : is_hopeless(choice.trials[1].cost, choice.trials[0].cost)) break;
   }
   scene->change_view(camera, asked);
   if (stop.load()) {

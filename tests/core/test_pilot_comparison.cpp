@@ -82,6 +82,16 @@ TEST(PilotComparison, one_that_found_nothing_is_not_chosen) {
   EXPECT_EQ(clearly_best({{1.0, 1.0}, {0.7, 0.7}}), 0u) << "not clearly better";
 }
 
+TEST(PilotComparison, one_that_is_worse_by_a_few_pixels_is_not_hopeless) {
+  const PilotPictures path = noisy(0.1f, 1), bad = noisy(0.3f, 2);
+  PilotPictures unlucky = noisy(0.1f, 3);
+  for (const size_t pixel : {size_t(500), size_t(1500), size_t(2500)}) add_firefly(unlucky, pixel, 50.0f);
+  const std::vector<PilotNoise> noises = noises_of({&path, &bad, &unlucky});
+  EXPECT_TRUE(is_hopeless(noises[1], noises[0]));
+  EXPECT_FALSE(is_hopeless(noises[2], noises[0]));
+  EXPECT_FALSE(is_hopeless(noises[0], noises[1]));
+}
+
 TEST(PilotComparison, bias_is_what_noise_does_not_explain) {
   const PilotPictures honest = noisy(0.1f, 1);
   PilotPictures other = noisy(0.1f, 2);
