@@ -104,7 +104,7 @@ Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<Scene>& scene,
     integrator->prepare(scene, hash_combine(small.seed, 0x6175746FU + half));
     Film film(0, 0, small.width, small.height, {"Combined"});
     integrator->run_iteration(film, candidate.samples, stop);
-    (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", 1.0f);
+    (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", asked.exposure);
     IntegratorStatistics statistics = integrator->statistics();
     pilot.rays += double(statistics.rays) - (1.0 - photon_share(asked, small)) * statistics.extra["photon_rays"] - statistics.extra["hint_rays"];
   }

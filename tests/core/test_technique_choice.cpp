@@ -56,6 +56,17 @@ TEST(TechniqueChoice, open_light_is_left_to_path_tracing) {
   EXPECT_EQ(choice.settings.width, 200);
 }
 
+TEST(TechniqueChoice, brighter_light_shown_darker_is_the_same) {
+  SceneDescription bright = hidden_lamp();
+  constexpr float kTimes = 4096.0f;
+  bright.lights[0].energy *= kTimes;
+  bright.settings.exposure /= kTimes;
+  const TechniqueChoice plain = choose(hidden_lamp()), scaled = choose(std::move(bright));
+  EXPECT_EQ(plain.settings.integrator, scaled.settings.integrator);
+  ASSERT_EQ(plain.trials.size(), scaled.trials.size());
+  EXPECT_NEAR(plain.trials[0].relmse, scaled.trials[0].relmse, 0.01 * plain.trials[0].relmse);
+}
+
 TEST(TechniqueChoice, hidden_light_is_not) {
   const TechniqueChoice choice = choose(hidden_lamp());
   EXPECT_NE(choice.settings.integrator, "path");
