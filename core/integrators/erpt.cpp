@@ -23,13 +23,12 @@ constexpr int kFirstSteps = 1;                 ///< a pixel, before the importan
 /// Samples the quantum is taken from: one for eight pixels, within these bounds; more while they find nothing.
 constexpr uint32_t kFewestPilot = 1u << 8, kMostPilot = 1u << 14, kPilotLimit = 1u << 17;
 constexpr uint32_t kBatch = 64;
-constexpr int kDirectShare = 4;                ///< steps a pixel for each direct sample
 /// Units of random numbers: pixels, pilot, samples and chains must not share any.
 constexpr uint32_t kPilotStream = 0x9a1e7000u, kSampleStream = 0x5eed0001u, kChainStream = 0xc4a10001u;
 
 class EnergyRedistribution final : public Integrator {
  public:
-  Honesty honesty() const override { return merging_.active() ? Honesty::Consistent : Honesty::Unbiased; }
+  Honesty honesty() const override { return direct_.merging().active() ? Honesty::Consistent : Honesty::Unbiased; }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     workers_.reset();
@@ -37,20 +36,15 @@ class EnergyRedistribution final : public Integrator {
     luminance_.reset();
     scene_ = std::move(scene);
     seed_ = seed;
-    merging_.prepare(*scene_, seed);
+    direct_.prepare(*scene_, seed);
     followed_.clear();
     samples_done_ = steps_wanted_ = 0;
-    direct_done_ = direct_wanted_ = 0;
-    direct_rays_ = 0;
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
     if (!space_) begin(film, stop);
-    direct_wanted_ += uint32_t(samples_per_pixel);
-    const uint32_t direct = (direct_wanted_ + kDirectShare - 1) / kDirectShare - direct_done_;
-    if (direct > 0) direct_rays_ += add_direct_samples(film, *space_, seed_, direct_done_, int(direct), merging_, stop);
-    direct_done_ += direct;
+    direct_.add(film, *space_, samples_per_pixel, stop);
     steps_wanted_ += uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel);
     redistribute(film, uint32_t((steps_wanted_ + kStepsPerSample - 1) / kStepsPerSample), stop);
     if (samples_done_ > 0) film.end_splats(first_quantum_ / double(samples_done_));
@@ -58,10 +52,10 @@ class EnergyRedistribution final : public Integrator {
 
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
-    s.rays = direct_rays_;
+    s.rays = direct_.rays();
     add_statistics_of(followed_, s);
     s.hints = followed_.statistics();
-    add_statistics_of(merging_, s);
+    add_statistics_of(direct_.merging(), s);
     Tally sum;
     if (!workers_) return s;
     for (const Worker& worker : *workers_) {
@@ -101,9 +95,9 @@ class EnergyRedistribution final : public Integrator {
 
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
-    space_->without_unconnectable = merging_.active();
+    space_->without_unconnectable = direct_.merging().active();
     followed_.begin(*space_, seed_, stop);
-    merging_.follow(space_->guide);
+    direct_.merging().follow(space_->guide);
     mutations_.clear();
     mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.6f});
     mutations_.push_back({std::make_unique<CausticPerturbation>(*space_), 0.4f});
@@ -195,7 +189,7 @@ class EnergyRedistribution final : public Integrator {
 
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
-  VertexMerging merging_;
+  DirectPass direct_;
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;
@@ -203,8 +197,8 @@ class EnergyRedistribution final : public Integrator {
   std::unique_ptr<FilmLuminance> luminance_;    ///< of all samples so far; flux in first quanta
   uint64_t next_learning_ = 0;                  ///< when so many samples are done
   double quantum_ = 1.0, first_quantum_ = 1.0;  ///< what a step deposits, in luminance times importance
-  uint32_t samples_done_ = 0, direct_done_ = 0, direct_wanted_ = 0;
-  uint64_t steps_wanted_ = 0, direct_rays_ = 0;
+  uint32_t samples_done_ = 0;
+  uint64_t steps_wanted_ = 0;
 };
 
 }  // namespace

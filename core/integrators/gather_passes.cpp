@@ -10,6 +10,7 @@
 
 #include "integrators/learned.h"
 #include "math/statistics.h"
+#include "transport/seen_light.h"
 
 namespace ajar {
 
@@ -23,6 +24,8 @@ constexpr int kProbes = 24;                 // per axis of the film, to choose r
 /// Photons in a disc of the first pass, where the picture looks. Lookups at the ends of gather rays are averaged over those rays, so
 /// they may be noisy for the sake of a smaller radius; caustics are seen directly.
 constexpr int kReach = 10, kCausticReach = 60;
+/// Light seen without gathering is looked for four times, until more is known; by a quarter of the rays at most.
+constexpr FurtherSamples::Limits kFurtherSeen{4, 0.25};
 constexpr double kScoutShare = 4.0;         // lookups noted before the first pass, for each photon
 
 struct Counters {
@@ -180,7 +183,7 @@ void GatherPasses::learn(float past_share) {
 void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
   if (pass_ == 0) {
     guide_samples_.resize(size_t((film.width() + kTile - 1) / kTile) * size_t((film.height() + kTile - 1) / kTile));
-    seen_light_.prepare(*scene_, film, filter_, seed_);
+    further_.prepare(*scene_, film, filter_, seed_, kFurtherSeen);
   }
   tbb::combinable<uint64_t> seen_rays([] { return uint64_t(0); });
   const bool wants_aux = film.wants_aux();
@@ -189,13 +192,17 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
     float alpha = 1.0f;
     Color seen(0.0f);
     const Color rest = sees_nothing(ray) ? Color(0.0f) : gatherer.trace(ray, wants_aux ? &aux : nullptr, alpha, seen);
-    if (seen_light_.active()) seen = seen_light_.mean_with(seen, luminance(rest), px, py, seen_rays.local());
+    if (further_.active())
+      seen = further_.mean_with(seen, gatherer.polished(), luminance(rest), px, py, [&](Vec2 on_film, Sampler& sampler) {
+        const Ray further = scene_->camera().generate_ray(on_film, scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), 0.0f);
+        return sees_nothing(further) ? Color(0.0f) : trace_seen_light(*scene_, further, sampler, seen_rays.local());
+      });
     film.add_sample(px, py, rest + seen, alpha, &aux);
   });
   seen_rays.combine_each([&](uint64_t rays) { seen_rays_ += rays; });
   paths_ += uint64_t(film.width()) * uint64_t(film.height());
   ++pass_;
-  if (!stop.load(std::memory_order_relaxed)) seen_light_.learn(pass_, rays_ - scout_rays_, seen_rays_);
+  if (!stop.load(std::memory_order_relaxed)) further_.learn(pass_, rays_ - scout_rays_, seen_rays_);
   if (stop.load(std::memory_order_relaxed) || guide_samples_.empty() || pass_ < first_lesson_ || !std::has_single_bit(pass_)) return;
   learn(GuideTree::kPastShare);
   if (pass_ >= kLearnedPasses) guide_samples_.clear();

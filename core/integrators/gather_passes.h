@@ -6,7 +6,7 @@
 #include "integrators/integrator.h"
 #include "transport/photon_gather.h"
 #include "transport/photon_tracer.h"
-#include "transport/seen_light.h"
+#include "transport/further_samples.h"
 
 namespace ajar {
 
@@ -51,7 +51,7 @@ class GatherPasses {
   std::vector<IrradianceSite> sites_;
   float first_global_radius_ = 0.0f, first_caustic_radius_ = 0.0f;
   ArrivalMap* arrivals_ = nullptr;
-  SeenLight seen_light_;
+  FurtherSamples further_;
   GuideTree guide_;
   std::vector<std::vector<GuideSample>> guide_samples_;   ///< of the tiles, since the guide has learned last
   uint64_t rays_ = 0, seen_rays_ = 0, scout_rays_ = 0, paths_ = 0, gathered_ = 0, from_sites_ = 0;

@@ -12,7 +12,6 @@ namespace {
 
 /// Bidirectional samples among which chains start: one for eight pixels, within these bounds.
 constexpr uint32_t kFewestSeeds = 1u << 12, kMostSeeds = 1u << 16;
-constexpr int kDirectShare = 4;                ///< steps a pixel for each direct sample
 
 class Metropolis final : public Integrator {
  public:
@@ -21,24 +20,19 @@ class Metropolis final : public Integrator {
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     scene_ = std::move(scene);
     seed_ = seed;
-    merging_.prepare(*scene_, seed);
+    direct_.prepare(*scene_, seed);
     space_.reset();
     mutations_.clear();
     chains_ = {};
-    direct_done_ = samples_done_ = 0;
-    direct_rays_ = 0;
     pilot_ = {};
     followed_.clear();
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
-    samples_done_ += uint32_t(samples_per_pixel);
     if (!space_) begin(film, stop);
     if (!space_) return;
-    const uint32_t direct = (samples_done_ + kDirectShare - 1) / kDirectShare - direct_done_;
-    if (direct > 0) direct_rays_ += add_direct_samples(film, *space_, seed_, direct_done_, int(direct), merging_, stop);
-    direct_done_ += direct;
+    direct_.add(film, *space_, samples_per_pixel, stop);
     if (stop.load(std::memory_order_relaxed)) return;
     if (!chains_.empty()) {
       run_chains(film, uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel), stop);
@@ -48,8 +42,8 @@ class Metropolis final : public Integrator {
 
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
-    s.rays = pilot_.rays + direct_rays_ + chains_.rays();
-    add_statistics_of(merging_, s);
+    s.rays = pilot_.rays + direct_.rays() + chains_.rays();
+    add_statistics_of(direct_.merging(), s);
     add_statistics_of(followed_, s);
     s.paths = chains_.steps() + chains_.seeds();
     chains_.add_statistics(s.extra);
@@ -60,9 +54,9 @@ class Metropolis final : public Integrator {
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
-    space_->without_unconnectable = merging_.active();
+    space_->without_unconnectable = direct_.merging().active();
     followed_.begin(*space_, seed_, stop);
-    merging_.follow(space_->guide);
+    direct_.merging().follow(space_->guide);
     mutations_ = standard_mutations(*space_, followed_.hints(), followed_.mutation_use());
     const auto seeds = uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kFewestSeeds, kMostSeeds));
     chains_ = {};
@@ -81,13 +75,11 @@ class Metropolis final : public Integrator {
 
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
-  VertexMerging merging_;
+  DirectPass direct_;
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;
   ChainEnsemble chains_;
-  uint32_t direct_done_ = 0, samples_done_ = 0;
-  uint64_t direct_rays_ = 0;
   Pilot pilot_;
 };
 

@@ -16,21 +16,19 @@ constexpr uint32_t kStepsPerSample = 24;       ///< steps of members for each bi
 constexpr uint32_t kFirstSamples = 4;          ///< the first generation has this many times as many samples
 constexpr uint32_t kLearnGenerations = 4;
 constexpr double kRamp = 8.0;                  ///< generations until they count fully: the first know few samples
-constexpr int kDirectShare = 4;                ///< steps a pixel for each direct sample
 
 class PopulationPaths final : public Integrator {
  public:
-  Honesty honesty() const override { return merging_.active() ? Honesty::Consistent : Honesty::Unbiased; }
+  Honesty honesty() const override { return direct_.merging().active() ? Honesty::Consistent : Honesty::Unbiased; }
 
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
     for (auto& population : populations_) population.reset();
     scene_ = std::move(scene);
     seed_ = seed;
-    merging_.prepare(*scene_, seed);
+    direct_.prepare(*scene_, seed);
     generations_ = 0;
     total_emphasis_ = 0.0;
-    steps_wanted_ = direct_rays_ = 0;
-    direct_done_ = direct_wanted_ = 0;
+    steps_wanted_ = 0;
     past_.reset();
     learned_.reset();
   }
@@ -44,12 +42,9 @@ class PopulationPaths final : public Integrator {
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
     PathSpace space(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
-    space.without_unconnectable = merging_.active();
+    space.without_unconnectable = direct_.merging().active();
     if (!populations_[0]) begin(film, space, stop);
-    direct_wanted_ += uint32_t(samples_per_pixel);
-    const uint32_t direct = (direct_wanted_ + kDirectShare - 1) / kDirectShare - direct_done_;
-    if (direct > 0) direct_rays_ += add_direct_samples(film, space, seed_, direct_done_, int(direct), merging_, stop);
-    direct_done_ += direct;
+    direct_.add(film, space, samples_per_pixel, stop);
     steps_wanted_ += uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel);
     while (populations_[0]->steps() + populations_[1]->steps() < steps_wanted_ && !stop.load(std::memory_order_relaxed)) {
       if (generations_ == kLearnGenerations) exchange();
@@ -62,9 +57,9 @@ class PopulationPaths final : public Integrator {
 
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s;
-    s.rays = direct_rays_;
+    s.rays = direct_.rays();
     add_statistics_of(followed_, s);
-    add_statistics_of(merging_, s);
+    add_statistics_of(direct_.merging(), s);
     if (!populations_[0]) return s;
     for (const auto& population : populations_) {
       population->add_statistics(s.extra);
@@ -82,7 +77,7 @@ class PopulationPaths final : public Integrator {
  private:
   void begin(const Film& film, PathSpace& space, const std::atomic<bool>& stop) {
     followed_.begin(space, seed_, stop);
-    merging_.follow(space.guide);
+    direct_.merging().follow(space.guide);
     const int64_t pixels = int64_t(film.width()) * film.height();
     const int64_t members = std::clamp(pixels / kPixelsPerMember, kFewestMembers, kMostMembers) / 2;
     size_.members = uint32_t(members);
@@ -104,15 +99,14 @@ class PopulationPaths final : public Integrator {
 
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
-  VertexMerging merging_;
+  DirectPass direct_;
   FollowedHints followed_;
   PathPopulation::Size size_{};
   std::unique_ptr<PathPopulation> populations_[2];
   uint32_t generations_ = 0;
   std::shared_ptr<const PathPopulation::Learned> past_, learned_;   ///< of another frame; of this one, for the next
   double total_emphasis_ = 0.0;
-  uint32_t direct_done_ = 0, direct_wanted_ = 0;
-  uint64_t steps_wanted_ = 0, direct_rays_ = 0;
+  uint64_t steps_wanted_ = 0;
 };
 
 }  // namespace

@@ -7,11 +7,11 @@
 #include "render/technique_choice.h"
 #include "scene/scene.h"
 #include "shading/texture.h"
+#include "transport/further_samples.h"
 #include "transport/irradiance_records.h"
 #include "transport/media.h"
 #include "transport/path_guide.h"
 #include "transport/vertex_merging.h"
-#include "transport/seen_light.h"
 
 namespace ajar {
 
@@ -40,6 +40,9 @@ void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
 
 bool may_merge(const RenderSettings& s) { return s.vertex_merging == "on" && (s.integrator == kAutomatic || find_integrator(s.integrator).can_merge); }
 bool gathers_photons(const RenderSettings& s) { return s.integrator == "photon_map" || s.integrator == "mps" || s.integrator == kAutomatic; }
+bool takes_further_samples(const RenderSettings& s) {
+  return gathers_photons(s) || s.integrator == "erpt" || s.integrator == "metropolis" || s.integrator == "pmc_pt";
+}
 
 bool may_store_photons(const RenderSettings& s) {
   return gathers_photons(s) || may_merge(s);
@@ -100,7 +103,7 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   // One for four pixels at most.
   if (s.integrator == "irradiance_cache") records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
   film.bytes = pixels * Film::bytes_per_pixel(s.passes, s.integrator != "path" && s.integrator != "photon_map");
-  if (gathers_photons(s)) film.bytes += pixels * SeenLight::bytes_per_pixel();
+  if (takes_further_samples(s)) film.bytes += pixels * FurtherSamples::bytes_per_pixel();
   if (measures_important_light(d)) film.bytes += pixels * (Film::bytes_per_pixel({"Combined"}, false) + 4 * sizeof(Vec2));
   MemoryEstimate estimate{{geometry, instances, textures, volumes, photons, guide, records, film}};
   std::stable_sort(estimate.parts.begin(), estimate.parts.end(), [](const MemoryPart& a, const MemoryPart& b) { return a.bytes > b.bytes; });

@@ -268,6 +268,13 @@ void Bsdf::keep_lobes(Vec3 wo, Wanted&& wanted) {
   prepare(wo);
 }
 
+/// Rounding moves directions near the critical angle by far more than one unit.
+static constexpr float kSameDirection = 0.9998f;
+
+bool is_same_specular_direction(const BsdfSample& a, const BsdfSample& b) {
+  return ((a.flags ^ b.flags) & (kReflection | kTransmission)) == 0 && glm::dot(a.wi, b.wi) > kSameDirection;
+}
+
 /// Every delta event but transparency: visit(event, probability).
 template <class F>
 void Bsdf::for_each_specular(Vec3 wo, TransportMode mode, F&& visit) const {
@@ -304,8 +311,6 @@ void Bsdf::for_each_specular(Vec3 wo, TransportMode mode, F&& visit) const {
 }
 
 Bsdf::SpecularEvaluation Bsdf::evaluate_specular(Vec3 wo, Vec3 wi, TransportMode mode) const {
-  // Rounding moves directions near the critical angle by far more than one unit.
-  constexpr float kSameDirection = 0.9998f;
   SpecularEvaluation sum;
   float kind = 0.0f;
   const uint32_t side = glm::dot(ng, wo) * glm::dot(ng, wi) > 0.0f ? kReflection : kTransmission;
@@ -319,6 +324,20 @@ Bsdf::SpecularEvaluation Bsdf::evaluate_specular(Vec3 wo, Vec3 wi, TransportMode
   });
   if (kind > 0.0f) sum.follow_probability = sum.probability / kind;
   return sum;
+}
+
+int Bsdf::specular_directions(Vec3 wo, std::array<BsdfSample, kMaxSpecularDirections>& events) const {
+  int count = 0;
+  for_each_specular(wo, TransportMode::Radiance, [&](const BsdfSample& event) {
+    for (int i = 0; i < count; ++i) {
+      if (!is_same_specular_direction(events[size_t(i)], event)) continue;
+      events[size_t(i)].f_cos += event.f_cos;
+      events[size_t(i)].pdf_solid_angle += event.pdf_solid_angle;
+      return;
+    }
+    if (count < kMaxSpecularDirections) events[size_t(count++)] = event;
+  });
+  return count;
 }
 
 std::optional<BsdfSample> Bsdf::follow_specular(Vec3 wo, bool transmitted, float u_lobe, TransportMode mode) const {

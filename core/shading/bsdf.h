@@ -127,6 +127,9 @@ struct BsdfSample {
   float roughness = 1.0f;           ///< sqrt(alpha) of the lobe sampled, 1 for diffuse
 };
 
+/// Whether two delta events turn the same direction to the same one, up to rounding.
+bool is_same_specular_direction(const BsdfSample& a, const BsdfSample& b);
+
 class Bsdf {
  public:
   static constexpr int kMaxLobes = 12, kMaxLayers = 6;
@@ -205,6 +208,10 @@ class Bsdf {
     float eta = 1.0f;               ///< as in BsdfSample
   };
   SpecularEvaluation evaluate_specular(Vec3 wo, Vec3 wi, TransportMode mode = TransportMode::Radiance) const;
+  /// Directions in which delta lobes (without transparency) turn wo, up to kMaxSpecularDirections of them; returns how many. Lobes of one
+  /// direction are one event: f_cos their weights, pdf_solid_angle the probability that `sample` takes one of them, the rest of the first.
+  static constexpr int kMaxSpecularDirections = 8;
+  int specular_directions(Vec3 wo, std::array<BsdfSample, kMaxSpecularDirections>& events) const;
   /// Like sample, but only delta lobes that reflect (or transmit): a path that is perturbed keeps its kind of bounce.
   std::optional<BsdfSample> follow_specular(Vec3 wo, bool transmitted, float u_lobe, TransportMode mode = TransportMode::Radiance) const;
 

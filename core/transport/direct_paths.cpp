@@ -1,100 +1,160 @@
 #include "transport/direct_paths.h"
 
 #include "transport/direct_light.h"
+#include "transport/lobe_split.h"
+#include "transport/specular_branches.h"
 
 namespace ajar {
 
-Color trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, float& alpha, uint64_t& rays, const VertexMerging* merging) {
-  constexpr uint32_t kFirst = 4, kPerVertex = 16, kThrough = 8, kLight = 0, kLobe = 3;
-  const RenderSettings& settings = scene.settings();
-  const BounceLimits& limits = settings.bounces;
-  const int max_vertices = max_path_vertices(limits);
-  Color radiance(0.0f), beta(1.0f);
-  alpha = 0.0f;
-  PathVertex previous, vertex, light;
-  float density;
-  Ray ray = start_at_lens(scene, film, scene.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), previous, density);
-  if (!(density > 0.0f)) {
-    alpha = 1.0f;
-    return radiance;
-  }
-  vertex.point = ShadingPoint();
-  float pdf_to_light = 0.0f;  // of the direction travelled, where light sampling competes
-  bool last = false;          // the bounce before was not specular
-  for (int i = 1; i + 1 <= max_vertices; ++i) {
-    const uint32_t base = kFirst + kPerVertex * uint32_t(i);
-    const auto meet = [&](const PathVertex& end, const PathEdge& edge, Color carried) {
-      float weight = 1.0f;
-      if (pdf_to_light > 0.0f) {
-        const LightEnd found = light_end(scene, end, previous, edge, nullptr);
-        weight = power_heuristic(pdf_to_light * edge.to_light_area(), found.pdf_sampled);
-      }
-      radiance += carried * end.shading.emission * weight;
-    };
-    const auto watch = [&](const Ray& stretch, float t_end, bool found, const Through& passed) {
-      const auto meet_light = [&](const LightMet& met) {
-        make_light_vertex(scene, met, -ray.direction, light);
-        meet(light, join(light, previous), beta * passed.transmittance / passed.pass);
-      };
-      if (scene.has_lamp_shapes()) for_each_lamp_crossed(scene, stretch, t_end, vertex.point.ray_kind, meet_light);
-      if (!found) {
-        for_each_distant_light(scene, stretch, vertex.point.ray_kind, !(settings.transparent_film && i == 1), meet_light);
-        if (i == 1) alpha = settings.transparent_film ? 1.0f - luminance(passed.transmittance) / passed.pass : 1.0f;
-      }
-    };
-    sampler.set_dimension(base + kThrough);
-    Through through;
-    if (!find_vertex(scene, ray, sampler, vertex, through, rays, watch)) break;
-    beta *= through.transmittance / (through.pass * (1.0f - vertex.pass));
-    if (i == 1) {
-      if (aux) record_first_hit(scene, vertex.point, vertex.shading.bsdf, *aux);
-      alpha = 1.0f - vertex.shading.holdout;
-    }
-    if (vertex.emits()) {
-      make_light_vertex(vertex, light);
-      meet(light, join(light, previous), beta);
-    }
-    const bool exceeded = vertex.point.glossy_depth > limits.glossy || vertex.point.transmission_depth > limits.transmission;
-    if (last || exceeded || vertex.shading.bsdf.empty() || i + 2 > max_vertices) break;
+namespace {
 
-    if (vertex.connectable()) {
-      if (merging && i >= 2) radiance += beta * merging->radiance(vertex, i);
-      sampler.set_dimension(base + kLight);
-      const Vec2 u = sampler.get_2d();
-      if (sample_light(scene, vertex, sampler.get_1d(), u, light)) {
-        PathEdge edge = join(light, vertex);
-        const LightEnd end = light_end(scene, light, vertex, edge, nullptr);
-        const Bsdf::Evaluation scattered = vertex.shading.bsdf.evaluate(vertex.point.wo, -edge.to_eye);
-        Color direct = beta * scattered.f_cos * end.radiance * edge.to_light_area();
-        if (end.pdf_sampled > 0.0f && !is_black(direct) && look_along(scene, light, vertex, edge, rays)) {
-          if (end.can_be_hit) direct *= power_heuristic(end.pdf_sampled, scattered.pdf_solid_angle * edge.to_light_area());
-          radiance += direct * edge.transmittance / end.pdf_sampled;
-        } else if (end.pdf_sampled > 0.0f) {
-          radiance += beta * light_beyond_terminator(scene, light, vertex, edge, end, scattered.f_cos, rays) / end.pdf_sampled;
-        }
-      }
+constexpr uint32_t kFirst = 4, kPerVertex = 16, kThrough = 8, kLight = 0, kLobe = 3;
+
+/// Of specular bounces only, up to a ray that is to meet vertex `i` (1: the first from the eye).
+struct Walk {
+  Ray ray;
+  ShadingPoint start;
+  Color beta;
+  int i;
+};
+
+bool is_polished(const Bsdf& bsdf) {
+  for (int i = 0; i < bsdf.lobe_count(); ++i)
+    if (!is_rough(bsdf.lobe(i)) && bsdf.lobe(i).kind != LobeKind::Transparent) return true;
+  return false;
+}
+
+/// One sample in the making.
+class DirectTracer {
+ public:
+  DirectTracer(const Scene& scene, Sampler& sampler, SampleAux* aux, uint64_t& rays, const VertexMerging* merging)
+      : scene_(scene), limits_(scene.settings().bounces), max_vertices_(max_path_vertices(limits_)), sampler_(sampler), aux_(aux), rays_(rays), merging_(merging) {}
+
+  DirectSample trace(Vec2 film) {
+    float density;
+    const Ray camera_ray = start_at_lens(scene_, film, scene_.camera().has_lens() ? sampler_.get_2d() : Vec2(0.5f), previous_, density);
+    if (!(density > 0.0f)) {
+      found_.alpha = 1.0f;
+      return found_;
     }
-    sampler.set_dimension(base + kLobe);
-    const float u_lobe = sampler.get_1d();
-    const auto sample = vertex.shading.bsdf.sample(vertex.point.wo, u_lobe, sampler.get_2d());
-    if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
-    if (sample->specular) {
-      const Bsdf::SpecularEvaluation event = vertex.shading.bsdf.evaluate_specular(vertex.point.wo, sample->wi);
-      if (!(event.probability > 0.0f)) break;
-      beta *= event.weight / event.probability;
-    } else {
-      beta *= sample->f_cos / sample->pdf_solid_angle;
-    }
-    if (!(max_component(beta) > 0.0f)) break;
-    last = !sample->specular;
-    pdf_to_light = last ? sample->pdf_solid_angle : 0.0f;
-    ShadingPoint next;
-    count_bounce(*sample, vertex.point, next);
-    ray = scene.spawn_ray(vertex.point, sample->wi);
-    previous = vertex;
-    vertex.point = next;
+    SpecularBranches<Walk> branches({camera_ray, {}, Color(1.0f), 1});
+    Walk walk;
+    while (branches.next(walk)) follow(walk, branches);
+    return found_;
   }
-  return radiance;
+
+ private:
+  void follow(Walk& walk, SpecularBranches<Walk>& branches) {
+    auto& [ray, start, beta, i] = walk;
+    const bool transparent_film = scene_.settings().transparent_film;
+    vertex_.point = start;
+    pdf_to_light_ = 0.0f;
+    for (; i + 1 <= max_vertices_; ++i) {
+      const uint32_t base = kFirst + kPerVertex * uint32_t(i);
+      const auto watch = [&](const Ray& stretch, float t_end, bool found, const Through& passed) {
+        const auto meet_light = [&](const LightMet& met) {
+          make_light_vertex(scene_, met, -ray.direction, light_);
+          meet(beta * passed.transmittance / passed.pass);
+        };
+        if (scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, stretch, t_end, vertex_.point.ray_kind, meet_light);
+        if (!found) {
+          for_each_distant_light(scene_, stretch, vertex_.point.ray_kind, !(transparent_film && i == 1), meet_light);
+          if (i == 1) found_.alpha = transparent_film ? 1.0f - luminance(passed.transmittance) / passed.pass : 1.0f;
+        }
+      };
+      sampler_.set_dimension(base + kThrough);
+      Through through;
+      if (!find_vertex(scene_, ray, sampler_, vertex_, through, rays_, watch)) break;
+      beta *= through.transmittance / (through.pass * (1.0f - vertex_.pass));
+      if (i == 1) {
+        if (aux_) record_first_hit(scene_, vertex_.point, vertex_.shading.bsdf, *aux_);
+        found_.alpha = 1.0f - vertex_.shading.holdout;
+      }
+      if (vertex_.emits()) {
+        make_light_vertex(vertex_, light_);
+        meet(beta);
+      }
+      const bool last = pdf_to_light_ > 0.0f;   // the bounce before was not specular
+      const bool exceeded = vertex_.point.glossy_depth > limits_.glossy || vertex_.point.transmission_depth > limits_.transmission;
+      const Bsdf& bsdf = vertex_.shading.bsdf;
+      if (last || exceeded || bsdf.empty() || i + 2 > max_vertices_) break;
+      found_.polished = found_.polished || is_polished(bsdf);
+
+      if (vertex_.connectable()) {
+        if (merging_ && i >= 2) found_.merged += beta * merging_->radiance(vertex_, i);
+        sampler_.set_dimension(base + kLight);
+        look_for_light(beta);
+      }
+      branches.split(bsdf, vertex_.point.wo, beta, [&](const BsdfSample& event) {
+        Walk next{scene_.spawn_ray(vertex_.point, event.wi), {}, beta * event.f_cos, i + 1};
+        count_bounce(event, vertex_.point, next.start);
+        return next;
+      });
+      if (branches.follows_all()) break;
+      sampler_.set_dimension(base + kLobe);
+      const float u_lobe = sampler_.get_1d();
+      const auto sample = bsdf.sample(vertex_.point.wo, u_lobe, sampler_.get_2d());
+      if (!sample || !(sample->pdf_solid_angle > 0.0f) || branches.follows(*sample)) break;
+      if (sample->specular) {
+        const Bsdf::SpecularEvaluation event = bsdf.evaluate_specular(vertex_.point.wo, sample->wi);
+        if (!(event.probability > 0.0f)) break;
+        beta *= event.weight / event.probability;
+      } else {
+        beta *= sample->f_cos / sample->pdf_solid_angle;
+        pdf_to_light_ = sample->pdf_solid_angle;
+        previous_ = vertex_;
+      }
+      if (!(max_component(beta) > 0.0f)) break;
+      ShadingPoint next;
+      count_bounce(*sample, vertex_.point, next);
+      ray = scene_.spawn_ray(vertex_.point, sample->wi);
+      vertex_.point = next;
+    }
+  }
+
+  /// Light met, at light_.
+  void meet(Color carried) {
+    float weight = 1.0f;
+    if (pdf_to_light_ > 0.0f) {
+      const PathEdge edge = join(light_, previous_);
+      weight = power_heuristic(pdf_to_light_ * edge.to_light_area(), light_end(scene_, light_, previous_, edge, nullptr).pdf_sampled);
+    }
+    found_.radiance += carried * light_.shading.emission * weight;
+  }
+
+  /// Light sampled at vertex_.
+  void look_for_light(Color beta) {
+    const Vec2 u = sampler_.get_2d();
+    if (!sample_light(scene_, vertex_, sampler_.get_1d(), u, light_)) return;
+    PathEdge edge = join(light_, vertex_);
+    const LightEnd end = light_end(scene_, light_, vertex_, edge, nullptr);
+    if (!(end.pdf_sampled > 0.0f)) return;
+    const Bsdf::Evaluation scattered = vertex_.shading.bsdf.evaluate(vertex_.point.wo, -edge.to_eye);
+    Color direct = beta * scattered.f_cos * end.radiance * edge.to_light_area();
+    if (!is_black(direct) && look_along(scene_, light_, vertex_, edge, rays_)) {
+      if (end.can_be_hit) direct *= power_heuristic(end.pdf_sampled, scattered.pdf_solid_angle * edge.to_light_area());
+      found_.radiance += direct * edge.transmittance / end.pdf_sampled;
+    } else {
+      found_.radiance += beta * light_beyond_terminator(scene_, light_, vertex_, edge, end, scattered.f_cos, rays_) / end.pdf_sampled;
+    }
+  }
+
+  const Scene& scene_;
+  const BounceLimits& limits_;
+  const int max_vertices_;
+  Sampler& sampler_;
+  SampleAux* aux_;
+  uint64_t& rays_;
+  const VertexMerging* merging_;
+  DirectSample found_;
+  PathVertex previous_, vertex_, light_;
+  float pdf_to_light_ = 0.0f;   ///< of the direction travelled, where light sampling competes: after a bounce that is not specular
+};
+
+}  // namespace
+
+DirectSample trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays, const VertexMerging* merging) {
+  return DirectTracer(scene, sampler, aux, rays, merging).trace(film);
 }
 
 }  // namespace ajar

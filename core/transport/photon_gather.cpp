@@ -33,6 +33,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
   bool last_chance = false, specular = true;
   alpha = 0.0f;
   seen = Color(0.0f);
+  polished_ = false;
   for (uint32_t vertex = 0;; ++vertex) {
     const Hit hit = scene_.intersect(ray, point.ray_kind);
     ++rays_;
@@ -95,6 +96,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
       beta /= survival;
     }
     specular = specular && sample->specular;
+    polished_ |= specular;
     origin = {point.position, split.sharp()->receiving_normal(), sample->specular ? 0.0f : sample->pdf_solid_angle};
     ray = scene_.spawn_ray(point, sample->wi);
   }

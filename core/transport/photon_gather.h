@@ -62,6 +62,8 @@ class PhotonGatherer {
   /// Where a camera ray and one gather ray from there would look up the maps. False when they lead nowhere.
   bool probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gathered);
 
+  /// Whether the last ray traced came to delta lobes first.
+  bool polished() const { return polished_; }
   uint64_t rays() const { return rays_; }
   uint64_t gathered() const { return gathered_; }
   uint64_t from_sites() const { return from_sites_; }
@@ -86,7 +88,7 @@ class PhotonGatherer {
   Sampler sampler_, gather_sampler_;
   uint32_t pixel_ = 0, index_ = 0;
   ArrivalLog* log_ = nullptr;
-  bool log_only_ = false;
+  bool log_only_ = false, polished_ = false;
   const GuideTree* guide_ = nullptr;
   std::vector<GuideSample>* guide_samples_ = nullptr;
   uint32_t guide_stride_ = 1;

@@ -177,7 +177,7 @@ TEST(PhotonMap, bias_falls_with_the_passes_at_the_stated_rate) {
 
 TEST_P(PhotonMapping, error_falls_with_the_passes_towards_the_path_tracer) {
   SceneDescription d = lit_room(10);
-  d.lights[0].visibility &= ~uint32_t(kVisibleCamera);   // its edge has less noise with every pass (transport/seen_light.h): not the rate meant here
+  d.lights[0].visibility &= ~uint32_t(kVisibleCamera);   // its edge has less noise with every pass (transport/further_samples.h): not the rate meant here
   d.settings.photons = 1000;
   const std::vector<float> exact = render(d, "path", 4096, 1);
   const auto scene = build(d);
