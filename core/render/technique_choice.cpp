@@ -24,7 +24,7 @@ struct Candidate {
 };
 /// The first is the one to stay with.
 constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0},
-                                     {"energy redistribution", "erpt", 1.4, 2.0, true, true, 4, 0},
+                                     {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0},
                                      {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000}};
 constexpr int kPilotPixels = 12288, kFewestPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;   // of path tracing
