@@ -12,7 +12,7 @@ namespace ajar {
 
 namespace {
 constexpr int kTile = 16;
-/// What a sample leaves to chains is far more than itself, so further ones may take as many rays again.
+/// Chains bring most of the light and of its noise, so further ones take no more than a sixth of the rays again.
 constexpr FurtherSamples::Limits kFurther{1, 0.15};
 }  // namespace
 
@@ -29,7 +29,7 @@ void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::a
   const uint32_t end = (wanted_ + kShare - 1) / kShare;
   while (done_ < end) {
     // All samples up to the next lesson know as much, unless each has photons of its own.
-    const uint32_t next = merging_.active() ? done_ + 1 : std::min(end, std::bit_floor(done_ + 1) * 2);
+    const uint32_t next = merging_.active() ? done_ + 1 : std::min(end, std::bit_ceil(done_ + 1));
     if (merging_.active() && !merging_.begin_pass(done_, stop)) break;
     add_samples(film, space, done_, next, stop);
     done_ = next;

@@ -183,6 +183,23 @@ TEST(SpecularBranches, a_lamp_in_a_pane_of_glass_is_in_every_sample) {
   EXPECT_LT(seen.variance() + direct.variance(), 1e-6 * seen.mean() * seen.mean());
 }
 
+TEST(DirectPass, is_the_same_however_its_samples_are_shared_out) {
+  SceneDescription d = plate_and_balls(0.3f, 12);
+  d.settings.vertex_merging = "off";
+  const std::shared_ptr<const Scene> scene = build(d);
+  const PathSpace space(*scene, 0, 0, 12, 12, true);
+  const auto picture = [&](const std::vector<int>& shares) {
+    DirectPass pass;
+    pass.prepare(*scene, 9);
+    Film film(0, 0, 12, 12, {"Combined"});
+    for (int samples : shares) pass.add(film, space, samples * int(DirectPass::kShare), kGoOn);
+    return film.resolve("Combined", 1.0f);
+  };
+  const std::vector<float> at_once = picture({16});
+  EXPECT_EQ(picture({1, 2, 4, 9}), at_once);
+  EXPECT_EQ(picture({3, 4, 8, 1}), at_once);
+}
+
 TEST(DirectPass, further_samples_and_branches_keep_the_mean) {
   constexpr int kSize = 16, kSamples = 32, kReplicates = 24;
   SceneDescription d = plate_and_balls(0.3f, kSize);
