@@ -18,12 +18,6 @@ struct Walk {
   int i;
 };
 
-bool is_polished(const Bsdf& bsdf) {
-  for (int i = 0; i < bsdf.lobe_count(); ++i)
-    if (!is_rough(bsdf.lobe(i)) && bsdf.lobe(i).kind != LobeKind::Transparent) return true;
-  return false;
-}
-
 /// One sample in the making.
 class DirectTracer {
  public:
@@ -78,7 +72,7 @@ class DirectTracer {
       const bool exceeded = vertex_.point.glossy_depth > limits_.glossy || vertex_.point.transmission_depth > limits_.transmission;
       const Bsdf& bsdf = vertex_.shading.bsdf;
       if (last || exceeded || bsdf.empty() || i + 2 > max_vertices_) break;
-      found_.polished = found_.polished || is_polished(bsdf);
+      found_.polished = found_.polished || has_sharp_lobe(bsdf);
 
       if (vertex_.connectable()) {
         if (merging_ && i >= 2) found_.merged += beta * merging_->radiance(vertex_, i);

@@ -30,6 +30,13 @@ inline bool has_rough_lobe(const Bsdf& bsdf) {
   return false;
 }
 
+/// Transparency, which is followed as sharp lobes are, does not count.
+inline bool has_sharp_lobe(const Bsdf& bsdf) {
+  for (int i = 0; i < bsdf.lobe_count(); ++i)
+    if (!is_rough(bsdf.lobe(i)) && bsdf.lobe(i).kind != LobeKind::Transparent) return true;
+  return false;
+}
+
 /// Refers to `bsdf` where it has one part only; copies lobes only where it has both.
 class LobeSplit {
  public:
