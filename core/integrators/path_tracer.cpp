@@ -278,7 +278,7 @@ class PathTracer final : public Integrator {
             radiance = along(NoMedia());
           }
           if constexpr (std::is_same_v<Parts, ImportantLight>) radiance = Color(luminance(radiance), parts.luminance, 0.0f);
-          if constexpr (Guide::kGuided) guide_->measure(px - film.x0(), py - film.y0(), radiance);
+          if constexpr (Guide::kGuided) guide_->measure(px - film.x0(), py - film.y0(), scene_->settings().exposure * radiance);
           const bool added = film.add_sample(px, py, radiance, alpha, aux);
           if constexpr (std::is_same_v<Parts, SampleParts>)
             if (added) film.add_parts(px, py, parts);

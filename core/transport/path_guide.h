@@ -72,7 +72,7 @@ class PathGuide {
   Guided of_sample(int x, int y, uint32_t pixel, uint32_t index) {
     return {follows_ ? &tree_ : nullptr, learning_ && records(pixel, index) ? &tile_samples_[size_t(y / tile_) * size_t(columns_) + size_t(x / tile_)] : nullptr, pixel, index};
   }
-  /// What the sample brought.
+  /// What the sample brought, exposed.
   void measure(int x, int y, Color radiance) {
     if (phase_ >= 0) moments_[size_t(phase_)][size_t(y) * size_t(width_) + size_t(x)].add(luminance(radiance));
   }

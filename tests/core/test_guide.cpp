@@ -328,6 +328,29 @@ TEST(GuidedPaths, auto_gives_the_guide_up_where_nothing_is_to_be_gained) {
   EXPECT_NE(session.statistics_json().find("\"guide_followed\": 0.0"), std::string::npos);
 }
 
+TEST(GuidedPaths, brighter_light_shown_darker_gains_the_same) {
+  const auto gain = [](float times) {
+    SceneDescription d = screened_room(24);
+    d.lights[0].energy *= times;
+    d.settings.exposure = 1.0f / times;
+    d.settings.integrator = "path";
+    d.settings.guiding = "auto";
+    d.settings.samples = 32;
+    Session session;
+    session.start(d);
+    EXPECT_TRUE(session.wait(120.0));
+    EXPECT_EQ(session.take_error(), "");
+    const std::string statistics = session.statistics_json(), key = "\"guide_measured_gain\": ";
+    const size_t at = statistics.find(key);
+    EXPECT_NE(at, std::string::npos);
+    return at == std::string::npos ? 0.0 : std::stod(statistics.substr(at + key.size()));
+  };
+  const double plain = gain(1.0f);
+  EXPECT_GT(plain, 0.0);
+  EXPECT_NEAR(gain(4096.0f), plain, 0.01 * plain);
+  EXPECT_NEAR(gain(1.0f / 4096.0f), plain, 0.01 * plain);
+}
+
 TEST(GuidedPaths, unknown_mode_is_refused_by_name) {
   SceneDescription d = screened_room(4);
   d.settings.guiding = "always";
