@@ -11,7 +11,7 @@ namespace {
 constexpr int kBlur = 3;              // pixels to each side
 constexpr double kWorst = 1e-3;       // of the pixels
 constexpr double kDarkest = 0.01;     // added to squares of light
-constexpr double kHopeless = 2.5;     // times the noise
+constexpr double kHopeless = 1.25;    // times the noise
 
 /// Of each pixel, the mean of its channels.
 std::vector<double> squared_differences(const std::vector<float>& a, const std::vector<float>& b, const std::vector<float>& light) {
@@ -37,16 +37,23 @@ double squared_difference(const std::vector<float>& a, const std::vector<float>&
 }  // namespace
 
 std::vector<float> blurred(const std::vector<float>& image, int width, int height) {
-  std::vector<float> result(image.size());
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      for (int c = 0; c < 4; ++c) {
+  const size_t row = 4 * size_t(width);
+  std::vector<float> result(image.size()), columns(row);   // columns: sums of the rows that a pixel's square covers
+  for (int y = 0; y < height; ++y) {
+    const int top = std::max(0, y - kBlur), bottom = std::min(height - 1, y + kBlur);
+    std::fill(columns.begin(), columns.end(), 0.0f);
+    for (int v = top; v <= bottom; ++v)
+      for (size_t i = 0; i < row; ++i) columns[i] += image[size_t(v) * row + i];
+    for (int x = 0; x < width; ++x) {
+      const int left = std::max(0, x - kBlur), right = std::min(width - 1, x + kBlur);
+      const float share = 1.0f / float((right - left + 1) * (bottom - top + 1));
+      for (size_t c = 0; c < 4; ++c) {
         float total = 0.0f;
-        int count = 0;
-        for (int v = std::max(0, y - kBlur); v <= std::min(height - 1, y + kBlur); ++v)
-          for (int u = std::max(0, x - kBlur); u <= std::min(width - 1, x + kBlur); ++u, ++count) total += image[4 * (size_t(v) * size_t(width) + size_t(u)) + size_t(c)];
-        result[4 * (size_t(y) * size_t(width) + size_t(x)) + size_t(c)] = total / float(count);
+        for (int u = left; u <= right; ++u) total += columns[4 * size_t(u) + c];
+        result[size_t(y) * row + 4 * size_t(x) + c] = total * share;
       }
+    }
+  }
   return result;
 }
 

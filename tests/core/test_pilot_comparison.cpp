@@ -65,6 +65,18 @@ TEST(PilotComparison, an_advantage_everywhere_is_one) {
   EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 2u) << "and one that has fireflies itself is not taken for them";
 }
 
+TEST(PilotComparison, blurs_by_the_pixels_that_are_there) {
+  std::vector<float> image(4 * 9 * 10, 0.0f);
+  image[4 * (1 * 9 + 2) + 1] = 20.0f;   // at (2, 1)
+  const std::vector<float> result = blurred(image, 9, 10);
+  for (int y = 0; y < 10; ++y)
+    for (int x = 0; x < 9; ++x) {
+      const int columns = std::min(8, x + 3) - std::max(0, x - 3) + 1, rows = std::min(9, y + 3) - std::max(0, y - 3) + 1;
+      const float expected = x <= 5 && y <= 4 ? 20.0f / float(columns * rows) : 0.0f;
+      for (int c = 0; c < 4; ++c) EXPECT_NEAR(result[size_t(4 * (y * 9 + x) + c)], c == 1 ? expected : 0.0f, 1e-6f) << x << ", " << y;
+    }
+}
+
 TEST(PilotComparison, a_firefly_is_measured_against_its_own_light) {
   const PilotPictures others = noisy(0.1f, 2);
   const auto noise_with = [&](float brightness) {
