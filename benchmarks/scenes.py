@@ -35,6 +35,9 @@ PROJECT_SCENES = [
     for name in ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume")
 ]
 
+# For techniques alone: no reference of them is committed, so `make bench` and `make agreement` leave them out.
+TECHNIQUE_SCENES = [Scene(name, PROJECT / "test_scenes" / f"{name}.blend") for name in ("keyhole", "bar")]
+
 # Files by other people, beside the project (or where AJAR_SHARED_SCENES says) and never part of it.
 SHARED_SCENES = [
     Scene(f"shared/{name.replace('/', '_')}", SHARED / f"{name}.blend", percentage)
@@ -51,7 +54,7 @@ ALL_SCENES = PROJECT_SCENES + SHARED_SCENES
 
 def find_scenes(names: list[str]) -> list[Scene]:
     """Scenes by name, in the order given; an unknown name is a ValueError that lists the known ones."""
-    known = {scene.name: scene for scene in ALL_SCENES}
+    known = {scene.name: scene for scene in ALL_SCENES + TECHNIQUE_SCENES}
     for name in names:
         if name not in known:
             raise ValueError(f"no scene '{name}'; there are {', '.join(known)}")

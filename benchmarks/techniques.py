@@ -29,7 +29,7 @@ import numpy as np
 import renderers
 from scenes import PROJECT, Scene, find_scenes
 
-HARD_SCENES = ["box", "room", "rooms", "lantern"]
+HARD_SCENES = ["box", "room", "rooms", "lantern", "bar"]
 REFERENCE_REPLICATES = 8
 ENDLESS = 1 << 20  # samples: time says stop
 

@@ -328,6 +328,36 @@ def tumbler(radius: float = 0.036, height: float = 0.10, segments: int = 64) -> 
     )
 
 
+def bottle(height: float = 0.30, radius: float = 0.038, shoulder: float = 0.62, segments: int = 48) -> Shape:
+    """Walls 3 mm thick and a heavy foot, one closed surface; the neck begins at `shoulder` of the height."""
+    neck, lip, wall = 0.38 * radius, 0.45 * radius, 0.003
+    outside = [
+        (0.0, 0.006),
+        (0.6 * radius, 0.003),
+        (0.86 * radius, 0.0),
+        (radius, 0.006),
+        (radius, 0.3 * height),
+        (radius, (shoulder - 0.06) * height),
+        (0.93 * radius, shoulder * height),
+        (neck, (shoulder + 0.15) * height),
+        (neck, 0.94 * height),
+        (lip, 0.95 * height),
+        (lip, height - 0.002),
+        (lip - 0.0015, height),
+    ]
+    inside = [
+        (neck - wall, height),
+        (neck - wall, (shoulder + 0.15) * height),
+        (0.93 * radius - wall, shoulder * height),
+        (radius - wall, (shoulder - 0.06) * height),
+        (radius - wall, 0.3 * height),
+        (radius - wall, 0.018),
+        (0.8 * radius, 0.011),
+        (0.0, 0.014),
+    ]
+    return lathe(smooth_profile(outside, 5) + smooth_profile(inside, 5), segments)
+
+
 def vase(height: float = 0.30, segments: int = 48, steps: int = 6) -> Shape:
     k = height / 0.30
     return lathe(

@@ -90,6 +90,22 @@ double bias_of(const PilotPictures& pilot, const PilotPictures& unbiased, const 
   return std::max(0.0, squared_difference(blur(mean_of(pilot)), blur(mean_of(unbiased)), light) - noise);
 }
 
+double unseen_noise_of(const PilotPictures& pilot, const PilotPictures& other, const std::vector<float>& light, int width, int height) {
+  const auto blur = [&](const std::vector<float>& image) { return blurred(image, width, height); };
+  const std::vector<float> found[2] = {blur(pilot.first), blur(pilot.second)}, there[2] = {blur(other.first), blur(other.second)};
+  double total = 0.0;
+  for (size_t i = 0; i < light.size(); ++i) {
+    if (i % 4 == 3) continue;
+    const double missed[2] = {double(there[0][i]) - double(found[0][i]), double(there[1][i]) - double(found[1][i])};
+    // The product of two independent estimates of what is missed has no noise of its own in the mean; halves of opposite sign belong as well to what is found too much.
+    const double square = missed[0] * missed[1];
+    if (square > 0.0 && missed[0] < 0.0) continue;
+    total += (square > 0.0 ? square : 0.5 * square) / (double(light[i]) * double(light[i]) + kDarkest) / 3.0;
+  }
+  constexpr double kNeighbours = (2.0 * kBlur + 1.0) * (2.0 * kBlur + 1.0);
+  return std::max(0.0, kNeighbours * total / (0.25 * double(light.size())));
+}
+
 size_t clearly_best(const std::vector<PilotNoise>& techniques) {
   size_t best = 0;
   const auto by_both = [&](size_t k) { return techniques[k].whole * techniques[k].typical; };

@@ -32,6 +32,11 @@ PilotNoise noise_of(const PilotPictures& pilot, const std::vector<float>& light)
 /// relMSE that is no noise: how far the blurred picture is from an unbiased technique's, beyond the noise of both.
 double bias_of(const PilotPictures& pilot, const PilotPictures& unbiased, const std::vector<float>& light, int width, int height);
 
+/// relMSE of the mean that the difference of both pictures cannot show: of light that `other` has found in both of its own, and `pilot` in neither. Where the n
+/// pixels around one are too dark by e, fewer than one in n of their samples met that light, and each pixel's variance is n e^2 or more. Nothing where
+/// the techniques only differ by noise.
+double unseen_noise_of(const PilotPictures& pilot, const PilotPictures& other, const std::vector<float>& light, int width, int height);
+
 /// Another technique must be this much better than the first, whose stratification a small picture shows least.
 constexpr double kClearlyBetter = 1.6;
 /// The first unless others are clearly better, and better without the worst pixels as well: of those the one that is best by both.

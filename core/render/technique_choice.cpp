@@ -38,7 +38,7 @@ constexpr double kUsualSamples = 512.0;
 constexpr double kPilotWork = 4.0;
 /// How fast path tracing is, where a time limit asks: tried with so many pixels and samples.
 constexpr int kTimedPixels = 1024, kTimedSamples = 4;
-/// relMSE after the pilot's samples at which path tracing does well.
+/// relMSE after the pilot's samples at which path tracing does well. Where it has found nothing at all, its error may be all there is.
 constexpr double kEasyRelmse = 0.05;
 
 std::string text(double value) {
@@ -111,6 +111,21 @@ Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<Scene>& scene,
   return pilot;
 }
 
+/// Share of the pixels that show a surface, and in neither picture any light. The scene is looked at as it was for the pilot.
+double unlit_share(const Scene& scene, const PilotPictures& pilot) {
+  const int width = scene.settings().width, height = scene.settings().height;
+  const auto has_light = [](const std::vector<float>& image, size_t pixel) { return image[4 * pixel] > 0.0f || image[4 * pixel + 1] > 0.0f || image[4 * pixel + 2] > 0.0f; };
+  size_t unlit = 0;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const size_t pixel = size_t(y) * size_t(width) + size_t(x);
+      if (has_light(pilot.first, pixel) || has_light(pilot.second, pixel)) continue;
+      const Ray ray = scene.camera().generate_ray(Vec2(float(x) + 0.5f, float(y) + 0.5f), Vec2(0.5f), scene.camera().time_of(0.5f));
+      if (!sees_nothing(ray) && scene.intersect(ray, kRayCamera).found()) ++unlit;
+    }
+  return double(unlit) / (double(width) * double(height));
+}
+
 /// What the pilots foretell of a render of so many samples: those of the first so many candidates.
 std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const RenderSettings& asked, const RenderSettings& small, double samples_asked) {
   std::vector<const PilotPictures*> pictures;
@@ -122,6 +137,13 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
   size_t calmest = 0;   // of those that are unbiased
   for (size_t k = 0; k < pilots.size(); ++k) {
     noises.push_back(noise_of(pilots[k], light));
+    // What chains have missed is no such measure of theirs, as neighbours share them.
+    for (size_t j = 0; j < pilots.size() && kCandidates[k].unbiased && !kCandidates[k].spreads; ++j) {
+      if (j == k || !kCandidates[j].unbiased) continue;
+      const double unseen = unseen_noise_of(pilots[k], pilots[j], light, small.width, small.height);
+      noises[k].whole += unseen;
+      noises[k].typical += unseen;
+    }
     trials.push_back({kCandidates[k].name, noises[k].whole, pilots[k].rays});
     if (kCandidates[k].unbiased && noises[k].whole < noises[calmest].whole) calmest = k;
   }
@@ -187,7 +209,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     if (stop.load()) break;
     choice.trials = trials_of(pilots, asked, small, samples_asked);
     // Photon mapping is not tried where chains are hopeless: both pay where light is hard to find from the eye.
-    if (pilots.size() == 1 ? choice.trials[0].relmse < kEasyRelmse : is_hopeless(choice.trials[1].cost, choice.trials[0].cost)) break;
+    if (pilots.size() == 1 ? choice.trials[0].relmse + unlit_share(*scene, pilots[0]) < kEasyRelmse : is_hopeless(choice.trials[1].cost, choice.trials[0].cost)) break;
   }
   scene->change_view(camera, asked);
   if (stop.load()) {

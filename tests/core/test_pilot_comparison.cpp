@@ -104,6 +104,26 @@ TEST(PilotComparison, one_that_is_worse_by_a_few_pixels_is_not_hopeless) {
   EXPECT_FALSE(is_hopeless(noises[0], noises[1]));
 }
 
+TEST(PilotComparison, light_that_is_never_met_counts_as_noise) {
+  PilotPictures path = noisy(0.1f, 1), chains = noisy(0.2f, 2);
+  const auto unseen = [&](const PilotPictures& pilot, const PilotPictures& other) {
+    return unseen_noise_of(pilot, other, most_light({&pilot, &other}, kWidth, kHeight), kWidth, kHeight);
+  };
+  EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole) << "they differ by noise alone";
+  EXPECT_LT(unseen(chains, path), 0.05 * noises_of({&path, &chains})[1].whole);
+  add_firefly(chains, 1500, 500.0f);
+  EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole) << "what one picture alone has may be chance";
+
+  for (std::vector<float>* picture : {&path.first, &path.second})   // it misses the right half
+    for (size_t i = 0; i < kPixels; ++i)
+      if (int(i) % kWidth >= kWidth / 2)
+        for (size_t c = 0; c < 3; ++c) (*picture)[4 * i + c] = 0.0f;
+  chains = noisy(0.2f, 2);
+  // Of 49 pixels not one found 0.5: one in so many may have 49 times that.
+  EXPECT_NEAR(unseen(path, chains), 49.0 * 0.5 * 0.25 / (0.25 + 0.01), 1.5);
+  EXPECT_LT(unseen(chains, path), 0.05);
+}
+
 TEST(PilotComparison, bias_is_what_noise_does_not_explain) {
   const PilotPictures honest = noisy(0.1f, 1);
   PilotPictures other = noisy(0.1f, 2);

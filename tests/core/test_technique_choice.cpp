@@ -32,6 +32,15 @@ SceneDescription hidden_lamp() {
   return d;
 }
 
+/// A bulb in a glass ball: neither light sampling nor, but by a rare chance, a path from the eye finds it.
+SceneDescription bulb_in_glass() {
+  SceneDescription d = grey_room(200);
+  const Vec3 at(0.5f, 0.3f, 0.3f);
+  add_object(d, sphere(), add_glass(d, 0.0f), moved(at, 0.2f));
+  add_object(d, sphere(), add_diffuse(d, Color(0.0f), Color(5e5f)), moved(at, 0.003f));
+  return d;
+}
+
 TechniqueChoice choose(SceneDescription d, int threads = 1) {
   d.settings.samples = 256;
   d.settings.integrator = kAutomatic;
@@ -78,6 +87,17 @@ TEST(TechniqueChoice, hidden_light_is_not) {
   int used = 0;
   for (const PlanStep& step : plan) used += step.used ? 1 : 0;
   EXPECT_EQ(used, 2) << "the technique and its trial";
+}
+
+TEST(TechniqueChoice, darkness_is_not_taken_for_quiet) {
+  for (uint32_t seed = 1; seed <= 2; ++seed) {
+    SceneDescription d = bulb_in_glass();
+    d.settings.seed = seed;
+    d.settings.vertex_merging = "on";
+    const TechniqueChoice choice = choose(std::move(d));
+    EXPECT_NE(choice.settings.integrator, "path") << "seed " << seed;
+    EXPECT_GT(choice.trials.size(), 1u);
+  }
 }
 
 TEST(TechniqueChoice, a_seed_chooses_alike_for_any_number_of_threads) {
