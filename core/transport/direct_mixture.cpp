@@ -249,9 +249,6 @@ DirectMixture::Kernel DirectMixture::fixed_kernel(const LobeComponents& lobes) c
     k.alpha[kAny] = lights;
   } else if (method_ == Correlated) {
     for (int g = 0; g < groups_.size(); ++g) k.alpha[size_t(kFirstGroup + g)] = lights * groups_.prior(g);
-    float sum = 0.0f;
-    for (int g = 0; g < groups_.size(); ++g) sum += groups_.prior(g);
-    for (int g = 0; g < groups_.size(); ++g) k.alpha[size_t(kFirstGroup + g)] /= sum;
   } else {
     for (int g = 0; g < groups_.size(); ++g) k.alpha[size_t(kFirstGroup + g)] = lights / float(groups_.size());
   }

@@ -3,9 +3,14 @@
 #include <algorithm>
 #include <numeric>
 
+#include "sampling/mixture.h"
+
 namespace ajar {
 
 namespace {
+
+/// Of an equal share: lamps that turn their back on the scene's centre may light all that is seen.
+constexpr float kLeastPrior = 0.25f;
 
 struct Cluster {
   std::vector<LightSet::SourceRange> sources;
@@ -85,6 +90,10 @@ LightGroups::LightGroups(const LightSet& lights, int most_groups, Vec3 scene_cen
     }
     groups_.push_back(std::move(group));
   }
+  std::vector<float> shares;
+  for (const Group& group : groups_) shares.push_back(group.prior);
+  if (!shares.empty()) apply_floor(shares, kLeastPrior / float(shares.size()));
+  for (size_t g = 0; g < groups_.size(); ++g) groups_[g].prior = shares[g];
 }
 
 uint32_t LightGroups::choose(int group, float u) const {

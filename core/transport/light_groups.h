@@ -18,7 +18,7 @@ class LightGroups {
   LightGroups(const LightSet& lights, int most_groups, Vec3 scene_center);
 
   int size() const { return int(groups_.size()); }
-  /// Share of a group in LightSet::choose for a point amid the scene.
+  /// About the share of a group in LightSet::choose for a point amid the scene; never nothing, and 1 in all.
   float prior(int group) const { return groups_[size_t(group)].prior; }
   /// -1 for lights that belong to none: nothing is known of their power.
   int group_of(uint32_t light) const { return group_of_[light]; }

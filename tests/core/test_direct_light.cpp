@@ -114,6 +114,32 @@ TEST_P(DirectMethods, have_the_same_mean_at_tiny_budgets) {
 INSTANTIATE_TEST_SUITE_P(Unbiased, DirectMethods,
                          ::testing::Values("mis", "mis_balance", "bsdf", "ris", "correlated", "pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"));
 
+/// A ceiling lit by a spot light, and by a point light where there are `two`. The spot turns its back on the scene's centre.
+SceneDescription spot_from_the_centre(bool two) {
+  SceneDescription d;
+  add_object(d, plane(2.0f), add_diffuse(d, Color(0.5f)));
+  add_object(d, plane(2.0f), add_diffuse(d, Color(0.8f)), at(Vec3(0, 0, 1.5f)));
+  LightDescription spot = point_light(Vec3(0), 20.0f);
+  spot.kind = LightKind::Spot;
+  spot.spot_angle = 2.0f;
+  spot.world_from_light = area_light(Vec3(0, 0, 1.0f), 1.0f, 1.0f, false).world_from_light;
+  d.lights.push_back(spot);
+  if (two) d.lights.push_back(point_light(Vec3(1, -1, 1), 10.0f));
+  set_camera(d, Vec3(0, -0.8f, 0.2f), Vec3(0, 0, 1.5f), 6);
+  d.settings.bounces.total = 0;
+  return d;
+}
+
+TEST(DirectLight, no_group_is_left_out_because_the_centre_does_not_see_it) {
+  for (const bool two : {false, true}) {
+    const SceneDescription d = spot_from_the_centre(two);
+    const RunningMoments expected = replicate(d, "mis", 1, 64, kSeeds).mean;
+    EXPECT_GT(expected.mean(), 0.1);
+    for (const char* method : {"correlated", "ocv"})
+      EXPECT_TRUE(statistical::means_agree(replicate(d, method, 3, 3, kSeeds).mean, expected, {0.01, 4})) << method << ", " << (two ? "two lamps" : "one lamp");
+  }
+}
+
 TEST(DirectLight, lights_alone_agree_too) {
   const Replicates r = replicate(assorted_lights(false), "light", 4, 3, kSeeds);
   EXPECT_TRUE(statistical::means_agree(r.mean, truth(false), {0.01, 66}));
