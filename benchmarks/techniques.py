@@ -37,6 +37,7 @@ ENDLESS = 1 << 20  # samples: time says stop
 AJAR_TECHNIQUES = {
     "path": ["--integrator", "path"],
     "path, guided": ["--integrator", "path", "--guiding", "on"],
+    "path, guiding auto": ["--integrator", "path", "--guiding", "auto"],
     "path, pmc_ip": ["--integrator", "path", "--image", "pmc_ip"],
     "bdpt": ["--integrator", "bdpt"],
     "metropolis": ["--integrator", "metropolis"],

@@ -75,7 +75,7 @@ class Bdpt final : public Integrator {
 
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
-    space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    space_ = std::make_unique<PathSpace>(*scene_, film);
     space_->without_unconnectable = merging_.active();
     followed_.begin(*space_, seed_, stop);
     merging_.follow(space_->guide);

@@ -53,7 +53,7 @@ class Metropolis final : public Integrator {
 
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
-    space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    space_ = std::make_unique<PathSpace>(*scene_, film);
     space_->without_unconnectable = direct_.merging().active();
     followed_.begin(*space_, seed_, stop);
     direct_.merging().follow(space_->guide);

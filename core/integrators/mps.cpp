@@ -85,7 +85,7 @@ class Mps final : public Integrator {
 
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
-    space_ = std::make_unique<PathSpace>(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    space_ = std::make_unique<PathSpace>(*scene_, film);
     followed_.begin(*space_, seed_, stop);
     mutations_ = standard_mutations(*space_, followed_.hints(), followed_.mutation_use());
     ensemble_ = {};

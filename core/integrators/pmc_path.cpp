@@ -41,7 +41,7 @@ class PopulationPaths final : public Integrator {
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
-    PathSpace space(*scene_, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true);
+    PathSpace space(*scene_, film);
     space.without_unconnectable = direct_.merging().active();
     if (!populations_[0]) begin(film, space, stop);
     direct_.add(film, space, samples_per_pixel, stop);

@@ -407,6 +407,15 @@ Color Scene::transmittance(const Ray& shadow_ray, int max_transparent) const {
 void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const {
   const BuiltInstance& instance = instances_[hit.instance];
   const BuiltMesh& mesh = meshes_[instance.mesh];
+  point.wo = -ray.direction;
+  point.barycentric = hit.barycentric;
+  point.primitive = hit.primitive;
+  point.mesh = &mesh;
+  point.instance = &instance;
+  point.scene = this;
+  point.object = &objects_[instance.object];
+  point.ray_length = hit.t;
+  point.time = ray.time;
   if (mesh.strands) [[unlikely]] {
     strand_point(ray, hit, point);
     return;
@@ -459,19 +468,9 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
   if (instance.flips_orientation) ng = -ng;
   const float ns_len2 = length_squared(ns);
   ns = ns_len2 > 0.0f && ns_len2 < kInfinity ? ns / std::sqrt(ns_len2) : ng;
-
-  point.wo = -ray.direction;
   point.backfacing = glm::dot(ng, point.wo) < 0.0f;
   point.ng = point.backfacing ? -ng : ng;
   point.ns = point.backfacing ? -ns : ns;
-  point.barycentric = hit.barycentric;
-  point.primitive = hit.primitive;
-  point.mesh = &mesh;
-  point.instance = &instance;
-  point.scene = this;
-  point.object = &objects_[instance.object];
-  point.ray_length = hit.t;
-  point.time = ray.time;
 }
 
 void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const {
@@ -502,7 +501,6 @@ void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) co
     along = transform_vector(world, along);
   }
   const float length = glm::length(ns);
-  point.wo = -ray.direction;
   point.ns = length > 0.0f && length < kInfinity ? ns / length : point.wo;
   // At the rim the normal is perpendicular to the ray, and rounding decides on which side of it.
   if (!(glm::dot(point.ns, point.wo) > 1e-4f)) point.ns = glm::normalize(point.ns + (1e-4f - glm::dot(point.ns, point.wo)) * point.wo);
@@ -513,14 +511,6 @@ void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) co
   point.position_error = Vec3(gamma_bound(8) * (max_component(glm::abs(ray.origin)) + hit.t));
   point.dpdu = along;
   point.dpdv = glm::cross(along, point.ng);
-  point.barycentric = hit.barycentric;
-  point.primitive = hit.primitive;
-  point.mesh = &mesh;
-  point.instance = &instance;
-  point.scene = this;
-  point.object = &objects_[instance.object];
-  point.ray_length = hit.t;
-  point.time = ray.time;
 }
 
 int Scene::material_index(const Hit& hit) const {

@@ -168,6 +168,7 @@ class Scene {
     std::array<float, 12> world_from_lamp;   ///< of lamps
   };
   Scene();
+  /// What shading_point does where strands are hit.
   void strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;
   bool shows_the_world_of(const Scene& previous) const;
   void compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context, Scene* previous, Diagnostics& diagnostics);

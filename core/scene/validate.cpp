@@ -258,7 +258,9 @@ void validate_settings(RenderSettings& s) {
   constexpr int kMostBounces = 1 << 20;
   for (int* limit : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission, &s.bounces.transparent, &s.bounces.volume})
     *limit = std::min(*limit, kMostBounces);
-  if (!(s.filter_width > 0.0f) || !std::isfinite(s.filter_width)) s.filter_width = 1e-3f;
+  constexpr float kLeastFilter = 0.01f, kMostFilter = 1000.0f;   // the least is Blender's
+  if (s.filter_width > kMostFilter) throw SceneError("The pixel filter is more than " + std::to_string(int(kMostFilter)) + " pixels wide.");
+  if (!(s.filter_width >= kLeastFilter)) s.filter_width = kLeastFilter;
   if (!std::isfinite(s.importance_factor) || s.importance_factor < 0.0f) s.importance_factor = 1.0f;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "film/film.h"
 #include "transport/vertex_merging.h"
 
 namespace ajar {
@@ -63,6 +64,8 @@ PathSpace::PathSpace(const Scene& s, int x0, int y0, int x1, int y1, bool direct
   film_min = Vec2(float(x0) - margin, float(y0) - margin);
   film_max = Vec2(float(x1) + margin, float(y1) + margin);
 }
+
+PathSpace::PathSpace(const Scene& s, const Film& film) : PathSpace(s, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true) {}
 
 PathSpace::Place PathSpace::place(Vec2 film, Vec2 u) const {
   const auto column = filter.place(film.x, x0_, x1_, u.x), row = filter.place(film.y, y0_, y1_, u.y);

@@ -72,11 +72,15 @@ bool is_unconnectable(const Path& path);
 /// Index of the first vertex from the eye that is not specular (0: there is none before the light).
 int first_joinable_from_eye(const Path& path);
 
+class Film;
+
 /// The paths that count: which film, how long, with or without those that other means find better.
 class PathSpace {
  public:
   /// `without_direct`: paths LS*E and L(D)S*E count nothing.
   PathSpace(const Scene& scene, int x0, int y0, int x1, int y1, bool without_direct);
+  /// Of a film whose direct light is found apart.
+  PathSpace(const Scene& scene, const Film& film);
 
   const Scene& scene;
   PixelFilter filter;

@@ -443,6 +443,36 @@ TEST(Stress, the_largest_limits_are_no_limits) {
   }
 }
 
+TEST(Stress, filters_are_as_wide_as_pictures_can_be) {
+  SceneDescription d = lit_room();
+  d.settings.width = d.settings.height = 8;
+  d.settings.filter = FilterKind::Gaussian;
+  d.settings.samples = 2;
+  for (const char* integrator : {"path", "metropolis"}) {
+    d.settings.integrator = integrator;
+    for (const float width : {1.5e38f, 1001.0f}) {
+      d.settings.filter_width = width;
+      Session session;
+      session.start(d);
+      ASSERT_TRUE(session.wait(60.0));
+      EXPECT_NE(session.take_error().find("filter"), std::string::npos) << integrator << ", " << width;
+    }
+    // Of one pixel, far from the corner, nearly nothing is left.
+    SceneDescription pixel = d;
+    pixel.settings.width = 65536;
+    pixel.settings.region = {60001, 3, 60002, 4};
+    for (const float width : {1000.0f, 1e-38f, 0.0f, -1.0f, std::nanf("")}) {
+      SceneDescription& filtered = width > 1.0f ? d : pixel;
+      filtered.settings.filter_width = width;
+      Session session;
+      session.start(filtered);
+      ASSERT_TRUE(session.wait(60.0));
+      EXPECT_EQ(session.take_error(), "");
+      EXPECT_GT(mean(session.snapshot("Combined")), 0.0) << integrator << ", " << width;
+    }
+  }
+}
+
 TEST(Stress, a_million_instances) {
   constexpr int kSide = 1000;
   SceneDescription d = lit_room();
