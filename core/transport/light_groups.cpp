@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "sampling/mixture.h"
-
 namespace ajar {
 
 namespace {
@@ -90,10 +88,9 @@ LightGroups::LightGroups(const LightSet& lights, int most_groups, Vec3 scene_cen
     }
     groups_.push_back(std::move(group));
   }
-  std::vector<float> shares;
-  for (const Group& group : groups_) shares.push_back(group.prior);
-  if (!shares.empty()) apply_floor(shares, kLeastPrior / float(shares.size()));
-  for (size_t g = 0; g < groups_.size(); ++g) groups_[g].prior = shares[g];
+  float sum = 0.0f;
+  for (Group& group : groups_) sum += group.prior = std::max(group.prior, kLeastPrior / float(groups_.size()));
+  for (Group& group : groups_) group.prior /= sum;
 }
 
 uint32_t LightGroups::choose(int group, float u) const {
