@@ -54,7 +54,7 @@ bench_program: install
 
 # A quarter of an hour together; either program alone, with its own defaults, knows more.
 bench: bench_program
-	@/usr/bin/python3 benchmarks/bench.py --seconds 2 --build $(BUILD) $(WHEEL:%=--wheel %)
+	@/usr/bin/python3 benchmarks/bench.py --seconds 1 --build $(BUILD) $(WHEEL:%=--wheel %)
 	@/usr/bin/python3 benchmarks/techniques.py --seconds 2 --repeats 1 --reference-seconds 30 --build $(BUILD) $(WHEEL:%=--wheel %)
 
 bench-full: bench_program

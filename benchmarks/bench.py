@@ -6,7 +6,7 @@ against a reference of the *same program* made from other seeds, so that they ar
 programs show the same image is for tests/render to say; the page gives the ratio of the references' means. Results go to build/bench/results.json,
 from which report.py writes the page docs/benchmarks/index.md.
 
-A quick run (default) takes about a quarter of an hour for ten scenes at 30 % of their size; --full renders at full size and longer.
+A quick run (default) takes about a quarter of an hour for ten scenes at 30 % of their size, a third of that with --seconds 1; --full renders at full size and longer.
 """
 
 from __future__ import annotations
@@ -121,7 +121,8 @@ def techniques_for(scene: Scene, ajar: renderers.AjarBuild, scene_file: Path, fo
         return lambda samples, seeds: renderers.render_cycles(scene.path, folder / name, samples, seeds, budget.threads,
                                                               budget.percentage or scene.percentage, **settings)
 
-    found = [Technique("Ajar, path", "Ajar", lambda samples, seeds: ajar.render(scene_file, folder / "ajar", samples, seeds, budget.threads)),
+    found = [Technique("Ajar, path", "Ajar", lambda samples, seeds: ajar.render(scene_file, folder / "ajar", samples, seeds, budget.threads,
+                                                                                             ["--integrator", "path"])),
              Technique("Cycles", "Cycles", cycles("cycles"))]
     if wheel:
         found += [Technique("Cycles wheel", "Cycles wheel", cycles("wheel", python=wheel)),

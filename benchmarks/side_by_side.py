@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """The pictures of the README: one scene by Cycles and by Ajar in the same time.
 
-    benchmarks/side_by_side.py [SCENE] [--seconds 20] [--percentage 75] [--wheel PYTHON] [--build BUILD]
+    benchmarks/side_by_side.py [SCENE] [--integrator auto] [--seconds 20] [--percentage 75] [--wheel PYTHON] [--build BUILD]
 
-Both render with everything the file says and no denoising; Ajar by what `auto` chooses, building and pilot included. Cycles takes
+Both render with everything the file says and no denoising; Ajar by what `auto` chooses unless told otherwise, building and pilot included. Cycles takes
 the number of samples that last about as long. Writes docs/SCENE_cycles.jpg, docs/SCENE_ajar.jpg and prints the times that belong below them.
 """
 
@@ -24,6 +24,7 @@ from techniques import ajar_image, cycles_technique
 def main() -> int:
     parser = argparse.ArgumentParser(description="Render a scene by Cycles and by Ajar in the same time.")
     parser.add_argument("scene", nargs="?", default="room")
+    parser.add_argument("--integrator", default="auto", help="of Ajar")
     parser.add_argument("--seconds", type=float, default=20.0, help="of each")
     parser.add_argument("--percentage", type=int, default=75, help="of the scene's size")
     parser.add_argument("--threads", type=int, default=2)
@@ -36,7 +37,7 @@ def main() -> int:
     file, _ = ajar.dump(scene.path, work, options.percentage)
     settings = {"python": options.wheel} if options.wheel else {}
     cycles = cycles_technique(scene, work / "cycles", options.seconds, options.threads, **settings)(1)
-    ours = ajar_image(ajar, file, work / "ajar", options.seconds, 1, options.threads, ["--integrator", "auto"])
+    ours = ajar_image(ajar, file, work / "ajar", options.seconds, 1, options.threads, ["--integrator", options.integrator])
     pngs = []
     for name, render in (("cycles", cycles), ("ajar", ours)):
         pngs.append(PROJECT / "docs" / f"{scene.name}_{name}.png")
