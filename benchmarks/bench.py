@@ -6,7 +6,7 @@ against a reference of the *same program* made from other seeds, so that they ar
 programs show the same image is for tests/render to say; the page gives the ratio of the references' means. Results go to build/bench/results.json,
 from which report.py writes the page docs/benchmarks/index.md.
 
-A quick run (default) takes about a quarter of an hour for ten scenes at 30 % of their size, a third of that with --seconds 1; --full renders at full size and longer.
+A quick run (default) takes about a quarter of an hour for ten scenes at 30 % of their size, nine minutes with --seconds 1; --full renders at full size and longer.
 """
 
 from __future__ import annotations
