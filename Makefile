@@ -52,7 +52,7 @@ bench_program: install
 	@tools/setup.sh bench
 	@cmake -DAJAR_BENCHMARKS=ON $(BUILD) > $(BUILD)/configure.log && cmake --build $(BUILD) --target bare_embree
 
-# A quarter of an hour together; either program alone, with its own defaults, knows more.
+# About a quarter of an hour together, by reckoning (bench.py takes nine minutes); either program alone, with its own defaults, knows more.
 bench: bench_program
 	@/usr/bin/python3 benchmarks/bench.py --seconds 1 --build $(BUILD) $(WHEEL:%=--wheel %)
 	@/usr/bin/python3 benchmarks/techniques.py --seconds 2 --repeats 1 --reference-seconds 30 --build $(BUILD) $(WHEEL:%=--wheel %)
