@@ -1,7 +1,9 @@
 #!/bin/sh
-# build.sh PRESET: configure and build for the Python inside Blender, which decides the module's ABI.
+# build.sh PRESET [tests]: configure and build for the Python inside Blender, which decides the module's ABI. Without `tests`, what rendering needs.
+# Both share one build tree, so the core is compiled once.
 set -eu
 preset=$1
+what=${2:-runtime}
 blender=${BLENDER:-blender}
 build=build/$preset
 asked=$build/blender_python
@@ -15,11 +17,16 @@ if [ ! -s "$asked" ] || [ "$(head -n 1 "$asked")" != "$(command -v "$blender")" 
 fi
 include=$(sed -n 's/^ajar-python \([^ ]*\) .*/\1/p' "$asked")
 suffix=$(sed -n 's/^ajar-python [^ ]* //p' "$asked")
-if [ ! -f "$build/build.ninja" ] || [ "$asked" -nt "$build/build.ninja" ]; then
-  cmake --preset "$preset" -DAJAR_PYTHON_INCLUDE="$include" -DAJAR_PYTHON_SUFFIX="$suffix" > "$build/configure.log" 2>&1 ||
+configure() {
+  cmake --preset "$preset" -DAJAR_PYTHON_INCLUDE="$include" -DAJAR_PYTHON_SUFFIX="$suffix" "$@" > "$build/configure.log" 2>&1 ||
     { cat "$build/configure.log" >&2; exit 1; }
+}
+# GoogleTest is installed for the tests only.
+if [ "$what" = tests ]; then
+  grep -q '^AJAR_TESTS:BOOL=ON' "$build/CMakeCache.txt" 2>/dev/null && [ "$asked" -ot "$build/build.ninja" ] || configure -DAJAR_TESTS=ON
+  exec cmake --build "$build"
 fi
-target=""
-[ "$preset" = release ] && target="--target ajar_runtime"
-# shellcheck disable=SC2086
-cmake --build "$build" $target
+if [ ! -f "$build/build.ninja" ]; then configure -DAJAR_TESTS=OFF
+elif [ "$asked" -nt "$build/build.ninja" ]; then configure
+fi
+exec cmake --build "$build" --target ajar_runtime

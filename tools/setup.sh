@@ -11,7 +11,7 @@ extension="python3-venv ca-certificates curl binutils
 case "${1:-}" in
   test) packages="$packages libgtest-dev python3-pytest xvfb $extension" ;;
   extension) packages="$packages $extension" ;;
-  bench) packages="$packages python3-matplotlib valgrind" ;;
+  bench) packages="$packages python3-matplotlib valgrind libgtest-dev python3-pytest" ;;
   sanitize) packages="$packages libgtest-dev curl ca-certificates xz-utils" ;;
   fuzz) packages="$packages clang-16 libclang-rt-16-dev libgtest-dev" ;;
 esac

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <cstdlib>
 #include <map>
 #include <optional>
 #include <set>
@@ -28,6 +29,13 @@ using Clock = std::chrono::steady_clock;
 constexpr uint32_t kImportancePilot = 0x6c676874u;   // makes a seed of its own
 constexpr int kMostThreads = 1024;     // of Blender
 constexpr double kErrorShare = 0.02;   // of a render's time goes into looking at its error
+/// Where the settings name no number of threads: AJAR_THREADS, or all of the machine.
+int default_threads() {
+  const char* named = std::getenv("AJAR_THREADS");
+  const int threads = named ? std::atoi(named) : 0;
+  return threads > 0 ? threads : tbb::this_task_arena::max_concurrency();
+}
+
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 const char* name_of(Progress::Phase phase) {
@@ -256,7 +264,7 @@ void Session::Data::begin(const Job& job) {
   pilot_seconds = 0.0;
   technique_steps.clear();
   choice.reset();
-  threads = settings.threads > 0 ? std::min(settings.threads, kMostThreads) : tbb::this_task_arena::max_concurrency();
+  threads = std::min(settings.threads > 0 ? settings.threads : default_threads(), kMostThreads);
   if (!job.description) return;
   diagnostics.clear();
   hint_reports.clear();

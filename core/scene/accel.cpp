@@ -1,6 +1,7 @@
 #include "scene/accel.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <mutex>
 #include <utility>
@@ -29,6 +30,13 @@ float farthest_through(const Mat4& object_from_world) {
   return farthest;
 }
 
+/// The options of Embree's device. AJAR_EMBREE adds to them, for example "isa=sse4.2" or "verbose=1" (docs/developer/robustness.md).
+std::string device_options() {
+  std::string options = "start_threads=0,set_affinity=0";
+  if (const char* more = std::getenv("AJAR_EMBREE")) options.append(",").append(more);
+  return options;
+}
+
 /// What the structures of several scenes in succession share.
 struct Device {
   RTCDevice handle = nullptr;
@@ -37,7 +45,7 @@ struct Device {
   std::string error;
 
   Device() {
-    handle = rtcNewDevice("start_threads=0,set_affinity=0");
+    handle = rtcNewDevice(device_options().c_str());
     if (!handle) throw SceneError("Embree could not be started on this machine.");
     rtcSetDeviceErrorFunction(
         handle,

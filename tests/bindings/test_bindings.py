@@ -15,6 +15,7 @@ import pytest
 sys.path.insert(0, str(Path(os.environ.get("AJAR_BUILD", Path(__file__).resolve().parents[2] / "build" / "release")) / "python"))
 import ajar  # noqa: E402
 
+HANG = 3600.0  # seconds; no test may depend on the speed of the machine
 IDENTITY = np.eye(3, 4, dtype=np.float32).reshape(1, 12)
 
 
@@ -120,30 +121,26 @@ def test_unknown_pass_names_the_valid_ones():
         ajar.Session().snapshot("Bogus")
 
 
-def test_cancel_ends_within_a_fifth_of_a_second():
+def test_cancel_ends_a_render_without_end():
     session = ajar.Session()
-    session.start(square(samples=2**24, width=512, height=512))
-    while session.progress().phase != ajar.Progress.Phase.Rendering:
+    session.start(square(samples=2**24))
+    while session.progress().samples < 1:
         time.sleep(0.01)
-    time.sleep(0.1)
-    started = time.monotonic()
     session.cancel()
-    assert session.wait(5.0)
-    assert time.monotonic() - started < 0.2
+    assert session.wait(HANG)
     assert session.progress().phase == ajar.Progress.Phase.Cancelled
 
 
 def test_waiting_leaves_python_running():
     session = ajar.Session()
     session.start(square(samples=2**24))
-    ticks = 0
-    waiter = threading.Thread(target=session.wait, args=(0.5,))
+    waiter = threading.Thread(target=session.wait, args=(HANG,))
     waiter.start()
-    while waiter.is_alive():
-        ticks += 1
+    for _ in range(20):
+        assert waiter.is_alive()
         time.sleep(0.01)
     session.cancel()
-    assert ticks > 10
+    waiter.join()
 
 
 def test_several_sessions_at_once():
@@ -151,7 +148,7 @@ def test_several_sessions_at_once():
     for number, session in enumerate(sessions):
         session.start(square(samples=number + 1))
     for session in sessions:
-        assert session.wait(60.0)
+        assert session.wait(HANG)
     for number, session in enumerate(sessions):
         assert session.progress().samples == number + 1
 
@@ -159,9 +156,7 @@ def test_several_sessions_at_once():
 def test_dropping_a_session_stops_it():
     session = ajar.Session()
     session.start(square(samples=2**24))
-    started = time.monotonic()
-    del session
-    assert time.monotonic() - started < 1.0
+    del session  # would never return otherwise
 
 
 @pytest.mark.parametrize("name, tolerance", [("x.exr", 0.0), ("x.png", 0.005)])

@@ -17,7 +17,7 @@ inline std::vector<float> render(SceneDescription d, const std::string& integrat
   d.settings.threads = threads;
   Session session;
   session.start(std::move(d));
-  EXPECT_TRUE(session.wait(120.0));
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   return session.snapshot("Combined");
 }

@@ -64,7 +64,7 @@ inline Rendered render_hinted(SceneDescription d, const std::vector<HintDescript
     d.settings.seed = first_seed + uint32_t(seed);
     Session session;
     session.start(d);
-    EXPECT_TRUE(session.wait(120.0));
+    EXPECT_TRUE(session.wait(kHang));
     EXPECT_EQ(session.take_error(), "");
     const auto image = session.snapshot("Combined");
     std::vector<double> sums(27, 0.0);

@@ -1,9 +1,13 @@
 // Small scenes for tests, as descriptions: built in code, so that their answers are known.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
+#include "math/frame.h"
+#include "math/random.h"
+#include "math/warps.h"
 #include "scene/scene.h"
 
 namespace ajar::fixtures {
@@ -117,6 +121,23 @@ inline MeshDescription hair(const std::vector<std::vector<Vec3>>& strands, float
   return mesh;
 }
 
+/// Curls from the middle of a ball outwards, with radii between 0.002 and 0.02.
+inline MeshDescription curls(int count, StrandShape shape) {
+  Pcg32 rng(5);
+  std::vector<std::vector<Vec3>> strands;
+  for (int i = 0; i < count; ++i) {
+    const Vec3 out = warp::square_to_sphere({rng.next_float(), rng.next_float()});
+    const Frame frame(out);
+    std::vector<Vec3> points;
+    for (int k = 0; k < 12; ++k) {
+      const float turn = 0.9f * float(k);
+      points.push_back(out * (0.5f + 0.1f * float(k)) + 0.1f * (frame.s * std::cos(turn) + frame.t * std::sin(turn)));
+    }
+    strands.push_back(points);
+  }
+  return hair(strands, 0.02f, 0.002f, shape);
+}
+
 /// Square [-half, half]^2 in the plane z = 0, facing +z.
 inline MeshDescription plane(float half) {
   MeshDescription mesh;
@@ -164,5 +185,23 @@ inline std::shared_ptr<const Scene> build(SceneDescription d, Diagnostics* diagn
   options.bake_single_instances = bake;
   return Scene::build(std::move(d), options, diagnostics ? *diagnostics : ignored);
 }
+
+/// `count` instances of a square side by side.
+inline SceneDescription many_instances(int count) {
+  SceneDescription d;
+  d.lights.push_back(point_light(Vec3(0, 0, 5), 100.0f));
+  set_camera(d, Vec3(0, -4, 1), Vec3(0), 16);
+  const int object = add_object(d, plane(1.0f), add_diffuse(d, Color(0.5f)));
+  for (int i = 0; i < count; ++i) {
+    InstanceDescription instance;
+    instance.object = object;
+    instance.world_from_object = rows(Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(float(i % 141) * 3.0f, float(i / 141) * 3.0f, 0, 1)));
+    d.instances.push_back(instance);
+  }
+  return d;
+}
+
+/// Seconds to wait for a session. No test may depend on the machine's speed, so only a session that hangs reaches it.
+constexpr double kHang = 3600.0;
 
 }  // namespace ajar::fixtures

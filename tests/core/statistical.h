@@ -130,33 +130,33 @@ inline testing::AssertionResult mean_agrees(const RunningMoments& a, double expe
 
 // ---- Domains -----------------------------------------------------------------------
 
-enum class Domain { Square, Disk, Hemisphere, Sphere };
+enum class SampleDomain { Square, Disk, Hemisphere, Sphere };
 
-inline double domain_measure(Domain domain) {
+inline double domain_measure(SampleDomain domain) {
   switch (domain) {
-    case Domain::Disk: return kPi;
-    case Domain::Hemisphere: return 2.0 * kPi;
-    case Domain::Sphere: return 4.0 * kPi;
+    case SampleDomain::Disk: return kPi;
+    case SampleDomain::Hemisphere: return 2.0 * kPi;
+    case SampleDomain::Sphere: return 4.0 * kPi;
     default: return 1.0;
   }
 }
 /// Equal-area map of the unit square onto the domain: polar coordinates with the angle along v.
-inline Vec3 domain_point(Domain domain, double u, double v) {
-  if (domain == Domain::Square) return {float(u), float(v), 0.0f};
+inline Vec3 domain_point(SampleDomain domain, double u, double v) {
+  if (domain == SampleDomain::Square) return {float(u), float(v), 0.0f};
   const double phi = 2.0 * M_PI * v;
-  const double z = domain == Domain::Sphere ? 1.0 - 2.0 * u : 1.0 - u;  // the pole +z at u = 0
-  const double r = domain == Domain::Disk ? std::sqrt(u) : std::sqrt(std::max(0.0, (1.0 - z) * (1.0 + z)));
-  return {float(r * std::cos(phi)), float(r * std::sin(phi)), domain == Domain::Disk ? 0.0f : float(z)};
+  const double z = domain == SampleDomain::Sphere ? 1.0 - 2.0 * u : 1.0 - u;  // the pole +z at u = 0
+  const double r = domain == SampleDomain::Disk ? std::sqrt(u) : std::sqrt(std::max(0.0, (1.0 - z) * (1.0 + z)));
+  return {float(r * std::cos(phi)), float(r * std::sin(phi)), domain == SampleDomain::Disk ? 0.0f : float(z)};
 }
-inline std::array<double, 2> domain_square(Domain domain, Vec3 p) {
-  if (domain == Domain::Square) return {p.x, p.y};
+inline std::array<double, 2> domain_square(SampleDomain domain, Vec3 p) {
+  if (domain == SampleDomain::Square) return {p.x, p.y};
   const double r2 = double(p.x) * p.x + double(p.y) * p.y;
   double v = std::atan2(double(p.y), double(p.x)) / (2.0 * M_PI);
   if (v < 0.0) v += 1.0;
-  if (domain == Domain::Disk) return {std::min(1.0, r2), v};
+  if (domain == SampleDomain::Disk) return {std::min(1.0, r2), v};
   // 1 - z without cancellation near the pole.
   const double one_minus_z = p.z > 0.0f ? r2 / (1.0 + p.z) : 1.0 - p.z;
-  return {std::min(1.0, domain == Domain::Sphere ? 0.5 * one_minus_z : one_minus_z), v};
+  return {std::min(1.0, domain == SampleDomain::Sphere ? 0.5 * one_minus_z : one_minus_z), v};
 }
 
 using Sample = std::function<std::optional<Vec3>(Pcg32&)>;
@@ -171,7 +171,7 @@ inline Sample from_square(Map map) {
 }
 
 struct DensityTest {
-  Domain domain = Domain::Sphere;
+  SampleDomain domain = SampleDomain::Sphere;
   int sample_count = 100000;
   int bin_count = 256;                 ///< before merging
   double minimum_expected = 5.0;       ///< below it, bins are merged
@@ -193,7 +193,7 @@ using SquarePoint = std::array<double, 2>;
 /// that no peak is stepped over, however small), each refined until Simpson's 3x3 rule agrees with its quarters.
 class Integrator {
  public:
-  Integrator(const Density& pdf, Domain domain, double tolerance) : pdf_(pdf), domain_(domain), tolerance_(tolerance) {}
+  Integrator(const Density& pdf, SampleDomain domain, double tolerance) : pdf_(pdf), domain_(domain), tolerance_(tolerance) {}
 
   double integrate(const Cell& cell, SquarePoint* first, SquarePoint* last, int axis = 0) const {
     if (last - first > 8) {
@@ -265,7 +265,7 @@ class Integrator {
   }
 
   const Density& pdf_;
-  Domain domain_;
+  SampleDomain domain_;
   double tolerance_;
 };
 

@@ -8,8 +8,9 @@
 #include "math/warps.h"
 #include "shading/sheen.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_albedo_table {
+
+using namespace fixtures;
 using closures::Distribution;
 
 namespace {
@@ -69,3 +70,5 @@ TEST(Sheen, albedo_fits_agree_with_the_lobes) {
     EXPECT_NEAR(sheen::microfiber_albedo(0.6f, c), fibres, 0.02 * fibres + 1e-3);
   }
 }
+
+}  // namespace ajar::test_albedo_table

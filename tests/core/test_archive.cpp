@@ -6,7 +6,7 @@
 #include "scene/archive.h"
 #include "scene_fixtures.h"
 
-using namespace ajar;
+namespace ajar::test_archive {
 
 namespace {
 
@@ -185,3 +185,5 @@ TEST(Archive, the_fingerprint_changes_with_the_scene_and_not_with_the_view) {
   EXPECT_TRUE(changed([](auto& c) { c.images[0].packed.push_back(0); }));
   EXPECT_TRUE(changed([](auto& c) { c.hints.push_back({}); }));
 }
+
+}  // namespace ajar::test_archive

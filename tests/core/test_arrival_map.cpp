@@ -6,7 +6,7 @@
 #include "math/statistics.h"
 #include "sampling/sampler.h"
 
-using namespace ajar;
+namespace ajar::test_arrival_map {
 
 namespace {
 
@@ -58,3 +58,5 @@ TEST(ArrivalMap, passes_average) {
   // Ten of throughput in a disc of radius 1 over two passes; six sixths of it for five.
   EXPECT_NEAR(map.inverse_density(ArrivalMap::kSeen, Vec3(0.0f), Vec3(0, 0, 1), 1.0f), M_PI * 2.0 / (10.0 * 6.0 / 5.0), 1e-5);
 }
+
+}  // namespace ajar::test_arrival_map

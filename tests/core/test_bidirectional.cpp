@@ -1,7 +1,8 @@
 #include "agreement.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_bidirectional {
+
+using namespace fixtures;
 
 namespace {
 const std::vector<TransportScene> kScenes = transport_scenes();
@@ -25,3 +26,5 @@ TEST(Bidirectional, same_seed_same_image_for_any_number_of_threads) {
   EXPECT_EQ(one, render(d, "bdpt", 4, 5, 8));
   EXPECT_NE(one, render(d, "bdpt", 4, 6, 2));
 }
+
+}  // namespace ajar::test_bidirectional

@@ -5,10 +5,12 @@
 #include "bsdf_fixtures.h"
 #include "math/warps.h"
 #include "statistical.h"
+#include "transport/photon_map.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
-using namespace ajar::statistical;
+namespace ajar::test_bsdf {
+
+using namespace fixtures;
+using namespace statistical;
 
 namespace {
 
@@ -25,14 +27,6 @@ std::vector<Vec3> eye_directions() {
 }
 
 Vec3 uniform_direction(Pcg32& rng) { return warp::square_to_sphere({rng.next_float(), rng.next_float()}); }
-
-bool transmits(const Bsdf& bsdf) {
-  for (int i = 0; i < bsdf.lobe_count(); ++i) {
-    const LobeKind kind = bsdf.lobe(i).kind;
-    if (kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass) return true;
-  }
-  return false;
-}
 
 std::optional<Vec3> bsdf_direction(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2 u) {
   const auto s = bsdf.sample(wo, u_lobe, u);
@@ -364,3 +358,5 @@ TEST(Bsdf, copies_hold_the_lobes_in_use) {
   EXPECT_EQ(copy.evaluate(wo, wi).f_cos, original.evaluate(wo, wi).f_cos);
   EXPECT_EQ(copy.evaluate(wi, wo, TransportMode::Importance).f_cos, original.evaluate(wi, wo, TransportMode::Importance).f_cos);
 }
+
+}  // namespace ajar::test_bsdf

@@ -4,7 +4,7 @@
 #include "math/warps.h"
 #include "scene_fixtures.h"
 
-using namespace ajar;
+namespace ajar::test_camera {
 
 namespace {
 
@@ -267,3 +267,5 @@ TEST(Camera, an_orthographic_lens_is_at_the_near_clipping_plane) {
     EXPECT_LT(glm::length(*found - Vec2(50, 50)), 2e-3f);
   }
 }
+
+}  // namespace ajar::test_camera

@@ -10,7 +10,8 @@
 #include "statistical.h"
 #include "transport_scenes.h"
 
-namespace ajar {
+namespace ajar::test_checkpoint {
+
 namespace {
 
 using namespace fixtures;
@@ -32,14 +33,10 @@ SceneDescription lit_room(uint32_t seed, int samples) {
   return d;
 }
 
-void finish(Session& session) {
-  while (!session.wait(10.0)) {
-  }
-}
 Checkpoint rendered(uint32_t seed, int samples) {
   Session session;
   session.start(lit_room(seed, samples));
-  finish(session);
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   return session.checkpoint().value();
 }
@@ -117,7 +114,7 @@ TEST(Checkpoint, a_resumed_render_goes_on_with_new_samples) {
   Session session;
   session.resume(first);
   session.start(lit_room(9, 8));
-  finish(session);
+  EXPECT_TRUE(session.wait(kHang));
   ASSERT_EQ(session.take_error(), "");
   const Checkpoint all = session.checkpoint().value();
   EXPECT_EQ(all.samples, 8.0) << "five more";
@@ -127,7 +124,7 @@ TEST(Checkpoint, a_resumed_render_goes_on_with_new_samples) {
   // The five are not the first five again.
   Session alone;
   alone.start(lit_room(9, 5));
-  finish(alone);
+  EXPECT_TRUE(alone.wait(kHang));
   EXPECT_NE(merge_pass("Combined", first.passes.at("Combined"), 3.0, alone.snapshot("Combined"), 5.0), all.passes.at("Combined"));
   EXPECT_EQ(session.progress().samples, 8.0);
 }
@@ -144,7 +141,7 @@ TEST(Checkpoint, resumed_renders_have_the_mean_of_whole_ones) {
     Session session;
     session.resume(rendered(500 + seed, 3));
     session.start(lit_room(500 + seed, 8));
-    finish(session);
+    EXPECT_TRUE(session.wait(kHang));
     resumed.add(mean_of(session.snapshot("Combined")));
   }
   EXPECT_TRUE(statistical::means_agree(whole, resumed, {0.01, 1}));
@@ -157,9 +154,10 @@ TEST(Checkpoint, one_that_does_not_fit_ends_the_render_with_the_reason) {
   Session session;
   session.resume(other, 8);
   session.start(lit_room(2, 2));
-  finish(session);
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_NE(session.take_error().find("different scenes"), std::string::npos);
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_checkpoint

@@ -5,9 +5,10 @@
 #include "bsdf_fixtures.h"
 #include "statistical.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
-using namespace ajar::statistical;
+namespace ajar::test_closures {
+
+using namespace fixtures;
+using namespace statistical;
 using closures::Distribution;
 using closures::PrincipledInputs;
 using closures::Surface;
@@ -238,3 +239,5 @@ TEST(Closures, safe_shading_normal_lets_the_mirror_direction_rise_and_changes_no
   EXPECT_GT(bent, 100);
   EXPECT_EQ(closures::safe_shading_normal(ng, {0, 0, 1}, ng), ng);
 }
+
+}  // namespace ajar::test_closures

@@ -4,7 +4,7 @@
 #include "statistical.h"
 #include "toy_mixture.h"
 
-using namespace ajar;
+namespace ajar::test_control_variates {
 
 namespace {
 
@@ -186,3 +186,5 @@ TEST(ControlVariates, sums_may_be_made_in_parts) {
   const auto a = whole.fit(kRidgeMany, 6), b = first.fit(kRidgeMany, 6);
   for (int j = 0; j < 3; ++j) EXPECT_NEAR(a.beta[j].x, b.beta[j].x, 1e-5f);
 }
+
+}  // namespace ajar::test_control_variates

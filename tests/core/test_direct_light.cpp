@@ -9,8 +9,9 @@
 #include "transport/light_groups.h"
 #include "transport/share_cache.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_direct_light {
+
+using namespace fixtures;
 
 namespace {
 
@@ -61,7 +62,7 @@ std::vector<float> render(SceneDescription d, const std::string& method, int dir
   d.settings.threads = threads;
   Session session;
   session.start(std::move(d));
-  EXPECT_TRUE(session.wait(120.0));
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   return session.snapshot("Combined");
 }
@@ -209,7 +210,7 @@ TEST(DirectLight, its_passes_show_how_the_choice_is_shared) {
       d->settings.samples = samples;
       Session session;
       session.start(*d);
-      EXPECT_TRUE(session.wait(60.0));
+      EXPECT_TRUE(session.wait(kHang));
       const auto first = session.snapshot("Share Light 1"), second = session.snapshot("Share Light 2");
       std::array<double, 2> sums{};
       for (size_t i = 0; i < first.size(); ++i) {
@@ -275,7 +276,7 @@ TEST(DirectLight, unknown_methods_are_named) {
   d.settings.direct = "best";
   Session session;
   session.start(std::move(d));
-  session.wait(60.0);
+  session.wait(kHang);
   EXPECT_NE(session.take_error().find("mis"), std::string::npos);
 }
 
@@ -437,3 +438,5 @@ TEST(ShareCache, floors_hold_and_absurd_values_do_no_harm) {
   EXPECT_NEAR(shares[0] + shares[1], 1.0f, 1e-5f);
   EXPECT_EQ(shares[2], 0.0f);   // without a prior there is no such component
 }
+
+}  // namespace ajar::test_direct_light

@@ -2,7 +2,8 @@
 
 #include "math/distribution.h"
 
-namespace ajar {
+namespace ajar::test_distribution {
+
 namespace {
 
 using namespace statistical;
@@ -87,7 +88,7 @@ TEST(Distribution2D, samples_follow_their_density) {
     return Vec3(distribution.sample(u, pdf), 0.0f);
   };
   const Density pdf = [&](Vec3 p) { return distribution.pdf_square(Vec2(p)); };
-  const DensityTest test{.domain = Domain::Square, .bin_count = 400};
+  const DensityTest test{.domain = SampleDomain::Square, .bin_count = 400};
   EXPECT_TRUE(chi_square_agrees(from_square(map), pdf, test));
   EXPECT_TRUE(integral_agrees(from_square(map), pdf, 1.0, test));
   EXPECT_TRUE(jacobian_agrees(map, pdf, {.step = 1.0 / 4096.0}));
@@ -109,4 +110,5 @@ TEST(Distribution2D, sample_returns_the_density_of_its_point) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_distribution

@@ -11,7 +11,8 @@
 #include "math/statistics.h"
 #include "transport/share_cache.h"
 
-namespace ajar {
+namespace ajar::test_drift {
+
 namespace {
 
 constexpr int kTerms = 10'000'000;
@@ -78,4 +79,5 @@ TEST(Drift, shares_after_ten_million_samples_in_a_cell_are_those_of_a_thousand) 
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_drift

@@ -3,7 +3,7 @@
 #include "graph_fixtures.h"
 #include "lights/environment.h"
 
-namespace ajar {
+namespace ajar::test_environment {
 
 using namespace fixtures;
 
@@ -42,4 +42,4 @@ TEST(Environment, a_sun_between_the_corners_of_the_map_is_sampled) {
   EXPECT_NEAR(sampled, exact, 0.02 * exact);
 }
 
-}  // namespace ajar
+}  // namespace ajar::test_environment

@@ -1,8 +1,9 @@
 #include "agreement.h"
 #include "transport/path_seeds.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_erpt {
+
+using namespace fixtures;
 
 namespace {
 
@@ -81,3 +82,5 @@ TEST(PathSeeds, paths_are_taken_in_proportion_to_their_energy) {
   EXPECT_GT(difference.variance(), 0.0);
   EXPECT_NEAR(difference.mean(), 0.0, 4.0 * std::sqrt(difference.variance_of_mean()));
 }
+
+}  // namespace ajar::test_erpt

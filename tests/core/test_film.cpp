@@ -7,7 +7,7 @@
 #include "math/statistics.h"
 #include "sampling/sampler.h"
 
-using namespace ajar;
+namespace ajar::test_film {
 
 TEST(Film, refuses_and_counts_non_finite_samples_without_losing_the_rest) {
   Film film(0, 0, 2, 1, {"Combined"});
@@ -228,3 +228,5 @@ TEST(Film, estimated_error_is_right_where_few_bright_samples_make_it) {
   EXPECT_NEAR(ratio.mean(), 1.0, 0.15);
   EXPECT_NEAR(visible_ratio.mean(), 1.0, 0.15);
 }
+
+}  // namespace ajar::test_film

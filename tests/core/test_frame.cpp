@@ -7,7 +7,8 @@
 #include "math/random.h"
 #include "math/warps.h"
 
-namespace ajar {
+namespace ajar::test_frame {
+
 namespace {
 
 void expect_basis(const Frame& f, Vec3 normal) {
@@ -69,4 +70,5 @@ TEST(Frame, along_a_tangent_is_orthonormal_however_near_the_normal_it_is_and_how
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_frame

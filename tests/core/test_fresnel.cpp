@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-using namespace ajar;
+namespace ajar::test_fresnel {
 
 TEST(Fresnel, known_values_at_normal_incidence_at_brewsters_angle_and_beyond_the_critical_angle) {
   EXPECT_NEAR(fresnel::dielectric(1.0f, 1.5f), 0.04f, 1e-6f);
@@ -59,3 +59,5 @@ TEST(Fresnel, f82_passes_through_its_two_colours) {
     EXPECT_NEAR(grazing[i], 1.0f, 1e-6f);
   }
 }
+
+}  // namespace ajar::test_fresnel

@@ -11,7 +11,8 @@
 #include "transport/seen_light.h"
 #include "transport_scenes.h"
 
-namespace ajar {
+namespace ajar::test_further_samples {
+
 namespace {
 
 using namespace fixtures;
@@ -234,4 +235,5 @@ TEST(DirectPass, further_samples_and_branches_keep_the_mean) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_further_samples

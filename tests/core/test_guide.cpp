@@ -6,7 +6,8 @@
 #include "transport/guided_bsdf.h"
 #include "transport/path_guide.h"
 
-namespace ajar {
+namespace ajar::test_guide {
+
 namespace {
 
 using namespace fixtures;
@@ -60,7 +61,7 @@ TEST(VonMisesFisher, samples_follow_their_density) {
   for (const float kappa : {1e-2f, 1.0f, 20.0f, 2000.0f, 1e5f}) {
     const auto map = [=](Vec2 u) { return std::optional(von_mises_fisher::square_to_lobe(u, kappa)); };
     const auto pdf = [=](Vec3 w) { return von_mises_fisher::pdf_solid_angle(kappa, length_squared(w - Vec3(0, 0, 1))); };
-    EXPECT_TRUE(chi_square_agrees(from_square(map), pdf, {.domain = statistical::Domain::Sphere, .level = {.test_count = 5}})) << kappa;
+    EXPECT_TRUE(chi_square_agrees(from_square(map), pdf, {.domain = statistical::SampleDomain::Sphere, .level = {.test_count = 5}})) << kappa;
   }
 }
 
@@ -82,7 +83,7 @@ TEST(GuideLobes, learned_density_is_what_is_sampled_from_anywhere) {
       const float u_lobe = rng.next_float(), x = rng.next_float();
       return std::optional(learned.sample(lobes, u_lobe, {x, rng.next_float()}));
     };
-    EXPECT_TRUE(chi_square_agrees(sample, [&](Vec3 w) { return pdf_solid_angle(lobes, w); }, {.domain = statistical::Domain::Sphere, .level = {.test_count = 2}}));
+    EXPECT_TRUE(chi_square_agrees(sample, [&](Vec3 w) { return pdf_solid_angle(lobes, w); }, {.domain = statistical::SampleDomain::Sphere, .level = {.test_count = 2}}));
   }
 }
 
@@ -225,7 +226,7 @@ TEST(GuidedBsdf, mixture_with_the_bsdf_is_one_density) {
     const float p = bsdf.pdf_solid_angle(wo, w);
     return p > 0.0f ? guided.pdf_solid_angle(p, w) : 0.0f;
   };
-  EXPECT_TRUE(chi_square_agrees(sample, pdf, {.domain = statistical::Domain::Sphere}));
+  EXPECT_TRUE(chi_square_agrees(sample, pdf, {.domain = statistical::SampleDomain::Sphere}));
 }
 
 /// However wrong the guide: eight vertices at which it points away from where the path goes.
@@ -323,7 +324,7 @@ TEST(GuidedPaths, auto_gives_the_guide_up_where_nothing_is_to_be_gained) {
   d.settings.samples = 32;
   Session session;
   session.start(d);
-  ASSERT_TRUE(session.wait(120.0));
+  ASSERT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   EXPECT_NE(session.statistics_json().find("\"guide_followed\": 0.0"), std::string::npos);
 }
@@ -338,7 +339,7 @@ TEST(GuidedPaths, brighter_light_shown_darker_gains_the_same) {
     d.settings.samples = 32;
     Session session;
     session.start(d);
-    EXPECT_TRUE(session.wait(120.0));
+    EXPECT_TRUE(session.wait(kHang));
     EXPECT_EQ(session.take_error(), "");
     const std::string statistics = session.statistics_json(), key = "\"guide_measured_gain\": ";
     const size_t at = statistics.find(key);
@@ -356,9 +357,10 @@ TEST(GuidedPaths, unknown_mode_is_refused_by_name) {
   d.settings.guiding = "always";
   Session session;
   session.start(d);
-  ASSERT_TRUE(session.wait(20.0));
+  ASSERT_TRUE(session.wait(kHang));
   EXPECT_NE(session.take_error().find("always"), std::string::npos);
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_guide

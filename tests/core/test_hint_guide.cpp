@@ -7,8 +7,9 @@
 #include "transport/path.h"
 #include "transport/photon_tracer.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_hint_guide {
+
+using namespace fixtures;
 
 namespace {
 
@@ -175,7 +176,7 @@ TEST_P(HintedThreads, give_the_same_picture_whatever_their_number) {
     d.settings.threads = threads;
     Session session;
     session.start(d);
-    ASSERT_TRUE(session.wait(120.0));
+    ASSERT_TRUE(session.wait(kHang));
     ASSERT_EQ(session.take_error(), "");
     images.push_back(session.snapshot("Combined"));
   }
@@ -232,3 +233,5 @@ TEST_P(HintedPhotons, bring_the_lamps_watts_whatever_they_follow) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Lamps, HintedPhotons, ::testing::Bool(), [](const auto& info) { return info.param ? "sphere" : "area"; });
+
+}  // namespace ajar::test_hint_guide

@@ -4,8 +4,9 @@
 
 #include "scene_fixtures.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_hint_suggestions {
+
+using namespace fixtures;
 
 namespace {
 
@@ -56,3 +57,5 @@ TEST(HintSuggestions, are_the_same_for_the_same_seed) {
   ASSERT_EQ(a.size(), b.size());
   for (size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i].points, b[i].points);
 }
+
+}  // namespace ajar::test_hint_suggestions

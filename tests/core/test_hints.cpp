@@ -9,8 +9,9 @@
 #include "scene_fixtures.h"
 #include "statistical.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_hints {
+
+using namespace fixtures;
 
 namespace {
 
@@ -151,3 +152,5 @@ TEST(Hints, density_of_a_path_is_zero_unless_the_hint_could_have_made_it) {
   EXPECT_EQ(hints.choose(0.5f), 1u);
   EXPECT_EQ(hints.choose(0.99f), 2u);
 }
+
+}  // namespace ajar::test_hints

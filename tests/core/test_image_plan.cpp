@@ -9,8 +9,9 @@
 #include "statistical.h"
 #include "transport_scenes.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_image_plan {
+
+using namespace fixtures;
 
 namespace {
 
@@ -259,7 +260,7 @@ Rendered render(SceneDescription d, int threads) {
   d.settings.passes = {"Combined", "Sample Count"};
   Session session;
   session.start(std::move(d));
-  EXPECT_TRUE(session.wait(60.0));
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   return {session.snapshot("Combined"), session.snapshot("Sample Count"), session.statistics_json()};
 }
@@ -347,3 +348,5 @@ TEST(ImageSampling, integrators_that_cannot_share_samples_out_say_so) {
   d.settings.samples = 2;
   EXPECT_NE(render(d, 1).statistics.find("cannot give pixels different numbers"), std::string::npos);
 }
+
+}  // namespace ajar::test_image_plan

@@ -10,8 +10,9 @@
 #include "statistical.h"
 #include "transport_scenes.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_importance_map {
+
+using namespace fixtures;
 
 namespace {
 
@@ -61,7 +62,7 @@ struct Halves {
 Halves render(const SceneDescription& d) {
   Session session;
   session.start(d);
-  EXPECT_TRUE(session.wait(60.0));
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   const auto image = session.snapshot("Combined"), counts = session.snapshot("Sample Count");
   Halves halves;
@@ -171,3 +172,5 @@ TEST(ImportanceMap, chains_say_that_nothing_gets_more_samples) {
   d.lights[0].light_importance = 2.0f;
   EXPECT_NE(render(d).said.find("what is more important gets no more"), std::string::npos);
 }
+
+}  // namespace ajar::test_importance_map

@@ -2,8 +2,9 @@
 #include "agreement.h"
 #include "transport/irradiance_records.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_irradiance_cache {
+
+using namespace fixtures;
 
 namespace {
 
@@ -234,3 +235,5 @@ TEST(IrradianceCache, nothing_is_recorded_where_no_light_bounces) {
     EXPECT_EQ(integrator->statistics().extra.at("records"), 0.0);
   }
 }
+
+}  // namespace ajar::test_irradiance_cache

@@ -5,7 +5,8 @@
 
 #include "integrators/learned.h"
 
-namespace ajar {
+namespace ajar::test_learned {
+
 namespace {
 
 using namespace fixtures;
@@ -23,7 +24,7 @@ Frame frame(SceneDescription d, std::shared_ptr<const Learned> before, uint32_t 
   Session session;
   session.begin_with(std::move(before));
   session.start(std::move(d));
-  EXPECT_TRUE(session.wait(120.0));
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   return {session.snapshot("Combined"), session.learned(), nlohmann::json::parse(session.statistics_json())};
 }
@@ -254,4 +255,5 @@ TEST(Learned, automatic_guide_is_not_measured_again_for_eight_frames) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_learned

@@ -8,7 +8,8 @@
 #include "math/warps.h"
 #include "scene_fixtures.h"
 
-namespace ajar {
+namespace ajar::test_light_tree {
+
 namespace {
 
 using namespace statistical;
@@ -180,4 +181,5 @@ TEST(LightTree, the_same_tree_for_any_number_of_threads) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_light_tree

@@ -6,8 +6,9 @@
 #include "statistical.h"
 #include "transport/direct_mixture.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_lobe_components {
+
+using namespace fixtures;
 using statistical::DensityTest;
 
 namespace {
@@ -256,7 +257,7 @@ TEST(DirectLobes, passes_show_the_share_of_each) {
     d.settings.direct = method;
     Session session;
     session.start(d);
-    ASSERT_TRUE(session.wait(60.0));
+    ASSERT_TRUE(session.wait(kHang));
     ASSERT_EQ(session.take_error(), "");
     const auto bsdf = session.snapshot("Share BSDF"), diffuse = session.snapshot("Share Lobe 1"), coat = session.snapshot("Share Lobe 2"),
                none = session.snapshot("Share Lobe 3");
@@ -275,3 +276,5 @@ TEST(DirectLobes, passes_show_the_share_of_each) {
     }
   }
 }
+
+}  // namespace ajar::test_lobe_components

@@ -7,8 +7,9 @@
 #include "transport/media.h"
 #include "transport/phase_function.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_media {
+
+using namespace fixtures;
 
 namespace {
 
@@ -194,7 +195,7 @@ TEST(Volume, phase_functions_are_sampled_with_their_density) {
   const PhaseFunction phase(m);
   const Vec3 direction = glm::normalize(Vec3(1, 2, -0.5f));
   statistical::DensityTest test;
-  test.domain = statistical::Domain::Sphere;
+  test.domain = statistical::SampleDomain::Sphere;
   const auto sample = [&](Pcg32& rng) -> std::optional<Vec3> {
     const float u_lobe = rng.next_float(), x = rng.next_float();
     return phase.sample(direction, u_lobe, Vec2(x, rng.next_float()));
@@ -533,3 +534,5 @@ TEST(Media, others_leave_them_to_path_tracing) {
   add_cube(clear, add_diffuse(clear, Color(0.5f)));
   EXPECT_FALSE(build(clear)->has_media());
 }
+
+}  // namespace ajar::test_media

@@ -4,7 +4,8 @@
 
 #include <cmath>
 
-namespace ajar {
+namespace ajar::test_mesh_analysis {
+
 namespace {
 
 // Six squares of four triangles each, as Blender 3.4.1 listed their edges, and what its Cycles showed.
@@ -96,4 +97,5 @@ TEST(MeshAnalysis, walls_in_which_all_sums_are_alike_take_no_time) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_mesh_analysis

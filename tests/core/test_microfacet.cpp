@@ -5,10 +5,11 @@
 #include "bsdf_fixtures.h"
 #include "statistical.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
-using namespace ajar::microfacet;
-using namespace ajar::statistical;
+namespace ajar::test_microfacet {
+
+using namespace fixtures;
+using namespace microfacet;
+using namespace statistical;
 
 namespace {
 
@@ -55,7 +56,7 @@ TEST(Microfacet, visible_normals_are_sampled_with_their_density) {
         };
         const Map map = [&, ax = ax, ay = ay](Vec2 u) { return std::optional(d.sample_visible(w, ax, ay, u)); };
         DensityTest test;
-        test.domain = Domain::Hemisphere;
+        test.domain = SampleDomain::Hemisphere;
         test.sample_count = 40000;
         test.bin_count = 128;
         test.integral_tolerance = 0.01;
@@ -71,7 +72,7 @@ TEST(Microfacet, visible_normals_are_sampled_with_their_density) {
 TEST(Microfacet, distributions_of_all_normals_are_sampled_with_their_density) {
   const auto check = [](const Map& map, const Density& pdf, const std::string& what) {
     DensityTest test;
-    test.domain = Domain::Hemisphere;
+    test.domain = SampleDomain::Hemisphere;
     test.sample_count = 40000;
     test.bin_count = 128;
     test.integral_tolerance = 0.01;
@@ -95,3 +96,5 @@ TEST(Microfacet, correlated_masking_lets_more_light_through_than_independent_mas
     EXPECT_LT(correlated * wo.z, ggx_masking_over_cos(wi, 0.5f, 0.5f) + 1e-6f);
   }
 }
+
+}  // namespace ajar::test_microfacet

@@ -4,7 +4,7 @@
 #include "statistical.h"
 #include "toy_mixture.h"
 
-using namespace ajar;
+namespace ajar::test_mixture {
 
 TEST(Mixture, shares_are_exact_in_expectation_and_every_count_is_next_to_its_share) {
   const std::vector<std::vector<float>> cases{{0.5f, 0.25f, 0.25f}, {0.013f, 0.3f, 0.687f}, {0.2f, 0.2f, 0.2f, 0.2f, 0.2f}, {1.0f}};
@@ -95,3 +95,5 @@ TEST(Mixture, shares_learned_in_earlier_iterations_keep_the_mean_and_lower_the_v
   EXPECT_TRUE(statistical::mean_agrees(equal, toy::integral(0.0), {0.001}));
   EXPECT_LT(adapted.variance(), 0.95 * equal.variance());
 }
+
+}  // namespace ajar::test_mixture

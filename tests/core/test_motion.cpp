@@ -8,8 +8,9 @@
 #include "scene/motion.h"
 #include "transport_scenes.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_motion {
+
+using namespace fixtures;
 
 namespace {
 
@@ -174,7 +175,7 @@ TEST(Motion, integrators_without_motion_leave_it_to_path_tracing_and_say_so) {
     d.settings.integrator = integrator.name;
     Session session;
     session.start(d);
-    ASSERT_TRUE(session.wait(60.0));
+    ASSERT_TRUE(session.wait(kHang));
     EXPECT_EQ(session.take_error(), "");
     int said = 0;
     for (const Diagnostic& diagnostic : session.diagnostics()) said += diagnostic.message.find("does not render motion blur") != std::string::npos;
@@ -194,3 +195,5 @@ TEST(Motion, keys_that_are_not_numbers_leave_the_object_still_and_are_reported) 
   ASSERT_EQ(diagnostics.size(), 1u);
   EXPECT_NE(diagnostics[0].message.find("motion is invalid"), std::string::npos);
 }
+
+}  // namespace ajar::test_motion

@@ -8,8 +8,9 @@
 #include "transport/mutations/lens_perturbation.h"
 #include "transport_scenes.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_mutations {
+
+using namespace fixtures;
 
 namespace {
 
@@ -170,3 +171,5 @@ TEST_P(StationaryFor, a_chain_stays_in_the_distribution_of_its_target) {
     EXPECT_NEAR(plain[i].mean(), mixed[i].mean(), 4.5 * std::sqrt(plain[i].variance_of_mean() + mixed[i].variance_of_mean()) + 1e-4) << "statistic " << i;
 }
 INSTANTIATE_TEST_SUITE_P(Kernels, StationaryFor, ::testing::Combine(::testing::Values(1, 2), ::testing::Values("glass_ball", "rough_glass_and_mirror", "polished", "sun")));
+
+}  // namespace ajar::test_mutations

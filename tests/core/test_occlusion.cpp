@@ -4,9 +4,10 @@
 #include "scene_fixtures.h"
 #include "statistical.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
-using namespace ajar::statistical;
+namespace ajar::test_occlusion {
+
+using namespace fixtures;
+using namespace statistical;
 
 namespace {
 
@@ -94,3 +95,5 @@ TEST(Occlusion, the_node_is_open_where_there_is_no_scene_and_its_colour_is_dimme
   const Color shown = compile(g.graph).evaluate_emission(ShadingPoint());
   EXPECT_EQ(shown, Color(0.25f, 0.5f, 0.75f));
 }
+
+}  // namespace ajar::test_occlusion

@@ -3,8 +3,9 @@
 #include "render/session.h"
 #include "transport_scenes.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_passes {
+
+using namespace fixtures;
 
 namespace {
 
@@ -41,7 +42,7 @@ Rendered render_passes(SceneDescription d, std::vector<std::string> passes, cons
   d.settings.passes = passes;
   Session session;
   session.start(d);
-  EXPECT_TRUE(session.wait(60.0));
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   Rendered r;
   for (const std::string& pass : passes) r.passes[pass] = session.snapshot(pass);
@@ -138,3 +139,5 @@ TEST(Passes, integrators_that_cannot_tell_parts_say_so) {
   d.settings.direct = "ris";
   EXPECT_EQ(said(render_passes(d, {"DiffDir", "Emit"})), 1);
 }
+
+}  // namespace ajar::test_passes

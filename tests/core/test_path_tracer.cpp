@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
+#include <tbb/task_arena.h>
 
 #include "integrators/integrator.h"
+#include "integrators/tile_loop.h"
 #include "math/statistics.h"
 #include "render/session.h"
 #include "scene_fixtures.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_path_tracer {
+
+using namespace fixtures;
 
 namespace {
 
@@ -16,7 +19,7 @@ std::vector<float> render(SceneDescription d, int samples, uint32_t seed = 1, in
   d.settings.threads = threads;
   Session session;
   session.start(std::move(d));
-  EXPECT_TRUE(session.wait(120.0));
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   return session.snapshot("Combined");
 }
@@ -110,19 +113,35 @@ TEST(PathTracer, bounce_limit_zero_is_direct_light_only) {
   EXPECT_NEAR(e.mean, 0.75, 4.0 * e.standard_error);
 }
 
-TEST(Session, cancel_returns_within_a_fifth_of_a_second) {
+// How soon is measured by tests/timing: here only that a render without end stops, and keeps its picture.
+TEST(Session, cancel_stops_a_render_and_keeps_its_picture) {
   SceneDescription d = closed_furnace(0.95f);
-  d.settings.width = d.settings.height = 1024;
-  d.settings.samples = 1 << 20;
+  d.settings.width = d.settings.height = 64;
+  d.settings.samples = 1 << 24;
   Session session;
   session.start(d);
-  session.wait(0.5);
-  const auto start = std::chrono::steady_clock::now();
+  while (session.progress().samples < 1) session.wait(0.01);
   session.cancel();
-  EXPECT_TRUE(session.wait(5.0));
-  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 0.2);
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.progress().phase, Progress::Phase::Cancelled);
   EXPECT_FALSE(session.snapshot("Combined").empty());
+}
+
+// What makes a cancel quick: after `stop` is raised no thread begins another sample.
+TEST(TileLoop, stops_before_the_next_sample) {
+  Film film(0, 0, 64, 64, {"Combined"});
+  std::atomic<bool> stop{false};
+  std::atomic<int> begun{0}, begun_after_stop{0};
+  constexpr int kThreads = 4;
+  tbb::task_arena(kThreads).execute([&] {
+    for_each_sample(film, 1000, stop, [] { return 0; }, [&](int, int, int, uint32_t) {
+      if (stop.load()) ++begun_after_stop;
+      if (++begun == 100) stop.store(true);
+    });
+  });
+  EXPECT_GE(begun, 100);
+  // A thread may have looked at `stop` just before it was raised.
+  EXPECT_LT(begun_after_stop, kThreads);
 }
 
 TEST(Session, stops_at_the_time_limit_and_at_the_error_target) {
@@ -131,13 +150,14 @@ TEST(Session, stops_at_the_time_limit_and_at_the_error_target) {
   d.settings.seconds = 0.3;
   Session timed;
   timed.start(d);
-  EXPECT_TRUE(timed.wait(10.0));
-  EXPECT_NEAR(timed.progress().render_seconds, 0.3, 0.25);
+  EXPECT_TRUE(timed.wait(kHang));
+  EXPECT_EQ(timed.progress().phase, Progress::Phase::Done);
+  EXPECT_GE(timed.progress().render_seconds, 0.3);   // tests/timing has the upper bound
   d.settings.seconds = 0.0;
   d.settings.target_error = 1e-4;
   Session precise;
   precise.start(d);
-  EXPECT_TRUE(precise.wait(60.0));
+  EXPECT_TRUE(precise.wait(kHang));
   EXPECT_LE(precise.progress().estimated_relmse, 1e-4);
 }
 
@@ -146,7 +166,7 @@ TEST(Session, errors_surface_once_and_name_the_valid_choices) {
   d.settings.integrator = "warp";
   Session session;
   session.start(d);
-  EXPECT_TRUE(session.wait(10.0));
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.progress().phase, Progress::Phase::Failed);
   EXPECT_NE(session.take_error().find("metropolis"), std::string::npos);
   EXPECT_EQ(session.take_error(), "");
@@ -157,7 +177,7 @@ TEST(Session, statistics_hold_what_the_command_line_promises) {
   d.settings.samples = 4;
   Session session;
   session.start(d);
-  EXPECT_TRUE(session.wait(10.0));
+  EXPECT_TRUE(session.wait(kHang));
   const std::string json = session.statistics_json();
   for (const char* key : {"version", "integrator", "seeds", "threads", "resolution", "samples_per_pixel", "rays", "build_seconds",
                           "render_seconds", "peak_memory_bytes", "refused_samples", "plan", "hints", "acceptance_rates",
@@ -175,7 +195,9 @@ TEST(Session, several_sessions_run_at_once) {
   }
   const auto expected = render(closed_furnace(0.5f), 16, 0);
   for (auto& session : sessions) {
-    EXPECT_TRUE(session->wait(60.0));
+    EXPECT_TRUE(session->wait(kHang));
     EXPECT_EQ(session->snapshot("Combined"), expected);
   }
 }
+
+}  // namespace ajar::test_path_tracer

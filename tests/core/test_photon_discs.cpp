@@ -7,8 +7,9 @@
 #include "scene_fixtures.h"
 #include "transport/photon_map.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_photon_discs {
+
+using namespace fixtures;
 
 namespace {
 
@@ -110,3 +111,5 @@ TEST(PhotonDiscs, do_not_depend_on_the_order_of_lookups) {
   for (int i = 19; i >= 0; --i) b.push_back(backwards.irradiance(Vec3(0, -0.8f + 0.08f * float(i), 0), kUp, kUp, {30, kRadius}).y);
   EXPECT_EQ(a, std::vector<float>(b.rbegin(), b.rend()));
 }
+
+}  // namespace ajar::test_photon_discs

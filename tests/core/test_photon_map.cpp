@@ -7,8 +7,9 @@
 #include "statistical.h"
 #include "transport/photon_tracer.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_photon_map {
+
+using namespace fixtures;
 
 namespace {
 
@@ -193,3 +194,5 @@ TEST(Photons, leave_glowing_squares_at_zero_height) {
   const auto on_floor = std::count_if(batch.global.begin(), batch.global.end(), [](const Photon& photon) { return photon.point.position.z < -0.99f; });
   EXPECT_GT(on_floor, 800);   // of the half that goes down, few pass the edge; none comes twice before the glowing square has had it
 }
+
+}  // namespace ajar::test_photon_map

@@ -8,8 +8,9 @@
 #include "scene_fixtures.h"
 #include "transport/photon_map.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_photon_mapping {
+
+using namespace fixtures;
 
 namespace {
 
@@ -20,7 +21,7 @@ std::vector<float> render(SceneDescription d, const char* integrator, int sample
   d.settings.threads = threads;
   Session session;
   session.start(std::move(d));
-  EXPECT_TRUE(session.wait(300.0));
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   return session.snapshot("Combined");
 }
@@ -251,7 +252,7 @@ TEST_P(PhotonMapping, photons_to_look_at_lie_on_the_walls_and_are_no_more_than_a
   d.settings.samples = 2;
   Session session;
   session.start(d);
-  ASSERT_TRUE(session.wait(60.0));
+  ASSERT_TRUE(session.wait(kHang));
   const PhotonPoints all = session.photons(~0ull), few = session.photons(100), none = session.photons(0);
   EXPECT_GT(all.stored, 1000u);
   EXPECT_EQ(all.positions.size(), all.stored);
@@ -274,10 +275,7 @@ TEST_P(PhotonMapping, photons_to_look_at_come_with_a_later_iteration_while_it_re
   Session session;
   session.start(d);
   size_t shown = 0;
-  for (int i = 0; shown == 0 && i < 600; ++i) {
-    shown = session.photons(50).positions.size();
-    session.wait(0.05);
-  }
+  while (shown == 0 && !session.wait(0.05)) shown = session.photons(50).positions.size();
   EXPECT_EQ(session.progress().phase, Progress::Phase::Rendering);
   session.cancel();
   EXPECT_GT(shown, 40u);
@@ -296,7 +294,7 @@ TEST(ShownPhotons, photons_to_look_at_bring_what_the_walls_receive) {
     d.settings.samples = 1;
     Session session;
     session.start(d);
-    ASSERT_TRUE(session.wait(60.0));
+    ASSERT_TRUE(session.wait(kHang));
     const PhotonPoints points = session.photons(2000);
     double sum = 0.0;
     for (const Color& power : points.powers) sum += double(luminance(power));
@@ -313,6 +311,8 @@ TEST(ShownPhotons, path_tracing_has_no_photons_to_look_at) {
   d.settings.samples = 1;
   Session session;
   session.start(d);
-  ASSERT_TRUE(session.wait(60.0));
+  ASSERT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.photons(100).stored, 0u);
 }
+
+}  // namespace ajar::test_photon_mapping

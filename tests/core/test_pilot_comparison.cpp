@@ -6,7 +6,8 @@
 #include "math/random.h"
 #include "render/pilot_comparison.h"
 
-namespace ajar {
+namespace ajar::test_pilot_comparison {
+
 namespace {
 
 constexpr int kWidth = 64, kHeight = 48;
@@ -135,4 +136,5 @@ TEST(PilotComparison, bias_is_what_noise_does_not_explain) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_pilot_comparison

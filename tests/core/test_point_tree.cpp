@@ -7,7 +7,8 @@
 #include "math/random.h"
 #include "math/warps.h"
 
-namespace ajar {
+namespace ajar::test_point_tree {
+
 namespace {
 
 std::vector<SurfacePoint> random_points(size_t count) {
@@ -119,4 +120,4 @@ TEST(PointTree, coincident_points_do_not_hang) {
   EXPECT_EQ(found.count, 59);
 }
 
-}  // namespace ajar
+}  // namespace ajar::test_point_tree

@@ -5,8 +5,9 @@
 #include "transport/film_luminance.h"
 #include "transport/path_seeds.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_population {
+
+using namespace fixtures;
 
 namespace {
 
@@ -237,3 +238,5 @@ TEST(PopulationPaths, a_scene_without_light_is_black) {
   set_camera(nothing, Vec3(0, -1, 0), Vec3(0), 8, 0.7f);
   for (float value : render(nothing, "pmc_pt", 2, 1)) EXPECT_TRUE(value == 0.0f || value == 1.0f);
 }
+
+}  // namespace ajar::test_population

@@ -4,7 +4,8 @@
 
 #include "math/random.h"
 
-namespace ajar {
+namespace ajar::test_random {
+
 namespace {
 
 using namespace statistical;
@@ -82,4 +83,5 @@ TEST(Pcg32, streams_repeat_and_do_not_resemble_each_other) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_random

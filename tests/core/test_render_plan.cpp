@@ -8,7 +8,8 @@
 #include "transport/media.h"
 #include "transport_scenes.h"
 
-namespace ajar {
+namespace ajar::test_render_plan {
+
 namespace {
 
 using namespace fixtures;
@@ -33,7 +34,7 @@ SceneDescription default_cube() {
 nlohmann::json rendered(SceneDescription d) {
   Session session;
   session.start(std::move(d));
-  EXPECT_TRUE(session.wait(60.0));
+  EXPECT_TRUE(session.wait(kHang));
   EXPECT_EQ(session.take_error(), "");
   return nlohmann::json::parse(session.statistics_json());
 }
@@ -201,4 +202,5 @@ TEST(RenderPlan, no_medium_is_looked_up_where_there_is_none) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_render_plan

@@ -4,7 +4,8 @@
 #include "rounding.h"
 #include "transport_scenes.h"
 
-namespace ajar {
+namespace ajar::test_rounding {
+
 namespace {
 
 using namespace fixtures;
@@ -58,4 +59,5 @@ TEST(Rounding, that_matters_is_seen) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_rounding

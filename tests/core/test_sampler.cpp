@@ -3,7 +3,8 @@
 
 #include "sampling/sampler.h"
 
-namespace ajar {
+namespace ajar::test_sampler {
+
 namespace {
 
 using namespace statistical;
@@ -177,4 +178,5 @@ TEST(Sampler, restarts_repeat_exactly) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_sampler

@@ -4,8 +4,9 @@
 #include "math/warps.h"
 #include "scene_fixtures.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_scene {
+
+using namespace fixtures;
 
 namespace {
 
@@ -366,3 +367,5 @@ TEST(Scene, nan_transforms_leave_the_object_out_and_say_so) {
   ASSERT_EQ(diagnostics.size(), 1u);
   EXPECT_EQ(diagnostics[0].object, "Verirrt");
 }
+
+}  // namespace ajar::test_scene

@@ -8,7 +8,7 @@
 #include "scene/mesh_analysis.h"
 #include "shading/nodes/texture_functions.h"
 
-namespace ajar {
+namespace ajar::test_shader_nodes {
 
 using namespace fixtures;
 
@@ -436,7 +436,7 @@ TEST(ShaderNodes, numbers_colors_and_vectors_convert_as_in_cycles) {
   const auto add_zero = [&](int from, const char* socket) {
     return g.node("ShaderNodeMath", {linked_input("Value", from, socket), value_input("Value_001", 0.0f)}, {text_property("operation", "ADD")});
   };
-  expect_near(value_of(g, add_zero(rgb, "Color"), "Value"), Color(luminance({0.2f, 0.5f, 0.9f})), 5e-5f);
+  expect_near(value_of(g, add_zero(rgb, "Color"), "Value"), Color(luminance(Color(0.2f, 0.5f, 0.9f))), 5e-5f);
   expect_near(value_of(g, add_zero(xyz, "Vector"), "Value"), Color(0.8f), 5e-5f);
 }
 
@@ -499,4 +499,4 @@ TEST(ShaderNodes, normal_map_of_the_neutral_color_keeps_the_normal) {
   expect_near(leaning, Color(std::sqrt(0.5f), 0.0f, std::sqrt(0.5f)), 5e-5f);
 }
 
-}  // namespace ajar
+}  // namespace ajar::test_shader_nodes

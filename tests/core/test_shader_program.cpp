@@ -7,7 +7,8 @@
 #include "graph_fixtures.h"
 #include "scene/geometry.h"
 
-namespace ajar {
+namespace ajar::test_shader_program {
+
 namespace {
 
 using namespace fixtures;
@@ -294,4 +295,4 @@ TEST(ShaderProgram, random_graphs_never_crash_and_never_give_nan) {
   }
 }
 
-}  // namespace ajar
+}  // namespace ajar::test_shader_program

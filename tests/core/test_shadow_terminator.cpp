@@ -1,8 +1,9 @@
 #include "agreement.h"
 #include "transport/direct_light.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_shadow_terminator {
+
+using namespace fixtures;
 
 namespace {
 
@@ -66,3 +67,5 @@ TEST(ShadowTerminator, every_unbiased_way_of_direct_light_has_the_same_mean) {
     EXPECT_TRUE(statistical::means_agree(expected, whole(d, integrator, 16, 12, 100), {0.01, int(ways.size())})) << integrator << ", " << method;
   }
 }
+
+}  // namespace ajar::test_shadow_terminator

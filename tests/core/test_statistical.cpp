@@ -3,7 +3,8 @@
 
 #include "math/warps.h"
 
-namespace ajar {
+namespace ajar::test_statistical {
+
 namespace {
 
 using namespace statistical;
@@ -69,4 +70,5 @@ TEST(Statistical, t_tests_tell_means_apart) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_statistical

@@ -2,7 +2,8 @@
 
 #include "math/statistics.h"
 
-namespace ajar {
+namespace ajar::test_statistics {
+
 namespace {
 
 TEST(CompensatedSum, keeps_what_a_plain_sum_loses) {
@@ -45,4 +46,5 @@ TEST(RunningMoments, one_sample_has_no_variance) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_statistics

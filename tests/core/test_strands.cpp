@@ -6,13 +6,13 @@
 #include "integrators/integrator.h"
 #include "math/random.h"
 #include "math/warps.h"
-#include "render/memory_estimate.h"
 #include "render/session.h"
 #include "scene_fixtures.h"
 #include "shading/nodes/point_functions.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_strands {
+
+using namespace fixtures;
 
 namespace {
 
@@ -43,23 +43,6 @@ bool meets(const Scene& scene, Vec3 origin, Vec3 direction) {
   ray.origin = origin;
   ray.direction = glm::normalize(direction);
   return scene.intersect(ray, kRayCamera).found();
-}
-
-/// Curls from the middle of a ball outwards, with radii between 0.002 and 0.02.
-MeshDescription curls(int count, StrandShape shape) {
-  Pcg32 rng(5);
-  std::vector<std::vector<Vec3>> strands;
-  for (int i = 0; i < count; ++i) {
-    const Vec3 out = warp::square_to_sphere({rng.next_float(), rng.next_float()});
-    const Frame frame(out);
-    std::vector<Vec3> points;
-    for (int k = 0; k < 12; ++k) {
-      const float turn = 0.9f * float(k);
-      points.push_back(out * (0.5f + 0.1f * float(k)) + 0.1f * (frame.s * std::cos(turn) + frame.t * std::sin(turn)));
-    }
-    strands.push_back(points);
-  }
-  return hair(strands, 0.02f, 0.002f, shape);
 }
 
 const Diagnostic* find(const Diagnostics& diagnostics, const std::string& text) {
@@ -191,7 +174,7 @@ TEST(Strands, white_ones_cannot_be_seen_in_a_white_world) {
     d.settings.samples = 64;
     Session session;
     session.start(std::move(d));
-    ASSERT_TRUE(session.wait(60.0));
+    ASSERT_TRUE(session.wait(kHang));
     EXPECT_EQ(session.take_error(), "");
     for (const float value : session.snapshot("Combined")) ASSERT_NEAR(value, 1.0f, 1e-4f);
   }
@@ -313,16 +296,4 @@ TEST(Strands, are_rendered_by_path_tracing_whoever_was_asked) {
     EXPECT_EQ(reason_against(info, *scene), info.name == std::string("path") || info.name == std::string("auto") ? "" : "it does not render hair") << info.name;
 }
 
-TEST(Strands, of_any_number_are_estimated_as_what_they_take) {
-  for (const StrandShape shape : kShapes) {
-    SceneDescription d = empty_scene();
-    MeshDescription mesh = curls(4000, shape);
-    add_object(d, mesh, add_diffuse(d, Color(0.5f)));
-    double estimated = 0.0;
-    for (const MemoryPart& part : estimate_memory(d).parts)
-      if (part.what == "geometry") estimated = double(part.bytes);
-    const BuildStatistics built = build(d)->statistics();
-    EXPECT_NEAR(estimated / double(built.geometry_bytes + built.accel_bytes), 1.0, 0.15)
-        << "structure: " << double(built.accel_bytes) / double(4000 * 11) << " bytes a segment";
-  }
-}
+}  // namespace ajar::test_strands

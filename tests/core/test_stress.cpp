@@ -12,7 +12,8 @@
 #include "transport/path_vertex.h"
 #include "transport_scenes.h"
 
-namespace ajar {
+namespace ajar::test_stress {
+
 namespace {
 
 using namespace fixtures;
@@ -437,7 +438,7 @@ TEST(Stress, the_largest_limits_are_no_limits) {
     d.settings.integrator = integrator;
     Session session;
     session.start(d);
-    ASSERT_TRUE(session.wait(60.0));
+    ASSERT_TRUE(session.wait(kHang));
     EXPECT_EQ(session.take_error(), "");
     EXPECT_GT(mean(session.snapshot("Combined")), 0.0) << integrator;
   }
@@ -454,7 +455,7 @@ TEST(Stress, filters_are_as_wide_as_pictures_can_be) {
       d.settings.filter_width = width;
       Session session;
       session.start(d);
-      ASSERT_TRUE(session.wait(60.0));
+      ASSERT_TRUE(session.wait(kHang));
       EXPECT_NE(session.take_error().find("filter"), std::string::npos) << integrator << ", " << width;
     }
     // Of one pixel, far from the corner, nearly nothing is left.
@@ -466,7 +467,7 @@ TEST(Stress, filters_are_as_wide_as_pictures_can_be) {
       filtered.settings.filter_width = width;
       Session session;
       session.start(filtered);
-      ASSERT_TRUE(session.wait(60.0));
+      ASSERT_TRUE(session.wait(kHang));
       EXPECT_EQ(session.take_error(), "");
       EXPECT_GT(mean(session.snapshot("Combined")), 0.0) << integrator << ", " << width;
     }
@@ -502,4 +503,5 @@ TEST(Stress, ten_million_samples_in_a_pixel_do_not_drift) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_stress

@@ -4,8 +4,9 @@
 #include "transport/phase_function.h"
 #include "transport/subsurface_walk.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_subsurface {
+
+using namespace fixtures;
 
 namespace {
 
@@ -92,9 +93,11 @@ TEST(Subsurface, is_reported_where_it_is_approximated) {
     d.settings.samples = 1;
     Session session;
     session.start(std::move(d));
-    ASSERT_TRUE(session.wait(30.0));
+    ASSERT_TRUE(session.wait(kHang));
     bool reported = false;
     for (const Diagnostic& diagnostic : session.diagnostics()) reported |= diagnostic.message.find("only the path tracer walks") != std::string::npos;
     EXPECT_EQ(reported, std::string(integrator) != "path");
   }
 }
+
+}  // namespace ajar::test_subsurface

@@ -6,7 +6,8 @@
 #include "render/technique_choice.h"
 #include "transport_scenes.h"
 
-namespace ajar {
+namespace ajar::test_technique_choice {
+
 namespace {
 
 using namespace fixtures;
@@ -135,4 +136,5 @@ TEST(TechniqueChoice, a_stop_ends_the_pilot_at_once) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_technique_choice

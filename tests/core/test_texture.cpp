@@ -10,7 +10,8 @@
 
 #include "shading/shader_program.h"
 
-namespace ajar {
+namespace ajar::test_texture {
+
 namespace {
 
 double srgb_to_linear(double x) { return x < 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4); }
@@ -280,4 +281,4 @@ TEST(Texture, unknown_color_spaces_are_approximated_aloud) {
   EXPECT_NE(diagnostics[0].message.find("Filmic sRGB"), std::string::npos);
 }
 
-}  // namespace ajar
+}  // namespace ajar::test_texture

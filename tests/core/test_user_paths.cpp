@@ -8,8 +8,9 @@
 #include "transport/mutations/user_path_mutation.h"
 #include "transport_scenes.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_user_paths {
+
+using namespace fixtures;
 
 namespace {
 
@@ -240,3 +241,5 @@ TEST(UserPaths, that_are_malformed_are_reported_by_name_and_do_not_stop_the_rend
     for (const HintDescription& h : hints) warnings += diagnostic["severity"] == "warning" && diagnostic["object"] == h.name;
   EXPECT_EQ(warnings, hints.size() - 1);
 }
+
+}  // namespace ajar::test_user_paths

@@ -5,8 +5,9 @@
 #include "transport/path.h"
 #include "transport/vertex_merging.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_vertex_merging {
+
+using namespace fixtures;
 
 namespace {
 
@@ -189,3 +190,5 @@ TEST(VertexMerging, the_plan_says_why_not) {
   set_world(d, Color(1.0f));
   EXPECT_STREQ(plan_merging(*build(d)).reason, "no lamp is at a finite place");
 }
+
+}  // namespace ajar::test_vertex_merging

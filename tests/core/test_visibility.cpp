@@ -1,7 +1,8 @@
 #include "agreement.h"
 
-using namespace ajar;
-using namespace ajar::fixtures;
+namespace ajar::test_visibility {
+
+using namespace fixtures;
 
 namespace {
 
@@ -82,3 +83,5 @@ TEST(Holdout, objects_cut_holes_that_other_objects_still_see) {
     EXPECT_LT(holes, 50) << integrator;
   }
 }
+
+}  // namespace ajar::test_visibility

@@ -3,14 +3,15 @@
 
 #include "math/warps.h"
 
-namespace ajar {
+namespace ajar::test_warps {
+
 namespace {
 
 using namespace statistical;
 
 struct Warp {
   const char* name;
-  Domain domain;
+  SampleDomain domain;
   Map map;
   Density pdf;
 };
@@ -21,17 +22,17 @@ float angle_complement(Vec3 w) {  // 1 - z without cancellation near the pole
 
 std::vector<Warp> warps() {
   std::vector<Warp> all{
-      {"disk", Domain::Disk, [](Vec2 u) { return Vec3(warp::square_to_disk(u), 0.0f); }, [](Vec3) { return warp::disk_pdf_area(); }},
-      {"cosine hemisphere", Domain::Hemisphere, [](Vec2 u) { return warp::square_to_cosine_hemisphere(u); },
+      {"disk", SampleDomain::Disk, [](Vec2 u) { return Vec3(warp::square_to_disk(u), 0.0f); }, [](Vec3) { return warp::disk_pdf_area(); }},
+      {"cosine hemisphere", SampleDomain::Hemisphere, [](Vec2 u) { return warp::square_to_cosine_hemisphere(u); },
        [](Vec3 w) { return warp::cosine_hemisphere_pdf_solid_angle(w.z); }},
-      {"sphere", Domain::Sphere, [](Vec2 u) { return warp::square_to_sphere(u); }, [](Vec3) { return warp::sphere_pdf_solid_angle(); }},
-      {"hemisphere", Domain::Hemisphere, [](Vec2 u) { return warp::square_to_hemisphere(u); },
+      {"sphere", SampleDomain::Sphere, [](Vec2 u) { return warp::square_to_sphere(u); }, [](Vec3) { return warp::sphere_pdf_solid_angle(); }},
+      {"hemisphere", SampleDomain::Hemisphere, [](Vec2 u) { return warp::square_to_hemisphere(u); },
        [](Vec3) { return warp::hemisphere_pdf_solid_angle(); }},
-      {"triangle", Domain::Square, [](Vec2 u) { return Vec3(warp::square_to_triangle(u), 0.0f); },
+      {"triangle", SampleDomain::Square, [](Vec2 u) { return Vec3(warp::square_to_triangle(u), 0.0f); },
        [](Vec3 b) { return b.x + b.y <= 1.0f ? warp::triangle_pdf_barycentric() : 0.0f; }}};
   for (float angle : {3.1f, 1.0f, 0.1f, 0.0046f, 1e-4f}) {
     const float size = warp::one_minus_cos(angle);
-    all.push_back({"cone", Domain::Sphere, [=](Vec2 u) { return warp::square_to_cone(u, size); },
+    all.push_back({"cone", SampleDomain::Sphere, [=](Vec2 u) { return warp::square_to_cone(u, size); },
                    [=](Vec3 w) { return angle_complement(w) <= size * 1.00001f ? warp::cone_pdf_solid_angle(size) : 0.0f; }});
   }
   return all;
@@ -54,13 +55,13 @@ TEST(Warps, corners_of_the_square_stay_in_the_domain) {
       for (float y : edge) {
         const Vec3 p = *w.map({x, y});
         EXPECT_TRUE(is_finite(p)) << w.name;
-        if (w.domain == Domain::Sphere || w.domain == Domain::Hemisphere) {
+        if (w.domain == SampleDomain::Sphere || w.domain == SampleDomain::Hemisphere) {
           EXPECT_NEAR(glm::length(p), 1.0f, 1e-6f) << w.name;
         }
-        if (w.domain == Domain::Disk) {
+        if (w.domain == SampleDomain::Disk) {
           EXPECT_LE(glm::length(p), 1.0f + 1e-6f) << w.name;
         }
-        if (w.domain == Domain::Square) {
+        if (w.domain == SampleDomain::Square) {
           EXPECT_TRUE(p.x >= 0.0f && p.y >= 0.0f && p.x + p.y <= 1.0f) << w.name;
         }
       }
@@ -77,4 +78,5 @@ TEST(Warps, one_minus_cos_does_not_cancel) {
 }
 
 }  // namespace
-}  // namespace ajar
+
+}  // namespace ajar::test_warps

@@ -1,10 +1,13 @@
 """Objects: sharing, instances, materials of slots, visibility, cancelling."""
 
+import sys
+
 import bpy
 import numpy as np
 import pytest
 from ajar_render.ajar_module import ajar
-from ajar_render.export import ExportCancelled
+from ajar_render.export import ExportCancelled, objects
+from ajar_render.export.context import ExportContext
 
 
 def test_objects_of_one_mesh_share_it(build, export):
@@ -151,3 +154,19 @@ def test_cancel_ends_the_export(build, export_context):
 def test_hidden_objects_are_left_out(build, export):
     build.object(build.mesh(), "Hidden").hide_viewport = True
     assert not export().objects
+
+
+def test_instances_leave_no_python_object_each(build):
+    """What grows with instances are arrays of numbers."""
+    side = 300
+    parent = build.object(build.mesh("Points", [(x, y, 0) for x in range(side) for y in range(side)], ()))
+    build.object(build.mesh("Leaf"), "Leaf").parent = parent
+    parent.instance_type = "VERTS"
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    depsgraph.update()
+    context, collected = ExportContext(depsgraph, lambda: False, lambda step: None), objects.Collected()
+    before = sys.getallocatedblocks()
+    objects._collect(context, collected)
+    blocks = sys.getallocatedblocks() - before
+    assert len(collected.geometry_of) > side * side
+    assert blocks < 1000

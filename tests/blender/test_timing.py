@@ -1,0 +1,63 @@
+"""Promises of time, which depend on the machine: `make bench` runs these (AJAR_TIMING=1), `make test` does not."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from blender_process import BUILD, command, environment
+from small_scenes import script
+
+sys.path.insert(0, str(BUILD / "python"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bindings"))
+import ajar  # noqa: E402
+from test_bindings import square  # noqa: E402
+
+INSIDE = Path(__file__).parent / "inside"
+
+
+def running_session() -> ajar.Session:
+    session = ajar.Session()
+    session.start(square(samples=2**24, width=512, height=512))
+    while session.progress().phase != ajar.Progress.Phase.Rendering:
+        time.sleep(0.01)
+    time.sleep(0.1)
+    return session
+
+
+def test_cancel_ends_within_a_fifth_of_a_second():
+    session = running_session()
+    started = time.monotonic()
+    session.cancel()
+    assert session.wait(5.0)
+    assert time.monotonic() - started < 0.2
+
+
+def test_dropping_a_session_stops_it_within_a_second():
+    session = running_session()
+    started = time.monotonic()
+    del session
+    assert time.monotonic() - started < 1.0
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_ends_blender_within_three_seconds(profile, tmp_path, number):
+    arguments = command("--python", script(tmp_path, "scene.ajar.samples = 2**20"), "-o", tmp_path / "out", "-F", "PNG", "-a",
+                        "--", "--ajar-stats", tmp_path / "stats.json", "--ajar-checkpoint", tmp_path / "checkpoint")
+    process = subprocess.Popen(arguments, env=environment(profile), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    for line in process.stdout:
+        if "samples" in line:
+            break
+    asked = time.monotonic()
+    process.send_signal(number)
+    process.communicate(timeout=60)
+    assert time.monotonic() - asked < 3.0  # with the time to write and to leave
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in INSIDE.glob("time_*.py")))
+def test_inside(blender, name):
+    result = blender("--python", INSIDE / "run.py", "--", INSIDE / name)
+    assert result.returncode == 0, result.stdout

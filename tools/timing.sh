@@ -1,0 +1,7 @@
+#!/bin/sh
+# timing.sh BUILD: promises of time and of the heap's size, which depend on the machine. For an otherwise idle one.
+set -eu
+build=$1
+export AJAR_BUILD="$PWD/$build" AJAR_TIMING=1
+MALLOC_ARENA_MAX=1 "$build/tests/timing/ajar_timing" --gtest_brief=1
+PYTHONPATH="$AJAR_BUILD/python" /usr/bin/python3 -m pytest -q -p no:cacheprovider tests/blender/test_timing.py
