@@ -12,6 +12,8 @@ _CYCLES_ENUMS = {
     "pixel_filter_type": ("BOX", "GAUSSIAN", "BLACKMAN_HARRIS"),
     "motion_blur_position": ("START", "CENTER", "END"),
     "rolling_shutter_type": ("NONE", "TOP"),
+    "shape": ("RIBBONS", "THICK", "THICK_LINEAR"),
+    "displacement_method": ("BUMP", "DISPLACEMENT", "BOTH"),
     "panorama_type": ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID", "MIRRORBALL", "FISHEYE_LENS_POLYNOMIAL",
                       "EQUIANGULAR_CUBEMAP_FACE"),
 }
@@ -36,20 +38,39 @@ def has_cycles_settings(owner: bpy.types.bpy_struct) -> bool:
     return any(cycles.is_property_set(name) for name in cycles.bl_rna.properties.keys() if name not in ("rna_type", "name"))
 
 
-def cycles_value(owner: bpy.types.bpy_struct, name: str, default: object) -> object:
+def cycles_value(owner: bpy.types.bpy_struct, name: str, default: object, group: str = "cycles") -> object:
     """A Cycles property of `owner`, enabled or only stored; `default` where neither has it."""
-    cycles = getattr(owner, "cycles", None)
+    cycles = getattr(owner, group, None)
     if cycles is not None:
         return getattr(cycles, name, default)
-    value = _stored(owner, "cycles").get(name, default)
+    value = _stored(owner, group).get(name, default)
     if name in _CYCLES_ENUMS and isinstance(value, int):
         return _CYCLES_ENUMS[name][value]
     return value
 
 
-def panorama_value(camera: bpy.types.Camera, name: str, default: object) -> object:
-    """A property of panoramic cameras: Blender's own where it has them (5.0), before that Cycles'."""
-    return getattr(camera, name) if hasattr(camera, name) else cycles_value(camera, name, default)
+# Each of these gives the struct that holds a setting: Blender's own where it has it, before that ours, which inherits from Cycles.
+
+def panorama_owner(camera: bpy.types.Camera) -> bpy.types.bpy_struct:
+    """Of panoramic cameras: the camera itself since 5.0."""
+    return camera if hasattr(camera, "panorama_type") else camera.ajar
+
+
+def shadow_owner(light: bpy.types.Light) -> tuple[bpy.types.bpy_struct, str]:
+    """And the name of the property. Before 4.3 `use_shadow` was Eevee's alone."""
+    return (light, "use_shadow") if bpy.app.version >= (4, 3) else (light.ajar, "cast_shadow")
+
+
+def displacement_owner(material: bpy.types.Material) -> bpy.types.bpy_struct:
+    return material if bpy.app.version >= (4, 1) else material.ajar
+
+
+def shutter_owner(scene: bpy.types.Scene) -> bpy.types.bpy_struct:
+    return scene.render if hasattr(scene.render, "motion_blur_position") else scene.ajar
+
+
+def terminator_owner(thing: bpy.types.Object) -> bpy.types.bpy_struct:
+    return thing if hasattr(thing, "shadow_terminator_geometry_offset") else thing.ajar
 
 
 # ---- Node trees -------------------------------------------------------------------------------------------------------
@@ -60,20 +81,10 @@ def node_tree(owner: bpy.types.Material | bpy.types.World | bpy.types.Light) -> 
     return owner.node_tree if bpy.app.version >= always or owner.use_nodes else None
 
 
-def displacement_method(material: bpy.types.Material) -> str:
-    """BUMP, DISPLACEMENT or BOTH."""
-    if bpy.app.version >= (4, 1):
-        return material.displacement_method
-    return getattr(getattr(material, "cycles", None), "displacement_method", "BUMP")
-
-
 # ---- Lights -------------------------------------------------------------------------------------------------------------
 
 def casts_shadow(light: bpy.types.Light) -> bool:
-    cycles = getattr(light, "cycles", None)
-    if cycles is not None and not hasattr(cycles, "cast_shadow"):   # 4.3: a property of the light
-        return light.use_shadow
-    return bool(cycles_value(light, "cast_shadow", True))
+    return getattr(*shadow_owner(light))
 
 
 def light_energy(light: bpy.types.Light) -> float:
@@ -102,21 +113,6 @@ def light_color(light: bpy.types.Light) -> tuple[float, float, float]:
     if getattr(light, "use_temperature", False):
         color = [a * b for a, b in zip(color, light.temperature_color)]
     return tuple(color)
-
-
-def shutter_position(scene: bpy.types.Scene) -> str:
-    """START, CENTER or END: Blender's own setting where it has one, before that Cycles'."""
-    render = scene.render
-    return render.motion_blur_position if hasattr(render, "motion_blur_position") else cycles_value(scene, "motion_blur_position", "CENTER")
-
-
-def hair_shape(scene: bpy.types.Scene) -> tuple[str, int]:
-    """RIBBONS, THICK or (5.0) THICK_LINEAR, and subdivisions of ribbons: Cycles' own, or its defaults."""
-    curves = getattr(scene, "cycles_curves", None)
-    if curves is not None:
-        return curves.shape, curves.subdivisions
-    stored = _stored(scene, "cycles_curves")
-    return ("RIBBONS", "THICK", "THICK_LINEAR")[stored.get("shape", 0)], stored.get("subdivisions", 2)
 
 
 def has_light_linking(thing: bpy.types.Object) -> bool:

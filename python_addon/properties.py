@@ -8,7 +8,7 @@ any of Cycles' there: an unmodified scene renders the same. The user interface s
 
 import bpy
 
-from . import compat, hints
+from . import data_properties, hints, inherited
 from .ajar_module import ajar
 
 # The numbers are stored in files and never change.
@@ -24,43 +24,15 @@ FILTER_ITEMS = [
     ("BLACKMAN_HARRIS", "Blackman-Harris", "Soft, with more contrast at edges", 2),
 ]
 
+# Blender has the last one since 5.0.
+CURVE_SHAPES = [("RIBBONS", "Rounded Ribbons", "Flat, with the shading of a tube. Fast", 0), ("THICK", "3D Curves", "Tubes along smooth curves", 1),
+                ("THICK_LINEAR", "Linear 3D Curves", "Tubes of straight pieces", 2)]
+
 
 def integrator_items() -> list[tuple[str, str, str, int]]:
     """Those that this build has."""
     return [(info.name, info.label, info.sentence, INTEGRATOR_NUMBERS[info.name])
             for info in ajar.integrator_list() if info.name in INTEGRATOR_NUMBERS]
-
-
-def _accessors(name: str, default, cycles: str, numbers: dict[str, int] | None = None):
-    """A getter that falls back on Cycles' setting, and a setter that ends that."""
-    key = f"{name}_"
-
-    def get(self):
-        stored = self.get(key)
-        if stored is not None:
-            return stored
-        scene = self.id_data
-        value = compat.cycles_value(scene, cycles, default) if compat.has_cycles_settings(scene) else default
-        return value if numbers is None else numbers.get(value, numbers[default])
-
-    def set_(self, value):
-        self[key] = value
-
-    return {"get": get, "set": set_}
-
-
-def _int(name: str, label: str, tip: str, default: int, cycles: str, low: int, high: int):
-    return bpy.props.IntProperty(name=label, description=tip, default=default, min=low, max=high,
-                                 **_accessors(name, default, cycles))
-
-
-def _float(name: str, label: str, tip: str, default: float, cycles: str, low: float, high: float, **more):
-    return bpy.props.FloatProperty(name=label, description=tip, default=default, min=low, max=high, **more,
-                                   **_accessors(name, default, cycles))
-
-
-def _bool(name: str, label: str, tip: str, default: bool, cycles: str):
-    return bpy.props.BoolProperty(name=label, description=tip, default=default, **_accessors(name, default, cycles))
 
 
 class AjarSceneSettings(bpy.types.PropertyGroup):
@@ -97,38 +69,38 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                                                   default=(0.0, 0.0), min=0.0, max=1.0)
     importance_max: bpy.props.FloatVectorProperty(name="To", description="Upper right corner, as a part of the frame", size=2,
                                                   default=(1.0, 1.0), min=0.0, max=1.0)
-    samples: _int("samples", "Samples", "Samples per pixel", 64, "samples", 1, 2**24)
+    samples: inherited.integer("samples", "Samples", "Samples per pixel", 64, "samples", 1, 2**24)
     use_denoise: bpy.props.BoolProperty(
         name="Denoise", description="Guess the picture without noise, by Blender's Open Image Denoise, when the render is done. Biased", default=False)
     use_viewport_denoise: bpy.props.BoolProperty(
         name="Denoise Viewport", description="The same in the rendered 3D view, as samples double. Biased", default=False)
-    viewport_samples: _int("viewport_samples", "Viewport Samples", "Samples per pixel in the rendered 3D view", 1024, "preview_samples",
+    viewport_samples: inherited.integer("viewport_samples", "Viewport Samples", "Samples per pixel in the rendered 3D view", 1024, "preview_samples",
                            1, 2**24)
     viewport_integrator: bpy.props.EnumProperty(name="Viewport Integrator", description="How light is followed in the rendered 3D view",
                                                 items=integrator_items(), default="path")
-    time_limit: _float("time_limit", "Time Limit", "Seconds after which rendering stops; 0: none", 0.0, "time_limit", 0.0, 1e7,
+    time_limit: inherited.number("time_limit", "Time Limit", "Seconds after which rendering stops; 0: none", 0.0, "time_limit", 0.0, 1e7,
                        subtype="TIME_ABSOLUTE")
     noise_target: bpy.props.FloatProperty(
         name="Noise Target", description="Stop when the estimated relative mean squared error is below this; 0: never",
         default=0.0, min=0.0, max=1.0, precision=4, step=0.1)
-    seed: _int("seed", "Seed", "Another number gives another pattern of noise", 0, "seed", 0, 2**31 - 1)
-    bounces_total: _int("bounces_total", "Total", "Bounces of any kind", 12, "max_bounces", 0, 1024)
-    bounces_diffuse: _int("bounces_diffuse", "Diffuse", "Diffuse bounces", 4, "diffuse_bounces", 0, 1024)
-    bounces_glossy: _int("bounces_glossy", "Glossy", "Glossy bounces", 4, "glossy_bounces", 0, 1024)
-    bounces_transmission: _int("bounces_transmission", "Transmission", "Bounces through glass", 12, "transmission_bounces", 0, 1024)
-    bounces_transparent: _int("bounces_transparent", "Transparent", "Transparent surfaces crossed", 8, "transparent_max_bounces", 0, 1024)
-    bounces_volume: _int("bounces_volume", "Volume", "Bounces in volumes", 0, "volume_bounces", 0, 1024)
-    clamp_direct: _float("clamp_direct", "Clamp Direct", "Limit of direct light; darkens; 0: none", 0.0, "sample_clamp_direct", 0.0, 1e8)
-    clamp_indirect: _float("clamp_indirect", "Clamp Indirect", "Limit of indirect light; darkens; 0: none", 0.0,
+    seed: inherited.integer("seed", "Seed", "Another number gives another pattern of noise", 0, "seed", 0, 2**31 - 1)
+    bounces_total: inherited.integer("bounces_total", "Total", "Bounces of any kind", 12, "max_bounces", 0, 1024)
+    bounces_diffuse: inherited.integer("bounces_diffuse", "Diffuse", "Diffuse bounces", 4, "diffuse_bounces", 0, 1024)
+    bounces_glossy: inherited.integer("bounces_glossy", "Glossy", "Glossy bounces", 4, "glossy_bounces", 0, 1024)
+    bounces_transmission: inherited.integer("bounces_transmission", "Transmission", "Bounces through glass", 12, "transmission_bounces", 0, 1024)
+    bounces_transparent: inherited.integer("bounces_transparent", "Transparent", "Transparent surfaces crossed", 8, "transparent_max_bounces", 0, 1024)
+    bounces_volume: inherited.integer("bounces_volume", "Volume", "Bounces in volumes", 0, "volume_bounces", 0, 1024)
+    clamp_direct: inherited.number("clamp_direct", "Clamp Direct", "Limit of direct light; darkens; 0: none", 0.0, "sample_clamp_direct", 0.0, 1e8)
+    clamp_indirect: inherited.number("clamp_indirect", "Clamp Indirect", "Limit of indirect light; darkens; 0: none", 0.0,
                            "sample_clamp_indirect", 0.0, 1e8)
-    reflective_caustics: _bool("reflective_caustics", "Reflective Caustics", "Light that mirrors throw on diffuse surfaces", True,
+    reflective_caustics: inherited.boolean("reflective_caustics", "Reflective Caustics", "Light that mirrors throw on diffuse surfaces", True,
                                "caustics_reflective")
-    refractive_caustics: _bool("refractive_caustics", "Refractive Caustics", "Light that glass throws on diffuse surfaces", True,
+    refractive_caustics: inherited.boolean("refractive_caustics", "Refractive Caustics", "Light that glass throws on diffuse surfaces", True,
                                "caustics_refractive")
     filter: bpy.props.EnumProperty(
         name="Pixel Filter", description="Which part of the image a pixel gathers", items=FILTER_ITEMS, default="BLACKMAN_HARRIS",
-        **_accessors("filter", "BLACKMAN_HARRIS", "pixel_filter_type", {item[0]: item[3] for item in FILTER_ITEMS}))
-    filter_width: _float("filter_width", "Width", "Full width of the filter in pixels", 1.5, "filter_width", 0.01, 10.0)
+        **inherited.accessors("filter", "BLACKMAN_HARRIS", "pixel_filter_type", {item[0]: item[3] for item in FILTER_ITEMS}))
+    filter_width: inherited.number("filter_width", "Width", "Full width of the filter in pixels", 1.5, "filter_width", 0.01, 10.0)
     gather_rays: bpy.props.IntProperty(name="Gather Rays", description="Per sample, at the first rough surface, where photon maps are used; a tenth of those of a "
                                        "point of the irradiance cache",
                                        default=8, min=1, max=1024)
@@ -144,29 +116,19 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
         default=False, update=lambda self, context: hints.redraw_views(context))
     hint_collection: bpy.props.StringProperty(name="Light Paths", description="Collection whose curves are hints where light goes",
                                               default="Light Paths")
-    exposure: _float("exposure", "Exposure", "Factor on the light that the film receives", 1.0, "film_exposure", 0.0, 10.0)
-
-
-IMPORTANCE = {"name": "Importance", "description": "Pixels that show this get so many times the samples where sampling is adaptive, with "
-              "the same mean", "default": 1.0, "min": 0.0, "soft_max": 10.0}
+    motion_blur_position: inherited.enum(
+        "motion_blur_position", "Position", "When the shutter opens, relative to the frame", "CENTER", "motion_blur_position",
+        [("START", "Start on Frame", "The shutter opens at the frame", 0), ("CENTER", "Center on Frame", "The shutter is half open at the frame", 1),
+         ("END", "End on Frame", "The shutter closes at the frame", 2)])
+    curve_shape: inherited.enum(
+        "curve_shape", "Shape", "How hair and curves are shown", "RIBBONS", "shape", CURVE_SHAPES, group="cycles_curves")
+    curve_subdivisions: inherited.integer("curve_subdivisions", "Curve Subdivisions", "Subdivisions of each segment of a ribbon", 2, "subdivisions", 0, 24,
+                                          group="cycles_curves")
+    exposure: inherited.number("exposure", "Exposure", "Factor on the light that the film receives", 1.0, "film_exposure", 0.0, 10.0)
 
 
 class AjarCollectionSettings(bpy.types.PropertyGroup):
-    importance: bpy.props.FloatProperty(**IMPORTANCE)
-
-
-class AjarObjectSettings(bpy.types.PropertyGroup):
-    """The hints are of curves that are light paths."""
-    importance: bpy.props.FloatProperty(**IMPORTANCE)
-    hint_enabled: bpy.props.BoolProperty(name="Use", description="Propose light along this curve", default=True)
-    hint_spread: bpy.props.FloatProperty(name="Spread", subtype="ANGLE", default=0.0872665, min=1e-4, max=3.14159,
-                                         description="Half-angle of the cone around each segment, times the radius of the control point it leads to")
-    hint_light: bpy.props.PointerProperty(name="Starts At", description="Lamp that the curve's first point follows, wherever it goes",
-                                          type=bpy.types.Object, poll=lambda self, thing: thing.type == "LIGHT")
-    hint_offset: bpy.props.FloatVectorProperty(name="Offset", description="Of the first point on the lamp, along the lamp's own axes",
-                                               size=3, subtype="TRANSLATION")
-    hint_weight: bpy.props.FloatProperty(name="Weight", description="How often this curve is proposed, relative to the others",
-                                         default=1.0, min=0.0, soft_max=10.0)
+    importance: bpy.props.FloatProperty(**data_properties.IMPORTANCE)
 
 
 class AjarLightGroup(bpy.types.PropertyGroup):
@@ -213,7 +175,7 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
         name="Perceptual Error", description="Estimated standard deviation of each pixel, in differences that an eye can just see")
 
 
-CLASSES = (AjarSceneSettings, AjarObjectSettings, AjarCollectionSettings, AjarLightGroup, AjarViewLayerSettings)
+CLASSES = (AjarSceneSettings, *data_properties.GROUPS.values(), AjarCollectionSettings, AjarLightGroup, AjarViewLayerSettings)
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
@@ -222,7 +184,8 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLAS
 def register() -> None:
     _register_classes()
     bpy.types.Scene.ajar = bpy.props.PointerProperty(type=AjarSceneSettings)
-    bpy.types.Object.ajar = bpy.props.PointerProperty(type=AjarObjectSettings)
+    for name, group in data_properties.GROUPS.items():
+        setattr(getattr(bpy.types, name), "ajar", bpy.props.PointerProperty(type=group))
     bpy.types.Collection.ajar = bpy.props.PointerProperty(type=AjarCollectionSettings)
     bpy.types.ViewLayer.ajar = bpy.props.PointerProperty(type=AjarViewLayerSettings)
 
@@ -230,6 +193,7 @@ def register() -> None:
 def unregister() -> None:
     del bpy.types.ViewLayer.ajar
     del bpy.types.Collection.ajar
-    del bpy.types.Object.ajar
+    for name in data_properties.GROUPS:
+        del getattr(bpy.types, name).ajar
     del bpy.types.Scene.ajar
     _unregister_classes()

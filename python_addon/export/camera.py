@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import math
-
 import bpy
 from mathutils import Matrix
 
-from .. import compat
+from .. import compat, unsupported
 from ..ajar_module import ajar
 from .context import ExportContext, rows_3x4
 from .settings import resolution
 
 _KINDS = {"PERSP": ajar.CameraKind.Perspective, "ORTHO": ajar.CameraKind.Orthographic, "PANO": ajar.CameraKind.Panorama}
-_POLYNOMIAL = (-1.1735143712967577e-05, -0.019988736953434998, -3.3525322965709175e-06, 3.099275275886036e-06, -2.6064646454854524e-08)
 _PANORAMAS = {
     "EQUIRECTANGULAR": ajar.PanoramaKind.Equirectangular, "FISHEYE_EQUIDISTANT": ajar.PanoramaKind.FisheyeEquidistant,
     "FISHEYE_EQUISOLID": ajar.PanoramaKind.FisheyeEquisolid, "FISHEYE_LENS_POLYNOMIAL": ajar.PanoramaKind.FisheyePolynomial,
@@ -26,6 +23,7 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None) -> No
     if camera_object is None or camera_object.type != "CAMERA":
         return  # the core says so
     camera = camera_object.data
+    context.warn_all(camera_object.name, unsupported.asked_of(camera, unsupported.CAMERA))
     out.present = True
     out.name = camera_object.name
     out.kind = _KINDS.get(camera.type, ajar.CameraKind.Panorama)
@@ -42,19 +40,17 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None) -> No
 
 
 def kind_of_panorama(camera: bpy.types.Camera) -> str:
-    return compat.panorama_value(camera, "panorama_type", "FISHEYE_EQUISOLID")
+    return compat.panorama_owner(camera).panorama_type
 
 
 def panorama_of(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> ajar.PanoramaDescription:
     """Directions on the film, as Cycles lays them out."""
-    def value(name: str, default: float) -> float:
-        return compat.panorama_value(camera, name, default)
+    lens = compat.panorama_owner(camera)
     out = ajar.PanoramaDescription()
     out.kind = _PANORAMAS.get(kind_of_panorama(camera), ajar.PanoramaKind.Equirectangular)
-    out.limits = (value("longitude_min", -math.pi), value("longitude_max", math.pi),
-                  value("latitude_min", -0.5 * math.pi), value("latitude_max", 0.5 * math.pi))
-    out.fisheye_fov, out.fisheye_lens = value("fisheye_fov", math.pi), value("fisheye_lens", 10.5)
-    out.polynomial = [value(f"fisheye_polynomial_k{i}", default) for i, default in enumerate(_POLYNOMIAL)]
+    out.limits = (lens.longitude_min, lens.longitude_max, lens.latitude_min, lens.latitude_max)
+    out.fisheye_fov, out.fisheye_lens = lens.fisheye_fov, lens.fisheye_lens
+    out.polynomial = [getattr(lens, f"fisheye_polynomial_k{i}") for i in range(5)]
     # The sensor fits one axis of the frame.
     width, height, horizontal = _fit(render, camera)
     size = camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import bpy
 
@@ -29,6 +29,8 @@ class ExportContext:
         self.depsgraph = depsgraph
         self.scene = depsgraph.scene_eval
         self.view_layer = depsgraph.view_layer_eval
+        # Since 4.3 a view layer may have a world of its own.
+        self.world: bpy.types.World | None = getattr(self.view_layer, "world_override", None) or self.scene.world
         self.description = ajar.SceneDescription()
         self.materials: dict[int, int] = {}              # address of a material -> index
         self.images: dict[tuple, int] = {}
@@ -52,6 +54,10 @@ class ExportContext:
                 self.importance_of_light_groups[group.name] = group.importance
             else:
                 self.warn(self.view_layer.name, f"its light group {group.name} is gone, and with it that group's importance")
+
+    def warn_all(self, name: str, messages: Iterable[str]) -> None:
+        for message in messages:
+            self.warn(name, message)
 
     def warn(self, name: str, message: str) -> None:
         """Tell the artist, once."""

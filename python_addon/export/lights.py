@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import compat
+from .. import compat, unsupported
 from ..ajar_module import ajar
 from . import node_graph
 from .context import ExportContext
@@ -13,8 +13,9 @@ from .context import ExportContext
 def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list[float], visibility: int,
            light_importance: float = 1.0) -> None:
     """One lamp of the scene. Instances of a lamp are lamps."""
-    if light.type == "AREA" and compat.cycles_value(light, "is_portal", False):
+    if light.type == "AREA" and light.ajar.is_portal:
         return  # a portal only guides Cycles' sampling of the sky
+    context.warn_all(name, unsupported.asked_of(light, unsupported.LIGHT))
     out = ajar.LightDescription()
     out.name = name
     out.world_from_light = rows
@@ -23,7 +24,7 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list
     out.visibility = visibility
     out.light_importance = light_importance
     out.cast_shadow = compat.casts_shadow(light)
-    out.multiple_importance = bool(compat.cycles_value(light, "use_multiple_importance_sampling", True))
+    out.multiple_importance = light.ajar.use_multiple_importance_sampling
     _KINDS[light.type](out, light)
     tree = compat.node_tree(light)
     if tree is not None:

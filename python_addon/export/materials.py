@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import compat
+from .. import compat, unsupported
 from ..ajar_module import ajar
 from . import node_graph
 from .context import ExportContext
@@ -18,10 +18,11 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
         return NO_MATERIAL
     key = material.as_pointer()
     if key not in context.materials:
+        context.warn_all(material.name, unsupported.asked_of(material, unsupported.MATERIAL))
         tree = compat.node_tree(material)
         if tree is not None:
             graph = node_graph.export(context, tree, material.name)
-            if graph.displacement.node >= 0 and compat.displacement_method(material) != "BUMP":
+            if graph.displacement.node >= 0 and compat.displacement_owner(material).displacement_method != "BUMP":
                 context.warn(material.name, "its displacement is shown as bump; the surface itself is not moved yet")
             # An output with nothing linked to it neither reflects nor emits; one with a volume alone is not seen itself.
             if graph.surface.node < 0 and graph.volume.node < 0:

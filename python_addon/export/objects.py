@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from .. import compat
+from .. import compat, unsupported
 from ..ajar_module import ajar
 from . import lights, materials, mesh, motion, named_values, strands
 from .context import ExportContext, rows_3x4
@@ -206,6 +206,8 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
     if any(m.type == "FLUID" and m.fluid_type == "DOMAIN" and m.domain_settings.domain_type == "GAS" for m in owner.modifiers):
         context.warn(owner.name, "smoke is a grid; grids are not yet supported, and it does not render")
         return False
+    if not context.view_layer.use_solid and isinstance(thing.data, bpy.types.Mesh):
+        return False
     # Curves, texts and metaballs come a second time, as instances of the mesh they evaluate to.
     return isinstance(thing.data, (bpy.types.Mesh, bpy.types.Curves))
 
@@ -222,10 +224,11 @@ def _materials(context: ExportContext, thing: bpy.types.Object) -> list[bpy.type
 
 
 def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> dict:
+    context.warn_all(owner.name, unsupported.of_object(owner))
     return {"name": owner.name, "visibility": _visibility(context, owner, parent),
             "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": owner.is_shadow_catcher,
             "pass_index": owner.pass_index, "color": tuple(owner.color), "importance": _importance(context, owner),
-            "shadow_terminator_offset": _shadow_terminator_offset(context, owner), "light_importance": context.light_importance(owner)}
+            "shadow_terminator_offset": compat.terminator_owner(owner).shadow_terminator_geometry_offset, "light_importance": context.light_importance(owner)}
 
 
 def _visibility(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> int:
@@ -335,14 +338,6 @@ def _revise(context: ExportContext, collected: Collected, changed: list[bpy.type
         if key not in numbers:
             numbers[key] = context.description.add_shared_mesh(geometry.shared)
         geometry.mesh_index = numbers[key]
-
-
-def _shadow_terminator_offset(context: ExportContext, owner: bpy.types.Object) -> float:
-    """Cycles' own, which its add-on keeps; its default without it."""
-    cycles = getattr(owner, "cycles", None)
-    if getattr(cycles, "shadow_terminator_offset", 0.0) > 0.0:
-        context.warn(owner.name, "its Shadow Terminator Shading Offset is not supported and is ignored")
-    return getattr(cycles, "shadow_terminator_geometry_offset", 0.1)
 
 
 def _factors_of_collections(context: ExportContext) -> dict[int, float]:

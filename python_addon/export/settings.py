@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bpy
 
+from .. import compat, unsupported
 from ..ajar_module import ajar
 from ..headless import Options
 from .context import ExportContext
@@ -36,7 +37,7 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.image_error = ours.image_error
     out.importance_region = (*ours.importance_min, *ours.importance_max)
     out.importance_factor = ours.importance_factor
-    out.samples = _first(options.samples, ours.samples)
+    out.samples = _first(options.samples, _samples_of_layer(context) or ours.samples)
     out.seconds = _first(options.time, ours.time_limit)
     out.target_error = _first(options.error, ours.noise_target)
     out.seed = _first(options.seed, ours.seed)
@@ -44,9 +45,11 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.threads = _first(options.threads, render.threads if render.threads_mode == "FIXED" else 0)
     out.memory_limit = _first(options.memory_limit, ours.memory_limit)
     out.passes = passes
-    if context.scene.world is not None:
-        mist = context.scene.world.mist_settings
+    if context.world is not None:
+        mist = context.world.mist_settings
         out.mist = (mist.start, mist.depth, _FALLOFFS[mist.falloff])
+    context.warn_all(context.scene.name, unsupported.asked_of(context.scene, unsupported.SCENE))
+    context.warn_all(context.view_layer.name, unsupported.of_view_layer(context.view_layer))
     if _filters_glossy(context.scene):
         context.warn(context.scene.name, "Filter Glossy is ignored: glossy surfaces seen after a diffuse bounce keep their roughness")
 
@@ -57,6 +60,14 @@ def _filters_glossy(scene: bpy.types.Scene) -> bool:
     Without Cycles' add-on there is no such setting.
     """
     return getattr(getattr(scene, "cycles", None), "blur_glossy", 0.0) > _DEFAULT_FILTER_GLOSSY
+
+
+def _samples_of_layer(context: ExportContext) -> int:
+    """Samples that the view layer has instead of the scene's; 0: none."""
+    samples, use = context.view_layer.samples, compat.cycles_value(context.scene, "use_layer_samples", "USE")
+    if use == "BOUNDED":
+        return min(samples, context.scene.ajar.samples)
+    return samples if use == "USE" else 0
 
 
 def resolution(render: bpy.types.RenderSettings) -> tuple[int, int]:

@@ -152,5 +152,5 @@ def _attribute(attribute: bpy.types.Attribute) -> tuple:
 
 def shape(context: ExportContext) -> dict:
     """The scene's choice for all its hair, which is Cycles' own."""
-    kind, subdivisions = compat.hair_shape(context.scene)
+    kind, subdivisions = context.scene.ajar.curve_shape, context.scene.ajar.curve_subdivisions
     return {"shape": ajar.StrandShape.Ribbon if kind == "RIBBONS" else ajar.StrandShape.Round, "subdivisions": subdivisions}

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from .. import compat
+import bpy
+
+from .. import compat, unsupported
 from ..ajar_module import ajar
 from . import node_graph
 from .context import ExportContext
 
 
 def export(context: ExportContext) -> None:
-    world = context.scene.world
-    if world is None:
+    world = context.world
+    if world is None or not context.view_layer.use_sky:
         return
+    context.warn_all(world.name, unsupported.asked_of(world, unsupported.WORLD))
     out = context.description.world
     out.name = world.name
     tree = compat.node_tree(world)
@@ -23,10 +26,7 @@ def export(context: ExportContext) -> None:
     out.light_importance = context.light_importance(world)
 
 
-def _visibility(world) -> int:
-    flags = getattr(world, "cycles_visibility", None)
-    if flags is None:
-        return ajar.VISIBLE_ALL
+def _visibility(world: bpy.types.World) -> int:
     kinds = {"camera": ajar.VISIBLE_CAMERA, "diffuse": ajar.VISIBLE_DIFFUSE, "glossy": ajar.VISIBLE_GLOSSY,
-             "transmission": ajar.VISIBLE_TRANSMISSION, "scatter": ajar.VISIBLE_VOLUME_SCATTER}
-    return ajar.VISIBLE_SHADOW | sum(bit for name, bit in kinds.items() if getattr(flags, name, True))
+             "transmission": ajar.VISIBLE_TRANSMISSION, "volume_scatter": ajar.VISIBLE_VOLUME_SCATTER}
+    return ajar.VISIBLE_SHADOW | sum(bit for name, bit in kinds.items() if getattr(world.ajar, f"visible_{name}"))

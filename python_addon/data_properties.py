@@ -1,0 +1,86 @@
+"""Ajar's settings of objects, lamps, worlds, cameras and materials.
+
+Those that Blender keeps in Cycles' add-on, so that they can be edited and rendered without it. Where Blender has a setting of its own, it is that one which
+is read (compat.py), and ours is not shown.
+"""
+
+# No `from __future__ import annotations`: Blender reads these annotations as they are.
+
+import math
+
+import bpy
+
+from . import inherited
+
+IMPORTANCE = {"name": "Importance", "description": "Pixels that show this get so many times the samples where sampling is adaptive, with "
+              "the same mean", "default": 1.0, "min": 0.0, "soft_max": 10.0}
+PANORAMAS = [("EQUIRECTANGULAR", "Equirectangular", "Longitude and latitude", 0), ("FISHEYE_EQUIDISTANT", "Fisheye Equidistant", "Angles are distances", 1),
+             ("FISHEYE_EQUISOLID", "Fisheye Equisolid", "As most fisheye lenses", 2), ("MIRRORBALL", "Mirror Ball", "As seen in a mirrored ball", 3),
+             ("FISHEYE_LENS_POLYNOMIAL", "Fisheye Lens Polynomial", "Angles are a polynomial of distances", 4),
+             ("EQUIANGULAR_CUBEMAP_FACE", "Equiangular Cubemap Face", "One face of a cube, with equal angles", 5)]
+POLYNOMIAL = (-1.1735143712967577e-05, -0.019988736953434998, -3.3525322965709175e-06, 3.099275275886036e-06, -2.6064646454854524e-08)
+
+
+class AjarObjectSettings(bpy.types.PropertyGroup):
+    """Of every object; those that begin with `hint` are of curves that are light hints."""
+
+    importance: bpy.props.FloatProperty(**IMPORTANCE)
+    hint_enabled: bpy.props.BoolProperty(name="Use", description="Propose light along this curve", default=True)
+    hint_spread: bpy.props.FloatProperty(name="Spread", subtype="ANGLE", default=0.0872665, min=1e-4, max=3.14159,
+                                         description="Half-angle of the cone around each segment, times the radius of the control point it leads to")
+    hint_light: bpy.props.PointerProperty(name="Starts At", description="Lamp that the curve's first point follows, wherever it goes",
+                                          type=bpy.types.Object, poll=lambda self, thing: thing.type == "LIGHT")
+    hint_offset: bpy.props.FloatVectorProperty(name="Offset", description="Of the first point on the lamp, along the lamp's own axes",
+                                               size=3, subtype="TRANSLATION")
+    hint_weight: bpy.props.FloatProperty(name="Weight", description="How often this curve is proposed, relative to the others",
+                                         default=1.0, min=0.0, soft_max=10.0)
+    use_motion_blur: inherited.boolean("use_motion_blur", "Motion Blur", "Blur this object when it moves", True, "use_motion_blur")
+    use_deform_motion: inherited.boolean("use_deform_motion", "Deformation", "Blur this object when it deforms", True, "use_deform_motion")
+    motion_steps: inherited.integer("motion_steps", "Steps", "Each step doubles the number of moments at which the scene is evaluated. The largest of all objects counts",
+                                    1, "motion_steps", 1, 7)
+    shadow_terminator_geometry_offset: inherited.number(
+        "shadow_terminator_geometry_offset", "Geometry Offset", "Moves shadow rays from coarse smooth surfaces outwards. 1 moves them to the rounded surface", 0.1,
+        "shadow_terminator_geometry_offset", 0.0, 1.0, subtype="FACTOR")
+
+
+class AjarLightSettings(bpy.types.PropertyGroup):
+    cast_shadow: inherited.boolean("cast_shadow", "Cast Shadow", "Objects block the light of this lamp", True, "cast_shadow")
+    use_multiple_importance_sampling: inherited.boolean(
+        "use_multiple_importance_sampling", "Multiple Importance", "Sample this lamp by the materials too. Large lamps on shiny surfaces need it", True,
+        "use_multiple_importance_sampling")
+    is_portal: inherited.boolean("is_portal", "Portal", "The lamp emits nothing. Cycles samples the sky through it; Ajar needs no portals", False, "is_portal")
+
+
+class AjarWorldSettings(bpy.types.PropertyGroup):
+    """Which rays see the world."""
+
+    visible_camera: inherited.boolean("visible_camera", "Camera", "Camera rays see the world", True, "camera", "cycles_visibility")
+    visible_diffuse: inherited.boolean("visible_diffuse", "Diffuse", "Diffuse surfaces receive light of the world", True, "diffuse", "cycles_visibility")
+    visible_glossy: inherited.boolean("visible_glossy", "Glossy", "Glossy surfaces reflect the world", True, "glossy", "cycles_visibility")
+    visible_transmission: inherited.boolean("visible_transmission", "Transmission", "Refracted rays see the world", True, "transmission", "cycles_visibility")
+    visible_volume_scatter: inherited.boolean("visible_volume_scatter", "Volume Scatter", "Volumes receive light of the world", True, "scatter", "cycles_visibility")
+
+
+class AjarCameraSettings(bpy.types.PropertyGroup):
+    panorama_type: inherited.enum("panorama_type", "Panorama Type", "How directions are laid out on the picture", "FISHEYE_EQUISOLID", "panorama_type", PANORAMAS)
+    fisheye_fov: inherited.number("fisheye_fov", "Field of View", "Of the fisheye lens", math.pi, "fisheye_fov", 0.1745, 10 * math.pi, subtype="ANGLE")
+    fisheye_lens: inherited.number("fisheye_lens", "Lens", "Focal length of the fisheye lens in millimetres", 10.5, "fisheye_lens", 0.01, 1000.0)
+    latitude_min: inherited.number("latitude_min", "Latitude Min", "Lowest latitude", -0.5 * math.pi, "latitude_min", -0.5 * math.pi, 0.5 * math.pi, subtype="ANGLE")
+    latitude_max: inherited.number("latitude_max", "Max", "Highest latitude", 0.5 * math.pi, "latitude_max", -0.5 * math.pi, 0.5 * math.pi, subtype="ANGLE")
+    longitude_min: inherited.number("longitude_min", "Longitude Min", "Leftmost longitude", -math.pi, "longitude_min", -math.pi, math.pi, subtype="ANGLE")
+    longitude_max: inherited.number("longitude_max", "Max", "Rightmost longitude", math.pi, "longitude_max", -math.pi, math.pi, subtype="ANGLE")
+
+
+for _i, _default in enumerate(POLYNOMIAL):
+    AjarCameraSettings.__annotations__[f"fisheye_polynomial_k{_i}"] = inherited.number(
+        f"fisheye_polynomial_k{_i}", f"Fisheye Polynomial K{_i}", f"Coefficient K{_i} of the lens polynomial", _default, f"fisheye_polynomial_k{_i}", -1e6, 1e6, precision=6)
+
+
+class AjarMaterialSettings(bpy.types.PropertyGroup):
+    displacement_method: inherited.enum(
+        "displacement_method", "Displacement", "What the displacement of the material does", "BUMP", "displacement_method",
+        [("BUMP", "Bump Only", "Changes the shading normal", 0), ("DISPLACEMENT", "Displacement Only", "Moves the surface. Shown as bump", 1),
+         ("BOTH", "Displacement and Bump", "Moves the surface. Shown as bump", 2)])
+
+
+GROUPS = {"Object": AjarObjectSettings, "Light": AjarLightSettings, "World": AjarWorldSettings, "Camera": AjarCameraSettings, "Material": AjarMaterialSettings}

@@ -1,0 +1,45 @@
+"""Panels: ours, a module for each tab of the Properties editor, and Blender's own where they apply to Ajar too."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.types import Panel
+
+from . import camera, hints, light, material, object, render, view_layer, world
+from .common import ENGINE, AjarPanel, in_node_editor
+
+__all__ = ["CLASSES", "AjarPanel", "built_in_panels", "register", "unregister"]
+
+MODULES = (render, hints, view_layer, world, object, material, light, camera)
+IN_NODE_EDITORS = (material.AJAR_MATERIAL_PT_settings, world.AJAR_WORLD_PT_ray_visibility, world.AJAR_WORLD_PT_settings, light.AJAR_LIGHT_PT_light,
+                   light.AJAR_LIGHT_PT_beam)
+CLASSES = tuple(panel for module in MODULES for panel in module.CLASSES) + tuple(in_node_editor(panel) for panel in IN_NODE_EDITORS)
+
+# Blender's panels for any renderer that ours stand for, or that speak of what Ajar does not have.
+EXCLUDED = {
+    "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "VIEWLAYER_PT_eevee_layer_passes_data", "VIEWLAYER_PT_eevee_next_layer_passes_data",
+    "VIEWLAYER_PT_layer_passes_cryptomatte", "VIEWLAYER_PT_layer_passes_aov", "VIEWLAYER_PT_layer_passes_lightgroups",
+    "RENDER_PT_opengl_render", "OBJECT_PT_visibility", "DATA_PT_light",
+}
+
+
+def built_in_panels() -> list[type]:
+    """Blender's panels for its generic renderers, without those excluded above."""
+    # Copies for the node editors share the set of engines with the panel they are a copy of.
+    return [panel for panel in Panel.__subclasses__()
+            if "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ()) and panel.__name__.removeprefix("NODE_") not in EXCLUDED]
+
+
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+
+
+def register() -> None:
+    _register_classes()
+    for panel in built_in_panels():
+        panel.COMPAT_ENGINES.add(ENGINE)
+
+
+def unregister() -> None:
+    for panel in built_in_panels():
+        panel.COMPAT_ENGINES.discard(ENGINE)
+    _unregister_classes()

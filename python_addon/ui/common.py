@@ -1,0 +1,85 @@
+"""What our panels share."""
+
+from __future__ import annotations
+
+import blf
+import bpy
+
+from .. import compat
+
+ENGINE = "AJAR"
+MARGINS, ICON = 72, 20   # pixels: left and right of a text in a panel, scroll bar included; of an icon
+
+
+class AjarPanel:
+    """What our panels share; not a panel itself."""
+
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+    COMPAT_ENGINES = {ENGINE}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.engine in cls.COMPAT_ENGINES
+
+    def column(self) -> bpy.types.UILayout:
+        self.layout.use_property_split = True
+        self.layout.use_property_decorate = False
+        return self.layout.column()
+
+
+def _wrapped(text: str, context: bpy.types.Context, icon: bool = False) -> list[str]:
+    """A sentence in lines that fit the panel: Blender's labels are of one line. `icon`: room for one is taken from each."""
+    scale = context.preferences.system.ui_scale or 1.0
+    width = (context.region.width if context.region is not None else 300) - (MARGINS + (ICON if icon else 0)) * scale
+    font = compat.label_points(context.preferences.ui_styles[0])
+    compat.font_size(0, round(font * scale))
+    lines: list[str] = []
+    for word in text.split():
+        longer = f"{lines[-1]} {word}" if lines else word
+        if lines and blf.dimensions(0, longer)[0] <= width:
+            lines[-1] = longer
+        else:
+            lines.append(word)
+    return lines
+
+
+def say(layout: bpy.types.UILayout, text: str, context: bpy.types.Context, icon: str = "NONE") -> None:
+    """A sentence, with an icon before its first line."""
+    column = layout.column(align=True)
+    column.scale_y = 0.8
+    for number, line in enumerate(_wrapped(text, context, icon != "NONE")):
+        column.label(text=line, icon=icon if number == 0 or icon == "NONE" else "BLANK1")
+
+
+def choose_light_group(layout: bpy.types.UILayout, source: bpy.types.Object | bpy.types.World, view_layer: bpy.types.ViewLayer) -> None:
+    row = layout.row(align=True)
+    row.prop_search(source, "lightgroup", view_layer, "lightgroups", text="Light Group", results_are_suggestions=True)
+    add = row.row(align=True)
+    add.enabled = bool(source.lightgroup) and source.lightgroup not in view_layer.lightgroups
+    add.operator("scene.view_layer_add_lightgroup", icon="ADD", text="").name = source.lightgroup
+
+
+def draw_node(layout: bpy.types.UILayout, owner: bpy.types.Material | bpy.types.World | bpy.types.Light, name: str) -> bool:
+    """The node that is linked to the input `name` of the output, with Blender's menu of links. False where `owner` uses no nodes."""
+    tree = compat.node_tree(owner)
+    if tree is None:
+        layout.prop(owner, "use_nodes", icon="NODETREE")
+        return False
+    output = tree.get_output_node("CYCLES")   # the one that is exported
+    socket = output.inputs.get(name) if output is not None else None
+    if socket is None:
+        layout.label(text="No output node")
+    else:
+        layout.template_node_view(tree, output, socket)
+    return True
+
+
+def in_node_editor(panel: type) -> type:
+    """A copy of a panel for the sidebar of the shader editor, where it is in the tab Options."""
+    values = {name: value for name, value in vars(panel).items() if name != "bl_rna"}
+    values |= {"bl_space_type": "NODE_EDITOR", "bl_region_type": "UI", "bl_category": "Options"}
+    if "bl_parent_id" in values:
+        values["bl_parent_id"] = f"NODE_{values['bl_parent_id']}"
+    return type(f"NODE_{panel.__name__}", panel.__bases__, values)

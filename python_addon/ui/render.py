@@ -1,0 +1,266 @@
+"""The render tab."""
+
+from __future__ import annotations
+
+import math
+
+import bpy
+from bpy.types import Panel
+
+from .. import checks, compat, denoise, last_render, photon_overlay
+from ..ajar_module import ajar
+from .common import AjarPanel, say
+
+GATHERING_INTEGRATORS = {*photon_overlay.INTEGRATORS, "irradiance_cache"}
+MOST_MESSAGES = 20
+HONESTY = {ajar.Honesty.Unbiased: "Unbiased", ajar.Honesty.Consistent: "Consistent", ajar.Honesty.Biased: "Biased"}
+
+
+class AJAR_RENDER_PT_checks(AjarPanel, Panel):
+    bl_label = "Before Rendering"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        scene = context.scene
+        column = self.column()
+        mends = checks.found_in(scene)
+        for mend in mends:
+            say(column, mend.text, context, "ERROR")
+            column.operator("ajar.mend", text=mend.button).what = mend.name
+        missing = checks.missing_images()
+        if missing:
+            say(column, f"Missing images, which will be magenta: {', '.join(missing)}", context, "ERROR")
+            column.operator("file.find_missing_files")
+        messages = checks.messages_of(scene)
+        for name, text in (messages or [])[:MOST_MESSAGES]:
+            say(column, f"{name}: {text}" if name else text, context, "ERROR")
+        if messages and len(messages) > MOST_MESSAGES:
+            column.label(text=f"... and {len(messages) - MOST_MESSAGES} more")
+        if messages == [] and not mends and not missing:
+            column.label(text="Nothing to say against the scene", icon="CHECKMARK")
+        column.operator("ajar.check_scene", icon="VIEWZOOM")
+
+
+class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
+    bl_label = "Sampling"
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        self.layout.emboss = "NONE"
+        self.layout.menu("AJAR_MT_presets", text="", icon="PRESET")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.scene.ajar
+        column = self.column()
+        for name in ("samples", "time_limit", "noise_target", "seed"):
+            column.prop(settings, name)
+        column.separator()
+        column.prop(settings, "image")
+        if settings.image == "pmc_ip":
+            column.prop(settings, "image_error")
+            column.prop(settings, "importance_factor")
+            region = column.column(align=True)
+            region.active = settings.importance_factor != 1.0
+            region.prop(settings, "importance_min")
+            region.prop(settings, "importance_max")
+        column.separator()
+        if denoise.is_available():
+            column.prop(settings, "use_denoise")
+        else:
+            column.operator("ajar.denoise_in_compositor", icon="NODE_COMPOSITING")
+        column.separator()
+        column.prop(settings, "viewport_samples")
+        column.prop(settings, "viewport_integrator")
+        if denoise.is_available():
+            column.prop(settings, "use_viewport_denoise")
+
+
+class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
+    bl_label = "Integrator"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        settings = context.scene.ajar
+        column.prop(settings, "integrator")
+        info = next((item for item in ajar.integrator_list() if item.name == settings.integrator), None)
+        if info is not None:
+            merges = info.can_merge and settings.vertex_merging == "on"
+            honesty = ajar.Honesty.Consistent if merges else info.honesty
+            say(column, f"{HONESTY[honesty]}: {info.sentence}", context)
+        if settings.integrator == "path":
+            column.prop(settings, "guiding")
+        can_merge = info is not None and info.can_merge
+        if can_merge:
+            column.prop(settings, "vertex_merging")
+        column.prop(settings, "carry_learning")
+        chosen = {settings.integrator, settings.viewport_integrator}
+        gathering = column.column(align=True)
+        if chosen & photon_overlay.INTEGRATORS or (can_merge and settings.vertex_merging == "on"):
+            gathering.prop(settings, "photons")
+            gathering.prop(settings, "photon_radius")
+        if chosen & GATHERING_INTEGRATORS:
+            gathering.prop(settings, "gather_rays")
+        if chosen & {"auto", *photon_overlay.INTEGRATORS}:
+            column.prop(settings, "show_photons")
+            if settings.show_photons:
+                column.label(text=photon_overlay.status_of(context.scene))
+
+
+class AJAR_RENDER_PT_direct(AjarPanel, Panel):
+    bl_label = "Direct Light"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        settings = context.scene.ajar
+        column.prop(settings, "direct", text="Method")
+        column.prop(settings, "direct_samples", text="Samples")
+        info = next((item for item in ajar.direct_method_list() if item.name == settings.direct), None)
+        if info is not None:
+            say(column, ("Biased: " if info.biased else "") + info.sentence, context)
+
+
+class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
+    bl_label = "Light Paths"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.scene.ajar
+        column = self.column()
+        bounces = column.column(align=True)
+        bounces.prop(settings, "bounces_total", text="Bounces Total")
+        for kind in ("diffuse", "glossy", "transmission", "volume", "transparent"):
+            bounces.prop(settings, f"bounces_{kind}")
+        column.separator()
+        clamping = column.column(align=True)
+        clamping.prop(settings, "clamp_direct")
+        clamping.prop(settings, "clamp_indirect")
+        column.separator()
+        column.prop(settings, "reflective_caustics")
+        column.prop(settings, "refractive_caustics")
+
+
+class AJAR_RENDER_PT_film(AjarPanel, Panel):
+    bl_label = "Film"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        settings = context.scene.ajar
+        column = self.column()
+        column.prop(settings, "exposure")
+        column.prop(settings, "filter")
+        row = column.row()
+        row.active = settings.filter != "BOX"
+        row.prop(settings, "filter_width")
+        column.prop(context.scene.render, "film_transparent", text="Transparent")
+
+
+class AJAR_RENDER_PT_curves(AjarPanel, Panel):
+    bl_label = "Curves"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, settings = self.column(), context.scene.ajar
+        column.prop(settings, "curve_shape")
+        if settings.curve_shape == "RIBBONS":
+            column.prop(settings, "curve_subdivisions")
+
+
+class AJAR_RENDER_PT_motion_blur(AjarPanel, Panel):
+    bl_label = "Motion Blur"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.render, "use_motion_blur", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        render = context.scene.render
+        column = self.column()
+        column.active = render.use_motion_blur
+        column.prop(compat.shutter_owner(context.scene), "motion_blur_position", text="Position")
+        column.prop(render, "motion_blur_shutter")
+
+
+class AJAR_RENDER_PT_shutter_curve(AjarPanel, Panel):
+    bl_label = "Shutter Curve"
+    bl_parent_id = "AJAR_RENDER_PT_motion_blur"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        render = context.scene.render
+        self.layout.active = render.use_motion_blur
+        self.layout.template_curve_mapping(render, "motion_blur_shutter_curve")
+        row = self.layout.row(align=True)
+        for shape, icon in (("SMOOTH", "SMOOTHCURVE"), ("ROUND", "SPHERECURVE"), ("ROOT", "ROOTCURVE"), ("SHARP", "SHARPCURVE"), ("LINE", "LINCURVE"),
+                            ("MAX", "NOCURVE")):
+            row.operator("render.shutter_curve_preset", icon=icon, text="").shape = shape
+
+
+class AJAR_RENDER_PT_performance(AjarPanel, Panel):
+    bl_label = "Performance"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        render = context.scene.render
+        column = self.column()
+        column.prop(render, "threads_mode")
+        row = column.row()
+        row.enabled = render.threads_mode == "FIXED"
+        row.prop(render, "threads")
+        column.prop(context.scene.ajar, "memory_limit")
+
+
+class AJAR_RENDER_PT_statistics(AjarPanel, Panel):
+    """Of the last render."""
+    bl_label = "Statistics"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and last_render.of(context.scene) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        for name, value in _statistics(last_render.of(context.scene)):
+            row = column.split(factor=0.36)
+            row.label(text=name)
+            row.label(text=value)
+
+
+class AJAR_RENDER_PT_plan(AjarPanel, Panel):
+    """What the last render needed, what it left out, and why."""
+    bl_label = "Render Plan"
+    bl_parent_id = "AJAR_RENDER_PT_statistics"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and bool((last_render.of(context.scene) or {}).get("plan"))
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.column()
+        for step in last_render.of(context.scene)["plan"]:
+            say(column, f"{step['step'][:1].upper()}{step['step'][1:]}: {step['reason']}", context, "CHECKMARK" if step["used"] else "BLANK1")
+
+
+def _statistics(values: dict) -> list[tuple[str, str]]:
+    """Names and values for people."""
+    label = next((info.label for info in ajar.integrator_list() if info.name == values["integrator"]), values["integrator"])
+    rows = [("Integrator", f"{label}, {values.get('honesty', '')}".rstrip(", "))]
+    if "samples_per_pixel" in values:
+        rows.append(("Samples per pixel", f"{values['samples_per_pixel']['mean']:.4g}"))
+    if "rays_per_second" in values:
+        rows.append(("Rays per second", f"{values['rays_per_second'] / 1e6:.3g} million"))
+    if values.get("estimated_error"):
+        relmse = values["estimated_error"][-1][2]
+        rows.append(("Estimated error", f"{100.0 * math.sqrt(relmse):.2g} % of the brightness (relMSE {relmse:.2g})"))
+    if "refused_samples" in values:
+        rows.append(("Refused samples", f"{values['refused_samples']}"))
+    rows.append(("Export and build", f"{values['export_seconds'] + values['build_seconds']:.2f} s"))
+    rows.append(("Rendering", f"{values['render_seconds']:.2f} s with {values['threads']} threads"))
+    rows.append(("Peak memory", f"{values['peak_memory_bytes'] / 2**20:.0f} MiB"))
+    if "scene" in values:
+        scene = values["scene"]
+        rows.append(("Triangles", f"{scene['triangles']:,} in {scene['meshes']:,} meshes"))
+        rows.append(("Instances", f"{scene['instances']:,} with {scene['instanced_triangles']:,} triangles"))
+        rows.append(("Lights", f"{scene['lights']:,}"))
+    return rows
+
+
+CLASSES = (AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_film, AJAR_RENDER_PT_curves, AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_shutter_curve, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan)

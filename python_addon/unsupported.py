@@ -1,0 +1,102 @@
+"""Settings of Blender and Cycles that Ajar does not follow. Each is reported by the name of what has it, where it is set to something that would change the picture.
+
+`tests/blender/panels/inventory.py` lists what becomes of every other setting.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import bpy
+
+
+@dataclass(frozen=True)
+class Setting:
+    path: str        # from the datablock, like "cycles.max_bounces"
+    harmless: object   # the value that asks for nothing
+    text: str        # a sentence that goes on after the name
+    matters: Callable[[bpy.types.bpy_struct], bool] = lambda owner: True   # whether the datablock uses it at all
+
+
+def _simplifies(scene: bpy.types.Scene) -> bool:
+    return scene.render.use_simplify
+
+
+SCENE = (
+    Setting("cycles.use_fast_gi", False, "Fast GI Approximation is not supported: all bounces are followed"),
+    Setting("cycles.film_transparent_glass", False, "Transparent Glass is not supported: glass in front of a transparent film is opaque", lambda scene: scene.render.film_transparent),
+    Setting("cycles.use_camera_cull", False, "Camera culling is not supported: objects outside the camera's view stay", _simplifies),
+    Setting("cycles.use_distance_cull", False, "Distance culling is not supported: distant objects stay", _simplifies),
+    Setting("cycles.texture_limit_render", "OFF", "Texture Limit is not supported: textures keep their size", _simplifies),
+    Setting("cycles.texture_resolution_render", 100, "Texture Resolution is not supported: textures keep their size", _simplifies),
+    Setting("cycles.sample_offset", 0, "Sample Offset is not supported: choose another seed instead"),
+    Setting("cycles.use_sample_subset", False, "Sample Subset is not supported: choose another seed instead"),
+    Setting("cycles.use_pixel_jitter", True, "samples without pixel jitter are not supported"),
+    Setting("render.use_multiview", False, "stereoscopy is not supported: views other than the first stay black"),
+)
+VIEW_LAYER = (
+    *(Setting(f"use_pass_{name}", False, f"the pass {label} is not supported and stays black") for name, label in (
+        ("vector", "Vector"), ("shadow", "Shadow"), ("ambient_occlusion", "Ambient Occlusion"), ("subsurface_direct", "Subsurface Direct"),
+        ("subsurface_indirect", "Subsurface Indirect"), ("subsurface_color", "Subsurface Color"), ("cryptomatte_object", "Cryptomatte Object"),
+        ("cryptomatte_material", "Cryptomatte Material"), ("cryptomatte_asset", "Cryptomatte Asset"), ("grease_pencil", "Grease Pencil"))),
+    Setting("cycles.use_pass_shadow_catcher", False, "the pass Shadow Catcher is not supported"),
+    *(Setting(f"cycles.use_pass_volume_{name}", False, f"the pass Volume {name.title()} is not supported") for name in ("scatter", "transmit", "majorant")),
+    Setting("cycles.pass_render_time", False, "the pass Render Time is not supported"),
+    Setting("cycles.denoising_store_passes", False, "Denoising Data is not supported: use the passes Albedo and Normal instead"),
+)
+OBJECT = (
+    Setting("is_shadow_catcher", False, "shadow catchers are not supported: the object is rendered as it is"),
+    Setting("cycles.use_adaptive_subdivision", False, "adaptive subdivision is not supported: the modifier's own levels are used"),
+    Setting("cycles.shadow_terminator_offset", 0.0, "its Shadow Terminator Shading Offset is not supported and is ignored", lambda thing: not hasattr(thing, "shadow_terminator_shading_offset")),
+    Setting("shadow_terminator_shading_offset", 0.0, "its Shadow Terminator Shading Offset is not supported and is ignored"),
+)
+LIGHT = (
+    Setting("cycles.max_bounces", 1024, "Max Bounces of a lamp is not supported: its light is followed like any other"),
+    Setting("use_soft_falloff", True, "lamps without Soft Falloff are not supported"),
+)
+WORLD = (
+    Setting("cycles.max_bounces", 1024, "Max Bounces of a world is not supported: its light is followed like any other"),
+    Setting("cycles.use_shadows", True, "a world that casts no shadows is not supported"),
+)
+CAMERA = (
+    Setting("custom_shader", None, "custom cameras are not supported", lambda camera: camera.type == "CUSTOM"),
+    Setting("custom_filepath", "", "custom cameras are not supported", lambda camera: camera.type == "CUSTOM"),
+)
+MATERIAL = (
+    Setting("cycles.use_transparent_shadow", True, "Transparent Shadows is always on"),
+    Setting("use_transparent_shadow", True, "Transparent Shadows is always on"),
+    Setting("cycles.use_bump_map_correction", True, "Bump Map Correction is always on"),
+)
+
+
+def value_of(owner: bpy.types.bpy_struct, path: str) -> tuple[bool, object]:
+    """Whether this Blender has the setting, and its value."""
+    found: object = owner
+    for name in path.split("."):
+        if not hasattr(found, name):
+            return False, None
+        found = getattr(found, name)
+    return True, found
+
+
+def asked_of(owner: bpy.types.bpy_struct, settings: tuple[Setting, ...]) -> Iterator[str]:
+    """What to tell the artist of one datablock."""
+    for setting in settings:
+        known, value = value_of(owner, setting.path)
+        if known and value != setting.harmless and setting.matters(owner):
+            yield setting.text
+
+
+def of_object(thing: bpy.types.Object) -> Iterator[str]:
+    yield from asked_of(thing, OBJECT)
+    if any(getattr(modifier, "use_adaptive_subdivision", False) for modifier in thing.modifiers):   # 5.0
+        yield "adaptive subdivision is not supported: the modifier's own levels are used"
+
+
+def of_view_layer(layer: bpy.types.ViewLayer) -> Iterator[str]:
+    yield from asked_of(layer, VIEW_LAYER)
+    for output in layer.aovs:
+        yield f"the pass {output.name} is not supported: AOV Output nodes are ignored"
+    if len(layer.lightgroups) > 0:
+        yield "light groups have no passes: they are used for the importance of light only"

@@ -1,0 +1,128 @@
+"""Properties that the panels of Cycles show and those of Ajar do not, each with what stands for it or the reason why nothing does.
+
+A property that is in neither list fails `test_panels.py`.
+"""
+
+# What Blender keeps in Cycles' add-on, or has for Cycles alone, and the property that Ajar shows instead, in the same tab.
+REPLACED = {
+    ("CyclesRenderSettings", "samples"): ("AjarSceneSettings", "samples"),
+    ("CyclesRenderSettings", "preview_samples"): ("AjarSceneSettings", "viewport_samples"),
+    ("CyclesRenderSettings", "time_limit"): ("AjarSceneSettings", "time_limit"),
+    ("CyclesRenderSettings", "seed"): ("AjarSceneSettings", "seed"),
+    ("CyclesRenderSettings", "use_adaptive_sampling"): ("AjarSceneSettings", "image"),
+    ("CyclesRenderSettings", "adaptive_threshold"): ("AjarSceneSettings", "noise_target"),
+    ("CyclesRenderSettings", "use_guiding"): ("AjarSceneSettings", "integrator"),
+    ("CyclesRenderSettings", "max_bounces"): ("AjarSceneSettings", "bounces_total"),
+    ("CyclesRenderSettings", "diffuse_bounces"): ("AjarSceneSettings", "bounces_diffuse"),
+    ("CyclesRenderSettings", "glossy_bounces"): ("AjarSceneSettings", "bounces_glossy"),
+    ("CyclesRenderSettings", "transmission_bounces"): ("AjarSceneSettings", "bounces_transmission"),
+    ("CyclesRenderSettings", "volume_bounces"): ("AjarSceneSettings", "bounces_volume"),
+    ("CyclesRenderSettings", "transparent_max_bounces"): ("AjarSceneSettings", "bounces_transparent"),
+    ("CyclesRenderSettings", "sample_clamp_direct"): ("AjarSceneSettings", "clamp_direct"),
+    ("CyclesRenderSettings", "sample_clamp_indirect"): ("AjarSceneSettings", "clamp_indirect"),
+    ("CyclesRenderSettings", "caustics_reflective"): ("AjarSceneSettings", "reflective_caustics"),
+    ("CyclesRenderSettings", "caustics_refractive"): ("AjarSceneSettings", "refractive_caustics"),
+    ("CyclesRenderSettings", "film_exposure"): ("AjarSceneSettings", "exposure"),
+    ("CyclesRenderSettings", "pixel_filter_type"): ("AjarSceneSettings", "filter"),
+    ("CyclesRenderSettings", "filter_width"): ("AjarSceneSettings", "filter_width"),
+    ("CyclesRenderSettings", "motion_blur_position"): ("AjarSceneSettings", "motion_blur_position"),
+    ("CyclesCurveRenderSettings", "shape"): ("AjarSceneSettings", "curve_shape"),
+    ("CyclesCurveRenderSettings", "subdivisions"): ("AjarSceneSettings", "curve_subdivisions"),
+    ("CyclesLightSettings", "cast_shadow"): ("AjarLightSettings", "cast_shadow"),
+    ("CyclesLightSettings", "is_portal"): ("AjarLightSettings", "is_portal"),
+    ("CyclesLightSettings", "use_multiple_importance_sampling"): ("AjarLightSettings", "use_multiple_importance_sampling"),
+    ("CyclesMaterialSettings", "displacement_method"): ("AjarMaterialSettings", "displacement_method"),
+    ("CyclesObjectSettings", "use_motion_blur"): ("AjarObjectSettings", "use_motion_blur"),
+    ("CyclesObjectSettings", "use_deform_motion"): ("AjarObjectSettings", "use_deform_motion"),
+    ("CyclesObjectSettings", "motion_steps"): ("AjarObjectSettings", "motion_steps"),
+    ("CyclesObjectSettings", "shadow_terminator_geometry_offset"): ("AjarObjectSettings", "shadow_terminator_geometry_offset"),
+    **{("CyclesVisibilitySettings", name): ("AjarWorldSettings", f"visible_{'volume_scatter' if name == 'scatter' else name}")
+       for name in ("camera", "diffuse", "glossy", "transmission", "scatter")},
+    **{("CyclesCameraSettings", name): ("AjarCameraSettings", name)
+       for name in ("panorama_type", "fisheye_fov", "fisheye_lens", "latitude_min", "latitude_max", "longitude_min", "longitude_max",
+                    *(f"fisheye_polynomial_k{i}" for i in range(5)))},
+    ("CyclesRenderLayerSettings", "use_pass_volume_direct"): ("AjarViewLayerSettings", "use_pass_volume_direct"),
+    ("CyclesRenderLayerSettings", "use_pass_volume_indirect"): ("AjarViewLayerSettings", "use_pass_volume_indirect"),
+    ("CyclesRenderLayerSettings", "pass_debug_sample_count"): ("AjarViewLayerSettings", "use_pass_sample_count"),
+}
+
+REPORTED = "not supported yet; python_addon/unsupported.py reports it"
+NOISE = "changes the noise of Cycles, not what it converges to"
+DEVICE = "speed and memory of Cycles' own devices"
+DENOISER = "of Cycles' denoiser; ours has one switch for renders and one for the view"
+BAKE = "Ajar does not bake"
+STEPS = "of Cycles' ray marching; Ajar tracks volumes without steps"
+VOLUMES = "volume objects are not supported yet, and reported"
+MNEE = "Cycles' shadow caustics; Ajar finds caustics without marking objects"
+
+ABSENT = {
+    **{("CyclesRenderSettings", name): REPORTED for name in (
+        "use_fast_gi", "fast_gi_method", "ao_bounces", "ao_bounces_render", "film_transparent_glass", "film_transparent_roughness", "use_camera_cull",
+        "camera_cull_margin", "use_distance_cull", "distance_cull_margin", "texture_limit", "texture_limit_render", "texture_resolution",
+        "texture_resolution_render", "sample_offset", "use_sample_subset", "sample_subset_length", "rolling_shutter_type", "rolling_shutter_duration",
+        "blur_glossy", "use_pixel_jitter")},
+    **{("CyclesRenderSettings", name): NOISE for name in (
+        "adaptive_min_samples", "use_preview_adaptive_sampling", "preview_adaptive_threshold", "preview_adaptive_min_samples", "sampling_pattern",
+        "auto_scrambling_distance", "scrambling_distance", "preview_scrambling_distance", "light_sampling_threshold", "min_light_bounces",
+        "min_transparent_bounces", "use_animated_seed", "use_light_tree", "direct_light_sampling_type", "use_surface_guiding", "use_volume_guiding",
+        "guiding_training_samples", "use_layer_samples", "use_deterministic_guiding")},
+    **{("CyclesRenderSettings", name): DEVICE for name in (
+        "device", "feature_set", "shading_system", "use_auto_tile", "tile_size", "debug_use_spatial_splits", "debug_use_compact_bvh", "debug_use_hair_bvh",
+        "debug_bvh_time_steps", "debug_bvh_type", "preview_pause")},
+    **{("CyclesRenderSettings", name): DENOISER for name in (
+        "use_denoising", "denoiser", "denoising_input_passes", "denoising_prefilter", "denoising_quality", "denoising_use_gpu", "use_preview_denoising",
+        "preview_denoiser", "preview_denoising_input_passes", "preview_denoising_prefilter", "preview_denoising_quality", "preview_denoising_start_sample",
+        "preview_denoising_use_gpu")},
+    **{("CyclesRenderSettings", name): STEPS for name in ("volume_step_rate", "volume_preview_step_rate", "volume_max_steps", "volume_biased")},
+    **{("CyclesRenderSettings", name): "of adaptive subdivision, which is reported by the object" for name in (
+        "dicing_rate", "preview_dicing_rate", "max_subdivisions", "dicing_camera", "offscreen_dicing_scale")},
+    ("CyclesRenderSettings", "bake_type"): BAKE,
+    ("CyclesMaterialSettings", "use_transparent_shadow"): REPORTED,
+    ("CyclesMaterialSettings", "use_bump_map_correction"): REPORTED,
+    ("CyclesMaterialSettings", "sample_as_light"): NOISE,
+    ("CyclesMaterialSettings", "emission_sampling"): NOISE,
+    **{("CyclesMaterialSettings", name): STEPS for name in ("homogeneous_volume", "volume_sampling", "volume_interpolation", "volume_step_rate")},
+    **{("CyclesWorldSettings", name): STEPS for name in ("homogeneous_volume", "volume_sampling", "volume_interpolation", "volume_step_size")},
+    **{("CyclesWorldSettings", name): NOISE for name in ("sampling_method", "sample_map_resolution")},
+    ("CyclesWorldSettings", "max_bounces"): REPORTED,
+    ("CyclesWorldSettings", "use_shadows"): REPORTED,
+    ("CyclesWorldSettings", "is_caustics_light"): MNEE,
+    ("CyclesVisibilitySettings", "shadow"): "a world is never in the way of light",
+    ("CyclesLightSettings", "max_bounces"): REPORTED,
+    ("CyclesLightSettings", "is_caustics_light"): MNEE,
+    ("CyclesObjectSettings", "is_caustics_caster"): MNEE,
+    ("CyclesObjectSettings", "is_caustics_receiver"): MNEE,
+    ("CyclesObjectSettings", "ao_distance"): "of Fast GI, which is reported",
+    ("CyclesObjectSettings", "shadow_terminator_offset"): REPORTED,
+    ("CyclesObjectSettings", "use_camera_cull"): "of culling, which is reported",
+    ("CyclesObjectSettings", "use_distance_cull"): "of culling, which is reported",
+    **{("CyclesRenderLayerSettings", name): REPORTED for name in (
+        "use_pass_shadow_catcher", "denoising_store_passes", "use_pass_volume_scatter", "use_pass_volume_transmit", "use_pass_volume_majorant", "pass_render_time")},
+    ("CyclesRenderLayerSettings", "use_denoising"): DENOISER,
+    **{("ViewLayer", name): REPORTED for name in (
+        "use_pass_vector", "use_pass_ambient_occlusion", "use_pass_shadow", "use_pass_cryptomatte_object", "use_pass_cryptomatte_material",
+        "use_pass_cryptomatte_asset", "use_pass_subsurface_direct", "use_pass_subsurface_indirect", "use_pass_subsurface_color", "use_pass_grease_pencil")},
+    ("ViewLayer", "pass_cryptomatte_depth"): "of Cryptomatte, which is reported",
+    ("ViewLayer", "use_pass_cryptomatte_accurate"): "of Cryptomatte, which is reported",
+    ("ViewLayer", "pass_alpha_threshold"): "data passes of Ajar are of the first surface, or of what is behind it where it is fully transparent",
+    **{("CameraStereoData", name): "stereoscopy is reported" for name in ("use_spherical_stereo", "use_pole_merge", "pole_merge_angle_from", "pole_merge_angle_to")},
+    **{("Object", f"shadow_terminator_{name}_offset"): REPORTED for name in ("shading", "normal")},
+    ("RenderSettings", "preview_pixel_size"): "views of Ajar begin with large pixels by themselves",
+    ("RenderSettings", "use_persistent_data"): "of Cycles' memory between renders",
+    ("RenderSettings", "hair_type"): "of Eevee",
+    ("RenderSettings", "hair_subdiv"): "of Eevee",
+    ("RenderSettings", "use_bake_multires"): BAKE,
+    ("WorldLighting", "ao_factor"): "of Fast GI, which is reported",
+    ("WorldLighting", "distance"): "of Fast GI, which is reported",
+    **{("Volume", name): VOLUMES for name in ("velocity_grid", "velocity_scale", "velocity_unit")},
+    **{("VolumeRender", name): VOLUMES for name in ("clipping", "precision", "space", "step_size")},
+}
+ABSENT_STRUCTS = {"BakeSettings": BAKE}
+
+# Properties that only Ajar's panels show, besides its own.
+ADDED = {
+    ("Light", "use_nodes"): "switches nodes on; Cycles has an operator for it",
+    ("World", "use_nodes"): "switches nodes on; Cycles has an operator for it",
+    ("Material", "use_nodes"): "switches nodes on; Cycles has an operator for it",
+    ("template_preview", "AreaLight"): "portals have no preview with Cycles",
+}

@@ -1,0 +1,62 @@
+"""With Ajar chosen, the Properties editor shows what it shows with Cycles, but for the differences that are listed with a reason."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+PANELS = Path(__file__).parent / "panels"
+sys.path.insert(0, str(PANELS))
+import differences  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def cases(blender, tmp_path_factory):
+    out = tmp_path_factory.mktemp("panels") / "cases.json"
+    result = blender("--python-exit-code", 1, "--python", PANELS / "compare.py", "--", out)
+    assert result.returncode == 0, result.stdout
+    return json.loads(out.read_text())["cases"]
+
+
+def problems(cases: list[dict]) -> list[str]:
+    """Differences that are not on the list, and properties that are said to be replaced by one that is not shown."""
+    found = []
+    for case in cases:
+        cycles, ajar = ({tuple(shown) for shown in case[engine]} for engine in ("cycles", "ajar"))
+        where = f"{case['tab']} {case['of']}".strip()
+        for shown in sorted(cycles - ajar):
+            if shown in differences.REPLACED:
+                if differences.REPLACED[shown] not in ajar:
+                    found.append(f"{where}: {'.'.join(differences.REPLACED[shown])} should stand for {'.'.join(shown)}")
+            elif shown not in differences.ABSENT and shown[0] not in differences.ABSENT_STRUCTS:
+                found.append(f"{where}: {'.'.join(shown)} is missing")
+        found += [f"{where}: {'.'.join(shown)} is shown by Ajar alone" for shown in sorted(ajar - cycles)
+                  if not shown[0].startswith("Ajar") and shown not in differences.ADDED]
+    return found
+
+
+def test_nothing_but_what_is_listed_differs(cases):
+    assert problems(cases) == []
+
+
+def test_each_kind_of_thing_was_looked_at(cases):
+    """The recorder sees what an artist would look for."""
+    seen = {(case["tab"], case["of"]): {tuple(shown) for shown in case["ajar"]} for case in cases}
+    assert len(seen) > 30
+    assert {("template_node_view", "Surface"), ("template_node_view", "Volume"), ("template_node_view", "Displacement"),
+            ("template_ID", "active_material")} <= seen["material", ""]
+    assert {("Light", "type"), ("Light", "color"), ("AreaLight", "energy"), ("AreaLight", "size_y")} <= seen["data", "area lamp"]
+    assert ("template_node_view", "Surface") in seen["world", ""]
+    assert ("CameraDOFSettings", "aperture_fstop") in seen["data", "persp camera"]
+    assert ("AjarObjectSettings", "hint_weight") in seen["object", "light hint"]
+    assert ("Object", "visible_camera") in seen["object", "mesh"] and ("Object", "visible_camera") in seen["object", "sun lamp"]
+
+
+def test_a_property_that_is_not_listed_is_noticed(cases):
+    changed = json.loads(json.dumps(cases))
+    changed[0]["cycles"].append(["RenderSettings", "new_in_the_next_version"])
+    changed[0]["ajar"] = [shown for shown in changed[0]["ajar"] if shown != ["AjarSceneSettings", "samples"]]
+    found = problems(changed)
+    assert any("new_in_the_next_version is missing" in problem for problem in found)
+    assert any("AjarSceneSettings.samples should stand for" in problem for problem in found)
