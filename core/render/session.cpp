@@ -28,6 +28,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr uint32_t kImportancePilot = 0x6c676874u;   // makes a seed of its own
 constexpr int kMostThreads = 1024;     // of Blender
+constexpr double kPilotShare = 0.25;   // at most of a time limit goes into choosing a technique
 constexpr double kErrorShare = 0.02;   // of a render's time goes into looking at its error
 /// Where the settings name no number of threads: AJAR_THREADS, or all of the machine.
 int default_threads() {
@@ -36,6 +37,7 @@ int default_threads() {
   return threads > 0 ? threads : tbb::this_task_arena::max_concurrency();
 }
 
+Clock::duration seconds_of(double seconds) { return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(std::min(seconds, 1e8))); }
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 const char* name_of(Progress::Phase phase) {
@@ -68,6 +70,35 @@ void check_choice(const char* option, const std::string& value, std::initializer
   }
   throw SceneError("Unknown " + std::string(option) + " '" + value + "'. Valid names: " + names + ".");
 }
+
+/// Raises a flag at a moment, or when the render is stopped before. Needs a thread, so that whoever looks at the flag need not look at a clock.
+class Deadline {
+ public:
+  /// `changed` is notified under `mutex` whenever `stop` is raised.
+  Deadline(Clock::time_point at, std::mutex& mutex, std::condition_variable& changed, const std::atomic<bool>& stop)
+      : mutex_(mutex), changed_(changed), thread_([this, at, &stop] {
+          std::unique_lock lock(mutex_);
+          changed_.wait_until(lock, at, [&] { return over_ || stop.load(); });
+          passed_.store(true);
+        }) {}
+  Deadline(const Deadline&) = delete;
+  ~Deadline() {
+    {
+      std::lock_guard lock(mutex_);
+      over_ = true;
+      changed_.notify_all();
+    }
+    thread_.join();
+  }
+  const std::atomic<bool>& passed() const { return passed_; }
+
+ private:
+  std::mutex& mutex_;
+  std::condition_variable& changed_;
+  bool over_ = false;
+  std::atomic<bool> passed_{false};
+  std::thread thread_;
+};
 
 }  // namespace
 
@@ -115,6 +146,7 @@ struct Session::Data {
   RenderPlan plan;
   std::string integrator_name;
   double pilot_seconds = 0.0;
+  Clock::time_point limit_start;                 // of the time limit: the scene is built
   RenderPlan technique_steps;                    // how the technique was chosen
   std::optional<Checkpoint> base;                // what this render goes on from
   std::shared_ptr<const Learned> learned;        // in the frame before
@@ -141,7 +173,7 @@ struct Session::Data {
   int next_samples(double render_seconds, uint64_t done) const;
   bool error_due(double render_seconds, uint64_t done) const;
   void estimate_error(double render_seconds, uint64_t done);
-  void publish(double render_seconds, uint64_t done);
+  void publish(double render_seconds, uint64_t done, bool cut);
   void measure_film();
   std::vector<float> resolve(const std::string& pass) const;
   Checkpoint checkpoint() const;
@@ -292,6 +324,7 @@ void Session::Data::run(Job job) {
     scene->change_view(job.camera, std::move(job.settings));
   }
   if (stop.load()) return;
+  limit_start = Clock::now();
   // While the artist moves about there is no time for a pilot.
   if (final_render && settings.integrator == kAutomatic) chosen = choose(camera);
   if (stop.load()) return;
@@ -468,7 +501,8 @@ void Session::Data::measure_film() {
   film_bytes = film->memory_bytes();
 }
 
-void Session::Data::publish(double render_seconds, uint64_t done) {
+/// `cut`: the time limit has ended an iteration, after which pixels have different numbers of samples and their error is not estimated again.
+void Session::Data::publish(double render_seconds, uint64_t done, bool cut) {
   std::lock_guard lock(mutex);
   if (statistics.hints.empty()) {
     for (const HintStatistics& hint : integrator->statistics().hints)
@@ -478,7 +512,7 @@ void Session::Data::publish(double render_seconds, uint64_t done) {
   measure_film();
   progress.samples = samples_before() + sample_counts.mean;
   progress.render_seconds = render_seconds;
-  if (error_due(render_seconds, done)) estimate_error(render_seconds, done);
+  if (!cut && error_due(render_seconds, done)) estimate_error(render_seconds, done);
   float fraction = 0.0f;
   if (settings.samples > 0) fraction = float(progress.samples / settings.samples);
   if (settings.seconds > 0.0) fraction = std::max(fraction, float(render_seconds / settings.seconds));
@@ -521,7 +555,9 @@ std::unique_ptr<Integrator> Session::Data::choose(const CameraDescription& camer
     ++here.age;
     steps = {{"technique", true, std::string(find_integrator(learned->integrator).label) + ": as chosen " + (here.age == 1 ? "a frame" : std::to_string(here.age) + " frames") + " before"}};
   } else {
-    made = choose_technique(scene, camera, stop);
+    std::optional<Deadline> deadline;
+    if (settings.seconds > 0.0) deadline.emplace(limit_start + seconds_of(kPilotShare * settings.seconds), mutex, changed, stop);
+    made = choose_technique(scene, camera, deadline ? deadline->passed() : stop);
     steps = made.plan();
   }
   auto chosen = make_integrator(made.settings.integrator);
@@ -584,23 +620,31 @@ void Session::Data::fall_back(std::unique_ptr<Integrator>& chosen) {
   report_once(diagnostics, {Diagnostic::Severity::Warning, "", std::string(asked.label) + " does not render this scene: " + why + ". " + path.label + " renders it."});
 }
 
+/// A time limit ends an iteration where it stands: pixels keep the samples they have, and chains are weighed by the steps they took. When it ends does not
+/// depend on what the samples found, except that those begun are finished. The first sample of each pixel is always taken: a picture has no holes.
 void Session::Data::render_all() {
   uint64_t done = 0;
   double rendering = pilot_seconds;  // time of iterations and what chose them, without publishing
+  std::optional<Deadline> deadline;
+  if (settings.seconds > 0.0) deadline.emplace(limit_start + seconds_of(settings.seconds), mutex, changed, stop);
   while (!stop.load()) {
-    const int samples = next_samples(rendering, done);
+    const double before = settings.seconds > 0.0 ? seconds_since(limit_start) : rendering;
+    const int samples = next_samples(before, done);
     const auto start = Clock::now();
     if (image_plan) image_plan->plan(*film, uint32_t(done) + uint32_t(samples));
-    integrator->run_iteration(*film, samples, stop);
+    const bool may_be_cut = deadline && done > 0;
+    integrator->run_iteration(*film, samples, may_be_cut ? deadline->passed() : stop);
     rendering += seconds_since(start);
-    done += uint64_t(samples);
-    publish(rendering, done);
+    const bool cut = may_be_cut && deadline->passed().load() && !stop.load();
+    if (!cut) done += uint64_t(samples);
+    const double elapsed = settings.seconds > 0.0 ? seconds_since(limit_start) : rendering;
+    publish(elapsed, done, cut);
     double relmse;
     {
       std::lock_guard lock(mutex);
       relmse = progress.estimated_relmse;
     }
-    if (enough(rendering, double(done), relmse)) break;
+    if (cut || enough(elapsed, double(done), relmse)) break;
   }
 }
 

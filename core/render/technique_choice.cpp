@@ -214,6 +214,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   scene->change_view(camera, asked);
   if (stop.load()) {
     choice.trials.clear();
+    choice.reason = "the pilot was stopped before it could tell";
     return choice;
   }
   std::vector<PilotNoise> costs;
