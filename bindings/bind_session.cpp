@@ -156,6 +156,8 @@ void bind_session(py::module_& module) {
           py::arg("path"), py::arg("scene") = 0, Release(),
           "Write everything found so far; `scene` is SceneDescription.fingerprint(). False before the first iteration has ended.")
       .def("cancel", &Session::cancel, Release())
+      .def("pause", &Session::pause, py::arg("paused"), Release(), "Let the render wait after the iteration it is in, or go on. A time limit does not count the wait.")
+      .def("is_paused", &Session::is_paused)
       .def("wait", &Session::wait, py::arg("seconds"), Release(), "True when done, cancelled or failed.")
       .def("progress", &Session::progress, Release())
       .def("take_error", &Session::take_error, Release(), "What went wrong, once; empty when nothing has.")

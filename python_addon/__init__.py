@@ -24,9 +24,9 @@ except ImportError:
     print(self_check.import_failure, flush=True)
     MODULES = (self_check,)   # its button tells what is the matter
 else:
-    from . import checks, denoise, engine, headless, hint_overlay, hints, learning, photon_overlay, presets, properties, ui, viewport
+    from . import checks, denoise, engine, headless, hint_overlay, hints, learning, pausing, photon_overlay, presets, properties, ui, viewport
 
-    MODULES = (self_check, properties, engine, learning, viewport, hints, hint_overlay, photon_overlay, checks, presets, denoise, ui)
+    MODULES = (self_check, properties, engine, learning, viewport, pausing, hints, hint_overlay, photon_overlay, checks, presets, denoise, ui)
 
 
 def register() -> None:

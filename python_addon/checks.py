@@ -1,4 +1,4 @@
-"""What will not come out as the artist may expect, said before the render; what a click can mend has a button.
+"""What will not come out as the artist may expect, said before the render; what a click can fix has a button.
 
 Two kinds: settings that are looked at whenever the panel is drawn, and everything that exporting and building the scene finds (unknown nodes,
 missing images, invalid meshes), which Check Scene asks for without rendering.
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import bpy
 
-from . import hints
+from . import hints, inherited
 from .ajar_module import ajar
 from .export import camera, export_contents, settings
 from .export.context import ExportContext
@@ -23,21 +23,21 @@ HINT_INTEGRATORS = {info.name for info in ajar.integrator_list() if info.follows
 
 
 @dataclass(frozen=True)
-class Mend:
-    """A setting that works against the picture."""
+class Fix:
+    """A setting that makes the picture worse, and the click that changes it."""
 
     name: str
     text: str
     button: str
     applies: Callable[[bpy.types.Scene], bool]
-    mend: Callable[[bpy.types.Scene], None]
+    fix: Callable[[bpy.types.Scene], None]
 
 
 def _set(**values) -> Callable[[bpy.types.Scene], None]:
-    def mend(scene: bpy.types.Scene) -> None:
+    def fix(scene: bpy.types.Scene) -> None:
         for name, value in values.items():
             setattr(scene.ajar, name, value)
-    return mend
+    return fix
 
 
 def _take_camera(scene: bpy.types.Scene) -> None:
@@ -53,24 +53,24 @@ def _is_biased(scene: bpy.types.Scene) -> bool:
     return any(info.biased for info in ajar.direct_method_list() if info.name == scene.ajar.direct)
 
 
-MENDS = (
-    Mend("CAMERA", "The scene has no camera, so there is nothing to render.", "Use or Add a Camera", lambda scene: scene.camera is None, _take_camera),
-    Mend("CLAMPING", "Clamping takes light away: what is bright will be too dark.", "Switch Clamping Off",
+FIXES = (
+    Fix("CAMERA", "The scene has no camera, so there is nothing to render.", "Use or Add a Camera", lambda scene: scene.camera is None, _take_camera),
+    Fix("CLAMPING", "Clamping removes light: bright parts of the picture become too dark.", "Switch Clamping Off",
          lambda scene: scene.ajar.clamp_direct > 0 or scene.ajar.clamp_indirect > 0, _set(clamp_direct=0.0, clamp_indirect=0.0)),
-    Mend("CAUSTICS", "Caustics are switched off: light through glass and off mirrors will be missing.", "Switch Caustics On",
+    Fix("CAUSTICS", "Caustics are switched off: light from mirrors and through glass is missing.", "Switch Caustics On",
          lambda scene: not (scene.ajar.reflective_caustics and scene.ajar.refractive_caustics),
          _set(reflective_caustics=True, refractive_caustics=True)),
-    Mend("HINTS", "Light paths are drawn, but the integrator does not follow them.", "Use Auto",
+    Fix("HINTS", "Light paths are drawn, but the integrator does not follow them.", "Use Auto",
          lambda scene: scene.ajar.integrator not in HINT_INTEGRATORS and any(curve.ajar.hint_enabled for curve in hints.curves_of(scene)),
          _set(integrator="auto")),
-    Mend("ADAPTIVE", "Chains of paths wander over the picture by themselves; this integrator will not share samples out by noise.", "Use Path Tracing",
+    Fix("ADAPTIVE", "This integrator cannot distribute samples by noise: its chains choose pixels by themselves.", "Use Path Tracing",
          lambda scene: scene.ajar.image == "pmc_ip" and scene.ajar.integrator in CHAIN_INTEGRATORS, _set(integrator="path")),
-    Mend("BIASED", "The method for direct light is biased: an error remains however long it renders.", "Use MIS", _is_biased, _set(direct="mis")),
+    Fix("BIASED", "The direct light method is biased: an error remains however long the render takes.", "Use MIS", _is_biased, _set(direct="mis")),
 )
 
 
-def found_in(scene: bpy.types.Scene) -> list[Mend]:
-    return [mend for mend in MENDS if mend.applies(scene)]
+def found_in(scene: bpy.types.Scene) -> list[Fix]:
+    return [fix for fix in FIXES if fix.applies(scene)]
 
 
 def missing_images() -> list[str]:
@@ -108,16 +108,16 @@ def check(context: bpy.types.Context) -> list[tuple[str, str]]:
     return [(name, text) for name, text in exported.warnings] + [(found.object, found.message) for found in session.diagnostics()]
 
 
-class AJAR_OT_mend(bpy.types.Operator):
-    bl_idname = "ajar.mend"
-    bl_label = "Mend"
+class AJAR_OT_fix(bpy.types.Operator):
+    bl_idname = "ajar.fix"
+    bl_label = "Fix"
     bl_description = "Change the setting that this warning is about"
     bl_options = {"REGISTER", "UNDO"}
 
-    what: bpy.props.EnumProperty(items=[(mend.name, mend.button, mend.text) for mend in MENDS])
+    what: bpy.props.EnumProperty(items=[(fix.name, fix.button, fix.text) for fix in FIXES])
 
     def execute(self, context: bpy.types.Context) -> set[str]:
-        next(mend for mend in MENDS if mend.name == self.what).mend(context.scene)
+        next(fix for fix in FIXES if fix.name == self.what).fix(context.scene)
         return {"FINISHED"}
 
 
@@ -138,11 +138,26 @@ class AJAR_OT_check_scene(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         _messages[context.scene.name] = found
-        self.report({"WARNING"} if found else {"INFO"}, f"{len(found)} things to know, listed in the render properties" if found else "Nothing to say against the scene")
+        self.report({"WARNING"} if found else {"INFO"}, f"{len(found)} warning{'s' if len(found) > 1 else ''}, listed in the render properties" if found else "No problems found")
         return {"FINISHED"}
 
 
-CLASSES = (AJAR_OT_mend, AJAR_OT_check_scene)
+class AJAR_OT_inherit_settings(bpy.types.Operator):
+    bl_idname = "ajar.inherit_settings"
+    bl_label = "Take All from Cycles"
+    bl_description = "Discard the values set in Ajar, wherever Cycles has the same setting"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.scene.ajar.use_cycles_settings
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        inherited.forget_own(context.scene.ajar)
+        return {"FINISHED"}
+
+
+CLASSES = (AJAR_OT_fix, AJAR_OT_check_scene, AJAR_OT_inherit_settings)
 
 
 register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import threading
+import time
 from pathlib import Path
 
 import bpy
@@ -17,6 +18,7 @@ import numpy as np
 from . import compat, passes
 
 GUIDES = (passes.OWN["use_pass_albedo"], passes.BUILT_IN["use_pass_normal"])
+CALIBRATION_SIDE = 256   # pixels
 _CPU, _FLOAT3 = 1, 3      # OIDN_DEVICE_TYPE_CPU, OIDN_FORMAT_FLOAT3
 _HANDLE, _SIZE, _TEXT = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_char_p
 _SIGNATURES = {
@@ -59,8 +61,21 @@ def _library() -> ctypes.CDLL | None:
     return _loaded[0]
 
 
+_seconds_per_pixel = 0.0   # of the last time; 0: not known
+
+
+def expected_seconds(pixels: int) -> float:
+    """How long denoising a picture will take. The first time, a small one is denoised to find out."""
+    if _seconds_per_pixel == 0.0:
+        side = np.zeros((CALIBRATION_SIDE, CALIBRATION_SIDE, 3), dtype=np.float32)
+        denoised(side, side, side)
+    return pixels * _seconds_per_pixel
+
+
 def denoised(color: np.ndarray, albedo: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """`color`: linear [height, width, 3 or 4]; channels after the third stay as they are. The guides have three channels."""
+    global _seconds_per_pixel
+    started = time.monotonic()
     library = _library()
     device = library.oidnNewDevice(_CPU)
     try:
@@ -72,6 +87,7 @@ def denoised(color: np.ndarray, albedo: np.ndarray, normal: np.ndarray) -> np.nd
         image = _packed(color)
         _run(library, device, {"color": image, **guides}, image, hdr=True, cleanAux=True)
         result[..., :3] = image
+        _seconds_per_pixel = (time.monotonic() - started) / (color.shape[0] * color.shape[1])
         return result
     finally:
         library.oidnReleaseDevice(device)

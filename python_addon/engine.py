@@ -15,7 +15,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import compat, denoise, headless, hints, last_render, learning, passes, photon_overlay, viewport
+from . import compat, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .interrupt import Interrupt
@@ -24,7 +24,9 @@ POLL_SECONDS = 0.1
 PREVIEW_POLL_SECONDS = 0.02
 WORDS_SECONDS = 0.5  # between two lines of progress: the background prints them all
 FIRST_IMAGE_SECONDS, IMAGE_SECONDS = 0.5, 2.0  # until the first picture is shown, and between two later ones
-CHECKPOINT_SECONDS = 30.0
+CHECKPOINT_SECONDS = 30.0   # of one that the command line asks for
+FIRST_CHECKPOINT_SECONDS = 5.0
+PAUSED_POLL_SECONDS = 0.3
 NAME = "Ajar"
 
 
@@ -76,12 +78,15 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
         for item in passes.wanted(renderlayer):
             self.register_pass(scene, renderlayer, item.name, len(item.letters), item.letters, item.kind)
+        if scene.ajar.use_denoise and denoise.is_available():
+            self.register_pass(scene, renderlayer, passes.NOISY.name, 4, passes.NOISY.letters, passes.NOISY.kind)
 
     def _render(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled) -> None:
         started = time.monotonic()
         scene = depsgraph.scene_eval
         wanted = passes.wanted(depsgraph.view_layer_eval)
-        guides = denoise.GUIDES if scene.ajar.use_denoise and denoise.is_available() and not self.is_preview else ()
+        denoises = denoise.is_available() and self._denoises(scene, options)
+        guides = denoise.GUIDES if denoises else ()
         exported = export_scene(depsgraph, options, [item.name for item in dict.fromkeys((*wanted, *guides))], self.camera_override or scene.camera,
                                 is_cancelled, lambda step: self._show(depsgraph, f"Exporting {step}"),
                                 None if self.is_preview else self.frame_set)
@@ -89,6 +94,11 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         export_seconds = time.monotonic() - started
         for name, message in exported.warnings:
             self.report({"WARNING"}, f"{name}: {message}")
+        if self._denoises(scene, options) and not denoises:
+            self.report({"WARNING"}, f"{scene.name}: this Blender has no Open Image Denoise, so the picture is not denoised")
+        settings = exported.description.settings
+        if denoises and settings.seconds > 0.0:   # it is part of the time limit
+            settings.seconds = max(0.5 * settings.seconds, settings.seconds - denoise.expected_seconds(settings.width * settings.height))
         if options.dump_scene is not None:
             ajar.save_description(exported.description, str(options.dump_scene))
 
@@ -100,7 +110,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             session.begin_with(learning.of(learner))
         save_checkpoint = self._checkpoints(depsgraph, options, session, exported.description)
         session.start(exported.description)
-        self._follow(depsgraph, session, wanted, is_cancelled, save_checkpoint)
+        interval = float(scene.ajar.checkpoint_interval) if options.checkpoint is None else CHECKPOINT_SECONDS
+        self._follow(depsgraph, session, wanted, is_cancelled, save_checkpoint, interval, settings)
         save_checkpoint()
 
         error = session.take_error()
@@ -125,36 +136,50 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         if options.stats is not None:
             options.stats.write_text(json.dumps(statistics, indent=2) + "\n", encoding="utf-8")
 
+    def _denoises(self, scene: bpy.types.Scene, options: headless.Options) -> bool:
+        return not self.is_preview and (scene.ajar.use_denoise if options.denoise is None else options.denoise == "on")
+
     def _checkpoints(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, session: ajar.Session,
                      description: ajar.SceneDescription) -> Callable[[], None]:
-        """Go on from the checkpoint the command line names; returns what writes the one it asks for. Each view layer has its own."""
-        if self.is_preview or (options.checkpoint is None and options.resume is None):
-            return lambda: None
+        """Go on from the checkpoint that the command line or the panel names; returns what writes one. Each view layer has its own, and each frame that of the
+        panel."""
+        settings = depsgraph.scene.ajar
+        of_panel = Path(bpy.path.abspath(settings.checkpoint_path)) if settings.use_checkpoint else None
+        if of_panel is not None:
+            of_panel = of_panel.with_name(f"{of_panel.stem}_{depsgraph.scene.frame_current:04}{of_panel.suffix}")
+        write, resume = options.checkpoint or of_panel, options.resume
         scene = description.fingerprint()
         several = sum(layer.use for layer in depsgraph.scene.view_layers) > 1
 
         def of_layer(path: Path) -> str:
             return str(path.with_name(f"{path.name}.{depsgraph.view_layer.name}") if several else path)
-        if options.resume is not None:
-            session.resume(of_layer(options.resume), scene)
-        return lambda: session.save_checkpoint(of_layer(options.checkpoint), scene) if options.checkpoint is not None else None
+        if resume is None and of_panel is not None and settings.use_resume and Path(of_layer(of_panel)).is_file():
+            resume = of_panel
+        if self.is_preview or (write is None and resume is None):
+            return lambda: None
+        if resume is not None:
+            session.resume(of_layer(resume), scene)
+        return lambda: session.save_checkpoint(of_layer(write), scene) if write is not None else None
 
     def _follow(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass], is_cancelled,
-                save_checkpoint: Callable[[], None]) -> None:
-        """Until the session ends, by itself or because the user wants no more."""
+                save_checkpoint: Callable[[], None], interval: float, settings: ajar.RenderSettings) -> None:
+        """Until the session ends, by itself or because the user wants no more. `interval`: seconds between two checkpoints."""
+        pausing.begin(self.is_preview)
         next_image = time.monotonic() + FIRST_IMAGE_SECONDS
-        next_checkpoint = time.monotonic() + CHECKPOINT_SECONDS
+        next_checkpoint = time.monotonic() + min(FIRST_CHECKPOINT_SECONDS, interval)
+        save_checkpoint()   # there is none yet; from now on the session keeps one after each iteration
         while not session.wait(PREVIEW_POLL_SECONDS if self.is_preview else POLL_SECONDS):
             progress = session.progress()
             self.update_progress(progress.fraction)
-            self._show(depsgraph, describe(progress))
+            session.pause(pausing.is_wanted() and not self.is_preview)
+            self._show(depsgraph, "Paused" if session.is_paused() else describe(progress, settings))
             if is_cancelled():
                 session.cancel()
                 session.wait(60.0)
                 return
             if time.monotonic() > next_checkpoint:
                 save_checkpoint()
-                next_checkpoint = time.monotonic() + CHECKPOINT_SECONDS
+                next_checkpoint = time.monotonic() + interval
             if not bpy.app.background and time.monotonic() > next_image:
                 self._hand_over(depsgraph, session, wanted, None)
                 next_image = time.monotonic() + IMAGE_SECONDS
@@ -170,6 +195,9 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             target = layer.passes.get(item.name)
             values = session.snapshot(item.name)
             if is_denoised and item is passes.COMBINED:
+                noisy = layer.passes.get(passes.NOISY.name)
+                if noisy is not None:
+                    compat.write_pass(noisy, passes.fitted(values, noisy.channels))
                 values = self._denoised(depsgraph, session, values, statistics)
             if target is not None and values is not None:
                 compat.write_pass(target, passes.fitted(values, target.channels))
@@ -218,13 +246,35 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         self.error_set(message)
 
 
-def describe(progress: ajar.Progress) -> str:
+def describe(progress: ajar.Progress, settings: ajar.RenderSettings) -> str:
     if progress.phase == ajar.Progress.Phase.Building:
         return f"Building: {progress.step}"
-    text = f"Rendering {progress.fraction:.0%} | {progress.samples:.1f} samples"
+    text = f"{progress.samples:.4g} samples"
     if progress.estimated_relmse >= 0.0:
-        text += f" | error {progress.estimated_relmse:.2e}"
-    return text
+        text += f" | Noise {100.0 * progress.estimated_relmse ** 0.5:.2g} %"
+        if settings.target_error > 0.0:
+            text += f" of {100.0 * settings.target_error ** 0.5:.2g} %"
+    left = remaining_seconds(progress, settings)
+    return text if left is None else f"{text} | Remaining {clock(left)}"
+
+
+def remaining_seconds(progress: ajar.Progress, settings: ajar.RenderSettings) -> float | None:
+    """Until the first of the ends that the settings name. The mean squared error falls as one over the number of samples. None while nothing is known."""
+    if progress.samples <= 0.0 or progress.render_seconds <= 0.0:
+        return None
+    ends = []
+    if settings.samples > 0:
+        ends.append(progress.render_seconds * (settings.samples / progress.samples - 1.0))
+    if settings.seconds > 0.0:
+        ends.append(settings.seconds - progress.render_seconds)
+    if settings.target_error > 0.0 and progress.estimated_relmse > 0.0:
+        ends.append(progress.render_seconds * (progress.estimated_relmse / settings.target_error - 1.0))
+    return max(0.0, min(ends)) if ends else None
+
+
+def clock(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02}:{seconds:02}" if minutes >= 60 else f"{minutes:02}:{seconds:02}"
 
 
 def register() -> None:

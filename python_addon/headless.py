@@ -29,6 +29,7 @@ GUIDING = ("off", "on", "auto")
 MERGING = ("off", "on")
 IMAGE = ("uniform", "pmc_ip")
 CARRY_LEARNING = ("on", "off")
+DENOISE = ("on", "off")
 
 
 class OptionError(Exception):
@@ -51,6 +52,7 @@ class Options:
     seed: int | None = None
     threads: int | None = None
     carry_learning: str | None = None
+    denoise: str | None = None
     memory_limit: int | None = None
     stats: Path | None = None
     checkpoint: Path | None = None
@@ -109,6 +111,7 @@ READERS: dict[str, Callable[[str], object]] = {
     "error": _number(float, 1e-12, 1e6),
     "seed": _number(int, 0, 2**32 - 1),
     "carry-learning": _name(CARRY_LEARNING),
+    "denoise": _name(DENOISE),
     "threads": _number(int, 0, 1024),
     "memory-limit": _number(int, 0, 2**31 - 1),
     "stats": _file,

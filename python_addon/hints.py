@@ -1,6 +1,6 @@
 """Light paths drawn by the artist: what the core made of them, and the operators that make them.
 
-Any curve in the collection named in the render settings is a light path. How it was attached to lights and surfaces is known after each
+Any curve in the collection named in the render settings is a light hint. How it was attached to lights and surfaces is known after each
 render, while a view is rendered, or when asked; the overlay (`hint_overlay.py`) and the panels show it as long as the curve has not changed.
 """
 
@@ -23,7 +23,7 @@ NOT_CHECKED = "Not checked yet"
 
 @dataclass
 class Attachment:
-    """What became of one light path."""
+    """What became of one light hint."""
 
     points: np.ndarray                     # the artist's, when it was attached
     attached: bool
@@ -77,19 +77,19 @@ def curves_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 def make_collection(context: bpy.types.Context) -> bpy.types.Collection:
-    """The collection of light paths, which is made and linked to the scene where it is missing."""
+    """The collection of light hints, which is made and linked to the scene where it is missing."""
     scene = context.scene
     collection = export_hints.collection_of(scene)
     if collection is None:
-        collection = bpy.data.collections.new(scene.ajar.hint_collection or "Light Paths")
+        collection = bpy.data.collections.new(scene.ajar.hint_collection or export_hints.COLLECTION)
         scene.ajar.hint_collection = collection.name
     if collection not in scene.collection.children_recursive:
         scene.collection.children.link(collection)
     return collection
 
 
-def new_path(context: bpy.types.Context, points: list[Vector], name: str = "Light Path") -> bpy.types.Object:
-    """A curve of straight segments in the collection of light paths, alone selected."""
+def new_path(context: bpy.types.Context, points: list[Vector], name: str = "Light Hint") -> bpy.types.Object:
+    """A curve of straight segments in the collection of light hints, alone selected."""
     data = bpy.data.curves.new(name, "CURVE")
     data.dimensions = "3D"
     set_points(data, points)
@@ -120,7 +120,7 @@ def _describe(context: bpy.types.Context) -> ajar.SceneDescription:
 
 
 def check(context: bpy.types.Context) -> None:
-    """Attach the light paths of the scene as it is now."""
+    """Attach the light hints of the scene as it is now."""
     description = _describe(context)
     points = points_of(description)
     remember(ajar.attach_hints(description), points)
@@ -138,9 +138,9 @@ def _is_ours(context: bpy.types.Context) -> bool:
     return context.engine == "AJAR" and context.mode == "OBJECT"
 
 
-class AJAR_OT_mark_light_path(bpy.types.Operator):
-    bl_idname = "ajar.mark_light_path"
-    bl_label = "Mark as Light Path"
+class AJAR_OT_mark_light_hint(bpy.types.Operator):
+    bl_idname = "ajar.mark_light_hint"
+    bl_label = "Mark as Light Hint"
     bl_description = "Let the selected curves show the renderer where light goes"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -156,9 +156,9 @@ class AJAR_OT_mark_light_path(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class AJAR_OT_unmark_light_path(bpy.types.Operator):
-    bl_idname = "ajar.unmark_light_path"
-    bl_label = "Unmark Light Path"
+class AJAR_OT_unmark_light_hint(bpy.types.Operator):
+    bl_idname = "ajar.unmark_light_hint"
+    bl_label = "Unmark Light Hint"
     bl_description = "The selected curves are ordinary curves again"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -178,10 +178,10 @@ class AJAR_OT_unmark_light_path(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class AJAR_OT_check_light_paths(bpy.types.Operator):
-    bl_idname = "ajar.check_light_paths"
-    bl_label = "Check Light Paths"
-    bl_description = "Find out whether each light path meets its light and surfaces"
+class AJAR_OT_check_light_hints(bpy.types.Operator):
+    bl_idname = "ajar.check_light_hints"
+    bl_label = "Check Light Hints"
+    bl_description = "Find out whether each light hint meets its light and surfaces"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -194,13 +194,13 @@ class AJAR_OT_check_light_paths(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         failed = [curve.name for curve in curves_of(context.scene) if (known := attachment_of(curve)) is not None and not known.attached]
-        self.report({"WARNING" if failed else "INFO"}, f"Not attached: {', '.join(failed)}" if failed else "All light paths are attached")
+        self.report({"WARNING" if failed else "INFO"}, f"Not attached: {', '.join(failed)}" if failed else "All light hints are attached")
         return {"FINISHED"}
 
 
-class AJAR_OT_suggest_light_paths(bpy.types.Operator):
-    bl_idname = "ajar.suggest_light_paths"
-    bl_label = "Suggest Light Paths"
+class AJAR_OT_suggest_light_hints(bpy.types.Operator):
+    bl_idname = "ajar.suggest_light_hints"
+    bl_label = "Suggest Light Hints"
     bl_description = "Find where light comes from that path tracing finds too seldom, and draw it as curves to edit"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -229,7 +229,7 @@ class AJAR_OT_suggest_light_paths(bpy.types.Operator):
             self.report({"INFO"}, "Path tracing finds the light of this scene well: there is nothing to suggest")
             return {"CANCELLED"}
         share = sum(share for _, share in found)
-        self.report({"INFO"}, f"{len(found)} light paths suggested, near which {share:.0%} of the noise of path tracing comes from")
+        self.report({"INFO"}, f"{len(found)} light hints suggested, near which {share:.0%} of the noise of path tracing comes from")
         return {"FINISHED"}
 
 
@@ -244,9 +244,9 @@ def _lamp_at(context: bpy.types.Context, place: tuple[float, float, float]) -> b
     return lamp if lamp is not None and distance(lamp) < 1e-3 else None
 
 
-class AJAR_OT_draw_light_path(bpy.types.Operator):
-    bl_idname = "ajar.draw_light_path"
-    bl_label = "Draw Light Path"
+class AJAR_OT_draw_light_hint(bpy.types.Operator):
+    bl_idname = "ajar.draw_light_hint"
+    bl_label = "Draw Light Hint"
     bl_description = "From the active lamp, click from surface to surface to where the light should arrive"
     bl_options = {"REGISTER", "UNDO"}
 
@@ -321,17 +321,25 @@ class AJAR_OT_draw_light_path(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (AJAR_OT_mark_light_path, AJAR_OT_unmark_light_path, AJAR_OT_check_light_paths, AJAR_OT_suggest_light_paths,
-           AJAR_OT_draw_light_path)
+CLASSES = (AJAR_OT_mark_light_hint, AJAR_OT_unmark_light_hint, AJAR_OT_check_light_hints, AJAR_OT_suggest_light_hints,
+           AJAR_OT_draw_light_hint)
 
 
 def _menu(self, context: bpy.types.Context) -> None:
     if context.engine == "AJAR":
         self.layout.separator()
-        self.layout.operator(AJAR_OT_mark_light_path.bl_idname)
+        self.layout.operator(AJAR_OT_mark_light_hint.bl_idname)
 
 
-_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+def _under_old_name(operator: type) -> type:
+    """The same operator by the name that it had before hints were called light hints, for scripts and key maps."""
+    old = operator.__name__.replace("light_hint", "light_path")
+    values = {name: value for name, value in vars(operator).items() if name not in ("bl_rna", "__dict__", "__weakref__")}
+    return type(old, operator.__bases__, values | {"bl_idname": operator.bl_idname.replace("light_hint", "light_path"),
+                                                   "bl_options": set(getattr(operator, "bl_options", ())) | {"INTERNAL"}})
+
+
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory((*CLASSES, *map(_under_old_name, CLASSES)))
 
 
 def register() -> None:

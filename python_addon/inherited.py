@@ -5,31 +5,63 @@ Cycles keeps settings of lamps, objects and so on in its add-on. A file that was
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import bpy
 
 from . import compat
 
+NAMES: set[str] = set()   # of all properties that inherit
+OWN_SUFFIX = "_"   # of the key under which a value of our own is stored
 
-def accessors(name: str, default, cycles: str, numbers: dict[str, int] | None = None, group: str = "cycles") -> dict:
-    """A getter that falls back to the property `cycles` in Cycles' group, and a setter that ends that. `numbers`: of an enum's items.
 
-    A scene inherits nothing until something of Cycles was set in it: Cycles' own defaults say nothing about the scene.
+def accessors(name: str, default, cycles: str, numbers: dict[str, int] | None = None, group: str = "cycles", read: Callable | None = None) -> dict:
+    """A getter that falls back to the property `cycles` in Cycles' group, and a setter that ends that. `numbers`: of an enum's items. `read(owner, default)`
+    stands for the property where it takes more than one to know the value.
+
+    A scene inherits while `use_cycles_settings` is on; without anybody's choice that is if something of Cycles was set in it, because Cycles' own defaults
+    say nothing about the scene.
     """
-    key = f"{name}_"
+    key = name + OWN_SUFFIX
+    NAMES.add(name)
 
     def get(self):
         stored = self.get(key)
+        if stored is None:
+            stored = self.get(name)   # of a file from before the property inherited
         if stored is not None:
             return stored
         owner = self.id_data
-        is_set = not isinstance(owner, bpy.types.Scene) or group != "cycles" or compat.has_cycles_settings(owner)
-        value = compat.cycles_value(owner, cycles, default, group) if is_set else default
+        inherits = not isinstance(owner, bpy.types.Scene) or group != "cycles" or owner.ajar.use_cycles_settings
+        if inherits and read is not None:
+            return read(owner, default)
+        value = compat.cycles_value(owner, cycles, default, group) if inherits else default
         return value if numbers is None else numbers.get(value, numbers[default])
 
     def set_(self, value):
         self[key] = value
 
     return {"get": get, "set": set_}
+
+
+def is_own(settings: bpy.types.PropertyGroup, name: str) -> bool:
+    """Whether the artist has set it in Ajar."""
+    return settings.get(name + OWN_SUFFIX) is not None or settings.get(name) is not None
+
+
+def forget_own(settings: bpy.types.PropertyGroup) -> None:
+    """Let all be inherited again that can be."""
+    for name in NAMES & set(settings.bl_rna.properties.keys()):
+        for key in (name + OWN_SUFFIX, name):
+            if settings.get(key) is not None:
+                del settings[key]
+
+
+def noise_of_cycles(scene: bpy.types.Scene, default: float) -> float:
+    """Cycles' noise threshold bounds the error of each pixel relative to its brightness; ours is the square of that, in the mean."""
+    if not compat.cycles_value(scene, "use_adaptive_sampling", False):
+        return default
+    return float(compat.cycles_value(scene, "adaptive_threshold", 0.0)) ** 2
 
 
 def boolean(name: str, label: str, tip: str, default: bool, cycles: str, group: str = "cycles"):

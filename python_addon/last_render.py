@@ -16,6 +16,6 @@ def of(scene: bpy.types.Scene) -> dict | None:
 
 
 def of_hint(scene: bpy.types.Scene, name: str) -> dict | None:
-    """What a light path was worth in the last render, where its integrator says so."""
+    """What a light hint was worth in the last render, where its integrator says so."""
     hints = (of(scene) or {}).get("hints", [])
     return next((hint for hint in hints if isinstance(hint, dict) and hint.get("name") == name), None)

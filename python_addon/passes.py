@@ -42,6 +42,9 @@ OWN = {  # property of our own settings -> pass
 }
 
 
+NOISY = Pass("Noisy Image", "RGBA", "COLOR")   # Cycles' name for the picture before denoising
+
+
 def wanted(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     return ([COMBINED] + [item for name, item in BUILT_IN.items() if getattr(view_layer, name)]
             + [item for name, item in OWN.items() if getattr(view_layer.ajar, name)])

@@ -8,7 +8,7 @@ any of Cycles' there: an unmodified scene renders the same. The user interface s
 
 import bpy
 
-from . import data_properties, hints, inherited
+from . import compat, data_properties, hints, inherited
 from .ajar_module import ajar
 
 # The numbers are stored in files and never change.
@@ -35,87 +35,124 @@ def integrator_items() -> list[tuple[str, str, str, int]]:
             for info in ajar.integrator_list() if info.name in INTEGRATOR_NUMBERS]
 
 
+# Name -> relative mean squared error. The percentage that artists see is its square root.
+NOISE_LEVELS = {"OFF": 0.0, "DRAFT": 1e-2, "GOOD": 1e-3, "CLEAN": 1e-4, "FINAL": 2.5e-5}
+NOISE_ITEMS = [("OFF", "Any", "The noise does not end the render", 0), ("DRAFT", "Draft", "10 %: for a first look", 1),
+               ("GOOD", "Good", "3 %: little grain, or clean after denoising", 2), ("CLEAN", "Clean", "1 %: no grain at normal size", 3),
+               ("FINAL", "Final", "0.5 %: no grain in close-ups", 4), ("CUSTOM", "Custom", "The number below", 5)]
+
+
+def _get_noise_level(settings: bpy.types.PropertyGroup) -> int:
+    target = settings.noise_target
+    return next((i for i, level in enumerate(NOISE_LEVELS.values()) if abs(target - level) <= 1e-3 * level), len(NOISE_LEVELS))
+
+
+def _set_noise_level(settings: bpy.types.PropertyGroup, number: int) -> None:
+    if number < len(NOISE_LEVELS):
+        settings.noise_target = list(NOISE_LEVELS.values())[number]
+
+
+def _get_use_cycles_settings(settings: bpy.types.PropertyGroup) -> bool:
+    stored = settings.get("use_cycles_settings_")
+    return compat.has_cycles_settings(settings.id_data) if stored is None else bool(stored)
+
+
+def _set_use_cycles_settings(settings: bpy.types.PropertyGroup, value: bool) -> None:
+    settings["use_cycles_settings_"] = value
+
+
 class AjarSceneSettings(bpy.types.PropertyGroup):
-    integrator: bpy.props.EnumProperty(name="Integrator", description="How light is followed", items=integrator_items(),
+    use_cycles_settings: bpy.props.BoolProperty(
+        name="Use Cycles' Settings", description="Settings that nobody has changed in Ajar have the value that the scene has for Cycles. They are shown in grey",
+        get=_get_use_cycles_settings, set=_set_use_cycles_settings)
+    show_advanced: bpy.props.BoolProperty(name="Advanced", description="Show methods that exist for comparison: no scene renders faster with them", default=False)
+    use_checkpoint: bpy.props.BoolProperty(
+        name="Checkpoint", description="Keep what has been rendered in a file, so that a render that was stopped or that crashed can go on", default=False)
+    checkpoint_path: bpy.props.StringProperty(name="File", description="Of the checkpoint", default="//ajar.checkpoint", subtype="FILE_PATH")
+    checkpoint_interval: bpy.props.IntProperty(name="Every", description="Seconds between two checkpoints", default=30, min=1, max=86400, subtype="TIME_ABSOLUTE")
+    use_resume: bpy.props.BoolProperty(
+        name="Resume", description="Go on from the checkpoint, if there is one of this frame. Its samples count towards those asked for", default=False)
+    integrator: bpy.props.EnumProperty(name="Integrator", description="Rendering technique", items=integrator_items(),
                                        default="auto")
-    direct: bpy.props.EnumProperty(name="Direct Light", description="How the light that arrives straight from lamps is sampled",
+    direct: bpy.props.EnumProperty(name="Direct Light", description="How direct light is sampled",
                                    items=DIRECT_ITEMS, default="mis")
-    direct_samples: bpy.props.IntProperty(name="Direct Samples", description="Samples of direct light at each surface the camera sees",
+    direct_samples: bpy.props.IntProperty(name="Direct Samples", description="Direct light samples at each surface that the camera sees",
                                           default=1, min=1, max=256)
     guiding: bpy.props.EnumProperty(
-        name="Path Guiding", description="Learn while rendering where light comes from, and send paths there", default="off",
-        items=[("off", "Off", "Directions are chosen by the materials alone", 0),
-               ("on", "On", "Directions are chosen by the materials and by what earlier samples found", 1),
-               ("auto", "Automatic", "Measure in the first 16 samples whether guiding pays", 2)])
+        name="Path Guiding", description="Learn where light comes from during the render, and send more paths there", default="off",
+        items=[("off", "Off", "Directions come from the materials only", 0),
+               ("on", "On", "Directions come from the materials and from what earlier samples found", 1),
+               ("auto", "Automatic", "Measure in the first 16 samples whether guiding reduces the noise", 2)])
     carry_learning: bpy.props.BoolProperty(
-        name="Carry Learning", description="Each frame of an animation begins with what the frames before have learned, with the same mean",
+        name="Carry Learning", description="Each frame of an animation starts with what earlier frames have learned. Does not change the mean of the picture",
         default=True)
     vertex_merging: bpy.props.EnumProperty(
         name="Vertex Merging", description="Caustics seen in mirrors and through glass, which no other light path connects to, come from photons",
         default="on",
-        items=[("off", "Off", "Found by chance, as very bright specks. Unbiased", 0),
-               ("on", "On", "From photons whose blur vanishes as the render goes on. Consistent", 1)])
+        items=[("off", "Off", "Path tracing finds them rarely, as very bright pixels. Unbiased", 0),
+               ("on", "On", "From photons, whose blur shrinks as the render goes on. Consistent", 1)])
     image: bpy.props.EnumProperty(
-        name="Image Sampling", description="How samples are shared out among pixels", default="uniform",
+        name="Image Sampling", description="How samples are distributed over the pixels", default="uniform",
         items=[("uniform", "Uniform", "All pixels get the same number of samples", 0),
                ("pmc_ip", "Adaptive (PMC-IP)", "Noisy pixels get more samples", 1)])
     image_error: bpy.props.EnumProperty(
-        name="Even Out", description="The noise that adaptive sampling lowers", default="relative",
+        name="Noise Measure", description="Which error adaptive sampling reduces", default="relative",
         items=[("relative", "Relative Error", "Against the brightness of each pixel", 0),
                ("perceptual", "Visible Error", "Against the differences that an eye can see", 1)])
     importance_factor: bpy.props.FloatProperty(
-        name="Region Importance", description="Pixels in the region get this many times the samples, with the same mean", default=1.0, min=0.0, soft_max=10.0)
+        name="Region Importance", description="Pixels in the region get this many times more samples. Does not change the mean of the picture", default=1.0, min=0.0, soft_max=10.0)
     importance_min: bpy.props.FloatVectorProperty(name="Region From", description="Lower left corner, as a part of the frame", size=2,
                                                   default=(0.0, 0.0), min=0.0, max=1.0)
     importance_max: bpy.props.FloatVectorProperty(name="To", description="Upper right corner, as a part of the frame", size=2,
                                                   default=(1.0, 1.0), min=0.0, max=1.0)
     samples: inherited.integer("samples", "Samples", "Samples per pixel", 64, "samples", 1, 2**24)
-    use_denoise: bpy.props.BoolProperty(
-        name="Denoise", description="Guess the picture without noise, by Blender's Open Image Denoise, when the render is done. Biased", default=False)
+    use_denoise: inherited.boolean(
+        "use_denoise", "Denoise", "Remove the remaining noise with Blender's Open Image Denoise when the render is done. The noisy picture is kept as a pass. Biased",
+        False, "use_denoising")
     use_viewport_denoise: bpy.props.BoolProperty(
-        name="Denoise Viewport", description="The same in the rendered 3D view, as samples double. Biased", default=False)
+        name="Denoise Viewport", description="Denoise the rendered 3D view whenever the number of samples has doubled. Biased", default=False)
     viewport_samples: inherited.integer("viewport_samples", "Viewport Samples", "Samples per pixel in the rendered 3D view", 1024, "preview_samples",
                            1, 2**24)
-    viewport_integrator: bpy.props.EnumProperty(name="Viewport Integrator", description="How light is followed in the rendered 3D view",
+    viewport_integrator: bpy.props.EnumProperty(name="Viewport Integrator", description="Rendering technique of the rendered 3D view",
                                                 items=integrator_items(), default="path")
-    time_limit: inherited.number("time_limit", "Time Limit", "Seconds after which rendering stops; 0: none", 0.0, "time_limit", 0.0, 1e7,
+    time_limit: inherited.number("time_limit", "Time Limit", "Stop after this time, denoising included. 0 for no limit", 0.0, "time_limit", 0.0, 1e7,
                        subtype="TIME_ABSOLUTE")
     noise_target: bpy.props.FloatProperty(
-        name="Noise Target", description="Stop when the estimated relative mean squared error is below this; 0: never",
-        default=0.0, min=0.0, max=1.0, precision=4, step=0.1)
-    seed: inherited.integer("seed", "Seed", "Another number gives another pattern of noise", 0, "seed", 0, 2**31 - 1)
+        name="Noise Target", description="Stop when the estimated relative mean squared error is below this. 0 for never", default=0.0, min=0.0, max=1.0, precision=5,
+        step=0.1, **inherited.accessors("noise_target", 0.0, "adaptive_threshold", read=inherited.noise_of_cycles))
+    noise_level: bpy.props.EnumProperty(name="Noise", description="How much noise may be left in the picture", items=NOISE_ITEMS, get=_get_noise_level, set=_set_noise_level)
+    seed: inherited.integer("seed", "Seed", "A different seed gives a different noise pattern", 0, "seed", 0, 2**31 - 1)
     bounces_total: inherited.integer("bounces_total", "Total", "Bounces of any kind", 12, "max_bounces", 0, 1024)
     bounces_diffuse: inherited.integer("bounces_diffuse", "Diffuse", "Diffuse bounces", 4, "diffuse_bounces", 0, 1024)
     bounces_glossy: inherited.integer("bounces_glossy", "Glossy", "Glossy bounces", 4, "glossy_bounces", 0, 1024)
     bounces_transmission: inherited.integer("bounces_transmission", "Transmission", "Bounces through glass", 12, "transmission_bounces", 0, 1024)
     bounces_transparent: inherited.integer("bounces_transparent", "Transparent", "Transparent surfaces crossed", 8, "transparent_max_bounces", 0, 1024)
     bounces_volume: inherited.integer("bounces_volume", "Volume", "Bounces in volumes", 0, "volume_bounces", 0, 1024)
-    clamp_direct: inherited.number("clamp_direct", "Clamp Direct", "Limit of direct light; darkens; 0: none", 0.0, "sample_clamp_direct", 0.0, 1e8)
-    clamp_indirect: inherited.number("clamp_indirect", "Clamp Indirect", "Limit of indirect light; darkens; 0: none", 0.0,
+    clamp_direct: inherited.number("clamp_direct", "Clamp Direct", "Maximum brightness of a direct light sample. Darkens the picture. 0 for no limit", 0.0, "sample_clamp_direct", 0.0, 1e8)
+    clamp_indirect: inherited.number("clamp_indirect", "Clamp Indirect", "Maximum brightness of an indirect light sample. Darkens the picture. 0 for no limit", 0.0,
                            "sample_clamp_indirect", 0.0, 1e8)
-    reflective_caustics: inherited.boolean("reflective_caustics", "Reflective Caustics", "Light that mirrors throw on diffuse surfaces", True,
+    reflective_caustics: inherited.boolean("reflective_caustics", "Reflective Caustics", "Light reflected by glossy surfaces onto diffuse surfaces", True,
                                "caustics_reflective")
-    refractive_caustics: inherited.boolean("refractive_caustics", "Refractive Caustics", "Light that glass throws on diffuse surfaces", True,
+    refractive_caustics: inherited.boolean("refractive_caustics", "Refractive Caustics", "Light refracted by glass onto diffuse surfaces", True,
                                "caustics_refractive")
     filter: bpy.props.EnumProperty(
-        name="Pixel Filter", description="Which part of the image a pixel gathers", items=FILTER_ITEMS, default="BLACKMAN_HARRIS",
+        name="Pixel Filter", description="How samples near a pixel are weighted", items=FILTER_ITEMS, default="BLACKMAN_HARRIS",
         **inherited.accessors("filter", "BLACKMAN_HARRIS", "pixel_filter_type", {item[0]: item[3] for item in FILTER_ITEMS}))
     filter_width: inherited.number("filter_width", "Width", "Full width of the filter in pixels", 1.5, "filter_width", 0.01, 10.0)
-    gather_rays: bpy.props.IntProperty(name="Gather Rays", description="Per sample, at the first rough surface, where photon maps are used; a tenth of those of a "
-                                       "point of the irradiance cache",
+    gather_rays: bpy.props.IntProperty(name="Gather Rays", description="Rays per sample that look up the photon map from the first rough surface. The irradiance cache uses ten times as many per record",
                                        default=8, min=1, max=1024)
-    photons: bpy.props.IntProperty(name="Photons", description="Emitted for each sample of the picture; 0: by the picture's size",
+    photons: bpy.props.IntProperty(name="Photons", description="Photons emitted per sample of the picture. 0 to choose by the size of the picture",
                                    default=0, min=0, max=10**8)
-    photon_radius: bpy.props.FloatProperty(name="Photon Radius", description="Of the first pass; 0: by the photons' density",
+    photon_radius: bpy.props.FloatProperty(name="Photon Radius", description="Radius of the first pass. 0 to choose it from the photon density",
                                            default=0.0, min=0.0, subtype="DISTANCE")
     memory_limit: bpy.props.IntProperty(
-        name="Memory Limit (MiB)", description="A render that would need more is refused before it begins, and says what is largest; 0: none",
+        name="Memory Limit (MiB)", description="Refuse to start a render that would need more memory, and report what is largest. 0 for no limit",
         default=0, min=0, max=2**31 - 1)
     show_photons: bpy.props.BoolProperty(
         name="Show Photons", description="After a render, or while a view is rendered, draw the photons of the last pass as points in the 3D views",
         default=False, update=lambda self, context: hints.redraw_views(context))
-    hint_collection: bpy.props.StringProperty(name="Light Paths", description="Collection whose curves are hints where light goes",
-                                              default="Light Paths")
+    hint_collection: bpy.props.StringProperty(name="Light Hints", description="Collection whose curves show where light goes",
+                                              default="Light Hints")
     motion_blur_position: inherited.enum(
         "motion_blur_position", "Position", "When the shutter opens, relative to the frame", "CENTER", "motion_blur_position",
         [("START", "Start on Frame", "The shutter opens at the frame", 0), ("CENTER", "Center on Frame", "The shutter is half open at the frame", 1),
@@ -124,7 +161,7 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
         "curve_shape", "Shape", "How hair and curves are shown", "RIBBONS", "shape", CURVE_SHAPES, group="cycles_curves")
     curve_subdivisions: inherited.integer("curve_subdivisions", "Curve Subdivisions", "Subdivisions of each segment of a ribbon", 2, "subdivisions", 0, 24,
                                           group="cycles_curves")
-    exposure: inherited.number("exposure", "Exposure", "Factor on the light that the film receives", 1.0, "film_exposure", 0.0, 10.0)
+    exposure: inherited.number("exposure", "Exposure", "Brightness multiplier", 1.0, "film_exposure", 0.0, 10.0)
 
 
 class AjarCollectionSettings(bpy.types.PropertyGroup):

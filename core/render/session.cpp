@@ -121,6 +121,7 @@ struct Session::Data {
   bool checkpoint_wanted = false;                // keep one at every iteration boundary
   std::optional<Checkpoint> published_checkpoint;
   bool quit = false;
+  bool paused = false;
   bool busy = false;                             // the worker has a job
   uint64_t last_number = 0;
   Progress progress;
@@ -169,6 +170,7 @@ struct Session::Data {
   void report_passes();
   void fall_back(std::unique_ptr<Integrator>& chosen);
   void render_all();
+  void wait_while_paused();
   bool enough(double render_seconds, double samples, double relmse) const;
   int next_samples(double render_seconds, uint64_t done) const;
   bool error_due(double render_seconds, uint64_t done) const;
@@ -506,7 +508,7 @@ void Session::Data::publish(double render_seconds, uint64_t done, bool cut) {
   std::lock_guard lock(mutex);
   if (statistics.hints.empty()) {
     for (const HintStatistics& hint : integrator->statistics().hints)
-      if (!hint.report.attached) diagnostics.push_back({Diagnostic::Severity::Warning, hint.report.name, "This light path is not used: " + hint.report.reason + "."});
+      if (!hint.report.attached) diagnostics.push_back({Diagnostic::Severity::Warning, hint.report.name, "This light hint is not used: " + hint.report.reason + "."});
   }
   statistics = integrator->statistics();
   measure_film();
@@ -620,14 +622,24 @@ void Session::Data::fall_back(std::unique_ptr<Integrator>& chosen) {
   report_once(diagnostics, {Diagnostic::Severity::Warning, "", std::string(asked.label) + " does not render this scene: " + why + ". " + path.label + " renders it."});
 }
 
+/// Wait while the owner wants it; the time is not counted. Without the lock held.
+void Session::Data::wait_while_paused() {
+  const auto start = Clock::now();
+  std::unique_lock lock(mutex);
+  if (!paused) return;
+  changed.wait(lock, [this] { return !paused || stop.load(); });
+  limit_start += Clock::now() - start;
+}
+
 /// A time limit ends an iteration where it stands: pixels keep the samples they have, and chains are weighed by the steps they took. When it ends does not
 /// depend on what the samples found, except that those begun are finished. The first sample of each pixel is always taken: a picture has no holes.
 void Session::Data::render_all() {
   uint64_t done = 0;
   double rendering = pilot_seconds;  // time of iterations and what chose them, without publishing
-  std::optional<Deadline> deadline;
-  if (settings.seconds > 0.0) deadline.emplace(limit_start + seconds_of(settings.seconds), mutex, changed, stop);
   while (!stop.load()) {
+    wait_while_paused();
+    std::optional<Deadline> deadline;
+    if (settings.seconds > 0.0) deadline.emplace(limit_start + seconds_of(settings.seconds), mutex, changed, stop);
     const double before = settings.seconds > 0.0 ? seconds_since(limit_start) : rendering;
     const int samples = next_samples(before, done);
     const auto start = Clock::now();
@@ -657,6 +669,17 @@ void Session::cancel() {
   data_->stop.store(true);
   data_->stop_building.store(true);
   data_->changed.notify_all();
+}
+
+void Session::pause(bool paused) {
+  std::lock_guard lock(data_->mutex);
+  data_->paused = paused;
+  data_->changed.notify_all();
+}
+
+bool Session::is_paused() const {
+  std::lock_guard lock(data_->mutex);
+  return data_->paused;
 }
 
 bool Session::wait(double seconds) {

@@ -65,6 +65,9 @@ class Session {
   /// Everything found so far, at the last iteration boundary; nothing before the first. Asking once makes later ones be kept.
   std::optional<Checkpoint> checkpoint() const;
   void cancel();
+  /// Let the render wait after the iteration it is in, or go on. A time limit does not count the time it waits. A cancel ends the wait.
+  void pause(bool paused);
+  bool is_paused() const;
   /// Wait until done or `seconds` have passed; true when done, cancelled or failed.
   bool wait(double seconds);
   Progress progress() const;

@@ -1,4 +1,4 @@
-"""The artist's light paths: every curve in one collection, its control points from a light to what the camera sees.
+"""The artist's light hints: every curve in one collection, its control points from a light to what the camera sees.
 
 Only the points go over, in world space; the core attaches them to lights and surfaces, and reports by name what it cannot attach.
 """
@@ -11,9 +11,14 @@ from mathutils import Matrix
 
 from .context import ExportContext
 
+COLLECTION, OLD_COLLECTION = "Light Hints", "Light Paths"
+
 
 def collection_of(scene: bpy.types.Scene) -> bpy.types.Collection | None:
-    return bpy.data.collections.get(scene.ajar.hint_collection)
+    """The one that the settings name. By default that is "Light Hints", and in older files "Light Paths"."""
+    name = scene.ajar.hint_collection
+    found = bpy.data.collections.get(name)
+    return bpy.data.collections.get(OLD_COLLECTION) if found is None and name == COLLECTION else found
 
 
 def export(context: ExportContext) -> None:
@@ -21,7 +26,7 @@ def export(context: ExportContext) -> None:
     collection = collection_of(scene)
     if collection is None:
         return
-    context.report_step("light paths")
+    context.report_step("light hints")
     for thing in collection.all_objects:
         if thing.type != "CURVE" or thing.name not in context.view_layer.objects:
             continue

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import compat, unsupported
+from .. import compat, inherited, unsupported
 from ..ajar_module import ajar
 from ..headless import Options
 from .context import ExportContext
@@ -39,7 +39,9 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.importance_factor = ours.importance_factor
     out.samples = _first(options.samples, _samples_of_layer(context) or ours.samples)
     out.seconds = _first(options.time, ours.time_limit)
-    out.target_error = _first(options.error, ours.noise_target)
+    # Who asks for a number of samples or a time on the command line gets it, unless the scene has a noise target of Ajar's own.
+    is_asked = inherited.is_own(ours, "noise_target") or (options.samples is None and options.time is None)
+    out.target_error = _first(options.error, ours.noise_target if is_asked else 0.0)
     out.seed = _first(options.seed, ours.seed)
     out.photons, out.photon_radius, out.gather_rays = ours.photons, ours.photon_radius, ours.gather_rays
     out.threads = _first(options.threads, render.threads if render.threads_mode == "FIXED" else 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import blf
 import bpy
 
-from .. import compat
+from .. import compat, inherited
 
 ENGINE = "AJAR"
 MARGINS, ICON = 72, 20   # pixels: left and right of a text in a panel, scroll bar included; of an icon
@@ -51,6 +51,13 @@ def say(layout: bpy.types.UILayout, text: str, context: bpy.types.Context, icon:
     column.scale_y = 0.8
     for number, line in enumerate(_wrapped(text, context, icon != "NONE")):
         column.label(text=line, icon=icon if number == 0 or icon == "NONE" else "BLANK1")
+
+
+def draw_inherited(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, name: str, **more) -> None:
+    """A setting of the scene; in grey while its value is that of Cycles."""
+    row = layout.row()
+    row.active = not settings.use_cycles_settings or inherited.is_own(settings, name)
+    row.prop(settings, name, **more)
 
 
 def choose_light_group(layout: bpy.types.UILayout, source: bpy.types.Object | bpy.types.World, view_layer: bpy.types.ViewLayer) -> None:

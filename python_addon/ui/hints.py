@@ -11,7 +11,7 @@ from .common import ENGINE, AjarPanel, say
 
 
 def draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
-    """The scene's light paths, each with what became of it."""
+    """The scene's light hints, each with what became of it."""
     scene = context.scene
     layout.prop_search(scene.ajar, "hint_collection", bpy.data, "collections", text="Collection")
     for curve in hints.curves_of(scene):
@@ -30,15 +30,15 @@ def draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         if known is not None and not known.attached:
             say(layout, known.reason, context)
     buttons = layout.column(align=True)
-    buttons.operator("ajar.draw_light_path", icon="GREASEPENCIL")
-    buttons.operator("ajar.mark_light_path", icon="ADD")
-    buttons.operator("ajar.unmark_light_path", icon="REMOVE")
-    buttons.operator("ajar.check_light_paths", icon="VIEWZOOM")
-    buttons.operator("ajar.suggest_light_paths", icon="LIGHT")
+    buttons.operator("ajar.draw_light_hint", icon="GREASEPENCIL")
+    buttons.operator("ajar.mark_light_hint", icon="ADD")
+    buttons.operator("ajar.unmark_light_hint", icon="REMOVE")
+    buttons.operator("ajar.check_light_hints", icon="VIEWZOOM")
+    buttons.operator("ajar.suggest_light_hints", icon="LIGHT")
 
 
 def _worth(worth: dict) -> str:
-    """Of a light path in the last render: what its statistics say, and no more."""
+    """Of a light hint in the last render: what its statistics say, and no more."""
     words = []
     if worth.get("proposed"):
         words.append(f"{worth['proposed']:,.0f} proposed")
@@ -50,7 +50,7 @@ def _worth(worth: dict) -> str:
 
 
 class AJAR_RENDER_PT_hints(AjarPanel, Panel):
-    bl_label = "Drawn Light Paths"
+    bl_label = "Light Hints"
 
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.ajar
@@ -62,7 +62,7 @@ class AJAR_RENDER_PT_hints(AjarPanel, Panel):
 
 
 class AJAR_VIEW3D_PT_hints(Panel):
-    bl_label = "Drawn Light Paths"
+    bl_label = "Light Hints"
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Ajar"
@@ -75,9 +75,9 @@ class AJAR_VIEW3D_PT_hints(Panel):
         draw_hints(self.layout.column(), context)
 
 
-class AJAR_OBJECT_PT_light_path(AjarPanel, Panel):
-    """Of a curve in the collection of light paths."""
-    bl_label = "Light Path"
+class AJAR_OBJECT_PT_light_hint(AjarPanel, Panel):
+    """Of a curve in the collection of light hints."""
+    bl_label = "Light Hint"
     bl_context = "object"
 
     @classmethod
@@ -97,4 +97,4 @@ class AJAR_OBJECT_PT_light_path(AjarPanel, Panel):
             column.label(text=f"Last render: {_worth(worth)}")
 
 
-CLASSES = (AJAR_RENDER_PT_hints, AJAR_OBJECT_PT_light_path, AJAR_VIEW3D_PT_hints)
+CLASSES = (AJAR_RENDER_PT_hints, AJAR_OBJECT_PT_light_hint, AJAR_VIEW3D_PT_hints)

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 
 import bpy
-from bpy.types import Panel
+from bpy.types import Menu, Panel
 
 from .. import checks, compat, denoise, last_render, photon_overlay
 from ..ajar_module import ajar
-from .common import AjarPanel, say
+from .common import AjarPanel, draw_inherited, say
 
 GATHERING_INTEGRATORS = {*photon_overlay.INTEGRATORS, "irradiance_cache"}
 MOST_MESSAGES = 20
+COMPARISON_METHODS = {"bsdf", "light", "ris", "correlated", "pmc_hi_paper", "ocv_paper"}   # no scene renders faster with them
 HONESTY = {ajar.Honesty.Unbiased: "Unbiased", ajar.Honesty.Consistent: "Consistent", ajar.Honesty.Biased: "Biased"}
 
 
@@ -22,10 +23,10 @@ class AJAR_RENDER_PT_checks(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         scene = context.scene
         column = self.column()
-        mends = checks.found_in(scene)
-        for mend in mends:
-            say(column, mend.text, context, "ERROR")
-            column.operator("ajar.mend", text=mend.button).what = mend.name
+        fixes = checks.found_in(scene)
+        for fix in fixes:
+            say(column, fix.text, context, "ERROR")
+            column.operator("ajar.fix", text=fix.button).what = fix.name
         missing = checks.missing_images()
         if missing:
             say(column, f"Missing images, which will be magenta: {', '.join(missing)}", context, "ERROR")
@@ -35,8 +36,8 @@ class AJAR_RENDER_PT_checks(AjarPanel, Panel):
             say(column, f"{name}: {text}" if name else text, context, "ERROR")
         if messages and len(messages) > MOST_MESSAGES:
             column.label(text=f"... and {len(messages) - MOST_MESSAGES} more")
-        if messages == [] and not mends and not missing:
-            column.label(text="Nothing to say against the scene", icon="CHECKMARK")
+        if messages == [] and not fixes and not missing:
+            column.label(text="No problems found", icon="CHECKMARK")
         column.operator("ajar.check_scene", icon="VIEWZOOM")
 
 
@@ -50,8 +51,16 @@ class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.ajar
         column = self.column()
-        for name in ("samples", "time_limit", "noise_target", "seed"):
-            column.prop(settings, name)
+        column.prop(settings, "use_cycles_settings")
+        if settings.use_cycles_settings:
+            say(column, "Values in grey come from Cycles", context)
+            column.operator("ajar.inherit_settings", icon="LOOP_BACK")
+        column.separator()
+        column.prop(settings, "noise_level")
+        if settings.noise_level in ("CUSTOM", "OFF") or settings.show_advanced:
+            draw_inherited(column, settings, "noise_target")
+        for name in ("samples", "time_limit", "seed"):
+            draw_inherited(column, settings, name)
         column.separator()
         column.prop(settings, "image")
         if settings.image == "pmc_ip":
@@ -63,11 +72,11 @@ class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
             region.prop(settings, "importance_max")
         column.separator()
         if denoise.is_available():
-            column.prop(settings, "use_denoise")
+            draw_inherited(column, settings, "use_denoise")
         else:
             column.operator("ajar.denoise_in_compositor", icon="NODE_COMPOSITING")
         column.separator()
-        column.prop(settings, "viewport_samples")
+        draw_inherited(column, settings, "viewport_samples")
         column.prop(settings, "viewport_integrator")
         if denoise.is_available():
             column.prop(settings, "use_viewport_denoise")
@@ -104,15 +113,34 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
                 column.label(text=photon_overlay.status_of(context.scene))
 
 
+class AJAR_MT_direct(Menu):
+    """The methods that a scene may gain from."""
+
+    bl_label = "Direct Light"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        for info in ajar.direct_method_list():
+            if info.name not in COMPARISON_METHODS:
+                self.layout.prop_enum(context.scene.ajar, "direct", info.name)
+
+
 class AJAR_RENDER_PT_direct(AjarPanel, Panel):
     bl_label = "Direct Light"
+    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
         settings = context.scene.ajar
-        column.prop(settings, "direct", text="Method")
-        column.prop(settings, "direct_samples", text="Samples")
         info = next((item for item in ajar.direct_method_list() if item.name == settings.direct), None)
+        if settings.show_advanced or settings.direct in COMPARISON_METHODS:
+            column.prop(settings, "direct", text="Method")
+        else:
+            row = column.split(factor=0.4)
+            row.alignment = "RIGHT"
+            row.label(text="Method")
+            row.menu("AJAR_MT_direct", text=info.label if info is not None else settings.direct)
+        column.prop(settings, "direct_samples", text="Samples")
+        column.prop(settings, "show_advanced")
         if info is not None:
             say(column, ("Biased: " if info.biased else "") + info.sentence, context)
 
@@ -124,16 +152,16 @@ class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
         settings = context.scene.ajar
         column = self.column()
         bounces = column.column(align=True)
-        bounces.prop(settings, "bounces_total", text="Bounces Total")
+        draw_inherited(bounces, settings, "bounces_total", text="Bounces Total")
         for kind in ("diffuse", "glossy", "transmission", "volume", "transparent"):
-            bounces.prop(settings, f"bounces_{kind}")
+            draw_inherited(bounces, settings, f"bounces_{kind}")
         column.separator()
         clamping = column.column(align=True)
-        clamping.prop(settings, "clamp_direct")
-        clamping.prop(settings, "clamp_indirect")
+        for name in ("clamp_direct", "clamp_indirect"):
+            draw_inherited(clamping, settings, name)
         column.separator()
-        column.prop(settings, "reflective_caustics")
-        column.prop(settings, "refractive_caustics")
+        for name in ("reflective_caustics", "refractive_caustics"):
+            draw_inherited(column, settings, name)
 
 
 class AJAR_RENDER_PT_film(AjarPanel, Panel):
@@ -143,8 +171,8 @@ class AJAR_RENDER_PT_film(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.ajar
         column = self.column()
-        column.prop(settings, "exposure")
-        column.prop(settings, "filter")
+        draw_inherited(column, settings, "exposure")
+        draw_inherited(column, settings, "filter")
         row = column.row()
         row.active = settings.filter != "BOX"
         row.prop(settings, "filter_width")
@@ -206,6 +234,21 @@ class AJAR_RENDER_PT_performance(AjarPanel, Panel):
         column.prop(context.scene.ajar, "memory_limit")
 
 
+class AJAR_RENDER_PT_checkpoint(AjarPanel, Panel):
+    bl_label = "Checkpoint"
+    bl_parent_id = "AJAR_RENDER_PT_performance"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.ajar, "use_checkpoint", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, settings = self.column(), context.scene.ajar
+        column.active = settings.use_checkpoint
+        for name in ("checkpoint_path", "checkpoint_interval", "use_resume"):
+            column.prop(settings, name)
+
+
 class AJAR_RENDER_PT_statistics(AjarPanel, Panel):
     """Of the last render."""
     bl_label = "Statistics"
@@ -263,4 +306,4 @@ def _statistics(values: dict) -> list[tuple[str, str]]:
     return rows
 
 
-CLASSES = (AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_film, AJAR_RENDER_PT_curves, AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_shutter_curve, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan)
+CLASSES = (AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_MT_direct, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_film, AJAR_RENDER_PT_curves, AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_shutter_curve, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_checkpoint, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan)

@@ -4,6 +4,7 @@ import json
 import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -243,3 +244,21 @@ mesh.materials.append(material)
                              "modifier.mid_level = -1.0\nsquare.location.x -= 0.5\n")
     assert plain[12, 16, 0] == pytest.approx(0.5, abs=0.05)
     np.testing.assert_allclose(moved[12, 12:20], plain[12, 12:20], atol=0.02)
+
+
+def test_a_killed_render_leaves_a_checkpoint_that_another_goes_on_from(profile, blender, tmp_path):
+    """The panel asks for it, not the command line."""
+    text = (f"scene.ajar.use_checkpoint = scene.ajar.use_resume = True\nscene.ajar.checkpoint_path = {str(tmp_path / 'kept.checkpoint')!r}\n"
+            "scene.ajar.checkpoint_interval = 1\nscene.ajar.samples = {samples}")
+    process = subprocess.Popen(command("--python", script(tmp_path, text.format(samples=2**20)), "-o", tmp_path / "out", "-F", "PNG", "-f", 1),
+                               env=environment(profile), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    kept = tmp_path / "kept_0001.checkpoint"
+    while not kept.exists() and process.poll() is None:
+        time.sleep(0.05)
+    process.kill()
+    process.wait()
+    assert kept.exists() and not (tmp_path / "out0001.png").exists()
+    stats = tmp_path / "stats.json"
+    result = blender("--python", script(tmp_path, text.format(samples=1)), "-o", tmp_path / "out", "-F", "PNG", "-f", 1, "--", "--ajar-stats", stats)
+    assert result.returncode == 0, result.stdout
+    assert json.loads(stats.read_text())["resumed"]["samples"] >= 1

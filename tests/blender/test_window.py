@@ -76,7 +76,7 @@ def test_each_edit_exports_and_builds_what_it_changed_and_nothing_else(edited):
     assert counters["geometry"]["exported"] == counters["geometry"]["built"] == 1
 
 
-def test_a_light_path_is_drawn_by_clicks_on_surfaces(edited):
+def test_a_light_hint_is_drawn_by_clicks_on_surfaces(edited):
     drawn = edited[0]["drawn"]
     lamp, floor, cube = drawn["points"]
     assert drawn["starts_at"] == "Light" and lamp == pytest.approx(drawn["lamp"], abs=1e-5)

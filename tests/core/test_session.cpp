@@ -274,6 +274,31 @@ TEST(Session, statistics_asked_for_while_it_renders_are_those_of_an_iteration_bo
   EXPECT_TRUE(session.wait(kHang));
 }
 
+TEST(Session, a_pause_waits_and_changes_no_pixel) {
+  SceneDescription d = Stage().scene(1.0f);
+  d.settings.samples = 16;
+  const auto expected = fresh_picture(d);
+  Session session;
+  session.pause(true);
+  session.start(d);
+  while (session.progress().phase == Progress::Phase::Building) session.wait(0.01);
+  EXPECT_FALSE(session.wait(0.1)) << "it renders while it is paused";
+  EXPECT_TRUE(session.is_paused());
+  EXPECT_EQ(session.progress().samples, 0.0);
+  session.pause(false);
+  EXPECT_TRUE(session.wait(kHang));
+  EXPECT_EQ(session.snapshot("Combined"), expected);
+}
+
+TEST(Session, a_paused_render_can_be_cancelled) {
+  Session session;
+  session.pause(true);
+  session.start(Stage().scene(1.0f));
+  session.cancel();
+  EXPECT_TRUE(session.wait(kHang));
+  EXPECT_EQ(session.progress().phase, Progress::Phase::Cancelled);
+}
+
 TEST(Scene, meshes_and_images_that_come_again_are_kept) {
   const Stage stage;
   const auto textured = [&](float height, float shade) {

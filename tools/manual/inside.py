@@ -141,7 +141,7 @@ def steps(arguments, result):
 
 
 def whole_window():
-    """`room` in the rendered view, with its light paths."""
+    """`room` in the rendered view, with its light hints."""
     if not is_wanted("blender"):
         return
     open_scene("room")
@@ -177,7 +177,7 @@ def settings():
     scene.ajar.integrator = "photon_map"
     yield from panel("integrator_photons", "AJAR_RENDER_PT_integrator")
     yield from panel("direct", "AJAR_RENDER_PT_direct")
-    yield from panel("light_paths", "AJAR_RENDER_PT_light_paths")
+    yield from panel("light_hints", "AJAR_RENDER_PT_light_paths")
     yield from panel("performance", "AJAR_RENDER_PT_performance")
     scene.ajar.clamp_indirect = 10.0
     scene.ajar.image = "pmc_ip"
@@ -205,7 +205,7 @@ def look(location, distance: float, down: float, around: float) -> None:
 
 
 def open_room():
-    """`room` from above with its ceiling hidden, without the light paths that it has."""
+    """`room` from above with its ceiling hidden, without the light hints that it has."""
     open_scene("room")
     yield 0.5
     tidy_view()
@@ -226,7 +226,7 @@ def open_room():
 
 def start_drawing() -> None:
     with window.override():
-        bpy.ops.ajar.draw_light_path("INVOKE_DEFAULT")
+        bpy.ops.ajar.draw_light_hint("INVOKE_DEFAULT")
 
 
 def hint_steps():
@@ -261,7 +261,7 @@ def hint_steps():
     window.look_through_camera()
     with window.override():
         bpy.ops.view3d.view_center_camera()
-        bpy.ops.ajar.check_light_paths()
+        bpy.ops.ajar.check_light_hints()
     yield 0.5
     photograph("hint_5_bounced", "VIEW_3D")
     scene = bpy.context.scene

@@ -1,4 +1,4 @@
-"""What is said before the render, what mends it, and presets."""
+"""What is said before the render, what fixes it, and presets."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mathutils import Vector
 
 
 def names(scene) -> set[str]:
-    return {mend.name for mend in checks.found_in(scene)}
+    return {fix.name for fix in checks.found_in(scene)}
 
 
 def no_camera(scene):
@@ -43,14 +43,14 @@ def test_nothing_is_said_of_a_plain_scene(plain):
 
 
 def test_every_check_has_a_case():
-    assert set(BREAK) == {mend.name for mend in checks.MENDS}
+    assert set(BREAK) == {fix.name for fix in checks.FIXES}
 
 
 @pytest.mark.parametrize("name", BREAK)
-def test_a_click_mends(plain, name):
+def test_a_click_fixes(plain, name):
     BREAK[name](plain)
     assert name in names(plain)
-    assert bpy.ops.ajar.mend(what=name) == {"FINISHED"}
+    assert bpy.ops.ajar.fix(what=name) == {"FINISHED"}
     assert name not in names(plain)
 
 

@@ -160,3 +160,73 @@ def test_light_linking_is_reported(build, export_context, monkeypatch):
     light(build, "SUN")
     monkeypatch.setattr(compat, "has_light_linking", lambda thing: thing.name == "Point")
     assert [name for name, message in export_context().warnings if "linking" in message] == ["Point"]
+
+
+def test_settings_of_cycles_are_taken_all_or_none(export, scene):
+    assert not scene.ajar.use_cycles_settings
+    assert (scene.ajar.samples, scene.ajar.noise_target, scene.ajar.use_denoise) == (64, 0.0, False)
+    scene.cycles.adaptive_threshold = 0.02
+    scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = True
+    scene.cycles.samples = 300
+    assert scene.ajar.use_cycles_settings
+    assert (scene.ajar.samples, scene.ajar.use_denoise) == (300, True)
+    assert scene.ajar.noise_target == pytest.approx(4e-4)
+    assert export().settings.target_error == pytest.approx(4e-4)
+    scene.cycles.use_adaptive_sampling = False
+    assert scene.ajar.noise_target == 0.0
+    scene.ajar.use_cycles_settings = False
+    assert (scene.ajar.samples, scene.ajar.use_denoise) == (64, False)
+
+
+def test_a_number_of_samples_asked_for_on_the_command_line_is_taken(export, scene):
+    scene.cycles.use_adaptive_sampling, scene.cycles.adaptive_threshold = True, 0.1
+    assert export().settings.target_error == pytest.approx(0.01)
+    assert export(Options(samples=8)).settings.target_error == 0.0
+    scene.ajar.noise_target = 0.25   # of the artist's own
+    assert export(Options(samples=8)).settings.target_error == 0.25
+
+
+def test_own_settings_can_be_given_up(scene):
+    scene.cycles.samples = 17
+    scene.ajar.samples, scene.ajar.integrator = 5, "erpt"
+    assert bpy.ops.ajar.inherit_settings() == {"FINISHED"}
+    assert (scene.ajar.samples, scene.ajar.integrator) == (17, "erpt")
+
+
+def test_noise_has_named_levels(scene):
+    scene.ajar.noise_level = "GOOD"
+    assert scene.ajar.noise_target == pytest.approx(1e-3)
+    scene.ajar.noise_target = 0.5
+    assert scene.ajar.noise_level == "CUSTOM"
+    scene.ajar.noise_level = "OFF"
+    assert scene.ajar.noise_target == 0.0
+
+
+def test_light_hints_are_found_in_the_collection_of_older_files(scene):
+    from ajar_render import hints
+    old = bpy.data.collections.new("Light Paths")
+    scene.collection.children.link(old)
+    curve = bpy.data.objects.new("Hint", bpy.data.curves.new("Hint", "CURVE"))
+    old.objects.link(curve)
+    assert scene.ajar.hint_collection == "Light Hints" and hints.curves_of(scene) == [curve]
+    scene.collection.children.link(bpy.data.collections.new("Light Hints"))
+    assert hints.curves_of(scene) == []
+    assert hasattr(bpy.ops.ajar.draw_light_path, "poll") and bpy.ops.ajar.check_light_paths.get_rna_type().identifier == "AJAR_OT_check_light_paths"
+
+
+class Progress:
+    def __init__(self, samples: float, seconds: float, relmse: float = -1.0) -> None:
+        self.samples, self.render_seconds, self.estimated_relmse, self.phase, self.fraction = samples, seconds, relmse, ajar.Progress.Phase.Rendering, 0.1
+
+
+@pytest.mark.parametrize("options, progress, expected", [
+    (Options(samples=100), Progress(10, 2.0), 18.0),
+    (Options(samples=10**6, time=30.0), Progress(10, 2.0), 28.0),
+    (Options(samples=1000, time=30.0), Progress(500, 20.0), 10.0),
+    (Options(samples=10**6, error=1e-3), Progress(10, 2.0, 4e-3), 6.0),
+])
+def test_the_time_left_is_that_of_the_first_end(export, options, progress, expected):
+    from ajar_render import engine
+    settings = export(options).settings
+    assert engine.remaining_seconds(progress, settings) == pytest.approx(expected)
+    assert "Remaining 00:" in engine.describe(progress, settings)

@@ -1,4 +1,4 @@
-"""Marking, checking and suggesting light paths."""
+"""Marking, checking and suggesting light hints."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ def test_marking_makes_the_collection_and_unmarking_keeps_the_curve(scene):
     scene.collection.objects.link(arc)
     arc.select_set(True)
     assert hints.curves_of(scene) == []
-    assert bpy.ops.ajar.mark_light_path() == {"FINISHED"}
+    assert bpy.ops.ajar.mark_light_hint() == {"FINISHED"}
     assert hints.curves_of(scene) == [arc]
-    assert bpy.ops.ajar.unmark_light_path() == {"FINISHED"}
+    assert bpy.ops.ajar.unmark_light_hint() == {"FINISHED"}
     assert hints.curves_of(scene) == [] and arc.name in scene.collection.objects
 
 
@@ -44,7 +44,7 @@ def test_checking_says_what_became_of_each_path_until_it_changes(halves):
     good = path([(-0.8, 0, 0.7), (-0.3, 0.1, -1), (0.5, 0.3, -0.95)], "Good")
     blocked = path([(-0.8, 0, 0.7), (0.9, 0, 0.7)], "Blocked")
     assert hints.status_of(good) == hints.NOT_CHECKED
-    assert bpy.ops.ajar.check_light_paths() == {"FINISHED"}
+    assert bpy.ops.ajar.check_light_hints() == {"FINISHED"}
     assert hints.attachment_of(good).attached and hints.status_of(good).startswith("Attached")
     assert not hints.attachment_of(blocked).attached and "Wall" in hints.status_of(blocked)
     good.data.splines[0].points[1].co.x += 0.1
@@ -54,7 +54,7 @@ def test_checking_says_what_became_of_each_path_until_it_changes(halves):
 
 
 def test_suggested_paths_are_curves_that_attach_and_start_at_the_lamp(halves):
-    assert bpy.ops.ajar.suggest_light_paths(count=3, samples=8000) == {"FINISHED"}
+    assert bpy.ops.ajar.suggest_light_hints(count=3, samples=8000) == {"FINISHED"}
     curves = hints.curves_of(halves)
     assert 1 <= len(curves) <= 3
     for curve in curves:
@@ -66,4 +66,4 @@ def test_a_scene_that_cannot_be_rendered_is_refused_in_words(halves):
     path([(0, 0, 0), (1, 0, 0)])
     halves.camera.data.clip_start = halves.camera.data.clip_end = 1.0
     with pytest.raises(RuntimeError, match="Camera"):
-        bpy.ops.ajar.check_light_paths()
+        bpy.ops.ajar.check_light_hints()

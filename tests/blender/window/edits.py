@@ -105,7 +105,7 @@ def steps(arguments, result):
                              if r.type != "WINDOW" and r.width > 1 and r.height > 1]
 
     yield from counters(result)
-    yield from draw_light_path(result)
+    yield from draw_light_hint(result)
     yield from show_photons(result)
     yield from denoise_view(result)
     dice = random.Random(seed)
@@ -172,10 +172,10 @@ def counters(result):
             "compiled": scene["compiled_programs"]}
 
 
-# ---- A light path, by mouse -----------------------------------------------------------------------------------------------------
+# ---- A light hint, by mouse -----------------------------------------------------------------------------------------------------
 
 
-def draw_light_path(result):
+def draw_light_hint(result):
     """From the lamp to the floor and on to the cube's side, with a point between that is taken back."""
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     prepare()
@@ -183,7 +183,7 @@ def draw_light_path(result):
     lamp = bpy.data.objects["Light"]
     bpy.context.view_layer.objects.active = lamp
     with window.override():
-        bpy.ops.ajar.draw_light_path("INVOKE_DEFAULT")
+        bpy.ops.ajar.draw_light_hint("INVOKE_DEFAULT")
     yield 0.2
     for point in ((2.5, -2.5, -1), (0, 0, 1)):
         yield from window.click(*window.place_of(point))

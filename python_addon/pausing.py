@@ -1,0 +1,52 @@
+"""Pause and go on with the render that runs, by a button."""
+
+from __future__ import annotations
+
+import bpy
+
+_wanted = False
+
+
+def begin(is_preview: bool) -> None:
+    """A render begins: it is not paused. Previews of materials leave a paused render alone."""
+    global _wanted
+    if not is_preview:
+        _wanted = False
+
+
+def is_wanted() -> bool:
+    return _wanted
+
+
+class AJAR_OT_pause_render(bpy.types.Operator):
+    bl_idname = "ajar.pause_render"
+    bl_label = "Pause Render"
+    bl_description = "Pause the render after the samples it is taking now, or continue it. The time limit does not count the pause"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return bpy.app.is_job_running("RENDER") if hasattr(bpy.app, "is_job_running") else True
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        global _wanted
+        _wanted = not _wanted
+        return {"FINISHED"}
+
+
+def _draw_button(self, context: bpy.types.Context) -> None:
+    """In the image editor's header, while a render is shown."""
+    if context.scene.render.engine == "AJAR" and bpy.app.is_job_running("RENDER"):
+        self.layout.operator("ajar.pause_render", text="Continue" if _wanted else "Pause", icon="PLAY" if _wanted else "PAUSE")
+
+
+_register_class, _unregister_class = bpy.utils.register_classes_factory((AJAR_OT_pause_render,))
+
+
+def register() -> None:
+    _register_class()
+    bpy.types.IMAGE_HT_header.append(_draw_button)
+
+
+def unregister() -> None:
+    bpy.types.IMAGE_HT_header.remove(_draw_button)
+    _unregister_class()
