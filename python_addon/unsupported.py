@@ -29,10 +29,9 @@ SCENE = (
     Setting("cycles.use_camera_cull", False, "Camera culling is not supported: objects outside the camera's view stay", _simplifies),
     Setting("cycles.use_distance_cull", False, "Distance culling is not supported: distant objects stay", _simplifies),
     Setting("cycles.texture_limit_render", "OFF", "Texture Limit is not supported: textures keep their size", _simplifies),
-    Setting("cycles.texture_resolution_render", 100, "Texture Resolution is not supported: textures keep their size", _simplifies),
+    Setting("cycles.texture_resolution_render", 1.0, "Texture Resolution is not supported: textures keep their size", _simplifies),
     Setting("cycles.sample_offset", 0, "Sample Offset is not supported: choose another seed instead"),
     Setting("cycles.use_sample_subset", False, "Sample Subset is not supported: choose another seed instead"),
-    Setting("cycles.use_pixel_jitter", True, "samples without pixel jitter are not supported"),
     Setting("render.use_multiview", False, "stereoscopy is not supported: views other than the first stay black"),
 )
 VIEW_LAYER = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Panel
 
+from .. import compat
 from .common import AjarPanel
 
 PANORAMA_SETTINGS = {
@@ -23,16 +24,14 @@ class CameraPanel(AjarPanel):
 
 
 class AJAR_CAMERA_PT_panorama(CameraPanel, Panel):
-    """Blender draws these itself since they are its own (5.0)."""
-
     bl_label = "Panorama"
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and context.camera.type == "PANO" and not hasattr(context.camera, "panorama_type")
+        return super().poll(context) and context.camera.type == "PANO"
 
     def draw(self, context: bpy.types.Context) -> None:
-        column, settings = self.column(), context.camera.ajar
+        column, settings = self.column(), compat.panorama_owner(context.camera)
         column.prop(settings, "panorama_type")
         for name in PANORAMA_SETTINGS.get(settings.panorama_type, ()):
             column.prop(settings, name)

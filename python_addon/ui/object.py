@@ -57,6 +57,8 @@ class AJAR_OBJECT_PT_visibility(ObjectPanel, Panel):
         self.layout.use_property_split = True
         thing = context.object
         self.layout.prop(thing, "hide_select", text="Selectable", invert_checkbox=True, toggle=False)
+        if hasattr(thing, "hide_surface_pick"):   # 5.0
+            self.layout.prop(thing, "hide_surface_pick", text="Surface Picking", invert_checkbox=True, toggle=False)
         column = self.layout.column(heading="Show In")
         column.prop(thing, "hide_viewport", text="Viewports", invert_checkbox=True, toggle=False)
         column.prop(thing, "hide_render", text="Renders", invert_checkbox=True, toggle=False)

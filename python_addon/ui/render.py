@@ -234,6 +234,24 @@ class AJAR_RENDER_PT_performance(AjarPanel, Panel):
         column.prop(context.scene.ajar, "memory_limit")
 
 
+class AJAR_RENDER_PT_compositor(AjarPanel, Panel):
+    """Of Blender's compositor, which works on the pictures of any engine."""
+
+    bl_label = "Compositor"
+    bl_parent_id = "AJAR_RENDER_PT_performance"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and hasattr(context.scene.render, "compositor_device")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column, render = self.column(), context.scene.render
+        for name in ("compositor_device", "compositor_precision", "compositor_denoise_device", "compositor_denoise_preview_quality", "compositor_denoise_final_quality"):
+            if hasattr(render, name):
+                column.prop(render, name)
+
+
 class AJAR_RENDER_PT_checkpoint(AjarPanel, Panel):
     bl_label = "Checkpoint"
     bl_parent_id = "AJAR_RENDER_PT_performance"
@@ -306,4 +324,4 @@ def _statistics(values: dict) -> list[tuple[str, str]]:
     return rows
 
 
-CLASSES = (AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_MT_direct, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_film, AJAR_RENDER_PT_curves, AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_shutter_curve, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_checkpoint, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan)
+CLASSES = (AJAR_RENDER_PT_checks, AJAR_RENDER_PT_sampling, AJAR_RENDER_PT_integrator, AJAR_MT_direct, AJAR_RENDER_PT_direct, AJAR_RENDER_PT_light_paths, AJAR_RENDER_PT_film, AJAR_RENDER_PT_curves, AJAR_RENDER_PT_motion_blur, AJAR_RENDER_PT_shutter_curve, AJAR_RENDER_PT_performance, AJAR_RENDER_PT_compositor, AJAR_RENDER_PT_checkpoint, AJAR_RENDER_PT_statistics, AJAR_RENDER_PT_plan)

@@ -93,13 +93,13 @@ def debian(zip_file: Path | None) -> Blender:
                    [program, "-b", "--factory-startup", "--python", str(INSIDE), "--"], zip_file)
 
 
-def run(blender: Blender, renders: list[dict], out: Path, **environment: str) -> dict:
-    """What inside.py saw, in a clean profile; `pictures` are added."""
+def run(blender: Blender, renders: list[dict], out: Path, panels: bool = False, **environment: str) -> dict:
+    """What inside.py saw, in a clean profile; `pictures` are added. `panels`: compare what Properties shows, into out/panels.json."""
     shutil.rmtree(out, ignore_errors=True)
     profile = out / "profile"
     profile.mkdir(parents=True)
     job = out / "job.json"
-    job.write_text(json.dumps({"zip": blender.zip and str(blender.zip), "out": str(out), "renders": renders}))
+    job.write_text(json.dumps({"zip": blender.zip and str(blender.zip), "out": str(out), "renders": renders, "panels": panels}))
     variables = os.environ | {"BLENDER_USER_CONFIG": str(profile / "config"), "BLENDER_USER_SCRIPTS": str(profile / "scripts"),
                               "BLENDER_USER_EXTENSIONS": str(profile / "extensions"), "HOME": str(profile), **environment}
     for name in ("config", "scripts", "extensions"):

@@ -3,6 +3,7 @@
     python inside.py JOB.json
     blender -b --factory-startup --python inside.py -- JOB.json
 
+With "panels" in the job, out/panels.json compares what Properties shows with Cycles and with Ajar.
 The job: {"zip", "out", "renders": [{"blend", "engine", "samples", "seed", "percentage", "denoise"}]}, where "denoise" is "", "library" or
 "compositor". Leaves out/<number>.npy, linear RGBA from the bottom up, and out/result.json. Whatever is deprecated in the API that the add-on uses is an error. Ends by os._exit: Blender's own clean-up
 is not what is tested, and its exit code would be 0 after an exception.
@@ -89,6 +90,11 @@ def main() -> None:
             pixels = render(item, out / str(number))
             np.save(out / f"{number}.npy", pixels)
             result["renders"].append(item | {"mean": pixels[..., :3].mean(axis=(0, 1)).tolist(), "finite": bool(np.isfinite(pixels).all())})
+        if job.get("panels"):
+            sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "blender" / "panels"))
+            import compare
+
+            compare.main(str(out / "panels.json"))
         result["mapped"] = mapped_libraries()
     except BaseException:
         result["error"] = traceback.format_exc()

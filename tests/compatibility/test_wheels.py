@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import sys
+from pathlib import Path
+
 import compatibility
 import numpy as np
 import pytest
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "blender"))
+import test_panels  # noqa: E402
 
 BAKED, INSTANCED = "box", "plant"   # without and with instances; box looks the same in every version
 AJAR = ("AJAR",)
@@ -51,6 +58,13 @@ def test_official_blender_renders_what_its_cycles_renders(zips, expected, tmp_pa
     same(compatibility.pictures_of(result, BAKED), compatibility.pictures_of(expected, BAKED))
     for scene in (BAKED, INSTANCED):
         same(compatibility.pictures_of(result, scene), compatibility.pictures_of(result, scene, "CYCLES"))
+
+
+@pytest.mark.parametrize("version", [OFFICIAL, NEWEST])
+def test_properties_shows_what_it_shows_with_cycles(zips, tmp_path, version):
+    result = compatibility.run(wheel_or_skip(version, zips[0]), [], tmp_path / "out", panels=True)
+    assert "error" not in result, result["error"]
+    assert test_panels.problems(json.loads((tmp_path / "out" / "panels.json").read_text())["cases"]) == []
 
 
 def test_self_check_is_there_when_the_renderer_cannot_be_loaded(zips, tmp_path):
