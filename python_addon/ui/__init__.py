@@ -15,6 +15,7 @@ IN_NODE_EDITORS = (material.AJAR_MATERIAL_PT_settings, world.AJAR_WORLD_PT_ray_v
                    light.AJAR_LIGHT_PT_beam)
 CLASSES = tuple(panel for module in MODULES for panel in module.CLASSES) + tuple(in_node_editor(panel) for panel in IN_NODE_EDITORS)
 
+BEHIND = "RENDER_PT_simplify"
 # Blender's panels for any renderer that ours stand for, or that speak of what Ajar does not have.
 EXCLUDED = {
     "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "VIEWLAYER_PT_eevee_layer_passes_data", "VIEWLAYER_PT_eevee_next_layer_passes_data",
@@ -23,14 +24,27 @@ EXCLUDED = {
 }
 
 
+def _after_ours() -> list[type]:
+    """Copies of built-in panels that belong behind ours: Blender shows panels in the order in which they were registered."""
+    originals = [panel for panel in Panel.__subclasses__() if panel.__name__.startswith(BEHIND) and "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ())]
+    copies = []
+    for panel in originals:
+        values = {name: value for name, value in vars(panel).items() if name != "bl_rna"} | {"COMPAT_ENGINES": {ENGINE}}
+        if values.get("bl_parent_id", "").startswith(BEHIND):
+            values["bl_parent_id"] = f"AJAR_{values['bl_parent_id']}"
+        copies.append(type(f"AJAR_{panel.__name__}", panel.__bases__, values))
+    return copies
+
+
 def built_in_panels() -> list[type]:
     """Blender's panels for its generic renderers, without those excluded above."""
     # Copies for the node editors share the set of engines with the panel they are a copy of.
     return [panel for panel in Panel.__subclasses__()
-            if "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ()) and panel.__name__.removeprefix("NODE_") not in EXCLUDED]
+            if "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ()) and panel.__name__.removeprefix("NODE_") not in EXCLUDED
+            and not panel.__name__.startswith(BEHIND)]
 
 
-_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory((*CLASSES, *_after_ours()))
 
 
 def register() -> None:

@@ -16,6 +16,7 @@ from blender_process import BUILD, TIMEOUT_SECONDS, environment
 sys.path.insert(0, str(BUILD / "python"))
 import ajar  # noqa: E402
 
+SCENE = os.path.join(os.path.dirname(__file__), "..", "..", "test_scenes", "box.blend")
 WINDOW = os.path.join(os.path.dirname(__file__), "window")
 pytestmark = pytest.mark.skipif(shutil.which("Xvfb") is None, reason="needs Xvfb (tools/setup.sh test)")
 
@@ -47,6 +48,29 @@ def edited(profile, display, tmp_path_factory):
     assert result.returncode == 0, f"exit code {result.returncode}\n{result.stdout}"
     values = json.loads((folder / "result.json").read_text())
     return values, folder, result.stdout
+
+
+@pytest.fixture(scope="module")
+def day(profile, display, tmp_path_factory):
+    """What `window/day.py` did with a scene."""
+    folder = tmp_path_factory.mktemp("day")
+    result = subprocess.run(
+        [os.environ.get("BLENDER", "blender"), "--factory-startup", "--window-geometry", "0", "0", "960", "600", "--addons", "ajar_render", "--python", f"{WINDOW}/drive.py", "--",
+         f"{WINDOW}/day.py", folder / "result.json", folder, SCENE],
+        env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * TIMEOUT_SECONDS)
+    assert result.returncode == 0, f"exit code {result.returncode}\n{result.stdout}"
+    return json.loads((folder / "result.json").read_text()), folder, result.stdout
+
+
+def test_a_day_without_another_engine(day):
+    values, folder, words = day
+    assert values["engine"] == "AJAR" and len(values["edited"]) == 4 and "Traceback" not in words
+    assert {"mesh MATERIAL", "mesh WORLD", "mesh VIEW_LAYER", "light DATA", "camera DATA", "hint OBJECT"} <= set(values["tabs"])
+    assert values["hint_status"][-1].startswith("Attached"), values
+    assert values["runs_while_paused"] and values["statistics"]["state"] == "done"
+    picture = ajar.read_image(str(folder / "picture.png"))
+    assert picture.shape[:2] == (200, 320) and picture[..., :3].std() > 0.01
+    assert (folder / "saved.blend").exists()
 
 
 def test_the_screen_shows_the_renderers_picture_as_blender_displays_it(edited):
