@@ -6,7 +6,8 @@
 BLENDER ?= blender
 SCENE   ?= test_scenes/room.blend
 OUT     ?= out/$(basename $(notdir $(SCENE))).png
-ARGS    ?=
+# The first picture is done within a minute, with as many samples as that takes.
+ARGS    ?= $(if $(filter test_scenes/room.blend,$(SCENE)),--ajar-time 50 --ajar-samples 1000000)
 PRESET  ?= release
 BUILD   := build/$(PRESET)
 # A Python with a newer official Blender, once `make compat` has one: Cycles of it becomes a column of the benchmarks.

@@ -22,7 +22,7 @@ from .interrupt import Interrupt
 
 POLL_SECONDS = 0.1
 PREVIEW_POLL_SECONDS = 0.02
-WORDS_SECONDS = 0.5  # between two lines of progress: the background prints them all
+WORDS_SECONDS, BACKGROUND_WORDS_SECONDS = 0.5, 4.0  # between two lines of progress: the background prints them all
 FIRST_IMAGE_SECONDS, IMAGE_SECONDS = 0.5, 2.0  # until the first picture is shown, and between two later ones
 CHECKPOINT_SECONDS = 30.0   # of one that the command line asks for
 FIRST_CHECKPOINT_SECONDS = 5.0
@@ -226,7 +226,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         now = time.monotonic()
         if now < self._next_words:
             return
-        self._next_words = now + WORDS_SECONDS
+        self._next_words = now + (BACKGROUND_WORDS_SECONDS if bpy.app.background else WORDS_SECONDS)
         self.update_stats(f"{depsgraph.scene.name}, {depsgraph.view_layer.name}", text)
 
     def _show_memory(self, statistics: dict) -> None:

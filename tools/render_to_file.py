@@ -47,6 +47,11 @@ def main() -> None:
         leave(str(error).strip().removeprefix("Error: "))
     if not out.exists() or out.stat().st_mtime_ns == written_before:
         leave(f'"{out}" was not written')
+    from ajar_render import last_render
+
+    found = last_render.of(scene) or {}
+    size = "{} x {}".format(*found.get("resolution", (0, 0)))
+    print(f"\nThe picture is in {out}: {size} pixels, {found.get('samples_per_pixel', {}).get('mean', 0):.0f} samples a pixel in {found.get('render_seconds', 0):.0f} s.")
 
 
 def leave(message: str) -> None:

@@ -9,14 +9,20 @@ import pytest
 PANELS = Path(__file__).parent / "panels"
 sys.path.insert(0, str(PANELS))
 import differences  # noqa: E402
+import inventory  # noqa: E402
 
 
 @pytest.fixture(scope="module")
-def cases(blender, tmp_path_factory):
+def compared(blender, tmp_path_factory):
     out = tmp_path_factory.mktemp("panels") / "cases.json"
     result = blender("--python-exit-code", 1, "--python", PANELS / "compare.py", "--", out)
     assert result.returncode == 0, result.stdout
-    return json.loads(out.read_text())["cases"]
+    return json.loads(out.read_text())
+
+
+@pytest.fixture(scope="module")
+def cases(compared):
+    return compared["cases"]
 
 
 def problems(cases: list[dict]) -> list[str]:
@@ -34,6 +40,17 @@ def problems(cases: list[dict]) -> list[str]:
         found += [f"{where}: {'.'.join(shown)} is shown by Ajar alone" for shown in sorted(ajar - cycles)
                   if not shown[0].startswith("Ajar") and shown not in differences.ADDED]
     return found
+
+
+def unlisted(settings: dict[str, list[str]]) -> list[str]:
+    """Settings of which nobody has said what becomes of them."""
+    return [f"{struct}.{name}" for struct, names in settings.items() for name in names if not inventory.fate(struct, name)]
+
+
+def test_what_becomes_of_every_setting_is_listed(compared):
+    assert sum(map(len, compared["settings"].values())) > 500
+    assert unlisted(compared["settings"]) == []
+    assert unlisted({"Camera": ["lens", "new_in_the_next_version"]}) == ["Camera.new_in_the_next_version"]
 
 
 def test_nothing_but_what_is_listed_differs(cases):

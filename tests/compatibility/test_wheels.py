@@ -64,7 +64,9 @@ def test_official_blender_renders_what_its_cycles_renders(zips, expected, tmp_pa
 def test_properties_shows_what_it_shows_with_cycles(zips, tmp_path, version):
     result = compatibility.run(wheel_or_skip(version, zips[0]), [], tmp_path / "out", panels=True)
     assert "error" not in result, result["error"]
-    assert test_panels.problems(json.loads((tmp_path / "out" / "panels.json").read_text())["cases"]) == []
+    compared = json.loads((tmp_path / "out" / "panels.json").read_text())
+    assert test_panels.problems(compared["cases"]) == []
+    assert test_panels.unlisted(compared["settings"]) == []
 
 
 def test_self_check_is_there_when_the_renderer_cannot_be_loaded(zips, tmp_path):

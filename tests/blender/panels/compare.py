@@ -87,6 +87,21 @@ def cases(things: dict[str, bpy.types.Object]):
             yield "data", name, members(thing)
 
 
+def settings() -> dict[str, list[str]]:
+    """Names of all settings of the datablocks that a renderer reads, and of Cycles' groups in them."""
+    of_every_datablock = set(bpy.types.ID.bl_rna.properties.keys()) | {"rna_type"}
+    structs = {name: getattr(bpy.types, name).bl_rna for name in (
+        "Scene", "RenderSettings", "ViewLayer", "Object", "Mesh", "Curves", "PointLight", "SpotLight", "SunLight", "AreaLight", "World", "WorldMistSettings", "Camera",
+        "CameraDOFSettings", "Material")}
+    for owner in ("Scene", "ViewLayer", "Object", "Light", "World", "Camera", "Material", "Mesh"):
+        for prop in getattr(bpy.types, owner).bl_rna.properties:
+            if prop.identifier.startswith("cycles") and prop.type == "POINTER":
+                structs[prop.fixed_type.identifier] = prop.fixed_type
+    return {name: [prop.identifier for prop in rna.properties
+                   if prop.identifier not in of_every_datablock and prop.identifier != "ajar" and (not prop.is_readonly or prop.type == "POINTER")]
+            for name, rna in structs.items()}
+
+
 def main(out: str) -> None:
     import addon_utils
 
@@ -109,7 +124,7 @@ def main(out: str) -> None:
                 shown |= recorder.shown(tab, engine, **context)[0]
             by_engine[engine] = shown
         found.append({"tab": tab, "of": name, "cycles": sorted(by_engine["CYCLES"]), "ajar": sorted(by_engine["AJAR"])})
-    Path(out).write_text(json.dumps({"version": bpy.app.version_string, "cases": found}))
+    Path(out).write_text(json.dumps({"version": bpy.app.version_string, "cases": found, "settings": settings()}))
 
 
 if __name__ == "__main__":

@@ -99,6 +99,11 @@ ABSENT = {
     ("CyclesObjectSettings", "is_caustics_receiver"): MNEE,
     ("CyclesObjectSettings", "ao_distance"): "of Fast GI, which is reported",
     ("CyclesObjectSettings", "shadow_terminator_offset"): REPORTED,
+    ("CyclesObjectSettings", "use_adaptive_subdivision"): REPORTED,
+    ("CyclesObjectSettings", "dicing_rate"): "of adaptive subdivision, which is reported by the object",
+    ("CyclesRenderSettings", "use_pixel_jitter"): "of debugging Cycles",
+    ("CyclesRenderLayerSettings", "denoising_pass_follow_reflections"): "of Denoising Data, which is reported",
+    ("CyclesRenderLayerSettings", "denoising_pass_use_albedo_roughness_weighting"): "of Denoising Data, which is reported",
     ("CyclesObjectSettings", "use_camera_cull"): "of culling, which is reported",
     ("CyclesObjectSettings", "use_distance_cull"): "of culling, which is reported",
     **{("CyclesRenderLayerSettings", name): REPORTED for name in (

@@ -1,0 +1,116 @@
+"""What becomes of every setting of Blender and Cycles: read, reported, or without meaning for Ajar. A setting of a new Blender that is in no list fails
+`test_panels.py`. What Cycles' panels show and ours do not is in `differences.py`, which counts here, too.
+
+Names may end in `*`. Read-only properties, and those that every datablock has (name, library, users ...), are left out.
+"""
+
+from __future__ import annotations
+
+from fnmatch import fnmatchcase
+
+import differences
+
+BLENDER = "Blender acts on it, whichever engine renders"
+VIEW = "of how Blender's views draw, not of renders"
+ANIMATION = "Blender's animation, simulation or rigging; Ajar sees what they evaluate to"
+EDITING = "of editing, selecting and painting"
+EEVEE = "of Eevee"
+OUTPUT = "of how pictures are written"
+POINTER = "leads to settings that have a list of their own"
+DEBUG = "of debugging Cycles"
+
+READ = {
+    "Scene": "camera world cycles cycles_curves render frame_current frame_subframe frame_float",
+    "RenderSettings": "resolution_x resolution_y resolution_percentage pixel_aspect_x pixel_aspect_y film_transparent threads threads_mode use_motion_blur "
+                      "motion_blur_shutter motion_blur_shutter_curve motion_blur_position use_border border_* use_crop_to_border engine use_simplify",
+    "ViewLayer": "material_override world_override samples lightgroups active_lightgroup* use_solid use_sky use_strand use_motion_blur use use_pass_combined use_pass_z "
+                 "use_pass_position use_pass_normal use_pass_uv use_pass_mist use_pass_object_index use_pass_material_index use_pass_emit use_pass_environment "
+                 "use_pass_diffuse_* use_pass_glossy_* use_pass_transmission_* cycles",
+    "Object": "data parent active_material location rotation_* scale delta_* matrix_* instance_* use_instance_* show_instancer_for_* visible_* is_holdout pass_index color "
+              "hide_render hide_viewport lightgroup cycles shadow_terminator_geometry_offset modifiers particle_systems dimensions",
+    "Mesh": "use_auto_smooth auto_smooth_angle use_auto_texspace auto_texspace texspace_* cycles",
+    "Curves": "surface surface_uv_map",
+    "*Light": "type color energy shadow_soft_size angle shape size size_y spread spot_size spot_blend use_nodes node_tree cycles use_shadow use_temperature temperature exposure normalize",
+    "CyclesRenderSettings": "use_layer_samples",
+    "World": "color use_nodes node_tree mist_settings lightgroup cycles cycles_visibility",
+    "WorldMistSettings": "start depth falloff",
+    "Camera": "type sensor_* angle* clip_start clip_end lens ortho_scale shift_x shift_y dof cycles panorama_type fisheye_* latitude_* longitude_*",
+    "CameraDOFSettings": "*",
+    "Material": "use_nodes node_tree diffuse_color pass_index displacement_method cycles",
+}
+REPORTED = {
+    "RenderSettings": "use_multiview views_format",
+    "Object": "is_shadow_catcher light_linking",
+    "Camera": "custom_* cycles_custom central_cylindrical_* stereo",
+    "ViewLayer": "active_aov* use_pass_subsurface_*",
+    "Material": "use_transparent_shadow",
+}
+NO_MEANING = {
+    "Scene": {
+        ANIMATION: "frame_* use_preview_range show_subframe show_keys_from_selected_only lock_frame_selection_to_range animation_data sync_mode rigidbody_world gravity use_gravity "
+                   "time_jump_* allow_preroll use_custom_simulation_range simulation_frame_* playback_loop_mode",
+        EDITING: "background_set tool_settings unit_settings cursor grease_pencil annotation active_clip grease_pencil_settings use_stamp_note",
+        BLENDER: "use_audio* audio_* sequence_editor node_tree use_nodes compositing_node_group view_settings display_settings sequencer_colorspace_settings collection",
+        VIEW: "safe_areas display hydra",
+        EEVEE: "eevee",
+    },
+    "RenderSettings": {
+        OUTPUT: "image_settings ffmpeg fps fps_base frame_map_* dither_intensity use_placeholder use_overwrite use_file_extension filepath use_render_cache use_stamp* stamp_* "
+                "metadata_input ppm_* save_output",
+        BLENDER: "use_compositing use_sequencer* sequencer_* use_lock_interface use_single_layer use_freestyle line_thickness* simplify_* use_simplify_normals compositor_*",
+        EEVEE: "filter_size hair_type hair_subdiv use_high_quality_normals anisotropic_filter",
+        "Ajar does not bake": "bake* use_bake*",
+        "views begin with large pixels by themselves, and nothing is kept between renders": "preview_pixel_size use_persistent_data use_texture_cache use_auto_generate_texture_cache",
+    },
+    "ViewLayer": {
+        EEVEE: "eevee use_ao", BLENDER: "layer_collection active_layer_collection use_freestyle freestyle_settings depsgraph use_grease_pencil",
+        "of passes that are reported": "pass_cryptomatte_depth use_pass_cryptomatte_accurate", "of data passes, which are of the first surface": "pass_alpha_threshold",
+        "volume objects are reported where they are": "use_volumes",
+    },
+    "Object": {
+        ANIMATION: "parent_* use_camera_lock_parent track_axis up_axis lock_* field collision soft_body rigid_body* pose* animation_* motion_path use_parent_final_indices "
+                   "use_simulation_cache add_rest_position_attribute active_shape_key* show_only_shape_key use_shape_key_edit_mode",
+        VIEW: "empty_* image_user show_* use_empty_image_alpha display* use_grease_pencil_lights hide_select hide_surface_pick lineart",
+        EDITING: "use_mesh_mirror_* active_material_index active_selection_set", EEVEE: "hide_probe_*",
+        "rays that artists' nodes cast; the Raycast node is reported": "visible_raycast", "moves the normals of Cycles' terminator": "shadow_terminator_normal_offset",
+    },
+    "Mesh": {EDITING: "texture_mesh uv_layer_* remesh_* use_remesh_* use_mirror_* texco_mesh use_paint_* radial_symmetry", ANIMATION: "shape_keys animation_data"},
+    "Curves": {EDITING: "use_mirror_* selection_domain use_sculpt_* surface_collision_distance", ANIMATION: "animation_data"},
+    "*Light": {
+        EEVEE: "distance specular_factor diffuse_factor volume_factor transmission_factor use_custom_distance cutoff_distance falloff_* linear_* quadratic_* constant_coefficient "
+               "shadow_buffer_* shadow_color use_contact_shadow contact_shadow_* shadow_cascade_* shadow_filter_radius shadow_maximum_resolution use_shadow_jitter shadow_jitter_overblur "
+               "use_absolute_resolution",
+        VIEW: "show_cone use_square", ANIMATION: "animation_data",
+    },
+    "World": {EEVEE: "use_eevee_finite_volume probe_resolution sun_* use_sun_*", ANIMATION: "animation_data", "of Fast GI, which is reported": "light_settings"},
+    "WorldMistSettings": {"of the old renderer; Cycles does not read it": "use_mist intensity height"},
+    "Camera": {VIEW: "passepartout_alpha display_size show_* composition_guide_color background_images", EDITING: "lens_unit", ANIMATION: "animation_data"},
+    "Material": {
+        EEVEE: "blend_method shadow_method alpha_threshold show_transparent_back use_backface_culling* use_screen_refraction use_sss_translucency refraction_depth surface_render_method "
+               "use_transparency_overlap use_raytrace_refraction thickness_mode use_thickness_from_shadow volume_intersection_method max_vertex_displacement",
+        VIEW: "preview_render_type use_preview_world specular_color roughness specular_intensity metallic grease_pencil lineart",
+        EDITING: "paint_* texture_paint_*", BLENDER: "line_color line_priority", ANIMATION: "animation_data",
+    },
+    "CyclesRenderSettings": {DEBUG: "debug_*", differences.NOISE: "use_guiding guiding_* surface_guiding_probability volume_guiding_probability use_guiding_*"},
+}
+
+
+def _lists(name: str, text: str) -> bool:
+    return any(fnmatchcase(name, pattern) for pattern in text.split())
+
+
+def fate(struct: str, name: str) -> str:
+    """"read", "reported", the reason why it has no meaning, or nothing where it is in no list."""
+    if (struct, name) in differences.REPLACED:
+        return "read"
+    if (struct, name) in differences.ABSENT:
+        return differences.ABSENT[struct, name]
+    for status, table in (("read", READ), ("reported", REPORTED)):
+        if any(fnmatchcase(struct, kind) and _lists(name, text) for kind, text in table.items()):
+            return status
+    for kind, reasons in NO_MEANING.items():
+        if fnmatchcase(struct, kind):
+            for reason, text in reasons.items():
+                if _lists(name, text):
+                    return reason
+    return ""
