@@ -71,6 +71,7 @@ void bind_reports(py::module_& module) {
       .def_readonly("render", &Progress::render)
       .def_readonly("build_seconds", &Progress::build_seconds)
       .def_readonly("render_seconds", &Progress::render_seconds)
+      .def_readonly("remaining_seconds", &Progress::remaining_seconds, "Until the first of the ends that the settings name; below 0: not known")
       .def_readonly("estimated_relmse", &Progress::estimated_relmse)
       .def_readonly("estimated_perceptual_error", &Progress::estimated_perceptual_error)
       .def("__repr__", [](const Progress& p) {

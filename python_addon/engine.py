@@ -102,6 +102,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         if options.dump_scene is not None:
             ajar.save_description(exported.description, str(options.dump_scene))
 
+        noise_target = settings.target_error   # starting the session empties the description
         hint_points = hints.points_of(exported.description)
         session = ajar.Session()
         learner = (scene.name, depsgraph.view_layer.name, self.active_view_get())
@@ -111,7 +112,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         save_checkpoint = self._checkpoints(depsgraph, options, session, exported.description)
         session.start(exported.description)
         interval = float(scene.ajar.checkpoint_interval) if options.checkpoint is None else CHECKPOINT_SECONDS
-        self._follow(depsgraph, session, wanted, is_cancelled, save_checkpoint, interval, settings)
+        self._follow(depsgraph, session, wanted, is_cancelled, save_checkpoint, interval, noise_target)
         save_checkpoint()
 
         error = session.take_error()
@@ -162,7 +163,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         return lambda: session.save_checkpoint(of_layer(write), scene) if write is not None else None
 
     def _follow(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass], is_cancelled,
-                save_checkpoint: Callable[[], None], interval: float, settings: ajar.RenderSettings) -> None:
+                save_checkpoint: Callable[[], None], interval: float, noise_target: float) -> None:
         """Until the session ends, by itself or because the user wants no more. `interval`: seconds between two checkpoints."""
         pausing.begin(self.is_preview)
         next_image = time.monotonic() + FIRST_IMAGE_SECONDS
@@ -172,7 +173,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             progress = session.progress()
             self.update_progress(progress.fraction)
             session.pause(pausing.is_wanted() and not self.is_preview)
-            self._show(depsgraph, "Paused" if session.is_paused() else describe(progress, settings))
+            self._show(depsgraph, "Paused" if session.is_paused() else describe(progress, noise_target))
             if is_cancelled():
                 session.cancel()
                 session.wait(60.0)
@@ -246,30 +247,15 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         self.error_set(message)
 
 
-def describe(progress: ajar.Progress, settings: ajar.RenderSettings) -> str:
+def describe(progress: ajar.Progress, noise_target: float) -> str:
     if progress.phase == ajar.Progress.Phase.Building:
         return f"Building: {progress.step}"
     text = f"{progress.samples:.4g} samples"
     if progress.estimated_relmse >= 0.0:
         text += f" | Noise {100.0 * progress.estimated_relmse ** 0.5:.2g} %"
-        if settings.target_error > 0.0:
-            text += f" of {100.0 * settings.target_error ** 0.5:.2g} %"
-    left = remaining_seconds(progress, settings)
-    return text if left is None else f"{text} | Remaining {clock(left)}"
-
-
-def remaining_seconds(progress: ajar.Progress, settings: ajar.RenderSettings) -> float | None:
-    """Until the first of the ends that the settings name. The mean squared error falls as one over the number of samples. None while nothing is known."""
-    if progress.samples <= 0.0 or progress.render_seconds <= 0.0:
-        return None
-    ends = []
-    if settings.samples > 0:
-        ends.append(progress.render_seconds * (settings.samples / progress.samples - 1.0))
-    if settings.seconds > 0.0:
-        ends.append(settings.seconds - progress.render_seconds)
-    if settings.target_error > 0.0 and progress.estimated_relmse > 0.0:
-        ends.append(progress.render_seconds * (progress.estimated_relmse / settings.target_error - 1.0))
-    return max(0.0, min(ends)) if ends else None
+        if noise_target > 0.0:
+            text += f" of {100.0 * noise_target ** 0.5:.2g} %"
+    return text if progress.remaining_seconds < 0.0 else f"{text} | Remaining {clock(progress.remaining_seconds)}"
 
 
 def clock(seconds: float) -> str:

@@ -176,6 +176,7 @@ struct Session::Data {
   bool error_due(double render_seconds, uint64_t done) const;
   void estimate_error(double render_seconds, uint64_t done);
   void publish(double render_seconds, uint64_t done, bool cut);
+  double remaining_seconds(double render_seconds, uint64_t done) const;
   void measure_film();
   std::vector<float> resolve(const std::string& pass) const;
   Checkpoint checkpoint() const;
@@ -503,6 +504,16 @@ void Session::Data::measure_film() {
   film_bytes = film->memory_bytes();
 }
 
+/// Until the first of the ends. The mean squared error falls as one over the number of samples. With the lock held.
+double Session::Data::remaining_seconds(double render_seconds, uint64_t done) const {
+  if (done == 0) return -1.0;
+  double least = kInfinity;
+  if (settings.samples > 0) least = std::min(least, render_seconds / double(done) * (double(settings.samples) - samples_before() - double(done)));
+  if (settings.seconds > 0.0) least = std::min(least, settings.seconds - render_seconds);
+  if (settings.target_error > 0.0 && progress.estimated_relmse > 0.0) least = std::min(least, render_seconds * (progress.estimated_relmse / settings.target_error - 1.0));
+  return std::isfinite(least) ? std::max(0.0, least) : -1.0;
+}
+
 /// `cut`: the time limit has ended an iteration, after which pixels have different numbers of samples and their error is not estimated again.
 void Session::Data::publish(double render_seconds, uint64_t done, bool cut) {
   std::lock_guard lock(mutex);
@@ -516,7 +527,8 @@ void Session::Data::publish(double render_seconds, uint64_t done, bool cut) {
   progress.render_seconds = render_seconds;
   if (!cut && error_due(render_seconds, done)) estimate_error(render_seconds, done);
   float fraction = 0.0f;
-  if (settings.samples > 0) fraction = float(progress.samples / settings.samples);
+  if (settings.samples > 0) fraction = float((samples_before() + double(done)) / settings.samples);
+  progress.remaining_seconds = remaining_seconds(render_seconds, done);
   if (settings.seconds > 0.0) fraction = std::max(fraction, float(render_seconds / settings.seconds));
   progress.fraction = 0.05f + 0.95f * std::min(1.0f, fraction);
   ++progress.iteration;

@@ -33,6 +33,7 @@ struct Progress {
   uint64_t iteration = 0;         ///< of this render; from the first on there is a picture
   uint64_t render = 0;            ///< the number that `start`, `update` or `change_view` gave
   double build_seconds = 0.0, render_seconds = 0.0;
+  double remaining_seconds = -1.0;          ///< until the first of the ends that the settings name; below 0: not known
   double estimated_relmse = -1.0, estimated_perceptual_error = -1.0;   ///< as the film estimates them
 };
 

@@ -274,6 +274,29 @@ TEST(Session, statistics_asked_for_while_it_renders_are_those_of_an_iteration_bo
   EXPECT_TRUE(session.wait(kHang));
 }
 
+/// Samples that an integrator counts in its own way (ERPT takes a quarter of them from the eye) do not confuse how much is left.
+TEST(Session, tells_how_much_is_left) {
+  for (const char* integrator : {"path", "erpt"}) {
+    SceneDescription d = Stage().scene(1.0f);
+    d.settings.integrator = integrator;
+    d.settings.samples = 64;
+    Session session;
+    session.start(d);
+    EXPECT_TRUE(session.wait(kHang));
+    EXPECT_EQ(session.progress().remaining_seconds, 0.0) << integrator;
+    d.settings.samples = 1 << 24;
+    Session longer;
+    longer.start(d);
+    while (longer.progress().samples < 4.0) longer.wait(0.01);
+    const Progress progress = longer.progress();
+    longer.cancel();
+    EXPECT_TRUE(longer.wait(kHang));
+    // Nearly all of it: as many times what it took as there are samples, give or take what the samples of this integrator are.
+    EXPECT_GT(progress.remaining_seconds, progress.render_seconds * 1e4) << integrator;
+    EXPECT_LT(progress.fraction, 0.06) << integrator;
+  }
+}
+
 TEST(Session, a_pause_waits_and_changes_no_pixel) {
   SceneDescription d = Stage().scene(1.0f);
   d.settings.samples = 16;

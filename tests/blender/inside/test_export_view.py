@@ -212,21 +212,3 @@ def test_light_hints_are_found_in_the_collection_of_older_files(scene):
     scene.collection.children.link(bpy.data.collections.new("Light Hints"))
     assert hints.curves_of(scene) == []
     assert hasattr(bpy.ops.ajar.draw_light_path, "poll") and bpy.ops.ajar.check_light_paths.get_rna_type().identifier == "AJAR_OT_check_light_paths"
-
-
-class Progress:
-    def __init__(self, samples: float, seconds: float, relmse: float = -1.0) -> None:
-        self.samples, self.render_seconds, self.estimated_relmse, self.phase, self.fraction = samples, seconds, relmse, ajar.Progress.Phase.Rendering, 0.1
-
-
-@pytest.mark.parametrize("options, progress, expected", [
-    (Options(samples=100), Progress(10, 2.0), 18.0),
-    (Options(samples=10**6, time=30.0), Progress(10, 2.0), 28.0),
-    (Options(samples=1000, time=30.0), Progress(500, 20.0), 10.0),
-    (Options(samples=10**6, error=1e-3), Progress(10, 2.0, 4e-3), 6.0),
-])
-def test_the_time_left_is_that_of_the_first_end(export, options, progress, expected):
-    from ajar_render import engine
-    settings = export(options).settings
-    assert engine.remaining_seconds(progress, settings) == pytest.approx(expected)
-    assert "Remaining 00:" in engine.describe(progress, settings)
