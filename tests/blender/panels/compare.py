@@ -50,11 +50,11 @@ def objects() -> dict[str, bpy.types.Object]:
 def use_everything(scene: bpy.types.Scene) -> None:
     """Settings that are hidden until another is on."""
     render, layer = scene.render, scene.view_layers[0]
+    scene.render.engine, scene.ajar.samples, render.resolution_percentage = "AJAR", 1, 2
+    bpy.ops.render.render()   # its statistics have a panel. Freestyle, which is switched on below, would need a graphics card
     render.use_motion_blur = render.use_simplify = render.use_freestyle = render.film_transparent = render.use_multiview = True
     layer.use_pass_mist = True
     layer.lightgroups.add(name="Group")
-    scene.render.engine, scene.ajar.samples, render.resolution_percentage = "AJAR", 1, 2
-    bpy.ops.render.render()   # its statistics have a panel
     scene.ajar.image, scene.ajar.integrator, scene.ajar.importance_factor = "pmc_ip", "photon_map", 2.0
 
 
