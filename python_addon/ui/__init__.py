@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 from bpy.types import Panel
 
-from . import camera, hints, light, material, object, render, view_layer, world
+from . import camera, hints, light, material, menus, object, render, view_layer, world
 from .common import ENGINE, AjarPanel, in_node_editor
 
 __all__ = ["CLASSES", "AjarPanel", "built_in_panels", "register", "unregister"]
@@ -51,9 +51,11 @@ def register() -> None:
     _register_classes()
     for panel in built_in_panels():
         panel.COMPAT_ENGINES.add(ENGINE)
+    menus.register()
 
 
 def unregister() -> None:
+    menus.unregister()
     for panel in built_in_panels():
         panel.COMPAT_ENGINES.discard(ENGINE)
     _unregister_classes()

@@ -53,6 +53,10 @@ def test_what_becomes_of_every_setting_is_listed(compared):
     assert unlisted({"Camera": ["lens", "new_in_the_next_version"]}) == ["Camera.new_in_the_next_version"]
 
 
+def test_the_shader_editor_offers_the_nodes_that_it_offers_for_cycles(compared):
+    assert compared["nodes"]["AJAR"] == compared["nodes"]["CYCLES"] and len(compared["nodes"]["AJAR"]) > 0
+
+
 def test_nothing_but_what_is_listed_differs(cases):
     assert problems(cases) == []
 

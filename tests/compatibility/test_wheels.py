@@ -67,6 +67,7 @@ def test_properties_shows_what_it_shows_with_cycles(zips, tmp_path, version):
     compared = json.loads((tmp_path / "out" / "panels.json").read_text())
     assert test_panels.problems(compared["cases"]) == []
     assert test_panels.unlisted(compared["settings"]) == []
+    assert compared["nodes"]["AJAR"] == compared["nodes"]["CYCLES"]
 
 
 def test_self_check_is_there_when_the_renderer_cannot_be_loaded(zips, tmp_path):

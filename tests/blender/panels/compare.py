@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import sys
+import types
 from pathlib import Path
 
 import bpy
@@ -102,6 +103,21 @@ def settings() -> dict[str, list[str]]:
             for name, rna in structs.items()}
 
 
+def nodes_in_add_menu(engine: str) -> list[str]:
+    """Shader nodes that the Add menu of the shader editor offers for an object's material."""
+    space = types.SimpleNamespace(type="NODE_EDITOR", tree_type="ShaderNodeTree", shader_type="OBJECT", id_from=None, edit_tree=None, node_tree=None)
+    context = recorder.Context(engine=engine, space_data=space)
+    try:
+        import nodeitems_builtins
+
+        categories = nodeitems_builtins.shader_node_categories
+    except (ImportError, AttributeError):   # since 4.0
+        from bl_ui import node_add_menu_shader
+
+        return [f"Cycles' nodes: {node_add_menu_shader.cycles_shader_nodes_poll(context)}"]
+    return sorted(item.nodetype for category in categories for item in category.items(context) if hasattr(item, "nodetype"))
+
+
 def main(out: str) -> None:
     import addon_utils
 
@@ -124,7 +140,7 @@ def main(out: str) -> None:
                 shown |= recorder.shown(tab, engine, **context)[0]
             by_engine[engine] = shown
         found.append({"tab": tab, "of": name, "cycles": sorted(by_engine["CYCLES"]), "ajar": sorted(by_engine["AJAR"])})
-    Path(out).write_text(json.dumps({"version": bpy.app.version_string, "cases": found, "settings": settings()}))
+    Path(out).write_text(json.dumps({"version": bpy.app.version_string, "cases": found, "settings": settings(), "nodes": {engine: nodes_in_add_menu(engine) for engine in ("CYCLES", "AJAR")}}))
 
 
 if __name__ == "__main__":
