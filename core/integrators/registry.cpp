@@ -16,25 +16,25 @@ const std::vector<IntegratorInfo>& integrator_list() {
   static const std::vector<IntegratorInfo> list{
       // Who renders for others asks render/technique_choice.h which it shall be; by itself it is path tracing.
       {.name = "auto", .label = "Auto", .honesty = Honesty::Consistent,
-       .sentence = "Tries the techniques on a small picture, and renders with the best. The plan says which, and whether it is unbiased.",
+       .sentence = "Tries several techniques on a small picture and renders with the best. The render plan says which one, and whether it is unbiased.",
        .make = make_path_tracer, .renders_motion = true, .tells_parts = true, .renders_media = true, .renders_strands = true, .follows_hints = true},
-      {.name = "path", .label = "Path Tracing", .honesty = Honesty::Unbiased, .sentence = "Paths from the eye; best for open scenes and easily seen lights.",
+      {.name = "path", .label = "Path Tracing", .honesty = Honesty::Unbiased, .sentence = "Paths from the camera. Best for open scenes and visible lights.",
        .make = make_path_tracer, .renders_motion = true, .tells_parts = true, .renders_media = true, .renders_strands = true},
       {.name = "bdpt", .label = "Bidirectional Path Tracing", .honesty = Honesty::Unbiased,
-       .sentence = "Paths from the eye and from the lights; for light that arrives indirectly.", .make = make_bdpt, .joins_camera = true, .can_merge = true,
+       .sentence = "Paths from the camera and from the lights. For indirect light.", .make = make_bdpt, .joins_camera = true, .can_merge = true,
        .follows_hints = true},
-      {.name = "pmc_pt", .label = "Population Monte Carlo", .honesty = Honesty::Unbiased, .sentence = "A population of light paths that learns.", .make = make_pmc_path,
+      {.name = "pmc_pt", .label = "Population Monte Carlo", .honesty = Honesty::Unbiased, .sentence = "A population of paths that learns where light is.", .make = make_pmc_path,
        .joins_camera = true, .can_merge = true, .follows_hints = true},
-      {.name = "erpt", .label = "Energy Redistribution", .honesty = Honesty::Unbiased, .sentence = "Path tracing whose finds are spread by short chains.",
+      {.name = "erpt", .label = "Energy Redistribution", .honesty = Honesty::Unbiased, .sentence = "Path tracing, with short Markov chains that spread what it finds.",
        .make = make_erpt, .joins_camera = true, .can_merge = true, .follows_hints = true},
-      {.name = "mps", .label = "Metropolis Photon Sampling", .honesty = Honesty::Consistent, .sentence = "Photons only where the picture needs them.", .make = make_mps,
+      {.name = "mps", .label = "Metropolis Photon Sampling", .honesty = Honesty::Consistent, .sentence = "Photon mapping with photons only where the picture needs them.", .make = make_mps,
        .joins_camera = true, .follows_hints = true},
-      {.name = "metropolis", .label = "Metropolis", .honesty = Honesty::Consistent, .sentence = "Chains of mutations that dwell on the light paths that matter.",
+      {.name = "metropolis", .label = "Metropolis", .honesty = Honesty::Consistent, .sentence = "Markov chains of paths that concentrate on the light that matters.",
        .make = make_metropolis, .joins_camera = true, .can_merge = true, .follows_hints = true},
-      {.name = "photon_map", .label = "Photon Mapping", .honesty = Honesty::Consistent, .sentence = "Photons from the lights, gathered at what the eye sees.",
+      {.name = "photon_map", .label = "Photon Mapping", .honesty = Honesty::Consistent, .sentence = "Photons from the lights, gathered where the camera sees them.",
        .make = make_photon_mapping, .follows_hints = true},
       {.name = "irradiance_cache", .label = "Irradiance Caching", .honesty = Honesty::Biased,
-       .sentence = "Light between diffuse surfaces, gathered at few points and interpolated.", .make = make_irradiance_cache}};
+       .sentence = "Diffuse indirect light, computed at few points and interpolated.", .make = make_irradiance_cache}};
   return list;
 }
 

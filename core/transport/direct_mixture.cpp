@@ -65,17 +65,17 @@ void for_each_light_along(const Scene& scene, const ShadingPoint& from, Vec3 wi,
 const std::vector<DirectMethodInfo>& direct_method_list() {
   using enum DirectMethod;
   static const std::vector<DirectMethodInfo> list{
-      {Mis, "mis", "Multiple Importance", false, "Light and surface sampled alike; a safe choice everywhere."},
-      {PmcHi, "pmc_hi", "Adaptive Mixture", false, "Learns, place by place, which lights and surfaces are worth sampling."},
-      {OcvProgressive, "ocv_progressive", "Progressive Control Variates", false, "Corrects every estimate by what earlier ones found nearby."},
-      {Ocv, "ocv", "Control Variates", false, "Corrects one half of the samples by the other; wants 16 or more."},
-      {PmcHiPaper, "pmc_hi_paper", "Adaptive Mixture (per estimate)", false, "Learns within every single estimate; wants 16 samples or more."},
-      {OcvPaper, "ocv_paper", "Control Variates (as published)", true, "Darkens the picture; kept for comparison."},
-      {Correlated, "correlated", "Single Control Variate", false, "One control variate for all lights; kept for comparison."},
-      {Ris, "ris", "Resampled Importance", false, "Shadow rays go to the brightest of several candidates."},
-      {MisBalance, "mis_balance", "Multiple Importance (balance)", false, "As the first, with the balance heuristic."},
-      {Light, "light", "Lights Only", false, "Samples lights, never what surfaces reflect."},
-      {Bsdf, "bsdf", "Surfaces Only", false, "Follows what surfaces reflect until it meets a light."}};
+      {Mis, "mis", "Multiple Importance", false, "Samples both lights and surfaces. The right choice for nearly every scene."},
+      {PmcHi, "pmc_hi", "Adaptive Mixture", false, "Learns, for each region of the scene, which lights and lobes to sample."},
+      {OcvProgressive, "ocv_progressive", "Progressive Control Variates", false, "Corrects each estimate by what earlier ones found nearby."},
+      {Ocv, "ocv", "Control Variates", false, "Corrects one half of the samples by the other half. Use 16 or more direct samples."},
+      {PmcHiPaper, "pmc_hi_paper", "Adaptive Mixture (per estimate)", false, "Learns within each estimate. Use 16 or more direct samples. For comparison."},
+      {OcvPaper, "ocv_paper", "Control Variates (as published)", true, "Darkens the picture. For comparison."},
+      {Correlated, "correlated", "Single Control Variate", false, "One control variate for all lights. For comparison."},
+      {Ris, "ris", "Resampled Importance", false, "Sends shadow rays to the brightest of several candidates. For comparison."},
+      {MisBalance, "mis_balance", "Multiple Importance (balance)", false, "Multiple importance sampling with the balance heuristic."},
+      {Light, "light", "Lights Only", false, "Samples only lights. For comparison."},
+      {Bsdf, "bsdf", "Surfaces Only", false, "Samples only surfaces. For comparison."}};
   return list;
 }
 

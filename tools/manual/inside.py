@@ -112,9 +112,9 @@ def photograph(name: str, *areas: str) -> None:
         bpy.ops.screen.screenshot_area(filepath=path)
 
 
-def panel(name: str, *classes: str):
+def panel(name: str, *classes: str, tab: str = "RENDER"):
     if is_wanted(f"panel_{name}"):
-        window.area("PROPERTIES").spaces.active.context = "RENDER"
+        window.area("PROPERTIES").spaces.active.context = tab
         show(*classes)
         yield 0.4
         photograph(f"panel_{name}", "PROPERTIES")
@@ -173,11 +173,17 @@ def settings():
     scene = bpy.context.scene
     yield 0.3
     yield from panel("sampling", "AJAR_RENDER_PT_sampling")
+    for name, kind, tab, classes in (
+            ("material", "MESH", "MATERIAL", ("AJAR_MATERIAL_PT_slots", "AJAR_MATERIAL_PT_surface")),
+            ("light", "LIGHT", "DATA", ("DATA_PT_context_light", "AJAR_LIGHT_PT_light", "AJAR_LIGHT_PT_beam", "AJAR_LIGHT_PT_nodes"))):
+        bpy.context.view_layer.objects.active = next(thing for thing in scene.objects if thing.type == kind and (kind != "MESH" or thing.active_material))
+        yield 0.2
+        yield from panel(name, *classes, tab=tab)
     yield from panel("integrator", "AJAR_RENDER_PT_integrator")
     scene.ajar.integrator = "photon_map"
     yield from panel("integrator_photons", "AJAR_RENDER_PT_integrator")
     yield from panel("direct", "AJAR_RENDER_PT_direct")
-    yield from panel("light_hints", "AJAR_RENDER_PT_light_paths")
+    yield from panel("light_paths", "AJAR_RENDER_PT_light_paths")
     yield from panel("performance", "AJAR_RENDER_PT_performance")
     scene.ajar.clamp_indirect = 10.0
     scene.ajar.image = "pmc_ip"
