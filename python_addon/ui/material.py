@@ -74,30 +74,26 @@ class AJAR_MATERIAL_PT_surface(MaterialPanel, Panel):
             self.layout.prop(context.material, "diffuse_color")
 
 
-class AJAR_MATERIAL_PT_volume(MaterialPanel, Panel):
+class MaterialNodePanel(MaterialPanel):
+    """What is linked to the input of the output that has the panel's name."""
+
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return super().poll(context) and compat.node_tree(context.material) is not None
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.layout.use_property_split = True
+        draw_node(self.layout, context.material, self.bl_label)
+
+
+class AJAR_MATERIAL_PT_volume(MaterialNodePanel, Panel):
     bl_label = "Volume"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and compat.node_tree(context.material) is not None
-
-    def draw(self, context: bpy.types.Context) -> None:
-        self.layout.use_property_split = True
-        draw_node(self.layout, context.material, "Volume")
 
 
-class AJAR_MATERIAL_PT_displacement(MaterialPanel, Panel):
+class AJAR_MATERIAL_PT_displacement(MaterialNodePanel, Panel):
     bl_label = "Displacement"
-    bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return super().poll(context) and compat.node_tree(context.material) is not None
-
-    def draw(self, context: bpy.types.Context) -> None:
-        self.layout.use_property_split = True
-        draw_node(self.layout, context.material, "Displacement")
 
 
 class AJAR_MATERIAL_PT_settings(MaterialPanel, Panel):

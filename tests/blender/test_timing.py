@@ -1,6 +1,5 @@
 """Promises of time, which depend on the machine: `make bench` runs these (AJAR_TIMING=1), `make test` does not."""
 
-import os
 import signal
 import subprocess
 import sys

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 
 import bpy
-import numpy as np
 import pytest
 from ajar_render.ajar_module import ajar
 from ajar_render.export import export_scene

@@ -1,7 +1,5 @@
 """Lights, world, camera and settings."""
 
-import math
-
 import bpy
 import numpy as np
 import pytest
