@@ -72,6 +72,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 pass
             except (RenderFailed, OSError, RuntimeError) as error:
                 self._fail(str(error))
+            finally:
+                pausing.end(self.is_preview)
         if interrupt.raised and headless.renders_from_command_line():
             interrupt.leave_after_writing()
 
@@ -165,7 +167,6 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     def _follow(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass], is_cancelled,
                 save_checkpoint: Callable[[], None], interval: float, noise_target: float) -> None:
         """Until the session ends, by itself or because the user wants no more. `interval`: seconds between two checkpoints."""
-        pausing.begin(self.is_preview)
         next_image = time.monotonic() + FIRST_IMAGE_SECONDS
         next_checkpoint = time.monotonic() + min(FIRST_CHECKPOINT_SECONDS, interval)
         save_checkpoint()   # there is none yet; from now on the session keeps one after each iteration

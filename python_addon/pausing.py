@@ -7,8 +7,8 @@ import bpy
 _wanted = False
 
 
-def begin(is_preview: bool) -> None:
-    """A render begins: it is not paused. Previews of materials leave a paused render alone."""
+def end(is_preview: bool) -> None:
+    """A render has ended: the next one is not paused. Previews of materials leave a paused render alone."""
     global _wanted
     if not is_preview:
         _wanted = False
