@@ -1,8 +1,8 @@
 // What a render will keep in memory, from its description alone: to be refused before anything is built, not to fail half way.
 //
 // Counted are the arrays whose size the scene decides. Meshes, textures and the film are counted to the byte, photons by what they take on
-// average, ray tracing structures by the most that Embree was seen to take (docs/manual/memory.md has the numbers). Not counted: Blender's own copy of the scene, the libraries
-// themselves, shaders, lights, and what is bounded whatever the scene (caches of shares, lookups of photon maps).
+// average, ray tracing structures by the most that Embree was seen to take (docs/manual/memory.md has the numbers). Not counted: Blender's
+// own copy of the scene, the libraries themselves, shaders, lights, and what is bounded whatever the scene (caches of shares, lookups of photon maps).
 #pragma once
 
 #include <cstdint>

@@ -28,8 +28,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr uint32_t kImportancePilot = 0x6c676874u;   // makes a seed of its own
 constexpr int kMostThreads = 1024;     // of Blender
-constexpr double kPilotShare = 0.25;   // at most of a time limit goes into choosing a technique
+constexpr double kPilotTimeShare = 0.25;   // of a time limit at most goes into choosing a technique
 constexpr double kErrorShare = 0.02;   // of a render's time goes into looking at its error
+
 /// Where the settings name no number of threads: AJAR_THREADS, or all of the machine.
 int default_threads() {
   const char* named = std::getenv("AJAR_THREADS");
@@ -570,7 +571,7 @@ std::unique_ptr<Integrator> Session::Data::choose(const CameraDescription& camer
     steps = {{"technique", true, std::string(find_integrator(learned->integrator).label) + ": as chosen " + (here.age == 1 ? "a frame" : std::to_string(here.age) + " frames") + " before"}};
   } else {
     std::optional<Deadline> deadline;
-    if (settings.seconds > 0.0) deadline.emplace(limit_start + seconds_of(kPilotShare * settings.seconds), mutex, changed, stop);
+    if (settings.seconds > 0.0) deadline.emplace(limit_start + seconds_of(kPilotTimeShare * settings.seconds), mutex, changed, stop);
     made = choose_technique(scene, camera, deadline ? deadline->passed() : stop);
     steps = made.plan();
   }
@@ -648,12 +649,13 @@ void Session::Data::wait_while_paused() {
 void Session::Data::render_all() {
   uint64_t done = 0;
   double rendering = pilot_seconds;  // time of iterations and what chose them, without publishing
+  // A time limit is of all that the artist waits for.
+  const auto elapsed = [&] { return settings.seconds > 0.0 ? seconds_since(limit_start) : rendering; };
   while (!stop.load()) {
     wait_while_paused();
     std::optional<Deadline> deadline;
     if (settings.seconds > 0.0) deadline.emplace(limit_start + seconds_of(settings.seconds), mutex, changed, stop);
-    const double before = settings.seconds > 0.0 ? seconds_since(limit_start) : rendering;
-    const int samples = next_samples(before, done);
+    const int samples = next_samples(elapsed(), done);
     const auto start = Clock::now();
     if (image_plan) image_plan->plan(*film, uint32_t(done) + uint32_t(samples));
     const bool may_be_cut = deadline && done > 0;
@@ -661,14 +663,14 @@ void Session::Data::render_all() {
     rendering += seconds_since(start);
     const bool cut = may_be_cut && deadline->passed().load() && !stop.load();
     if (!cut) done += uint64_t(samples);
-    const double elapsed = settings.seconds > 0.0 ? seconds_since(limit_start) : rendering;
-    publish(elapsed, done, cut);
+    const double so_far = elapsed();
+    publish(so_far, done, cut);
     double relmse;
     {
       std::lock_guard lock(mutex);
       relmse = progress.estimated_relmse;
     }
-    if (cut || enough(elapsed, double(done), relmse)) break;
+    if (cut || enough(so_far, double(done), relmse)) break;
   }
 }
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import subprocess
 from pathlib import Path
+
+from small_scenes import script
 
 ROOT = Path(__file__).resolve().parents[2]
 BUILD = Path(os.environ.get("AJAR_BUILD", ROOT / "build" / "release"))
@@ -17,3 +20,14 @@ def command(*arguments: object) -> list[str]:
 
 def environment(profile: Path) -> dict[str, str]:
     return os.environ | {"BLENDER_USER_CONFIG": str(profile / "config"), "BLENDER_USER_SCRIPTS": str(profile / "scripts")}
+
+
+def endless_render(profile: Path, folder: Path) -> subprocess.Popen:
+    """An animation whose first frame has no end, from when it has its first samples on. Its picture, statistics and checkpoint go to `folder`."""
+    arguments = command("--python", script(folder, "scene.ajar.samples = 2**20"), "-o", folder / "out", "-F", "PNG", "-a",
+                        "--", "--ajar-stats", folder / "stats.json", "--ajar-checkpoint", folder / "checkpoint")
+    process = subprocess.Popen(arguments, env=environment(profile), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    for line in process.stdout:
+        if "samples" in line:
+            break
+    return process

@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from blender_process import BUILD, ROOT, TIMEOUT_SECONDS, command, environment
+from blender_process import BUILD, ROOT, TIMEOUT_SECONDS, command, endless_render, environment
 from small_scenes import script
 
 sys.path.insert(0, str(BUILD / "python"))
@@ -193,12 +193,7 @@ def test_two_view_layers_and_two_frames(blender, tmp_path):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupt_keeps_the_picture_and_ends(profile, tmp_path, number):
-    arguments = command("--python", script(tmp_path, "scene.ajar.samples = 2**20"), "-o", tmp_path / "out", "-F", "PNG", "-a",
-                        "--", "--ajar-stats", tmp_path / "stats.json", "--ajar-checkpoint", tmp_path / "checkpoint")
-    process = subprocess.Popen(arguments, env=environment(profile), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    for line in process.stdout:
-        if "samples" in line:
-            break
+    process = endless_render(profile, tmp_path)
     process.send_signal(number)
     words, _ = process.communicate(timeout=TIMEOUT_SECONDS)
     assert process.returncode != 0, words

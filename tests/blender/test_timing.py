@@ -1,14 +1,12 @@
 """Promises of time, which depend on the machine: `make bench` runs these (AJAR_TIMING=1), `make test` does not."""
 
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
-from blender_process import BUILD, command, environment
-from small_scenes import script
+from blender_process import BUILD, endless_render
 
 sys.path.insert(0, str(BUILD / "python"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bindings"))
@@ -44,12 +42,7 @@ def test_dropping_a_session_stops_it_within_a_second():
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_interrupt_ends_blender_within_three_seconds(profile, tmp_path, number):
-    arguments = command("--python", script(tmp_path, "scene.ajar.samples = 2**20"), "-o", tmp_path / "out", "-F", "PNG", "-a",
-                        "--", "--ajar-stats", tmp_path / "stats.json", "--ajar-checkpoint", tmp_path / "checkpoint")
-    process = subprocess.Popen(arguments, env=environment(profile), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-    for line in process.stdout:
-        if "samples" in line:
-            break
+    process = endless_render(profile, tmp_path)
     asked = time.monotonic()
     process.send_signal(number)
     process.communicate(timeout=60)
