@@ -99,7 +99,7 @@ nodes::VoronoiParameters voronoi_parameters(const Instruction& i, float scale, V
   v.feature = nodes::VoronoiFeature(i.variant >> 2 & 7);
   v.metric = nodes::VoronoiMetric(i.variant >> 5 & 3);
   v.normalize = i.variant >> 7;
-  v.first_generation = i.data != 0;
+  v.generation = nodes::VoronoiGeneration(i.data);
   v.scale = scale;
   v.smoothness = glm::clamp(0.5f * shape.x, 0.0f, 0.5f);
   v.exponent = shape.y;

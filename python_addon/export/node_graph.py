@@ -257,6 +257,10 @@ def _curve(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Con
     return [("curve", numbers), ("curve_range", [low, high]), ("curve_extrapolate", [float(mapping.extend == "EXTRAPOLATED")])]
 
 
+def _voronoi(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [("cells", "PCG" if bpy.app.version >= (5, 0) else "LOOKUP3")]
+
+
 def _object_of_coordinates(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
     if node.object is None:
         return []
@@ -314,6 +318,7 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeFloatCurve": _curve,
     "ShaderNodeTexCoord": _object_of_coordinates,
     "ShaderNodeTexIES": _ies,
+    "ShaderNodeTexVoronoi": _voronoi,
     "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeAmbientOcclusion": _distance_of_world,
     "ShaderNodeAttribute": _attribute,

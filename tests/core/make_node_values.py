@@ -1,6 +1,9 @@
 """What Cycles gives for single nodes with constant inputs, as a table for test_shader_nodes.cpp.
 
     blender -b --factory-startup --python tests/core/make_node_values.py -- tests/core/node_values.txt
+    python tests/core/make_node_values.py -- tests/core/node_values_5.txt        (in the environment of a bpy wheel of Blender 5)
+
+The second holds what Blender 5 defines otherwise than Blender 3.
 
 Every case is a small plane that emits the node's output, seen by one pixel and more; Cycles renders it once without light transport.
 """
@@ -151,6 +154,19 @@ def define_patterns() -> None:
         case("Wavelength", "Color", Wavelength=nanometres)
 
 
+def define_voronoi_of_blender_5() -> None:
+    p, w = (0.37, -1.24, 2.71), -0.83
+    common = {"Vector": p, "W": w, "Scale": 2.3, "Smoothness": 0.7, "Exponent": 1.3, "Randomness": 0.8, "Roughness": 0.6, "Lacunarity": 2.2}
+    for dimensions in ("1D", "2D", "3D", "4D"):
+        for feature in enum("TexVoronoi", "feature"):
+            outputs = {"DISTANCE_TO_EDGE": ["Distance"], "N_SPHERE_RADIUS": ["Radius"]}.get(feature, ["Distance", "Color"])
+            if len(outputs) == 2:
+                outputs += [*(["Position"] if dimensions != "1D" else []), *(["W"] if dimensions in ("1D", "4D") else [])]
+            for output in outputs:
+                for detail in (0.0, 1.6):
+                    case("TexVoronoi", output, {"voronoi_dimensions": dimensions, "feature": feature, "cells": "PCG"}, Detail=detail, **common)
+
+
 # How far the picture's plane is tilted where a normal is bumped: z = SLOPE * (x, y).
 SLOPE = (0.3, -0.2)
 BUMPS: list[tuple[str, dict]] = []     # node, inputs and properties
@@ -230,7 +246,7 @@ def build_scene(side: int) -> None:
         for name, value in properties.items():
             if name == "ies":
                 set_ies(node, IES_FILES / value)
-            else:
+            elif name != "cells":      # which the exporter adds
                 setattr(node, name, value)
         set_inputs(node, inputs, links, nodes)
         emission, end = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeOutputMaterial")
@@ -258,7 +274,7 @@ def render(side: int) -> np.ndarray:
         bpy.context.scene.render.filepath = file.name
         bpy.ops.render.render(write_still=True)
         image = bpy.data.images.load(file.name)
-        image.colorspace_settings.name = "Raw"
+        image.colorspace_settings.name = "Non-Color"
         pixels = np.empty(image.size[0] * image.size[1] * 4, "f4")
         image.pixels.foreach_get(pixels)
     return pixels.reshape(side * PIXELS, side * PIXELS, 4)
@@ -271,8 +287,13 @@ def text_of(value: object) -> str:
 
 def main(path: str) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    define()
-    define_bumps()
+    if "cycles" not in bpy.context.preferences.addons:
+        bpy.ops.preferences.addon_enable(module="cycles")
+    if bpy.app.version >= (5, 0):
+        define_voronoi_of_blender_5()
+    else:
+        define()
+        define_bumps()
     side = math.ceil(math.sqrt(len(CASES) + len(BUMPS)))
     build_scene(side)
     pixels = render(side)

@@ -1,7 +1,10 @@
-// Hashes of up to four words: Bob Jenkins' lookup3 (public domain), whose values Blender's procedural textures are made of.
+// Hashes whose values Blender's procedural textures are made of: Bob Jenkins' lookup3 (public domain), and the permuted congruential generators in two to four dimensions of
+// Jarzynski and Olano ("Hash Functions for GPU Rendering", JCGT 9(3), 2020) in signed arithmetic, which the cells of Voronoi textures use since Blender 5.0.
 #pragma once
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstdint>
 
 #include "math/types.h"
@@ -56,6 +59,25 @@ inline Point<3> hash_point(Point<3> p) { return hash_color(p); }
 inline Point<4> hash_point(Point<4> p) {
   return {hash_unit(p.x, p.y, p.z, p.w), hash_unit(p.w, p.x, p.y, p.z), hash_unit(p.z, p.w, p.x, p.y),
           hash_unit(p.y, p.z, p.w, p.x)};
+}
+
+/// PCG in N dimensions of a cell of whole numbers: N independent numbers in [0, 1]. Words wrap; the shift keeps their sign.
+template <int N> Point<N> hash_cell(Point<N> cell) {
+  static_assert(N >= 2 && N <= 4);
+  uint32_t v[N];
+  const auto whole = [](float x) { return std::isfinite(x) ? int32_t(std::clamp(x, -0x1p31f, 0x1.fffffep30f)) : 0; };
+  for (int axis = 0; axis < N; ++axis) v[axis] = uint32_t(whole(cell[axis])) * 1664525u + 1013904223u;
+  const auto mix = [&v] {
+    if constexpr (N == 2) v[0] += v[1] * 1664525u, v[1] += v[0] * 1664525u;
+    else if constexpr (N == 3) v[0] += v[1] * v[2], v[1] += v[2] * v[0], v[2] += v[0] * v[1];
+    else v[0] += v[1] * v[3], v[1] += v[2] * v[0], v[2] += v[0] * v[1], v[3] += v[1] * v[2];
+  };
+  mix();
+  for (uint32_t& word : v) word ^= uint32_t(int32_t(word) >> 16);
+  mix();
+  Point<N> unit;
+  for (int axis = 0; axis < N; ++axis) unit[axis] = float(v[axis] & 0x7fffffffu) * (1.0f / 2147483648.0f);
+  return unit;
 }
 
 /// What the texture nodes with a choice of dimensions see: W alone, XY, XYZ, or all.

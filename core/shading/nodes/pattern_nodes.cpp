@@ -78,14 +78,15 @@ bool voronoi_texture(ProgramBuilder& b, int node, std::string_view output, Value
   TextureInputs in(b, node);
   const int feature = b.choice(node, "feature", {"F1", "F2", "SMOOTH_F1", "DISTANCE_TO_EDGE", "N_SPHERE_RADIUS"});
   const int metric = b.choice(node, "distance", {"EUCLIDEAN", "MANHATTAN", "CHEBYCHEV", "MINKOWSKI"});
-  const bool first = !in.has("Lacunarity");   // Blender before 4.0: one octave
+  const bool first = !in.has("Lacunarity");   // Blender before 4.0
+  const VoronoiGeneration generation = first ? VoronoiGeneration::First : b.text(node, "cells") == "PCG" ? VoronoiGeneration::Third : VoronoiGeneration::Second;
   const int normalize = !first && b.number(node, "normalize") != 0.0f ? 1 : 0;
   const Value whole = b.emit(
       Op::Voronoi, Vector,
       {in.place(), in.w(), in.scale(),
        in.three(in.number("Smoothness", 1.0f), in.number("Exponent", 0.5f), in.number("Randomness", 1.0f)),
        in.three(in.number("Detail", 0.0f), in.number("Roughness", 0.5f), in.number("Lacunarity", 2.0f))},
-      dimensions(b, node, "voronoi_dimensions") | feature << 2 | metric << 5 | normalize << 7, first ? 1 : 0);
+      dimensions(b, node, "voronoi_dimensions") | feature << 2 | metric << 5 | normalize << 7, uint32_t(generation));
   if (output == "Distance" || output == "Radius") value = b.part(whole, 0);
   else if (output == "Color") value = {Color, component(whole.at, 1)};
   else if (output == "Position") value = {Vector, component(whole.at, 4)};

@@ -36,12 +36,30 @@ template <int N> float distance(const VoronoiParameters& v, Point<N> d) {
   return 0.0f;
 }
 
+/// A random point of the unit cube, and a colour, that belong to a cell.
+template <int N> Point<N> random_point(const VoronoiParameters& v, Point<N> cell) {
+  if constexpr (N > 1)
+    if (v.generation == VoronoiGeneration::Third) return hash_cell(cell);
+  return hash_point(cell);
+}
+
+template <int N> Color random_color(const VoronoiParameters& v, Point<N> cell) {
+  if constexpr (N > 1) {
+    if (v.generation == VoronoiGeneration::Third) {
+      if constexpr (N == 2) return hash_cell(Point<3>(cell, 0.0f));
+      else return Color(hash_cell(cell));
+    }
+  }
+  return hash_color(cell);
+}
+
 /// The unit cell of a place and the random points of the cells around, relative to that cell.
 template <int N> struct Cells {
+  const VoronoiParameters& v;
   Point<N> cell, local;
-  float randomness;
-  Cells(const VoronoiParameters& v, Point<N> p) : cell(glm::floor(p)), local(p - cell), randomness(v.randomness) {}
-  Point<N> point(Point<N> offset) const { return offset + randomness * hash_point(cell + offset); }
+  Cells(const VoronoiParameters& v, Point<N> p) : v(v), cell(glm::floor(p)), local(p - cell) {}
+  Point<N> point(Point<N> offset) const { return offset + v.randomness * random_point<N>(v, cell + offset); }
+  Color color(Point<N> offset) const { return random_color<N>(v, cell + offset); }
 };
 
 template <int N> Vec4 padded(Point<N> p) {
@@ -51,7 +69,7 @@ template <int N> Vec4 padded(Point<N> p) {
   return result;
 }
 
-float farthest(const VoronoiParameters& v) { return v.first_generation ? 8.0f : kInfinity; }
+float farthest(const VoronoiParameters& v) { return v.generation == VoronoiGeneration::First ? 8.0f : kInfinity; }
 
 /// The nearest point, or the second nearest.
 template <int N> VoronoiResult nearest(const VoronoiParameters& v, Point<N> p, bool second) {
@@ -68,7 +86,7 @@ template <int N> VoronoiResult nearest(const VoronoiParameters& v, Point<N> p, b
     else if (d < next.distance) next = {d, offset, position};
   });
   const Candidate& chosen = second ? next : best;
-  return {chosen.distance, hash_color(cells.cell + chosen.offset), padded<N>(chosen.position + cells.cell)};
+  return {chosen.distance, cells.color(chosen.offset), padded<N>(chosen.position + cells.cell)};
 }
 
 template <int N> VoronoiResult smooth_nearest(const VoronoiParameters& v, Point<N> p) {
@@ -85,7 +103,7 @@ template <int N> VoronoiResult smooth_nearest(const VoronoiParameters& v, Point<
     else smooth = d;
     const float correction = v.smoothness * h * (1.0f - h), shared = correction / (1.0f + 3.0f * v.smoothness);
     smooth = mix(smooth, d, h) - correction;
-    color = mix(color, hash_color(cells.cell + offset), h) - shared;
+    color = mix(color, cells.color(offset), h) - shared;
     position = mix(position, point, h) - shared;
   });
   return {smooth, color, padded<N>(cells.cell + position)};
@@ -136,7 +154,7 @@ template <int N> float sphere_radius(const VoronoiParameters& v, Point<N> p) {
 }
 
 template <int N> VoronoiResult octave(const VoronoiParameters& v, Point<N> p) {
-  if (v.feature == VoronoiFeature::SmoothF1 && (v.smoothness > 0.0f || v.first_generation)) return smooth_nearest<N>(v, p);
+  if (v.feature == VoronoiFeature::SmoothF1 && (v.smoothness > 0.0f || v.generation == VoronoiGeneration::First)) return smooth_nearest<N>(v, p);
   return nearest<N>(v, p, v.feature == VoronoiFeature::F2);
 }
 

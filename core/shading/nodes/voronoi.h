@@ -9,13 +9,15 @@ namespace ajar::nodes {
 enum class VoronoiFeature : uint8_t { F1, F2, SmoothF1, DistanceToEdge, NSphereRadius };
 enum class VoronoiMetric : uint8_t { Euclidean, Manhattan, Chebychev, Minkowski };
 
+/// Blender 3.x has one octave, and nothing is further than 8 cells; 4.x has octaves; 5.x has other random points.
+enum class VoronoiGeneration : uint8_t { First, Second, Third };
+
 struct VoronoiParameters {
   int dimensions = 3;
   VoronoiFeature feature = VoronoiFeature::F1;
   VoronoiMetric metric = VoronoiMetric::Euclidean;
   bool normalize = false;
-  /// Blender 3.x: one octave, and nothing is further than 8 cells.
-  bool first_generation = false;
+  VoronoiGeneration generation = VoronoiGeneration::Second;
   float scale = 1.0f;           ///< by which the place was multiplied; positions are divided by it
   float smoothness = 1.0f, exponent = 0.5f, randomness = 1.0f;
   float detail = 0.0f, roughness = 0.5f, lacunarity = 2.0f;   ///< octaves after the first, their amplitude and frequency
