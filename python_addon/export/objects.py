@@ -101,7 +101,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
     def add(instance: bpy.types.DepsgraphObjectInstance, geometry: Geometry) -> None:
         x, y, z, _ = instance.matrix_world
         add_row((*x, *y, *z))
-        add_random((instance.random_id & 0xFFFFFFFF) / 0xFFFFFFFF)
+        add_random(((instance.random_id & 0xFFFFFFFF) if instance.is_instance else name_hash(instance.object.name)) / 0xFFFFFFFF)
         add_geometry(geometry.index)
         if appearances is not None:
             appearances.append(motion.identity(instance))
@@ -163,6 +163,24 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             add(instance, geometry)
         if hair is not None and instance.show_particles:
             add(instance, hair)
+
+
+def name_hash(name: str) -> int:
+    """The random number of a real object, as 32 bits: a hash of its name, so that a scene keeps its look in every engine.
+
+    The bytes of the name are digits of base 37; the last step of Jenkins' lookup3 (2006) mixes them."""
+    key = 0
+    for byte in name.encode():
+        key = (37 * key + byte) & 0xFFFFFFFF
+
+    def turned(value: int, bits: int) -> int:
+        return (value << bits | value >> (32 - bits)) & 0xFFFFFFFF
+
+    start = (0xDEADBEEF + (2 << 2) + 13) & 0xFFFFFFFF
+    words = [(start + key) & 0xFFFFFFFF, start, start]   # a, b, c
+    for target, source, bits in ((2, 1, 14), (0, 2, 11), (1, 0, 25), (2, 1, 16), (0, 2, 4), (1, 0, 14), (2, 1, 24)):
+        words[target] = ((words[target] ^ words[source]) - turned(words[source], bits)) & 0xFFFFFFFF
+    return words[2]
 
 
 def _hair(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object, parent: bpy.types.Object | None, collected: Collected) -> Geometry | None:
@@ -322,6 +340,7 @@ def _revise(context: ExportContext, collected: Collected, changed: list[bpy.type
         geometry.look = _look(context, thing, None)
         geometry.materials = [material.original if material is not None else None for material in _materials(context, thing)]
         collected.rows[12 * number:12 * number + 12] = array("f", rows_3x4(thing.matrix_world))
+        collected.random[number] = name_hash(thing.name) / 0xFFFFFFFF
     for lamp in collected.lamps_in_order:
         thing = lamp.owner.evaluated_get(depsgraph)
         lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(thing))

@@ -64,6 +64,15 @@ def test_instances_on_vertices_hide_the_instancer_when_asked(build, export):
     assert all(0.0 <= i.random <= 1.0 for i in out.instances)
 
 
+def test_random_of_a_real_object_is_that_of_cycles(build, export):
+    """Object Info > Random, as Cycles of Blender 3.4.1 rendered it for these names."""
+    expected = {"Cube": 0.313141942, "Suzanne.001": 0.457976639, "Bäume": 0.407352567}
+    for name in expected:
+        build.object(build.mesh(), name)
+    out = export()
+    assert {out.objects[i.object].name: i.random for i in out.instances} == pytest.approx(expected, abs=1e-7)
+
+
 def test_particles_become_instances(build, export):
     leaf = build.object(build.mesh("Leaf", ((0, 0, 0), (1, 0, 0), (0, 1, 0)), ((0, 1, 2),)), "Leaf")
     ground = build.object(build.mesh("Ground"), "Ground")
