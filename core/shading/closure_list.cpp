@@ -5,6 +5,7 @@
 
 #include "shading/node_registry.h"
 #include "shading/nodes/closure_nodes.h"
+#include "shading/nodes/unsupported_settings.h"
 #include "shading/volume_closures.h"
 
 namespace ajar {
@@ -138,6 +139,7 @@ void for_each_closure(ProgramBuilder& b, const NodeLink& root, const char* what,
       const Value weight = entry->second;
       if (weight.is_constant() && b.constant_value(weight) == 0.0f) continue;
       if (!is_branch(type)) {
+        nodes::report_unsupported_settings(b, node);
         visit(node, entry->first.second, weight);
         continue;
       }

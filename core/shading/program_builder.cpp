@@ -6,6 +6,7 @@
 
 #include "shading/closure_list.h"
 #include "shading/node_registry.h"
+#include "shading/nodes/unsupported_settings.h"
 
 namespace ajar {
 
@@ -136,6 +137,7 @@ Value ProgramBuilder::value_of(const NodeLink& link) {
   on_stack_[link.node] = true;
   ++depth_;
   Value value = nothing;
+  nodes::report_unsupported_settings(*this, link.node);
   if (const NodeFunction function = find_value_node(graph_.nodes[link.node].type)) {
     if (!function(*this, link.node, link.socket, value)) {
       report(link.node, "has no output '" + link.socket + "'");

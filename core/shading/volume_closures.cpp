@@ -30,6 +30,7 @@ class VolumeReader {
     else if (type == kPrincipled) principled(node, weight);
     else if (type == kEmission) emit(weight, b_.input(node, "Color", Vector, Vec4(1.0f)), b_.input(node, "Strength", Float, Vec4(1.0f)));
     else if (find_value_node(type)) value(node, output, weight);
+    else if (type.starts_with("ShaderNodeVolume")) b_.report(node, "is not supported yet; this part of the volume is left out");
     else b_.report(node, "is no volume shader; it does nothing in a volume");
   }
 

@@ -12,6 +12,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "blender"))
 import test_panels  # noqa: E402
+import test_probes  # noqa: E402
 
 BAKED, INSTANCED = "box", "plant"   # without and with instances; box looks the same in every version
 AJAR = ("AJAR",)
@@ -68,6 +69,13 @@ def test_properties_shows_what_it_shows_with_cycles(zips, tmp_path, version):
     assert test_panels.problems(compared["cases"]) == []
     assert test_panels.unlisted(compared["settings"]) == []
     assert compared["nodes"]["AJAR"] == compared["nodes"]["CYCLES"]
+
+
+@pytest.mark.parametrize("version", [OFFICIAL, NEWEST])
+def test_nodes_show_what_they_show_with_cycles(zips, unpacked, tmp_path, version):
+    python = wheel_or_skip(version, zips[0]).command[0]
+    result = test_probes.probed([python, test_probes.COVERAGE / "probe.py"], unpacked, tmp_path / "probes.json")
+    assert test_probes.judge.faults(result) == []
 
 
 def test_self_check_is_there_when_the_renderer_cannot_be_loaded(zips, tmp_path):

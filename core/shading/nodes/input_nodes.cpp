@@ -195,9 +195,13 @@ bool tangent_node(ProgramBuilder& b, int node, std::string_view output, Value& v
 
 bool normal_map_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int space = b.choice(node, "space", {"TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD"});
-  value = b.emit(Op::NormalMap, Vector,
-                 {b.input(node, "Strength", Float, Vec4(1.0f)), b.input(node, "Color", Color, Vec4(0.5f, 0.5f, 1.0f, 1.0f))},
-                 space, b.add_name(b.text(node, "uv_map")));
+  Value color = b.input(node, "Color", Color, Vec4(0.5f, 0.5f, 1.0f, 1.0f));
+  if (b.choice(node, "convention", {"OPENGL", "DIRECTX"}) == 1) {   // green points down: 1 - green
+    const Value green = b.emit(Op::ProductInverse, Float, {b.constant(1.0f), b.part(color, 1)});
+    const Value turned = b.emit(Op::Combine, Vector, {b.part(color, 0), green, b.part(color, 2)});
+    color = {Color, turned.at};
+  }
+  value = b.emit(Op::NormalMap, Vector, {b.input(node, "Strength", Float, Vec4(1.0f)), color}, space, b.add_name(b.text(node, "uv_map")));
   return output == "Normal";
 }
 

@@ -1,0 +1,50 @@
+"""Every output, input, choice and switch of every shader node shows what it shows with Cycles, or the artist is told, or the difference is known and has a reason."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from blender_process import BUILD, ROOT, TIMEOUT_SECONDS
+
+COVERAGE = ROOT / "tools" / "coverage"
+sys.path.insert(0, str(COVERAGE))
+import judge  # noqa: E402
+
+
+def probed(command: list[object], python_path: Path, out: Path) -> dict:
+    result = subprocess.run([*map(str, command), str(out)], env=os.environ | {"PYTHONPATH": str(python_path), "PYTHONDONTWRITEBYTECODE": "1"}, text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * TIMEOUT_SECONDS)
+    assert result.returncode == 0, result.stdout[-4000:]
+    return json.loads(out.read_text())
+
+
+def test_nodes_show_what_they_show_with_cycles(tmp_path):
+    program = os.environ.get("BLENDER", "blender")
+    result = probed([program, "-b", "--factory-startup", "--python", COVERAGE / "probe.py", "--"], BUILD / "python", tmp_path / "probes.json")
+    assert judge.faults(result) == []
+    found = judge.verdicts(result)
+    assert len(found) > 800
+    assert sum(verdict.has_effect for verdict in found) > 0.8 * len(found)   # or the probes would say little
+
+
+def entry(**changes) -> dict:
+    return {"node": "ShaderNodeGamma", "kind": "input", "name": "Gamma", "value": "", "shown": "Gamma", "said": [], "difference": 0.0, "error": 0.001, "change": 0.3,
+            "change_error": 0.001} | changes
+
+
+def test_a_difference_is_a_fault_unless_it_is_said_known_or_noise():
+    def faults(**changes) -> int:
+        return len(judge.faults({"blender": "5.2.3", "probes": [entry(**changes)]}))
+
+    assert faults() == 0
+    assert faults(difference=0.06) == 1
+    assert faults(difference=0.06, error=0.06) == 0
+    assert faults(difference=0.06, said=["node 'Gamma' (ShaderNodeGamma): its Gamma is not supported yet"]) == 0
+    assert faults(difference=0.06, node="ShaderNodeBsdfDiffuse", name="Roughness") == 0
+
+
+def test_what_has_no_effect_in_cycles_is_told_apart():
+    said, silent = judge.verdicts({"blender": "5.2.3", "probes": [entry(), entry(change=0.001)]})
+    assert said.has_effect and not silent.has_effect

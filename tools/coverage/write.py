@@ -1,0 +1,80 @@
+"""Write docs/coverage.md from what probe.py measured in each Blender.
+
+    python tools/coverage/write.py 3.4.json 5.2.json > docs/coverage.md
+
+after `probe.py` has written a file in each.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from judge import Verdict, verdicts  # noqa: E402
+
+KINDS = {"plain": "output", "output": "output", "input": "input", "switch": "switch", "choice": "choice"}
+
+
+# What these spheres do not show.
+NOTES = {
+    "Bump": "heights a pixel apart as seen by the camera; Cycles measures the pixel along the path",
+    "Displacement": "shown as bump: the surface stays where it is",
+    "VectorDisplacement": "shown as bump: the surface stays where it is",
+    "NormalMap": "each triangle has its own tangent; Cycles smooths them",
+    "Tangent": "each triangle has its own tangent along a UV map; Cycles smooths them",
+    "TexNoise": "Blender 4.2 and later repeat it beyond 100 000",
+    "Wireframe": "with Pixel Size: pixels as seen by the camera; Cycles measures them along the path",
+    "VolumePrincipled": "its attributes are of grids, which are not rendered yet",
+}
+
+
+def name_of(found: Verdict) -> str:
+    return f"{found.name} {found.value}" if found.kind == "choice" else found.shown or found.name
+
+
+def summary(founds: list[Verdict]) -> str:
+    """Of one node in one Blender: how much is exact, and what is not."""
+    if not founds:
+        return "not in this Blender"
+    plain = [found for found in founds if KINDS[found.kind] == "output"]
+    if all(found.state == "missing" for found in plain):
+        return "**missing**: " + "; ".join(dict.fromkeys(reason for found in plain for reason in found.reasons))
+    by_reason: dict[tuple, list[str]] = {}
+    for found in founds:
+        if found.state != "exact":
+            by_reason.setdefault((found.state, *found.reasons), []).append(name_of(found))
+    exact = sum(found.state == "exact" for found in founds)
+    parts = ["exact" if exact == len(founds) else f"{exact} of {len(founds)} exact"]
+    for (state, *reasons), names in by_reason.items():
+        listed = "all else" if len(names) > 6 else ", ".join(dict.fromkeys(names))
+        parts.append(f"{listed}: {'**missing**, ' if state == 'missing' else ''}{'; '.join(reasons) or 'differs, reason unknown'}")
+    return "; ".join(parts).replace("|", "/")
+
+
+def main(paths: list[str]) -> None:
+    results = [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
+    blenders = [result["blender"].removesuffix(" LTS") for result in results]
+    tables = [[found for found in verdicts(result) if found.kind != "context"] for result in results]
+    lines = ["# What Ajar makes of Blender's shader nodes", "",
+             "Written by `tools/coverage/write.py`. In each Blender, every output, input, choice and switch of every shader node was changed in a material of its own, and Ajar and that Blender's",
+             "Cycles rendered the same spheres with it (`tools/coverage/probe.py`). *Exact*: no difference beyond the noise and 4 % (root mean square over a sphere's pixels; most differ by less than",
+             "1 %). *Approximated*: another picture, with the reason. *Missing*: the artist is told so by name. `tests/core/node_values*.txt` holds recorded values of Cycles, compared to 10⁻⁴.", "",
+             "| Blender | outputs, inputs, choices and switches | exact | approximated | missing | exact, but without effect on these spheres in Cycles either |", "|---|---|---|---|---|---|"]
+    for blender, table in zip(blenders, tables):
+        count = Counter(found.state for found in table)
+        silent = sum(found.state == "exact" and not found.has_effect for found in table)
+        lines.append(f"| {blender} | {len(table)} | {count['exact']} | {count['approximated']} | {count['missing']} | {silent} |")
+    lines += ["", f"| node | {' | '.join(blenders)} | besides |", "|---|---|" + "---|" * len(blenders)]
+    nodes = sorted({found.node for table in tables for found in table})
+    for node in nodes:
+        cells = [summary([found for found in table if found.node == node]) for table in tables]
+        lines.append(f"| {node} | {' | '.join(cells)} | {NOTES.get(node, '')} |")
+    print("\n".join(lines))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
