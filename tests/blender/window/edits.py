@@ -27,6 +27,7 @@ def _remember(self) -> None:
 
 
 viewport.Viewport.__init__ = _remember
+LONGEST_SECONDS = 60.0   # a busy machine may need them; then something is wrong
 revisions = {"edits": 0, "differences": 0}   # exports of what an edit changed, and those that differ from an export of everything
 _export = viewport.Viewport._export
 
@@ -48,27 +49,34 @@ def is_sharp(view: viewport.Viewport) -> bool:
     return view._divider == 1 and view._uploaded[0] == view._number and view._wanted_view is None and view._description is None
 
 
-def wait_until_sharp(seconds: float = 20.0):
+def is_shown(view: viewport.Viewport) -> bool:
+    """All of a finished render has been drawn."""
+    progress = view.session.progress()
+    return not view.is_busy() and view._uploaded == (progress.render, progress.iteration)
+
+
+def wait_until(holds, seconds: float = LONGEST_SECONDS):
     end = time.monotonic() + seconds
-    yield 0.1
-    while not is_sharp(views[-1]) and time.monotonic() < end:
+    while not holds():
+        assert time.monotonic() < end, f"still waiting after {seconds} s"
         yield 0.02
 
 
-def wait_until_done(seconds: float = 20.0):
-    yield from wait_until_sharp(seconds)
-    end = time.monotonic() + seconds
-    while views[-1].is_busy() and time.monotonic() < end:
-        yield 0.05
+def wait_until_sharp():
+    yield 0.1
+    yield from wait_until(lambda: is_sharp(views[-1]))
+
+
+def wait_until_done():
+    yield from wait_until_sharp()
+    yield from wait_until(lambda: is_shown(views[-1]))
     yield 0.3
 
 
-def wait_for_another(number: int, seconds: float = 20.0):
+def wait_for_another(number: int):
     """Until a render after this number is done."""
-    end = time.monotonic() + seconds
-    while views[-1]._number <= number and time.monotonic() < end:
-        yield 0.05
-    yield from wait_until_done(seconds)
+    yield from wait_until(lambda: views[-1]._number > number)
+    yield from wait_until_done()
 
 
 def prepare() -> None:
@@ -91,9 +99,7 @@ def steps(arguments, result):
     yield 0.2
     window.shade("RENDERED")
     started = time.monotonic()
-    while not views or not views[-1]._uploaded[1]:
-        yield 0.01
-        assert time.monotonic() - started < 30.0, "no picture"
+    yield from wait_until(lambda: views and views[-1]._uploaded[1])
     result["first_seconds"] = time.monotonic() - started
     yield from wait_until_done()
     window.screenshot_of_view(os.path.join(folder, "view.png"))
