@@ -155,17 +155,23 @@ void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 norma
 }
 
 void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution, float roughness,
-               float ior) {
-  Lobe lobe = make_lobe(LobeKind::MicrofacetGlass, weight, normal);
+               float ior, bool reflects, bool refracts) {
+  if (!reflects && !refracts) return;
+  const bool compensated = distribution == Distribution::MultiGgx && reflects;
+  const LobeKind kind = (reflects && refracts) || compensated ? LobeKind::MicrofacetGlass
+                        : reflects                            ? LobeKind::MicrofacetReflection
+                                                              : LobeKind::MicrofacetRefraction;
+  Lobe lobe = make_lobe(kind, weight, normal);
   lobe.microfacet = microfacet_of(distribution);
   const float alpha = distribution == Distribution::Sharp ? 0.0f : sqr(roughness);
   set_roughness(lobe, alpha, alpha);
   lobe.eta = eta_from_ior(surface, ior);
-  if (distribution == Distribution::MultiGgx) {
+  if (compensated) {
     lobe.fresnel = FresnelKind::Dielectric;
+    if (!refracts) lobe.transmission_tint = Color(0.0f);
     compensate(lobe, Compensation::Scaled, weight);
   } else {
-    lobe.normal_fresnel = NormalFresnel::Reflected;
+    lobe.normal_fresnel = reflects ? NormalFresnel::Reflected : NormalFresnel::Transmitted;
   }
   bsdf.add(lobe);
 }

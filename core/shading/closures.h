@@ -24,7 +24,7 @@ void add_glossy(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, V
 void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution,
                     float roughness, float ior);
 void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution, float roughness,
-               float ior);
+               float ior, bool reflects = true, bool refracts = true);
 
 void add_velvet(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, float sigma);
 /// `size` and `smooth` are the sockets', in [0, 1] of a right angle.

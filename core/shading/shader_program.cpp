@@ -216,8 +216,7 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
                                    inputs.ior);
         break;
       case ClosureKind::Glass:
-        if (reflective || refractive)
-          closures::add_glass(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness, inputs.ior);
+        closures::add_glass(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness, inputs.ior, reflective, refractive);
         break;
       case ClosureKind::Principled:
         inputs.clearcoat_normal = normal_of(closure.coat_normal);

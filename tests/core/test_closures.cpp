@@ -198,6 +198,35 @@ TEST(Closures, caustics_switches_leave_out_their_lobes) {
       }
 }
 
+TEST(Closures, caustics_switches_leave_out_half_of_glass) {
+  for (const Distribution distribution : {Distribution::Sharp, Distribution::Ggx, Distribution::Beckmann, Distribution::MultiGgx})
+    for (const bool reflects : {false, true})
+      for (const bool refracts : {false, true}) {
+        const auto light_of = [&](bool first, bool second, uint32_t part) {
+          Bsdf b;
+          const Vec3 wo = direction(0.7f);
+          closures::add_glass(b, {wo, {0, 0, 1}, false}, Color(0.9f), {0, 0, 1}, distribution, 0.4f, 1.5f, first, second);
+          b.prepare(wo);
+          Pcg32 rng(1);
+          double sum = 0.0;
+          constexpr int kSamples = 20000;
+          for (int i = 0; i < kSamples; ++i) {
+            const float u = rng.next_float(), ux = rng.next_float();
+            const auto s = b.sample(wo, u, {ux, rng.next_float()});
+            if (s && (s->flags & part)) sum += s->f_cos.x / s->pdf_solid_angle;
+          }
+          return sum / kSamples;
+        };
+        for (const uint32_t part : {uint32_t(kReflection), uint32_t(kTransmission)}) {
+          const bool kept = part == kReflection ? reflects : refracts;
+          const double whole = light_of(true, true, part), found = light_of(reflects, refracts, part);
+          EXPECT_GT(whole, 0.01);
+          // What bounces between facets is put back by the whole lobe of Multiscatter GGX alone.
+          EXPECT_NEAR(found, kept ? whole : 0.0, distribution == Distribution::MultiGgx ? 0.08 * whole : 0.03 * whole) << int(distribution) << reflects << refracts << part;
+        }
+      }
+}
+
 TEST(Closures, layers_of_version_2_conserve_energy_and_dim_what_is_below) {
   PrincipledInputs in;
   in.version = 2, in.base_color = Color(1.0f);

@@ -44,6 +44,7 @@ KNOWN = (
     Known("NormalMap", "*", "*", NEW, LEANING),
     Known("Bump", "*", "*", NEW, LEANING),
     Known("BsdfPrincipled", "*", "*", NEW, "layers dim what is below them by their albedo towards the eye; differences of up to 6 % with coats, sheen and emission"),
+    Known("CyclesRenderSettings", "sample_clamp_direct", "*", OLD + NEW, "both limit what one sample brings; the samples of the two engines are cut otherwise into lights and surfaces"),
     Known("TexIES", "*", "*", NEW, "without a vector, on a mesh: Blender 5 takes the direction to the eye, Ajar the normal as Blender 3"),
 )
 

@@ -124,7 +124,7 @@ def _set(node: bpy.types.Node, settings: dict[str, object]) -> None:
                 pass
 
 
-def _other(value: float, low: float, high: float) -> float:
+def other(value: float, low: float, high: float) -> float:
     """A value in range that differs visibly."""
     if not value < 1e6:
         return 1.0
@@ -240,9 +240,9 @@ class Builder:
         if prop.type == "BOOLEAN":
             setattr(node, name, not getattr(node, name))
         elif getattr(prop, "is_array", False):
-            setattr(node, name, [_other(value, prop.soft_min, prop.soft_max) for value in getattr(node, name)])
+            setattr(node, name, [other(value, prop.soft_min, prop.soft_max) for value in getattr(node, name)])
         else:
-            value = _other(getattr(node, name), prop.soft_min, prop.soft_max)
+            value = other(getattr(node, name), prop.soft_min, prop.soft_max)
             setattr(node, name, int(value) if prop.type == "INT" else value)
 
     def feed(self, node: bpy.types.Node, nodes: bpy.types.Nodes, links: bpy.types.NodeLinks) -> None:
@@ -292,7 +292,7 @@ class Builder:
             socket.default_value = not socket.default_value
         elif socket.type in ("VALUE", "INT"):
             prop = socket.bl_rna.properties["default_value"]
-            value = _other(socket.default_value, getattr(prop, "soft_min", -1e9), getattr(prop, "soft_max", 1e9))
+            value = other(socket.default_value, getattr(prop, "soft_min", -1e9), getattr(prop, "soft_max", 1e9))
             socket.default_value = int(value) if socket.type == "INT" else value
 
     def leaning_normal(self, nodes: bpy.types.Nodes, links: bpy.types.NodeLinks) -> bpy.types.NodeSocket:

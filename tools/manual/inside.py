@@ -105,8 +105,7 @@ def photograph(name: str, *areas: str) -> None:
     """An area, or the whole window."""
     path = os.path.join(folder, f"{name}.png")
     if not areas:
-        for seconds in window.screenshot(path):
-            time.sleep(seconds)
+        window.screenshot(path)
         return
     win, area = bpy.context.window_manager.windows[0], window.area(areas[0])
     with bpy.context.temp_override(window=win, screen=win.screen, area=area, region=area.regions[-1]):

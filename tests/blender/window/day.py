@@ -95,31 +95,33 @@ def steps(arguments, result):
     window.look_through_camera()
     window.shade("RENDERED")
     yield 4.0
-    yield from window.screenshot(os.path.join(folder, "view.png"))
+    window.screenshot(os.path.join(folder, "view.png"))
     window.shade("SOLID")
     yield 0.2
 
     # Render, pause, go on. Denoising by the compositor, which every Blender has a node for.
-    yield from window.operate(lambda: bpy.ops.ajar.denoise_in_compositor())
+    with window.override():
+        bpy.ops.ajar.denoise_in_compositor()
     scene.render.use_compositing = False   # Debian's Blender has no denoiser behind the node
     scene.ajar.samples = 4000
     scene.ajar.time_limit = 6.0
-    yield from window.operate(lambda: bpy.ops.render.render("INVOKE_DEFAULT"))
+    with window.override():
+        bpy.ops.render.render("INVOKE_DEFAULT")
     yield from until(lambda: bpy.app.is_job_running("RENDER"))
     yield 1.0
     result["runs_while_paused"] = None   # a machine that is so busy that the render has ended has nothing to pause
     if bpy.app.is_job_running("RENDER"):
-        yield from window.operate(lambda: bpy.ops.ajar.pause_render())
+        bpy.ops.ajar.pause_render()
         yield 1.0
-        yield from window.screenshot(os.path.join(folder, "paused.png"))
+        window.screenshot(os.path.join(folder, "paused.png"))
         result["runs_while_paused"] = bpy.app.is_job_running("RENDER")
-        yield from window.operate(lambda: bpy.ops.ajar.pause_render())
+        bpy.ops.ajar.pause_render()
     yield from until(lambda: not bpy.app.is_job_running("RENDER"))
     yield 0.5
-    yield from window.screenshot(os.path.join(folder, "rendered.png"))
+    window.screenshot(os.path.join(folder, "rendered.png"))
     from ajar_render import last_render
     statistics = last_render.of(scene)
     result["statistics"] = {name: statistics[name] for name in ("integrator", "render_seconds", "state")}
     bpy.data.images["Render Result"].save_render(os.path.join(folder, "picture.png"))
-    yield from window.operate(lambda: bpy.ops.wm.save_as_mainfile(filepath=os.path.join(folder, "saved.blend")))
+    bpy.ops.wm.save_as_mainfile(filepath=os.path.join(folder, "saved.blend"))
     result["engine"] = scene.render.engine

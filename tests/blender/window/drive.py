@@ -10,13 +10,31 @@ import json
 import os
 import runpy
 import sys
+import time
 import traceback
 
 import bpy
 
+REFUSED = "can't modify blend data in this state"
+LONGEST_SECONDS = 30.0
+
 script, output, *arguments = sys.argv[sys.argv.index("--") + 1:]
 result: dict = {"errors": []}
 sys.path[:0] = [os.path.dirname(os.path.abspath(__file__)), os.path.dirname(os.path.abspath(script))]
+
+
+def patient(call):
+    """While a render thread runs a piece of Python (for a material's preview, for example), Blender refuses every operator: then it is tried again."""
+    def tried(*arguments):
+        end = time.monotonic() + LONGEST_SECONDS
+        while True:
+            try:
+                return call(*arguments)
+            except RuntimeError as error:
+                if REFUSED not in str(error) or time.monotonic() > end:
+                    raise
+            time.sleep(0.02)   # the other thread goes on
+    return tried
 
 
 def remember_error(kind, error, trace) -> None:
@@ -44,5 +62,6 @@ def step() -> float | None:
     os._exit(1 if result["errors"] else 0)
 
 
+sys.modules["bpy.ops"]._op_call = patient(sys.modules["bpy.ops"]._op_call)
 bpy.context.preferences.view.show_splash = False
 bpy.app.timers.register(step, first_interval=0.5, persistent=True)

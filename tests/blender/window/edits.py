@@ -130,7 +130,7 @@ def steps(arguments, result):
     yield from wait_until_sharp()
     result["memory"] = memory[:: max(1, len(memory) // 20)]
     result["views"], result["revisions"] = len(views), revisions
-    yield from window.screenshot(os.path.join(folder, "end.png"))
+    window.screenshot(os.path.join(folder, "end.png"))
     picture = views[-1].session.snapshot("Combined")
     result["end"] = [float(picture[..., :3].mean()), float(picture[..., :3].std()), float(views[-1].session.progress().samples)]
 

@@ -52,23 +52,9 @@ def click(x: int, y: int):
         yield 0.1
 
 
-def operate(call):
-    """Steps: call an operator. While a render thread runs Python (for a material's preview, for example), Blender refuses every operator of the main thread: then it is tried again."""
-    for _ in range(300):
-        try:
-            with override():
-                call()
-            return
-        except RuntimeError as error:
-            if "can't modify blend data in this state" not in str(error):
-                raise
-        yield 0.1
-    raise RuntimeError("Blender has refused operators for 30 s")
-
-
-def screenshot(path: str):
-    """Steps: write the whole window."""
-    yield from operate(lambda: bpy.ops.screen.screenshot(filepath=path))
+def screenshot(path: str) -> None:
+    with override():
+        bpy.ops.screen.screenshot(filepath=path)
 
 
 def pixels_of_view() -> np.ndarray:
