@@ -7,6 +7,8 @@ import math
 import bpy
 import numpy as np
 
+from . import plain
+
 # Cycles' enumerations as stored in a file, for when its add-on is not enabled.
 _CYCLES_ENUMS = {
     "pixel_filter_type": ("BOX", "GAUSSIAN", "BLACKMAN_HARRIS"),
@@ -84,7 +86,8 @@ def node_tree(owner: bpy.types.Material | bpy.types.World | bpy.types.Light) -> 
 # ---- Lights -------------------------------------------------------------------------------------------------------------
 
 def casts_shadow(light: bpy.types.Light) -> bool:
-    return getattr(*shadow_owner(light))
+    owner, name = shadow_owner(light)
+    return getattr(plain.of(owner), name)
 
 
 def light_energy(light: bpy.types.Light) -> float:

@@ -15,7 +15,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import compat, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, viewport
+from . import compat, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, plain, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .interrupt import Interrupt
@@ -80,7 +80,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
         for item in passes.wanted(renderlayer):
             self.register_pass(scene, renderlayer, item.name, len(item.letters), item.letters, item.kind)
-        if scene.ajar.use_denoise and denoise.is_available():
+        if plain.of(scene.ajar).use_denoise and denoise.is_available():
             self.register_pass(scene, renderlayer, passes.NOISY.name, 4, passes.NOISY.letters, passes.NOISY.kind)
 
     def _render(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled) -> None:
@@ -140,7 +140,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             options.stats.write_text(json.dumps(statistics, indent=2) + "\n", encoding="utf-8")
 
     def _denoises(self, scene: bpy.types.Scene, options: headless.Options) -> bool:
-        return not self.is_preview and (scene.ajar.use_denoise if options.denoise is None else options.denoise == "on")
+        return not self.is_preview and (plain.of(scene.ajar).use_denoise if options.denoise is None else options.denoise == "on")
 
     def _checkpoints(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, session: ajar.Session,
                      description: ajar.SceneDescription) -> Callable[[], None]:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import bpy
 
-from . import compat
+from . import compat, plain
 
 NAMES: set[str] = set()   # of all properties that inherit
 OWN_SUFFIX = "_"   # of the key under which a value of our own is stored
@@ -32,7 +32,7 @@ def accessors(name: str, default, cycles: str, numbers: dict[str, int] | None = 
         if stored is not None:
             return stored
         owner = self.id_data
-        inherits = not isinstance(owner, bpy.types.Scene) or group != "cycles" or owner.ajar.use_cycles_settings
+        inherits = not isinstance(owner, bpy.types.Scene) or group != "cycles" or plain.of(owner.ajar).use_cycles_settings
         if inherits and read is not None:
             return read(owner, default)
         value = compat.cycles_value(owner, cycles, default, group) if inherits else default

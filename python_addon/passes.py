@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from . import plain
+
 
 @dataclass(frozen=True)
 class Pass:
@@ -46,8 +48,9 @@ NOISY = Pass("Noisy Image", "RGBA", "COLOR")   # Cycles' name for the picture be
 
 
 def wanted(view_layer: bpy.types.ViewLayer) -> list[Pass]:
+    ours = plain.of(view_layer.ajar)
     return ([COMBINED] + [item for name, item in BUILT_IN.items() if getattr(view_layer, name)]
-            + [item for name, item in OWN.items() if getattr(view_layer.ajar, name)])
+            + [item for name, item in OWN.items() if getattr(ours, name)])
 
 
 def fitted(values: np.ndarray, channels: int) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import bpy
 from mathutils import Matrix
 
-from .. import compat, unsupported
+from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from .context import ExportContext, rows_3x4
 from .settings import resolution
@@ -40,12 +40,12 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None) -> No
 
 
 def kind_of_panorama(camera: bpy.types.Camera) -> str:
-    return compat.panorama_owner(camera).panorama_type
+    return plain.of(compat.panorama_owner(camera)).panorama_type
 
 
 def panorama_of(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> ajar.PanoramaDescription:
     """Directions on the film, as Cycles lays them out."""
-    lens = compat.panorama_owner(camera)
+    lens = plain.of(compat.panorama_owner(camera))
     out = ajar.PanoramaDescription()
     out.kind = _PANORAMAS.get(kind_of_panorama(camera), ajar.PanoramaKind.Equirectangular)
     out.limits = (lens.longitude_min, lens.longitude_max, lens.latitude_min, lens.latitude_max)

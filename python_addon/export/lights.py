@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import compat, unsupported
+from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from . import node_graph
 from .context import ExportContext
@@ -13,7 +13,7 @@ from .context import ExportContext
 def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list[float], visibility: int,
            light_importance: float = 1.0) -> None:
     """One lamp of the scene. Instances of a lamp are lamps."""
-    if light.type == "AREA" and light.ajar.is_portal:
+    if light.type == "AREA" and plain.of(light.ajar).is_portal:
         return  # a portal only guides Cycles' sampling of the sky
     context.warn_all(name, unsupported.asked_of(light, unsupported.LIGHT))
     out = ajar.LightDescription()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import compat, unsupported
+from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from . import node_graph
 from .context import ExportContext
@@ -22,7 +22,7 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
         tree = compat.node_tree(material)
         if tree is not None:
             graph = node_graph.export(context, tree, material.name)
-            if graph.displacement.node >= 0 and compat.displacement_owner(material).displacement_method != "BUMP":
+            if graph.displacement.node >= 0 and plain.of(compat.displacement_owner(material)).displacement_method != "BUMP":
                 context.warn(material.name, "its displacement is shown as bump; the surface itself is not moved yet")
             # An output with nothing linked to it neither reflects nor emits; one with a volume alone is not seen itself.
             if graph.surface.node < 0 and graph.volume.node < 0:

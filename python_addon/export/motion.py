@@ -12,7 +12,7 @@ from collections.abc import Callable
 import bpy
 import numpy as np
 
-from .. import compat
+from .. import compat, plain
 from . import camera
 from .context import ExportContext, rows_3x4
 
@@ -59,7 +59,7 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None, frame
                     x, y, z, _ = instance.matrix_world
                     matrices[index, number] = (*x, *y, *z)
             for thing in depsgraph.objects:
-                if thing.type in ("MESH", "CURVES") and thing.original.as_pointer() not in still and thing.ajar.use_deform_motion:
+                if thing.type in ("MESH", "CURVES") and thing.original.as_pointer() not in still and plain.of(thing.ajar).use_deform_motion:
                     boxes.setdefault(thing.name, []).append([tuple(corner) for corner in thing.bound_box])
             if original_camera is not None and original_camera.type == "CAMERA":
                 there = original_camera.evaluated_get(depsgraph)
@@ -79,14 +79,14 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None, frame
 
 
 def _is_blurred(thing: bpy.types.Object) -> bool:
-    return thing.ajar.use_motion_blur
+    return plain.of(thing.ajar).use_motion_blur
 
 
 def _times(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[float]:
     """In frames from the current one, evenly spaced."""
-    steps = max((thing.ajar.motion_steps for thing in depsgraph.objects if _is_blurred(thing)), default=1)
+    steps = max((plain.of(thing.ajar).motion_steps for thing in depsgraph.objects if _is_blurred(thing)), default=1)
     count = 2 ** steps + 1
-    opens = _OPENS[compat.shutter_owner(scene).motion_blur_position]
+    opens = _OPENS[plain.of(compat.shutter_owner(scene)).motion_blur_position]
     return [scene.render.motion_blur_shutter * (opens + i / (count - 1)) for i in range(count)]
 
 

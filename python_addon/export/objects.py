@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from .. import compat, unsupported
+from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from . import lights, materials, mesh, motion, named_values, strands
 from .context import ExportContext, rows_3x4
@@ -246,7 +246,7 @@ def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Obj
     return {"name": owner.name, "visibility": _visibility(context, owner, parent),
             "holdout": (parent or owner).holdout_get(view_layer=context.view_layer), "shadow_catcher": owner.is_shadow_catcher,
             "pass_index": owner.pass_index, "color": tuple(owner.color), "importance": _importance(context, owner),
-            "shadow_terminator_offset": compat.terminator_owner(owner).shadow_terminator_geometry_offset, "light_importance": context.light_importance(owner)}
+            "shadow_terminator_offset": plain.of(compat.terminator_owner(owner)).shadow_terminator_geometry_offset, "light_importance": context.light_importance(owner)}
 
 
 def _visibility(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> int:

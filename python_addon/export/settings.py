@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import compat, inherited, unsupported
+from .. import compat, inherited, plain, unsupported
 from ..ajar_module import ajar
 from ..headless import Options
 from .context import ExportContext
@@ -17,7 +17,7 @@ _DEFAULT_FILTER_GLOSSY = 1.0
 
 def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out = context.description.settings
-    render, ours = context.scene.render, context.scene.ajar
+    render, ours = context.scene.render, plain.of(context.scene.ajar)
     out.width, out.height = resolution(render)
     out.region = region(render)
     out.filter = _FILTERS[ours.filter]
@@ -40,7 +40,7 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.samples = _first(options.samples, _samples_of_layer(context) or ours.samples)
     out.seconds = _first(options.time, ours.time_limit)
     # Who asks for a number of samples or a time on the command line gets it, unless the scene has a noise target of Ajar's own.
-    is_asked = inherited.is_own(ours, "noise_target") or (options.samples is None and options.time is None)
+    is_asked = inherited.is_own(context.scene.ajar, "noise_target") or (options.samples is None and options.time is None)
     out.target_error = _first(options.error, ours.noise_target if is_asked else 0.0)
     out.seed = _first(options.seed, ours.seed)
     out.photons, out.photon_radius, out.gather_rays = ours.photons, ours.photon_radius, ours.gather_rays
@@ -68,7 +68,7 @@ def _samples_of_layer(context: ExportContext) -> int:
     """Samples that the view layer has instead of the scene's; 0: none."""
     samples, use = context.view_layer.samples, compat.cycles_value(context.scene, "use_layer_samples", "USE")
     if use == "BOUNDED":
-        return min(samples, context.scene.ajar.samples)
+        return min(samples, plain.of(context.scene.ajar).samples)
     return samples if use == "USE" else 0
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import bpy
 import numpy as np
 
-from .. import compat
+from .. import compat, plain
 from ..ajar_module import ajar
 
 if TYPE_CHECKING:
@@ -152,5 +152,6 @@ def _attribute(attribute: bpy.types.Attribute) -> tuple:
 
 def shape(context: ExportContext) -> dict:
     """The scene's choice for all its hair, which is Cycles' own."""
-    kind, subdivisions = context.scene.ajar.curve_shape, context.scene.ajar.curve_subdivisions
+    ours = plain.of(context.scene.ajar)
+    kind, subdivisions = ours.curve_shape, ours.curve_subdivisions
     return {"shape": ajar.StrandShape.Ribbon if kind == "RIBBONS" else ajar.StrandShape.Round, "subdivisions": subdivisions}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import bpy
 
-from .. import compat, unsupported
+from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from . import node_graph
 from .context import ExportContext
@@ -29,4 +29,4 @@ def export(context: ExportContext) -> None:
 def _visibility(world: bpy.types.World) -> int:
     kinds = {"camera": ajar.VISIBLE_CAMERA, "diffuse": ajar.VISIBLE_DIFFUSE, "glossy": ajar.VISIBLE_GLOSSY,
              "transmission": ajar.VISIBLE_TRANSMISSION, "volume_scatter": ajar.VISIBLE_VOLUME_SCATTER}
-    return ajar.VISIBLE_SHADOW | sum(bit for name, bit in kinds.items() if getattr(world.ajar, f"visible_{name}"))
+    return ajar.VISIBLE_SHADOW | sum(bit for name, bit in kinds.items() if getattr(plain.of(world.ajar), f"visible_{name}"))

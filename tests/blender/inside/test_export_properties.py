@@ -169,3 +169,28 @@ def test_meshes_are_not_analysed_unasked(build, export, asking):
     mesh.materials.append(asking(("ShaderNodeNewGeometry", "Backfacing", {})))
     build.object(mesh)
     assert export().meshes[0].attributes == []
+
+
+def test_plain_settings_are_what_blender_gives():
+    """Threads read settings without Blender's getters: the same values, inherited from Cycles or set in Ajar."""
+    from ajar_render import plain
+    scene = bpy.context.scene
+    thing = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", "AREA"))
+    groups = [scene.ajar, thing.ajar, thing.data.ajar, bpy.data.worlds.new("world").ajar, bpy.data.cameras.new("camera").ajar, bpy.data.materials.new("material").ajar,
+              scene.view_layers[0].ajar]
+
+    def differences() -> list[str]:
+        return [f"{type(group).__name__}.{name}" for group in groups for name in type(group).__annotations__
+                if name not in ("light_groups", "hint_points") and not isinstance(getattr(group, name), bpy.types.bpy_struct) and not same(getattr(plain.of(group), name), getattr(group, name))]
+
+    def same(ours, blenders) -> bool:
+        if isinstance(blenders, float):
+            return ours == pytest.approx(blenders, rel=1e-6)
+        return list(ours) == list(blenders) if hasattr(blenders, "__len__") and not isinstance(blenders, str) else (ours == blenders and type(ours) is type(blenders))
+
+    assert differences() == []
+    scene.cycles.samples, scene.cycles.pixel_filter_type, scene.cycles.caustics_reflective, scene.cycles.sample_clamp_indirect = 7, "GAUSSIAN", False, 0.3
+    thing.data.cycles.is_portal, thing.cycles.motion_steps = True, 3
+    assert differences() == [] and plain.of(scene.ajar).filter == "GAUSSIAN" and plain.of(thing.data.ajar).is_portal is True
+    scene.ajar.filter, scene.ajar.samples = "BOX", 9
+    assert differences() == [] and plain.of(scene.ajar).filter == "BOX" and plain.of(scene.ajar).samples == 9

@@ -1,0 +1,52 @@
+"""Settings of Ajar as a render thread reads them: what Blender gives, without its detour.
+
+When a property has a getter in Python, Blender allows data to be written while the getter runs, and afterwards restores what it found (`bpy_prop_*_get_fn`, 3.4 to 5.2). A panel that is drawn in
+the main thread at that moment has forbidden it for as long as it draws; what is restored is then the panel's state, which has ended: all operators are refused ("can't modify blend data in this
+state") until another panel is drawn. So threads call the getter themselves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import bpy
+
+_KINDS = {bpy.props.BoolProperty: bool, bpy.props.IntProperty: int, bpy.props.FloatProperty: float}
+
+
+@cache
+def _readers(group: type) -> dict[str, Callable[[bpy.types.PropertyGroup], Any]]:
+    """The getter of each property that has one, giving what Blender would."""
+    found = {}
+    for name, declared in group.__annotations__.items():
+        get = declared.keywords.get("get")
+        if get is None:
+            continue
+        items = declared.keywords.get("items")
+        if items is None:
+            kind = _KINDS[declared.function]
+            found[name] = lambda settings, get=get, kind=kind: kind(get(settings))
+        else:
+            names = {item[3]: item[0] for item in items}
+            found[name] = lambda settings, get=get, names=names: names[get(settings)]
+    return found
+
+
+class Plain:
+    """Reads like the property group it stands for."""
+
+    __slots__ = ("_group",)
+
+    def __init__(self, group: bpy.types.PropertyGroup) -> None:
+        self._group = group
+
+    def __getattr__(self, name: str):
+        reader = _readers(type(self._group)).get(name)
+        return getattr(self._group, name) if reader is None else reader(self._group)
+
+
+def of(struct: bpy.types.bpy_struct) -> bpy.types.bpy_struct | Plain:
+    """A group of ours without Blender's getters; any other struct as it is."""
+    return Plain(struct) if isinstance(struct, bpy.types.PropertyGroup) and hasattr(type(struct), "__annotations__") else struct
