@@ -1,8 +1,8 @@
 """Settings of Ajar as a render thread reads them: what Blender gives, without its detour.
 
-When a property has a getter in Python, Blender allows data to be written while the getter runs, and afterwards restores what it found (`bpy_prop_*_get_fn`, 3.4 to 5.2). A panel that is drawn in
-the main thread at that moment has forbidden it for as long as it draws; what is restored is then the panel's state, which has ended: all operators are refused ("can't modify blend data in this
-state") until another panel is drawn. So threads call the getter themselves.
+Blender keeps one flag for all threads that says whether Python may write. While the Python getter of a property runs, writing is allowed; then the flag is restored. A panel that is drawn in the
+main thread at that moment has forbidden it for as long as it draws. What a render thread restores is then the panel's state, which has ended, and every operator that a timer or a handler calls
+later is refused ("can't modify blend data in this state"). So render threads call the getters themselves.
 """
 
 from __future__ import annotations

@@ -59,8 +59,7 @@ WORLD = (
     Setting("cycles.use_shadows", True, "a world that casts no shadows is not supported"),
 )
 CAMERA = (
-    Setting("custom_shader", None, "custom cameras are not supported", lambda camera: camera.type == "CUSTOM"),
-    Setting("custom_filepath", "", "custom cameras are not supported", lambda camera: camera.type == "CUSTOM"),
+    Setting("type", "PERSP", "custom cameras are not supported: it is rendered as a perspective one", lambda camera: camera.type == "CUSTOM"),
 )
 MATERIAL = (
     Setting("cycles.use_transparent_shadow", True, "Transparent Shadows is always on"),

@@ -26,7 +26,7 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None) -> No
     context.warn_all(camera_object.name, unsupported.asked_of(camera, unsupported.CAMERA))
     out.present = True
     out.name = camera_object.name
-    out.kind = _KINDS.get(camera.type, ajar.CameraKind.Panorama)
+    out.kind = _KINDS.get(camera.type, ajar.CameraKind.Perspective)   # custom cameras are reported
     frame = without_scale(camera_object.matrix_world)
     out.world_from_camera = rows_3x4(frame)
     out.screen_window = screen_window(context.scene.render, camera)

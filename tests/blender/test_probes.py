@@ -1,4 +1,4 @@
-"""Every output, input, choice and switch of every shader node shows what it shows with Cycles, or the artist is told, or the difference is known and has a reason."""
+"""Every setting that is followed, and every output, input, choice and switch of every shader node shows what it shows with Cycles, or the artist is told, or the difference is known and has a reason."""
 
 import json
 import os
@@ -15,7 +15,7 @@ import judge  # noqa: E402
 
 def probed(command: list[object], python_path: Path, out: Path) -> dict:
     result = subprocess.run([*map(str, command), str(out)], env=os.environ | {"PYTHONPATH": str(python_path), "PYTHONDONTWRITEBYTECODE": "1"}, text=True,
-                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * TIMEOUT_SECONDS)
+                            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=4 * TIMEOUT_SECONDS)
     assert result.returncode == 0, result.stdout[-4000:]
     return json.loads(out.read_text())
 
@@ -27,6 +27,14 @@ def test_nodes_show_what_they_show_with_cycles(tmp_path):
     found = judge.verdicts(result)
     assert len(found) > 800
     assert sum(verdict.has_effect for verdict in found) > 0.8 * len(found)   # or the probes would say little
+
+
+def test_settings_act_as_they_do_with_cycles(tmp_path):
+    program = os.environ.get("BLENDER", "blender")
+    result = probed([program, "-b", "--factory-startup", "--python", COVERAGE / "settings_probe.py", "--"], BUILD / "python", tmp_path / "settings.json")
+    assert judge.faults(result) == []
+    assert len(result["probes"]) > 250
+    assert sum(verdict.has_effect for verdict in judge.verdicts(result)) > 80
 
 
 def entry(**changes) -> dict:

@@ -78,6 +78,13 @@ def test_nodes_show_what_they_show_with_cycles(zips, unpacked, tmp_path, version
     assert test_probes.judge.faults(result) == []
 
 
+@pytest.mark.parametrize("version", [OFFICIAL, NEWEST])
+def test_settings_act_as_they_do_with_cycles(zips, unpacked, tmp_path, version):
+    python = wheel_or_skip(version, zips[0]).command[0]
+    result = test_probes.probed([python, test_probes.COVERAGE / "settings_probe.py"], unpacked, tmp_path / "settings.json")
+    assert test_probes.judge.faults(result) == []
+
+
 def test_self_check_is_there_when_the_renderer_cannot_be_loaded(zips, tmp_path):
     result = compatibility.run(wheel_or_skip(OFFICIAL, zips[0]), [], tmp_path / "out", AJAR_INSTRUCTION_SET="x86-64-v9")
     assert "FAILED: the renderer cannot be loaded:" in result["self_check"] and "x86-64-v9" in result["self_check"][-1], result

@@ -1,8 +1,8 @@
 """Write docs/coverage.md from what probe.py measured in each Blender.
 
-    python tools/coverage/write.py 3.4.json 5.2.json > docs/coverage.md
+    python tools/coverage/write.py nodes_3.4.json nodes_5.2.json settings_3.4.json settings_5.2.json > docs/coverage.md
 
-after `probe.py` has written a file in each.
+after `probe.py` and `settings_probe.py` have written a file in each.
 """
 
 from __future__ import annotations
@@ -55,24 +55,52 @@ def summary(founds: list[Verdict]) -> str:
     return "; ".join(parts).replace("|", "/")
 
 
-def main(paths: list[str]) -> None:
-    results = [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
-    blenders = [result["blender"].removesuffix(" LTS") for result in results]
-    tables = [[found for found in verdicts(result) if found.kind != "context"] for result in results]
-    lines = ["# What Ajar makes of Blender's shader nodes", "",
-             "Written by `tools/coverage/write.py`. In each Blender, every output, input, choice and switch of every shader node was changed in a material of its own, and Ajar and that Blender's",
-             "Cycles rendered the same spheres with it (`tools/coverage/probe.py`). *Exact*: no difference beyond the noise and 4 % (root mean square over a sphere's pixels; most differ by less than",
-             "1 %). *Approximated*: another picture, with the reason. *Missing*: the artist is told so by name. `tests/core/node_values*.txt` holds recorded values of Cycles, compared to 10⁻⁴.", "",
-             "| Blender | outputs, inputs, choices and switches | exact | approximated | missing | exact, but without effect on these spheres in Cycles either |", "|---|---|---|---|---|---|"]
+def counts(of: str, blenders: list[str], tables: list[list[Verdict]]) -> list[str]:
+    lines = [f"| Blender | {of} | exact | approximated | missing | exact, but without effect on these pictures in Cycles either |", "|---|---|---|---|---|---|"]
     for blender, table in zip(blenders, tables):
         count = Counter(found.state for found in table)
         silent = sum(found.state == "exact" and not found.has_effect for found in table)
         lines.append(f"| {blender} | {len(table)} | {count['exact']} | {count['approximated']} | {count['missing']} | {silent} |")
-    lines += ["", f"| node | {' | '.join(blenders)} | besides |", "|---|---|" + "---|" * len(blenders)]
-    nodes = sorted({found.node for table in tables for found in table})
-    for node in nodes:
+    return lines
+
+
+def of_nodes(blenders: list[str], tables: list[list[Verdict]]) -> list[str]:
+    lines = ["# What Ajar makes of Blender's shader nodes and settings", "",
+             "Written by `tools/coverage/write.py`. In each Blender, every output, input, choice and switch of every shader node was changed in a material of its own, and Ajar and that Blender's",
+             "Cycles rendered the same spheres with it (`tools/coverage/probe.py`). *Exact*: no difference beyond the noise and 4 % (root mean square over a sphere's pixels; most differ by less than",
+             "1 %). *Approximated*: another picture, with the reason. *Missing*: the artist is told so by name. `tests/core/node_values*.txt` holds recorded values of Cycles, compared to 10⁻⁴.", "",
+             *counts("outputs, inputs, choices and switches of nodes", blenders, tables), "", f"| node | {' | '.join(blenders)} | besides |", "|---|---|" + "---|" * len(blenders)]
+    for node in sorted({found.node for table in tables for found in table}):
         cells = [summary([found for found in table if found.node == node]) for table in tables]
         lines.append(f"| {node} | {' | '.join(cells)} | {NOTES.get(node, '')} |")
+    return lines
+
+
+def of_settings(blenders: list[str], tables: list[list[Verdict]]) -> list[str]:
+    lines = ["", "## Settings", "",
+             "Every setting of scene, view layer, objects, meshes, lamps, world, camera and materials that Ajar follows or reports was changed in a small scene that has a bit of everything",
+             "(`tools/coverage/settings_probe.py`). The scene has neither hair nor volumes. `tests/blender/panels/inventory.py` has what becomes of all other settings, and",
+             "[agreement.md](agreement.md) larger scenes. All settings are exact but for these:", "", *counts("values of settings", blenders, tables), "",
+             f"| setting | {' | '.join(blenders)} |", "|---|" + "---|" * len(blenders)]
+    names = {(found.node, found.name) for table in tables for found in table if found.state != "exact"}
+    for node, name in sorted(names):
+        cells = []
+        for table in tables:
+            here = [found for found in table if (found.node, found.name) == (node, name)]
+            reasons = dict.fromkeys(f"{'**missing**: ' if found.state == 'missing' else ''}{'; '.join(found.reasons)}" for found in here if found.state != "exact")
+            cells.append("; ".join(reasons) if reasons else "exact" if here else "not in this Blender")
+        lines.append(f"| {node}.{name} | {' | '.join(cells)} |")
+    return lines
+
+
+def main(paths: list[str]) -> None:
+    results = [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
+    lines: list[str] = []
+    for write, is_of in ((of_nodes, True), (of_settings, False)):
+        chosen = [result for result in results if result["probes"][0]["node"].startswith("ShaderNode") == is_of]
+        tables = [[found for found in verdicts(result) if found.kind != "context"] for result in chosen]
+        if chosen:
+            lines += write([result["blender"].removesuffix(" LTS") for result in chosen], tables)
     print("\n".join(lines))
 
 

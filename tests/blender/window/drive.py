@@ -10,31 +10,42 @@ import json
 import os
 import runpy
 import sys
-import time
 import traceback
 
 import bpy
 
 REFUSED = "can't modify blend data in this state"
-LONGEST_SECONDS = 30.0
 
 script, output, *arguments = sys.argv[sys.argv.index("--") + 1:]
 result: dict = {"errors": []}
 sys.path[:0] = [os.path.dirname(os.path.abspath(__file__)), os.path.dirname(os.path.abspath(script))]
 
 
-def patient(call):
-    """While a render thread runs a piece of Python (for a material's preview, for example), Blender refuses every operator: then it is tried again."""
-    def tried(*arguments):
-        end = time.monotonic() + LONGEST_SECONDS
-        while True:
-            try:
-                return call(*arguments)
-            except RuntimeError as error:
-                if REFUSED not in str(error) or time.monotonic() > end:
-                    raise
-            time.sleep(0.02)   # the other thread goes on
-    return tried
+refused: list = []    # an operator that Blender refused, with its arguments; then what it gave
+
+
+def call_again(_manager: bpy.types.WindowManager) -> bool:
+    call, arguments = refused.pop()
+    refused.append(call(*arguments))
+    return True
+
+
+bpy.types.WindowManager.calls_again = bpy.props.BoolProperty(get=call_again)
+
+
+def allowed(call):
+    """Blender keeps one flag for all threads that says whether Python may write. When a render thread enters Python while a panel is drawn, it takes the panel's state for its own and restores
+    it when it leaves: from then on every operator that a timer calls is refused. Within the getter of a property they are allowed."""
+    def called(*arguments):
+        try:
+            return call(*arguments)
+        except RuntimeError as error:
+            if REFUSED not in str(error):
+                raise
+        refused.append((call, arguments))
+        assert bpy.context.window_manager.calls_again
+        return refused.pop()
+    return called
 
 
 def remember_error(kind, error, trace) -> None:
@@ -62,6 +73,6 @@ def step() -> float | None:
     os._exit(1 if result["errors"] else 0)
 
 
-sys.modules["bpy.ops"]._op_call = patient(sys.modules["bpy.ops"]._op_call)
+sys.modules["bpy.ops"]._op_call = allowed(sys.modules["bpy.ops"]._op_call)
 bpy.context.preferences.view.show_splash = False
 bpy.app.timers.register(step, first_interval=0.5, persistent=True)
