@@ -16,7 +16,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all extension compat render test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
+.PHONY: all extension compat newest render test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
 all: build
 
 setup:
@@ -43,6 +43,10 @@ extension:
 
 compat: extension install
 	@/usr/bin/python3 tests/compatibility/compatibility.py
+
+# The tests with a window in the newest Blender of Debian, in a folder of its own. Needs root.
+newest:
+	@tools/newest.sh
 
 agreement: install
 	@tools/setup.sh test

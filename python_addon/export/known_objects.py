@@ -2,7 +2,8 @@
 
 Walking over the instances takes Python longer than all the rest. It is left out when the graph says that nothing has changed but
 materials, lights, the world, and objects that move or look otherwise by themselves: neither instances nor what makes them, without a
-change of geometry. Whatever else has changed, and whenever in doubt, all is collected again.
+change of geometry. Whatever else has changed, and whenever in doubt, all is collected again. Since Blender 5.0 an edit of a material also counts as one of the
+shading of all meshes and objects that have it.
 Datablocks are known by their originals, which last; Blender says when they are gone.
 """
 
@@ -18,6 +19,12 @@ if TYPE_CHECKING:
 # Changes of these alone leave objects where they are. Cameras are exported by views.
 _APART = (bpy.types.Material, bpy.types.Light, bpy.types.World, bpy.types.ShaderNodeTree, bpy.types.Camera)
 _NOTHING_TO_SEE = {"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER"}
+
+
+def look_of(thing: bpy.types.Object) -> tuple:
+    """All that an original object gives its instances besides geometry and place."""
+    return (tuple(slot.material for slot in thing.material_slots), tuple(thing.color), thing.pass_index, thing.is_shadow_catcher, thing.is_holdout, thing.visible_camera,
+            thing.visible_diffuse, thing.visible_glossy, thing.visible_transmission, thing.visible_volume_scatter, thing.visible_shadow)
 
 
 class OutOfDate(Exception):
@@ -41,7 +48,7 @@ class KnownObjects:
         try:
             for update in depsgraph.updates:
                 thing = update.id
-                if isinstance(thing, _APART):
+                if isinstance(thing, _APART) or self._only_shading(update):
                     continue
                 if not isinstance(thing, bpy.types.Object) or not self._is_alone(thing, update):
                     return None
@@ -50,6 +57,15 @@ class KnownObjects:
         except ReferenceError:
             return None
         return changed
+
+    def _only_shading(self, update: bpy.types.DepsgraphUpdate) -> bool:
+        """A mesh, or an object that is instanced or instances others and still looks as it did: a material of it has changed."""
+        if update.is_updated_transform or update.is_updated_geometry or not update.is_updated_shading:
+            return False
+        thing = update.id
+        if isinstance(thing, bpy.types.Object):
+            return thing.original in self.collected.shared and self.collected.shared[thing.original] == look_of(thing.original)
+        return isinstance(thing, (bpy.types.Mesh, bpy.types.Curve, bpy.types.Curves, bpy.types.MetaBall))
 
     def _is_alone(self, thing: bpy.types.Object, update: bpy.types.DepsgraphUpdate) -> bool:
         """Whether what changed of this object shows nowhere but in its own single appearance."""

@@ -17,7 +17,7 @@ from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from . import lights, materials, mesh, motion, named_values, strands
 from .context import ExportContext, rows_3x4
-from .known_objects import OutOfDate
+from .known_objects import OutOfDate, look_of
 
 NOT_YET = {"POINTCLOUD": "point clouds", "VOLUME": "volumes"}
 
@@ -62,7 +62,7 @@ class Collected:
         # By the originals of their objects:
         self.alone: dict[bpy.types.Object, tuple[Geometry, int]] = {}   # appear once, as themselves; the number of their instance
         self.lamps: dict[bpy.types.Object, Lamp] = {}                   # the same for lamps
-        self.shared: set[bpy.types.Object] = set()                      # instances, and what makes them
+        self.shared: dict[bpy.types.Object, tuple] = {}                 # instances, and what makes them, with their look_of
         self.asked: tuple = ()                                          # what materials ask of meshes
 
 
@@ -128,7 +128,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
                 kind = kind_of_parent[parent_key] = kinds.setdefault(shows, len(kinds))
                 if kind == len(from_instancers):
                     from_instancers.append(from_instancer)
-                collected.shared.add(parent.original)
+                collected.shared[parent.original] = look_of(parent.original)
             key = (owner.as_pointer(), data.as_pointer(), kind)
         else:
             owner, parent = thing, None
@@ -139,7 +139,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
             if compat.has_light_linking(owner):
                 context.warn(owner.name, "light linking is not supported: it shines on everything, and everything blocks its light")
             if parent is not None:
-                collected.shared.add(owner.original)
+                collected.shared[owner.original] = look_of(owner.original)
             if thing.type == "LIGHT":
                 lamp = Lamp(owner, rows_3x4(instance.matrix_world), _visibility(context, owner, parent))
                 collected.lamps_in_order.append(lamp)
@@ -187,7 +187,7 @@ def _hair(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Obje
     """The particle hair of an object."""
     if not strands.systems(context, owner) or not isinstance(thing.data, bpy.types.Mesh):
         return None
-    collected.shared.add(owner.original)   # whatever changes of it, its hair is looked at again
+    collected.shared[owner.original] = look_of(owner.original)   # whatever changes of it, its hair is looked at again
     hair = _geometry(context, thing, owner, parent, len(collected.order))
     hair.is_hair = True
     collected.order.append(hair)

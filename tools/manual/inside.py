@@ -107,9 +107,7 @@ def photograph(name: str, *areas: str) -> None:
     if not areas:
         window.screenshot(path)
         return
-    win, area = bpy.context.window_manager.windows[0], window.area(areas[0])
-    with bpy.context.temp_override(window=win, screen=win.screen, area=area, region=area.regions[-1]):
-        bpy.ops.screen.screenshot_area(filepath=path)
+    window.screenshot_of_area(path, window.area(areas[0]))
 
 
 def panel(name: str, *classes: str, tab: str = "RENDER"):

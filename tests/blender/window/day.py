@@ -38,8 +38,7 @@ def photograph_tabs(folder: str, name: str, tabs, result):
             continue
         yield 0.3
         path = os.path.join(folder, f"{name}_{tab.lower()}.png")
-        with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=area):
-            bpy.ops.screen.screenshot_area(filepath=path)
+        window.screenshot_of_area(path, area)
         result["tabs"].append(f"{name} {tab}")
     area.type = "VIEW_3D"
     yield 0.2

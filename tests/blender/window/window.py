@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 
 import bpy
@@ -53,8 +54,30 @@ def click(x: int, y: int):
 
 
 def screenshot(path: str) -> None:
-    with override():
-        bpy.ops.screen.screenshot(filepath=path)
+    """The whole window."""
+    window = bpy.context.window_manager.windows[0]
+    if not grab(path, 0, 0, window.width, window.height):
+        with override():
+            bpy.ops.screen.screenshot(filepath=path)
+
+
+def screenshot_of_area(path: str, shown: bpy.types.Area) -> None:
+    window = bpy.context.window_manager.windows[0]
+    if not grab(path, shown.x, shown.y, shown.width, shown.height):
+        with bpy.context.temp_override(window=window, screen=window.screen, area=shown, region=shown.regions[-1]):
+            bpy.ops.screen.screenshot_area(filepath=path)
+
+
+def grab(path: str, x: int, y: int, width: int, height: int) -> bool:
+    """From the display, for Blenders whose own screenshots are black where OpenGL is software. A place in the window, from the bottom left."""
+    if bpy.app.version < (5, 0):
+        return False
+    from PIL import ImageGrab
+    picture = ImageGrab.grab(xdisplay=os.environ["DISPLAY"])
+    window = bpy.context.window_manager.windows[0]
+    left, top = window.x + x, picture.height - (window.y + y + height)
+    picture.crop((left, top, left + width, top + height)).save(path)
+    return True
 
 
 def pixels_of_view() -> np.ndarray:
@@ -70,5 +93,4 @@ def pixels_of_view() -> np.ndarray:
 
 
 def screenshot_of_view(path: str) -> None:
-    with override():
-        bpy.ops.screen.screenshot_area(filepath=path)
+    screenshot_of_area(path, area())
