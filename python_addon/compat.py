@@ -83,6 +83,11 @@ def node_tree(owner: bpy.types.Material | bpy.types.World | bpy.types.Light) -> 
     return owner.node_tree if bpy.app.version >= always or owner.use_nodes else None
 
 
+def default_is_principled() -> bool:
+    """What has no material looks like a new Principled BSDF since 5.0, before like a diffuse one."""
+    return bpy.app.version >= (5, 0)
+
+
 # ---- Lights -------------------------------------------------------------------------------------------------------------
 
 def casts_shadow(light: bpy.types.Light) -> bool:

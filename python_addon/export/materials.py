@@ -15,7 +15,7 @@ NO_MATERIAL = -1  # the core's default grey
 def export(context: ExportContext, material: bpy.types.Material | None) -> int:
     """Index of the material."""
     if material is None:
-        return NO_MATERIAL
+        return _default(context)
     key = material.as_pointer()
     if key not in context.materials:
         context.warn_all(material.name, unsupported.asked_of(material, unsupported.MATERIAL))
@@ -32,6 +32,19 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
             _diffuse(graph, tuple(material.diffuse_color))
         context.materials[key] = context.description.add_material(name=material.name, graph=graph, pass_index=material.pass_index)
     return context.materials[key]
+
+
+def _default(context: ExportContext) -> int:
+    """What has no material: matte grey, and since Blender 5.0 a Principled BSDF as it is when added."""
+    if not compat.default_is_principled():
+        return NO_MATERIAL
+    if 0 not in context.materials:
+        graph = ajar.NodeGraph()
+        node = graph.add_node("ShaderNodeBsdfPrincipled", "Principled BSDF")
+        graph.add_input(node, "Specular IOR Level", (0.5, 0.0, 0.0, 0.0))   # by which the compiler knows the generation; the rest are its defaults
+        graph.surface = ajar.NodeLink(node, "BSDF")
+        context.materials[0] = context.description.add_material(name="Default Material", graph=graph)
+    return context.materials[0]
 
 
 def _diffuse(graph: ajar.NodeGraph, color: tuple[float, ...]) -> None:

@@ -238,7 +238,10 @@ def _geometry(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.
 
 def _materials(context: ExportContext, thing: bpy.types.Object) -> list[bpy.types.Material | None]:
     override = context.view_layer.material_override
-    return [override] if override is not None else [slot.material for slot in thing.material_slots]   # the last slot stands for all
+    if override is not None:
+        return [override]
+    found = [slot.material for slot in thing.material_slots]   # the last slot stands for all
+    return found if found or not compat.default_is_principled() else [None]
 
 
 def _look(context: ExportContext, owner: bpy.types.Object, parent: bpy.types.Object | None) -> dict:

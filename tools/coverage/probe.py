@@ -53,7 +53,7 @@ def build_scene(materials: list[str]) -> int:
         thing.pass_index = 3
         scene.collection.objects.link(thing)
         thing.material_slots[0].link = "OBJECT"
-        thing.material_slots[0].material = bpy.data.materials[name]
+        thing.material_slots[0].material = bpy.data.materials.get(name)
     bpy.data.objects.remove(model)
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.data.type, camera.data.ortho_scale = "ORTHO", SPACING * row

@@ -154,6 +154,7 @@ class Builder:
         self.text_object.location = (0.3, -0.2, 0.1)
 
     def add_all(self) -> None:
+        self.probes.append(Probe("", "(no material)", "plain", "Surface", "", "Surface"))
         for type_ in node_types():
             if type_ not in self.skip:
                 self.add_type(type_)

@@ -351,3 +351,18 @@ def test_displacement_that_would_move_the_surface_is_reported(shader, build, exp
     context = export_context()
     assert context.description.materials[0].graph.displacement.node >= 0
     assert any("shown as bump" in message for _, message in context.warnings) == (method != "BUMP")
+
+
+def test_what_has_no_material_is_what_this_blender_makes_it(build, export, monkeypatch):
+    from ajar_render import compat
+    for _ in range(2):
+        build.object(build.mesh())
+    out = export()
+    assert len(out.materials) == 0 and all(list(thing.materials) in ([], [-1]) for thing in out.objects)
+    monkeypatch.setattr(compat, "default_is_principled", lambda: True)
+    meshes = [thing.data for thing in bpy.context.scene.objects if thing.type == "MESH"]
+    meshes[0].materials.append(None)   # an empty slot, and none at all
+    out = export()
+    assert [material.name for material in out.materials] == ["Default Material"]
+    assert out.materials[0].graph.nodes[0].type == "ShaderNodeBsdfPrincipled"
+    assert [list(thing.materials) for thing in out.objects] == [[0], [0]]
