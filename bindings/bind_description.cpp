@@ -214,6 +214,9 @@ void bind_enums(py::module_& module) {
       .value("Box", FilterKind::Box)
       .value("Gaussian", FilterKind::Gaussian)
       .value("BlackmanHarris", FilterKind::BlackmanHarris);
+  py::enum_<BumpTerminator>(module, "BumpTerminator", "How light fades where it grazes a bumped surface: as in Blender until 4.4, or since 4.5.")
+      .value("Cubic", BumpTerminator::Cubic)
+      .value("Microfacet", BumpTerminator::Microfacet);
   module.attr("UNDEFORMED_POSITION") = kUndeformedPosition;
   module.attr("RANDOM_PER_ISLAND") = kRandomPerIsland;
   module.attr("POINTINESS") = kPointiness;
@@ -359,6 +362,7 @@ void bind_settings(py::module_& module) {
       .def_readwrite("clamp_indirect", &RenderSettings::clamp_indirect)
       .def_readwrite("reflective_caustics", &RenderSettings::reflective_caustics)
       .def_readwrite("refractive_caustics", &RenderSettings::refractive_caustics)
+      .def_readwrite("bump_terminator", &RenderSettings::bump_terminator)
       .def_readwrite("integrator", &RenderSettings::integrator)
       .def_readwrite("direct", &RenderSettings::direct)
       .def_readwrite("direct_samples", &RenderSettings::direct_samples)

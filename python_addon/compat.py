@@ -88,6 +88,11 @@ def default_is_principled() -> bool:
     return bpy.app.version >= (5, 0)
 
 
+def softens_bumps_by_microfacets() -> bool:
+    """How Cycles lets light fade where it grazes a bumped surface: another formula since 4.5."""
+    return bpy.app.version >= (4, 5)
+
+
 # ---- Lights -------------------------------------------------------------------------------------------------------------
 
 def casts_shadow(light: bpy.types.Light) -> bool:

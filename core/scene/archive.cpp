@@ -12,7 +12,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'B'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'C'};
 constexpr char kOldestVersion = '2';
 
 /// Types whose bytes are their value.
@@ -199,6 +199,7 @@ template <class A> void fields(A& a, RenderSettings& v) {
   if (a.has('6')) all(a, v.mist.start, v.mist.depth, v.mist.exponent);
   if (a.has('7')) visit(a, v.vertex_merging);
   if (a.has('8')) visit(a, v.memory_limit);
+  if (a.has('C')) visit(a, v.bump_terminator);
 }
 template <class A> void fields(A& a, HintDescription& v) { all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled); }
 template <class A> void fields(A& a, SceneDescription& v) {
@@ -233,6 +234,7 @@ void check_enums(const SceneDescription& d) {
   check_enum(d.camera.kind, CameraKind::Panorama);
   check_enum(d.camera.panorama.kind, PanoramaKind::CubemapFace);
   check_enum(d.settings.filter, FilterKind::BlackmanHarris);
+  check_enum(d.settings.bump_terminator, BumpTerminator::Microfacet);
 }
 
 }  // namespace
@@ -241,7 +243,7 @@ uint64_t fingerprint(const SceneDescription& description) {
   Hasher hasher;
   auto& d = const_cast<SceneDescription&>(description);
   all(hasher, d.meshes, d.objects, d.instances, d.motion_keys, d.materials, d.images, d.lights, d.world, d.hints,
-      d.settings.reflective_caustics, d.settings.refractive_caustics);
+      d.settings.reflective_caustics, d.settings.refractive_caustics, d.settings.bump_terminator);
   return hasher.state;
 }
 

@@ -131,7 +131,7 @@ void Scene::compile_materials(const SceneDescription& d, const std::vector<uint8
     material_fingerprints_.push_back(0);
     material_diagnostics_.emplace_back();
     if (!used[i]) continue;
-    const uint64_t number = hash64(fingerprint(material) + (context.reflective_caustics ? 1 : 0) + (context.refractive_caustics ? 2 : 0));
+    const uint64_t number = hash64(fingerprint(material) + (context.reflective_caustics ? 1 : 0) + (context.refractive_caustics ? 2 : 0) + (context.bump_terminator == BumpTerminator::Microfacet ? 4 : 0));
     const auto found = at_hand.find(number);
     if (found != at_hand.end() && shows_the_same_images(previous->programs_[found->second])) {
       programs_[i] = std::move(previous->programs_[found->second]);
@@ -165,6 +165,7 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
   context.image_width = settings.width;
   context.reflective_caustics = settings.reflective_caustics = settings_.reflective_caustics;
   context.refractive_caustics = settings.refractive_caustics = settings_.refractive_caustics;
+  context.bump_terminator = settings.bump_terminator = settings_.bump_terminator;
   Diagnostics repeated;  // everything there is to say was said at the build
   for (const CameraShader& shader : std::exchange(camera_shaders_, {})) {
     context.material_pass_index = shader.material_pass_index;
@@ -294,6 +295,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   context.image_width = d.settings.width;
   context.reflective_caustics = d.settings.reflective_caustics;
   context.refractive_caustics = d.settings.refractive_caustics;
+  context.bump_terminator = d.settings.bump_terminator;
   s.compile_materials(d, used, context, previous.get(), diagnostics);
   if (d.settings.integrator != "path" && d.settings.integrator != "auto") {
     for (size_t i = 0; i < d.materials.size(); ++i)

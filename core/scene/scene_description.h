@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "math/types.h"
+#include "shading/bump_terminator.h"
 
 namespace ajar {
 
@@ -248,6 +249,7 @@ struct RenderSettings {
   BounceLimits bounces;
   float clamp_direct = 0.0f, clamp_indirect = 0.0f;  ///< 0 is off
   bool reflective_caustics = true, refractive_caustics = true;
+  BumpTerminator bump_terminator = BumpTerminator::Cubic;
   std::string integrator = "path", direct = "mis", image = "uniform";
   std::string vertex_merging = "off";            ///< of bdpt, erpt, pmc_pt, metropolis: off, on (transport/vertex_merging.h)
   std::string guiding = "off";                   ///< of the path tracer: off, on, auto

@@ -21,6 +21,7 @@ bool is_diffuse(LobeKind kind) {
 Bsdf& Bsdf::operator=(const Bsdf& other) {
   ng = other.ng;
   n = other.n;
+  bump_terminator = other.bump_terminator;
   count_ = other.count_;
   layer_count_ = other.layer_count_;
   dropped_ = other.dropped_;
@@ -147,7 +148,7 @@ Bsdf::Evaluation Bsdf::sum_lobes(Vec3 wo, Vec3 wi, TransportMode mode) const {
       if (lobe.layers != 0) value.f_cos *= layer_factor(lobe, wo, wi);
     }
     if (is_diffuse(lobe.kind) && lobe.frame.n != n)
-      value.f_cos *= bump_shadowing(n, lobe.frame.n, mode == TransportMode::Radiance ? wi : wo);
+      value.f_cos *= bump_shadowing(bump_terminator, n, lobe.frame.n, mode == TransportMode::Radiance ? wi : wo);
     if (!kWithCosine) value.f_cos /= std::abs(glm::dot(lobe.frame.n, wi));
     sum.f_cos += value.f_cos;
     sum.pdf_solid_angle += selection_for(i, recomputed) * value.pdf_solid_angle;
@@ -171,7 +172,7 @@ Color Bsdf::evaluate_beyond_horizon(Vec3 wo, Vec3 wi) const {
     if (lobe.delta) continue;
     const LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, TransportMode::Radiance, flipped);
     if (!(value.pdf_solid_angle > 0.0f)) continue;
-    sum += is_diffuse(lobe.kind) && lobe.frame.n != n ? value.f_cos * bump_shadowing(n, lobe.frame.n, wi) : value.f_cos;
+    sum += is_diffuse(lobe.kind) && lobe.frame.n != n ? value.f_cos * bump_shadowing(bump_terminator, n, lobe.frame.n, wi) : value.f_cos;
   }
   return sum;
 }
@@ -406,7 +407,7 @@ std::array<Color, 3> Bsdf::f_cos_of_kinds(Vec3 wo, Vec3 wi) const {
     const LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, TransportMode::Radiance, flipped);
     if (!(value.pdf_solid_angle > 0.0f)) continue;
     const bool diffuse = is_diffuse(lobe.kind);
-    const float shadowing = diffuse && lobe.frame.n != n ? bump_shadowing(n, lobe.frame.n, wi) : 1.0f;
+    const float shadowing = diffuse && lobe.frame.n != n ? bump_shadowing(bump_terminator, n, lobe.frame.n, wi) : 1.0f;
     kinds[diffuse ? 0 : side > 0.0f ? 1 : 2] += value.f_cos * shadowing;
   }
   return kinds;

@@ -32,6 +32,7 @@
 
 #include "math/frame.h"
 #include "math/types.h"
+#include "shading/bump_terminator.h"
 
 namespace ajar {
 
@@ -136,6 +137,7 @@ class Bsdf {
 
   Vec3 ng{0, 0, 1};                 ///< geometric normal on wo's side
   Vec3 n{0, 0, 1};                  ///< shading normal of the surface, on wo's side
+  BumpTerminator bump_terminator = BumpTerminator::Cubic;   ///< of diffuse lobes around other normals than n
 
   Bsdf() = default;
   Bsdf(const Bsdf& other) { *this = other; }

@@ -390,7 +390,25 @@ Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped) {
   return scattered * (single + lobe.multiple_scattering * (1.0f - single));
 }
 
-float bump_shadowing(Vec3 n, Vec3 bumped, Vec3 light) {
+namespace {
+
+/// [Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem", section 12.3]: GGX of the width at which the bumped normal is one
+/// in eight shadows the light.
+float microfacet_bump_shadowing(Vec3 n, Vec3 bumped, Vec3 light) {
+  const float cos_light = glm::dot(n, light), cos_bump = glm::dot(n, bumped);
+  // Light that reaches the bumped surface from the other side of the smooth one would shine through it.
+  if (cos_light * cos_bump * glm::dot(bumped, light) < 0.0f) return 0.0f;
+  const float c2 = sqr(cos_light), d2 = sqr(cos_bump);
+  if (c2 >= 1.0f || d2 >= 1.0f) return 1.0f;
+  if (c2 < 1e-12f || d2 < 1e-12f) return 0.0f;
+  const float alpha2 = saturate(0.125f * (1.0f / d2 - 1.0f));
+  return 2.0f / (1.0f + std::sqrt(1.0f + alpha2 * (1.0f / c2 - 1.0f)));
+}
+
+}  // namespace
+
+float bump_shadowing(BumpTerminator terminator, Vec3 n, Vec3 bumped, Vec3 light) {
+  if (terminator == BumpTerminator::Microfacet) return microfacet_bump_shadowing(n, bumped, light);
   const float cos_light = glm::dot(bumped, light);
   if (cos_light < 0.0f) n = -n;
   const float denominator = cos_light * glm::dot(n, bumped);

@@ -29,8 +29,7 @@ bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMod
 Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped = false);
 /// The same less what is lost between facets: an estimate of the albedo.
 Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped = false);
-/// Cycles' softening of the terminator where a diffuse lobe is bumped away from the surface's normal n (Chiang et al. 2019);
-/// `light` is the direction to the light's side.
-float bump_shadowing(Vec3 n, Vec3 bumped, Vec3 light);
+/// Factor on a diffuse lobe that is bumped away from the surface's normal n; `light` is the direction to the light's side.
+float bump_shadowing(BumpTerminator terminator, Vec3 n, Vec3 bumped, Vec3 light);
 
 }  // namespace ajar

@@ -24,6 +24,7 @@ struct ShaderProgram::Data {
   std::vector<Instruction> code, emission_code, transparency_code, volume_code;
   ProgramTables tables;
   bool reflective_caustics = true, refractive_caustics = true;
+  BumpTerminator bump_terminator = BumpTerminator::Cubic;
   Operand displaced_normal = kNoOperand;   // of the surface; none: the smooth one
 
   bool plain_diffuse = false;   // nothing scatters but one Lambert closure around the surface's own normal
@@ -115,6 +116,7 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   Data& data = *program.data_;
   data.reflective_caustics = context.reflective_caustics;
   data.refractive_caustics = context.refractive_caustics;
+  data.bump_terminator = context.bump_terminator;
   ProgramBuilder builder(graph, owner, textures, diagnostics, context);
   nodes::add_displacement(builder);
   for (Closure& closure : flatten_closures(builder)) {
@@ -188,6 +190,7 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
     if (!(length2 > 1e-20f && length2 < 1e20f)) return out.bsdf.n;
     return closures::safe_shading_normal(point.ng, point.wo, n / std::sqrt(length2));
   };
+  out.bsdf.bump_terminator = d.bump_terminator;
   const bool after_diffuse = point.ray_kind & kRayDiffuse;
   // Seen after a diffuse bounce, light leaves where it enters, as in Cycles; and so it does for a second medium on the same surface.
   const auto may_enter = [&] { return point.diffuse_depth == 0 && !out.bsdf.has_subsurface(); };

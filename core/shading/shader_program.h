@@ -40,6 +40,7 @@ struct ShaderContext {
   const std::array<float, 12>* world_from_lamp = nullptr;   ///< when it is a lamp's
   int material_pass_index = 0;                 ///< Object Info > Material Index
   bool reflective_caustics = true, refractive_caustics = true;  ///< RenderSettings' switches
+  BumpTerminator bump_terminator = BumpTerminator::Cubic;
 };
 
 /// What a shader gives back. `bsdf.prepare(wo)` has been called.

@@ -26,6 +26,7 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.transparent_film = render.film_transparent
     out.clamp_direct, out.clamp_indirect = ours.clamp_direct, ours.clamp_indirect
     out.reflective_caustics, out.refractive_caustics = ours.reflective_caustics, ours.refractive_caustics
+    out.bump_terminator = ajar.BumpTerminator.Microfacet if compat.softens_bumps_by_microfacets() else ajar.BumpTerminator.Cubic
     for kind in ("total", "diffuse", "glossy", "transmission", "transparent", "volume"):
         setattr(out.bounces, kind, getattr(ours, f"bounces_{kind}"))
     out.integrator = _first(options.integrator, ours.integrator)

@@ -88,6 +88,10 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(important))), to_bytes(important));
   EXPECT_NE(to_bytes(important), written);
   for (char version = '2'; version < '9'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(important, version))), written);
+  SceneDescription bumped = d;
+  bumped.settings.bump_terminator = BumpTerminator::Microfacet;
+  EXPECT_EQ(from_bytes(to_bytes(bumped)).settings.bump_terminator, BumpTerminator::Microfacet);
+  for (char version : {'2', '9', 'A', 'B'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(bumped, version))), written);
   SceneDescription named = d;
   named.objects[0].properties = {{"tint", true, Vec4(1, 2, 3, 4)}};
   EXPECT_EQ(from_bytes(to_bytes(named)).objects[0].properties.at(0).value, Vec4(1, 2, 3, 4));
@@ -126,7 +130,7 @@ TEST(Archive, lists_longer_than_the_file_can_hold_are_refused_before_there_is_ro
   for (ImageDescription& image : empty.images) image.color_space.clear();
   empty.lights.resize(1000);
   empty.hints.resize(1000);
-  for (char version : {'2', '9', 'A', 'B'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(empty, version))), to_bytes(empty));
+  for (char version : {'2', '9', 'A', 'B', 'C'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(empty, version))), to_bytes(empty));
 }
 
 TEST(Archive, flipped_bytes_never_crash_the_reader_or_the_build) {

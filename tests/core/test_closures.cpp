@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "bsdf_fixtures.h"
+#include "graph_fixtures.h"
+#include "shading/lobe.h"
 #include "statistical.h"
 
 namespace ajar::test_closures {
@@ -225,6 +227,46 @@ TEST(Closures, caustics_switches_leave_out_half_of_glass) {
           EXPECT_NEAR(found, kept ? whole : 0.0, distribution == Distribution::MultiGgx ? 0.08 * whole : 0.03 * whole) << int(distribution) << reflects << refracts << part;
         }
       }
+}
+
+TEST(Closures, bumped_light_fades_as_behind_microfacets) {
+  const Vec3 n(0, 0, 1);
+  const auto at = [&](float bump, float light) {   // angles from n, on opposite sides
+    return bump_shadowing(BumpTerminator::Microfacet, n, {-std::sin(bump), 0, std::cos(bump)}, {std::sin(light), 0, std::cos(light)});
+  };
+  EXPECT_EQ(at(0.0f, 0.7f), 1.0f);
+  EXPECT_EQ(at(0.6f, 0.0f), 1.0f);
+  // 2 / (1 + sqrt(1 + a tan^2 light)), a = tan^2 bump / 8.
+  EXPECT_NEAR(at(0.5f, 0.8f), 2.0f / (1.0f + std::sqrt(1.0f + sqr(std::tan(0.5f)) / 8.0f * sqr(std::tan(0.8f)))), 1e-5f);
+  EXPECT_GT(at(0.3f, 0.9f), at(0.6f, 0.9f));
+  EXPECT_GT(at(0.5f, 0.5f), at(0.5f, 0.9f));
+  EXPECT_LT(at(0.5f, 1.5f), 0.6f);
+  // From below the smooth surface nothing arrives, although the bumped one faces it.
+  const Vec3 bumped = glm::normalize(Vec3(1, 0, 0.3f)), below = glm::normalize(Vec3(1, 0, -0.1f));
+  ASSERT_GT(glm::dot(bumped, below), 0.0f);
+  EXPECT_EQ(bump_shadowing(BumpTerminator::Microfacet, n, bumped, below), 0.0f);
+  EXPECT_GT(bump_shadowing(BumpTerminator::Microfacet, n, bumped, -bumped), 0.0f);   // through a translucent one
+}
+
+TEST(Closures, the_scene_says_how_bumped_light_fades) {
+  GraphBuilder g;
+  const int map = g.node("ShaderNodeNormalMap", {value_input("Color", Vec4(0.7f, 0.5f, 0.95f, 1.0f)), value_input("Strength", 1.0f)}, {text_property("space", "WORLD")});
+  const int diffuse = g.node("ShaderNodeBsdfDiffuse", {value_input("Color", Vec4(1.0f)), linked_input("Normal", map, "Normal")});
+  g.graph.surface = {diffuse, "BSDF"};
+  const Vec3 wi = glm::normalize(Vec3(0.9f, 0.0f, 0.436f)), bumped = glm::normalize(Vec3(0.4f, 0.0f, 0.9f));
+  Color seen[2];
+  for (const BumpTerminator terminator : {BumpTerminator::Cubic, BumpTerminator::Microfacet}) {
+    ShaderContext context;
+    context.bump_terminator = terminator;
+    const ShaderProgram program = compile(g.graph, nullptr, nullptr, context);
+    ShadingPoint point;
+    point.wo = point.ng = point.ns = {0, 0, 1};
+    SurfaceShading shading;
+    program.evaluate_surface(point, shading);
+    seen[int(terminator)] = shading.bsdf.evaluate(point.wo, wi, TransportMode::Radiance).f_cos;
+    EXPECT_NEAR(seen[int(terminator)].x, kInvPi * std::max(glm::dot(bumped, wi), 0.0f) * bump_shadowing(terminator, point.ns, bumped, wi), 1e-5f);
+  }
+  EXPECT_GT(std::abs(seen[0].x - seen[1].x), 0.005f);
 }
 
 TEST(Closures, layers_of_version_2_conserve_energy_and_dim_what_is_below) {

@@ -14,7 +14,7 @@ EFFECT = 0.002    # a change smaller than this shows nothing
 
 OLD, NEW = "3", "45"      # first digits of the Blenders that a difference is of
 COMPENSATED = "Multiscatter GGX: the energy that one bounce loses is put back; Blender 3 walks between facets (docs/agreement.md)"
-LEANING = "bump and normal maps are shaded as in Blender 3; Blender 5 softens their terminator otherwise"
+LEANING = "normals that lean away from the eye are bent towards it for diffuse light as well, as in Blender 3; Blender 5 does so for reflections only"
 
 
 @dataclass(frozen=True)
