@@ -3,7 +3,7 @@
     PYTHONPATH=build/release/python blender -b --factory-startup --python-exit-code 1 --python tools/coverage/probe.py -- OUT.json
     PYTHONPATH=<unpacked zip> python tools/coverage/probe.py OUT.json          (in the environment of a bpy wheel)
 
-Each probe is a sphere below a sky with a gradient and a lamp, 12 pixels wide. Both engines render all of them as one picture, with two seeds.
+Each probe is a sphere 10 pixels wide below a lamp and a sky with a gradient. Both engines render all of them as one picture, with two seeds.
 
 Two pictures a and b of a sphere, each rendered twice, differ by the root of the mean of (a1 - b1)(a2 - b2) over its pixels and colours, relative to its brightness: noise is independent in
 the factors, so that it adds nothing in expectation. The error of that mean comes with it.
@@ -160,13 +160,18 @@ def main(path: str) -> None:
     Path(path).write_text(json.dumps({"blender": bpy.app.version_string, "probes": result}, indent=0), encoding="utf-8")
 
 
-if __name__ == "__main__":
+def run(program) -> None:
+    """Calls it with the last argument, and ends Blender with what came of it."""
     status = 1
     try:
-        main(sys.argv[-1])
+        program(sys.argv[-1])
         status = 0
     except Exception:
         traceback.print_exc()
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(status)
+
+
+if __name__ == "__main__":
+    run(main)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import bpy
@@ -19,7 +20,7 @@ STRUCTURE = {"NodeGroupInput", "NodeGroupOutput", "NodeReroute", "NodeFrame", "S
 OUTPUTS = {"ShaderNodeOutputMaterial", "ShaderNodeOutputWorld", "ShaderNodeOutputLight", "ShaderNodeOutputLineStyle", "ShaderNodeOutputAOV"}
 BRANCHES = {"ShaderNodeMixShader", "ShaderNodeAddShader"}
 DISPLACEMENTS = {"ShaderNodeDisplacement", "ShaderNodeVectorDisplacement"}
-# Inputs that Blender never shows, switches of the compositor, and the two halves of the exporter's "inputs": mappings that 2.7 files had.
+# Inputs that Blender never shows, a switch of the compositor, and what is of the editor.
 INTERNAL = {"Weight", "use_alpha", "SurfaceID", "active_item", "active_index", "is_active_output"}
 COMMON = set(bpy.types.Node.bl_rna.properties.keys())
 
@@ -101,7 +102,6 @@ def node_types() -> list[str]:
 
 
 def _matching(table: dict[str, dict[str, object]], name: str) -> dict[str, object]:
-    from fnmatch import fnmatchcase
     for pattern, settings in table.items():
         if fnmatchcase(name, pattern):
             return settings
@@ -140,9 +140,8 @@ def _number(identifier: str) -> float:
 
 
 class Builder:
-    def __init__(self, skip: set[str] = frozenset()) -> None:
+    def __init__(self) -> None:
         self.probes: list[Probe] = []
-        self.skip = skip
         self.image = bpy.data.images.new("probe", 16, 16)
         pixels: list[float] = []
         for y in range(16):
@@ -150,14 +149,13 @@ class Builder:
                 pixels += [x / 15.0, y / 15.0, 0.25 + 0.5 * ((x // 4 + y // 4) % 2), 0.5 + 0.5 * x / 15.0]
         self.image.pixels = pixels
         self.ies = bpy.data.texts.load(str(IES_FILE))
-        self.text_object = bpy.data.objects.new("reference", None)
-        self.text_object.location = (0.3, -0.2, 0.1)
+        self.reference = bpy.data.objects.new("reference", None)
+        self.reference.location = (0.3, -0.2, 0.1)
 
     def add_all(self) -> None:
         self.probes.append(Probe("", "(no material)", "plain", "Surface", "", "Surface"))
         for type_ in node_types():
-            if type_ not in self.skip:
-                self.add_type(type_)
+            self.add_type(type_)
 
     def add_type(self, type_: str) -> None:
         tree = bpy.data.materials.new("model")
@@ -223,7 +221,7 @@ class Builder:
         if node.bl_idname == "ShaderNodeTexIES":
             node.mode, node.filepath, node.ies = "EXTERNAL", str(IES_FILE), self.ies
         if node.bl_idname == "ShaderNodeTexCoord":
-            node.object = self.text_object
+            node.object = self.reference
         if node.bl_idname == "ShaderNodeAttribute":
             node.attribute_name = "Col"
         if node.bl_idname == "ShaderNodeVertexColor":

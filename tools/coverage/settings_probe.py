@@ -10,9 +10,8 @@ what becomes of them stands in tests/blender/panels/inventory.py. The form of th
 from __future__ import annotations
 
 import json
-import os
 import sys
-import traceback
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import bpy
@@ -147,7 +146,6 @@ def values_of(owner: bpy.types.bpy_struct, prop: bpy.types.Property) -> list[obj
 
 
 def is_asked(struct: str, name: str) -> bool:
-    from fnmatch import fnmatchcase
     if any(fnmatchcase(name, pattern) for pattern in SKIPPED):
         return False
     fate = inventory.fate(struct, name)
@@ -155,7 +153,6 @@ def is_asked(struct: str, name: str) -> bool:
 
 
 def context_of(struct: str, name: str) -> dict[str, object]:
-    from fnmatch import fnmatchcase
     return next((settings for pattern, settings in CONTEXT.items() if fnmatchcase(f"{struct}.{name}", pattern)), {})
 
 
@@ -253,12 +250,4 @@ def main(path: str) -> None:
 
 
 if __name__ == "__main__":
-    status = 1
-    try:
-        main(sys.argv[-1])
-        status = 0
-    except Exception:
-        traceback.print_exc()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(status)
+    probe.run(main)
