@@ -16,7 +16,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all extension compat newest render test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
+.PHONY: all extension compat coverage newest render test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
 all: build
 
 setup:
@@ -43,6 +43,10 @@ extension:
 
 compat: extension install
 	@/usr/bin/python3 tests/compatibility/compatibility.py
+
+# What becomes of each shader node and setting, beside Cycles, in Debian's Blender and the newest wheel that `make compat` has brought: docs/coverage.md.
+coverage: extension install
+	@tools/coverage/all.sh $(BUILD)
 
 # The tests with a window in the newest Blender of Debian, in a folder of its own. Needs root.
 newest:

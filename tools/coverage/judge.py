@@ -5,9 +5,12 @@ A probe *differs* where the spheres differ by more than LEAST and the noise. Dif
 
 from __future__ import annotations
 
+import json
 import math
+import sys
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from pathlib import Path
 
 LEAST = 0.04      # a root mean square over a sphere's pixels; of sampled light, whose noise stays above 2 % with these samples
 EFFECT = 0.002    # a change smaller than this shows nothing
@@ -93,7 +96,17 @@ def verdicts(result: dict) -> list[Verdict]:
     return [verdict(probe, result["blender"]) for probe in result["probes"]]
 
 
+def main(paths: list[str]) -> int:
+    found = [fault for path in paths for fault in faults(json.loads(Path(path).read_text(encoding="utf-8")))]
+    print("\n".join(found) or "no difference is unknown")
+    return 1 if found else 0
+
+
 def faults(result: dict) -> list[str]:
     """A line for each probe that shows something else than Cycles although nothing was said."""
     return [f"{found.node}: {found.kind} {found.name} {found.value} differs by {100 * found.difference:.1f} %"
             for found in verdicts(result) if found.state == "wrong"]
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -2,7 +2,7 @@
 
     python tools/coverage/write.py nodes_3.4.json nodes_5.2.json settings_3.4.json settings_5.2.json > docs/coverage.md
 
-after `probe.py` and `settings_probe.py` have written a file in each.
+after `probe.py` and `settings_probe.py` have written a file in each; `make coverage` does all of it.
 """
 
 from __future__ import annotations
