@@ -97,7 +97,7 @@ def main(paths: list[str]) -> None:
     results = [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
     lines: list[str] = []
     for write, is_of in ((of_nodes, True), (of_settings, False)):
-        chosen = [result for result in results if result["probes"][0]["node"].startswith("ShaderNode") == is_of]
+        chosen = [result for result in results if any(probe["node"].startswith("ShaderNode") for probe in result["probes"]) == is_of]
         tables = [[found for found in verdicts(result) if found.kind != "context"] for result in chosen]
         if chosen:
             lines += write([result["blender"].removesuffix(" LTS") for result in chosen], tables)
