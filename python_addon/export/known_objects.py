@@ -2,7 +2,7 @@
 
 Walking over the instances takes Python longer than all the rest. It is left out when the graph says that nothing has changed but
 materials, lights, the world, and objects that move or look otherwise by themselves: neither instances nor what makes them, without a
-change of geometry. Whatever else has changed, and whenever in doubt, all is collected again. Since Blender 5.0 an edit of a material also counts as one of the
+change of geometry. Whatever else has changed, and whenever in doubt, all is collected again. In Blender 5 an edit of a material also counts as one of the
 shading of all meshes and objects that have it.
 Datablocks are known by their originals, which last; Blender says when they are gone.
 """
