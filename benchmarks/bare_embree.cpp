@@ -21,7 +21,7 @@
 #include <tbb/task_arena.h>
 
 #include "integrators/integrator.h"
-#include "scene/archive.h"
+#include "description/archive.h"
 #include "scene/embree.h"
 
 namespace {

@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "rounding.h"
-#include "scene/archive.h"
+#include "description/archive.h"
 
 int main(int argc, char** argv) {
   using namespace ajar;

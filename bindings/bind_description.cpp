@@ -3,9 +3,9 @@
 // `add_*` return the index that other parts refer to. Lists read from a description are copies.
 #include "arrays.h"
 #include "bind.h"
-#include "scene/archive.h"
-#include "scene/mesh_analysis.h"
-#include "scene/scene_description.h"
+#include "description/archive.h"
+#include "geometry/mesh_analysis.h"
+#include "description/scene_description.h"
 
 namespace ajar::python {
 namespace {

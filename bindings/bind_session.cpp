@@ -7,8 +7,8 @@
 #include "integrators/integrator.h"
 #include "integrators/learned.h"
 #include "render/session.h"
-#include "transport/direct_light.h"
-#include "transport/hint_suggestions.h"
+#include "transport/direct/direct_light.h"
+#include "transport/hints/hint_suggestions.h"
 
 namespace ajar::python {
 namespace {

@@ -1,7 +1,7 @@
 // Node graphs and materials. The form of a graph: docs/developer/node_contract.md.
 #include "bind.h"
 #include "casters.h"
-#include "scene/scene_description.h"
+#include "description/scene_description.h"
 
 namespace ajar::python {
 

@@ -8,7 +8,7 @@
 
 #include "film/image_io.h"
 #include "render/session.h"
-#include "scene/archive.h"
+#include "description/archive.h"
 
 namespace {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "math/distribution.h"
-#include "scene/scene_description.h"
+#include "description/scene_description.h"
 
 namespace ajar {
 

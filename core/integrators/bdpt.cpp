@@ -6,9 +6,9 @@
 
 #include "film/filter.h"
 #include "integrators/tile_loop.h"
-#include "transport/bidirectional.h"
-#include "transport/hint_guide.h"
-#include "transport/path.h"
+#include "transport/bidirectional/bidirectional.h"
+#include "transport/hints/followed_hints.h"
+#include "transport/paths/path.h"
 
 namespace ajar {
 

@@ -3,14 +3,14 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
-#include "transport/chain.h"
-#include "transport/direct_pass.h"
-#include "transport/film_luminance.h"
-#include "transport/hint_guide.h"
-#include "transport/mutations/bidirectional_mutation.h"
-#include "transport/mutations/caustic_perturbation.h"
-#include "transport/mutations/lens_perturbation.h"
-#include "transport/path_seeds.h"
+#include "transport/chains/chain.h"
+#include "transport/bidirectional/direct_pass.h"
+#include "transport/paths/film_luminance.h"
+#include "transport/hints/followed_hints.h"
+#include "transport/chains/mutations/bidirectional_mutation.h"
+#include "transport/chains/mutations/caustic_perturbation.h"
+#include "transport/chains/mutations/lens_perturbation.h"
+#include "transport/bidirectional/path_seeds.h"
 
 namespace ajar {
 

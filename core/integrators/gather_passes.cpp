@@ -10,7 +10,7 @@
 
 #include "integrators/learned.h"
 #include "math/statistics.h"
-#include "transport/seen_light.h"
+#include "transport/bidirectional/seen_light.h"
 
 namespace ajar {
 

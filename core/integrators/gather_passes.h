@@ -4,9 +4,9 @@
 
 #include "film/filter.h"
 #include "integrators/integrator.h"
-#include "transport/photon_gather.h"
-#include "transport/photon_tracer.h"
-#include "transport/further_samples.h"
+#include "transport/photons/photon_gather.h"
+#include "transport/photons/photon_tracer.h"
+#include "transport/bidirectional/further_samples.h"
 
 namespace ajar {
 

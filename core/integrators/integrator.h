@@ -13,13 +13,13 @@
 
 #include "film/film.h"
 #include "scene/scene.h"
-#include "transport/hints.h"
-#include "transport/photon_points.h"
-#include "transport/vertex_merging.h"
+#include "transport/hints/hints.h"
+#include "transport/photons/photon_points.h"
+#include "transport/bidirectional/vertex_merging.h"
 
 namespace ajar {
 
-class FollowedHints;   // transport/hint_guide.h
+class FollowedHints;   // transport/hints/followed_hints.h
 struct Learned;        // integrators/learned.h
 
 enum class Honesty : uint8_t { Unbiased, Consistent, Biased };
@@ -77,10 +77,10 @@ struct IntegratorInfo {
   bool joins_camera = false;    ///< joins paths from lights to the camera
   bool renders_motion = false;  ///< its paths have times
   bool tells_parts = false;     ///< gives the passes made of SampleParts
-  bool can_merge = false;       ///< knows vertex merging (transport/vertex_merging.h); with it, it is consistent
+  bool can_merge = false;       ///< knows vertex merging (transport/bidirectional/vertex_merging.h); with it, it is consistent
   bool renders_media = false;   ///< light scatters between surfaces, too
   bool renders_strands = false; ///< of hair, whose ribbons lie otherwise for each ray
-  bool follows_hints = false;   ///< that the artist has drawn (transport/hint_guide.h)
+  bool follows_hints = false;   ///< that the artist has drawn (transport/hints/hint_guide.h)
 };
 /// The one list of integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();

@@ -10,9 +10,9 @@
 #include "film/filter.h"
 #include "integrators/tile_loop.h"
 #include "math/warps.h"
-#include "transport/direct_mixture.h"
-#include "transport/irradiance_records.h"
-#include "transport/walk.h"
+#include "transport/direct/direct_mixture.h"
+#include "transport/photons/irradiance_records.h"
+#include "transport/paths/walk.h"
 
 namespace ajar {
 

@@ -13,9 +13,9 @@
 #include <optional>
 #include <string>
 
-#include "transport/direct_mixture.h"
-#include "transport/path_guide.h"
-#include "transport/path_population.h"
+#include "transport/direct/direct_mixture.h"
+#include "transport/guiding/path_guide.h"
+#include "transport/chains/path_population.h"
 
 namespace ajar {
 

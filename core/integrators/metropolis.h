@@ -5,7 +5,7 @@
 // Consistent: the starting paths are drawn in proportion to their luminance from bidirectional samples, which makes a
 // chain's expectation exact given the brightness of those samples; the brightness goes on being refined by more
 // of them, so what remains is of the order of one over their number and vanishes with time. Light seen or scattered once on its way
-// (LS*E, L(D)S*E) is sampled apart, without chains; with vertex merging also what no connection finds (transport/vertex_merging.h).
+// (LS*E, L(D)S*E) is sampled apart, without chains; with vertex merging also what no connection finds (transport/bidirectional/vertex_merging.h).
 //
 // Best where a few hard paths matter (light through a door ajar, caustics, glass lamps); in easily lit scenes path tracing
 // has less noise for the time. Limits, clamping and kinds of rays as in bdpt.h. No volumes.

@@ -4,10 +4,10 @@
 
 #include "integrators/gather_passes.h"
 #include "integrators/learned.h"
-#include "transport/chain_ensemble.h"
-#include "transport/hint_guide.h"
-#include "transport/mutations/standard_mutations.h"
-#include "transport/path_photons.h"
+#include "transport/chains/chain_ensemble.h"
+#include "transport/hints/followed_hints.h"
+#include "transport/chains/mutations/standard_mutations.h"
+#include "transport/photons/path_photons.h"
 
 namespace ajar {
 

@@ -12,12 +12,12 @@
 #include "integrators/learned.h"
 #include "integrators/tile_loop.h"
 #include "sampling/sampler.h"
-#include "transport/direct_mixture.h"
-#include "transport/guided_bsdf.h"
-#include "transport/media_light.h"
-#include "transport/path_guide.h"
-#include "transport/ray_events.h"
-#include "transport/subsurface_walk.h"
+#include "transport/direct/direct_mixture.h"
+#include "transport/guiding/guided_bsdf.h"
+#include "transport/direct/media_light.h"
+#include "transport/guiding/path_guide.h"
+#include "transport/paths/ray_events.h"
+#include "transport/media/subsurface_walk.h"
 
 namespace ajar {
 

@@ -3,9 +3,9 @@
 // Computes the radiance through every pixel by paths from the eye [Kajiya 1986; Veach 1997, chapter 9].
 // Unbiased (with clamping off). The reference for all others, and the best choice for open
 // scenes and easily seen lights. Finds caustics of small lights and light behind
-// narrow openings only by luck, delta lights behind specular surfaces never. Media between surfaces: transport/media.h; then direct light is sampled by the default
+// narrow openings only by luck, delta lights behind specular surfaces never. Media between surfaces: transport/media/media.h; then direct light is sampled by the default
 // method, and paths are not guided. Grids are not known.
-// With guiding (transport/path_guide.h) directions are drawn from a learned mixture as well: unbiased, too, and better where most
+// With guiding (transport/guiding/path_guide.h) directions are drawn from a learned mixture as well: unbiased, too, and better where most
 // light comes from few directions that light sampling does not reach.
 #pragma once
 

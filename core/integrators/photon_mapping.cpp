@@ -2,9 +2,9 @@
 
 #include "integrators/gather_passes.h"
 #include "integrators/learned.h"
-#include "transport/hint_guide.h"
-#include "transport/path.h"
-#include "transport/photon_tracer.h"
+#include "transport/hints/followed_hints.h"
+#include "transport/paths/path.h"
+#include "transport/photons/photon_tracer.h"
 
 namespace ajar {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "integrators/learned.h"
-#include "transport/direct_pass.h"
-#include "transport/path_population.h"
+#include "transport/bidirectional/direct_pass.h"
+#include "transport/chains/path_population.h"
 
 namespace ajar {
 

@@ -8,7 +8,7 @@
 #include "integrators/path_tracer.h"
 #include "integrators/photon_mapping.h"
 #include "integrators/pmc_path.h"
-#include "transport/hint_guide.h"
+#include "transport/hints/followed_hints.h"
 
 namespace ajar {
 

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "lights/light.h"
-#include "scene/scene_description.h"
+#include "description/scene_description.h"
 
 namespace ajar {
 

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "lights/light.h"
-#include "scene/geometry.h"
+#include "geometry/geometry.h"
 #include "shading/shader_program.h"
 
 namespace ajar {

@@ -5,9 +5,9 @@
 // the triangle looks large and uniform over the area where it looks small.
 #pragma once
 
-#include "scene/geometry.h"
+#include "geometry/geometry.h"
 #include "shading/shader_program.h"
-#include "shading/shading_point.h"
+#include "shading/bsdf/shading_point.h"
 
 namespace ajar {
 

@@ -6,7 +6,7 @@
 #include <tbb/parallel_for.h>
 
 #include "integrators/path_tracer.h"
-#include "shading/shading_point.h"
+#include "shading/bsdf/shading_point.h"
 
 namespace ajar {
 

@@ -6,12 +6,12 @@
 #include "integrators/gather_passes.h"
 #include "render/technique_choice.h"
 #include "scene/scene.h"
-#include "shading/texture.h"
-#include "transport/further_samples.h"
-#include "transport/irradiance_records.h"
-#include "transport/media.h"
-#include "transport/path_guide.h"
-#include "transport/vertex_merging.h"
+#include "shading/functions/texture.h"
+#include "transport/bidirectional/further_samples.h"
+#include "transport/photons/irradiance_records.h"
+#include "transport/media/media.h"
+#include "transport/guiding/path_guide.h"
+#include "transport/bidirectional/vertex_merging.h"
 
 namespace ajar {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/scene_description.h"
+#include "description/scene_description.h"
 
 namespace ajar {
 

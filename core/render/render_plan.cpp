@@ -1,8 +1,8 @@
 #include "render/render_plan.h"
 
 #include "integrators/integrator.h"
-#include "transport/photon_tracer.h"
-#include "transport/vertex_merging.h"
+#include "transport/photons/photon_tracer.h"
+#include "transport/bidirectional/vertex_merging.h"
 
 namespace ajar {
 

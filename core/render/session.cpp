@@ -19,7 +19,7 @@
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
 #include "render/technique_choice.h"
-#include "transport/direct_light.h"
+#include "transport/direct/direct_light.h"
 
 namespace ajar {
 

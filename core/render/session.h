@@ -21,7 +21,7 @@
 #include "integrators/integrator.h"
 #include "render/checkpoint.h"
 #include "render/render_plan.h"
-#include "transport/hints.h"
+#include "transport/hints/hints.h"
 
 namespace ajar {
 

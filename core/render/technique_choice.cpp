@@ -6,7 +6,7 @@
 
 #include "integrators/integrator.h"
 #include "math/random.h"
-#include "transport/photon_tracer.h"
+#include "transport/photons/photon_tracer.h"
 
 namespace ajar {
 

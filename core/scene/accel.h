@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "lights/light_set.h"
-#include "scene/geometry.h"
+#include "geometry/geometry.h"
 
 namespace ajar {
 

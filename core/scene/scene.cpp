@@ -7,8 +7,8 @@
 
 #include "math/random.h"
 #include "scene/accel.h"
-#include "scene/archive.h"
-#include "scene/validate.h"
+#include "description/archive.h"
+#include "description/validate.h"
 
 namespace ajar {
 

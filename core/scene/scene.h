@@ -11,25 +11,16 @@
 #include <vector>
 
 #include "lights/light_set.h"
-#include "scene/camera.h"
-#include "scene/geometry.h"
-#include "scene/scene_description.h"
+#include "geometry/camera.h"
+#include "geometry/geometry.h"
+#include "description/diagnostics.h"
+#include "description/scene_description.h"
 #include "shading/shader_program.h"
-#include "shading/texture.h"
+#include "shading/functions/texture.h"
 
 namespace ajar {
 
 class Accel;
-
-/// A scene that cannot be rendered; the text names the artist's object.
-class SceneError : public std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-/// Thrown out of long work when the stop flag was raised.
-class Cancelled : public std::runtime_error {
- public:
-  Cancelled() : std::runtime_error("cancelled") {}
-};
 
 /// VisibilityBits that a ray of this kind (bits of ShadingPoint::ray_kind) needs an object to have.
 inline uint32_t visibility_mask(uint32_t ray_kind) {

@@ -4,17 +4,12 @@
 #include <cstring>
 #include <sstream>
 
-#include "shading/closure_list.h"
+#include "shading/nodes/closure_list.h"
 #include "shading/nodes/displacement_nodes.h"
-#include "shading/volume_closures.h"
+#include "shading/nodes/node_registry.h"
+#include "shading/nodes/volume_closures.h"
 
 namespace ajar {
-
-void report_once(Diagnostics& diagnostics, Diagnostic diagnostic) {
-  for (const Diagnostic& known : diagnostics)
-    if (known.object == diagnostic.object && known.message == diagnostic.message) return;
-  diagnostics.push_back(std::move(diagnostic));
-}
 
 // Emission and transparency have closure lists and code of their own, because light sampling and shadow rays
 // ask for nothing else. All codes share one numbering of registers.
@@ -117,7 +112,7 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.reflective_caustics = context.reflective_caustics;
   data.refractive_caustics = context.refractive_caustics;
   data.bump_terminator = context.bump_terminator;
-  ProgramBuilder builder(graph, owner, textures, diagnostics, context);
+  ProgramBuilder builder(node_catalog(), graph, owner, textures, diagnostics, context);
   nodes::add_displacement(builder);
   for (Closure& closure : flatten_closures(builder)) {
     Closures& list = closure.kind == ClosureKind::Emission      ? data.emission

@@ -13,35 +13,17 @@
 #include <utility>
 #include <vector>
 
-#include "scene/scene_description.h"
-#include "shading/bsdf.h"
-#include "shading/medium.h"
-#include "shading/shading_point.h"
+#include "description/diagnostics.h"
+#include "description/scene_description.h"
+#include "shading/bsdf/bsdf.h"
+#include "shading/bsdf/medium.h"
+#include "shading/bsdf/shading_point.h"
+#include "shading/program/shader_context.h"
 
 namespace ajar {
 
 class Texture;
 class TextureStore;
-
-/// Messages for the artist, each once. `object` is the name of a material, object, image, ...
-struct Diagnostic {
-  enum class Severity : uint8_t { Info, Warning, Error } severity = Severity::Warning;
-  std::string object;
-  std::string message;
-};
-using Diagnostics = std::vector<Diagnostic>;
-void report_once(Diagnostics& diagnostics, Diagnostic diagnostic);
-
-/// What a program may need of the scene around it. All of it is optional.
-struct ShaderContext {
-  const CameraDescription* camera = nullptr;   ///< for camera and window coordinates, and the size of pixels
-  int image_width = 0;                         ///< pixels of the full frame
-  bool* sees_camera = nullptr;                 ///< set when the program depends on the camera
-  const std::array<float, 12>* world_from_lamp = nullptr;   ///< when it is a lamp's
-  int material_pass_index = 0;                 ///< Object Info > Material Index
-  bool reflective_caustics = true, refractive_caustics = true;  ///< RenderSettings' switches
-  BumpTerminator bump_terminator = BumpTerminator::Cubic;
-};
 
 /// What a shader gives back. `bsdf.prepare(wo)` has been called.
 struct SurfaceShading {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "shading/closures.h"
+#include "shading/bsdf/closures.h"
 
 namespace ajar::fixtures {
 

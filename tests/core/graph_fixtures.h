@@ -3,9 +3,9 @@
 
 #include <initializer_list>
 
-#include "scene/scene_description.h"
+#include "description/scene_description.h"
 #include "shading/shader_program.h"
-#include "shading/texture.h"
+#include "shading/functions/texture.h"
 
 namespace ajar::fixtures {
 

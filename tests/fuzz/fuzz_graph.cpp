@@ -4,8 +4,8 @@
 #include <cstring>
 
 #include "graph_fixtures.h"
-#include "shading/node_registry.h"
-#include "shading/shading_point.h"
+#include "shading/nodes/node_registry.h"
+#include "shading/bsdf/shading_point.h"
 
 using namespace ajar;
 

@@ -13,10 +13,10 @@
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
 #include "render/render_plan.h"
-#include "scene/archive.h"
+#include "description/archive.h"
 #include "scene/scene.h"
-#include "transport/direct_light.h"
-#include "transport/hints.h"
+#include "transport/direct/direct_light.h"
+#include "transport/hints/hints.h"
 
 using namespace ajar;
 

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "scene/archive.h"
+#include "description/archive.h"
 #include "transport_scenes.h"
 
 using namespace ajar;

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "scene/scene_description.h"
+#include "description/scene_description.h"
 
 namespace ajar::fuzz {
 

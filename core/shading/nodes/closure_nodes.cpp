@@ -3,9 +3,9 @@
 #include <cstddef>
 #include <cstring>
 
-#include "shading/node_registry.h"
-#include "shading/nodes/point_functions.h"
-#include "shading/volume_closures.h"
+#include "shading/nodes/node_type.h"
+#include "shading/functions/point_functions.h"
+#include "shading/nodes/volume_closures.h"
 
 namespace ajar::nodes {
 namespace {
@@ -275,7 +275,7 @@ ClosureFunction find_closure_node(std::string_view type) {
 void add_closures(ProgramBuilder& b, int node, const std::string& output, Value weight, std::vector<Closure>& closures) {
   if (const ClosureFunction function = find_closure_node(b.node(node).type)) {
     function(b, node, weight, closures);
-  } else if (find_value_node(b.node(node).type)) {
+  } else if (b.catalog().value(b.node(node).type)) {
     const Value value = b.output(node, output);
     if (value.type != SocketType::Closure) add_colored(b, ClosureKind::Emission, node, b.convert(value, Color), weight, closures);
   } else if (is_volume_node(b.node(node).type)) {

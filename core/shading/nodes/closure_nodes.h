@@ -1,7 +1,7 @@
 // Closure nodes: which closures a shader node stands for and where their inputs come from.
 #pragma once
 
-#include "shading/closure_list.h"
+#include "shading/nodes/closure.h"
 
 namespace ajar::nodes {
 

@@ -1,6 +1,6 @@
 // Colour nodes: mixing, ramps and curves, corrections, splitting and joining.
-#include "shading/node_registry.h"
-#include "shading/nodes/color_functions.h"
+#include "shading/nodes/node_type.h"
+#include "shading/functions/color_functions.h"
 #include "shading/nodes/curve_tables.h"
 
 namespace ajar::nodes {

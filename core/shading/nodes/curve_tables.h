@@ -1,7 +1,7 @@
 // Baked ramps and curves of a node, as tables of the program.
 #pragma once
 
-#include "shading/program_builder.h"
+#include "shading/program/program_builder.h"
 
 namespace ajar::nodes {
 

@@ -1,9 +1,8 @@
 #include "shading/nodes/displacement_nodes.h"
 
-#include "shading/closure_list.h"
-#include "shading/node_registry.h"
-#include "shading/nodes/bump.h"
-#include "shading/nodes/math_functions.h"
+#include "shading/nodes/node_type.h"
+#include "shading/functions/bump.h"
+#include "shading/functions/math_functions.h"
 
 namespace ajar::nodes {
 namespace {
@@ -59,7 +58,7 @@ std::span<const NodeType> displacement_nodes() { return kNodes; }
 void add_displacement(ProgramBuilder& b) {
   const NodeLink& link = b.graph().displacement;
   if (link.node < 0 || link.node >= int(b.graph().nodes.size())) return;
-  if (is_closure_type(b.node(link.node).type)) return;
+  if (b.catalog().is_closure(b.node(link.node).type)) return;
   const Value normal = b.surface_normal();
   const auto height = [&] {
     const Value moved = b.output(link.node, link.socket);

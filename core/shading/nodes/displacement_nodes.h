@@ -1,7 +1,7 @@
 // Displacement, shown as bump: the surface stays where it is and its normal is that of the displaced one.
 #pragma once
 
-#include "shading/program_builder.h"
+#include "shading/program/program_builder.h"
 
 namespace ajar::nodes {
 

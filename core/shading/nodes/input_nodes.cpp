@@ -1,10 +1,10 @@
 // Input nodes: values, geometry, coordinates, attributes, the object, the ray.
 #include <algorithm>
 
-#include "scene/mesh_analysis.h"
-#include "shading/node_registry.h"
-#include "shading/nodes/math_functions.h"
-#include "shading/nodes/point_functions.h"
+#include "geometry/mesh_analysis.h"
+#include "shading/nodes/node_type.h"
+#include "shading/functions/math_functions.h"
+#include "shading/functions/point_functions.h"
 
 namespace ajar::nodes {
 namespace {

@@ -1,7 +1,7 @@
 // Converter nodes on numbers: Math, Clamp, Map Range, Mix of numbers, Float Curve.
-#include "shading/node_registry.h"
+#include "shading/nodes/node_type.h"
 #include "shading/nodes/curve_tables.h"
-#include "shading/nodes/math_functions.h"
+#include "shading/functions/math_functions.h"
 
 namespace ajar::nodes {
 namespace {

@@ -1,9 +1,9 @@
 // Procedural textures: Noise, Musgrave, White Noise, Voronoi, Wave, Magic, Brick. Their small inputs travel in threes, so that any
 // of them may be linked without the instruction growing.
-#include "shading/node_registry.h"
-#include "shading/nodes/noise.h"
-#include "shading/nodes/patterns.h"
-#include "shading/nodes/voronoi.h"
+#include "shading/nodes/node_type.h"
+#include "shading/functions/noise.h"
+#include "shading/functions/patterns.h"
+#include "shading/functions/voronoi.h"
 
 namespace ajar::nodes {
 namespace {

@@ -1,7 +1,7 @@
 // Texture nodes. An unlinked Vector means: UV for pictures, the direction or position for environments,
 // generated coordinates for patterns.
-#include "shading/node_registry.h"
-#include "shading/nodes/texture_functions.h"
+#include "shading/nodes/node_type.h"
+#include "shading/functions/texture_functions.h"
 
 namespace ajar::nodes {
 namespace {

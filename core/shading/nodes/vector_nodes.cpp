@@ -1,8 +1,8 @@
 // Nodes on vectors: Vector Math, Mapping, rotations and transforms, splitting and joining, curves.
-#include "shading/node_registry.h"
+#include "shading/nodes/node_type.h"
 #include "shading/nodes/curve_tables.h"
-#include "shading/nodes/math_functions.h"
-#include "shading/nodes/point_functions.h"
+#include "shading/functions/math_functions.h"
+#include "shading/functions/point_functions.h"
 
 namespace ajar::nodes {
 namespace {

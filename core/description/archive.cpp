@@ -1,0 +1,307 @@
+#include "description/archive.h"
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <type_traits>
+
+#include "description/diagnostics.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'C'};
+constexpr char kOldestVersion = '2';
+
+/// Types whose bytes are their value.
+template <class T> struct IsPlain : std::bool_constant<std::is_arithmetic_v<T> || std::is_enum_v<T>> {};
+template <> struct IsPlain<Vec2> : std::true_type {};
+template <> struct IsPlain<Vec3> : std::true_type {};
+template <> struct IsPlain<Vec4> : std::true_type {};
+template <> struct IsPlain<UVec3> : std::true_type {};
+template <class T, size_t N> struct IsPlain<std::array<T, N>> : IsPlain<T> {};
+
+class Writer {
+ public:
+  char version = kMagic[7];
+  bool has(char since) const { return version >= since; }
+  std::vector<char> bytes;
+  void raw(const void* data, size_t size) {
+    const char* begin = static_cast<const char*>(data);
+    bytes.insert(bytes.end(), begin, begin + size);
+  }
+  template <class T> void count(const T& container) {
+    const uint64_t n = container.size();
+    raw(&n, sizeof n);
+  }
+  template <class T> void resize(T& container, size_t) { count(container); }
+};
+
+/// Takes what would be written, and keeps 64 bits of it.
+class Hasher {
+ public:
+  bool has(char) const { return true; }
+  uint64_t state = 0x9e3779b97f4a7c15u;
+  void raw(const void* data, size_t size) {
+    const char* bytes = static_cast<const char*>(data);
+    for (; size > 0; size -= std::min<size_t>(size, 8), bytes += 8) {
+      uint64_t word = size;
+      std::memcpy(&word, bytes, std::min<size_t>(size, 8));
+      // The finalizer of MurmurHash3 between words.
+      state = (state ^ word) * 0xff51afd7ed558ccdu;
+      state = (state ^ (state >> 33)) * 0xc4ceb9fe1a85ec53u;
+      state ^= state >> 33;
+    }
+  }
+  template <class T> void resize(T& container, size_t) {
+    const uint64_t n = container.size();
+    raw(&n, sizeof n);
+  }
+};
+
+/// Counts the bytes that a value takes at the least: as the oldest version has it, with every list empty.
+class Least {
+ public:
+  bool has(char) const { return false; }
+  size_t bytes = 0;
+  void raw(const void*, size_t size) { bytes += size; }
+  template <class T> void resize(T& container, size_t) {
+    container.clear();
+    bytes += sizeof(uint64_t);
+  }
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::vector<char>& bytes) : bytes_(bytes) {}
+  char version = kMagic[7];
+  /// Whether the file has the fields that came with this version. Those it lacks keep their defaults.
+  bool has(char since) const { return version >= since; }
+  void raw(void* data, size_t size) {
+    if (size > bytes_.size() - position_) throw SceneError("The scene file ends too early.");
+    std::memcpy(data, bytes_.data() + position_, size);
+    position_ += size;
+  }
+  template <class T> void resize(T& container, size_t least_bytes_each) {
+    uint64_t n;
+    raw(&n, sizeof n);
+    if (n > (bytes_.size() - position_) / least_bytes_each) throw SceneError("The scene file is damaged.");
+    container.resize(n);
+  }
+  bool at_end() const { return position_ == bytes_.size(); }
+
+ private:
+  const std::vector<char>& bytes_;
+  size_t position_ = 0;
+};
+
+template <class A, class T> void visit(A& a, T& value);
+
+/// Bytes of an element in a file: as many as its type has where they are its value, else no fewer than this.
+template <class T> size_t least_bytes() {
+  if constexpr (IsPlain<T>::value) {
+    return sizeof(T);
+  } else {
+    static const size_t bytes = [] {
+      Least least;
+      T value;
+      visit(least, value);
+      return least.bytes;
+    }();
+    return bytes;
+  }
+}
+
+template <class A, class T> void visit(A& a, std::vector<T>& values) {
+  a.resize(values, least_bytes<T>());
+  if constexpr (IsPlain<T>::value) {
+    if (!values.empty()) a.raw(values.data(), values.size() * sizeof(T));
+  } else {
+    for (T& value : values) visit(a, value);
+  }
+}
+template <class A> void visit(A& a, std::string& text) {
+  a.resize(text, 1);
+  if (!text.empty()) a.raw(text.data(), text.size());
+}
+/// A byte that is neither 0 nor 1 must not become a bool.
+template <class A> void visit(A& a, bool& value) {
+  uint8_t byte = value;
+  a.raw(&byte, 1);
+  value = byte != 0;
+}
+
+template <class A, class... T> void all(A& a, T&... values) { (visit(a, values), ...); }
+
+template <class A> void fields(A& a, NodeLink& v) { all(a, v.node, v.socket); }
+template <class A> void fields(A& a, NodeInput& v) { all(a, v.socket, v.link, v.value); }
+template <class A> void fields(A& a, NodeProperty& v) { all(a, v.name, v.text, v.numbers); }
+template <class A> void fields(A& a, Node& v) { all(a, v.type, v.name, v.inputs, v.properties); }
+template <class A> void fields(A& a, NodeGraph& v) { all(a, v.nodes, v.surface, v.volume, v.displacement); }
+template <class A> void fields(A& a, MaterialDescription& v) { all(a, v.name, v.graph, v.pass_index); }
+template <class A> void fields(A& a, ImageDescription& v) {
+  all(a, v.name, v.path, v.packed, v.pixels, v.width, v.height, v.color_space, v.alpha_mode);
+}
+template <class A> void fields(A& a, Attribute& v) { all(a, v.name, v.domain, v.components, v.values); }
+template <class A> void fields(A& a, MeshDescription& mesh) {
+  if constexpr (std::is_same_v<A, Hasher>) {
+    const MeshDescription* shared = mesh.shared.get();
+    a.raw(&shared, sizeof shared);
+    if (shared) return;
+  }
+  // A shared mesh is written, never read; writing changes nothing.
+  MeshDescription& v = mesh.shared ? const_cast<MeshDescription&>(*mesh.shared) : mesh;
+  all(a, v.name, v.positions, v.triangles, v.material_slots, v.normal_domain, v.normals, v.attributes, v.active_uv,
+      v.texture_space_location, v.texture_space_size);
+  if (a.has('B')) all(a, v.strands, v.radii, v.strand_shape, v.strand_subdivisions);
+}
+template <class A> void fields(A& a, ObjectProperty& v) { all(a, v.name, v.of_instancer, v.value); }
+template <class A> void fields(A& a, ObjectDescription& v) {
+  all(a, v.name, v.mesh, v.materials, v.visibility, v.holdout, v.shadow_catcher, v.pass_index, v.color);
+  if (a.has('3')) visit(a, v.importance);
+  if (a.has('4')) visit(a, v.shadow_terminator_offset);
+  if (a.has('9')) visit(a, v.light_importance);
+  if (a.has('A')) visit(a, v.properties);
+}
+template <class A> void fields(A& a, InstanceDescription& v) { 
+  all(a, v.object, v.world_from_object, v.random);
+  if (a.has('6')) all(a, v.first_motion_key, v.motion_key_count);
+}
+template <class A> void fields(A& a, LightDescription& v) {
+  all(a, v.name, v.kind, v.world_from_light, v.color, v.energy, v.radius, v.spot_angle, v.spot_blend, v.sun_angle,
+      v.area_shape, v.area_size, v.spread, v.graph, v.visibility, v.cast_shadow, v.multiple_importance);
+  if (a.has('9')) visit(a, v.light_importance);
+}
+template <class A> void fields(A& a, WorldDescription& v) {
+  all(a, v.name, v.graph, v.color, v.visibility);
+  if (a.has('9')) visit(a, v.light_importance);
+}
+template <class A> void fields(A& a, PanoramaDescription& v) {
+  all(a, v.kind, v.limits, v.fisheye_fov, v.fisheye_lens, v.sensor, v.polynomial);
+}
+template <class A> void fields(A& a, CameraDescription& v) {
+  all(a, v.name, v.present, v.kind, v.world_from_camera, v.screen_window, v.clip_start, v.clip_end, v.aperture_radius,
+      v.focus_distance, v.blades, v.blade_rotation, v.aperture_ratio);
+  if (a.has('4')) visit(a, v.panorama);
+  if (a.has('6')) all(a, v.motion, v.shutter);
+}
+template <class A> void fields(A& a, BounceLimits& v) {
+  all(a, v.total, v.diffuse, v.glossy, v.transmission, v.transparent, v.volume);
+}
+template <class A> void fields(A& a, RenderSettings& v) {
+  all(a, v.width, v.height, v.region, v.filter, v.filter_width, v.exposure, v.transparent_film, v.bounces, v.clamp_direct,
+      v.clamp_indirect, v.reflective_caustics, v.refractive_caustics, v.integrator, v.direct, v.image, v.samples, v.seconds,
+      v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays, v.direct_samples);
+  if (a.has('3')) all(a, v.image_error, v.importance_region, v.importance_factor);
+  if (a.has('5')) visit(a, v.guiding);
+  if (a.has('6')) all(a, v.mist.start, v.mist.depth, v.mist.exponent);
+  if (a.has('7')) visit(a, v.vertex_merging);
+  if (a.has('8')) visit(a, v.memory_limit);
+  if (a.has('C')) visit(a, v.bump_terminator);
+}
+template <class A> void fields(A& a, HintDescription& v) { all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled); }
+template <class A> void fields(A& a, SceneDescription& v) {
+  all(a, v.meshes, v.objects, v.instances, v.materials, v.images, v.lights, v.world, v.camera, v.hints, v.settings);
+  if (a.has('6')) visit(a, v.motion_keys);
+}
+
+template <class A, class T> void visit(A& a, T& value) {
+  if constexpr (IsPlain<T>::value) {
+    a.raw(&value, sizeof(T));
+  } else {
+    fields(a, value);
+  }
+}
+
+/// Enums arrive from files as bytes; one outside its list must not survive.
+template <class E> void check_enum(E value, E last) {
+  if (uint8_t(value) > uint8_t(last)) throw SceneError("The scene file is damaged.");
+}
+
+void check_enums(const SceneDescription& d) {
+  for (const MeshDescription& mesh : d.meshes) {
+    check_enum(mesh.normal_domain, Domain::Face);
+    check_enum(mesh.strand_shape, StrandShape::Round);
+    for (const Attribute& attribute : mesh.attributes) check_enum(attribute.domain, Domain::Face);
+  }
+  for (const ImageDescription& image : d.images) check_enum(image.alpha_mode, AlphaMode::None);
+  for (const LightDescription& light : d.lights) {
+    check_enum(light.kind, LightKind::Area);
+    check_enum(light.area_shape, AreaShape::Ellipse);
+  }
+  check_enum(d.camera.kind, CameraKind::Panorama);
+  check_enum(d.camera.panorama.kind, PanoramaKind::CubemapFace);
+  check_enum(d.settings.filter, FilterKind::BlackmanHarris);
+  check_enum(d.settings.bump_terminator, BumpTerminator::Microfacet);
+}
+
+}  // namespace
+
+uint64_t fingerprint(const SceneDescription& description) {
+  Hasher hasher;
+  auto& d = const_cast<SceneDescription&>(description);
+  all(hasher, d.meshes, d.objects, d.instances, d.motion_keys, d.materials, d.images, d.lights, d.world, d.hints,
+      d.settings.reflective_caustics, d.settings.refractive_caustics, d.settings.bump_terminator);
+  return hasher.state;
+}
+
+uint64_t fingerprint(const NodeGraph& graph) {
+  Hasher hasher;
+  visit(hasher, const_cast<NodeGraph&>(graph));
+  return hasher.state;
+}
+
+uint64_t fingerprint(const MaterialDescription& material) {
+  Hasher hasher;
+  visit(hasher, const_cast<MaterialDescription&>(material));
+  return hasher.state;
+}
+
+std::vector<char> to_bytes(const SceneDescription& description, char version) {
+  Writer writer;
+  if (version != 0) writer.version = version;
+  writer.raw(kMagic, sizeof kMagic);
+  // The visitor takes references for both directions; writing changes nothing.
+  visit(writer, const_cast<SceneDescription&>(description));
+  writer.bytes[7] = writer.version;
+  return std::move(writer.bytes);
+}
+
+SceneDescription from_bytes(const std::vector<char>& bytes) {
+  Reader reader(bytes);
+  char magic[sizeof kMagic];
+  reader.raw(magic, sizeof magic);
+  if (std::memcmp(magic, kMagic, sizeof magic - 1) != 0 || magic[7] < kOldestVersion || magic[7] > kMagic[7])
+    throw SceneError("This is not an Ajar scene file, or one of another version.");
+  reader.version = magic[7];
+  SceneDescription description;
+  visit(reader, description);
+  if (!reader.at_end()) throw SceneError("The scene file is damaged.");
+  check_enums(description);
+  return description;
+}
+
+void save_description(const SceneDescription& description, const std::string& path) {
+  const std::vector<char> bytes = to_bytes(description);
+  std::ofstream file(path, std::ios::binary);
+  file.write(bytes.data(), std::streamsize(bytes.size()));
+  if (!file.flush()) throw SceneError("Cannot write the scene file '" + path + "'.");
+}
+
+SceneDescription load_description(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  if (!file) throw SceneError("Cannot open the scene file '" + path + "'.");
+  const std::streamoff size = file.tellg();
+  file.seekg(0);
+  // Of a folder or a pipe the size is no size.
+  std::error_code unknown;
+  if (!file || !std::filesystem::is_regular_file(path, unknown)) throw SceneError("Cannot read the scene file '" + path + "'.");
+  std::vector<char> bytes(static_cast<size_t>(size));
+  file.read(bytes.data(), size);
+  if (!file) throw SceneError("Cannot read the scene file '" + path + "'.");
+  return from_bytes(bytes);
+}
+
+}  // namespace ajar

@@ -1,0 +1,319 @@
+#include "description/validate.h"
+
+#include <algorithm>
+#include <cmath>
+
+
+namespace ajar {
+
+namespace {
+
+using Severity = Diagnostic::Severity;
+
+std::string count_of(uint64_t n, const char* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); }
+
+template <class Container> uint64_t replace_non_finite(Container& values, float replacement) {
+  uint64_t replaced = 0;
+  for (float& value : values) {
+    if (!std::isfinite(value)) {
+      value = replacement;
+      ++replaced;
+    }
+  }
+  return replaced;
+}
+
+/// Elements an attribute must have in its domain.
+size_t domain_size(const MeshDescription& mesh, Domain domain) {
+  switch (domain) {
+    case Domain::Vertex: return mesh.positions.size();
+    case Domain::Corner: return mesh.triangles.size() * 3;
+    case Domain::Face: return mesh.strands.empty() ? mesh.triangles.size() : mesh.strands.size();
+  }
+  return 0;
+}
+
+/// Remove triangles from every per-triangle and per-corner array; `keep` has one flag each.
+void compact_triangles(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
+  const auto compact = [&](auto& array, size_t per_triangle) {
+    if (array.empty()) return;
+    size_t out = 0;
+    for (size_t t = 0; t < keep.size(); ++t) {
+      if (!keep[t]) continue;
+      for (size_t k = 0; k < per_triangle; ++k) array[out++] = array[t * per_triangle + k];
+    }
+    array.resize(out);
+  };
+  for (Attribute& attribute : mesh.attributes) {
+    if (attribute.domain == Domain::Corner) compact(attribute.values, 3 * size_t(attribute.components));
+    if (attribute.domain == Domain::Face) compact(attribute.values, size_t(attribute.components));
+  }
+  if (mesh.normal_domain == Domain::Corner) compact(mesh.normals, 3);
+  compact(mesh.material_slots, 1);
+  compact(mesh.triangles, 1);
+}
+
+/// Leave out attributes whose length does not match the mesh; returns how many values of the others had to be replaced.
+uint64_t validate_attributes(MeshDescription& mesh, Diagnostics& diagnostics) {
+  std::erase_if(mesh.attributes, [&](const Attribute& attribute) {
+    const bool bad = attribute.components < 1 || attribute.components > 4 || (attribute.domain == Domain::Corner && !mesh.strands.empty()) ||
+                     attribute.values.size() != domain_size(mesh, attribute.domain) * size_t(attribute.components);
+    if (bad) report_once(diagnostics, {Severity::Warning, mesh.name, "Attribute '" + attribute.name + "' does not match the mesh and is ignored."});
+    return bad;
+  });
+  uint64_t repaired = 0;
+  for (Attribute& attribute : mesh.attributes) repaired += replace_non_finite(attribute.values, 0.0f);
+  return repaired;
+}
+
+/// Keep these strands, and what belongs to them.
+void compact_strands(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
+  const auto end_of = [&](size_t strand) { return strand + 1 < mesh.strands.size() ? size_t(mesh.strands[strand + 1]) : mesh.positions.size(); };
+  const auto compact = [&](auto& array, bool per_point, size_t each) {
+    if (array.empty()) return;
+    size_t out = 0;
+    for (size_t strand = 0; strand < keep.size(); ++strand) {
+      if (!keep[strand]) continue;
+      const size_t first = per_point ? mesh.strands[strand] : strand, end = per_point ? end_of(strand) : strand + 1;
+      for (size_t i = first * each; i < end * each; ++i) array[out++] = array[i];
+    }
+    array.resize(out);
+  };
+  for (Attribute& attribute : mesh.attributes) compact(attribute.values, attribute.domain == Domain::Vertex, size_t(attribute.components));
+  compact(mesh.material_slots, false, 1);
+  compact(mesh.radii, true, 1);
+  std::vector<uint32_t> first;
+  uint32_t points = 0;
+  for (size_t strand = 0; strand < keep.size(); ++strand) {
+    if (!keep[strand]) continue;
+    first.push_back(points);
+    points += uint32_t(end_of(strand) - mesh.strands[strand]);
+  }
+  compact(mesh.positions, true, 1);
+  mesh.strands = std::move(first);
+}
+
+void validate_strands(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
+  const auto warn = [&](const std::string& text) { report_once(diagnostics, {Severity::Warning, mesh.name, text}); };
+  constexpr int kMostSubdivisions = 4;   // of Embree: 16 pieces
+  constexpr float kFarthest = 1e18f;     // that Embree computes with
+  mesh.strand_subdivisions = std::clamp(mesh.strand_subdivisions, 0, kMostSubdivisions);
+  mesh.normals.clear();
+  const bool ordered = mesh.strands[0] == 0 && mesh.strands.back() < mesh.positions.size() && std::is_sorted(mesh.strands.begin(), mesh.strands.end());
+  if (!ordered || mesh.radii.size() != mesh.positions.size() || !mesh.triangles.empty() || mesh.positions.size() > 0x3fffffffu) {
+    warn("Its strands do not match its points; they are left out.");
+    const std::string name = mesh.name;
+    mesh = MeshDescription();
+    mesh.name = name;
+    return;
+  }
+  const size_t count = mesh.strands.size();
+  if (!mesh.material_slots.empty() && mesh.material_slots.size() != count) {
+    warn("Material slots do not match the strands; slot 0 is used everywhere.");
+    mesh.material_slots.clear();
+  }
+  uint64_t repaired = validate_attributes(mesh, diagnostics);
+  for (float& radius : mesh.radii) {
+    if (radius >= 0.0f && radius < kFarthest) continue;
+    radius = 0.0f;
+    ++repaired;
+  }
+  if (repaired > 0) warn(count_of(repaired, "invalid radius or attribute value") + " replaced.");
+  counts.repaired_values += repaired;
+  std::vector<uint8_t> keep(count, 1);
+  uint64_t bad_strands = 0, points_only = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const size_t first = mesh.strands[i], end = i + 1 < count ? mesh.strands[i + 1] : mesh.positions.size();
+    bool bad = false, long_enough = false;
+    for (size_t point = first; point < end; ++point) {
+      bad |= !(max_component(glm::abs(mesh.positions[point])) < kFarthest) || !is_finite(mesh.positions[point]);
+      long_enough |= mesh.positions[point] != mesh.positions[first];
+    }
+    if (!bad && long_enough) continue;
+    keep[i] = 0;
+    (bad ? bad_strands : points_only) += 1;
+  }
+  if (bad_strands > 0) warn(count_of(bad_strands, "strand") + " with invalid points left out.");
+  if (bad_strands + points_only > 0) compact_strands(mesh, keep);
+}
+
+void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
+  if (!mesh.strands.empty()) {
+    validate_strands(mesh, counts, diagnostics);
+    return;
+  }
+  mesh.radii.clear();
+  const size_t triangle_count = mesh.triangles.size();
+  const auto warn = [&](const std::string& text) { report_once(diagnostics, {Severity::Warning, mesh.name, text}); };
+
+  // Arrays of the wrong length cannot be trusted at all.
+  if (!mesh.material_slots.empty() && mesh.material_slots.size() != triangle_count) {
+    warn("Material slots do not match the triangles; slot 0 is used everywhere.");
+    mesh.material_slots.clear();
+  }
+  if (!mesh.normals.empty() && (mesh.normal_domain == Domain::Face || mesh.normals.size() != domain_size(mesh, mesh.normal_domain))) {
+    warn("Normals do not match the mesh; it is shaded flat.");
+    mesh.normals.clear();
+  }
+  uint64_t repaired = validate_attributes(mesh, diagnostics);
+
+  std::vector<uint8_t> bad_vertex;
+  for (size_t v = 0; v < mesh.positions.size(); ++v) {
+    if (is_finite(mesh.positions[v])) continue;
+    if (bad_vertex.empty()) bad_vertex.assign(mesh.positions.size(), 0);
+    bad_vertex[v] = 1;
+    mesh.positions[v] = Vec3(0.0f);
+  }
+  std::vector<uint8_t> keep;
+  uint64_t bad_triangles = 0, degenerate = 0;
+  for (size_t t = 0; t < triangle_count; ++t) {
+    const UVec3 i = mesh.triangles[t];
+    const size_t n = mesh.positions.size();
+    bool bad = i.x >= n || i.y >= n || i.z >= n;
+    bool flat = false;
+    if (!bad && !bad_vertex.empty()) bad = bad_vertex[i.x] || bad_vertex[i.y] || bad_vertex[i.z];
+    if (!bad) {
+      const Vec3 p = mesh.positions[i.x], q = mesh.positions[i.y], r = mesh.positions[i.z];
+      flat = p == q || q == r || r == p;
+    }
+    if (!bad && !flat) continue;
+    if (keep.empty()) keep.assign(triangle_count, 1);
+    keep[t] = 0;
+    (bad ? bad_triangles : degenerate) += 1;
+  }
+  if (!keep.empty()) compact_triangles(mesh, keep);
+  if (bad_triangles > 0) warn(count_of(bad_triangles, "triangle") + " with invalid vertices left out.");
+  counts.skipped_triangles += bad_triangles + degenerate;
+
+  for (Vec3& n : mesh.normals) {
+    if (is_finite(n)) continue;
+    n = Vec3(0.0f);  // a zero normal means "use the triangle's own"
+    ++repaired;
+  }
+  if (repaired > 0) warn(count_of(repaired, "invalid normal or attribute value") + " replaced.");
+  counts.repaired_values += repaired;
+}
+
+bool finite(const std::array<float, 12>& rows) {
+  return std::all_of(rows.begin(), rows.end(), [](float x) { return std::isfinite(x); });
+}
+
+/// Whether the transform leaves surfaces an area, be it flattened, so that they can be seen.
+bool leaves_area(const std::array<float, 12>& rows) {
+  Mat3 linear(to_matrix(rows));
+  const float largest = std::max({max_component(glm::abs(linear[0])), max_component(glm::abs(linear[1])), max_component(glm::abs(linear[2]))});
+  if (!(largest > 0.0f)) return false;
+  for (int axis = 0; axis < 3; ++axis) linear[axis] /= largest;
+  constexpr float kSmallest = 1e-12f;
+  return length_squared(glm::cross(linear[0], linear[1])) > sqr(kSmallest) || length_squared(glm::cross(linear[1], linear[2])) > sqr(kSmallest) ||
+         length_squared(glm::cross(linear[2], linear[0])) > sqr(kSmallest);
+}
+
+void validate_camera(const CameraDescription& camera) {
+  if (!camera.present) throw SceneError("The scene has no camera. Add one, or make one active.");
+  if (!finite(camera.world_from_camera)) throw SceneError("Camera '" + camera.name + "' has an invalid transform.");
+  if (!std::all_of(camera.motion.begin(), camera.motion.end(), finite))
+    throw SceneError("Camera '" + camera.name + "' has an invalid motion.");
+  const Vec4 w = camera.screen_window;
+  if (!(w.y > w.x) || !(w.w > w.z) || !std::isfinite(w.y - w.x) || !std::isfinite(w.w - w.z))
+    throw SceneError("Camera '" + camera.name + "' has an empty field of view.");
+  const PanoramaDescription& p = camera.panorama;
+  const bool empty = p.limits.x == p.limits.y || p.limits.z == p.limits.w || !(p.fisheye_fov > 0.0f) || !(p.fisheye_lens > 0.0f) || !(p.sensor.x > 0.0f) || !(p.sensor.y > 0.0f);
+  if (camera.kind == CameraKind::Panorama && (empty || !std::isfinite(p.limits.x + p.limits.y + p.limits.z + p.limits.w + p.fisheye_fov + p.fisheye_lens + p.sensor.x + p.sensor.y)))
+    throw SceneError("Camera '" + camera.name + "' has an empty panorama.");
+  const float lens[] = {camera.aperture_radius, camera.focus_distance, camera.blade_rotation, camera.aperture_ratio};
+  if (!std::all_of(std::begin(lens), std::end(lens), [](float x) { return std::isfinite(x); }) || (camera.aperture_radius > 0.0f && !(camera.aperture_ratio > 0.0f)))
+    throw SceneError("Camera '" + camera.name + "' has an invalid aperture.");
+  if (!(camera.clip_end > camera.clip_start))
+    throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
+}
+
+/// What is still after all, or has keys that cannot be used.
+void validate_motion(SceneDescription& d, Diagnostics& diagnostics) {
+  const auto usable = [&](int first, int count) {
+    if (first < 0 || count < 2 || count > 129 || count > int(d.motion_keys.size()) || first > int(d.motion_keys.size()) - count) return false;
+    return std::all_of(d.motion_keys.begin() + first, d.motion_keys.begin() + first + count, finite);
+  };
+  for (InstanceDescription& instance : d.instances) {
+    if (instance.motion_key_count == 0 || usable(instance.first_motion_key, instance.motion_key_count)) continue;
+    instance.motion_key_count = 0;
+    report_once(diagnostics, {Severity::Warning, d.objects[instance.object].name, "The object's motion is invalid; it is rendered still."});
+  }
+}
+
+void validate_settings(RenderSettings& s) {
+  if (s.width < 1 || s.height < 1 || s.width > 65536 || s.height > 65536)
+    throw SceneError("The resolution " + std::to_string(s.width) + " x " + std::to_string(s.height) + " cannot be rendered.");
+  auto& r = s.region;
+  if (r == std::array<int, 4>{0, 0, 0, 0}) r = {0, 0, s.width, s.height};
+  if (r[0] < 0 || r[1] < 0 || r[2] > s.width || r[3] > s.height || r[0] >= r[2] || r[1] >= r[3])
+    throw SceneError("The render region is empty or outside the frame.");
+  if (s.samples <= 0 && !(s.seconds > 0.0) && !(s.target_error > 0.0))
+    throw SceneError("Nothing says when to stop: set samples, a time limit or a noise target.");
+  if (!std::isfinite(s.exposure)) throw SceneError("The exposure is not a number.");
+  constexpr int kMostRays = 1 << 16;
+  if (s.direct_samples > kMostRays || s.gather_rays > kMostRays) throw SceneError("There are more than " + std::to_string(kMostRays) + " direct samples or gather rays.");
+  // More bounces than any path has are as many as it likes.
+  constexpr int kMostBounces = 1 << 20;
+  for (int* limit : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission, &s.bounces.transparent, &s.bounces.volume})
+    *limit = std::min(*limit, kMostBounces);
+  constexpr float kLeastFilter = 0.01f, kMostFilter = 1000.0f;   // the least is Blender's
+  if (s.filter_width > kMostFilter) throw SceneError("The pixel filter is more than " + std::to_string(int(kMostFilter)) + " pixels wide.");
+  if (!(s.filter_width >= kLeastFilter)) s.filter_width = kLeastFilter;
+  if (!std::isfinite(s.importance_factor) || s.importance_factor < 0.0f) s.importance_factor = 1.0f;
+}
+
+}  // namespace
+
+void validate_view(const CameraDescription& camera, RenderSettings& settings) {
+  validate_settings(settings);
+  validate_camera(camera);
+}
+
+ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
+  ValidationCounts counts;
+  validate_view(d.camera, d.settings);
+  for (MeshDescription& mesh : d.meshes) validate_mesh(mesh, counts, diagnostics);
+  const auto repair = [](float& importance) {
+    if (!std::isfinite(importance) || importance < 0.0f) importance = 1.0f;
+  };
+  repair(d.world.light_importance);
+  for (LightDescription& light : d.lights) repair(light.light_importance);
+  for (ObjectDescription& object : d.objects) {
+    if (object.mesh >= int(d.meshes.size())) object.mesh = -1;
+    repair(object.importance);
+    repair(object.light_importance);
+    for (ObjectProperty& property : object.properties)
+      for (int i = 0; i < 4; ++i)
+        if (!std::isfinite(property.value[i])) property.value[i] = 0.0f;
+    for (int& material : object.materials) {
+      if (material >= int(d.materials.size())) material = -1;
+    }
+  }
+  std::erase_if(d.instances, [&](const InstanceDescription& instance) {
+    if (instance.object < 0 || instance.object >= int(d.objects.size()) || d.objects[instance.object].mesh < 0) {
+      ++counts.skipped_instances;
+      return true;
+    }
+    if (finite(instance.world_from_object)) {
+      const bool unseen = !leaves_area(instance.world_from_object);
+      counts.skipped_instances += unseen;
+      return unseen;
+    }
+    report_once(diagnostics, {Severity::Warning, d.objects[instance.object].name,
+                              "The object's transform is invalid (not a number); it is left out."});
+    ++counts.skipped_instances;
+    return true;
+  });
+  validate_motion(d, diagnostics);
+  std::erase_if(d.lights, [&](LightDescription& light) {
+    const float shape[] = {light.energy, light.radius, light.spot_angle, light.spot_blend, light.sun_angle, light.area_size.x, light.area_size.y, light.spread};
+    const bool good = finite(light.world_from_light) && is_finite(light.color) &&
+                      std::all_of(std::begin(shape), std::end(shape), [](float x) { return std::isfinite(x); });
+    if (!good) report_once(diagnostics, {Severity::Warning, light.name, "The light has invalid values; it is left out."});
+    return !good;
+  });
+  return counts;
+}
+
+}  // namespace ajar

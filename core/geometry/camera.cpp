@@ -1,0 +1,189 @@
+#include "geometry/camera.h"
+
+#include <algorithm>
+
+#include "math/warps.h"
+
+namespace ajar {
+
+namespace {
+
+/// A camera's scale does not change its picture: keep rotation and position only.
+Mat4 without_scale(Mat4 matrix) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float len = glm::length(Vec3(matrix[axis]));
+    if (len > 0.0f) matrix[axis] /= len;
+  }
+  return matrix;
+}
+
+}  // namespace
+
+Camera::Camera(const CameraDescription& description, int width, int height)
+    : kind_(description.kind),
+      panorama_(description.panorama),
+      world_from_camera_(without_scale(to_matrix(description.world_from_camera))),
+      shutter_(description.shutter),
+      width_(width),
+      height_(height),
+      window_(description.screen_window),
+      clip_start_(description.clip_start),
+      clip_end_(description.clip_end),
+      lens_radius_(description.aperture_radius),
+      focus_distance_(description.focus_distance),
+      blades_(description.blades),
+      blade_rotation_(description.blade_rotation),
+      aperture_ratio_(description.aperture_ratio) {
+  // Times outside the shutter interval, or none at all, cannot be meant.
+  if (!std::all_of(shutter_.begin(), shutter_.end(), [](float t) { return t >= 0.0f && t <= 1.0f; })) shutter_.clear();
+  if (description.motion.size() > 1)
+    for (const auto& rows : description.motion) motion_.push_back(split(without_scale(to_matrix(rows))));
+  camera_from_world_ = glm::inverse(world_from_camera_);
+  pixel_area_ = std::abs((window_.y - window_.x) * (window_.w - window_.z)) / (float(width_) * float(height_));
+  if (lens_radius_ > 0.0f && kind_ == CameraKind::Orthographic) lens_depth_ = clip_start_;
+  if (lens_radius_ > 0.0f) {
+    const float unit = blades_ < 3 ? kPi : 0.5f * float(blades_) * std::sin(2.0f * kPi / float(blades_));
+    pdf_lens_area_ = aperture_ratio_ / (unit * sqr(lens_radius_));
+  }
+}
+
+float Camera::time_of(float u) const {
+  if (shutter_.size() < 2) return u;
+  const float place = u * float(shutter_.size() - 1);
+  const size_t first = std::min(size_t(place), shutter_.size() - 2);
+  return shutter_[first] + (place - float(first)) * (shutter_[first + 1] - shutter_[first]);
+}
+
+/// From the camera's own space at the ray's time.
+Ray Camera::to_world(Ray ray) const {
+  Mat4 moved;
+  if (moves()) moved = interpolate(motion_, ray.time);
+  const Mat4& frame = moves() ? moved : world_from_camera_;
+  ray.origin = transform_point(frame, ray.origin);
+  ray.direction = glm::normalize(transform_vector(frame, ray.direction));
+  return ray;
+}
+
+Vec2 Camera::sample_lens(Vec2 u) const {
+  Vec2 p;
+  if (blades_ < 3) {
+    p = warp::square_to_disk(u);
+  } else {
+    // A regular polygon: choose a blade's triangle, then a point uniform in it. The first blade is at the rotation, as in Cycles.
+    const float scaled = u.x * float(blades_);
+    const int blade = std::min(int(scaled), blades_ - 1);
+    const Vec2 b = warp::square_to_triangle({std::min(scaled - float(blade), kOneMinusEpsilon), u.y});
+    const float step = 2.0f * kPi / float(blades_), a0 = (float(blade) - 0.5f) * step + blade_rotation_, a1 = a0 + step;
+    p = b.x * Vec2(std::cos(a0), std::sin(a0)) + b.y * Vec2(std::cos(a1), std::sin(a1));
+  }
+  return {lens_radius_ * p.x / aperture_ratio_, lens_radius_ * p.y};
+}
+
+Vec3 Camera::sample_lens_point(Vec2 u_lens) const {
+  if (!has_lens()) return position();
+  return transform_point(world_from_camera_, Vec3(sample_lens(u_lens), -lens_depth_));
+}
+
+Vec3 Camera::orthographic_direction(Vec3 lens_point) const {
+  if (!has_lens()) return forward();
+  const Vec2 lens(transform_point(camera_from_world_, lens_point));
+  return glm::normalize(transform_vector(world_from_camera_, Vec3(-lens, -focus_distance_)));
+}
+
+std::optional<Vec2> Camera::film_of(Vec3 lens_point, Vec3 p) const {
+  const Vec3 local = transform_point(camera_from_world_, p);
+  if (kind_ == CameraKind::Panorama) {
+    const float distance = glm::length(local);
+    if (!(distance >= clip_start_ && distance <= clip_end_ && distance > 0.0f)) return std::nullopt;
+    const auto found = panorama_.film_of(local / distance);
+    return found ? std::optional(on_film(*found)) : std::nullopt;
+  }
+  const float depth = -local.z;
+  if (!(depth >= clip_start_ && depth <= clip_end_ && depth > 0.0f)) return std::nullopt;
+  Vec2 window(local);
+  if (has_lens()) {
+    // Through the point in focus, whose place on the window every lens point shares.
+    const Vec2 lens(transform_point(camera_from_world_, lens_point));
+    window = lens + (window - lens) * (focus_distance_ / depth);
+    if (is_orthographic()) window = Vec2(local) - lens * (1.0f - (depth - lens_depth_) / focus_distance_);
+    else window /= focus_distance_;
+  } else if (!is_orthographic()) {
+    window /= depth;
+  }
+  return on_film(window);
+}
+
+bool Camera::finds_film(float margin) const {
+  if (kind_ != CameraKind::Panorama) return true;
+  const Vec2 beyond = margin * Vec2(window_.y - window_.x, window_.w - window_.z) / Vec2(float(width_), float(height_));
+  return !has_lens() && panorama_.has_inverse(beyond);
+}
+
+float Camera::film_density(Vec3 direction) const {
+  if (kind_ == CameraKind::Panorama) return panorama_.density(transform_vector(camera_from_world_, direction)) / pixel_area_;
+  const float cos_theta = glm::dot(direction, forward());
+  if (!(cos_theta > 0.0f)) return 0.0f;
+  return is_orthographic() ? 1.0f / (pixel_area_ * cos_theta) : 1.0f / (pixel_area_ * cos_theta * cos_theta * cos_theta);
+}
+
+Ray Camera::generate_ray(Vec2 film, Vec2 u_lens, float time) const {
+  return ray_from_lens(film, has_lens() ? sample_lens(u_lens) : Vec2(0.0f), time);
+}
+
+Ray Camera::ray_through(Vec2 film, Vec3 lens_point, float time) const {
+  return ray_from_lens(film, has_lens() ? Vec2(transform_point(camera_from_world_, lens_point)) : Vec2(0.0f), time);
+}
+
+/// The lens faces each direction; its first axis is the one nearest to that of the camera, or to x for mirror balls, as in Cycles.
+Ray Camera::panoramic_ray(Vec2 film, Vec2 lens, float time) const {
+  Ray ray;
+  ray.time = time;
+  ray.origin = position();
+  ray.direction = forward();
+  ray.t_max = -1.0f;
+  const auto seen = panorama_.direction_of(on_window(film));
+  if (!seen) return ray;
+  Vec3 origin(0.0f), direction = *seen;
+  if (has_lens()) {
+    const Vec3 axis = panorama_.is_mirror_ball() ? Vec3(1.0f, 0.0f, 0.0f) : Vec3(0.0f, 0.0f, -1.0f);
+    Vec3 u = axis - glm::dot(axis, direction) * direction;
+    const float len = glm::length(u);
+    u = len > 1e-6f ? u / len : Vec3(0.0f, 1.0f, 0.0f);
+    const Vec3 v = glm::cross(direction, u);
+    const Vec3 focus = direction * focus_distance_;
+    origin = u * lens.x + v * lens.y;
+    direction = glm::normalize(focus - origin);
+  }
+  ray.origin = origin;
+  ray.direction = direction;
+  ray.t_min = clip_start_;
+  ray.t_max = clip_end_;
+  return to_world(ray);
+}
+
+Ray Camera::ray_from_lens(Vec2 film, Vec2 lens, float time) const {
+  if (kind_ == CameraKind::Panorama) return panoramic_ray(film, lens, time);
+  const Vec2 window = on_window(film);
+  Vec3 origin(0.0f), direction(window, -1.0f);
+  if (kind_ == CameraKind::Orthographic) {
+    origin = Vec3(window, -lens_depth_);
+    direction = Vec3(0.0f, 0.0f, -1.0f);
+  }
+  if (lens_radius_ > 0.0f) {
+    const Vec3 focus = origin + direction * focus_distance_;
+    origin += Vec3(lens, 0.0f);
+    direction = focus - origin;
+  }
+  const float len = glm::length(direction);
+  Ray ray;
+  ray.origin = origin;
+  ray.direction = direction;
+  // Clipping planes are perpendicular to the view axis.
+  const float along = len / std::abs(direction.z);
+  ray.t_min = (clip_start_ - lens_depth_) * along;
+  ray.t_max = (clip_end_ - lens_depth_) * along;
+  ray.time = time;
+  return to_world(ray);
+}
+
+}  // namespace ajar

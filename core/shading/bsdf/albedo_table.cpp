@@ -1,0 +1,161 @@
+#include "shading/bsdf/albedo_table.h"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+
+#include "shading/bsdf/fresnel.h"
+#include "shading/bsdf/microfacet.h"
+
+namespace ajar::albedo_table {
+namespace {
+
+/// Mean of `value(m)` over visible normals of GGX seen under `cosine`, by a rank-1 lattice.
+template <typename Value>
+float mean_over_visible(float cosine, float alpha, int count, Value value) {
+  const Vec3 wo(safe_sqrt(1.0f - cosine * cosine), 0.0f, cosine);
+  double sum = 0.0;
+  for (int i = 0; i < count; ++i) {
+    const float golden = float(i) * 0.61803398875f;
+    const Vec2 u(golden - std::floor(golden), (float(i) + 0.5f) / float(count));
+    sum += value(wo, microfacet::ggx_sample_visible(wo, alpha, alpha, u));
+  }
+  return float(sum / count);
+}
+
+float masking(Vec3 w, float alpha) { return std::abs(w.z) * microfacet::ggx_masking_over_cos({w.x, w.y, std::abs(w.z)}, alpha, alpha); }
+
+float reflected(Vec3 wo, Vec3 m, float alpha) {
+  const Vec3 wi = 2.0f * glm::dot(wo, m) * m - wo;
+  return wi.z > 0.0f ? masking(wi, alpha) : 0.0f;
+}
+float reflected_correlated(Vec3 wo, Vec3 m, float alpha) {
+  const Vec3 wi = 2.0f * glm::dot(wo, m) * m - wo;
+  if (!(wi.z > 0.0f)) return 0.0f;
+  return wi.z * microfacet::ggx_correlated_over_cosines(wo, wi, alpha, alpha) / microfacet::ggx_masking_over_cos(wo, alpha, alpha);
+}
+
+float transmitted(Vec3 wo, Vec3 m, float alpha, float eta) {
+  Vec3 wi;
+  return fresnel::refract(wo, m, eta, wi) && wi.z < 0.0f ? masking(wi, alpha) : 0.0f;
+}
+
+// Both axes are uniform in cos and in roughness = sqrt(alpha); the first cosine is kept off zero.
+constexpr float kSmallestCosine = 1e-3f;
+
+struct Position {
+  int index;
+  float fraction;
+};
+Position locate(float x, int size) {
+  const float scaled = saturate(x) * float(size - 1);
+  const int index = std::min(int(scaled), size - 2);
+  return {index, scaled - float(index)};
+}
+float lerp(float a, float b, float t) { return a + (b - a) * t; }
+
+struct MirrorTable {
+  static constexpr int kCosines = 64, kRoughnesses = 32, kLattice = 233;
+  std::array<std::array<float, kCosines>, kRoughnesses> albedo;
+  std::array<float, kRoughnesses> mean;
+
+  explicit MirrorTable(float (*reflected_by_facet)(Vec3 wo, Vec3 m, float alpha)) {
+    for (int r = 0; r < kRoughnesses; ++r) {
+      const float alpha = std::max(sqr(float(r) / float(kRoughnesses - 1)), 1e-4f);
+      double sum = 0.0, weight = 0.0;
+      for (int c = 0; c < kCosines; ++c) {
+        const float cosine = std::max(float(c) / float(kCosines - 1), kSmallestCosine);
+        albedo[r][c] = mean_over_visible(cosine, alpha, kLattice, [&](Vec3 wo, Vec3 m) { return reflected_by_facet(wo, m, alpha); });
+        const double share = (c == 0 || c == kCosines - 1) ? 0.5 : 1.0;
+        sum += share * albedo[r][c] * cosine;
+        weight += share * cosine;
+      }
+      mean[r] = float(sum / weight);
+    }
+  }
+};
+
+const MirrorTable& mirror_table() {
+  static const MirrorTable table(reflected);
+  return table;
+}
+const MirrorTable& correlated_table() {
+  static const MirrorTable table(reflected_correlated);
+  return table;
+}
+
+float lookup(const MirrorTable& t, float cosine, float alpha) {
+  const auto c = locate(cosine, t.kCosines), r = locate(std::sqrt(alpha), t.kRoughnesses);
+  const auto row = [&](int i) { return lerp(t.albedo[i][c.index], t.albedo[i][c.index + 1], c.fraction); };
+  return lerp(row(r.index), row(r.index + 1), r.fraction);
+}
+float lookup_mean(const MirrorTable& t, float alpha) {
+  const auto r = locate(std::sqrt(alpha), t.kRoughnesses);
+  return lerp(t.mean[r.index], t.mean[r.index + 1], r.fraction);
+}
+
+struct GlassTable {
+  static constexpr int kCosines = 24, kRoughnesses = 16, kEtas = 16, kLattice = 89;
+  // Third axis: sqrt(|eta - 1| / (eta + 1)), the fourth root of f0; first half eta >= 1, second its inverse.
+  using Row = std::array<float, kCosines>;
+  std::array<std::array<std::array<Row, kRoughnesses>, kEtas>, 2> albedo;
+  std::array<std::array<std::array<float, kRoughnesses>, kEtas>, 2> mean;
+
+  GlassTable() {
+    for (int side = 0; side < 2; ++side)
+      for (int e = 0; e < kEtas; ++e) {
+        const float z2 = std::min(sqr(float(e) / float(kEtas - 1)), 0.99f);
+        const float above = (1.0f + z2) / (1.0f - z2), eta = side == 0 ? above : 1.0f / above;
+        for (int r = 0; r < kRoughnesses; ++r) fill(side, e, r, eta);
+      }
+  }
+  void fill(int side, int e, int r, float eta) {
+    const float alpha = std::max(sqr(float(r) / float(kRoughnesses - 1)), 1e-4f);
+    double sum = 0.0, weight = 0.0;
+    for (int c = 0; c < kCosines; ++c) {
+      const float cosine = std::max(float(c) / float(kCosines - 1), kSmallestCosine);
+      const float value = mean_over_visible(cosine, alpha, kLattice, [&](Vec3 wo, Vec3 m) {
+        const float f = fresnel::dielectric(glm::dot(wo, m), eta);
+        return f * reflected(wo, m, alpha) + (1.0f - f) * transmitted(wo, m, alpha, eta);
+      });
+      albedo[side][e][r][c] = value;
+      const double share = (c == 0 || c == kCosines - 1) ? 0.5 : 1.0;
+      sum += share * value * cosine;
+      weight += share * cosine;
+    }
+    mean[side][e][r] = float(sum / weight);
+  }
+};
+
+const GlassTable& glass_table() {
+  static const auto table = std::make_unique<const GlassTable>();
+  return *table;
+}
+
+}  // namespace
+
+float ggx(float cosine, float alpha) { return lookup(mirror_table(), cosine, alpha); }
+float ggx_mean(float alpha) { return lookup_mean(mirror_table(), alpha); }
+float ggx_correlated(float cosine, float alpha) { return lookup(correlated_table(), cosine, alpha); }
+float ggx_correlated_mean(float alpha) { return lookup_mean(correlated_table(), alpha); }
+
+float ggx_glass(float cosine, float alpha, float eta) {
+  const auto& t = glass_table();
+  const int side = eta >= 1.0f ? 0 : 1;
+  const auto c = locate(cosine, t.kCosines), r = locate(std::sqrt(alpha), t.kRoughnesses);
+  const auto e = locate(std::sqrt(std::abs(eta - 1.0f) / (eta + 1.0f)), t.kEtas);
+  const auto row = [&](int k, int i) { return lerp(t.albedo[side][k][i][c.index], t.albedo[side][k][i][c.index + 1], c.fraction); };
+  const auto plane = [&](int k) { return lerp(row(k, r.index), row(k, r.index + 1), r.fraction); };
+  return lerp(plane(e.index), plane(e.index + 1), e.fraction);
+}
+
+float ggx_glass_mean(float alpha, float eta) {
+  const auto& t = glass_table();
+  const int side = eta >= 1.0f ? 0 : 1;
+  const auto r = locate(std::sqrt(alpha), t.kRoughnesses);
+  const auto e = locate(std::sqrt(std::abs(eta - 1.0f) / (eta + 1.0f)), t.kEtas);
+  const auto plane = [&](int k) { return lerp(t.mean[side][k][r.index], t.mean[side][k][r.index + 1], r.fraction); };
+  return lerp(plane(e.index), plane(e.index + 1), e.fraction);
+}
+
+}  // namespace ajar::albedo_table

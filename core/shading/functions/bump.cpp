@@ -1,0 +1,75 @@
+#include "shading/functions/bump.h"
+
+#include "geometry/geometry.h"
+#include "shading/bsdf/closures.h"
+#include "shading/functions/math_functions.h"
+#include "shading/functions/point_functions.h"
+
+namespace ajar::nodes {
+
+float pixel_width(const ShadingPoint& point, const BumpFootprint& footprint) {
+  if (footprint.camera == CameraKind::Orthographic) return footprint.pixel;
+  const Vec3 p = transform_point(footprint.camera_from_world, point.position);
+  const float distance = std::sqrt(length_squared(p));
+  if (!(distance > 0.0f)) return footprint.pixel;
+  if (footprint.camera != CameraKind::Perspective) return footprint.pixel * distance;
+  // A pixel far from the middle of the image spans a smaller angle. Behind the camera and far off its image nothing is known.
+  const Vec3 d = p / distance;
+  const float cosine = std::max(-d.z, 0.3f);
+  return 0.5f * footprint.pixel * distance * cosine * (safe_sqrt(1.0f - d.x * d.x) + safe_sqrt(1.0f - d.y * d.y));
+}
+
+BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footprint) {
+  const Vec3 n = point.ng;
+  // Any direction in the plane would do but for rounding and the size of the step; this is the one that Cycles takes.
+  Vec3 x = n.x != n.y || n.x != n.z ? Vec3(n.z - n.y, n.x - n.z, n.y - n.x) : Vec3(n.z - n.y, n.x + n.z, -n.y - n.x);
+  x = normalize_or_zero(x);
+  const float size = pixel_width(point, footprint);
+  return {size * x, size * glm::cross(n, x)};
+}
+
+ShadingPoint shifted(const ShadingPoint& point, Vec3 offset) {
+  ShadingPoint moved = point;
+  moved.position += offset;
+  // Least squares: offset = a dpdu + b dpdv.
+  const float uu = length_squared(point.dpdu), uv = glm::dot(point.dpdu, point.dpdv), vv = length_squared(point.dpdv);
+  const float u = glm::dot(point.dpdu, offset), v = glm::dot(point.dpdv, offset), determinant = uu * vv - uv * uv;
+  if (determinant > 0.0f) moved.barycentric += Vec2(vv * u - uv * v, uu * v - uv * u) / determinant;
+  return moved;
+}
+
+Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, float height, float height_x, float height_y, float strength,
+          float distance, Vec3 normal) {
+  const BumpOffsets offsets = bump_offsets(point, footprint);
+  const Vec3 rx = glm::cross(offsets.y, normal), ry = glm::cross(normal, offsets.x);
+  const float determinant = glm::dot(offsets.x, rx);
+  const Vec3 gradient = (height_x - height) * rx + (height_y - height) * ry;
+  const Vec3 turned = normalize_or_zero(std::abs(determinant) * normal - distance * std::copysign(1.0f, determinant) * gradient);
+  Vec3 n = normal;
+  if (turned != Vec3(0.0f)) {
+    strength = std::max(strength, 0.0f);
+    n = normalize_or_zero(strength * turned + (1.0f - strength) * normal);
+  }
+  return n == Vec3(0.0f) ? normal : closures::safe_shading_normal(point.ng, point.wo, n);
+}
+
+Vec3 displacement(const ShadingPoint& point, DisplacementSpace space, float amount, Vec3 normal) {
+  if (space == DisplacementSpace::World || !point.instance) return amount * normal;
+  const BuiltInstance& instance = *point.instance;
+  Mat4 moved;
+  return amount * transform_vector(world_from_object(instance, point.time, moved), normal_to_object(instance, point.time, normal));
+}
+
+Vec3 vector_displacement(const ShadingPoint& point, DisplacementSpace space, Vec3 vector) {
+  if (space == DisplacementSpace::World || !point.instance) return vector;
+  const BuiltInstance& instance = *point.instance;
+  Mat4 moved;
+  if (space == DisplacementSpace::Tangent) {   // tangent, normal, bitangent
+    const Vec3 n = normal_to_object(instance, point.time, point.ns);
+    const Vec3 t = normalize_or_zero(transform_vector(object_from_world(instance, point.time, moved), uv_tangent(point, "")));
+    vector = vector.x * t + vector.y * n + vector.z * normalize_or_zero(glm::cross(n, t));
+  }
+  return transform_vector(world_from_object(instance, point.time, moved), vector);
+}
+
+}  // namespace ajar::nodes

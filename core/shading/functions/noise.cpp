@@ -1,0 +1,165 @@
+#include "shading/functions/noise.h"
+
+#include <algorithm>
+
+#include "math/hash.h"
+
+namespace ajar::nodes {
+namespace {
+
+inline float negate_if(float x, bool condition) { return condition ? -x : x; }
+
+// Slope towards (x, y, z, w) at a lattice point: as in Perlin's improved noise, the hash chooses among directions to the
+// middles of a cube's edges, and their likes in other dimensions.
+inline float slope(uint32_t hash, const float (&d)[1]) { return negate_if(1.0f + float(hash & 7), hash & 8) * d[0]; }
+inline float slope(uint32_t hash, const float (&d)[2]) {
+  const bool low = (hash & 7) < 4;
+  return negate_if(low ? d[0] : d[1], hash & 1) + negate_if(2.0f * (low ? d[1] : d[0]), hash & 2);
+}
+inline float slope(uint32_t hash, const float (&d)[3]) {
+  const uint32_t h = hash & 15;
+  const float u = h < 8 ? d[0] : d[1], v = h < 4 ? d[1] : h == 12 || h == 14 ? d[0] : d[2];
+  return negate_if(u, h & 1) + negate_if(v, h & 2);
+}
+inline float slope(uint32_t hash, const float (&d)[4]) {
+  const uint32_t h = hash & 31;
+  const float u = h < 24 ? d[0] : d[1], v = h < 16 ? d[1] : d[2], s = h < 8 ? d[2] : d[3];
+  return negate_if(u, h & 1) + negate_if(v, h & 2) + negate_if(s, h & 4);
+}
+
+/// Makes the range about [-1, 1]; found by experiment by the authors of Open Shading Language.
+template <int N> constexpr float kRange = N == 1 ? 0.2500f : N == 2 ? 0.6616f : N == 3 ? 0.9820f : 0.8344f;
+
+template <int N> float signed_noise(Point<N> p) {
+  constexpr int kCorners = 1 << N;
+  uint32_t cell[N];
+  float fraction[N], fade[N];
+  for (int axis = 0; axis < N; ++axis) {
+    const float low = std::floor(p[axis]);
+    if (!(std::abs(low) < 9e18f)) return 0.0f;
+    cell[axis] = uint32_t(int64_t(low));
+    const float t = fraction[axis] = p[axis] - low;
+    fade[axis] = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
+  }
+  // Bit k of a corner's number tells its side along axis k.
+  float value[kCorners];
+  for (int corner = 0; corner < kCorners; ++corner) {
+    uint32_t key[N];
+    float d[N];
+    for (int axis = 0; axis < N; ++axis) {
+      const int side = corner >> axis & 1;
+      key[axis] = cell[axis] + uint32_t(side);
+      d[axis] = fraction[axis] - float(side);
+    }
+    value[corner] = slope(hash_words(key), d);
+  }
+  for (int axis = 0, count = kCorners / 2; axis < N; ++axis, count /= 2)
+    for (int i = 0; i < count; ++i) value[i] = value[2 * i] + fade[axis] * (value[2 * i + 1] - value[2 * i]);
+  return kRange<N> * value[0];
+}
+
+template <int N> float fbm(const NoiseParameters& n, Point<N> p) {
+  float sum = 0.0f, amplitude = 1.0f, total = 0.0f, frequency = 1.0f;
+  for (int i = 0; i < int(n.octaves); ++i) {
+    sum += amplitude * signed_noise(frequency * p);
+    total += amplitude;
+    amplitude *= n.persistence;
+    frequency *= n.lacunarity;
+  }
+  const auto scaled = [&](float value, float range) { return n.normalize ? 0.5f * value / range + 0.5f : value; };
+  const float part = n.octaves - std::floor(n.octaves);
+  if (part == 0.0f) return scaled(sum, total);
+  const float more = sum + amplitude * signed_noise(frequency * p);
+  // Without a whole octave there is nothing to divide by: only the part counts.
+  return (total > 0.0f || !n.normalize ? (1.0f - part) * scaled(sum, total) : 0.0f) + part * scaled(more, total + amplitude);
+}
+
+template <int N> float multifractal(const NoiseParameters& n, Point<N> p) {
+  float value = 1.0f, amplitude = 1.0f;
+  for (int i = 0; i < int(n.octaves); ++i, amplitude *= n.persistence, p *= n.lacunarity)
+    value *= amplitude * signed_noise(p) + 1.0f;
+  const float part = n.octaves - std::floor(n.octaves);
+  return part == 0.0f ? value : value * (part * amplitude * signed_noise(p) + 1.0f);
+}
+
+template <int N> float hetero_terrain(const NoiseParameters& n, Point<N> p) {
+  float value = n.offset + signed_noise(p), amplitude = n.persistence;
+  p *= n.lacunarity;
+  const auto increment = [&] { return (signed_noise(p) + n.offset) * amplitude * value; };
+  for (int i = 1; i < int(n.octaves); ++i, amplitude *= n.persistence, p *= n.lacunarity) value += increment();
+  const float part = n.octaves - std::floor(n.octaves);
+  return part == 0.0f ? value : value + part * increment();
+}
+
+template <int N> float hybrid_multifractal(const NoiseParameters& n, Point<N> p) {
+  constexpr float kNothing = 0.001f;   // later octaves would not show
+  float value = 0.0f, weight = 1.0f, amplitude = 1.0f;
+  for (int i = 0; i < int(n.octaves) && weight > kNothing; ++i, p *= n.lacunarity) {
+    weight = std::min(weight, 1.0f);
+    const float signal = (signed_noise(p) + n.offset) * amplitude;
+    amplitude *= n.persistence;
+    value += weight * signal;
+    weight *= n.gain * signal;
+  }
+  const float part = n.octaves - std::floor(n.octaves);
+  if (part == 0.0f || !(weight > kNothing)) return value;
+  return value + part * std::min(weight, 1.0f) * (signed_noise(p) + n.offset) * amplitude;
+}
+
+template <int N> float ridged_multifractal(const NoiseParameters& n, Point<N> p) {
+  const auto ridge = [&] { return sqr(n.offset - std::abs(signed_noise(p))); };
+  float signal = ridge(), value = signal, amplitude = n.persistence;
+  for (int i = 1; i < int(n.octaves); ++i, amplitude *= n.persistence) {
+    p *= n.lacunarity;
+    signal = ridge() * saturate(signal * n.gain);
+    value += amplitude * signal;
+  }
+  return value;
+}
+
+template <int N> float fractal(const NoiseParameters& n, Point<N> p) {
+  switch (n.fractal) {
+    case Fractal::Multifractal: return multifractal<N>(n, p);
+    case Fractal::Fbm: return fbm<N>(n, p);
+    case Fractal::HybridMultifractal: return hybrid_multifractal<N>(n, p);
+    case Fractal::RidgedMultifractal: return ridged_multifractal<N>(n, p);
+    case Fractal::HeteroTerrain: return hetero_terrain<N>(n, p);
+  }
+  return 0.0f;
+}
+
+/// A place between 100 and 200 on every axis, by which noises of one node are kept apart.
+template <int N> Point<N> apart(int seed) {
+  Point<N> offset;
+  for (int axis = 0; axis < N; ++axis) offset[axis] = 100.0f + 100.0f * (N == 1 ? hash_unit(seed) : hash_unit(seed, axis));
+  return offset;
+}
+
+template <int N> Point<N> distorted(const NoiseParameters& n, Point<N> p) {
+  if (n.distortion == 0.0f) return p;
+  Point<N> shift;
+  for (int axis = 0; axis < N; ++axis) shift[axis] = signed_noise(p + apart<N>(axis));
+  return p + n.distortion * shift;
+}
+
+}  // namespace
+
+float noise_value(const NoiseParameters& n, Vec3 p, float w) {
+  return with_dimensions(n.dimensions, p, w, [&]<int N>(Point<N> q) { return fractal<N>(n, distorted<N>(n, q)); });
+}
+
+Color noise_color(const NoiseParameters& n, Vec3 p, float w) {
+  return with_dimensions(n.dimensions, p, w, [&]<int N>(Point<N> q) {
+    q = distorted<N>(n, q);
+    return Color(fractal<N>(n, q), fractal<N>(n, q + apart<N>(N)), fractal<N>(n, q + apart<N>(N + 1)));
+  });
+}
+
+float normalized_fbm(Vec3 p, float octaves, float persistence) {
+  NoiseParameters n;
+  n.octaves = octaves;
+  n.persistence = persistence;
+  return fbm<3>(n, p);
+}
+
+}  // namespace ajar::nodes

@@ -1,0 +1,214 @@
+#include "shading/functions/point_functions.h"
+
+#include "geometry/geometry.h"
+#include "math/hash.h"
+#include "shading/functions/math_functions.h"
+
+namespace ajar::nodes {
+
+Vec3 object_position(const ShadingPoint& point) {
+  Mat4 moved;
+  return point.instance ? transform_point(object_from_world(*point.instance, point.time, moved), point.position) : point.position;
+}
+
+bool is_strand(const ShadingPoint& point) { return point.mesh && point.mesh->strands && point.primitive != kInsideVolume; }
+
+float hair_info(const ShadingPoint& point, HairOutput output) {
+  if (!is_strand(point)) return 0.0f;
+  const Strands& strands = *point.mesh->strands;
+  const uint32_t segment = point.primitive, strand = strands.strand_of(segment);
+  switch (output) {
+    case HairOutput::IsStrand: return 1.0f;
+    case HairOutput::Intercept: {
+      const uint32_t first = strands.point_of(segment);
+      return strands.intercepts[first] + point.barycentric.x * (strands.intercepts[first + 1] - strands.intercepts[first]);
+    }
+    case HairOutput::Length: return strands.lengths[strand];
+    case HairOutput::Thickness: return 2.0f * strands.radius(segment, point.barycentric.x);
+    case HairOutput::Random: {
+      const uint32_t key[] = {strand, 0};
+      return float(hash_words(key)) / float(0xffffffffu);
+    }
+  }
+  return 0.0f;
+}
+
+Vec3 hair_tangent_normal(const ShadingPoint& point) {
+  if (!is_strand(point)) return Vec3(0.0f);
+  return normalize_or_zero(point.wo - point.dpdu * (glm::dot(point.dpdu, point.wo) / length_squared(point.dpdu)));
+}
+
+/// Normals transform by the transpose of the inverse.
+Vec3 normal_to_object(const BuiltInstance& instance, float time, Vec3 n) {
+  Mat4 moved;
+  return normalize_or_zero(Vec3(glm::transpose(Mat3(world_from_object(instance, time, moved))) * n));
+}
+
+namespace {
+
+Vec3 normal_to_world(const BuiltInstance& instance, float time, Vec3 n) {
+  Mat4 moved;
+  return normalize_or_zero(Vec3(glm::transpose(Mat3(object_from_world(instance, time, moved))) * n));
+}
+
+/// `tangent` projected to the plane of `normal`.
+Vec3 tangent_of(Vec3 normal, Vec3 tangent) {
+  return glm::cross(normal, normalize_or_zero(glm::cross(tangent, normal)));
+}
+
+}  // namespace
+
+Vec3 object_normal(const ShadingPoint& point) {
+  return point.instance ? normal_to_object(*point.instance, point.time, point.ns) : point.ns;
+}
+
+Vec3 true_normal(const ShadingPoint& point) {
+  return is_strand(point) && point.mesh->strands->shape == StrandShape::Ribbon ? point.wo : point.ng;
+}
+
+Vec3 generated(const ShadingPoint& point) {
+  if (!point.mesh) return point.position;
+  const BuiltMesh& mesh = *point.mesh;
+  Mat4 moved;
+  // All of a strand is where it begins, as in Cycles.
+  const Vec3 position = is_strand(point) && mesh.undeformed_position < 0 ? (mesh.baked && point.instance
+          ? transform_point(object_from_world(*point.instance, point.time, moved), mesh.strands->root(point.primitive)) : mesh.strands->root(point.primitive))
+      : mesh.undeformed_position < 0 || point.primitive == kInsideVolume ? object_position(point)
+      : Vec3(mesh.interpolate(mesh.attributes[mesh.undeformed_position], point.primitive, point.barycentric));
+  return divide((position - mesh.texture_space_location) * 0.5f, mesh.texture_space_size) + 0.5f;
+}
+
+Vec3 active_uv(const ShadingPoint& point) {
+  if (!point.mesh || point.mesh->active_uv < 0 || point.primitive == kInsideVolume) return Vec3(0.0f);
+  const Attribute& uv = point.mesh->attributes[point.mesh->active_uv];
+  const Vec4 value = point.mesh->interpolate(uv, point.primitive, point.barycentric);
+  return {value.x, value.y, 0.0f};
+}
+
+namespace {
+
+int find_attribute(const BuiltMesh& mesh, const std::string& name) {
+  if (!name.empty()) return mesh.find_attribute(name);
+  for (size_t i = 0; i < mesh.attributes.size(); ++i)
+    if (mesh.attributes[i].components == 4) return int(i);
+  return -1;
+}
+
+}  // namespace
+
+Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found) {
+  const int index = point.mesh && point.primitive != kInsideVolume ? find_attribute(*point.mesh, name) : -1;
+  if (found) *found = index >= 0;
+  if (index < 0) return Vec4(0.0f);
+  const Attribute& attribute = point.mesh->attributes[index];
+  const Vec4 value = point.mesh->interpolate(attribute, point.primitive, point.barycentric);
+  return attribute.components == 1 ? Vec4(Vec3(value.x), 1.0f) : value;
+}
+
+Vec4 object_property(const ShadingPoint& point, const std::string& name, bool of_instancer) {
+  if (!point.object) return Vec4(0.0f, 0.0f, 0.0f, 1.0f);
+  for (const ObjectProperty& property : point.object->properties)
+    if (property.of_instancer == of_instancer && property.name == name) return property.value;
+  return Vec4(0.0f);
+}
+
+Vec3 radial_tangent(const ShadingPoint& point, Axis axis) {
+  if (is_strand(point)) return normalize_or_zero(point.dpdu);
+  const Vec3 p = generated(point) - 0.5f;
+  const Vec3 around = axis == Axis::X   ? Vec3(0.0f, -p.z, p.y)
+                      : axis == Axis::Y ? Vec3(-p.z, 0.0f, p.x)
+                                        : Vec3(-p.y, p.x, 0.0f);
+  const Vec3 n = point.ns;
+  return tangent_of(n, point.instance ? normal_to_world(*point.instance, point.time, around) : around);
+}
+
+namespace {
+
+/// Unit tangent of the triangle along u in world space; `sign` is -1 on mirrored islands.
+bool triangle_tangent(const ShadingPoint& point, const std::string& name, Vec3& tangent, float& sign) {
+  if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
+  const int index = name.empty() ? point.mesh->active_uv : point.mesh->find_attribute(name);
+  if (index < 0) return false;
+  const Attribute& uv = point.mesh->attributes[index];
+  const Vec2 uv0 = Vec2(point.mesh->interpolate(uv, point.primitive, Vec2(0.0f)));
+  const Vec2 e1 = Vec2(point.mesh->interpolate(uv, point.primitive, Vec2(1.0f, 0.0f))) - uv0;
+  const Vec2 e2 = Vec2(point.mesh->interpolate(uv, point.primitive, Vec2(0.0f, 1.0f))) - uv0;
+  const float area = e1.x * e2.y - e1.y * e2.x;
+  if (area == 0.0f) return false;
+  sign = area < 0.0f ? -1.0f : 1.0f;
+  tangent = normalize_or_zero((point.dpdu * e2.y - point.dpdv * e1.y) * sign);
+  return true;
+}
+
+}  // namespace
+
+Vec3 uv_tangent(const ShadingPoint& point, const std::string& name) {
+  Vec3 tangent;
+  float sign;
+  return triangle_tangent(point, name, tangent, sign) ? tangent_of(point.ns, tangent) : Vec3(0.0f);
+}
+
+Vec3 reflection(const ShadingPoint& point) {
+  if (!point.instance) return point.wo;
+  return 2.0f * glm::dot(point.ns, point.wo) * point.ns - point.wo;
+}
+
+Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::string& uv, float strength, Vec3 color) {
+  const Vec3 surface = point.ns;
+  const float side = point.backfacing ? -1.0f : 1.0f;
+  Vec3 c = 2.0f * color - 1.0f, n;
+  if (space == NormalMapSpace::Tangent) {
+    Vec3 tangent;
+    float sign;
+    if (!triangle_tangent(point, uv, tangent, sign)) return surface;
+    const Vec3 front = surface * side;
+    if (point.instance && point.instance->flips_orientation) sign = -sign;
+    tangent = tangent_of(front, tangent);
+    n = c.x * tangent + c.y * sign * glm::cross(front, tangent) + c.z * front;
+  } else {
+    if (space == NormalMapSpace::BlenderObject || space == NormalMapSpace::BlenderWorld) c = {c.x, -c.y, -c.z};
+    const bool object = space == NormalMapSpace::Object || space == NormalMapSpace::BlenderObject;
+    n = object && point.instance ? normal_to_world(*point.instance, point.time, c) : c;
+  }
+  n = normalize_or_zero(n) * side;
+  if (strength != 1.0f) n = normalize_or_zero(surface + (n - surface) * std::max(strength, 0.0f));
+  return n == Vec3(0.0f) ? surface : n;
+}
+
+bool is_near_edge(const ShadingPoint& point, float width) {
+  if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
+  const Vec3 from_first = point.barycentric.x * point.dpdu + point.barycentric.y * point.dpdv;
+  const float most = sqr(0.5f * width);
+  const auto is_near = [&](Vec3 edge, Vec3 from_corner) { return length_squared(glm::cross(edge, from_corner)) < length_squared(edge) * most; };
+  return is_near(point.dpdu, from_first) || is_near(point.dpdv, from_first) || is_near(point.dpdv - point.dpdu, from_first - point.dpdu);
+}
+
+float light_path(const ShadingPoint& point, LightPathOutput output) {
+  const auto is = [&](uint32_t bit) { return point.ray_kind & bit ? 1.0f : 0.0f; };
+  switch (output) {
+    case LightPathOutput::IsCamera: return is(kRayCamera);
+    case LightPathOutput::IsShadow: return is(kRayShadow);
+    case LightPathOutput::IsDiffuse: return is(kRayDiffuse);
+    case LightPathOutput::IsGlossy: return is(kRayGlossy);
+    case LightPathOutput::IsSingular: return is(kRaySingular);
+    case LightPathOutput::IsReflection: return is(kRayReflection);
+    case LightPathOutput::IsTransmission: return is(kRayTransmission);
+    case LightPathOutput::IsVolumeScatter: return is(kRayVolumeScatter);
+    case LightPathOutput::RayLength: return point.ray_length;
+    case LightPathOutput::RayDepth: return float(point.ray_depth);
+    case LightPathOutput::DiffuseDepth: return float(point.diffuse_depth);
+    case LightPathOutput::GlossyDepth: return float(point.glossy_depth);
+    case LightPathOutput::TransparentDepth: return float(point.transparent_depth);
+    case LightPathOutput::TransmissionDepth: return float(point.transmission_depth);
+  }
+  return 0.0f;
+}
+
+float fresnel(float cosine, float eta) {
+  const float c = std::abs(cosine), g2 = eta * eta - 1.0f + c * c;
+  if (!(g2 > 0.0f)) return 1.0f;
+  const float g = std::sqrt(g2), a = (g - c) / (g + c), b = (c * (g + c) - 1.0f) / (c * (g - c) + 1.0f);
+  return 0.5f * a * a * (1.0f + b * b);
+}
+
+}  // namespace ajar::nodes

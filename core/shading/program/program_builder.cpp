@@ -1,0 +1,314 @@
+#include "shading/program/program_builder.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "shading/program/unsupported_settings.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr int kMaxDepth = 1000;   ///< nodes on one way from the output; bounds the recursion
+
+float finite_or_zero(float x) { return std::isfinite(x) ? x : 0.0f; }
+
+const NodeProperty* find_property(const Node& node, std::string_view name) {
+  for (const NodeProperty& property : node.properties)
+    if (property.name == name) return &property;
+  return nullptr;
+}
+
+const NodeInput* find_input(const Node& node, std::string_view socket) {
+  for (const NodeInput& input : node.inputs)
+    if (input.socket == socket) return &input;
+  return nullptr;
+}
+
+}  // namespace
+
+ProgramBuilder::ProgramBuilder(const NodeCatalog& catalog, const NodeGraph& graph, const std::string& owner, TextureStore& textures,
+                               Diagnostics& diagnostics, const ShaderContext& context)
+    : catalog_(catalog), graph_(graph), owner_(owner), textures_(textures), diagnostics_(diagnostics), context_(context),
+      on_stack_(graph.nodes.size(), false) {
+  // Which outputs are read by nodes that the outputs can see.
+  std::vector<bool> seen(graph.nodes.size(), false);
+  std::vector<int> open;
+  const auto visit = [&](const NodeLink& link) {
+    if (link.node < 0 || link.node >= int(graph.nodes.size())) return;
+    read_[{link.node, link.socket}] = true;
+    if (!seen[link.node]) seen[link.node] = true, open.push_back(link.node);
+  };
+  visit(graph.surface);
+  visit(graph.volume);
+  visit(graph.displacement);
+  while (!open.empty()) {
+    const int index = open.back();
+    open.pop_back();
+    for (const NodeInput& input : graph.nodes[index].inputs) visit(input.link);
+  }
+}
+
+// ---- Reading the graph ------------------------------------------------------------------
+
+const NodeLink* ProgramBuilder::link(int node, std::string_view socket) const {
+  const NodeInput* input = find_input(graph_.nodes[node], socket);
+  if (!input || input->link.node < 0 || input->link.node >= int(graph_.nodes.size())) return nullptr;
+  return &input->link;
+}
+
+bool ProgramBuilder::is_linked(int node, std::string_view socket) const {
+  const NodeLink* from = link(node, socket);
+  return from && !catalog_.is_closure(graph_.nodes[from->node].type);
+}
+
+bool ProgramBuilder::is_read(int node, std::string_view output) const {
+  return read_.count({node, std::string(output)}) != 0;
+}
+
+std::string_view ProgramBuilder::text(int node, std::string_view property, std::string_view fallback) const {
+  const NodeProperty* found = find_property(graph_.nodes[node], property);
+  return found ? std::string_view(found->text) : fallback;
+}
+
+const std::vector<float>* ProgramBuilder::numbers(int node, std::string_view property) const {
+  const NodeProperty* found = find_property(graph_.nodes[node], property);
+  return found ? &found->numbers : nullptr;
+}
+
+float ProgramBuilder::number(int node, std::string_view property, float fallback) const {
+  const std::vector<float>* found = numbers(node, property);
+  return found && !found->empty() ? finite_or_zero((*found)[0]) : fallback;
+}
+
+int ProgramBuilder::choice(int node, std::string_view property, std::initializer_list<std::string_view> names,
+                           int fallback) {
+  const std::string_view value = text(node, property);
+  if (value.empty()) return fallback;
+  int i = 0;
+  for (const std::string_view name : names) {
+    if (name == value) return i;
+    ++i;
+  }
+  report(node, "unknown " + std::string(property) + " '" + std::string(value) + "', using '" +
+                   std::string(names.begin()[fallback]) + "'");
+  return fallback;
+}
+
+void ProgramBuilder::report(int node, const std::string& message) {
+  const Node& n = graph_.nodes[node];
+  report_once(diagnostics_, {Diagnostic::Severity::Warning, owner_,
+                             "node '" + (n.name.empty() ? n.type : n.name) + "' (" + n.type + "): " + message});
+}
+
+// ---- Values -------------------------------------------------------------------------------
+
+Value ProgramBuilder::input(int node, std::string_view socket, SocketType type, Vec4 fallback) {
+  const NodeInput* found = find_input(graph_.nodes[node], socket);
+  if (found && found->link.node >= 0) {
+    if (found->link.node >= int(graph_.nodes.size())) {
+      report(node, "input '" + std::string(socket) + "' is linked to a node that does not exist");
+    } else if (is_linked(node, socket)) {
+      const Value value = value_of(found->link);
+      if (value.type != SocketType::Closure) return convert(value, type);
+    }
+  }
+  const Vec4 value = found ? found->value : fallback;
+  return type == SocketType::Float ? constant(value.x) : constant(Vec3(value), type);
+}
+
+// A Value of type Closure means "nothing usable"; the caller takes its own default.
+Value ProgramBuilder::value_of(const NodeLink& link) {
+  const Value nothing{SocketType::Closure, 0};
+  const auto key = std::make_pair(link.node, link.socket);
+  auto& values = values_[size_t(shift_)];
+  if (const auto found = values.find(key); found != values.end()) return found->second;
+  if (on_stack_[link.node]) {
+    report(link.node, "feeds itself; the loop is cut");
+    return nothing;
+  }
+  if (depth_ >= kMaxDepth) {
+    report(link.node, "the graph is deeper than " + std::to_string(kMaxDepth) + " nodes; the rest is ignored");
+    return nothing;
+  }
+  on_stack_[link.node] = true;
+  ++depth_;
+  Value value = nothing;
+  nodes::report_unsupported_settings(*this, link.node);
+  if (const NodeFunction function = catalog_.value(graph_.nodes[link.node].type)) {
+    if (!function(*this, link.node, link.socket, value)) {
+      report(link.node, "has no output '" + link.socket + "'");
+      value = nothing;
+    }
+  } else {
+    value = unknown_value(link.node, link.socket);
+  }
+  --depth_;
+  on_stack_[link.node] = false;
+  values[key] = value;
+  return value;
+}
+
+Value ProgramBuilder::unknown_value(int index, std::string_view output) {
+  const Node& unknown = graph_.nodes[index];
+  if (output == "Normal") {
+    report(index, "is not supported yet; the surface's own normal is used");
+    return is_linked(index, "Normal") ? input(index, "Normal", SocketType::Vector)
+                                      : surface_normal();
+  }
+  for (const NodeInput& in : unknown.inputs) {
+    if (!is_linked(index, in.socket)) continue;
+    report(index, "is not supported yet; its input '" + in.socket + "' is passed through");
+    return value_of(in.link);
+  }
+  if (find_input(unknown, "Color")) {
+    report(index, "is not supported yet; its input 'Color' is used");
+    return input(index, "Color", SocketType::Color);
+  }
+  if (!unknown.inputs.empty() && unknown.inputs[0].link.node < 0 && unknown.inputs[0].socket != "Vector") {
+    report(index, "is not supported yet; the value of its input '" + unknown.inputs[0].socket + "' is used");
+    return input(index, unknown.inputs[0].socket, SocketType::Float);
+  }
+  report(index, "is not supported yet; grey is used");
+  return constant(0.5f);
+}
+
+Value ProgramBuilder::convert(Value value, SocketType type) {
+  if (value.type == type) return value;
+  if (type == SocketType::Float)
+    return emit(value.type == SocketType::Color ? Op::Luminance : Op::Average, type, {value});
+  if (value.type == SocketType::Float) return emit(Op::Splat, type, {value});
+  return {type, value.at};
+}
+
+// ---- Constants and instructions ----------------------------------------------------------------
+
+Operand ProgramBuilder::add_constant(const float* values, int count) {
+  const std::string key(reinterpret_cast<const char*>(values), size_t(count) * sizeof(float));
+  if (const auto found = constants_.find(key); found != constants_.end()) return found->second;
+  if (int(tables.constants.size()) + count > kMaxConstants) {
+    overflowed_ = true;
+    return -1;
+  }
+  const auto at = Operand(-1 - int(tables.constants.size()));
+  tables.constants.insert(tables.constants.end(), values, values + count);
+  constants_.emplace(key, at);
+  return at;
+}
+
+Value ProgramBuilder::constant(float value) {
+  value = finite_or_zero(value);
+  return {SocketType::Float, add_constant(&value, 1)};
+}
+
+Value ProgramBuilder::constant(Vec3 value, SocketType type) {
+  const float values[3] = {finite_or_zero(value.x), finite_or_zero(value.y), finite_or_zero(value.z)};
+  return {type, add_constant(values, 3)};
+}
+
+bool ProgramBuilder::simplify(Op op, std::initializer_list<Value> inputs, Value& result) {
+  if (inputs.size() != 2) return false;
+  const Value a = inputs.begin()[0], b = inputs.begin()[1];
+  const auto is = [this](Value v, float x) { return v.is_constant() && constant_value(v) == x; };
+  switch (op) {
+    case Op::Product:
+      if (is(b, 1.0f)) return result = a, true;
+      if (is(a, 1.0f)) return result = b, true;
+      if (is(a, 0.0f) || is(b, 0.0f)) return result = constant(0.0f), true;
+      return false;
+    case Op::ProductInverse:
+      if (is(b, 0.0f)) return result = a, true;
+      if (is(a, 0.0f) || is(b, 1.0f)) return result = constant(0.0f), true;
+      return false;
+    case Op::Sum:
+      if (is(a, 0.0f)) return result = b, true;
+      if (is(b, 0.0f)) return result = a, true;
+      return false;
+    case Op::Scale:
+      if (is(b, 1.0f)) return result = a, true;
+      if (is(b, 0.0f)) return result = constant(Vec3(0.0f), a.type), true;
+      return false;
+    default: return false;
+  }
+}
+
+Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> inputs, int variant, uint32_t data) {
+  const OpInfo& op_info = info(op);
+  Instruction instruction;
+  instruction.op = op;
+  instruction.variant = uint8_t(variant);
+  instruction.data = data;
+  if (can_shift(op)) instruction.shift = shift_;
+  bool constant_inputs = true;
+  int n = 0;
+  for (const Value& value : inputs) {
+    instruction.in[n++] = value.at;
+    constant_inputs = constant_inputs && value.is_constant();
+  }
+  Value result{type, 0};
+  if (constant_inputs && !op_info.needs_point && !overflowed_) {
+    float out[kMaxWidth] = {};
+    Instruction folded = instruction;
+    folded.out = 0;
+    run(&folded, 1, tables, ShadingPoint(), out);
+    for (float& x : out) x = finite_or_zero(x);
+    result.at = add_constant(out, op_info.width);
+    return result;
+  }
+  if (simplify(op, inputs, result)) return {type, result.at};
+
+  std::string key;
+  key.push_back(char(op));
+  key.push_back(char(variant));
+  key.push_back(char(instruction.shift));
+  key.append(reinterpret_cast<const char*>(instruction.in.data()), sizeof instruction.in);
+  key.append(reinterpret_cast<const char*>(&data), sizeof data);
+  if (const auto found = instructions_.find(key); found != instructions_.end()) return {type, found->second};
+  if (register_count_ + op_info.width > kMaxRegisters) {
+    overflowed_ = true;
+    float grey[kMaxWidth];
+    std::fill_n(grey, kMaxWidth, 0.5f);
+    result.at = add_constant(grey, op_info.width);
+    return result;
+  }
+  instruction.out = result.at = Operand(register_count_);
+  register_count_ += op_info.width;
+  code.push_back(instruction);
+  instructions_.emplace(key, result.at);
+  return result;
+}
+
+Value ProgramBuilder::object_normal() {
+  if (!context_.world_from_lamp) return emit(Op::ObjectNormal, SocketType::Vector, {});
+  const Mat4 lamp_from_normal(glm::transpose(Mat3(to_matrix(*context_.world_from_lamp))));
+  const Value turned = emit(Op::Affine, SocketType::Vector, {emit(Op::ShadingNormal, SocketType::Vector, {})}, 0, add_matrix(lamp_from_normal));
+  return emit(Op::Normalize, SocketType::Vector, {turned});
+}
+
+void ProgramBuilder::measure_pixels() {
+  BumpFootprint& bump = tables.bump;
+  if (std::exchange(bump.measured, true)) return;
+  const CameraDescription* camera = this->camera();   // the program depends on it
+  if (!camera) return;
+  bump.camera = camera->kind;
+  bump.camera_from_world = glm::affineInverse(to_matrix(camera->world_from_camera));
+  const float width = float(std::max(context_.image_width, 1));
+  bump.pixel = (camera->kind == CameraKind::Panorama ? 2.0f * kPi : camera->screen_window.y - camera->screen_window.x) / width;
+}
+
+uint32_t ProgramBuilder::add_name(std::string_view name) {
+  for (size_t i = 0; i < tables.names.size(); ++i)
+    if (tables.names[i] == name) return uint32_t(i);
+  tables.names.emplace_back(name);
+  return uint32_t(tables.names.size() - 1);
+}
+
+uint32_t ProgramBuilder::add_matrix(const Mat4& matrix) {
+  for (size_t i = 0; i < tables.matrices.size(); ++i)
+    if (tables.matrices[i] == matrix) return uint32_t(i);
+  tables.matrices.push_back(matrix);
+  return uint32_t(tables.matrices.size() - 1);
+}
+
+}  // namespace ajar

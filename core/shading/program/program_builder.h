@@ -1,0 +1,147 @@
+// Turns values of a node graph into instructions, one value at a time and only those asked for.
+//
+// `value_of` walks back from an output: constants fold at once, equal instructions are shared,
+// conversions between socket types are inserted. Broken graphs never throw: see docs/developer/node_contract.md for what each
+// defect becomes.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string_view>
+#include <unordered_map>
+
+#include "shading/program/register_program.h"
+#include "description/diagnostics.h"
+#include "shading/program/shader_context.h"
+
+namespace ajar {
+
+enum class SocketType : uint8_t { Float, Vector, Color, Closure };
+
+/// What a socket is worth: a constant or registers, with its type.
+struct Value {
+  SocketType type = SocketType::Float;
+  Operand at = 0;
+  bool is_constant() const { return at < 0; }
+};
+
+class ProgramBuilder;
+
+/// Value of `output` of node `node`. Returns false for an output the node does not have.
+using NodeFunction = bool (*)(ProgramBuilder& builder, int node, std::string_view output, Value& value);
+
+/// What the builder knows of node types. `value` gives null for a type that is not a known value node.
+struct NodeCatalog {
+  NodeFunction (*value)(std::string_view type);
+  bool (*is_closure)(std::string_view type);
+};
+
+class ProgramBuilder {
+ public:
+  ProgramBuilder(const NodeCatalog& catalog, const NodeGraph& graph, const std::string& owner, TextureStore& textures, Diagnostics& diagnostics,
+                 const ShaderContext& context);
+
+  // ---- What node compilers ask ----
+  /// The input `socket` of `node`, converted to `type`; `fallback` when the node lacks it.
+  Value input(int node, std::string_view socket, SocketType type, Vec4 fallback = Vec4(0.0f));
+  /// What comes out of `output` of `node`; its type is Closure when there is nothing usable.
+  Value output(int node, const std::string& output) { return value_of({node, output}); }
+  /// Is something connected that can be used as a value?
+  bool is_linked(int node, std::string_view socket) const;
+  /// Does any node read this output?
+  bool is_read(int node, std::string_view output) const;
+  const Node& node(int index) const { return graph_.nodes[index]; }
+  std::string_view text(int node, std::string_view property, std::string_view fallback = {}) const;
+  float number(int node, std::string_view property, float fallback = 0.0f) const;
+  const std::vector<float>* numbers(int node, std::string_view property) const;
+  /// Index of the property's text in `names`, or of `fallback` (reported) when it is none of them.
+  int choice(int node, std::string_view property, std::initializer_list<std::string_view> names, int fallback = 0);
+
+  // ---- What node compilers give ----
+  Value constant(float value);
+  Value constant(Vec3 value, SocketType type);
+  Value emit(Op op, SocketType type, std::initializer_list<Value> inputs, int variant = 0, uint32_t data = 0);
+  Value convert(Value value, SocketType type);
+  Value part(Value whole, int i) const { return {SocketType::Float, component(whole.at, i)}; }
+  Value clamped(Value value) {
+    return value.type == SocketType::Float ? emit(Op::Saturate, value.type, {value})
+                                           : emit(Op::SaturateColor, value.type, {value});
+  }
+  float constant_value(Value value, int i = 0) const { return tables.constants[-1 - component(value.at, i)]; }
+  Vec3 constant_vector(Value value) const {
+    return {constant_value(value), constant_value(value, 1), constant_value(value, 2)};
+  }
+
+  /// The normal of the surface before closures and nodes choose another: the smooth one, or the displaced one once it is set.
+  Value surface_normal() { return surface_normal_ ? *surface_normal_ : emit(Op::ShadingNormal, SocketType::Vector, {}); }
+  /// The smooth normal in the space of the object or the lamp.
+  Value object_normal();
+  Operand displaced_normal() const { return surface_normal_ ? surface_normal_->at : kNoOperand; }
+  void set_displaced_normal(Value normal) { surface_normal_ = normal; }
+  /// A normal turned by the heights of `height(shift)`, which is asked for the point and the two beside it.
+  template <class Height> Value bumped(Height&& height, Value strength, Value distance, Value normal) {
+    const Shift outer = shift_;
+    Value h[3];
+    for (const Shift shift : {Shift::None, Shift::X, Shift::Y}) {
+      shift_ = shift;
+      h[size_t(shift)] = height();
+    }
+    shift_ = outer;
+    if (h[0].at == h[1].at && h[0].at == h[2].at) return normal;
+    measure_pixels();
+    tables.bump.used = true;
+    return emit(Op::Bump, SocketType::Vector, {h[0], h[1], h[2], strength, distance, normal});
+  }
+
+  /// Let instructions know how wide a pixel of the camera is at a point.
+  void measure_pixels();
+
+  uint32_t add_name(std::string_view name);
+  uint32_t add_matrix(const Mat4& matrix);
+  void report(int node, const std::string& message);
+
+  /// The link of an input when it leads to an existing node, else null.
+  const NodeLink* link(int node, std::string_view socket) const;
+  const NodeGraph& graph() const { return graph_; }
+  const ShaderContext& context() const { return context_; }
+  /// The camera, for programs that depend on it; null when there is none.
+  const CameraDescription* camera() const {
+    if (context_.sees_camera) *context_.sees_camera = true;
+    return context_.camera && context_.camera->present ? context_.camera : nullptr;
+  }
+  TextureStore& textures() { return textures_; }
+  Diagnostics& diagnostics() { return diagnostics_; }
+  const std::string& owner() const { return owner_; }
+  const NodeCatalog& catalog() const { return catalog_; }
+  bool overflowed() const { return overflowed_; }
+  int register_count() const { return register_count_; }
+
+  std::vector<Instruction> code;
+  ProgramTables tables;
+  std::map<int, uint32_t> node_data;   ///< curve or image a node has added already, for its other outputs
+
+ private:
+  Value value_of(const NodeLink& link);
+  Value unknown_value(int node, std::string_view output);
+  Operand add_constant(const float* values, int count);
+  /// a * 1, a * 0, a + 0 and the like need no instruction.
+  bool simplify(Op op, std::initializer_list<Value> inputs, Value& result);
+
+
+  const NodeCatalog& catalog_;
+  const NodeGraph& graph_;
+  const std::string& owner_;
+  TextureStore& textures_;
+  Diagnostics& diagnostics_;
+  const ShaderContext& context_;
+  std::map<std::pair<int, std::string>, Value, std::less<>> values_[3];   // by shift
+  Shift shift_ = Shift::None;
+  std::optional<Value> surface_normal_;
+  std::unordered_map<std::string, Operand> constants_, instructions_;   // keyed by their bytes
+  std::vector<bool> on_stack_;
+  std::map<std::pair<int, std::string>, bool> read_;
+  int depth_ = 0, register_count_ = 0;
+  bool overflowed_ = false;
+};
+
+}  // namespace ajar

@@ -1,0 +1,44 @@
+#include "shading/program/unsupported_settings.h"
+
+#include <string_view>
+
+namespace ajar::nodes {
+namespace {
+
+struct UnsupportedSetting {
+  std::string_view node, name;        ///< bl_idname, and the identifier of an input or a property
+  float harmless_number;              ///< the value of an input or a number that asks for nothing
+  std::string_view harmless_text;     ///< the choice that asks for nothing; empty where the setting is a number
+  const char* message;
+};
+
+constexpr const char* kThinFilm = "Thin Film is not supported yet: it is rendered without the film";
+constexpr const char* kPhase = "its Phase is not supported yet: Henyey-Greenstein is used";
+constexpr const char* kFromInstancer = "From Instancer is not supported yet: the object's own coordinates are used";
+
+constexpr UnsupportedSetting kSettings[] = {
+    {"ShaderNodeBsdfGlass", "Thin Film Thickness", 0.0f, "", kThinFilm},
+    {"ShaderNodeBsdfPrincipled", "Thin Film Thickness", 0.0f, "", kThinFilm},
+    {"ShaderNodeBsdfPrincipled", "Thin Wall", 0.0f, "", "Thin Wall is not supported yet: it is rendered as a solid"},
+    {"ShaderNodeVolumeScatter", "phase", 0.0f, "HENYEY_GREENSTEIN", kPhase},
+    {"ShaderNodeTexCoord", "from_instancer", 0.0f, "", kFromInstancer},
+    {"ShaderNodeUVMap", "from_instancer", 0.0f, "", kFromInstancer},
+    {"ShaderNodeNormalMap", "base", 0.0f, "DISPLACED", "Base is not supported yet: the displaced surface is used"},
+    {"ShaderNodeBump", "Filter Width", 0.1f, "", "Filter Width is not supported yet: heights a pixel apart are compared"},
+};
+
+bool asks(const ProgramBuilder& builder, int node, const UnsupportedSetting& setting) {
+  if (!setting.harmless_text.empty()) return builder.text(node, setting.name, setting.harmless_text) != setting.harmless_text;
+  for (const NodeInput& input : builder.node(node).inputs)
+    if (input.socket == setting.name) return builder.is_linked(node, setting.name) || input.value.x != setting.harmless_number;
+  return builder.number(node, setting.name, setting.harmless_number) != setting.harmless_number;
+}
+
+}  // namespace
+
+void report_unsupported_settings(ProgramBuilder& builder, int node) {
+  for (const UnsupportedSetting& setting : kSettings)
+    if (setting.node == builder.node(node).type && asks(builder, node, setting)) builder.report(node, setting.message);
+}
+
+}  // namespace ajar::nodes

@@ -1,0 +1,75 @@
+#include "transport/bidirectional/direct_pass.h"
+
+#include <bit>
+
+#include <tbb/blocked_range2d.h>
+#include <tbb/combinable.h>
+#include <tbb/parallel_for.h>
+
+#include "transport/bidirectional/direct_paths.h"
+
+namespace ajar {
+
+namespace {
+constexpr int kTile = 16;
+/// Chains bring most of the light and of its noise, so further ones take no more than a sixth of the rays again.
+constexpr FurtherSamples::Limits kFurther{1, 0.15};
+}  // namespace
+
+void DirectPass::prepare(const Scene& scene, uint32_t seed) {
+  seed_ = seed;
+  wanted_ = done_ = 0;
+  rays_ = further_rays_ = 0;
+  merging_.prepare(scene, seed);
+}
+
+void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::atomic<bool>& stop) {
+  if (done_ == 0) further_.prepare(space.scene, film, space.filter, seed_, kFurther);
+  wanted_ += uint32_t(steps);
+  const uint32_t end = (wanted_ + kShare - 1) / kShare;
+  while (done_ < end) {
+    // All samples up to the next lesson know as much, unless each has photons of its own.
+    const uint32_t next = merging_.active() ? done_ + 1 : std::min(end, std::bit_ceil(done_ + 1));
+    if (merging_.active() && !merging_.begin_pass(done_, stop)) break;
+    add_samples(film, space, done_, next, stop);
+    done_ = next;
+    if (stop.load(std::memory_order_relaxed)) break;
+    further_.learn(done_, rays_, further_rays_);
+  }
+  done_ = end;
+}
+
+void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first, uint32_t end, const std::atomic<bool>& stop) {
+  const VertexMerging* merging = merging_.active() ? &merging_ : nullptr;
+  struct Rays {
+    uint64_t own = 0, further = 0;
+  };
+  tbb::combinable<Rays> counted;
+  tbb::parallel_for(
+      tbb::blocked_range2d<int>(0, (film.height() + kTile - 1) / kTile, 1, 0, (film.width() + kTile - 1) / kTile, 1),
+      [&](const tbb::blocked_range2d<int>& tiles) {
+        Rays& rays = counted.local();
+        Sampler sampler(Sampler::Kind::Sobol, seed_);
+        for (int y = tiles.rows().begin() * kTile; y < std::min(tiles.rows().end() * kTile, film.height()); ++y) {
+          for (int x = tiles.cols().begin() * kTile; x < std::min(tiles.cols().end() * kTile, film.width()); ++x) {
+            if (stop.load(std::memory_order_relaxed)) return;
+            const int px = film.x0() + x, py = film.y0() + y;
+            for (uint32_t s = first; s < end; ++s) {
+              sampler.start(uint32_t(py) * uint32_t(space.scene.settings().width) + uint32_t(px), s);
+              SampleAux aux;
+              const Vec2 at = Vec2(float(px) + 0.5f, float(py) + 0.5f) + space.filter.sample(sampler.get_2d());
+              DirectSample sample = trace_direct_paths(space.scene, at, sampler, film.wants_aux() ? &aux : nullptr, rays.own, merging);
+              if (further_.active())
+                sample.radiance = further_.mean_with(sample.radiance, sample.polished, luminance(sample.merged), px, py, [&](Vec2 further_at, Sampler& further) {
+                  return trace_direct_paths(space.scene, further_at, further, nullptr, rays.further, nullptr).radiance;
+                });
+              film.add_sample(px, py, sample.radiance + sample.merged, sample.alpha, &aux);
+            }
+          }
+        }
+      },
+      tbb::simple_partitioner());
+  counted.combine_each([&](const Rays& rays) { rays_ += rays.own, further_rays_ += rays.further; });
+}
+
+}  // namespace ajar

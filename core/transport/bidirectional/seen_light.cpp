@@ -1,0 +1,105 @@
+#include "transport/bidirectional/seen_light.h"
+
+#include <algorithm>
+
+#include "transport/paths/ray_events.h"
+#include "transport/paths/specular_branches.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr uint32_t kFirstDimension = 4, kVertexDimensions = 4, kLobe = 0, kDirection = 1, kRoulette = 3;
+
+bool goes_on(const Lobe& lobe) { return lobe.is_delta() || lobe.kind == LobeKind::Transparent; }
+
+/// The lobes of `bsdf` that light is followed through; null when there are none. `storage`: where it has others, too.
+const Bsdf* specular_part(const Bsdf& bsdf, Vec3 wo, Bsdf& storage) {
+  int count = 0;
+  for (int i = 0; i < bsdf.lobe_count(); ++i) count += goes_on(bsdf.lobe(i)) ? 1 : 0;
+  if (count == 0) return nullptr;
+  if (count == bsdf.lobe_count()) return &bsdf;
+  storage.assign_lobes(bsdf, goes_on);
+  storage.prepare(wo);
+  return &storage;
+}
+
+/// Up to a ray that is to meet surface `vertex` of its path; `point` holds what that knows of the bounces before.
+struct Walk {
+  Ray ray;
+  ShadingPoint point;
+  Color beta;
+  uint32_t vertex;
+};
+
+/// What the walk meets until it ends; sets aside other walks in `branches`.
+Color follow(const Scene& scene, Walk& walk, SpecularBranches<Walk>& branches, Sampler& sampler, uint64_t& rays) {
+  const RenderSettings& settings = scene.settings();
+  Color radiance(0.0f);
+  auto& [ray, point, beta, vertex] = walk;
+  SurfaceShading shading;
+  Bsdf storage;
+  for (;; ++vertex) {
+    const Hit hit = scene.intersect(ray, point.ray_kind);
+    ++rays;
+    const auto meet = [&](const LightMet& met) { radiance += beta * met.radiance; };
+    if (scene.has_lamp_shapes()) for_each_lamp_crossed(scene, ray, hit.t, point.ray_kind, meet);
+    if (!hit.found()) {
+      for_each_distant_light(scene, ray, point.ray_kind, !(point.ray_depth == 0 && settings.transparent_film), meet);
+      return radiance;
+    }
+    scene.shading_point(ray, hit, point);
+    if (point.object->holdout && point.ray_depth == 0) return radiance;
+    scene.material(hit).evaluate_surface(point, shading);
+    radiance += beta * shading.emission;
+    const bool last_chance = past_limits(point, settings.bounces);
+    if (last_chance && is_black(shading.bsdf.transparency())) return radiance;
+    const Bsdf* specular = specular_part(shading.bsdf, point.wo, storage);
+    if (!specular) return radiance;
+
+    if (!last_chance) {
+      branches.split(*specular, point.wo, beta, [&](const BsdfSample& event) {
+        Walk next{scene.spawn_ray(point, event.wi), {}, beta * event.f_cos, vertex + 1};
+        count_bounce(event, point, next.point);
+        return next;
+      });
+      if (branches.follows_all()) return radiance;
+    }
+    const uint32_t base = kFirstDimension + kVertexDimensions * vertex;
+    sampler.set_dimension(base + kLobe);
+    const float u_lobe = sampler.get_1d();
+    sampler.set_dimension(base + kDirection);
+    const auto sample = specular->sample(point.wo, u_lobe, sampler.get_2d());
+    if (!sample || !(sample->pdf_solid_angle > 0.0f)) return radiance;
+    if (sample->flags & kTransparent) {
+      beta *= sample->f_cos / sample->pdf_solid_angle;
+      if (!(max_component(beta) > 0.0f) || ++point.transparent_depth > settings.bounces.transparent) return radiance;
+      const float left = ray.t_max - hit.t;
+      ray = scene.spawn_ray(point, ray.direction);
+      ray.t_max = left;
+      continue;
+    }
+    if (last_chance || branches.follows(*sample)) return radiance;
+    beta *= sample->f_cos / sample->pdf_solid_angle;
+    count_bounce(*sample, point, point);
+    const float survival = std::min(1.0f, max_component(beta) / SpecularBranches<Walk>::kLeast);
+    if (survival < 1.0f) {
+      sampler.set_dimension(base + kRoulette);
+      if (!(survival > 0.0f) || sampler.get_1d() >= survival) return radiance;
+      beta /= survival;
+    }
+    ray = scene.spawn_ray(point, sample->wi);
+  }
+}
+
+}  // namespace
+
+Color trace_seen_light(const Scene& scene, Ray ray, Sampler& sampler, uint64_t& rays) {
+  Color radiance(0.0f);
+  SpecularBranches<Walk> branches({ray, {}, Color(1.0f), 0});
+  Walk walk;
+  while (branches.next(walk)) radiance += follow(scene, walk, branches, sampler, rays);
+  return radiance;
+}
+
+}  // namespace ajar

@@ -1,0 +1,35 @@
+#include "transport/chains/mutations/standard_mutations.h"
+
+#include <algorithm>
+
+#include "transport/chains/mutations/bidirectional_mutation.h"
+#include "transport/chains/mutations/caustic_perturbation.h"
+#include "transport/chains/mutations/lens_perturbation.h"
+#include "transport/chains/mutations/user_path_mutation.h"
+
+namespace ajar {
+
+namespace {
+// The optimum is flat: fewer bidirectional mutations help `room` and `lantern` a little and hurt caustics with few steps.
+constexpr float kLens = 0.35f, kCaustic = 0.25f;   // beside kBidirectionalShare
+constexpr float kHint = 0.1f, kRegrow = 0.05f;   // besides, when there are hints
+constexpr float kSharpRoughness = 0.05f;
+}  // namespace
+
+MutationShare renewing_mutation(const PathSpace& space, const Hints& hints, float hint_use, float bidirectional) {
+  if (hints.empty()) return {std::make_unique<BidirectionalMutation>(space), bidirectional};
+  const float hint = hint_use * kHint, regrow = hint_use * kRegrow, share = bidirectional + hint + regrow;
+  return {std::make_unique<UserPathMutation>(space, hints, hint / share, regrow / share), share};
+}
+
+std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints, float hint_use) {
+  std::vector<MutationShare> mutations;
+  mutations.push_back(renewing_mutation(space, hints, hint_use));
+  mutations.push_back({std::make_unique<LensPerturbation>(space), kLens});
+  const auto& programs = space.scene.programs();
+  if (std::any_of(programs.begin(), programs.end(), [](const ShaderProgram& p) { return p.may_be_smooth(kSharpRoughness); }))
+    mutations.push_back({std::make_unique<CausticPerturbation>(space), kCaustic});
+  return mutations;
+}
+
+}  // namespace ajar

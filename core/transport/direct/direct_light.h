@@ -1,0 +1,165 @@
+// Direct light at the vertices of a path: which methods there are, what they share, and the default one.
+//
+// Every method answers two questions of the path tracer. At a vertex: an estimate of the light that arrives directly and is
+// scattered towards wo. At the next one: with what weight emission counts that the BSDF's sample happened to hit.
+// Together the two are one unbiased estimate of direct light (but for what is called biased).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "film/film.h"
+#include "sampling/sampler.h"
+#include "scene/scene.h"
+#include "transport/guiding/guided_bsdf.h"
+#include "transport/paths/shadow_terminator.h"
+
+namespace ajar {
+
+enum class DirectMethod : uint8_t { Mis, MisBalance, Bsdf, Light, Ris, Correlated, PmcHi, PmcHiPaper, Ocv, OcvPaper, OcvProgressive };
+
+struct DirectMethodInfo {
+  DirectMethod method;
+  const char* name;
+  const char* label;            ///< in the UI
+  bool biased;
+  const char* sentence;         ///< one sentence for the artist
+};
+/// The one list of methods, in the order of the UI.
+const std::vector<DirectMethodInfo>& direct_method_list();
+/// Throws SceneError naming the valid ones.
+const DirectMethodInfo& find_direct_method(const std::string& name);
+
+struct SampledLight {
+  Vec3 wi{0.0f};                ///< towards it
+  uint32_t light = 0;
+};
+
+struct DirectLightContext {
+  const Scene& scene;
+  const ShadingPoint& point;
+  const Bsdf& bsdf;
+  uint32_t material = 0;        ///< index that tells materials apart
+  int pixel_x = 0, pixel_y = 0; ///< of the full frame
+  const GuidedBsdf* guide = nullptr;   ///< chooses the path's direction together with the BSDF
+  SampledLight* sampled = nullptr;   ///< where asked for: the light that was
+
+  /// With the density by which the path's own sample will be drawn: what light samples compete with.
+  Bsdf::Evaluation evaluate(Vec3 wi) const {
+    Bsdf::Evaluation value = bsdf.evaluate(point.wo, wi);
+    if (guide) value.pdf_solid_angle = guide->pdf_solid_angle(value.pdf_solid_angle, wi);
+    return value;
+  }
+  /// Along the way to a light.
+  Color transmittance(const Ray& ray) const { return scene.transmittance(ray, scene.settings().bounces.transparent); }
+  Color beyond(const LightPlace& light, Color f_cos, bool shadows, uint64_t& rays) const {
+    return beyond_terminator(scene, point, bsdf, light, f_cos, shadows, rays);
+  }
+};
+
+/// What a vertex remembers for the weight of what its BSDF sample hits.
+struct DirectVertex {
+  Vec3 position{0.0f}, normal{0.0f};   ///< Bsdf::receiving_normal
+  float bsdf_pdf = 0.0f;        ///< of the direction travelled, by BSDF and guide; 0 when no light sampling could have found it
+  bool complete = false;        ///< the estimate at the vertex left nothing for its BSDF sample
+  uint32_t cell = ~0u;          ///< of learned shares
+};
+
+/// Dimensions of a path's sampler that belong to direct light, from `first` on: one for the choice, two for the point.
+constexpr uint32_t kDirectDimensions = 3;
+
+/// Power heuristic with exponent 2 for two densities of the same measure [Veach 1997, eq. 9.13].
+inline float power_heuristic(float pdf_a, float pdf_b) {
+  // Ratio first: squares of large densities overflow.
+  if (!(pdf_a > 0.0f)) return 0.0f;
+  const float ratio = pdf_b / pdf_a;
+  return 1.0f / (1.0f + ratio * ratio);
+}
+
+/// Below as many lights, the number that chooses one is used again for the point on it: points that are stratified together
+/// stay so on each light. With many, too few bits are left.
+constexpr size_t kFewLights = 64;
+
+/// What the lobes scatter that a light of this visibility shines on.
+inline Color visible_to(uint32_t visibility, const Bsdf& bsdf, Vec3 wo, Vec3 wi) {
+  const std::array<Color, 3> kinds = bsdf.f_cos_of_kinds(wo, wi);
+  Color sum(0.0f);
+  if (visibility & kVisibleDiffuse) sum += kinds[0];
+  if (visibility & kVisibleGlossy) sum += kinds[1];
+  if (visibility & kVisibleTransmission) sum += kinds[2];
+  return sum;
+}
+
+/// One sample of one light, weighted against the BSDF's own chance of finding it, and with what lies beyond the terminator. `rays` counts
+/// shadow rays. `kOnlyBeyond`: nothing but the latter, which methods that sample light in other ways add to theirs.
+template <bool kOnlyBeyond = false, class Context>
+inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
+  const LightSet& lights = c.scene.lights();
+  if (!(choice.pmf > 0.0f)) return Color(0.0f);
+  const auto sample = lights.sample_li(choice.light, c.point.position, u, c.point.time);
+  if (!sample || is_black(sample->radiance)) return Color(0.0f);
+  if (c.sampled) *c.sampled = {sample->wi, choice.light};
+  if (kOnlyBeyond && !grazes_terminator(c.point, sample->wi)) return Color(0.0f);
+  Bsdf::Evaluation scattered = c.evaluate(sample->wi);
+  const LightFlags light = lights.flags(choice.light);
+  if (light.partial()) {
+    scattered.f_cos = visible_to(light.visibility, c.bsdf, c.point.wo, sample->wi);
+    if (is_black(scattered.f_cos)) return Color(0.0f);
+  }
+  const Color arriving = sample->radiance / (choice.pmf * sample->pdf_solid_angle);
+  if (!is_black(scattered.f_cos)) {
+    Color through(1.0f);
+    if (light.cast_shadow) {
+      ++rays;
+      through = c.transmittance(c.scene.spawn_segment(c.point, *sample));
+    }
+    if (!is_black(through)) {
+      if (kOnlyBeyond) return Color(0.0f);
+      Color contribution = scattered.f_cos * arriving * through;
+      if (!sample->delta && light.mis && !light.partial()) contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
+      return contribution;
+    }
+  }
+  if (!has_soft_terminator(c.point)) return Color(0.0f);
+  return arriving * c.beyond(*sample, scattered.f_cos, light.cast_shadow, rays);
+}
+
+template <bool kOnlyBeyond = false, class Context>
+inline Color estimate_direct(const Context& c, float u_choice, Vec2 u, uint64_t& rays) {
+  return estimate_direct<kOnlyBeyond>(c, c.scene.lights().choose(c.point.position, c.bsdf.receiving_normal(), u_choice), u, rays);
+}
+template <bool kOnlyBeyond = false, class Context>
+inline Color estimate_direct(const Context& c, Sampler& sampler, uint32_t first, uint64_t& rays) {
+  const LightSet& lights = c.scene.lights();
+  sampler.set_dimension(first + 1);
+  const Vec2 u = sampler.get_2d();
+  if (lights.size() < kFewLights) {
+    const auto choice = lights.choose(c.point.position, c.bsdf.receiving_normal(), u.x);
+    return estimate_direct<kOnlyBeyond>(c, choice, Vec2(choice.u_remapped, u.y), rays);
+  }
+  sampler.set_dimension(first);
+  return estimate_direct<kOnlyBeyond>(c, sampler.get_1d(), u, rays);
+}
+
+/// The default: one sample of one light and the path's own BSDF sample, by the power heuristic
+/// (multiple importance sampling, Veach 1997, section 9.2).
+class MisDirectLight {
+ public:
+  template <class Context = DirectLightContext>
+  Color estimate(const Context& c, Sampler& sampler, uint32_t first, DirectVertex&, SampleAux*, uint64_t& rays) const {
+    return estimate_direct(c, sampler, first, rays);
+  }
+
+  /// `position` is where the light was hit, infinite for distant light. Distances are measured from the vertex that
+  /// chose the direction: transparent surfaces in between do not count.
+  float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const {
+    if (v.bsdf_pdf == 0.0f) return 1.0f;
+    const LightSet& lights = scene.lights();
+    if (lights.any_partial() && lights.flags(light).partial()) return 0.0f;
+    const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
+    const float light_pdf = lights.choice_pmf(v.position, v.normal, light) * lights.pdf_li(light, v.position, wi, distance, normal);
+    return power_heuristic(v.bsdf_pdf, light_pdf);
+  }
+};
+
+}  // namespace ajar

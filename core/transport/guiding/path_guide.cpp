@@ -1,0 +1,160 @@
+#include "transport/guiding/path_guide.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+#include "math/random.h"
+
+namespace ajar {
+
+namespace {
+
+/// An iteration with as many paths is the last that is learned from.
+constexpr uint64_t kEnoughPaths = 1'500'000;
+constexpr double kMostVertices = 2.5e6;
+/// Later iterations are learned from by few or no more.
+constexpr uint32_t kLearnedSamples = 16;
+/// Samples before the first lesson of a frame that begins with a guide.
+constexpr uint32_t kFirstWarmLesson = 16;
+/// Samples of each measurement, and when the two with the guide begin.
+constexpr uint32_t kMeasured = 4, kFirstMeasurement = 4, kSecondMeasurement = 12;
+static_assert(PathGuide::kEqualSamples == kSecondMeasurement + kMeasured && PathGuide::kEqualSamples == 4 * kMeasured);
+/// What must have been gained to go on after each.
+constexpr double kFirstGain = 0.75, kSecondGain = 1.25;
+/// Cost of asking the guide, per ray: measured, between `rooms` and `box` (docs/benchmarks/guiding.md).
+constexpr double kCostOfGuide = 1.25;
+
+}  // namespace
+
+PathGuide::PathGuide(Mode mode, int width, int height, int tile, const Past* past)
+    : measures_(mode == Mode::Auto && !(past && past->age < kMostAge)), width_(width), pixels_(width * height), tile_(tile), columns_((width + tile - 1) / tile),
+      tile_samples_(size_t(columns_) * size_t((height + tile - 1) / tile)) {
+  if (!past) return;
+  starts_warm_ = past->tree.cell_count() > 0;
+  tree_ = past->tree;
+  vertices_per_path_ = past->vertices_per_path;
+  if (measures_) return;
+  age_ = past->age + 1;
+  learning_ = mode == Mode::On || past->pays;
+  if (starts_warm_) first_lesson_ = kFirstWarmLesson;
+}
+
+std::shared_ptr<const PathGuide::Past> PathGuide::past() {
+  const bool pays = active();
+  if (learning_) learn(GuideTree::kPastShareAtEnd);
+  if ((measures_ && !measured_) || (pays && tree_.cell_count() == 0)) return nullptr;
+  return std::make_shared<const Past>(Past{pays ? tree_ : GuideTree(), vertices_per_path_, pays, age_});
+}
+
+int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
+  if (!active()) return wanted;
+  if (learning_ && done >= first_lesson_ && std::has_single_bit(done)) {
+    learn(GuideTree::kPastShare);
+    learning_ = paths_ < kEnoughPaths || done < kLearnedSamples;
+    if (!learning_) tile_samples_.clear();
+  }
+  if (!measures_) {
+    follows_ = done > 0 || starts_warm_;
+  } else if (done < kSecondMeasurement + kMeasured || phase_ >= 0) {
+    const uint64_t spent = rays - rays_at_start_;
+    const bool was = follows_;
+    if (done == kMeasured) rays_without_ = spent;
+    if (done == kFirstMeasurement) follows_ = true;
+    if (done == kFirstMeasurement + kMeasured && (gain_ = gain(spent)) < kFirstGain) follows_ = false;
+    if (done == kSecondMeasurement + kMeasured && (gain_ = gain(spent)) < kSecondGain) follows_ = false;
+    measured_ = (was && !follows_) || done >= kSecondMeasurement + kMeasured;
+    if (was && !follows_) {
+      learning_ = false;
+      phase_ = -1;
+      tile_samples_.clear();
+      return wanted;
+    }
+    const bool first = done < kMeasured, second = (done >= kFirstMeasurement && done < kFirstMeasurement + kMeasured) ||
+                                                   (done >= kSecondMeasurement && done < kSecondMeasurement + kMeasured);
+    phase_ = first ? 0 : (second ? 1 : -1);
+    if (done == 0 || done == kFirstMeasurement || done == kSecondMeasurement) {
+      moments_[size_t(phase_)].assign(size_t(pixels_), {});
+      rays_at_start_ = rays;
+    }
+  }
+  // Up to where something is learned or measured next.
+  int samples = learning_ ? std::min(wanted, int(std::max(std::bit_ceil(done + 1), first_lesson_) - done)) : wanted;
+  if (measures_ && done < kSecondMeasurement + kMeasured) samples = std::min(samples, int((done / kMeasured + 1) * kMeasured - done));
+  if (learning_) {
+    const uint64_t iteration = uint64_t(pixels_) * (done < first_lesson_ ? first_lesson_ : std::bit_floor(done));
+    const double share = std::min(double(kEnoughPaths), kMostVertices / vertices_per_path_) / double(iteration);
+    keep_ = share < 1.0 ? uint32_t(double(~0u) * share) : ~0u;
+    paths_ = iteration;
+  }
+  return samples;
+}
+
+uint64_t PathGuide::estimated_bytes(uint64_t pixels, uint64_t samples) {
+  // Twelve vertices of a path are many; the last iteration that is learned from has half of the samples so far.
+  const double paths = double(pixels) * double(std::clamp<uint64_t>(samples / 2, 1, kLearnedSamples / 2)), vertices = std::min(kMostVertices, 12.0 * paths);
+  const double cells = vertices / 100.0;
+  return uint64_t(vertices * double(3 * sizeof(GuideSample) + GuideTree::kBytesPerSample) + 2.0 * cells * double(GuideTree::kBytesPerCell) +
+                  double(pixels) * 2.0 * double(sizeof(Moments)));
+}
+
+bool PathGuide::records(uint32_t pixel, uint32_t index) const { return keep_ == ~0u || hash_combine(pixel, index) <= keep_; }
+
+void PathGuide::learn(float past_share) {
+  // Tiles in their order, whichever thread rendered them, and paths in theirs, however the clock cut the iteration into pieces.
+  tbb::parallel_for(size_t(0), tile_samples_.size(), [&](size_t tile) {
+    std::stable_sort(tile_samples_[tile].begin(), tile_samples_[tile].end(), [](const GuideSample& a, const GuideSample& b) {
+      return a.pixel != b.pixel ? a.pixel < b.pixel : a.index < b.index;
+    });
+  });
+  size_t count = 0;
+  for (const std::vector<GuideSample>& tile : tile_samples_) count += tile.size();
+  std::vector<GuideSample> samples;
+  samples.reserve(count);
+  for (std::vector<GuideSample>& tile : tile_samples_) {
+    samples.insert(samples.end(), tile.begin(), tile.end());
+    tile.clear();
+  }
+  tree_.learn(samples, past_share);
+  size_t written = 0;
+  for (const std::vector<GuideSample>& tile : tile_samples_) written += tile.capacity();
+  most_bytes_ = std::max(most_bytes_, (written + count) * sizeof(GuideSample) + count * GuideTree::kBytesPerSample + tree_.memory_bytes() +
+                                          (moments_[0].size() + moments_[1].size()) * sizeof(Moments));
+  const double recorded = double(paths_) * (keep_ == ~0u ? 1.0 : double(keep_) / double(~0u));
+  vertices_per_path_ = std::clamp(double(count) / std::max(1.0, recorded), 0.5, 24.0);
+}
+
+/// Weighted mean over blocks of the logarithm of the ratio of their variances; a block's weight is its relative variance by both.
+double PathGuide::gain(uint64_t rays_guided) const {
+  constexpr int kBlock = 16;
+  const double n = double(kMeasured);
+  struct Block {
+    double variance[2] = {0.0, 0.0}, mean = 0.0, pixels = 0.0;
+  };
+  const int columns = (width_ + kBlock - 1) / kBlock, rows = (pixels_ / width_ + kBlock - 1) / kBlock;
+  std::vector<Block> blocks(size_t(columns) * size_t(rows));
+  for (int i = 0; i < pixels_; ++i) {
+    Block& block = blocks[size_t(i / width_ / kBlock) * size_t(columns) + size_t(i % width_ / kBlock)];
+    for (int phase = 0; phase < 2; ++phase) {
+      const Moments& m = moments_[phase][size_t(i)];
+      const double variance = std::max(0.0, double(m.square) - double(m.sum) * double(m.sum) / n) / (n - 1.0);
+      if (!std::isfinite(variance)) continue;
+      block.variance[phase] += variance;
+      block.mean += 0.5 * double(m.sum) / n;
+    }
+    block.pixels += 1.0;
+  }
+  double sum = 0.0, weights = 0.0;
+  for (const Block& b : blocks) {
+    if (!(b.variance[0] > 0.0 && b.variance[1] > 0.0)) continue;
+    const double weight = std::sqrt(b.variance[0] * b.variance[1]) / (b.mean * b.mean / b.pixels + 0.01 * b.pixels) * b.pixels;
+    sum += weight * std::log(b.variance[0] / b.variance[1]);
+    weights += weight;
+  }
+  if (!(weights > 0.0) || rays_guided == 0) return 0.0;
+  return std::exp(sum / weights) * double(rays_without_) / (double(rays_guided) * kCostOfGuide);
+}
+
+}  // namespace ajar

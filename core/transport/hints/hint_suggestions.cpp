@@ -1,0 +1,150 @@
+#include "transport/hints/hint_suggestions.h"
+
+#include <algorithm>
+
+#include <tbb/parallel_for.h>
+
+#include "transport/bidirectional/path_seeds.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr int kBlock = 256;                   // samples of one unit of work
+constexpr size_t kMostPoints = 5;             // a light and four surfaces; further bounces spread anyway
+constexpr size_t kChosen = 600;               // paths that are compared with each other
+constexpr double kBound = 0.98;               // quantile that bounds f/p
+constexpr double kHard = 4.0;                 // second moment of path tracing over the squared mean: below it does well
+constexpr float kNear = 0.12f;                // of the scene's radius: vertices that near are the same place
+constexpr double kLeastShare = 0.02;
+
+struct Candidate {
+  std::vector<Vec3> points;
+  uint32_t bounces = 0;                       // a bit for each specular one
+  double energy = 0.0, difficulty = 0.0;      // difficulty: f / p
+};
+
+/// Density with which the path tracer finds the path, per pixel^2 of the film.
+double path_tracing_density(const Path& path, float pdf_lens_area) {
+  double density = path.joinable(1) ? double(path.light.pdf_sampled) : 0.0;
+  if (path.light.can_be_hit) density += path.pdf_from_eye(0, pdf_lens_area);
+  for (int i = 1; i <= path.count - 2; ++i) density *= path.pdf_from_eye(i, pdf_lens_area);
+  return density;
+}
+
+/// From the light over at most kMostPoints - 1 surfaces, the last of them rough. Empty for paths that need no curve.
+Candidate candidate_of(const Path& path, double energy, float pdf_lens_area) {
+  Candidate candidate;
+  if (path.vertices[0].distant) return candidate;
+  int end = std::min(path.count - 1, int(kMostPoints));
+  while (end > 1 && path.vertices[size_t(end - 1)].specular) --end;
+  if (end < 2) return candidate;
+  for (int i = 0; i < end; ++i) {
+    candidate.points.push_back(path.vertices[size_t(i)].position());
+    if (i > 0 && path.vertices[size_t(i)].specular) candidate.bounces |= 1u << i;
+  }
+  const double density = path_tracing_density(path, pdf_lens_area);
+  candidate.energy = energy;
+  candidate.difficulty = density > 0.0 ? double(luminance(path.f)) / density : double(kInfinity);
+  return candidate;
+}
+
+bool near(const Candidate& a, const Candidate& b, float distance) {
+  if (a.points.size() != b.points.size() || a.bounces != b.bounces) return false;
+  for (size_t i = 0; i < a.points.size(); ++i)
+    if (length_squared(a.points[i] - b.points[i]) > sqr(distance)) return false;
+  return true;
+}
+
+/// `count` of them with chances proportional to energy times difficulty; the same one may come twice.
+std::vector<const Candidate*> choose(const std::vector<Candidate>& candidates, size_t count, double offset) {
+  double total = 0.0;
+  for (const Candidate& c : candidates) total += c.energy * c.difficulty;
+  std::vector<const Candidate*> chosen;
+  double sum = 0.0;
+  for (const Candidate& c : candidates) {
+    sum += c.energy * c.difficulty;
+    while (chosen.size() < count && (double(chosen.size()) + offset) * total < sum * double(count)) chosen.push_back(&c);
+  }
+  return chosen;
+}
+
+bool attaches(const Scene& scene, const HintSuggestion& suggestion) {
+  HintDescription description;
+  description.points = suggestion.points;
+  std::vector<HintReport> reports;
+  return !Hints::attach(scene, {description}, reports).empty();
+}
+
+}  // namespace
+
+std::vector<HintSuggestion> suggest_hints(const Scene& scene, int count, int samples, uint32_t seed, const std::atomic<bool>* stop) {
+  const auto& region = scene.settings().region;
+  const PathSpace space(scene, region[0], region[1], region[2], region[3], true);
+  struct Block {
+    std::vector<Candidate> candidates;
+    double energy = 0.0;
+  };
+  std::vector<Block> blocks(size_t((samples + kBlock - 1) / kBlock));
+  tbb::parallel_for(size_t(0), blocks.size(), [&](size_t b) {
+    PathSeeds seeds(space);
+    Sampler sampler(Sampler::Kind::Independent, seed);
+    Path path;
+    for (int i = 0; i < kBlock; ++i) {
+      if (stop && stop->load(std::memory_order_relaxed)) return;
+      sampler.start(uint32_t(b) * kBlock + uint32_t(i), 0);
+      const double energy = seeds.sample(sampler);
+      blocks[b].energy += energy + seeds.left_out_light();
+      sampler.start(uint32_t(b) * kBlock + uint32_t(i), 1);
+      if (!(energy > 0.0) || !seeds.take(double(sampler.get_1d()), path)) continue;
+      Candidate candidate = candidate_of(path, energy, space.pdf_lens_area());
+      if (!candidate.points.empty()) blocks[b].candidates.push_back(std::move(candidate));
+    }
+  });
+  if (stop && stop->load()) throw Cancelled();
+
+  std::vector<Candidate> candidates;
+  double energy = 0.0;
+  for (Block& block : blocks) {
+    std::move(block.candidates.begin(), block.candidates.end(), std::back_inserter(candidates));
+    energy += block.energy;
+  }
+  if (candidates.empty()) return {};
+
+  std::vector<double> difficulties;
+  for (const Candidate& c : candidates)
+    if (c.difficulty < double(kInfinity)) difficulties.push_back(c.difficulty);
+  std::sort(difficulties.begin(), difficulties.end());
+  const double drawn = double(blocks.size() * kBlock), mean = energy / drawn / space.film_area();
+  // Where path tracing finds nothing at all, everything is as hard as ten of its hardest.
+  const double bound = difficulties.empty() ? 1.0 : difficulties[size_t(kBound * double(difficulties.size() - 1))];
+  double second_moment = 0.0;
+  bool some_never_found = false;
+  for (Candidate& c : candidates) {
+    const bool never_found = !(c.difficulty < double(kInfinity));
+    some_never_found |= never_found;
+    c.difficulty = never_found ? 10.0 * std::max(bound, mean) : std::min(c.difficulty, bound);
+    second_moment += c.energy * c.difficulty / drawn / space.film_area();
+  }
+  if (!some_never_found && second_moment < kHard * sqr(mean)) return {};
+
+  std::vector<const Candidate*> chosen = choose(candidates, kChosen, 0.5);
+  const size_t all = chosen.size();
+  const float distance = kNear * scene.radius();
+  std::vector<HintSuggestion> suggestions;
+  while (int(suggestions.size()) < count && !chosen.empty()) {
+    const Candidate* best = nullptr;
+    size_t most = 0;
+    for (const Candidate* c : chosen) {
+      const size_t neighbours = size_t(std::count_if(chosen.begin(), chosen.end(), [&](auto* other) { return near(*c, *other, distance); }));
+      if (neighbours > most) most = neighbours, best = c;
+    }
+    const HintSuggestion suggestion{best->points, double(most) / double(all)};
+    if (suggestion.share < kLeastShare) break;
+    std::erase_if(chosen, [&](auto* other) { return near(*best, *other, distance); });
+    if (attaches(scene, suggestion)) suggestions.push_back(suggestion);
+  }
+  return suggestions;
+}
+
+}  // namespace ajar

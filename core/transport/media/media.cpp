@@ -1,0 +1,471 @@
+#include "transport/media/media.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+namespace ajar {
+
+namespace {
+
+constexpr int kMostBounds = 1024;       ///< surfaces that only enclose volumes along one ray, as in Cycles
+constexpr int kSamplesPerCell = 16;
+constexpr float kLargestExtent = 1e18f;   ///< of a volume that varies
+constexpr uint64_t kMostMajorants = 8 * 16 * 16 * 16;
+constexpr float kMargin = 1.1f, kLeastShare = 0.02f, kLargest = 1e13f;   ///< of a majorant over what was seen; of the largest; per metre
+constexpr float kFaint = 0.05f;         ///< part of a weight below which roulette decides
+constexpr float kLeastChannel = 0.25f;  ///< probability of channels that do not scatter
+
+/// Of emission along a distance, dimmed by the medium it comes from.
+Color emitted_along(const MediumPoint& medium, Color transmittance, float distance) {
+  Color result(0.0f);
+  for (int c = 0; c < 3; ++c) {
+    if (!(medium.emission[c] > 0.0f)) continue;
+    const float depth = medium.extinction[c] * distance;
+    // The quotient loses its digits where the medium is thin.
+    if (depth < 1e-3f) result[c] = medium.emission[c] * distance * (1.0f - 0.5f * depth);
+    else result[c] = medium.emission[c] * (1.0f - transmittance[c]) / medium.extinction[c];
+    if (!std::isfinite(result[c])) result[c] = 0.0f;   // an endless medium that only emits
+  }
+  return result;
+}
+
+/// Roulette among what has become fainter than `faint`.
+bool outlives(float faint, Pcg32& rng, Color& weight) {
+  const float most = max_component(glm::abs(weight));
+  if (most >= faint) return true;
+  const float survival = most / faint;
+  if (!(rng.next_float() < survival)) {
+    weight = Color(0.0f);
+    return false;
+  }
+  weight /= survival;
+  return true;
+}
+
+ShadingPoint inside_of(const MediaRay& along) {
+  ShadingPoint inside = along.path;
+  inside.primitive = kInsideVolume;
+  inside.barycentric = Vec2(0.0f);
+  inside.wo = inside.ng = inside.ns = -along.ray.direction;
+  inside.backfacing = false;
+  inside.dpdu = inside.dpdv = Vec3(0.0f);
+  inside.ray_length = 0.0f;
+  inside.time = along.ray.time;
+  inside.ray_kind = along.ray_kind;
+  return inside;
+}
+
+/// Cells along the longest axis of each of so many grids: all together have at most kMostMajorants, or one each.
+int cells_of(size_t varying) { return varying <= 8 ? 16 : varying <= 64 ? 8 : varying <= 512 ? 4 : 1; }
+
+void grow(Vec3 p, Vec3& lower, Vec3& upper) {
+  lower = glm::min(lower, p);
+  upper = glm::max(upper, p);
+}
+
+/// World-space bounds of an instance over the whole shutter.
+void bounds_of(const BuiltMesh& mesh, const BuiltInstance& instance, Vec3& lower, Vec3& upper) {
+  Vec3 low(kInfinity), high(-kInfinity);
+  for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) grow(mesh.positions[i], low, high);
+  if (mesh.baked || !(low.x <= high.x)) {
+    lower = low;
+    upper = high;
+    return;
+  }
+  lower = Vec3(kInfinity);
+  upper = Vec3(-kInfinity);
+  const uint32_t count = std::max(instance.motion_count, 1u);
+  for (uint32_t key = 0; key < count; ++key) {
+    const Mat4& m = instance.motion ? instance.motion[key] : instance.world_from_object;
+    for (int corner = 0; corner < 8; ++corner)
+      grow(transform_point(m, Vec3(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z)), lower, upper);
+  }
+}
+
+}  // namespace
+
+Color transmittance_of(Color extinction, float distance) {
+  Color result;
+  for (int c = 0; c < 3; ++c) result[c] = extinction[c] > 0.0f ? std::exp(-extinction[c] * distance) : 1.0f;
+  return result;
+}
+
+void MediaCounters::add(const MediaCounters& other) {
+  lookups += other.lookups;
+  exceeded += other.exceeded;
+  capped += other.capped;
+  refused += other.refused;
+  open_ends += other.open_ends;
+  too_deep += other.too_deep;
+}
+
+bool MediaStack::contains(uint32_t medium) const { return std::find(media_.begin(), media_.begin() + count_, medium) != media_.begin() + count_; }
+
+bool MediaStack::enter(uint32_t medium) {
+  if (contains(medium)) return true;
+  if (count_ == kMost) return false;
+  media_[size_t(count_++)] = medium;
+  return true;
+}
+
+void MediaStack::leave(uint32_t medium) {
+  const auto end = media_.begin() + count_, found = std::find(media_.begin(), end, medium);
+  if (found == end) return;
+  std::copy(found + 1, end, found);
+  --count_;
+}
+
+Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.instances().size(), kNone) {
+  if (scene.world_program().has_volume()) {
+    world_ = 0;
+    media_.push_back({kNone, kNone, &scene.world_program(), false, {}, {}, {}, {}, 0, 0.0f});
+  }
+  size_t varying = 0;
+  for (uint32_t i = 0; i < scene.instances().size(); ++i) {
+    const BuiltInstance& instance = scene.instances()[i];
+    if (scene.meshes()[instance.mesh].strands) continue;   // enclose nothing
+    Vec3 lower(kInfinity), upper(-kInfinity);
+    for (const uint32_t material : scene.materials_of(instance)) {
+      const ShaderProgram& program = scene.programs()[material];
+      if (!program.has_volume()) continue;
+      if (first_of_instance_[i] == kNone) {
+        first_of_instance_[i] = uint32_t(media_.size());
+        bounds_of(scene.meshes()[instance.mesh], instance, lower, upper);
+        lower_ = glm::min(lower_, lower);
+        upper_ = glm::max(upper_, upper);
+      }
+      const bool known = std::any_of(media_.begin() + first_of_instance_[i], media_.end(), [&](const Medium& m) { return m.material == material; });
+      if (known) continue;
+      // Beyond what rays reach nothing can be told apart, and lengths of cells would overflow.
+      const bool varies = program.medium_varies() && max_component(upper - lower) < kLargestExtent;
+      varying += varies ? 1 : 0;
+      media_.push_back({i, material, &program, varies, lower, upper - lower, {}, {}, 0, 0.0f});
+    }
+  }
+  const int cells_along = cells_of(varying);
+  for (Medium& medium : media_)
+    if (medium.varies) find_majorants(medium, cells_along);
+}
+
+uint64_t Media::most_bytes(uint64_t volumes, uint64_t instances) {
+  // Vectors that grow have up to twice what is in them.
+  return 2 * (volumes * sizeof(Medium) + (kMostMajorants + volumes) * sizeof(float)) + instances * sizeof(uint32_t);
+}
+
+void Media::find_majorants(Medium& medium, int cells_along) {
+  const Vec3 extent = glm::max(medium.size, Vec3(1e-6f * max_component(medium.size) + 1e-30f));
+  const float cell = max_component(extent) / float(cells_along);
+  for (int axis = 0; axis < 3; ++axis) {
+    medium.cells[size_t(axis)] = std::clamp(int(std::ceil(extent[axis] / cell)), 1, cells_along);
+    medium.size[axis] = extent[axis] / float(medium.cells[size_t(axis)]);
+    medium.inverse_size[axis] = 1.0f / medium.size[axis];
+  }
+  medium.most = kMostPerCell / glm::length(medium.size);
+  medium.first_majorant = majorants_.size();
+  const auto [nx, ny, nz] = medium.cells;
+  std::vector<float> seen(size_t(nx) * size_t(ny) * size_t(nz));
+  const BuiltInstance& instance = scene_.instances()[medium.instance];
+  tbb::parallel_for(size_t(0), seen.size(), [&](size_t index) {
+    Pcg32 rng(index, 0x6d656469U);
+    const Vec3 corner = medium.lower + medium.size * Vec3(float(index % size_t(nx)), float(index / size_t(nx) % size_t(ny)), float(index / (size_t(nx) * size_t(ny))));
+    ShadingPoint path;
+    MediaStack none;
+    Ray ray;
+    ShadingPoint inside = inside_of({none, ray, 0.0f, path, kRayCamera});
+    MediaCounters ignored;
+    for (int k = 0; k < kSamplesPerCell; ++k) {
+      inside.position = corner + medium.size * Vec3(rng.next_float(), rng.next_float(), rng.next_float());
+      inside.time = instance.motion ? rng.next_float() : 0.0f;
+      inside.ray_kind = k % 4 == 3 ? uint32_t(kRayShadow) : uint32_t(kRayCamera);
+      MediumPoint point;
+      add(medium, inside, point, ignored);
+      seen[index] = std::max(seen[index], max_component(point.extinction));
+      // Emission is found at collisions: there must be some.
+      if (!is_black(point.emission)) seen[index] = std::max(seen[index], 1.0f / glm::length(medium.size));
+    }
+  });
+  const float largest = *std::max_element(seen.begin(), seen.end());
+  const float least = std::min(std::max(kLeastShare * largest, 0.25f / glm::length(extent)), kLargest);
+  for (int z = 0; z < nz; ++z)
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x) {
+        // The neighbours know of peaks that lie between.
+        float most = least;
+        for (int w = std::max(z - 1, 0); w <= std::min(z + 1, nz - 1); ++w)
+          for (int v = std::max(y - 1, 0); v <= std::min(y + 1, ny - 1); ++v)
+            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, nx - 1); ++u) most = std::max(most, std::min(kMargin * seen[size_t((w * ny + v) * nx + u)], kLargest));
+        majorants_.push_back(most);
+      }
+}
+
+float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const {
+  std::array<int, 3> cell;
+  bool inside = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int count = medium.cells[size_t(axis)];
+    const float d = direction[axis], place = (position[axis] - medium.lower[axis]) * medium.inverse_size[axis];
+    int border;   // the next one on the way
+    if (!(place >= 0.0f && place < float(count))) {
+      inside = false;
+      if (place < 0.0f ? !(d > 0.0f) : !(d < 0.0f)) return 0.0f;   // it never comes there
+      border = place < 0.0f ? 0 : count;
+    } else {
+      cell[size_t(axis)] = std::min(int(place), count - 1);
+      border = cell[size_t(axis)] + (d > 0.0f ? 1 : 0);
+    }
+    if (d == 0.0f) continue;
+    reach = std::min(reach, std::max((medium.lower[axis] + medium.size[axis] * float(border) - position[axis]) / d, 1e-3f * medium.size[axis]));
+  }
+  return inside ? majorants_[medium.first_majorant + size_t((cell[2] * medium.cells[1] + cell[1]) * medium.cells[0] + cell[0])] : 0.0f;
+}
+
+/// Media that vary end at their bounds, should a ray have missed their surface.
+bool Media::reaches(const Medium& medium, Vec3 position) const {
+  for (int axis = 0; axis < 3; ++axis) {
+    const float place = (position[axis] - medium.lower[axis]) * medium.inverse_size[axis];
+    if (!(place >= 0.0f && place < float(medium.cells[size_t(axis)]))) return false;
+  }
+  return true;
+}
+
+uint32_t Media::medium_of(const Hit& hit) const {
+  const uint32_t first = first_of_instance_[hit.instance];
+  if (first == kNone) return kNone;
+  const uint32_t material = uint32_t(scene_.material_index(hit));
+  for (uint32_t i = first; i < media_.size() && media_[i].instance == hit.instance; ++i)
+    if (media_[i].material == material) return i;
+  return kNone;
+}
+
+void Media::cross(const Hit& hit, bool inwards, MediaStack& stack, MediaCounters& counters) const {
+  const uint32_t medium = medium_of(hit);
+  if (medium == kNone) return;
+  if (!inwards) stack.leave(medium);
+  else if (!stack.enter(medium)) ++counters.too_deep;
+}
+
+void Media::leave_all(MediaStack& stack, MediaCounters& counters) const {
+  const int world = world_ == kNone ? 0 : 1;
+  if (stack.size() == world) return;
+  ++counters.open_ends;
+  stack = MediaStack();
+  if (world_ != kNone) stack.enter(world_);
+}
+
+MediaStack Media::around(Vec3 position, float time, MediaCounters& counters) const {
+  MediaStack stack, entered;
+  if (world_ != kNone) stack.enter(world_);
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(position[axis] >= lower_[axis] && position[axis] <= upper_[axis])) return stack;
+  Ray ray;
+  ray.origin = position;
+  ray.time = time;
+  ShadingPoint point;
+  for (int crossed = 0; crossed < kMostBounds; ++crossed) {
+    const Hit hit = scene_.intersect(ray, kRayCamera);
+    if (!hit.found()) break;
+    scene_.shading_point(ray, hit, point);
+    if (const uint32_t medium = medium_of(hit); medium != kNone) {
+      if (!point.backfacing) entered.enter(medium);
+      else if (!entered.contains(medium) && !stack.enter(medium)) ++counters.too_deep;
+    }
+    ray = scene_.spawn_ray(point, ray.direction);
+  }
+  return stack;
+}
+
+void Media::add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, MediaCounters& counters) const {
+  if (medium.instance == kNone) {
+    inside.instance = nullptr;
+    inside.mesh = nullptr;
+    inside.object = nullptr;
+    // The world's place is a direction: that of the middle of the scene, wherever one is.
+    ShadingPoint middle = inside;
+    middle.position = scene_.center();
+    middle.wo = middle.ng = middle.ns = -scene_.center();
+    medium.program->add_medium(middle, point);
+    return;
+  }
+  const BuiltInstance& instance = scene_.instances()[medium.instance];
+  inside.instance = &instance;
+  inside.mesh = &scene_.meshes()[instance.mesh];
+  inside.object = &scene_.object(instance.object);
+  if (!medium.varies) {
+    medium.program->add_medium(inside, point);
+    return;
+  }
+  if (medium.inverse_size.x > 0.0f && !reaches(medium, inside.position)) return;
+  MediumPoint own;
+  medium.program->add_medium(inside, own);
+  const float largest = max_component(own.extinction);
+  float scale = 1.0f;
+  if (medium.most > 0.0f && largest > medium.most) {
+    scale = medium.most / largest;
+    ++counters.capped;
+  }
+  const Color scattering = own.scattering * scale;
+  point.extinction += own.extinction * scale - scattering;
+  for (int i = 0; i < own.lobe_count; ++i) point.add_scattering(own.lobes[size_t(i)].scattering * scale, own.lobes[size_t(i)].anisotropy);
+  point.emission += own.emission;
+  point.refused += own.refused;
+}
+
+void Media::evaluate(const MediaStack& stack, ShadingPoint& inside, MediumPoint& point, MediaCounters& counters) const {
+  for (int i = 0; i < stack.size(); ++i) add(media_[stack[i]], inside, point, counters);
+  counters.refused += uint64_t(point.refused);
+}
+
+bool Media::varies(const MediaStack& stack) const {
+  for (int i = 0; i < stack.size(); ++i)
+    if (media_[stack[i]].varies) return true;
+  return false;
+}
+
+/// Calls `collide(medium, majorant, t)` at tentative collisions until it returns false or the ray ends.
+template <class Collide>
+void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Collide&& collide) const {
+  ShadingPoint inside = inside_of(along);
+  float constant = 0.0f;   // majorant of those that do not vary
+  for (int i = 0; i < along.stack.size(); ++i) {
+    const Medium& medium = media_[along.stack[i]];
+    if (medium.varies) continue;
+    MediumPoint point;
+    inside.position = along.ray.origin;
+    add(medium, inside, point, counters);
+    constant += max_component(point.extinction);
+    if (!is_black(point.emission)) constant += 1.0f;
+  }
+  // Small media far away: at least the next number.
+  const auto advanced = [](float t, float step) { return t + step > t ? t + step : t * (1.0f + 1e-6f) + 1e-30f; };
+  for (float t = along.ray.t_min; t < along.t_end;) {
+    const Vec3 position = along.ray.origin + t * along.ray.direction;
+    float rate = constant, reach = along.t_end - t;
+    for (int i = 0; i < along.stack.size(); ++i)
+      if (const Medium& medium = media_[along.stack[i]]; medium.varies) rate += majorant(medium, position, along.ray.direction, reach);
+    const float step = -std::log(1.0f - rng.next_float()) / rate;
+    if (!(step < reach)) {
+      // The next cell; an exponential distance has no memory.
+      t = advanced(t, reach);
+      continue;
+    }
+    t = advanced(t, step);
+    inside.position = along.ray.origin + t * along.ray.direction;
+    MediumPoint point;
+    evaluate(along.stack, inside, point, counters);
+    ++counters.lookups;
+    if (max_component(point.extinction) > rate * (1.0f + 1e-5f)) ++counters.exceeded;
+    if (!collide(point, rate, t)) return;
+  }
+}
+
+bool Media::is_uniform(const MediaRay& along, MediumPoint& at, MediaCounters& counters) const {
+  if (varies(along.stack)) return false;
+  ShadingPoint inside = inside_of(along);
+  inside.position = along.ray.origin;
+  evaluate(along.stack, inside, at, counters);
+  return true;
+}
+
+bool Media::scatter_uniform(const MediaRay& along, const MediumPoint& at, bool may_scatter, Vec2 u, Color& beta, Color& emitted, float& t) const {
+  if (at.empty()) return false;
+  const float length = along.t_end - along.ray.t_min;
+  const Color through = transmittance_of(at.extinction, length);
+  if (!is_black(at.emission)) emitted += beta * emitted_along(at, through, length);
+  Color chance(0.0f);
+  if (may_scatter && at.scatters()) {
+    for (int c = 0; c < 3; ++c) {
+      const float albedo = at.extinction[c] > 0.0f ? at.scattering[c] / at.extinction[c] : 0.0f;
+      chance[c] = std::abs(beta[c]) * (kLeastChannel + (1.0f - kLeastChannel) * albedo);
+    }
+    const float sum = chance.x + chance.y + chance.z;
+    if (sum > 0.0f) chance /= sum;
+  }
+  if (is_black(chance)) {
+    beta *= through;
+    return false;
+  }
+  const int channel = u.y < chance.x ? 0 : u.y < chance.x + chance.y ? 1 : 2;
+  const float distance = at.extinction[channel] > 0.0f ? -std::log(1.0f - u.x) / at.extinction[channel] : kInfinity;
+  if (!(distance < length)) {
+    beta *= through / glm::dot(chance, through);
+    return false;
+  }
+  const Color reaching = transmittance_of(at.extinction, distance);
+  beta *= at.scattering * reaching / glm::dot(chance, at.extinction * reaching);
+  t = along.ray.t_min + distance;
+  return true;
+}
+
+bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng, Color& beta, Color& emitted, float& t, MediumPoint& at,
+                            MediaCounters& counters) const {
+  bool scattered = false;
+  const float faint = kFaint * max_component(glm::abs(beta));
+  track(along, rng, counters, [&](const MediumPoint& point, float rate, float place) {
+    emitted += beta * point.emission / rate;
+    const Color null = Color(rate) - point.extinction;
+    float scatters = 0.0f, passes = 0.0f;
+    for (int c = 0; c < 3; ++c) {
+      scatters += may_scatter ? std::abs(beta[c]) * point.scattering[c] : 0.0f;
+      passes += std::abs(beta[c] * null[c]);
+    }
+    if (!(scatters + passes > 0.0f)) {
+      beta = Color(0.0f);
+      return false;
+    }
+    const float chance = scatters / (scatters + passes);
+    if (chance > 0.0f && rng.next_float() < chance) {
+      beta *= point.scattering / (rate * chance);
+      scattered = true;
+      t = place;
+      at = point;
+      return false;
+    }
+    beta *= null / (rate * (1.0f - chance));
+    return outlives(faint, rng, beta);
+  });
+  return scattered;
+}
+
+Color Media::transmittance(const MediaRay& along, Pcg32& rng, MediaCounters& counters) const {
+  if (along.stack.empty()) return Color(1.0f);
+  if (MediumPoint medium; is_uniform(along, medium, counters)) return transmittance_of(medium.extinction, along.t_end - along.ray.t_min);
+  Color through(1.0f);
+  track(along, rng, counters, [&](const MediumPoint& point, float rate, float) {
+    through *= (Color(rate) - point.extinction) / rate;
+    return outlives(kFaint, rng, through);
+  });
+  return through;
+}
+
+Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoint& path, Pcg32& rng, MediaCounters& counters) const {
+  Color through(1.0f);
+  ShadingPoint point;
+  const int most = scene_.settings().bounces.transparent;
+  for (int crossed = 0, bounds = 0;;) {
+    const Hit hit = scene_.intersect(ray, kRayShadow);
+    if (!hit.found() && ray.t_max == kInfinity) leave_all(stack, counters);
+    if (hit.found()) {
+      const ShaderProgram& program = scene_.material(hit);
+      const bool only_encloses = program.has_volume() && !program.has_surface();
+      if (only_encloses ? ++bounds > kMostBounds : !program.may_be_transparent() || crossed++ >= most) return Color(0.0f);
+      scene_.shading_point(ray, hit, point);
+      point.ray_kind = kRayShadow;
+      if (!only_encloses) through *= program.evaluate_transparency(point);
+    }
+    if (!(max_component(glm::abs(through)) > 0.0f)) return Color(0.0f);
+    through *= transmittance({stack, ray, hit.found() ? hit.t : ray.t_max, path, kRayShadow}, rng, counters);
+    if (!hit.found() || !(max_component(glm::abs(through)) > 0.0f)) return through;
+    cross(hit, !point.backfacing, stack, counters);
+    const Vec3 end = ray.origin + ray.direction * ray.t_max;
+    const float t_max = ray.t_max;
+    ray = scene_.spawn_ray(point, ray.direction);
+    if (t_max < kInfinity) {
+      ray.t_max = glm::dot(end - ray.origin, ray.direction);
+      if (!(ray.t_max > 0.0f)) return through;
+    }
+  }
+}
+
+}  // namespace ajar

@@ -1,0 +1,122 @@
+#include "transport/media/subsurface_walk.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "math/frame.h"
+#include "math/warps.h"
+#include "shading/bsdf/closure_parts.h"
+#include "shading/bsdf/fresnel.h"
+#include "transport/media/phase_function.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr int kMostSteps = 256;
+constexpr float kLeastAlbedo = 0.2f, kNothingLeft = 1e-6f;
+/// Whoever it is hidden from, an object is there for light inside it.
+constexpr uint32_t kEveryKind = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow | kRayVolumeScatter;
+
+/// Albedo of single scattering that gives a half-space this albedo (fit of Kulla and Chiang as Blender has it, g the anisotropy).
+float single_scattering_albedo(float albedo, float g) {
+  const float g2 = g * g, g3 = g2 * g, g4 = g2 * g2, g5 = g4 * g, g6 = g3 * g3, g7 = g6 * g;
+  const auto polynomial = [&](float c0, float c1, float c2, float c3, float c4, float c5, float c6, float c7) {
+    return c0 + c1 * g + c2 * g2 + c3 * g3 + c4 * g4 + c5 * g5 + c6 * g6 + c7 * g7;
+  };
+  const float a = polynomial(1.8260523782f, -1.28451056436f, -1.79904629312f, 9.19393289202f, -22.8215585862f, 32.0234874259f, -23.6264803333f, 7.21067002658f);
+  const float b = 4.98511194385f + 0.127355959438f * std::exp(polynomial(0.0f, 31.1491581433f, -201.847017512f, 841.576016723f, -2018.09288505f,
+                                                                         2731.71560286f, -1935.41424244f, 559.009054474f));
+  const float c = polynomial(1.09686102424f, -0.394704063468f, 1.05258115941f, -8.83963712726f, 28.8643230661f, -46.8802913581f, 38.5402837518f, -12.7181042538f);
+  const float d = polynomial(0.496310210422f, 0.360146581622f, -2.15139309747f, 17.8896899217f, -55.2984010333f, 82.065982243f, -58.5106008578f, 15.8478295021f);
+  const float e = 4.23190299701f + 0.00310603949088f * std::exp(polynomial(0.0f, 76.7316253952f, -594.356773233f, 2448.8834203f, -5576.68528998f,
+                                                                           7116.60171912f, -4763.54467887f, 1303.5318055f));
+  const float f = polynomial(2.40602999408f, -2.51814844609f, 9.18494908356f, -79.2191708682f, 259.082868209f, -403.613804597f, 302.85712436f, -87.4370473567f);
+  const float blend = std::pow(albedo, 0.25f);
+  const float alpha = (1.0f - blend) * a * std::pow(std::atan(b * albedo), c) + blend * d * std::pow(std::atan(e * albedo), f);
+  return std::clamp(alpha, 0.0f, 0.999999f);
+}
+
+/// First surface of this instance along the ray; others are looked through.
+Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& rays) {
+  float travelled = 0.0f;
+  ShadingPoint other;
+  for (;;) {
+    Hit hit = scene.intersect(ray, kEveryKind);
+    ++rays;
+    if (!hit.found() || hit.instance == instance) {
+      hit.t += travelled;
+      return hit;
+    }
+    scene.shading_point(ray, hit, other);
+    const float left = ray.t_max - hit.t;
+    travelled += hit.t;
+    ray = scene.spawn_ray(other, ray.direction);
+    ray.t_max = left;
+    if (!(left > 0.0f)) return {};
+  }
+}
+
+}  // namespace
+
+WalkMedium walk_medium(const SubsurfaceMedium& medium) {
+  WalkMedium walk;
+  for (int i = 0; i < 3; ++i) {
+    walk.albedo[i] = single_scattering_albedo(std::clamp(medium.albedo[i], 0.0f, 1.0f), medium.anisotropy);
+    walk.extinction[i] = 1.0f / (std::max(medium.radius[i], 1e-16f) * (1.0f - medium.anisotropy));
+    if (walk.albedo[i] < kLeastAlbedo) {
+      walk.factor[i] = walk.albedo[i] / kLeastAlbedo;
+      walk.albedo[i] = kLeastAlbedo;
+    }
+  }
+  return walk;
+}
+
+bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, const SubsurfaceMedium& medium, Pcg32& rng, ShadingPoint& point,
+                        Bsdf& bsdf, Color& weight, uint64_t& rays) {
+  const WalkMedium inside = walk_medium(medium);
+  Color carried = inside.factor;
+  if (medium.fresnel) carried *= 1.0f - 0.5f * fresnel::schlick(saturate(glm::dot(normal, point.wo)));
+  const Vec2 u{rng.next_float(), rng.next_float()};
+  Vec3 direction = -Frame(normal).to_world(warp::square_to_cosine_hemisphere(u));
+  if (!(glm::dot(direction, point.ng) < 0.0f)) return false;
+  Ray ray = scene.spawn_ray(point, direction);
+  for (int step = 0; step < kMostSteps; ++step) {
+    Color chance = carried * inside.albedo * weight;
+    const float sum = chance.x + chance.y + chance.z;
+    if (!(sum > 0.0f)) return false;
+    chance /= sum;
+    const float u_channel = rng.next_float();
+    const int channel = u_channel < chance.x ? 0 : (u_channel < chance.x + chance.y ? 1 : 2);
+    ray.t_max = -std::log(1.0f - rng.next_float()) / inside.extinction[channel];
+    const Hit hit = find_own_surface(scene, entered.instance, ray, rays);
+    const Color transmittance = glm::exp(-inside.extinction * (hit.found() ? hit.t : ray.t_max));
+    if (hit.found()) {
+      carried *= transmittance / glm::dot(chance, transmittance);
+      ray.direction = -ray.direction;  // as if seen from outside
+      scene.shading_point(ray, hit, point);
+      if (!(glm::dot(point.ns, point.ng) > 0.0f)) point.ns = point.ng;
+      point.wo = point.ns;
+      weight *= carried;
+      bsdf.start(point.ng, point.ns);
+      if (medium.fresnel) {
+        // Without roughness and seen along the normal, it is dimmed by the way out alone.
+        bsdf.add(closures::make_lobe(LobeKind::PrincipledDiffuse, Color(1.0f), point.ns));
+        bsdf.prepare(point.wo);
+      } else {
+        bsdf.set_lambert(Color(1.0f), point.wo);
+      }
+      return is_finite(weight);
+    }
+    const Color density = inside.extinction * transmittance;
+    carried *= inside.albedo * density / glm::dot(chance, density);
+    if (!(max_component(carried) > kNothingLeft)) return false;
+    ray.origin += ray.t_max * ray.direction;
+    const float cosine = sample_henyey_greenstein(medium.anisotropy, rng.next_float()), sine = safe_sqrt(1.0f - cosine * cosine);
+    const float phi = 2.0f * kPi * rng.next_float();
+    ray.direction = Frame(ray.direction).to_world(Vec3(sine * std::cos(phi), sine * std::sin(phi), cosine));
+  }
+  return false;
+}
+
+}  // namespace ajar

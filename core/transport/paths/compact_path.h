@@ -1,0 +1,42 @@
+// A path as populations keep it: a quarter of a kilobyte a vertex. Surfaces are shaded again when it is unpacked.
+#pragma once
+
+#include <vector>
+
+#include "transport/paths/path.h"
+
+namespace ajar {
+
+class CompactPath {
+ public:
+  void pack(const Path& path);
+  /// The same path, bit for bit.
+  void unpack(Path& path) const;
+  bool empty() const { return vertices_.empty(); }
+  void clear() { vertices_.clear(); }
+  Vec2 film() const { return film_; }
+  /// For a target that is `factor` times the one it was packed with.
+  void scale_target(double factor) { target_ *= factor; }
+  size_t bytes() const { return sizeof(*this) + vertices_.capacity() * sizeof(Vertex); }
+
+ private:
+  struct Vertex {
+    VertexKind kind;
+    bool specular, distant, delta;
+    int light;
+    float pass;
+    const ShaderProgram* program;
+    Color emission;
+    ShadingPoint point;
+    PathEdge edge;
+    Scattering scattering;
+  };
+  std::vector<Vertex> vertices_;
+  Vec2 film_{0.0f};
+  LightEnd light_;
+  float hit_choice_ = 1.0f, film_density_ = 0.0f;
+  double target_ = 0.0;
+  glm::dvec3 f_{0.0};
+};
+
+}  // namespace ajar

@@ -1,0 +1,260 @@
+#include "transport/paths/path_vertex.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "shading/bsdf/closures.h"
+#include "transport/paths/light_walk_guide.h"
+#include "transport/paths/shadow_terminator.h"
+
+namespace ajar {
+
+PathEdge join(const PathVertex& light_end, const PathVertex& eye_end) {
+  PathEdge edge;
+  if (light_end.distant) {
+    edge.to_eye = light_end.point.ng;
+  } else if (eye_end.distant) {
+    edge.to_eye = -eye_end.point.ng;
+  } else {
+    const Vec3 between = eye_end.position() - light_end.position();
+    const float square = length_squared(between);
+    edge.inverse_square = square > 0.0f ? 1.0f / square : 0.0f;
+    edge.to_eye = between * std::sqrt(edge.inverse_square);
+  }
+  const bool point_light = light_end.kind == VertexKind::Light && light_end.delta;
+  if (!light_end.distant && !point_light) edge.cos_light_end = abs_dot(light_end.point.ng, edge.to_eye);
+  if (eye_end.kind == VertexKind::Surface) edge.cos_eye_end = abs_dot(eye_end.point.ng, edge.to_eye);
+  return edge;
+}
+
+namespace {
+
+ShadingPoint turned_towards(const ShadingPoint& point, Vec3 wo) {
+  ShadingPoint p = point;
+  p.wo = wo;
+  if (glm::dot(p.ng, wo) < 0.0f) {
+    p.ng = -p.ng;
+    p.ns = -p.ns;
+    p.backfacing = !p.backfacing;
+  }
+  return p;
+}
+
+/// Would the surface's own normal be bent for this direction?
+bool bends_normal(const ShadingPoint& point, Vec3 wo) {
+  const float side = glm::dot(point.ng, wo) < 0.0f ? -1.0f : 1.0f;
+  const Vec3 ns = side * point.ns;
+  return closures::safe_shading_normal(side * point.ng, wo, ns) != ns;
+}
+
+/// The lobes as made for `wo`.
+class BsdfFor {
+ public:
+  BsdfFor(const PathVertex& vertex, Vec3 wo, bool depends_on_view) : bsdf_(&vertex.shading.bsdf) {
+    if (!depends_on_view || wo == vertex.point.wo) return;
+    const ShadingPoint point = turned_towards(vertex.point, wo);
+    vertex.program->evaluate_surface(point, shading_);
+    shading_.bsdf.remove_transparency(wo);
+    bsdf_ = &shading_.bsdf;
+  }
+  const Bsdf* operator->() const { return bsdf_; }
+
+ private:
+  const Bsdf* bsdf_;
+  SurfaceShading shading_;
+};
+
+/// May the lobes differ when made for `wo`?
+bool depends_on_view(const PathVertex& vertex, Vec3 wo) {
+  return vertex.program->depends_on_view() || (vertex.point.ns != vertex.point.ng && (bends_normal(vertex.point, wo) || vertex.shading.bsdf.n != vertex.point.ns));
+}
+
+/// d(to_light) / d(to_eye) of a refraction whose index grows by eta from the eye's side to the light's:
+/// n^2 cos dw is the same on both sides. 1 for reflection.
+float refraction_jacobian(Vec3 to_eye, Vec3 to_light, float eta) {
+  if (eta == 1.0f) return 1.0f;
+  const Vec3 m = to_eye + eta * to_light;  // along the normal [Walter et al. 2007, eq. 16]
+  const float cos_light = abs_dot(m, to_light);
+  return cos_light > 0.0f ? abs_dot(m, to_eye) / (eta * eta * cos_light) : 0.0f;
+}
+
+}  // namespace
+
+std::optional<BsdfSample> sample_direction(const PathVertex& vertex, Vec3 wo, float u_lobe, Vec2 u) {
+  return BsdfFor(vertex, wo, depends_on_view(vertex, wo))->sample(wo, u_lobe, u);
+}
+
+std::optional<BsdfSample> follow_direction(const PathVertex& vertex, Vec3 wo, bool transmitted, float u_lobe) {
+  return BsdfFor(vertex, wo, depends_on_view(vertex, wo))->follow_specular(wo, transmitted, u_lobe);
+}
+
+Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular, const LightWalkGuide* guide) {
+  const bool differ = depends_on_view(vertex, to_eye) || depends_on_view(vertex, to_light);
+  const BsdfFor from_eye(vertex, to_eye, differ), from_light(vertex, to_light, differ);
+  const float free = guide && vertex.connectable() ? 1.0f - guide->share_at(vertex.position()) : 1.0f;
+  Scattering s;
+  if (!specular) {
+    const Bsdf::Evaluation forward = from_eye->evaluate(to_eye, to_light);
+    s.f = forward.f_cos;
+    s.pdf_to_light = forward.pdf_solid_angle;
+    s.pdf_to_eye = from_light->evaluate(to_light, to_eye).pdf_solid_angle;
+    s.pdf_walk_to_eye = free < 1.0f ? free * s.pdf_to_eye + guide->pdf_at(vertex.position(), to_eye) : s.pdf_to_eye;
+    return s;
+  }
+  const Bsdf::SpecularEvaluation forward = from_eye->evaluate_specular(to_eye, to_light);
+  const Bsdf::SpecularEvaluation back = from_light->evaluate_specular(to_light, to_eye);
+  const float jacobian = refraction_jacobian(to_eye, to_light, forward.eta);
+  s.f = forward.weight;
+  s.pdf_to_light = forward.probability;
+  s.pdf_to_eye = back.probability * jacobian;
+  s.pdf_walk_to_eye = free * s.pdf_to_eye;
+  s.follow_to_light = forward.follow_probability;
+  s.follow_to_eye = back.follow_probability * jacobian;
+  return s;
+}
+
+float pass_chance(const ShaderProgram& program, Color transparency) {
+  const float y = luminance(transparency);
+  if (!(y > 0.0f)) return 0.0f;
+  // Where there is something to stop for, some walks stop.
+  return program.scatters() || program.emits() ? std::min(y, 0.9f) : 1.0f;
+}
+
+LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge, const LightWalkGuide* guide) {
+  const LightSet& lights = scene.lights();
+  LightEnd end;
+  if (light.program) {
+    end.radiance = light.program->emission_is_constant() || light.point.wo == edge.to_eye
+                       ? light.shading.emission
+                       : light.program->evaluate_emission(turned_towards(light.point, edge.to_eye));
+    end.can_be_hit = true;
+  } else if (light.light == lights.environment_index()) {
+    end.radiance = lights.environment_radiance(-edge.to_eye, 0);
+    end.can_be_hit = true;
+  } else {
+    end.radiance = lights.lamp_radiance(uint32_t(light.light), light.position(), edge.to_eye, light.point.time,
+                                       light.distant ? 0.0f : 1.0f / std::sqrt(edge.inverse_square));
+    // The far side of a sphere shines away, through the sphere.
+    const LightFlags flags = lights.flags(uint32_t(light.light));
+    if (is_sphere(flags.type) && !(glm::dot(light.point.ng, edge.to_eye) > 0.0f)) end.radiance = Color(0.0f);
+    end.can_be_hit = !light.delta && flags.mis;
+  }
+  if (light.light < 0) return end;  // emits without being known as a light
+  const uint32_t index = uint32_t(light.light);
+  const LightSet::LePdf le = lights.pdf_le(index, light.position(), light.point.ng, edge.to_eye);
+  const float chance = lights.power_pmf(index);
+  const bool parallel = light.delta && light.distant;
+  end.pdf_origin = chance * (light.distant ? (parallel ? 1.0f : le.pdf_solid_angle) : le.pdf_area);
+  end.pdf_by_power = end.pdf_origin;
+  end.pdf_direction = light.distant ? le.pdf_area : le.pdf_solid_angle;
+  if (guide) guide->mix(lights, index, light.position(), light.point.ng, edge.to_eye, end);
+  if (next.kind == VertexKind::Surface) {
+    const float choice = lights.choice_pmf(next.position(), next.shading.bsdf.receiving_normal(), index);
+    if (light.delta) {
+      end.pdf_sampled = choice;
+    } else {
+      const float distance = light.distant ? kInfinity : 1.0f / std::sqrt(edge.inverse_square);
+      end.pdf_sampled = choice * lights.pdf_li(index, next.position(), -edge.to_eye, distance, light.point.ng) * edge.to_light_area();
+    }
+  }
+  return end;
+}
+
+/// The light or surface of `to`, as seen along `direction`.
+static LightPlace place_of(const PathVertex& to, Vec3 direction, float distance) {
+  return {direction, distance, to.position(), to.delta ? -direction : to.point.ng, max_component(to.point.position_error)};
+}
+
+bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge, uint64_t& rays) {
+  edge.transmittance = Color(1.0f);
+  edge.pass = 1.0f;
+  if (light_end.kind == VertexKind::Light && light_end.light >= 0 && !light_end.program && light_end.light != scene.lights().environment_index() &&
+      !scene.lights().flags(uint32_t(light_end.light)).cast_shadow)
+    return true;
+  // From a surface, whose rounding error is known; towards the camera only as far as its clipping plane.
+  const bool from_eye_end = eye_end.kind == VertexKind::Surface;
+  const PathVertex& from = from_eye_end ? eye_end : light_end;
+  const PathVertex& to = from_eye_end ? light_end : eye_end;
+  if (from.kind != VertexKind::Surface) return false;
+  const Vec3 direction = from_eye_end ? -edge.to_eye : edge.to_eye;
+  float distance = kInfinity;
+  if (to.kind == VertexKind::Lens) {
+    const Camera& camera = scene.camera();
+    distance = to.distant ? glm::dot(to.position() - from.position(), camera.forward()) / glm::dot(direction, camera.forward())
+                          : 1.0f / std::sqrt(edge.inverse_square);
+    distance -= camera.clip_distance(direction);
+    if (!(distance > 0.0f)) return false;
+  } else if (!to.distant) {
+    distance = 1.0f / std::sqrt(edge.inverse_square);
+  }
+  Ray ray = scene.spawn_ray(from.point, direction);
+  if (to.kind == VertexKind::Lens) ray.t_max = distance;
+  else ray = end_before(ray, place_of(to, direction, distance));
+  const int limit = scene.settings().bounces.transparent;
+  if (!scene.statistics().transparent_shadows) {
+    ++rays;
+    return !is_black(scene.transmittance(ray, limit));
+  }
+  for (int crossed = 0;; ++crossed) {
+    const Hit hit = scene.intersect(ray, kRayShadow);
+    ++rays;
+    if (!hit.found()) return true;
+    const ShaderProgram& program = scene.material(hit);
+    if (!program.may_be_transparent() || crossed >= limit) return false;
+    ShadingPoint point;
+    scene.shading_point(ray, hit, point);
+    point.ray_kind = kRayShadow;
+    const Color transparency = program.evaluate_transparency(point);
+    edge.transmittance *= transparency;
+    edge.pass *= pass_chance(program, transparency);
+    if (!(max_component(edge.transmittance) > 0.0f)) return false;
+    const Vec3 end = ray.origin + ray.direction * ray.t_max;
+    const float t_max = ray.t_max;
+    ray = scene.spawn_ray(point, ray.direction);
+    if (t_max < kInfinity) {
+      ray.t_max = glm::dot(end - ray.origin, ray.direction);
+      if (!(ray.t_max > 0.0f)) return true;
+    }
+  }
+}
+
+Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const PathVertex& vertex, const PathEdge& edge, const LightEnd& end,
+                              Color f_cos, uint64_t& rays) {
+  if (!has_soft_terminator(vertex.point)) return Color(0.0f);
+  const bool lamp = light.light >= 0 && !light.program && light.light != scene.lights().environment_index();
+  const bool shadows = !lamp || scene.lights().flags(uint32_t(light.light)).cast_shadow;
+  const float distance = light.distant ? kInfinity : 1.0f / std::sqrt(edge.inverse_square);
+  return end.radiance * edge.to_light_area() *
+         beyond_terminator(scene, vertex.point, vertex.shading.bsdf, place_of(light, -edge.to_eye, distance), f_cos, shadows, rays);
+}
+
+void BounceCount::add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular) {
+  const Bsdf::KindShares shares = vertex.shading.bsdf.kind_shares(to_eye, to_light, specular);
+  std::vector<State> next;
+  const auto extend = [&](const State& from, float share, int diffuse, int glossy, int transmission) {
+    if (!(share > 0.0f)) return;
+    const State state{from.diffuse + diffuse, from.glossy + glossy, from.transmission + transmission, from.probability * share};
+    if (state.diffuse > limits_.diffuse || state.glossy > limits_.glossy || state.transmission > limits_.transmission) return;
+    for (State& s : next) {
+      if (s.diffuse != state.diffuse || s.glossy != state.glossy || s.transmission != state.transmission) continue;
+      s.probability += state.probability;
+      return;
+    }
+    next.push_back(state);
+  };
+  for (const State& s : states_) {
+    extend(s, shares.diffuse, 1, 0, 0);
+    extend(s, shares.glossy, 0, 1, 0);
+    extend(s, shares.transmission, 0, 0, 1);
+    extend(s, shares.diffuse_transmission, 1, 0, 1);
+  }
+  states_ = std::move(next);
+}
+
+float BounceCount::factor() const {
+  float sum = 0.0f;
+  for (const State& s : states_) sum += s.probability;
+  return sum;
+}
+
+}  // namespace ajar

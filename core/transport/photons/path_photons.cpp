@@ -1,0 +1,83 @@
+#include "transport/photons/path_photons.h"
+
+#include "transport/direct/lobe_split.h"
+
+namespace ajar {
+
+namespace {
+
+/// The scattering of an inner vertex by its rough lobes, and by its sharp ones.
+struct Events {
+  glm::dvec3 rough{0.0}, sharp{0.0};
+};
+
+Events events_at(const Path& path, int i) {
+  const PathVertex& vertex = path.vertices[size_t(i)];
+  const glm::dvec3 f(path.scattering[size_t(i)].f);
+  if (vertex.specular || !has_rough_lobe(vertex.shading.bsdf)) return {glm::dvec3(0.0), f};
+  const LobeSplit split(vertex.shading.bsdf, path.to_eye(i));
+  if (!split.sharp() || !split.sharp()->has_non_delta()) return {f, glm::dvec3(0.0)};
+  const glm::dvec3 rough(split.rough()->evaluate(path.to_eye(i), path.to_light(i)).f_cos);
+  const glm::dvec3 sharp(split.sharp()->evaluate(path.to_eye(i), path.to_light(i)).f_cos);
+  return {rough, sharp};
+}
+
+uint32_t side_flag(const Path& path, int i) {
+  const Bsdf& bsdf = path.vertices[size_t(i)].shading.bsdf;
+  if (!transmits(bsdf)) return 0;
+  const LobeSplit split(bsdf, path.to_eye(i));
+  return split.rough() && transmits(*split.rough()) ? Photon::kTransmits : 0;
+}
+
+}  // namespace
+
+int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
+  const int n = path.count;
+  // Light that arrives at each vertex, and how much of it by sharp bounces only.
+  std::array<glm::dvec3, kMaxPathVertices> arriving, arriving_sharp;
+  std::array<Events, kMaxPathVertices> events;
+  glm::dvec3 light(path.light.radiance), sharp(light);
+  for (int i = 1; i <= n - 1; ++i) {
+    const PathEdge& edge = path.edges[size_t(i - 1)];
+    const glm::dvec3 through = glm::dvec3(edge.transmittance) * double(edge.to_light_area());
+    arriving[size_t(i)] = light *= through;
+    arriving_sharp[size_t(i)] = sharp *= through;
+    if (i == n - 1) break;
+    events[size_t(i)] = events_at(path, i);
+    light *= glm::dvec3(path.scattering[size_t(i)].f);
+    sharp *= events[size_t(i)].sharp;
+  }
+  // What the limits of bounces leave of the path.
+  const double lens = double(path.film_density) * double(space.pdf_lens_area()), whole = luminance(light * lens);
+  const double limits = whole > 0.0 ? luminance(path.f) / whole : 0.0;
+
+  // Throughput from each vertex to the eye, before any rough event and after one.
+  const double pixels = lens * double(space.filter_sum(path.film));
+  glm::dvec3 seen(pixels), gathered(0.0);
+  int count = 0;
+  for (int i = n - 2; i >= 1; --i) {
+    const PathEdge& edge = path.edges[size_t(i)];
+    const glm::dvec3 through = glm::dvec3(edge.transmittance) * double(edge.to_light_area());
+    seen *= through;
+    gathered *= through;
+    const PathVertex& vertex = path.vertices[size_t(i)];
+    const auto leave = [&](ArrivalMap::Place place, const glm::dvec3& flux, const glm::dvec3& throughput) {
+      const Color power(flux * (limits * luminance(throughput) / double(path.target)));
+      if (!(max_component(power) > 0.0f) || !is_finite(power)) return;
+      const Vec3 to_light = path.to_light(i), ng = vertex.point.ng;
+      out[count++] = {place,
+                      {{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)}, power, pack_direction(to_light) | side_flag(path, i) | Photon::kOfChain},
+                      &vertex};
+    };
+    if (!vertex.specular && has_rough_lobe(vertex.shading.bsdf)) {
+      if (i > 1) leave(ArrivalMap::kSeen, arriving_sharp[size_t(i)], seen);
+      leave(ArrivalMap::kGathered, arriving[size_t(i)], gathered);
+    }
+    const Events& e = events[size_t(i)];
+    gathered = gathered * e.sharp + seen * e.rough;
+    seen *= e.sharp;
+  }
+  return count;
+}
+
+}  // namespace ajar

@@ -1,0 +1,255 @@
+#include "transport/photons/photon_gather.h"
+
+#include <algorithm>
+
+namespace ajar {
+
+namespace {
+
+/// Dimensions of the eye's sampler: the camera's, then a fixed number for each vertex.
+constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
+/// At a vertex: direct light of the rough and of the sharp lobes, then the choices of the sharp ones.
+constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kDirection = 7, kRoulette = 9;
+/// Of a gather ray: its own direction, then a number for each vertex of its chain.
+constexpr uint32_t kGatherDimensions = 4;
+/// Gather rays shorter than this many radii end where blur would show as light from the wrong side of a corner: there light is
+/// gathered once more instead.
+constexpr float kNear = 1.0f;
+
+}  // namespace
+
+Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension) {
+  if (log_only_ || scene_.lights().empty() || !bsdf.has_non_delta()) return Color(0.0f);
+  DirectVertex unused;
+  return direct_.estimate({scene_, point, bsdf}, sampler, dimension, unused, nullptr, rays_);
+}
+
+Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) {
+  const RenderSettings& settings = scene_.settings();
+  Color radiance(0.0f), beta(1.0f);
+  ShadingPoint point;
+  SurfaceShading shading;
+  DirectVertex origin;
+  bool last_chance = false, specular = true;
+  alpha = 0.0f;
+  seen = Color(0.0f);
+  polished_ = false;
+  for (uint32_t vertex = 0;; ++vertex) {
+    const Hit hit = scene_.intersect(ray, point.ray_kind);
+    ++rays_;
+    const auto add_met = [&](const LightMet& met) {
+      (specular ? seen : radiance) += beta * met.radiance * direct_.weight_of_hit(scene_, origin, met.light, ray.direction, met.position, met.normal);
+    };
+    if (scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, add_met);
+    if (!hit.found()) {
+      const bool direct_view = point.ray_depth == 0;
+      for_each_distant_light(scene_, ray, point.ray_kind, !(direct_view && settings.transparent_film), add_met);
+      if (direct_view && !settings.transparent_film) alpha += luminance(beta);
+      break;
+    }
+    scene_.shading_point(ray, hit, point);
+    if (point.object->holdout && point.ray_depth == 0) break;
+    scene_.material(hit).evaluate_surface(point, shading);
+    if (!is_black(shading.emission)) {
+      const int light = scene_.light_of(hit);
+      const float weight = light >= 0 ? direct_.weight_of_hit(scene_, origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
+      (specular ? seen : radiance) += beta * shading.emission * weight;
+    }
+    if (aux && point.ray_depth == 0) {
+      record_first_hit(scene_, point, shading.bsdf, *aux);
+      aux = nullptr;
+    }
+    const Color transparency = shading.bsdf.transparency();
+    if (point.ray_depth == 0) alpha += luminance(beta * (Color(1.0f) - transparency)) * (1.0f - shading.holdout);
+    if (last_chance && is_black(transparency)) break;
+
+    const LobeSplit split(shading.bsdf, point.wo);
+    const uint32_t base = kCameraDimensions + kVertexDimensions * vertex;
+    if (split.rough() && !last_chance) {
+      // Reflections of rough surfaces get gather rays in proportion to what they can carry.
+      const int rays = std::max(1, int(std::ceil(float(settings_.rays) * std::min(1.0f, max_component(beta)))));
+      radiance += beta * reflected(point, *split.rough(), beta, rays, 0, sampler_, base + kRoughLight);
+    }
+    if (!split.sharp()) break;
+    if (!last_chance) radiance += beta * direct_light(point, *split.sharp(), sampler_, base + kSharpLight);
+
+    sampler_.set_dimension(base + kLobe);
+    const float u_lobe = sampler_.get_1d();
+    const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler_.get_2d());
+    if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
+    beta *= sample->f_cos / sample->pdf_solid_angle;
+    if (!(max_component(beta) > 0.0f)) break;
+    if (sample->flags & kTransparent) {
+      if (++point.transparent_depth > settings.bounces.transparent) break;
+      const float left = ray.t_max - hit.t;
+      ray = scene_.spawn_ray(point, ray.direction);
+      ray.t_max = left;
+      continue;
+    }
+    if (last_chance) break;
+    count_bounce(*sample, point, point);
+    last_chance = past_limits(point, settings.bounces);
+    if (point.ray_depth > 2) {
+      const float survival = std::min(1.0f, std::sqrt(max_component(beta)));
+      sampler_.set_dimension(base + kRoulette);
+      if (survival < 1.0f && sampler_.get_1d() >= survival) break;
+      beta /= survival;
+    }
+    specular = specular && sample->specular;
+    polished_ |= specular;
+    origin = {point.position, split.sharp()->receiving_normal(), sample->specular ? 0.0f : sample->pdf_solid_angle};
+    ray = scene_.spawn_ray(point, sample->wi);
+  }
+  return radiance;
+}
+
+Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth, Sampler& sampler, uint32_t dimension) {
+  Color sum = direct_light(point, rough, sampler, dimension);
+  if (log_ && depth == 0 && (pixel_ + index_) % uint32_t(log_->stride[ArrivalMap::kSeen]) == 0) log_arrival(ArrivalMap::kSeen, point, throughput);
+  if (maps_.has_caustic) sum += maps_.caustic.radiance(point, rough, {settings_.neighbours, maps_.caustic_radius});
+  Color gathered(0.0f);
+  GuidedBsdf guided;
+  guided.start(depth == 0 ? guide_ : nullptr, rough, point.position, 1.0f);
+  for (int i = 0; i < rays; ++i) {
+    // The first surface has a sequence of its own over all samples and rays of the pixel.
+    Sampler& own = depth == 0 ? gather_sampler_ : sampler;
+    uint32_t base = dimension + 3;
+    if (depth == 0) {
+      own.start(hash_combine(pixel_, dimension), index_ * uint32_t(rays) + uint32_t(i));
+      base = 0;
+    }
+    own.set_dimension(base);
+    const float u_lobe = own.get_1d();
+    own.set_dimension(base + 1);
+    const Vec2 u = own.get_2d();
+    float u_guide = 0.0f, pdf_bsdf, distance = 0.0f;
+    if (guided.guided()) {
+      own.set_dimension(base + 3);
+      u_guide = own.get_1d();
+    }
+    const auto sample = guided.sample(point.wo, u_guide, u_lobe, u, pdf_bsdf);
+    if (!sample || !(sample->pdf_solid_angle > 0.0f) || is_black(sample->f_cos)) continue;
+    ++gathered_;
+    const Color weight = sample->f_cos / sample->pdf_solid_angle;
+    const bool logged = log_ && depth == 0 && (pixel_ + index_ + uint32_t(i)) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
+    const Color found = weight * incoming(point, *sample, pdf_bsdf, logged ? throughput * weight / float(rays) : Color(0.0f), depth, own, base + kGatherDimensions, distance);
+    gathered += found;
+    if (depth == 0 && guide_samples_ && luminance(found) > 0.0f && hash_combine(pixel_, index_ * uint32_t(rays) + uint32_t(i)) % guide_stride_ == 0)
+      guide_samples_->push_back({point.position, rough.n, sample->wi, distance > 0.0f ? 1.0f / distance : 0.0f, luminance(found), pdf_bsdf, guided.kind()});
+  }
+  return sum + gathered / float(rays);
+}
+
+Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, float pdf_bsdf, Color throughput, int depth, Sampler& sampler, uint32_t dimension,
+                               float& distance) {
+  const BounceLimits& limits = scene_.settings().bounces;
+  const DirectVertex origin{from.position, from.ns, pdf_bsdf};
+  ShadingPoint point = from;
+  SurfaceShading shading;
+  Color radiance(0.0f), beta(1.0f);
+  count_bounce(first, from, point);
+  const bool last_chance = past_limits(point, limits);
+  Ray ray = scene_.spawn_ray(from, first.wi);
+  bool straight = true;    // no sharp bounce yet: light met is direct light; after one it would be a caustic
+  float length = 0.0f;
+  for (uint32_t vertex = 0;; ++vertex) {
+    const Hit hit = scene_.intersect(ray, point.ray_kind);
+    ++rays_;
+    const auto add_met = [&](const LightMet& met) {
+      radiance += beta * met.radiance * direct_.weight_of_hit(scene_, origin, met.light, ray.direction, met.position, met.normal);
+    };
+    if (straight && scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, add_met);
+    if (straight && !hit.found()) for_each_distant_light(scene_, ray, point.ray_kind, true, add_met);
+    if (!hit.found()) break;
+    if (vertex == 0) distance = hit.t;
+    scene_.shading_point(ray, hit, point);
+    length += hit.t;
+    scene_.material(hit).evaluate_surface(point, shading);
+    if (straight && !is_black(shading.emission)) {
+      const int light = scene_.light_of(hit);
+      const float weight = light >= 0 ? direct_.weight_of_hit(scene_, origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
+      radiance += beta * shading.emission * weight;
+    }
+    if (last_chance && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
+    if (!maps_.has_global && !log_ && is_black(shading.bsdf.transparency())) break;
+    const LobeSplit split(shading.bsdf, point.wo);
+    if (split.rough() && !last_chance && log_) log_arrival(ArrivalMap::kGathered, point, throughput * beta);
+    if (split.rough() && !last_chance && maps_.has_global) {
+      const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
+      radiance += beta * (near ? reflected(point, *split.rough(), Color(0.0f), 1, depth + 1, sampler, dimension + kVertexDimensions * (vertex + 1))
+                               : from_map(point, *split.rough()));
+    }
+    if (!split.sharp()) break;
+    const uint32_t base = dimension + kVertexDimensions * vertex;
+    sampler.set_dimension(base + kLobe);
+    const float u_lobe = sampler.get_1d();
+    const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler.get_2d());
+    if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
+    beta *= sample->f_cos / sample->pdf_solid_angle;
+    if (sample->flags & kTransparent) {
+      if (++point.transparent_depth > limits.transparent || !(max_component(beta) > 0.0f)) break;
+      ray = scene_.spawn_ray(point, ray.direction);
+      continue;
+    }
+    straight = false;
+    if (last_chance || !maps_.has_global) break;
+    count_bounce(*sample, point, point);
+    if (past_limits(point, limits)) break;
+    const float survival = std::min(1.0f, max_component(beta));
+    sampler.set_dimension(base + kRoulette);
+    if (!(survival > 0.0f) || (survival < 1.0f && sampler.get_1d() >= survival)) break;
+    beta /= survival;
+    ray = scene_.spawn_ray(point, sample->wi);
+  }
+  return radiance;
+}
+
+bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading) {
+  for (int vertex = 0; vertex < 16; ++vertex) {
+    const Hit hit = scene_.intersect(ray, point.ray_kind);
+    ++rays_;
+    if (!hit.found()) return false;
+    scene_.shading_point(ray, hit, point);
+    scene_.material(hit).evaluate_surface(point, shading);
+    const LobeSplit split(shading.bsdf, point.wo);
+    if (split.rough()) return true;
+    if (!split.sharp()) return false;
+    const float u_lobe = sampler_.get_1d();
+    const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler_.get_2d());
+    if (!sample) return false;
+    if (!(sample->flags & kTransparent)) count_bounce(*sample, point, point);
+    ray = scene_.spawn_ray(point, sample->wi);
+  }
+  return false;
+}
+
+bool PhotonGatherer::probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gathered) {
+  ShadingPoint point;
+  SurfaceShading shading;
+  sampler_.set_dimension(kCameraDimensions);
+  if (!find_rough(ray, point, shading)) return false;
+  seen = {point.position, pack_direction(point.ng)};
+  const float u_lobe = sampler_.get_1d();
+  const auto sample = LobeSplit(shading.bsdf, point.wo).rough()->sample(point.wo, u_lobe, sampler_.get_2d());
+  if (!sample) return false;
+  count_bounce(*sample, point, point);
+  if (!find_rough(scene_.spawn_ray(point, sample->wi), point, shading)) return false;
+  gathered = {point.position, pack_direction(point.ng)};
+  return true;
+}
+
+void PhotonGatherer::log_arrival(int place, const ShadingPoint& point, Color throughput) {
+  const float y = luminance(throughput) * float(log_->stride[place]);
+  if (y > 0.0f) log_->at[place].push_back({{point.position, pack_direction(point.ng)}, y});
+}
+
+Color PhotonGatherer::from_map(const ShadingPoint& point, const Bsdf& rough) {
+  Color irradiance;
+  if (is_plain_lambert(rough) && maps_.sites.find(point.position, point.ng, 0.5f * maps_.global_radius, irradiance)) {
+    ++from_sites_;
+    return rough.lobe(0).weight * kInvPi * irradiance;
+  }
+  return maps_.global.radiance(point, rough, {settings_.gather_neighbours, maps_.global_radius});
+}
+
+}  // namespace ajar

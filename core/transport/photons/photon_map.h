@@ -1,0 +1,133 @@
+// A photon map: where light arrives, from where, and how much; radiance by density estimation
+// [Jensen 2001, chapter 7].
+//
+// A photon keeps its flux divided by the cosine at the geometric normal of the surface it lies on, so that a sum of f_cos
+// (which holds the cosine at the shading normal) over photons is exact also where the two normals differ:
+//   L(x, wo) = 1 / (pi r^2) sum_p f_cos(wo, wi_p) flux_p / |cos(wi_p, ng_p)|.
+// 32 bytes a photon, and 8 for what is around it (photon_discs.h).
+#pragma once
+
+#include "scene/scene.h"
+#include "transport/photons/photon_discs.h"
+#include "transport/photons/photon_points.h"
+#include "transport/photons/point_tree.h"
+
+namespace ajar {
+
+struct Photon {
+  SurfacePoint point;
+  Color flux_over_cosine;     ///< watts
+  uint32_t packed_direction;  ///< towards where the light came from, and flags
+
+  /// The surface lets lookups behind it see the photon.
+  static constexpr uint32_t kTransmits = 1u << 31;
+  /// A chain has left it; its flux is that over a whole disc, whatever surface there is.
+  static constexpr uint32_t kOfChain = 1u << 30;
+  bool transmits() const { return packed_direction & kTransmits; }
+};
+static_assert(sizeof(Photon) == 32);
+
+/// Whether light that arrives on one side may leave on the other by lobes that photons are looked up for.
+bool transmits(const Bsdf& bsdf);
+
+class PhotonMap {
+ public:
+  /// Density estimates take at most so many photons, all within `radius`.
+  struct Lookup {
+    int neighbours = 60;
+    float radius = 0.0f;
+  };
+
+  /// `order[i]` becomes the index in `photons` of the photon the map has as number i.
+  void build(std::vector<Photon> photons, std::vector<uint32_t>& order);
+  void build(std::vector<Photon> photons) {
+    std::vector<uint32_t> order;
+    build(std::move(photons), order);
+  }
+  /// From now on, spread the light of each photon over the surface there is within `radius` of it, and not behind walls. Until the next build.
+  void look_around(const Scene& scene, float radius, uint32_t seed) { discs_.start(scene, size(), radius, seed); }
+  size_t size() const { return tree_.size(); }
+  bool empty() const { return tree_.empty(); }
+  size_t memory_bytes() const { return size() * sizeof(Photon) + discs_.memory_bytes(); }
+
+  /// Radiance that leaves `point` towards point.wo by way of `bsdf`. Lobes that transmit see the photons behind the surface too.
+  Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const {
+    return radiance(point, bsdf, lookup, [](uint32_t, Vec3) { return 1.0f; });
+  }
+  /// The same with photon `i`, which came from `direction`, counted `weight(i, direction)` times.
+  template <class Weight>
+  Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup, Weight&& weight) const {
+    if (empty()) return Color(0.0f);
+    PointTree::Neighbours found;
+    Color radiance(0.0f);
+    const int sides = transmits(bsdf) ? 2 : 1;
+    for (int side = 0; side < sides; ++side) {
+      tree_.nearest(point.position, side == 0 ? point.ng : -point.ng, lookup.neighbours, lookup.radius, found);
+      Color sum(0.0f);
+      for (int i = 0; i < found.count; ++i) {
+        const Light& light = lights_[found.index[i]];
+        const float inverse_share = inverse_share_of(found.index[i], point.position, found.radius2);
+        if (!(inverse_share > 0.0f)) continue;
+        const Vec3 direction = unpack_direction(light.packed_direction);
+        sum += bsdf.evaluate(point.wo, direction).f_cos * light.flux_over_cosine * (inverse_share * weight(found.index[i], direction));
+      }
+      if (found.count > 0) radiance += sum / (kPi * found.radius2);
+    }
+    return radiance;
+  }
+  /// Irradiance, its cosine taken at `ns`, on the side of `ng`.
+  Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const;
+  /// Distance from `point` to the k-th photon; `most` where fewer are that near.
+  float reach(const SurfacePoint& point, int k, float most) const;
+  /// Every `stride`-th photon that has these flags, to be looked at.
+  void add_to(PhotonPoints& points, uint64_t stride, uint32_t flags = 0) const;
+  size_t count(uint32_t flags) const;
+
+ private:
+  struct Light {
+    Color flux_over_cosine;
+    uint32_t packed_direction;
+  };
+  /// Area of a whole disc over that which the photon's light is spread over; 0 where `position` is not in that.
+  float inverse_share_of(uint32_t photon, Vec3 position, float radius2) const {
+    if (!discs_.started() || lights_[photon].packed_direction & Photon::kOfChain) return 1.0f;
+    return discs_.inverse_share(photon, tree_[photon], position, radius2);
+  }
+
+  PointTree tree_;
+  PhotonDiscs discs_;
+  std::vector<Light> lights_;
+};
+
+/// Where irradiance is worked out once for many gather rays: on plain Lambertian surfaces.
+struct IrradianceSite {
+  SurfacePoint point;
+  Vec3 shading_normal;
+};
+
+/// Irradiance precomputed at sites [Christensen 1999]. Sites must not depend on the photons of the map they are
+/// filled from: at a photon's own place the estimate counts itself, and is too high by 1/k.
+/// 32 bytes a site.
+class IrradianceMap {
+ public:
+  void build(const std::vector<IrradianceSite>& sites, const PhotonMap& photons, const PhotonMap::Lookup& lookup);
+  size_t size() const { return tree_.size(); }
+  size_t memory_bytes() const { return size() * (sizeof(SurfacePoint) + sizeof(Vec4)); }
+  /// That of the nearest site within `radius`; false when there is none.
+  bool find(Vec3 position, Vec3 ng, float radius, Color& irradiance) const {
+    const int site = tree_.nearest(position, ng, radius);
+    if (site < 0) return false;
+    irradiance = Color(irradiance_[size_t(site)]);
+    return true;
+  }
+
+ private:
+  PointTree tree_;
+  std::vector<Vec4> irradiance_;
+};
+
+/// Squared radius of pass i (from 0) over that of the first: r^2_{i+1} / r^2_i = (i + alpha) / (i + 1), i from 1, alpha = 2/3
+/// [Knaus and Zwicker 2011, eq. 16]. Bias then falls as passes^(-1/3), as does the variance of density estimates by passes^(-2/3).
+double radius2_factor(uint32_t pass);
+
+}  // namespace ajar

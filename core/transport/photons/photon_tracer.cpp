@@ -1,0 +1,252 @@
+#include "transport/photons/photon_tracer.h"
+
+#include <algorithm>
+
+#include <tbb/parallel_for.h>
+
+#include "sampling/sampler.h"
+#include "transport/direct/lobe_split.h"
+#include "transport/paths/ray_events.h"
+#include "transport/paths/walk.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr uint32_t kBlock = 512;                          // photon paths in one unit of work
+constexpr uint32_t kEmissionDimensions = 5, kBounceDimensions = 5;
+constexpr uint32_t kEvent = 0, kLobe = 1, kDirection = 2, kRoulette = 4;
+
+/// Bounces so far, against the limits that a path tracer would put on the whole path: stored photons still have one bounce
+/// (caustics) or two (global map) before they reach the eye.
+struct Bounces {
+  int total = 0, diffuse = 0, glossy = 0, transmission = 0;
+  bool only_sharp = true;
+  void add(const BsdfSample& sample) {
+    ++total;
+    const bool is_diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
+    diffuse += is_diffuse;
+    glossy += !is_diffuse && !transmitted;
+    transmission += transmitted;
+  }
+  bool global(const BounceLimits& limits) const {
+    return total < limits.total && diffuse < limits.diffuse && glossy <= limits.glossy + 1 && transmission <= limits.transmission + 1;
+  }
+  bool caustic(const BounceLimits& limits) const {
+    return only_sharp && total > 0 && total <= limits.total && glossy <= limits.glossy + 1 && transmission <= limits.transmission + 1;
+  }
+};
+
+/// Rounding may put the start of a ray from a triangle below it.
+Ray leave_light(const LightSet& lights, uint32_t index, const LightRay& start) {
+  Ray ray = start.ray;
+  if (lights.flags(index).type != LightType::Triangle) return ray;
+  const Light light = lights.light(index);
+  const Vec3 extent = glm::abs(light.position) + glm::abs(light.edge1) + glm::abs(light.edge2);
+  const float error = 16.0f * 0x1p-24f * max_component(extent);
+  ray.origin += start.normal * (glm::dot(start.normal, ray.direction) < 0.0f ? -error : error);
+  return ray;
+}
+
+class BlockTracer {
+ public:
+  BlockTracer(const Scene& scene, const PhotonEmission& emission)
+      : scene_(scene), emission_(emission), sampler_(Sampler::Kind::Sobol, hash_combine(emission.seed, 0x70686f74U)) {}
+
+  void trace(uint32_t index, PhotonBatch& out) {
+    const LightSet& lights = scene_.lights();
+    sampler_.start(emission_.pass, index);
+    float u_choice = sampler_.get_1d();
+    const Vec2 u_position = sampler_.get_2d(), u_direction = sampler_.get_2d();
+    const LightWalkGuide* guide = emission_.guide;
+    uint32_t light;
+    float pmf;
+    std::optional<LightRay> start;
+    if (guide && guide->sets_out(u_choice)) {
+      start = start_along_hint(guide->start(lights, u_choice, u_position, u_direction), light);
+      pmf = lights.power_pmf(light);
+    } else {
+      const auto choice = lights.choose_by_power(u_choice);
+      light = choice.light;
+      pmf = choice.pmf;
+      if (pmf > 0.0f) start = lights.sample_le(light, u_position, u_direction, 0.0f);
+    }
+    if (!start) return;
+    LightEnd end;
+    end.pdf_origin = pmf * start->pdf_area;
+    end.pdf_direction = start->pdf_solid_angle;
+    if (guide) guide->mix(lights, light, start->ray.origin, start->normal, start->ray.direction, end);
+    Color flux = start->radiance * (abs_dot(start->normal, start->ray.direction) / (end.pdf_origin * end.pdf_direction * float(emission_.count)));
+    if (!(max_component(flux) > 0.0f) || !is_finite(flux)) return;
+    for (int c = 0; c < 3; ++c) out.emitted[c] += double(flux[c]);
+    walk(leave_light(lights, light, *start), flux, out);
+  }
+
+ private:
+  /// What sample_le would have given for this start.
+  std::optional<LightRay> start_along_hint(const LightWalkGuide::Start& start, uint32_t& light) {
+    const LightSet& lights = scene_.lights();
+    light = start.light;
+    make_light_vertex(scene_, light, start.position, start.normal, start.direction, light_);
+    LightRay r;
+    r.ray.origin = light_.position();
+    r.ray.direction = start.direction;
+    r.normal = light_.delta ? start.direction : light_.point.ng;
+    r.radiance = light_.program ? light_.shading.emission : lights.lamp_radiance(light, start.position, start.direction, 0.0f, kUsualDistance);
+    const LightSet::LePdf pdf = lights.pdf_le(light, start.position, light_.point.ng, start.direction);
+    r.pdf_area = pdf.pdf_area;
+    r.pdf_solid_angle = pdf.pdf_solid_angle;
+    if (is_sphere(lights.flags(light).type) && !(glm::dot(r.normal, start.direction) > 0.0f)) return {};
+    return r;
+  }
+
+  void walk(Ray ray, Color flux, PhotonBatch& out) {
+    const BounceLimits& limits = scene_.settings().bounces;
+    Bounces bounces;
+    ShadingPoint point;
+    uint32_t kind = kRayShadow;
+    int crossed = 0;
+    for (uint32_t vertex = 0;; ++vertex) {
+      const Hit hit = scene_.intersect(ray, kind);
+      ++out.rays;
+      if (!hit.found()) return;
+      scene_.shading_point(ray, hit, point);
+      point.ray_kind = kRayDiffuse | kRayReflection;
+      point.ray_depth = point.diffuse_depth = 1;
+      scene_.material(hit).evaluate_surface(point, shading_);
+      const LobeSplit split(shading_.bsdf, point.wo);
+      if (split.rough()) store(point, *split.rough(), flux, bounces, limits, out);
+
+      sampler_.set_dimension(kEmissionDimensions + kBounceDimensions * vertex);
+      const auto sample = scatter(point, split, flux);
+      if (!sample) return;
+      if (sample->flags & kTransparent) {
+        if (++crossed > limits.transparent) return;
+        ray = scene_.spawn_ray(point, ray.direction);
+        continue;
+      }
+      bounces.add(*sample);
+      bounces.only_sharp &= !was_rough_;
+      if (!(emission_.plan.global && bounces.global(limits)) && !bounces.caustic(limits)) return;
+      kind = ray_kind_after(*sample);
+      ray = scene_.spawn_ray(point, sample->wi);
+    }
+  }
+
+  void store(const ShadingPoint& point, const Bsdf& rough, Color flux, const Bounces& bounces, const BounceLimits& limits, PhotonBatch& out) {
+    const float cosine = glm::dot(point.wo, point.ng);
+    if (!(cosine > 1e-6f)) return;
+    const uint32_t side = transmits(rough) ? Photon::kTransmits : 0;
+    const Photon photon{{point.position, pack_direction(point.ng)}, flux / cosine, pack_direction(point.wo) | side};
+    if (emission_.plan.caustic && bounces.caustic(limits)) out.caustic.push_back(photon);
+    if (emission_.plan.global && bounces.global(limits)) {
+      out.global.push_back(photon);
+      if (emission_.site_stride > 0 && out.global.size() % emission_.site_stride == 0 && is_plain_lambert(rough))
+        out.sites.push_back({photon.point, rough.n});
+    }
+  }
+
+  /// Chooses the part and the direction, changes `flux`, and plays Russian roulette so that photons keep about the flux they have.
+  std::optional<BsdfSample> scatter(const ShadingPoint& point, const LobeSplit& split, Color& flux) {
+    const Bsdf* bsdf = split.rough() ? split.rough() : split.sharp();
+    if (!bsdf) return std::nullopt;
+    float probability = 1.0f;
+    bool rough = split.rough() != nullptr;
+    float u_event = sampler_.get_1d();
+    const float u_lobe = sampler_.get_1d();
+    const Vec2 u_direction = sampler_.get_2d();
+    const LightWalkGuide* guide = rough ? emission_.guide : nullptr;
+    const float along_hints = guide ? guide->share_at(point.position) : 0.0f;
+    const std::optional<Vec3> along = guide ? guide->direction_at(point.position, u_event, u_direction) : std::nullopt;
+    if (split.rough() && split.sharp()) {
+      const float a = luminance(split.rough()->albedo()), b = luminance(split.sharp()->albedo() + split.sharp()->transparency());
+      probability = a + b > 0.0f ? std::clamp(a / (a + b), 0.05f, 0.95f) : 0.5f;
+      rough = along || u_event < probability;
+      if (!rough) bsdf = split.sharp(), probability = 1.0f - probability;
+    }
+    auto sample = along ? sample_of(*bsdf, point.wo, *along) : bsdf->sample(point.wo, u_lobe, u_direction, TransportMode::Importance);
+    if (sample && along_hints > 0.0f) {
+      sample->pdf_solid_angle *= 1.0f - along_hints;
+      if (rough) sample->pdf_solid_angle += guide->pdf_at(point.position, sample->wi) / probability;
+    }
+    if (!sample || !(sample->pdf_solid_angle > 0.0f)) return std::nullopt;
+    float correction = 1.0f;
+    if (!(sample->flags & kTransparent)) correction = shading_normal_correction(*bsdf, point.wo, sample->wi);
+    const Color scattered = flux * sample->f_cos * (correction / (sample->pdf_solid_angle * probability));
+    const float survival = std::min(1.0f, max_component(scattered) / max_component(flux));
+    if (!(survival > 0.0f) || !is_finite(scattered) || sampler_.get_1d() >= survival) return std::nullopt;
+    flux = scattered / survival;
+    was_rough_ = rough;
+    return sample;
+  }
+
+  /// As if the lobes had drawn `wi`.
+  static std::optional<BsdfSample> sample_of(const Bsdf& rough, Vec3 wo, Vec3 wi) {
+    const Bsdf::Evaluation evaluated = rough.evaluate(wo, wi, TransportMode::Importance);
+    return BsdfSample{wi, evaluated.f_cos, evaluated.pdf_solid_angle, likely_flags(rough, wo, wi), false};
+  }
+
+  const Scene& scene_;
+  const PhotonEmission& emission_;
+  Sampler sampler_;
+  PathVertex light_;
+  SurfaceShading shading_;
+  bool was_rough_ = false;
+};
+
+template <class T> void append(std::vector<T>& to, const std::vector<T>& from) { to.insert(to.end(), from.begin(), from.end()); }
+
+}  // namespace
+
+uint32_t photons_of_a_pass(double pixels) { return uint32_t(std::clamp(pixels / 2, 20000.0, 500000.0)); }
+
+uint32_t photons_of_a_pass(const RenderSettings& s) { return s.photons > 0 ? uint32_t(s.photons) : photons_of_a_pass(double(s.width) * s.height); }
+
+PhotonPlan plan_photons(const Scene& scene) {
+  PhotonPlan plan;
+  bool rough = false, smooth = false;
+  for (const ShaderProgram& program : scene.programs()) {
+    rough |= program.may_be_rough(kSharpRoughness);
+    smooth |= program.may_be_smooth(kSharpRoughness);
+  }
+  const BounceLimits& limits = scene.settings().bounces;
+  if (scene.lights().empty()) {
+    plan.global_reason = plan.caustic_reason = "nothing emits light";
+  } else if (scene.instances().empty() || !rough) {
+    plan.global_reason = plan.caustic_reason = "no surface is rough enough to hold photons";
+  } else {
+    plan.global = limits.total > 0 && limits.diffuse > 0;
+    plan.global_reason = plan.global ? "light may arrive by way of rough surfaces" : "the bounce limits leave direct light only";
+    plan.caustic = smooth && limits.total > 0;
+    plan.caustic_reason = plan.caustic ? "a surface may be smooth enough to focus light" : "no surface is smooth enough to focus light";
+  }
+  return plan;
+}
+
+PhotonBatch trace_photons(const Scene& scene, const PhotonEmission& emission, const std::atomic<bool>& stop) {
+  PhotonBatch all;
+  if (!emission.plan.global && !emission.plan.caustic) return all;
+  const uint32_t blocks = (emission.count + kBlock - 1) / kBlock;
+  std::vector<PhotonBatch> parts(blocks);
+  tbb::parallel_for(0u, blocks, [&](uint32_t block) {
+    if (stop.load(std::memory_order_relaxed)) return;
+    BlockTracer tracer(scene, emission);
+    const uint32_t end = std::min(emission.count, (block + 1) * kBlock);
+    for (uint32_t i = block * kBlock; i < end; ++i) tracer.trace(i, parts[block]);
+  });
+  size_t global = 0, caustic = 0, sites = 0;
+  for (const PhotonBatch& part : parts) global += part.global.size(), caustic += part.caustic.size(), sites += part.sites.size();
+  all.global.reserve(global);
+  all.caustic.reserve(caustic);
+  all.sites.reserve(sites);
+  for (const PhotonBatch& part : parts) {
+    append(all.global, part.global);
+    append(all.caustic, part.caustic);
+    append(all.sites, part.sites);
+    for (int c = 0; c < 3; ++c) all.emitted[c] += part.emitted[c];
+    all.rays += part.rays;
+  }
+  return all;
+}
+
+}  // namespace ajar

@@ -1,0 +1,199 @@
+#include <gtest/gtest.h>
+
+#include "integrators/integrator.h"
+#include "math/random.h"
+#include "math/warps.h"
+#include "render/render_plan.h"
+#include "render/session.h"
+#include "geometry/motion.h"
+#include "transport_scenes.h"
+
+namespace ajar::test_motion {
+
+using namespace fixtures;
+
+namespace {
+
+Mat4 turned(float angle, Vec3 position, float scale = 1.0f) {
+  const float c = scale * std::cos(angle), s = scale * std::sin(angle);
+  return Mat4(Vec4(c, s, 0, 0), Vec4(-s, c, 0, 0), Vec4(0, 0, scale, 0), Vec4(position, 1));
+}
+
+void move(SceneDescription& d, size_t instance, std::initializer_list<Mat4> keys) {
+  d.instances[instance].first_motion_key = int(d.motion_keys.size());
+  d.instances[instance].motion_key_count = int(keys.size());
+  for (const Mat4& key : keys) d.motion_keys.push_back(rows(key));
+}
+
+/// A shining square of side 1 that slides from x = -2 to 2 before a camera that looks along +y with parallel rays, 16 pixels for 4 metres.
+SceneDescription sliding_square() {
+  SceneDescription d;
+  add_object(d, plane(0.5f), add_diffuse(d, Color(0.0f), Color(1.0f)), shining(Vec3(0), Vec3(0, 1, 0)));
+  set_camera(d, Vec3(0, -5, 0), Vec3(0), 16);
+  d.camera.kind = CameraKind::Orthographic;
+  d.camera.screen_window = Vec4(-2, 2, -2, 2);
+  d.settings.filter = FilterKind::Box;
+  d.settings.threads = 2;
+  return d;
+}
+
+std::vector<float> rendered(const SceneDescription& d, int samples) {
+  Film film(0, 0, d.settings.width, d.settings.height, {"Combined"});
+  const std::atomic<bool> stop{false};
+  const auto integrator = make_integrator("path");
+  integrator->prepare(build(d), 1);
+  integrator->run_iteration(film, samples, stop);
+  return film.resolve("Combined", 1.0f);
+}
+
+/// Green of the pixels in the middle row.
+std::vector<float> middle_row(const std::vector<float>& image) {
+  std::vector<float> row;
+  for (size_t x = 0; x < 16; ++x) row.push_back(image[(8 * 16 + x) * 4 + 1]);
+  return row;
+}
+
+/// Share of the time in which [-0.5, 0.5] + x(t) covers a place, x(t) from -2 to 2; the mean over a pixel.
+float covered(int pixel) {
+  double sum = 0.0;
+  for (int i = 0; i < 100; ++i) {
+    const double place = -2.0 + 0.25 * (pixel + (i + 0.5) / 100.0);
+    sum += (std::min(place + 0.5, 2.0) - std::max(place - 0.5, -2.0)) / 4.0;
+  }
+  return float(sum / 100.0);
+}
+
+}  // namespace
+
+TEST(Motion, rotations_follow_the_circle) {
+  const std::vector<SplitTransform> keys{split(turned(0.2f, Vec3(1, 2, 3), 2.0f)), split(turned(1.8f, Vec3(3, 2, 1), 4.0f))};
+  const Mat4 middle = interpolate(keys, 0.5f), expected = turned(1.0f, Vec3(2, 2, 2), 3.0f);
+  for (int c = 0; c < 4; ++c) EXPECT_LT(glm::length(middle[c] - expected[c]), 1e-5f);
+  const std::vector<Mat4> straight = straightened(keys, 129);
+  EXPECT_EQ(straight.size(), 20u);   // 1.6 radians in steps of five degrees
+  for (float t = 0.0f; t <= 1.0f; t += 0.01f) {
+    Mat4 near;
+    interpolate_straight(straight.data(), uint32_t(straight.size()), t, near);
+    const Mat4 exact = interpolate(keys, t);
+    // Halfway, at most angle^2 / 8 of the radius and a quarter of angle times growth (Taylor; steps of 0.084 radians and 0.105).
+    for (int c = 0; c < 3; ++c) EXPECT_LT(glm::length(near[c] - exact[c]), 0.00089f * 4.0f + 0.0023f);
+  }
+}
+
+TEST(Motion, mirrored_and_sheared_matrices_come_back_from_their_parts) {
+  Pcg32 rng(4);
+  for (int i = 0; i < 100; ++i) {
+    Mat4 m(1.0f);
+    for (int c = 0; c < 4; ++c)
+      for (int r = 0; r < 3; ++r) m[c][r] = 4.0f * rng.next_float() - 2.0f;
+    const Mat4 again = join(split(m));
+    for (int c = 0; c < 4; ++c) EXPECT_LT(glm::length(again[c] - m[c]), 1e-4f);
+  }
+}
+
+TEST(Motion, a_sliding_square_is_blurred_by_the_time_it_covers_each_pixel) {
+  SceneDescription d = sliding_square();
+  move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(2, 0, 0), Vec3(0, 1, 0))});
+  const auto row = middle_row(rendered(d, 1024));
+  for (int x = 0; x < 16; ++x) EXPECT_NEAR(row[size_t(x)], covered(x), 0.01f) << x;   // 0.0044 is the largest deviation of stratified times
+}
+
+TEST(Motion, a_camera_that_moves_the_other_way_takes_the_same_picture) {
+  SceneDescription d = sliding_square();
+  const auto at = [&](float x) {
+    auto matrix = d.camera.world_from_camera;
+    matrix[3] = x;
+    return matrix;
+  };
+  d.camera.motion = {at(2.0f), at(-2.0f)};
+  const auto row = middle_row(rendered(d, 1024));
+  for (int x = 0; x < 16; ++x) EXPECT_NEAR(row[size_t(x)], covered(x), 0.01f) << x;
+}
+
+TEST(Motion, the_shutter_says_when_light_arrives) {
+  SceneDescription d = sliding_square();
+  move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(2, 0, 0), Vec3(0, 1, 0))});
+  d.camera.shutter = {0.0f, 1e-4f, 2e-4f, 1.0f};   // two thirds of the light while the square is on the left
+  const auto row = middle_row(rendered(d, 1024));
+  EXPECT_NEAR(row[0], 2.0f / 3.0f + covered(0) / 3.0f, 0.02f);
+  EXPECT_NEAR(row[8], covered(8) / 3.0f, 0.01f);
+}
+
+TEST(Motion, rays_that_leave_moving_surfaces_do_not_hit_them_again) {
+  for (const float scale : {1e-3f, 1.0f, 1e3f}) {
+    SceneDescription d;
+    add_object(d, sphere(16), add_diffuse(d, Color(0.5f)), turned(0.0f, Vec3(0), scale));
+    move(d, 0, {turned(0.0f, scale * Vec3(-3, 0, 1), scale), turned(2.0f, scale * Vec3(0, 5, 0), 2.0f * scale), turned(4.0f, scale * Vec3(3, -1, 0), scale)});
+    set_camera(d, Vec3(0, -50, 0), Vec3(0), 4);
+    const auto scene = build(d);
+    Pcg32 rng(2);
+    int met = 0, again = 0;
+    for (int i = 0; i < 20000; ++i) {
+      Ray ray;
+      ray.origin = scale * Vec3(-20.0f + 40.0f * rng.next_float(), -30.0f, -5.0f + 10.0f * rng.next_float());
+      ray.direction = glm::normalize(scale * Vec3(-3.0f + 6.0f * rng.next_float(), 3.0f * rng.next_float(), rng.next_float()) - ray.origin);
+      ray.time = rng.next_float();
+      const Hit hit = scene->intersect(ray, kRayCamera);
+      if (!hit.found()) continue;
+      ShadingPoint point;
+      scene->shading_point(ray, hit, point);
+      EXPECT_LT(glm::length(point.position - (ray.origin + hit.t * ray.direction)), 1e-3f * scale);
+      const Vec3 local = warp::square_to_cosine_hemisphere({rng.next_float(), rng.next_float()});
+      ++met;
+      again += scene->intersect(scene->spawn_ray(point, Frame(point.ng).to_world(local)), kRayDiffuse).found();
+    }
+    EXPECT_GT(met, 1000);
+    EXPECT_EQ(again, 0) << scale;
+  }
+}
+
+TEST(Motion, what_stands_still_has_no_keys_and_stays_baked) {
+  SceneDescription d = sliding_square();
+  const auto line = [&](const Scene& scene) {
+    for (const PlanStep& step : make_render_plan(scene))
+      if (step.step == "motion keys") return step;
+    return PlanStep{"missing", false, ""};
+  };
+  const auto still = build(d);
+  EXPECT_EQ(line(*still).reason, "nothing moves while the shutter is open");
+  EXPECT_FALSE(line(*still).used);
+  EXPECT_TRUE(still->meshes()[0].baked);
+  EXPECT_EQ(still->instances()[0].motion, nullptr);
+  move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(2, 0, 0), Vec3(0, 1, 0))});
+  const auto moving = build(d);
+  EXPECT_TRUE(line(*moving).used);
+  EXPECT_EQ(line(*moving).reason, "1 object moves");
+  EXPECT_FALSE(moving->meshes()[0].baked);
+}
+
+TEST(Motion, integrators_without_motion_leave_it_to_path_tracing_and_say_so) {
+  SceneDescription d = sliding_square();
+  move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(2, 0, 0), Vec3(0, 1, 0))});
+  d.settings.samples = 4;
+  std::vector<float> path;
+  for (const IntegratorInfo& integrator : integrator_list()) {
+    d.settings.integrator = integrator.name;
+    Session session;
+    session.start(d);
+    ASSERT_TRUE(session.wait(kHang));
+    EXPECT_EQ(session.take_error(), "");
+    int said = 0;
+    for (const Diagnostic& diagnostic : session.diagnostics()) said += diagnostic.message.find("does not render motion blur") != std::string::npos;
+    EXPECT_EQ(said, integrator.renders_motion ? 0 : 1) << integrator.name;
+    const auto image = session.snapshot("Combined");
+    if (path.empty()) path = image;
+    EXPECT_EQ(image, path) << integrator.name;
+  }
+}
+
+TEST(Motion, keys_that_are_not_numbers_leave_the_object_still_and_are_reported) {
+  SceneDescription d = sliding_square();
+  move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(NAN, 0, 0), Vec3(0, 1, 0))});
+  Diagnostics diagnostics;
+  const auto scene = Scene::build(d, {}, diagnostics);
+  EXPECT_FALSE(scene->moves());
+  ASSERT_EQ(diagnostics.size(), 1u);
+  EXPECT_NE(diagnostics[0].message.find("motion is invalid"), std::string::npos);
+}
+
+}  // namespace ajar::test_motion

@@ -1,0 +1,826 @@
+// Every light against its own density, against analytic irradiance, and against itself run backwards.
+#include "statistical.h"
+
+#include "lights/lamp.h"
+#include "math/warps.h"
+#include "scene_fixtures.h"
+#include "shading/functions/ies.h"
+
+namespace ajar::test_light_set {
+
+namespace {
+
+using namespace statistical;
+using namespace fixtures;
+
+// ---- Scenes -----------------------------------------------------------------------
+
+Mat4 placed(Vec3 position, Vec3 shines, Vec3 scale = Vec3(1.0f)) {
+  const Frame frame(-glm::normalize(shines), Vec3(1.0f, 0.2f, 0.1f));
+  return Mat4(Vec4(frame.s * scale.x, 0), Vec4(frame.t * scale.y, 0), Vec4(frame.n * scale.z, 0), Vec4(position, 1));
+}
+
+LightDescription lamp(LightKind kind, const Mat4& matrix, float energy = 10.0f) {
+  LightDescription light;
+  light.name = "Lamp";
+  light.kind = kind;
+  light.world_from_light = rows(matrix);
+  light.energy = energy;
+  light.color = Color(1.0f, 0.5f, 0.25f);
+  return light;
+}
+
+LightDescription area_lamp(AreaShape shape, Vec2 size, const Mat4& matrix, float spread = kPi) {
+  LightDescription light = lamp(LightKind::Area, matrix);
+  light.area_shape = shape;
+  light.area_size = size;
+  light.spread = spread;
+  return light;
+}
+
+LightDescription spot(const Mat4& matrix, float radius, float angle = 1.0f, float blend = 0.3f) {
+  LightDescription light = lamp(LightKind::Spot, matrix);
+  light.radius = radius;
+  light.spot_angle = angle;
+  light.spot_blend = blend;
+  return light;
+}
+
+LightDescription sun(Vec3 shines, float angle, float energy = 3.0f) {
+  LightDescription light = lamp(LightKind::Sun, placed(Vec3(0.0f), shines), energy);
+  light.sun_angle = angle;
+  return light;
+}
+
+Vec3 panel_x(const LightDescription& light) { return Vec3(to_matrix(light.world_from_light)[0]); }
+
+/// Something small and dark, so that there is a scene.
+SceneDescription dark() {
+  SceneDescription d;
+  add_object(d, plane(0.01f), add_diffuse(d, Color(0.5f)), placed(Vec3(0, 0, -5), Vec3(0, 0, -1)));
+  set_camera(d, Vec3(0, -8, 0), Vec3(0.0f), 4);
+  return d;
+}
+std::shared_ptr<const Scene> with_lamp(const LightDescription& light) {
+  SceneDescription d = dark();
+  d.lights.push_back(light);
+  return build(std::move(d));
+}
+
+MeshDescription triangle(Vec3 a, Vec3 b, Vec3 c) {
+  MeshDescription mesh;
+  mesh.name = "Triangle";
+  mesh.positions = {a, b, c};
+  mesh.triangles = {UVec3(0, 1, 2)};
+  return mesh;
+}
+
+// ---- The light as a density of directions ---------------------------------------------
+
+struct Crossing {
+  float distance;
+  Vec3 normal;
+};
+/// Where the ray from p along w meets light `index`, by a way of its own.
+std::optional<Crossing> crossing(const LightSet& lights, uint32_t index, Vec3 p, Vec3 w) {
+  const Light light = lights.light(index);
+  switch (light.type) {
+    case LightType::Environment: return Crossing{kInfinity, -w};
+    case LightType::DistantDisk:
+      if (lights.distant_disk_contains(index, w)) return Crossing{kInfinity, -w};
+      return std::nullopt;
+    case LightType::Triangle: {
+      const glm::dvec3 e1(light.edge1), e2(light.edge2), o(p - light.position), dir(w), n = glm::cross(e1, e2);
+      const double t = -glm::dot(o, n) / glm::dot(dir, n);
+      const glm::dvec3 q = o + t * dir;
+      const double b1 = glm::dot(glm::cross(q, e2), n) / glm::dot(n, n), b2 = glm::dot(glm::cross(e1, q), n) / glm::dot(n, n);
+      if (!(t > 0.0 && b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0)) return std::nullopt;
+      return Crossing{float(t), light.frame.n};
+    }
+    default: {
+      Ray ray;
+      ray.origin = p;
+      ray.direction = w;
+      const auto hit = intersect_lamp_shape(light, ray);
+      if (!hit) return std::nullopt;
+      return Crossing{hit->t, hit->normal};
+    }
+  }
+}
+
+Map map_of(const LightSet& lights, uint32_t index, Vec3 p) {
+  return [&lights, index, p](Vec2 u) -> std::optional<Vec3> {
+    const auto s = lights.sample_li(index, p, u, 0.0f);
+    if (!s) return std::nullopt;
+    return s->wi;
+  };
+}
+Density density_of(const LightSet& lights, uint32_t index, Vec3 p) {
+  return [&lights, index, p](Vec3 w) -> double {
+    const auto hit = crossing(lights, index, p, w);
+    return hit ? lights.pdf_li(index, p, w, hit->distance, hit->normal) : 0.0f;
+  };
+}
+
+struct Case {
+  const char* name;
+  std::shared_ptr<const Scene> scene;
+  Vec3 p;
+  uint32_t light = 0;
+};
+
+std::vector<Case> extended_lights() {
+  const Mat4 tilted = placed({0.3f, 0.2f, 2.0f}, {0.2f, 0.1f, -1.0f}), down = placed({0, 0, 1}, {0, 0, -1});
+  const auto sphere = with_lamp(point_light({0, 0, 2}, 10.0f, 0.5f));
+  const auto rectangle = with_lamp(area_lamp(AreaShape::Rectangle, {2.0f, 1.0f}, tilted));
+  const auto ellipse = with_lamp(area_lamp(AreaShape::Ellipse, {2.0f, 1.0f}, tilted));
+  const auto beam = with_lamp(area_lamp(AreaShape::Rectangle, {2.0f, 1.0f}, tilted, 0.6f));
+  const auto tube = with_lamp(area_lamp(AreaShape::Rectangle, {2.0f, 0.01f}, down));
+  std::vector<Case> cases{
+      {"sphere", sphere, {0, 0, 0}},
+      {"sphere near", sphere, {0, 0, 1.49f}},
+      {"sphere inside", sphere, {0.1f, 0.2f, 1.8f}},
+      {"sphere far", sphere, {300, 200, 100}},
+      {"spot sphere", with_lamp(spot(tilted, 0.3f)), {0, 0, 0}},
+      {"rectangle", rectangle, {0, 0, 0}},
+      {"rectangle near", rectangle, {0.3f, 0.2f, 1.99f}},
+      {"rectangle grazing", rectangle, {3.0f, 0.0f, 2.4f}},
+      {"rectangle far", rectangle, {20, 30, -100}},
+      {"tube", tube, {0, 0, 0.9f}},
+      {"tube seen along", tube, {1.5f, 0, 0.9f}},
+      {"beam", beam, {0.1f, 0, 0}},
+      {"beam at its edge", beam, {1.2f, 0, 0}},
+      {"ellipse", ellipse, {0, 0, 0}},
+      {"ellipse near", ellipse, {0.3f, 0.2f, 1.9f}},
+      {"scaled rectangle", with_lamp(area_lamp(AreaShape::Rectangle, {1, 1}, placed({0, 0, 2}, {0, 0, -1}, {2.0f, 0.5f, 3.0f}))), {0, 1, 0}},
+      {"mirrored rectangle", with_lamp(area_lamp(AreaShape::Rectangle, {1, 2}, placed({0, 0, 2}, {0, 0, -1}, {-1, 1, 1}))), {0, 1, 0}},
+      {"sun of half a degree", with_lamp(sun({0.3f, 0.1f, -1.0f}, 0.00918f)), {0, 0, 0}},
+      {"sun of ninety degrees", with_lamp(sun({0.3f, 0.1f, -1.0f}, 1.57f)), {0, 0, 0}},
+  };
+  for (bool bake : {false, true}) {
+    SceneDescription d = dark();
+    add_object(d, triangle({-1, -1, 0}, {1, -1, 0}, {0, 2, 0}), add_diffuse(d, Color(0.5f), Color(2.0f)),
+               placed({0.2f, 0, 2}, {0.2f, 0, 1}, {0.7f, -1.2f, 1.0f}));
+    const auto scene = build(d, nullptr, bake);
+    cases.push_back({"triangle", scene, {0, 0, 0}});
+    if (bake) continue;
+    cases.push_back({"triangle from behind", scene, {0, 0.5f, 4}});
+    cases.push_back({"triangle near", scene, {0.2f, 0, 1.98f}});
+    cases.push_back({"triangle far", scene, {50, 0, 10}});
+  }
+  SceneDescription d = dark();
+  set_world(d, Color(0.3f));
+  cases.push_back({"constant world", build(d), {0, 0, 0}});
+  set_checker_world(d, Color(5.0f, 3.0f, 1.0f), Color(0.0f), 3.0f);
+  cases.push_back({"checkered world", build(d), {0, 0, 0}});
+  return cases;
+}
+
+TEST(LightSet, directions_follow_their_density) {
+  const auto cases = extended_lights();
+  for (const Case& c : cases) {
+    const LightSet& lights = c.scene->lights();
+    ASSERT_EQ(lights.size(), 1u) << c.name;
+    // Edges of far lights are resolved to a float's direction only.
+    DensityTest test{.sample_count = 30000, .bin_count = 64, .outside_fraction = 3e-3, .level = {.test_count = int(cases.size())}};
+    if (std::string(c.name) == "checkered world") test.bin_count = 600;
+    EXPECT_TRUE(chi_square_agrees(from_square(map_of(lights, 0, c.p)), density_of(lights, 0, c.p), test)) << c.name;
+  }
+}
+
+TEST(LightSet, jacobian_of_directions_is_one_over_their_density) {
+  for (const Case& c : extended_lights()) {
+    if (std::string(c.name) == "checkered world") continue;  // a step leaves the cell
+    const LightSet& lights = c.scene->lights();
+    JacobianTest test{.step = 1.0 / 256.0, .tolerance = 0.05, .smooth_fraction = 0.2};
+    // The density sample_li reports is that of pdf_li in the middle of the light.
+    EXPECT_TRUE(jacobian_agrees(map_of(lights, 0, c.p), density_of(lights, 0, c.p), test)) << c.name;
+  }
+}
+
+TEST(LightSet, samples_report_what_pdf_and_radiance_say) {
+  for (const Case& c : extended_lights()) {
+    const LightSet& lights = c.scene->lights();
+    Pcg32 rng(3);
+    for (int i = 0; i < 2000; ++i) {
+      const float x = rng.next_float();
+      const auto s = lights.sample_li(0, c.p, {x, rng.next_float()}, 0.0f);
+      if (!s) continue;
+      ASSERT_FALSE(s->delta) << c.name;
+      ASSERT_TRUE(is_finite(s->wi) && is_finite(s->radiance) && s->pdf_solid_angle > 0.0f) << c.name;
+      ASSERT_NEAR(glm::length(s->wi), 1.0f, 1e-5f) << c.name;
+      if (s->distance < kInfinity) {
+        ASSERT_LT(glm::length(c.p + s->wi * s->distance - s->position), 1e-5f * (1.0f + s->distance)) << c.name;
+      }
+      const float pdf = lights.pdf_li(0, c.p, s->wi, s->distance, s->normal);
+      if (pdf > 0.0f) {  // else rounded over an edge
+        ASSERT_NEAR(s->pdf_solid_angle / pdf, 1.0f, 2e-3f) << c.name;
+      }
+      const LightType type = lights.flags(0).type;
+      Color radiance(0.0f);
+      if (type == LightType::Environment) radiance = lights.environment_radiance(s->wi, 0);
+      if (type == LightType::Triangle) radiance = Color(2.0f);
+      if (lights.lamp_count() > 0) radiance = lights.lamp_radiance(0, s->position, -s->wi, 0.0f, s->distance);
+      ASSERT_LE(glm::length(s->radiance - radiance), 1e-3f * glm::length(radiance)) << c.name;
+    }
+  }
+}
+
+// ---- Known answers -------------------------------------------------------------------
+
+/// Irradiance (first channel) at p with normal n, by sampling all lights.
+RunningMoments irradiance(const LightSet& lights, Vec3 p, Vec3 n, int count, uint64_t seed = 1) {
+  Pcg32 rng(seed);
+  RunningMoments moments;
+  for (int i = 0; i < count; ++i) {
+    const auto choice = lights.choose_by_power(rng.next_float());
+    const float x = rng.next_float();
+    const auto s = lights.sample_li(choice.light, p, {x, rng.next_float()}, 0.0f);
+    moments.add(s ? double(s->radiance.x) * std::max(0.0f, glm::dot(n, s->wi)) / (double(s->pdf_solid_angle) * choice.pmf) : 0.0);
+  }
+  return moments;
+}
+/// Form factor of a rectangle [0, a] x [0, b] at height c seen from under its corner (Howell, C-3).
+double corner_factor(double a, double b, double c) {
+  const double x = a / c, y = b / c;
+  return (x / std::sqrt(1 + x * x) * std::atan(y / std::sqrt(1 + x * x)) + y / std::sqrt(1 + y * y) * std::atan(x / std::sqrt(1 + y * y))) /
+         (2.0 * M_PI);
+}
+
+TEST(LightSet, irradiance_is_what_the_books_say) {
+  const Vec3 up(0, 0, 1), origin(0.0f);
+  const double w = 10.0;
+  const Mat4 above = placed({0, 0, 2}, {0, 0, -1});
+  const Significance level{.test_count = 12};
+  const auto e = [&](const LightDescription& light, Vec3 n = Vec3(0, 0, 1)) { return irradiance(with_lamp(light)->lights(), Vec3(0.0f), n, 40000); };
+
+  EXPECT_TRUE(mean_agrees(e(point_light({0, 0, 2}, 10.0f)), w / (4.0 * M_PI) / 4.0, level));
+  // A sphere wholly above the horizon shines like its centre.
+  EXPECT_TRUE(mean_agrees(e(point_light({1, 0, 2}, 10.0f, 0.7f)), w / (4.0 * M_PI) * 2.0 / std::pow(5.0, 1.5), level));
+  // On the axis of a spot; its profile is the cosine, here 1.
+  EXPECT_TRUE(mean_agrees(e(spot(above, 0.0f)), w / (4.0 * M_PI) / 4.0, level));
+  EXPECT_TRUE(mean_agrees(e(spot(placed({0, 0, 2}, {1, 0, -1}), 0.0f, 2.0f, 0.0f)), w / (4.0 * M_PI) / 4.0 * std::sqrt(0.5), level));
+  // Halfway into the blend, smoothstep is one half.
+  const float outer = std::cos(0.5f), middle = outer + 0.5f * (1.0f - outer) * 0.4f;
+  const Vec3 axis(std::sqrt(1.0f - middle * middle), 0.0f, -middle);
+  EXPECT_TRUE(mean_agrees(e(spot(placed({0, 0, 2}, axis), 0.0f, 1.0f, 0.4f)), w / (4.0 * M_PI) / 4.0 * 0.5 * middle, level, 1e-3));
+  EXPECT_TRUE(mean_agrees(e(area_lamp(AreaShape::Rectangle, {2, 1}, above)), M_PI * w / 8.0 * 4.0 * corner_factor(1.0, 0.5, 2.0), level));
+  // A disk on its axis: pi L r^2 / (r^2 + h^2).
+  EXPECT_TRUE(mean_agrees(e(area_lamp(AreaShape::Ellipse, {2, 2}, above)), M_PI * w / (4.0 * M_PI) / 5.0, level));
+  EXPECT_TRUE(mean_agrees(e(sun({0, -1, -1}, 0.0f)), 3.0 * std::sqrt(0.5), level));
+  EXPECT_TRUE(mean_agrees(e(sun({0, -1, -1}, 0.01f)), 3.0 * std::sqrt(0.5), level, 1e-4));
+  // Mean cosine of a disk of radius 1 at distance 1: 2 (sqrt(2) - 1).
+  EXPECT_TRUE(mean_agrees(e(sun({0, 0, -1}, float(M_PI / 2))), 3.0 * 2.0 * (std::sqrt(2.0) - 1.0), level));
+  SceneDescription d = dark();
+  set_world(d, Color(0.3f));
+  EXPECT_TRUE(mean_agrees(irradiance(build(d)->lights(), origin, up, 40000), 0.3 * M_PI, level));
+  d = dark();
+  add_object(d, plane(1.0f), add_diffuse(d, Color(0.0f), Color(2.0f)), placed({0, 0, 2}, {0, 0, -1}));
+  EXPECT_TRUE(mean_agrees(irradiance(build(d)->lights(), origin, up, 40000), 2.0 * M_PI * 4.0 * corner_factor(1.0, 1.0, 2.0), level));
+}
+
+TEST(LightSet, one_sided_lamps_and_the_outside_of_cones_are_dark) {
+  const Vec3 origin(0.0f);
+  for (const LightDescription& light :
+       {area_lamp(AreaShape::Rectangle, {2, 1}, placed({0, 0, 2}, {0, 0, 1})), area_lamp(AreaShape::Ellipse, {2, 1}, placed({0, 0, 2}, {0, 0, 1})),
+        spot(placed({0, 0, 2}, {1, 0, 0.2f}), 0.0f), spot(placed({0, 0, 2}, {1, 0, 0.2f}), 0.3f),
+        area_lamp(AreaShape::Rectangle, {0.5f, 0.5f}, placed({0, 0, 2}, {1, 0, -0.5f}), 0.5f)}) {
+    const auto scene = with_lamp(light);
+    EXPECT_EQ(irradiance(scene->lights(), origin, Vec3(0, 0, 1), 1000).mean(), 0.0);
+  }
+}
+
+TEST(LightSet, shaders_multiply_a_lamps_own_light) {
+  LightDescription light = point_light({0, 0, 2}, 10.0f);
+  Node emission = closure_node("ShaderNodeEmission", Color(0.5f, 1.0f, 1.0f));
+  emission.inputs.push_back({"Strength", {}, Vec4(3.0f)});
+  light.graph.nodes = {emission};
+  light.graph.surface = {0, "Emission"};
+  EXPECT_NEAR(irradiance(with_lamp(light)->lights(), Vec3(0.0f), Vec3(0, 0, 1), 10).mean(), 1.5 * 10.0 / (16.0 * M_PI), 1e-5);
+}
+
+/// Radiance or intensity of a lamp whose emission is this output of this node, over its own.
+Color shown_by(LightDescription light, const std::string& node, const std::string& output, Vec3 position, Vec3 wo, std::initializer_list<NodeProperty> properties = {}) {
+  const Color own = with_lamp(light)->lights().lamp_radiance(0, position, wo, 0.0f, 1.0f);
+  Node shown, emission = closure_node("ShaderNodeEmission", Color(0.0f));
+  shown.type = node;
+  shown.properties = properties;
+  for (NodeInput& input : emission.inputs)
+    if (input.socket == "Color") input.link = {1, output};
+  light.graph.nodes = {emission, shown};
+  light.graph.surface = {0, "Emission"};
+  return with_lamp(light)->lights().lamp_radiance(0, position, wo, 0.0f, 1.0f) / own;
+}
+
+void expect_close(Color a, Color b) {
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], 1e-5f) << i;
+}
+
+TEST(LightSet, shaders_of_lamps_see_their_own_space) {
+  // x, y and z of the lamp are world z, x and y: what leaves along +y leaves along the lamp's +z. Colours are clamped below at 0.
+  const Mat4 turned(Vec4(0, 0, 1, 0), Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(4, 5, 6, 1));
+  const Vec3 wo = glm::normalize(Vec3(0.2f, 0.9f, 0.3f)), at(4, 5, 6);
+  const LightDescription bulb = lamp(LightKind::Point, turned), panel = area_lamp(AreaShape::Rectangle, {1, 1}, placed(at, {0.0f, 0.6f, 0.8f}));
+  expect_close(shown_by(bulb, "ShaderNodeTexCoord", "Normal", at, wo), Color(wo.z, wo.x, wo.y));
+  expect_close(shown_by(bulb, "ShaderNodeNewGeometry", "Normal", at, wo), wo);
+  expect_close(shown_by(bulb, "ShaderNodeNewGeometry", "Position", at, wo), at);
+  expect_close(shown_by(bulb, "ShaderNodeTexCoord", "Generated", at, wo), at);
+  expect_close(shown_by(panel, "ShaderNodeNewGeometry", "Normal", at, wo), {0.0f, 0.6f, 0.8f});
+  expect_close(shown_by(panel, "ShaderNodeNewGeometry", "Incoming", at, wo), wo);
+  expect_close(shown_by(panel, "ShaderNodeNewGeometry", "Position", at + 0.25f * panel_x(panel), wo), at + 0.25f * panel_x(panel));
+  expect_close(shown_by(sun(-wo, 0.0f), "ShaderNodeNewGeometry", "Incoming", Vec3(0.0f), wo), wo);
+  expect_close(shown_by(sun(-wo, 0.0f), "ShaderNodeNewGeometry", "Position", Vec3(0.0f), wo), wo);
+}
+
+TEST(LightSet, measured_lamps_turn_with_the_lamp) {
+  // Bright below the lamp, dark above its horizon, twice as bright to one side.
+  const NodeProperty file{"ies", "TILT=NONE\n1 -1 1 3 5 1 1 0 0 0\n1 1 1\n0 45 90\n0 90 180 270 360\n"
+                                 "100 60 20\n100 60 20\n100 120 40\n100 60 20\n100 60 20\n", {}};
+  std::string problem;
+  const auto profile = nodes::IesProfile::read(file.text, problem);
+  ASSERT_EQ(problem, "");
+  const Mat4 turned(Vec4(0, 0, 2, 0), Vec4(2, 0, 0, 0), Vec4(0, 2, 0, 0), Vec4(4, 5, 6, 1));
+  for (const Vec3 local : {Vec3(0, 0, -1), Vec3(0.6f, 0, -0.8f), Vec3(0, 0.6f, -0.8f), Vec3(0, -0.6f, -0.8f), Vec3(0.6f, 0.0f, 0.8f)}) {
+    const Vec3 wo(local.y, local.z, local.x);
+    for (const LightDescription& light : {lamp(LightKind::Point, turned), [&] { auto l = lamp(LightKind::Point, turned); l.radius = 0.2f; return l; }()})
+      expect_close(shown_by(light, "ShaderNodeTexIES", "Fac", {4, 5, 6}, wo, {file}) / 8.0f, Color(profile.towards(local)) / 8.0f);
+  }
+  EXPECT_GT(profile.towards({0, 0.6f, -0.8f}), 1.5f * profile.towards({0, -0.6f, -0.8f}));
+}
+
+TEST(LightSet, emission_knows_the_object_it_is_of) {
+  // Two squares of one material, which asks the objects for colour and strength.
+  SceneDescription d = dark();
+  const int material = add_diffuse(d, Color(0.0f), Color(1.0f));
+  NodeGraph& graph = d.materials.back().graph;
+  Node info, strength;
+  info.type = "ShaderNodeObjectInfo";
+  strength.type = "ShaderNodeAttribute";
+  strength.properties = {{"attribute_type", "OBJECT", {}}, {"attribute_name", "power", {}}};
+  graph.nodes.push_back(info), graph.nodes.push_back(strength);
+  for (Node& n : graph.nodes)
+    for (NodeInput& input : n.inputs) {
+      if (n.type == "ShaderNodeEmission" && input.socket == "Color") input.link = {3, "Color"};
+      if (n.type == "ShaderNodeEmission" && input.socket == "Strength") input.link = {4, "Fac"};
+    }
+  const Color colors[] = {Color(1.0f, 0.5f, 0.25f), Color(0.125f, 0.25f, 4.0f)};
+  for (int i = 0; i < 2; ++i) {
+    const int object = add_object(d, plane(1.0f), material, placed({4.0f * float(i), 0, 2}, {0, 0, -1}));
+    d.objects[size_t(object)].color = Vec4(colors[i], 1.0f);
+    d.objects[size_t(object)].properties = {{"power", false, Vec4(Vec3(2.0f + float(i)), 1.0f)}};
+  }
+  const auto scene = build(d);
+  const LightSet& lights = scene->lights();
+  ASSERT_EQ(lights.size(), 4u);
+  for (uint32_t i = 0; i < 4; ++i) {
+    const Vec3 p = lights.light(i).position - Vec3(0, 0, 3.0f);
+    const auto sample = lights.sample_li(i, p, {0.3f, 0.6f}, 0.0f);
+    ASSERT_TRUE(sample);
+    const int object = lights.light(i).position.x < 2.0f ? 0 : 1;
+    expect_close(sample->radiance, colors[object] * (2.0f + float(object)));
+    const auto leaving = lights.sample_le(i, {0.3f, 0.6f}, {0.2f, 0.7f}, 0.0f);
+    ASSERT_TRUE(leaving);
+    expect_close(leaving->radiance, colors[object] * (2.0f + float(object)));
+    // Chosen by its own power, not by that of a white object.
+    EXPECT_NEAR(lights.power_pmf(i), luminance(colors[object]) * (2.0f + float(object)) / (4.0f * luminance(colors[0]) + 6.0f * luminance(colors[1])), 1e-3f);
+  }
+}
+
+// ---- Rays that leave ---------------------------------------------------------------------
+
+std::vector<std::pair<const char*, SceneDescription>> all_kinds() {
+  std::vector<std::pair<const char*, SceneDescription>> all;
+  const Mat4 tilted = placed({0.3f, 0.2f, 2.0f}, {0.2f, 0.1f, -1.0f});
+  const auto add = [&](const char* name, const LightDescription& light) {
+    SceneDescription d = dark();
+    d.lights.push_back(light);
+    all.push_back({name, d});
+  };
+  add("point", point_light({0, 0, 2}, 10.0f));
+  add("sphere", point_light({0, 0, 2}, 10.0f, 0.5f));
+  add("spot", spot(tilted, 0.0f));
+  add("spot sphere", spot(tilted, 0.3f));
+  add("rectangle", area_lamp(AreaShape::Rectangle, {2, 1}, tilted));
+  add("beam", area_lamp(AreaShape::Rectangle, {2, 1}, tilted, 0.6f));
+  add("ellipse", area_lamp(AreaShape::Ellipse, {2, 1}, tilted));
+  add("sun", sun({0.3f, 0.1f, -1.0f}, 0.0f));
+  add("soft sun", sun({0.3f, 0.1f, -1.0f}, 0.5f));
+  SceneDescription d = dark();
+  add_object(d, sphere(4), add_diffuse(d, Color(0.0f), Color(2.0f)), placed({0, 0, 2}, {1, 0, -1}, {0.5f, 0.5f, -0.7f}));
+  all.push_back({"mesh", d});
+  d = dark();
+  set_checker_world(d, Color(3.0f), Color(0.5f), 2.0f);
+  all.push_back({"world", d});
+  return all;
+}
+
+TEST(LightSet, rays_that_leave_carry_the_power_and_report_their_density) {
+  const auto kinds = all_kinds();
+  for (const auto& [name, description] : kinds) {
+    const auto scene = build(description);
+    const LightSet& lights = scene->lights();
+    RunningMoments power;
+    Pcg32 rng(1);
+    for (int i = 0; i < 40000; ++i) {
+      const auto choice = lights.choose_by_power(rng.next_float());
+      Vec2 u, v;
+      for (float* x : {&u.x, &u.y, &v.x, &v.y}) *x = rng.next_float();
+      const auto r = lights.sample_le(choice.light, u, v, 0.0f);
+      if (!r) {
+        power.add(0.0);
+        continue;
+      }
+      const LightType type = lights.flags(choice.light).type;
+      const float cosine = is_delta(type) || is_distant(type) ? 1.0f : std::abs(glm::dot(r->normal, r->ray.direction));
+      power.add(luminance(r->radiance) * cosine / (double(r->pdf_area) * r->pdf_solid_angle * choice.pmf));
+      const auto pdf = lights.pdf_le(choice.light, r->ray.origin, r->normal, r->ray.direction);
+      ASSERT_NEAR(pdf.pdf_area / r->pdf_area, 1.0f, 1e-4f) << name;
+      if (type != LightType::DistantDelta && pdf.pdf_solid_angle > 0.0f) {
+        ASSERT_NEAR(pdf.pdf_solid_angle / r->pdf_solid_angle, 1.0f, 1e-3f) << name;
+      }
+    }
+    // The world's power is estimated on its grid.
+    EXPECT_TRUE(mean_agrees(power, lights.total_power(), {.test_count = int(kinds.size())}, std::string(name) == "world" ? 0.03 : 1e-3)) << name;
+  }
+}
+
+TEST(LightSet, directions_that_leave_follow_their_density) {
+  const auto kinds = all_kinds();
+  for (const auto& [name, description] : kinds) {
+    const auto scene = build(description);
+    const LightSet& lights = scene->lights();
+    if (lights.flags(0).type == LightType::DistantDelta) continue;
+    const uint32_t index = lights.choose_by_power(0.4f).light;
+    const Vec2 u(0.85f, 0.1f);   // on spheres a point that the spot's cone leaves from
+    const auto map = [&](Vec2 v) -> std::optional<Vec3> {
+      const auto r = lights.sample_le(index, u, v, 0.0f);
+      if (!r) return std::nullopt;
+      return r->ray.direction;
+    };
+    const auto any = lights.sample_le(index, u, {0.2f, 0.1f}, 0.0f);
+    const bool sphere = lights.flags(index).type == LightType::Sphere || lights.flags(index).type == LightType::SpotSphere;
+    const Vec3 normal = any ? any->normal : warp::square_to_sphere(u);
+    const auto density = [&](Vec3 w) -> double {
+      if (sphere && !(glm::dot(w, normal) > 0.0f)) return 0.0;
+      return lights.pdf_le(index, Vec3(0.0f), normal, w).pdf_solid_angle;
+    };
+    DensityTest test{.sample_count = 30000, .bin_count = 64, .outside_fraction = 1e-3, .level = {.test_count = int(kinds.size())}};
+    if (std::string(name) == "world") test.bin_count = 1000;
+    EXPECT_TRUE(chi_square_agrees(from_square(map), density, test)) << name;
+  }
+}
+
+TEST(LightSet, light_sent_equals_light_received) {
+  // Flux through a square, by rays that leave the lights and by sampling the lights from the square.
+  const auto kinds = all_kinds();
+  for (const auto& [name, description] : kinds) {
+    // The scene's sphere must hold the square.
+    SceneDescription d = description;
+    add_object(d, plane(4.0f), add_diffuse(d, Color(0.5f)), placed({0, 0, -0.5f}, {0, 0, -1}));
+    const auto scene = build(d);
+    const LightSet& lights = scene->lights();
+    RunningMoments sent, received;
+    Pcg32 rng(2);
+    for (int i = 0; i < 100000; ++i) {
+      const auto choice = lights.choose_by_power(rng.next_float());
+      Vec2 u, v;
+      for (float* x : {&u.x, &u.y, &v.x, &v.y}) *x = rng.next_float();
+      const auto r = lights.sample_le(choice.light, u, v, 0.0f);
+      double flux = 0.0;
+      if (r && r->ray.direction.z < 0.0f && r->ray.origin.z > 0.0f) {
+        const Vec3 p = r->ray.origin - r->ray.direction * (r->ray.origin.z / r->ray.direction.z);
+        const LightType type = lights.flags(choice.light).type;
+        const float cosine = is_delta(type) || is_distant(type) ? 1.0f : std::abs(glm::dot(r->normal, r->ray.direction));
+        if (std::abs(p.x) < 1.0f && std::abs(p.y) < 1.0f) flux = r->radiance.y * cosine / (double(r->pdf_area) * r->pdf_solid_angle * choice.pmf);
+      }
+      sent.add(flux);
+      const auto from = lights.choose_by_power(rng.next_float());
+      const Vec3 p(2.0f * rng.next_float() - 1.0f, 2.0f * rng.next_float() - 1.0f, 0.0f);
+      const float x = rng.next_float();
+      const auto s = lights.sample_li(from.light, p, {x, rng.next_float()}, 0.0f);
+      // A closed mesh hides its far side.
+      const bool mesh = lights.flags(from.light).type == LightType::Triangle;
+      const bool hidden = mesh && s && glm::dot(s->normal, s->wi) > 0.0f;
+      received.add(s && !hidden ? 4.0 * s->radiance.y * std::max(0.0f, s->wi.z) / (double(s->pdf_solid_angle) * from.pmf) : 0.0);
+    }
+    if (std::string(name) == "mesh") continue;                     // rays of its inner side cross the square as well
+    EXPECT_TRUE(means_agree(sent, received, {.test_count = int(kinds.size())})) << name;
+  }
+}
+
+// ---- Choosing ------------------------------------------------------------------------------
+
+SceneDescription mixed_lights() {
+  SceneDescription d = dark();
+  d.lights = {point_light({0, 0, 2}, 10.0f), point_light({0, 1, 2}, 0.0f, 0.3f), area_lamp(AreaShape::Rectangle, {1, 1}, placed({1, 0, 2}, {0, 0, -1})),
+              sun({0, 0, -1}, 0.01f)};
+  const int glowing = add_diffuse(d, Color(0.0f), Color(4.0f)), grey = add_diffuse(d, Color(0.5f));
+  add_object(d, cube(), grey, placed({3, 0, 0}, {0, 0, -1}));
+  MeshDescription mixed = cube();
+  mixed.name = "Mixed";
+  mixed.material_slots = {0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0, 7};
+  const int object = add_object(d, mixed, grey, placed({-3, 0, 0}, {0, 0, -1}, {0.2f, 0.2f, 0.2f}));
+  d.objects[size_t(object)].materials = {grey, glowing};
+  d.instances.push_back(d.instances.back());
+  d.instances.back().world_from_object = rows(placed({-3, 2, 0}, {0, 0, -1}, {0.2f, -0.2f, 0.2f}));
+  set_checker_world(d, Color(0.2f), Color(0.0f), 4.0f);
+  return d;
+}
+
+TEST(LightSet, chances_sum_to_one_and_dark_lights_are_never_chosen) {
+  const auto scene = build(mixed_lights());
+  const LightSet& lights = scene->lights();
+  ASSERT_EQ(lights.size(), 4u + 12u + 12u + 1u);
+  EXPECT_EQ(lights.environment_index(), 28);
+  const Vec3 p(0.0f), n(0, 0, 1);
+  double sum = 0.0, power_sum = 0.0;
+  for (uint32_t i = 0; i < lights.size(); ++i) {
+    sum += lights.choice_pmf(p, n, i);
+    power_sum += lights.power_pmf(i);
+  }
+  EXPECT_NEAR(sum, 1.0, 1e-6);
+  EXPECT_NEAR(power_sum, 1.0, 1e-6);
+  EXPECT_EQ(lights.choice_pmf(p, n, 1), 0.0f);       // a lamp of no watts
+  EXPECT_EQ(lights.choice_pmf(p, n, 4), 0.0f);       // a grey triangle
+  EXPECT_GT(lights.choice_pmf(p, n, 6), 0.0f);       // a glowing one
+  EXPECT_GT(lights.choice_pmf(p, n, 15), 0.0f);      // of a slot that is not there: the last
+  std::vector<int> counts(lights.size(), 0);
+  std::vector<RunningMoments> remapped(lights.size());
+  const int total = 1 << 20;
+  for (int i = 0; i < total; ++i) {
+    const auto choice = lights.choose(p, n, (float(i) + 0.5f) / float(total));
+    ASSERT_EQ(choice.pmf, lights.choice_pmf(p, n, choice.light));
+    ++counts[choice.light];
+    remapped[choice.light].add(choice.u_remapped);
+  }
+  for (uint32_t i = 0; i < lights.size(); ++i) {
+    EXPECT_NEAR(counts[i], lights.choice_pmf(p, n, i) * total, 2.0) << i;
+    if (counts[i] > 0) {
+      EXPECT_NEAR(remapped[i].mean(), 0.5, 1e-3) << i;
+      EXPECT_NEAR(remapped[i].variance(), 1.0 / 12.0, 1e-3) << i;
+    }
+  }
+}
+
+TEST(LightSet, where_there_are_media_each_of_few_lights_has_an_even_chance_half_the_time) {
+  SceneDescription clear = dark();
+  clear.lights = {point_light({0, 0, 3}, 1e6f, 0.1f), point_light({0, 1, 3}, 1.0f, 0.1f), point_light({1, 1, 3}, 0.0f)};
+  set_checker_world(clear, Color(0.2f), Color(0.0f), 4.0f);
+  const auto foggy = [](SceneDescription d) {
+    Node fog;
+    fog.type = fog.name = "ShaderNodeVolumeScatter";
+    fog.inputs = {{"Color", {}, Vec4(0.5f)}, {"Density", {}, Vec4(0.1f)}};
+    d.materials.push_back({"Fog", {}, 0});
+    d.materials.back().graph.nodes = {fog};
+    d.materials.back().graph.volume = {0, "Volume"};
+    add_object(d, cube(), int(d.materials.size()) - 1);
+    return d;
+  };
+  SceneDescription many = clear, one = dark();
+  for (int i = 0; i < 9; ++i) many.lights.push_back(point_light({float(i), 0, 5}, 2.0f));
+  one.lights = {point_light({0, 0, 3}, 5.0f)};
+  for (const Vec3 n : {Vec3(0.0f), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
+    for (const SceneDescription* d : {&clear, &many, &one}) {
+      const Vec3 p(0.0f);
+      const auto with_fog = build(foggy(*d)), without = build(*d);
+      const LightSet& lights = with_fog->lights();
+      std::vector<int> counts(lights.size(), 0);
+      std::vector<RunningMoments> remapped(lights.size());
+      double sum = 0.0;
+      for (uint32_t i = 0; i < lights.size(); ++i) {
+        sum += lights.choice_pmf(p, n, i);
+        const float estimate = without->lights().choice_pmf(p, n, i), even = i == 2 ? 0.0f : 1.0f / 3.0f;   // two lamps and the sky; one has no watts
+        EXPECT_FLOAT_EQ(lights.choice_pmf(p, n, i), d == &clear ? 0.5f * even + 0.5f * estimate : estimate) << i;
+      }
+      EXPECT_NEAR(sum, 1.0, 1e-6);
+      const int total = 1 << 18;
+      for (int i = 0; i < total; ++i) {
+        const auto choice = lights.choose(p, n, (float(i) + 0.5f) / float(total));
+        ASSERT_EQ(choice.pmf, lights.choice_pmf(p, n, choice.light));
+        ++counts[choice.light];
+        remapped[choice.light].add(choice.u_remapped);
+      }
+      for (uint32_t i = 0; i < lights.size(); ++i) {
+        EXPECT_NEAR(counts[i], lights.choice_pmf(p, n, i) * total, 3.0) << i;
+        if (counts[i] > 1000) { EXPECT_NEAR(remapped[i].mean(), 0.5, 0.01) << i; }
+      }
+    }
+  }
+}
+
+TEST(LightSet, hits_find_their_light) {
+  const auto scene = build(mixed_lights());
+  const LightSet& lights = scene->lights();
+  const auto sees = [&](Vec3 origin, Vec3 direction) {
+    Ray ray;
+    ray.origin = origin;
+    ray.direction = direction;
+    return scene->intersect(ray, kRayDiffuse);
+  };
+  const Hit grey = sees({3, 0, 5}, {0, 0, -1});
+  ASSERT_TRUE(grey.found());
+  EXPECT_EQ(scene->light_of(grey), -1);
+  for (float y : {0.0f, 2.0f})
+    for (Vec3 direction : {Vec3(0, 0, -1), Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, 1, 0)}) {
+      const Hit hit = sees(Vec3(-3.01f, y + 0.02f, 0.03f) - 5.0f * direction, direction);
+      ASSERT_TRUE(hit.found());
+      const int index = scene->light_of(hit);
+      ASSERT_GE(index, 0);
+      const Light light = lights.light(uint32_t(index));
+      EXPECT_EQ(light.type, LightType::Triangle);
+      EXPECT_EQ(light.instance, hit.instance);
+      EXPECT_EQ(light.primitive, hit.primitive);
+      // The hit lies in the light's triangle, and its outside is the mesh's also when mirrored.
+      ShadingPoint point;
+      Ray ray;
+      ray.origin = Vec3(-3.01f, y + 0.02f, 0.03f) - 5.0f * direction;
+      ray.direction = direction;
+      scene->shading_point(ray, hit, point);
+      EXPECT_NEAR(glm::dot(point.position - light.position, light.frame.n), 0.0f, 1e-6f);
+      EXPECT_FALSE(point.backfacing);
+      EXPECT_LT(glm::dot(light.frame.n, direction), 0.0f);
+    }
+}
+
+TEST(LightSet, no_source_is_starved) {
+  // A sun, a sky and a weak lamp in a vast scene.
+  SceneDescription d = dark();
+  add_object(d, plane(1000.0f), add_diffuse(d, Color(0.5f)), placed({0, 0, -6}, {0, 0, -1}));
+  d.lights = {sun({0, 0, -1}, 0.01f, 1000.0f), point_light({0, 0, 2}, 1.0f)};
+  set_checker_world(d, Color(0.02f), Color(0.0f), 4.0f);   // exceeds its mean by half of it
+  const auto scene = build(d);
+  for (Vec3 normal : {Vec3(0.0f), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
+    EXPECT_GE(scene->lights().choice_pmf(Vec3(0.0f), normal, 1), 0.1999f);
+    EXPECT_GE(scene->lights().choice_pmf(Vec3(0.0f), normal, 2), 0.1f);   // the sky, beside a sun of a thousand times its irradiance
+  }
+  EXPECT_GE(scene->lights().choice_pmf(Vec3(0.0f), Vec3(0, 0, 1), 0), 0.5f);
+}
+
+TEST(LightSet, a_constant_world_is_left_to_the_bsdf) {
+  SceneDescription d = dark();
+  set_world(d, Color(1.0f));
+  auto scene = build(d);
+  EXPECT_FALSE(scene->lights().can_choose());
+  EXPECT_EQ(scene->lights().choose(Vec3(0.0f), Vec3(0, 0, 1), 0.5f).pmf, 0.0f);
+  EXPECT_EQ(scene->lights().choice_pmf(Vec3(0.0f), Vec3(0, 0, 1), 0), 0.0f);
+  EXPECT_EQ(scene->lights().power_pmf(0), 1.0f);
+  d.lights = {point_light({0, 0, 2}, 1e-3f)};
+  scene = build(d);
+  EXPECT_EQ(scene->lights().choice_pmf(Vec3(0.0f), Vec3(0, 0, 1), 0), 1.0f);
+}
+
+TEST(LightSet, a_scene_in_which_nothing_emits_has_no_lights) {
+  SceneDescription d = dark();
+  d.lights = {point_light({0, 0, 2}, 0.0f), area_lamp(AreaShape::Rectangle, {0, 1}, placed({0, 0, 2}, {0, 0, -1}))};
+  const auto scene = build(d);
+  EXPECT_TRUE(scene->lights().empty());
+  EXPECT_EQ(scene->lights().environment_index(), -1);
+}
+
+// ---- Limits ---------------------------------------------------------------------------------
+
+TEST(LightSet, unusable_strength_is_reported_by_name) {
+  SceneDescription d = dark();
+  d.lights = {point_light({0, 0, 2}, 3e38f, 1e-3f), point_light({0, 0, 2}, 10.0f)};
+  d.lights[0].name = "Too Bright";
+  Diagnostics diagnostics;
+  const auto scene = build(d, &diagnostics);
+  EXPECT_TRUE(std::any_of(diagnostics.begin(), diagnostics.end(), [](const Diagnostic& m) { return m.object == "Too Bright"; }));
+  EXPECT_EQ(scene->lights().choice_pmf(Vec3(0.0f), Vec3(0.0f), 0), 0.0f);
+  EXPECT_EQ(scene->lights().choice_pmf(Vec3(0.0f), Vec3(0.0f), 1), 1.0f);
+}
+
+TEST(LightSet, awkward_points_give_finite_samples_or_none) {
+  std::vector<std::pair<std::shared_ptr<const Scene>, std::vector<Vec3>>> cases;
+  const Mat4 down = placed({0, 0, 1}, {0, 0, -1});
+  const std::vector<Vec3> around{{0, 0, 1}, {0.5f, 0.5f, 1}, {0.5f, 0.5f, 0.99999f}, {7, 0, 1}, {0, 0, 0.9999999f}, {1e6f, 1e6f, -1e6f}, {0, 0, -1e15f}, {5, 5, 0.999f}};
+  for (Vec2 size : {Vec2(1, 1), Vec2(1e-6f, 1e-6f), Vec2(1e6f, 1e-3f), Vec2(1e6f, 1e6f)})
+    for (float spread : {kPi, 0.3f, 0.0f}) {
+      cases.push_back({with_lamp(area_lamp(AreaShape::Rectangle, size, down, spread)), around});
+      cases.push_back({with_lamp(area_lamp(AreaShape::Ellipse, size, down, spread)), around});
+    }
+  for (float radius : {0.0f, 1e-7f, 0.5f, 1e5f}) {
+    cases.push_back({with_lamp(point_light({0, 0, 1}, 10.0f, radius)), around});
+    cases.push_back({with_lamp(spot(down, radius, 3.1415927f, 1.0f)), around});
+    cases.push_back({with_lamp(spot(down, radius, 0.017f, 0.0f)), around});
+  }
+  for (float angle : {0.0f, 1e-5f, 1.0f, 3.1415927f}) cases.push_back({with_lamp(sun({0, 0, -1}, angle)), around});
+  for (float size : {1e-10f, 1.0f, 1e10f}) {
+    SceneDescription d = dark();
+    add_object(d, triangle({0, 0, 1}, {size, 0, 1}, {0, size, 1}), add_diffuse(d, Color(0.5f), Color(2.0f)));
+    cases.push_back({build(d), around});
+  }
+  for (const auto& [scene, points] : cases) {
+    if (scene->lights().empty()) continue;
+    for (Vec3 p : points)
+      for (float x : {0.0f, 0.3f, kOneMinusEpsilon})
+        for (float y : {0.0f, 0.7f, kOneMinusEpsilon}) {
+          const auto s = scene->lights().sample_li(0, p, {x, y}, 0.0f);
+          if (!s) continue;
+          EXPECT_TRUE(is_finite(s->wi) && is_finite(s->radiance) && s->pdf_solid_angle > 0.0f && std::isfinite(s->pdf_solid_angle) && s->distance > 0.0f)
+              << "light type " << int(scene->lights().flags(0).type) << " at " << p.x << " " << p.y << " " << p.z;
+          const float pdf = scene->lights().pdf_li(0, p, s->wi, s->distance, s->normal);
+          EXPECT_TRUE(pdf >= 0.0f && std::isfinite(pdf));
+        }
+  }
+}
+
+TEST(LightSet, many_lamps_and_triangles_light_a_point_as_their_sum) {
+  SceneDescription d = dark();
+  Pcg32 rng(1);
+  for (int i = 0; i < 10000; ++i) d.lights.push_back(point_light({rng.next_float(), rng.next_float(), rng.next_float()}, rng.next_float() + 0.1f));
+  const int glowing = add_diffuse(d, Color(0.0f), Color(1.0f));
+  add_object(d, sphere(250), glowing);   // a quarter of a million triangles
+  const auto scene = build(d);
+  const LightSet& lights = scene->lights();
+  EXPECT_EQ(lights.size(), 10000u + scene->statistics().triangles - 2u);
+  // The lamps and the sphere together light a point as their sum.
+  const Vec3 p(0, 0, 3), down(0, 0, -1);
+  double expected = 0.0;
+  for (uint32_t i = 0; i < 10000; ++i) {
+    const auto s = lights.sample_li(i, p, Vec2(0.5f), 0.0f);
+    expected += s->radiance.x * std::max(0.0f, glm::dot(s->wi, down));
+  }
+  // The sphere's far side shines through nothing here: count it twice where both sides face p.
+  RunningMoments all = irradiance(lights, p, down, 200000, 5);
+  RunningMoments sphere_only;
+  for (int i = 0; i < 200000; ++i) {
+    const auto choice = lights.choose(p, down, rng.next_float());
+    const float x = rng.next_float();
+    const auto s = lights.sample_li(choice.light, p, {x, rng.next_float()}, 0.0f);
+    const bool triangle = choice.light >= 10000;
+    sphere_only.add(s && triangle ? s->radiance.x * std::max(0.0f, glm::dot(s->wi, down)) / (s->pdf_solid_angle * choice.pmf) : 0.0);
+  }
+  // Both sides of the sphere, front and back seen through each other: 2 pi (r / d)^2.
+  EXPECT_TRUE(mean_agrees(sphere_only, 2.0 * M_PI / 9.0, {.test_count = 2}, 1e-3));
+  EXPECT_TRUE(mean_agrees(all, expected + 2.0 * M_PI / 9.0, {.test_count = 2}, 1e-3));
+}
+
+TEST(LightSet, every_direction_of_a_textured_world_can_be_sampled) {
+  SceneDescription d = dark();
+  set_checker_world(d, Color(5.0f), Color(0.0f), 40.0f);   // cells of a few degrees
+  const auto scene = build(d);
+  const LightSet& lights = scene->lights();
+  Pcg32 rng(1);
+  RunningMoments brute, sampled = irradiance(lights, Vec3(0.0f), Vec3(0, 0, 1), 100000);
+  for (int i = 0; i < 100000; ++i) {
+    const float x = rng.next_float();
+    const Vec3 wi = warp::square_to_sphere({x, rng.next_float()});
+    ASSERT_GT(lights.pdf_li(0, Vec3(0.0f), wi, kInfinity, -wi), 0.0f);
+    brute.add(lights.environment_radiance(wi, 0).x * std::max(0.0f, wi.z) * 4.0 * M_PI);
+  }
+  for (Vec3 pole : {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(-1, 0, 0)}) EXPECT_GT(lights.pdf_li(0, Vec3(0.0f), pole, kInfinity, -pole), 0.0f);
+  EXPECT_TRUE(means_agree(brute, sampled));
+}
+
+TEST(LightSet, the_world_hides_from_rays_it_is_not_visible_to) {
+  SceneDescription d = dark();
+  set_world(d, Color(0.3f));
+  d.world.visibility = kVisibleAll & ~uint32_t(kVisibleCamera);
+  const auto scene = build(d);
+  EXPECT_EQ(scene->lights().environment_radiance(Vec3(0, 0, 1), kRayCamera), Color(0.0f));
+  EXPECT_EQ(scene->lights().environment_radiance(Vec3(0, 0, 1), kRayDiffuse), Color(0.3f));
+}
+
+TEST(LampShape, a_ray_sees_a_sphere_lamp_once) {
+  const auto scene = with_lamp(point_light({0, 0, 0}, 10.0f, 1.0f));
+  const Light light = scene->lights().light(0);
+  Ray ray;
+  ray.direction = Vec3(0, 0, -1);
+  for (float z : {5.0f, 0.5f}) {
+    ray.origin = Vec3(0, 0, z);
+    ray.t_min = 0.0f;
+    const float expected = z > 1.0f ? 4.0f : 1.5f;
+    const auto crossing = intersect_lamp_shape(light, ray);
+    ASSERT_TRUE(crossing);
+    EXPECT_NEAR(crossing->t, expected, 1e-5f);
+    const LampHit hit = scene->intersect_lamp(ray, kRayDiffuse);
+    ASSERT_EQ(hit.light, 0u);
+    EXPECT_NEAR(hit.t, expected, 1e-4f);
+    ray.t_min = expected * 1.001f;
+    EXPECT_FALSE(intersect_lamp_shape(light, ray));
+    EXPECT_EQ(scene->intersect_lamp(ray, kRayDiffuse).light, ~0u);
+  }
+}
+
+TEST(LightSet, shaders_of_lamps_know_how_far_their_light_goes) {
+  SceneDescription d;
+  add_object(d, plane(1.0f), add_diffuse(d, Color(0.5f)));
+  set_camera(d, Vec3(0, 0, 3), Vec3(0), 4);
+  LightDescription light = lamp(LightKind::Point, placed(Vec3(0), Vec3(0, 0, -1)));
+  Node falloff{"ShaderNodeLightFalloff", "Light Falloff", {{"Strength", {}, Vec4(1.0f)}, {"Smooth", {}, Vec4(0.0f)}}, {}};
+  Node emission{"ShaderNodeEmission", "Emission", {{"Color", {}, Vec4(1.0f)}, {"Strength", {0, "Linear"}, Vec4(1.0f)}}, {}};
+  light.graph.nodes = {falloff, emission};
+  light.graph.surface = {1, "Emission"};
+  d.lights.push_back(light);
+  const auto scene = build(d);
+  const auto near = scene->lights().sample_li(0, Vec3(0, 0, 1), {0.5f, 0.5f}, 0.0f), far = scene->lights().sample_li(0, Vec3(0, 0, 3), {0.5f, 0.5f}, 0.0f);
+  ASSERT_TRUE(near && far);
+  // Linear falloff: the intensity grows with the distance, against one of its two powers.
+  EXPECT_GT(near->radiance.x, 0.0f);
+  EXPECT_NEAR(far->radiance.x / near->radiance.x, 3.0f / 9.0f, 1e-5f);
+}
+
+}  // namespace
+
+}  // namespace ajar::test_light_set

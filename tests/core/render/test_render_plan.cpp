@@ -1,0 +1,206 @@
+// What a scene does not need is not done: counted, not promised.
+#include "render/render_plan.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "render/session.h"
+#include "transport/media/media.h"
+#include "transport_scenes.h"
+
+namespace ajar::test_render_plan {
+
+namespace {
+
+using namespace fixtures;
+
+constexpr int kSize = 16;
+constexpr uint64_t kPixels = kSize * kSize;
+
+/// As Blender starts: a grey cube, one lamp, an even grey world.
+SceneDescription default_cube() {
+  SceneDescription d;
+  GraphBuilder b;
+  b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {value_input("Base Color", Vec4(0.8f, 0.8f, 0.8f, 1.0f)), value_input("Roughness", 0.5f)}), "BSDF"};
+  add_object(d, cube(), add_material(d, b));
+  d.lights.push_back(point_light(Vec3(4.08f, 1.0f, 5.9f), 1000.0f, 0.1f));
+  set_world(d, Color(0.05f));
+  set_camera(d, Vec3(7.36f, -6.93f, 4.96f), Vec3(0.0f), kSize);
+  d.settings.samples = 2;
+  d.settings.bounces = {12, 4, 4, 12, 8, 0};
+  return d;
+}
+
+nlohmann::json rendered(SceneDescription d) {
+  Session session;
+  session.start(std::move(d));
+  EXPECT_TRUE(session.wait(kHang));
+  EXPECT_EQ(session.take_error(), "");
+  return nlohmann::json::parse(session.statistics_json());
+}
+
+bool uses(const nlohmann::json& statistics, const std::string& step) {
+  for (const auto& line : statistics["plan"])
+    if (line["step"] == step) {
+      EXPECT_NE(line["reason"], "");
+      return line["used"];
+    }
+  ADD_FAILURE() << "the plan has no step '" << step << "'";
+  return false;
+}
+
+int instructions(const Scene& scene) {
+  int sum = scene.world_program().instruction_count();
+  for (const ShaderProgram& program : scene.programs()) sum += program.instruction_count();
+  return sum;
+}
+
+TEST(RenderPlan, of_the_default_cube_is_light_sampling_of_one_lamp) {
+  const auto told = rendered(default_cube());
+  for (const char* step : {"transparent shadows", "depth of field", "motion keys", "textures", "shader programs", "caustic map", "vertex merging", "passes beyond Combined",
+                           "image sampling"})
+    EXPECT_FALSE(uses(told, step)) << step;
+  for (const char* step : {"light sampling", "lamp shapes", "environment"}) EXPECT_TRUE(uses(told, step)) << step;
+}
+
+TEST(RenderPlan, no_photon_is_traced_by_who_stores_none) {
+  // Every ray is one of a path: towards its next surface, or towards a light from one that scatters.
+  SceneDescription d = default_cube();
+  for (const char* integrator : {"path", "bdpt", "erpt", "pmc_pt", "metropolis"}) {
+    d.settings.integrator = integrator;
+    d.settings.vertex_merging = "on";   // nothing to merge here
+    const auto told = rendered(d);
+    for (const char* key : {"photon_rays", "photons", "photon_bytes"}) EXPECT_FALSE(told.contains(key)) << integrator << " " << key;
+  }
+  d.settings.integrator = "path";
+  d.settings.bounces.total = 0;
+  const auto told = rendered(d);
+  const uint64_t paths = told["paths"], rays = told["rays"];
+  EXPECT_EQ(paths, 2 * kPixels);
+  // One ray of the camera and at most one to the lamp, as what its scattering meets is not looked at beyond the lamp.
+  EXPECT_LE(rays, 3 * paths);
+}
+
+TEST(RenderPlan, photons_are_traced_where_maps_are_of_use_and_only_there) {
+  SceneDescription d = default_cube();
+  d.settings.integrator = "photon_map";
+  d.settings.photons = 500;
+  EXPECT_GT(double(rendered(d)["photon_bytes"]), 0.0);
+  d.lights.clear();
+  set_world(d, Color(0.0f));
+  const auto dark = rendered(d);
+  EXPECT_FALSE(uses(dark, "photon map"));
+  EXPECT_EQ(double(dark["photon_bytes"]), 0.0);
+}
+
+TEST(RenderPlan, a_table_is_made_of_worlds_that_vary_only) {
+  SceneDescription d = default_cube();
+  EXPECT_EQ(build(d)->statistics().environment_bytes, 0u);
+  GraphBuilder b;
+  const int coordinates = b.node("ShaderNodeTexCoord");
+  b.graph.surface = {b.node("ShaderNodeBackground", {linked_input("Color", coordinates, "Generated"), value_input("Strength", 1.0f)}), "Background"};
+  d.world.graph = b.graph;
+  EXPECT_GT(build(d)->statistics().environment_bytes, 1u << 20);
+}
+
+TEST(RenderPlan, no_tree_of_lights_where_nothing_local_shines) {
+  SceneDescription d = default_cube();
+  const uint64_t of_one = build(d)->statistics().light_tree_bytes;
+  EXPECT_LT(of_one, 100u);
+  d.lights.clear();
+  const auto lit_by_the_world = build(d);
+  EXPECT_EQ(lit_by_the_world->statistics().light_tree_bytes, 0u);
+  EXPECT_FALSE(lit_by_the_world->lights().can_choose());
+  LightDescription sun;
+  sun.name = "Sun";
+  sun.kind = LightKind::Sun;
+  sun.energy = 1.0f;
+  d.lights = {sun, sun};
+  EXPECT_EQ(build(d)->statistics().light_tree_bytes, 0u) << "suns are few, and chosen by themselves";
+  d.lights.assign(50, point_light(Vec3(0, 0, 3), 10.0f));
+  EXPECT_GT(build(d)->statistics().light_tree_bytes, 50 * of_one);
+}
+
+TEST(RenderPlan, no_tangent_is_worked_out_for_who_has_no_use_of_it) {
+  const auto with = [](float anisotropic) {
+    SceneDescription d = default_cube();
+    GraphBuilder b;
+    const int tangent = b.node("ShaderNodeTangent", {}, {text_property("direction_type", "UV_MAP")});
+    b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {value_input("Metallic", 1.0f), value_input("Anisotropic", anisotropic), linked_input("Tangent", tangent, "Tangent")}),
+                       "BSDF"};
+    d.objects[0].materials = {add_material(d, b)};
+    return instructions(*build(d));
+  };
+  EXPECT_EQ(with(0.0f), 0);
+  EXPECT_GT(with(0.5f), 0);
+}
+
+TEST(RenderPlan, still_things_have_no_keys) {
+  SceneDescription d = default_cube();
+  const auto still = build(d);
+  EXPECT_FALSE(still->moves());
+  EXPECT_EQ(still->statistics().moving_instances, 0u);
+  EXPECT_EQ(still->instances()[0].motion, nullptr);
+  EXPECT_TRUE(still->meshes()[0].baked);
+  d.motion_keys = {d.instances[0].world_from_object, d.instances[0].world_from_object};
+  d.motion_keys[1][3] += 1.0f;
+  d.instances[0].first_motion_key = 0;
+  d.instances[0].motion_key_count = 2;
+  EXPECT_NE(build(d)->instances()[0].motion, nullptr);
+}
+
+TEST(RenderPlan, images_that_nobody_sees_are_not_decoded) {
+  SceneDescription d = default_cube();
+  ImageDescription image;
+  image.name = "Big";
+  image.width = image.height = 64;
+  image.pixels.assign(64 * 64 * 4, 0.5f);
+  d.images.push_back(image);
+  GraphBuilder b;
+  const int texture = b.node("ShaderNodeTexImage", {}, {number_property("image", {0.0f})});
+  b.graph.surface = {b.node("ShaderNodeBsdfDiffuse", {linked_input("Color", texture, "Color")}), "BSDF"};
+  const int material = add_material(d, b);
+  const auto unseen = build(d);
+  EXPECT_EQ(unseen->textures().decoded_count(), 0);
+  EXPECT_EQ(unseen->statistics().texture_bytes, 0u);
+  d.objects[0].materials = {material};
+  EXPECT_EQ(build(d)->textures().decoded_count(), 1);
+}
+
+TEST(RenderPlan, the_film_has_what_was_asked_for_only) {
+  SceneDescription d = default_cube();
+  const uint64_t plain = rendered(d)["film_bytes"];
+  EXPECT_EQ(plain, kPixels * (72 + 2 * 12));   // sums, and the pictures after one and two samples that errors are estimated from
+  d.settings.passes = {"Combined", "Normal"};
+  EXPECT_EQ(uint64_t(rendered(d)["film_bytes"]), plain + kPixels * 184);
+}
+
+TEST(RenderPlan, constant_materials_run_nothing_at_a_hit) {
+  SceneDescription d = default_cube();
+  EXPECT_EQ(instructions(*build(d)), 0);
+  GraphBuilder b;   // arithmetic among constants is done once
+  const int sum = b.node("ShaderNodeMath", {value_input("Value", 0.2f), value_input("Value_001", 0.3f)}, {text_property("operation", "ADD")});
+  b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {linked_input("Roughness", sum, "Value")}), "BSDF"};
+  d.objects[0].materials = {add_material(d, b)};
+  EXPECT_EQ(instructions(*build(d)), 0);
+  GraphBuilder textured;
+  const int noise = textured.node("ShaderNodeTexNoise");
+  textured.graph.surface = {textured.node("ShaderNodeBsdfPrincipled", {linked_input("Base Color", noise, "Color")}), "BSDF"};
+  d.objects[0].materials = {add_material(d, textured)};
+  EXPECT_GT(instructions(*build(d)), 0);
+  EXPECT_TRUE(uses(rendered(d), "shader programs"));
+}
+
+TEST(RenderPlan, no_medium_is_looked_up_where_there_is_none) {
+  SceneDescription d = default_cube();
+  EXPECT_FALSE(rendered(d).contains("media_lookups"));
+  GraphBuilder b;
+  const int noise = b.node("ShaderNodeTexNoise");
+  b.graph.volume = {b.node("ShaderNodeVolumeScatter", {linked_input("Density", noise, "Fac")}), "Volume"};
+  d.objects[0].materials = {add_material(d, b)};
+  EXPECT_GT(double(rendered(d)["media_lookups"]), 0.0);
+}
+
+}  // namespace
+
+}  // namespace ajar::test_render_plan

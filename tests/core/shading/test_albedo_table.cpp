@@ -1,0 +1,74 @@
+#include "shading/bsdf/albedo_table.h"
+
+#include <gtest/gtest.h>
+
+#include "bsdf_fixtures.h"
+#include "math/random.h"
+#include "math/statistics.h"
+#include "math/warps.h"
+#include "shading/bsdf/sheen.h"
+
+namespace ajar::test_albedo_table {
+
+using namespace fixtures;
+using closures::Distribution;
+
+namespace {
+
+/// Mean weight of samples: the directional albedo, straight from the lobe.
+double sampled_albedo(const Material& material, Vec3 wo) {
+  const Bsdf bsdf = make_bsdf(material, wo);
+  Pcg32 rng(17);
+  RunningMoments moments;
+  for (int i = 0; i < 20000; ++i) {
+    const float u = rng.next_float(), ux = rng.next_float();
+    const auto s = bsdf.sample(wo, u, {ux, rng.next_float()});
+    moments.add(s ? s->f_cos.y / s->pdf_solid_angle : 0.0);
+  }
+  return moments.mean();
+}
+
+}  // namespace
+
+TEST(AlbedoTable, mirror_albedo_is_that_of_the_single_scattering_lobe) {
+  for (float roughness : {0.2f, 0.55f, 0.83f, 1.0f})
+    for (float c : {0.98f, 0.4f, 0.13f, 0.03f}) {
+      const Material m{"", [=](Bsdf& b, const closures::Surface& s) { closures::add_glossy(b, s, Color(1.0f), s.ng, {1, 0, 0}, Distribution::Ggx, roughness, 0.0f, 0.0f); }};
+      EXPECT_NEAR(albedo_table::ggx(c, sqr(roughness)), sampled_albedo(m, direction(c)), 0.012) << roughness << " " << c;
+    }
+}
+
+TEST(AlbedoTable, means_are_cosine_weighted_and_correlation_loses_less) {
+  for (float alpha : {0.05f, 0.4f, 1.0f}) {
+    double sum = 0.0;
+    for (int i = 0; i < 200; ++i) sum += 2.0 * (i + 0.5) / 200 * albedo_table::ggx(float((i + 0.5) / 200), alpha) / 200;
+    EXPECT_NEAR(albedo_table::ggx_mean(alpha), sum, 2e-3);
+    EXPECT_GE(albedo_table::ggx_correlated_mean(alpha), albedo_table::ggx_mean(alpha) - 1e-4f);
+    EXPECT_LE(albedo_table::ggx_correlated_mean(alpha), 1.0f + 1e-4f);
+  }
+}
+
+TEST(AlbedoTable, smooth_glass_loses_nothing) {
+  for (float eta : {1.0f / 1.5f, 1.2f, 2.0f})
+    for (float c : {0.2f, 0.9f}) EXPECT_NEAR(albedo_table::ggx_glass(c, 1e-4f, eta), 1.0f, 2e-3f);
+  EXPECT_LT(albedo_table::ggx_glass(0.5f, 1.0f, 1.5f), 0.9f);
+  EXPECT_LT(albedo_table::ggx_glass_mean(1.0f, 1.0f / 1.5f), albedo_table::ggx_glass_mean(0.1f, 1.0f / 1.5f));
+}
+
+TEST(Sheen, albedo_fits_agree_with_the_lobes) {
+  for (float c : {0.9f, 0.5f, 0.15f}) {
+    const Vec3 wo = direction(c);
+    double disney = 0.0, fibres = 0.0;
+    constexpr int kSide = 400;
+    for (int i = 0; i < kSide; ++i)
+      for (int j = 0; j < kSide; ++j) {
+        const Vec3 wi = warp::square_to_cosine_hemisphere({(i + 0.5f) / kSide, (j + 0.5f) / kSide});
+        disney += kPi * sheen::disney(glm::dot(wo, wi)) / (kSide * kSide);
+        fibres += kPi * sheen::microfiber(0.6f, {0, 0, 1}, wo, wi, wo.z) / (kSide * kSide);
+      }
+    EXPECT_NEAR(sheen::disney_albedo(c), disney, 2e-4);
+    EXPECT_NEAR(sheen::microfiber_albedo(0.6f, c), fibres, 0.02 * fibres + 1e-3);
+  }
+}
+
+}  // namespace ajar::test_albedo_table

@@ -1,0 +1,194 @@
+// Unconnectable paths are counted once: left out by the walks, found by photons, with the same mean.
+#include "agreement.h"
+#include "render/render_plan.h"
+#include "transport/bidirectional/bidirectional.h"
+#include "transport/paths/path.h"
+#include "transport/bidirectional/vertex_merging.h"
+
+namespace ajar::test_vertex_merging {
+
+using namespace fixtures;
+
+namespace {
+
+const std::atomic<bool> kGoOn{false};
+
+/// A mirror fills most of what the camera sees of a grey room, and a pane of glass hangs below a wide lamp: most of the light that the mirror shows
+/// comes by unconnectable paths, and walks from the eye find the lamp easily.
+SceneDescription pane_and_mirror(float photon_radius = 0.04f) {
+  SceneDescription d = grey_room();
+  MeshDescription pane = cube();
+  for (Vec3& p : pane.positions) p.z *= 0.03f;
+  add_object(d, pane, add_glass(d, 0.0f), moved(Vec3(0.0f, 0.0f, 0.7f), 0.9f));
+  add_object(d, plane(0.8f), add_glossy(d, 0.0f), shining(Vec3(0.1f, 0.6f, -0.1f), Vec3(0.1f, 1.0f, 0.2f)));
+  d.lights.push_back(area_lamp(Vec3(0.0f, 0.0f, 0.95f), Vec3(0, 0, -1), 1.2f, 8.0f));
+  d.settings.vertex_merging = "on";
+  d.settings.photon_radius = photon_radius;
+  d.settings.photons = 2000;
+  return d;
+}
+/// The mirror of that scene half diffuse, the walls half mirrors: events of both kinds at one surface.
+SceneDescription mixed_surfaces() {
+  SceneDescription d = pane_and_mirror();
+  d.objects.back().materials = {add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.0f)};
+  d.objects.front().materials = d.objects.back().materials;
+  return d;
+}
+
+/// Mean over the film of light by unconnectable paths, over independent replicates: by walks that hit the lamp or join it, and by merging.
+struct BothWays {
+  RunningMoments hit, merged;
+};
+BothWays unconnectable_light(const SceneDescription& d, int replicates, uint32_t passes, uint32_t samples) {
+  const auto scene = build(d);
+  BothWays result;
+  VertexMerging merging;
+  BidirectionalWalks all(*scene, 1.0), left(*scene, 1.0);
+  left.leaves_unconnectable = true;
+  left.merging = &merging;
+  for (int k = 0; k < replicates; ++k) {
+    const uint32_t seed = 1 + uint32_t(k);
+    merging.prepare(*scene, seed);
+    EXPECT_TRUE(merging.active());
+    Sampler sampler(Sampler::Kind::Sobol, seed);
+    double hit = 0.0, merged = 0.0;
+    for (uint32_t pass = 0; pass < passes; ++pass) {
+      // The radius stays as it is: pass 0 with other seeds.
+      if (pass > 0) merging.prepare(*scene, hash_combine(seed, pass));
+      EXPECT_TRUE(merging.begin_pass(0, kGoOn));
+      for (uint32_t i = 0; i < samples; ++i) {
+        sampler.start(0, pass * samples + i);
+        const Vec2 film = sampler.get_2d() * float(d.settings.width);
+        const auto sum = [&](BidirectionalWalks& walks) {
+          Sampler copy = sampler;
+          double light = 0.0;
+          for (const FoundPath& path : walks.sample(film, copy)) light += double(luminance(path.contribution));
+          return light;
+        };
+        for (int strategy : {0, 1}) {
+          all.only_strategy = left.only_strategy = strategy;
+          hit += sum(all) - sum(left);
+        }
+        merged += double(luminance(left.merged()));
+      }
+    }
+    result.hit.add(hit / double(passes * samples));
+    result.merged.add(merged / double(passes * samples));
+  }
+  return result;
+}
+
+bool is_unconnectable(const std::string& events) {
+  return ajar::is_unconnectable(int(events.size()) + 2, [&](int i) { return events[size_t(i - 1)] == 'S'; });
+}
+
+void expect_same(const BothWays& light, int tests) {
+  EXPECT_GT(light.hit.mean(), 0.0);
+  EXPECT_TRUE(statistical::means_agree(light.hit, light.merged, {0.01, tests})) << "hit " << light.hit.mean() << ", merged " << light.merged.mean();
+  // So that a bias of a tenth would be seen.
+  EXPECT_LT(std::sqrt(light.hit.variance_of_mean() + light.merged.variance_of_mean()), 0.05 * light.hit.mean());
+}
+
+}  // namespace
+
+TEST(VertexMerging, paths_that_connect_to_nothing_but_the_light_are_unconnectable) {
+  // From the light to the eye.
+  for (const char* yes : {"SDS", "SSDS", "SDSS", "SDSDS", "SSDSSDSS", "SDSDSDS", "DSDS", "DSSDSS", "DSDSDS"}) EXPECT_TRUE(is_unconnectable(yes)) << yes;
+  // Directly seen or lit, or joined at the lens or in between.
+  for (const char* no : {"", "S", "D", "SS", "SSS", "DS", "DSS", "SD", "SDD", "DD", "SDSD", "DSDSD", "SDDS", "DDS", "DDSDS", "SDSDDS"})
+    EXPECT_FALSE(is_unconnectable(no)) << no;
+}
+
+TEST(VertexMerging, finds_what_hits_find) {
+  expect_same(unconnectable_light(pane_and_mirror(), 16, 4, 500), 4);
+}
+TEST(VertexMerging, finds_it_on_surfaces_of_both_kinds) {
+  expect_same(unconnectable_light(mixed_surfaces(), 16, 4, 500), 4);
+}
+TEST(VertexMerging, limits_hold_for_the_whole_path) {
+  const BounceLimits limits[] = {{3, 16, 16, 16, 16, 0}, {16, 1, 1, 3, 16, 0}};
+  for (const BounceLimits& bounces : limits) {
+    SceneDescription d = pane_and_mirror();
+    d.settings.bounces = bounces;
+    SCOPED_TRACE("total " + std::to_string(bounces.total) + ", glossy " + std::to_string(bounces.glossy) + ", diffuse " + std::to_string(bounces.diffuse));
+    expect_same(unconnectable_light(d, 16, 4, 500), 4);
+  }
+}
+
+class MergingWith : public ::testing::TestWithParam<const char*> {};
+TEST_P(MergingWith, keeps_the_mean_of_path_tracing) {
+  const SceneDescription d = pane_and_mirror();
+  static const auto expected = blocks(d, "path", 64, 24, 100);
+  const auto actual = blocks(d, GetParam(), std::string(GetParam()) == "bdpt" ? 16 : 96, 16, 200);
+  for (size_t i = 0; i < kValues; ++i) {
+    if (i % 4 == 3) continue;
+    EXPECT_TRUE(statistical::means_agree(expected[i], actual[i], {0.01, 4 * kValues * 3 / 4}))
+        << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[i].mean() << ", " << GetParam() << " " << actual[i].mean();
+  }
+}
+TEST_P(MergingWith, same_seed_same_image_for_any_number_of_threads_and_cuts) {
+  SceneDescription d = pane_and_mirror(0.0f);
+  d.settings.width = 40;
+  d.settings.height = 33;
+  const auto one = render(d, GetParam(), 8, 5, 1);
+  EXPECT_EQ(one, render(d, GetParam(), 8, 5, 3));
+  EXPECT_NE(one, render(d, GetParam(), 8, 6, 3));
+  const auto scene = build(d);
+  const auto film_of = [&](std::initializer_list<int> iterations) {
+    const auto integrator = make_integrator(GetParam());
+    Film film(0, 0, d.settings.width, d.settings.height, {"Combined"});
+    integrator->prepare(scene, 7);
+    for (int samples : iterations) integrator->run_iteration(film, samples, kGoOn);
+    EXPECT_EQ(integrator->honesty(), Honesty::Consistent);
+    return film.resolve("Combined", 1.0f);
+  };
+  if (std::string(GetParam()) == "bdpt") { EXPECT_EQ(film_of({1, 2, 5}), film_of({8})); }
+}
+TEST_P(MergingWith, does_nothing_where_nothing_is_specular) {
+  SceneDescription d = grey_room();
+  add_object(d, sphere(), add_glossy(d, 0.3f), moved(Vec3(0.3f, 0.2f, -0.5f), 0.4f));
+  d.lights.push_back(area_lamp(Vec3(0.0f, 0.2f, 0.95f), Vec3(0, 0, -1), 0.9f, 8.0f));
+  const auto off = render(d, GetParam(), 4, 5);
+  d.settings.vertex_merging = "on";
+  EXPECT_EQ(off, render(d, GetParam(), 4, 5));
+}
+INSTANTIATE_TEST_SUITE_P(Integrators, MergingWith, ::testing::Values("bdpt", "erpt", "pmc_pt", "metropolis"),
+                         [](const auto& info) { return std::string(info.param); });
+
+TEST(VertexMerging, radii_shrink_and_photons_are_new_each_pass) {
+  const auto scene = build(pane_and_mirror(0.1f));
+  VertexMerging merging;
+  merging.prepare(*scene, 3);
+  ASSERT_TRUE(merging.begin_pass(0, kGoOn));
+  EXPECT_FLOAT_EQ(merging.radius(), 0.1f);
+  const size_t first = merging.photons();
+  EXPECT_GT(first, 0u);
+  ASSERT_TRUE(merging.begin_pass(9, kGoOn));
+  EXPECT_FLOAT_EQ(merging.radius(), 0.1f * float(std::sqrt(radius2_factor(9))));
+  EXPECT_NE(merging.photons(), first);
+}
+
+TEST(VertexMerging, shows_what_lamps_that_cannot_be_hit_send) {
+  // Half of the picture is the mirror, whose room has no other light than through the pane.
+  SceneDescription d = pane_and_mirror(0.05f);
+  d.lights = {point_light(Vec3(0.0f, 0.2f, 0.9f), 8.0f)};
+  const double with = whole(d, "bdpt", 4, 4, 1).mean();
+  d.settings.vertex_merging = "off";
+  EXPECT_GT(with, 1.1 * whole(d, "bdpt", 4, 4, 1).mean());
+}
+
+TEST(VertexMerging, the_plan_says_why_not) {
+  SceneDescription d = grey_room();
+  d.lights.push_back(area_lamp(Vec3(0.0f, 0.2f, 0.95f), Vec3(0, 0, -1), 0.9f, 8.0f));
+  EXPECT_STREQ(plan_merging(*build(d)).reason, "no specular material");
+  d = pane_and_mirror();
+  EXPECT_TRUE(plan_merging(*build(d)).used);
+  d.settings.bounces.total = 1;
+  EXPECT_STREQ(plan_merging(*build(d)).reason, "the bounce limits leave nothing to merge");
+  d = pane_and_mirror();
+  d.lights.clear();
+  set_world(d, Color(1.0f));
+  EXPECT_STREQ(plan_merging(*build(d)).reason, "no lamp is at a finite place");
+}
+
+}  // namespace ajar::test_vertex_merging

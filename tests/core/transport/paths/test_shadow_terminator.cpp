@@ -1,0 +1,71 @@
+#include "agreement.h"
+#include "transport/direct/direct_light.h"
+
+namespace ajar::test_shadow_terminator {
+
+using namespace fixtures;
+
+namespace {
+
+LightDescription lamp(LightKind kind) {
+  LightDescription light;
+  light.name = "Lamp";
+  light.kind = kind;
+  light.world_from_light = rows(shining(Vec3(-3, -0.5f, 1.2f), Vec3(3, 0.5f, -1.2f)));
+  light.energy = kind == LightKind::Sun ? 3.0f : 200.0f;
+  light.area_size = Vec2(1.0f);
+  return light;
+}
+
+/// A ball of few faces, which nothing else reflects light to; lit so that the terminator is in view.
+SceneDescription coarse_ball(LightKind kind, float offset) {
+  SceneDescription d;
+  const int ball = add_object(d, sphere(6), add_diffuse(d, Color(0.8f, 0.6f, 0.4f)));
+  d.objects[size_t(ball)].shadow_terminator_offset = offset;
+  d.lights.push_back(lamp(kind));
+  set_camera(d, Vec3(3, -2.6f, 0.5f), Vec3(0, 0, 0), 12, 0.3f);
+  d.settings.bounces.total = 2;
+  return d;
+}
+
+double mean(const std::vector<float>& image) {
+  double sum = 0.0;
+  for (size_t i = 0; i < image.size(); ++i)
+    if (i % 4 != 3) sum += double(image[i]);
+  return sum / double(image.size());
+}
+
+}  // namespace
+
+TEST(ShadowTerminator, a_coarse_ball_loses_little_of_the_light_that_its_normals_promise) {
+  SceneDescription open = coarse_ball(LightKind::Sun, 0.1f);
+  open.lights[0].cast_shadow = false;
+  const double promised = mean(render(open, "path", 64, 1));
+  const double flat = mean(render(coarse_ball(LightKind::Sun, 0.0f), "path", 64, 1));
+  const double curved = mean(render(coarse_ball(LightKind::Sun, 0.1f), "path", 64, 1));
+  EXPECT_LT(flat, 0.99 * promised);
+  EXPECT_LT(promised - curved, 0.3 * (promised - flat));
+  EXPECT_LE(curved, promised * (1.0 + 1e-5));
+}
+
+TEST(ShadowTerminator, flat_faces_and_a_zero_offset_change_nothing) {
+  SceneDescription flat = coarse_ball(LightKind::Area, 0.1f), flat_off = coarse_ball(LightKind::Area, 0.0f);
+  flat.meshes[0].normals.clear();
+  flat_off.meshes[0].normals.clear();
+  EXPECT_EQ(render(flat, "path", 4, 1), render(flat_off, "path", 4, 1));
+}
+
+TEST(ShadowTerminator, every_unbiased_way_of_direct_light_has_the_same_mean) {
+  const SceneDescription base = coarse_ball(LightKind::Area, 0.1f);
+  const RunningMoments expected = whole(base, "path", 32, 12, 1);
+  std::vector<std::pair<std::string, std::string>> ways = {{"bdpt", "mis"}, {"metropolis", "mis"}};
+  for (const DirectMethodInfo& method : direct_method_list())
+    if (!method.biased && method.method != DirectMethod::Mis) ways.push_back({"path", method.name});
+  for (const auto& [integrator, method] : ways) {
+    SceneDescription d = base;
+    d.settings.direct = method;
+    EXPECT_TRUE(statistical::means_agree(expected, whole(d, integrator, 16, 12, 100), {0.01, int(ways.size())})) << integrator << ", " << method;
+  }
+}
+
+}  // namespace ajar::test_shadow_terminator

@@ -1,0 +1,115 @@
+#include "transport/photons/photon_discs.h"
+
+#include <gtest/gtest.h>
+
+#include "math/statistics.h"
+#include "sampling/sampler.h"
+#include "scene_fixtures.h"
+#include "transport/photons/photon_map.h"
+
+namespace ajar::test_photon_discs {
+
+using namespace fixtures;
+
+namespace {
+
+constexpr float kRadius = 0.2f;
+const Vec3 kUp(0, 0, 1);
+
+/// A board of these half widths at height 0, and what else is in the scene.
+SceneDescription board(float half_x, float half_y) {
+  SceneDescription d;
+  Mat4 scale(1.0f);
+  scale[0][0] = half_x;
+  scale[1][1] = half_y;
+  add_object(d, plane(1.0f), add_diffuse(d, Color(0.5f)), scale);
+  d.lights.push_back(point_light(Vec3(0, 0, 2), 10.0f));
+  set_camera(d, Vec3(0, -3, 1), Vec3(0), 4);
+  return d;
+}
+
+/// Photons from straight above, evenly over [x0, x1] x [-y, y]: irradiance 1 there.
+PhotonMap even_photons(float x0, float x1, float y, uint32_t seed, int count = 4000) {
+  Sampler sampler(Sampler::Kind::Independent, seed);
+  sampler.start(0, 0);
+  std::vector<Photon> photons;
+  const float flux = (x1 - x0) * 2.0f * y / float(count);
+  for (int i = 0; i < count; ++i) {
+    const Vec2 u = sampler.get_2d();
+    photons.push_back({{Vec3(x0 + (x1 - x0) * u.x, y * (2.0f * u.y - 1.0f), 0.0f), pack_direction(kUp)}, Color(flux), pack_direction(kUp)});
+  }
+  PhotonMap map;
+  map.build(std::move(photons));
+  return map;
+}
+
+/// Mean irradiance at x over several places along y and several maps, with lookups of all photons within the radius.
+double mean_irradiance(const Scene* scene, float x, float x0, float x1, float y, int count = 1200) {
+  RunningMoments moments;
+  for (uint32_t seed = 1; seed <= 8; ++seed) {
+    PhotonMap map = even_photons(x0, x1, y, seed, count);
+    if (scene) map.look_around(*scene, kRadius, seed);
+    for (const float at : {-0.4f, -0.1f, 0.2f, 0.5f})
+      moments.add(double(map.irradiance(Vec3(x, at, 0.0f), kUp, kUp, {PointTree::kMaxNeighbours, kRadius}).y));
+  }
+  return moments.mean();
+}
+
+}  // namespace
+
+TEST(PhotonDiscs, are_whole_away_from_edges) {
+  const auto scene = build(board(1.0f, 1.0f));
+  PhotonMap map = even_photons(-0.7f, 0.7f, 0.7f, 1);
+  const double before = double(map.irradiance(Vec3(0.0f), kUp, kUp, {60, kRadius}).y);
+  map.look_around(*scene, kRadius, 1);
+  EXPECT_FLOAT_EQ(float(map.irradiance(Vec3(0.0f), kUp, kUp, {60, kRadius}).y), float(before));
+}
+
+TEST(PhotonDiscs, light_on_a_narrow_board_is_nearly_as_bright_as_on_a_wide_one) {
+  const auto scene = build(board(0.02f, 1.0f));
+  EXPECT_LT(mean_irradiance(nullptr, 0.0f, -0.02f, 0.02f, 0.9f, 400), 0.15);   // the board has 0.127 of the disc's area
+  // Places at distance r are on the board with probability 2 / pi asin(0.02 / r), independently: the mean of (8 + 1) / (found + 1).
+  double of_found[9] = {1.0};
+  for (int i = 0; i < 8; ++i) {
+    const double p = 2.0 / M_PI * std::asin(0.02 / (double(kRadius) * std::sqrt((i + 0.5) / 8.0)));
+    for (int k = i + 1; k >= 0; --k) of_found[k] = of_found[k] * (1.0 - p) + (k > 0 ? of_found[k - 1] * p : 0.0);
+  }
+  double mean = 0.0;
+  for (int k = 0; k <= 8; ++k) mean += of_found[k] * 9.0 / (k + 1.0);
+  const double disc = 0.127;
+  EXPECT_GT(mean * disc, 0.7);
+  EXPECT_NEAR(mean_irradiance(scene.get(), 0.0f, -0.02f, 0.02f, 0.9f, 400), mean * disc, 0.06);
+}
+
+// Photons whose place in the sector lies before the wall do not see it.
+TEST(PhotonDiscs, little_light_passes_below_a_wall) {
+  SceneDescription d = board(1.0f, 1.0f);
+  Mat4 upright(1.0f);                        // in the plane x = 0
+  upright[0] = Vec4(0, 0, 1, 0);
+  upright[2] = Vec4(-1, 0, 0, 0);
+  add_object(d, plane(1.0f), 0, upright);
+  const auto scene = build(d);
+  EXPECT_LT(mean_irradiance(scene.get(), -0.04f, 0.0f, 0.8f, 0.9f), 0.5 * mean_irradiance(nullptr, -0.04f, 0.0f, 0.8f, 0.9f));
+  // What does not pass is on this side.
+  EXPECT_GT(mean_irradiance(scene.get(), 0.04f, 0.0f, 0.8f, 0.9f), mean_irradiance(nullptr, 0.04f, 0.0f, 0.8f, 0.9f) + 0.05);
+}
+
+TEST(PhotonDiscs, surfaces_that_only_cameras_see_are_surfaces) {
+  SceneDescription d = board(1.0f, 1.0f);
+  d.objects[0].visibility = kVisibleCamera;
+  const auto scene = build(d);
+  EXPECT_NEAR(mean_irradiance(scene.get(), 0.0f, -0.7f, 0.7f, 0.9f), mean_irradiance(nullptr, 0.0f, -0.7f, 0.7f, 0.9f), 1e-4);
+}
+
+TEST(PhotonDiscs, do_not_depend_on_the_order_of_lookups) {
+  const auto scene = build(board(0.1f, 1.0f));
+  PhotonMap forwards = even_photons(-0.1f, 0.1f, 0.9f, 3), backwards = even_photons(-0.1f, 0.1f, 0.9f, 3);
+  forwards.look_around(*scene, kRadius, 7);
+  backwards.look_around(*scene, kRadius, 7);
+  std::vector<float> a, b;
+  for (int i = 0; i < 20; ++i) a.push_back(forwards.irradiance(Vec3(0, -0.8f + 0.08f * float(i), 0), kUp, kUp, {30, kRadius}).y);
+  for (int i = 19; i >= 0; --i) b.push_back(backwards.irradiance(Vec3(0, -0.8f + 0.08f * float(i), 0), kUp, kUp, {30, kRadius}).y);
+  EXPECT_EQ(a, std::vector<float>(b.rbegin(), b.rend()));
+}
+
+}  // namespace ajar::test_photon_discs

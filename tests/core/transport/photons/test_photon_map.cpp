@@ -1,0 +1,198 @@
+#include "transport/photons/photon_map.h"
+
+#include <gtest/gtest.h>
+
+#include "integrators/integrator.h"
+#include "scene_fixtures.h"
+#include "statistical.h"
+#include "transport/photons/photon_tracer.h"
+
+namespace ajar::test_photon_map {
+
+using namespace fixtures;
+
+namespace {
+
+const std::atomic<bool> kGo{false};
+
+PhotonBatch trace(const Scene& scene, uint32_t seed, uint32_t count, bool caustic = true) {
+  PhotonEmission emission;
+  emission.plan.global = true;
+  emission.plan.caustic = caustic;
+  emission.seed = seed;
+  emission.count = count;
+  return trace_photons(scene, emission, kGo);
+}
+
+SceneDescription closed_room(float albedo, Color emission = Color(0.0f)) {
+  SceneDescription d;
+  add_object(d, cube(true), add_diffuse(d, Color(albedo), emission));
+  set_camera(d, Vec3(0.1f, -0.5f, 0.2f), Vec3(0.3f, 0.5f, -0.1f), 8);
+  d.settings.bounces = {1000, 1000, 1000, 1000, 1000, 0};
+  return d;
+}
+
+LightDescription lamp_of(LightKind kind, float energy) {
+  LightDescription light = point_light(Vec3(0.1f, 0.2f, 0.7f), energy);
+  light.kind = kind;
+  light.color = Color(1.0f, 0.5f, 0.25f);
+  return light;
+}
+
+}  // namespace
+
+TEST(Photons, what_lights_emit_sums_to_their_power) {
+  std::vector<SceneDescription> scenes;
+  const auto add = [&](LightDescription light) {
+    scenes.push_back(closed_room(0.5f));
+    scenes.back().lights.push_back(light);
+  };
+  add(lamp_of(LightKind::Point, 10.0f));
+  LightDescription light = lamp_of(LightKind::Point, 10.0f);
+  light.radius = 0.1f;
+  add(light);
+  add(lamp_of(LightKind::Spot, 10.0f));
+  light = lamp_of(LightKind::Area, 10.0f);
+  light.area_size = Vec2(0.2f, 0.1f);
+  add(light);
+  light.spread = 1.0f;
+  light.area_shape = AreaShape::Ellipse;
+  add(light);
+  add(lamp_of(LightKind::Sun, 2.0f));
+  light = lamp_of(LightKind::Sun, 2.0f);
+  light.sun_angle = 0.05f;
+  add(light);
+  scenes.push_back(closed_room(0.5f, Color(0.2f, 0.5f, 0.1f)));
+  scenes.push_back(closed_room(0.5f));
+  set_world(scenes.back(), Color(0.3f, 0.4f, 0.5f));
+  // Many lights of different power at once.
+  scenes.push_back(scenes.front());
+  scenes.back().lights.insert(scenes.back().lights.end(), {lamp_of(LightKind::Spot, 3.0f), lamp_of(LightKind::Area, 0.1f)});
+  for (size_t i = 0; i < scenes.size(); ++i) {
+    const auto scene = build(scenes[i]);
+    RunningMoments watts;
+    for (uint32_t seed = 0; seed < 16; ++seed) {
+      const PhotonBatch batch = trace(*scene, seed, 2048);
+      watts.add(double(luminance(Color(batch.emitted[0], batch.emitted[1], batch.emitted[2]))));
+    }
+    EXPECT_TRUE(statistical::mean_agrees(watts, scene->lights().total_power(), {0.01, int(scenes.size())}, 1e-4)) << "scene " << i;
+  }
+}
+
+TEST(Photons, of_one_bounce_carry_the_lights_power_to_the_walls) {
+  SceneDescription d = closed_room(0.5f);
+  d.lights.push_back(point_light(Vec3(0.1f, 0.2f, 0.3f), 10.0f));
+  d.settings.bounces = {1, 1, 1, 1, 1, 0};   // stored photons have no bounce behind them
+  const auto scene = build(d);
+  const PhotonBatch batch = trace(*scene, 1, 10000);
+  double sum = 0.0;
+  for (const Photon& photon : batch.global)
+    sum += double(photon.flux_over_cosine.y) * double(glm::dot(unpack_direction(photon.packed_direction), unpack_direction(photon.point.packed_normal)));
+  EXPECT_EQ(batch.global.size(), 10000u);
+  EXPECT_NEAR(sum / scene->lights().total_power(), 1.0, 1e-3);
+}
+
+TEST(Photons, closed_furnace_away_from_edges_has_irradiance_pi) {
+  // Emission 1 - a and albedo a: radiance 1 everywhere, so irradiance pi. The estimate is unbiased where the disc lies in a plane.
+  const auto scene = build(closed_room(0.6f, Color(0.4f)));
+  RunningMoments fixed_radius, nearest;
+  for (uint32_t seed = 0; seed < 24; ++seed) {
+    PhotonMap map;
+    map.build(trace(*scene, seed, 4000, false).global);
+    const auto irradiance = [&](Vec3 p, Vec3 n, PhotonMap::Lookup lookup) { return double(map.irradiance(p, n, n, lookup).y) / M_PI; };
+    for (const float x : {-0.4f, 0.0f, 0.4f}) {
+      fixed_radius.add(irradiance(Vec3(x, 0.1f, -1.0f), Vec3(0, 0, 1), {PointTree::kMaxNeighbours, 0.1f}));
+      nearest.add(irradiance(Vec3(-1.0f, x, 0.1f), Vec3(1, 0, 0), {20, 0.5f}));
+    }
+  }
+  EXPECT_TRUE(statistical::mean_agrees(fixed_radius, 1.0, {0.01, 2}, 1e-3));
+  EXPECT_TRUE(statistical::mean_agrees(nearest, 1.0, {0.01, 2}, 1e-3));
+}
+
+TEST(Photons, precomputed_irradiance_keeps_the_mean) {
+  // At a photon's own place the estimate would be too high by 1/k; sites of another pass do not know the photons.
+  const auto scene = build(closed_room(0.6f, Color(0.4f)));
+  RunningMoments moments;
+  for (uint32_t seed = 0; seed < 24; ++seed) {
+    PhotonMap map;
+    map.build(trace(*scene, seed, 4000, false).global);
+    IrradianceMap sites;
+    sites.build(trace(*scene, seed + 1000, 1000, false).sites, map, {20, 0.3f});
+    for (const float x : {-0.5f, -0.2f, 0.0f, 0.3f, 0.5f}) {
+      Color irradiance;
+      if (sites.find(Vec3(x, 0.1f, -1.0f), Vec3(0, 0, 1), 0.3f, irradiance)) moments.add(double(irradiance.y) / M_PI);
+    }
+  }
+  EXPECT_GT(moments.count(), 100u);
+  EXPECT_TRUE(statistical::mean_agrees(moments, 1.0, {0.01, 1}, 2e-3));
+}
+
+TEST(Photons, are_the_same_for_any_number_of_threads) {
+  SceneDescription d = closed_room(0.7f);
+  d.lights.push_back(point_light(Vec3(0.1f, 0.2f, 0.3f), 10.0f, 0.1f));
+  const auto scene = build(d);
+  const PhotonBatch one = trace(*scene, 3, 5000), two = trace(*scene, 3, 5000);
+  ASSERT_EQ(one.global.size(), two.global.size());
+  EXPECT_EQ(std::memcmp(one.global.data(), two.global.data(), one.global.size() * sizeof(Photon)), 0);
+  EXPECT_NE(one.global.size(), trace(*scene, 4, 5000).global.size());
+}
+
+TEST(Photons, are_stored_only_where_maps_are_of_use) {
+  SceneDescription dark = closed_room(0.5f);
+  EXPECT_FALSE(plan_photons(*build(dark)).global);
+  SceneDescription lit = dark;
+  lit.lights.push_back(point_light(Vec3(0.0f), 10.0f));
+  const PhotonPlan plan = plan_photons(*build(lit));
+  EXPECT_TRUE(plan.global);
+  EXPECT_FALSE(plan.caustic);
+  SceneDescription direct_only = lit;
+  direct_only.settings.bounces.diffuse = 0;
+  EXPECT_FALSE(plan_photons(*build(direct_only)).global);
+  SceneDescription with_mirror = lit;
+  MaterialDescription mirror;
+  mirror.name = "Mirror";
+  mirror.graph.nodes.push_back(closure_node("ShaderNodeBsdfGlossy", Color(0.9f)));
+  mirror.graph.nodes[0].inputs.push_back({"Roughness", {}, Vec4(0.0f)});
+  mirror.graph.surface = {0, "BSDF"};
+  with_mirror.materials.push_back(mirror);
+  EXPECT_FALSE(plan_photons(*build(with_mirror)).caustic) << "nothing has that material";
+  add_object(with_mirror, plane(0.3f), 1);
+  EXPECT_TRUE(plan_photons(*build(with_mirror)).caustic);
+  SceneDescription only_mirror;
+  only_mirror.materials = with_mirror.materials;
+  only_mirror.lights = with_mirror.lights;
+  only_mirror.camera = with_mirror.camera;
+  add_object(only_mirror, plane(0.3f), 1);
+  only_mirror.settings.reflective_caustics = false;
+  EXPECT_FALSE(plan_photons(*build(only_mirror)).caustic);
+  const PhotonPlan none;
+  PhotonEmission emission;
+  emission.plan = none;
+  emission.count = 1000;
+  EXPECT_TRUE(trace_photons(*build(lit), emission, kGo).global.empty());
+}
+
+TEST(Photons, radius_shrinks_by_the_published_law) {
+  for (uint32_t i = 1; i < 100; ++i)
+    EXPECT_NEAR(radius2_factor(i) / radius2_factor(i - 1), (i + 2.0 / 3.0) / (i + 1.0), 1e-12);
+  EXPECT_EQ(radius2_factor(0), 1.0);
+  // Bias goes with the mean of r^2 over the passes: a slope of -1/3 against their number.
+  double factor = 1.0, sum = 1.0, at_1000 = 0.0;
+  for (int i = 1; i < 16000; ++i) {
+    if (i == 1000) at_1000 = sum / i;
+    sum += factor *= (i + 2.0 / 3.0) / (i + 1.0);
+  }
+  EXPECT_NEAR(std::log(sum / 16000 / at_1000) / std::log(16.0), -1.0 / 3.0, 0.01);
+}
+
+TEST(Photons, leave_glowing_squares_at_zero_height) {
+  SceneDescription d;
+  add_object(d, plane(9.0f), add_diffuse(d, Color(0.5f), Color(1.0f)));
+  add_object(d, plane(9.0f), add_diffuse(d, Color(0.5f)), Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, -1, 1)));
+  set_camera(d, Vec3(0, 0, -0.5f), Vec3(0, 0, -1), 8);
+  const PhotonBatch batch = trace(*build(d), 1, 2048, false);
+  const auto on_floor = std::count_if(batch.global.begin(), batch.global.end(), [](const Photon& photon) { return photon.point.position.z < -0.99f; });
+  EXPECT_GT(on_floor, 800);   // of the half that goes down, few pass the edge; none comes twice before the glowing square has had it
+}
+
+}  // namespace ajar::test_photon_map

@@ -1,0 +1,123 @@
+#include "transport/photons/point_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "math/random.h"
+#include "math/warps.h"
+
+namespace ajar::test_point_tree {
+
+namespace {
+
+std::vector<SurfacePoint> random_points(size_t count) {
+  Pcg32 rng(7);
+  std::vector<SurfacePoint> points(count);
+  for (SurfacePoint& p : points) {
+    const float x = rng.next_float(), y = rng.next_float(), z = 0.1f * rng.next_float();
+    const float u = rng.next_float();
+    p = {Vec3(x, y, z), pack_direction(warp::square_to_sphere({u, rng.next_float()}))};
+  }
+  return points;
+}
+
+struct Found {
+  float distance2;
+  uint32_t original;
+};
+std::vector<Found> brute_force(const std::vector<SurfacePoint>& points, Vec3 p, Vec3 n, float radius) {
+  std::vector<Found> found;
+  for (uint32_t i = 0; i < points.size(); ++i) {
+    const Vec3 offset = points[i].position - p;
+    const float d2 = length_squared(offset) + (sqr(PointTree::kFlatness) - 1.0f) * sqr(glm::dot(offset, n));
+    if (d2 < radius * radius && glm::dot(unpack_direction(points[i].packed_normal), n) >= PointTree::kMinNormalCosine) found.push_back({d2, i});
+  }
+  std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.distance2 < b.distance2; });
+  return found;
+}
+
+}  // namespace
+
+TEST(PointTree, packed_directions_are_within_a_rounding_step) {
+  // Half a step of 1/16383 in both coordinates moves a point of the octahedron by sqrt(6)/2 steps, seen from 1/sqrt(3) away.
+  const float bound = 0.5f / 16383.0f * std::sqrt(6.0f) * std::sqrt(3.0f) + 1e-6f;
+  Pcg32 rng(1);
+  for (int i = 0; i < 100000; ++i) {
+    const float u = rng.next_float();
+    const Vec3 d = warp::square_to_sphere({u, rng.next_float()});
+    EXPECT_LT(glm::length(unpack_direction(pack_direction(d)) - d), bound);
+  }
+  for (const Vec3 axis : {Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) EXPECT_EQ(unpack_direction(pack_direction(axis)), axis);
+}
+
+TEST(PointTree, finds_what_looking_at_every_point_finds) {
+  const auto points = random_points(5000);
+  PointTree tree;
+  std::vector<uint32_t> order;
+  tree.build(points, order);
+  Pcg32 rng(3);
+  PointTree::Neighbours found;
+  for (int query = 0; query < 400; ++query) {
+    const float x = rng.next_float(), y = rng.next_float(), u = rng.next_float();
+    const Vec3 p(x, y, 0.05f), n = warp::square_to_sphere({u, rng.next_float()});
+    const float radius = 0.02f + 0.5f * rng.next_float();
+    const auto expected = brute_force(points, p, n, radius);
+    const int k = 1 + int(rng.next_float() * 80.0f);
+    tree.nearest(p, n, k, radius, found);
+    if (expected.size() >= size_t(k)) {
+      // The k-th is the edge of the disc.
+      EXPECT_EQ(found.count, k - 1);
+      EXPECT_FLOAT_EQ(found.radius2, expected[size_t(k) - 1].distance2);
+    } else {
+      EXPECT_EQ(found.count, int(expected.size()));
+      EXPECT_EQ(found.radius2, radius * radius);
+    }
+    std::vector<uint32_t> a, b;
+    for (int i = 0; i < found.count; ++i) a.push_back(order[found.index[i]]), b.push_back(expected[size_t(i)].original);
+    std::sort(a.begin(), a.end());
+    std::sort(b.begin(), b.end());
+    EXPECT_EQ(a, b);
+    const int nearest = tree.nearest(p, n, radius);
+    EXPECT_EQ(nearest < 0, expected.empty());
+    if (nearest >= 0) {
+      EXPECT_EQ(order[uint32_t(nearest)], expected[0].original);
+    }
+  }
+}
+
+TEST(PointTree, any_number_of_points_can_be_built_and_searched) {
+  PointTree::Neighbours found;
+  for (size_t count : {0, 1, 7, 8, 9, 10, 17, 1000, 20000}) {
+    const auto points = random_points(count);
+    PointTree tree;
+    std::vector<uint32_t> order;
+    tree.build(points, order);
+    ASSERT_EQ(tree.size(), count);
+    for (uint32_t i = 0; i < count; ++i) EXPECT_EQ(tree[i].position, points[order[i]].position);
+    tree.nearest(Vec3(0.5f), Vec3(0, 0, 1), 60, 1.0f, found);
+    EXPECT_LE(found.count, int(count));
+  }
+}
+
+TEST(PointTree, the_other_side_of_a_thin_wall_is_not_seen) {
+  std::vector<SurfacePoint> points;
+  for (int i = 0; i < 100; ++i) points.push_back({Vec3(0.001f * float(i % 10), 0.001f * float(i / 10), 0.012f), pack_direction({0, 0, -1})});
+  PointTree tree;
+  std::vector<uint32_t> order;
+  tree.build(points, order);
+  EXPECT_EQ(tree.nearest(Vec3(0.0f), Vec3(0, 0, 1), 1.0f), -1);
+  EXPECT_NE(tree.nearest(Vec3(0.0f), Vec3(0, 0, -1), 1.0f), -1);
+}
+
+TEST(PointTree, coincident_points_do_not_hang) {
+  std::vector<SurfacePoint> points(10000, SurfacePoint{Vec3(1.0f), pack_direction({0, 0, 1})});
+  PointTree tree;
+  std::vector<uint32_t> order;
+  tree.build(points, order);
+  PointTree::Neighbours found;
+  tree.nearest(Vec3(1.0f), Vec3(0, 0, 1), 60, 1.0f, found);
+  EXPECT_EQ(found.count, 59);
+}
+
+}  // namespace ajar::test_point_tree
