@@ -7,7 +7,7 @@
 #include "integrators/integrator.h"
 #include "integrators/learned.h"
 #include "render/session.h"
-#include "transport/direct/direct_light.h"
+#include "transport/direct/direct_methods.h"
 #include "transport/hints/hint_suggestions.h"
 
 namespace ajar::python {

@@ -22,12 +22,13 @@ class Bdpt final : public Integrator {
   /// Samples of a pass share its photons.
   GoalSupport goal_support() const override { return {.follows = true, .by_passes = merging_.active(), .learns = merging_.active()}; }
 
-  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+  using Integrator::prepare;
+  void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
     seed_ = seed;
     samples_done_ = 0;
     statistics_ = {};
-    merging_.prepare(*scene_, seed);
+    merging_.prepare(*scene_, plan.merging, seed);
     followed_.clear();
     space_.reset();
     filter_ = PixelFilter(scene_->settings().filter, scene_->settings().filter_width);

@@ -30,13 +30,14 @@ class EnergyRedistribution final : public Integrator {
  public:
   Honesty honesty() const override { return direct_.merging().active() ? Honesty::Consistent : Honesty::Unbiased; }
 
-  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+  using Integrator::prepare;
+  void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     workers_.reset();
     space_.reset();
     luminance_.reset();
     scene_ = std::move(scene);
     seed_ = seed;
-    direct_.prepare(*scene_, seed);
+    direct_.prepare(*scene_, plan.merging, seed);
     followed_.clear();
     samples_done_ = steps_wanted_ = 0;
   }

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "film/film.h"
+#include "integrators/render_plan.h"
 #include "scene/scene.h"
 #include "transport/hints/hints.h"
 #include "transport/photons/photon_points.h"
-#include "transport/bidirectional/vertex_merging.h"
 
 namespace ajar {
 
@@ -48,7 +48,13 @@ class Integrator {
  public:
   virtual ~Integrator() = default;
   virtual Honesty honesty() const = 0;
-  virtual void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) = 0;
+  /// `plan`: of this scene; who renders decides nothing that stands in it. The integrator keeps the scene, not the plan.
+  virtual void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) = 0;
+  /// The same with the plan that the scene's settings lead to.
+  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) {
+    const RenderPlan plan = make_render_plan(*scene);
+    prepare(std::move(scene), plan, seed);
+  }
   /// After `prepare`: begin with what an earlier frame has learned, and say with which parts.
   virtual std::vector<LearnedPart> begin_with(const Learned& /*learned*/) { return {}; }
   /// Add what the next frame may begin with. When this one is done.

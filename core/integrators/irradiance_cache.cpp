@@ -10,7 +10,7 @@
 #include "film/filter.h"
 #include "integrators/tile_loop.h"
 #include "math/warps.h"
-#include "transport/direct/direct_mixture.h"
+#include "transport/direct/direct_estimator.h"
 #include "transport/photons/irradiance_records.h"
 #include "transport/paths/walk.h"
 
@@ -78,7 +78,8 @@ class IrradianceCache final : public Integrator {
   Honesty honesty() const override { return Honesty::Biased; }
   GoalSupport goal_support() const override { return {.follows = true, .by_passes = true, .learns = true}; }
 
-  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+  using Integrator::prepare;
+  void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
     seed_ = seed;
     pass_ = 0;
@@ -87,10 +88,9 @@ class IrradianceCache final : public Integrator {
     const RenderSettings& settings = scene_->settings();
     filter_ = PixelFilter(settings.filter, settings.filter_width);
     grid_ = HemisphereGrid(kRaysPerGatherRay * std::max(1, settings.gather_rays));
-    const DirectMethodInfo& method = find_direct_method(settings.direct);
     mixture_.reset();
-    if (method.method != DirectMethod::Mis || settings.direct_samples > 1)
-      mixture_ = std::make_unique<DirectMixture>(*scene_, method.method, settings.direct_samples, 1);
+    if (plan.direct.method != DirectMethod::Mis || plan.direct.samples > 1)
+      mixture_ = make_direct_estimator(*scene_, plan.direct.method, {.samples = plan.direct.samples, .deepest = 1});
     const Vec2 middle(0.5f * float(settings.width), 0.5f * float(settings.height));
     const Ray a = scene_->camera().generate_ray(middle, Vec2(0.5f), 0.0f), b = scene_->camera().generate_ray(middle + Vec2(1, 0), Vec2(0.5f), 0.0f);
     pixel_size_ = glm::length(a.origin - b.origin);
@@ -144,7 +144,7 @@ class IrradianceCache final : public Integrator {
       found_ += c.found;
     });
     // Methods that learn do so from whole passes; the pictures of the first ones count like the others.
-    if constexpr (std::is_same_v<DirectLight, DirectMixture>) {
+    if constexpr (std::is_same_v<DirectLight, DirectEstimator>) {
       if (!stop.load(std::memory_order_relaxed) && (mixture_->wants_pilot() || (mixture_->learns() && std::has_single_bit(pass_)))) mixture_->learn();
     }
   }
@@ -395,7 +395,7 @@ class IrradianceCache final : public Integrator {
   PixelFilter filter_;
   HemisphereGrid grid_{1};
   IrradianceRecords records_;
-  std::unique_ptr<DirectMixture> mixture_;   // none: the default method
+  std::unique_ptr<DirectEstimator> mixture_;   // none: the default method
   float pixel_size_ = 0.0f, pixel_angle_ = 0.0f;
   uint64_t records_made_ = 0, lookups_ = 0, found_ = 0;
   IntegratorStatistics statistics_;

@@ -13,7 +13,7 @@
 #include <optional>
 #include <string>
 
-#include "transport/direct/direct_mixture.h"
+#include "transport/direct/pmc_hi.h"
 #include "transport/guiding/path_guide.h"
 #include "transport/chains/path_population.h"
 
@@ -41,7 +41,7 @@ struct Learned {
   std::shared_ptr<const PathGuide::Past> guide;       ///< of paths
   std::shared_ptr<const GuideTree> gather_guide;      ///< of gather rays
   std::shared_ptr<const PathPopulation::Learned> population;   ///< how mutations fare, and how bright the film is where: it divides out
-  std::shared_ptr<const DirectMixture::Past> direct;  ///< which lights to choose, as long as they are the same
+  std::shared_ptr<const LearnedLights> direct;  ///< which lights to choose, as long as they are the same
 };
 
 }  // namespace ajar

@@ -17,10 +17,11 @@ class Metropolis final : public Integrator {
  public:
   Honesty honesty() const override { return Honesty::Consistent; }
 
-  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+  using Integrator::prepare;
+  void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
     seed_ = seed;
-    direct_.prepare(*scene_, seed);
+    direct_.prepare(*scene_, plan.merging, seed);
     space_.reset();
     mutations_.clear();
     chains_ = {};

@@ -47,14 +47,15 @@ class Mps final : public Integrator {
   /// No goals: powers of photons follow from where lookups lie, which must be those of all pixels alike.
   Honesty honesty() const override { return Honesty::Consistent; }
 
-  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+  using Integrator::prepare;
+  void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
     seed_ = seed;
     space_.reset();
     mutations_.clear();
     ensemble_ = {};
     arrivals_ = {};
-    plan_ = plan_photons(*scene_);
+    plan_ = plan.photons;
     photon_rays_ = 0;
     passes_.prepare(*scene_, seed, &arrivals_);
   }

@@ -12,7 +12,7 @@
 #include "integrators/learned.h"
 #include "integrators/tile_loop.h"
 #include "sampling/sampler.h"
-#include "transport/direct/direct_mixture.h"
+#include "transport/direct/direct_estimator.h"
 #include "transport/guiding/guided_bsdf.h"
 #include "transport/direct/media_light.h"
 #include "transport/guiding/path_guide.h"
@@ -26,10 +26,6 @@ namespace {
 /// Dimensions of the sampler: the camera's, then a fixed number for each vertex.
 constexpr uint32_t kTime = 4, kCameraDimensions = 6, kVertexDimensions = 8;
 constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
-constexpr int kLeastSamplesToMeasure = 16;
-/// The pilot of learned direct light may take this share of the samples asked for, the same in each iteration: places that the first has not found
-/// learn nothing. Samples of a pixel in an iteration: below the least the pilot is not made; one where the number of samples is not known.
-constexpr float kPilotShare = 0.08f, kLeastPilot = 0.15f, kMostPilot = 4.0f;
 constexpr int kSafeBounces = 2;     // before roulette
 constexpr uint32_t kEnter = 8192;   // and the vertex: whether light goes below the surface
 constexpr uint32_t kScatter = 12288, kStretchDimensions = 2 + kMediumLightDimensions;   // for each stretch of a ray through media
@@ -78,10 +74,11 @@ class PathTracer final : public Integrator {
  public:
   Honesty honesty() const override { return honesty_; }
   GoalSupport goal_support() const override {
-    return {.follows = true, .learns = wants_guide_ || (mixture_ && mixture_->learns()), .equal = wants_guide_ ? PathGuide::kEqualSamples : 0};
+    return {.follows = true, .learns = wants_guide() || (mixture_ && mixture_->learns()), .equal = wants_guide() ? PathGuide::kEqualSamples : 0};
   }
 
-  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+  using Integrator::prepare;
+  void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
     seed_ = seed;
     samples_done_ = 0;
@@ -89,40 +86,29 @@ class PathTracer final : public Integrator {
     media_counters_ = {};
     const RenderSettings& settings = scene_->settings();
     filter_ = PixelFilter(settings.filter, settings.filter_width);
-    // Chosen once: the default has its own copy of the loop, free of what the others need.
-    const DirectMethodInfo& method = find_direct_method(settings.direct);
-    pilot_samples_ = 1.0f;
-    if (settings.samples > 0 && settings.seconds == 0.0)
-      pilot_samples_ = std::min(kMostPilot, kPilotShare * float(settings.samples) / float(LightCutCache::iterations(scene_->lights())));
+    const DirectPlan& direct = plan.direct;
+    pilot_samples_ = direct.pilot_samples;
     pilot_rays_ = 0;
-    honesty_ = method.biased ? Honesty::Biased : Honesty::Unbiased;
+    honesty_ = direct.biased ? Honesty::Biased : Honesty::Unbiased;
+    // The default has its own copy of the loop, free of what the others need.
     mixture_.reset();
-    // Only the default method tells in which direction its light is, by which passes and lights of some kinds of lobes are told apart.
-    const bool parts = std::any_of(settings.passes.begin(), settings.passes.end(), is_part_pass);
-    if (parts || scene_->lights().any_partial()) honesty_ = Honesty::Unbiased;
-    else if (method.method != DirectMethod::Mis || settings.direct_samples > 1)
-      mixture_ = std::make_unique<DirectMixture>(*scene_, method.method == DirectMethod::PmcHi && pilot_samples_ < kLeastPilot ? DirectMethod::Mis : method.method,
-                                                 settings.direct_samples);
+    const bool too_few = direct.method == DirectMethod::PmcHi && pilot_samples_ == 0.0f;
+    if (direct.method != DirectMethod::Mis || direct.samples > 1)
+      mixture_ = make_direct_estimator(*scene_, too_few ? DirectMethod::Mis : direct.method, {.samples = direct.samples});
     // With nothing to choose among, one sample of the learned mixture is one of the default.
-    if (mixture_ && method.method == DirectMethod::PmcHi && settings.direct_samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
-    ends_early_ = !scene_->emission_without_lights();
+    if (mixture_ && direct.method == DirectMethod::PmcHi && direct.samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
+    ends_early_ = plan.ends_early;
     media_.reset();
-    if (scene_->has_media()) {
-      media_ = std::make_unique<Media>(*scene_);
-      mixture_.reset();
-      honesty_ = Honesty::Unbiased;
-      ends_early_ = false;   // media may emit
-    }
+    if (plan.media) media_ = std::make_unique<Media>(*scene_);
     guide_.reset();
     guide_past_.reset();
-    // Few samples are spent before a measurement could tell.
-    wants_guide_ = !media_ && (settings.guiding == "on" || (settings.guiding == "auto" && (settings.samples == 0 || settings.samples > kLeastSamplesToMeasure)));
+    guiding_ = plan.guiding;
   }
 
   std::vector<LearnedPart> begin_with(const Learned& learned) override {
     std::vector<LearnedPart> parts;
-    if (learned.guide || wants_guide_) parts.push_back({"path guide", !wants_guide_ ? "paths are not guided" : !learned.guide ? "the frame before has not learned enough" : ""});
-    if (wants_guide_) guide_past_ = learned.guide;
+    if (learned.guide || wants_guide()) parts.push_back({"path guide", !wants_guide() ? "paths are not guided" : !learned.guide ? "the frame before has not learned enough" : ""});
+    if (wants_guide()) guide_past_ = learned.guide;
     const bool adaptive = mixture_ && mixture_->wants_pilot();
     if (learned.direct || adaptive)
       parts.push_back({"choice of lights", !adaptive ? "lights are not learned" : !learned.direct ? "the frame before has learned none" : mixture_->begin_with(*learned.direct)});
@@ -136,8 +122,8 @@ class PathTracer final : public Integrator {
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     if (mixture_ && mixture_->wants_pilot() && !run_pilot(film, stop)) return;
-    if (!guide_ && wants_guide_) {
-      const auto mode = scene_->settings().guiding == "on" ? PathGuide::Mode::On : PathGuide::Mode::Auto;
+    if (!guide_ && wants_guide()) {
+      const auto mode = guiding_ == Guiding::On ? PathGuide::Mode::On : PathGuide::Mode::Auto;
       guide_ = std::make_unique<PathGuide>(mode, film.width(), film.height(), kTile, guide_past_.get());
       guide_past_.reset();
     }
@@ -191,6 +177,8 @@ class PathTracer final : public Integrator {
   }
 
  private:
+  bool wants_guide() const { return guiding_ != Guiding::Off; }
+
   /// Samples to learn from that leave no trace in the picture. They end before its first sample, so that all its samples
   /// choose by the same shares: a sequence that is cut into pieces with different shares is stratified in pieces only, and
   /// loses more than later learning gains.
@@ -622,13 +610,13 @@ class PathTracer final : public Integrator {
   uint32_t seed_ = 0, samples_done_ = 0;
   PixelFilter filter_;
   Honesty honesty_ = Honesty::Unbiased;
-  std::unique_ptr<DirectMixture> mixture_;   // none: the default method
+  std::unique_ptr<DirectEstimator> mixture_;   // none: the default method
   std::unique_ptr<PathGuide> guide_;         // none: directions by the BSDF alone
   std::shared_ptr<const PathGuide::Past> guide_past_;   // to begin with
   std::unique_ptr<Media> media_;             // none: nothing between surfaces
   MediaCounters media_counters_;
   bool ends_early_ = false;
-  bool wants_guide_ = false;
+  Guiding guiding_ = Guiding::Off;
   float pilot_samples_ = 1.0f;               // of a pixel, in each iteration of the pilot of direct light
   uint64_t pilot_rays_ = 0;
   IntegratorStatistics statistics_;

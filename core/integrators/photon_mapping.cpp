@@ -17,11 +17,12 @@ class PhotonMapping final : public Integrator {
   Honesty honesty() const override { return Honesty::Consistent; }
   GoalSupport goal_support() const override { return {.follows = true, .by_passes = true, .learns = true}; }
 
-  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+  using Integrator::prepare;
+  void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
     seed_ = seed;
     photon_rays_ = 0;
-    plan_ = plan_photons(*scene_);
+    plan_ = plan.photons;
     passes_.prepare(*scene_, seed);
     followed_.clear();
     space_.reset();

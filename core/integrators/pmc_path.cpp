@@ -21,11 +21,12 @@ class PopulationPaths final : public Integrator {
  public:
   Honesty honesty() const override { return direct_.merging().active() ? Honesty::Consistent : Honesty::Unbiased; }
 
-  void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) override {
+  using Integrator::prepare;
+  void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     for (auto& population : populations_) population.reset();
     scene_ = std::move(scene);
     seed_ = seed;
-    direct_.prepare(*scene_, seed);
+    direct_.prepare(*scene_, plan.merging, seed);
     generations_ = 0;
     total_emphasis_ = 0.0;
     steps_wanted_ = 0;

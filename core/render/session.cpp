@@ -19,7 +19,7 @@
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
 #include "render/technique_choice.h"
-#include "transport/direct/direct_light.h"
+#include "transport/direct/direct_methods.h"
 
 namespace ajar {
 
@@ -145,11 +145,11 @@ struct Session::Data {
   Clock::time_point last_error_look;
   double error_look_seconds = 0.0;   ///< what the last look took
   std::vector<HintReport> hint_reports;
-  RenderPlan plan;
+  PlanSteps plan;
   std::string integrator_name;
   double pilot_seconds = 0.0;
   Clock::time_point limit_start;                 // of the time limit: the scene is built
-  RenderPlan technique_steps;                    // how the technique was chosen
+  PlanSteps technique_steps;                    // how the technique was chosen
   std::optional<Checkpoint> base;                // what this render goes on from
   std::shared_ptr<const Learned> learned;        // in the frame before
   std::optional<Learned::Choice> choice;         // of the technique
@@ -167,8 +167,7 @@ struct Session::Data {
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
   bool takes_choice_of(const Learned& before, const Learned::Choice& here) const;
   bool is_scene_of(const Learned& before) const;
-  RenderPlan use_learned(Integrator& chosen);
-  void report_passes();
+  PlanSteps use_learned(Integrator& chosen);
   void fall_back(std::unique_ptr<Integrator>& chosen);
   void render_all();
   void wait_while_paused();
@@ -333,7 +332,6 @@ void Session::Data::run(Job job) {
   if (final_render && settings.integrator == kAutomatic) chosen = choose(camera);
   if (stop.load()) return;
   fall_back(chosen);
-  report_passes();
   const RenderSettings& s = scene->settings();
   auto new_film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
   if (base) {
@@ -350,8 +348,13 @@ void Session::Data::run(Job job) {
     own_seed = hash_combine(s.seed, uint32_t(base->seeds.size()) + k);
   // Numbers that taught what this frame begins with must not choose its samples.
   if (learned && !base) own_seed = hash_combine(own_seed, learned->frames);
-  chosen->prepare(scene, own_seed);
-  const RenderPlan learned_steps = use_learned(*chosen);
+  RenderPlan made = make_render_plan(*scene, find_integrator(integrator_name));
+  {
+    std::lock_guard lock(mutex);
+    for (const std::string& warning : made.warnings) report_once(diagnostics, {Diagnostic::Severity::Warning, "", warning});
+  }
+  chosen->prepare(scene, made, own_seed);
+  const PlanSteps learned_steps = use_learned(*chosen);
   const GoalSupport support = chosen->goal_support();
   const bool adapts = s.image == "pmc_ip" && support.follows;
   std::unique_ptr<ImagePlan> new_plan;
@@ -368,7 +371,7 @@ void Session::Data::run(Job job) {
   }
   {
     std::lock_guard lock(mutex);
-    plan = make_render_plan(*scene);
+    plan = std::move(made.steps);
     plan.insert(plan.begin(), technique_steps.begin(), technique_steps.end());
     plan.insert(plan.end(), learned_steps.begin(), learned_steps.end());
     plan.push_back({"image sampling", adapts,
@@ -562,7 +565,7 @@ std::unique_ptr<Integrator> Session::Data::choose(const CameraDescription& camer
   const Camera& view = scene->camera();
   Learned::Choice here{view.position(), view.generate_ray(0.5f * Vec2(float(view.width()), float(view.height())), Vec2(0.5f), 0.0f).direction, 0};
   TechniqueChoice made;
-  RenderPlan steps;
+  PlanSteps steps;
   if (learned && learned->choice && takes_choice_of(*learned, here)) {
     made.settings = scene->settings();
     made.settings.integrator = learned->integrator;
@@ -585,35 +588,15 @@ std::unique_ptr<Integrator> Session::Data::choose(const CameraDescription& camer
   return chosen;
 }
 
-/// The artist is told which of the passes asked for there will not be.
-void Session::Data::report_passes() {
-  std::string parts;
-  for (const std::string& pass : scene->settings().passes)
-    if (is_part_pass(pass)) parts += (parts.empty() ? "" : ", ") + pass;
-  std::lock_guard lock(mutex);
-  if (scene->lights().any_partial() && scene->settings().direct != "mis")
-    report_once(diagnostics, {Diagnostic::Severity::Warning, "", "A light is hidden from some kinds of rays: direct light is sampled by the default method."});
-  if (scene->has_media() && scene->settings().direct != "mis")
-    report_once(diagnostics, {Diagnostic::Severity::Warning, "", "There are volumes: direct light is sampled by the default method."});
-  if (scene->has_media() && scene->settings().guiding == "on")
-    report_once(diagnostics, {Diagnostic::Severity::Warning, "", "There are volumes: paths are not guided."});
-  if (parts.empty()) return;
-  const IntegratorInfo& integrator = find_integrator(integrator_name);
-  if (!integrator.tells_parts)
-    report_once(diagnostics, {Diagnostic::Severity::Warning, "", std::string(integrator.label) + " cannot tell the passes " + parts + " apart: they stay black. Path Tracing can."});
-  else if (scene->settings().direct != "mis")
-    report_once(diagnostics, {Diagnostic::Severity::Warning, "", "For the passes " + parts + ", direct light is sampled by the default method."});
-}
-
 /// Hand the integrator what the frame before has learned, and say what is used of it.
-RenderPlan Session::Data::use_learned(Integrator& chosen) {
+PlanSteps Session::Data::use_learned(Integrator& chosen) {
   if (!learned) return {};
   const std::string why_not = base                                     ? "this one goes on from a checkpoint"
                               : learned->integrator != integrator_name ? "that was rendered by " + std::string(find_integrator(learned->integrator).label)
                               : !is_scene_of(*learned)                 ? "that shows a scene of another size or elsewhere"
                                                                        : "";
   if (!why_not.empty()) return {{"learned in the frame before", false, why_not}};
-  RenderPlan steps;
+  PlanSteps steps;
   for (LearnedPart& part : chosen.begin_with(*learned)) {
     const bool used = part.why_not.empty();
     steps.push_back({"learned in the frame before: " + part.name, used, used ? "it goes on learning from there" : part.why_not});
@@ -841,7 +824,7 @@ std::string Session::statistics_json() const {
                   {"kept_environment", b.kept_environment}};
   }
   j["plan"] = json::array();
-  for (const PlanStep& step : d.plan) j["plan"].push_back({{"step", step.step}, {"used", step.used}, {"reason", step.reason}});
+  for (const PlanStep& step : d.plan) j["plan"].push_back({{"step", step.step}, {"used", step.used}, {"reason", step.reason}, {"cost", step.cost}});
   j["hints"] = json::array();
   for (const HintStatistics& hint : d.statistics.hints) {
     const HintReport& r = hint.report;

@@ -20,7 +20,7 @@
 #include "film/film.h"
 #include "integrators/integrator.h"
 #include "render/checkpoint.h"
-#include "render/render_plan.h"
+#include "integrators/render_plan.h"
 #include "transport/hints/hints.h"
 
 namespace ajar {

@@ -162,8 +162,8 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
 
 }  // namespace
 
-RenderPlan TechniqueChoice::plan() const {
-  RenderPlan plan{{"technique", true, name + ": " + reason}};
+PlanSteps TechniqueChoice::plan() const {
+  PlanSteps plan{{"technique", true, name + ": " + reason}};
   const PilotNoise path = trials.empty() ? PilotNoise() : trials.front().cost;
   for (const TechniqueTrial& trial : trials) {
     plan.push_back({std::string("trial of ") + trial.name, trial.name == name,

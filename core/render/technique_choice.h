@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "render/pilot_comparison.h"
-#include "render/render_plan.h"
+#include "integrators/render_plan.h"
 #include "scene/scene.h"
 
 namespace ajar {
@@ -34,7 +34,7 @@ struct TechniqueChoice {
   std::string name, reason;
   std::vector<TechniqueTrial> trials;
   double seconds = 0.0;
-  RenderPlan plan() const;
+  PlanSteps plan() const;
 };
 
 /// Choose for `scene`, whose sole owner the caller is; it is looked at with small pictures meanwhile and left as it was.

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
-#include <vector>
 
 #include "math/types.h"
 
@@ -62,61 +61,5 @@ inline void deterministic_counts(std::span<const float> shares, int n, float u, 
   }
   counts[last] += left - given;  // rounding of the very last end
 }
-
-/// Shares in proportion to what the components' samples brought in the past, drawn towards `prior` as if `prior_count`
-/// samples more had brought just what the prior says.
-/// `sums[k]` is the sum over the n_k samples of component k, of weights (thesis, eq. 5.8) or whatever the shares shall follow.
-inline void learn_shares(std::span<const double> sums, int n, std::span<const float> prior, float prior_count, float floor,
-                         std::span<float> shares) {
-  double total = 0.0;
-  for (double sum : sums) total += sum;
-  const double kept = total > 0.0 && std::isfinite(total) ? double(n) / (double(n) + double(prior_count)) : 0.0;
-  for (size_t k = 0; k < shares.size(); ++k) {
-    shares[k] = float((kept > 0.0 ? kept * sums[k] / total : 0.0) + (1.0 - kept) * double(prior[k]));
-  }
-  apply_floor(shares, floor);
-}
-
-/// A mixture over components of one type, each with `State sample(Vec2 u) const` and `float pdf(const State&) const`.
-template <class Component>
-class Mixture {
- public:
-  using State = typename Component::State;
-
-  explicit Mixture(std::vector<Component> components)
-      : components_(std::move(components)), shares_(components_.size(), 1.0f / float(components_.size())) {}
-
-  size_t size() const { return components_.size(); }
-  std::span<const float> shares() const { return shares_; }
-  void set_shares(std::vector<float> shares, float floor) {
-    shares_ = std::move(shares);
-    apply_floor(shares_, floor);
-  }
-  const Component& component(size_t k) const { return components_[k]; }
-
-  float pdf(const State& x) const {
-    float sum = 0.0f;
-    for (size_t k = 0; k < size(); ++k) sum += shares_[k] * components_[k].pdf(x);
-    return sum;
-  }
-  /// Draw n samples, calling visit(state, component) for each; `next_1d` and `next_2d` give random numbers.
-  template <class Next1d, class Next2d, class Visit>
-  void draw(int n, Next1d&& next_1d, Next2d&& next_2d, Visit&& visit) const {
-    std::vector<int> counts(size());
-    deterministic_counts(shares_, n, next_1d(), counts);
-    for (size_t k = 0; k < size(); ++k) {
-      for (int i = 0; i < counts[k]; ++i) visit(components_[k].sample(next_2d()), k);
-    }
-  }
-  /// Move the shares to what past samples say; see learn_shares.
-  void adapt(std::span<const double> sums, int n, float prior_count, float floor) {
-    const std::vector<float> prior = shares_;
-    learn_shares(sums, n, prior, prior_count, floor, shares_);
-  }
-
- private:
-  std::vector<Component> components_;
-  std::vector<float> shares_;
-};
 
 }  // namespace ajar

@@ -297,7 +297,8 @@ class AJAR_RENDER_PT_plan(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
         for step in last_render.of(context.scene)["plan"]:
-            say(column, f"{step['step'][:1].upper()}{step['step'][1:]}: {step['reason']}", context, "CHECKMARK" if step["used"] else "BLANK1")
+            cost = f" ({step['cost']})" if step.get("cost") else ""
+            say(column, f"{step['step'][:1].upper()}{step['step'][1:]}: {step['reason']}{cost}", context, "CHECKMARK" if step["used"] else "BLANK1")
 
 
 def _statistics(values: dict) -> list[tuple[str, str]]:

@@ -1,6 +1,9 @@
 // A one-dimensional stand-in for direct light: a "BSDF" and two "lights", one of them half hidden.
 #pragma once
 
+#include <cmath>
+#include <vector>
+
 #include "math/random.h"
 #include "sampling/control_variates.h"
 #include "sampling/mixture.h"
@@ -14,6 +17,43 @@ struct Component {
   bool linear = false;
   float sample(Vec2 u) const { return linear ? std::sqrt(u.x) : begin + (end - begin) * u.x; }
   float pdf(float x) const { return linear ? 2.0f * x : (x >= begin && x < end ? 1.0f / (end - begin) : 0.0f); }
+};
+
+/// A mixture over components of one type, each with `State sample(Vec2 u) const` and `float pdf(const State&) const`.
+template <class Component>
+class Mixture {
+ public:
+  using State = typename Component::State;
+
+  explicit Mixture(std::vector<Component> components)
+      : components_(std::move(components)), shares_(components_.size(), 1.0f / float(components_.size())) {}
+
+  size_t size() const { return components_.size(); }
+  std::span<const float> shares() const { return shares_; }
+  void set_shares(std::vector<float> shares, float floor) {
+    shares_ = std::move(shares);
+    apply_floor(shares_, floor);
+  }
+  const Component& component(size_t k) const { return components_[k]; }
+
+  float pdf(const State& x) const {
+    float sum = 0.0f;
+    for (size_t k = 0; k < size(); ++k) sum += shares_[k] * components_[k].pdf(x);
+    return sum;
+  }
+  /// Draw n samples, calling visit(state, component) for each; `next_1d` and `next_2d` give random numbers.
+  template <class Next1d, class Next2d, class Visit>
+  void draw(int n, Next1d&& next_1d, Next2d&& next_2d, Visit&& visit) const {
+    std::vector<int> counts(size());
+    deterministic_counts(shares_, n, next_1d(), counts);
+    for (size_t k = 0; k < size(); ++k) {
+      for (int i = 0; i < counts[k]; ++i) visit(components_[k].sample(next_2d()), k);
+    }
+  }
+
+ private:
+  std::vector<Component> components_;
+  std::vector<float> shares_;
 };
 
 inline Mixture<Component> mixture() { return Mixture<Component>({{0, 1, true}, {0.1f, 0.3f}, {0.6f, 0.7f}}); }

@@ -12,10 +12,10 @@
 #include "mutate_scene.h"
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
-#include "render/render_plan.h"
+#include "integrators/render_plan.h"
 #include "description/archive.h"
 #include "scene/scene.h"
-#include "transport/direct/direct_light.h"
+#include "transport/direct/direct_methods.h"
 #include "transport/hints/hints.h"
 
 using namespace ajar;

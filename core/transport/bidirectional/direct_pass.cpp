@@ -16,11 +16,11 @@ constexpr int kTile = 16;
 constexpr FurtherSamples::Limits kFurther{1, 0.15};
 }  // namespace
 
-void DirectPass::prepare(const Scene& scene, uint32_t seed) {
+void DirectPass::prepare(const Scene& scene, bool merges, uint32_t seed) {
   seed_ = seed;
   wanted_ = done_ = 0;
   rays_ = further_rays_ = 0;
-  merging_.prepare(scene, seed);
+  merging_.prepare(scene, merges, seed);
 }
 
 void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::atomic<bool>& stop) {

@@ -14,7 +14,8 @@ namespace ajar {
 
 class DirectPass {
  public:
-  void prepare(const Scene& scene, uint32_t seed);
+  /// `merges`: with vertex merging.
+  void prepare(const Scene& scene, bool merges, uint32_t seed);
   VertexMerging& merging() { return merging_; }
   const VertexMerging& merging() const { return merging_; }
 

@@ -54,7 +54,7 @@ MergingPlan plan_merging(const Scene& scene) {
   return {true, "caustics may be seen in mirrors or through glass"};
 }
 
-void VertexMerging::prepare(const Scene& scene, uint32_t seed) {
+void VertexMerging::prepare(const Scene& scene, bool active, uint32_t seed) {
   scene_ = &scene;
   seed_ = seed;
   passes_done_ = 0;
@@ -64,7 +64,7 @@ void VertexMerging::prepare(const Scene& scene, uint32_t seed) {
   behind_.clear();
   first_radius_ = radius_ = 0.0f;
   max_vertices_ = max_path_vertices(scene.settings().bounces);
-  active_ = scene.settings().vertex_merging != "off" && plan_merging(scene).used;
+  active_ = active;
   if (active_) workers_ = std::make_unique<Workers>(*this);
 }
 

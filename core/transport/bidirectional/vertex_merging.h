@@ -36,8 +36,8 @@ class VertexMerging {
   VertexMerging(const VertexMerging&) = delete;
   VertexMerging& operator=(const VertexMerging&) = delete;
 
-  /// Off where the settings say so or nothing could be merged; it then costs nothing.
-  void prepare(const Scene& scene, uint32_t seed);
+  /// Where it is not `active` it costs nothing.
+  void prepare(const Scene& scene, bool active, uint32_t seed);
   bool active() const { return active_; }
   /// Photons follow hints from now on. After prepare, before the first pass.
   void follow(const LightWalkGuide* guide) { guide_ = guide; }

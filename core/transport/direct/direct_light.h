@@ -1,12 +1,9 @@
-// Direct light at the vertices of a path: which methods there are, what they share, and the default one.
+// Direct light at the vertices of a path: what all methods share, and the default one.
 //
 // Every method answers two questions of the path tracer. At a vertex: an estimate of the light that arrives directly and is
 // scattered towards wo. At the next one: with what weight emission counts that the BSDF's sample happened to hit.
 // Together the two are one unbiased estimate of direct light (but for what is called biased).
 #pragma once
-
-#include <string>
-#include <vector>
 
 #include "film/film.h"
 #include "sampling/sampler.h"
@@ -15,20 +12,6 @@
 #include "transport/paths/shadow_terminator.h"
 
 namespace ajar {
-
-enum class DirectMethod : uint8_t { Mis, MisBalance, Bsdf, Light, Ris, Correlated, PmcHi, PmcHiPaper, Ocv, OcvPaper, OcvProgressive };
-
-struct DirectMethodInfo {
-  DirectMethod method;
-  const char* name;
-  const char* label;            ///< in the UI
-  bool biased;
-  const char* sentence;         ///< one sentence for the artist
-};
-/// The one list of methods, in the order of the UI.
-const std::vector<DirectMethodInfo>& direct_method_list();
-/// Throws SceneError naming the valid ones.
-const DirectMethodInfo& find_direct_method(const std::string& name);
 
 struct SampledLight {
   Vec3 wi{0.0f};                ///< towards it

@@ -3,7 +3,7 @@
 #include "integrators/integrator.h"
 #include "math/random.h"
 #include "math/warps.h"
-#include "render/render_plan.h"
+#include "integrators/render_plan.h"
 #include "render/session.h"
 #include "geometry/motion.h"
 #include "transport_scenes.h"
@@ -150,7 +150,7 @@ TEST(Motion, rays_that_leave_moving_surfaces_do_not_hit_them_again) {
 TEST(Motion, what_stands_still_has_no_keys_and_stays_baked) {
   SceneDescription d = sliding_square();
   const auto line = [&](const Scene& scene) {
-    for (const PlanStep& step : make_render_plan(scene))
+    for (const PlanStep& step : make_render_plan(scene).steps)
       if (step.step == "motion keys") return step;
     return PlanStep{"missing", false, ""};
   };

@@ -8,7 +8,7 @@
 
 #include "integrators/integrator.h"
 #include "render/session.h"
-#include "transport/direct/direct_light.h"
+#include "transport/direct/direct_methods.h"
 #include "transport/paths/path_vertex.h"
 #include "transport_scenes.h"
 

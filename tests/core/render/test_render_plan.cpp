@@ -1,5 +1,5 @@
 // What a scene does not need is not done: counted, not promised.
-#include "render/render_plan.h"
+#include "integrators/render_plan.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -43,6 +43,7 @@ bool uses(const nlohmann::json& statistics, const std::string& step) {
   for (const auto& line : statistics["plan"])
     if (line["step"] == step) {
       EXPECT_NE(line["reason"], "");
+      if (!line["used"]) EXPECT_EQ(line["cost"], "") << step;
       return line["used"];
     }
   ADD_FAILURE() << "the plan has no step '" << step << "'";

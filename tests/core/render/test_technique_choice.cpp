@@ -81,7 +81,7 @@ TEST(TechniqueChoice, hidden_light_is_not) {
   const TechniqueChoice choice = choose(hidden_lamp());
   EXPECT_NE(choice.settings.integrator, "path");
   ASSERT_GT(choice.trials.size(), 1u);
-  const RenderPlan plan = choice.plan();
+  const PlanSteps plan = choice.plan();
   EXPECT_EQ(plan.size(), 1 + choice.trials.size());
   EXPECT_EQ(plan[0].step, "technique");
   EXPECT_NE(plan[0].reason.find(choice.name), std::string::npos);

@@ -191,7 +191,7 @@ TEST(DirectPass, is_the_same_however_its_samples_are_shared_out) {
   const PathSpace space(*scene, 0, 0, 12, 12, true);
   const auto picture = [&](const std::vector<int>& shares) {
     DirectPass pass;
-    pass.prepare(*scene, 9);
+    pass.prepare(*scene, false, 9);
     Film film(0, 0, 12, 12, {"Combined"});
     for (int samples : shares) pass.add(film, space, samples * int(DirectPass::kShare), kGoOn);
     return film.resolve("Combined", 1.0f);
@@ -212,7 +212,7 @@ TEST(DirectPass, further_samples_and_branches_keep_the_mean) {
   uint64_t further = 0;
   for (uint32_t replicate = 0; replicate < kReplicates; ++replicate) {
     DirectPass pass;
-    pass.prepare(*scene, 100 + replicate);
+    pass.prepare(*scene, false, 100 + replicate);
     Film film(0, 0, kSize, kSize, {"Combined"});
     for (int i = 0; i < kSamples; ++i) pass.add(film, space, DirectPass::kShare, kGoOn);
     passes.add(mean_luminance(film));

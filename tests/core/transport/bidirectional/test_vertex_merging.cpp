@@ -1,6 +1,6 @@
 // Unconnectable paths are counted once: left out by the walks, found by photons, with the same mean.
 #include "agreement.h"
-#include "render/render_plan.h"
+#include "integrators/render_plan.h"
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/paths/path.h"
 #include "transport/bidirectional/vertex_merging.h"
@@ -48,13 +48,13 @@ BothWays unconnectable_light(const SceneDescription& d, int replicates, uint32_t
   left.merging = &merging;
   for (int k = 0; k < replicates; ++k) {
     const uint32_t seed = 1 + uint32_t(k);
-    merging.prepare(*scene, seed);
+    merging.prepare(*scene, true, seed);
     EXPECT_TRUE(merging.active());
     Sampler sampler(Sampler::Kind::Sobol, seed);
     double hit = 0.0, merged = 0.0;
     for (uint32_t pass = 0; pass < passes; ++pass) {
       // The radius stays as it is: pass 0 with other seeds.
-      if (pass > 0) merging.prepare(*scene, hash_combine(seed, pass));
+      if (pass > 0) merging.prepare(*scene, true, hash_combine(seed, pass));
       EXPECT_TRUE(merging.begin_pass(0, kGoOn));
       for (uint32_t i = 0; i < samples; ++i) {
         sampler.start(0, pass * samples + i);
@@ -158,7 +158,7 @@ INSTANTIATE_TEST_SUITE_P(Integrators, MergingWith, ::testing::Values("bdpt", "er
 TEST(VertexMerging, radii_shrink_and_photons_are_new_each_pass) {
   const auto scene = build(pane_and_mirror(0.1f));
   VertexMerging merging;
-  merging.prepare(*scene, 3);
+  merging.prepare(*scene, true, 3);
   ASSERT_TRUE(merging.begin_pass(0, kGoOn));
   EXPECT_FLOAT_EQ(merging.radius(), 0.1f);
   const size_t first = merging.photons();

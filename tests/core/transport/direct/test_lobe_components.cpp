@@ -4,7 +4,7 @@
 #include "render/session.h"
 #include "scene_fixtures.h"
 #include "statistical.h"
-#include "transport/direct/direct_mixture.h"
+#include "transport/direct/direct_estimator.h"
 
 namespace ajar::test_lobe_components {
 
@@ -166,6 +166,9 @@ SceneDescription coated_floor(float coat) {
   return d;
 }
 
+/// Of a surface, as components of the mixture.
+enum class Lobes : uint8_t { Apart, Together };
+
 /// Estimates of the light at one point of it.
 class PointOfFloor {
  public:
@@ -192,8 +195,8 @@ class PointOfFloor {
   }
 
   /// Luminance of independent estimates of `samples` each, after some from which what learns may learn.
-  RunningMoments estimates(const char* method, int samples, DirectMixture::Lobes lobes, int replicates) const {
-    DirectMixture mixture(*scene_, find_direct_method(method).method, samples, 0, lobes);
+  RunningMoments estimates(const char* method, int samples, Lobes lobes, int replicates) const {
+    const auto estimator = make_direct_estimator(*scene_, find_direct_method(method).method, {.samples = samples, .lobes_apart = lobes == Lobes::Apart});
     const DirectLightContext context{*scene_, point_, bsdf(), 0, 4, 4};
     uint64_t rays = 0;
     // Pixels of one seed are not quite independent of each other (the variance of means over 20,000 of them was seen to be twice that of
@@ -202,11 +205,11 @@ class PointOfFloor {
       Sampler sampler(Sampler::Kind::Sobol, hash32(seed));
       sampler.start(0, index);
       DirectVertex vertex;
-      return double(luminance(mixture.estimate(context, sampler, 6, vertex, nullptr, rays)));
+      return double(luminance(estimator->estimate(context, sampler, 6, vertex, nullptr, rays)));
     };
     for (uint32_t i = 0; i < 192; ++i) {
       estimate(~0u, i);
-      if (i % 64 == 63) mixture.learn();
+      if (i % 64 == 63) estimator->learn();
     }
     RunningMoments moments;
     for (int i = 0; i < replicates; ++i) moments.add(estimate(uint32_t(i), 0));
@@ -225,15 +228,15 @@ TEST(DirectLobes, estimates_of_few_samples_have_the_true_mean) {
   const PointOfFloor floor(0.05f);
   const double truth = floor.truth();
   for (const auto& [method, samples] : {std::pair("pmc_hi", 2), {"pmc_hi", 3}, {"pmc_hi", 8}, {"pmc_hi_paper", 8}, {"ocv", 8}, {"ocv", 13}, {"ocv_progressive", 2}, {"ocv_progressive", 7}})
-    EXPECT_TRUE(statistical::mean_agrees(floor.estimates(method, samples, DirectMixture::Lobes::Apart, 20000), truth, {0.01, 8})) << method << ", " << samples;
-  EXPECT_FALSE(statistical::mean_agrees(floor.estimates("ocv_paper", 8, DirectMixture::Lobes::Apart, 20000), truth, {0.01}));
+    EXPECT_TRUE(statistical::mean_agrees(floor.estimates(method, samples, Lobes::Apart, 20000), truth, {0.01, 8})) << method << ", " << samples;
+  EXPECT_FALSE(statistical::mean_agrees(floor.estimates("ocv_paper", 8, Lobes::Apart, 20000), truth, {0.01}));
 }
 
 TEST(DirectLobes, a_weak_sharp_coat_is_sampled_far_better_apart) {
   const PointOfFloor floor(0.05f);
   // Measured: ratios of variance 0.08, 0.09, 0.06 and 0.05.
   for (const char* method : {"pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"}) {
-    const RunningMoments together = floor.estimates(method, 16, DirectMixture::Lobes::Together, 4000), apart = floor.estimates(method, 16, DirectMixture::Lobes::Apart, 4000);
+    const RunningMoments together = floor.estimates(method, 16, Lobes::Together, 4000), apart = floor.estimates(method, 16, Lobes::Apart, 4000);
     EXPECT_LT(apart.variance(), 0.2 * together.variance()) << method;
   }
 }
@@ -242,7 +245,7 @@ TEST(DirectLobes, surfaces_of_one_lobe_are_sampled_as_ever) {
   const PointOfFloor floor(0.0f);
   ASSERT_EQ(floor.bsdf().lobe_count(), 1);
   for (const char* method : {"pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"}) {
-    const RunningMoments together = floor.estimates(method, 9, DirectMixture::Lobes::Together, 100), apart = floor.estimates(method, 9, DirectMixture::Lobes::Apart, 100);
+    const RunningMoments together = floor.estimates(method, 9, Lobes::Together, 100), apart = floor.estimates(method, 9, Lobes::Apart, 100);
     EXPECT_EQ(apart.mean(), together.mean()) << method;
     EXPECT_EQ(apart.variance(), together.variance()) << method;
   }

@@ -1,5 +1,5 @@
 #include "agreement.h"
-#include "transport/direct/direct_light.h"
+#include "transport/direct/direct_methods.h"
 
 namespace ajar::test_shadow_terminator {
 

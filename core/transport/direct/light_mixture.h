@@ -1,0 +1,130 @@
+// The mixture by which direct light is sampled: of the lobes of the BSDF, a cone, any light, and groups of lights
+// [Fan 2006, sections 2.4.4 and 5.4]. Estimators of several samples a vertex differ in how they choose its shares and in what they make of its samples.
+//
+// A sample is a light together with a direction, so that the density K of the mixture at (light l, direction wi) needs
+// nothing but that light:
+//   K = sum_i a_i p_i(wi) + a_cone p_cone(wi) + (a_any pmf(l) + a_g pmf(l | g)) p_l(wi),    i the lobes, g the group of l
+// Lobes and the cone draw directions and count for every light seen along them. Delta lights fit in without exception (the
+// first two terms are zero for them); so do lights that only sampling can find. The numbers of samples of each component are deterministic
+// (sampling/mixture.h).
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <memory>
+
+#include "sampling/mixture.h"
+#include "transport/direct/direct_light.h"
+#include "transport/direct/light_cut_cache.h"
+#include "transport/direct/light_groups.h"
+#include "transport/direct/lobe_components.h"
+
+namespace ajar {
+
+/// Dimensions of the sampler that estimates of several samples draw from: `kStreamStride` for each stream of them.
+constexpr uint32_t kBranchDimension = 4096, kStreamStride = 64;
+
+class LightMixture {
+ public:
+  static constexpr int kMostGroups = 5, kMostLobes = LobeComponents::kMost;
+  /// Lobes come first.
+  static constexpr int kCone = kMostLobes, kAny = kCone + 1, kFirstGroup = kAny + 1, kMostComponents = kFirstGroup + kMostGroups;
+
+  /// Shares of one estimate and its cone.
+  struct Kernel {
+    const LobeComponents& lobes;
+    int count = 0;
+    uint32_t cell = LightCutCache::kNone;             ///< by which any light is chosen
+    std::array<float, kMostComponents> alpha;
+    Frame cone;
+    float one_minus_cos = 0.0f;
+    /// Of all lobes together.
+    float bsdf_share() const {
+      float sum = alpha[0];
+      for (int i = 1; i < lobes.count(); ++i) sum += alpha[size_t(i)];
+      return sum;
+    }
+  };
+  /// One sample of the mixture: its weight y = f / K and, where asked for, how much each component is responsible for.
+  struct Draw {
+    Color y{0.0f};
+    Vec3 wi{0.0f};                                    ///< zero: no direction, or a light that only sampling finds
+    std::array<float, kMostLobes> pdf_lobes{};
+    LightCutCache::Choice choice{};                   ///< of any light
+    std::array<float, kMostComponents> responsible;   ///< luminance of y times rho_k
+  };
+  explicit LightMixture(const Scene& scene, LightGroups groups = {}) : scene_(scene), groups_(std::move(groups)) {}
+
+  const LightGroups& groups() const { return groups_; }
+  /// Learned choices of any light; null: those of the light tree. They must outlive their use.
+  void set_choices(const LightCutCache* cuts) { cuts_ = cuts; }
+
+  /// Which components share what the lobes leave: any light, or the groups, alike or by their priors.
+  enum class Lights : uint8_t { Any, GroupsAlike, GroupsByPrior };
+  /// Lobes have `bsdf_share` in proportion to their priors.
+  Kernel kernel(const LobeComponents& lobes, float bsdf_share, Lights lights) const;
+
+  LightCutCache::Choice choose_light(uint32_t cell, const DirectLightContext& c, float u) const;
+  /// Probability of a light by the shares of a cell.
+  float choice_pmf(uint32_t cell, Vec3 position, Vec3 normal, uint32_t light) const;
+
+  /// n samples with deterministic shares: visit(component, draw). `power`: their weights are those of the power heuristic between the BSDF and the
+  /// lights, else f / K.
+  template <class Visit>
+  void for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler, bool power, uint64_t& rays, Visit&& visit) const;
+
+  /// Shares for the debug passes.
+  void record_shares(const Kernel& k, SampleAux* aux) const;
+
+ private:
+  struct Densities {
+    std::array<float, kMostLobes> lobes;   ///< these and the others times their shares
+    float bsdf, cone, any, group;          ///< bsdf: all lobes
+    int group_index;
+    float total() const { return bsdf + cone + any + group; }
+  };
+
+  Densities densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi, const std::array<float, kMostLobes>& pdf_lobes, float pdf_light,
+                      bool mis, float known_pmf = -1.0f) const;
+  void add_found(const Densities& d, Color f, bool power, bool from_bsdf, Draw& draw) const;
+  void draw_light(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out, uint64_t& rays) const;
+  void draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out, uint64_t& rays) const;
+
+  const Scene& scene_;
+  LightGroups groups_;
+  const LightCutCache* cuts_ = nullptr;
+};
+
+template <class Visit>
+void LightMixture::for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler, bool power, uint64_t& rays,
+                                  Visit&& visit) const {
+  int counts[kMostComponents];
+  const uint32_t base = kBranchDimension + kStreamStride * uint32_t(stream);
+  sampler.set_dimension(base);
+  deterministic_counts({k.alpha.data(), size_t(k.count)}, n, sampler.get_1d(), {counts, size_t(k.count)});
+  Draw out;
+  const bool few = scene_.lights().size() < kFewLights;
+  for (int component = 0; component < k.count; ++component) {
+    sampler.set_dimension(base + 1 + uint32_t(component));
+    // Successive estimates of a pixel continue each component's own sequence.
+    const uint32_t block = uint32_t(std::ceil(float(n) * k.alpha[size_t(component)] - 1e-4f));
+    for (int i = 0; i < counts[component]; ++i) {
+      Sampler numbers = sampler.branch(uint32_t(i), block);
+      const Vec2 u = numbers.get_2d();
+      const float u_choice = few && component == kAny ? u.x : numbers.get_1d();
+      out.y = Color(0.0f);
+      out.wi = Vec3(0.0f);
+      out.pdf_lobes.fill(0.0f);
+      out.choice.share = 0.0f;
+      std::fill_n(out.responsible.begin(), k.count, 0.0f);
+      if (component <= kCone) {
+        draw_direction(c, k, component, u_choice, u, power, out, rays);
+      } else {
+        draw_light(c, k, component, u_choice, u, power, out, rays);
+      }
+      visit(component, out);
+    }
+  }
+}
+
+}  // namespace ajar
