@@ -140,8 +140,12 @@ def write_page(results: dict, work: Path, docs: Path) -> None:
     failed = [found for found in results["scenes"] if "failure" in found]
     speedups = [value for value in (speedup(found) for found in scenes) if math.isfinite(value)]
     size = "at full size" if results["full"] else "at 30 % of their size, a quick look: `make bench-full` renders at full size and longer"
-    lines = [
-        "# Benchmarks", "",
+    lines = ["# Path tracing against Cycles", ""]
+    if speedups:
+        lines += [f"**Median speed-up at equal relMSE: {statistics.median(speedups):.2f}** "
+                  f"(least {min(speedups):.2f}, most {max(speedups):.2f}, {len(speedups)} scenes).", ""]
+    lines += comparison_table(scenes)
+    lines += ["", "## Method", "",
         "Written by `make bench`; nothing here is edited by hand.", "",
         f"Ajar's path tracer against Cycles in the same Blender, {results['machine']['threads']} threads, {size}. "
         f"Cycles has its best settings for the same problem: caustics on, no clamping, no denoising, adaptive sampling off. "
@@ -149,13 +153,9 @@ def write_page(results: dict, work: Path, docs: Path) -> None:
         "scene export and building are given apart. relMSE is mean((I−R)²/(R²+0.01)), against a reference of the same program "
         f"({results['reference_seconds']:g} s, other seeds), its noise taken off.", "",
     ]
-    if speedups:
-        lines += [f"**Median speed-up at equal relMSE: {statistics.median(speedups):.2f}** "
-                  f"(least {min(speedups):.2f}, most {max(speedups):.2f}, {len(speedups)} scenes).", ""]
-    lines += ["## Machine", ""] + [f"* {key}: {value}" for key, value in results["machine"].items()]
-    lines += ["", "## Error", "", "At equal time, at equal samples, and the ratio of times at equal error; the spread is over single repeats. The last "
+    lines += ["The table states errors at equal time and at equal samples, and the ratio of times at equal error; the spread is over single repeats. The last "
               "column is the ratio of the references' mean luminances with one standard error; `tests/render` compares block by block.", ""]
-    lines += comparison_table(scenes)
+    lines += ["## Machine", ""] + [f"* {key}: {value}" for key, value in results["machine"].items()]
     lines += ["", "## Rays, memory, export", "", "Share of bare Embree: the same recorded rays traced by a loop that does nothing else, in the same process, in turn.", ""]
     lines += build_table(scenes)
     if failed:

@@ -147,8 +147,21 @@ def technique_row(found: dict, technique: str) -> str | None:
             f"{statistics.mean(mean):.4f} ± {statistics.stdev(mean) / len(mean) ** 0.5 if len(mean) > 1 else float('nan'):.4f} |")
 
 
+def best_row(found: dict) -> str:
+    """A scene's most efficient technique, by all pixels and without the worst ones."""
+    cells = []
+    for error in ("relmse", "trimmed"):
+        theirs = efficiencies(found, CYCLES, error)
+        ours = {name: efficiencies(found, name, error) for name in AJAR_TECHNIQUES}
+        best = max((name for name in ours if ours[name]), key=lambda name: statistics.median(ours[name]), default=None)
+        cells.append(f"`{best}` **{statistics.median(ours[best]) / statistics.median(theirs):.3g}**" if best and theirs else "–")
+    return f"| {found['scene']} | {cells[0]} | {cells[1]} |"
+
+
 def page(results: dict) -> str:
     lines = ["# Techniques against Cycles where light is hard to find", "",
+             "The most efficient technique of each scene, with its efficiency 1/(T·relMSE) over that of Cycles.", "",
+             "| scene | all pixels | trimmed |", "|---|---|---|", *(best_row(found) for found in results["scenes"]), "", "## Method", "",
              "Written by `benchmarks/techniques.py` (part of `make bench`); nothing here is edited by hand.", "",
              f"{results['machine']['threads']} threads, {results['seconds']:g} s a render, {results['repeats']} seeds, at 30 % of the scenes' size. Errors are "
              "relMSE, mean((I−R)²/(R²+0.01)), medians over seeds; *trimmed* leaves out the worst 0.1 % of pixels. Multiples are of Cycles' efficiency "

@@ -55,96 +55,107 @@ py::object snapshot(const Session& session, const std::string& pass) {
 }
 
 void bind_reports(py::module_& module) {
-  py::class_<Progress> progress(module, "Progress");
-  py::enum_<Progress::Phase>(progress, "Phase")
-      .value("Idle", Progress::Phase::Idle)
-      .value("Building", Progress::Phase::Building)
-      .value("Rendering", Progress::Phase::Rendering)
-      .value("Done", Progress::Phase::Done)
-      .value("Cancelled", Progress::Phase::Cancelled)
-      .value("Failed", Progress::Phase::Failed);
-  progress.def_readonly("phase", &Progress::phase)
-      .def_readonly("step", &Progress::step)
-      .def_readonly("fraction", &Progress::fraction)
-      .def_readonly("samples", &Progress::samples)
-      .def_readonly("iteration", &Progress::iteration)
-      .def_readonly("render", &Progress::render)
-      .def_readonly("build_seconds", &Progress::build_seconds)
-      .def_readonly("render_seconds", &Progress::render_seconds)
-      .def_readonly("remaining_seconds", &Progress::remaining_seconds, "Until the first of the ends that the settings name; below 0: not known")
-      .def_readonly("estimated_relmse", &Progress::estimated_relmse)
-      .def_readonly("estimated_perceptual_error", &Progress::estimated_perceptual_error)
+  py::class_<Progress> progress(module, "Progress", "How far a render is.");
+  py::enum_<Progress::Phase>(progress, "Phase", "The state of a session.")
+      .value("Idle", Progress::Phase::Idle, "Nothing was started.")
+      .value("Building", Progress::Phase::Building, "The scene is being built.")
+      .value("Rendering", Progress::Phase::Rendering, "The image is being rendered.")
+      .value("Done", Progress::Phase::Done, "A stop condition was met.")
+      .value("Cancelled", Progress::Phase::Cancelled, "`cancel` ended the render.")
+      .value("Failed", Progress::Phase::Failed, "An error ended the render; `take_error` has its text.");
+  progress.def_readonly("phase", &Progress::phase, "Progress.Phase. The state of the session.")
+      .def_readonly("step", &Progress::step, "str. What the session does now, for the artist.")
+      .def_readonly("fraction", &Progress::fraction, "float, 0 to 1. The part of the render that is done.")
+      .def_readonly("samples", &Progress::samples, "float, samples per pixel. The mean over the image.")
+      .def_readonly("iteration", &Progress::iteration, "int, >= 0. The number of iterations of this render. There is an image from 1 on.")
+      .def_readonly("render", &Progress::render, "int, >= 0. The number of the render, as `start`, `update` and `change_view` return it.")
+      .def_readonly("build_seconds", &Progress::build_seconds, "float, seconds. The time that building the scene took.")
+      .def_readonly("render_seconds", &Progress::render_seconds, "float, seconds. The time since rendering began.")
+      .def_readonly("remaining_seconds", &Progress::remaining_seconds,
+          "float, seconds. An estimate of the time until the first stop condition of the settings. Negative when it is not known.")
+      .def_readonly("estimated_relmse", &Progress::estimated_relmse,
+          "float, relMSE. The estimated relative mean squared error of the image. Negative when it is not known.")
+      .def_readonly("estimated_perceptual_error", &Progress::estimated_perceptual_error,
+          "float, cd/m^2. The estimated mean of e^2 / tvi(L) over the pixels. Negative when it is not known.")
       .def("__repr__", [](const Progress& p) {
         return p.step + " " + std::to_string(int(100.0f * p.fraction)) + " %, " + std::to_string(p.samples) + " samples";
       });
 
-  py::class_<Diagnostic> diagnostic(module, "Diagnostic");
-  py::enum_<Diagnostic::Severity>(diagnostic, "Severity")
-      .value("Info", Diagnostic::Severity::Info)
-      .value("Warning", Diagnostic::Severity::Warning)
-      .value("Error", Diagnostic::Severity::Error);
-  diagnostic.def_readonly("severity", &Diagnostic::severity)
-      .def_readonly("object", &Diagnostic::object)
-      .def_readonly("message", &Diagnostic::message);
+  py::class_<Diagnostic> diagnostic(module, "Diagnostic", "A message about a part of the scene.");
+  py::enum_<Diagnostic::Severity>(diagnostic, "Severity", "How serious a message is.")
+      .value("Info", Diagnostic::Severity::Info, "For information.")
+      .value("Warning", Diagnostic::Severity::Warning, "Something is rendered differently or left out.")
+      .value("Error", Diagnostic::Severity::Error, "The render fails.");
+  diagnostic.def_readonly("severity", &Diagnostic::severity, "Diagnostic.Severity. How serious the message is.")
+      .def_readonly("object", &Diagnostic::object, "str. The name of the object, material or image that the message is about.")
+      .def_readonly("message", &Diagnostic::message, "str. A sentence for the artist.");
 
-  py::class_<HintReport> hint(module, "HintReport");
-  py::enum_<HintSegmentState>(hint, "Segment")
-      .value("Attached", HintSegmentState::Attached)
-      .value("Bounced", HintSegmentState::Bounced)
-      .value("Failed", HintSegmentState::Failed);
-  hint.def_readonly("name", &HintReport::name)
-      .def_readonly("attached", &HintReport::attached)
-      .def_readonly("reason", &HintReport::reason)
-      .def_readonly("positions", &HintReport::positions)
-      .def_readonly("segments", &HintReport::segments);
+  py::class_<HintReport> hint(module, "HintReport", "How a light hint was attached to the scene.");
+  py::enum_<HintSegmentState>(hint, "Segment", "The state of a segment of a hint.")
+      .value("Attached", HintSegmentState::Attached, "Its ray was aimed at a control point and hit a surface.")
+      .value("Bounced", HintSegmentState::Bounced, "Its ray left a mirror or glass and hit a surface.")
+      .value("Failed", HintSegmentState::Failed, "Its ray found no usable surface.");
+  hint.def_readonly("name", &HintReport::name, "str. The name of the hint.")
+      .def_readonly("attached", &HintReport::attached, "bool. Whether the hint is attached to a light and to surfaces, so that it is used.")
+      .def_readonly("reason", &HintReport::reason, "str. Why the hint is not attached. Empty when it is.")
+      .def_readonly("positions", &HintReport::positions,
+          "list of tuples of 3 floats, metres in world space. The vertices that were found, the one on the light first.")
+      .def_readonly("segments", &HintReport::segments,
+          "list of HintReport.Segment. The state of each segment between the vertices. The last one can have failed.");
 
-  py::enum_<Honesty>(module, "Honesty")
-      .value("Unbiased", Honesty::Unbiased)
-      .value("Consistent", Honesty::Consistent)
-      .value("Biased", Honesty::Biased);
-  py::class_<IntegratorInfo>(module, "IntegratorInfo")
-      .def_readonly("name", &IntegratorInfo::name)
-      .def_readonly("label", &IntegratorInfo::label)
-      .def_readonly("honesty", &IntegratorInfo::honesty)
-      .def_readonly("sentence", &IntegratorInfo::sentence)
-      .def_readonly("can_merge", &IntegratorInfo::can_merge)
-      .def_readonly("follows_hints", &IntegratorInfo::follows_hints);
+  py::enum_<Honesty>(module, "Honesty", "The bias of an estimator.")
+      .value("Unbiased", Honesty::Unbiased, "The expected image is the correct one after any number of samples.")
+      .value("Consistent", Honesty::Consistent, "The bias vanishes as the number of samples grows.")
+      .value("Biased", Honesty::Biased, "A bias remains with any number of samples.");
+  py::class_<IntegratorInfo>(module, "IntegratorInfo", "An entry of `integrator_list()`.")
+      .def_readonly("name", &IntegratorInfo::name, "str. The value for `RenderSettings.integrator`.")
+      .def_readonly("label", &IntegratorInfo::label, "str. The name in the user interface.")
+      .def_readonly("honesty", &IntegratorInfo::honesty, "Honesty. The bias of the image.")
+      .def_readonly("sentence", &IntegratorInfo::sentence, "str. One sentence for the artist.")
+      .def_readonly("can_merge", &IntegratorInfo::can_merge, "bool. Whether `RenderSettings.vertex_merging` has an effect.")
+      .def_readonly("follows_hints", &IntegratorInfo::follows_hints, "bool. Whether the integrator uses light hints.");
 }
 
 }  // namespace
 
 void bind_session(py::module_& module) {
   bind_reports(module);
-  py::class_<Learned, std::shared_ptr<Learned>>(module, "Learned", "What a frame of an animation has learned, for the one after it.")
-      .def_readonly("integrator", &Learned::integrator)
-      .def_readonly("frames", &Learned::frames);
+  py::class_<Learned, std::shared_ptr<Learned>>(module, "Learned",
+      "What a frame of an animation has learned, for the next frame. It guides samples and is no part of an image.")
+      .def_readonly("integrator", &Learned::integrator, "str. The name of the integrator that learned.")
+      .def_readonly("frames", &Learned::frames, "int, >= 1. The number of frames of the animation so far.");
   using Release = py::call_guard<py::gil_scoped_release>;
-  py::class_<Session, std::unique_ptr<Session, DeleteWithoutLock>>(module, "Session", "One render in its own threads; poll it.")
-      .def(py::init<>())
+  py::class_<Session, std::unique_ptr<Session, DeleteWithoutLock>>(module, "Session", 
+      "A render in its own threads. The owner polls it. Methods that do not wait return at once. Deleting a session cancels its render and waits for its threads.")
+      .def(py::init<>(), "Make a session that does nothing yet.")
       .def(
           "start",
           [](Session& session, SceneDescription& description, bool keep) {
             return session.start(keep ? description : std::exchange(description, {}));
           },
           py::arg("description"), py::arg("keep") = false, Release(),
-          "Build and render. Returns at once. Unless `keep`, the description is emptied (it is not copied).")
+          "Build the scene, render it, and return the number of the render at once. Without `keep` the description is empty afterwards; with it the description is "
+          "copied. Errors, for example an unknown integrator or a missing camera, end the render with Progress.Phase.Failed and are returned by take_error.")
       .def(
           "update", [](Session& session, SceneDescription& description) { return session.update(std::exchange(description, {})); },
           py::arg("description"), Release(),
-          "Render the scene as it is now, and keep what it shares with the one before. Empties the description; returns at once, with the "
-          "number that Progress.render will show.")
+          "Render an edited scene and return the number of the render at once. Meshes from add_shared_mesh and images that the scene before contained are not built "
+          "again. A render in progress ends. The description is empty afterwards. Errors are those of start.")
       .def("change_view", &Session::change_view, py::arg("camera"), py::arg("settings"), Release(),
-           "Render the scene at hand from another camera. Returns like update.")
+           "Render the present scene with another camera and other settings, and return the number of the render at once. Nothing is built again. The settings of "
+           "caustics keep their values. Without a scene the render fails, see take_error.")
       .def(
           "resume", [](Session& session, const std::string& path, uint64_t scene) { session.resume(load_checkpoint(path), scene); }, py::arg("path"),
           py::arg("scene") = 0, Release(),
-          "Before start: go on from a checkpoint file. Its samples count towards those asked for. One of another scene is refused, if `scene` is "
-          "SceneDescription.fingerprint().")
+          "Continue from a checkpoint file. To be called before start. Its samples count towards `RenderSettings.samples`. scene: SceneDescription.fingerprint(), or 0 "
+          "to skip the comparison of scenes. Raises SceneError, which names the file, when it cannot be read. The render fails, see take_error, when the checkpoint is of another scene or "
+          "frame.")
       .def(
           "begin_with", [](Session& session, std::shared_ptr<Learned> learned) { session.begin_with(std::move(learned)); }, py::arg("learned"), Release(),
-          "Before start: begin with what the frame before has learned, or with nothing (None). The plan says what is used.")
+          "Begin with what the previous frame of an animation has learned, or with nothing (None). To be called before start. The render plan in statistics_json states "
+          "which parts are used.")
       .def("learned", [](const Session& session) { return std::const_pointer_cast<Learned>(session.learned()); }, Release(),
-           "What the next frame may begin with; None unless the render is done.")
+           "Return a Learned for the next frame, or None unless the render is done.")
       .def(
           "save_checkpoint",
           [](const Session& session, const std::string& path, uint64_t scene) {
@@ -155,23 +166,33 @@ void bind_session(py::module_& module) {
             return true;
           },
           py::arg("path"), py::arg("scene") = 0, Release(),
-          "Write everything found so far; `scene` is SceneDescription.fingerprint(). False before the first iteration has ended.")
-      .def("cancel", &Session::cancel, Release())
-      .def("pause", &Session::pause, py::arg("paused"), Release(), "Let the render wait after the iteration it is in, or go on. A time limit does not count the wait.")
-      .def("is_paused", &Session::is_paused)
-      .def("wait", &Session::wait, py::arg("seconds"), Release(), "True when done, cancelled or failed.")
-      .def("progress", &Session::progress, Release())
-      .def("take_error", &Session::take_error, Release(), "What went wrong, once; empty when nothing has.")
-      .def("diagnostics", &Session::diagnostics, Release())
-      .def("hint_reports", &Session::hint_reports, Release(), "How the artist's light paths were attached.")
-      .def("snapshot", &snapshot, py::arg("pass_name"), "float32[height, width, channels], rows bottom up; None before the first.")
+          "Write everything rendered so far to a file and return True, or return False before the first iteration has ended. scene: SceneDescription.fingerprint(), or 0. "
+          "Raises SceneError, which names the file, when it cannot be written.")
+      .def("cancel", &Session::cancel, Release(), "End the render. Returns at once; wait returns True when the threads have stopped.")
+      .def("pause", &Session::pause, py::arg("paused"), Release(), 
+           "Pause the render after the present iteration, or continue it. A time limit does not count the pause.")
+      .def("is_paused", &Session::is_paused, "Return whether the session is paused.")
+      .def("wait", &Session::wait, py::arg("seconds"), Release(), 
+           "Wait until the render is done, cancelled or failed, and return True, or return False after this number of seconds (float, >= 0).")
+      .def("progress", &Session::progress, Release(), "Return the present Progress. It does not change afterwards.")
+      .def("take_error", &Session::take_error, Release(), 
+           "Return the text of the error that ended the render and forget it. Empty when there is none.")
+      .def("diagnostics", &Session::diagnostics, Release(), "Return a list of Diagnostic about the scene: what is approximated, repaired or left out.")
+      .def("hint_reports", &Session::hint_reports, Release(), 
+           "Return a list of HintReport, one for each light hint. Empty before the scene is built.")
+      .def("snapshot", &snapshot, py::arg("pass_name"), 
+           "Return a pass as float32[height, width, channels], rows from the bottom up, as it was after the last iteration, or None before the first. The number of channels is "
+           "known_passes()[pass_name]. While the session renders, a pass is kept from the first call on, so that the first call can return None. Raises ValueError, which lists "
+           "the valid names, for an unknown pass.")
       .def("photons", &photons, py::arg("most") = 50000,
-           "Photons of the last pass, for people to look at: float32[n, 3] positions in world space, float32[n, 3] powers in watts, and how many were "
-           "stored, of which at most `most` come, spread evenly over space. Empty from integrators without photons, and while rendering before the first "
-           "iteration that ends after one was asked.")
-      .def_property_readonly("width", &Session::width)
-      .def_property_readonly("height", &Session::height)
-      .def("statistics_json", &Session::statistics_json, Release());
+           "Return (positions, powers, stored) of the last photon pass, for display: float32[n, 3] in metres, world space; float32[n, 3] in watts; and the "
+           "number of photons that were stored. n is at most `most`; the photons are spread evenly over space. n is 0 for integrators without photons, and while "
+           "the session renders, before the first iteration that ends after the first call.")
+      .def_property_readonly("width", &Session::width, "int, pixels. The width of the rendered region. 0 before the scene is built.")
+      .def_property_readonly("height", &Session::height, "int, pixels. The height of the rendered region. 0 before the scene is built.")
+      .def("statistics_json", &Session::statistics_json, Release(),
+           "Return the statistics of the render as JSON text: samples, seconds, rays, bytes, the render plan, the hints, the errors over time and the diagnostics. "
+           "Names end in their unit.");
 
   module.def(
       "attach_hints",
@@ -181,7 +202,8 @@ void bind_session(py::module_& module) {
         Hints::attach(*Scene::build(std::exchange(description, {}), {}, diagnostics), reports);
         return reports;
       },
-      py::arg("description"), Release(), "Build the scene and attach its light paths. Empties the description.");
+      py::arg("description"), Release(), 
+      "Build the scene, attach its light hints, and return a list of HintReport. The description is empty afterwards. Raises SceneError when the scene cannot be built.");
   module.def(
       "suggest_hints",
       [](SceneDescription& description, int count, int samples, uint32_t seed) {
@@ -192,19 +214,22 @@ void bind_session(py::module_& module) {
         return found;
       },
       py::arg("description"), py::arg("count") = 6, py::arg("samples") = 40000, py::arg("seed") = 0, Release(),
-      "Light paths that path tracing finds too seldom: (points, share of the difficulty), the most useful first. Empties the description.");
-  module.def("integrator_list", &integrator_list, py::return_value_policy::reference);
-  py::class_<DirectMethodInfo>(module, "DirectMethodInfo")
-      .def_readonly("name", &DirectMethodInfo::name)
-      .def_readonly("label", &DirectMethodInfo::label)
-      .def_readonly("biased", &DirectMethodInfo::biased)
-      .def_readonly("sentence", &DirectMethodInfo::sentence);
-  module.def("direct_method_list", &direct_method_list, py::return_value_policy::reference);
+      "Return at most `count` suggestions for light hints as a list of (points, share), the most useful first: a list of tuples of 3 floats in metres, world space, and "
+      "the part (0 to 1) of the error of path tracing that paths near this one cause. samples: the number of bidirectional samples of the pilot. The description is "
+      "empty afterwards. Raises SceneError when the scene cannot be built.");
+  module.def("integrator_list", &integrator_list, py::return_value_policy::reference, "Return the integrators as a list of IntegratorInfo, in the order of the user interface.");
+  py::class_<DirectMethodInfo>(module, "DirectMethodInfo", "An entry of `direct_method_list()`.")
+      .def_readonly("name", &DirectMethodInfo::name, "str. The value for `RenderSettings.direct`.")
+      .def_readonly("label", &DirectMethodInfo::label, "str. The name in the user interface.")
+      .def_readonly("biased", &DirectMethodInfo::biased, "bool. Whether the estimator is biased.")
+      .def_readonly("sentence", &DirectMethodInfo::sentence, "str. One sentence for the artist.");
+  module.def("direct_method_list", &direct_method_list, py::return_value_policy::reference,
+             "Return the estimators of direct light as a list of DirectMethodInfo, in the order of the user interface.");
   module.def("known_passes", [] {
     py::dict passes;
     for (const PassInfo& info : known_passes()) passes[py::str(info.name)] = info.channels;
     return passes;
-  }, "Channels of each pass, by name.");
+  }, "Return a dict from the name of each pass to its number of channels.");
 }
 
 }  // namespace ajar::python

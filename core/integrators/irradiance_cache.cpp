@@ -10,7 +10,7 @@
 #include "film/filter.h"
 #include "integrators/tile_loop.h"
 #include "math/warps.h"
-#include "transport/direct/direct_estimator.h"
+#include "transport/direct/estimators/make_estimator.h"
 #include "transport/photons/irradiance_records.h"
 #include "transport/paths/walk.h"
 

@@ -13,7 +13,7 @@
 #include <optional>
 #include <string>
 
-#include "transport/direct/pmc_hi.h"
+#include "transport/direct/estimators/pmc_hi.h"
 #include "transport/guiding/path_guide.h"
 #include "transport/chains/path_population.h"
 

@@ -12,7 +12,7 @@
 #include "integrators/learned.h"
 #include "integrators/tile_loop.h"
 #include "sampling/sampler.h"
-#include "transport/direct/direct_estimator.h"
+#include "transport/direct/estimators/make_estimator.h"
 #include "transport/guiding/guided_bsdf.h"
 #include "transport/direct/media_light.h"
 #include "transport/guiding/path_guide.h"

@@ -1,12 +1,5 @@
 #include "transport/direct/direct_estimator.h"
 
-#include "transport/direct/fixed_shares.h"
-#include "transport/direct/ocv.h"
-#include "transport/direct/ocv_progressive.h"
-#include "transport/direct/pmc_hi.h"
-#include "transport/direct/pmc_hi_paper.h"
-#include "transport/direct/ris.h"
-
 namespace ajar {
 
 Color DirectEstimator::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex&, SampleAux*, uint64_t& rays) const {
@@ -47,23 +40,6 @@ Color DirectEstimator::mean_of_draws(const DirectLightContext& c, const LightMix
   Color sum(0.0f);
   mixture_.for_each_draw(c, k, samples_, 0, sampler, power, rays, [&](int, const LightMixture::Draw& draw) { sum += draw.y; });
   return sum / float(samples_);
-}
-
-std::unique_ptr<DirectEstimator> make_direct_estimator(const Scene& scene, DirectMethod method, const DirectRequest& request) {
-  switch (method) {
-    case DirectMethod::Ris: return std::make_unique<Ris>(scene, request);
-    case DirectMethod::PmcHi: return std::make_unique<PmcHi>(scene, request);
-    case DirectMethod::PmcHiPaper: return std::make_unique<PmcHiPaper>(scene, request);
-    case DirectMethod::Correlated:
-    case DirectMethod::Ocv:
-    case DirectMethod::OcvPaper: return std::make_unique<Ocv>(scene, method, request);
-    case DirectMethod::OcvProgressive: return std::make_unique<OcvProgressive>(scene, request);
-    case DirectMethod::Mis:
-    case DirectMethod::MisBalance:
-    case DirectMethod::Bsdf:
-    case DirectMethod::Light: break;
-  }
-  return std::make_unique<FixedShares>(scene, method, request);
 }
 
 }  // namespace ajar

@@ -2,8 +2,8 @@
 //
 // One sample a vertex (`direct_samples` 1, and always after the first surfaces): a light sample now, and the path's own BSDF sample
 // later, weighted against each other [Veach 1997, section 9.2]. More samples: N of the mixture with deterministic shares, lobes
-// included (light_mixture.h); the path's BSDF sample then finds no more light. Each estimator is one file: fixed_shares.h, ris.h, pmc_hi.h,
-// pmc_hi_paper.h, ocv.h, ocv_progressive.h.
+// included (light_mixture.h); the path's BSDF sample then finds no more light. Each estimator is one file of the folder
+// estimators.
 #pragma once
 
 #include <memory>
@@ -101,8 +101,5 @@ class DirectEstimator {
   int samples_, deepest_;
   Heuristic heuristic_ = Heuristic::Power;
 };
-
-/// Any method. `lobes_apart` and `deepest` as in DirectRequest.
-std::unique_ptr<DirectEstimator> make_direct_estimator(const Scene& scene, DirectMethod method, const DirectRequest& request);
 
 }  // namespace ajar

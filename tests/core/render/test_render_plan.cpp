@@ -43,7 +43,9 @@ bool uses(const nlohmann::json& statistics, const std::string& step) {
   for (const auto& line : statistics["plan"])
     if (line["step"] == step) {
       EXPECT_NE(line["reason"], "");
-      if (!line["used"]) EXPECT_EQ(line["cost"], "") << step;
+      if (!line["used"]) {
+        EXPECT_EQ(line["cost"], "") << step;
+      }
       return line["used"];
     }
   ADD_FAILURE() << "the plan has no step '" << step << "'";

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kMeans[3] = {toy::kIntegral, 0.5 * toy::kIntegral, 0.08};
 
-Mixture<toy::Component> half_bsdf() {
+toy::Mixture<toy::Component> half_bsdf() {
   auto m = toy::mixture();
   m.set_shares({0.5f, 0.25f, 0.25f}, 0.01f);
   return m;
@@ -28,7 +28,7 @@ std::array<RunningMoments, 3> replicate(int replicates, Estimate&& estimate) {
   return moments;
 }
 
-Color cross_fitted(const Mixture<toy::Component>& m, int n, Pcg32& rng) {
+Color cross_fitted(const toy::Mixture<toy::Component>& m, int n, Pcg32& rng) {
   const auto a = toy::control_samples(m, n / 2, rng), b = toy::control_samples(m, n - n / 2, rng);
   return ocv_cross_fitted(a, b, int(m.size()));
 }

@@ -4,7 +4,7 @@
 #include "render/session.h"
 #include "scene_fixtures.h"
 #include "statistical.h"
-#include "transport/direct/direct_estimator.h"
+#include "transport/direct/estimators/make_estimator.h"
 
 namespace ajar::test_lobe_components {
 

@@ -1,4 +1,4 @@
-#include "transport/direct/control_columns.h"
+#include "transport/direct/estimators/control_columns.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "transport/direct/ris.h"
+#include "transport/direct/estimators/ris.h"
 
 #include <bit>
 

@@ -1,4 +1,4 @@
-#include "transport/direct/fixed_shares.h"
+#include "transport/direct/estimators/fixed_shares.h"
 
 namespace ajar {
 

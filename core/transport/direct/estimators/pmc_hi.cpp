@@ -1,4 +1,4 @@
-#include "transport/direct/pmc_hi.h"
+#include "transport/direct/estimators/pmc_hi.h"
 
 #include <bit>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "transport/direct/ocv_progressive.h"
+#include "transport/direct/estimators/ocv_progressive.h"
 
 namespace ajar {
 

@@ -1,4 +1,4 @@
-#include "transport/direct/ocv.h"
+#include "transport/direct/estimators/ocv.h"
 
 namespace ajar {
 

@@ -10,7 +10,7 @@
 
 #include <optional>
 
-#include "transport/direct/control_columns.h"
+#include "transport/direct/estimators/control_columns.h"
 #include "transport/direct/direct_estimator.h"
 
 namespace ajar {

@@ -1,4 +1,4 @@
-#include "transport/direct/pmc_hi_paper.h"
+#include "transport/direct/estimators/pmc_hi_paper.h"
 
 #include <cmath>
 
