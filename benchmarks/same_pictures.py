@@ -4,8 +4,7 @@
     benchmarks/same_pictures.py BEFORE AFTER [--scenes NAME ...] [--samples N]
 
 BEFORE and AFTER are build trees or copies of their program `ajar-render`. Each integrator, direct light method, guiding and vertex merging is rendered.
-Where a compiler contracts products and sums differently, the largest difference relative to the picture's mean is printed: --tolerance accepts
-so much of it. Ends with an error when a picture differs.
+Where a compiler contracts products and sums differently, the largest relative difference is printed: --tolerance accepts so much of it. Ends with an error when a picture differs.
 """
 
 from __future__ import annotations
@@ -47,12 +46,14 @@ def render(program: Path, scene: Path, options: list[str], samples: int, path: P
 
 
 def difference(before: np.ndarray, after: np.ndarray) -> float:
-    """Largest difference of two pictures relative to the mean of the first; 0 when all floats are equal, NaNs at the same places included."""
+    """Largest relative difference of two pictures; 0 when all floats are equal, NaNs at the same places included. What is darker than the
+    mean of the first is compared with that mean."""
     if before.shape != after.shape:
         return float("inf")
     if np.array_equal(before, after, equal_nan=True):
         return 0.0
-    return float(np.nan_to_num(np.abs(after - before), nan=np.inf).max() / max(float(np.abs(before).mean()), 1e-20))
+    scale = np.maximum(np.abs(before), max(float(np.abs(before).mean()), 1e-20))
+    return float(np.nan_to_num(np.abs(after - before) / scale, nan=np.inf).max())
 
 
 def main() -> int:
@@ -82,7 +83,7 @@ def main() -> int:
             found = difference(first, second)
             if found > options.tolerance:
                 differ += 1
-                print(f"{scene.name}, {name}: differs by {found:.3g} of the mean", flush=True)
+                print(f"{scene.name}, {name}: differs by {found:.3g}", flush=True)
     print(f"{count} pictures, {differ} differ")
     return 1 if differ else 0
 

@@ -10,6 +10,7 @@
 #include "film/filter.h"
 #include "integrators/tile_loop.h"
 #include "math/warps.h"
+#include "transport/paths/eye_walk.h"
 #include "transport/direct/estimators/make_estimator.h"
 #include "transport/photons/irradiance_records.h"
 #include "transport/paths/walk.h"
@@ -238,24 +239,26 @@ class IrradianceCache final : public Integrator {
   /// Follow a sample to the first surface that would read the cache. `length`: of the way there.
   bool find_place(Ray ray, Sampler& sampler, ShadingPoint& point, SurfaceShading& shading, float& length, Counters& counter) const {
     const BounceLimits& limits = scene_->settings().bounces;
+    EyeWalk walk(*scene_, ray, counter.rays);
     for (uint32_t vertex = 0; vertex < kMostVertices; ++vertex) {
-      const Hit hit = scene_->intersect(ray, point.ray_kind);
-      ++counter.rays;
-      if (!hit.found()) return false;
-      scene_->shading_point(ray, hit, point);
-      if (point.object->holdout && point.ray_depth == 0) return false;
-      scene_->material(hit).evaluate_surface(point, shading);
-      length += hit.t;
-      if (bounces_diffusely(point, limits) && CachedPart(shading.bsdf, point.wo)) return true;
-      const auto sample = sample_direction(shading.bsdf, point, sampler, kFirstDimensions + kVertexDimensions * vertex);
+      walk.trace();
+      if (!walk.found() || !walk.arrive()) return false;
+      walk.shade();
+      length += walk.hit.t;
+      if (bounces_diffusely(walk.point, limits) && CachedPart(walk.shading.bsdf, walk.point.wo)) {
+        point = walk.point;
+        shading = walk.shading;
+        return true;
+      }
+      const auto sample = sample_direction(walk.shading.bsdf, walk.point, sampler, kFirstDimensions + kVertexDimensions * vertex);
       if (!sample) return false;
       if (sample->flags & kTransparent) {
-        if (++point.transparent_depth > limits.transparent) return false;
-      } else {
-        count_bounce(*sample, point, point);
-        if (past_limits(point, limits)) return false;
+        if (!walk.pass_through()) return false;
+        continue;
       }
-      ray = scene_->spawn_ray(point, sample->wi);
+      count_bounce(*sample, walk.point, walk.point);
+      if (past_limits(walk.point, limits)) return false;
+      walk.leave_along(sample->wi);
     }
     return false;
   }
@@ -289,44 +292,39 @@ class IrradianceCache final : public Integrator {
     const LightSet& lights = scene.lights();
     const RenderSettings& settings = scene.settings();
     const bool reads_cache = !start.inverse_distance;
-    Ray ray = start.ray;
-    ShadingPoint point = start.from;
-    SurfaceShading shading;
+    EyeWalk walk(scene, start.ray, counter.rays, start.from);
+    ShadingPoint& point = walk.point;
+    const SurfaceShading& shading = walk.shading;
     Color radiance(0.0f), beta(1.0f), to_lights = start.to_lights;
     DirectVertex previous;
     bool last_chance = past_limits(point, settings.bounces);   // only what the next surface emits still counts
     alpha = 0.0f;
     for (uint32_t vertex = 0;; ++vertex) {
-      const Hit hit = scene.intersect(ray, point.ray_kind);
-      ++counter.rays;
-      const auto add_met = [&](const LightMet& met) {
-        radiance += to_lights * met.radiance * direct_light.weight_of_hit(scene, previous, met.light, ray.direction, met.position, met.normal);
+      walk.trace();
+      const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
+        return direct_light.weight_of_hit(scene, previous, light, walk.ray.direction, position, normal);
       };
+      const auto add_met = [&](const LightMet& met) { radiance += to_lights * met.radiance * weight_of_hit(met.light, met.position, met.normal); };
       if (!is_black(to_lights)) {
-        if (scene.has_lamp_shapes()) for_each_lamp_crossed(scene, ray, hit.t, point.ray_kind, add_met);
-        if (!hit.found()) for_each_distant_light(scene, ray, point.ray_kind, point.ray_depth > 0 || !settings.transparent_film, add_met);
+        walk.meet_lamps(add_met);
+        if (!walk.found()) walk.meet_distant(add_met);
       }
-      if (!hit.found()) {
-        if (point.ray_depth == 0 && !settings.transparent_film) alpha += luminance(beta);
+      if (!walk.found()) {
+        alpha += walk.alpha_of_nothing(beta);
         break;
       }
-      if (vertex == 0 && start.inverse_distance) *start.inverse_distance = 1.0f / hit.t;
-      scene.shading_point(ray, hit, point);
-      if (point.object->holdout && point.ray_depth == 0) break;
-      scene.material(hit).evaluate_surface(point, shading);
+      if (vertex == 0 && start.inverse_distance) *start.inverse_distance = 1.0f / walk.hit.t;
+      if (!walk.arrive()) break;
+      walk.shade();
       const Bsdf& bsdf = shading.bsdf;
-      if (!is_black(shading.emission) && !is_black(to_lights)) {
-        const int light = scene.light_of(hit);
-        const float weight = light >= 0 ? direct_light.weight_of_hit(scene, previous, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
-        radiance += to_lights * shading.emission * weight;
-      }
+      if (!is_black(shading.emission) && !is_black(to_lights)) radiance += to_lights * shading.emission * walk.emission_weight(weight_of_hit);
       SampleAux* const vertex_aux = point.ray_depth == 0 ? aux : nullptr;
       if (vertex_aux) {
         record_first_hit(scene, point, bsdf, *aux);
         aux = nullptr;
       }
       const Color transparency = bsdf.transparency();
-      if (point.ray_depth == 0) alpha += luminance(beta * (Color(1.0f) - transparency)) * (1.0f - shading.holdout);
+      if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
       if (bsdf.empty()) break;
       const bool passes_only = last_chance || is_black(beta);
       if (passes_only && is_black(transparency)) break;
@@ -334,7 +332,7 @@ class IrradianceCache final : public Integrator {
       const uint32_t base = kFirstDimensions + kVertexDimensions * vertex;
       DirectVertex here;
       if (bsdf.has_non_delta() && !passes_only && lights.can_choose()) {
-        const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(hit)), pixel_x, pixel_y};
+        const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(walk.hit)), pixel_x, pixel_y};
         radiance += beta * direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
         if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
           if (has_soft_terminator(point)) radiance += beta * estimate_direct<true>(context, sampler, base + kDirectLight, counter.rays);
@@ -357,13 +355,10 @@ class IrradianceCache final : public Integrator {
       }
       if (!sample) break;
       if (sample->flags & kTransparent) {
-        if (++point.transparent_depth > settings.bounces.transparent) break;
         const Color through = sample->f_cos / sample->pdf_solid_angle;
         to_lights *= through;
         beta *= through;
-        const float left = ray.t_max - hit.t;
-        ray = scene.spawn_ray(point, ray.direction);
-        ray.t_max = left;
+        if (!walk.pass_through()) break;
         continue;
       }
       if (passes_only) break;
@@ -374,18 +369,12 @@ class IrradianceCache final : public Integrator {
       last_chance = past_limits(point, settings.bounces);
       // Nothing is left to find where only lights would count, and they are counted already.
       if ((last_chance || is_black(beta)) && here.complete && !sample->specular && !scene.emission_without_lights()) break;
-      if (point.ray_depth > 2) {
-        const float survival = std::min(1.0f, std::sqrt(max_component(to_lights)));
-        sampler.set_dimension(base + kRoulette);
-        if (survival < 1.0f && sampler.get_1d() >= survival) break;
-        to_lights /= survival;
-        beta /= survival;
-      }
+      if (point.ray_depth > 2 && !survives(std::min(1.0f, std::sqrt(max_component(to_lights))), sampler, base + kRoulette, to_lights, beta)) break;
       previous = here;
       previous.position = point.position;
       previous.normal = bsdf.receiving_normal();
       previous.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
-      ray = scene.spawn_ray(point, sample->wi);
+      walk.leave_along(sample->wi);
     }
     return radiance;
   }

@@ -395,14 +395,8 @@ Color Scene::transmittance(const Ray& shadow_ray, int max_transparent) const {
     point.ray_kind = kRayShadow;
     through *= program.evaluate_transparency(point);
     if (!(max_component(through) > 0.0f)) return Color(0.0f);
-    // Go on behind the surface, measuring what is left from the new origin.
-    const Vec3 end = ray.origin + ray.direction * ray.t_max;
-    const float t_max = ray.t_max;
-    ray = spawn_ray(point, ray.direction);
-    if (t_max < kInfinity) {
-      ray.t_max = glm::dot(end - ray.origin, ray.direction);
-      if (!(ray.t_max > 0.0f)) return through;
-    }
+    ray = straight_on_to_end(point, ray);
+    if (!(ray.t_max > 0.0f)) return through;
   }
 }
 

@@ -122,7 +122,21 @@ class Scene {
   /// Ray from a surface point towards `direction`, its origin moved off the surface
   /// to the side of `direction` by the error bound of the point.
   Ray spawn_ray(const ShadingPoint& point, Vec3 direction) const;
-  /// The same, ending just before a place on another surface or a light.
+  /// The rest of `ray` beyond the surface at `point`, which it has met at distance t and which lets it straight through.
+  Ray straight_on(const ShadingPoint& point, const Ray& ray, float t) const {
+    const float left = ray.t_max - t;
+    Ray next = spawn_ray(point, ray.direction);
+    next.t_max = left;
+    return next;
+  }
+  /// The same of a shadow ray: what is left to its end is measured from the new origin. t_max is not positive where nothing is left.
+  Ray straight_on_to_end(const ShadingPoint& point, const Ray& ray) const {
+    const Vec3 end = ray.origin + ray.direction * ray.t_max;
+    Ray next = spawn_ray(point, ray.direction);
+    if (ray.t_max < kInfinity) next.t_max = glm::dot(end - next.origin, ray.direction);
+    return next;
+  }
+  /// Ray to just before a place on another surface or a light.
   Ray spawn_segment(const ShadingPoint& point, const LightPlace& place) const { return end_before(spawn_ray(point, place.wi), place); }
 
   const Camera& camera() const { return camera_; }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "transport/paths/ray_events.h"
+#include "transport/paths/eye_walk.h"
 #include "transport/paths/specular_branches.h"
 
 namespace ajar {
@@ -33,26 +33,24 @@ struct Walk {
 };
 
 /// What the walk meets until it ends; sets aside other walks in `branches`.
-Color follow(const Scene& scene, Walk& walk, SpecularBranches<Walk>& branches, Sampler& sampler, uint64_t& rays) {
-  const RenderSettings& settings = scene.settings();
-  Color radiance(0.0f);
-  auto& [ray, point, beta, vertex] = walk;
-  SurfaceShading shading;
+Color follow(const Scene& scene, const Walk& walk, SpecularBranches<Walk>& branches, Sampler& sampler, uint64_t& rays) {
+  Color radiance(0.0f), beta = walk.beta;
+  EyeWalk eye(scene, walk.ray, rays, walk.point);
+  ShadingPoint& point = eye.point;
+  const SurfaceShading& shading = eye.shading;
   Bsdf storage;
-  for (;; ++vertex) {
-    const Hit hit = scene.intersect(ray, point.ray_kind);
-    ++rays;
+  for (uint32_t vertex = walk.vertex;; ++vertex) {
+    eye.trace();
     const auto meet = [&](const LightMet& met) { radiance += beta * met.radiance; };
-    if (scene.has_lamp_shapes()) for_each_lamp_crossed(scene, ray, hit.t, point.ray_kind, meet);
-    if (!hit.found()) {
-      for_each_distant_light(scene, ray, point.ray_kind, !(point.ray_depth == 0 && settings.transparent_film), meet);
+    eye.meet_lamps(meet);
+    if (!eye.found()) {
+      eye.meet_distant(meet);
       return radiance;
     }
-    scene.shading_point(ray, hit, point);
-    if (point.object->holdout && point.ray_depth == 0) return radiance;
-    scene.material(hit).evaluate_surface(point, shading);
+    if (!eye.arrive()) return radiance;
+    eye.shade();
     radiance += beta * shading.emission;
-    const bool last_chance = past_limits(point, settings.bounces);
+    const bool last_chance = past_limits(point, scene.settings().bounces);
     if (last_chance && is_black(shading.bsdf.transparency())) return radiance;
     const Bsdf* specular = specular_part(shading.bsdf, point.wo, storage);
     if (!specular) return radiance;
@@ -73,22 +71,14 @@ Color follow(const Scene& scene, Walk& walk, SpecularBranches<Walk>& branches, S
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) return radiance;
     if (sample->flags & kTransparent) {
       beta *= sample->f_cos / sample->pdf_solid_angle;
-      if (!(max_component(beta) > 0.0f) || ++point.transparent_depth > settings.bounces.transparent) return radiance;
-      const float left = ray.t_max - hit.t;
-      ray = scene.spawn_ray(point, ray.direction);
-      ray.t_max = left;
+      if (!(max_component(beta) > 0.0f) || !eye.pass_through()) return radiance;
       continue;
     }
     if (last_chance || branches.follows(*sample)) return radiance;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     count_bounce(*sample, point, point);
-    const float survival = std::min(1.0f, max_component(beta) / SpecularBranches<Walk>::kLeast);
-    if (survival < 1.0f) {
-      sampler.set_dimension(base + kRoulette);
-      if (!(survival > 0.0f) || sampler.get_1d() >= survival) return radiance;
-      beta /= survival;
-    }
-    ray = scene.spawn_ray(point, sample->wi);
+    if (!survives(std::min(1.0f, max_component(beta) / SpecularBranches<Walk>::kLeast), sampler, base + kRoulette, beta)) return radiance;
+    eye.leave_along(sample->wi);
   }
 }
 

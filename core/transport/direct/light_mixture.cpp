@@ -37,9 +37,7 @@ void for_each_light_along(const Scene& scene, const ShadingPoint& from, Vec3 wi,
     if (!transparent || crossed >= scene.settings().bounces.transparent) return;
     through *= program.evaluate_transparency(point);
     if (!(max_component(through) > 0.0f)) return;
-    const float left = ray.t_max - hit.t;
-    ray = scene.spawn_ray(point, wi);
-    ray.t_max = left;
+    ray = scene.straight_on(point, ray, hit.t);
   }
 }
 

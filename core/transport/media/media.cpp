@@ -271,7 +271,7 @@ MediaStack Media::around(Vec3 position, float time, MediaCounters& counters) con
       if (!point.backfacing) entered.enter(medium);
       else if (!entered.contains(medium) && !stack.enter(medium)) ++counters.too_deep;
     }
-    ray = scene_.spawn_ray(point, ray.direction);
+    ray = scene_.straight_on(point, ray, hit.t);
   }
   return stack;
 }
@@ -458,13 +458,8 @@ Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoin
     through *= transmittance({stack, ray, hit.found() ? hit.t : ray.t_max, path, kRayShadow}, rng, counters);
     if (!hit.found() || !(max_component(glm::abs(through)) > 0.0f)) return through;
     cross(hit, !point.backfacing, stack, counters);
-    const Vec3 end = ray.origin + ray.direction * ray.t_max;
-    const float t_max = ray.t_max;
-    ray = scene_.spawn_ray(point, ray.direction);
-    if (t_max < kInfinity) {
-      ray.t_max = glm::dot(end - ray.origin, ray.direction);
-      if (!(ray.t_max > 0.0f)) return through;
-    }
+    ray = scene_.straight_on_to_end(point, ray);
+    if (!(ray.t_max > 0.0f)) return through;
   }
 }
 

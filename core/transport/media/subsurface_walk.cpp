@@ -49,11 +49,9 @@ Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& r
       return hit;
     }
     scene.shading_point(ray, hit, other);
-    const float left = ray.t_max - hit.t;
     travelled += hit.t;
-    ray = scene.spawn_ray(other, ray.direction);
-    ray.t_max = left;
-    if (!(left > 0.0f)) return {};
+    ray = scene.straight_on(other, ray, hit.t);
+    if (!(ray.t_max > 0.0f)) return {};
   }
 }
 

@@ -59,9 +59,7 @@ bool find_vertex(const Scene& scene, Ray ray, Sampler& sampler, PathVertex& vert
     ++vertex.point.transparent_depth;
     through.transmittance *= transparency;
     through.pass *= vertex.pass;
-    const float left = ray.t_max - hit.t;
-    ray = scene.spawn_ray(vertex.point, ray.direction);
-    ray.t_max = left;
+    ray = scene.straight_on(vertex.point, ray, hit.t);
   }
 }
 

@@ -25,42 +25,36 @@ Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, 
 }
 
 Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) {
-  const RenderSettings& settings = scene_.settings();
   Color radiance(0.0f), beta(1.0f);
-  ShadingPoint point;
-  SurfaceShading shading;
+  EyeWalk walk(scene_, ray, rays_);
+  ShadingPoint& point = walk.point;
+  const SurfaceShading& shading = walk.shading;
   DirectVertex origin;
   bool last_chance = false, specular = true;
   alpha = 0.0f;
   seen = Color(0.0f);
   polished_ = false;
   for (uint32_t vertex = 0;; ++vertex) {
-    const Hit hit = scene_.intersect(ray, point.ray_kind);
-    ++rays_;
-    const auto add_met = [&](const LightMet& met) {
-      (specular ? seen : radiance) += beta * met.radiance * direct_.weight_of_hit(scene_, origin, met.light, ray.direction, met.position, met.normal);
+    walk.trace();
+    const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
+      return direct_.weight_of_hit(scene_, origin, light, walk.ray.direction, position, normal);
     };
-    if (scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, add_met);
-    if (!hit.found()) {
-      const bool direct_view = point.ray_depth == 0;
-      for_each_distant_light(scene_, ray, point.ray_kind, !(direct_view && settings.transparent_film), add_met);
-      if (direct_view && !settings.transparent_film) alpha += luminance(beta);
+    const auto add_met = [&](const LightMet& met) { (specular ? seen : radiance) += beta * met.radiance * weight_of_hit(met.light, met.position, met.normal); };
+    walk.meet_lamps(add_met);
+    if (!walk.found()) {
+      walk.meet_distant(add_met);
+      alpha += walk.alpha_of_nothing(beta);
       break;
     }
-    scene_.shading_point(ray, hit, point);
-    if (point.object->holdout && point.ray_depth == 0) break;
-    scene_.material(hit).evaluate_surface(point, shading);
-    if (!is_black(shading.emission)) {
-      const int light = scene_.light_of(hit);
-      const float weight = light >= 0 ? direct_.weight_of_hit(scene_, origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
-      (specular ? seen : radiance) += beta * shading.emission * weight;
-    }
+    if (!walk.arrive()) break;
+    walk.shade();
+    if (!is_black(shading.emission)) (specular ? seen : radiance) += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (aux && point.ray_depth == 0) {
       record_first_hit(scene_, point, shading.bsdf, *aux);
       aux = nullptr;
     }
     const Color transparency = shading.bsdf.transparency();
-    if (point.ray_depth == 0) alpha += luminance(beta * (Color(1.0f) - transparency)) * (1.0f - shading.holdout);
+    if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
     if (last_chance && is_black(transparency)) break;
 
     const LobeSplit split(shading.bsdf, point.wo);
@@ -80,25 +74,17 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (!(max_component(beta) > 0.0f)) break;
     if (sample->flags & kTransparent) {
-      if (++point.transparent_depth > settings.bounces.transparent) break;
-      const float left = ray.t_max - hit.t;
-      ray = scene_.spawn_ray(point, ray.direction);
-      ray.t_max = left;
+      if (!walk.pass_through()) break;
       continue;
     }
     if (last_chance) break;
     count_bounce(*sample, point, point);
-    last_chance = past_limits(point, settings.bounces);
-    if (point.ray_depth > 2) {
-      const float survival = std::min(1.0f, std::sqrt(max_component(beta)));
-      sampler_.set_dimension(base + kRoulette);
-      if (survival < 1.0f && sampler_.get_1d() >= survival) break;
-      beta /= survival;
-    }
+    last_chance = past_limits(point, scene_.settings().bounces);
+    if (point.ray_depth > 2 && !survives(std::min(1.0f, std::sqrt(max_component(beta))), sampler_, base + kRoulette, beta)) break;
     specular = specular && sample->specular;
     polished_ |= specular;
     origin = {point.position, split.sharp()->receiving_normal(), sample->specular ? 0.0f : sample->pdf_solid_angle};
-    ray = scene_.spawn_ray(point, sample->wi);
+    walk.leave_along(sample->wi);
   }
   return radiance;
 }
@@ -144,32 +130,28 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
                                float& distance) {
   const BounceLimits& limits = scene_.settings().bounces;
   const DirectVertex origin{from.position, from.ns, pdf_bsdf};
-  ShadingPoint point = from;
-  SurfaceShading shading;
   Color radiance(0.0f), beta(1.0f);
+  EyeWalk walk(scene_, scene_.spawn_ray(from, first.wi), rays_, from);
+  ShadingPoint& point = walk.point;
+  const SurfaceShading& shading = walk.shading;
   count_bounce(first, from, point);
   const bool last_chance = past_limits(point, limits);
-  Ray ray = scene_.spawn_ray(from, first.wi);
   bool straight = true;    // no sharp bounce yet: light met is direct light; after one it would be a caustic
   float length = 0.0f;
   for (uint32_t vertex = 0;; ++vertex) {
-    const Hit hit = scene_.intersect(ray, point.ray_kind);
-    ++rays_;
-    const auto add_met = [&](const LightMet& met) {
-      radiance += beta * met.radiance * direct_.weight_of_hit(scene_, origin, met.light, ray.direction, met.position, met.normal);
+    walk.trace();
+    const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
+      return direct_.weight_of_hit(scene_, origin, light, walk.ray.direction, position, normal);
     };
-    if (straight && scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, add_met);
-    if (straight && !hit.found()) for_each_distant_light(scene_, ray, point.ray_kind, true, add_met);
-    if (!hit.found()) break;
-    if (vertex == 0) distance = hit.t;
-    scene_.shading_point(ray, hit, point);
-    length += hit.t;
-    scene_.material(hit).evaluate_surface(point, shading);
-    if (straight && !is_black(shading.emission)) {
-      const int light = scene_.light_of(hit);
-      const float weight = light >= 0 ? direct_.weight_of_hit(scene_, origin, uint32_t(light), ray.direction, point.position, point.ng) : 1.0f;
-      radiance += beta * shading.emission * weight;
-    }
+    const auto add_met = [&](const LightMet& met) { radiance += beta * met.radiance * weight_of_hit(met.light, met.position, met.normal); };
+    if (straight) walk.meet_lamps(add_met);
+    if (straight && !walk.found()) walk.meet_distant(add_met);
+    if (!walk.found()) break;
+    if (vertex == 0) distance = walk.hit.t;
+    walk.arrive();
+    length += walk.hit.t;
+    walk.shade();
+    if (straight && !is_black(shading.emission)) radiance += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (last_chance && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
     if (!maps_.has_global && !log_ && is_black(shading.bsdf.transparency())) break;
     const LobeSplit split(shading.bsdf, point.wo);
@@ -187,38 +169,36 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (sample->flags & kTransparent) {
-      if (++point.transparent_depth > limits.transparent || !(max_component(beta) > 0.0f)) break;
-      ray = scene_.spawn_ray(point, ray.direction);
+      if (!(max_component(beta) > 0.0f) || !walk.pass_through()) break;
       continue;
     }
     straight = false;
     if (last_chance || !maps_.has_global) break;
     count_bounce(*sample, point, point);
     if (past_limits(point, limits)) break;
-    const float survival = std::min(1.0f, max_component(beta));
-    sampler.set_dimension(base + kRoulette);
-    if (!(survival > 0.0f) || (survival < 1.0f && sampler.get_1d() >= survival)) break;
-    beta /= survival;
-    ray = scene_.spawn_ray(point, sample->wi);
+    if (!survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta)) break;
+    walk.leave_along(sample->wi);
   }
   return radiance;
 }
 
 bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading) {
+  EyeWalk walk(scene_, ray, rays_, point);
   for (int vertex = 0; vertex < 16; ++vertex) {
-    const Hit hit = scene_.intersect(ray, point.ray_kind);
-    ++rays_;
-    if (!hit.found()) return false;
-    scene_.shading_point(ray, hit, point);
-    scene_.material(hit).evaluate_surface(point, shading);
+    walk.trace();
+    if (!walk.found()) return false;
+    walk.arrive();
+    walk.shade();
+    point = walk.point;
+    shading = walk.shading;
     const LobeSplit split(shading.bsdf, point.wo);
     if (split.rough()) return true;
     if (!split.sharp()) return false;
     const float u_lobe = sampler_.get_1d();
     const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler_.get_2d());
     if (!sample) return false;
-    if (!(sample->flags & kTransparent)) count_bounce(*sample, point, point);
-    ray = scene_.spawn_ray(point, sample->wi);
+    if (!(sample->flags & kTransparent)) count_bounce(*sample, point, walk.point);
+    walk.leave_along(sample->wi);
   }
   return false;
 }

@@ -15,7 +15,7 @@
 #include "transport/guiding/guided_bsdf.h"
 #include "transport/direct/lobe_split.h"
 #include "transport/photons/photon_map.h"
-#include "transport/paths/ray_events.h"
+#include "transport/paths/eye_walk.h"
 
 namespace ajar {
 

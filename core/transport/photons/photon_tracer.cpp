@@ -122,7 +122,7 @@ class BlockTracer {
       if (!sample) return;
       if (sample->flags & kTransparent) {
         if (++crossed > limits.transparent) return;
-        ray = scene_.spawn_ray(point, ray.direction);
+        ray = scene_.straight_on(point, ray, hit.t);
         continue;
       }
       bounces.add(*sample);

@@ -1,0 +1,473 @@
+// One path of the path tracer from the camera to its end: the loop, compiled once for each combination of what differs.
+//
+// DirectLight: MisDirectLight or DirectEstimator. Guide: Unguided or Guided (transport/guiding/path_guide.h). Medium: NoMedia or InMedia. Parts: NoParts,
+// SampleParts (what the passes of parts of light are made of) or ImportantLight. What a combination lacks is not compiled.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <type_traits>
+#include <utility>
+
+#include "transport/direct/direct_estimator.h"
+#include "transport/direct/media_light.h"
+#include "transport/guiding/path_guide.h"
+#include "transport/media/subsurface_walk.h"
+#include "transport/paths/eye_walk.h"
+
+namespace ajar {
+
+/// Dimensions of the path tracer's sampler: the camera's, then a fixed number for each vertex, at these places.
+struct PathDimensions {
+  static constexpr uint32_t kTime = 4, kCamera = 6, kVertex = 8;
+  static constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
+  static constexpr uint32_t kEnter = 8192;   ///< and the vertex: whether light goes below the surface
+  static constexpr uint32_t kScatter = 12288, kStretch = 2 + kMediumLightDimensions;   ///< for each stretch of a ray through media
+};
+
+struct PathCounters {
+  uint64_t rays = 0, paths = 0;
+  MediaCounters media;
+};
+
+/// Where there are no media, their code is not there either.
+struct NoMedia {
+  static constexpr bool kThere = false;
+};
+/// A path's state in media.
+struct InMedia {
+  static constexpr bool kThere = true;
+  const Media& media;
+  MediaCounters& counters;
+  Pcg32 rng;
+  MediaStack stack;
+  int depth = 0, stretch = 0, bounds = 0;
+  bool pass = false;            ///< light was first scattered by a medium
+  bool chose = false;           ///< the direction travelled was chosen by a phase function
+  Vec3 chosen_from{0.0f};       ///< and lights for there
+};
+
+struct NoParts {};
+/// Of a sample's luminance: that of each source times its importance. What glows in media is no source.
+struct ImportantLight {
+  float luminance = 0.0f;
+  float of_source = 1.0f;       ///< of the light to be added next
+};
+
+/// Shares of diffuse, glossy and transmission in what is scattered; the sum is 1.
+using PathShares = std::array<Color, 3>;
+/// Where nothing is scattered (light beyond the terminator), the shares are those of the albedo.
+PathShares shares_of(const Bsdf& bsdf, const PathShares& scattered);
+
+/// What a path must know to begin.
+struct PathStart {
+  const Scene& scene;
+  Ray ray;
+  int pixel_x, pixel_y;         ///< of the full frame
+  Sampler& sampler;
+  SampleAux* aux;               ///< null where no pass asks for the first hit
+  PathCounters& counters;
+  bool ends_early;              ///< RenderPlan::ends_early
+};
+
+template <class DirectLight, class Guide, class Medium, class Parts>
+class PathWalk {
+  static constexpr bool kMedia = Medium::kThere, kGuided = Guide::kGuided;
+  static constexpr bool kParts = std::is_same_v<Parts, SampleParts>, kSources = std::is_same_v<Parts, ImportantLight>;
+  using D = PathDimensions;
+  enum class Step : uint8_t { End, Traced, GoOn };   ///< Traced: the walk has a new ray
+
+ public:
+  [[gnu::always_inline]] PathWalk(const DirectLight& direct_light, const Guide& guide, Medium medium, Parts& parts, const PathStart& start)
+      : direct_light_(direct_light), guide_(guide), medium_(std::move(medium)), parts_(parts), scene_(start.scene), lights_(start.scene.lights()),
+        settings_(start.scene.settings()), start_(start), sampler_(start.sampler), aux_(start.aux), walk_(start.scene, start.ray, start.counters.rays) {}
+
+  /// Radiance along the path, and alpha of its sample.
+  [[gnu::always_inline]] Color trace(float& alpha) {
+    ++start_.counters.paths;
+    while (step()) {}
+    if constexpr (kGuided) hand_in_samples();
+    alpha = alpha_;
+    return radiance_;
+  }
+
+ private:
+  /// From one surface to the next; false at the end of the path.
+  [[gnu::always_inline]] bool step() {
+    walk_.trace();
+    const auto meet = [&](const LightMet& met) { add_met(met); };
+    walk_.meet_lamps(meet);
+    if constexpr (kMedia) {
+      const Step step = pass_media();
+      if (step != Step::GoOn) return step == Step::Traced;
+    }
+    if (!walk_.found()) {
+      walk_.meet_distant(meet);
+      alpha_ += walk_.alpha_of_nothing(beta_);
+      return false;
+    }
+    if (!walk_.arrive()) return false;
+    material_ = scene_.material_index(walk_.hit);
+    const ShaderProgram& program = scene_.programs()[size_t(material_)];
+    if constexpr (kMedia) {
+      if (program.has_volume() && !program.has_surface()) return cross_boundary();
+    }
+    program.evaluate_surface(walk_.point, walk_.shading);
+    return meet_surface() && enter_surface() && scatter();
+  }
+
+  // ---- Light that is found -------------------------------------------------------------------
+
+  /// `bounces` is how often the light was scattered before; the optional clamp tells direct from indirect by it.
+  [[gnu::always_inline]] void add(Color contribution, int bounces) {
+    const float limit = bounces > 1 ? settings_.clamp_indirect : settings_.clamp_direct;
+    if (limit > 0.0f) {
+      const float sum = contribution.x + contribution.y + contribution.z;
+      if (sum > 3.0f * limit) contribution *= 3.0f * limit / sum;
+    }
+    radiance_ += contribution;
+    if constexpr (kSources) parts_.luminance += parts_.of_source * luminance(contribution);
+    if constexpr (kParts) add_to_parts(contribution, bounces);
+  }
+
+  void add_to_parts(Color contribution, int bounces) {
+    if (bounces == 0) {
+      parts_.emission += contribution;
+      return;
+    }
+    if constexpr (kMedia) {
+      if (medium_.pass) {
+        parts_.volume[bounces == 1 ? 0 : 1] += contribution;
+        return;
+      }
+    }
+    for (size_t k = 0; k < 3; ++k) (bounces == 1 ? parts_.direct : parts_.indirect)[k] += contribution * shares_[k];
+  }
+
+  /// Weight of light found by following the BSDF, against having sampled that light.
+  [[gnu::always_inline]] float weight_of_hit(uint32_t light, Vec3 position, Vec3 normal) const {
+    const Vec3 wi = walk_.ray.direction;
+    if constexpr (kMedia)
+      if (medium_.chose) return weight_of_hit_in_medium(scene_, previous_.bsdf_pdf, medium_.chosen_from, previous_.position, light, wi, position, normal);
+    return direct_light_.weight_of_hit(scene_, previous_, light, wi, position, normal);
+  }
+
+  [[gnu::always_inline]] void add_met(const LightMet& met) {
+    if constexpr (kSources) parts_.of_source = scene_.light_importance(met.light);
+    if constexpr (kParts) {
+      if (walk_.seen_directly() && int(met.light) == lights_.environment_index()) {
+        const Color seen = std::exchange(parts_.emission, Color(0.0f));
+        add(beta_ * met.radiance, 0);
+        parts_.environment += std::exchange(parts_.emission, seen);
+        return;
+      }
+    }
+    Color arriving = beta_ * met.radiance;
+    if constexpr (kMedia) {
+      const Ray& ray = walk_.ray;
+      if (!medium_.stack.empty() && is_finite(met.position))
+        arriving *= medium_.media.transmittance({medium_.stack, ray, glm::dot(met.position - ray.origin, ray.direction), walk_.point, walk_.point.ray_kind},
+                                                medium_.rng, medium_.counters);
+    }
+    add(arriving * weight_of_hit(met.light, met.position, met.normal), walk_.point.ray_depth);
+  }
+
+  // ---- Media ---------------------------------------------------------------------------------
+
+  /// Along a stretch of the ray through media: what they emit, scatter and take away. Traced where the path was scattered.
+  Step pass_media() {
+    const Ray& ray = walk_.ray;
+    const Hit& hit = walk_.hit;
+    ShadingPoint& point = walk_.point;
+    if (!hit.found()) medium_.media.leave_all(medium_.stack, medium_.counters);
+    if (medium_.stack.empty()) return Step::GoOn;
+    const Color before = beta_;
+    Color emitted(0.0f);
+    float t = 0.0f;
+    MediumPoint at;
+    const uint32_t here = D::kScatter + D::kStretch * uint32_t(medium_.stretch++);
+    const MediaRay along{medium_.stack, ray, hit.found() ? hit.t : kInfinity, point, point.ray_kind};
+    const bool uniform = medium_.media.is_uniform(along, at, medium_.counters), may_scatter = !last_chance_;
+    Color direct(0.0f);
+    Vec3 lights_for(0.0f);
+    uint32_t sampled_light = 0;
+    uint64_t& rays = start_.counters.rays;
+    if (uniform && may_scatter && at.scatters() && lights_.can_choose())
+      direct = estimate_direct_along(scene_, medium_, along, at, PhaseFunction(at), beta_, sampler_, here + 2, lights_for, sampled_light, rays);
+    sampler_.set_dimension(here);
+    const bool scattered = uniform ? medium_.media.scatter_uniform(along, at, may_scatter, sampler_.get_2d(), beta_, emitted, t)
+                                   : medium_.media.scatter_varying(along, may_scatter, medium_.rng, beta_, emitted, t, at, medium_.counters);
+    const PhaseFunction phase(at);
+    const Vec3 place = ray.origin + t * ray.direction;
+    if (scattered && !uniform && lights_.can_choose()) {
+      lights_for = place;
+      direct = beta_ * estimate_direct_at(scene_, medium_, place, ray, point, phase, sampler_, here + 2, sampled_light, rays);
+    }
+    if constexpr (kSources) parts_.of_source = 1.0f;
+    if (!is_black(emitted)) add(emitted, point.ray_depth);
+    if (point.ray_depth == 0) medium_.pass = true;
+    if constexpr (kSources)
+      if (!is_black(direct)) parts_.of_source = scene_.light_importance(sampled_light);
+    if (!is_black(direct)) add(direct, point.ray_depth + 1);
+    if (point.ray_depth == 0) medium_.pass = scattered;
+    if (point.ray_depth == 0) alpha_ += luminance(scattered ? before : before - beta_);
+    if (!(largest(beta_) > 0.0f)) return Step::End;
+    if (!scattered) return Step::GoOn;
+    medium_.chosen_from = lights_for;
+    return scatter_in_medium(at, phase, place) ? Step::Traced : Step::End;
+  }
+
+  /// The path goes on by the phase function.
+  bool scatter_in_medium(const MediumPoint& at, const PhaseFunction& phase, Vec3 place) {
+    ShadingPoint& point = walk_.point;
+    const uint32_t base = D::kCamera + D::kVertex * uint32_t(vertex_++);
+    sampler_.set_dimension(base + D::kLobe);
+    const float u_lobe = at.lobe_count > 1 ? sampler_.get_1d() : 0.0f;
+    sampler_.set_dimension(base + D::kDirection);
+    const Vec3 wi = phase.sample(walk_.ray.direction, u_lobe, sampler_.get_2d());
+    const float cosine = glm::dot(walk_.ray.direction, wi), pdf = phase.pdf_solid_angle(cosine);
+    beta_ *= phase.evaluate(cosine) / pdf;
+    ++point.ray_depth;
+    last_chance_ = point.ray_depth > settings_.bounces.total || ++medium_.depth > settings_.bounces.volume;
+    point.ray_kind = kRayVolumeScatter;
+    if (point.ray_depth > kSafeBounces && !survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base + D::kRoulette, beta_)) return false;
+    previous_ = DirectVertex();
+    previous_.bsdf_pdf = pdf;
+    previous_.position = place;
+    medium_.chose = true;
+    Ray next;
+    next.origin = place;
+    next.direction = wi;
+    next.time = walk_.ray.time;
+    walk_.ray = next;
+    return true;
+  }
+
+  /// Straight on through a surface that only encloses a volume.
+  bool cross_boundary() {
+    if (++medium_.bounds > kMaxBounds) return false;
+    medium_.media.cross(walk_.hit, !walk_.point.backfacing, medium_.stack, medium_.counters);
+    walk_.pass_uncounted();
+    return true;
+  }
+
+  // ---- Surfaces ------------------------------------------------------------------------------
+
+  /// What the surface emits, and what it leaves in the passes. False where the path ends.
+  [[gnu::always_inline]] bool meet_surface() {
+    const ShadingPoint& point = walk_.point;
+    const Bsdf& bsdf = walk_.shading.bsdf;
+    if (!is_black(walk_.shading.emission)) {
+      if constexpr (kSources) parts_.of_source = point.object->light_importance;
+      const float weight = walk_.emission_weight([&](uint32_t light, Vec3 position, Vec3 normal) { return weight_of_hit(light, position, normal); });
+      add(beta_ * walk_.shading.emission * weight, point.ray_depth);
+    }
+    vertex_aux_ = point.ray_depth == 0 ? aux_ : nullptr;
+    if (vertex_aux_) {
+      record_first_hit(scene_, point, bsdf, *aux_);
+      aux_ = nullptr;
+    }
+    if constexpr (kParts) {
+      if (point.ray_depth == 0) {
+        const auto color = bsdf.albedo_of_kinds();
+        for (size_t k = 0; k < 3; ++k) parts_.color[k] += beta_ * color[k];
+      }
+    }
+    // Only what is seen directly, and the last vertex, need the transparency.
+    const Color transparency = point.ray_depth == 0 || last_chance_ ? bsdf.transparency() : Color(0.0f);
+    if (point.ray_depth == 0) alpha_ += walk_.alpha_of_surface(beta_, transparency);
+    if (bsdf.empty()) return false;
+    return !last_chance_ || !is_black(transparency);
+  }
+
+  /// Below a surface with subsurface scattering, or on with its other lobes. False when the path is lost there.
+  [[gnu::always_inline]] bool enter_surface() {
+    ShadingPoint& point = walk_.point;
+    SurfaceShading& shading = walk_.shading;
+    if constexpr (kGuided) guided_.note_distance(walk_.hit.t);
+    base_ = D::kCamera + D::kVertex * uint32_t(vertex_++);
+    if (!shading.bsdf.has_subsurface() || last_chance_ || point.mesh->strands) return true;   // in hair there is nowhere to walk: it is diffuse
+    [[maybe_unused]] const float before = max_component(beta_);
+    sampler_.set_dimension(D::kEnter + uint32_t(vertex_));
+    const uint32_t stream = hash_combine(uint32_t(start_.pixel_y) * uint32_t(settings_.width) + uint32_t(start_.pixel_x), base_);
+    if (!walk_below_or_stay(stream, sampler_.get_1d())) return false;
+    if constexpr (kGuided) guided_.unguided_beta *= max_component(beta_) / before;
+    return true;
+  }
+
+  /// Either walks below the surface, and the point becomes that where the walk leaves, or goes on with the other lobes alone. False when the walk is lost.
+  bool walk_below_or_stay(uint32_t stream, float u) {
+    SurfaceShading& shading = walk_.shading;
+    const Bsdf::SubsurfacePart part = shading.bsdf.subsurface_part();
+    if (u >= part.selection) {
+      shading.bsdf.remove_subsurface(walk_.point.wo);
+      beta_ /= 1.0f - part.selection;
+      return !shading.bsdf.empty();
+    }
+    Pcg32 rng(uint64_t(u * 0x1p32f), stream);
+    Color weight = beta_ * part.weight / (glm::max(shading.medium.albedo, Color(1e-6f)) * part.selection);
+    if (!walk_below_surface(scene_, walk_.hit, part.normal, shading.medium, rng, walk_.point, shading.bsdf, weight, start_.counters.rays)) return false;
+    beta_ = weight;
+    return true;
+  }
+
+  /// Direct light at the surface. `here` remembers how it was sampled.
+  [[gnu::always_inline]] void sample_direct_light(DirectVertex& here) {
+    const ShadingPoint& point = walk_.point;
+    const Bsdf& bsdf = walk_.shading.bsdf;
+    uint64_t& rays = start_.counters.rays;
+    SampledLight sampled;
+    const DirectLightContext context{scene_, point, bsdf, uint32_t(material_), start_.pixel_x, start_.pixel_y, guided_bsdf(), kParts || kSources ? &sampled : nullptr};
+    Color direct;
+    if constexpr (kMedia)
+      direct = direct_light_.estimate(MediaDirectContext<Medium>{context, medium_, walk_.hit}, sampler_, base_ + D::kDirectLight, here, vertex_aux_, rays);
+    else
+      direct = direct_light_.estimate(context, sampler_, base_ + D::kDirectLight, here, vertex_aux_, rays);
+    if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
+      if (has_soft_terminator(point)) direct += estimate_direct<true>(context, sampler_, base_ + D::kDirectLight, rays);
+    }
+    if constexpr (kParts)
+      if (point.ray_depth == 0 && !is_black(direct)) shares_ = shares_of(bsdf, bsdf.f_cos_of_kinds(point.wo, sampled.wi));
+    if constexpr (kSources) parts_.of_source = scene_.light_importance(sampled.light);
+    if (!is_black(direct)) add(beta_ * direct, point.ray_depth + 1);
+  }
+
+  /// Direct light, then a direction by which the path goes on. False where it ends.
+  [[gnu::always_inline]] bool scatter() {
+    ShadingPoint& point = walk_.point;
+    const Bsdf& bsdf = walk_.shading.bsdf;
+    const bool lit = bsdf.has_non_delta() && !last_chance_;
+    // By what scatters where light leaves, if it went below the surface.
+    if constexpr (kGuided) guided_.bsdf.start(lit ? guide_.tree : nullptr, bsdf, point.position, 1.0f - guided_.plain);
+    DirectVertex here;
+    if (lit && lights_.can_choose()) sample_direct_light(here);
+
+    const std::optional<BsdfSample> sample = sample_direction();
+    if (!sample || !(sample->pdf_solid_angle > 0.0f)) return false;
+    beta_ *= sample->f_cos / sample->pdf_solid_angle;
+    if (!(largest(beta_) > 0.0f)) return false;
+    if constexpr (kMedia)
+      if (glm::dot(sample->wi, point.ng) < 0.0f) medium_.media.cross(walk_.hit, !point.backfacing, medium_.stack, medium_.counters);
+    // Straight on: the light sampled from the vertex before still competes.
+    if (sample->flags & kTransparent) return walk_.pass_through();
+    if (last_chance_) return false;
+
+    if constexpr (kParts) share_first_scattering(*sample);
+    count_bounce(*sample, point, point);
+    last_chance_ = past_limits(point, settings_.bounces);
+    // Nothing is left to find where only lights would count, and they are counted already.
+    if (last_chance_ && here.complete && !sample->specular && start_.ends_early) return false;
+    if (point.ray_depth > kSafeBounces && !survives_roulette()) return false;
+    if constexpr (kMedia) medium_.chose = false;
+    previous_ = here;
+    previous_.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
+    previous_.position = point.position;
+    previous_.normal = bsdf.receiving_normal();
+    walk_.leave_along(sample->wi);
+    return true;
+  }
+
+  [[gnu::always_inline]] std::optional<BsdfSample> sample_direction() {
+    const Bsdf& bsdf = walk_.shading.bsdf;
+    float u_lobe = 0.5f;
+    if (bsdf.lobe_count() > 1 || bsdf.lobe(0).kind != LobeKind::Diffuse) {
+      sampler_.set_dimension(base_ + D::kLobe);
+      u_lobe = sampler_.get_1d();
+    }
+    sampler_.set_dimension(base_ + D::kDirection);
+    const Vec2 u_direction = sampler_.get_2d();
+    if constexpr (kGuided) return sample_guided(u_lobe, u_direction);
+    else return bsdf.sample(walk_.point.wo, u_lobe, u_direction);
+  }
+
+  void share_first_scattering(const BsdfSample& sample) {
+    if (walk_.point.ray_depth != 0) return;
+    const Bsdf& bsdf = walk_.shading.bsdf;
+    const float passes_on = sample.flags & kTransmission ? 1.0f : 0.0f;
+    if (sample.specular) shares_ = PathShares{Color(0.0f), Color(1.0f - passes_on), Color(passes_on)};
+    else shares_ = shares_of(bsdf, bsdf.f_cos_of_kinds(walk_.point.wo, sample.wi));
+  }
+
+  /// Survival in proportion to what the path can still carry. A direction that the guide likes has a high density and so a low throughput, just because
+  /// much light comes from there: the guide must not count.
+  [[gnu::always_inline]] bool survives_roulette() {
+    if constexpr (kGuided) return survives(std::min(1.0f, std::sqrt(guided_.unguided_beta)), sampler_, base_ + D::kRoulette, beta_, guided_.unguided_beta);
+    else return survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base_ + D::kRoulette, beta_);
+  }
+
+  /// Where majorants were exceeded, weights are negative.
+  static float largest(Color c) { return max_component(kMedia ? glm::abs(c) : c); }
+
+  // ---- Guiding -------------------------------------------------------------------------------
+
+  struct NoGuidedPath {};
+  struct GuidedPath {
+    GuidedBsdf bsdf;
+    float plain = Guided::kPlainShare;   ///< probability that the BSDF alone chooses all directions, given those so far
+    float unguided_beta = 1.0f;          ///< the throughput, had it done so
+    OpenVertex open[kMostOpenVertices];
+    int open_count = 0;
+    void note_distance(float t) {
+      if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f) open[open_count - 1].sample.inverse_distance = 1.0f / t;
+    }
+  };
+
+  const GuidedBsdf* guided_bsdf() const {
+    if constexpr (kGuided) return &guided_.bsdf;
+    else return nullptr;
+  }
+
+  std::optional<BsdfSample> sample_guided(float u_lobe, Vec2 u_direction) {
+    float u_guide = 0.0f, pdf_bsdf = 0.0f;
+    if (guided_.bsdf.guided()) {
+      sampler_.set_dimension(base_ + D::kGuide);
+      u_guide = sampler_.get_1d();
+    }
+    const auto sample = guided_.bsdf.sample(walk_.point.wo, u_guide, u_lobe, u_direction, pdf_bsdf);
+    if (!sample || !(sample->pdf_solid_angle > 0.0f)) return {};
+    if (guide_.samples && !sample->specular && guided_.open_count < kMostOpenVertices) {
+      const float pdf = pdf_bsdf / std::max(1.0f - guided_.bsdf.delta_chance(), 1e-6f);
+      guided_.open[guided_.open_count++] = {
+          {walk_.point.position, walk_.shading.bsdf.n, sample->wi, 0.0f, 0.0f, pdf, guided_.bsdf.kind(), guide_.pixel, guide_.index}, radiance_, luminance(beta_)};
+    }
+    if (!sample->specular) guided_.plain *= pdf_bsdf / sample->pdf_solid_angle;
+    guided_.unguided_beta *= max_component(sample->f_cos) / (sample->specular ? sample->pdf_solid_angle : pdf_bsdf);
+    return sample;
+  }
+
+  /// What came along each direction is what was found after it was chosen.
+  void hand_in_samples() {
+    for (int i = 0; guide_.samples && i < guided_.open_count; ++i) {
+      OpenVertex& o = guided_.open[i];
+      o.sample.weight = luminance(radiance_ - o.before) / o.beta;
+      if (o.sample.weight > 0.0f && std::isfinite(o.sample.weight)) guide_.samples->push_back(o.sample);
+    }
+  }
+
+  static constexpr int kSafeBounces = 2;     ///< before roulette
+  static constexpr int kMaxBounds = 1024;    ///< surfaces that only enclose volumes along one path, as in Cycles
+
+  const DirectLight& direct_light_;
+  const Guide& guide_;
+  Medium medium_;
+  Parts& parts_;
+  const Scene& scene_;
+  const LightSet& lights_;
+  const RenderSettings& settings_;
+  const PathStart& start_;
+  Sampler& sampler_;
+  SampleAux* aux_;                           ///< until the first hit is recorded
+  SampleAux* vertex_aux_ = nullptr;          ///< at the first hit only
+  EyeWalk walk_;
+  Color radiance_{0.0f}, beta_{1.0f};
+  float alpha_ = 0.0f;
+  DirectVertex previous_;                    ///< that chose the direction travelled
+  bool last_chance_ = false;                 ///< a bounce limit is reached: only what the next surface emits still counts
+  int vertex_ = 0, material_ = 0;
+  uint32_t base_ = 0;                        ///< first dimension of the vertex
+  [[no_unique_address]] std::conditional_t<kParts, PathShares, NoParts> shares_;   ///< of kinds of lobes in the first scattering
+  [[no_unique_address]] std::conditional_t<kGuided, GuidedPath, NoGuidedPath> guided_;
+};
+
+}  // namespace ajar
