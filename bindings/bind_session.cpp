@@ -40,6 +40,22 @@ py::tuple photons(const Session& session, uint64_t most) {
   return py::make_tuple(to_array<float>(points.positions, 3), to_array<float>(points.powers, 3), points.stored);
 }
 
+py::array_t<double> error_over_time(const Session& session) {
+  std::vector<ErrorPoint> points;
+  {
+    py::gil_scoped_release release;
+    points = session.error_over_time();
+  }
+  py::array_t<double> out({py::ssize_t(points.size()), py::ssize_t(4)});
+  auto values = out.mutable_unchecked<2>();
+  for (size_t i = 0; i < points.size(); ++i) {
+    const ErrorPoint& p = points[i];
+    const double row[] = {p.seconds, p.samples, p.relmse, p.perceptual};
+    for (size_t k = 0; k < 4; ++k) values(py::ssize_t(i), py::ssize_t(k)) = row[k];
+  }
+  return out;
+}
+
 py::object snapshot(const Session& session, const std::string& pass) {
   const size_t channels = channels_of(pass);
   std::vector<float> values;
@@ -169,6 +185,7 @@ void bind_session(py::module_& module) {
            "Photons of the last pass, for people to look at: float32[n, 3] positions in world space, float32[n, 3] powers in watts, and how many were "
            "stored, of which at most `most` come, spread evenly over space. Empty from integrators without photons, and while rendering before the first "
            "iteration that ends after one was asked.")
+      .def("error_over_time", &error_over_time, "float64[n, 4]: seconds, samples per pixel, relative mean squared error, perceptual error; the oldest first.")
       .def_property_readonly("width", &Session::width)
       .def_property_readonly("height", &Session::height)
       .def("statistics_json", &Session::statistics_json, Release());
