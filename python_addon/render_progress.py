@@ -67,7 +67,10 @@ def note(scene_name: str, session: ajar.Session, target_relmse: float) -> None:
     if bpy.app.background or not _areas or time.monotonic() < _next_note:
         return
     _next_note = time.monotonic() + NOTE_SECONDS
-    _note(scene_name, session, target_relmse, True)
+    noted = _noted[scene_name]
+    lacks_density = _density_is_shown and noted.density is None
+    if lacks_density or session.progress().samples != noted.samples:   # a paused render has nothing new
+        _note(scene_name, session, target_relmse, True)
 
 
 def end(scene_name: str, session: ajar.Session, target_relmse: float) -> None:
