@@ -71,18 +71,28 @@ def ratios(run: dict) -> list[float | None]:
     return found
 
 
-def table(runs: list[dict]) -> str:
+def ratios_in_samples(run: dict, exponent: float) -> list[float | None]:
+    """The same for samples instead of seconds, where the error is expected to fall with this exponent: other programs do not disturb it."""
+    found = []
+    end = run["estimated_error"][-1][1]
+    for part in PARTS:
+        latest = next((point for point in reversed(run["estimated_error"]) if point[1] <= part * end), None)
+        found.append(None if latest is None else max(0.0, (latest[2] / run["target"]) ** (1.0 / exponent) - 1.0) * latest[1] / (end - latest[1]))
+    return found
+
+
+def table(runs: list[dict], exponent: float = 0.0) -> str:
     lines = ["| scene | technique | sampling | end | seconds | " + " | ".join(f"{100 * part:.0f} %" for part in PARTS) + " |", "|---|---|---|---|---|" + "---|" * len(PARTS)]
     columns: list[list[float]] = [[] for _ in PARTS]
     for run in runs:
         end = f"{100.0 * run['target'] ** 0.5:.2g} %" if run["target"] > 0.0 else f"{run['samples']} samples"
-        cells = ratios(run)
+        cells = ratios_in_samples(run, exponent) if exponent > 0.0 else ratios(run)
         for column, cell in zip(columns, cells):
             if cell is not None:
                 column.append(cell)
         lines.append(f"| {run['scene']} | {run['integrator']} | {run['image']} | {end} | {run['seconds']:.1f} | " + " | ".join("–" if cell is None else f"{cell:.2f}" for cell in cells) + " |")
     lines.append("| **median** | | | | | " + " | ".join(f"**{statistics.median(column):.2f}**" if column else "–" for column in columns) + " |")
-    lines.append("| **within 20 %** | | | | | " + " | ".join(f"**{sum(abs(c - 1) <= 0.2 for c in column)} of {len(runs)}**" for column in columns) + " |")
+    lines.append("| **within 20 %** | | | | | " + " | ".join(f"**{sum(abs(c - 1) <= 0.2 for c in column)} of {len(column)}**" for column in columns) + " |")
     return "\n".join(lines)
 
 
@@ -99,10 +109,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path)
     parser.add_argument("--show", nargs="+", type=Path, help="the table of results that were written before")
+    parser.add_argument("--exponent", type=float, default=0.0, help="with --show: what is left in samples, for an error that falls with this exponent")
     options = parser.parse_args()
     if options.show:
         runs = [run for path in options.show for run in json.loads(path.read_text())]
-        print(table([run for run in runs if run["is_whole"]]))
+        print(table([run for run in runs if run["is_whole"]], options.exponent))
         return
     if options.folder is None:
         parser.error("name the folder with the scenes")

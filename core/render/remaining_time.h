@@ -2,7 +2,7 @@
 //
 // The pace is that of the second half of the samples so far, so that choosing a technique, first iterations and learning do not slow it. The error is expected
 // to fall as n^-kErrorExponent with the number of samples: independent samples have the exponent 1, stratified ones a larger one. A fit of
-// the exponent to each render predicts its end less well than this constant (docs/research/remaining_time.md).
+// the exponent to each render predicts its end less well than this constant (docs/benchmarks/remaining_time.md).
 #pragma once
 
 #include <cstddef>
