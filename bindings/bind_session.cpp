@@ -40,6 +40,22 @@ py::tuple photons(const Session& session, uint64_t most) {
   return py::make_tuple(to_array<float>(points.positions, 3), to_array<float>(points.powers, 3), points.stored);
 }
 
+py::array_t<double> error_over_time(const Session& session) {
+  std::vector<ErrorPoint> points;
+  {
+    py::gil_scoped_release release;
+    points = session.error_over_time();
+  }
+  py::array_t<double> out({py::ssize_t(points.size()), py::ssize_t(4)});
+  auto values = out.mutable_unchecked<2>();
+  for (size_t i = 0; i < points.size(); ++i) {
+    const ErrorPoint& p = points[i];
+    const double row[] = {p.seconds, p.samples, p.relmse, p.perceptual};
+    for (size_t k = 0; k < 4; ++k) values(py::ssize_t(i), py::ssize_t(k)) = row[k];
+  }
+  return out;
+}
+
 py::object snapshot(const Session& session, const std::string& pass) {
   const size_t channels = channels_of(pass);
   std::vector<float> values;
@@ -188,6 +204,8 @@ void bind_session(py::module_& module) {
            "Return (positions, powers, stored) of the last photon pass, for display: float32[n, 3] in metres, world space; float32[n, 3] in watts; and the "
            "number of photons that were stored. n is at most `most`; the photons are spread evenly over space. n is 0 for integrators without photons, and while "
            "the session renders, before the first iteration that ends after the first call.")
+      .def("error_over_time", &error_over_time,
+           "Return the estimates of the error so far as float64[n, 4], the oldest first: seconds, samples per pixel, relative mean squared error, perceptual error.")
       .def_property_readonly("width", &Session::width, "int, pixels. The width of the rendered region. 0 before the scene is built.")
       .def_property_readonly("height", &Session::height, "int, pixels. The height of the rendered region. 0 before the scene is built.")
       .def("statistics_json", &Session::statistics_json, Release(),

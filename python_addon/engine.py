@@ -15,7 +15,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from . import compat, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, plain, viewport
+from . import compat, denoise, headless, hints, last_render, learning, passes, pausing, photon_overlay, plain, render_progress, viewport
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .interrupt import Interrupt
@@ -112,6 +112,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         if carries:
             session.begin_with(learning.of(learner))
         save_checkpoint = self._checkpoints(depsgraph, options, session, exported.description)
+        if not self.is_preview:
+            render_progress.begin(scene.name)
         session.start(exported.description)
         interval = float(scene.ajar.checkpoint_interval) if options.checkpoint is None else CHECKPOINT_SECONDS
         self._follow(depsgraph, session, wanted, is_cancelled, save_checkpoint, interval, noise_target)
@@ -121,6 +123,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         if self.is_preview:
             self._hand_over(depsgraph, session, wanted, None)
             return
+        render_progress.end(scene.name, session, noise_target)
         for diagnostic in session.diagnostics():
             self._report(diagnostic)
         if error:
@@ -175,6 +178,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             self.update_progress(progress.fraction)
             session.pause(pausing.is_wanted() and not self.is_preview)
             self._show(depsgraph, "Paused" if session.is_paused() else describe(progress, noise_target))
+            if not self.is_preview:
+                render_progress.note(depsgraph.scene.name, session, noise_target)
             if is_cancelled():
                 session.cancel()
                 session.wait(60.0)
@@ -253,15 +258,8 @@ def describe(progress: ajar.Progress, noise_target: float) -> str:
         return f"Building: {progress.step}"
     text = f"{progress.samples:.4g} samples"
     if progress.estimated_relmse >= 0.0:
-        text += f" | Noise {100.0 * progress.estimated_relmse ** 0.5:.2g} %"
-        if noise_target > 0.0:
-            text += f" of {100.0 * noise_target ** 0.5:.2g} %"
-    return text if progress.remaining_seconds < 0.0 else f"{text} | Remaining {clock(progress.remaining_seconds)}"
-
-
-def clock(seconds: float) -> str:
-    minutes, seconds = divmod(round(seconds), 60)
-    return f"{minutes // 60}:{minutes % 60:02}:{seconds:02}" if minutes >= 60 else f"{minutes:02}:{seconds:02}"
+        text += f" | Noise {render_progress.noise_words(progress.estimated_relmse ** 0.5, max(0.0, noise_target) ** 0.5)}"
+    return text if progress.remaining_seconds < 0.0 else f"{text} | Remaining {render_progress.clock(progress.remaining_seconds)}"
 
 
 def register() -> None:

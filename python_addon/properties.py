@@ -151,6 +151,8 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     show_photons: bpy.props.BoolProperty(
         name="Show Photons", description="After a render, or while a view is rendered, draw the photons of the last pass as points in the 3D views",
         default=False, update=lambda self, context: hints.redraw_views(context))
+    show_sample_density: bpy.props.BoolProperty(
+        name="Sample Density", description="Show how many samples each pixel has, from dark (fewest) to bright (most). It can be switched on while a render runs", default=False)
     hint_collection: bpy.props.StringProperty(name="Light Hints", description="Collection whose curves show where light goes",
                                               default="Light Hints")
     motion_blur_position: inherited.enum(
@@ -162,6 +164,12 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     curve_subdivisions: inherited.integer("curve_subdivisions", "Curve Subdivisions", "Subdivisions of each segment of a ribbon", 2, "subdivisions", 0, 24,
                                           group="cycles_curves")
     exposure: inherited.number("exposure", "Exposure", "Brightness multiplier", 1.0, "film_exposure", 0.0, 10.0)
+
+
+class AjarShadingSettings(bpy.types.PropertyGroup):
+    show_sample_density: bpy.props.BoolProperty(
+        name="Sample Density", description="Show how many samples each pixel of this view has, from dark (fewest) to bright (most), instead of the picture", default=False,
+        update=lambda self, context: hints.redraw_views(context))
 
 
 class AjarCollectionSettings(bpy.types.PropertyGroup):
@@ -212,7 +220,7 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
         name="Perceptual Error", description="Estimated standard deviation of each pixel, in differences that an eye can just see")
 
 
-CLASSES = (AjarSceneSettings, *data_properties.GROUPS.values(), AjarCollectionSettings, AjarLightGroup, AjarViewLayerSettings)
+CLASSES = (AjarSceneSettings, *data_properties.GROUPS.values(), AjarShadingSettings, AjarCollectionSettings, AjarLightGroup, AjarViewLayerSettings)
 
 
 _register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
@@ -224,11 +232,13 @@ def register() -> None:
     for name, group in data_properties.GROUPS.items():
         setattr(getattr(bpy.types, name), "ajar", bpy.props.PointerProperty(type=group))
     bpy.types.Collection.ajar = bpy.props.PointerProperty(type=AjarCollectionSettings)
+    bpy.types.View3DShading.ajar = bpy.props.PointerProperty(type=AjarShadingSettings)
     bpy.types.ViewLayer.ajar = bpy.props.PointerProperty(type=AjarViewLayerSettings)
 
 
 def unregister() -> None:
     del bpy.types.ViewLayer.ajar
+    del bpy.types.View3DShading.ajar
     del bpy.types.Collection.ajar
     for name in data_properties.GROUPS:
         del getattr(bpy.types, name).ajar

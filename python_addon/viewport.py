@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
-from . import denoise, hints, photon_overlay, view
+from . import denoise, graph, hints, photon_overlay, view
 from .ajar_module import ajar
 from .export import ExportContext, KnownObjects, MeshCache, OutOfDate, export_contents, settings
 from .headless import Options
@@ -28,6 +28,7 @@ QUICK_SECONDS = 0.2           # a full picture that takes no longer follows it a
 PATIENCE_SECONDS = 0.25       # that a change waits for the picture of the change before
 COARSEST = 16
 LARGEST_HALF = 65504.0        # what a texture of half floats can hold
+DISPLAY_GAMMA = 2.2           # of the colours of the sample density, which are drawn like a picture
 
 _undo_count = 0
 
@@ -57,6 +58,7 @@ class Viewport:
         self._denoised = (0, 0.0)                      # render and samples of the last picture given to the denoiser
         self._clean = 0                                # the render of which a denoised picture is shown
         self._hints_of = -1                            # the number of the update whose attached hints are shown
+        self._shows_density = False                    # instead of the picture
         self._texture = None
         self._texture_border = (0, 0, 0, 0)
         self._error = ""
@@ -109,6 +111,7 @@ class Viewport:
         if now is not None and now != (self._wanted_view or self.view):
             self._wanted_view = now
         self._proceed()
+        self._choose_pass(context.space_data.shading.ajar.show_sample_density)
         self._upload(depsgraph.scene)
         self._proceed()  # what is shown may be followed by a finer picture
         if self._texture is not None:
@@ -188,17 +191,29 @@ class Viewport:
     def statistics(self) -> dict:
         return json.loads(self.session.statistics_json())
 
+    def _choose_pass(self, shows_density: bool) -> None:
+        """The picture or the samples of its pixels, of the render at hand."""
+        if shows_density != self._shows_density:
+            self._shows_density = shows_density
+            self._uploaded, self._clean, self._denoised = (0, 0), 0, (0, 0.0)
+
     def _upload(self, scene: bpy.types.Scene) -> None:
         """The newest picture into the texture. Only while drawing: `gpu` needs a window."""
         if self._denoiser.is_ready():
             of, pixels = self._denoiser.take()
-            if of == self._number:
+            if of == self._number and not self._shows_density:
                 self._clean = of
                 self._show(pixels)
             self._denoise()
         progress = self.session.progress()
         state = (progress.render, progress.iteration)
         if progress.render != self._number or progress.iteration == 0 or state == self._uploaded:
+            return
+        if self._shows_density:
+            counts = self.session.snapshot("Sample Count")
+            if counts is not None:   # else it comes with the next iteration
+                self._uploaded = state
+                self._show(graph.density(counts[..., 0])**DISPLAY_GAMMA)
             return
         pixels = self.session.snapshot("Combined")
         if pixels is None:

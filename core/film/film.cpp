@@ -21,6 +21,7 @@ constexpr SplatRange kSplatRanges[] = {{0x1p-20f, 0x1p60}, {0x1p20f, 0x1p32}, {0
 constexpr int64_t kCarried = int64_t(1) << 62;
 constexpr uint32_t kSettledSamples = 16;   // of the average pixel, when an adaptive render has found its shares
 constexpr int kErrorBlock = 8;             // pixels, along each side
+constexpr double kFirstStep = 4.0 / 3.0;   // samples of an image, over those of the latest picture that its error is estimated from
 constexpr double kErrorSureness = 2.0;     // standard deviations by which errors must be seen to fall faster than those of independent samples
 
 /// Passes that come from what a sample tells besides its radiance.
@@ -403,13 +404,22 @@ void Film::remember(uint32_t samples) {
 }
 
 Film::ErrorEstimate Film::estimated_error(uint32_t samples) const {
-  // The latest picture remembered that is well behind, and one with half its samples.
+  // The latest picture remembered that is well behind.
   size_t k = remembered_.size();
-  while (k > 0 && 4 * uint64_t(remembered_[k - 1].samples) > 3 * uint64_t(samples)) --k;
+  while (k > 0 && kFirstStep * double(remembered_[k - 1].samples) > double(samples)) --k;
   if (k < 2 || !std::all_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return has_halves(p); })) return estimated_error_of_few();
-  const Remembered &one = remembered_[k - 1], &two = remembered_[k - 2];
-  // While counts still move to where the noise is, errors fall faster than they will: the scatter of samples is the safer witness.
-  if (!goals_.empty() && two.samples < kSettledSamples) return estimated_error_of_few();
+  const ErrorEstimate latest = error_from_pictures(remembered_[k - 1], remembered_[k - 2], samples);
+  // A picture becomes the latest at 4/3 of its samples, where the difference to it is small and uncertain. Until twice its samples, the estimate moves
+  // from the picture before it to this one, without a jump.
+  const double part = std::clamp((double(samples) / double(remembered_[k - 1].samples) - kFirstStep) / (2.0 - kFirstStep), 0.0, 1.0);
+  if (k < 3 || part == 1.0 || !(latest.relmse > 0.0) || !(latest.perceptual > 0.0)) return latest;
+  const ErrorEstimate before = error_from_pictures(remembered_[k - 2], remembered_[k - 3], samples);
+  if (!(before.relmse > 0.0) || !(before.perceptual > 0.0)) return latest;
+  return {std::pow(before.relmse, 1.0 - part) * std::pow(latest.relmse, part), std::pow(before.perceptual, 1.0 - part) * std::pow(latest.perceptual, part)};
+}
+
+/// Error of the present image from how it differs from `one`, and that from `two`, which has half its samples.
+Film::ErrorEstimate Film::error_from_pictures(const Remembered& one, const Remembered& two, uint32_t samples) const {
   const std::array<std::vector<float>, 3> now = means();
   const size_t columns = size_t((width() + kErrorBlock - 1) / kErrorBlock);
   std::vector<std::array<double, 2>> blocks(columns * size_t((height() + kErrorBlock - 1) / kErrorBlock));
@@ -453,7 +463,10 @@ Film::ErrorEstimate Film::estimated_error(uint32_t samples) const {
       const double d = block[0] / before.value() - block[1] / recent.value();
       deviation += d * d;
     }
-  const double surely = std::exp(-kErrorSureness * std::sqrt(deviation)), pixels = double(pixels_.size());
+  // While counts still move to where the noise is, errors fall faster than they will.
+  const bool is_settled = goals_.empty() || two.samples >= kSettledSamples;
+  const double surely = !is_settled ? 0.0 : std::exp(-kErrorSureness * std::sqrt(deviation));
+  const double pixels = double(pixels_.size());
   return {error_from_steps(surely * before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels),
           error_from_steps(surely * before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) / pixels};
 }

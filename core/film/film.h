@@ -159,6 +159,7 @@ class Film {
   void make_likely(size_t index, const double around[3], double value[3]) const;
   void sums_around(const std::vector<float>& image, int y, std::vector<double>& columns, std::vector<double>& sums) const;
   ErrorEstimate estimated_error_of_few() const;
+  ErrorEstimate error_from_pictures(const Remembered& one, const Remembered& two, uint32_t samples) const;
   static double scatter_variance(const Pixel& pixel);
   bool has_halves(const Pixel& pixel) const;
   bool halves_of(size_t index, double mean[3], double difference[3]) const;

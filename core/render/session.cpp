@@ -18,6 +18,7 @@
 #include "math/random.h"
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
+#include "render/remaining_time.h"
 #include "render/technique_choice.h"
 #include "transport/direct/direct_methods.h"
 
@@ -149,6 +150,7 @@ struct Session::Data {
   std::string integrator_name;
   double pilot_seconds = 0.0;
   Clock::time_point limit_start;                 // of the time limit: the scene is built
+  RemainingTime remaining_time;
   PlanSteps technique_steps;                    // how the technique was chosen
   std::optional<Checkpoint> base;                // what this render goes on from
   std::shared_ptr<const Learned> learned;        // in the frame before
@@ -176,7 +178,7 @@ struct Session::Data {
   bool error_due(double render_seconds, uint64_t done) const;
   void estimate_error(double render_seconds, uint64_t done);
   void publish(double render_seconds, uint64_t done, bool cut);
-  double remaining_seconds(double render_seconds, uint64_t done) const;
+  double remaining_seconds(double render_seconds) const;
   void measure_film();
   std::vector<float> resolve(const std::string& pass) const;
   Checkpoint checkpoint() const;
@@ -428,7 +430,7 @@ void Session::Data::build(Job& job) {
 bool Session::Data::enough(double render_seconds, double samples, double relmse) const {
   if (settings.samples > 0 && samples_before() + samples >= double(settings.samples)) return true;
   if (settings.seconds > 0.0 && render_seconds >= settings.seconds) return true;
-  return settings.target_error > 0.0 && relmse >= 0.0 && samples >= 16.0 && relmse <= settings.target_error;
+  return settings.target_error > 0.0 && relmse >= 0.0 && samples >= RemainingTime::kLeastSamples && relmse <= settings.target_error;
 }
 
 /// First single samples for a quick picture, then as many as last about a third of a second.
@@ -508,14 +510,16 @@ void Session::Data::measure_film() {
   film_bytes = film->memory_bytes();
 }
 
-/// Until the first of the ends. The mean squared error falls as one over the number of samples. With the lock held.
-double Session::Data::remaining_seconds(double render_seconds, uint64_t done) const {
-  if (done == 0) return -1.0;
+/// Until the first of the ends. With the lock held.
+double Session::Data::remaining_seconds(double render_seconds) const {
   double least = kInfinity;
-  if (settings.samples > 0) least = std::min(least, render_seconds / double(done) * (double(settings.samples) - samples_before() - double(done)));
-  if (settings.seconds > 0.0) least = std::min(least, settings.seconds - render_seconds);
-  if (settings.target_error > 0.0 && progress.estimated_relmse > 0.0) least = std::min(least, render_seconds * (progress.estimated_relmse / settings.target_error - 1.0));
-  return std::isfinite(least) ? std::max(0.0, least) : -1.0;
+  const auto consider = [&](double seconds) {
+    if (seconds >= 0.0) least = std::min(least, seconds);
+  };
+  if (settings.samples > 0) consider(remaining_time.until_samples(double(settings.samples) - samples_before()));
+  if (settings.seconds > 0.0) consider(std::max(0.0, settings.seconds - render_seconds));
+  consider(remaining_time.until_error(progress.estimated_relmse, settings.target_error));
+  return std::isfinite(least) ? least : -1.0;
 }
 
 /// `cut`: the time limit has ended an iteration, after which pixels have different numbers of samples and their error is not estimated again.
@@ -532,7 +536,8 @@ void Session::Data::publish(double render_seconds, uint64_t done, bool cut) {
   if (!cut && error_due(render_seconds, done)) estimate_error(render_seconds, done);
   float fraction = 0.0f;
   if (settings.samples > 0) fraction = float((samples_before() + double(done)) / settings.samples);
-  progress.remaining_seconds = remaining_seconds(render_seconds, done);
+  remaining_time.add(seconds_since(limit_start), double(done));
+  progress.remaining_seconds = remaining_seconds(render_seconds);
   if (settings.seconds > 0.0) fraction = std::max(fraction, float(render_seconds / settings.seconds));
   progress.fraction = 0.05f + 0.95f * std::min(1.0f, fraction);
   ++progress.iteration;
@@ -632,6 +637,7 @@ void Session::Data::wait_while_paused() {
 void Session::Data::render_all() {
   uint64_t done = 0;
   double rendering = pilot_seconds;  // time of iterations and what chose them, without publishing
+  remaining_time.begin(seconds_since(limit_start));
   // A time limit is of all that the artist waits for.
   const auto elapsed = [&] { return settings.seconds > 0.0 ? seconds_since(limit_start) : rendering; };
   while (!stop.load()) {
@@ -759,6 +765,11 @@ int Session::width() const {
 int Session::height() const {
   std::lock_guard lock(data_->mutex);
   return data_->film ? data_->film->height() : 0;
+}
+
+std::vector<ErrorPoint> Session::error_over_time() const {
+  std::lock_guard lock(data_->mutex);
+  return data_->error_over_time;
 }
 
 std::string Session::statistics_json() const {

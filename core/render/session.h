@@ -38,6 +38,7 @@ struct Progress {
 };
 
 
+/// An estimate of the error, and when it was made.
 struct ErrorPoint {
   double seconds, samples, relmse, perceptual;
 };
@@ -85,6 +86,9 @@ class Session {
   PhotonPoints photons(uint64_t most) const;
   int width() const;
   int height() const;
+
+  /// The estimates of the error so far, the oldest first.
+  std::vector<ErrorPoint> error_over_time() const;
 
   /// Everything `--ajar-stats` promises, as JSON text.
   std::string statistics_json() const;

@@ -5,12 +5,12 @@ from __future__ import annotations
 import bpy
 from bpy.types import Panel
 
-from . import camera, hints, light, material, menus, object, render, view_layer, world
+from . import camera, hints, light, material, menus, object, progress, render, view_layer, world
 from .common import ENGINE, AjarPanel, in_node_editor
 
 __all__ = ["CLASSES", "AjarPanel", "built_in_panels", "register", "unregister"]
 
-MODULES = (render, hints, view_layer, world, object, material, light, camera)
+MODULES = (render, progress, hints, view_layer, world, object, material, light, camera)
 IN_NODE_EDITORS = (material.AJAR_MATERIAL_PT_settings, world.AJAR_WORLD_PT_ray_visibility, world.AJAR_WORLD_PT_settings, light.AJAR_LIGHT_PT_light,
                    light.AJAR_LIGHT_PT_beam)
 CLASSES = tuple(panel for module in MODULES for panel in module.CLASSES) + tuple(in_node_editor(panel) for panel in IN_NODE_EDITORS)
@@ -48,6 +48,7 @@ _register_classes, _unregister_classes = bpy.utils.register_classes_factory((*CL
 
 
 def register() -> None:
+    progress.register()
     _register_classes()
     for panel in built_in_panels():
         panel.COMPAT_ENGINES.add(ENGINE)
@@ -59,3 +60,4 @@ def unregister() -> None:
     for panel in built_in_panels():
         panel.COMPAT_ENGINES.discard(ENGINE)
     _unregister_classes()
+    progress.unregister()

@@ -12,6 +12,7 @@ import sys
 import numpy as np
 import pytest
 from blender_process import BUILD, TIMEOUT_SECONDS, environment
+from PIL import Image
 
 sys.path.insert(0, str(BUILD / "python"))
 import ajar  # noqa: E402
@@ -60,6 +61,52 @@ def day(profile, display, tmp_path_factory):
         env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * TIMEOUT_SECONDS)
     assert result.returncode == 0, f"exit code {result.returncode}\n{result.stdout}"
     return json.loads((folder / "result.json").read_text()), folder, result.stdout
+
+
+@pytest.fixture(scope="module")
+def progress(profile, display, tmp_path_factory):
+    """What `window/progress.py` saw of a render by F12, and where its pictures are."""
+    folder = tmp_path_factory.mktemp("progress")
+    result = subprocess.run(
+        [os.environ.get("BLENDER", "blender"), "--factory-startup", "--enable-event-simulate", "--window-geometry", "0", "0", "960", "600", "--addons", "ajar_render",
+         "--python", f"{WINDOW}/drive.py", "--", f"{WINDOW}/progress.py", folder / "result.json", folder, SCENE],
+        env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * TIMEOUT_SECONDS)
+    assert result.returncode == 0, f"exit code {result.returncode}\n{result.stdout}"
+    return json.loads((folder / "result.json").read_text()), folder, result.stdout
+
+
+def test_the_graph_of_the_noise_grows_while_a_render_runs_and_stays_after_it(progress):
+    values, folder, words = progress
+    assert values["shown_at_first"] == 0 and not values["idle"]["is_noted"] and "Traceback" not in words
+    first, during, later, after = (values[name] for name in ("without_density", "during", "later", "after"))
+    assert first["is_running"] and during["is_running"] and later["is_running"] and not after["is_running"]
+    assert 0 < first["points"] < during["points"] < later["points"] < after["points"]
+    pictures = [seen["pictures"]["noise IMAGE_EDITOR"] for seen in (first, during, later, after)]
+    assert len({picture["sum"] for picture in pictures}) == 4   # another one each time
+    assert all(picture["size"][0] > 90 and picture["colours"] > 10 for picture in pictures)
+    assert not values["redrawn_when_idle"]
+    # On the screen, the curve is orange, as nothing else is.
+    for name in ("during", "after"):
+        screen = np.asarray(Image.open(folder / f"{name}.png").convert("RGB")).astype(int)
+        red, green, blue = screen[..., 0], screen[..., 1], screen[..., 2]
+        curve = (red > 200) & (np.abs(green - 0.65 * red) < 20) & (blue < 0.45 * red)
+        assert curve.sum() > 30 and np.ptp(np.flatnonzero(curve.any(axis=0))) > 20, name
+
+
+def test_the_samples_of_the_pixels_are_seen_as_soon_as_the_map_is_switched_on(progress):
+    values, _, _ = progress
+    assert values["without_density"]["density"] is None and list(values["without_density"]["pictures"]) == ["noise IMAGE_EDITOR"]
+    for name in ("during", "later", "after"):
+        least, mean, most, height, width = values[name]["density"]
+        assert 0 < least < mean < most and (height, width) == (180, 240), name
+        assert mean <= values[name]["samples"] <= 320, name
+        assert values[name]["pictures"]["density IMAGE_EDITOR"]["size"] == [240, 180] and values[name]["pictures"]["density IMAGE_EDITOR"]["colours"] > 1, name
+    assert values["during"]["density"][1] < values["later"]["density"][1] < values["after"]["density"][1] == 320
+
+
+def test_a_rendered_view_shows_its_samples_without_rendering_again(progress):
+    view = progress[0]["view"]
+    assert view["changed"] > 0.05 and view["left_over"] < 1e-3 and view["renders"] == 0, view
 
 
 def test_a_day_without_another_engine(day):

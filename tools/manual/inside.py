@@ -19,7 +19,7 @@ COLUMN = 400            # pixels, width of the properties
 folder, root, *names = sys.argv[sys.argv.index("--") + 3:]
 sys.path.insert(0, f"{root}/tests/blender/window")
 import window  # noqa: E402
-from ajar_render import hints, ui, viewport  # noqa: E402
+from ajar_render import hints, render_progress, ui, viewport  # noqa: E402
 
 views: list[viewport.Viewport] = []
 _make = viewport.Viewport.__init__
@@ -134,7 +134,7 @@ def steps(arguments, result):
     yield 0.5
     yield from arrange()
     yield from widen_properties()
-    for chapter in (whole_window, settings, hint_steps, photons):
+    for chapter in (whole_window, settings, progress, hint_steps, photons):
         yield from chapter()
 
 
@@ -195,6 +195,45 @@ def settings():
         bpy.ops.render.render()
         yield 0.5
         yield from panel("statistics", "AJAR_RENDER_PT_statistics", "AJAR_RENDER_PT_plan")
+
+
+def progress():
+    """A render of `checker` with its Progress panel, in the image editor's sidebar."""
+    if not is_wanted("progress"):
+        return
+    open_scene("checker")
+    yield 0.5
+    scene = bpy.context.scene
+    scene.ajar.integrator, scene.ajar.image, scene.ajar.samples, scene.ajar.noise_target = "path", "pmc_ip", 256, 1e-4
+    scene.ajar.show_sample_density = True
+    scene.render.resolution_x = scene.render.resolution_y = 360
+    scene.render.resolution_percentage = 100
+    bpy.context.preferences.view.render_display_type = "NONE"
+    editor = window.area()
+    editor.type = "IMAGE_EDITOR"
+    editor.spaces.active.show_region_ui = True
+    yield 0.5
+    sidebar = next(region for region in editor.regions if region.type == "UI")
+    for down in range(20, 400, 12):   # its tabs, until the panel is drawn
+        yield from window.click(sidebar.x + sidebar.width - 10, sidebar.y + sidebar.height - down)
+        yield 0.3
+        if editor.as_pointer() in render_progress._areas:
+            break
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0], area=editor, region=editor.regions[-1]):
+        bpy.ops.render.render("INVOKE_DEFAULT")
+    started = time.monotonic()
+    noted = None
+    while (noted is None or noted.samples < 100 or noted.density is None) and time.monotonic() - started < 3 * LONGEST_SECONDS:
+        yield 0.2
+        noted = render_progress.of(scene)
+        if bpy.data.images.get("Render Result") is not None:
+            editor.spaces.active.image = bpy.data.images["Render Result"]
+    yield 0.7
+    photograph("progress", "IMAGE_EDITOR")
+    while bpy.app.is_job_running("RENDER"):
+        yield 0.2
+    editor.type = "VIEW_3D"
+    yield 0.3
 
 
 AJAR_TAB = (987, 661)   # of the sidebar, in a window of the size that pictures.py asks for

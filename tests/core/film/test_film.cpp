@@ -229,4 +229,48 @@ TEST(Film, estimated_error_is_right_where_few_bright_samples_make_it) {
   EXPECT_NEAR(visible_ratio.mean(), 1.0, 0.15);
 }
 
+namespace {
+/// Grey of 0.2, and one sample in fifty brings 10: up to `end` samples for each pixel.
+void add_rare_bright_samples(Film& film, uint32_t seed, uint32_t end) {
+  for (int y = 0; y < film.height(); ++y)
+    for (int x = 0; x < film.width(); ++x)
+      for (uint32_t i = film.samples_of(x, y); i < end; ++i)
+        film.add_sample(x, y, Color(to_unit_float(hash_combine(hash_combine(seed, uint32_t(y * film.width() + x)), i)) < 0.02f ? 10.0f : 0.2f), 1.0f, nullptr);
+}
+}  // namespace
+
+TEST(Film, estimated_error_does_not_jump_where_another_picture_becomes_the_latest) {
+  RunningMoments jump;
+  for (uint32_t seed = 0; seed < 10; ++seed) {
+    Film film(0, 0, 48, 48, {"Combined"});
+    for (uint32_t end : {8u, 16u, 32u}) {
+      add_rare_bright_samples(film, seed, end);
+      film.remember(end);
+    }
+    add_rare_bright_samples(film, seed, 42);
+    const double before = film.estimated_error(42).relmse;
+    add_rare_bright_samples(film, seed, 43);   // 32 is less than three quarters of it
+    jump.add(std::abs(std::log(film.estimated_error(43).relmse * 43.0 / (before * 42.0))));
+  }
+  EXPECT_LT(jump.mean(), 0.02);
+}
+
+TEST(Film, estimated_error_of_few_samples_is_not_far_below_where_counts_differ) {
+  // The first samples of an adaptive render have not found their shares, and most pixels have not met a bright sample.
+  RunningMoments ratio;
+  for (uint32_t seed = 0; seed < 10; ++seed) {
+    Film film(0, 0, 48, 48, {"Combined"});
+    film.set_goals(std::vector<uint32_t>(48 * 48, 16));
+    for (uint32_t end : {2u, 4u, 8u}) {
+      add_rare_bright_samples(film, seed, end);
+      film.remember(end);
+    }
+    add_rare_bright_samples(film, seed, 16);
+    const double right = 0.2 + 0.02 * 9.8, variance = 0.02 * 0.98 * 9.8 * 9.8;
+    ratio.add(film.estimated_error(16).relmse / (variance / 16.0 / (right * right + 0.01)));
+  }
+  EXPECT_GT(ratio.mean(), 0.8);
+  EXPECT_LT(ratio.mean(), 1.6);
+}
+
 }  // namespace ajar::test_film

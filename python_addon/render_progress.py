@@ -1,0 +1,145 @@
+"""What an artist sees of a render while it runs: the noise over time and the samples of each pixel.
+
+The render thread notes plain numbers here (`note`); it reads no data of Blender's. Panels draw the latest of them in the main thread. A timer redraws
+the areas that show the panel when there is something new. While no panel is shown, the render thread asks the session for nothing until the
+render ends. In the background nothing is noted at all.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from . import graph
+from .ajar_module import ajar
+
+NOTE_SECONDS = 0.5            # between two notes of a render
+LOOK_SECONDS = 0.25           # between two looks of the timer
+DENSITY_SIDE = 256            # pixels of the map at most
+FEW_SAMPLES = 2.0             # estimates of so few say nothing about rare bright samples
+
+
+@dataclass(frozen=True)
+class Density:
+    means: np.ndarray         # [height, width], at most DENSITY_SIDE each
+    least: float              # of the pixels
+    mean: float
+    most: float
+
+
+@dataclass(frozen=True)
+class Noted:
+    """A render as it was at some moment. Replaced as a whole, so that a reader in another thread sees one moment."""
+
+    number: int               # of the note: what is drawn is out of date when this has grown
+    seconds: np.ndarray       # of each estimate of the error
+    noise: np.ndarray         # as a part of the brightness
+    target: float             # noise that ends the render, 0: none
+    samples: float
+    remaining_seconds: float  # below 0: not known
+    is_running: bool
+    density: Density | None
+
+
+_noted: dict[str, Noted] = {}          # by name of the scene
+_count = 0
+_next_note = 0.0
+_areas: dict[int, int] = {}            # areas that show a panel -> how many notes there were when it was drawn
+_density_is_shown = False
+
+
+# ---- The render thread --------------------------------------------------------------------------------------------------
+
+def begin(scene_name: str) -> None:
+    """A render begins: nothing of the one before is shown as this one's."""
+    global _next_note
+    _next_note = 0.0
+    if not bpy.app.background:
+        _put(scene_name, np.empty(0), np.empty(0), 0.0, 0.0, -1.0, True, None)
+
+
+def note(scene_name: str, session: ajar.Session, target_relmse: float) -> None:
+    """From time to time, while a panel is shown."""
+    global _next_note
+    if bpy.app.background or not _areas or time.monotonic() < _next_note:
+        return
+    _next_note = time.monotonic() + NOTE_SECONDS
+    noted = _noted[scene_name]
+    lacks_density = _density_is_shown and noted.density is None
+    if lacks_density or session.progress().samples != noted.samples:   # a paused render has nothing new
+        _note(scene_name, session, target_relmse, True)
+
+
+def end(scene_name: str, session: ajar.Session, target_relmse: float) -> None:
+    """What the panel shows until the next render."""
+    if not bpy.app.background:
+        _note(scene_name, session, target_relmse, False)
+
+
+def _note(scene_name: str, session: ajar.Session, target_relmse: float, is_running: bool) -> None:
+    progress = session.progress()
+    errors = session.error_over_time()   # seconds, samples, relMSE, perceptual error
+    known = errors[(errors[:, 1] > FEW_SAMPLES) & (errors[:, 2] >= 0.0)]
+    _put(scene_name, known[:, 0], np.sqrt(known[:, 2]), max(0.0, target_relmse)**0.5, progress.samples, progress.remaining_seconds if is_running else 0.0,
+         is_running, density_of(session) if _density_is_shown and _areas else None)
+
+
+def _put(scene_name: str, *values: object) -> None:
+    global _count
+    _count += 1
+    _noted[scene_name] = Noted(_count, *values)
+
+
+def density_of(session: ajar.Session) -> Density | None:
+    """None before the first iteration that ended after it was asked for."""
+    counts = session.snapshot("Sample Count")
+    if counts is None:
+        return None
+    counts = counts[..., 0]
+    return Density(graph.shrunk(counts, DENSITY_SIDE), float(counts.min()), float(counts.mean(dtype=np.float64)), float(counts.max()))
+
+
+# ---- Words --------------------------------------------------------------------------------------------------------------
+
+def noise_words(noise: float, target: float) -> str:
+    """Both as parts of the brightness; target 0: none."""
+    words = f"{100.0 * noise:.2g} %"
+    return f"{words} of {100.0 * target:.2g} %" if target > 0.0 else words
+
+
+def clock(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    return f"{minutes // 60}:{minutes % 60:02}:{seconds:02}" if minutes >= 60 else f"{minutes:02}:{seconds:02}"
+
+
+# ---- The main thread ----------------------------------------------------------------------------------------------------
+
+def of(scene: bpy.types.Scene) -> Noted | None:
+    return _noted.get(scene.name)
+
+
+def show_in(area: bpy.types.Area, scene: bpy.types.Scene) -> Noted | None:
+    """Called by a panel that draws itself: what there is to show. The area is redrawn when there is something new."""
+    global _density_is_shown
+    noted = of(scene)
+    _density_is_shown = scene.ajar.show_sample_density
+    if area is not None and not bpy.app.background:
+        _areas[area.as_pointer()] = _count
+        if not bpy.app.timers.is_registered(_look):
+            bpy.app.timers.register(_look, first_interval=LOOK_SECONDS)
+    return noted
+
+
+def _look() -> float | None:
+    """Redraw the areas that were drawn before the newest note. An area that draws the panel again reports itself again; others are forgotten."""
+    shown = {area.as_pointer(): area for window in bpy.context.window_manager.windows for area in window.screen.areas}
+    for pointer, count in list(_areas.items()):
+        if pointer not in shown:
+            del _areas[pointer]
+        elif count < _count:
+            del _areas[pointer]
+            shown[pointer].tag_redraw()
+    return LOOK_SECONDS if _areas else None
