@@ -11,10 +11,10 @@ for folder in proc dev; do
 done
 trap 'umount "$root/proc" "$root/dev"' EXIT
 chroot "$root" apt-get update -qq
-# The last line: what Blender's own add-ons import there, of which cattrs is not packaged; and what takes pictures of the display.
+# The last line: what Blender's own add-ons import there, of which cattrs is not packaged; what takes pictures of the display; and what makes the manual.
 DEBIAN_FRONTEND=noninteractive chroot "$root" apt-get install -y -qq --no-install-recommends make git g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev \
   libtbb-dev pybind11-dev python3-dev python3-numpy nlohmann-json3-dev blender xvfb libgl1-mesa-dri python3-pytest \
-  python3-requests python3-attr python3-typing-extensions python3-pip python3-pil >/dev/null
+  python3-requests python3-attr python3-typing-extensions python3-pip python3-pil python3-markdown >/dev/null
 chroot "$root" python3 -c 'import cattrs' 2>/dev/null || chroot "$root" python3 -m pip install -q --break-system-packages --no-deps cattrs
 rm -rf "$root/ajar/source" && mkdir -p "$root/ajar"
 git clone -q "$here" "$root/ajar/source"
