@@ -1,5 +1,5 @@
 #!/bin/sh
-# newest.sh [ROOT]: the tests that need a window, in the newest Blender that Debian has (sid; 5.2 LTS when this was written), with the core built with sid's libraries.
+# newest.sh [ROOT]: the tests that need a window, and those of the manual and of German, in the newest Blender that Debian has (sid; 5.2 LTS when this was written), with the core built with sid's libraries.
 # Needs root and debootstrap, 6 GB and about a quarter of an hour the first time; a ROOT (default /var/tmp/ajar_sid) that is there is used again.
 set -eu
 root=${1:-/var/tmp/ajar_sid}
@@ -22,3 +22,4 @@ exec_in() { chroot "$root" sh -c "cd /ajar/source && HOME=/root $1"; }
 mkdir -p "$root/ajar/build" && ln -s ../build "$root/ajar/source/build"
 exec_in 'tools/build.sh release'
 exec_in 'AJAR_BUILD=/ajar/build/release python3 -m pytest -q -p no:cacheprovider tests/blender/test_window.py tests/blender/test_panels.py'
+exec_in 'AJAR_BUILD=/ajar/build/release python3 -m pytest -q -p no:cacheprovider tests/blender/test_inside.py -k "manual or translations"'

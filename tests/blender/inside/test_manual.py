@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import types
 import urllib.parse
 from html.parser import HTMLParser
 from pathlib import Path
@@ -29,6 +30,20 @@ class Page(HTMLParser):
         if "id" in values:
             self.anchors.append(values["id"])
         self.links += [values[name] for name in ("href", "src") if name in values]
+
+
+class Layout:
+    """Takes note of the buttons that are drawn into it."""
+
+    def __init__(self) -> None:
+        self.buttons: list[types.SimpleNamespace] = []
+
+    def separator(self) -> None:
+        pass
+
+    def operator(self, name: str, **_) -> types.SimpleNamespace:
+        self.buttons.append(types.SimpleNamespace(operator=name))
+        return self.buttons[-1]
 
 
 @pytest.fixture(scope="module")
@@ -95,8 +110,17 @@ def test_every_panel_has_a_button_that_leads_to_its_anchor(pages):
     with_title = [panel for panel in ui.CLASSES if issubclass(panel, bpy.types.Panel) and panel.bl_label]
     assert len(with_title) > 40
     for panel in with_title:
-        assert is_there(documentation.url_of(f"settings.html#{documentation.anchor_of_panel(panel)}"), pages), panel.__name__
         assert hasattr(panel, "draw_header_preset"), panel.__name__
+        layout = Layout()
+        documentation.draw_button(layout, panel)
+        assert layout.buttons[0].operator == "ajar.open_manual" and "#" in layout.buttons[0].page
+        assert is_there(documentation.url_of(layout.buttons[0].page), pages), panel.__name__
+
+
+def test_the_help_menu_opens_the_manual():
+    menu = types.SimpleNamespace(layout=Layout())
+    documentation._draw_in_help_menu(menu, bpy.context)
+    assert [button.operator for button in menu.layout.buttons] == ["ajar.open_manual"]
 
 
 def test_every_link_and_picture_of_the_pages_is_there(pages):
