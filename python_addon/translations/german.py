@@ -399,7 +399,7 @@ TEXTS = {
     "The lamp emits nothing. Cycles samples the sky through it; Ajar needs no portals": "Die Lampe sendet nichts aus. Cycles tastet durch sie den Himmel ab; Ajar braucht keine Portale",
     "Panorama Type": "Panoramatyp",
     "How directions are mapped to the picture": "Wie Richtungen auf das Bild abgebildet werden",
-    "Equirectangular": "Rektangular",
+    "Equirectangular": "Äquirektangular",
     "Longitude and latitude": "Länge und Breite",
     "Fisheye Equidistant": "Fischauge, äquidistant",
     "Angles are distances": "Winkel sind Abstände",
@@ -533,7 +533,7 @@ TEXTS = {
     "its lens changes while the shutter is open; only its motion is blurred": "ihr Objektiv ändert sich bei offenem Verschluss; nur ihre Bewegung wird unscharf",
     "it deforms while the shutter is open, which is not blurred: only moving objects are":
         "es verformt sich bei offenem Verschluss, was nicht unscharf wird: nur bewegte Objekte werden es",
-    "the panorama type {kind} is not supported; it renders as equirectangular": "der Panoramatyp {kind} wird nicht unterstützt; sie rendert rektangular",
+    "the panorama type {kind} is not supported; it renders as equirectangular": "der Panoramatyp {kind} wird nicht unterstützt; sie rendert äquirektangular",
     "tiled images (UDIM) are not yet supported: the first tile is used everywhere":
         "gekachelte Bilder (UDIM) werden noch nicht unterstützt: die erste Kachel gilt überall",
     "it is hidden from some rays ({kinds}), but still lights what scatters that way where it is sampled":

@@ -144,6 +144,15 @@ def test_format_fields_are_those_of_the_original(code):
             assert fields(translated) == fields(text), text
 
 
+@pytest.mark.parametrize("code", LANGUAGES)
+def test_no_text_is_translated_twice(code):
+    """Of two entries for the same text, Python would keep the second in silence."""
+    source = Path(translations.LANGUAGES[code].__file__).read_text(encoding="utf-8")
+    for table in (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Dict)):
+        keys = [key.value for key in table.keys if isinstance(key, ast.Constant)]
+        assert sorted({key for key in keys if keys.count(key) > 1}) == []
+
+
 # ---- Blender --------------------------------------------------------------------------------------------------------------
 
 @pytest.fixture
