@@ -83,7 +83,7 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_MATERIAL_PT_surface": (f"The node that is linked to the input *Surface* of the output. {BLENDERS}", ()),
         "AJAR_MATERIAL_PT_volume": (f"The node that is linked to the input *Volume* of the output. More: [Volumes](rendering.md#volumes). {BLENDERS}", ()),
         "AJAR_MATERIAL_PT_displacement": (f"The node that is linked to the input *Displacement* of the output. Ajar shows displacement as bump. {BLENDERS}", ()),
-        "AJAR_MATERIAL_PT_settings": ("The pass index of the material, and what its displacement does. Since Blender 4.1 the displacement is a setting of Blender.", (
+        "AJAR_MATERIAL_PT_settings": ("The pass index of the material, and what its displacement does.", (
             "Material.displacement_method",)),
     },
     "Light tab": {
@@ -93,7 +93,7 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_LIGHT_PT_nodes": (f"The nodes of the lamp. {BLENDERS}", ()),
     },
     "Camera tab": {
-        "AJAR_CAMERA_PT_panorama": ("The projection of a panoramic camera. Since Blender 4.1 these are settings of Blender.", (
+        "AJAR_CAMERA_PT_panorama": ("The projection of a panoramic camera.", (
             "Camera.panorama_type", "Camera.fisheye_fov", "Camera.fisheye_lens", "Camera.latitude_min", "Camera.latitude_max", "Camera.longitude_min", "Camera.longitude_max",
             *(f"Camera.fisheye_polynomial_k{number}" for number in range(5)))),
         "AJAR_CAMERA_PT_depth_of_field": (f"What is in focus. {BLENDERS}", ()),
@@ -202,7 +202,8 @@ def operators() -> Iterator[str]:
 def page() -> str:
     check()
     lines = ["# Settings", "", "Every panel, setting and operator of Ajar. Right-click a setting or a button and choose *Online Manual*, or press F1 over it, to open this page at its entry.",
-             "The question mark in the header of a panel opens this page at the panel. For settings that are Blender's own, *Online Manual* opens Blender's manual.", ""]
+             "The question mark in the header of a panel opens this page at the panel. For settings that are Blender's own, *Online Manual* opens Blender's manual.",
+             "Newer versions of Blender have some of the settings below themselves, such as the panorama type since 5.0. The panels then show Blender's.", ""]
     listed: dict[tuple, str] = {}
     for tab, panels in PANELS.items():
         lines += [f"## {tab}", ""]
