@@ -36,7 +36,8 @@ viewport.Viewport.__init__ = _remember
 
 
 def is_wanted(name: str) -> bool:
-    return not names or any(name.startswith(wanted) for wanted in names)
+    """Of a picture, or of the chapter with which the names of its pictures begin."""
+    return not names or any(name.startswith(wanted) or wanted.startswith(f"{name}_") for wanted in names)
 
 
 # ---- Blender's window ---------------------------------------------------------------------------------------------------
