@@ -16,7 +16,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all extension compat coverage newest render test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
+.PHONY: all extension compat coverage manual pictures newest render test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
 all: build
 
 setup:
@@ -43,6 +43,15 @@ extension:
 
 compat: extension install
 	@/usr/bin/python3 tests/compatibility/compatibility.py
+
+# docs/manual/settings.md from the add-on's descriptions; and the pictures of the manual.
+manual: install
+	@BLENDER_USER_CONFIG=$(PROFILE)/config BLENDER_USER_SCRIPTS=$(PROFILE)/scripts \
+	  $(BLENDER) -b --factory-startup --addons ajar_render --python-exit-code 1 --python tools/manual/settings.py -- docs/manual/settings.md
+
+pictures: install
+	@tools/setup.sh pictures
+	@/usr/bin/python3 tools/manual/pictures.py --build $(BUILD)
 
 # What becomes of each shader node and setting, beside Cycles, in Debian's Blender and the newest wheel that `make compat` has brought: docs/coverage.md.
 coverage: extension install

@@ -15,18 +15,18 @@ bl_info = {
     "support": "COMMUNITY",
 }
 
-from . import self_check  # noqa: E402
+from . import documentation, self_check, translations  # noqa: E402
 
 try:
     from . import ajar_module  # noqa: F401
 except ImportError:
     self_check.import_failure = traceback.format_exc()
     print(self_check.import_failure, flush=True)
-    MODULES = (self_check,)   # its button tells what is the matter
+    MODULES = (translations, documentation, self_check)   # the button of the self-check says what is wrong
 else:
     from . import checks, denoise, engine, headless, hint_overlay, hints, learning, pausing, photon_overlay, presets, properties, ui, viewport
 
-    MODULES = (self_check, properties, engine, learning, viewport, pausing, hints, hint_overlay, photon_overlay, checks, presets, denoise, ui)
+    MODULES = (translations, documentation, self_check, properties, engine, learning, viewport, pausing, hints, hint_overlay, photon_overlay, checks, presets, denoise, ui)
 
 
 def register() -> None:

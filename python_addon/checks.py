@@ -17,6 +17,7 @@ from .ajar_module import ajar
 from .export import camera, export_contents, settings
 from .export.context import ExportContext
 from .headless import Options
+from .translations import report
 
 CHAIN_INTEGRATORS = {"metropolis", "erpt", "pmc_pt"}
 HINT_INTEGRATORS = {info.name for info in ajar.integrator_list() if info.follows_hints}
@@ -60,7 +61,7 @@ FIXES = (
     Fix("CAUSTICS", "Caustics are switched off: light from mirrors and through glass is missing.", "Switch Caustics On",
          lambda scene: not (scene.ajar.reflective_caustics and scene.ajar.refractive_caustics),
          _set(reflective_caustics=True, refractive_caustics=True)),
-    Fix("HINTS", "Light paths are drawn, but the integrator does not follow them.", "Use Auto",
+    Fix("HINTS", "Light hints are drawn, but the integrator does not follow them.", "Use Auto",
          lambda scene: scene.ajar.integrator not in HINT_INTEGRATORS and any(curve.ajar.hint_enabled for curve in hints.curves_of(scene)),
          _set(integrator="auto")),
     Fix("ADAPTIVE", "This integrator cannot distribute samples by noise: its chains choose pixels by themselves.", "Use Path Tracing",
@@ -114,7 +115,7 @@ class AJAR_OT_fix(bpy.types.Operator):
     bl_description = "Change the setting that this warning is about"
     bl_options = {"REGISTER", "UNDO"}
 
-    what: bpy.props.EnumProperty(items=[(fix.name, fix.button, fix.text) for fix in FIXES])
+    what: bpy.props.EnumProperty(name="Warning", items=[(fix.name, fix.button, fix.text) for fix in FIXES])
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         next(fix for fix in FIXES if fix.name == self.what).fix(context.scene)
@@ -138,7 +139,12 @@ class AJAR_OT_check_scene(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         _messages[context.scene.name] = found
-        self.report({"WARNING"} if found else {"INFO"}, f"{len(found)} warning{'s' if len(found) > 1 else ''}, listed in the render properties" if found else "No problems found")
+        if len(found) == 1:
+            self.report({"WARNING"}, report("1 warning, listed in the render properties"))
+        elif found:
+            self.report({"WARNING"}, report("{number} warnings, listed in the render properties", number=len(found)))
+        else:
+            self.report({"INFO"}, report("No problems found"))
         return {"FINISHED"}
 
 

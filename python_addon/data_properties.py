@@ -12,8 +12,8 @@ import bpy
 
 from . import inherited
 
-IMPORTANCE = {"name": "Importance", "description": "Pixels that show this get so many times the samples where sampling is adaptive, with "
-              "the same mean", "default": 1.0, "min": 0.0, "soft_max": 10.0}
+IMPORTANCE = {"name": "Importance", "description": "Adaptive sampling gives pixels that show this object or collection this many times more samples. Does not change "
+              "the mean of the picture", "default": 1.0, "min": 0.0, "soft_max": 10.0}
 PANORAMAS = [("EQUIRECTANGULAR", "Equirectangular", "Longitude and latitude", 0), ("FISHEYE_EQUIDISTANT", "Fisheye Equidistant", "Angles are distances", 1),
              ("FISHEYE_EQUISOLID", "Fisheye Equisolid", "As most fisheye lenses", 2), ("MIRRORBALL", "Mirror Ball", "As seen in a mirrored ball", 3),
              ("FISHEYE_LENS_POLYNOMIAL", "Fisheye Lens Polynomial", "Angles are a polynomial of distances", 4),
@@ -27,16 +27,16 @@ class AjarObjectSettings(bpy.types.PropertyGroup):
     importance: bpy.props.FloatProperty(**IMPORTANCE)
     hint_enabled: bpy.props.BoolProperty(name="Use", description="Propose light along this curve", default=True)
     hint_spread: bpy.props.FloatProperty(name="Spread", subtype="ANGLE", default=0.0872665, min=1e-4, max=3.14159,
-                                         description="Half-angle of the cone around each segment, times the radius of the control point it leads to")
-    hint_light: bpy.props.PointerProperty(name="Starts At", description="Lamp that the curve's first point follows, wherever it goes",
+                                         description="Half-angle of the cone around each segment. The radius of the control point at its end multiplies it")
+    hint_light: bpy.props.PointerProperty(name="Starts At", description="Lamp that the first point of the curve follows",
                                           type=bpy.types.Object, poll=lambda self, thing: thing.type == "LIGHT")
-    hint_offset: bpy.props.FloatVectorProperty(name="Offset", description="Of the first point on the lamp, along the lamp's own axes",
+    hint_offset: bpy.props.FloatVectorProperty(name="Offset", description="Position of the first point on the lamp, in the local space of the lamp",
                                                size=3, subtype="TRANSLATION")
     hint_weight: bpy.props.FloatProperty(name="Weight", description="How often this curve is proposed, relative to the others",
                                          default=1.0, min=0.0, soft_max=10.0)
     use_motion_blur: inherited.boolean("use_motion_blur", "Motion Blur", "Blur this object when it moves", True, "use_motion_blur")
     use_deform_motion: inherited.boolean("use_deform_motion", "Deformation", "Blur this object when it deforms", True, "use_deform_motion")
-    motion_steps: inherited.integer("motion_steps", "Steps", "Each step doubles the number of moments at which the scene is evaluated. The largest of all objects counts",
+    motion_steps: inherited.integer("motion_steps", "Steps", "Each step doubles the number of times at which the scene is evaluated. The largest number of all objects is used",
                                     1, "motion_steps", 1, 7)
     shadow_terminator_geometry_offset: inherited.number(
         "shadow_terminator_geometry_offset", "Geometry Offset", "Moves shadow rays from coarse smooth surfaces outwards. 1 moves them to the rounded surface", 0.1,
@@ -62,8 +62,8 @@ class AjarWorldSettings(bpy.types.PropertyGroup):
 
 
 class AjarCameraSettings(bpy.types.PropertyGroup):
-    panorama_type: inherited.enum("panorama_type", "Panorama Type", "How directions are laid out on the picture", "FISHEYE_EQUISOLID", "panorama_type", PANORAMAS)
-    fisheye_fov: inherited.number("fisheye_fov", "Field of View", "Of the fisheye lens", math.pi, "fisheye_fov", 0.1745, 10 * math.pi, subtype="ANGLE")
+    panorama_type: inherited.enum("panorama_type", "Panorama Type", "How directions are mapped to the picture", "FISHEYE_EQUISOLID", "panorama_type", PANORAMAS)
+    fisheye_fov: inherited.number("fisheye_fov", "Field of View", "Angle that the fisheye lens sees", math.pi, "fisheye_fov", 0.1745, 10 * math.pi, subtype="ANGLE")
     fisheye_lens: inherited.number("fisheye_lens", "Lens", "Focal length of the fisheye lens in millimetres", 10.5, "fisheye_lens", 0.01, 1000.0)
     latitude_min: inherited.number("latitude_min", "Latitude Min", "Lowest latitude", -0.5 * math.pi, "latitude_min", -0.5 * math.pi, 0.5 * math.pi, subtype="ANGLE")
     latitude_max: inherited.number("latitude_max", "Max", "Highest latitude", 0.5 * math.pi, "latitude_max", -0.5 * math.pi, 0.5 * math.pi, subtype="ANGLE")

@@ -16,6 +16,7 @@ import bpy
 import numpy as np
 
 from . import compat, passes
+from .translations import report
 
 GUIDES = (passes.OWN["use_pass_albedo"], passes.BUILT_IN["use_pass_normal"])
 CALIBRATION_SIDE = 256   # pixels
@@ -160,7 +161,7 @@ class AJAR_OT_denoise_in_compositor(bpy.types.Operator):
         layer.use_pass_normal = layer.ajar.use_pass_albedo = True
         tree, target = compat.compositor_output(context.scene)
         if any(link.from_node.bl_idname == "CompositorNodeDenoise" for link in target.links):
-            self.report({"INFO"}, "The compositor denoises already")
+            self.report({"INFO"}, report("The compositor denoises already"))
             return {"CANCELLED"}
         layers = next((node for node in tree.nodes if node.bl_idname == "CompositorNodeRLayers"), None) or tree.nodes.new("CompositorNodeRLayers")
         layers.scene, layers.layer = context.scene, layer.name

@@ -19,6 +19,7 @@ from . import compat, denoise, headless, hints, last_render, learning, passes, p
 from .ajar_module import ajar
 from .export import ExportCancelled, export_scene
 from .interrupt import Interrupt
+from .translations import interface, report
 
 POLL_SECONDS = 0.1
 PREVIEW_POLL_SECONDS = 0.02
@@ -90,14 +91,14 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         denoises = denoise.is_available() and self._denoises(scene, options)
         guides = denoise.GUIDES if denoises else ()
         exported = export_scene(depsgraph, options, [item.name for item in dict.fromkeys((*wanted, *guides))], self.camera_override or scene.camera,
-                                is_cancelled, lambda step: self._show(depsgraph, f"Exporting {step}"),
+                                is_cancelled, lambda step: self._show(depsgraph, interface("Exporting {step}", step=interface(step))),
                                 None if self.is_preview else self.frame_set)
         scene = depsgraph.scene_eval   # motion blur has evaluated it again
         export_seconds = time.monotonic() - started
         for name, message in exported.warnings:
-            self.report({"WARNING"}, f"{name}: {message}")
+            self.report({"WARNING"}, report("{name}: {message}", name=name, message=message))
         if self._denoises(scene, options) and not denoises:
-            self.report({"WARNING"}, f"{scene.name}: this Blender has no Open Image Denoise, so the picture is not denoised")
+            self.report({"WARNING"}, report("{name}: this Blender has no Open Image Denoise, so the picture is not denoised", name=scene.name))
         settings = exported.description.settings
         if denoises and settings.seconds > 0.0:   # it is part of the time limit
             settings.seconds = max(0.5 * settings.seconds, settings.seconds - denoise.expected_seconds(settings.width * settings.height))
@@ -177,7 +178,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             progress = session.progress()
             self.update_progress(progress.fraction)
             session.pause(pausing.is_wanted() and not self.is_preview)
-            self._show(depsgraph, "Paused" if session.is_paused() else describe(progress, noise_target))
+            self._show(depsgraph, interface("Paused") if session.is_paused() else describe(progress, noise_target))
             if not self.is_preview:
                 render_progress.note(depsgraph.scene.name, session, noise_target)
             if is_cancelled():
@@ -215,7 +216,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, values: np.ndarray, statistics: dict) -> np.ndarray:
         self._next_words = 0.0
-        self._show(depsgraph, "Denoising")
+        self._show(depsgraph, interface("Denoising"))
         started = time.monotonic()
         values = denoise.denoised(values, *(session.snapshot(guide.name) for guide in denoise.GUIDES))
         statistics["denoise_seconds"] = time.monotonic() - started
@@ -243,7 +244,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     def _report(self, diagnostic: ajar.Diagnostic) -> None:
         kind = {ajar.Diagnostic.Severity.Info: "INFO", ajar.Diagnostic.Severity.Warning: "WARNING"}.get(diagnostic.severity, "ERROR")
-        self.report({kind}, f"{diagnostic.object}: {diagnostic.message}" if diagnostic.object else diagnostic.message)
+        message = report(diagnostic.message)
+        self.report({kind}, report("{name}: {message}", name=diagnostic.object, message=message) if diagnostic.object else message)
 
     def _fail(self, message: str) -> None:
         if headless.renders_from_command_line():
@@ -255,11 +257,13 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
 def describe(progress: ajar.Progress, noise_target: float) -> str:
     if progress.phase == ajar.Progress.Phase.Building:
-        return f"Building: {progress.step}"
-    text = f"{progress.samples:.4g} samples"
+        return interface("Building: {step}", step=interface(progress.step))
+    words = [interface("{number:.4g} samples", number=progress.samples)]
     if progress.estimated_relmse >= 0.0:
-        text += f" | Noise {render_progress.noise_words(progress.estimated_relmse ** 0.5, max(0.0, noise_target) ** 0.5)}"
-    return text if progress.remaining_seconds < 0.0 else f"{text} | Remaining {render_progress.clock(progress.remaining_seconds)}"
+        words.append(interface("Noise {noise}", noise=render_progress.noise_words(progress.estimated_relmse ** 0.5, max(0.0, noise_target) ** 0.5)))
+    if progress.remaining_seconds >= 0.0:
+        words.append(interface("Remaining {time}", time=render_progress.clock(progress.remaining_seconds)))
+    return " | ".join(words)
 
 
 def register() -> None:

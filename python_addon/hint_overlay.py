@@ -1,4 +1,4 @@
-"""Light paths in the 3D view: green where they attached, blue after mirrors and glass, red where they failed, with the reason."""
+"""Light hints in the 3D view: green where they attached, blue after mirrors and glass, red where they failed, with the reason."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Light paths drawn by the artist: what the core made of them, and the operators that make them.
+"""Light hints drawn by the artist: what the core made of them, and the operators that make them.
 
 Any curve in the collection named in the render settings is a light hint. How it was attached to lights and surfaces is known after each
 render, while a view is rendered, or when asked; the overlay (`hint_overlay.py`) and the panels show it as long as the curve has not changed.
@@ -16,6 +16,7 @@ from mathutils import Vector
 from .ajar_module import ajar
 from .export import ExportContext, camera, export_contents, hints as export_hints, settings
 from .headless import Options
+from .translations import interface, report, tooltip
 
 SNAP_DISTANCE = 1e-3      # of drawn points from their surface
 NOT_CHECKED = "Not checked yet"
@@ -61,14 +62,16 @@ def attachment_of(curve: bpy.types.Object) -> Attachment | None:
 def status_of(curve: bpy.types.Object) -> str:
     """In words for the artist."""
     if not curve.ajar.hint_enabled:
-        return "Not used"
+        return interface("Not used")
     known = attachment_of(curve)
     if known is None:
-        return NOT_CHECKED
+        return interface(NOT_CHECKED)
     if not known.attached:
-        return f"Failed: {known.reason}"
+        return interface("Failed: {reason}", reason=known.reason)
     bounced = sum(segment == ajar.HintReport.Segment.Bounced for segment in known.segments)
-    return f"Attached, {len(known.segments)} segments" + (f", {bounced} by mirrors or glass" if bounced else "")
+    if bounced:
+        return interface("Attached, {number} segments, {bounced} by mirrors or glass", number=len(known.segments), bounced=bounced)
+    return interface("Attached, {number} segments", number=len(known.segments))
 
 
 def curves_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -194,7 +197,10 @@ class AJAR_OT_check_light_hints(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         failed = [curve.name for curve in curves_of(context.scene) if (known := attachment_of(curve)) is not None and not known.attached]
-        self.report({"WARNING" if failed else "INFO"}, f"Not attached: {', '.join(failed)}" if failed else "All light hints are attached")
+        if failed:
+            self.report({"WARNING"}, report("Not attached: {names}", names=", ".join(failed)))
+        else:
+            self.report({"INFO"}, report("All light hints are attached"))
         return {"FINISHED"}
 
 
@@ -204,9 +210,9 @@ class AJAR_OT_suggest_light_hints(bpy.types.Operator):
     bl_description = "Find where light comes from that path tracing finds too seldom, and draw it as curves to edit"
     bl_options = {"REGISTER", "UNDO"}
 
-    count: bpy.props.IntProperty(name="At Most", default=6, min=1, max=50)
-    samples: bpy.props.IntProperty(name="Samples", description="Of the search; more find rarer light", default=40000, min=1000, max=10**7)
-    seed: bpy.props.IntProperty(name="Seed", default=0, min=0)
+    count: bpy.props.IntProperty(name="At Most", description="Largest number of curves that are drawn", default=6, min=1, max=50)
+    samples: bpy.props.IntProperty(name="Samples", description="Samples of the search. More samples find rarer light", default=40000, min=1000, max=10**7)
+    seed: bpy.props.IntProperty(name="Seed", description="A different seed searches with different random numbers", default=0, min=0)
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -216,7 +222,7 @@ class AJAR_OT_suggest_light_hints(bpy.types.Operator):
         try:
             found = ajar.suggest_hints(_describe(context), self.count, self.samples, self.seed)
             for points, _ in found:
-                curve = new_path(context, [Vector(point) for point in points], "Suggested Path")
+                curve = new_path(context, [Vector(point) for point in points], "Suggested Hint")
                 lamp = curve.ajar.hint_light = _lamp_at(context, points[0])
                 if lamp is not None:
                     curve.ajar.hint_offset = lamp.matrix_world.inverted_safe() @ Vector(points[0])
@@ -226,10 +232,10 @@ class AJAR_OT_suggest_light_hints(bpy.types.Operator):
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         if not found:
-            self.report({"INFO"}, "Path tracing finds the light of this scene well: there is nothing to suggest")
+            self.report({"INFO"}, report("Path tracing finds the light of this scene well: there is nothing to suggest"))
             return {"CANCELLED"}
         share = sum(share for _, share in found)
-        self.report({"INFO"}, f"{len(found)} light hints suggested, near which {share:.0%} of the noise of path tracing comes from")
+        self.report({"INFO"}, report("{number} light hints suggested. About {share:.0%} of the noise of path tracing comes from light near them", number=len(found), share=share))
         return {"FINISHED"}
 
 
@@ -253,20 +259,20 @@ class AJAR_OT_draw_light_hint(bpy.types.Operator):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         if context.object is None or context.object.type != "LIGHT":
-            cls.poll_message_set("Select the lamp that the light comes from")
+            cls.poll_message_set(tooltip("Select the lamp that the light comes from"))
             return False
         return _is_ours(context)
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         if context.area is None or context.area.type != "VIEW_3D":
-            self.report({"ERROR"}, "Draw in a 3D view")
+            self.report({"ERROR"}, report("Draw in a 3D view"))
             return {"CANCELLED"}
         lamp = context.object
         self.points = [lamp.matrix_world.translation.copy()]
-        self.curve = new_path(context, self.points * 2, f"{lamp.name} Path")
+        self.curve = new_path(context, self.points * 2, f"{lamp.name} Hint")
         self.curve.ajar.hint_light = lamp
         context.window_manager.modal_handler_add(self)
-        context.workspace.status_text_set("Click: add a point on the surface    Backspace: remove it    Enter or right click: finish    Esc: cancel")
+        context.workspace.status_text_set(interface("Click: add a point on the surface    Backspace: remove it    Enter or right click: finish    Esc: cancel"))
         return {"RUNNING_MODAL"}
 
     def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from . import compat
 from .ajar_module import ajar
+from .translations import interface
 
 INTEGRATORS = {"photon_map", "mps"}
 MOST = 50_000                 # drawn; of more, these are spread evenly over space
@@ -55,9 +56,11 @@ def forget(scene_name: str) -> None:
 def status_of(scene: bpy.types.Scene) -> str:
     photons = of(scene)
     if photons is None:
-        return "Shown after the next render"
+        return interface("Shown after the next render")
     shown = len(photons.positions)
-    return f"{shown:,} of {photons.stored:,} photons" if shown < photons.stored else f"{shown:,} photons"
+    if shown < photons.stored:
+        return interface("{shown:,} of {stored:,} photons", shown=shown, stored=photons.stored)
+    return interface("{number:,} photons", number=shown)
 
 
 def _colors(powers: np.ndarray) -> np.ndarray:

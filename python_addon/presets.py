@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import bpy
 
+from .translations import tooltip
+
 # Every preset sets every one of these, so that choosing one undoes another.
 BASE = {"integrator": "auto", "image": "uniform", "image_error": "relative", "samples": 1024, "time_limit": 0.0, "noise_target": 0.001,
         "bounces_total": 12, "bounces_diffuse": 4, "bounces_glossy": 4, "bounces_transmission": 12, "bounces_transparent": 8,
@@ -25,13 +27,14 @@ PRESETS = {
 class AJAR_OT_use_preset(bpy.types.Operator):
     bl_idname = "ajar.use_preset"
     bl_label = "Use Preset"
+    bl_description = "Set the settings of the render for a kind of work"
     bl_options = {"REGISTER", "UNDO"}
 
-    preset: bpy.props.EnumProperty(items=[(key, label, tip) for key, (label, tip, _) in PRESETS.items()])
+    preset: bpy.props.EnumProperty(name="Preset", items=[(key, label, tip) for key, (label, tip, _) in PRESETS.items()])
 
     @classmethod
     def description(cls, context: bpy.types.Context, properties) -> str:
-        return PRESETS[properties.preset][1]
+        return tooltip(PRESETS[properties.preset][1])
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         for name, value in (BASE | PRESETS[self.preset][2]).items():

@@ -63,16 +63,16 @@ def _set_use_cycles_settings(settings: bpy.types.PropertyGroup, value: bool) -> 
 
 class AjarSceneSettings(bpy.types.PropertyGroup):
     use_cycles_settings: bpy.props.BoolProperty(
-        name="Use Cycles' Settings", description="Settings that nobody has changed in Ajar have the value that the scene has for Cycles. They are shown in grey",
+        name="Use Cycles' Settings", description="Settings that were not changed in Ajar have the value that the scene has for Cycles. They are shown in grey",
         get=_get_use_cycles_settings, set=_set_use_cycles_settings)
-    show_advanced: bpy.props.BoolProperty(name="Advanced", description="Show methods that exist for comparison: no scene renders faster with them", default=False)
+    show_advanced: bpy.props.BoolProperty(name="Advanced", description="Show methods that exist only for comparison. No scene renders faster with them", default=False)
     use_checkpoint: bpy.props.BoolProperty(
-        name="Checkpoint", description="Keep what has been rendered in a file, so that a render that was stopped or that crashed can go on", default=False)
-    checkpoint_path: bpy.props.StringProperty(name="File", description="Of the checkpoint", default="//ajar.checkpoint", subtype="FILE_PATH")
+        name="Checkpoint", description="Save the samples in a file during the render, so that a render that was stopped can continue", default=False)
+    checkpoint_path: bpy.props.StringProperty(name="File", description="File of the checkpoint. The number of the frame is added to its name", default="//ajar.checkpoint", subtype="FILE_PATH")
     checkpoint_interval: bpy.props.IntProperty(name="Every", description="Seconds between two checkpoints", default=30, min=1, max=86400, subtype="TIME_ABSOLUTE")
     use_resume: bpy.props.BoolProperty(
-        name="Resume", description="Go on from the checkpoint, if there is one of this frame. Its samples count towards those asked for", default=False)
-    integrator: bpy.props.EnumProperty(name="Integrator", description="Rendering technique", items=integrator_items(),
+        name="Resume", description="Continue from the checkpoint of this frame, if there is one. Its samples count towards the number of samples", default=False)
+    integrator: bpy.props.EnumProperty(name="Integrator", description="Rendering technique of the final render", items=integrator_items(),
                                        default="auto")
     direct: bpy.props.EnumProperty(name="Direct Light", description="How direct light is sampled",
                                    items=DIRECT_ITEMS, default="mis")
@@ -87,7 +87,7 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
         name="Carry Learning", description="Each frame of an animation starts with what earlier frames have learned. Does not change the mean of the picture",
         default=True)
     vertex_merging: bpy.props.EnumProperty(
-        name="Vertex Merging", description="Caustics seen in mirrors and through glass, which no other light path connects to, come from photons",
+        name="Vertex Merging", description="Render caustics that are seen in mirrors and through glass with photons. No other light path reaches them",
         default="on",
         items=[("off", "Off", "Path tracing finds them rarely, as very bright pixels. Unbiased", 0),
                ("on", "On", "From photons, whose blur shrinks as the render goes on. Consistent", 1)])
@@ -101,9 +101,9 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                ("perceptual", "Visible Error", "Against the differences that an eye can see", 1)])
     importance_factor: bpy.props.FloatProperty(
         name="Region Importance", description="Pixels in the region get this many times more samples. Does not change the mean of the picture", default=1.0, min=0.0, soft_max=10.0)
-    importance_min: bpy.props.FloatVectorProperty(name="Region From", description="Lower left corner, as a part of the frame", size=2,
+    importance_min: bpy.props.FloatVectorProperty(name="Region From", description="Lower left corner of the region, as a fraction of the frame", size=2,
                                                   default=(0.0, 0.0), min=0.0, max=1.0)
-    importance_max: bpy.props.FloatVectorProperty(name="To", description="Upper right corner, as a part of the frame", size=2,
+    importance_max: bpy.props.FloatVectorProperty(name="To", description="Upper right corner of the region, as a fraction of the frame", size=2,
                                                   default=(1.0, 1.0), min=0.0, max=1.0)
     samples: inherited.integer("samples", "Samples", "Samples per pixel", 64, "samples", 1, 2**24)
     use_denoise: inherited.boolean(
@@ -115,21 +115,21 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                            1, 2**24)
     viewport_integrator: bpy.props.EnumProperty(name="Viewport Integrator", description="Rendering technique of the rendered 3D view",
                                                 items=integrator_items(), default="path")
-    time_limit: inherited.number("time_limit", "Time Limit", "Stop after this time, denoising included. 0 for no limit", 0.0, "time_limit", 0.0, 1e7,
+    time_limit: inherited.number("time_limit", "Time Limit", "Stop after this time, which includes denoising. 0 for no limit", 0.0, "time_limit", 0.0, 1e7,
                        subtype="TIME_ABSOLUTE")
     noise_target: bpy.props.FloatProperty(
         name="Noise Target", description="Stop when the estimated relative mean squared error is below this. 0 for never", default=0.0, min=0.0, max=1.0, precision=5,
         step=0.1, **inherited.accessors("noise_target", 0.0, "adaptive_threshold", read=inherited.noise_of_cycles))
-    noise_level: bpy.props.EnumProperty(name="Noise", description="How much noise may be left in the picture", items=NOISE_ITEMS, get=_get_noise_level, set=_set_noise_level)
+    noise_level: bpy.props.EnumProperty(name="Noise", description="Noise at which the render stops", items=NOISE_ITEMS, get=_get_noise_level, set=_set_noise_level)
     seed: inherited.integer("seed", "Seed", "A different seed gives a different noise pattern", 0, "seed", 0, 2**31 - 1)
-    bounces_total: inherited.integer("bounces_total", "Total", "Bounces of any kind", 12, "max_bounces", 0, 1024)
-    bounces_diffuse: inherited.integer("bounces_diffuse", "Diffuse", "Diffuse bounces", 4, "diffuse_bounces", 0, 1024)
-    bounces_glossy: inherited.integer("bounces_glossy", "Glossy", "Glossy bounces", 4, "glossy_bounces", 0, 1024)
-    bounces_transmission: inherited.integer("bounces_transmission", "Transmission", "Bounces through glass", 12, "transmission_bounces", 0, 1024)
-    bounces_transparent: inherited.integer("bounces_transparent", "Transparent", "Transparent surfaces crossed", 8, "transparent_max_bounces", 0, 1024)
-    bounces_volume: inherited.integer("bounces_volume", "Volume", "Bounces in volumes", 0, "volume_bounces", 0, 1024)
-    clamp_direct: inherited.number("clamp_direct", "Clamp Direct", "Maximum brightness of a direct light sample. Darkens the picture. 0 for no limit", 0.0, "sample_clamp_direct", 0.0, 1e8)
-    clamp_indirect: inherited.number("clamp_indirect", "Clamp Indirect", "Maximum brightness of an indirect light sample. Darkens the picture. 0 for no limit", 0.0,
+    bounces_total: inherited.integer("bounces_total", "Total", "Maximum number of bounces of all kinds together", 12, "max_bounces", 0, 1024)
+    bounces_diffuse: inherited.integer("bounces_diffuse", "Diffuse", "Maximum number of diffuse bounces", 4, "diffuse_bounces", 0, 1024)
+    bounces_glossy: inherited.integer("bounces_glossy", "Glossy", "Maximum number of glossy bounces", 4, "glossy_bounces", 0, 1024)
+    bounces_transmission: inherited.integer("bounces_transmission", "Transmission", "Maximum number of bounces through glass", 12, "transmission_bounces", 0, 1024)
+    bounces_transparent: inherited.integer("bounces_transparent", "Transparent", "Transparent surfaces that a path may cross", 8, "transparent_max_bounces", 0, 1024)
+    bounces_volume: inherited.integer("bounces_volume", "Volume", "Maximum number of bounces in volumes. 0 scatters light once", 0, "volume_bounces", 0, 1024)
+    clamp_direct: inherited.number("clamp_direct", "Clamp Direct", "Maximum brightness of a direct light sample. A limit darkens the picture. 0 for no limit", 0.0, "sample_clamp_direct", 0.0, 1e8)
+    clamp_indirect: inherited.number("clamp_indirect", "Clamp Indirect", "Maximum brightness of an indirect light sample. A limit darkens the picture. 0 for no limit", 0.0,
                            "sample_clamp_indirect", 0.0, 1e8)
     reflective_caustics: inherited.boolean("reflective_caustics", "Reflective Caustics", "Light reflected by glossy surfaces onto diffuse surfaces", True,
                                "caustics_reflective")
@@ -146,7 +146,7 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
     photon_radius: bpy.props.FloatProperty(name="Photon Radius", description="Radius of the first pass. 0 to choose it from the photon density",
                                            default=0.0, min=0.0, subtype="DISTANCE")
     memory_limit: bpy.props.IntProperty(
-        name="Memory Limit (MiB)", description="Refuse to start a render that would need more memory, and report what is largest. 0 for no limit",
+        name="Memory Limit (MiB)", description="Refuse to start a render that needs more memory, and report what needs most. 0 for no limit",
         default=0, min=0, max=2**31 - 1)
     show_photons: bpy.props.BoolProperty(
         name="Show Photons", description="After a render, or while a view is rendered, draw the photons of the last pass as points in the 3D views",
@@ -178,7 +178,7 @@ class AjarCollectionSettings(bpy.types.PropertyGroup):
 
 class AjarLightGroup(bpy.types.PropertyGroup):
     """What matters more or less of a view layer's light groups, by their names."""
-    importance: bpy.props.FloatProperty(default=1.0)
+    importance: bpy.props.FloatProperty(name="Importance", description="Importance of the light group that has this name", default=1.0)
 
 
 def _active_light_group(settings: bpy.types.PropertyGroup) -> tuple[bpy.types.ViewLayer, str]:
@@ -206,18 +206,18 @@ def _set_importance(settings: bpy.types.PropertyGroup, importance: float) -> Non
 
 
 class AjarViewLayerSettings(bpy.types.PropertyGroup):
-    light_groups: bpy.props.CollectionProperty(type=AjarLightGroup)
+    light_groups: bpy.props.CollectionProperty(type=AjarLightGroup, name="Light Groups", description="Light groups of the view layer whose importance is not 1")
     light_group_importance: bpy.props.FloatProperty(
-        name="Importance", description="Where sampling is adaptive, pixels get so many times the samples if all their light comes from the active light group, and "
-        "less so as it is less of it, with the same mean", default=1.0, min=0.0, soft_max=10.0, get=_get_importance, set=_set_importance)
+        name="Importance", description="Adaptive sampling gives a pixel this many times more samples if all its light comes from the active light group, and proportionally fewer if "
+        "only a part does. Does not change the mean of the picture", default=1.0, min=0.0, soft_max=10.0, get=_get_importance, set=_set_importance)
     use_pass_albedo: bpy.props.BoolProperty(name="Albedo", description="Colour of the first surface without its light")
-    use_pass_volume_direct: bpy.props.BoolProperty(name="Volume Direct", description="Light of lamps and sky that volumes scatter to the camera")
-    use_pass_volume_indirect: bpy.props.BoolProperty(name="Volume Indirect", description="Light that was scattered before, and that volumes scatter to the camera")
+    use_pass_volume_direct: bpy.props.BoolProperty(name="Volume Direct", description="Light of lamps and sky that volumes scatter directly to the camera")
+    use_pass_volume_indirect: bpy.props.BoolProperty(name="Volume Indirect", description="Light that volumes scatter to the camera after earlier bounces")
     use_pass_sample_count: bpy.props.BoolProperty(name="Sample Count", description="Samples that each pixel received")
     use_pass_variance: bpy.props.BoolProperty(name="Variance", description="Estimated variance of each pixel's mean")
     use_pass_error: bpy.props.BoolProperty(name="Error", description="Estimated standard deviation of each pixel, relative to its brightness")
     use_pass_perceptual_error: bpy.props.BoolProperty(
-        name="Perceptual Error", description="Estimated standard deviation of each pixel, in differences that an eye can just see")
+        name="Perceptual Error", description="Estimated standard deviation of each pixel, in units of the smallest difference that an eye can see")
 
 
 CLASSES = (AjarSceneSettings, *data_properties.GROUPS.values(), AjarShadingSettings, AjarCollectionSettings, AjarLightGroup, AjarViewLayerSettings)

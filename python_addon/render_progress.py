@@ -15,6 +15,7 @@ import numpy as np
 
 from . import graph
 from .ajar_module import ajar
+from .translations import interface
 
 NOTE_SECONDS = 0.5            # between two notes of a render
 LOOK_SECONDS = 0.25           # between two looks of the timer
@@ -106,8 +107,9 @@ def density_of(session: ajar.Session) -> Density | None:
 
 def noise_words(noise: float, target: float) -> str:
     """Both as parts of the brightness; target 0: none."""
-    words = f"{100.0 * noise:.2g} %"
-    return f"{words} of {100.0 * target:.2g} %" if target > 0.0 else words
+    if target > 0.0:
+        return interface("{percent:.2g} % of {target:.2g} %", percent=100.0 * noise, target=100.0 * target)
+    return interface("{percent:.2g} %", percent=100.0 * noise)
 
 
 def clock(seconds: float) -> str:

@@ -9,6 +9,9 @@ from pathlib import Path
 
 import bpy
 
+from .documentation import AJAR_OT_open_manual
+from .translations import report
+
 MODULE = __package__
 TEXT_NAME = "Ajar Self-Check"
 import_failure = ""   # why the compiled module could not be loaded
@@ -87,7 +90,7 @@ class AJAR_OT_self_check(bpy.types.Operator):
         if not bpy.app.background:
             context.window_manager.clipboard = text
         failed = any(line.startswith("FAILED") for line in found)
-        self.report({"ERROR" if failed else "INFO"}, f"{found[-1]} (copied; text \"{TEXT_NAME}\")")
+        self.report({"ERROR" if failed else "INFO"}, report("{result} (copied; text \"{name}\")", result=found[-1], name=TEXT_NAME))
         return {"FINISHED"}
 
 
@@ -97,11 +100,12 @@ class AjarPreferences(bpy.types.AddonPreferences):
     def draw(self, context: bpy.types.Context) -> None:
         column = self.layout.column()
         if import_failure:
-            column.label(text=import_failure.strip().splitlines()[-1], icon="ERROR")
+            column.label(text=import_failure.strip().splitlines()[-1], icon="ERROR", translate=False)
+        column.operator(AJAR_OT_open_manual.bl_idname, icon="HELP")
         column.operator(AJAR_OT_self_check.bl_idname, icon="CHECKMARK")
         sheet = bpy.data.texts.get(TEXT_NAME)
         for line in sheet.lines if sheet is not None else ():
-            column.label(text=line.body)
+            column.label(text=line.body, translate=False)
 
 
 CLASSES = (AJAR_OT_self_check, AjarPreferences)

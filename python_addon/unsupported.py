@@ -6,9 +6,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import bpy
+
+from .translations import report
 
 
 @dataclass(frozen=True)
@@ -17,6 +19,11 @@ class Setting:
     harmless: object   # the value that asks for nothing
     text: str        # a sentence that goes on after the name
     matters: Callable[[bpy.types.bpy_struct], bool] = lambda owner: True   # whether the datablock uses it at all
+    values: dict[str, str] = field(default_factory=dict)   # of the format fields of the text
+
+    def message(self) -> str:
+        """In the artist's language."""
+        return report(self.text, **self.values)
 
 
 def _simplifies(scene: bpy.types.Scene) -> bool:
@@ -35,12 +42,12 @@ SCENE = (
     Setting("render.use_multiview", False, "stereoscopy is not supported: views other than the first stay black"),
 )
 VIEW_LAYER = (
-    *(Setting(f"use_pass_{name}", False, f"the pass {label} is not supported and stays black") for name, label in (
+    *(Setting(f"use_pass_{name}", False, "the pass {name} is not supported and stays black", values={"name": label}) for name, label in (
         ("vector", "Vector"), ("shadow", "Shadow"), ("ambient_occlusion", "Ambient Occlusion"), ("subsurface_direct", "Subsurface Direct"),
         ("subsurface_indirect", "Subsurface Indirect"), ("subsurface_color", "Subsurface Color"), ("cryptomatte_object", "Cryptomatte Object"),
         ("cryptomatte_material", "Cryptomatte Material"), ("cryptomatte_asset", "Cryptomatte Asset"), ("grease_pencil", "Grease Pencil"))),
     Setting("cycles.use_pass_shadow_catcher", False, "the pass Shadow Catcher is not supported"),
-    *(Setting(f"cycles.use_pass_volume_{name}", False, f"the pass Volume {name.title()} is not supported") for name in ("scatter", "transmit", "majorant")),
+    *(Setting(f"cycles.use_pass_volume_{name}", False, "the pass {name} is not supported", values={"name": f"Volume {name.title()}"}) for name in ("scatter", "transmit", "majorant")),
     Setting("cycles.pass_render_time", False, "the pass Render Time is not supported"),
     Setting("cycles.denoising_store_passes", False, "Denoising Data is not supported: use the passes Albedo and Normal instead"),
 )
@@ -83,7 +90,7 @@ def asked_of(owner: bpy.types.bpy_struct, settings: tuple[Setting, ...]) -> Iter
     for setting in settings:
         known, value = value_of(owner, setting.path)
         if known and value != setting.harmless and setting.matters(owner):
-            yield setting.text
+            yield setting.message()
 
 
 def of_object(thing: bpy.types.Object) -> Iterator[str]:
@@ -95,6 +102,6 @@ def of_object(thing: bpy.types.Object) -> Iterator[str]:
 def of_view_layer(layer: bpy.types.ViewLayer) -> Iterator[str]:
     yield from asked_of(layer, VIEW_LAYER)
     for output in layer.aovs:
-        yield f"the pass {output.name} is not supported: AOV Output nodes are ignored"
+        yield report("the pass {name} is not supported: AOV Output nodes are ignored", name=output.name)
     if len(layer.lightgroups) > 0:
         yield "light groups have no passes: they are used for the importance of light only"

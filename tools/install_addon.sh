@@ -1,5 +1,5 @@
 #!/bin/sh
-# install_addon.sh BUILD PROFILE: the add-on with its built module into a private Blender profile.
+# install_addon.sh BUILD PROFILE: the add-on with its built module and the manual into a private Blender profile.
 set -eu
 build=$1
 profile=$2
@@ -9,3 +9,4 @@ mkdir -p "$profile/config" "$profile/scripts/addons"
 rm -rf "$addon"
 cp -r "$root/python_addon" "$addon"
 cp -r "$build/python/ajar" "$addon/ajar"
+/usr/bin/python3 "$root/tools/manual/pages.py" "$addon/manual"

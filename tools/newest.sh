@@ -1,5 +1,5 @@
 #!/bin/sh
-# newest.sh [ROOT]: the tests that need a window, in the newest Blender that Debian has (sid; 5.2 LTS when this was written), with the core built with sid's libraries.
+# newest.sh [ROOT]: the tests that need a window, and those of the manual and of German, in the newest Blender that Debian has (sid; 5.2 LTS when this was written), with the core built with sid's libraries.
 # Needs root and debootstrap, 6 GB and about a quarter of an hour the first time; a ROOT (default /var/tmp/ajar_sid) that is there is used again.
 set -eu
 root=${1:-/var/tmp/ajar_sid}
@@ -11,10 +11,10 @@ for folder in proc dev; do
 done
 trap 'umount "$root/proc" "$root/dev"' EXIT
 chroot "$root" apt-get update -qq
-# The last line: what Blender's own add-ons import there, of which cattrs is not packaged; and what takes pictures of the display.
+# The last line: what Blender's own add-ons import there, of which cattrs is not packaged; what takes pictures of the display; and what makes the manual.
 DEBIAN_FRONTEND=noninteractive chroot "$root" apt-get install -y -qq --no-install-recommends make git g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev \
   libtbb-dev pybind11-dev python3-dev python3-numpy nlohmann-json3-dev blender xvfb libgl1-mesa-dri python3-pytest \
-  python3-requests python3-attr python3-typing-extensions python3-pip python3-pil >/dev/null
+  python3-requests python3-attr python3-typing-extensions python3-pip python3-pil python3-markdown >/dev/null
 chroot "$root" python3 -c 'import cattrs' 2>/dev/null || chroot "$root" python3 -m pip install -q --break-system-packages --no-deps cattrs
 rm -rf "$root/ajar/source" && mkdir -p "$root/ajar"
 git clone -q "$here" "$root/ajar/source"
@@ -22,3 +22,4 @@ exec_in() { chroot "$root" sh -c "cd /ajar/source && HOME=/root $1"; }
 mkdir -p "$root/ajar/build" && ln -s ../build "$root/ajar/source/build"
 exec_in 'tools/build.sh release'
 exec_in 'AJAR_BUILD=/ajar/build/release python3 -m pytest -q -p no:cacheprovider tests/blender/test_window.py tests/blender/test_panels.py'
+exec_in 'AJAR_BUILD=/ajar/build/release python3 -m pytest -q -p no:cacheprovider tests/blender/test_inside.py -k "manual or translations"'

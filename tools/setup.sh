@@ -1,9 +1,9 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and only then needs root.
-# `setup.sh test` adds what tests need, `bench` what benchmarks need, `fuzz` a clang, `sanitize` what builds TBB, `extension` what packing and trying out the extension needs.
+# `setup.sh test` adds what tests need, `bench` what benchmarks need, `fuzz` a clang, `pictures` what takes the manual's pictures, `sanitize` what builds TBB, `extension` what packing and trying out the extension needs.
 set -eu
 packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
- pybind11-dev python3-dev python3-numpy nlohmann-json3-dev"
+ pybind11-dev python3-dev python3-numpy python3-markdown nlohmann-json3-dev"
 [ "${BLENDER:-blender}" = blender ] && packages="$packages blender"
 # Its second line: libraries that official Blender takes from the system.
 extension="python3-venv ca-certificates curl binutils
@@ -13,6 +13,7 @@ case "${1:-}" in
   extension) packages="$packages $extension" ;;
   bench) packages="$packages python3-matplotlib valgrind libgtest-dev python3-pytest" ;;
   sanitize) packages="$packages libgtest-dev curl ca-certificates xz-utils" ;;
+  pictures) packages="$packages xvfb python3-pil" ;;
   fuzz) packages="$packages clang-16 libclang-rt-16-dev libgtest-dev" ;;
 esac
 missing=""

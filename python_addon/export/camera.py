@@ -36,7 +36,7 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None) -> No
     if camera.type == "PANO":
         out.panorama = panorama_of(context.scene.render, camera)
         if kind_of_panorama(camera) not in _PANORAMAS:
-            context.warn(camera_object.name, f"the panorama type {kind_of_panorama(camera)} is not supported; it renders as equirectangular")
+            context.warn(camera_object.name, "the panorama type {kind} is not supported; it renders as equirectangular", kind=kind_of_panorama(camera))
 
 
 def kind_of_panorama(camera: bpy.types.Camera) -> str:

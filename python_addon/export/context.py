@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 import bpy
 
 from ..ajar_module import ajar
+from ..translations import report
 from .known_objects import KnownObjects
 from .mesh_cache import MeshCache
 
@@ -53,14 +54,15 @@ class ExportContext:
             if group.name in self.view_layer.lightgroups:
                 self.importance_of_light_groups[group.name] = group.importance
             else:
-                self.warn(self.view_layer.name, f"its light group {group.name} is gone, and with it that group's importance")
+                self.warn(self.view_layer.name, "its light group {group} is gone, and with it that group's importance", group=group.name)
 
     def warn_all(self, name: str, messages: Iterable[str]) -> None:
         for message in messages:
             self.warn(name, message)
 
-    def warn(self, name: str, message: str) -> None:
-        """Tell the artist, once."""
+    def warn(self, name: str, text: str, **values: object) -> None:
+        """Tell the artist, once. `values` are filled into the format fields of the text, after it was translated."""
+        message = report(text, **values)
         if (name, message) not in self.warnings:
             self.warnings.append((name, message))
 

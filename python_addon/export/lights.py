@@ -31,7 +31,7 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list
         out.graph = _graph(context, tree, light.name)
     hidden = [kind for bit, kind in _SEEN_BY if not visibility & bit]
     if 0 < len(hidden) < len(_SEEN_BY):
-        context.warn(name, f"it is hidden from {' and '.join(hidden)} rays, but still lights what scatters that way where it is sampled")
+        context.warn(name, "it is hidden from some rays ({kinds}), but still lights what scatters that way where it is sampled", kinds=", ".join(hidden))
     context.description.add_light(out)
 
 

@@ -124,7 +124,7 @@ class GraphExporter:
             return with_identifier(scope.group_node.inputs, output.identifier), scope.parent
         if node.bl_idname == "ShaderNodeGroup" or node.type == "GROUP":
             if node.node_tree is None:
-                self.context.warn(self.owner, f'node group "{scope.prefix}{node.name}" has lost its tree')
+                self.context.warn(self.owner, 'node group "{group}" has lost its tree', group=scope.prefix + node.name)
                 return None, scope
             inner = scope.child(node)
             outputs = [other for other in inner.tree.nodes if other.bl_idname == "NodeGroupOutput"]

@@ -15,11 +15,12 @@ import numpy as np
 
 from .. import compat, plain, unsupported
 from ..ajar_module import ajar
+from ..translations import interface
 from . import lights, materials, mesh, motion, named_values, strands
 from .context import ExportContext, rows_3x4
 from .known_objects import OutOfDate, look_of
 
-NOT_YET = {"POINTCLOUD": "point clouds", "VOLUME": "volumes"}
+NOT_YET = {"POINTCLOUD": "point clouds are not yet supported and do not render", "VOLUME": "volumes are not yet supported and do not render"}
 
 
 @dataclass
@@ -213,13 +214,13 @@ def _from_instancer(context: ExportContext, instance: bpy.types.DepsgraphObjectI
         if value is not None:
             found[name] = value
         elif any(modifier.type == "NODES" for modifier in parent.modifiers):
-            context.warn(parent.name, f'if its geometry nodes give instances an attribute "{name}", it cannot be read')
+            context.warn(parent.name, 'if its geometry nodes give instances an attribute "{attribute}", it cannot be read', attribute=name)
     return found
 
 
 def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Object) -> bool:
     if thing.type in NOT_YET:
-        context.warn(owner.name, f"{NOT_YET[thing.type]} are not yet supported and do not render")
+        context.warn(owner.name, NOT_YET[thing.type])
         return False
     if any(m.type == "FLUID" and m.fluid_type == "DOMAIN" and m.domain_settings.domain_type == "GAS" for m in owner.modifiers):
         context.warn(owner.name, "smoke is a grid; grids are not yet supported, and it does not render")
@@ -282,7 +283,7 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
     collected.asked = _asked(context)
     numbers: dict[tuple[int, int], tuple[int, ajar.MeshDescription | None]] = {}
     for number, geometry in enumerate(collected.order):
-        context.report_step(f"mesh {number + 1} of {len(collected.order)}")
+        context.report_step(interface("mesh {number} of {total}", number=number + 1, total=len(collected.order)))
         context.check_cancelled()
         key = (geometry.data.as_pointer(), geometry.owner.as_pointer() if geometry.is_hair else 0)
         if key not in numbers:

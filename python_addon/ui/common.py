@@ -5,7 +5,8 @@ from __future__ import annotations
 import blf
 import bpy
 
-from .. import compat, inherited
+from .. import compat, documentation, inherited
+from ..translations import interface
 
 ENGINE = "AJAR"
 MARGINS, ICON = 72, 20   # pixels: left and right of a text in a panel, scroll bar included; of an icon
@@ -22,6 +23,9 @@ class AjarPanel:
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return context.engine in cls.COMPAT_ENGINES
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        documentation.draw_button(self.layout, type(self))
 
     def column(self) -> bpy.types.UILayout:
         self.layout.use_property_split = True
@@ -46,11 +50,11 @@ def _wrapped(text: str, context: bpy.types.Context, icon: bool = False) -> list[
 
 
 def say(layout: bpy.types.UILayout, text: str, context: bpy.types.Context, icon: str = "NONE") -> None:
-    """A sentence, with an icon before its first line."""
+    """A sentence in the artist's language, with an icon before its first line."""
     column = layout.column(align=True)
     column.scale_y = 0.8
-    for number, line in enumerate(_wrapped(text, context, icon != "NONE")):
-        column.label(text=line, icon=icon if number == 0 or icon == "NONE" else "BLANK1")
+    for number, line in enumerate(_wrapped(interface(text), context, icon != "NONE")):
+        column.label(text=line, icon=icon if number == 0 or icon == "NONE" else "BLANK1", translate=False)
 
 
 def draw_inherited(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, name: str, **more) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import bpy
 from bpy.types import Panel
 
-from .. import checks, hints, last_render
+from .. import checks, documentation, hints, last_render
 from ..ajar_module import ajar
+from ..translations import interface
 from .common import ENGINE, AjarPanel, say
 
 
@@ -21,7 +22,7 @@ def draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
         row.active = curve.ajar.hint_enabled
         icon = "CURVE_DATA" if known is None else "CHECKMARK" if known.attached else "ERROR"
         row.prop(curve.ajar, "hint_enabled", text="")
-        row.label(text=curve.name, icon=icon)
+        row.label(text=curve.name, icon=icon, translate=False)
         worth = last_render.of_hint(scene, curve.name)
         if worth is not None and _worth(worth):
             row = layout.row()
@@ -41,11 +42,11 @@ def _worth(worth: dict) -> str:
     """Of a light hint in the last render: what its statistics say, and no more."""
     words = []
     if worth.get("proposed"):
-        words.append(f"{worth['proposed']:,.0f} proposed")
+        words.append(interface("{number:,.0f} proposed", number=worth["proposed"]))
         if "accepted" in worth:
-            words.append(f"{worth['accepted'] / worth['proposed']:.0%} accepted")
+            words.append(interface("{share:.0%} accepted", share=worth["accepted"] / worth["proposed"]))
     if "energy_share" in worth:
-        words.append(f"{worth['energy_share']:.1%} of the light")
+        words.append(interface("{share:.1%} of the light", share=worth["energy_share"]))
     return ", ".join(words)
 
 
@@ -56,8 +57,8 @@ class AJAR_RENDER_PT_hints(AjarPanel, Panel):
         settings = context.scene.ajar
         column = self.column()
         if not {settings.integrator, settings.viewport_integrator} & checks.HINT_INTEGRATORS:
-            names = [info.label for info in ajar.integrator_list() if info.name in checks.HINT_INTEGRATORS]
-            say(column, f"The chosen integrator does not use them. These do: {', '.join(names)}", context)
+            names = [interface(info.label) for info in ajar.integrator_list() if info.name in checks.HINT_INTEGRATORS]
+            say(column, interface("The chosen integrator does not use them. These do: {names}", names=", ".join(names)), context)
         draw_hints(column, context)
 
 
@@ -70,6 +71,9 @@ class AJAR_VIEW3D_PT_hints(Panel):
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return context.engine == ENGINE
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        documentation.draw_button(self.layout, type(self))
 
     def draw(self, context: bpy.types.Context) -> None:
         draw_hints(self.layout.column(), context)
@@ -94,7 +98,7 @@ class AJAR_OBJECT_PT_light_hint(AjarPanel, Panel):
         say(column, hints.status_of(context.object), context)
         worth = last_render.of_hint(context.scene, context.object.name)
         if worth is not None:
-            column.label(text=f"Last render: {_worth(worth)}")
+            column.label(text=interface("Last render: {worth}", worth=_worth(worth)))
 
 
 CLASSES = (AJAR_RENDER_PT_hints, AJAR_OBJECT_PT_light_hint, AJAR_VIEW3D_PT_hints)

@@ -8,6 +8,7 @@ import numpy as np
 from bpy.types import Panel
 
 from .. import graph, render_progress
+from ..translations import interface
 from .common import ENGINE, AjarPanel
 
 ICON_UNIT = 20          # pixels of an icon of scale 1
@@ -68,17 +69,17 @@ class _Progress:
         if density is None:
             column.label(text="Counting the samples" if noted.is_running else "Counted in the next render")
             return
-        column.label(text=f"{density.least:.0f} to {density.most:.0f} per pixel")
-        column.label(text=f"Mean {density.mean:.4g}")
+        column.label(text=interface("{least:.0f} to {most:.0f} per pixel", least=density.least, most=density.most))
+        column.label(text=interface("Mean {mean:.4g}", mean=density.mean))
         column.template_icon(_show(f"density {where}", (noted.number, scene_name), lambda: graph.density(density.means)), scale=size)
 
 
 def _lines(noted: render_progress.Noted) -> list[str]:
-    lines = [f"Samples {noted.samples:.4g}"]
+    lines = [interface("{number:.4g} samples", number=noted.samples)]
     if len(noted.noise) > 0:
-        lines.append(f"Noise {render_progress.noise_words(float(noted.noise[-1]), noted.target)}")
+        lines.append(interface("Noise {noise}", noise=render_progress.noise_words(float(noted.noise[-1]), noted.target)))
     if noted.is_running and noted.remaining_seconds >= 0.0:
-        lines.append(f"Remaining {render_progress.clock(noted.remaining_seconds)}")
+        lines.append(interface("Remaining {time}", time=render_progress.clock(noted.remaining_seconds)))
     return lines
 
 

@@ -9,6 +9,7 @@ from bpy.types import Menu, Panel
 
 from .. import checks, compat, denoise, last_render, photon_overlay
 from ..ajar_module import ajar
+from ..translations import interface
 from .common import AjarPanel, draw_inherited, say
 
 GATHERING_INTEGRATORS = {*photon_overlay.INTEGRATORS, "irradiance_cache"}
@@ -29,13 +30,13 @@ class AJAR_RENDER_PT_checks(AjarPanel, Panel):
             column.operator("ajar.fix", text=fix.button).what = fix.name
         missing = checks.missing_images()
         if missing:
-            say(column, f"Missing images, which will be magenta: {', '.join(missing)}", context, "ERROR")
+            say(column, interface("Missing images, which will be magenta: {names}", names=", ".join(missing)), context, "ERROR")
             column.operator("file.find_missing_files")
         messages = checks.messages_of(scene)
         for name, text in (messages or [])[:MOST_MESSAGES]:
-            say(column, f"{name}: {text}" if name else text, context, "ERROR")
+            say(column, interface("{name}: {message}", name=name, message=text) if name else text, context, "ERROR")
         if messages and len(messages) > MOST_MESSAGES:
-            column.label(text=f"... and {len(messages) - MOST_MESSAGES} more")
+            column.label(text=interface("... and {number} more", number=len(messages) - MOST_MESSAGES))
         if messages == [] and not fixes and not missing:
             column.label(text="No problems found", icon="CHECKMARK")
         column.operator("ajar.check_scene", icon="VIEWZOOM")
@@ -47,6 +48,7 @@ class AJAR_RENDER_PT_sampling(AjarPanel, Panel):
     def draw_header_preset(self, context: bpy.types.Context) -> None:
         self.layout.emboss = "NONE"
         self.layout.menu("AJAR_MT_presets", text="", icon="PRESET")
+        super().draw_header_preset(context)
 
     def draw(self, context: bpy.types.Context) -> None:
         settings = context.scene.ajar
@@ -93,7 +95,7 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
         if info is not None:
             merges = info.can_merge and settings.vertex_merging == "on"
             honesty = ajar.Honesty.Consistent if merges else info.honesty
-            say(column, f"{HONESTY[honesty]}: {info.sentence}", context)
+            say(column, interface("{kind}: {sentence}", kind=interface(HONESTY[honesty]), sentence=interface(info.sentence)), context)
         if settings.integrator == "path":
             column.prop(settings, "guiding")
         can_merge = info is not None and info.can_merge
@@ -142,7 +144,8 @@ class AJAR_RENDER_PT_direct(AjarPanel, Panel):
         column.prop(settings, "direct_samples", text="Samples")
         column.prop(settings, "show_advanced")
         if info is not None:
-            say(column, ("Biased: " if info.biased else "") + info.sentence, context)
+            sentence = interface(info.sentence)
+            say(column, interface("{kind}: {sentence}", kind=interface("Biased"), sentence=sentence) if info.biased else sentence, context)
 
 
 class AJAR_RENDER_PT_light_paths(AjarPanel, Panel):
@@ -281,7 +284,7 @@ class AJAR_RENDER_PT_statistics(AjarPanel, Panel):
         for name, value in _statistics(last_render.of(context.scene)):
             row = column.split(factor=0.36)
             row.label(text=name)
-            row.label(text=value)
+            row.label(text=value, translate=False)
 
 
 class AJAR_RENDER_PT_plan(AjarPanel, Panel):
@@ -297,30 +300,32 @@ class AJAR_RENDER_PT_plan(AjarPanel, Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
         for step in last_render.of(context.scene)["plan"]:
-            cost = f" ({step['cost']})" if step.get("cost") else ""
-            say(column, f"{step['step'][:1].upper()}{step['step'][1:]}: {step['reason']}{cost}", context, "CHECKMARK" if step["used"] else "BLANK1")
+            name = f"{step['step'][:1].upper()}{step['step'][1:]}"
+            message = interface("{reason} ({cost})", reason=step["reason"], cost=step["cost"]) if step.get("cost") else step["reason"]
+            say(column, interface("{name}: {message}", name=interface(name), message=message), context, "CHECKMARK" if step["used"] else "BLANK1")
 
 
 def _statistics(values: dict) -> list[tuple[str, str]]:
-    """Names and values for people."""
+    """Names and values for people. The panel translates the names."""
     label = next((info.label for info in ajar.integrator_list() if info.name == values["integrator"]), values["integrator"])
-    rows = [("Integrator", f"{label}, {values.get('honesty', '')}".rstrip(", "))]
+    words = [label, values["honesty"].capitalize()] if values.get("honesty") else [label]
+    rows = [("Integrator", ", ".join(map(interface, words)))]
     if "samples_per_pixel" in values:
         rows.append(("Samples per pixel", f"{values['samples_per_pixel']['mean']:.4g}"))
     if "rays_per_second" in values:
-        rows.append(("Rays per second", f"{values['rays_per_second'] / 1e6:.3g} million"))
+        rows.append(("Rays per second", interface("{number:.3g} million", number=values["rays_per_second"] / 1e6)))
     if values.get("estimated_error"):
         relmse = values["estimated_error"][-1][2]
-        rows.append(("Estimated error", f"{100.0 * math.sqrt(relmse):.2g} % of the brightness (relMSE {relmse:.2g})"))
+        rows.append(("Estimated error", interface("{percent:.2g} % of the brightness (relMSE {relmse:.2g})", percent=100.0 * math.sqrt(relmse), relmse=relmse)))
     if "refused_samples" in values:
         rows.append(("Refused samples", f"{values['refused_samples']}"))
     rows.append(("Export and build", f"{values['export_seconds'] + values['build_seconds']:.2f} s"))
-    rows.append(("Rendering", f"{values['render_seconds']:.2f} s with {values['threads']} threads"))
+    rows.append(("Rendering", interface("{seconds:.2f} s with {threads} threads", seconds=values["render_seconds"], threads=values["threads"])))
     rows.append(("Peak memory", f"{values['peak_memory_bytes'] / 2**20:.0f} MiB"))
     if "scene" in values:
         scene = values["scene"]
-        rows.append(("Triangles", f"{scene['triangles']:,} in {scene['meshes']:,} meshes"))
-        rows.append(("Instances", f"{scene['instances']:,} with {scene['instanced_triangles']:,} triangles"))
+        rows.append(("Triangles", interface("{triangles:,} in {meshes:,} meshes", triangles=scene["triangles"], meshes=scene["meshes"])))
+        rows.append(("Instances", interface("{instances:,} with {triangles:,} triangles", instances=scene["instances"], triangles=scene["instanced_triangles"])))
         rows.append(("Lights", f"{scene['lights']:,}"))
     return rows
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """make extension: out/ajar-<version>-linux-x64.zip for Blender 4.2 and newer, and the legacy add-on for 3.4 to 4.1.
 
-Both hold the add-on, the compiled module for each Python that Blender comes with and each level of x86-64, and every library it needs.
+Both hold the add-on with its manual, the compiled module for each Python that Blender comes with and each level of x86-64, and every library it needs.
 Nothing is downloaded when they are installed.
 
     tools/extension/build.py [--python 3.11 ...] [--level x86-64-v3 ...]    a part of it, for tests
@@ -23,6 +23,9 @@ import dependencies
 import isolate
 
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "tools" / "manual"))
+import pages  # noqa: E402
+
 WORK = ROOT / "build" / "extension"
 LEVELS = ("x86-64-v2", "x86-64-v3")
 # Official Blender: 3.10 up to 4.0, 3.11 up to 5.0, 3.13 since 5.1. Debian's: 3.13 (4.3.2), 3.14 (5.2).
@@ -106,9 +109,11 @@ def make_package(levels: list[str], pythons: list[Python], prefix: Path) -> Path
 def pack(path: Path, package: Path, pythons: tuple[str, ...], top: str) -> None:
     """One zip: the add-on below the folder `top` of it, with the modules of these Pythons."""
     suffixes = tuple(Python(version, Path()).suffix for version in pythons)
+    manual = WORK / "manual"
+    pages.write_pages(manual)
     path.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
-        for folder, below in ((ROOT / "python_addon", ""), (package, "ajar/")):
+        for folder, below in ((ROOT / "python_addon", ""), (package, "ajar/"), (manual, "manual/")):
             for file in sorted(folder.rglob("*")):
                 if not file.is_file() or "__pycache__" in file.parts or (file.name.startswith("_ajar.") and not file.name.endswith(suffixes)):
                     continue

@@ -13,13 +13,14 @@ import time
 import bpy
 from mathutils import Euler
 
-LONGEST_SECONDS = 120.0
+LONGEST_SECONDS = 400.0
 COLUMN = 400            # pixels, width of the properties
 
 folder, root, *names = sys.argv[sys.argv.index("--") + 3:]
 sys.path.insert(0, f"{root}/tests/blender/window")
 import window  # noqa: E402
 from ajar_render import hints, render_progress, ui, viewport  # noqa: E402
+from ajar_render.export import hints as export_hints  # noqa: E402
 
 views: list[viewport.Viewport] = []
 _make = viewport.Viewport.__init__
@@ -35,7 +36,8 @@ viewport.Viewport.__init__ = _remember
 
 
 def is_wanted(name: str) -> bool:
-    return not names or any(name.startswith(wanted) for wanted in names)
+    """Of a picture, or of the chapter with which the names of its pictures begin."""
+    return not names or any(name.startswith(wanted) or wanted.startswith(f"{name}_") for wanted in names)
 
 
 # ---- Blender's window ---------------------------------------------------------------------------------------------------
@@ -75,6 +77,9 @@ def open_scene(name: str | None) -> None:
         bpy.ops.wm.open_mainfile(filepath=f"{root}/test_scenes/{name}.blend", load_ui=False)
     scene = bpy.context.scene
     scene.render.engine = "AJAR"
+    collection = export_hints.collection_of(scene)
+    if collection is not None:
+        collection.name = export_hints.COLLECTION   # scenes made for older versions have another name
     bpy.context.preferences.view.show_statusbar_stats = False
 
 

@@ -4,6 +4,7 @@
     tools/manual/pictures.py [--build build/release] [NAME ...]     all of them, or those whose names begin so
 
 `inside.py` clicks and photographs; here pictures are cut to what matters and made small.
+blender_5.2.jpg is the picture `blender` of this script in the Debian of tools/newest.sh; hint_6_keyhole.jpg shows two renders and no window.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def test_the_panel_shows_what_was_noted(session, noted_scene, width, pictures):
     layout = drawn(noted_scene, width)
     assert len(layout.icons) == pictures and list(progress._pictures["density IMAGE_EDITOR"].image_size) == [24, 16]
     assert layout.icons[0][1] * progress.ICON_UNIT <= width
-    assert layout.labels[0] == "Samples 32" and layout.labels[1].endswith(" of 1 %") and any(text.endswith(" per pixel") for text in layout.labels)
+    assert layout.labels[0] == "32 samples" and layout.labels[1].endswith(" of 1 %") and any(text.endswith(" per pixel") for text in layout.labels)
     preview = progress._pictures["noise IMAGE_EDITOR"]
     assert preview.image_size[0] == preview.image_size[1] == round(layout.icons[0][1] * progress.ICON_UNIT) - 2 * progress.ICON_PADDING
     picture = np.array(preview.image_pixels_float[:]).reshape(*preview.image_size, 4)

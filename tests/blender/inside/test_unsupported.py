@@ -58,7 +58,7 @@ def test_each_setting_is_reported_by_name(datablocks, kind, setting):
     owner, prop = owner_of(thing, setting.path)
     setattr(owner, prop, other_value(owner, prop, setting.harmless))
     thing.update_tag() if hasattr(thing, "update_tag") else None
-    assert (name, setting.text) in warnings()
+    assert (name, setting.message()) in warnings()
 
 
 def test_aovs_and_light_groups_are_reported(datablocks, scene):
