@@ -12,8 +12,15 @@ ENGINE = "AJAR"
 MARGINS, ICON = 72, 20   # pixels: left and right of a text in a panel, scroll bar included; of an icon
 
 
-class AjarPanel:
-    """What our panels share; not a panel itself."""
+class WithManual:
+    """A panel whose header has a button that opens the manual at the panel; not a panel itself."""
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        documentation.draw_button(self.layout, type(self))
+
+
+class AjarPanel(WithManual):
+    """What panels of the Properties editor share; not a panel itself."""
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
@@ -23,9 +30,6 @@ class AjarPanel:
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return context.engine in cls.COMPAT_ENGINES
-
-    def draw_header_preset(self, context: bpy.types.Context) -> None:
-        documentation.draw_button(self.layout, type(self))
 
     def column(self) -> bpy.types.UILayout:
         self.layout.use_property_split = True

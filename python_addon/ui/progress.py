@@ -9,7 +9,7 @@ from bpy.types import Panel
 
 from .. import graph, render_progress
 from ..translations import interface
-from .common import ENGINE, AjarPanel
+from .common import ENGINE, AjarPanel, WithManual
 
 ICON_UNIT = 20          # pixels of an icon of scale 1
 ICON_PADDING = 4        # pixels that Blender leaves free on each side of a picture
@@ -87,7 +87,7 @@ class AJAR_RENDER_PT_progress(_Progress, AjarPanel, Panel):
     bl_options = {"DEFAULT_CLOSED"}
 
 
-class AJAR_IMAGE_PT_progress(_Progress, Panel):
+class AJAR_IMAGE_PT_progress(_Progress, WithManual, Panel):
     """In the sidebar of the image editor, which shows the render."""
     bl_space_type = "IMAGE_EDITOR"
     bl_region_type = "UI"
@@ -98,7 +98,7 @@ class AJAR_IMAGE_PT_progress(_Progress, Panel):
         return context.scene.render.engine == ENGINE
 
 
-class AJAR_VIEW3D_PT_pass(Panel):
+class AJAR_VIEW3D_PT_pass(WithManual, Panel):
     """In the shading menu of a 3D view that Ajar renders."""
     bl_label = "Ajar"
     bl_space_type = "VIEW_3D"

@@ -56,8 +56,8 @@ def named_functions(text: str) -> list[tuple[str, str]]:
 
 
 def anchors_of(text: str) -> set[str]:
-    """Anchors of headings, by GitHub's rule."""
-    anchors: set[str] = set()
+    """Anchors of headings, by GitHub's rule, and those that are written as such."""
+    anchors: set[str] = set(re.findall(r'<a id="([^"]+)">', text))
     for heading in re.findall(r"^#+ +(.*?) *#*$", without_blocks(text), re.M):
         plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").lower()
         anchor = re.sub(r"[^\w\- ]", "", plain).replace(" ", "-")
