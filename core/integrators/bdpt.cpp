@@ -30,6 +30,7 @@ class Bdpt final : public Integrator {
     statistics_ = {};
     merging_.prepare(*scene_, plan.merging, seed);
     followed_.clear();
+    hints_ = plan.hints;
     space_.reset();
     filter_ = PixelFilter(scene_->settings().filter, scene_->settings().filter_width);
   }
@@ -78,7 +79,7 @@ class Bdpt final : public Integrator {
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film);
     space_->without_unconnectable = merging_.active();
-    followed_.begin(*space_, seed_, stop);
+    followed_.begin(hints_, *space_, seed_, stop);
     merging_.follow(space_->guide);
   }
 
@@ -106,6 +107,7 @@ class Bdpt final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0, samples_done_ = 0;
   VertexMerging merging_;
+  std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;      ///< of the paths that tell what hints bring
   PixelFilter filter_;

@@ -39,6 +39,7 @@ class EnergyRedistribution final : public Integrator {
     seed_ = seed;
     direct_.prepare(*scene_, plan.merging, seed);
     followed_.clear();
+    hints_ = plan.hints;
     samples_done_ = steps_wanted_ = 0;
   }
 
@@ -97,7 +98,7 @@ class EnergyRedistribution final : public Integrator {
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film);
     space_->without_unconnectable = direct_.merging().active();
-    followed_.begin(*space_, seed_, stop);
+    followed_.begin(hints_, *space_, seed_, stop);
     direct_.merging().follow(space_->guide);
     mutations_.clear();
     mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.6f});
@@ -191,6 +192,7 @@ class EnergyRedistribution final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
   DirectPass direct_;
+  std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;

@@ -27,6 +27,7 @@ class Metropolis final : public Integrator {
     chains_ = {};
     pilot_ = {};
     followed_.clear();
+    hints_ = plan.hints;
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
@@ -56,7 +57,7 @@ class Metropolis final : public Integrator {
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film);
     space_->without_unconnectable = direct_.merging().active();
-    followed_.begin(*space_, seed_, stop);
+    followed_.begin(hints_, *space_, seed_, stop);
     direct_.merging().follow(space_->guide);
     mutations_ = standard_mutations(*space_, followed_.hints(), followed_.mutation_use());
     const auto seeds = uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kFewestSeeds, kMostSeeds));
@@ -77,6 +78,7 @@ class Metropolis final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
   DirectPass direct_;
+  std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;

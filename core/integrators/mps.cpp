@@ -56,6 +56,7 @@ class Mps final : public Integrator {
     ensemble_ = {};
     arrivals_ = {};
     plan_ = plan.photons;
+    hints_ = plan.hints;
     photon_rays_ = 0;
     passes_.prepare(*scene_, seed, &arrivals_);
   }
@@ -87,7 +88,7 @@ class Mps final : public Integrator {
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film);
-    followed_.begin(*space_, seed_, stop);
+    followed_.begin(hints_, *space_, seed_, stop);
     mutations_ = standard_mutations(*space_, followed_.hints(), followed_.mutation_use());
     ensemble_ = {};
     if (!followed_.hints().empty()) ensemble_.watch(followed_.hints());
@@ -163,6 +164,7 @@ class Mps final : public Integrator {
 
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
+  std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;

@@ -25,6 +25,7 @@ class PhotonMapping final : public Integrator {
     plan_ = plan.photons;
     passes_.prepare(*scene_, seed);
     followed_.clear();
+    hints_ = plan.hints;
     space_.reset();
   }
 
@@ -55,7 +56,7 @@ class PhotonMapping final : public Integrator {
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
     space_ = std::make_unique<PathSpace>(*scene_, film);
-    followed_.begin(*space_, seed_, stop);
+    followed_.begin(hints_, *space_, seed_, stop);
   }
 
   void make_maps(const std::atomic<bool>& stop) {
@@ -87,6 +88,7 @@ class PhotonMapping final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
   PhotonPlan plan_;
+  std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
   std::unique_ptr<PathSpace> space_;      ///< of the paths that tell what hints bring
   GatherPasses passes_;

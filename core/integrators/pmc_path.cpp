@@ -27,6 +27,7 @@ class PopulationPaths final : public Integrator {
     scene_ = std::move(scene);
     seed_ = seed;
     direct_.prepare(*scene_, plan.merging, seed);
+    hints_ = plan.hints;
     generations_ = 0;
     total_emphasis_ = 0.0;
     steps_wanted_ = 0;
@@ -77,7 +78,7 @@ class PopulationPaths final : public Integrator {
 
  private:
   void begin(const Film& film, PathSpace& space, const std::atomic<bool>& stop) {
-    followed_.begin(space, seed_, stop);
+    followed_.begin(hints_, space, seed_, stop);
     direct_.merging().follow(space.guide);
     const int64_t pixels = int64_t(film.width()) * film.height();
     const int64_t members = std::clamp(pixels / kPixelsPerMember, kFewestMembers, kMostMembers) / 2;
@@ -101,6 +102,7 @@ class PopulationPaths final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0;
   DirectPass direct_;
+  std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
   PathPopulation::Size size_{};
   std::unique_ptr<PathPopulation> populations_[2];

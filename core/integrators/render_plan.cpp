@@ -177,7 +177,11 @@ class Planner {
 
 }  // namespace
 
-RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator) { return Planner(scene, integrator).make(); }
+RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator, std::shared_ptr<const AttachedHints> hints) {
+  RenderPlan plan = Planner(scene, integrator).make();
+  plan.hints = hints ? std::move(hints) : std::make_shared<const AttachedHints>(attach_hints(scene));
+  return plan;
+}
 
 RenderPlan make_render_plan(const Scene& scene) { return make_render_plan(scene, find_integrator(scene.settings().integrator)); }
 

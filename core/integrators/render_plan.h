@@ -2,12 +2,14 @@
 // that the integrators read, and a step with its reason and its cost that is printed, tested and shown.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "scene/scene.h"
 #include "transport/bidirectional/vertex_merging.h"
 #include "transport/direct/direct_methods.h"
+#include "transport/hints/hints.h"
 #include "transport/photons/photon_tracer.h"
 
 namespace ajar {
@@ -41,13 +43,14 @@ struct RenderPlan {
   Guiding guiding = Guiding::Off;         ///< of path tracing
   bool merging = false;                   ///< paths that no connection finds are merged with photons
   PhotonPlan photons;
+  std::shared_ptr<const AttachedHints> hints;   ///< of the scene; never null
   PlanSteps steps;
   /// What was asked for and is not done, each a sentence for the artist.
   std::vector<std::string> warnings;
 };
 
-/// `integrator`: who renders.
-RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator);
+/// `integrator`: who renders. `hints`: of the scene, where they are attached already.
+RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator, std::shared_ptr<const AttachedHints> hints = nullptr);
 /// For the integrator that the scene's settings name.
 RenderPlan make_render_plan(const Scene& scene);
 

@@ -94,8 +94,7 @@ class Session {
   std::string statistics_json() const;
 
  private:
-  struct Data;
-  std::unique_ptr<Data> data_;
+  std::unique_ptr<class SessionWorker> worker_;
 };
 
 }  // namespace ajar

@@ -59,12 +59,27 @@ RenderSettings smaller(const RenderSettings& asked, double pixels) {
   return small;
 }
 
+/// What the pilots render.
+struct Tried {
+  const std::shared_ptr<Scene>& scene;
+  const CameraDescription& camera;
+  const RenderSettings& asked;
+  std::shared_ptr<const AttachedHints> hints;   // of the scene; null: not attached yet
+
+  /// The integrator, ready to render a picture with these settings. Leaves the scene's view changed.
+  std::unique_ptr<Integrator> prepared(const char* name, const RenderSettings& settings, uint32_t seed) const {
+    scene->change_view(camera, settings);
+    const IntegratorInfo& info = find_integrator(name);
+    auto integrator = info.make();
+    integrator->prepare(scene, make_render_plan(*scene, info, hints), seed);
+    return integrator;
+  }
+};
+
 /// Samples a second by path tracing, all threads together. Leaves the scene's view changed.
-double samples_per_second(const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const RenderSettings& asked, const std::atomic<bool>& stop) {
-  const RenderSettings small = smaller(asked, kTimedPixels);
-  scene->change_view(camera, small);
-  const auto integrator = make_integrator(kCandidates[0].integrator);
-  integrator->prepare(scene, asked.seed);
+double samples_per_second(const Tried& tried, const std::atomic<bool>& stop) {
+  const RenderSettings small = smaller(tried.asked, kTimedPixels);
+  const auto integrator = tried.prepared(kCandidates[0].integrator, small, tried.asked.seed);
   Film film(0, 0, small.width, small.height, {"Combined"});
   const auto start = std::chrono::steady_clock::now();
   integrator->run_iteration(film, kTimedSamples, stop);
@@ -94,19 +109,16 @@ double photon_share(const RenderSettings& asked, const RenderSettings& small) {
 }
 
 /// Leaves the scene's view changed. `small`: of the picture.
-Pilot run_pilot(const Candidate& candidate, const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const RenderSettings& asked, RenderSettings small,
-                const std::atomic<bool>& stop) {
+Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings small, const std::atomic<bool>& stop) {
   if (candidate.photons > 0 && (small.photons == 0 || small.photons > candidate.photons)) small.photons = candidate.photons;
-  scene->change_view(camera, small);
   Pilot pilot;
   for (uint32_t half = 0; half < 2; ++half) {
-    const auto integrator = make_integrator(candidate.integrator);
-    integrator->prepare(scene, hash_combine(small.seed, 0x6175746FU + half));
+    const auto integrator = tried.prepared(candidate.integrator, small, hash_combine(small.seed, 0x6175746FU + half));
     Film film(0, 0, small.width, small.height, {"Combined"});
     integrator->run_iteration(film, candidate.samples, stop);
-    (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", asked.exposure);
+    (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", tried.asked.exposure);
     IntegratorStatistics statistics = integrator->statistics();
-    pilot.rays += double(statistics.rays) - (1.0 - photon_share(asked, small)) * statistics.extra["photon_rays"] - statistics.extra["hint_rays"];
+    pilot.rays += double(statistics.rays) - (1.0 - photon_share(tried.asked, small)) * statistics.extra["photon_rays"] - statistics.extra["hint_rays"];
   }
   return pilot;
 }
@@ -174,7 +186,8 @@ PlanSteps TechniqueChoice::plan() const {
   return plan;
 }
 
-TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const std::atomic<bool>& stop) {
+TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const std::atomic<bool>& stop,
+                                 std::shared_ptr<const AttachedHints> hints) {
   const auto start = std::chrono::steady_clock::now();
   const RenderSettings asked = scene->settings();
   TechniqueChoice choice;
@@ -193,7 +206,8 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     choice.reason = reason_against(find_integrator(candidate.integrator), *scene);
     if (!choice.reason.empty()) return choice;
   }
-  const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(scene, camera, asked, stop) : 0.0);
+  const Tried tried{scene, camera, asked, std::move(hints)};
+  const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(tried, stop) : 0.0);
   // A pilot costs no more than its share of the render.
   const double pixels = std::min({kPilotShare * samples_asked / (kPilotSamples * kPilotWork), double(kPilotPixels), double(asked.width) * asked.height});
   if (pixels < kFewestPixels) {
@@ -205,7 +219,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   const RenderSettings small = smaller(asked, pixels);
   std::vector<Pilot> pilots;
   for (const Candidate& candidate : kCandidates) {
-    pilots.push_back(run_pilot(candidate, scene, camera, asked, small, stop));
+    pilots.push_back(run_pilot(candidate, tried, small, stop));
     if (stop.load()) break;
     choice.trials = trials_of(pilots, asked, small, samples_asked);
     // Photon mapping is not tried where chains are hopeless: both pay where light is hard to find from the eye.

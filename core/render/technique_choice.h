@@ -39,6 +39,7 @@ struct TechniqueChoice {
 
 /// Choose for `scene`, whose sole owner the caller is; it is looked at with small pictures meanwhile and left as it was.
 /// `camera` is the one it has.
-TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const std::atomic<bool>& stop);
+TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const std::atomic<bool>& stop,
+                                 std::shared_ptr<const AttachedHints> hints = nullptr);
 
 }  // namespace ajar

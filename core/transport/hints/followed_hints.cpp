@@ -26,8 +26,7 @@ constexpr float kLeastUse = 0.05f;
 }  // namespace
 
 void FollowedHints::clear() {
-  hints_ = {};
-  reports_.clear();
+  attached_ = std::make_shared<const AttachedHints>();
   guide_ = {};
   light_.clear();
   proposed_.clear();
@@ -36,11 +35,11 @@ void FollowedHints::clear() {
   rays_ = 0;
 }
 
-void FollowedHints::begin(PathSpace& space, uint32_t seed, const std::atomic<bool>& stop) {
+void FollowedHints::begin(std::shared_ptr<const AttachedHints> attached, PathSpace& space, uint32_t seed, const std::atomic<bool>& stop) {
   clear();
-  hints_ = Hints::attach(space.scene, reports_);
-  if (hints_.empty()) return;
-  guide_ = HintGuide(hints_);
+  attached_ = std::move(attached);
+  if (hints().empty()) return;
+  guide_ = HintGuide(hints());
   PathSpace tried = space;
   tried.guide = &guide_;
   learn(tried, seed, stop);
@@ -62,16 +61,16 @@ FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Samp
   if (!(energy > 0.0) || !seeds.take(double(sampler.get_1d()), path)) return trial;
   trial.energy = energy;
   const LightSet& lights = seeds.scene().lights();
-  trial.whole.assign(hints_.size(), 0.0);
-  add_hint_shares(lights, hints_, path, 1.0, trial.whole);
-  trial.starts.assign(hints_.size(), 0.0);
+  trial.whole.assign(hints().size(), 0.0);
+  add_hint_shares(lights, hints(), path, 1.0, trial.whole);
+  trial.starts.assign(hints().size(), 0.0);
   const PathVertex& light = path.vertices[0];
   if (!light.distant && path.light.pdf_by_power > 0.0f) {
     // In units of the place's chance by power.
     const double all = double(path.light.pdf_direction) * double(path.light.pdf_origin) / double(path.light.pdf_by_power);
     const LightType type = lights.flags(uint32_t(light.light)).type;
-    for (size_t k = 0; k < hints_.size(); ++k)
-      trial.starts[k] = guide_.chance_of_place(k, uint32_t(light.light), type, light.point.ng) * double(Hints::pdf_solid_angle(hints_[k], 0, light.position(), path.to_eye(0))) / all;
+    for (size_t k = 0; k < hints().size(); ++k)
+      trial.starts[k] = guide_.chance_of_place(k, uint32_t(light.light), type, light.point.ng) * double(Hints::pdf_solid_angle(hints()[k], 0, light.position(), path.to_eye(0))) / all;
   }
   trial.bounces.assign(guide_.bounces_.size(), -1.0);
   for (int j = 1; j + 1 < path.count - 1; ++j) {
@@ -82,7 +81,7 @@ FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Samp
     for (size_t b = 0; b < guide_.bounces_.size(); ++b) {
       const HintGuide::Bounce& bounce = guide_.bounces_[b];
       if (length_squared(at - bounce.position) > bounce.radius2) continue;
-      const double pdf = bounce.share * factor * double(Hints::pdf_solid_angle(hints_[bounce.hint], bounce.vertex, at, path.to_eye(j)));
+      const double pdf = bounce.share * factor * double(Hints::pdf_solid_angle(hints()[bounce.hint], bounce.vertex, at, path.to_eye(j)));
       trial.bounces[b] = pdf / double(path.scattering[size_t(j)].pdf_walk_to_eye);
     }
   }
@@ -104,20 +103,20 @@ void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atom
     rays.fetch_add(seeds.rays(), std::memory_order_relaxed);
   }, tbb::simple_partitioner());
   rays_ = rays;
-  light_.assign(hints_.size(), 0.0);
-  proposed_.assign(hints_.size(), 0);
-  useful_.assign(hints_.size(), 0);
+  light_.assign(hints().size(), 0.0);
+  proposed_.assign(hints().size(), 0);
+  useful_.assign(hints().size(), 0);
   if (stop.load(std::memory_order_relaxed)) return;
 
   double all = 0.0, left_out = 0.0, counted = 0.0, whole = 0.0;
   for (const Trial& trial : trials) all += trial.energy, left_out += trial.left_out;
   if (!(all > 0.0)) return;                   // nothing known, nothing changed
-  std::vector<double> starts(hints_.size(), 0.0), bounces(guide_.bounces_.size(), 0.0), reached = bounces;
+  std::vector<double> starts(hints().size(), 0.0), bounces(guide_.bounces_.size(), 0.0), reached = bounces;
   for (const Trial& trial : trials) {
     if (!(trial.energy > 0.0)) continue;
     const double energy = std::min(trial.energy, kLargestSample * all / samples);
     counted += energy;
-    for (size_t k = 0; k < hints_.size(); ++k) {
+    for (size_t k = 0; k < hints().size(); ++k) {
       light_[k] += trial.energy * trial.whole[k] / (all + left_out);
       whole += energy * trial.whole[k];
       useful_[k] += trial.starts[k] > 0.0;
@@ -131,7 +130,7 @@ void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atom
   }
   mutation_use_ = std::clamp(float(whole / (kUsefulLight * counted)), kLeastUse, 1.0f);
   guide_.start_share_ = 0.0;
-  for (size_t k = 0; k < hints_.size(); ++k) {
+  for (size_t k = 0; k < hints().size(); ++k) {
     proposed_[k] = uint64_t(std::llround(guide_.starts_[k] * samples));
     guide_.starts_[k] = starts[k] < kLeastShare * counted ? 0.0 : kFollowed * starts[k] / counted;
     guide_.start_share_ += guide_.starts_[k];
@@ -143,7 +142,7 @@ void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atom
 std::vector<HintStatistics> FollowedHints::statistics() const {
   std::vector<HintStatistics> all;
   size_t hint = 0;
-  for (const HintReport& report : reports_) {
+  for (const HintReport& report : reports()) {
     all.push_back({report});
     if (!report.attached) continue;
     if (hint < light_.size()) {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 #include <vector>
 
 #include "transport/hints/hint_guide.h"
@@ -19,13 +20,13 @@ struct Path;
 
 class FollowedHints {
  public:
-  /// Attach those of the scene, learn what they bring, and let the walks of `space` follow them. Costs nothing where there are none.
+  /// Learn what the hints bring, and let the walks of `space` follow them. Costs nothing where there are none.
   /// This must outlive the space, and stay where it is.
-  void begin(PathSpace& space, uint32_t seed, const std::atomic<bool>& stop);
+  void begin(std::shared_ptr<const AttachedHints> attached, PathSpace& space, uint32_t seed, const std::atomic<bool>& stop);
   void clear();
 
-  const Hints& hints() const { return hints_; }
-  const std::vector<HintReport>& reports() const { return reports_; }
+  const Hints& hints() const { return attached_->hints; }
+  const std::vector<HintReport>& reports() const { return attached_->reports; }
   /// Null where no hint is worth following.
   const HintGuide* guide() const { return guide_.active() ? &guide_ : nullptr; }
   /// How much of their usual share mutations by hints deserve, at most 1: by the light of paths that hints could have proposed whole.
@@ -39,8 +40,7 @@ class FollowedHints {
   Trial try_hints(PathSeeds& seeds, Path& path, Sampler& sampler) const;
   void learn(const PathSpace& space, uint32_t seed, const std::atomic<bool>& stop);
 
-  Hints hints_;
-  std::vector<HintReport> reports_;
+  std::shared_ptr<const AttachedHints> attached_ = std::make_shared<const AttachedHints>();
   HintGuide guide_;
   std::vector<double> light_;           ///< of each hint: part of the image's
   std::vector<uint64_t> proposed_, useful_;

@@ -89,4 +89,15 @@ class Hints {
   std::vector<Hint> hints_;
 };
 
+/// The hints of a scene, and what became of each. They hold as long as the scene's lights and surfaces do.
+struct AttachedHints {
+  Hints hints;
+  std::vector<HintReport> reports;
+};
+inline AttachedHints attach_hints(const Scene& scene) {
+  AttachedHints attached;
+  attached.hints = Hints::attach(scene, attached.reports);
+  return attached;
+}
+
 }  // namespace ajar

@@ -22,7 +22,7 @@ struct Guided {
   Guided(SceneDescription d, std::vector<HintDescription> described, uint32_t seed = 1)
       : scene([&] { d.hints = std::move(described); return build(d); }()), space(*scene, 0, 0, 12, 12, true) {
     std::atomic<bool> stop{false};
-    followed.begin(space, seed, stop);
+    followed.begin(std::make_shared<const AttachedHints>(attach_hints(space.scene)), space, seed, stop);
   }
 };
 

@@ -1,0 +1,171 @@
+#include "render/report.h"
+
+#include <sys/resource.h>
+
+#include <nlohmann/json.hpp>
+
+namespace ajar {
+
+namespace {
+
+using nlohmann::json;
+
+const char* name_of(Progress::Phase phase) {
+  switch (phase) {
+    case Progress::Phase::Idle: return "idle";
+    case Progress::Phase::Building: return "building";
+    case Progress::Phase::Rendering: return "rendering";
+    case Progress::Phase::Done: return "done";
+    case Progress::Phase::Cancelled: return "cancelled";
+    case Progress::Phase::Failed: return "failed";
+  }
+  return "";
+}
+
+const char* name_of(Honesty honesty) {
+  switch (honesty) {
+    case Honesty::Unbiased: return "unbiased";
+    case Honesty::Consistent: return "consistent";
+    case Honesty::Biased: return "biased";
+  }
+  return "";
+}
+
+/// What was rendered, how, and how long it took.
+void add_render(const SessionState& d, json& j) {
+  j["version"] = AJAR_VERSION;
+  j["state"] = name_of(d.progress.phase);
+  j["integrator"] = d.integrator_name;
+  j["direct"] = d.settings.direct;
+  j["guiding"] = d.settings.guiding;
+  j["vertex_merging"] = d.settings.vertex_merging;
+  j["image"] = d.settings.image;
+  j["seeds"] = d.base ? d.base->seeds : std::vector<uint32_t>{};
+  if (d.film) j["seeds"].push_back(d.seed);
+  if (d.base) j["resumed"] = {{"samples", d.base->samples}, {"seconds", d.base->seconds}, {"rays", d.base->rays}, {"refused_samples", d.base->refused}};
+  j["threads"] = d.threads;
+  j["frames_before"] = d.learned ? d.learned->frames : 0;
+  j["resolution"] = {d.settings.width, d.settings.height};
+  j["build_seconds"] = d.progress.build_seconds;
+  j["pilot_seconds"] = d.pilot_seconds;
+  j["render_seconds"] = d.progress.render_seconds;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  j["peak_memory_bytes"] = int64_t(usage.ru_maxrss) * 1024;
+  j["rays"] = d.statistics.rays;
+  j["paths"] = d.statistics.paths;
+  if (d.progress.render_seconds > 0.0) {
+    j["rays_per_second"] = double(d.statistics.rays) / d.progress.render_seconds;
+  }
+}
+
+/// What the integrator counted, samples, and whether the picture is unbiased.
+void add_samples(const SessionState& d, json& j) {
+  for (const auto& [key, value] : d.statistics.extra) j[key] = value;
+  if (d.film) {
+    const Film::SampleCounts& counts = d.sample_counts;
+    j["samples_per_pixel"] = {{"mean", d.samples_before() + counts.mean}, {"min", counts.least}, {"max", counts.most}};
+    j["refused_samples"] = d.film->refused();
+    j["film_bytes"] = d.film_bytes;
+  }
+  if (d.integrator) {
+    const Honesty honesty = d.integrator->honesty();
+    j["honesty"] = name_of(d.image_plan && d.integrator->goal_support().learns ? std::max(honesty, Honesty::Consistent) : honesty);
+  }
+}
+
+/// The scene, as it was built.
+void add_scene(const SessionState& d, json& j) {
+  if (d.scene) {
+    const BuildStatistics& b = d.scene->statistics();
+    j["scene"] = {{"triangles", b.triangles},
+                  {"strands", b.strands},
+                  {"instanced_triangles", b.instanced_triangles},
+                  {"instances", b.instances},
+                  {"meshes", b.meshes},
+                  {"lights", b.lights},
+                  {"geometry_bytes", b.geometry_bytes},
+                  {"accel_bytes", b.accel_bytes},
+                  {"texture_bytes", b.texture_bytes},
+                  {"light_tree_bytes", b.light_tree_bytes},
+                  {"environment_bytes", b.environment_bytes},
+                  {"skipped_triangles", b.skipped_triangles},
+                  {"repaired_values", b.repaired_values},
+                  {"kept_meshes", b.kept_meshes},
+                  {"kept_textures", b.kept_textures},
+                  {"compiled_programs", b.compiled_programs},
+                  {"kept_programs", b.kept_programs},
+                  {"placed_instances", b.placed_instances},
+                  {"kept_environment", b.kept_environment}};
+  }
+}
+
+/// Light hints: how they were attached, and what they brought.
+void add_hints(const SessionState& d, json& j) {
+  j["hints"] = json::array();
+  for (const HintStatistics& hint : d.statistics.hints) {
+    const HintReport& r = hint.report;
+    json positions = json::array(), segments = json::array();
+    for (const Vec3& p : r.positions) positions.push_back({p.x, p.y, p.z});
+    for (const HintSegmentState state : r.segments)
+      segments.push_back(state == HintSegmentState::Attached ? "attached" : state == HintSegmentState::Bounced ? "bounced" : "failed");
+    j["hints"].push_back({{"name", r.name},
+                          {"attached", r.attached},
+                          {"reason", r.reason},
+                          {"proposed", hint.proposed},
+                          {"accepted", hint.accepted},
+                          {"energy_share", hint.energy_share},
+                          {"positions", std::move(positions)},
+                          {"segments", std::move(segments)}});
+  }
+}
+
+/// Of mutations.
+void add_acceptance_rates(const SessionState& d, json& j) {
+  j["acceptance_rates"] = json::object();
+  for (const auto& [key, proposed] : d.statistics.extra) {
+    if (!key.starts_with("proposed_") || !(proposed > 0.0)) continue;
+    const auto accepted = d.statistics.extra.find("accepted_" + key.substr(9));
+    if (accepted != d.statistics.extra.end()) j["acceptance_rates"][key.substr(9)] = accepted->second / proposed;
+  }
+}
+
+/// Estimates of the error over time.
+void add_errors(const SessionState& d, json& j) {
+  j["estimated_error"] = json::array();
+  j["estimated_perceptual_error"] = json::array();
+  for (const ErrorPoint& point : d.error_over_time) {
+    j["estimated_error"].push_back({point.seconds, point.samples, point.relmse});
+    j["estimated_perceptual_error"].push_back({point.seconds, point.samples, point.perceptual});
+  }
+}
+
+/// Messages for the artist.
+void add_diagnostics(const SessionState& d, json& j) {
+  j["diagnostics"] = json::array();
+  for (const Diagnostic& diagnostic : d.diagnostics) {
+    const char* severity = diagnostic.severity == Diagnostic::Severity::Info      ? "info"
+                           : diagnostic.severity == Diagnostic::Severity::Warning ? "warning"
+                                                                                  : "error";
+    j["diagnostics"].push_back({{"severity", severity}, {"object", diagnostic.object}, {"message", diagnostic.message}});
+  }
+}
+
+}  // namespace
+
+std::string statistics_json(const SessionState& d) {
+  json j;
+  add_render(d, j);
+  add_samples(d, j);
+  add_scene(d, j);
+  j["plan"] = json::array();
+  for (const PlanStep& step : d.plan) j["plan"].push_back({{"step", step.step}, {"used", step.used}, {"reason", step.reason}, {"cost", step.cost}});
+  add_hints(d, j);
+  add_acceptance_rates(d, j);
+  add_errors(d, j);
+  add_diagnostics(d, j);
+  // Names may hold bytes that are not UTF-8; they are replaced, not fatal.
+  return j.dump(1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace ajar

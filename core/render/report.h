@@ -1,0 +1,12 @@
+// The statistics of a render as JSON text: everything that `--ajar-stats` promises.
+#pragma once
+
+#include <string>
+
+#include "render/session_state.h"
+
+namespace ajar {
+
+std::string statistics_json(const SessionState& state);
+
+}  // namespace ajar

@@ -1,0 +1,85 @@
+#include "render/session_state.h"
+
+#include <cstdlib>
+
+#include <tbb/task_arena.h>
+
+namespace ajar {
+
+namespace {
+
+constexpr int kMostThreads = 1024;     // of Blender
+
+/// Where the settings name no number of threads: AJAR_THREADS, or all of the machine.
+int default_threads() {
+  const char* named = std::getenv("AJAR_THREADS");
+  const int threads = named ? std::atoi(named) : 0;
+  return threads > 0 ? threads : tbb::this_task_arena::max_concurrency();
+}
+
+}  // namespace
+
+void SessionState::begin(const Job& job) {
+  busy = true;
+  progress = {};
+  progress.phase = Progress::Phase::Building;
+  progress.render = job.number;
+  error.clear();
+  settings = job.description ? job.description->settings : job.settings;
+  integrator.reset();   // before the scene it holds is changed
+  film.reset();
+  image_plan.reset();
+  film_idle = false;
+  sample_counts = {};
+  film_bytes = 0;
+  published.clear();
+  published_checkpoint.reset();
+  wanted = {"Combined"};
+  published_photons = {};
+  wanted_photons = 0;
+  statistics = {};
+  error_over_time.clear();
+  integrator_name = settings.integrator;
+  pilot_seconds = 0.0;
+  technique_steps.clear();
+  choice.reset();
+  threads = std::min(settings.threads > 0 ? settings.threads : default_threads(), kMostThreads);
+  if (!job.description) return;
+  diagnostics.clear();
+  hints.reset();
+  plan.clear();
+  if (!job.keep) scene.reset();
+}
+
+void SessionState::measure_film() {
+  sample_counts = film->sample_counts();
+  film_bytes = film->memory_bytes();
+}
+
+std::vector<float> SessionState::resolve(const std::string& pass) const {
+  std::vector<float> values = film->resolve(pass, settings.exposure);
+  if (!base) return values;
+  const auto before = base->passes.find(pass);
+  if (before == base->passes.end()) return values;
+  const double samples = film->sample_counts().mean;
+  return samples > 0.0 ? merge_pass(pass, before->second, base->samples, values, samples) : before->second;
+}
+
+Checkpoint SessionState::checkpoint() const {
+  Checkpoint c;
+  c.frame = {settings.width, settings.height};
+  c.region = settings.region;
+  c.exposure = settings.exposure;
+  c.seeds = {seed};
+  c.integrators = {integrator_name};
+  c.samples = film->sample_counts().mean;
+  c.seconds = progress.render_seconds;
+  c.rays = statistics.rays;
+  c.refused = film->refused();
+  c.relmse = progress.estimated_relmse;
+  for (const std::string& pass : settings.passes) c.passes[pass] = film->resolve(pass, settings.exposure);
+  for (const char* pass : {"Sample Count", "Variance"}) c.passes[pass] = film->resolve(pass, settings.exposure);
+  return base ? merge(*base, c) : c;
+}
+
+}  // namespace ajar

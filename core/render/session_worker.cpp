@@ -1,0 +1,410 @@
+#include "render/session_worker.h"
+
+#include <algorithm>
+#include <bit>
+
+#include <tbb/task_arena.h>
+
+#include "math/random.h"
+#include "render/deadline.h"
+#include "render/importance_map.h"
+#include "render/memory_estimate.h"
+#include "render/technique_choice.h"
+#include "transport/direct/direct_methods.h"
+
+namespace ajar {
+
+namespace {
+
+constexpr uint32_t kImportancePilot = 0x6c676874u;   // makes a seed of its own
+constexpr double kPilotTimeShare = 0.25;   // of a time limit at most goes into choosing a technique
+
+/// Throws SceneError with the valid names.
+void check_choice(const char* option, const std::string& value, std::initializer_list<const char*> valid) {
+  std::string names;
+  for (const char* name : valid) {
+    if (value == name) return;
+    names += (names.empty() ? "" : ", ") + std::string(name);
+  }
+  throw SceneError("Unknown " + std::string(option) + " '" + value + "'. Valid names: " + names + ".");
+}
+
+/// Much the same place, not necessarily with the same things in it.
+bool is_scene_of(const Scene& scene, const Learned& before) {
+  const float ratio = scene.radius() / before.radius;
+  return glm::length(scene.center() - before.center) < 0.5f * before.radius && ratio < 2.0f && ratio > 0.5f;
+}
+
+/// Whether the technique chosen for frames before is likely to suit this one, too. Not for a render that goes on from a checkpoint.
+bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::Choice& here) {
+  const Learned::Choice& there = *before.choice;
+  return there.age < Learned::kMostAge && is_scene_of(scene, before) && reason_against(find_integrator(before.integrator), scene).empty() &&
+         glm::length(here.eye - there.eye) < 0.1f * before.radius && glm::dot(here.direction, there.direction) > 0.9f;
+}
+
+/// Hand the integrator what the frame before has learned, and say what is used of it.
+PlanSteps use_learned(const SessionState& state, Integrator& chosen) {
+  if (!state.learned) return {};
+  const Learned& learned = *state.learned;
+  const std::string why_not = state.base                                     ? "this one goes on from a checkpoint"
+                              : learned.integrator != state.integrator_name ? "that was rendered by " + std::string(find_integrator(learned.integrator).label)
+                              : !is_scene_of(*state.scene, learned)         ? "that shows a scene of another size or elsewhere"
+                                                                             : "";
+  if (!why_not.empty()) return {{"learned in the frame before", false, why_not, ""}};
+  PlanSteps steps;
+  for (LearnedPart& part : chosen.begin_with(learned)) {
+    const bool used = part.why_not.empty();
+    steps.push_back({"learned in the frame before: " + part.name, used, used ? "it goes on learning from there" : part.why_not, ""});
+  }
+  if (steps.empty()) steps.push_back({"learned in the frame before", false, "with these settings nothing is learned that holds in another frame", ""});
+  return steps;
+}
+
+/// Throws SceneError when the render cannot go on from the checkpoint.
+void check_base(const SessionState& state, const RenderSettings& s) {
+  if (!state.base) return;
+  Checkpoint here;
+  here.frame = {s.width, s.height};
+  here.region = s.region;
+  here.exposure = s.exposure;
+  here.scene = state.scene_fingerprint;
+  if (const std::string why = reason_against_merging(*state.base, here); !why.empty()) throw SceneError("The checkpoint does not fit this render: " + why + ".");
+}
+
+/// While nothing writes to the film.
+void estimate_error(SessionState& state, double seconds, uint64_t done) {
+  const auto start = Clock::now();
+  const Film::ErrorEstimate estimate = state.film->estimated_error(uint32_t(done));
+  if (std::has_single_bit(done)) state.film->remember(uint32_t(done));
+  state.progress.estimated_relmse = estimate.relmse;
+  state.progress.estimated_perceptual_error = estimate.perceptual;
+  if (estimate.relmse >= 0.0) state.error_over_time.push_back({seconds, state.progress.samples, estimate.relmse, estimate.perceptual});
+  state.policy.error_looked_at(start);
+}
+
+}  // namespace
+
+uint64_t SessionWorker::ask(Job job, bool abort_building) {
+  const auto state = state_.lock();
+  job.number = ++state->last_number;
+  if (state->next && state->next->description && !job.description) {
+    // A scene not yet begun is looked at from the newer place.
+    state->next->description->camera = job.camera;
+    state->next->description->settings = job.settings;
+    state->next->number = job.number;
+  } else {
+    state->next = std::move(job);
+  }
+  stop_.store(true);
+  if (abort_building) stop_building_.store(true);
+  if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+  state.notify();
+  return state->last_number;
+}
+
+void SessionWorker::cancel() {
+  const auto state = state_.lock();
+  if (state->next) {
+    state->next.reset();
+    if (!state->busy) state->progress.phase = Progress::Phase::Cancelled;
+  }
+  stop_.store(true);
+  stop_building_.store(true);
+  state.notify();
+}
+
+void SessionWorker::quit() {
+  {
+    const auto state = state_.lock();
+    state->quit = true;
+    state.notify();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+/// The worker's life: one job after another.
+void SessionWorker::work() {
+  for (;;) {
+    Job job;
+    int threads;
+    {
+      auto state = state_.lock();
+      state.wait([](const SessionState& s) { return s.next || s.quit; });
+      if (!state->next) return;
+      job = std::move(*state->next);
+      state->next.reset();
+      stop_.store(false);
+      stop_building_.store(false);
+      state->begin(job);
+      threads = state->threads;
+    }
+    Progress::Phase end = Progress::Phase::Done;
+    std::string what;
+    try {
+      // The session's own arena: several sessions share the machine without sharing queues.
+      tbb::task_arena arena(threads);
+      arena.execute([&] { run(std::move(job)); });
+      if (stop_.load()) end = Progress::Phase::Cancelled;
+    } catch (const Cancelled&) {
+      end = Progress::Phase::Cancelled;
+    } catch (const std::bad_alloc&) {
+      end = Progress::Phase::Failed;
+      what = "There is not enough memory for this scene.";
+    } catch (const std::exception& exception) {
+      end = Progress::Phase::Failed;
+      what = exception.what();
+    }
+    const auto state = state_.lock();
+    state->busy = false;
+    state->error = what;
+    if (state->film) state->measure_film();
+    state->film_idle = true;
+    state->progress.phase = end;
+    if (end == Progress::Phase::Done) state->progress.fraction = 1.0f;
+    state.notify();
+  }
+}
+
+void SessionWorker::run(Job job) {
+  const auto start = Clock::now();
+  // What cannot be rendered is refused before anything is built.
+  const RenderSettings asked = job.description ? job.description->settings : job.settings;
+  auto chosen = make_integrator(asked.integrator);
+  find_direct_method(asked.direct);
+  check_choice("guiding", asked.guiding, {"off", "on", "auto"});
+  check_choice("vertex merging", asked.vertex_merging, {"off", "on"});
+  check_choice("image sampling", asked.image, {"uniform", "pmc_ip"});
+  check_choice("image error", asked.image_error, {"relative", "perceptual"});
+  const CameraDescription camera = job.description ? job.description->camera : job.camera;
+  const bool final_render = job.description && !job.keep;
+  if (job.description) {
+    check_memory_limit(*job.description);
+    build(job);
+  } else {
+    const auto state = state_.lock();
+    if (!state->scene) throw SceneError("There is no scene to look at.");
+    state->scene->change_view(job.camera, std::move(job.settings));
+  }
+  if (stop_.load()) return;
+  limit_start_ = Clock::now();
+  // While the artist moves about there is no time for a pilot.
+  if (final_render && asked.integrator == kAutomatic) chosen = choose(camera);
+  if (stop_.load()) return;
+  fall_back(chosen);
+  prepare(std::move(chosen), start);
+  render_all();
+}
+
+void SessionWorker::build(Job& job) {
+  const auto start = Clock::now();
+  Scene::Options options;
+  options.bake_single_instances = !job.keep;
+  options.stop = &stop_building_;
+  options.progress = [this, start](const char* step, float fraction) {
+    const auto state = state_.lock();
+    state->progress.step = step;
+    state->progress.fraction = 0.05f * fraction;
+    state->progress.build_seconds = seconds_since(start);
+  };
+  std::shared_ptr<Scene> previous = std::move(state_.lock()->scene);
+  Diagnostics found;
+  std::shared_ptr<Scene> built;
+  try {
+    built = Scene::build(std::move(*job.description), options, found, std::move(previous));
+  } catch (...) {
+    state_.lock()->diagnostics = std::move(found);
+    throw;
+  }
+  auto hints = std::make_shared<const AttachedHints>(attach_hints(*built));
+  const auto state = state_.lock();
+  state->diagnostics = std::move(found);
+  state->hints = std::move(hints);
+  state->scene = std::move(built);
+}
+
+/// The technique that suits the scene best, by a pilot that the plan then tells of.
+std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camera) {
+  std::shared_ptr<Scene> scene;
+  std::shared_ptr<const Learned> learned;
+  std::shared_ptr<const AttachedHints> hints;
+  double seconds;
+  {
+    const auto state = state_.lock();
+    state->progress.step = "Choosing a technique";
+    scene = state->scene;
+    hints = state->hints;
+    if (!state->base) learned = state->learned;
+    seconds = state->settings.seconds;
+  }
+  const Camera& view = scene->camera();
+  Learned::Choice here{view.position(), view.generate_ray(0.5f * Vec2(float(view.width()), float(view.height())), Vec2(0.5f), 0.0f).direction, 0};
+  TechniqueChoice made;
+  PlanSteps steps;
+  if (learned && learned->choice && takes_choice_of(*scene, *learned, here)) {
+    made.settings = scene->settings();
+    made.settings.integrator = learned->integrator;
+    here = *learned->choice;
+    ++here.age;
+    const std::string age = here.age == 1 ? "a frame" : std::to_string(here.age) + " frames";
+    steps = {{"technique", true, std::string(find_integrator(learned->integrator).label) + ": as chosen " + age + " before", ""}};
+  } else {
+    std::optional<Deadline> deadline;
+    if (seconds > 0.0) deadline.emplace(limit_start_ + seconds_of(kPilotTimeShare * seconds), state_, stop_);
+    made = choose_technique(scene, camera, deadline ? deadline->passed() : stop_, hints);
+    steps = made.plan();
+  }
+  auto chosen = make_integrator(made.settings.integrator);
+  const auto state = state_.lock();
+  scene->change_view(camera, std::move(made.settings));
+  state->technique_steps = std::move(steps);
+  state->integrator_name = scene->settings().integrator;
+  state->pilot_seconds = made.seconds;
+  state->choice = here;
+  return chosen;
+}
+
+/// Path tracing renders what the integrator asked for cannot, and the artist is told.
+void SessionWorker::fall_back(std::unique_ptr<Integrator>& chosen) {
+  const auto state = state_.lock();
+  const IntegratorInfo& asked = find_integrator(state->integrator_name);
+  const std::string why = reason_against(asked, *state->scene);
+  if (why.empty()) return;
+  const IntegratorInfo& path = find_integrator("path");
+  chosen = path.make();
+  state->integrator_name = path.name;
+  state->technique_steps.push_back({asked.label, false, why, ""});
+  state->warn(std::string(asked.label) + " does not render this scene: " + why + ". " + path.label + " renders it.");
+}
+
+/// A seed whose numbers neither the render of before has used, nor the frame that taught what this one begins with.
+uint32_t SessionWorker::own_seed(const RenderSettings& s) {
+  const auto state = state_.lock();
+  uint32_t seed = s.seed;
+  const auto& base = state->base;
+  for (uint32_t k = 0; base && std::find(base->seeds.begin(), base->seeds.end(), seed) != base->seeds.end(); ++k)
+    seed = hash_combine(s.seed, uint32_t(base->seeds.size()) + k);
+  return state->learned && !base ? hash_combine(seed, state->learned->frames) : seed;
+}
+
+std::unique_ptr<ImagePlan> SessionWorker::make_image_plan(const RenderSettings& s, const GoalSupport& support, uint32_t seed) {
+  const bool few = s.samples > 0 && s.samples < 16;
+  const auto importance = [this, of = state_.lock()->scene, pilot_seed = hash_combine(seed, kImportancePilot)] { return importance_map(of, pilot_seed, stop_); };
+  return std::make_unique<ImagePlan>(s.image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, std::max(few ? 2u : 4u, support.equal), s.seed,
+                                     importance, support.by_passes ? Counts::Any : Counts::Round);
+}
+
+/// Everything between the choice of an integrator and its first sample.
+void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_point start) {
+  std::shared_ptr<Scene> scene;
+  RenderPlan plan;
+  {
+    const auto state = state_.lock();
+    scene = state->scene;
+    check_base(*state, scene->settings());
+    plan = make_render_plan(*scene, find_integrator(state->integrator_name), state->hints);
+    for (const std::string& warning : plan.warnings) state->warn(warning);
+  }
+  const RenderSettings& s = scene->settings();
+  const uint32_t seed = own_seed(s);
+  auto film = std::make_unique<Film>(s.region[0], s.region[1], s.region[2], s.region[3], s.passes);
+  chosen->prepare(scene, plan, seed);
+  const PlanSteps learned_steps = use_learned(*state_.lock(), *chosen);
+  const GoalSupport support = chosen->goal_support();
+  const bool adapts = s.image == "pmc_ip" && support.follows;
+  std::unique_ptr<ImagePlan> image_plan = adapts ? make_image_plan(s, support, seed) : nullptr;
+
+  const auto state = state_.lock();
+  if (s.image == "pmc_ip" && !adapts && has_importance(*scene))
+    state->warn(std::string(find_integrator(state->integrator_name).label) +
+                " cannot give pixels different numbers of samples: what is more important gets no more of them.");
+  PlanSteps& steps = state->plan;
+  steps = std::move(plan.steps);
+  steps.insert(steps.begin(), state->technique_steps.begin(), state->technique_steps.end());
+  steps.insert(steps.end(), learned_steps.begin(), learned_steps.end());
+  steps.push_back({"image sampling", adapts,
+                   adapts                ? "pixels get samples by their noise"
+                   : s.image == "pmc_ip" ? "this integrator cannot give pixels different numbers of samples"
+                                         : "all pixels get the same number of samples",
+                   adapts ? "a few numbers for each pixel, looked at now and then" : ""});
+  if (adapts && scene->any_light_importance())
+    steps.push_back({"importance of light", true, "a pilot of path tracing measures where the light of groups that matter more or less arrives", "the pilot"});
+  state->image_plan = std::move(image_plan);
+  state->settings = s;
+  state->seed = seed;
+  state->film = std::move(film);
+  state->integrator = std::move(chosen);
+  state->policy = StoppingPolicy(s, state->samples_before());
+  state->progress.phase = Progress::Phase::Rendering;
+  state->progress.step = "Rendering";
+  state->progress.build_seconds = seconds_since(start);
+}
+
+/// Wait while the owner wants it; the time is not counted.
+void SessionWorker::wait_while_paused() {
+  const auto start = Clock::now();
+  auto state = state_.lock();
+  if (!state->paused) return;
+  state.wait([this](const SessionState& s) { return !s.paused || stop_.load(); });
+  limit_start_ += Clock::now() - start;
+}
+
+/// A time limit ends an iteration where it stands: pixels keep the samples they have, and chains are weighed by the steps they took. When it ends does not
+/// depend on what the samples found, except that those begun are finished. The first sample of each pixel is always taken: a picture has no holes.
+void SessionWorker::render_all() {
+  uint64_t done = 0;
+  double rendering;  // time of iterations and what chose them, without publishing
+  const auto owned = [this, &rendering] {
+    const auto state = state_.lock();
+    rendering = state->pilot_seconds;
+    state->policy.remaining_time.begin(seconds_since(limit_start_));
+    return Render{*state->integrator, *state->film, state->image_plan.get(), state->settings};
+  };
+  const Render render = owned();
+  const double limit = render.settings.seconds;
+  // A time limit is of all that the artist waits for.
+  const auto elapsed = [&] { return limit > 0.0 ? seconds_since(limit_start_) : rendering; };
+  while (!stop_.load()) {
+    wait_while_paused();
+    std::optional<Deadline> deadline;
+    if (limit > 0.0) deadline.emplace(limit_start_ + seconds_of(limit), state_, stop_);
+    const int samples = state_.lock()->policy.next_samples(elapsed(), done, render.image_plan, render.integrator.goal_support());
+    const auto start = Clock::now();
+    if (render.image_plan) render.image_plan->plan(render.film, uint32_t(done) + uint32_t(samples));
+    const bool may_be_cut = deadline && done > 0;
+    render.integrator.run_iteration(render.film, samples, may_be_cut ? deadline->passed() : stop_);
+    rendering += seconds_since(start);
+    const bool cut = may_be_cut && deadline->passed().load() && !stop_.load();
+    if (!cut) done += uint64_t(samples);
+    const double so_far = elapsed();
+    publish(so_far, done, cut);
+    const auto state = state_.lock();
+    if (cut || state->policy.enough(so_far, double(done), state->progress.estimated_relmse)) break;
+  }
+}
+
+void SessionWorker::publish(double seconds, uint64_t done, bool cut) {
+  const auto state = state_.lock();
+  const Integrator& integrator = *state->integrator;
+  Progress& progress = state->progress;
+  if (state->statistics.hints.empty()) {
+    for (const HintStatistics& hint : integrator.statistics().hints)
+      if (!hint.report.attached)
+        state->diagnostics.push_back({Diagnostic::Severity::Warning, hint.report.name, "This light hint is not used: " + hint.report.reason + "."});
+  }
+  state->statistics = integrator.statistics();
+  state->measure_film();
+  progress.samples = state->samples_before() + state->sample_counts.mean;
+  progress.render_seconds = seconds;
+  if (!cut && state->policy.error_due(seconds, done)) estimate_error(*state, seconds, done);
+  state->policy.remaining_time.add(seconds_since(limit_start_), double(done));
+  progress.remaining_seconds = state->policy.remaining_seconds(seconds, progress.estimated_relmse);
+  progress.fraction = 0.05f + 0.95f * state->policy.fraction(seconds, done);
+  ++progress.iteration;
+  for (const std::string& pass : state->wanted) state->published[pass] = state->resolve(pass);
+  state->wanted.clear();
+  if (state->wanted_photons > 0) state->published_photons = integrator.photons(std::exchange(state->wanted_photons, 0));
+  if (state->checkpoint_wanted) state->published_checkpoint = state->checkpoint();
+  state.notify();
+}
+
+}  // namespace ajar

@@ -1,0 +1,55 @@
+// The thread of a session: it does one job after another, each a build and a render, or a render of the scene at hand.
+//
+// What it shares with the owner is in SessionState, locked for each use. While it renders, the integrator, the film and the scene are its own; the owner
+// touches them only when the film is idle.
+#pragma once
+
+#include <atomic>
+#include <thread>
+
+#include "render/session_state.h"
+#include "render/synchronized.h"
+
+namespace ajar {
+
+class SessionWorker {
+ public:
+  ~SessionWorker() { quit(); }
+
+  Synchronized<SessionState>::Access state() const { return state_.lock(); }
+  /// Ends what runs and does this next; `abort_building`: even while the scene is being built. Returns the job's number.
+  uint64_t ask(Job job, bool abort_building);
+  void cancel();
+  /// Ends the thread.
+  void quit();
+
+ private:
+  /// A render in progress, as the worker alone has it.
+  struct Render {
+    Integrator& integrator;
+    Film& film;
+    ImagePlan* image_plan;                  ///< null: all pixels get the same number of samples
+    RenderSettings settings;
+  };
+
+  void work();
+  void run(Job job);
+  void build(Job& job);
+  std::unique_ptr<Integrator> choose(const CameraDescription& camera);
+  void fall_back(std::unique_ptr<Integrator>& chosen);
+  uint32_t own_seed(const RenderSettings& settings);
+  std::unique_ptr<ImagePlan> make_image_plan(const RenderSettings& settings, const GoalSupport& support, uint32_t seed);
+  void prepare(std::unique_ptr<Integrator> chosen, Clock::time_point start);
+  void render_all();
+  void wait_while_paused();
+  /// `cut`: the time limit has ended an iteration, after which pixels have different numbers of samples and their error is not estimated again.
+  void publish(double seconds, uint64_t done, bool cut);
+
+  Synchronized<SessionState> state_;
+  std::atomic<bool> stop_{false};           // stop rendering
+  std::atomic<bool> stop_building_{false};
+  Clock::time_point limit_start_;           // of the time limit: the scene is built
+  std::thread thread_;
+};
+
+}  // namespace ajar
