@@ -138,3 +138,21 @@ ADDED = {
     ("template_preview", "AreaLight"): "portals have no preview with Cycles",
     ("template_node_view", "Surface"): "the nodes of a portal, which Cycles hides",
 }
+
+# Outside of Properties: what the panels of one engine show beside those of the other, and operators that can be called with one engine alone.
+ABSENT_IN_EDITORS = {
+    ("CyclesView3DShadingSettings", "render_pass"): "rendered views show the picture alone; passes are in the render",
+    ("View3DShading", "use_scene_lights_render"): "rendered views show the scene's own lamps",
+    ("View3DShading", "use_scene_world_render"): "rendered views show the scene's own world",
+    ("CyclesRenderSettings", "preview_pause"): "Ajar has an operator for it: ajar.pause_views",
+}
+ADDED_IN_EDITORS = {
+    ("World", "lightgroup"): "Cycles shows it in Properties alone",
+    ("operator", "scene.view_layer_add_lightgroup"): "the button beside it",
+    ("scene.view_layer_add_lightgroup", "name = "): "the button beside it",
+    ("AjarSceneSettings", "hint_collection"): "light hints",
+}
+OPERATORS = {
+    "*_button*": "of the button that is below the mouse, and in Properties that is another one",
+    "screen.a*": "of the border of an area that is near the mouse",
+}
