@@ -59,8 +59,8 @@ def panorama_owner(camera: bpy.types.Camera) -> bpy.types.bpy_struct:
 
 
 def shadow_owner(light: bpy.types.Light) -> tuple[bpy.types.bpy_struct, str]:
-    """And the name of the property. Before 4.3 `use_shadow` was Eevee's alone."""
-    return (light, "use_shadow") if bpy.app.version >= (4, 3) else (light.ajar, "cast_shadow")
+    """And the name of the property. Before 4.2 `use_shadow` was Eevee's alone."""
+    return (light, "use_shadow") if bpy.app.version >= (4, 2) else (light.ajar, "cast_shadow")
 
 
 def displacement_owner(material: bpy.types.Material) -> bpy.types.bpy_struct:
