@@ -192,6 +192,18 @@ def texture_space(mesh: bpy.types.Mesh) -> tuple[tuple[float, ...], tuple[float,
 
 # ---- Render results ---------------------------------------------------------------------------------------------------
 
+_PASSES_SINCE_5 = {
+    "IndexOB": "Object Index", "IndexMA": "Material Index", "Emit": "Emission", "Env": "Environment",
+    **{short + part: f"{kind} {name}" for short, kind in (("Diff", "Diffuse"), ("Gloss", "Glossy"), ("Trans", "Transmission"), ("Volume", "Volume"))
+       for part, name in (("Dir", "Direct"), ("Ind", "Indirect"), ("Col", "Color"))},
+}
+
+
+def pass_name(name: str) -> str:
+    """What Blender calls a pass, and so the socket in its compositor: 5.0 wrote the names out."""
+    return _PASSES_SINCE_5.get(name, name) if bpy.app.version >= (5, 0) else name
+
+
 def write_pass(target: bpy.types.RenderPass, values: np.ndarray) -> None:
     """`values`: [pixels, channels]. Newer versions count numbers, older ones pixels."""
     try:

@@ -77,6 +77,7 @@ ABSENT = {
     **{("CyclesRenderSettings", name): "of adaptive subdivision, which is reported by the object" for name in (
         "dicing_rate", "preview_dicing_rate", "max_subdivisions", "dicing_camera", "offscreen_dicing_scale")},
     ("CyclesRenderSettings", "bake_type"): BAKE,
+    **{("template_ID", f"{name}_collection"): "light linking is not supported yet, and reported by the object; since 4.3 Blender shows it for every engine" for name in ("receiver", "blocker")},
     ("CyclesMaterialSettings", "use_transparent_shadow"): REPORTED,
     ("CyclesMaterialSettings", "use_bump_map_correction"): REPORTED,
     ("Material", "use_transparent_shadow"): REPORTED,
@@ -128,6 +129,11 @@ ABSENT = {
     **{("VolumeRender", name): VOLUMES for name in ("clipping", "precision", "space", "step_size")},
 }
 ABSENT_STRUCTS = {"BakeSettings": BAKE}
+
+PASSES = {
+    "Debug Sample Count": "Sample Count, which has the number of samples and not a share of them",
+    "Noisy Image": "given where Ajar's own denoiser runs, which the switch of Cycles does not start",
+}
 
 # Properties that only Ajar's panels show, besides its own.
 ADDED = {
