@@ -44,7 +44,8 @@ extension:
 compat: extension install
 	@/usr/bin/python3 tests/compatibility/compatibility.py
 
-# What becomes of each shader node and setting, beside Cycles, in Debian's Blender and the newest wheel that `make compat` has brought: docs/coverage.md.
+# What becomes of each shader node and setting, beside Cycles, in Debian's Blender and each wheel that `make compat` has brought: docs/coverage.md and
+# tests/blender/panels/inventory.tsv. About ten minutes for each Blender.
 coverage: extension install
 	@tools/coverage/all.sh $(BUILD)
 
