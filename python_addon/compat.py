@@ -59,8 +59,8 @@ def panorama_owner(camera: bpy.types.Camera) -> bpy.types.bpy_struct:
 
 
 def shadow_owner(light: bpy.types.Light) -> tuple[bpy.types.bpy_struct, str]:
-    """And the name of the property. Before 4.3 `use_shadow` was Eevee's alone."""
-    return (light, "use_shadow") if bpy.app.version >= (4, 3) else (light.ajar, "cast_shadow")
+    """And the name of the property. Before 4.2 `use_shadow` was Eevee's alone."""
+    return (light, "use_shadow") if bpy.app.version >= (4, 2) else (light.ajar, "cast_shadow")
 
 
 def displacement_owner(material: bpy.types.Material) -> bpy.types.bpy_struct:
@@ -191,6 +191,18 @@ def texture_space(mesh: bpy.types.Mesh) -> tuple[tuple[float, ...], tuple[float,
 
 
 # ---- Render results ---------------------------------------------------------------------------------------------------
+
+_PASSES_SINCE_5 = {
+    "IndexOB": "Object Index", "IndexMA": "Material Index", "Emit": "Emission", "Env": "Environment",
+    **{short + part: f"{kind} {name}" for short, kind in (("Diff", "Diffuse"), ("Gloss", "Glossy"), ("Trans", "Transmission"), ("Volume", "Volume"))
+       for part, name in (("Dir", "Direct"), ("Ind", "Indirect"), ("Col", "Color"))},
+}
+
+
+def pass_name(name: str) -> str:
+    """What Blender calls a pass, and so the socket in its compositor: 5.0 wrote the names out."""
+    return _PASSES_SINCE_5.get(name, name) if bpy.app.version >= (5, 0) else name
+
 
 def write_pass(target: bpy.types.RenderPass, values: np.ndarray) -> None:
     """`values`: [pixels, channels]. Newer versions count numbers, older ones pixels."""

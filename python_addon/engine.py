@@ -80,9 +80,9 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     def update_render_passes(self, scene: bpy.types.Scene, renderlayer: bpy.types.ViewLayer) -> None:
         for item in passes.wanted(renderlayer):
-            self.register_pass(scene, renderlayer, item.name, len(item.letters), item.letters, item.kind)
+            self.register_pass(scene, renderlayer, item.shown, len(item.letters), item.letters, item.kind)
         if plain.of(scene.ajar).use_denoise and denoise.is_available():
-            self.register_pass(scene, renderlayer, passes.NOISY.name, 4, passes.NOISY.letters, passes.NOISY.kind)
+            self.register_pass(scene, renderlayer, passes.NOISY.shown, 4, passes.NOISY.letters, passes.NOISY.kind)
 
     def _render(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled) -> None:
         started = time.monotonic()
@@ -200,10 +200,10 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         result = self.begin_result(0, 0, session.width, session.height, layer=depsgraph.view_layer.name)
         layer = result.layers[0]
         for item in wanted:
-            target = layer.passes.get(item.name)
+            target = layer.passes.get(item.shown)
             values = session.snapshot(item.name)
             if is_denoised and item is passes.COMBINED:
-                noisy = layer.passes.get(passes.NOISY.name)
+                noisy = layer.passes.get(passes.NOISY.shown)
                 if noisy is not None:
                     compat.write_pass(noisy, passes.fitted(values, noisy.channels))
                 values = self._denoised(depsgraph, session, values, statistics)

@@ -7,14 +7,18 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from . import plain
+from . import compat, plain
 
 
 @dataclass(frozen=True)
 class Pass:
-    name: str       # Blender's and the film's
+    name: str       # the film's; Blender's is `shown`
     letters: str    # one per channel
     kind: str       # how the compositor treats it
+
+    @property
+    def shown(self) -> str:
+        return compat.pass_name(self.name)
 
 
 COMBINED = Pass("Combined", "RGBA", "COLOR")

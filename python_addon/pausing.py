@@ -1,10 +1,11 @@
-"""Pause and go on with the render that runs, by a button."""
+"""Pause and go on with the render that runs, or with the rendered views, by a button each."""
 
 from __future__ import annotations
 
 import bpy
 
 _wanted = False
+_wanted_in_views = False
 
 
 def end(is_preview: bool) -> None:
@@ -16,6 +17,10 @@ def end(is_preview: bool) -> None:
 
 def is_wanted() -> bool:
     return _wanted
+
+
+def is_wanted_in_views() -> bool:
+    return _wanted_in_views
 
 
 class AJAR_OT_pause_render(bpy.types.Operator):
@@ -33,20 +38,43 @@ class AJAR_OT_pause_render(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class AJAR_OT_pause_views(bpy.types.Operator):
+    bl_idname = "ajar.pause_views"
+    bl_label = "Pause Rendered Views"
+    bl_description = "Let the rendered views wait once they show an edit, or let them take samples again"
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        global _wanted_in_views
+        _wanted_in_views = not _wanted_in_views
+        for window in context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == "VIEW_3D":
+                    area.tag_redraw()
+        return {"FINISHED"}
+
+
+def _draw_button_in_view(self, context: bpy.types.Context) -> None:
+    """In the header of a rendered view, where Cycles has its own."""
+    if context.engine == "AJAR" and context.space_data.shading.type == "RENDERED":
+        self.layout.operator("ajar.pause_views", text="", icon="PLAY" if _wanted_in_views else "PAUSE", depress=_wanted_in_views)
+
+
 def _draw_button(self, context: bpy.types.Context) -> None:
     """In the image editor's header, while a render is shown."""
     if context.scene.render.engine == "AJAR" and bpy.app.is_job_running("RENDER"):
         self.layout.operator("ajar.pause_render", text="Continue" if _wanted else "Pause", icon="PLAY" if _wanted else "PAUSE")
 
 
-_register_class, _unregister_class = bpy.utils.register_classes_factory((AJAR_OT_pause_render,))
+_register_class, _unregister_class = bpy.utils.register_classes_factory((AJAR_OT_pause_render, AJAR_OT_pause_views))
 
 
 def register() -> None:
     _register_class()
     bpy.types.IMAGE_HT_header.append(_draw_button)
+    bpy.types.VIEW3D_HT_header.append(_draw_button_in_view)
 
 
 def unregister() -> None:
+    bpy.types.VIEW3D_HT_header.remove(_draw_button_in_view)
     bpy.types.IMAGE_HT_header.remove(_draw_button)
     _unregister_class()

@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 from bpy.app.handlers import persistent
 
-from . import denoise, graph, hints, photon_overlay, view
+from . import denoise, graph, hints, pausing, photon_overlay, view
 from .ajar_module import ajar
 from .export import ExportContext, KnownObjects, MeshCache, OutOfDate, export_contents, settings
 from .headless import Options
@@ -123,7 +123,7 @@ class Viewport:
     def is_busy(self) -> bool:
         waits = self._wanted_view is not None or self._description is not None
         coarse = self._divider > 1 and self.session.progress().phase != ajar.Progress.Phase.Failed
-        return waits or coarse or self._denoiser.is_busy() or not self.session.wait(0.0)
+        return waits or coarse or self._denoiser.is_busy() or not (self.session.wait(0.0) or self.session.is_paused())
 
     def poll(self) -> bool:
         """Go on; True when there is something new to draw."""
@@ -149,6 +149,9 @@ class Viewport:
             # A full picture at once when it is quick, else by steps.
             quick = self.view.pixels() / self._rate < QUICK_SECONDS
             self._render(1 if quick else self._divider // 2)
+        # An edit is shown in full before the view waits again.
+        progress = self.session.progress()
+        self.session.pause(pausing.is_wanted_in_views() and self._divider == 1 and progress.render == self._number and progress.iteration > 0)
 
     def _first_divider(self) -> int:
         divider = 1
@@ -186,6 +189,8 @@ class Viewport:
             return f"Building: {progress.step}"
         if progress.phase == ajar.Progress.Phase.Done and self._divider == 1:
             return f"Rendering done | {progress.samples:.0f} samples"
+        if self.session.is_paused():
+            return f"Paused | {progress.samples:.0f} samples"
         return f"Sample {progress.samples:.0f} of {self._settings.samples}" if self._settings else ""
 
     def statistics(self) -> dict:

@@ -147,7 +147,9 @@ class GraphExporter:
             if not socket.identifier:
                 continue
             source = self.trace(socket, scope)
-            if source is None:
+            if socket.identifier == "Vector" and has_texture_mapping(node):
+                self.graph.add_input(index, socket.identifier, ZERO, self.mapped(node, scope, source))
+            elif source is None:
                 self.graph.add_input(index, socket.identifier, value_of(socket))
             elif source.node is not None:
                 self.graph.add_input(index, socket.identifier, value_of(socket), self.link_to(source))
@@ -178,11 +180,45 @@ class GraphExporter:
         else:
             self.graph.add_property(index, name, numbers=[float(number) for number in value])
 
+    def mapped(self, node: bpy.types.Node, scope: Scope, source: Source | None) -> ajar.NodeLink:
+        """The coordinates of a texture after its own Texture Mapping, which is a Mapping node in front of it."""
+        name, mapping = f"{scope.prefix}{node.name}", node.texture_mapping
+        if (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) != ("X", "Y", "Z"):
+            self.context.warn(self.owner, f"node '{name}' ({node.bl_idname}): the Projection of its Texture Mapping is not supported: X, Y and Z are used")
+        index = self.graph.add_node("ShaderNodeMapping", f"{name} texture mapping")
+        if source is None:
+            self.graph.add_input(index, "Vector", ZERO, self.own_coordinates(node, name))
+        elif source.node is None:
+            self.graph.add_input(index, "Vector", converted(source.value, source.type, "VECTOR"))
+        else:
+            self.graph.add_input(index, "Vector", ZERO, self.link_to(source))
+        for socket, numbers in (("Location", mapping.translation), ("Rotation", mapping.rotation), ("Scale", mapping.scale)):
+            self.graph.add_input(index, socket, (*numbers, 0.0))
+        self.graph.add_property(index, "vector_type", text=mapping.vector_type)
+        return ajar.NodeLink(index, "Vector")
+
+    def own_coordinates(self, node: bpy.types.Node, name: str) -> ajar.NodeLink:
+        """What a texture without a vector takes."""
+        is_world = self.root.tree.get_output_node("CYCLES").bl_idname == "ShaderNodeOutputWorld"
+        if node.bl_idname == "ShaderNodeTexEnvironment" and not is_world:
+            return ajar.NodeLink(self.graph.add_node("ShaderNodeNewGeometry", f"{name} coordinates"), "Position")
+        self.context.uses_generated = True
+        return ajar.NodeLink(self.graph.add_node("ShaderNodeTexCoord", f"{name} coordinates"), "UV" if node.bl_idname == "ShaderNodeTexImage" else "Generated")
+
     def constant_node(self, source: Source) -> ajar.NodeLink:
         """A number or colour where a closure is expected: it emits, which needs a node to come from."""
         index = self.graph.add_node("ShaderNodeRGB", f"{self.owner} constant")
         self.graph.add_property(index, "value", numbers=list(converted(source.value, source.type, "RGBA")))
         return ajar.NodeLink(index, "Color")
+
+
+def has_texture_mapping(node: bpy.types.Node) -> bool:
+    """Whether a texture moves its coordinates by itself, which the sidebar of the shader editor can set."""
+    mapping = getattr(node, "texture_mapping", None)
+    if mapping is None:
+        return False
+    axes = (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z)
+    return any((*mapping.translation, *mapping.rotation)) or any(number != 1.0 for number in mapping.scale) or axes != ("X", "Y", "Z")
 
 
 # ---- Sockets --------------------------------------------------------------------------------------------------------------

@@ -59,13 +59,17 @@ def _draw_size(column: bpy.types.UILayout, light: bpy.types.Light) -> None:
         column.prop(light, "shadow_soft_size", text="Radius")
 
 
-class AJAR_LIGHT_PT_beam(LightPanel, Panel):
-    bl_label = "Beam Shape"
-    bl_parent_id = "AJAR_LIGHT_PT_light"
+class BeamPanel(LightPanel):
+    """The poll of a panel and of its copy for the shader editor, which is not a subclass of the panel."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         return super().poll(context) and context.light.type in ("SPOT", "AREA")
+
+
+class AJAR_LIGHT_PT_beam(BeamPanel, Panel):
+    bl_label = "Beam Shape"
+    bl_parent_id = "AJAR_LIGHT_PT_light"
 
     def draw(self, context: bpy.types.Context) -> None:
         self.layout.use_property_split = True

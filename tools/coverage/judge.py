@@ -17,7 +17,8 @@ EFFECT = 0.002    # a change smaller than this shows nothing
 
 OLD, NEW = "3", "45"      # first digits of the Blenders that a difference is of
 COMPENSATED = "Multiscatter GGX: the energy that one bounce loses is put back; Blender 3 walks between facets (docs/agreement.md)"
-LEANING = "normals that lean away from the eye are bent towards it for diffuse light as well, as in Blender 3; Blender 5 does so for reflections only"
+LEANING = "normals that lean away from the eye are bent towards it for diffuse light as well, as in Blender 3; newer Blenders do so for reflections only"
+OREN_NAYAR = "Oren and Nayar's model of Blender 3; newer Blenders keep the energy of further bounces"
 
 
 @dataclass(frozen=True)
@@ -39,16 +40,20 @@ KNOWN = (
     Known("BsdfPrincipled", "Clearcoat*", "", OLD, "Cycles samples one distribution of the coat and states the density of another (docs/agreement.md)"),
     Known("BsdfPrincipled", "Subsurface*", "", OLD, "a random walk; of Burley's profile one of the same radius"),
     Known("SubsurfaceScattering", "*", "*", OLD + NEW, "Burley's profile is a random walk of the same radius; Skin is a plain random walk"),
-    Known("BsdfDiffuse", "Roughness", "", NEW, "Oren and Nayar's model of Blender 3; Blender 5 keeps the energy of further bounces"),
-    Known("BsdfPrincipled", "Diffuse Roughness", "", NEW, "Oren and Nayar's model of Blender 3; Blender 5 keeps the energy of further bounces"),
+    Known("BsdfDiffuse", "Roughness", "", NEW, OREN_NAYAR),
+    Known("BsdfPrincipled", "Diffuse Roughness", "", NEW, OREN_NAYAR),
     Known("BsdfDiffuse", "Normal", "", NEW, LEANING),
     Known("BsdfPrincipled", "Normal", "", NEW, LEANING),
     Known("BsdfPrincipled", "Coat Normal", "", NEW, LEANING),
     Known("NormalMap", "*", "*", NEW, LEANING),
     Known("Bump", "*", "*", NEW, LEANING),
+    Known("Displacement", "*", "*", NEW, LEANING),
+    Known("VectorDisplacement", "*", "*", NEW, LEANING),
     Known("BsdfPrincipled", "*", "*", NEW, "layers dim what is below them by their albedo towards the eye; differences of up to 6 % with coats, sheen and emission"),
     Known("CyclesRenderSettings", "sample_clamp_direct", "*", OLD + NEW, "both limit what one sample brings; the samples of the two engines are cut otherwise into lights and surfaces"),
-    Known("TexIES", "*", "*", NEW, "without a vector, on a mesh: Blender 5 takes the direction to the eye, Ajar the normal as Blender 3"),
+    Known("PointLight", "shadow_soft_size", "*", OLD + NEW, "close to a lamp of that size: Cycles takes a disk that faces the point, Ajar a sphere (docs/agreement.md)"),
+    Known("SunLight", "angle", "*", NEW, "a wide sun is brighter towards its rim, as in Blender 3; in newer Blenders it is as bright everywhere"),
+    Known("TexIES", "*", "*", NEW, "without a vector, on a mesh: newer Blenders take the direction to the eye, Ajar the normal as Blender 3"),
 )
 
 
@@ -104,7 +109,7 @@ def main(paths: list[str]) -> int:
 
 def faults(result: dict) -> list[str]:
     """A line for each probe that shows something else than Cycles although nothing was said."""
-    return [f"{found.node}: {found.kind} {found.name} {found.value} differs by {100 * found.difference:.1f} %"
+    return [f"Blender {result['blender']}: {found.node}: {found.kind} {found.name} {found.value} differs by {100 * found.difference:.1f} %"
             for found in verdicts(result) if found.state == "wrong"]
 
 

@@ -6,6 +6,7 @@ A probe is a copy of its node's plain probe with one thing changed. Probes of on
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -42,7 +43,7 @@ CONTEXT: dict[str, dict[str, dict[str, object]]] = {
     "ShaderNodeVolumeCoefficients": {"IOR": {"phase": "FOURNIER_FORAND"}, "Backscatter": {"phase": "FOURNIER_FORAND"}, "Alpha": {"phase": "DRAINE"}, "Diameter": {"phase": "MIE"}},
     "ShaderNodeVolumePrincipled": {"Blackbody Tint": {"Blackbody Intensity": 1.0, "Temperature": 3000.0}, "Temperature": {"Blackbody Intensity": 1.0}, "Emission Color": {"Emission Strength": 0.5}},
     "ShaderNodeVectorRotate": {"Rotation": {"rotation_type": "EULER_XYZ"}},
-    "ShaderNodeTexVoronoi": {"W": {"voronoi_dimensions": "4D"}, "Smoothness": {"feature": "SMOOTH_F1"}, "Exponent": {"distance": "MINKOWSKI"}, "Lacunarity": {"Detail": 2.0}, "Roughness": {"Detail": 2.0}},
+    "ShaderNodeTexVoronoi": {"W": {"voronoi_dimensions": "4D"}, "Radius": {"feature": "N_SPHERE_RADIUS"}, "Smoothness": {"feature": "SMOOTH_F1"}, "Exponent": {"distance": "MINKOWSKI"}, "Lacunarity": {"Detail": 2.0}, "Roughness": {"Detail": 2.0}},
     "ShaderNodeTexNoise": {"W": {"noise_dimensions": "4D"}, "Offset": {"noise_type": "HETERO_TERRAIN"}, "Gain": {"noise_type": "HYBRID_MULTIFRACTAL"}},
     "ShaderNodeTexMusgrave": {"W": {"musgrave_dimensions": "4D"}, "Offset": {"musgrave_type": "HETERO_TERRAIN"}, "Gain": {"musgrave_type": "HYBRID_MULTIFRACTAL"}},
     "ShaderNodeTexWhiteNoise": {"W": {"noise_dimensions": "4D"}},
@@ -54,12 +55,13 @@ CONTEXT: dict[str, dict[str, dict[str, object]]] = {
     "ShaderNodeMapRange": {"Steps": {"interpolation_type": "STEPPED"}, "Steps_FLOAT3": {"data_type": "FLOAT_VECTOR", "interpolation_type": "STEPPED"},
                            "Vector": {"data_type": "FLOAT_VECTOR"}, "*_FLOAT3": {"data_type": "FLOAT_VECTOR"}},
     "ShaderNodeMix": {"A_Color": {"data_type": "RGBA"}, "B_Color": {"data_type": "RGBA"}, "blend_type": {"data_type": "RGBA"}, "clamp_result": {"data_type": "RGBA", "blend_type": "ADD"},
-                      "A_Vector": {"data_type": "VECTOR"}, "B_Vector": {"data_type": "VECTOR"}, "factor_mode": {"data_type": "VECTOR"}, "Factor_Vector": {"data_type": "VECTOR", "factor_mode": "NON_UNIFORM"}},
+                      "A_Vector": {"data_type": "VECTOR"}, "B_Vector": {"data_type": "VECTOR"},
+                      "Result_Color": {"data_type": "RGBA"}, "Result_Vector": {"data_type": "VECTOR"}, "factor_mode": {"data_type": "VECTOR"}, "Factor_Vector": {"data_type": "VECTOR", "factor_mode": "NON_UNIFORM"}},
     "ShaderNodeMixRGB": {"use_clamp": {"blend_type": "ADD"}},
     "ShaderNodeWireframe": {"use_pixel_size": {"Size": 2.0}},
     "ShaderNodeTangent": {"uv_map": {"direction_type": "UV_MAP"}, "axis": {"direction_type": "RADIAL"}},
     "ShaderNodeTexSky": {"turbidity": {"sky_type": "PREETHAM"}, "ground_albedo": {"sky_type": "HOSEK_WILKIE"}, "sun_direction": {"sky_type": "PREETHAM"}},
-    "ShaderNodeVectorMath": {"Vector_002": {"operation": "MULTIPLY_ADD"}, "Scale": {"operation": "SCALE"}},
+    "ShaderNodeVectorMath": {"Value": {"operation": "LENGTH"}, "Vector_002": {"operation": "MULTIPLY_ADD"}, "Scale": {"operation": "SCALE"}},
     "ShaderNodeMath": {"Value_002": {"operation": "MULTIPLY_ADD"}},
     "ShaderNodeClamp": {"Min": {"Value": -0.5}, "Max": {"Value": 1.5}, "clamp_type": {"Min": 0.8, "Max": 0.2}},
 }
@@ -71,7 +73,7 @@ LIVELY = {f"ShaderNode{name}" for name in ("Math", "MixRGB", "Mix", "Clamp", "Ma
 BOUNDS = ("To", "From", "Max", "Min", "Steps")
 # Whose unlinked vector stands for something else than zero.
 WITH_DEFAULT_VECTOR = ("ShaderNodeTex", "ShaderNodeBump", "ShaderNodeFresnel", "ShaderNodeLayerWeight", "ShaderNodeAmbientOcclusion", "ShaderNodeBevel")
-HEIGHTS = {"ShaderNodeBump", *DISPLACEMENTS}
+HEIGHTS = {"ShaderNodeBump": ("Distance",), **{name: ("Scale",) for name in DISPLACEMENTS}}
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,31 @@ def node_types() -> list[str]:
             found.append(name)
     bpy.data.materials.remove(tree)
     return found
+
+
+def thing(owner: str, kind: str, name: str) -> str:
+    """How the inventory calls a part of a node, or a setting."""
+    return f"{owner}.{name}" if kind in ("choice", "switch") else f"{owner} {'input' if kind == 'input' else 'output'} {name}"
+
+
+def parts(node: bpy.types.Node) -> Iterator[tuple[str, str, str, str]]:
+    """(kind, name, choice, what artists call it) of everything that a node has: outputs, inputs, and the properties that are its own."""
+    first = next((socket.identifier for socket in node.outputs if socket.enabled), None)
+    for output in node.outputs:
+        if output.identifier:
+            yield "plain" if output.identifier == first else "output", output.identifier, "", output.name
+    for socket in node.inputs:
+        if socket.identifier and socket.identifier not in INTERNAL:
+            yield "input", socket.identifier, "", socket.name
+    for prop in node.bl_rna.properties:
+        if prop.identifier in COMMON | INTERNAL or prop.is_readonly:
+            continue
+        if prop.type == "ENUM" and not prop.is_enum_flag:
+            yield from (("choice", prop.identifier, item.identifier, item.name) for item in prop.enum_items)
+        elif prop.type in ("BOOLEAN", "INT", "FLOAT"):
+            yield "switch", prop.identifier, "", prop.name
+    if hasattr(node, "texture_mapping"):
+        yield "switch", "texture_mapping", "", "Texture Mapping"
 
 
 def _matching(table: dict[str, dict[str, object]], name: str) -> dict[str, object]:
@@ -161,22 +188,9 @@ class Builder:
         tree = bpy.data.materials.new("model")
         tree.use_nodes = True
         node = tree.node_tree.nodes.new(type_)
-        first = next(socket.identifier for socket in node.outputs if socket.enabled)
-        for output in node.outputs:
-            if output.identifier:
-                self.add(Probe("", type_, "plain" if output.identifier == first else "output", output.identifier, "", output.name), {})
         table = CONTEXT.get(type_, {})
-        for socket in node.inputs:
-            if socket.identifier and socket.identifier not in INTERNAL:
-                self.add(Probe("", type_, "input", socket.identifier, "", socket.name), _matching(table, socket.identifier))
-        for prop in node.bl_rna.properties:
-            if prop.identifier in COMMON | INTERNAL or prop.is_readonly:
-                continue
-            if prop.type == "ENUM" and not prop.is_enum_flag:
-                for item in prop.enum_items:
-                    self.add(Probe("", type_, "choice", prop.identifier, item.identifier, item.name), _matching(table, prop.identifier))
-            elif prop.type in ("BOOLEAN", "INT", "FLOAT"):
-                self.add(Probe("", type_, "switch", prop.identifier, "", prop.name), _matching(table, prop.identifier))
+        for kind, name, value, shown in parts(node):
+            self.add(Probe("", type_, kind, name, value, shown), {} if kind == "plain" else _matching(table, name))
         bpy.data.materials.remove(tree)
 
     def add(self, probe: Probe, context: dict[str, object]) -> None:
@@ -218,6 +232,8 @@ class Builder:
         """Values that a default leaves empty."""
         if hasattr(node, "image"):
             node.image = self.image
+        for name in HEIGHTS.get(node.bl_idname, ()):   # newer Blenders begin with heights too small to see
+            node.inputs[name].default_value = 1.0
         if node.bl_idname == "ShaderNodeTexIES":
             node.mode, node.filepath, node.ies = "EXTERNAL", str(IES_FILE), self.ies
         if node.bl_idname == "ShaderNodeTexCoord":
@@ -236,7 +252,9 @@ class Builder:
 
     def change_property(self, node: bpy.types.Node, name: str) -> None:
         prop = node.bl_rna.properties[name]
-        if prop.type == "BOOLEAN":
+        if name == "texture_mapping":
+            node.texture_mapping.translation, node.texture_mapping.rotation, node.texture_mapping.scale = (0.3, 0.2, 0.1), (0.2, 0.1, 0.4), (1.3, 0.8, 1.1)
+        elif prop.type == "BOOLEAN":
             setattr(node, name, not getattr(node, name))
         elif getattr(prop, "is_array", False):
             setattr(node, name, [other(value, prop.soft_min, prop.soft_max) for value in getattr(node, name)])

@@ -1,4 +1,4 @@
-"""Write docs/coverage.md from what probe.py measured in each Blender.
+"""Write docs/coverage.md from what probe.py measured in each Blender. A column is a Blender, a row a node or a setting; a reason stands below its table, under a number.
 
     python tools/coverage/write.py nodes_3.4.json nodes_5.2.json settings_3.4.json settings_5.2.json > docs/coverage.md
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import sys
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -32,17 +33,30 @@ NOTES = {
 }
 
 
+class Reasons:
+    """Those of one table, numbered as they come."""
+
+    def __init__(self) -> None:
+        self.numbers: dict[str, int] = {}
+
+    def mark(self, reasons: Iterable[str]) -> str:
+        return ", ".join(f"[{self.numbers.setdefault(reason.replace('|', '/'), len(self.numbers) + 1)}]" for reason in dict.fromkeys(reasons))
+
+    def lines(self) -> list[str]:
+        return ["", *(f"* [{number}] {reason}" for reason, number in self.numbers.items())]
+
+
 def name_of(found: Verdict) -> str:
     return f"{found.name} {found.value}" if found.kind == "choice" else found.shown or found.name
 
 
-def summary(founds: list[Verdict]) -> str:
+def summary(founds: list[Verdict], reasons_of: Reasons) -> str:
     """Of one node in one Blender: how much is exact, and what is not."""
     if not founds:
-        return "not in this Blender"
+        return "–"
     plain = [found for found in founds if KINDS[found.kind] == "output"]
     if all(found.state == "missing" for found in plain):
-        return "**missing**: " + "; ".join(dict.fromkeys(reason for found in plain for reason in found.reasons))
+        return f"**missing** {reasons_of.mark(reason for found in plain for reason in found.reasons)}"
     by_reason: dict[tuple, list[str]] = {}
     for found in founds:
         if found.state != "exact":
@@ -51,7 +65,7 @@ def summary(founds: list[Verdict]) -> str:
     parts = ["exact" if exact == len(founds) else f"{exact} of {len(founds)} exact"]
     for (state, *reasons), names in by_reason.items():
         listed = "all else" if len(names) > 6 else ", ".join(dict.fromkeys(names))
-        parts.append(f"{listed}: {'**missing**, ' if state == 'missing' else ''}{'; '.join(reasons) or 'differs, reason unknown'}")
+        parts.append(f"{listed}: {'**missing** ' if state == 'missing' else ''}{reasons_of.mark(reasons) or 'differs, reason unknown'}")
     return "; ".join(parts).replace("|", "/")
 
 
@@ -68,12 +82,14 @@ def of_nodes(blenders: list[str], tables: list[list[Verdict]]) -> list[str]:
     lines = ["# What Ajar makes of Blender's shader nodes and settings", "",
              "Written by `tools/coverage/write.py`. In each Blender, every output, input, choice and switch of every shader node was changed in a material of its own, and Ajar and that Blender's",
              "Cycles rendered the same spheres with it (`tools/coverage/probe.py`). *Exact*: no difference beyond the noise and 4 % (root mean square over a sphere's pixels; most differ by less than",
-             "1 %). *Approximated*: another picture, with the reason. *Missing*: the artist is told so by name. `tests/core/node_values*.txt` holds recorded values of Cycles, compared to 10⁻⁴.", "",
+             "1 %). *Approximated*: another picture, with the reason. *Missing*: the artist is told so by name. `tests/core/node_values*.txt` holds recorded values of Cycles, compared to 10⁻⁴.",
+             "A dash: not in this Blender. Numbers in brackets are explained below the table. `tests/blender/panels/inventory.tsv` has every setting, part of a node, choice and pass by its name.", "",
              *counts("outputs, inputs, choices and switches of nodes", blenders, tables), "", f"| node | {' | '.join(blenders)} | besides |", "|---|---|" + "---|" * len(blenders)]
+    reasons = Reasons()
     for node in sorted({found.node for table in tables for found in table}):
-        cells = [summary([found for found in table if found.node == node]) for table in tables]
+        cells = [summary([found for found in table if found.node == node], reasons) for table in tables]
         lines.append(f"| {node} | {' | '.join(cells)} | {NOTES.get(node, '')} |")
-    return lines
+    return lines + reasons.lines()
 
 
 def of_settings(blenders: list[str], tables: list[list[Verdict]]) -> list[str]:
@@ -82,19 +98,21 @@ def of_settings(blenders: list[str], tables: list[list[Verdict]]) -> list[str]:
              "(`tools/coverage/settings_probe.py`). The scene has neither hair nor volumes. `tests/blender/panels/inventory.py` has what becomes of all other settings, and",
              "[agreement.md](agreement.md) larger scenes. All settings are exact but for these:", "", *counts("values of settings", blenders, tables), "",
              f"| setting | {' | '.join(blenders)} |", "|---|" + "---|" * len(blenders)]
+    reasons = Reasons()
     names = {(found.node, found.name) for table in tables for found in table if found.state != "exact"}
     for node, name in sorted(names):
         cells = []
         for table in tables:
             here = [found for found in table if (found.node, found.name) == (node, name)]
-            reasons = dict.fromkeys(f"{'**missing**: ' if found.state == 'missing' else ''}{'; '.join(found.reasons)}" for found in here if found.state != "exact")
-            cells.append("; ".join(reasons) if reasons else "exact" if here else "not in this Blender")
+            words = dict.fromkeys(f"{'**missing** ' if found.state == 'missing' else ''}{reasons.mark(found.reasons)}" for found in here if found.state != "exact")
+            cells.append("; ".join(words) if words else "exact" if here else "–")
         lines.append(f"| {node}.{name} | {' | '.join(cells)} |")
-    return lines
+    return lines + reasons.lines()
 
 
 def main(paths: list[str]) -> None:
     results = [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
+    results.sort(key=lambda result: [int(part) for part in result["blender"].split()[0].split(".")])
     lines: list[str] = []
     for write, is_of in ((of_nodes, True), (of_settings, False)):
         chosen = [result for result in results if any(probe["node"].startswith("ShaderNode") for probe in result["probes"]) == is_of]

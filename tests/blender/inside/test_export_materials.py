@@ -366,3 +366,53 @@ def test_what_has_no_material_is_what_this_blender_makes_it(build, export, monke
     assert [material.name for material in out.materials] == ["Default Material"]
     assert out.materials[0].graph.nodes[0].type == "ShaderNodeBsdfPrincipled"
     assert [list(thing.materials) for thing in out.objects] == [[0], [0]]
+
+
+def mapping_of(graph):
+    """What the Mapping node of a texture holds, and what feeds it."""
+    index = node_of(graph, "ShaderNodeMapping")
+    inputs = {i.socket: tuple(i.value[:3]) for i in graph.nodes[index].inputs if i.socket != "Vector"}
+    return inputs, property_of(graph, index, "vector_type").text, source(graph, index, "Vector")
+
+
+@pytest.mark.parametrize("type_, coordinates", [("ShaderNodeTexNoise", ("ShaderNodeTexCoord", "Generated")), ("ShaderNodeTexImage", ("ShaderNodeTexCoord", "UV")),
+                                                ("ShaderNodeTexEnvironment", ("ShaderNodeNewGeometry", "Position"))])
+def test_the_texture_mapping_of_a_node_is_a_mapping_node_before_it(shader, graph_of, type_, coordinates):
+    texture = shader.nodes.new(type_)
+    shader.links.new(texture.outputs["Color"], shader.emission.inputs["Color"])
+    assert not any(node.type == "ShaderNodeMapping" for node in graph_of(shader.material).nodes)
+    texture.texture_mapping.translation, texture.texture_mapping.scale, texture.texture_mapping.vector_type = (1.0, 2.0, 3.0), (2.0, 1.0, 0.5), "TEXTURE"
+    graph = graph_of(shader.material)
+    assert source(graph, node_of(graph, type_), "Vector") == ("ShaderNodeMapping", "Vector")
+    inputs, kind, fed_by = mapping_of(graph)
+    assert inputs == {"Location": (1.0, 2.0, 3.0), "Rotation": (0.0, 0.0, 0.0), "Scale": (2.0, 1.0, 0.5)} and kind == "TEXTURE" and fed_by == coordinates
+
+
+def test_the_texture_mapping_of_a_node_moves_the_vector_that_it_is_given(shader, graph_of):
+    texture, normal = shader.nodes.new("ShaderNodeTexNoise"), shader.nodes.new("ShaderNodeNewGeometry")
+    shader.links.new(texture.outputs["Color"], shader.emission.inputs["Color"])
+    shader.links.new(normal.outputs["Normal"], texture.inputs["Vector"])
+    texture.texture_mapping.rotation = (0.0, 0.0, 0.5)
+    assert mapping_of(graph_of(shader.material))[2] == ("ShaderNodeNewGeometry", "Normal")
+
+
+def test_the_environment_of_a_world_is_mapped_by_its_direction(export, scene):
+    scene.world = bpy.data.worlds.new("Sky")
+    scene.world.use_nodes = True
+    nodes = scene.world.node_tree.nodes
+    texture = nodes.new("ShaderNodeTexEnvironment")
+    scene.world.node_tree.links.new(texture.outputs["Color"], nodes["Background"].inputs["Color"])
+    texture.texture_mapping.rotation = (0.0, 0.0, 0.5)
+    assert mapping_of(export().world.graph)[2] == ("ShaderNodeTexCoord", "Generated")
+
+
+def test_the_projection_of_a_texture_mapping_is_reported(shader, build, export_context):
+    texture = shader.nodes.new("ShaderNodeTexNoise")
+    texture.name = "Clouds"
+    shader.links.new(texture.outputs["Color"], shader.emission.inputs["Color"])
+    texture.texture_mapping.mapping_x = "Z"
+    mesh = build.mesh()
+    mesh.materials.append(shader.material)
+    build.object(mesh)
+    assert [(name, text) for name, text in export_context().warnings if "'Clouds'" in text and "Projection" in text] == [
+        (shader.material.name, "node 'Clouds' (ShaderNodeTexNoise): the Projection of its Texture Mapping is not supported: X, Y and Z are used")]

@@ -11,6 +11,7 @@ import types
 from pathlib import Path
 
 import bpy
+import gpu
 
 sys.path.insert(0, str(Path(__file__).parent))
 import recorder  # noqa: E402
@@ -88,19 +89,29 @@ def cases(things: dict[str, bpy.types.Object]):
             yield "data", name, members(thing)
 
 
-def settings() -> dict[str, list[str]]:
-    """Names of all settings of the datablocks that a renderer reads, and of Cycles' groups in them."""
-    of_every_datablock = set(bpy.types.ID.bl_rna.properties.keys()) | {"rna_type"}
-    structs = {name: getattr(bpy.types, name).bl_rna for name in (
-        "Scene", "RenderSettings", "ViewLayer", "Object", "Mesh", "Curves", "PointLight", "SpotLight", "SunLight", "AreaLight", "World", "WorldMistSettings", "Camera",
-        "CameraDOFSettings", "Material")}
-    for owner in ("Scene", "ViewLayer", "Object", "Light", "World", "Camera", "Material", "Mesh"):
-        for prop in getattr(bpy.types, owner).bl_rna.properties:
-            if prop.identifier.startswith("cycles") and prop.type == "POINTER":
-                structs[prop.fixed_type.identifier] = prop.fixed_type
-    return {name: [prop.identifier for prop in rna.properties
-                   if prop.identifier not in of_every_datablock and prop.identifier != "ajar" and (not prop.is_readonly or prop.type == "POINTER")]
-            for name, rna in structs.items()}
+def passes(engine: str) -> list[tuple[str, str, str]]:
+    """(name, channels, kind) of what the engine gives where every pass is asked for."""
+    scene = bpy.context.scene
+    scene.render.engine = engine
+    layer = scene.view_layers[0]
+    groups = (layer, layer.cycles) if engine == "CYCLES" else (layer, layer.ajar)
+    before = [(owner, prop.identifier, getattr(owner, prop.identifier)) for owner in groups for prop in owner.bl_rna.properties if prop.type == "BOOLEAN" and not prop.is_readonly]
+    for owner, name, _ in before:
+        setattr(owner, name, True)
+    found: list[tuple[str, str, str]] = []
+    if engine == "CYCLES":
+        from cycles.engine import list_render_passes
+
+        found += list_render_passes(scene, layer)
+    else:
+        class Listener:
+            def register_pass(self, _scene: bpy.types.Scene, _layer: bpy.types.ViewLayer, name: str, _count: int, channels: str, kind: str) -> None:
+                found.append((name, channels, kind))
+
+        next(kind for kind in bpy.types.RenderEngine.__subclasses__() if getattr(kind, "bl_idname", "") == engine).update_render_passes(Listener(), scene, layer)
+    for owner, name, value in before:
+        setattr(owner, name, value)
+    return found
 
 
 def nodes_in_add_menu(engine: str) -> list[str]:
@@ -122,6 +133,8 @@ def main(out: str) -> None:
     import addon_utils
 
     addon_utils.enable("cycles")
+    if bpy.app.background and hasattr(gpu.capabilities, "hdr_support_get"):
+        gpu.capabilities.hdr_support_get = lambda: True   # a panel asks, and Blender 4.2 refuses to answer without a window
     things = objects()
     scene = bpy.context.scene
     use_everything(scene)
@@ -140,7 +153,7 @@ def main(out: str) -> None:
                 shown |= recorder.shown(tab, engine, **context)[0]
             by_engine[engine] = shown
         found.append({"tab": tab, "of": name, "cycles": sorted(by_engine["CYCLES"]), "ajar": sorted(by_engine["AJAR"])})
-    Path(out).write_text(json.dumps({"version": bpy.app.version_string, "cases": found, "settings": settings(), "nodes": {engine: nodes_in_add_menu(engine) for engine in ("CYCLES", "AJAR")}}))
+    Path(out).write_text(json.dumps({"version": bpy.app.version_string, "cases": found, "passes": {engine: passes(engine) for engine in ("CYCLES", "AJAR")}, "nodes": {engine: nodes_in_add_menu(engine) for engine in ("CYCLES", "AJAR")}}))
 
 
 if __name__ == "__main__":

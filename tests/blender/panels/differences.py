@@ -77,6 +77,7 @@ ABSENT = {
     **{("CyclesRenderSettings", name): "of adaptive subdivision, which is reported by the object" for name in (
         "dicing_rate", "preview_dicing_rate", "max_subdivisions", "dicing_camera", "offscreen_dicing_scale")},
     ("CyclesRenderSettings", "bake_type"): BAKE,
+    **{("template_ID", f"{name}_collection"): "light linking is not supported yet, and reported by the object; since 4.3 Blender shows it for every engine" for name in ("receiver", "blocker")},
     ("CyclesMaterialSettings", "use_transparent_shadow"): REPORTED,
     ("CyclesMaterialSettings", "use_bump_map_correction"): REPORTED,
     ("Material", "use_transparent_shadow"): REPORTED,
@@ -129,6 +130,11 @@ ABSENT = {
 }
 ABSENT_STRUCTS = {"BakeSettings": BAKE}
 
+PASSES = {
+    "Debug Sample Count": "Sample Count, which has the number of samples and not a share of them",
+    "Noisy Image": "given where Ajar's own denoiser runs, which the switch of Cycles does not start",
+}
+
 # Properties that only Ajar's panels show, besides its own.
 ADDED = {
     ("Light", "use_nodes"): "switches nodes on; Cycles has an operator for it",
@@ -137,4 +143,22 @@ ADDED = {
     ("RenderSettings", "compositor_precision"): "Cycles hides it while the compositor runs on the processor",
     ("template_preview", "AreaLight"): "portals have no preview with Cycles",
     ("template_node_view", "Surface"): "the nodes of a portal, which Cycles hides",
+}
+
+# Outside of Properties: what the panels of one engine show beside those of the other, and operators that can be called with one engine alone.
+ABSENT_IN_EDITORS = {
+    ("CyclesView3DShadingSettings", "render_pass"): "rendered views show the picture alone; passes are in the render",
+    ("View3DShading", "use_scene_lights_render"): "rendered views show the scene's own lamps",
+    ("View3DShading", "use_scene_world_render"): "rendered views show the scene's own world",
+    ("CyclesRenderSettings", "preview_pause"): "Ajar has an operator for it: ajar.pause_views",
+}
+ADDED_IN_EDITORS = {
+    ("World", "lightgroup"): "Cycles shows it in Properties alone",
+    ("operator", "scene.view_layer_add_lightgroup"): "the button beside it",
+    ("scene.view_layer_add_lightgroup", "name = "): "the button beside it",
+    ("AjarSceneSettings", "hint_collection"): "light hints",
+}
+OPERATORS = {
+    "*_button*": "of the button that is below the mouse, and in Properties that is another one",
+    "screen.a*": "of the border of an area that is near the mouse",
 }

@@ -1,12 +1,18 @@
-"""What becomes of every setting of Blender and Cycles: read, reported, or without meaning for Ajar. A setting of a new Blender that is in no list fails
-`test_panels.py`. What Cycles' panels show and ours do not is in `differences.py`, which counts here, too.
+"""What becomes of every setting of Blender and Cycles, of every part of a shader node and of every pass: read, reported, or without meaning for Ajar. What Cycles' panels show and ours do not
+is in `differences.py`, which counts here, too.
 
 Names may end in `*`. Read-only properties, and those that every datablock has (name, library, users ...), are left out.
+
+`inventory.tsv` has each of them by its full name, for each Blender, with what the probes measured; `tools/coverage/write_inventory.py` writes it and says what its words mean. What a Blender has
+and that table has not fails `test_inventory.py`.
 """
 
 from __future__ import annotations
 
+import csv
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from pathlib import Path
 
 import differences
 
@@ -94,6 +100,46 @@ NO_MEANING = {
     "CyclesRenderSettings": {DEBUG: "debug_*", differences.NOISE: "use_guiding guiding_* surface_guiding_probability volume_guiding_probability use_guiding_*"},
 }
 
+# Of shader nodes, what the probes do not change: properties that hold names and datablocks, and nodes that give nothing to connect.
+READ_OF_NODES = {
+    "ShaderNodeOutputMaterial": "target; input Surface; input Volume; input Displacement",
+    "ShaderNodeOutputWorld": "target; input Surface; input Volume",
+    "ShaderNodeOutputLight": "target; input Surface",
+    "ShaderNodeGroup": "node_tree; interface",
+    "NodeGroup*": "interface",
+    "NodeReroute": "input *; output *",
+    "ShaderNode*": "image; image_user; mapping; color_ramp; attribute_name; layer_name; uv_map; ies; filepath",
+    "ShaderNodeTexCoord": "object",
+}
+REPORTED_OF_NODES = {
+    "ShaderNodeOutputAOV": "*", "ShaderNodeScript": "*", "ShaderNodeTexPointDensity": "*", "ShaderNodeRaycast": "*",
+}
+NO_MEANING_OF_NODES = {
+    "ShaderNodeMix": {"of geometry nodes; shaders cannot choose it": "output Result_Rotation; data_type"},
+    "ShaderNodeOutputMaterial": {EEVEE: "input Thickness"},
+    "ShaderNodeOutputLineStyle": {BLENDER: "*"},
+    "NodeFrame": {EDITING: "*"},
+    "NodeReroute": {EDITING: "socket_idname"},
+    "ShaderNodeTex*": {"of the old renderer; Cycles does not read it": "color_mapping"},
+}
+PASSES = {
+    "read": {"Combined", "Depth", "Mist", "Position", "Normal", "UV", "IndexOB", "IndexMA", "Object Index", "Material Index", "DiffDir", "DiffInd", "DiffCol", "GlossDir", "GlossInd", "GlossCol",
+             "TransDir", "TransInd", "TransCol", "VolumeDir", "VolumeInd", "Emit", "Env", "Emission", "Environment", "Debug Sample Count", "Noisy Image",
+             *(f"{kind} {part}" for kind in ("Diffuse", "Glossy", "Transmission") for part in ("Direct", "Indirect", "Color")), "Volume Direct", "Volume Indirect"},
+    "reported": {"Vector", "AO", "Ambient Occlusion", "Shadow", "Shadow Catcher", "Noisy Shadow Catcher", "SubsurfaceDir", "SubsurfaceInd", "SubsurfaceCol", "Volume Scatter", "Volume Transmit",
+                 "Volume Majorant", "Render Time", "CryptoObject", "CryptoMaterial", "CryptoAsset",
+                 *(f"Denoising {name}" for name in ("Normal", "Albedo", "Depth", "Specular Albedo", "Roughness"))},
+}
+TABLE = Path(__file__).with_name("inventory.tsv")
+
+
+@dataclass(frozen=True)
+class Row:
+    thing: str
+    choices: tuple[str, ...]
+    states: dict[str, str]   # by the first two numbers of a Blender's version
+    reason: str
+
 
 def _lists(name: str, text: str) -> bool:
     return any(fnmatchcase(name, pattern) for pattern in text.split())
@@ -114,3 +160,44 @@ def fate(struct: str, name: str) -> str:
                 if _lists(name, text):
                     return reason
     return ""
+
+
+def _fate_of_node(node: str, part: str) -> str:
+    def lists(text: str) -> bool:
+        return any(fnmatchcase(part, pattern) for pattern in text.split("; "))
+    for status, table in (("read", READ_OF_NODES), ("reported", REPORTED_OF_NODES)):
+        if any(fnmatchcase(node, kind) and lists(text) for kind, text in table.items()):
+            return status
+    return next((reason for kind, reasons in NO_MEANING_OF_NODES.items() if fnmatchcase(node, kind) for reason, text in reasons.items() if lists(text)), "")
+
+
+def fate_of(thing: str) -> str:
+    """The same of a setting, a part of a node or a pass, by the name that things.py gives it. Of nodes only what the probes do not change."""
+    if thing.startswith("pass "):
+        return next((status for status, names in PASSES.items() if thing.removeprefix("pass ") in names), "")
+    owner, name = thing.split(" ", 1) if " " in thing.split(".")[0] else thing.split(".", 1)
+    return _fate_of_node(owner, name) if owner.startswith(("ShaderNode", "Node")) else fate(owner, name)
+
+
+def state_of(fate: str) -> str:
+    """The word that the table has for it."""
+    if fate in ("read", "reported", ""):
+        return fate
+    return "reported" if "reported" in fate or "not supported" in fate else "none"
+
+
+def relevant(things: dict[str, list[str]]) -> dict[str, list[str]]:
+    """Without the choices of settings that Ajar does not look at, and of those that depend on the machine."""
+    def chosen(thing: str) -> bool:
+        return thing.startswith("ShaderNode") or thing not in ("RenderSettings.engine", "RenderSettings.views_format") and state_of(fate_of(thing)) in ("read", "reported")
+    return {thing: choices if chosen(thing) else [] for thing, choices in things.items()}
+
+
+def series(blender: str) -> str:
+    return ".".join(blender.split()[0].split(".")[:2])
+
+
+def rows() -> list[Row]:
+    with open(TABLE, encoding="utf-8", newline="") as file:
+        _, _, *blenders, _ = next(reader := csv.reader(file, delimiter="\t", quoting=csv.QUOTE_NONE))
+        return [Row(line[0], tuple(line[1].split()), dict(zip(blenders, line[2:-1])), line[-1]) for line in reader]

@@ -34,9 +34,16 @@ class Notes:
         def call(*arguments: object, **named: object) -> object:
             self._note(name, arguments, named)
             if name in ("panel", "panel_prop"):   # a header and a body
-                return Notes(self._shown), Notes(self._shown)
-            return OperatorProperties(arguments[0] if arguments else named["operator"]) if name == "operator" else Notes(self._shown)
+                return self._part(), self._part()
+            return self._button(arguments[0] if arguments else named["operator"]) if name == "operator" else self._part()
         return call
+
+    def _part(self) -> Notes:
+        """What a row or a column is."""
+        return Notes(self._shown)
+
+    def _button(self, operator: str) -> OperatorProperties:
+        return OperatorProperties(operator)
 
     def _note(self, name: str, arguments: tuple, named: dict) -> None:
         data = arguments[0] if arguments else named.get("data")
@@ -97,7 +104,8 @@ class Self:
     """A panel without a window."""
 
     def __init__(self, panel: type, layout: Notes) -> None:
-        self._panel, self.layout, self.is_popover, self.bl_space_type = panel, layout, False, "PROPERTIES"
+        self._panel, self.layout, self.is_popover, self.bl_space_type = panel, layout, False, getattr(panel, "bl_space_type", "PROPERTIES")
+        self.bl_idname = getattr(panel, "bl_idname", panel.__name__)
 
     def __getattr__(self, name: str):
         if isinstance(inspect.getattr_static(self._panel, name), types.FunctionType):
