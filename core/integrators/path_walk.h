@@ -119,8 +119,9 @@ class PathWalk {
 
   // ---- Light that is found -------------------------------------------------------------------
 
-  /// `bounces` is how often the light was scattered before; the optional clamp tells direct from indirect by it.
-  [[gnu::always_inline]] void add(Color contribution, int bounces) {
+  /// `bounces` is how often the light was scattered before; the optional clamp tells direct from indirect by it. A call of its own, so that no copy of
+  /// the loop fuses its sum with the product before it: all copies make the same picture.
+  [[gnu::noinline]] void add(Color contribution, int bounces) {
     const float limit = bounces > 1 ? settings_.clamp_indirect : settings_.clamp_direct;
     if (limit > 0.0f) {
       const float sum = contribution.x + contribution.y + contribution.z;

@@ -184,7 +184,8 @@ class GraphExporter:
         """The coordinates of a texture after its own Texture Mapping, which is a Mapping node in front of it."""
         name, mapping = f"{scope.prefix}{node.name}", node.texture_mapping
         if (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) != ("X", "Y", "Z"):
-            self.context.warn(self.owner, f"node '{name}' ({node.bl_idname}): the Projection of its Texture Mapping is not supported: X, Y and Z are used")
+            self.context.warn(self.owner, "node '{name}' ({kind}): the Projection of its Texture Mapping is not supported: X, Y and Z are used",
+                              name=name, kind=node.bl_idname)
         index = self.graph.add_node("ShaderNodeMapping", f"{name} texture mapping")
         if source is None:
             self.graph.add_input(index, "Vector", ZERO, self.own_coordinates(node, name))

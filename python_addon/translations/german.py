@@ -21,6 +21,10 @@ TEXTS = {
     "{least:.0f} to {most:.0f} per pixel": "{least:.0f} bis {most:.0f} pro Pixel",
     "Mean {mean:.4g}": "Mittelwert {mean:.4g}",
     "{reason} ({cost})": "{reason} ({cost})",
+    "Let the rendered views wait once they show an edit, or let them take samples again":
+        "Lässt gerenderte Ansichten warten, sobald sie eine Änderung zeigen, oder wieder Abtastwerte nehmen",
+    "node '{name}' ({kind}): the Projection of its Texture Mapping is not supported: X, Y and Z are used":
+        "Knoten '{name}' ({kind}): Die Projektion seiner Texturzuordnung wird nicht unterstützt: X, Y und Z werden verwendet",
     # ---- Titles of panels and menus -------------------------------------------------------------------------------------
     "Aperture": "Blende",
     "Beam Shape": "Strahlform",
@@ -568,6 +572,7 @@ TEXTS = {
 }
 
 OPERATORS = {
+    "Pause Rendered Views": "Gerenderte Ansichten anhalten",
     "Ajar Manual": "Ajar-Handbuch",
     "Caustics": "Kaustiken",
     "Check Light Hints": "Lichthinweise prüfen",
