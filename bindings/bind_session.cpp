@@ -119,14 +119,14 @@ void bind_reports(py::module_& module) {
       .def_readonly("segments", &HintReport::segments,
           "list of HintReport.Segment. The state of each segment between the vertices. The last one can have failed.");
 
-  py::enum_<Honesty>(module, "Honesty", "The bias of an estimator.")
-      .value("Unbiased", Honesty::Unbiased, "The expected image is the correct one after any number of samples.")
-      .value("Consistent", Honesty::Consistent, "The bias vanishes as the number of samples grows.")
-      .value("Biased", Honesty::Biased, "A bias remains with any number of samples.");
+  py::enum_<Bias>(module, "Bias", "The bias of an estimator.")
+      .value("Unbiased", Bias::Unbiased, "The expected image is the correct one after any number of samples.")
+      .value("Consistent", Bias::Consistent, "The bias vanishes as the number of samples grows.")
+      .value("Biased", Bias::Biased, "A bias remains with any number of samples.");
   py::class_<IntegratorInfo>(module, "IntegratorInfo", "An entry of `integrator_list()`.")
       .def_readonly("name", &IntegratorInfo::name, "str. The value for `RenderSettings.integrator`.")
       .def_readonly("label", &IntegratorInfo::label, "str. The name in the user interface.")
-      .def_readonly("honesty", &IntegratorInfo::honesty, "Honesty. The bias of the image.")
+      .def_readonly("bias", &IntegratorInfo::bias, "Bias. The bias of the image.")
       .def_readonly("sentence", &IntegratorInfo::sentence, "str. One sentence for the artist.")
       .def_readonly("can_merge", &IntegratorInfo::can_merge, "bool. Whether `RenderSettings.vertex_merging` has an effect.")
       .def_readonly("follows_hints", &IntegratorInfo::follows_hints, "bool. Whether the integrator uses light hints.");

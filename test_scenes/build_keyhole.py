@@ -28,7 +28,7 @@ def build() -> None:
     cellar.build_barrel()
     tools.point_light("Lamp", cellar.LAMP, WATTS, (1.0, 0.80, 0.52), radius=0.025)
     tools.camera((0.40, -1.55, 1.62), (0.00, 1.2, 0.93), lens=33.0)
-    cellar.add_light_paths()
+    cellar.add_light_hints()
 
 
 if __name__ == "__main__":

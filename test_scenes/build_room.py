@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import scene_tools as tools  # noqa: E402
 from furniture import chair, door, door_handles, frame, put, put_image, table, teapot, wine_glass  # noqa: E402
 from images import cloth, landscape, pack, wood  # noqa: E402
-from light_paths import aimed_light_path  # noqa: E402
+from light_hints import aimed_light_hint  # noqa: E402
 from shapes import Shape, block, sphere  # noqa: E402
 
 LEFT, RIGHT, NEAR, FAR, CEILING = -2.3, 2.4, -3.3, 2.0, 2.6  # the front room
@@ -139,10 +139,10 @@ def build_picture() -> None:
     put("Frame", frame(width, height).moved(x, FAR, z), gilt, metres=0.5)
 
 
-def add_light_paths() -> None:
+def add_light_hints() -> None:
     """Ten ways from the lamp through the gap to what the eye sees: some straight, some off the back room's walls."""
     for k, targets in enumerate(PATHS, 1):
-        aimed_light_path(f"Light path {k}", LAMP, targets)
+        aimed_light_hint(f"Light path {k}", LAMP, targets)
 
 
 # Where each path bounces.
@@ -161,5 +161,5 @@ PATHS = [
 
 if __name__ == "__main__":
     build()
-    add_light_paths()
+    add_light_hints()
     tools.save(tools.output_path(__file__))

@@ -33,7 +33,7 @@ from furniture import (
     vase,
 )
 from images import cloth, landscape, pack, wood  # noqa: E402
-from light_paths import aimed_light_path  # noqa: E402
+from light_hints import aimed_light_hint  # noqa: E402
 from shapes import Shape, block, cushion, cylinder, sphere  # noqa: E402
 
 LEFT, RIGHT, NEAR, REAR, CEILING = -2.6, 2.7, -2.4, 2.6, 2.6  # the room in view
@@ -329,5 +329,5 @@ PATHS = [
 if __name__ == "__main__":
     build()
     for k, (lamp, targets) in enumerate(PATHS, 1):
-        aimed_light_path(f"Light path {k}", LAMPS[lamp], targets)
+        aimed_light_hint(f"Light path {k}", LAMPS[lamp], targets)
     tools.save(tools.output_path(__file__))

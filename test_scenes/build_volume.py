@@ -21,7 +21,7 @@ import bpy  # noqa: E402
 import scene_tools as tools  # noqa: E402
 from furniture import book, put, table, wine_glass  # noqa: E402
 from images import mottled, pack, wood  # noqa: E402
-from light_paths import aimed_light_path  # noqa: E402
+from light_hints import aimed_light_hint  # noqa: E402
 from shapes import Shape, block, cylinder, lathe, smooth_profile, sphere, tube  # noqa: E402
 
 LEFT, RIGHT, NEAR, FAR, CEILING = -1.55, 1.65, -2.6, 1.9, 2.3
@@ -44,16 +44,16 @@ def build() -> None:
     tools.point_light("Lamp", LAMP, 34000.0, (1.0, 0.80, 0.52), radius=0.025)
     tools.area_light("Night", (1.35, -2.2, 2.1), (-0.3, 1.5, 0.7), 0.6, 150.0, (0.55, 0.70, 1.0))
     tools.camera((0.40, -1.55, 1.62), (0.00, 1.2, 0.93), lens=33.0)
-    add_light_paths()
+    add_light_hints()
     build_smoke()  # last: rays that find the light paths would stop at its faces
 
 
-def add_light_paths() -> None:
+def add_light_hints() -> None:
     """Through the keyhole to the table, and on to the walls."""
     through = KEYHOLE + Vector((0.0, 0.0, -0.10)) - LAMP
     on_table = LAMP + through * ((LAMP.z - TABLE_HEIGHT) / -through.z)
     for k, onward in enumerate(([], [(-0.80, FAR, 1.3)], [(0.50, FAR, 1.3)]), 1):
-        aimed_light_path(f"Light path {k}", LAMP, [on_table, *onward])
+        aimed_light_hint(f"Light path {k}", LAMP, [on_table, *onward])
 
 
 def courses(

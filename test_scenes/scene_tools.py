@@ -19,7 +19,7 @@ from mathutils import Matrix, Vector
 Point = Sequence[float]
 Colour = Sequence[float]
 
-LIGHT_PATHS = "Light Paths"
+LIGHT_HINTS = "Light Paths"
 
 # Socket names that changed in Blender 4.0: ours is the current name, the value is the older one.
 OLDER_SOCKET_NAMES = {
@@ -535,4 +535,4 @@ def light_path(name: str, points: Sequence[Point]) -> bpy.types.Object:
     spline.points.add(len(points) - 1)
     for corner, place in zip(spline.points, points):
         corner.co = (*place, 1.0)
-    return link(bpy.data.objects.new(name, curve), collection(LIGHT_PATHS))
+    return link(bpy.data.objects.new(name, curve), collection(LIGHT_HINTS))

@@ -84,10 +84,10 @@ class Reader {
     std::memcpy(data, bytes_.data() + position_, size);
     position_ += size;
   }
-  template <class T> void resize(T& container, size_t least_bytes_each) {
+  template <class T> void resize(T& container, size_t min_bytes_each) {
     uint64_t n;
     raw(&n, sizeof n);
-    if (n > (bytes_.size() - position_) / least_bytes_each) throw SceneError("The scene file is damaged.");
+    if (n > (bytes_.size() - position_) / min_bytes_each) throw SceneError("The scene file is damaged.");
     container.resize(n);
   }
   bool at_end() const { return position_ == bytes_.size(); }
@@ -100,7 +100,7 @@ class Reader {
 template <class A, class T> void visit(A& a, T& value);
 
 /// Bytes of an element in a file: as many as its type has where they are its value, else no fewer than this.
-template <class T> size_t least_bytes() {
+template <class T> size_t min_bytes() {
   if constexpr (IsPlain<T>::value) {
     return sizeof(T);
   } else {
@@ -115,7 +115,7 @@ template <class T> size_t least_bytes() {
 }
 
 template <class A, class T> void visit(A& a, std::vector<T>& values) {
-  a.resize(values, least_bytes<T>());
+  a.resize(values, min_bytes<T>());
   if constexpr (IsPlain<T>::value) {
     if (!values.empty()) a.raw(values.data(), values.size() * sizeof(T));
   } else {

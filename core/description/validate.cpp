@@ -95,9 +95,9 @@ void compact_strands(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
 
 void validate_strands(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
   const auto warn = [&](const std::string& text) { report_once(diagnostics, {Severity::Warning, mesh.name, text}); };
-  constexpr int kMostSubdivisions = 4;   // of Embree: 16 pieces
+  constexpr int kMaxSubdivisions = 4;   // of Embree: 16 pieces
   constexpr float kFarthest = 1e18f;     // that Embree computes with
-  mesh.strand_subdivisions = std::clamp(mesh.strand_subdivisions, 0, kMostSubdivisions);
+  mesh.strand_subdivisions = std::clamp(mesh.strand_subdivisions, 0, kMaxSubdivisions);
   mesh.normals.clear();
   const bool ordered = mesh.strands[0] == 0 && mesh.strands.back() < mesh.positions.size() && std::is_sorted(mesh.strands.begin(), mesh.strands.end());
   if (!ordered || mesh.radii.size() != mesh.positions.size() || !mesh.triangles.empty() || mesh.positions.size() > 0x3fffffffu) {
@@ -251,15 +251,15 @@ void validate_settings(RenderSettings& s) {
   if (s.samples <= 0 && !(s.seconds > 0.0) && !(s.target_error > 0.0))
     throw SceneError("Nothing says when to stop: set samples, a time limit or a noise target.");
   if (!std::isfinite(s.exposure)) throw SceneError("The exposure is not a number.");
-  constexpr int kMostRays = 1 << 16;
-  if (s.direct_samples > kMostRays || s.gather_rays > kMostRays) throw SceneError("There are more than " + std::to_string(kMostRays) + " direct samples or gather rays.");
+  constexpr int kMaxRays = 1 << 16;
+  if (s.direct_samples > kMaxRays || s.gather_rays > kMaxRays) throw SceneError("There are more than " + std::to_string(kMaxRays) + " direct samples or gather rays.");
   // More bounces than any path has are as many as it likes.
-  constexpr int kMostBounces = 1 << 20;
+  constexpr int kMaxBounces = 1 << 20;
   for (int* limit : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission, &s.bounces.transparent, &s.bounces.volume})
-    *limit = std::min(*limit, kMostBounces);
-  constexpr float kLeastFilter = 0.01f, kMostFilter = 1000.0f;   // the least is Blender's
-  if (s.filter_width > kMostFilter) throw SceneError("The pixel filter is more than " + std::to_string(int(kMostFilter)) + " pixels wide.");
-  if (!(s.filter_width >= kLeastFilter)) s.filter_width = kLeastFilter;
+    *limit = std::min(*limit, kMaxBounces);
+  constexpr float kMinFilter = 0.01f, kMaxFilter = 1000.0f;   // the least is Blender's
+  if (s.filter_width > kMaxFilter) throw SceneError("The pixel filter is more than " + std::to_string(int(kMaxFilter)) + " pixels wide.");
+  if (!(s.filter_width >= kMinFilter)) s.filter_width = kMinFilter;
   if (!std::isfinite(s.importance_factor) || s.importance_factor < 0.0f) s.importance_factor = 1.0f;
 }
 

@@ -22,7 +22,7 @@ constexpr int64_t kCarried = int64_t(1) << 62;
 constexpr uint32_t kSettledSamples = 16;   // of the average pixel, when an adaptive render has found its shares
 constexpr int kErrorBlock = 8;             // pixels, along each side
 constexpr double kFirstStep = 4.0 / 3.0;   // samples of an image, over those of the latest picture that its error is estimated from
-constexpr double kErrorSureness = 2.0;     // standard deviations by which errors must be seen to fall faster than those of independent samples
+constexpr double kErrorConfidence = 2.0;     // standard deviations by which errors must be seen to fall faster than those of independent samples
 
 /// Passes that come from what a sample tells besides its radiance.
 bool is_aux_pass(const std::string& pass) {
@@ -80,7 +80,7 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
 
 uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool splats) {
   const bool aux = std::any_of(passes.begin(), passes.end(), is_aux_pass), parts = std::any_of(passes.begin(), passes.end(), is_part_pass);
-  return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (parts ? sizeof(PartsPixel) : 0) + kMostRemembered * 3 * sizeof(float) +
+  return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (parts ? sizeof(PartsPixel) : 0) + kMaxRemembered * 3 * sizeof(float) +
          (splats ? sizeof(SplatPixel) + std::tuple_size_v<decltype(pending_)> * sizeof(PendingPixel) : 0);
 }
 
@@ -399,7 +399,7 @@ std::array<std::vector<float>, 3> Film::means() const {
 }
 
 void Film::remember(uint32_t samples) {
-  if (remembered_.size() == kMostRemembered) remembered_.erase(remembered_.begin());
+  if (remembered_.size() == kMaxRemembered) remembered_.erase(remembered_.begin());
   remembered_.push_back({samples, means()});
 }
 
@@ -465,7 +465,7 @@ Film::ErrorEstimate Film::error_from_pictures(const Remembered& one, const Remem
     }
   // While counts still move to where the noise is, errors fall faster than they will.
   const bool is_settled = goals_.empty() || two.samples >= kSettledSamples;
-  const double surely = !is_settled ? 0.0 : std::exp(-kErrorSureness * std::sqrt(deviation));
+  const double surely = !is_settled ? 0.0 : std::exp(-kErrorConfidence * std::sqrt(deviation));
   const double pixels = double(pixels_.size());
   return {error_from_steps(surely * before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels),
           error_from_steps(surely * before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) / pixels};

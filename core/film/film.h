@@ -175,7 +175,7 @@ class Film {
   std::vector<Pixel> pixels_;
   std::vector<AuxPixel> aux_;
   std::vector<PartsPixel> parts_;
-  static constexpr size_t kMostRemembered = 3;
+  static constexpr size_t kMaxRemembered = 3;
   std::vector<Remembered> remembered_;   // the latest last
   std::vector<uint32_t> goals_;
   EarlySamples early_;

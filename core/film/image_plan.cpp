@@ -25,7 +25,7 @@ constexpr float kFloor = 0.25f;
 /// where the low-discrepancy sequence has a smooth or an edge to integrate.
 constexpr float kExponent = 0.4f;
 /// No pixel gets more than so many times the average: beyond, it is a stray sample that speaks.
-constexpr float kMost = 16.0f;
+constexpr float kMax = 16.0f;
 /// Counts keep this many binary digits below their first: low-discrepancy sequences are best cut at round numbers.
 constexpr int kRoundDigits = 2, kAllDigits = 31;
 /// Standard deviations, in pixels, of the neighbourhoods over which noise is averaged, and parts of the samples that may be shared out
@@ -33,10 +33,10 @@ constexpr int kRoundDigits = 2, kAllDigits = 31;
 constexpr float kReaches[] = {0.7f, 1.5f, 3.0f};
 constexpr float kUniformParts[] = {0.01f, 0.1f, 0.25f, 0.5f};
 /// All is shared out equally unless error falls by this part of it, and by so many standard deviations of what is known about that: where few bright
-/// samples make nearly all the noise, whether they were foretold is chance, at about one standard deviation.
-constexpr double kLeastGain = 0.05, kSureness = 1.5;
+/// samples make nearly all the noise, whether they were foretold is probability, at about one standard deviation.
+constexpr double kMinGain = 0.05, kGainConfidence = 1.5;
 constexpr float kNearPixels = 4.0f;     // that a neighbourhood of the narrowest reach amounts to
-constexpr float kLeastWeight = 1e-6f;   // of neighbours, in all
+constexpr float kMinWeight = 1e-6f;   // of neighbours, in all
 constexpr int kBand = 32;   // rows that one task smooths
 
 /// What the first samples of a pixel tell, of one sample's luminance; or weighted sums of that over pixels.
@@ -149,7 +149,7 @@ void ImagePlan::decide(Film& film) {
   for_each_neighbourhood(noise, width, kReaches[2], [&](size_t i, const Noise& own, const Noise& other) {
     const Noise* const sums[2] = {&own, &other};
     for (int k = 0; k < 2; ++k)
-      if (sums[k]->weight > kLeastWeight) told[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
+      if (sums[k]->weight > kMinWeight) told[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
   });
   const auto unit = [&](const Noise& near, const Told& wide) {
     // Nearest neighbours tell the brightness, as far as they differ from those around by more than their noise [James and Stein 1961].
@@ -170,7 +170,7 @@ void ImagePlan::decide(Film& film) {
       for_each_neighbourhood(noise, width, reach, [&](size_t i, const Noise& own, const Noise& other) {
         const Noise* const sums[2] = {&own, &other};
         for (int k = 0; k < 2; ++k) {
-          if (!(sums[k]->weight > kLeastWeight)) continue;
+          if (!(sums[k]->weight > kMinWeight)) continue;
           Told& t = told[k][i];
           if (reach == kReaches[0]) t.unit = unit(*sums[k], t);
           if (t.unit > 0.0f) t.share = std::pow(std::max(0.0f, sums[k]->variance / sums[k]->weight) / t.unit, kExponent);
@@ -209,8 +209,8 @@ void ImagePlan::decide(Film& film) {
           less += change;
           square += change * change;
         });
-        const double gain = less - kSureness * std::sqrt(square);
-        if (!(gain > best[color]) || less < kLeastGain * even) continue;
+        const double gain = less - kGainConfidence * std::sqrt(square);
+        if (!(gain > best[color]) || less < kMinGain * even) continue;
         best[color] = gain;
         for_each_of(color, [&](size_t i) { shares_[i] = part + (1.0f - part) * scale_other * told[1][i].share; });
       }
@@ -242,7 +242,7 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
     for (const Place& p : places) goals[p.pixel] = std::max(samples, decided_goals_[p.pixel]);
     return;
   }
-  const float most = kMost * float(samples);
+  const float most = kMax * float(samples);
   const auto count = [&](const Place& p, float lambda) { return std::max(p.least, round_count(std::min(most, lambda * p.share), p.threshold, digits_)); };
   const auto total = [&](float lambda) {
     return tbb::parallel_reduce(

@@ -37,13 +37,13 @@ Mat4 interpolate(const std::vector<SplitTransform>& keys, float time) {
   return join({glm::mix(a.translation, b.translation, t), glm::slerp(a.rotation, b.rotation, t), (1.0f - t) * a.stretch + t * b.stretch});
 }
 
-std::vector<Mat4> straightened(const std::vector<SplitTransform>& keys, int most_matrices) {
+std::vector<Mat4> straightened(const std::vector<SplitTransform>& keys, int max_matrices) {
   constexpr float kStep = 0.0872665f;   // five degrees
   float widest = 0.0f;
   for (size_t i = 0; i + 1 < keys.size(); ++i)
     widest = std::max(widest, 2.0f * std::acos(std::min(1.0f, std::abs(glm::dot(keys[i].rotation, keys[i + 1].rotation)))));
   const int segments = int(keys.size()) - 1;
-  const int parts = std::clamp(int(std::ceil(widest / kStep)), 1, std::max(1, (most_matrices - 1) / segments));
+  const int parts = std::clamp(int(std::ceil(widest / kStep)), 1, std::max(1, (max_matrices - 1) / segments));
   std::vector<Mat4> matrices;
   for (int i = 0; i <= segments * parts; ++i) matrices.push_back(interpolate(keys, float(i) / float(segments * parts)));
   return matrices;

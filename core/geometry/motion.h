@@ -27,8 +27,8 @@ Mat4 join(const SplitTransform& transform);
 Mat4 interpolate(const std::vector<SplitTransform>& keys, float time);
 
 /// Matrices at evenly spaced times whose straight interpolation follows `keys`: no rotation between two exceeds five degrees (where
-/// the shortcut is a thousandth of the radius), as far as `most_matrices` allow.
-std::vector<Mat4> straightened(const std::vector<SplitTransform>& keys, int most_matrices);
+/// the shortcut is a thousandth of the radius), as far as `max_matrices` allow.
+std::vector<Mat4> straightened(const std::vector<SplitTransform>& keys, int max_matrices);
 
 /// The straight interpolation, elementwise, as Embree's.
 inline void interpolate_straight(const Mat4* keys, uint32_t count, float time, Mat4& result) {

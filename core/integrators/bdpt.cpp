@@ -18,7 +18,7 @@ constexpr uint32_t kSplatDimension = 3000;
 
 class Bdpt final : public Integrator {
  public:
-  Honesty honesty() const override { return merging_.active() ? Honesty::Consistent : Honesty::Unbiased; }
+  Bias bias() const override { return merging_.active() ? Bias::Consistent : Bias::Unbiased; }
   /// Samples of a pass share its photons.
   GoalSupport goal_support() const override { return {.follows = true, .by_passes = merging_.active(), .learns = merging_.active()}; }
 

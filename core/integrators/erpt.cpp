@@ -18,17 +18,17 @@ namespace {
 
 constexpr int kChainSteps = 100;               ///< of every chain
 constexpr int kStepsPerSample = 25;            ///< on average: a quarter of the samples start a chain
-constexpr int kMostChains = 64;                ///< of one sample; beyond, each carries more
+constexpr int kMaxChains = 64;                ///< of one sample; beyond, each carries more
 constexpr int kFirstSteps = 1;                 ///< a pixel, before the importance of the film is learned; learned again whenever all has doubled
 /// Samples the quantum is taken from: one for eight pixels, within these bounds; more while they find nothing.
-constexpr uint32_t kFewestPilot = 1u << 8, kMostPilot = 1u << 14, kPilotLimit = 1u << 17;
+constexpr uint32_t kMinPilot = 1u << 8, kMaxPilot = 1u << 14, kPilotLimit = 1u << 17;
 constexpr uint32_t kBatch = 64;
 /// Units of random numbers: pixels, pilot, samples and chains must not share any.
 constexpr uint32_t kPilotStream = 0x9a1e7000u, kSampleStream = 0x5eed0001u, kChainStream = 0xc4a10001u;
 
 class EnergyRedistribution final : public Integrator {
  public:
-  Honesty honesty() const override { return direct_.merging().active() ? Honesty::Consistent : Honesty::Unbiased; }
+  Bias bias() const override { return direct_.merging().active() ? Bias::Consistent : Bias::Unbiased; }
 
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
@@ -63,7 +63,7 @@ class EnergyRedistribution final : public Integrator {
     for (const Worker& worker : *workers_) {
       sum.steps += worker.tally.steps;
       sum.chains += worker.tally.chains;
-      sum.most_energy = std::max(sum.most_energy, worker.tally.most_energy);
+      sum.max_energy = std::max(sum.max_energy, worker.tally.max_energy);
       s.rays += worker.seeds.rays() + worker.chain.rays();
       s.extra["failed_starts"] += double(worker.seeds.failed());
     }
@@ -71,7 +71,7 @@ class EnergyRedistribution final : public Integrator {
     s.extra["mutations"] = double(sum.steps);
     s.extra["chains"] = double(sum.chains);
     s.extra["quantum"] = quantum_;
-    s.extra["most_energy_of_a_sample"] = sum.most_energy;
+    s.extra["max_energy_of_a_sample"] = sum.max_energy;
     for (size_t m = 0; m < mutations_.size(); ++m) {
       const std::string name = mutations_[m].mutation->name();
       for (const Worker& worker : *workers_) {
@@ -85,7 +85,7 @@ class EnergyRedistribution final : public Integrator {
  private:
   struct Tally {
     uint64_t steps = 0, chains = 0;
-    double most_energy = 0.0;
+    double max_energy = 0.0;
   };
   struct Worker {
     PathSeeds seeds;
@@ -106,7 +106,7 @@ class EnergyRedistribution final : public Integrator {
     workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(*space_), Chain(*space_, mutations_), {}, {}}; });
     luminance_ = std::make_unique<FilmLuminance>(space_->film_min, space_->film_max);
     next_learning_ = (uint64_t(film.width()) * uint64_t(film.height()) * kFirstSteps + kStepsPerSample - 1) / kStepsPerSample;
-    find_quantum(uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kFewestPilot, kMostPilot)), stop);
+    find_quantum(uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kMinPilot, kMaxPilot)), stop);
   }
 
   /// Mean energy of a sample over the steps it shall have. Any positive number is right, so a dark pilot only costs time.
@@ -170,10 +170,10 @@ class EnergyRedistribution final : public Integrator {
     Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream));
     sampler.start(i, 0);
     const double wanted = energy / (quantum_ * kChainSteps);
-    const int chains = int(std::min(std::floor(wanted + double(sampler.get_1d())), double(kMostChains)));
-    const double deposit = (chains == kMostChains && wanted > kMostChains ? wanted / kMostChains : 1.0) * quantum_ / first_quantum_;
+    const int chains = int(std::min(std::floor(wanted + double(sampler.get_1d())), double(kMaxChains)));
+    const double deposit = (chains == kMaxChains && wanted > kMaxChains ? wanted / kMaxChains : 1.0) * quantum_ / first_quantum_;
     const double offset = double(sampler.get_1d());
-    worker.tally.most_energy = std::max(worker.tally.most_energy, energy);
+    worker.tally.max_energy = std::max(worker.tally.max_energy, energy);
     for (int c = 0; c < chains; ++c) {
       if (!worker.seeds.take((double(c) + offset) / chains, worker.start)) continue;
       worker.chain.start(worker.start);

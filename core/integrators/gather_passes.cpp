@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kTile = 16;
 constexpr uint32_t kLearnedPasses = 8;      // the guide of gather rays learns after 1, 2, 4 and 8 passes
-constexpr uint32_t kFirstWarmLesson = 8;    // where it begins with the guide of an earlier frame
+constexpr uint32_t kFirstWarmTraining = 8;    // where it begins with the guide of an earlier frame
 constexpr double kLearnedRays = 2e5;        // that are written down between two lessons
 constexpr int kProbes = 24;                 // per axis of the film, to choose radii
 /// Photons in a disc of the first pass, where the picture looks. Lookups at the ends of gather rays are averaged over those rays, so
@@ -26,7 +26,7 @@ constexpr int kProbes = 24;                 // per axis of the film, to choose r
 constexpr int kReach = 10, kCausticReach = 60;
 /// Light seen without gathering is looked for four times, until more is known; by a quarter of the rays at most.
 constexpr FurtherSamples::Limits kFurtherSeen{4, 0.25};
-constexpr double kScoutShare = 4.0;         // lookups noted before the first pass, for each photon
+constexpr double kLookupPilotShare = 4.0;         // lookups noted before the first pass, for each photon
 
 struct Counters {
   uint64_t rays = 0, gathered = 0, from_sites = 0;
@@ -46,13 +46,13 @@ void GatherPasses::prepare(const Scene& scene, uint32_t seed, ArrivalMap* arriva
 }
 
 std::vector<LearnedPart> GatherPasses::begin_with(const Learned& learned) {
-  if (learned.gather_guide) guide_ = *learned.gather_guide, first_lesson_ = kFirstWarmLesson;
+  if (learned.gather_guide) guide_ = *learned.gather_guide, first_training_ = kFirstWarmTraining;
   return {{"guide of gather rays", learned.gather_guide ? "" : "the frame before has not learned enough"}};
 }
 
 void GatherPasses::hand_on(Learned& learned) {
   learn(GuideTree::kPastShareAtEnd);
-  if (guide_.cell_count() > 0 && guide_.cell_count() <= Learned::kMostCells) learned.gather_guide = std::make_shared<const GuideTree>(guide_);
+  if (guide_.cell_count() > 0 && guide_.cell_count() <= Learned::kMaxCells) learned.gather_guide = std::make_shared<const GuideTree>(guide_);
 }
 
 uint32_t GatherPasses::photon_count() const {
@@ -117,10 +117,10 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
   const int full_width = scene_->settings().width;
   const double gather_rays = double(width) * height * gather_.rays;
   ArrivalLog log;
-  const auto stride = [&](double lookups) { return std::max(1, int(std::ceil(lookups / ArrivalMap::kMostLookups))); };
+  const auto stride = [&](double lookups) { return std::max(1, int(std::ceil(lookups / ArrivalMap::kMaxLookups))); };
   log.stride[ArrivalMap::kSeen] = stride(double(width) * height);
   log.stride[ArrivalMap::kGathered] = stride(gather_rays);
-  const uint32_t guide_stride = uint32_t(std::max(1.0, gather_rays * std::max(first_lesson_, std::bit_floor(pass_)) / kLearnedRays));
+  const uint32_t guide_stride = uint32_t(std::max(1.0, gather_rays * std::max(first_training_, std::bit_floor(pass_)) / kLearnedRays));
   std::vector<ArrivalLog> logs(arrivals_ ? size_t(columns) * size_t(rows) : 0, log);
   tbb::combinable<Counters> counters;
   tbb::parallel_for(
@@ -160,14 +160,14 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
 void GatherPasses::scout(const Film& film, const std::atomic<bool>& stop) {
   // Several times over where pixels are few for the photons.
   const double lookups = double(film.width()) * film.height() * gather_.rays;
-  const auto samples = uint32_t(std::ceil(std::min(double(ArrivalMap::kMostLookups), kScoutShare * double(photon_count())) / lookups));
+  const auto samples = uint32_t(std::ceil(std::min(double(ArrivalMap::kMaxLookups), kLookupPilotShare * double(photon_count())) / lookups));
   for (uint32_t sample = 0; sample < samples; ++sample)
     for_each_pixel(film, hash_combine(seed_, 0x73636f75U), sample, true, stop, [](PhotonGatherer& gatherer, int, int, const Ray& ray) {
       float alpha = 1.0f;
       Color seen;
       if (!sees_nothing(ray)) gatherer.trace(ray, nullptr, alpha, seen);
     });
-  scout_rays_ = rays_;
+  lookup_pilot_rays_ = rays_;
 }
 
 /// From what the passes since the last lesson have gathered.
@@ -202,8 +202,8 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
   seen_rays.combine_each([&](uint64_t rays) { seen_rays_ += rays; });
   paths_ += uint64_t(film.width()) * uint64_t(film.height());
   ++pass_;
-  if (!stop.load(std::memory_order_relaxed)) further_.learn(pass_, rays_ - scout_rays_, seen_rays_);
-  if (stop.load(std::memory_order_relaxed) || guide_samples_.empty() || pass_ < first_lesson_ || !std::has_single_bit(pass_)) return;
+  if (!stop.load(std::memory_order_relaxed)) further_.learn(pass_, rays_ - lookup_pilot_rays_, seen_rays_);
+  if (stop.load(std::memory_order_relaxed) || guide_samples_.empty() || pass_ < first_training_ || !std::has_single_bit(pass_)) return;
   learn(GuideTree::kPastShare);
   if (pass_ >= kLearnedPasses) guide_samples_.clear();
 }

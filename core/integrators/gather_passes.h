@@ -44,7 +44,7 @@ class GatherPasses {
   template <class Visit> void for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals, const std::atomic<bool>& stop, Visit&& visit);
 
   const Scene* scene_ = nullptr;
-  uint32_t seed_ = 0, pass_ = 0, first_lesson_ = 1;
+  uint32_t seed_ = 0, pass_ = 0, first_training_ = 1;
   PixelFilter filter_;
   GatherSettings gather_;
   PhotonMaps maps_;
@@ -54,7 +54,7 @@ class GatherPasses {
   FurtherSamples further_;
   GuideTree guide_;
   std::vector<std::vector<GuideSample>> guide_samples_;   ///< of the tiles, since the guide has learned last
-  uint64_t rays_ = 0, seen_rays_ = 0, scout_rays_ = 0, paths_ = 0, gathered_ = 0, from_sites_ = 0;
+  uint64_t rays_ = 0, seen_rays_ = 0, lookup_pilot_rays_ = 0, paths_ = 0, gathered_ = 0, from_sites_ = 0;
 };
 
 }  // namespace ajar

@@ -22,7 +22,7 @@ namespace ajar {
 class FollowedHints;   // transport/hints/followed_hints.h
 struct Learned;        // integrators/learned.h
 
-enum class Honesty : uint8_t { Unbiased, Consistent, Biased };
+enum class Bias : uint8_t { Unbiased, Consistent, Biased };
 
 /// How an integrator heeds the film's goals (film/image_plan.h).
 struct GoalSupport {
@@ -47,7 +47,7 @@ struct LearnedPart {
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  virtual Honesty honesty() const = 0;
+  virtual Bias bias() const = 0;
   /// `plan`: of this scene; who renders decides nothing that stands in it. The integrator keeps the scene, not the plan.
   virtual void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) = 0;
   /// The same with the plan that the scene's settings lead to.
@@ -77,12 +77,12 @@ void add_statistics_of(const FollowedHints& followed, IntegratorStatistics& stat
 struct IntegratorInfo {
   const char* name;
   const char* label;            ///< in the UI
-  Honesty honesty;
+  Bias bias;
   const char* sentence;         ///< one sentence for the artist
   std::unique_ptr<Integrator> (*make)();
   bool joins_camera = false;    ///< joins paths from lights to the camera
   bool renders_motion = false;  ///< its paths have times
-  bool tells_parts = false;     ///< gives the passes made of SampleParts
+  bool knows_parts = false;     ///< gives the passes made of SampleParts
   bool can_merge = false;       ///< knows vertex merging (transport/bidirectional/vertex_merging.h); with it, it is consistent
   bool renders_media = false;   ///< light scatters between surfaces, too
   bool renders_strands = false; ///< of hair, whose ribbons lie otherwise for each ray

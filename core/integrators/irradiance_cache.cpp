@@ -25,9 +25,9 @@ constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, 
 constexpr int kRaysPerGatherRay = 10;                ///< of a record, for each of the setting
 /// Pixels where places for records are looked for: every so many, then those between.
 constexpr int kCoarsestStride = 16, kFinestStride = 2;
-constexpr float kLeastRadius = 3.0f, kMostRadius = 32.0f;   ///< of records, in pixels
+constexpr float kMinRadius = 3.0f, kMaxRadius = 32.0f;   ///< of records, in pixels
 constexpr float kEnough = 0.4f;                      ///< coverage at which no further record is made
-constexpr int kMostVertices = 64;                    ///< on the way to a place for a record
+constexpr int kMaxVertices = 64;                    ///< on the way to a place for a record
 
 struct Counters {
   uint64_t rays = 0, paths = 0, lookups = 0, found = 0;
@@ -76,7 +76,7 @@ bool bounces_diffusely(const ShadingPoint& point, const BounceLimits& limits) { 
 
 class IrradianceCache final : public Integrator {
  public:
-  Honesty honesty() const override { return Honesty::Biased; }
+  Bias bias() const override { return Bias::Biased; }
   GoalSupport goal_support() const override { return {.follows = true, .by_passes = true, .learns = true}; }
 
   using Integrator::prepare;
@@ -232,7 +232,7 @@ class IrradianceCache final : public Integrator {
     IrradianceRecord record = grid_.record(p, frame, radiance, inverse_distance);
     if (!is_finite(record.irradiance)) return;
     const float pixel = pixel_size_ + pixel_angle_ * length;
-    record.radius = glm::clamp(IrradianceRecords::kRadiusShare * record.radius, kLeastRadius * pixel, kMostRadius * pixel);
+    record.radius = glm::clamp(IrradianceRecords::kRadiusShare * record.radius, kMinRadius * pixel, kMaxRadius * pixel);
     made.push_back(record);
   }
 
@@ -240,7 +240,7 @@ class IrradianceCache final : public Integrator {
   bool find_place(Ray ray, Sampler& sampler, ShadingPoint& point, SurfaceShading& shading, float& length, Counters& counter) const {
     const BounceLimits& limits = scene_->settings().bounces;
     EyeWalk walk(*scene_, ray, counter.rays);
-    for (uint32_t vertex = 0; vertex < kMostVertices; ++vertex) {
+    for (uint32_t vertex = 0; vertex < kMaxVertices; ++vertex) {
       walk.trace();
       if (!walk.found() || !walk.arrive()) return false;
       walk.shade();
@@ -297,7 +297,7 @@ class IrradianceCache final : public Integrator {
     const SurfaceShading& shading = walk.shading;
     Color radiance(0.0f), beta(1.0f), to_lights = start.to_lights;
     DirectVertex previous;
-    bool last_chance = past_limits(point, settings.bounces);   // only what the next surface emits still counts
+    bool at_bounce_limit = past_limits(point, settings.bounces);   // only what the next surface emits still counts
     alpha = 0.0f;
     for (uint32_t vertex = 0;; ++vertex) {
       walk.trace();
@@ -326,7 +326,7 @@ class IrradianceCache final : public Integrator {
       const Color transparency = bsdf.transparency();
       if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
       if (bsdf.empty()) break;
-      const bool passes_only = last_chance || is_black(beta);
+      const bool passes_only = at_bounce_limit || is_black(beta);
       if (passes_only && is_black(transparency)) break;
 
       const uint32_t base = kFirstDimensions + kVertexDimensions * vertex;
@@ -366,9 +366,9 @@ class IrradianceCache final : public Integrator {
       beta = after / sample->pdf_solid_angle;
       if (!(max_component(to_lights) > 0.0f)) break;
       count_bounce(*sample, point, point);
-      last_chance = past_limits(point, settings.bounces);
+      at_bounce_limit = past_limits(point, settings.bounces);
       // Nothing is left to find where only lights would count, and they are counted already.
-      if ((last_chance || is_black(beta)) && here.complete && !sample->specular && !scene.emission_without_lights()) break;
+      if ((at_bounce_limit || is_black(beta)) && here.complete && !sample->specular && !scene.emission_without_lights()) break;
       if (point.ray_depth > 2 && !survives(std::min(1.0f, std::sqrt(max_component(to_lights))), sampler, base + kRoulette, to_lights, beta)) break;
       previous = here;
       previous.position = point.position;

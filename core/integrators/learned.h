@@ -25,9 +25,9 @@ struct Learned {
     Vec3 eye, direction;
     uint32_t age;
   };
-  static constexpr uint32_t kMostAge = 24;            ///< of the choice
+  static constexpr uint32_t kMaxAge = 24;            ///< of the choice
   /// A guide with more cells is not handed on, so that a long flight through a large scene does not fill the memory: about 60 MB.
-  static constexpr size_t kMostCells = 100'000;
+  static constexpr size_t kMaxCells = 100'000;
 
   // Of the render that learned it; these are the session's.
   std::string integrator;

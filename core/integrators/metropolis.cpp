@@ -11,11 +11,11 @@ namespace ajar {
 namespace {
 
 /// Bidirectional samples among which chains start: one for eight pixels, within these bounds.
-constexpr uint32_t kFewestSeeds = 1u << 12, kMostSeeds = 1u << 16;
+constexpr uint32_t kMinSeeds = 1u << 12, kMaxSeeds = 1u << 16;
 
 class Metropolis final : public Integrator {
  public:
-  Honesty honesty() const override { return Honesty::Consistent; }
+  Bias bias() const override { return Bias::Consistent; }
 
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
@@ -60,7 +60,7 @@ class Metropolis final : public Integrator {
     followed_.begin(hints_, *space_, seed_, stop);
     direct_.merging().follow(space_->guide);
     mutations_ = standard_mutations(*space_, followed_.hints(), followed_.mutation_use());
-    const auto seeds = uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kFewestSeeds, kMostSeeds));
+    const auto seeds = uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kMinSeeds, kMaxSeeds));
     chains_ = {};
     if (!followed_.hints().empty()) chains_.watch(followed_.hints());
     pilot_ = look_ahead(*space_, seed_, seeds / 4, stop);

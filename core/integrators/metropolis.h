@@ -1,6 +1,6 @@
 // Metropolis light transport in path space [Veach 1997, chapter 11; Veach and Guibas 1997]: chains of
 // mutations visit complete light paths in proportion to the luminance they bring to the film, relative to how bright the film is
-// there (pilot_importance.h). The artist's light paths are among the mutations (mutations/user_path_mutation.h).
+// there (pilot_importance.h). The artist's light paths are among the mutations (mutations/hint_mutation.h).
 //
 // Consistent: the starting paths are drawn in proportion to their luminance from bidirectional samples, which makes a
 // chain's expectation exact given the brightness of those samples; the brightness goes on being refined by more

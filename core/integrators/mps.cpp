@@ -45,7 +45,7 @@ struct Deposit {
 class Mps final : public Integrator {
  public:
   /// No goals: powers of photons follow from where lookups lie, which must be those of all pixels alike.
-  Honesty honesty() const override { return Honesty::Consistent; }
+  Bias bias() const override { return Bias::Consistent; }
 
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {

@@ -34,7 +34,7 @@ using D = PathDimensions;
 
 class PathTracer final : public Integrator {
  public:
-  Honesty honesty() const override { return honesty_; }
+  Bias bias() const override { return bias_; }
   GoalSupport goal_support() const override {
     return {.follows = true, .learns = wants_guide() || (mixture_ && mixture_->learns()), .equal = wants_guide() ? PathGuide::kEqualSamples : 0};
   }
@@ -51,7 +51,7 @@ class PathTracer final : public Integrator {
     const DirectPlan& direct = plan.direct;
     pilot_samples_ = direct.pilot_samples;
     pilot_rays_ = 0;
-    honesty_ = direct.biased ? Honesty::Biased : Honesty::Unbiased;
+    bias_ = direct.biased ? Bias::Biased : Bias::Unbiased;
     // The default has its own copy of the loop, free of what the others need.
     mixture_.reset();
     const bool too_few = direct.method == DirectMethod::PmcHi && pilot_samples_ == 0.0f;
@@ -78,7 +78,7 @@ class PathTracer final : public Integrator {
   }
 
   void hand_on(Learned& learned) override {
-    if (guide_ && guide_->tree().cell_count() <= Learned::kMostCells) learned.guide = guide_->past();
+    if (guide_ && guide_->tree().cell_count() <= Learned::kMaxCells) learned.guide = guide_->past();
     if (mixture_) learned.direct = mixture_->past();
   }
 
@@ -115,7 +115,7 @@ class PathTracer final : public Integrator {
     }
     if (guide_) {
       statistics.extra["guide_followed"] = guide_->follows() ? 1.0 : 0.0;
-      statistics.extra["guide_bytes"] = double(guide_->most_bytes());
+      statistics.extra["guide_bytes"] = double(guide_->max_bytes());
       statistics.extra["guide_cells"] = double(guide_->tree().cell_count());
       if (guide_->measured_gain() > 0.0) statistics.extra["guide_measured_gain"] = guide_->measured_gain();
     }
@@ -237,7 +237,7 @@ class PathTracer final : public Integrator {
   std::shared_ptr<const Scene> scene_;
   uint32_t seed_ = 0, samples_done_ = 0;
   PixelFilter filter_;
-  Honesty honesty_ = Honesty::Unbiased;
+  Bias bias_ = Bias::Unbiased;
   std::unique_ptr<DirectEstimator> mixture_;   // none: the default method
   std::unique_ptr<PathGuide> guide_;         // none: directions by the BSDF alone
   std::shared_ptr<const PathGuide::Past> guide_past_;   // to begin with

@@ -189,7 +189,7 @@ class PathWalk {
     MediumPoint at;
     const uint32_t here = D::kScatter + D::kStretch * uint32_t(medium_.stretch++);
     const MediaRay along{medium_.stack, ray, hit.found() ? hit.t : kInfinity, point, point.ray_kind};
-    const bool uniform = medium_.media.is_uniform(along, at, medium_.counters), may_scatter = !last_chance_;
+    const bool uniform = medium_.media.is_uniform(along, at, medium_.counters), may_scatter = !at_bounce_limit_;
     Color direct(0.0f);
     Vec3 lights_for(0.0f);
     uint32_t sampled_light = 0;
@@ -230,7 +230,7 @@ class PathWalk {
     const float cosine = glm::dot(walk_.ray.direction, wi), pdf = phase.pdf_solid_angle(cosine);
     beta_ *= phase.evaluate(cosine) / pdf;
     ++point.ray_depth;
-    last_chance_ = point.ray_depth > settings_.bounces.total || ++medium_.depth > settings_.bounces.volume;
+    at_bounce_limit_ = point.ray_depth > settings_.bounces.total || ++medium_.depth > settings_.bounces.volume;
     point.ray_kind = kRayVolumeScatter;
     if (point.ray_depth > kSafeBounces && !survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base + D::kRoulette, beta_)) return false;
     previous_ = DirectVertex();
@@ -276,10 +276,10 @@ class PathWalk {
       }
     }
     // Only what is seen directly, and the last vertex, need the transparency.
-    const Color transparency = point.ray_depth == 0 || last_chance_ ? bsdf.transparency() : Color(0.0f);
+    const Color transparency = point.ray_depth == 0 || at_bounce_limit_ ? bsdf.transparency() : Color(0.0f);
     if (point.ray_depth == 0) alpha_ += walk_.alpha_of_surface(beta_, transparency);
     if (bsdf.empty()) return false;
-    return !last_chance_ || !is_black(transparency);
+    return !at_bounce_limit_ || !is_black(transparency);
   }
 
   /// Below a surface with subsurface scattering, or on with its other lobes. False when the path is lost there.
@@ -288,7 +288,7 @@ class PathWalk {
     SurfaceShading& shading = walk_.shading;
     if constexpr (kGuided) guided_.note_distance(walk_.hit.t);
     base_ = D::kCamera + D::kVertex * uint32_t(vertex_++);
-    if (!shading.bsdf.has_subsurface() || last_chance_ || point.mesh->strands) return true;   // in hair there is nowhere to walk: it is diffuse
+    if (!shading.bsdf.has_subsurface() || at_bounce_limit_ || point.mesh->strands) return true;   // in hair there is nowhere to walk: it is diffuse
     [[maybe_unused]] const float before = max_component(beta_);
     sampler_.set_dimension(D::kEnter + uint32_t(vertex_));
     const uint32_t stream = hash_combine(uint32_t(start_.pixel_y) * uint32_t(settings_.width) + uint32_t(start_.pixel_x), base_);
@@ -338,7 +338,7 @@ class PathWalk {
   [[gnu::always_inline]] bool scatter() {
     ShadingPoint& point = walk_.point;
     const Bsdf& bsdf = walk_.shading.bsdf;
-    const bool lit = bsdf.has_non_delta() && !last_chance_;
+    const bool lit = bsdf.has_non_delta() && !at_bounce_limit_;
     // By what scatters where light leaves, if it went below the surface.
     if constexpr (kGuided) guided_.bsdf.start(lit ? guide_.tree : nullptr, bsdf, point.position, 1.0f - guided_.plain);
     DirectVertex here;
@@ -352,13 +352,13 @@ class PathWalk {
       if (glm::dot(sample->wi, point.ng) < 0.0f) medium_.media.cross(walk_.hit, !point.backfacing, medium_.stack, medium_.counters);
     // Straight on: the light sampled from the vertex before still competes.
     if (sample->flags & kTransparent) return walk_.pass_through();
-    if (last_chance_) return false;
+    if (at_bounce_limit_) return false;
 
     if constexpr (kParts) share_first_scattering(*sample);
     count_bounce(*sample, point, point);
-    last_chance_ = past_limits(point, settings_.bounces);
+    at_bounce_limit_ = past_limits(point, settings_.bounces);
     // Nothing is left to find where only lights would count, and they are counted already.
-    if (last_chance_ && here.complete && !sample->specular && start_.ends_early) return false;
+    if (at_bounce_limit_ && here.complete && !sample->specular && start_.ends_early) return false;
     if (point.ray_depth > kSafeBounces && !survives_roulette()) return false;
     if constexpr (kMedia) medium_.chose = false;
     previous_ = here;
@@ -407,7 +407,7 @@ class PathWalk {
     GuidedBsdf bsdf;
     float plain = Guided::kPlainShare;   ///< probability that the BSDF alone chooses all directions, given those so far
     float unguided_beta = 1.0f;          ///< the throughput, had it done so
-    OpenVertex open[kMostOpenVertices];
+    OpenVertex open[kMaxOpenVertices];
     int open_count = 0;
     void note_distance(float t) {
       if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f) open[open_count - 1].sample.inverse_distance = 1.0f / t;
@@ -427,8 +427,8 @@ class PathWalk {
     }
     const auto sample = guided_.bsdf.sample(walk_.point.wo, u_guide, u_lobe, u_direction, pdf_bsdf);
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) return {};
-    if (guide_.samples && !sample->specular && guided_.open_count < kMostOpenVertices) {
-      const float pdf = pdf_bsdf / std::max(1.0f - guided_.bsdf.delta_chance(), 1e-6f);
+    if (guide_.samples && !sample->specular && guided_.open_count < kMaxOpenVertices) {
+      const float pdf = pdf_bsdf / std::max(1.0f - guided_.bsdf.delta_probability(), 1e-6f);
       guided_.open[guided_.open_count++] = {
           {walk_.point.position, walk_.shading.bsdf.n, sample->wi, 0.0f, 0.0f, pdf, guided_.bsdf.kind(), guide_.pixel, guide_.index}, radiance_, luminance(beta_)};
     }
@@ -464,7 +464,7 @@ class PathWalk {
   Color radiance_{0.0f}, beta_{1.0f};
   float alpha_ = 0.0f;
   DirectVertex previous_;                    ///< that chose the direction travelled
-  bool last_chance_ = false;                 ///< a bounce limit is reached: only what the next surface emits still counts
+  bool at_bounce_limit_ = false;                 ///< a bounce limit is reached: only what the next surface emits still counts
   int vertex_ = 0, material_ = 0;
   uint32_t base_ = 0;                        ///< first dimension of the vertex
   [[no_unique_address]] std::conditional_t<kParts, PathShares, NoParts> shares_;   ///< of kinds of lobes in the first scattering

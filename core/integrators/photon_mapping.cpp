@@ -14,7 +14,7 @@ constexpr uint32_t kSitesOnly = ~0u;   // number of the emission that only place
 
 class PhotonMapping final : public Integrator {
  public:
-  Honesty honesty() const override { return Honesty::Consistent; }
+  Bias bias() const override { return Bias::Consistent; }
   GoalSupport goal_support() const override { return {.follows = true, .by_passes = true, .learns = true}; }
 
   using Integrator::prepare;

@@ -11,7 +11,7 @@ namespace ajar {
 namespace {
 
 /// Members of both populations together: one for sixteen pixels, within these bounds. A generation takes about one step a pixel.
-constexpr int64_t kFewestMembers = 64, kMostMembers = 10000, kPixelsPerMember = 16, kMostSteps = 40;
+constexpr int64_t kMinMembers = 64, kMaxMembers = 10000, kPixelsPerMember = 16, kMaxSteps = 40;
 constexpr uint32_t kStepsPerSample = 24;       ///< steps of members for each bidirectional sample
 constexpr uint32_t kFirstSamples = 4;          ///< the first generation has this many times as many samples
 constexpr uint32_t kLearnGenerations = 4;
@@ -19,7 +19,7 @@ constexpr double kRamp = 8.0;                  ///< generations until they count
 
 class PopulationPaths final : public Integrator {
  public:
-  Honesty honesty() const override { return direct_.merging().active() ? Honesty::Consistent : Honesty::Unbiased; }
+  Bias bias() const override { return direct_.merging().active() ? Bias::Consistent : Bias::Unbiased; }
 
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
@@ -81,9 +81,9 @@ class PopulationPaths final : public Integrator {
     followed_.begin(hints_, space, seed_, stop);
     direct_.merging().follow(space.guide);
     const int64_t pixels = int64_t(film.width()) * film.height();
-    const int64_t members = std::clamp(pixels / kPixelsPerMember, kFewestMembers, kMostMembers) / 2;
+    const int64_t members = std::clamp(pixels / kPixelsPerMember, kMinMembers, kMaxMembers) / 2;
     size_.members = uint32_t(members);
-    size_.steps = uint32_t(std::clamp<int64_t>(pixels / (2 * members), 1, kMostSteps));
+    size_.steps = uint32_t(std::clamp<int64_t>(pixels / (2 * members), 1, kMaxSteps));
     size_.samples = std::max(1u, size_.members * size_.steps / kStepsPerSample);
     size_.first_samples = kFirstSamples * size_.samples;
     for (uint32_t i = 0; i < 2; ++i) {

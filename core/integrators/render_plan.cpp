@@ -13,9 +13,9 @@ namespace {
 
 /// The pilot of direct light may take this share of the samples asked for, the same in each iteration: places that the first has not found
 /// learn nothing. Samples of a pixel in an iteration: below the least the pilot is not made; one where the number of samples is not known.
-constexpr float kPilotShare = 0.08f, kLeastPilot = 0.15f, kMostPilot = 4.0f;
+constexpr float kPilotShare = 0.08f, kMinPilot = 0.15f, kMaxPilot = 4.0f;
 /// Few samples are spent before a measurement could tell whether guiding pays.
-constexpr int kLeastSamplesToMeasure = 16;
+constexpr int kMinSamplesToMeasure = 16;
 
 std::string number(uint64_t n) { return std::to_string(n); }
 std::string memory(uint64_t bytes) {
@@ -32,7 +32,7 @@ class Planner {
 
   RenderPlan make() {
     plan_.media = scene_.has_media();
-    plan_.parts = integrator_.tells_parts && std::any_of(settings_.passes.begin(), settings_.passes.end(), is_part_pass);
+    plan_.parts = integrator_.knows_parts && std::any_of(settings_.passes.begin(), settings_.passes.end(), is_part_pass);
     plan_.ends_early = !plan_.media && !scene_.emission_without_lights();   // media may emit
     choose_lights();
     look_at_camera();
@@ -112,9 +112,9 @@ class Planner {
     if (asked.method == DirectMethod::Mis && direct.samples == 1) instead.clear();
     if (!instead.empty()) direct = {};
     if (settings_.samples > 0 && settings_.seconds == 0.0)
-      direct.pilot_samples = std::min(kMostPilot, kPilotShare * float(settings_.samples) / float(LightCutCache::iterations(scene_.lights())));
+      direct.pilot_samples = std::min(kMaxPilot, kPilotShare * float(settings_.samples) / float(LightCutCache::iterations(scene_.lights())));
     else direct.pilot_samples = 1.0f;
-    if (direct.pilot_samples < kLeastPilot) direct.pilot_samples = 0.0f;
+    if (direct.pilot_samples < kMinPilot) direct.pilot_samples = 0.0f;
     const DirectMethodInfo& used = find_direct_method(direct.method);
     add("direct light method", instead.empty(),
         instead.empty() ? std::string(used.label) + (direct.samples > 1 ? ", " + number(uint64_t(direct.samples)) + " samples" : "") + ": as asked for"
@@ -128,7 +128,7 @@ class Planner {
   void choose_guiding() {
     const bool asked = settings_.guiding != "off";
     if (settings_.guiding == "on") plan_.guiding = Guiding::On;
-    if (settings_.guiding == "auto" && (settings_.samples == 0 || settings_.samples > kLeastSamplesToMeasure)) plan_.guiding = Guiding::Measured;
+    if (settings_.guiding == "auto" && (settings_.samples == 0 || settings_.samples > kMinSamplesToMeasure)) plan_.guiding = Guiding::Measured;
     if (plan_.media) plan_.guiding = Guiding::Off;
     add("path guiding", plan_.guiding != Guiding::Off,
         !asked                                    ? "not asked for"
@@ -163,7 +163,7 @@ class Planner {
     for (const std::string& pass : settings_.passes)
       if (is_part_pass(pass)) parts += (parts.empty() ? "" : ", ") + pass;
     if (parts.empty()) return;
-    if (!integrator_.tells_parts)
+    if (!integrator_.knows_parts)
       plan_.warnings.emplace_back(std::string(integrator_.label) + " cannot tell the passes " + parts + " apart: they stay black. Path Tracing can.");
     else if (settings_.direct != "mis")
       plan_.warnings.emplace_back("For the passes " + parts + ", direct light is sampled by the default method.");

@@ -20,14 +20,14 @@ namespace {
 
 /// Triangles of textured emission keep this part of their instance's mean.
 constexpr float kTriangleFloor = 0.05f;
-/// Least and most of the chances that all distant lights get together where there are others: nothing is known of walls.
-constexpr float kLeastDistant = 0.1f, kMostDistant = 0.8f;
+/// Least and most of the probabilities that all distant lights get together where there are others: nothing is known of walls.
+constexpr float kMinDistant = 0.1f, kMaxDistant = 0.8f;
 /// Least cosine at the receiver of a sun: shading normals bend.
-constexpr float kLeastSunCosine = 0.02f;
+constexpr float kMinSunCosine = 0.02f;
 /// Share of choices that are even where there are media and no more lights than these.
 constexpr float kEvenShare = 0.5f;
-constexpr size_t kMostForEven = 8;
-/// Share of distant light's chances that goes to all of it alike: a sky matters wherever the sun is hidden.
+constexpr size_t kMaxLightsForEven = 8;
+/// Share of distant light's probabilities that goes to all of it alike: a sky matters wherever the sun is hidden.
 constexpr float kEqualDistant = 0.25f;
 
 struct SlotEmission {
@@ -58,7 +58,7 @@ struct DistantLight {
   float importance(Vec3 n) const {
     if (n == Vec3(0.0f) || direction == Vec3(0.0f)) return irradiance;
     const float cosine = glm::dot(n, direction), sine = safe_sqrt(1.0f - cosine * cosine);
-    return irradiance * (cosine >= cos_size ? 1.0f : std::max(cosine * cos_size + sine * sin_size, kLeastSunCosine));
+    return irradiance * (cosine >= cos_size ? 1.0f : std::max(cosine * cos_size + sine * sin_size, kMinSunCosine));
   }
 };
 
@@ -83,7 +83,7 @@ struct LightSet::Data {
   DiscreteDistribution by_power;
   LightTree tree;                           // of all that is not distant
   std::vector<DistantLight> distant;
-  std::vector<uint32_t> even;               // lights that have an even chance besides; none where there are no media, or many lights
+  std::vector<uint32_t> even;               // lights that have an even probability besides; none where there are no media, or many lights
   uint32_t size = 0;
 
   const TriangleBlock& block_of(uint32_t index) const {
@@ -108,7 +108,7 @@ struct LightSet::Data {
     if (distant.empty()) return 0.0f;
     const float near = tree.importance(p, n);
     if (!(near > 0.0f)) return 1.0f;
-    return std::clamp(importance_of_distant / (importance_of_distant + near), kLeastDistant, kMostDistant);
+    return std::clamp(importance_of_distant / (importance_of_distant + near), kMinDistant, kMaxDistant);
   }
   Choice choose_distant(Vec3 n, float u) const {
     const float sum = distant_importance(n);
@@ -351,7 +351,7 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
     return !(e.bounds.intensity > 0.0f && std::isfinite(e.bounds.intensity) && is_finite(e.bounds.lower) && is_finite(e.bounds.upper));
   });
   const size_t count = entries.size() + distant.size();
-  if (has_media && count > 1 && count <= kMostForEven) {
+  if (has_media && count > 1 && count <= kMaxLightsForEven) {
     for (const LightTree::Entry& e : entries) even.push_back(e.light);
     for (const DistantLight& l : distant) even.push_back(l.light);
   }
@@ -468,12 +468,12 @@ float LightSet::choice_pmf(Vec3 p, Vec3 n, uint32_t light) const {
 
 // Ids of branches: nodes of the tree, above them distant lights by number, or all of those as the first.
 constexpr uint32_t kDistantBranch = 0x80000000u;
-constexpr size_t kMostDistantBranches = 8;
+constexpr size_t kMaxDistantBranches = 8;
 
 void LightSet::cut(Vec3 p, float radius, Vec3 n, int most, std::vector<Branch>& branches) const {
   const Data& d = *data_;
   branches.clear();
-  const size_t distant = d.distant.size() <= kMostDistantBranches ? d.distant.size() : 1;
+  const size_t distant = d.distant.size() <= kMaxDistantBranches ? d.distant.size() : 1;
   std::vector<LightTree::CutNode> nodes;
   d.tree.cut(p, radius, n, std::max(1, most - int(distant)), nodes);
   const float sum = d.distant_importance(n), share = d.distant_share(p, n, sum);
@@ -487,7 +487,7 @@ LightSet::Choice LightSet::choose_in(uint32_t branch, Vec3 p, Vec3 n, float u) c
     const LightTree::Choice choice = d.tree.choose_below(branch, p, n, u);
     return {choice.light, choice.pmf, choice.u_remapped};
   }
-  return d.distant.size() <= kMostDistantBranches ? Choice{d.distant[branch - kDistantBranch].light, 1.0f, u} : d.choose_distant(n, u);
+  return d.distant.size() <= kMaxDistantBranches ? Choice{d.distant[branch - kDistantBranch].light, 1.0f, u} : d.choose_distant(n, u);
 }
 
 float LightSet::pmf_in(uint32_t branch, Vec3 p, Vec3 n, uint32_t light) const {
@@ -495,7 +495,7 @@ float LightSet::pmf_in(uint32_t branch, Vec3 p, Vec3 n, uint32_t light) const {
   if (branch < kDistantBranch) return d.tree.pmf_below(branch, p, n, light);
   const size_t i = size_t(std::find_if(d.distant.begin(), d.distant.end(), [&](const DistantLight& l) { return l.light == light; }) - d.distant.begin());
   if (i == d.distant.size()) return 0.0f;
-  if (d.distant.size() <= kMostDistantBranches) return branch - kDistantBranch == i ? 1.0f : 0.0f;
+  if (d.distant.size() <= kMaxDistantBranches) return branch - kDistantBranch == i ? 1.0f : 0.0f;
   return d.distant[i].importance(n) / d.distant_importance(n);
 }
 

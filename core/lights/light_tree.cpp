@@ -17,7 +17,7 @@ constexpr int kBins = 12;
 constexpr int kDeepestByCost = 32;           ///< below, halves by number: a trail has 63 branches
 constexpr uint32_t kParallelBuild = 8192;
 /// Least cosine at the receiver: shading normals bend, and coats have normals of their own.
-constexpr float kLeastReceiverCosine = 0.02f;
+constexpr float kMinReceiverCosine = 0.02f;
 
 float area_measure(const LightBounds& b) {
   const Vec3 d = b.upper - b.lower;
@@ -162,7 +162,7 @@ float LightTree::importance(const Node& node, const Vec3& p, const Vec3& n) {
       result = node.intensity * std::max(cos_out, 0.0f) / distance2;
     }
   }
-  if (length_squared(n) > 0.0f) result *= std::max(cos_of_rest(glm::dot(n, d) * inverse, cos_size, sin_size), kLeastReceiverCosine);
+  if (length_squared(n) > 0.0f) result *= std::max(cos_of_rest(glm::dot(n, d) * inverse, cos_size, sin_size), kMinReceiverCosine);
   return result;
 }
 
@@ -226,7 +226,7 @@ float LightTree::importance_nearby(const Node& node, Vec3 p, float radius, Vec3 
   const float distance2 = glm::dot(d, d);
   if (n != Vec3(0.0f) && distance2 > wide.radius_squared) {
     const float angle = std::acos(glm::clamp(glm::dot(n, d) / std::sqrt(distance2), -1.0f, 1.0f)) - std::asin(std::sqrt(wide.radius_squared / distance2)) - kBend;
-    result *= std::max(std::cos(std::max(angle, 0.0f)), kLeastReceiverCosine);
+    result *= std::max(std::cos(std::max(angle, 0.0f)), kMinReceiverCosine);
   }
   return result;
 }

@@ -3,7 +3,7 @@
 // Each node bounds its lights: a box around where they are, a cone around where they shine, and the sum of their intensities. The importance of a
 // node for point p with normal n is an estimate of the largest irradiance it sends, intensity cos cos / distance^2, with angles made as
 // favourable as its bounds allow; a branch is taken in proportion [Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with
-// Adaptive Tree Splitting"]. It is 0 only where nothing below can shine: no light that reaches p has no chance. Occlusion is not known.
+// Adaptive Tree Splitting"]. It is 0 only where nothing below can shine: no light that reaches p has no probability. Occlusion is not known.
 //
 // Choosing inverts one random number: what is left of it is handed back, and numbers that are stratified stay so.
 #pragma once
@@ -68,7 +68,7 @@ class LightTree {
 
   static float importance(const Node& node, const Vec3& p, const Vec3& n);
   static float importance_nearby(const Node& node, Vec3 p, float radius, Vec3 n);
-  /// Chance of the first child. Negative: neither reaches p.
+  /// Probability of the first child. Negative: neither reaches p.
   float first_share(uint32_t node, const Vec3& p, const Vec3& n) const;
   void build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail);
 

@@ -13,8 +13,8 @@ namespace ajar {
 /// Discrete distribution over {0..n-1} sampled by inverting the cumulative sum;
 /// keeps the stratification of u, and returns u rescaled to [0,1) for reuse.
 /// The cumulative sum is rounded to multiples of 2^-24, as random floats are, and pmf is its
-/// difference: exactly the chance of the entry, never zero for a positive weight (up to 2^24 of them: a
-/// million entries share 6 % of the chances evenly).
+/// difference: exactly the probability of the entry, never zero for a positive weight (up to 2^24 of them: a
+/// million entries share 6 % of the probabilities evenly).
 class DiscreteDistribution {
  public:
   DiscreteDistribution() = default;

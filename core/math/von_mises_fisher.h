@@ -13,7 +13,7 @@
 namespace ajar {
 
 /// Least kappa that is told from the uniform distribution, and the most that floats of a unit vector resolve.
-constexpr float kLeastKappa = 1e-2f, kMostKappa = 1e5f;
+constexpr float kMinKappa = 1e-2f, kMaxKappa = 1e5f;
 
 /// exp(x) for x <= 0 to 2e-7 relative, without branches, so that loops over lobes become vector code; never below 1e-38.
 inline float exp_of_negative(float x) {
@@ -43,7 +43,7 @@ inline Vec3 square_to_lobe(Vec2 u, float kappa) {
 /// Kappa whose mean resultant has this length, to a few per cent [Banerjee et al. 2005, eq. 4.4].
 inline float kappa_of_mean_length(float length) {
   const float r = std::min(length, 0.9999999f);
-  return std::clamp(r * (3.0f - r * r) / (1.0f - r * r), kLeastKappa, kMostKappa);
+  return std::clamp(r * (3.0f - r * r) / (1.0f - r * r), kMinKappa, kMaxKappa);
 }
 
 }  // namespace von_mises_fisher

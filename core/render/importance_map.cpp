@@ -13,7 +13,7 @@ namespace ajar {
 namespace {
 
 /// Samples of a pixel in the pilot: a part of the picture's, within bounds; one where the number of those is not known.
-constexpr float kPilotShare = 0.06f, kLeastPilot = 0.25f, kMostPilot = 4.0f;
+constexpr float kPilotShare = 0.06f, kMinPilot = 0.25f, kMaxPilot = 4.0f;
 /// Standard deviation in pixels of the neighbourhoods over which the pilot's light is averaged, and where they end.
 constexpr float kReach = 1.5f;
 constexpr int kRadius = 3;
@@ -36,7 +36,7 @@ std::vector<Vec2> smoothed(const std::vector<Vec2>& light, const std::vector<siz
 
 void multiply_by_light(const std::shared_ptr<const Scene>& scene, uint32_t seed, const std::atomic<bool>& stop, int width, int height, std::vector<float>& map) {
   const RenderSettings& s = scene->settings();
-  const float samples = s.samples > 0 && s.seconds == 0.0 && s.target_error == 0.0 ? std::clamp(kPilotShare * float(s.samples), kLeastPilot, kMostPilot) : 1.0f;
+  const float samples = s.samples > 0 && s.seconds == 0.0 && s.target_error == 0.0 ? std::clamp(kPilotShare * float(s.samples), kMinPilot, kMaxPilot) : 1.0f;
   std::vector<Vec2> light = measure_important_light(scene, seed, samples, stop);
   std::vector<size_t> rows, columns;
   for (int y = 0; y < height; ++y) rows.push_back(size_t(y) * size_t(width));

@@ -57,7 +57,7 @@ uint64_t bytes_of_volumes(const SceneDescription& d) {
   uint64_t volumes = d.world.graph.volume.node >= 0 ? 1 : 0;
   for (const InstanceDescription& instance : d.instances)
     if (instance.object >= 0 && instance.object < int(d.objects.size())) volumes += volumes_of[size_t(instance.object)];
-  return volumes > 0 ? Media::most_bytes(volumes, d.instances.size()) : 0;
+  return volumes > 0 ? Media::max_bytes(volumes, d.instances.size()) : 0;
 }
 
 /// 1,234 MiB, rounded up.

@@ -57,22 +57,22 @@ std::vector<float> blurred(const std::vector<float>& image, int width, int heigh
   return result;
 }
 
-std::vector<float> mean_of(const PilotPictures& pilot) {
+std::vector<float> mean_of(const PilotImages& pilot) {
   std::vector<float> mean(pilot.first.size());
   for (size_t i = 0; i < mean.size(); ++i) mean[i] = 0.5f * (pilot.first[i] + pilot.second[i]);
   return mean;
 }
 
-std::vector<float> most_light(const std::vector<const PilotPictures*>& pilots, int width, int height) {
+std::vector<float> max_light(const std::vector<const PilotImages*>& pilots, int width, int height) {
   std::vector<float> most(pilots[0]->first.size(), 0.0f);
-  for (const PilotPictures* pilot : pilots) {
+  for (const PilotImages* pilot : pilots) {
     const std::vector<float> found = blurred(mean_of(*pilot), width, height);
     for (size_t i = 0; i < most.size(); ++i) most[i] = std::max(most[i], found[i]);
   }
   return most;
 }
 
-PilotNoise noise_of(const PilotPictures& pilot, const std::vector<float>& light) {
+PilotNoise noise_of(const PilotImages& pilot, const std::vector<float>& light) {
   std::vector<double> errors = squared_differences(pilot.first, pilot.second, light);
   const size_t pixels = errors.size(), worst = std::min(pixels, size_t(std::ceil(kWorst * double(pixels))));
   PilotNoise noise;
@@ -83,14 +83,14 @@ PilotNoise noise_of(const PilotPictures& pilot, const std::vector<float>& light)
   return noise;
 }
 
-double bias_of(const PilotPictures& pilot, const PilotPictures& unbiased, const std::vector<float>& light, int width, int height) {
+double bias_of(const PilotImages& pilot, const PilotImages& unbiased, const std::vector<float>& light, int width, int height) {
   const auto blur = [&](const std::vector<float>& image) { return blurred(image, width, height); };
   const double noise = 0.25 * (squared_difference(blur(pilot.first), blur(pilot.second), light) +
                                squared_difference(blur(unbiased.first), blur(unbiased.second), light));
   return std::max(0.0, squared_difference(blur(mean_of(pilot)), blur(mean_of(unbiased)), light) - noise);
 }
 
-double unseen_noise_of(const PilotPictures& pilot, const PilotPictures& other, const std::vector<float>& light, int width, int height) {
+double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const std::vector<float>& light, int width, int height) {
   const auto blur = [&](const std::vector<float>& image) { return blurred(image, width, height); };
   const std::vector<float> found[2] = {blur(pilot.first), blur(pilot.second)}, there[2] = {blur(other.first), blur(other.second)};
   double total = 0.0;

@@ -28,7 +28,7 @@ double RemainingTime::until_samples(double samples) const {
 
 double RemainingTime::until_error(double error, double target) const {
   if (!(error > 0.0) || !(target > 0.0) || moments_.empty()) return -1.0;
-  return until_samples(std::max(kLeastSamples, moments_.back().samples * std::pow(error / target, 1.0 / kErrorExponent)));
+  return until_samples(std::max(kMinSamples, moments_.back().samples * std::pow(error / target, 1.0 / kErrorExponent)));
 }
 
 }  // namespace ajar

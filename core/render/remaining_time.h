@@ -13,7 +13,7 @@ namespace ajar {
 class RemainingTime {
  public:
   static constexpr double kErrorExponent = 1.12;
-  static constexpr double kLeastSamples = 16.0;   ///< for an error to end a render
+  static constexpr double kMinSamples = 16.0;   ///< for an error to end a render
 
   /// A new render: `seconds` have passed before its first sample.
   void begin(double seconds);

@@ -22,11 +22,11 @@ const char* name_of(Progress::Phase phase) {
   return "";
 }
 
-const char* name_of(Honesty honesty) {
-  switch (honesty) {
-    case Honesty::Unbiased: return "unbiased";
-    case Honesty::Consistent: return "consistent";
-    case Honesty::Biased: return "biased";
+const char* name_of(Bias bias) {
+  switch (bias) {
+    case Bias::Unbiased: return "unbiased";
+    case Bias::Consistent: return "consistent";
+    case Bias::Biased: return "biased";
   }
   return "";
 }
@@ -69,8 +69,8 @@ void add_samples(const SessionState& d, json& j) {
     j["film_bytes"] = d.film_bytes;
   }
   if (d.integrator) {
-    const Honesty honesty = d.integrator->honesty();
-    j["honesty"] = name_of(d.image_plan && d.integrator->goal_support().learns ? std::max(honesty, Honesty::Consistent) : honesty);
+    const Bias bias = d.integrator->bias();
+    j["bias"] = name_of(d.image_plan && d.integrator->goal_support().learns ? std::max(bias, Bias::Consistent) : bias);
   }
 }
 

@@ -8,7 +8,7 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMostThreads = 1024;     // of Blender
+constexpr int kMaxThreads = 1024;     // of Blender
 
 /// Where the settings name no number of threads: AJAR_THREADS, or all of the machine.
 int default_threads() {
@@ -43,7 +43,7 @@ void SessionState::begin(const Job& job) {
   pilot_seconds = 0.0;
   technique_steps.clear();
   choice.reset();
-  threads = std::min(settings.threads > 0 ? settings.threads : default_threads(), kMostThreads);
+  threads = std::min(settings.threads > 0 ? settings.threads : default_threads(), kMaxThreads);
   if (!job.description) return;
   diagnostics.clear();
   hints.reset();

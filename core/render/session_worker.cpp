@@ -38,7 +38,7 @@ bool is_scene_of(const Scene& scene, const Learned& before) {
 /// Whether the technique chosen for frames before is likely to suit this one, too. Not for a render that goes on from a checkpoint.
 bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::Choice& here) {
   const Learned::Choice& there = *before.choice;
-  return there.age < Learned::kMostAge && is_scene_of(scene, before) && reason_against(find_integrator(before.integrator), scene).empty() &&
+  return there.age < Learned::kMaxAge && is_scene_of(scene, before) && reason_against(find_integrator(before.integrator), scene).empty() &&
          glm::length(here.eye - there.eye) < 0.1f * before.radius && glm::dot(here.direction, there.direction) > 0.9f;
 }
 

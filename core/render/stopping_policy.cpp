@@ -15,7 +15,7 @@ constexpr double kErrorShare = 0.02;   // of a render's time goes into looking a
 bool StoppingPolicy::enough(double seconds, double samples, double relmse) const {
   if (settings_.samples > 0 && samples_before_ + samples >= double(settings_.samples)) return true;
   if (settings_.seconds > 0.0 && seconds >= settings_.seconds) return true;
-  return settings_.target_error > 0.0 && relmse >= 0.0 && samples >= RemainingTime::kLeastSamples && relmse <= settings_.target_error;
+  return settings_.target_error > 0.0 && relmse >= 0.0 && samples >= RemainingTime::kMinSamples && relmse <= settings_.target_error;
 }
 
 int StoppingPolicy::next_samples(double seconds, uint64_t done, const ImagePlan* image_plan, const GoalSupport& support) const {

@@ -26,7 +26,7 @@ struct Candidate {
 constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0},
                                      {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0},
                                      {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000}};
-constexpr int kPilotPixels = 12288, kFewestPixels = 768;
+constexpr int kPilotPixels = 12288, kMinPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;   // of path tracing
 /// The pilot may take this share of the samples asked for.
 constexpr double kPilotShare = 0.06;
@@ -95,7 +95,7 @@ double samples_of_render(const RenderSettings& s, double rate) {
   return samples < 1e18 ? samples : kUsualSamples * pixels;
 }
 
-struct Pilot : PilotPictures {
+struct Pilot : PilotImages {
   double rays = 0.0;                  // as if the picture had its share of the render's photons; without those that learn once
 };
 
@@ -124,7 +124,7 @@ Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings s
 }
 
 /// Share of the pixels that show a surface, and in neither picture any light. The scene is looked at as it was for the pilot.
-double unlit_share(const Scene& scene, const PilotPictures& pilot) {
+double unlit_share(const Scene& scene, const PilotImages& pilot) {
   const int width = scene.settings().width, height = scene.settings().height;
   const auto has_light = [](const std::vector<float>& image, size_t pixel) { return image[4 * pixel] > 0.0f || image[4 * pixel + 1] > 0.0f || image[4 * pixel + 2] > 0.0f; };
   size_t unlit = 0;
@@ -140,9 +140,9 @@ double unlit_share(const Scene& scene, const PilotPictures& pilot) {
 
 /// What the pilots foretell of a render of so many samples: those of the first so many candidates.
 std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const RenderSettings& asked, const RenderSettings& small, double samples_asked) {
-  std::vector<const PilotPictures*> pictures;
+  std::vector<const PilotImages*> pictures;
   for (const Pilot& pilot : pilots) pictures.push_back(&pilot);
-  const std::vector<float> light = most_light(pictures, small.width, small.height);
+  const std::vector<float> light = max_light(pictures, small.width, small.height);
   const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
   std::vector<TechniqueTrial> trials;
   std::vector<PilotNoise> noises;
@@ -210,7 +210,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(tried, stop) : 0.0);
   // A pilot costs no more than its share of the render.
   const double pixels = std::min({kPilotShare * samples_asked / (kPilotSamples * kPilotWork), double(kPilotPixels), double(asked.width) * asked.height});
-  if (pixels < kFewestPixels) {
+  if (pixels < kMinPixels) {
     scene->change_view(camera, asked);
     choice.reason = "too few samples to pay for a pilot";
     return choice;

@@ -68,10 +68,10 @@ void NormalEquations::merge(const NormalEquations& other) {
   }
 }
 
-ControlCoefficients NormalEquations::fit(double relative_ridge, int least_samples) const {
+ControlCoefficients NormalEquations::fit(double relative_ridge, int min_samples) const {
   ControlCoefficients none;
   const int columns = m_ - 1;
-  if (columns < 1 || n_ < double(least_samples)) return none;
+  if (columns < 1 || n_ < double(min_samples)) return none;
 
   // Centring takes the intercept out of the system, and out of the penalty.
   // Columns that never varied are none: nothing is known of them, and nothing is to be corrected by them.

@@ -37,9 +37,9 @@ class NormalEquations {
   void add(const ControlSample& sample);
   void merge(const NormalEquations& other);
   /// Coefficients with a ridge of `relative_ridge` times the mean diagonal element of the centred matrix. None (count 0)
-  /// when there are fewer than `least_samples`, when the system is degenerate, or when the luminance of y would
+  /// when there are fewer than `min_samples`, when the system is degenerate, or when the luminance of y would
   /// not be expected to vary less.
-  ControlCoefficients fit(double relative_ridge, int least_samples) const;
+  ControlCoefficients fit(double relative_ridge, int min_samples) const;
 
  private:
   static constexpr int kColumns = kMaxControls - 1;

@@ -18,7 +18,7 @@ namespace {
 Vec3 absolute(Vec3 v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 Mat3 absolute(const Mat3& m) { return Mat3(glm::abs(m[0]), glm::abs(m[1]), glm::abs(m[2])); }
 
-constexpr int kMostMotionKeys = 129;   // of Embree
+constexpr int kMaxMotionKeys = 129;   // of Embree
 
 /// True for transforms that flatten space, which have no inverse, and for those that shrink it so far that rays in it would not be told apart.
 bool is_singular(const Mat4& m) {
@@ -253,7 +253,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     if (in.motion_key_count > 1 && !singular) {
       std::vector<SplitTransform> keys;
       for (int k = 0; k < in.motion_key_count; ++k) keys.push_back(split(to_matrix(d.motion_keys[size_t(in.first_motion_key + k)])));
-      std::vector<Mat4> matrices = straightened(keys, kMostMotionKeys);
+      std::vector<Mat4> matrices = straightened(keys, kMaxMotionKeys);
       // What is flat for a while, or nothing, is nearly so.
       for (Mat4& matrix : matrices) {
         if (!is_singular(matrix)) continue;
@@ -559,14 +559,14 @@ bool Scene::any_light_importance() const {
 }
 
 float way_out_of_strand(const ShadingPoint& point, Vec3 direction) {
-  constexpr float kMostRadii = 20.0f;   // nearly along the strand the way is long, and others are in it
+  constexpr float kMaxRadii = 20.0f;   // nearly along the strand the way is long, and others are in it
   const Strands& strands = *point.mesh->strands;
   if (strands.shape != StrandShape::Ribbon) return 0.0f;
   const Mat3 linear = point.mesh->baked ? Mat3(1.0f) : Mat3(point.instance->world_from_object);
   const float scale = std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
   const float radius = scale * strands.radius(point.primitive, point.barycentric.x);
   const float sine = glm::length(glm::cross(direction, point.dpdu)) / glm::length(point.dpdu);
-  const float way = radius * std::min(1.02f / std::max(sine, 1e-6f), kMostRadii) + 4.0f * max_component(point.position_error);
+  const float way = radius * std::min(1.02f / std::max(sine, 1e-6f), kMaxRadii) + 4.0f * max_component(point.position_error);
   return std::isfinite(way) ? way : 0.0f;
 }
 

@@ -13,9 +13,9 @@ from ..translations import interface
 from .common import AjarPanel, draw_inherited, say
 
 GATHERING_INTEGRATORS = {*photon_overlay.INTEGRATORS, "irradiance_cache"}
-MOST_MESSAGES = 20
+MAX_MESSAGES = 20
 COMPARISON_METHODS = {"bsdf", "light", "ris", "correlated", "pmc_hi_paper", "ocv_paper"}   # no scene renders faster with them
-HONESTY = {ajar.Honesty.Unbiased: "Unbiased", ajar.Honesty.Consistent: "Consistent", ajar.Honesty.Biased: "Biased"}
+BIAS_LABELS = {ajar.Bias.Unbiased: "Unbiased", ajar.Bias.Consistent: "Consistent", ajar.Bias.Biased: "Biased"}
 
 
 class AJAR_RENDER_PT_checks(AjarPanel, Panel):
@@ -33,10 +33,10 @@ class AJAR_RENDER_PT_checks(AjarPanel, Panel):
             say(column, interface("Missing images, which will be magenta: {names}", names=", ".join(missing)), context, "ERROR")
             column.operator("file.find_missing_files")
         messages = checks.messages_of(scene)
-        for name, text in (messages or [])[:MOST_MESSAGES]:
+        for name, text in (messages or [])[:MAX_MESSAGES]:
             say(column, interface("{name}: {message}", name=name, message=text) if name else text, context, "ERROR")
-        if messages and len(messages) > MOST_MESSAGES:
-            column.label(text=interface("... and {number} more", number=len(messages) - MOST_MESSAGES))
+        if messages and len(messages) > MAX_MESSAGES:
+            column.label(text=interface("... and {number} more", number=len(messages) - MAX_MESSAGES))
         if messages == [] and not fixes and not missing:
             column.label(text="No problems found", icon="CHECKMARK")
         column.operator("ajar.check_scene", icon="VIEWZOOM")
@@ -94,8 +94,8 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
         info = next((item for item in ajar.integrator_list() if item.name == settings.integrator), None)
         if info is not None:
             merges = info.can_merge and settings.vertex_merging == "on"
-            honesty = ajar.Honesty.Consistent if merges else info.honesty
-            say(column, interface("{kind}: {sentence}", kind=interface(HONESTY[honesty]), sentence=interface(info.sentence)), context)
+            bias = ajar.Bias.Consistent if merges else info.bias
+            say(column, interface("{kind}: {sentence}", kind=interface(BIAS_LABELS[bias]), sentence=interface(info.sentence)), context)
         if settings.integrator == "path":
             column.prop(settings, "guiding")
         can_merge = info is not None and info.can_merge
@@ -308,7 +308,7 @@ class AJAR_RENDER_PT_plan(AjarPanel, Panel):
 def _statistics(values: dict) -> list[tuple[str, str]]:
     """Names and values for people. The panel translates the names."""
     label = next((info.label for info in ajar.integrator_list() if info.name == values["integrator"]), values["integrator"])
-    words = [label, values["honesty"].capitalize()] if values.get("honesty") else [label]
+    words = [label, values["bias"].capitalize()] if values.get("bias") else [label]
     rows = [("Integrator", ", ".join(map(interface, words)))]
     if "samples_per_pixel" in values:
         rows.append(("Samples per pixel", f"{values['samples_per_pixel']['mean']:.4g}"))

@@ -14,13 +14,13 @@ sys.path.insert(0, str(Path(os.environ.get("AJAR_BUILD", ROOT / "build" / "relea
 import ajar  # noqa: E402
 
 MANUAL = ROOT / "docs" / "manual"
-MOST_BYTES = 200_000
+MAX_BYTES = 200_000
 
 
-def test_every_integrator_has_its_paragraph_with_its_label_of_honesty():
+def test_every_integrator_has_its_paragraph_with_its_bias():
     text = (MANUAL / "rendering.md").read_text()
     for info in ajar.integrator_list():
-        assert f"### {info.label}\n*{info.honesty.name}: {info.sentence}*\n" in text, info.label
+        assert f"### {info.label}\n*{info.bias.name}: {info.sentence}*\n" in text, info.label
     assert re.findall(r"^### (.*)", text, re.M)[: len(ajar.integrator_list())] == [info.label for info in ajar.integrator_list()]
 
 
@@ -33,4 +33,4 @@ def test_pictures_and_pages_that_a_page_names_are_there(page):
 def test_pictures_are_small_and_all_are_used():
     pages = "".join(path.read_text() for path in [*MANUAL.glob("*.md"), ROOT / "README.md"])
     for picture in MANUAL.glob("*.jpg"):
-        assert picture.stat().st_size <= MOST_BYTES and picture.name in pages, picture
+        assert picture.stat().st_size <= MAX_BYTES and picture.name in pages, picture

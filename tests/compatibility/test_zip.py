@@ -8,7 +8,7 @@ import tomllib
 
 import isolate
 
-MOST_MEGABYTES = 60
+MAX_MEGABYTES = 60
 NEWEST_GLIBC = (2, 35)
 NEWEST_LIBSTDCXX = (3, 4, 25)   # of GCC 8, as on the system that official Blender is built for (VFX platform, glibc 2.28)
 SYSTEM = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "libgcc_s.so.1", "libstdc++.so.6", "libz.so.1", "ld-linux-x86-64.so.2"}
@@ -28,7 +28,7 @@ def newest(library, name: str) -> tuple[int, ...]:
 
 def test_size(zips):
     for path in zips:
-        assert path.stat().st_size < MOST_MEGABYTES * 2**20, path
+        assert path.stat().st_size < MAX_MEGABYTES * 2**20, path
 
 
 def test_manifest(unpacked):

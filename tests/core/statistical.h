@@ -96,7 +96,7 @@ inline double student_p_value(double t, double degrees_of_freedom) {
 // ---- t-tests -----------------------------------------------------------------------
 
 struct Significance {
-  double significance = 0.01;   ///< chance of a false alarm in the whole family of tests
+  double significance = 0.01;   ///< probability of a false alarm in the whole family of tests
   int test_count = 1;           ///< size of that family
   double threshold() const { return sidak_threshold(significance, test_count); }
 };

@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 WINDOW = ROOT / "tests" / "blender" / "window"
 OUT = ROOT / "docs" / "manual"
 SIZE = (1400, 900)
-MOST_BYTES = 200_000
+MAX_BYTES = 200_000
 PROPERTIES = 400
 TABS, HEADER = 36, 62      # pixels of the properties beside and above the panels
 
@@ -39,7 +39,7 @@ def trimmed(image: Image.Image) -> Image.Image:
 def save(image: Image.Image, path: Path) -> None:
     quality = 92
     image.save(path, quality=quality, optimize=True)
-    while path.stat().st_size > MOST_BYTES:
+    while path.stat().st_size > MAX_BYTES:
         quality -= 4
         image.save(path, quality=quality, optimize=True)
     print(f"{path.name}: {image.width} x {image.height}, {path.stat().st_size // 1000} kB")

@@ -217,7 +217,7 @@ class Bsdf {
   /// Like sample, but only delta lobes that reflect (or transmit): a path that is perturbed keeps its kind of bounce.
   std::optional<BsdfSample> follow_specular(Vec3 wo, bool transmitted, float u_lobe, TransportMode mode = TransportMode::Radiance) const;
 
-  /// Shares of the kinds of lobes in the chance of going from wo to wi (of the delta lobes when `specular`), sum 1.
+  /// Shares of the kinds of lobes in the probability of going from wo to wi (of the delta lobes when `specular`), sum 1.
   struct KindShares {
     float diffuse = 0.0f, glossy = 0.0f, transmission = 0.0f, diffuse_transmission = 0.0f;
   };
@@ -233,7 +233,7 @@ class Bsdf {
   Color albedo() const;             ///< estimate of the reflected and transmitted fraction, without transparency
   bool has_non_delta() const { return has_non_delta_; }
   bool has_subsurface() const { return has_subsurface_; }
-  /// The subsurface lobes together: weight, normal of the first, and chance of being chosen. After prepare.
+  /// The subsurface lobes together: weight, normal of the first, and probability of being chosen. After prepare.
   struct SubsurfacePart {
     Color weight{0.0f};
     Vec3 normal{0.0f};

@@ -81,10 +81,10 @@ void add_toon(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, bool glossy
 }
 
 void add_subsurface(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, const SubsurfaceMedium& medium) {
-  constexpr float kLeastRadius = 1e-8f;
+  constexpr float kMinRadius = 1e-8f;
   Color shallow(0.0f);
   for (int i = 0; i < 3; ++i) {
-    if (medium.radius[i] >= kLeastRadius && medium.albedo[i] > 0.0f) continue;
+    if (medium.radius[i] >= kMinRadius && medium.albedo[i] > 0.0f) continue;
     shallow[i] = weight[i];
     weight[i] = 0.0f;
   }

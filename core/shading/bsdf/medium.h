@@ -16,11 +16,11 @@ struct MediumLobe {
 };
 
 struct MediumPoint {
-  static constexpr int kMostLobes = 4;
+  static constexpr int kMaxMixtureLobes = 4;
 
   Color extinction{0.0f}, scattering{0.0f};  ///< per metre
   Color emission{0.0f};                      ///< radiance per metre
-  std::array<MediumLobe, kMostLobes> lobes;
+  std::array<MediumLobe, kMaxMixtureLobes> lobes;
   int lobe_count = 0;
   int refused = 0;                           ///< values that were no numbers, and count as 0
 
@@ -35,7 +35,7 @@ struct MediumPoint {
     int nearest = -1;
     for (int i = 0; i < lobe_count; ++i)
       if (nearest < 0 || std::abs(lobes[size_t(i)].anisotropy - anisotropy) < std::abs(lobes[size_t(nearest)].anisotropy - anisotropy)) nearest = i;
-    if (lobe_count < kMostLobes && (nearest < 0 || lobes[size_t(nearest)].anisotropy != anisotropy)) lobes[size_t(lobe_count++)] = {amount, anisotropy};
+    if (lobe_count < kMaxMixtureLobes && (nearest < 0 || lobes[size_t(nearest)].anisotropy != anisotropy)) lobes[size_t(lobe_count++)] = {amount, anisotropy};
     else lobes[size_t(nearest)].scattering += amount;
   }
 };

@@ -175,10 +175,10 @@ bool layer_weight(ProgramBuilder& b, int node, std::string_view output, Value& v
 }
 
 bool ambient_occlusion(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  constexpr int kMostSamples = 128;
+  constexpr int kMaxSamples = 128;
   // Without a distance of its own, that of the world counts.
   const Value distance = b.is_linked(node, "Distance") ? b.input(node, "Distance", Float) : own_or_world_distance(b, node);
-  const int samples = std::clamp(int(b.number(node, "samples", 16.0f)), 0, kMostSamples);
+  const int samples = std::clamp(int(b.number(node, "samples", 16.0f)), 0, kMaxSamples);
   const int variant = (b.number(node, "inside") != 0.0f ? 1 : 0) | (b.number(node, "only_local") != 0.0f ? 2 : 0);
   value = b.emit(Op::AmbientOcclusion, Float, {normal_input(b, node), distance}, variant, uint32_t(samples));
   if (output == "Color") value = b.emit(Op::Scale, Color, {b.input(node, "Color", Color, Vec4(1.0f)), value});

@@ -12,9 +12,9 @@ namespace {
 constexpr std::string_view kScatter = "ShaderNodeVolumeScatter", kAbsorption = "ShaderNodeVolumeAbsorption",
                            kPrincipled = "ShaderNodeVolumePrincipled", kEmission = "ShaderNodeEmission";
 constexpr SocketType Float = SocketType::Float, Vector = SocketType::Color;
-constexpr float kMostPerMetre = 1e12f;
-constexpr float kMostAnisotropy = 1.0f - 1e-3f;   // of Cycles
-constexpr float kLeast = 1e-5f;                   // densities and strengths below are none, in Cycles
+constexpr float kMaxExtinction = 1e12f;
+constexpr float kMaxAnisotropy = 1.0f - 1e-3f;   // of Cycles
+constexpr float kMin = 1e-5f;                   // densities and strengths below are none, in Cycles
 /// Stefan and Boltzmann's constant over pi, a millionth of it: Cycles' scale of fire.
 constexpr float kBlackbodyScale = 5.670373e-8f * 1e-6f * kInvPi;
 
@@ -114,7 +114,7 @@ void add_volumes(const std::vector<VolumeClosure>& closures, const float* regist
   const auto limit = [&](Color c) {
     for (int i = 0; i < 3; ++i)
       if (std::isnan(c[i])) ++medium.refused, c[i] = 0.0f;
-    return glm::clamp(c, 0.0f, kMostPerMetre);
+    return glm::clamp(c, 0.0f, kMaxExtinction);
   };
   for (const VolumeClosure& closure : closures) {
     const float weight = number(closure.weight);
@@ -127,7 +127,7 @@ void add_volumes(const std::vector<VolumeClosure>& closures, const float* regist
         if (!(density > 0.0f)) break;
         const Color c = color(closure.color);
         if (closure.kind != VolumeKind::Absorption)
-          medium.add_scattering(limit(c * density), glm::clamp(number(closure.anisotropy), -kMostAnisotropy, kMostAnisotropy));
+          medium.add_scattering(limit(c * density), glm::clamp(number(closure.anisotropy), -kMaxAnisotropy, kMaxAnisotropy));
         if (closure.kind == VolumeKind::Absorption) medium.extinction += limit((Color(1.0f) - c) * density);
         if (closure.kind == VolumeKind::Principled) {
           const Color kept = glm::sqrt(glm::max(color(closure.second), 0.0f));
@@ -138,9 +138,9 @@ void add_volumes(const std::vector<VolumeClosure>& closures, const float* regist
       case VolumeKind::Emission: medium.emission += limit(color(closure.color) * weight); break;
       case VolumeKind::Blackbody: {
         const float intensity = number(closure.density), t = std::max(number(closure.anisotropy), 0.0f);
-        if (!(intensity > kLeast)) break;
+        if (!(intensity > kMin)) break;
         const float radiance = kBlackbodyScale * (1.0f - intensity + intensity * sqr(sqr(t)));
-        if (radiance > kLeast) medium.emission += limit(color(closure.color) * color(closure.second) * radiance * weight);
+        if (radiance > kMin) medium.emission += limit(color(closure.color) * color(closure.second) * radiance * weight);
         break;
       }
     }

@@ -39,7 +39,7 @@ class BidirectionalWalks {
   uint64_t rays() const { return rays_; }
 
   /// Copy the vertices of a path just found into `out`, light first, flags as in the path; returns how many. The edges'
-  /// transmittance and chance of passing go to `edges`.
+  /// transmittance and probability of passing go to `edges`.
   int copy_path(const FoundPath& path, PathVertex* out, PathEdge* edges) const;
 
   /// Walk from a light only as far as the path can be unconnectable; visit(vertices before it, vertex, f / p, first shading point) for each

@@ -11,7 +11,7 @@ namespace {
 constexpr uint32_t kStream = 0x7365656eU;      // its numbers are not those of the samples
 constexpr int kAround = 2;                     // pixels to each side
 constexpr int kBisections = 48;                // to keep below the most further rays
-/// Chance that something polished shows a lamp too small to have been met yet where nothing around has met one.
+/// Probability that something polished shows a lamp too small to have been met yet where nothing around has met one.
 constexpr double kUnseen = 1.0 / 32.0;
 
 double variance(float sum, float sum_squared, uint32_t count) {
@@ -24,7 +24,7 @@ void FurtherSamples::prepare(const Scene& scene, const Film& film, const PixelFi
   *this = FurtherSamples();
   filter_ = filter;
   seed_ = hash_combine(seed, kStream);
-  most_share_ = limits.most_share;
+  max_share_ = limits.max_share;
   exposure_ = scene.settings().exposure;
   full_width_ = scene.settings().width;
   x0_ = film.x0(), y0_ = film.y0(), width_ = film.width(), height_ = film.height();
@@ -70,8 +70,8 @@ void FurtherSamples::learn(uint32_t samples, uint64_t rays_of_rest, uint64_t fur
   deviation /= double(pixels_.size());
   const double rest_rays = double(rays_of_rest) / (double(pixels_.size()) * samples), part_rays = double(further_rays) / double(std::max<uint64_t>(1, further));
   const double unit = std::sqrt(rest_rays / std::max(part_rays, 1.0)) / std::max(deviation, 1e-9);
-  const double most = most_share_ * rest_rays / std::max(part_rays, 1.0) * double(pixels_.size());
-  const auto taken = [&](size_t i, double scale) { return std::clamp(scale * wanted[i], 1.0, double(kMost)); };
+  const double most = max_share_ * rest_rays / std::max(part_rays, 1.0) * double(pixels_.size());
+  const auto taken = [&](size_t i, double scale) { return std::clamp(scale * wanted[i], 1.0, double(kMax)); };
   const auto further_of = [&](double scale) {
     double sum = 0.0;
     for (size_t i = 0; i < pixels_.size(); ++i) sum += taken(i, scale) - 1.0;

@@ -23,7 +23,7 @@ class FurtherSamples {
  public:
   struct Limits {
     uint16_t first;       ///< how often a sample takes the part before anything is known
-    double most_share;    ///< further rays over those of the rest
+    double max_share;    ///< further rays over those of the rest
   };
   /// For the pixels of `film`, whose samples are drawn from `filter`.
   void prepare(const Scene& scene, const Film& film, const PixelFilter& filter, uint32_t seed, Limits limits);
@@ -60,7 +60,7 @@ class FurtherSamples {
   static uint64_t bytes_per_pixel() { return sizeof(Pixel); }
 
  private:
-  static constexpr uint16_t kMost = 64;
+  static constexpr uint16_t kMax = 64;
   /// Sums over takings of the part, and over samples.
   struct Pixel {
     float part = 0.0f, part_squared = 0.0f, rest = 0.0f, rest_squared = 0.0f;   ///< non-finite ones left out: the film refuses and counts them
@@ -83,7 +83,7 @@ class FurtherSamples {
   uint32_t seed_ = 0;
   int x0_ = 0, y0_ = 0, width_ = 0, height_ = 0, full_width_ = 0;
   float exposure_ = 1.0f;            ///< what is dim in the picture shown is no matter of units
-  double most_share_ = 0.0;
+  double max_share_ = 0.0;
   std::vector<Pixel> pixels_;
 };
 

@@ -50,12 +50,12 @@ Color follow(const Scene& scene, const Walk& walk, SpecularBranches<Walk>& branc
     if (!eye.arrive()) return radiance;
     eye.shade();
     radiance += beta * shading.emission;
-    const bool last_chance = past_limits(point, scene.settings().bounces);
-    if (last_chance && is_black(shading.bsdf.transparency())) return radiance;
+    const bool at_bounce_limit = past_limits(point, scene.settings().bounces);
+    if (at_bounce_limit && is_black(shading.bsdf.transparency())) return radiance;
     const Bsdf* specular = specular_part(shading.bsdf, point.wo, storage);
     if (!specular) return radiance;
 
-    if (!last_chance) {
+    if (!at_bounce_limit) {
       branches.split(*specular, point.wo, beta, [&](const BsdfSample& event) {
         Walk next{scene.spawn_ray(point, event.wi), {}, beta * event.f_cos, vertex + 1};
         count_bounce(event, point, next.point);
@@ -74,10 +74,10 @@ Color follow(const Scene& scene, const Walk& walk, SpecularBranches<Walk>& branc
       if (!(max_component(beta) > 0.0f) || !eye.pass_through()) return radiance;
       continue;
     }
-    if (last_chance || branches.follows(*sample)) return radiance;
+    if (at_bounce_limit || branches.follows(*sample)) return radiance;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     count_bounce(*sample, point, point);
-    if (!survives(std::min(1.0f, max_component(beta) / SpecularBranches<Walk>::kLeast), sampler, base + kRoulette, beta)) return radiance;
+    if (!survives(std::min(1.0f, max_component(beta) / SpecularBranches<Walk>::kMin), sampler, base + kRoulette, beta)) return radiance;
     eye.leave_along(sample->wi);
   }
 }

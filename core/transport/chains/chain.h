@@ -2,7 +2,7 @@
 //
 // A step chooses a mutation in proportion to its share among those that suit the path, proposes, and moves with probability
 //   a = min(1, target(y) T(y -> x) / (target(x) T(x -> y))),
-// T including the chance of choosing the mutation from either path. The old path leaves 1 - a of a splat of
+// T including the probability of choosing the mutation from either path. The old path leaves 1 - a of a splat of
 // luminance 1 and the new one a: the expectation over the decision. A chain is numbered: its random numbers depend on seed, number
 // and step alone.
 #pragma once

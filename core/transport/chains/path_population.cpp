@@ -17,9 +17,9 @@ namespace {
 
 constexpr uint32_t kSeedStream = 0x5eed0002u, kDrawStream = 0xd4a30002u, kMoveStream = 0xc4a10002u;
 constexpr uint32_t kBatch = 32;
-constexpr double kLeastNewShare = 0.16;   ///< of the energy, for the new samples of a generation: members live some hundred steps
+constexpr double kMinNewShare = 0.16;   ///< of the energy, for the new samples of a generation: members live some hundred steps
 constexpr float kBidirectional = 0.05f;     ///< share of bidirectional mutations: new samples do what they would
-constexpr float kLeastShare = 0.05f;        ///< of a mutation
+constexpr float kMinShare = 0.05f;        ///< of a mutation
 constexpr double kGainUnits = 0x1p24;
 /// Moves that shift what is seen by this many pixels are worth nearly as much as a path from elsewhere.
 constexpr float kUsefulDistance = 4.0f;
@@ -38,7 +38,7 @@ PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed,
   add(std::make_unique<CausticPerturbation>(space_), 0.25f, false);
   mutations_.push_back(renewing_mutation(space_, hints_, followed.mutation_use(), kBidirectional));
   renews_.push_back(true);
-  fared_ = std::vector<Fared>(mutations_.size());
+  mutation_gains_ = std::vector<MutationGain>(mutations_.size());
   for (const MutationShare& mutation : mutations_) first_shares_.push_back(mutation.share);
   workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(space_), Chain(space_, mutations_), {}, {}, 0.0}; });
 }
@@ -70,7 +70,7 @@ bool PathPopulation::sample_seeds(uint32_t count, const std::atomic<bool>& stop)
 
 void PathPopulation::draw() {
   const uint32_t count = uint32_t(new_samples_.size()), old = uint32_t(members_.size());
-  const double share = new_share(double(count), double(samples_done_), kLeastNewShare);
+  const double share = new_share(double(count), double(samples_done_), kMinNewShare);
   samples_done_ += count;
   struct Candidate {
     uint32_t place, index;
@@ -133,8 +133,8 @@ void PathPopulation::move_slot(Film& film, Worker& worker, uint32_t slot, double
     });
     if (!learning_) continue;
     const double useful = renews_[done.mutation] ? 1.0 : std::min(1.0, double(done.film_distance / kUsefulDistance));
-    fared_[done.mutation].gain.fetch_add(int64_t(done.acceptance * useful * kGainUnits), std::memory_order_relaxed);
-    fared_[done.mutation].rays.fetch_add(1 + int64_t(done.rays), std::memory_order_relaxed);
+    mutation_gains_[done.mutation].gain.fetch_add(int64_t(done.acceptance * useful * kGainUnits), std::memory_order_relaxed);
+    mutation_gains_[done.mutation].rays.fetch_add(1 + int64_t(done.rays), std::memory_order_relaxed);
   }
   to.path.pack(worker.chain.path());
 }
@@ -166,12 +166,12 @@ PathPopulation::Learned PathPopulation::learned() const {
   Learned learned;
   // Gain for the work done, drawn towards what the mutations began with.
   double best = 0.0;
-  for (const Fared& f : fared_) best = std::max(best, double(f.gain.load()) / std::max<double>(1.0, double(f.rays.load())));
+  for (const MutationGain& f : mutation_gains_) best = std::max(best, double(f.gain.load()) / std::max<double>(1.0, double(f.rays.load())));
   for (size_t m = 0; m < mutations_.size(); ++m) {
-    const double gain = double(fared_[m].gain.load()) / std::max<double>(1.0, double(fared_[m].rays.load()));
+    const double gain = double(mutation_gains_[m].gain.load()) / std::max<double>(1.0, double(mutation_gains_[m].rays.load()));
     learned.shares.push_back(first_shares_[m] * float(best > 0.0 ? gain / best : 1.0));
   }
-  apply_floor(learned.shares, kLeastShare);
+  apply_floor(learned.shares, kMinShare);
   learned.importance = luminance_.importance(double(generation_) * size_.steps, scene_.settings().exposure);
   return learned;
 }

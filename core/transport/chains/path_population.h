@@ -72,7 +72,7 @@ class PathPopulation {
   };
   using Workers = tbb::enumerable_thread_specific<Worker>;
   /// How the proposals of one mutation fared, in fixed point so that the order of sums does not matter.
-  struct Fared {
+  struct MutationGain {
     std::atomic<int64_t> gain{0}, rays{0};
   };
 
@@ -111,7 +111,7 @@ class PathPopulation {
   std::vector<uint32_t> parents_;
 
   FilmLuminance luminance_;
-  std::vector<Fared> fared_;
+  std::vector<MutationGain> mutation_gains_;
   bool learning_ = true;
 };
 

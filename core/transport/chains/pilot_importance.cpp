@@ -14,7 +14,7 @@ namespace {
 constexpr uint32_t kPilotStream = 0x91107000u;   // shares no numbers with seeds and chains
 constexpr uint32_t kBlocks = 16;
 constexpr uint32_t kSamplesPerCell = 32;
-constexpr int kMostCells = 1024;
+constexpr int kMaxCells = 1024;
 constexpr double kLargestSample = 20.0;          // of the mean: rare bright samples say little about a cell
 constexpr double kFloor = 0.3;                   // of the mean: darker cells are not followed further
 }  // namespace
@@ -22,7 +22,7 @@ constexpr double kFloor = 0.3;                   // of the mean: darker cells ar
 Pilot look_ahead(const PathSpace& space, uint32_t seed, uint32_t samples, const std::atomic<bool>& stop) {
   Pilot pilot;
   const Vec2 extent = space.film_max - space.film_min;
-  const double cells = std::clamp(double(samples) / kSamplesPerCell, 1.0, double(kMostCells));
+  const double cells = std::clamp(double(samples) / kSamplesPerCell, 1.0, double(kMaxCells));
   const int columns = std::max(1, int(std::sqrt(cells * double(extent.x / extent.y))));
   const int rows = std::max(1, int(cells / columns));
   const Vec2 per_cell = Vec2(float(columns), float(rows)) / extent;

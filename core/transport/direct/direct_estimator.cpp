@@ -7,7 +7,7 @@ Color DirectEstimator::one_sample(const DirectLightContext& c, Sampler& sampler,
   return sample_light(c, sampler, first, LightCutCache::kNone, chosen, rays, [](LightFlags) { return true; });
 }
 
-Color DirectEstimator::weigh_sample(const DirectLightContext& c, const LightSet::Choice& chosen, LightFlags light, const LightSample& sample,
+Color DirectEstimator::weight_sample(const DirectLightContext& c, const LightSet::Choice& chosen, LightFlags light, const LightSample& sample,
                                     uint64_t& rays) const {
   const Bsdf::Evaluation scattered = c.evaluate(sample.wi);
   if (is_black(scattered.f_cos)) return Color(0.0f);

@@ -25,14 +25,14 @@ struct DirectRequest {
 };
 
 /// Methods that learn within one estimate need as many samples as this.
-constexpr int kLeastEstimateSamples = 8;
+constexpr int kMinEstimateSamples = 8;
 inline DirectRequest with_enough_samples(DirectRequest request) {
-  request.samples = std::max(request.samples, kLeastEstimateSamples);
+  request.samples = std::max(request.samples, kMinEstimateSamples);
   return request;
 }
 /// The lights in groups, where any can be chosen.
 inline LightGroups groups_to_choose(const Scene& scene) {
-  return scene.lights().can_choose() ? LightGroups(scene.lights(), LightMixture::kMostGroups, scene.center()) : LightGroups();
+  return scene.lights().can_choose() ? LightGroups(scene.lights(), LightMixture::kMaxGroups, scene.center()) : LightGroups();
 }
 
 class DirectEstimator {
@@ -88,9 +88,9 @@ class DirectEstimator {
     if (!wanted(light)) return Color(0.0f);
     const auto sample = lights.sample_li(choice.light, c.point.position, few ? Vec2(choice.u_remapped, u.y) : u, c.point.time);
     if (!sample || is_black(sample->radiance)) return Color(0.0f);
-    return weigh_sample(c, choice, light, *sample, rays);
+    return weight_sample(c, choice, light, *sample, rays);
   }
-  Color weigh_sample(const DirectLightContext& c, const LightSet::Choice& chosen, LightFlags light, const LightSample& sample, uint64_t& rays) const;
+  Color weight_sample(const DirectLightContext& c, const LightSet::Choice& chosen, LightFlags light, const LightSample& sample, uint64_t& rays) const;
   /// Of a hit with the density that light sampling has for it.
   float light_pdf_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const;
   /// All samples of a mixture whose shares are fixed, each weighted by f / K or by the power heuristic.

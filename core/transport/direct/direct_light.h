@@ -73,7 +73,7 @@ inline Color visible_to(uint32_t visibility, const Bsdf& bsdf, Vec3 wo, Vec3 wi)
   return sum;
 }
 
-/// One sample of one light, weighted against the BSDF's own chance of finding it, and with what lies beyond the terminator. `rays` counts
+/// One sample of one light, weighted against the BSDF's own probability of finding it, and with what lies beyond the terminator. `rays` counts
 /// shadow rays. `kOnlyBeyond`: nothing but the latter, which methods that sample light in other ways add to theirs.
 template <bool kOnlyBeyond = false, class Context>
 inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {

@@ -17,8 +17,8 @@ constexpr uint64_t kFree = ~uint64_t(0);
 constexpr float kPriorFloor = 0.15f, kEqualFloor = 0.05f;  ///< of the tree's share; of equal shares
 constexpr float kPriorCount = 16.0f;                       ///< samples that the prior is worth
 /// Unit of the integer sums, relative to the typical second moment, and the most one sample may add.
-constexpr float kQuantum = 0x1p-34f, kMost = 0x1p14f;
-constexpr float kLeastAngle = 1.0f / 900.0f;               ///< places have 12 bits an axis
+constexpr float kQuantum = 0x1p-34f, kMax = 0x1p14f;
+constexpr float kMinAngle = 1.0f / 900.0f;               ///< places have 12 bits an axis
 constexpr size_t kFewLights = 8;                           ///< among which one iteration learns enough
 constexpr int kPlaceBits = 12, kLevelBits = 8, kNormalBits = 3;
 
@@ -34,7 +34,7 @@ std::vector<std::atomic<uint64_t>> copy(const std::vector<std::atomic<uint64_t>>
 LightCutCache::LightCutCache(const LightSet& lights, Vec3 eye, float angle, float scale)
     : lights_(&lights),
       eye_(eye),
-      angle_(std::max(angle, kLeastAngle)),
+      angle_(std::max(angle, kMinAngle)),
       inverse_scale_squared_(scale > 0.0f ? 1.0f / (scale * scale) : 1.0f),
       iterations_left_(iterations(lights)),
       claims_(new std::atomic<uint64_t>[kSlots]),
@@ -210,7 +210,7 @@ void LightCutCache::record(uint32_t cell, const Choice& choice, float y) const {
   if (!(y > 0.0f)) return;
   // Alone, the branch would have brought share * y; it was drawn with this share.
   const float relative = y * y * inverse_scale_squared_;
-  const auto fixed_point = [](float x) { return uint64_t(std::min(x, kMost) / kQuantum); };
+  const auto fixed_point = [](float x) { return uint64_t(std::min(x, kMax) / kQuantum); };
   squares_[cell].fetch_add(fixed_point(relative), std::memory_order_relaxed);
   moments_[size_t(cell) * kBranches + choice.branch].fetch_add(fixed_point(relative * choice.share), std::memory_order_relaxed);
 }

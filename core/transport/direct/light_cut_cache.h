@@ -5,7 +5,7 @@
 // itself [adaptive cuts with learned visibility: Vevoda, Kondapaneni and Krivanek 2018, "Bayesian online regression for adaptive direct
 // illumination sampling"]. Shares follow the second moments of what branches brought,
 //   alpha_k proportional to sqrt(E[(f / p_k)^2]), the optimum for parts that do not overlap,
-// with a prior of a few samples that behave as the tree expects, and floors: every light that the tree can reach keeps a chance.
+// with a prior of a few samples that behave as the tree expects, and floors: every light that the tree can reach keeps a probability.
 // One random number is inverted through shares and tree alike, so that stratified numbers stay so.
 //
 // First iteration: vertices claim slots of a table (the smaller key wins, in any order of threads; losers choose by the plain tree). Then cuts

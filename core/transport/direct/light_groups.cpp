@@ -8,7 +8,7 @@ namespace ajar {
 namespace {
 
 /// Of an equal share: lamps that turn their back on the scene's centre may light all that is seen.
-constexpr float kLeastPrior = 0.25f;
+constexpr float kMinPrior = 0.25f;
 
 struct Cluster {
   std::vector<LightSet::SourceRange> sources;
@@ -50,14 +50,14 @@ std::pair<Cluster, Cluster> split(const LightSet& lights, Cluster cluster) {
 
 }  // namespace
 
-LightGroups::LightGroups(const LightSet& lights, int most_groups, Vec3 scene_center)
+LightGroups::LightGroups(const LightSet& lights, int max_groups, Vec3 scene_center)
     : group_of_(lights.size(), int8_t(-1)), pmf_(lights.size(), 0.0f) {
   std::vector<LightSet::SourceRange> near, far;
   for (const LightSet::SourceRange& source : lights.sources()) (source.distant ? far : near).push_back(source);
   std::vector<Cluster> clusters;
   if (!near.empty()) clusters.push_back(make_cluster(lights, std::move(near)));
   if (!far.empty()) clusters.push_back(make_cluster(lights, std::move(far)));
-  while (int(clusters.size()) < most_groups && !clusters.empty()) {
+  while (int(clusters.size()) < max_groups && !clusters.empty()) {
     const auto next = std::max_element(clusters.begin(), clusters.end(),
                                        [](const Cluster& a, const Cluster& b) { return a.priority() < b.priority(); });
     if (next->priority() < 0.0) break;
@@ -89,7 +89,7 @@ LightGroups::LightGroups(const LightSet& lights, int most_groups, Vec3 scene_cen
     groups_.push_back(std::move(group));
   }
   float sum = 0.0f;
-  for (Group& group : groups_) sum += group.prior = std::max(group.prior, kLeastPrior / float(groups_.size()));
+  for (Group& group : groups_) sum += group.prior = std::max(group.prior, kMinPrior / float(groups_.size()));
   for (Group& group : groups_) group.prior /= sum;
 }
 

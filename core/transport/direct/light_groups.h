@@ -15,7 +15,7 @@ namespace ajar {
 class LightGroups {
  public:
   LightGroups() = default;
-  LightGroups(const LightSet& lights, int most_groups, Vec3 scene_center);
+  LightGroups(const LightSet& lights, int max_groups, Vec3 scene_center);
 
   int size() const { return int(groups_.size()); }
   /// About the share of a group in LightSet::choose for a point amid the scene; never nothing, and 1 in all.

@@ -56,7 +56,7 @@ LightMixture::Kernel LightMixture::kernel(const LobeComponents& lobes, float bsd
 }
 
 LightMixture::Densities LightMixture::densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi,
-                                                  const std::array<float, kMostLobes>& pdf_lobes, float pdf_light, bool mis, float known_pmf) const {
+                                                  const std::array<float, kMaxMixtureLobes>& pdf_lobes, float pdf_light, bool mis, float known_pmf) const {
   Densities d{{}, 0.0f, 0.0f, 0.0f, 0.0f, -1};
   if (mis) {
     for (int i = 0; i < k.lobes.count(); ++i) d.bsdf += d.lobes[size_t(i)] = k.alpha[size_t(i)] * pdf_lobes[size_t(i)];
@@ -82,7 +82,7 @@ void LightMixture::add_found(const Densities& d, Color f, bool power, bool from_
   const Color y = f / total;
   out.y += y;
   const float luminous = luminance_of(y) / total;
-  for (int i = 0; i < kMostLobes; ++i) out.responsible[size_t(i)] += luminous * d.lobes[size_t(i)];
+  for (int i = 0; i < kMaxMixtureLobes; ++i) out.responsible[size_t(i)] += luminous * d.lobes[size_t(i)];
   out.responsible[kCone] += luminous * d.cone;
   out.responsible[kAny] += luminous * d.any;
   if (d.group_index >= 0) out.responsible[size_t(kFirstGroup + d.group_index)] += luminous * d.group;
@@ -125,7 +125,7 @@ void LightMixture::draw_direction(const DirectLightContext& c, const Kernel& k, 
   Vec3 wi;
   Color f_cos;
   uint32_t kind;
-  if (component < kMostLobes) {
+  if (component < kMaxMixtureLobes) {
     const auto sample = k.lobes.sample(component, c.point.wo, u_choice, u);
     // Mirrors and transparency are left to the path.
     if (!sample) return;

@@ -26,16 +26,16 @@ constexpr uint32_t kBranchDimension = 4096, kStreamStride = 64;
 
 class LightMixture {
  public:
-  static constexpr int kMostGroups = 5, kMostLobes = LobeComponents::kMost;
+  static constexpr int kMaxGroups = 5, kMaxMixtureLobes = LobeComponents::kMax;
   /// Lobes come first.
-  static constexpr int kCone = kMostLobes, kAny = kCone + 1, kFirstGroup = kAny + 1, kMostComponents = kFirstGroup + kMostGroups;
+  static constexpr int kCone = kMaxMixtureLobes, kAny = kCone + 1, kFirstGroup = kAny + 1, kMaxComponents = kFirstGroup + kMaxGroups;
 
   /// Shares of one estimate and its cone.
   struct Kernel {
     const LobeComponents& lobes;
     int count = 0;
     uint32_t cell = LightCutCache::kNone;             ///< by which any light is chosen
-    std::array<float, kMostComponents> alpha;
+    std::array<float, kMaxComponents> alpha;
     Frame cone;
     float one_minus_cos = 0.0f;
     /// Of all lobes together.
@@ -49,9 +49,9 @@ class LightMixture {
   struct Draw {
     Color y{0.0f};
     Vec3 wi{0.0f};                                    ///< zero: no direction, or a light that only sampling finds
-    std::array<float, kMostLobes> pdf_lobes{};
+    std::array<float, kMaxMixtureLobes> pdf_lobes{};
     LightCutCache::Choice choice{};                   ///< of any light
-    std::array<float, kMostComponents> responsible;   ///< luminance of y times rho_k
+    std::array<float, kMaxComponents> responsible;   ///< luminance of y times rho_k
   };
   explicit LightMixture(const Scene& scene, LightGroups groups = {}) : scene_(scene), groups_(std::move(groups)) {}
 
@@ -78,13 +78,13 @@ class LightMixture {
 
  private:
   struct Densities {
-    std::array<float, kMostLobes> lobes;   ///< these and the others times their shares
+    std::array<float, kMaxMixtureLobes> lobes;   ///< these and the others times their shares
     float bsdf, cone, any, group;          ///< bsdf: all lobes
     int group_index;
     float total() const { return bsdf + cone + any + group; }
   };
 
-  Densities densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi, const std::array<float, kMostLobes>& pdf_lobes, float pdf_light,
+  Densities densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi, const std::array<float, kMaxMixtureLobes>& pdf_lobes, float pdf_light,
                       bool mis, float known_pmf = -1.0f) const;
   void add_found(const Densities& d, Color f, bool power, bool from_bsdf, Draw& draw) const;
   void draw_light(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out, uint64_t& rays) const;
@@ -98,7 +98,7 @@ class LightMixture {
 template <class Visit>
 void LightMixture::for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler, bool power, uint64_t& rays,
                                   Visit&& visit) const {
-  int counts[kMostComponents];
+  int counts[kMaxComponents];
   const uint32_t base = kBranchDimension + kStreamStride * uint32_t(stream);
   sampler.set_dimension(base);
   deterministic_counts({k.alpha.data(), size_t(k.count)}, n, sampler.get_1d(), {counts, size_t(k.count)});

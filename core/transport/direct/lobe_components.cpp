@@ -48,9 +48,9 @@ LobeComponents::LobeComponents(const Bsdf& bsdf, Vec3 wo, bool apart) {
   parts_[0] = &bsdf;
   if (!apart || bsdf.lobe_count() < 2) return;
 
-  std::array<Shape, kMost> shapes;
+  std::array<Shape, kMax> shapes;
   std::array<int8_t, Bsdf::kMaxLobes> part_of;
-  std::array<float, kMost> chance{};
+  std::array<float, kMax> probability{};
   int count = 0;
   float sum = 0.0f;
   bool any_delta = false;
@@ -64,21 +64,21 @@ LobeComponents::LobeComponents(const Bsdf& bsdf, Vec3 wo, bool apart) {
     const Shape shape = shape_of(lobe);
     int part = 0;
     while (part < count && !alike(shapes[size_t(part)], shape)) ++part;
-    if (part == kMost) {
+    if (part == kMax) {
       const auto ratio = [&](int k) { return std::abs(std::log(shapes[size_t(k)].width / shape.width)); };
       part = 0;
-      for (int k = 1; k < kMost; ++k)
+      for (int k = 1; k < kMax; ++k)
         if (ratio(k) < ratio(part)) part = k;
     } else if (part == count) {
       shapes[size_t(count++)] = shape;
     }
     part_of[size_t(i)] = int8_t(part);
-    chance[size_t(part)] += lobe.selection;
+    probability[size_t(part)] += lobe.selection;
     sum += lobe.selection;
   }
   if (count == 0 || (count == 1 && !any_delta)) return;
 
-  std::array<int, kMost> order{0, 1, 2};
+  std::array<int, kMax> order{0, 1, 2};
   std::stable_sort(order.begin(), order.begin() + count, [&](int a, int b) { return shapes[size_t(a)].width > shapes[size_t(b)].width; });
   count_ = count;
   for (int k = 0; k < count; ++k) {
@@ -87,7 +87,7 @@ LobeComponents::LobeComponents(const Bsdf& bsdf, Vec3 wo, bool apart) {
     storage_[size_t(k)].assign_lobes(bsdf, [&, i = 0](const Lobe&) mutable { return part_of[size_t(i++)] == part; });
     storage_[size_t(k)].prepare(wo);
     parts_[size_t(k)] = &storage_[size_t(k)];
-    prior_[size_t(k)] = 0.5f / float(count) + (sum > 0.0f ? 0.5f * chance[size_t(part)] / sum : 0.5f / float(count));
+    prior_[size_t(k)] = 0.5f / float(count) + (sum > 0.0f ? 0.5f * probability[size_t(part)] / sum : 0.5f / float(count));
     if (count > 1) signature_ = hash_combine(signature_, uint32_t(std::lround(2.0f * std::log2(std::max(shape.width, 1e-6f))) + 64) * 4u + shape.sides);
   }
 }

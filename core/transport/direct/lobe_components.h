@@ -15,7 +15,7 @@ namespace ajar {
 
 class LobeComponents {
  public:
-  static constexpr int kMost = 3;
+  static constexpr int kMax = 3;
 
   /// Refers to `bsdf`, which stays as prepared for `wo`. `apart` false: one component, whatever the lobes.
   LobeComponents(const Bsdf& bsdf, Vec3 wo, bool apart);
@@ -29,7 +29,7 @@ class LobeComponents {
 
   struct Evaluation {
     Color f_cos;                       ///< of all lobes
-    std::array<float, kMost> pdf;      ///< of each component, per solid angle
+    std::array<float, kMax> pdf;      ///< of each component, per solid angle
   };
   Evaluation evaluate(Vec3 wo, Vec3 wi) const;
   struct Sample {
@@ -43,9 +43,9 @@ class LobeComponents {
  private:
   int count_ = 1;
   uint32_t signature_ = 0;
-  std::array<float, kMost> prior_{1.0f, 0.0f, 0.0f};
-  std::array<const Bsdf*, kMost> parts_;
-  std::array<Bsdf, kMost> storage_;
+  std::array<float, kMax> prior_{1.0f, 0.0f, 0.0f};
+  std::array<const Bsdf*, kMax> parts_;
+  std::array<Bsdf, kMax> storage_;
 };
 
 }  // namespace ajar

@@ -87,21 +87,21 @@ Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& al
                             Sampler& sampler, uint32_t first, Vec3& chosen_from, uint32_t& sampled_light, uint64_t& rays) {
   const Ray& ray = along.ray;
   const float length = along.t_end - ray.t_min;
-  Color lost(0.0f), chance(0.0f);
+  Color lost(0.0f), probability(0.0f);
   int likeliest = 0;
   for (int c = 0; c < 3; ++c) {
     if (medium.extinction[c] > 0.0f) lost[c] = -std::expm1(-medium.extinction[c] * length);
-    chance[c] = lost[c] > 0.0f ? std::abs(beta[c]) * medium.scattering[c] : 0.0f;
-    if (chance[c] > chance[likeliest]) likeliest = c;
+    probability[c] = lost[c] > 0.0f ? std::abs(beta[c]) * medium.scattering[c] : 0.0f;
+    if (probability[c] > probability[likeliest]) likeliest = c;
   }
-  const float sum = chance.x + chance.y + chance.z;
+  const float sum = probability.x + probability.y + probability.z;
   if (!(sum > 0.0f)) return Color(0.0f);
-  chance /= sum;
+  probability /= sum;
   const auto distance_of = [&](float u) {
     int channel = 0;
-    while (channel < 2 && u >= chance[channel]) u -= chance[channel++];
-    if (!(chance[channel] > 0.0f)) channel = likeliest;   // rounding
-    u = std::min(u / chance[channel], kOneMinusEpsilon);
+    while (channel < 2 && u >= probability[channel]) u -= probability[channel++];
+    if (!(probability[channel] > 0.0f)) channel = likeliest;   // rounding
+    u = std::min(u / probability[channel], kOneMinusEpsilon);
     return std::min(-std::log(1.0f - u * lost[channel]) / medium.extinction[channel], length);
   };
   sampler.set_dimension(first);
@@ -130,7 +130,7 @@ Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& al
   if (!(distance < kInfinity)) return Color(0.0f);
   const Color reaching = transmittance_of(medium.extinction, distance);
   float pdf = 0.0f;
-  for (int c = 0; c < 3; ++c) pdf += chance[c] > 0.0f ? chance[c] * medium.extinction[c] * reaching[c] / lost[c] : 0.0f;
+  for (int c = 0; c < 3; ++c) pdf += probability[c] > 0.0f ? probability[c] * medium.extinction[c] * reaching[c] / lost[c] : 0.0f;
   pdf *= 1.0f - share;
   if (share > 0.0f) pdf += share * apart / (angles * (apart * apart + sqr(ray.t_min + distance - nearest)));
   const Color weight = beta * medium.scattering * reaching / pdf;

@@ -12,7 +12,7 @@ namespace ajar {
 namespace {
 
 /// Unit of the integer sums, relative to the typical second moment, and the most one sample may add.
-constexpr float kQuantum = 0x1p-34f, kMost = 0x1p20f;
+constexpr float kQuantum = 0x1p-34f, kMax = 0x1p20f;
 
 }  // namespace
 
@@ -56,7 +56,7 @@ void ShareCache::shares(uint32_t cell, std::span<const float> prior, std::span<c
 }
 
 uint64_t ShareCache::fixed_point(float squared) const {
-  const float relative = std::min(squared * inverse_scale_squared_, kMost);
+  const float relative = std::min(squared * inverse_scale_squared_, kMax);
   return relative > 0.0f ? uint64_t(relative / kQuantum) : 0;
 }
 

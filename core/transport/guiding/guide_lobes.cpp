@@ -13,10 +13,10 @@ namespace {
 /// Pseudo-samples: of uniform direction for each lobe's width, and split evenly for the shares.
 constexpr float kWidthPrior = 1.5f, kSharePrior = 8.0f, kWeightPrior = 0.02f;
 /// The BSDF keeps at least this share of a single direction (of whole paths: Guided::kPlainShare).
-constexpr float kLeastBsdfShare = 0.5f;
+constexpr float kMinBsdfShare = 0.5f;
 constexpr float kFirstKappa = 10.0f, kSharpestKappa = 2000.0f;
 /// No sample counts for more than this times the square root of their number, in mean weights.
-constexpr float kMostWeight = 4.0f;
+constexpr float kMaxWeight = 4.0f;
 
 }  // namespace
 
@@ -44,12 +44,12 @@ void GuideDistribution::start(Vec3 center, std::span<const GuideSample* const> s
   std::memset(&past_, 0, sizeof past_);
   for (float& share : share_) share = 0.5f;
   // A few are enough to see how they lie.
-  constexpr size_t kMostLooked = 256;
-  const size_t stride = std::max<size_t>(1, samples.size() / kMostLooked);
-  float nearest[2 * kMostLooked];
+  constexpr size_t kMaxInspected = 256;
+  const size_t stride = std::max<size_t>(1, samples.size() / kMaxInspected);
+  float nearest[2 * kMaxInspected];
   size_t looked = 0;
   double sum = 0.0;
-  for (size_t i = 0; i < samples.size() && looked < 2 * kMostLooked; i += stride) sum += double(samples[i]->weight), nearest[looked++] = 4.0f;
+  for (size_t i = 0; i < samples.size() && looked < 2 * kMaxInspected; i += stride) sum += double(samples[i]->weight), nearest[looked++] = 4.0f;
   const float most = 4.0f * float(sum / double(std::max<size_t>(1, looked)));
   for (int k = 0; k < kCount; ++k) {
     size_t best = 0;
@@ -120,7 +120,7 @@ void GuideDistribution::maximize(const Sums& sums) {
   }
   for (int c = 0; c < kGuideKinds; ++c) {
     const float bsdf = (sums.bsdf[c] + 0.5f * kSharePrior) / (sums.total[c] + kSharePrior);
-    share_[c] = 1.0f - std::max(bsdf, kLeastBsdfShare);
+    share_[c] = 1.0f - std::max(bsdf, kMinBsdfShare);
   }
 }
 
@@ -129,7 +129,7 @@ void GuideDistribution::fit(std::span<const GuideSample* const> samples, float p
   for (const GuideSample* const s : samples) sum += double(s->weight);
   if (!(sum > 0.0) || !std::isfinite(sum)) return;
   // No sample may outweigh the others: one that is so lucky says more about the luck than about the place.
-  const float n = float(samples.size()), unit = float(double(n) / sum), most = std::max(1.0f, kMostWeight * std::sqrt(n));
+  const float n = float(samples.size()), unit = float(double(n) / sum), most = std::max(1.0f, kMaxWeight * std::sqrt(n));
   Sums sums;
   for (int i = 0; i < iterations; ++i) {
     accumulate(samples, unit, most, sums);

@@ -41,7 +41,7 @@ inline float pdf_solid_angle(const GuideLobes& lobes, Vec3 w);
 class GuideDistribution {
  public:
   static constexpr int kCount = GuideLobes::kCount;
-  static constexpr float kLeastShare = 0.1f;
+  static constexpr float kMinShare = 0.1f;
 
   /// Forget everything and spread the lobes over what these samples show.
   void start(Vec3 center, std::span<const GuideSample* const> samples);
@@ -52,7 +52,7 @@ class GuideDistribution {
 
   Vec3 center() const { return center_; }
   /// Of the guide; the rest belongs to the BSDF. Zero where so little is left to the guide that asking it does not pay.
-  float share(GuideKind kind) const { return share_[size_t(kind)] < kLeastShare ? 0.0f : share_[size_t(kind)]; }
+  float share(GuideKind kind) const { return share_[size_t(kind)] < kMinShare ? 0.0f : share_[size_t(kind)]; }
   std::span<const float> weights() const { return weight_; }
   Vec3 mean(int lobe) const { return Vec3(lobes_.x[lobe], lobes_.y[lobe], lobes_.z[lobe]); }
   float kappa(int lobe) const { return 2.0f * lobes_.half_kappa[lobe]; }

@@ -9,8 +9,8 @@ namespace ajar {
 namespace {
 
 /// A cell with more samples is divided; one with fewer is not begun.
-constexpr size_t kMostSamples = 400, kLeastSamples = 48;
-constexpr int kMostDepth = 40, kFirstIterations = 6, kIterations = 3;
+constexpr size_t kMaxSamples = 400, kMinSamples = 48;
+constexpr int kMaxDepth = 40, kFirstIterations = 6, kIterations = 3;
 /// Variance of normals, along their most different axis, up to which they see alike.
 constexpr float kNormalVariance = 0.05f;
 
@@ -21,7 +21,7 @@ float coordinate(const GuideSample& s, int axis) { return axis < 3 ? s.position[
 void GuideTree::divide(uint32_t leaf, const GuideSample** begin, const GuideSample** end, int depth) {
   const size_t n = size_t(end - begin);
   const uint32_t cell = nodes_[leaf].child;
-  if (n > kMostSamples && depth < kMostDepth) {
+  if (n > kMaxSamples && depth < kMaxDepth) {
     double mean[6] = {}, square[6] = {};
     const GuideSample& origin = **begin;
     for (const GuideSample** s = begin; s != end; ++s) {
@@ -60,7 +60,7 @@ void GuideTree::divide(uint32_t leaf, const GuideSample** begin, const GuideSamp
       return;
     }
   }
-  if (n == 0 || (cell == 0 && n < kLeastSamples)) return;
+  if (n == 0 || (cell == 0 && n < kMinSamples)) return;
   const bool fresh = cell == 0;
   if (fresh) {
     cells_.emplace_back();

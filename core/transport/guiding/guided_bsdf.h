@@ -1,10 +1,10 @@
 // The path tracer's directional kernel where a guide is known: a mixture of the BSDF and the guide, one density over directions.
 //
 //   pdf(wi) = (1 - c) p_bsdf(wi) + c (1 - q) p_guide(wi)
-// q is the chance of a delta lobe, which the guide leaves alone; p_bsdf has the mass 1 - q. The share c is the cell's, less where lobes are
+// q is the probability of a delta lobe, which the guide leaves alone; p_bsdf has the mass 1 - q. The share c is the cell's, less where lobes are
 // too sharp to be helped, and times the trust that the path has in the guide:
 //
-// Whole paths are a mixture as well. With the chance e_0 a path would be drawn by the BSDF alone at all its vertices, and the probability that
+// Whole paths are a mixture as well. With the probability e_0 a path would be drawn by the BSDF alone at all its vertices, and the probability that
 // this is such a path, given the directions so far, follows by Bayes: e_k+1 = e_k p_bsdf / pdf. Drawing every direction with c (1 - e_k) is the same
 // mixture without the choice at the start. So no path has less than e_0 times the density that plain path tracing gives it; shares
 // at single vertices alone would bound it by their product only, and rare bright paths of many vertices would weigh that much more.
@@ -32,8 +32,8 @@ class GuidedBsdf {
     if (!tree) return;
     const GuideDistribution* const found = tree->find(position, bsdf.n);
     if (!found || !(found->share(kind_) > 0.0f)) return;
-    share_ = trust * found->share(kind_) * (1.0f - sharp_chance_ / std::max(1.0f - delta_chance_, 1e-6f));
-    if (!(share_ > kLeastShare)) {
+    share_ = trust * found->share(kind_) * (1.0f - sharp_probability_ / std::max(1.0f - delta_probability_, 1e-6f));
+    if (!(share_ > kMinShare)) {
       share_ = 0.0f;
       return;
     }
@@ -42,11 +42,11 @@ class GuidedBsdf {
   }
 
   GuideKind kind() const { return kind_; }
-  float delta_chance() const { return delta_chance_; }
+  float delta_probability() const { return delta_probability_; }
   bool guided() const { return share_ > 0.0f; }
 
   float pdf_solid_angle(float pdf_bsdf, Vec3 wi) const {
-    return share_ > 0.0f ? (1.0f - share_) * pdf_bsdf + share_ * (1.0f - delta_chance_) * ajar::pdf_solid_angle(lobes_, wi) : pdf_bsdf;
+    return share_ > 0.0f ? (1.0f - share_) * pdf_bsdf + share_ * (1.0f - delta_probability_) * ajar::pdf_solid_angle(lobes_, wi) : pdf_bsdf;
   }
 
   /// `pdf_bsdf` becomes the BSDF's part of the density, for learning; 0 for delta lobes.
@@ -70,16 +70,16 @@ class GuidedBsdf {
 
  private:
   /// Lobes below this roughness find their light themselves; shares below the other are not worth a look.
-  static constexpr float kSharpAlpha = 0.04f, kLeastShare = 0.02f;
+  static constexpr float kSharpAlpha = 0.04f, kMinShare = 0.02f;
 
   void look(const Bsdf& bsdf) {
-    delta_chance_ = sharp_chance_ = 0.0f;
+    delta_probability_ = sharp_probability_ = 0.0f;
     kind_ = GuideKind::Diffuse;
     all_diffuse_ = true;
     for (int i = 0; i < bsdf.lobe_count(); ++i) {
       const Lobe& lobe = bsdf.lobe(i);
       if (lobe.delta) {
-        delta_chance_ += lobe.selection;
+        delta_probability_ += lobe.selection;
         continue;
       }
       const bool diffuse = lobe.kind == LobeKind::Diffuse || lobe.kind == LobeKind::PrincipledDiffuse || lobe.kind == LobeKind::Sheen ||
@@ -87,16 +87,16 @@ class GuidedBsdf {
       if (diffuse) continue;
       all_diffuse_ = false;
       if (lobe.kind != LobeKind::Translucent && std::max(lobe.alpha_x, lobe.alpha_y) < kSharpAlpha) {
-        sharp_chance_ += lobe.selection;
+        sharp_probability_ += lobe.selection;
         continue;
       }
       if (lobe.kind == LobeKind::Translucent || lobe.selection < 0.1f) continue;
       kind_ = std::max(kind_, std::max(lobe.alpha_x, lobe.alpha_y) > 0.2f ? GuideKind::Rough : GuideKind::Glossy);
     }
-    delta_chance_ = std::min(delta_chance_, 1.0f);
+    delta_probability_ = std::min(delta_probability_, 1.0f);
   }
   bool chooses_delta(float u_lobe) const {
-    if (!(delta_chance_ > 0.0f)) return false;
+    if (!(delta_probability_ > 0.0f)) return false;
     int i = 0;
     for (; i + 1 < bsdf_->lobe_count() && u_lobe >= bsdf_->lobe(i).selection; ++i) u_lobe -= bsdf_->lobe(i).selection;
     return bsdf_->lobe(i).delta;
@@ -112,7 +112,7 @@ class GuidedBsdf {
 
   const Bsdf* bsdf_ = nullptr;
   const GuideDistribution* distribution_ = nullptr;
-  float share_ = 0.0f, delta_chance_ = 0.0f, sharp_chance_ = 0.0f;
+  float share_ = 0.0f, delta_probability_ = 0.0f, sharp_probability_ = 0.0f;
   GuideKind kind_ = GuideKind::Diffuse;
   bool all_diffuse_ = true;
   GuideLobes lobes_;

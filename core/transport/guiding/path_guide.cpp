@@ -14,11 +14,11 @@ namespace {
 
 /// An iteration with as many paths is the last that is learned from.
 constexpr uint64_t kEnoughPaths = 1'500'000;
-constexpr double kMostVertices = 2.5e6;
+constexpr double kMaxVertices = 2.5e6;
 /// Later iterations are learned from by few or no more.
 constexpr uint32_t kLearnedSamples = 16;
 /// Samples before the first lesson of a frame that begins with a guide.
-constexpr uint32_t kFirstWarmLesson = 16;
+constexpr uint32_t kFirstWarmTraining = 16;
 /// Samples of each measurement, and when the two with the guide begin.
 constexpr uint32_t kMeasured = 4, kFirstMeasurement = 4, kSecondMeasurement = 12;
 static_assert(PathGuide::kEqualSamples == kSecondMeasurement + kMeasured && PathGuide::kEqualSamples == 4 * kMeasured);
@@ -30,7 +30,7 @@ constexpr double kCostOfGuide = 1.25;
 }  // namespace
 
 PathGuide::PathGuide(Mode mode, int width, int height, int tile, const Past* past)
-    : measures_(mode == Mode::Auto && !(past && past->age < kMostAge)), width_(width), pixels_(width * height), tile_(tile), columns_((width + tile - 1) / tile),
+    : measures_(mode == Mode::Auto && !(past && past->age < kMaxAge)), width_(width), pixels_(width * height), tile_(tile), columns_((width + tile - 1) / tile),
       tile_samples_(size_t(columns_) * size_t((height + tile - 1) / tile)) {
   if (!past) return;
   starts_warm_ = past->tree.cell_count() > 0;
@@ -39,7 +39,7 @@ PathGuide::PathGuide(Mode mode, int width, int height, int tile, const Past* pas
   if (measures_) return;
   age_ = past->age + 1;
   learning_ = mode == Mode::On || past->pays;
-  if (starts_warm_) first_lesson_ = kFirstWarmLesson;
+  if (starts_warm_) first_training_ = kFirstWarmTraining;
 }
 
 std::shared_ptr<const PathGuide::Past> PathGuide::past() {
@@ -51,7 +51,7 @@ std::shared_ptr<const PathGuide::Past> PathGuide::past() {
 
 int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
   if (!active()) return wanted;
-  if (learning_ && done >= first_lesson_ && std::has_single_bit(done)) {
+  if (learning_ && done >= first_training_ && std::has_single_bit(done)) {
     learn(GuideTree::kPastShare);
     learning_ = paths_ < kEnoughPaths || done < kLearnedSamples;
     if (!learning_) tile_samples_.clear();
@@ -81,11 +81,11 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
     }
   }
   // Up to where something is learned or measured next.
-  int samples = learning_ ? std::min(wanted, int(std::max(std::bit_ceil(done + 1), first_lesson_) - done)) : wanted;
+  int samples = learning_ ? std::min(wanted, int(std::max(std::bit_ceil(done + 1), first_training_) - done)) : wanted;
   if (measures_ && done < kSecondMeasurement + kMeasured) samples = std::min(samples, int((done / kMeasured + 1) * kMeasured - done));
   if (learning_) {
-    const uint64_t iteration = uint64_t(pixels_) * (done < first_lesson_ ? first_lesson_ : std::bit_floor(done));
-    const double share = std::min(double(kEnoughPaths), kMostVertices / vertices_per_path_) / double(iteration);
+    const uint64_t iteration = uint64_t(pixels_) * (done < first_training_ ? first_training_ : std::bit_floor(done));
+    const double share = std::min(double(kEnoughPaths), kMaxVertices / vertices_per_path_) / double(iteration);
     keep_ = share < 1.0 ? uint32_t(double(~0u) * share) : ~0u;
     paths_ = iteration;
   }
@@ -94,7 +94,7 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
 
 uint64_t PathGuide::estimated_bytes(uint64_t pixels, uint64_t samples) {
   // Twelve vertices of a path are many; the last iteration that is learned from has half of the samples so far.
-  const double paths = double(pixels) * double(std::clamp<uint64_t>(samples / 2, 1, kLearnedSamples / 2)), vertices = std::min(kMostVertices, 12.0 * paths);
+  const double paths = double(pixels) * double(std::clamp<uint64_t>(samples / 2, 1, kLearnedSamples / 2)), vertices = std::min(kMaxVertices, 12.0 * paths);
   const double cells = vertices / 100.0;
   return uint64_t(vertices * double(3 * sizeof(GuideSample) + GuideTree::kBytesPerSample) + 2.0 * cells * double(GuideTree::kBytesPerCell) +
                   double(pixels) * 2.0 * double(sizeof(Moments)));
@@ -120,7 +120,7 @@ void PathGuide::learn(float past_share) {
   tree_.learn(samples, past_share);
   size_t written = 0;
   for (const std::vector<GuideSample>& tile : tile_samples_) written += tile.capacity();
-  most_bytes_ = std::max(most_bytes_, (written + count) * sizeof(GuideSample) + count * GuideTree::kBytesPerSample + tree_.memory_bytes() +
+  max_bytes_ = std::max(max_bytes_, (written + count) * sizeof(GuideSample) + count * GuideTree::kBytesPerSample + tree_.memory_bytes() +
                                           (moments_[0].size() + moments_[1].size()) * sizeof(Moments));
   const double recorded = double(paths_) * (keep_ == ~0u ? 1.0 : double(keep_) / double(~0u));
   vertices_per_path_ = std::clamp(double(count) / std::max(1.0, recorded), 0.5, 24.0);

@@ -40,7 +40,7 @@ struct OpenVertex {
   Color before;      ///< found by the path until here
   float beta;        ///< luminance of the throughput that arrived
 };
-constexpr int kMostOpenVertices = 24;
+constexpr int kMaxOpenVertices = 24;
 
 class PathGuide {
  public:
@@ -54,7 +54,7 @@ class PathGuide {
     bool pays;                     ///< if that has been measured
     uint32_t age;                  ///< frames that relied on it
   };
-  static constexpr uint32_t kMostAge = 8;
+  static constexpr uint32_t kMaxAge = 8;
 
   /// For a film of this size, rendered in square tiles: what a tile's samples found is written down by one thread.
   PathGuide(Mode mode, int width, int height, int tile, const Past* past = nullptr);
@@ -78,7 +78,7 @@ class PathGuide {
   }
   const GuideTree& tree() const { return tree_; }
   /// The most it has taken: while it learned.
-  size_t most_bytes() const { return most_bytes_; }
+  size_t max_bytes() const { return max_bytes_; }
   /// About what it takes at most for a render of so many samples of each pixel.
   static uint64_t estimated_bytes(uint64_t pixels, uint64_t samples);
   /// How many times variance times cost was lower with the guide, when last measured; 0 before.
@@ -100,14 +100,14 @@ class PathGuide {
   bool measures_, measured_ = false;   ///< whether following pays; else it is known
   int width_, pixels_, tile_, columns_;
   bool learning_ = true, follows_ = false, starts_warm_ = false;
-  uint32_t age_ = 0, first_lesson_ = 1;   ///< frames; samples
+  uint32_t age_ = 0, first_training_ = 1;   ///< frames; samples
   uint32_t keep_ = ~0u;            ///< hashes up to this are written down
   uint64_t paths_ = 0;             ///< of the iteration under way
   double vertices_per_path_ = 4.0; ///< written down, of the iteration before
   int phase_ = -1;                 ///< 0: without, 1: with the guide
   uint64_t rays_at_start_ = 0, rays_without_ = 0;
   double gain_ = 0.0;
-  size_t most_bytes_ = 0;
+  size_t max_bytes_ = 0;
   GuideTree tree_;
   std::vector<std::vector<GuideSample>> tile_samples_;
   std::vector<Moments> moments_[2];

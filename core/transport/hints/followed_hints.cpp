@@ -14,14 +14,14 @@ namespace {
 
 /// Walks that set out along hints, over the part of the light that did: what hints hold is found easily once it is looked for, the rest is not.
 constexpr double kFollowed = 0.3;
-constexpr double kLeastShare = 0.01;          // of a hint: what brings less is not followed
+constexpr double kMinShare = 0.01;          // of a hint: what brings less is not followed
 /// Samples that try hints: one for eight pixels, within these bounds.
-constexpr double kFewestSamples = 512, kMostSamples = 2048;
+constexpr double kMinSamples = 512, kMaxSamples = 2048;
 constexpr uint32_t kBatch = 64;
 constexpr uint32_t kStream = 0x61696d00u;     // shares no numbers with pilots, seeds and chains
 constexpr double kLargestSample = 32.0;       // of the mean: rare bright samples say little about shares
 constexpr double kUsefulLight = 0.3;          // of the image, at which mutations by hints have their usual share
-constexpr float kLeastUse = 0.05f;
+constexpr float kMinUse = 0.05f;
 
 }  // namespace
 
@@ -66,11 +66,11 @@ FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Samp
   trial.starts.assign(hints().size(), 0.0);
   const PathVertex& light = path.vertices[0];
   if (!light.distant && path.light.pdf_by_power > 0.0f) {
-    // In units of the place's chance by power.
+    // In units of the place's probability by power.
     const double all = double(path.light.pdf_direction) * double(path.light.pdf_origin) / double(path.light.pdf_by_power);
     const LightType type = lights.flags(uint32_t(light.light)).type;
     for (size_t k = 0; k < hints().size(); ++k)
-      trial.starts[k] = guide_.chance_of_place(k, uint32_t(light.light), type, light.point.ng) * double(Hints::pdf_solid_angle(hints()[k], 0, light.position(), path.to_eye(0))) / all;
+      trial.starts[k] = guide_.probability_of_place(k, uint32_t(light.light), type, light.point.ng) * double(Hints::pdf_solid_angle(hints()[k], 0, light.position(), path.to_eye(0))) / all;
   }
   trial.bounces.assign(guide_.bounces_.size(), -1.0);
   for (int j = 1; j + 1 < path.count - 1; ++j) {
@@ -89,7 +89,7 @@ FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Samp
 }
 
 void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atomic<bool>& stop) {
-  const auto samples = uint32_t(std::clamp(space.film_area() / 8.0, kFewestSamples, kMostSamples));
+  const auto samples = uint32_t(std::clamp(space.film_area() / 8.0, kMinSamples, kMaxSamples));
   std::vector<Trial> trials(samples);
   std::atomic<uint64_t> rays{0};
   tbb::parallel_for(tbb::blocked_range<uint32_t>(0, samples, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
@@ -128,15 +128,15 @@ void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atom
       reached[b] += energy;
     }
   }
-  mutation_use_ = std::clamp(float(whole / (kUsefulLight * counted)), kLeastUse, 1.0f);
+  mutation_use_ = std::clamp(float(whole / (kUsefulLight * counted)), kMinUse, 1.0f);
   guide_.start_share_ = 0.0;
   for (size_t k = 0; k < hints().size(); ++k) {
     proposed_[k] = uint64_t(std::llround(guide_.starts_[k] * samples));
-    guide_.starts_[k] = starts[k] < kLeastShare * counted ? 0.0 : kFollowed * starts[k] / counted;
+    guide_.starts_[k] = starts[k] < kMinShare * counted ? 0.0 : kFollowed * starts[k] / counted;
     guide_.start_share_ += guide_.starts_[k];
   }
   for (size_t b = 0; b < bounces.size(); ++b) guide_.bounces_[b].share = reached[b] > 0.0 ? bounces[b] / reached[b] : 0.0;
-  std::erase_if(guide_.bounces_, [&](const HintGuide::Bounce& b) { return b.share < kLeastShare || !(guide_.starts_[b.hint] > 0.0); });
+  std::erase_if(guide_.bounces_, [&](const HintGuide::Bounce& b) { return b.share < kMinShare || !(guide_.starts_[b.hint] > 0.0); });
 }
 
 std::vector<HintStatistics> FollowedHints::statistics() const {

@@ -9,7 +9,7 @@ namespace ajar {
 namespace {
 
 constexpr double kFirstShare = 0.5;           // of walks that follow hints before anything is known
-constexpr double kMostShare = 0.75;           // some walks stay free, wherever cones meet
+constexpr double kMaxShare = 0.75;           // some walks stay free, wherever cones meet
 constexpr float kSteepest = 1.7f;             // slope of a cone's side, at most, for the reach of a bounce
 
 float slope_of(float one_minus_cos) {
@@ -53,32 +53,32 @@ HintGuide::Start HintGuide::start(const LightSet& lights, float u_choice, Vec2 u
   return start;
 }
 
-double HintGuide::chance_of_place(size_t k, uint32_t light, LightType type, Vec3 normal) const {
+double HintGuide::probability_of_place(size_t k, uint32_t light, LightType type, Vec3 normal) const {
   const Hints::Hint& hint = (*hints_)[k];
-  if (light < hint.first_light || light - hint.first_light >= hint.light_chances.size()) return 0.0;
-  return starts_[k] / hint.light_chances.back() * Hints::pdf_position(hint, type, normal);
+  if (light < hint.first_light || light - hint.first_light >= hint.light_probabilities.size()) return 0.0;
+  return starts_[k] / hint.light_probabilities.back() * Hints::pdf_position(hint, type, normal);
 }
 
 void HintGuide::mix(const LightSet& lights, uint32_t light, Vec3 position, Vec3 normal, Vec3 direction, LightEnd& end) const {
   if (!(lights.power_pmf(light) > 0.0f)) return;
   const LightType type = lights.flags(light).type;
   const double free = 1.0 - start_share_;
-  double chances = free, joint = free * double(end.pdf_direction);
+  double probabilities = free, joint = free * double(end.pdf_direction);
   for (size_t k = 0; k < starts_.size(); ++k) {
-    const double chance = chance_of_place(k, light, type, normal);
-    if (!(chance > 0.0)) continue;
-    chances += chance;
-    joint += chance * double(Hints::pdf_solid_angle((*hints_)[k], 0, position, direction));
+    const double probability = probability_of_place(k, light, type, normal);
+    if (!(probability > 0.0)) continue;
+    probabilities += probability;
+    joint += probability * double(Hints::pdf_solid_angle((*hints_)[k], 0, position, direction));
   }
-  end.pdf_origin = float(double(end.pdf_origin) * chances);
-  end.pdf_direction = float(joint / chances);
+  end.pdf_origin = float(double(end.pdf_origin) * probabilities);
+  end.pdf_direction = float(joint / probabilities);
 }
 
 double HintGuide::shares_at(Vec3 position, double& factor) const {
   double sum = 0.0;
   for (const Bounce& b : bounces_)
     if (length_squared(position - b.position) <= b.radius2) sum += b.share;
-  factor = sum > kMostShare ? kMostShare / sum : 1.0;
+  factor = sum > kMaxShare ? kMaxShare / sum : 1.0;
   return sum * factor;
 }
 

@@ -1,7 +1,7 @@
 // Walks from lights that follow the artist's light paths: every technique that walks from lights finds what was pointed at.
 //
-// A hint is a row of cones (hints.h). A walk sets out inside the first cone of some hint with a learned chance, else by power and emission; near a
-// rough vertex of a hint it goes on inside the next cone with a learned chance, else by the BSDF. Both are mixtures over one
+// A hint is a row of cones (hints.h). A walk sets out inside the first cone of some hint with a learned probability, else by power and emission; near a
+// rough vertex of a hint it goes on inside the next cone with a learned probability, else by the BSDF. Both are mixtures over one
 // direction, whose densities depend on place and direction alone, so that everything that weighs walks from lights (balance heuristics,
 // mutations, photons) sees the density of the mixture, and no hint changes the mean of an image.
 //
@@ -39,11 +39,11 @@ class HintGuide final : public LightWalkGuide {
   };
   /// Sum of the shares there, and the factor that keeps some walks free.
   double shares_at(Vec3 position, double& factor) const;
-  /// Chance of the place on the light by one hint, over its chance by power.
-  double chance_of_place(size_t hint, uint32_t light, LightType type, Vec3 normal) const;
+  /// Probability of the place on the light by one hint, over its probability by power.
+  double probability_of_place(size_t hint, uint32_t light, LightType type, Vec3 normal) const;
 
   const Hints* hints_ = nullptr;
-  std::vector<double> starts_;          ///< chances of setting out along each hint
+  std::vector<double> starts_;          ///< probabilities of setting out along each hint
   double start_share_ = 0.0;            ///< their sum
   std::vector<Bounce> bounces_;
 };

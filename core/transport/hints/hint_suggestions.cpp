@@ -11,12 +11,12 @@ namespace ajar {
 namespace {
 
 constexpr int kBlock = 256;                   // samples of one unit of work
-constexpr size_t kMostPoints = 5;             // a light and four surfaces; further bounces spread anyway
+constexpr size_t kMaxPoints = 5;             // a light and four surfaces; further bounces spread anyway
 constexpr size_t kChosen = 600;               // paths that are compared with each other
 constexpr double kBound = 0.98;               // quantile that bounds f/p
 constexpr double kHard = 4.0;                 // second moment of path tracing over the squared mean: below it does well
 constexpr float kNear = 0.12f;                // of the scene's radius: vertices that near are the same place
-constexpr double kLeastShare = 0.02;
+constexpr double kMinShare = 0.02;
 
 struct Candidate {
   std::vector<Vec3> points;
@@ -32,11 +32,11 @@ double path_tracing_density(const Path& path, float pdf_lens_area) {
   return density;
 }
 
-/// From the light over at most kMostPoints - 1 surfaces, the last of them rough. Empty for paths that need no curve.
+/// From the light over at most kMaxPoints - 1 surfaces, the last of them rough. Empty for paths that need no curve.
 Candidate candidate_of(const Path& path, double energy, float pdf_lens_area) {
   Candidate candidate;
   if (path.vertices[0].distant) return candidate;
-  int end = std::min(path.count - 1, int(kMostPoints));
+  int end = std::min(path.count - 1, int(kMaxPoints));
   while (end > 1 && path.vertices[size_t(end - 1)].specular) --end;
   if (end < 2) return candidate;
   for (int i = 0; i < end; ++i) {
@@ -56,7 +56,7 @@ bool near(const Candidate& a, const Candidate& b, float distance) {
   return true;
 }
 
-/// `count` of them with chances proportional to energy times difficulty; the same one may come twice.
+/// `count` of them with probabilities proportional to energy times difficulty; the same one may come twice.
 std::vector<const Candidate*> choose(const std::vector<Candidate>& candidates, size_t count, double offset) {
   double total = 0.0;
   for (const Candidate& c : candidates) total += c.energy * c.difficulty;
@@ -140,7 +140,7 @@ std::vector<HintSuggestion> suggest_hints(const Scene& scene, int count, int sam
       if (neighbours > most) most = neighbours, best = c;
     }
     const HintSuggestion suggestion{best->points, double(most) / double(all)};
-    if (suggestion.share < kLeastShare) break;
+    if (suggestion.share < kMinShare) break;
     std::erase_if(chosen, [&](auto* other) { return near(*best, *other, distance); });
     if (attaches(scene, suggestion)) suggestions.push_back(suggestion);
   }

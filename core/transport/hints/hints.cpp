@@ -93,9 +93,9 @@ class Attacher {
       if (hint_.light < source.first || hint_.light - source.first >= source.count) continue;
       hint_.first_light = source.first;
       double sum = 0.0;
-      for (uint32_t i = 0; i < source.count; ++i) hint_.light_chances.push_back(sum += double(lights.power_pmf(source.first + i)));
+      for (uint32_t i = 0; i < source.count; ++i) hint_.light_probabilities.push_back(sum += double(lights.power_pmf(source.first + i)));
     }
-    return !hint_.light_chances.empty() || fail("the light near its first point is dark");
+    return !hint_.light_probabilities.empty() || fail("the light near its first point is dark");
   }
 
   void add(Vec3 position, HintSegmentState way) {
@@ -224,8 +224,8 @@ uint32_t Hints::choose(float u) const {
 }
 
 uint32_t Hints::choose_light(const Hint& hint, float u) {
-  const auto at = std::upper_bound(hint.light_chances.begin(), hint.light_chances.end() - 1, double(u) * hint.light_chances.back());
-  return hint.first_light + uint32_t(at - hint.light_chances.begin());
+  const auto at = std::upper_bound(hint.light_probabilities.begin(), hint.light_probabilities.end() - 1, double(u) * hint.light_probabilities.back());
+  return hint.first_light + uint32_t(at - hint.light_probabilities.begin());
 }
 
 double Hints::pdf_position(const Hint& hint, LightType type, Vec3 normal) {
@@ -270,8 +270,8 @@ float Hints::pdf_solid_angle(const Hint& hint, size_t j, Vec3 position, Vec3 dir
 }
 
 double Hints::pdf(const Hint& hint, uint32_t light, LightType type, Vec3 normal, std::span<const PathPoint> path) {
-  if (light < hint.first_light || light - hint.first_light >= hint.light_chances.size() || hint.vertices.size() != path.size()) return 0.0;
-  double density = pdf_position(hint, type, normal) / hint.light_chances.back();
+  if (light < hint.first_light || light - hint.first_light >= hint.light_probabilities.size() || hint.vertices.size() != path.size()) return 0.0;
+  double density = pdf_position(hint, type, normal) / hint.light_probabilities.back();
   for (size_t j = 0; j + 1 < path.size(); ++j) {
     if (path[j].specular != hint.vertices[j].specular) return 0.0;
     if (path[j].specular) {

@@ -50,9 +50,9 @@ class Hints {
     std::string name;
     uint32_t light;                          ///< the nearest to its first point
     uint32_t first_light;                    ///< of the lamp or emissive object that light is part of
-    std::vector<double> light_chances;       ///< summed up, of the lights from first_light on, as light walks choose them
+    std::vector<double> light_probabilities;       ///< summed up, of the lights from first_light on, as light walks choose them
     Vec3 axis{0.0f};                         ///< of its first segment
-    double share;                            ///< chance of being chosen
+    double share;                            ///< probability of being chosen
     std::vector<Vertex> vertices;            ///< 0 on the light; the last one is rough
     std::vector<float> one_minus_cos;        ///< of the cone's half-angle, for the segment that leaves each vertex but the last
   };

@@ -9,13 +9,13 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMostBounds = 1024;       ///< surfaces that only enclose volumes along one ray, as in Cycles
+constexpr int kMaxBounds = 1024;       ///< surfaces that only enclose volumes along one ray, as in Cycles
 constexpr int kSamplesPerCell = 16;
 constexpr float kLargestExtent = 1e18f;   ///< of a volume that varies
-constexpr uint64_t kMostMajorants = 8 * 16 * 16 * 16;
-constexpr float kMargin = 1.1f, kLeastShare = 0.02f, kLargest = 1e13f;   ///< of a majorant over what was seen; of the largest; per metre
+constexpr uint64_t kMaxMajorants = 8 * 16 * 16 * 16;
+constexpr float kMargin = 1.1f, kMinShare = 0.02f, kLargest = 1e13f;   ///< of a majorant over what was seen; of the largest; per metre
 constexpr float kFaint = 0.05f;         ///< part of a weight below which roulette decides
-constexpr float kLeastChannel = 0.25f;  ///< probability of channels that do not scatter
+constexpr float kMinChannel = 0.25f;  ///< probability of channels that do not scatter
 
 /// Of emission along a distance, dimmed by the medium it comes from.
 Color emitted_along(const MediumPoint& medium, Color transmittance, float distance) {
@@ -57,7 +57,7 @@ ShadingPoint inside_of(const MediaRay& along) {
   return inside;
 }
 
-/// Cells along the longest axis of each of so many grids: all together have at most kMostMajorants, or one each.
+/// Cells along the longest axis of each of so many grids: all together have at most kMaxMajorants, or one each.
 int cells_of(size_t varying) { return varying <= 8 ? 16 : varying <= 64 ? 8 : varying <= 512 ? 4 : 1; }
 
 void grow(Vec3 p, Vec3& lower, Vec3& upper) {
@@ -105,7 +105,7 @@ bool MediaStack::contains(uint32_t medium) const { return std::find(media_.begin
 
 bool MediaStack::enter(uint32_t medium) {
   if (contains(medium)) return true;
-  if (count_ == kMost) return false;
+  if (count_ == kMax) return false;
   media_[size_t(count_++)] = medium;
   return true;
 }
@@ -149,9 +149,9 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
     if (medium.varies) find_majorants(medium, cells_along);
 }
 
-uint64_t Media::most_bytes(uint64_t volumes, uint64_t instances) {
+uint64_t Media::max_bytes(uint64_t volumes, uint64_t instances) {
   // Vectors that grow have up to twice what is in them.
-  return 2 * (volumes * sizeof(Medium) + (kMostMajorants + volumes) * sizeof(float)) + instances * sizeof(uint32_t);
+  return 2 * (volumes * sizeof(Medium) + (kMaxMajorants + volumes) * sizeof(float)) + instances * sizeof(uint32_t);
 }
 
 void Media::find_majorants(Medium& medium, int cells_along) {
@@ -162,7 +162,7 @@ void Media::find_majorants(Medium& medium, int cells_along) {
     medium.size[axis] = extent[axis] / float(medium.cells[size_t(axis)]);
     medium.inverse_size[axis] = 1.0f / medium.size[axis];
   }
-  medium.most = kMostPerCell / glm::length(medium.size);
+  medium.most = kMaxOpticalDepthPerCell / glm::length(medium.size);
   medium.first_majorant = majorants_.size();
   const auto [nx, ny, nz] = medium.cells;
   std::vector<float> seen(size_t(nx) * size_t(ny) * size_t(nz));
@@ -187,7 +187,7 @@ void Media::find_majorants(Medium& medium, int cells_along) {
     }
   });
   const float largest = *std::max_element(seen.begin(), seen.end());
-  const float least = std::min(std::max(kLeastShare * largest, 0.25f / glm::length(extent)), kLargest);
+  const float least = std::min(std::max(kMinShare * largest, 0.25f / glm::length(extent)), kLargest);
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y)
       for (int x = 0; x < nx; ++x) {
@@ -263,7 +263,7 @@ MediaStack Media::around(Vec3 position, float time, MediaCounters& counters) con
   ray.origin = position;
   ray.time = time;
   ShadingPoint point;
-  for (int crossed = 0; crossed < kMostBounds; ++crossed) {
+  for (int crossed = 0; crossed < kMaxBounds; ++crossed) {
     const Hit hit = scene_.intersect(ray, kRayCamera);
     if (!hit.found()) break;
     scene_.shading_point(ray, hit, point);
@@ -373,27 +373,27 @@ bool Media::scatter_uniform(const MediaRay& along, const MediumPoint& at, bool m
   const float length = along.t_end - along.ray.t_min;
   const Color through = transmittance_of(at.extinction, length);
   if (!is_black(at.emission)) emitted += beta * emitted_along(at, through, length);
-  Color chance(0.0f);
+  Color probability(0.0f);
   if (may_scatter && at.scatters()) {
     for (int c = 0; c < 3; ++c) {
       const float albedo = at.extinction[c] > 0.0f ? at.scattering[c] / at.extinction[c] : 0.0f;
-      chance[c] = std::abs(beta[c]) * (kLeastChannel + (1.0f - kLeastChannel) * albedo);
+      probability[c] = std::abs(beta[c]) * (kMinChannel + (1.0f - kMinChannel) * albedo);
     }
-    const float sum = chance.x + chance.y + chance.z;
-    if (sum > 0.0f) chance /= sum;
+    const float sum = probability.x + probability.y + probability.z;
+    if (sum > 0.0f) probability /= sum;
   }
-  if (is_black(chance)) {
+  if (is_black(probability)) {
     beta *= through;
     return false;
   }
-  const int channel = u.y < chance.x ? 0 : u.y < chance.x + chance.y ? 1 : 2;
+  const int channel = u.y < probability.x ? 0 : u.y < probability.x + probability.y ? 1 : 2;
   const float distance = at.extinction[channel] > 0.0f ? -std::log(1.0f - u.x) / at.extinction[channel] : kInfinity;
   if (!(distance < length)) {
-    beta *= through / glm::dot(chance, through);
+    beta *= through / glm::dot(probability, through);
     return false;
   }
   const Color reaching = transmittance_of(at.extinction, distance);
-  beta *= at.scattering * reaching / glm::dot(chance, at.extinction * reaching);
+  beta *= at.scattering * reaching / glm::dot(probability, at.extinction * reaching);
   t = along.ray.t_min + distance;
   return true;
 }
@@ -414,15 +414,15 @@ bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng,
       beta = Color(0.0f);
       return false;
     }
-    const float chance = scatters / (scatters + passes);
-    if (chance > 0.0f && rng.next_float() < chance) {
-      beta *= point.scattering / (rate * chance);
+    const float probability = scatters / (scatters + passes);
+    if (probability > 0.0f && rng.next_float() < probability) {
+      beta *= point.scattering / (rate * probability);
       scattered = true;
       t = place;
       at = point;
       return false;
     }
-    beta *= null / (rate * (1.0f - chance));
+    beta *= null / (rate * (1.0f - probability));
     return outlives(faint, rng, beta);
   });
   return scattered;
@@ -449,7 +449,7 @@ Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoin
     if (hit.found()) {
       const ShaderProgram& program = scene_.material(hit);
       const bool only_encloses = program.has_volume() && !program.has_surface();
-      if (only_encloses ? ++bounds > kMostBounds : !program.may_be_transparent() || crossed++ >= most) return Color(0.0f);
+      if (only_encloses ? ++bounds > kMaxBounds : !program.may_be_transparent() || crossed++ >= most) return Color(0.0f);
       scene_.shading_point(ray, hit, point);
       point.ray_kind = kRayShadow;
       if (!only_encloses) through *= program.evaluate_transparency(point);

@@ -9,7 +9,7 @@
 // Novák 2017, "Spectral and Decomposition Tracking"; Novák, Selle and Jarosz 2014]. Its majorants are constant in the
 // cells of a grid over the volume's bounds, found by sampling the shader: nothing can bound any graph. Where the extinction exceeds its
 // majorant the estimate stays unbiased, null collisions then have negative weights [Galtier et al. 2013]; such places are counted. Extinction of more
-// than kMostPerCell optical depths in a cell is cut to that, and counted.
+// than kMaxOpticalDepthPerCell optical depths in a cell is cut to that, and counted.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ struct MediaCounters {
 /// The volumes a ray is in: indices into Media.
 class MediaStack {
  public:
-  static constexpr int kMost = 12;
+  static constexpr int kMax = 12;
   bool empty() const { return count_ == 0; }
   int size() const { return count_; }
   uint32_t operator[](int i) const { return media_[size_t(i)]; }
@@ -44,7 +44,7 @@ class MediaStack {
   bool contains(uint32_t medium) const;
 
  private:
-  std::array<uint32_t, kMost> media_;
+  std::array<uint32_t, kMax> media_;
   int count_ = 0;
 };
 
@@ -71,7 +71,7 @@ class Media {
   void cross(const Hit& hit, bool inwards, MediaStack& stack, MediaCounters& counters) const;
   size_t memory_bytes() const { return media_.capacity() * sizeof(Medium) + first_of_instance_.capacity() * sizeof(uint32_t) + majorants_.capacity() * sizeof(float); }
   /// What so many volumes among so many instances take at most; a volume is a material of an instance, or the world.
-  static uint64_t most_bytes(uint64_t volumes, uint64_t instances);
+  static uint64_t max_bytes(uint64_t volumes, uint64_t instances);
   /// Out of all volumes that have an end.
   void leave_all(MediaStack& stack, MediaCounters& counters) const;
 
@@ -88,7 +88,7 @@ class Media {
 
  private:
   static constexpr uint32_t kNone = ~0u;
-  static constexpr float kMostPerCell = 500.0f;
+  static constexpr float kMaxOpticalDepthPerCell = 500.0f;
 
   struct Medium {
     uint32_t instance, material;            // kNone: the world

@@ -13,8 +13,8 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMostSteps = 256;
-constexpr float kLeastAlbedo = 0.2f, kNothingLeft = 1e-6f;
+constexpr int kMaxSteps = 256;
+constexpr float kMinAlbedo = 0.2f, kNothingLeft = 1e-6f;
 /// Whoever it is hidden from, an object is there for light inside it.
 constexpr uint32_t kEveryKind = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow | kRayVolumeScatter;
 
@@ -62,9 +62,9 @@ WalkMedium walk_medium(const SubsurfaceMedium& medium) {
   for (int i = 0; i < 3; ++i) {
     walk.albedo[i] = single_scattering_albedo(std::clamp(medium.albedo[i], 0.0f, 1.0f), medium.anisotropy);
     walk.extinction[i] = 1.0f / (std::max(medium.radius[i], 1e-16f) * (1.0f - medium.anisotropy));
-    if (walk.albedo[i] < kLeastAlbedo) {
-      walk.factor[i] = walk.albedo[i] / kLeastAlbedo;
-      walk.albedo[i] = kLeastAlbedo;
+    if (walk.albedo[i] < kMinAlbedo) {
+      walk.factor[i] = walk.albedo[i] / kMinAlbedo;
+      walk.albedo[i] = kMinAlbedo;
     }
   }
   return walk;
@@ -79,18 +79,18 @@ bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, con
   Vec3 direction = -Frame(normal).to_world(warp::square_to_cosine_hemisphere(u));
   if (!(glm::dot(direction, point.ng) < 0.0f)) return false;
   Ray ray = scene.spawn_ray(point, direction);
-  for (int step = 0; step < kMostSteps; ++step) {
-    Color chance = carried * inside.albedo * weight;
-    const float sum = chance.x + chance.y + chance.z;
+  for (int step = 0; step < kMaxSteps; ++step) {
+    Color probability = carried * inside.albedo * weight;
+    const float sum = probability.x + probability.y + probability.z;
     if (!(sum > 0.0f)) return false;
-    chance /= sum;
+    probability /= sum;
     const float u_channel = rng.next_float();
-    const int channel = u_channel < chance.x ? 0 : (u_channel < chance.x + chance.y ? 1 : 2);
+    const int channel = u_channel < probability.x ? 0 : (u_channel < probability.x + probability.y ? 1 : 2);
     ray.t_max = -std::log(1.0f - rng.next_float()) / inside.extinction[channel];
     const Hit hit = find_own_surface(scene, entered.instance, ray, rays);
     const Color transmittance = glm::exp(-inside.extinction * (hit.found() ? hit.t : ray.t_max));
     if (hit.found()) {
-      carried *= transmittance / glm::dot(chance, transmittance);
+      carried *= transmittance / glm::dot(probability, transmittance);
       ray.direction = -ray.direction;  // as if seen from outside
       scene.shading_point(ray, hit, point);
       if (!(glm::dot(point.ns, point.ng) > 0.0f)) point.ns = point.ng;
@@ -107,7 +107,7 @@ bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, con
       return is_finite(weight);
     }
     const Color density = inside.extinction * transmittance;
-    carried *= inside.albedo * density / glm::dot(chance, density);
+    carried *= inside.albedo * density / glm::dot(probability, density);
     if (!(max_component(carried) > kNothingLeft)) return false;
     ray.origin += ray.t_max * ray.direction;
     const float cosine = sample_henyey_greenstein(medium.anisotropy, rng.next_float()), sine = safe_sqrt(1.0f - cosine * cosine);

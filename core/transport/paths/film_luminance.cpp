@@ -9,7 +9,7 @@ int cells(float pixels, int size, int most) { return std::clamp(int(std::ceil(pi
 }  // namespace
 
 FilmLuminance::FilmLuminance(Vec2 film_min, Vec2 film_max)
-    : min_(film_min), max_(film_max), columns_(cells(film_max.x - film_min.x, kCell, kMostCells)), rows_(cells(film_max.y - film_min.y, kCell, kMostCells)),
+    : min_(film_min), max_(film_max), columns_(cells(film_max.x - film_min.x, kCell, kMaxCells)), rows_(cells(film_max.y - film_min.y, kCell, kMaxCells)),
       flux_(size_t(columns_ * rows_)), sum_(flux_.size()), count_(flux_.size()) {}
 
 FilmImportance FilmLuminance::importance(double times, float exposure) const {

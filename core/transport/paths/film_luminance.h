@@ -31,7 +31,7 @@ class FilmLuminance {
 
  private:
   static constexpr double kUnits = 0x1p20;
-  static constexpr int kCell = 8, kMostCells = 64;   ///< pixels a cell; cells in a row
+  static constexpr int kCell = 8, kMaxCells = 64;   ///< pixels a cell; cells in a row
   static void add(std::atomic<int64_t>& to, double value) {
     // Lamps that take light away may be as strong as others; what is no number is refused elsewhere.
     const double bounded = value == value ? std::clamp(value, -0x1p30, 0x1p30) : 0.0;

@@ -20,7 +20,7 @@ struct Path {
   int hint = -1;                      ///< which hint proposed it, for statistics; -1: none
   Vec2 film{0.0f};                    ///< where it arrives, in pixels of the full frame
   LightEnd light;
-  float hit_choice = 1.0f;            ///< chance that a walk from the eye takes this light among those its last ray meets
+  float hit_choice = 1.0f;            ///< probability that a walk from the eye takes this light among those its last ray meets
   float film_density = 0.0f;          ///< pixels^2 per solid angle along the last edge
   /// Measurement contribution, before the pixel filters. In doubles, as the target: squares of small distances multiply.
   glm::dvec3 f{0.0};

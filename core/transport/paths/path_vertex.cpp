@@ -113,7 +113,7 @@ Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool sp
   return s;
 }
 
-float pass_chance(const ShaderProgram& program, Color transparency) {
+float pass_probability(const ShaderProgram& program, Color transparency) {
   const float y = luminance(transparency);
   if (!(y > 0.0f)) return 0.0f;
   // Where there is something to stop for, some walks stop.
@@ -142,9 +142,9 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   if (light.light < 0) return end;  // emits without being known as a light
   const uint32_t index = uint32_t(light.light);
   const LightSet::LePdf le = lights.pdf_le(index, light.position(), light.point.ng, edge.to_eye);
-  const float chance = lights.power_pmf(index);
+  const float probability = lights.power_pmf(index);
   const bool parallel = light.delta && light.distant;
-  end.pdf_origin = chance * (light.distant ? (parallel ? 1.0f : le.pdf_solid_angle) : le.pdf_area);
+  end.pdf_origin = probability * (light.distant ? (parallel ? 1.0f : le.pdf_solid_angle) : le.pdf_area);
   end.pdf_by_power = end.pdf_origin;
   end.pdf_direction = light.distant ? le.pdf_area : le.pdf_solid_angle;
   if (guide) guide->mix(lights, index, light.position(), light.point.ng, edge.to_eye, end);
@@ -206,7 +206,7 @@ bool look_along(const Scene& scene, const PathVertex& light_end, const PathVerte
     point.ray_kind = kRayShadow;
     const Color transparency = program.evaluate_transparency(point);
     edge.transmittance *= transparency;
-    edge.pass *= pass_chance(program, transparency);
+    edge.pass *= pass_probability(program, transparency);
     if (!(max_component(edge.transmittance) > 0.0f)) return false;
     const Vec3 end = ray.origin + ray.direction * ray.t_max;
     const float t_max = ray.t_max;

@@ -18,8 +18,8 @@
 // to_light given to_eye; they cancel in every ratio [Veach, section 8.3.3]. pdf_to_eye therefore holds the Jacobian
 // d(to_light) / d(to_eye) of refraction.
 //
-// Surfaces that let light straight through are no vertices there. A walk passes each with a chance that depends on
-// the surface only; an edge carries the product of those chances beside its transmittance.
+// Surfaces that let light straight through are no vertices there. A walk passes each with a probability that depends on
+// the surface only; an edge carries the product of those probabilities beside its transmittance.
 #pragma once
 
 #include <optional>
@@ -40,7 +40,7 @@ struct PathVertex {
   bool distant = false;               ///< light at infinity, or the lens of an orthographic camera
   bool delta = false;                 ///< light that no ray can hit
   int light = -1;                     ///< Light: which. Surface: its own, when it emits
-  float pass = 0.0f;                  ///< chance that a walk goes straight through instead of stopping here
+  float pass = 0.0f;                  ///< probability that a walk goes straight through instead of stopping here
   const ShaderProgram* program = nullptr;  ///< of surfaces and emissive triangles
   /// Surface: as shaded. Light, Lens: position and ng (outward; for distant ones the direction away from it).
   ShadingPoint point;
@@ -55,7 +55,7 @@ struct PathEdge {
   Vec3 to_eye{0.0f};                  ///< unit direction from the light end to the eye end
   float inverse_square = 1.0f;        ///< 1 / d^2; 1 when one end is at infinity
   float cos_light_end = 1.0f, cos_eye_end = 1.0f;  ///< |ng . direction|; 1 where there is no surface
-  float pass = 1.0f;                  ///< chance that a walk passes all surfaces in between
+  float pass = 1.0f;                  ///< probability that a walk passes all surfaces in between
   Color transmittance{1.0f};
 
   /// Solid angle at one end to area at the other.
@@ -84,8 +84,8 @@ std::optional<BsdfSample> sample_direction(const PathVertex& vertex, Vec3 wo, fl
 /// The same for a walk that repeats a specular bounce of this kind.
 std::optional<BsdfSample> follow_direction(const PathVertex& vertex, Vec3 wo, bool transmitted, float u_lobe);
 
-/// Chance with which walks pass a surface that lets `transparency` through.
-float pass_chance(const ShaderProgram& program, Color transparency);
+/// Probability with which walks pass a surface that lets `transparency` through.
+float pass_probability(const ShaderProgram& program, Color transparency);
 
 /// Whether photons leave from here. Paths from other lights are nobody's but the walk's.
 inline bool sends_photons(const Scene& scene, const PathVertex& light) {
@@ -95,7 +95,7 @@ inline bool sends_photons(const Scene& scene, const PathVertex& light) {
 /// What light end and camera contribute to a path, and with what densities they are found.
 struct LightEnd {
   Color radiance{0.0f};               ///< emitted along the first edge
-  float pdf_origin = 0.0f;            ///< of vertex 0 for walks from lights, chance of the light included
+  float pdf_origin = 0.0f;            ///< of vertex 0 for walks from lights, probability of the light included
   float pdf_by_power = 0.0f;          ///< the same for walks that know no hints
   float pdf_direction = 0.0f;         ///< of the first edge for such walks: per solid angle; per area across it for distant lights
   float pdf_sampled = 0.0f;           ///< of vertex 0 for light sampling at vertex 1
@@ -135,7 +135,7 @@ template <class Specular> bool is_unconnectable(int count, Specular&& specular) 
 }
 
 /// Whether a path respects the limits for each kind of bounce, as a factor in [0, 1]: the path tracer counts the kinds
-/// of the lobes it draws, so a vertex with several kinds of lobes passes with the chance of having drawn the right
+/// of the lobes it draws, so a vertex with several kinds of lobes passes with the probability of having drawn the right
 /// ones. Every scattering counts but the one next to the light. (`total` limits the number of vertices.)
 class BounceCount {
  public:

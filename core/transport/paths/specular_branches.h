@@ -36,13 +36,13 @@ class SpecularBranches {
   template <class Make>
   void split(const Bsdf& bsdf, Vec3 wo, Color beta, Make&& make) {
     followed_ = 0;
-    chance_ = 0.0f;
+    probability_ = 0.0f;
     const int found = bsdf.specular_directions(wo, events_);
     for (int i = 0; i < found; ++i) {
       const BsdfSample& event = events_[size_t(i)];
       // What is drawn nearly always needs no branch.
-      if (event.pdf_solid_angle > kNearlyCertain || !(max_component(beta * event.f_cos) >= kLeast) || made_ == kMost) continue;
-      chance_ += event.pdf_solid_angle;
+      if (event.pdf_solid_angle > kNearlyCertain || !(max_component(beta * event.f_cos) >= kMin) || made_ == kMax) continue;
+      probability_ += event.pdf_solid_angle;
       waiting_[size_t(count_++)] = make(event);
       events_[size_t(followed_++)] = event;
       ++made_;
@@ -54,17 +54,17 @@ class SpecularBranches {
            std::any_of(events_.begin(), events_.begin() + followed_, [&](const BsdfSample& event) { return is_same_specular_direction(event, drawn); });
   }
   /// Whether it follows all that could be drawn.
-  bool follows_all() const { return chance_ > kNearlyCertain; }
+  bool follows_all() const { return probability_ > kNearlyCertain; }
 
   /// Throughput below which directions are left to chance; walks with less may be ended by roulette.
-  static constexpr float kLeast = 1.0f / 256.0f;
+  static constexpr float kMin = 1.0f / 256.0f;
 
  private:
-  static constexpr int kMost = 8;    ///< branches of one sample
+  static constexpr int kMax = 8;    ///< branches of one sample
   static constexpr float kNearlyCertain = 0.999f;
-  std::array<Walk, kMost + 1> waiting_;
+  std::array<Walk, kMax + 1> waiting_;
   int count_, made_ = 0, followed_ = 0;
-  float chance_ = 0.0f;
+  float probability_ = 0.0f;
   std::array<BsdfSample, Bsdf::kMaxSpecularDirections> events_;
 };
 

@@ -63,7 +63,7 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
     light.point.ray_kind = 0;
     light.shading.emission = light.program->evaluate_emission(light.point);
     if (light.program->may_be_transparent())
-      light.pass = pass_chance(*light.program, light.program->evaluate_transparency(light.point));
+      light.pass = pass_probability(*light.program, light.program->evaluate_transparency(light.point));
     return;
   }
   light.distant = is_distant(flags.type);

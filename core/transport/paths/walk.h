@@ -1,7 +1,7 @@
 // Walks: how vertices are found one after another, from the eye or from a light.
 //
-// A walk passes a surface that lets light straight through with `pass_chance`, else the surface is its next
-// vertex and PathVertex::pass keeps that chance; what was passed is in `Through`. Nothing here ends a walk but leaving the
+// A walk passes a surface that lets light straight through with `pass_probability`, else the surface is its next
+// vertex and PathVertex::pass keeps that probability; what was passed is in `Through`. Nothing here ends a walk but leaving the
 // scene or absorption; roulette and limits belong to the caller.
 #pragma once
 
@@ -50,7 +50,7 @@ bool find_vertex(const Scene& scene, Ray ray, Sampler& sampler, PathVertex& vert
     vertex.pass = 0.0f;
     if (!vertex.program->may_be_transparent()) return true;
     const Color transparency = vertex.shading.bsdf.transparency();
-    vertex.pass = pass_chance(*vertex.program, transparency);
+    vertex.pass = pass_probability(*vertex.program, transparency);
     if (!(vertex.pass > 0.0f) || sampler.get_1d() >= vertex.pass) {
       vertex.shading.bsdf.remove_transparency(vertex.point.wo);
       return true;
@@ -93,7 +93,7 @@ void make_light_vertex(const Scene& scene, const LightMet& met, Vec3 to_eye, Pat
 bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2 u, PathVertex& light);
 
 /// A walk from the eye that must end on a light takes one of those its ray meets: each lamp in front
-/// with this chance, then the surface that stops it, or one of the distant lights of its direction.
+/// with this probability, then the surface that stops it, or one of the distant lights of its direction.
 constexpr float kLampStop = 0.9f;
 /// False when it meets none. `through` is what lies before the light.
 bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampler& sampler, PathVertex& light, Through& through, uint64_t& rays);

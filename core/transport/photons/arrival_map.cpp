@@ -4,14 +4,14 @@ namespace ajar {
 
 namespace {
 
-constexpr size_t kMostArrivals = size_t(1) << 21;
+constexpr size_t kMaxArrivals = size_t(1) << 21;
 constexpr double kGrowth = 1.5;            // trees are built anew when there are so many times the passes
 constexpr int kNeighbours = 16;
 
 }  // namespace
 
 void ArrivalMap::add(const std::vector<ArrivalLog>& pass) {
-  if (points_[kSeen].size() + points_[kGathered].size() >= kMostArrivals) return;
+  if (points_[kSeen].size() + points_[kGathered].size() >= kMaxArrivals) return;
   passes_ += 1.0;
   for (const ArrivalLog& part : pass)
     for (int place = 0; place < 2; ++place)

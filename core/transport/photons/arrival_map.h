@@ -32,7 +32,7 @@ class ArrivalMap {
  public:
   enum Place : int { kSeen = 0, kGathered = 1 };
   /// Of one pass.
-  static constexpr int kMostLookups = 1 << 16;
+  static constexpr int kMaxLookups = 1 << 16;
 
   /// A pass, added to those before.
   void add(const std::vector<ArrivalLog>& pass);

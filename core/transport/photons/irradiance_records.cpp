@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kMinNormalCosine = 0.94f;      ///< 20 degrees
 constexpr float kFarthestBehind = 0.05f;       ///< of the radius: points further behind a record see what it does not
-constexpr float kLeastCoverage = 0.1f;
+constexpr float kMinCoverage = 0.1f;
 
 }  // namespace
 
@@ -162,7 +162,7 @@ bool IrradianceRecords::find(Vec3 p, Vec3 n, Color& irradiance) const {
     sum += weight;
     irradiance += weight * records_[index].at(p, n);
   });
-  if (!(sum > kLeastCoverage)) return false;
+  if (!(sum > kMinCoverage)) return false;
   irradiance /= sum;
   return true;
 }

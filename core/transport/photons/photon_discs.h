@@ -4,7 +4,7 @@
 // that light could lie on, and the estimate is too dark; where it reaches below the foot of a wall, the light of the next room shows. Here
 // each photon looks around itself in eight sectors: a ray from above it to a place of its own in the sector finds surface there, a wall
 // before it, or nothing. The light is spread over the part of the disc that was found, (8 + 1) / (found + 1) times as dense (the mean of
-// which is right but for the chance to find none), and not behind walls that were met [after Hey and Purgathofer 2002, "Advanced radiance
+// which is right but for the probability to find none), and not behind walls that were met [after Hey and Purgathofer 2002, "Advanced radiance
 // estimation for photon map global illumination", who find that part from the triangles].
 //
 // Bias only: in the limit of small radii every disc is whole. Photons look around when they are first asked for; eight bytes each.

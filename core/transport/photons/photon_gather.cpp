@@ -30,7 +30,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
   DirectVertex origin;
-  bool last_chance = false, specular = true;
+  bool at_bounce_limit = false, specular = true;
   alpha = 0.0f;
   seen = Color(0.0f);
   polished_ = false;
@@ -55,17 +55,17 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     }
     const Color transparency = shading.bsdf.transparency();
     if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
-    if (last_chance && is_black(transparency)) break;
+    if (at_bounce_limit && is_black(transparency)) break;
 
     const LobeSplit split(shading.bsdf, point.wo);
     const uint32_t base = kCameraDimensions + kVertexDimensions * vertex;
-    if (split.rough() && !last_chance) {
+    if (split.rough() && !at_bounce_limit) {
       // Reflections of rough surfaces get gather rays in proportion to what they can carry.
       const int rays = std::max(1, int(std::ceil(float(settings_.rays) * std::min(1.0f, max_component(beta)))));
       radiance += beta * reflected(point, *split.rough(), beta, rays, 0, sampler_, base + kRoughLight);
     }
     if (!split.sharp()) break;
-    if (!last_chance) radiance += beta * direct_light(point, *split.sharp(), sampler_, base + kSharpLight);
+    if (!at_bounce_limit) radiance += beta * direct_light(point, *split.sharp(), sampler_, base + kSharpLight);
 
     sampler_.set_dimension(base + kLobe);
     const float u_lobe = sampler_.get_1d();
@@ -77,9 +77,9 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
       if (!walk.pass_through()) break;
       continue;
     }
-    if (last_chance) break;
+    if (at_bounce_limit) break;
     count_bounce(*sample, point, point);
-    last_chance = past_limits(point, scene_.settings().bounces);
+    at_bounce_limit = past_limits(point, scene_.settings().bounces);
     if (point.ray_depth > 2 && !survives(std::min(1.0f, std::sqrt(max_component(beta))), sampler_, base + kRoulette, beta)) break;
     specular = specular && sample->specular;
     polished_ |= specular;
@@ -135,7 +135,7 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
   count_bounce(first, from, point);
-  const bool last_chance = past_limits(point, limits);
+  const bool at_bounce_limit = past_limits(point, limits);
   bool straight = true;    // no sharp bounce yet: light met is direct light; after one it would be a caustic
   float length = 0.0f;
   for (uint32_t vertex = 0;; ++vertex) {
@@ -152,11 +152,11 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
     length += walk.hit.t;
     walk.shade();
     if (straight && !is_black(shading.emission)) radiance += beta * shading.emission * walk.emission_weight(weight_of_hit);
-    if (last_chance && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
+    if (at_bounce_limit && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
     if (!maps_.has_global && !log_ && is_black(shading.bsdf.transparency())) break;
     const LobeSplit split(shading.bsdf, point.wo);
-    if (split.rough() && !last_chance && log_) log_arrival(ArrivalMap::kGathered, point, throughput * beta);
-    if (split.rough() && !last_chance && maps_.has_global) {
+    if (split.rough() && !at_bounce_limit && log_) log_arrival(ArrivalMap::kGathered, point, throughput * beta);
+    if (split.rough() && !at_bounce_limit && maps_.has_global) {
       const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
       radiance += beta * (near ? reflected(point, *split.rough(), Color(0.0f), 1, depth + 1, sampler, dimension + kVertexDimensions * (vertex + 1))
                                : from_map(point, *split.rough()));
@@ -173,7 +173,7 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
       continue;
     }
     straight = false;
-    if (last_chance || !maps_.has_global) break;
+    if (at_bounce_limit || !maps_.has_global) break;
     count_bounce(*sample, point, point);
     if (past_limits(point, limits)) break;
     if (!survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta)) break;

@@ -197,7 +197,7 @@ TEST(ImagePlan, error_falls_as_theory_says_for_noise_in_a_corner) {
   EXPECT_GT(uniform.mean() / planned.mean(), 3.5);
 }
 
-TEST(ImagePlan, noise_that_nothing_foretells_leaves_counts_alone) {
+TEST(ImagePlan, noise_that_cannot_be_predicted_leaves_counts_unchanged) {
   // One bright sample in a thousand: nearly all pixels look black, and those that do not say nothing about others.
   int uneven = 0;
   for (uint32_t seed = 0; seed < 60; ++seed) {

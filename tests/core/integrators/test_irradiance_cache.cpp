@@ -126,8 +126,8 @@ TEST(IrradianceRecords, are_all_found_where_they_speak_and_limit_each_other) {
 
 TEST(IrradianceCache, says_that_it_is_biased_and_what_it_cannot_render) {
   const IntegratorInfo& info = find_integrator("irradiance_cache");
-  EXPECT_EQ(info.honesty, Honesty::Biased);
-  EXPECT_EQ(info.make()->honesty(), Honesty::Biased);
+  EXPECT_EQ(info.bias, Bias::Biased);
+  EXPECT_EQ(info.make()->bias(), Bias::Biased);
   SceneDescription d = lit_room(4);
   EXPECT_EQ(reason_against(info, *build(d)), "");
   d.lights[0].visibility = kVisibleAll & ~uint32_t(kVisibleDiffuse);

@@ -247,10 +247,10 @@ TEST(Learned, automatic_guide_is_not_measured_again_for_eight_frames) {
   Frame f = frame(d, nullptr, 1);
   const double gain = f.statistics["guide_measured_gain"];
   EXPECT_GT(gain, 0.0);
-  for (uint32_t i = 1; i <= PathGuide::kMostAge + 1; ++i) {
+  for (uint32_t i = 1; i <= PathGuide::kMaxAge + 1; ++i) {
     f = frame(d, f.learned, 1);
     EXPECT_EQ(parts(f)["path guide"], "used");
-    EXPECT_EQ(f.statistics.contains("guide_measured_gain"), i == PathGuide::kMostAge + 1) << i;
+    EXPECT_EQ(f.statistics.contains("guide_measured_gain"), i == PathGuide::kMaxAge + 1) << i;
   }
 }
 

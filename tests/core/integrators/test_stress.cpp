@@ -429,9 +429,9 @@ TEST(Stress, what_cannot_be_rendered_is_refused_by_name) {
 /// Sums of limits must not run over: "without limit" is a number to some.
 TEST(Stress, the_largest_limits_are_no_limits) {
   SceneDescription d = lit_room();
-  constexpr int kMost = std::numeric_limits<int>::max();
-  d.settings.bounces = {kMost, kMost, kMost, kMost, kMost, kMost};
-  d.settings.threads = kMost;
+  constexpr int kMax = std::numeric_limits<int>::max();
+  d.settings.bounces = {kMax, kMax, kMax, kMax, kMax, kMax};
+  d.settings.threads = kMax;
   d.settings.samples = 1;
   EXPECT_EQ(max_path_vertices(build(d)->settings().bounces), kMaxPathVertices);
   for (const char* integrator : {"path", "bdpt", "photon_map"}) {

@@ -527,7 +527,7 @@ SceneDescription mixed_lights() {
   return d;
 }
 
-TEST(LightSet, chances_sum_to_one_and_dark_lights_are_never_chosen) {
+TEST(LightSet, probabilities_sum_to_one_and_dark_lights_are_never_chosen) {
   const auto scene = build(mixed_lights());
   const LightSet& lights = scene->lights();
   ASSERT_EQ(lights.size(), 4u + 12u + 12u + 1u);
@@ -562,7 +562,7 @@ TEST(LightSet, chances_sum_to_one_and_dark_lights_are_never_chosen) {
   }
 }
 
-TEST(LightSet, where_there_are_media_each_of_few_lights_has_an_even_chance_half_the_time) {
+TEST(LightSet, where_there_are_media_each_of_few_lights_has_an_even_probability_half_the_time) {
   SceneDescription clear = dark();
   clear.lights = {point_light({0, 0, 3}, 1e6f, 0.1f), point_light({0, 1, 3}, 1.0f, 0.1f), point_light({1, 1, 3}, 0.0f)};
   set_checker_world(clear, Color(0.2f), Color(0.0f), 4.0f);

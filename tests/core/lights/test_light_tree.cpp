@@ -1,4 +1,4 @@
-// Lights chosen by a tree: exact chances, bounds that hold, and less variance where power misleads.
+// Lights chosen by a tree: exact probabilities, bounds that hold, and less variance where power misleads.
 #include "statistical.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ std::vector<LightTree::Entry> random_lights(int count, uint64_t seed) {
   return entries;
 }
 
-TEST(LightTree, chances_are_exact_and_sum_to_one) {
+TEST(LightTree, probabilities_are_exact_and_sum_to_one) {
   const LightTree tree(random_lights(300, 7), 600);
   Pcg32 rng(3);
   for (int at = 0; at < 20; ++at) {
@@ -144,7 +144,7 @@ TEST(LightTree, near_lights_come_first_and_variance_falls) {
   EXPECT_LT(by_tree.variance() * 100.0, by_power.variance());
 }
 
-TEST(LightTree, awkward_lights_and_points_keep_chances_finite) {
+TEST(LightTree, awkward_lights_and_points_keep_probabilities_finite) {
   std::vector<LightTree::Entry> entries;
   for (uint32_t i = 0; i < 40; ++i) {   // many in one place: no split by cost exists
     LightBounds b = small_light(Vec3(1.0f), Vec3(0, 0, 1), 1.0f, 0.0f, i % 2 == 0 ? 1e-30f : 1e20f);

@@ -15,7 +15,7 @@ std::vector<uint32_t> counts_over_all_floats(const DiscreteDistribution& distrib
   return counts;
 }
 
-TEST(DiscreteDistribution, pmf_is_exactly_the_chance_of_every_entry) {
+TEST(DiscreteDistribution, pmf_is_exactly_the_probability_of_every_entry) {
   // Ten orders of magnitude, zeros at the ends and inside.
   const std::vector<double> weights{0.0, 1.0, 1e-10, 0.0, 5.0, 3e-4, 1e-3, 0.0};
   const DiscreteDistribution distribution(weights);
@@ -27,7 +27,7 @@ TEST(DiscreteDistribution, pmf_is_exactly_the_chance_of_every_entry) {
   }
 }
 
-TEST(DiscreteDistribution, a_million_entries_keep_their_chances) {
+TEST(DiscreteDistribution, a_million_entries_keep_their_probabilities) {
   const size_t count = 1000003;
   std::vector<double> weights(count);
   Pcg32 rng(3);

@@ -10,8 +10,8 @@ namespace {
 
 using namespace fixtures;
 
-constexpr int kPictureSamples = 16, kSeeds = 16;
-constexpr double kMostOfNoise = 0.1;
+constexpr int kImageSamples = 16, kSeeds = 16;
+constexpr double kMaxShareOfNoise = 0.1;
 
 SceneDescription scene_named(const std::string& name) {
   for (TransportScene& scene : transport_scenes())
@@ -36,10 +36,10 @@ class RoundingIn : public testing::TestWithParam<Case> {};
 
 TEST_P(RoundingIn, of_floats_is_at_most_a_tenth_of_the_noise_at_4096_samples) {
   const std::string name = GetParam().scene;
-  const auto shares = rounding::measure(build(name == "fog" ? foggy() : scene_named(name)), GetParam().integrator, kPictureSamples, kSeeds);
+  const auto shares = rounding::measure(build(name == "fog" ? foggy() : scene_named(name)), GetParam().integrator, kImageSamples, kSeeds);
   ASSERT_EQ(shares.size(), std::size(rounding::kDirected)) << "threads round as they like";
   for (const rounding::Share& share : shares) {
-    EXPECT_LT(share.total(), kMostOfNoise) << share.mode << ": straying " << share.straying << ", shift " << share.shift;
+    EXPECT_LT(share.total(), kMaxShareOfNoise) << share.mode << ": straying " << share.straying << ", shift " << share.shift;
     EXPECT_GT(share.total(), 0.0) << share.mode << " changed nothing: it cannot have been in force";
   }
 }
@@ -55,7 +55,7 @@ TEST(Rounding, that_matters_is_seen) {
   for (InstanceDescription& instance : d.instances) move(instance.world_from_object);
   for (LightDescription& light : d.lights) move(light.world_from_light);
   move(d.camera.world_from_camera);
-  for (const rounding::Share& share : rounding::measure(build(std::move(d)), "path", 4, 8)) EXPECT_GT(share.total(), kMostOfNoise) << share.mode;
+  for (const rounding::Share& share : rounding::measure(build(std::move(d)), "path", 4, 8)) EXPECT_GT(share.total(), kMaxShareOfNoise) << share.mode;
 }
 
 }  // namespace

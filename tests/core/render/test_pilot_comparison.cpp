@@ -14,8 +14,8 @@ constexpr int kWidth = 64, kHeight = 48;
 constexpr size_t kPixels = size_t(kWidth) * kHeight;
 
 /// Grey pictures of 0.5 with noise of this standard deviation.
-PilotPictures noisy(float deviation, uint32_t seed) {
-  PilotPictures pilot;
+PilotImages noisy(float deviation, uint32_t seed) {
+  PilotImages pilot;
   for (std::vector<float>* picture : {&pilot.first, &pilot.second}) {
     for (size_t i = 0; i < kPixels; ++i) {
       const float value = 0.5f + deviation * std::sqrt(12.0f) * (to_unit_float(seed = hash_combine(seed, 1u)) - 0.5f);
@@ -25,19 +25,19 @@ PilotPictures noisy(float deviation, uint32_t seed) {
   return pilot;
 }
 /// Light in one pixel of the first picture.
-void add_firefly(PilotPictures& pilot, size_t pixel, float brightness) {
+void add_firefly(PilotImages& pilot, size_t pixel, float brightness) {
   for (size_t c = 0; c < 3; ++c) pilot.first[4 * pixel + c] += brightness;
 }
 
-std::vector<PilotNoise> noises_of(const std::vector<const PilotPictures*>& pilots) {
-  const std::vector<float> light = most_light(pilots, kWidth, kHeight);
+std::vector<PilotNoise> noises_of(const std::vector<const PilotImages*>& pilots) {
+  const std::vector<float> light = max_light(pilots, kWidth, kHeight);
   std::vector<PilotNoise> noises;
-  for (const PilotPictures* pilot : pilots) noises.push_back(noise_of(*pilot, light));
+  for (const PilotImages* pilot : pilots) noises.push_back(noise_of(*pilot, light));
   return noises;
 }
 
 TEST(PilotComparison, noise_is_the_variance_of_the_mean) {
-  const PilotPictures pilot = noisy(0.1f, 1);
+  const PilotImages pilot = noisy(0.1f, 1);
   const PilotNoise noise = noises_of({&pilot})[0];
   const double expected = 0.5 * 0.1 * 0.1 / (0.25 + 0.01);   // of the mean of two pictures
   EXPECT_NEAR(noise.whole, expected, 0.1 * expected);
@@ -46,9 +46,9 @@ TEST(PilotComparison, noise_is_the_variance_of_the_mean) {
 }
 
 TEST(PilotComparison, an_advantage_in_three_pixels_is_none) {
-  PilotPictures path = noisy(0.1f, 1);
+  PilotImages path = noisy(0.1f, 1);
   for (const size_t pixel : {size_t(500), size_t(1500), size_t(2500)}) add_firefly(path, pixel, 50.0f);
-  const PilotPictures chains = noisy(0.1f, 2), photons = noisy(0.12f, 3);
+  const PilotImages chains = noisy(0.1f, 2), photons = noisy(0.12f, 3);
   const std::vector<PilotNoise> noises = noises_of({&path, &chains, &photons});
   EXPECT_GT(noises[0].whole, 10.0 * noises[1].whole) << "taken whole, path tracing looks bad";
   EXPECT_GT(noises[0].whole, 10.0 * noises[2].whole);
@@ -57,9 +57,9 @@ TEST(PilotComparison, an_advantage_in_three_pixels_is_none) {
 }
 
 TEST(PilotComparison, an_advantage_everywhere_is_one) {
-  const PilotPictures path = noisy(0.3f, 1);
-  PilotPictures chains = noisy(0.1f, 2);
-  const PilotPictures photons = noisy(0.15f, 3);
+  const PilotImages path = noisy(0.3f, 1);
+  PilotImages chains = noisy(0.1f, 2);
+  const PilotImages photons = noisy(0.15f, 3);
   EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 1u);
   EXPECT_EQ(clearly_best(noises_of({&path, &photons, &chains})), 2u);
   for (const size_t pixel : {size_t(500), size_t(1500)}) add_firefly(chains, pixel, 50.0f);
@@ -79,9 +79,9 @@ TEST(PilotComparison, blurs_by_the_pixels_that_are_there) {
 }
 
 TEST(PilotComparison, a_firefly_is_measured_against_its_own_light) {
-  const PilotPictures others = noisy(0.1f, 2);
+  const PilotImages others = noisy(0.1f, 2);
   const auto noise_with = [&](float brightness) {
-    PilotPictures path = noisy(0.1f, 1);
+    PilotImages path = noisy(0.1f, 1);
     add_firefly(path, 1500, brightness);
     return noises_of({&path, &others})[0].whole;
   };
@@ -89,15 +89,15 @@ TEST(PilotComparison, a_firefly_is_measured_against_its_own_light) {
 }
 
 TEST(PilotComparison, one_that_found_nothing_is_not_chosen) {
-  const PilotPictures path = noisy(0.3f, 1), dark{std::vector<float>(4 * kPixels, 0.0f), std::vector<float>(4 * kPixels, 0.0f)};
+  const PilotImages path = noisy(0.3f, 1), dark{std::vector<float>(4 * kPixels, 0.0f), std::vector<float>(4 * kPixels, 0.0f)};
   EXPECT_EQ(clearly_best(noises_of({&path, &dark})), 0u);
   EXPECT_EQ(clearly_best({{1.0, 1.0}}), 0u);
   EXPECT_EQ(clearly_best({{1.0, 1.0}, {0.7, 0.7}}), 0u) << "not clearly better";
 }
 
 TEST(PilotComparison, one_that_is_worse_by_a_few_pixels_is_not_hopeless) {
-  const PilotPictures path = noisy(0.1f, 1), bad = noisy(0.3f, 2);
-  PilotPictures unlucky = noisy(0.1f, 3);
+  const PilotImages path = noisy(0.1f, 1), bad = noisy(0.3f, 2);
+  PilotImages unlucky = noisy(0.1f, 3);
   for (const size_t pixel : {size_t(500), size_t(1500), size_t(2500)}) add_firefly(unlucky, pixel, 50.0f);
   const std::vector<PilotNoise> noises = noises_of({&path, &bad, &unlucky});
   EXPECT_TRUE(is_hopeless(noises[1], noises[0]));
@@ -106,14 +106,14 @@ TEST(PilotComparison, one_that_is_worse_by_a_few_pixels_is_not_hopeless) {
 }
 
 TEST(PilotComparison, light_that_is_never_met_counts_as_noise) {
-  PilotPictures path = noisy(0.1f, 1), chains = noisy(0.2f, 2);
-  const auto unseen = [&](const PilotPictures& pilot, const PilotPictures& other) {
-    return unseen_noise_of(pilot, other, most_light({&pilot, &other}, kWidth, kHeight), kWidth, kHeight);
+  PilotImages path = noisy(0.1f, 1), chains = noisy(0.2f, 2);
+  const auto unseen = [&](const PilotImages& pilot, const PilotImages& other) {
+    return unseen_noise_of(pilot, other, max_light({&pilot, &other}, kWidth, kHeight), kWidth, kHeight);
   };
   EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole) << "they differ by noise alone";
   EXPECT_LT(unseen(chains, path), 0.05 * noises_of({&path, &chains})[1].whole);
   add_firefly(chains, 1500, 500.0f);
-  EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole) << "what one picture alone has may be chance";
+  EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole) << "what one picture alone has may be probability";
 
   for (std::vector<float>* picture : {&path.first, &path.second})   // it misses the right half
     for (size_t i = 0; i < kPixels; ++i)
@@ -126,9 +126,9 @@ TEST(PilotComparison, light_that_is_never_met_counts_as_noise) {
 }
 
 TEST(PilotComparison, bias_is_what_noise_does_not_explain) {
-  const PilotPictures honest = noisy(0.1f, 1);
-  PilotPictures other = noisy(0.1f, 2);
-  const std::vector<float> light = most_light({&honest}, kWidth, kHeight);
+  const PilotImages honest = noisy(0.1f, 1);
+  PilotImages other = noisy(0.1f, 2);
+  const std::vector<float> light = max_light({&honest}, kWidth, kHeight);
   EXPECT_LT(bias_of(other, honest, light, kWidth, kHeight), 5e-4);
   for (std::vector<float>* picture : {&other.first, &other.second})
     for (float& value : *picture) value *= 0.8f;

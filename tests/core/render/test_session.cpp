@@ -57,7 +57,7 @@ std::vector<float> picture(Session& session, uint64_t render) {
   return session.snapshot("Combined");
 }
 
-std::vector<float> fresh_picture(SceneDescription d) {
+std::vector<float> fresh_image(SceneDescription d) {
   Session session;
   const uint64_t render = session.update(std::move(d));
   return picture(session, render);
@@ -108,10 +108,10 @@ TEST(Session, another_view_of_a_scene_is_the_picture_of_a_scene_built_for_it) {
     d->objects[0].materials = {1};
   }
   there.settings.width = 40;
-  const auto expected = fresh_picture(there);
+  const auto expected = fresh_image(there);
   Session session;
   const auto first = picture(session, session.update(here));
-  EXPECT_EQ(first, fresh_picture(here));
+  EXPECT_EQ(first, fresh_image(here));
   const auto moved = picture(session, session.change_view(there.camera, there.settings));
   EXPECT_EQ(moved.size(), size_t(40 * 24 * 4));
   EXPECT_EQ(moved, expected);
@@ -125,7 +125,7 @@ TEST(Session, an_edited_scene_is_the_picture_of_one_built_anew) {
   for (const float height : {1.0f, 0.5f, 0.0f, 2.0f}) {
     const auto now = picture(session, session.update(stage.scene(height)));
     EXPECT_NE(now, before);
-    EXPECT_EQ(now, fresh_picture(stage.scene(height)));
+    EXPECT_EQ(now, fresh_image(stage.scene(height)));
     before = now;
   }
 }
@@ -152,7 +152,7 @@ TEST(Session, random_edits_end_in_the_picture_of_a_scene_built_anew) {
         else d.instances.push_back(InstanceDescription(d.instances.back()));
     }
     const uint64_t render = session.update(d);
-    if (edit % 4 == 3) { EXPECT_EQ(picture(session, render), fresh_picture(d)) << edit; }
+    if (edit % 4 == 3) { EXPECT_EQ(picture(session, render), fresh_image(d)) << edit; }
     else if (edit % 4 == 1) session.wait(0.01);
     else session.wait(kHang);
   }
@@ -240,7 +240,7 @@ TEST(Session, the_latest_of_many_requests_is_what_renders) {
     if (i % 10 == 0) session.wait(0.01);
     if (i == 30) session.cancel();
   }
-  EXPECT_EQ(picture(session, last), fresh_picture(stage.scene(0.1f * float(57 % 7), Vec3(5.9f, -6, 4))));
+  EXPECT_EQ(picture(session, last), fresh_image(stage.scene(0.1f * float(57 % 7), Vec3(5.9f, -6, 4))));
 }
 
 TEST(Session, a_view_without_a_picture_is_refused_and_the_scene_stays) {
@@ -300,7 +300,7 @@ TEST(Session, tells_how_much_is_left) {
 TEST(Session, a_pause_waits_and_changes_no_pixel) {
   SceneDescription d = Stage().scene(1.0f);
   d.settings.samples = 16;
-  const auto expected = fresh_picture(d);
+  const auto expected = fresh_image(d);
   Session session;
   session.pause(true);
   session.start(d);

@@ -33,7 +33,7 @@ SceneDescription hidden_lamp() {
   return d;
 }
 
-/// A bulb in a glass ball: neither light sampling nor, but by a rare chance, a path from the eye finds it.
+/// A bulb in a glass ball: neither light sampling nor, but by a rare probability, a path from the eye finds it.
 SceneDescription bulb_in_glass() {
   SceneDescription d = grey_room(200);
   const Vec3 at(0.5f, 0.3f, 0.3f);

@@ -17,29 +17,29 @@ double weight_of_removed(int removed) {
 
 /// Where a gap of `removed` vertices can be: with none removed, an edge is chosen.
 int BidirectionalMutation::places_of_gap(int removed, int count) const {
-  return removed == 0 ? count - 1 : count - least_eye() - removed + 1;
+  return removed == 0 ? count - 1 : count - min_eye() - removed + 1;
 }
 
-double BidirectionalMutation::chance_of_gap(int removed, int count) const {
-  const int most = count - least_eye();
+double BidirectionalMutation::probability_of_gap(int removed, int count) const {
+  const int most = count - min_eye();
   if (removed < 0 || removed > most) return 0.0;
   double sum = 0.0;
   for (int r = 0; r <= most; ++r) sum += weight_of_removed(r);
   return weight_of_removed(removed) / sum / double(places_of_gap(removed, count));
 }
 
-std::array<double, 5> BidirectionalMutation::chances_of_growth(int removed, int kept) const {
+std::array<double, 5> BidirectionalMutation::probabilities_of_growth(int removed, int kept) const {
   constexpr double kWeights[5] = {0.05, 0.2, 0.5, 0.2, 0.05};
-  std::array<double, 5> chances{};
+  std::array<double, 5> probabilities{};
   double sum = 0.0;
   for (int i = 0; i < 5; ++i) {
     const int grown = removed + i - 2, count = kept + grown;
     if (grown < 0 || (grown == 0 && removed == 0) || count < 3 || count > space_.max_vertices) continue;
-    sum += chances[size_t(i)] = kWeights[i];
+    sum += probabilities[size_t(i)] = kWeights[i];
   }
   if (sum > 0.0)
-    for (double& c : chances) c /= sum;
-  return chances;
+    for (double& c : probabilities) c /= sum;
+  return probabilities;
 }
 
 bool BidirectionalMutation::possible(const Path& path, Gap gap, int grown, int s) const {
@@ -57,18 +57,18 @@ bool BidirectionalMutation::possible(const Path& path, Gap gap, int grown, int s
 
 bool BidirectionalMutation::sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
   // The gap.
-  const int n = from.count, most = n - least_eye();
+  const int n = from.count, most = n - min_eye();
   float u = sampler.get_1d();
   int removed = 0;
   for (double left = double(u); removed < most; ++removed) {
-    left -= chance_of_gap(removed, n) * double(places_of_gap(removed, n));
+    left -= probability_of_gap(removed, n) * double(places_of_gap(removed, n));
     if (left < 0.0) break;
   }
   Gap gap;
   const int places = places_of_gap(removed, n);
   gap.light = std::min(int(sampler.get_1d() * float(places)), places - 1) + (removed == 0);
   gap.eye = n - removed - gap.light;
-  const auto growth = chances_of_growth(removed, gap.light + gap.eye);
+  const auto growth = probabilities_of_growth(removed, gap.light + gap.eye);
   int grown = -1;
   u = sampler.get_1d();
   for (int i = 0; i < 5; ++i) {
@@ -169,9 +169,9 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
 
 double BidirectionalMutation::pdf_given_gap(const Path& from, const Path& to, Gap gap) const {
   const int removed = from.count - gap.light - gap.eye, grown = to.count - gap.light - gap.eye;
-  if (removed < 0 || grown < 0 || std::abs(grown - removed) > 2 || gap.eye < least_eye()) return 0.0;
-  const double chance = chance_of_gap(removed, from.count) * chances_of_growth(removed, gap.light + gap.eye)[size_t(grown - removed + 2)];
-  return chance > 0.0 ? chance * pdf_of_growth(from, to, gap) : 0.0;
+  if (removed < 0 || grown < 0 || std::abs(grown - removed) > 2 || gap.eye < min_eye()) return 0.0;
+  const double probability = probability_of_gap(removed, from.count) * probabilities_of_growth(removed, gap.light + gap.eye)[size_t(grown - removed + 2)];
+  return probability > 0.0 ? probability * pdf_of_growth(from, to, gap) : 0.0;
 }
 
 double BidirectionalMutation::pdf_of_growth(const Path& from, const Path& to, Gap gap) const {

@@ -27,11 +27,11 @@ class BidirectionalMutation final : public Mutation {
   double pdf_of_growth(const Path& from, const Path& to, Gap gap) const;
 
  private:
-  int least_eye() const { return space_.scene.camera().has_lens() ? 0 : 1; }
+  int min_eye() const { return space_.scene.camera().has_lens() ? 0 : 1; }
   int places_of_gap(int removed, int count) const;
-  double chance_of_gap(int removed, int count) const;
-  /// Chances of growing 0 .. removed + 2 vertices (index: new count - removed + 2), given what is kept.
-  std::array<double, 5> chances_of_growth(int removed, int kept) const;
+  double probability_of_gap(int removed, int count) const;
+  /// Probabilities of growing 0 .. removed + 2 vertices (index: new count - removed + 2), given what is kept.
+  std::array<double, 5> probabilities_of_growth(int removed, int kept) const;
   /// Can `s` of `grown` new vertices be found from the light's side?
   bool possible(const Path& path, Gap gap, int grown, int s) const;
   double pdf_given_gap(const Path& from, const Path& to, Gap gap) const;

@@ -76,7 +76,7 @@ inline bool arrive_on_film(const PathSpace& space, Path& path) {
   return seen.kind != VertexKind::Surface || shows_on_film(seen.point);
 }
 
-/// A sharp reflection is repeated about the same half vector (in the frame of the normal) with this chance, turned a little; else the BSDF draws it.
+/// A sharp reflection is repeated about the same half vector (in the frame of the normal) with this probability, turned a little; else the BSDF draws it.
 constexpr float kSameHalfVector = 0.7f;
 constexpr LogarithmicStep kHalfVectorStep{0.0005f, 0.1f};
 

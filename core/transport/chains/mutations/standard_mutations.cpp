@@ -5,7 +5,7 @@
 #include "transport/chains/mutations/bidirectional_mutation.h"
 #include "transport/chains/mutations/caustic_perturbation.h"
 #include "transport/chains/mutations/lens_perturbation.h"
-#include "transport/chains/mutations/user_path_mutation.h"
+#include "transport/chains/mutations/hint_mutation.h"
 
 namespace ajar {
 
@@ -19,7 +19,7 @@ constexpr float kSharpRoughness = 0.05f;
 MutationShare renewing_mutation(const PathSpace& space, const Hints& hints, float hint_use, float bidirectional) {
   if (hints.empty()) return {std::make_unique<BidirectionalMutation>(space), bidirectional};
   const float hint = hint_use * kHint, regrow = hint_use * kRegrow, share = bidirectional + hint + regrow;
-  return {std::make_unique<UserPathMutation>(space, hints, hint / share, regrow / share), share};
+  return {std::make_unique<HintMutation>(space, hints, hint / share, regrow / share), share};
 }
 
 std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hints& hints, float hint_use) {

@@ -8,7 +8,7 @@ namespace ajar {
 
 namespace {
 
-constexpr size_t kMostControlledLights = 32;
+constexpr size_t kMaxControlledLights = 32;
 
 /// Whether every light that LightSet would choose belongs to a group.
 bool groups_cover(const LightSet& lights, const LightGroups& groups, Vec3 center) {
@@ -27,7 +27,7 @@ ControlColumns::ControlColumns(const Scene& scene, const LightGroups& groups, bo
   const LightSet& lights = scene.lights();
   size_t total = 0;
   for (int g = 0; g < groups.size(); ++g) total += groups.lights(g).size();
-  possible_ = total > 0 && total <= kMostControlledLights && groups_cover(lights, groups, scene.center());
+  possible_ = total > 0 && total <= kMaxControlledLights && groups_cover(lights, groups, scene.center());
   if (!possible_) return;
   for (int g = 0; g < groups.size(); ++g) {
     for (uint32_t light : groups.lights(g)) {
@@ -64,14 +64,14 @@ std::optional<ControlColumns::Crossing> ControlColumns::cross(const Light& light
 /// Samples that are no direction, and those of delta lights, are atoms of their own component.
 ControlSample ControlColumns::sample(const DirectLightContext& c, const LightMixture::Kernel& k, int columns, int component,
                                      const LightMixture::Draw& draw) const {
-  constexpr int kMostLobes = LightMixture::kMostLobes, kFirstGroup = LightMixture::kFirstGroup;
+  constexpr int kMaxMixtureLobes = LightMixture::kMaxMixtureLobes, kFirstGroup = LightMixture::kFirstGroup;
   const int lobes = k.lobes.count();
   ControlSample sample;
   std::fill_n(sample.z, kMaxControls, 0.0f);
   std::fill(sample.z + lobes, sample.z + columns, 1.0f);
   sample.y = draw.y;
   if (draw.wi == Vec3(0.0f)) {
-    const bool lobe = component < kMostLobes;
+    const bool lobe = component < kMaxMixtureLobes;
     sample.z[lobe ? component : columns + (lump_ ? 0 : component - kFirstGroup)] = 1.0f / (lump_ && !lobe ? 1.0f - k.bsdf_share() : k.alpha[size_t(component)]);
     return sample;
   }

@@ -13,7 +13,7 @@
 
 namespace ajar {
 
-constexpr int kMostControlSamples = 256;   ///< of an estimate
+constexpr int kMaxControlSamples = 256;   ///< of an estimate
 
 class ControlColumns {
  public:

@@ -26,7 +26,7 @@ Color Ocv::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVer
   if (!columns_) return mean_of_draws(c, k, sampler, false, rays);
   mixture_.record_shares(k, aux);
   static thread_local std::vector<ControlSample> samples;
-  const int n = std::min(samples_, kMostControlSamples);
+  const int n = std::min(samples_, kMaxControlSamples);
   samples.resize(size_t(n));
   // Two folds, each with the same shares.
   const int folds = method_ == DirectMethod::OcvPaper ? 1 : 2;

@@ -17,7 +17,7 @@ OcvProgressive::OcvProgressive(const Scene& scene, const DirectRequest& request)
   y0_ = settings.region[1];
   block_columns_ = (settings.width + kBlock - 1) / kBlock;
   const int rows = (settings.height + kBlock - 1) / kBlock;
-  slots_.resize(size_t(block_columns_) * size_t(rows) * kSlots, {NormalEquations(M::kMostLobes + columns_->light_columns()), {}});
+  slots_.resize(size_t(block_columns_) * size_t(rows) * kSlots, {NormalEquations(M::kMaxMixtureLobes + columns_->light_columns()), {}});
 }
 
 OcvProgressive::Slot& OcvProgressive::slot(const DirectLightContext& c) const {
@@ -39,8 +39,8 @@ Color OcvProgressive::many_samples(const DirectLightContext& c, Sampler& sampler
   mixture_.record_shares(k, aux);
   static thread_local std::vector<ControlSample> samples;
   samples.clear();
-  mixture_.for_each_draw(c, k, std::min(samples_, kMostControlSamples), 0, sampler, false, rays, [&](int component, const M::Draw& draw) {
-    if (possible) samples.push_back(columns_->sample(c, k, M::kMostLobes, component, draw));
+  mixture_.for_each_draw(c, k, std::min(samples_, kMaxControlSamples), 0, sampler, false, rays, [&](int component, const M::Draw& draw) {
+    if (possible) samples.push_back(columns_->sample(c, k, M::kMaxMixtureLobes, component, draw));
     else samples.emplace_back().y = draw.y;
   });
   if (!possible) return control_estimate(samples, {});

@@ -13,7 +13,7 @@ constexpr float kFloor = 0.04f;                    ///< of components that alone
 constexpr float kPriorCount = 16.0f;               ///< pseudo-samples of the prior of shares
 constexpr float kCellPixels = 16.0f;               ///< edge of a cell as the camera sees it
 constexpr uint32_t kCellsLog2 = 16;
-constexpr int kMostPilotSamples = 4;               ///< of an estimate while it learns
+constexpr int kMaxPilotSamples = 4;               ///< of an estimate while it learns
 constexpr int kShownBranches = 16;                 ///< of the light tree, to show its halves where nothing was learned
 constexpr uint32_t kScaleRays = 1024;              ///< of the camera, which tell the scale of what will be recorded
 
@@ -149,7 +149,7 @@ Color PmcHi::many_samples(const DirectLightContext& c, Sampler& sampler, DirectV
   M::Kernel k = learned_kernel(lobes, cell);
   vertex.cell = k.cell = cuts_->cell(key);
   const bool learning = wants_pilot();
-  const int n = learning ? std::min(samples_, kMostPilotSamples) : samples_;
+  const int n = learning ? std::min(samples_, kMaxPilotSamples) : samples_;
   Color sum(0.0f);
   mixture_.for_each_draw(c, k, n, 0, sampler, false, rays, [&](int component, const M::Draw& draw) {
     sum += draw.y;

@@ -36,7 +36,7 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
   };
   std::vector<Past> past;
   past.reserve(size_t(samples_));
-  std::array<double, M::kMostComponents> sums{};
+  std::array<double, M::kMaxComponents> sums{};
   for (int t = 0; t < iterations; ++t) {
     const int n = (samples_ * (t + 1)) / iterations - done;
     mixture_.for_each_draw(c, k, n, t, sampler, false, rays, [&](int, const M::Draw& draw) {

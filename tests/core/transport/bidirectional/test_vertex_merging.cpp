@@ -139,7 +139,7 @@ TEST_P(MergingWith, same_seed_same_image_for_any_number_of_threads_and_cuts) {
     Film film(0, 0, d.settings.width, d.settings.height, {"Combined"});
     integrator->prepare(scene, 7);
     for (int samples : iterations) integrator->run_iteration(film, samples, kGoOn);
-    EXPECT_EQ(integrator->honesty(), Honesty::Consistent);
+    EXPECT_EQ(integrator->bias(), Bias::Consistent);
     return film.resolve("Combined", 1.0f);
   };
   if (std::string(GetParam()) == "bdpt") { EXPECT_EQ(film_of({1, 2, 5}), film_of({8})); }

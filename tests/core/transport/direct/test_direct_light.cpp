@@ -347,7 +347,7 @@ struct LearnedCell {
 
 }  // namespace
 
-TEST(LightCutCache, every_light_keeps_the_chance_it_reports) {
+TEST(LightCutCache, every_light_keeps_the_probability_it_reports) {
   for (auto [points, suns] : {std::pair{3, 0}, {300, 0}, {300, 2}, {50, 12}, {0, 12}}) {
     LearnedCell learned(points, suns, 5);
     const size_t lights = learned.scene->lights().size();

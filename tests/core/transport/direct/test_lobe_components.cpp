@@ -56,7 +56,7 @@ std::vector<Material> several_lobes() {
 }  // namespace
 
 TEST(LobeComponents, each_is_sampled_with_the_density_it_states) {
-  const int count = LobeComponents::kMost * (int(several_lobes().size()) + 1);
+  const int count = LobeComponents::kMax * (int(several_lobes().size()) + 1);
   for (const Material& material : several_lobes()) {
     for (float cosine : {0.9f, 0.35f}) {
       if (cosine > 0.5f && material.name != "five lobes") continue;
@@ -96,7 +96,7 @@ TEST(LobeComponents, together_they_are_the_surface) {
       const Bsdf::Evaluation whole = bsdf.evaluate(wo, drawn->wi);
       const LobeComponents::Evaluation parts = lobes.evaluate(wo, drawn->wi);
       float pdf = 0.0f;
-      // The prior is half alike and half the chance that sampling the whole surface gives it.
+      // The prior is half alike and half the probability that sampling the whole surface gives it.
       for (int k = 0; k < lobes.count(); ++k) {
         pdf += (2.0f * lobes.prior(k) - 1.0f / float(lobes.count())) * parts.pdf[size_t(k)];
         EXPECT_NEAR(drawn->value.pdf[size_t(k)], parts.pdf[size_t(k)], 1e-4f * parts.pdf[size_t(k)]) << material;

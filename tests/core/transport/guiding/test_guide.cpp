@@ -66,7 +66,7 @@ TEST(VonMisesFisher, samples_follow_their_density) {
 }
 
 TEST(VonMisesFisher, corners_of_the_square_stay_on_the_sphere) {
-  for (const float kappa : {kLeastKappa, 1.0f, 100.0f, kMostKappa})
+  for (const float kappa : {kMinKappa, 1.0f, 100.0f, kMaxKappa})
     for (const float x : {0.0f, 0x1p-24f, 0.5f, kOneMinusEpsilon})
       for (const float y : {0.0f, 0.5f, kOneMinusEpsilon}) EXPECT_NEAR(glm::length(von_mises_fisher::square_to_lobe({x, y}, kappa)), 1.0f, 1e-6f) << kappa;
 }
@@ -212,7 +212,7 @@ TEST(GuidedBsdf, mixture_with_the_bsdf_is_one_density) {
   GuidedBsdf guided;
   guided.start(&tree, bsdf, Vec3(0.5f, 0.5f, 0.0f), 0.75f);
   ASSERT_TRUE(guided.guided());
-  EXPECT_NEAR(guided.delta_chance(), 0.5f, 1e-5f);
+  EXPECT_NEAR(guided.delta_probability(), 0.5f, 1e-5f);
   // Refused: the transparent half, and what the guide sends below the surface.
   const auto sample = [&](Pcg32& rng) -> std::optional<Vec3> {
     const float u_guide = rng.next_float(), u_lobe = rng.next_float(), x = rng.next_float();

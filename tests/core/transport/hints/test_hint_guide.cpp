@@ -102,7 +102,7 @@ TEST(HintGuide, directions_at_a_bounce_have_their_density) {
     measure.add(direction && guide.pdf_at(at, *direction) > 0.0f ? 1.0 / double(guide.pdf_at(at, *direction)) : 0.0);
   }
   EXPECT_TRUE(statistical::mean_agrees(taken, double(share), {0.01, 2}));
-  // The cone's solid angle: the density counts the chance of following.
+  // The cone's solid angle: the density counts the probability of following.
   EXPECT_TRUE(statistical::mean_agrees(measure, 2.0 * M_PI * double(hints[0].one_minus_cos[1]), {0.01, 2}));
 }
 
@@ -126,7 +126,7 @@ TEST(HintGuide, learns_which_hints_bring_light) {
 
 class HintedIntegrator : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(HintedIntegrator, has_the_same_mean_with_good_useless_and_wrong_light_paths) {
+TEST_P(HintedIntegrator, has_the_same_mean_with_good_useless_and_wrong_hints) {
   const std::vector<HintDescription> bounced = {kTwice, hint("Off the ceiling", {kLamp, {-0.3f, 0.2f, 0.5f}, {0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, -1.0f}}, 0.15f), kThrough};
   const std::pair<const char*, std::vector<HintDescription>> sets[] = {{"good", kGood}, {"bounced", bounced}, {"useless", kUseless}, {"wrong", kWrong}};
   SceneDescription d = keyhole();
@@ -141,7 +141,7 @@ TEST_P(HintedIntegrator, has_the_same_mean_with_good_useless_and_wrong_light_pat
 }
 
 /// A sphere that shines, of which hints propose one half, and whose far side shines away from them.
-TEST_P(HintedIntegrator, follows_light_paths_from_soft_lamps) {
+TEST_P(HintedIntegrator, follows_hints_from_soft_lamps) {
   SceneDescription d = keyhole(true);
   d.settings.vertex_merging = "off";
   d.lights[0].kind = LightKind::Point;

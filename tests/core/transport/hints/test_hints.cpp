@@ -131,11 +131,11 @@ TEST(Hints, density_of_a_path_is_zero_unless_the_hint_could_have_made_it) {
   ASSERT_EQ(hints.size(), 3u);
   const Hints::PathPoint near_both[] = {{Vec3(-1, 0, 0.5f), false}, {Vec3(-2, 0.01f, 0), false}};
   const double a = 0.5 / M_PI / double(warp::one_minus_cos(d.hints[0].spread)), b = 0.5 / M_PI / double(warp::one_minus_cos(0.2f));
-  const double chance = hints[0].light_chances.back();   // of this lamp, for walks from lights
-  EXPECT_GT(chance, 0.1);
-  EXPECT_LT(chance, 0.9);
-  EXPECT_NEAR(Hints::pdf(hints[0], 0, LightType::Point, Vec3(0, 0, 1), near_both) * chance, a, 1e-4 * a);
-  EXPECT_NEAR(Hints::pdf(hints[1], 0, LightType::Point, Vec3(0, 0, 1), near_both) * chance, b, 1e-4 * b);
+  const double probability = hints[0].light_probabilities.back();   // of this lamp, for walks from lights
+  EXPECT_GT(probability, 0.1);
+  EXPECT_LT(probability, 0.9);
+  EXPECT_NEAR(Hints::pdf(hints[0], 0, LightType::Point, Vec3(0, 0, 1), near_both) * probability, a, 1e-4 * a);
+  EXPECT_NEAR(Hints::pdf(hints[1], 0, LightType::Point, Vec3(0, 0, 1), near_both) * probability, b, 1e-4 * b);
   EXPECT_EQ(Hints::pdf(hints[2], 0, LightType::Point, Vec3(0, 0, 1), near_both), 0.0);
   EXPECT_EQ(Hints::pdf(hints[0], 1, LightType::Point, Vec3(0, 0, 1), near_both), 0.0);
   EXPECT_NEAR(hints[1].share, 0.6, 1e-6);
@@ -146,7 +146,7 @@ TEST(Hints, density_of_a_path_is_zero_unless_the_hint_could_have_made_it) {
   const Hints::PathPoint specular[] = {near_both[0], {near_both[1].position, true}};
   EXPECT_EQ(Hints::pdf(hints[0], 0, LightType::Point, Vec3(0, 0, 1), specular), 0.0);
   // Of a sphere the half that faces the way is proposed.
-  EXPECT_NEAR(Hints::pdf(hints[0], 0, LightType::Sphere, hints[0].axis, near_both) * chance, 2.0 * a, 2e-4 * a);
+  EXPECT_NEAR(Hints::pdf(hints[0], 0, LightType::Sphere, hints[0].axis, near_both) * probability, 2.0 * a, 2e-4 * a);
   EXPECT_EQ(Hints::pdf(hints[0], 0, LightType::Sphere, -hints[0].axis, near_both), 0.0);
   EXPECT_EQ(hints.choose(0.1f), 0u);
   EXPECT_EQ(hints.choose(0.5f), 1u);

@@ -184,7 +184,7 @@ TEST(Volume, values_that_make_no_sense_are_nothing) {
 TEST(Volume, lobes_of_many_anisotropies_are_joined) {
   MediumPoint m;
   for (int i = 0; i < 9; ++i) m.add_scattering(Color(1.0f), -0.8f + 0.2f * float(i));
-  EXPECT_EQ(m.lobe_count, MediumPoint::kMostLobes);
+  EXPECT_EQ(m.lobe_count, MediumPoint::kMaxMixtureLobes);
   expect_color(m.scattering, Color(9.0f));
 }
 

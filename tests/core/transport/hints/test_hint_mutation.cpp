@@ -5,10 +5,10 @@
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/chains/chain.h"
 #include "transport/chains/mutations/standard_mutations.h"
-#include "transport/chains/mutations/user_path_mutation.h"
+#include "transport/chains/mutations/hint_mutation.h"
 #include "transport_scenes.h"
 
-namespace ajar::test_user_paths {
+namespace ajar::test_hint_mutation {
 
 using namespace fixtures;
 
@@ -51,11 +51,11 @@ std::vector<HintDescription> hints_for(const std::string& name) { return name ==
 
 }  // namespace
 
-class UserPathsIn : public ::testing::TestWithParam<const char*> {};
+class HintMutationsIn : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(UserPathsIn, have_a_density_both_ways_and_keep_what_the_eye_sees_or_the_lens) {
+TEST_P(HintMutationsIn, have_a_density_both_ways_and_keep_what_the_eye_sees_or_the_lens) {
   const Hinted h(scene_named(GetParam()), hints_for(GetParam()));
-  const UserPathMutation mutation(h.space, h.hints, 0.7f, 0.3f);
+  const HintMutation mutation(h.space, h.hints, 0.7f, 0.3f);
   auto to = std::make_unique<Path>(), again = std::make_unique<Path>();
   Sampler sampler(Sampler::Kind::Independent, 3);
   sampler.start(0, 0);
@@ -92,22 +92,22 @@ TEST_P(UserPathsIn, have_a_density_both_ways_and_keep_what_the_eye_sees_or_the_l
   EXPECT_LE(unknown, 1 + proposed / 300);
   EXPECT_LE(unpaired, proposed / 3);
 }
-INSTANTIATE_TEST_SUITE_P(Scenes, UserPathsIn, ::testing::Values("glass_ball", "point_light"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Scenes, HintMutationsIn, ::testing::Values("glass_ball", "point_light"), [](const auto& info) { return std::string(info.param); });
 
 /// E[1 / pdf] over proposals whose new vertices lie in a region is the measure of the region.
-TEST(UserPathDensity, one_over_it_integrates_to_the_measure_of_a_region) {
+TEST(HintMutationDensity, one_over_it_integrates_to_the_measure_of_a_region) {
   // Lamp of area 0.25; a patch of area 0.04 on the left wall, or one that the eye sees on the back wall.
   const auto on_left = [](Vec3 p) { return std::abs(p.x + 1.0f) < 1e-3f && std::abs(p.y) < 0.1f && std::abs(p.z) < 0.1f; };
   const auto on_back = [](Vec3 p) { return std::abs(p.y - 1.0f) < 1e-3f && std::abs(p.x + 0.2f) < 0.1f && std::abs(p.z - 0.3f) < 0.1f; };
   struct Case {
     const char* what;
-    float hint_chance;
+    float hint_probability;
     bool lens;
   };
   for (const Case c : {Case{"hint joined to what is seen", 1.0f, false}, Case{"hint joined to the lens", 1.0f, true}, Case{"regrowth", 0.0f, false}}) {
     const Vec3 target = c.lens ? Vec3(-0.2f, 1.0f, 0.3f) : Vec3(-1.0f, 0.0f, 0.0f);
     const Hinted h(scene_named("area_lamp"), {hint("Patch", {{0.1f, 0.1f, 0.95f}, target}, 0.5f)}, !c.lens);
-    const UserPathMutation mutation(h.space, h.hints, c.hint_chance, 1.0f - c.hint_chance);
+    const HintMutation mutation(h.space, h.hints, c.hint_probability, 1.0f - c.hint_probability);
     const auto from = h.find([](const Path& p) { return p.count == 4 && p.vertices[2].position().y > 0.99f && p.vertices[2].position().z > 0.0f; });
     ASSERT_TRUE(from);
     auto to = std::make_unique<Path>();
@@ -115,7 +115,7 @@ TEST(UserPathDensity, one_over_it_integrates_to_the_measure_of_a_region) {
     sampler.start(0, 0);
     uint64_t rays = 0;
     RunningMoments moments;
-    for (int i = 0; i < (c.hint_chance > 0.0f ? 100000 : 600000); ++i) {
+    for (int i = 0; i < (c.hint_probability > 0.0f ? 100000 : 600000); ++i) {
       double value = 0.0;
       if (mutation.sample(*from, sampler, *to, rays) && to->count == (c.lens ? 3 : 4) &&
           (c.lens ? on_back(to->vertices[1].position()) : on_left(to->vertices[1].position())))
@@ -127,13 +127,13 @@ TEST(UserPathDensity, one_over_it_integrates_to_the_measure_of_a_region) {
   }
 }
 
-class UserPathChains : public ::testing::TestWithParam<const char*> {};
+class HintMutationChains : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(UserPathChains, stay_in_the_distribution_of_their_target) {
+TEST_P(HintMutationChains, stay_in_the_distribution_of_their_target) {
   const Hinted h(scene_named(GetParam()), hints_for(GetParam()));
   const auto visits = [&](bool hinted, uint32_t seed) {
     std::vector<MutationShare> shares;
-    if (hinted) shares.push_back({std::make_unique<UserPathMutation>(h.space, h.hints, 0.5f, 0.2f), 1.0f});
+    if (hinted) shares.push_back({std::make_unique<HintMutation>(h.space, h.hints, 0.5f, 0.2f), 1.0f});
     else shares.push_back({std::make_unique<BidirectionalMutation>(h.space), 1.0f});
     std::array<double, 5> sums{};
     for (uint32_t c = 0; c < 4; ++c) {
@@ -165,7 +165,7 @@ TEST_P(UserPathChains, stay_in_the_distribution_of_their_target) {
   EXPECT_GT(plain[4].mean(), 0.02);  // the hints matter
   for (size_t i = 0; i < 5; ++i) EXPECT_TRUE(statistical::means_agree(plain[i], hinted[i], {0.01, 10})) << "statistic " << i;
 }
-INSTANTIATE_TEST_SUITE_P(Scenes, UserPathChains, ::testing::Values("glass_ball", "point_light"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Scenes, HintMutationChains, ::testing::Values("glass_ball", "point_light"), [](const auto& info) { return std::string(info.param); });
 
 TEST(StandardMutations, leave_out_what_a_scene_does_not_need) {
   const auto names = [](SceneDescription d, std::vector<HintDescription> described) {
@@ -178,7 +178,7 @@ TEST(StandardMutations, leave_out_what_a_scene_does_not_need) {
   EXPECT_EQ(names(scene_named("glass_ball"), kGlassHints), "user_path lens caustic ");
 }
 
-TEST(UserPaths, never_change_the_mean_good_useless_or_wrong) {
+TEST(HintMutations, never_change_the_mean_good_useless_or_wrong) {
   const Rendered none = render_hinted(keyhole(), {}, 24, 1);
   const std::pair<const char*, std::vector<HintDescription>> sets[] = {{"good", kGood}, {"useless", kUseless}, {"wrong", kWrong}};
   uint32_t first_seed = 1000;
@@ -192,7 +192,7 @@ TEST(UserPaths, never_change_the_mean_good_useless_or_wrong) {
   }
 }
 
-TEST(UserPaths, are_followed_by_populations_too) {
+TEST(HintMutations, are_followed_by_populations_too) {
   const Rendered none = render_hinted(keyhole(), {}, 16, 1, 24, "pmc_pt");
   const Rendered good = render_hinted(keyhole(), kGood, 16, 1000, 24, "pmc_pt"), wrong = render_hinted(keyhole(), kWrong, 16, 2000, 24, "pmc_pt");
   for (const Rendered& with : {good, wrong}) {
@@ -218,7 +218,7 @@ TEST(UserPaths, are_followed_by_populations_too) {
   }
 }
 
-TEST(UserPaths, that_are_malformed_are_reported_by_name_and_do_not_stop_the_render) {
+TEST(HintMutations, that_are_malformed_are_reported_by_name_and_do_not_stop_the_render) {
   std::vector<HintDescription> hints = {hint("One point", {kLamp}), hint("Off in space", {kLamp, {50, 50, 50}}), hint("Through a wall", {kLamp, {-0.9f, 0.0f, -0.9f}}),
                                         hint("Not a number", {kLamp, {kNan, 0, 0}}), hint("Ten thousand points", std::vector<Vec3>(10000, kLamp)), kGood[0]};
   hints[1].points[0] = Vec3(40, 40, 40);
@@ -242,4 +242,4 @@ TEST(UserPaths, that_are_malformed_are_reported_by_name_and_do_not_stop_the_rend
   EXPECT_EQ(warnings, hints.size() - 1);
 }
 
-}  // namespace ajar::test_user_paths
+}  // namespace ajar::test_hint_mutation

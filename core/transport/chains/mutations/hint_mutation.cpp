@@ -1,4 +1,4 @@
-#include "transport/chains/mutations/user_path_mutation.h"
+#include "transport/chains/mutations/hint_mutation.h"
 
 #include <algorithm>
 
@@ -13,24 +13,24 @@ constexpr double kLonger = 0.65;
 
 }  // namespace
 
-float UserPathMutation::lens_chance(const Hints::Hint& hint, bool has_joinable) const {
+float HintMutation::lens_probability(const Hints::Hint& hint, bool has_joinable) const {
   if (hint.vertices.size() <= 2 && space_.without_direct) return 0.0f;  // direct light
   return has_joinable ? 0.5f : 1.0f;
 }
 
-bool UserPathMutation::sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
+bool HintMutation::sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
   const float u = sampler.get_1d();
-  if (u < hint_chance_) return sample_hint(from, sampler, to, rays);
-  return u < hint_chance_ + regrow_chance_ ? regrow(from, sampler, to, rays) : bidirectional_.sample(from, sampler, to, rays);
+  if (u < hint_probability_) return sample_hint(from, sampler, to, rays);
+  return u < hint_probability_ + regrow_probability_ ? regrow(from, sampler, to, rays) : bidirectional_.sample(from, sampler, to, rays);
 }
 
-bool UserPathMutation::sample_hint(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
+bool HintMutation::sample_hint(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
   const Scene& scene = space_.scene;
   const uint32_t index = hints_.choose(sampler.get_1d());
   const Hints::Hint& hint = hints_[index];
   to.hint = int(index);
   const int joint = first_joinable_from_eye(from), end = int(hint.vertices.size());
-  const bool to_lens = sampler.get_1d() < lens_chance(hint, joint > 0);
+  const bool to_lens = sampler.get_1d() < lens_probability(hint, joint > 0);
   if (joint <= 0 && !to_lens) return false;
   // What stays.
   const int kept = to_lens ? 1 : from.count - joint;
@@ -72,7 +72,7 @@ bool UserPathMutation::sample_hint(const Path& from, Sampler& sampler, Path& to,
   return shared.eye == kept && (shared.light == 0 || (shared.light == 1 && start.delta));
 }
 
-double UserPathMutation::pdf_of_hints(const Path& from, const Path& to) const {
+double HintMutation::pdf_of_hints(const Path& from, const Path& to) const {
   const SharedEnds shared = shared_ends(from, to);
   if (shared.light > (to.vertices[0].delta ? 1 : 0)) return 0.0;
   const int joint = first_joinable_from_eye(from), end = to.count - shared.eye;
@@ -82,14 +82,14 @@ double UserPathMutation::pdf_of_hints(const Path& from, const Path& to) const {
   for (size_t i = 0; i < hints_.size(); ++i) {
     const Hints::Hint& hint = hints_[i];
     if (int(hint.vertices.size()) != end) continue;
-    const double to_lens = lens_chance(hint, joint > 0);
-    const double chance = hint.share * (to_joint ? 1.0 - to_lens : to_lens);
-    if (chance > 0.0) pdf += chance * pdf_of_hint(space_.scene.lights(), hint, to, end);
+    const double to_lens = lens_probability(hint, joint > 0);
+    const double probability = hint.share * (to_joint ? 1.0 - to_lens : to_lens);
+    if (probability > 0.0) pdf += probability * pdf_of_hint(space_.scene.lights(), hint, to, end);
   }
   return pdf;
 }
 
-bool UserPathMutation::regrow(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
+bool HintMutation::regrow(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
   const int joint = first_joinable_from_eye(from), kept = from.count - joint, longest = most(kept);
   if (joint <= 0 || longest < fewest()) return false;
   // Lengths fall off geometrically.
@@ -98,18 +98,18 @@ bool UserPathMutation::regrow(const Path& from, Sampler& sampler, Path& to, uint
   return bidirectional_.grow_into(from, {0, kept}, grown, sampler, to, rays);
 }
 
-double UserPathMutation::pdf_of_regrowth(const Path& from, const Path& to) const {
+double HintMutation::pdf_of_regrowth(const Path& from, const Path& to) const {
   const SharedEnds shared = shared_ends(from, to);
   const int joint = first_joinable_from_eye(from), kept = from.count - joint, grown = to.count - kept, longest = most(kept);
   if (joint <= 0 || shared.eye != kept || shared.light > (to.vertices[0].delta ? 1 : 0) || grown < fewest() || grown > longest) return 0.0;
-  const double chance = std::pow(kLonger, grown - fewest()) * (1.0 - kLonger) / (1.0 - std::pow(kLonger, longest - fewest() + 1));
-  return chance * bidirectional_.pdf_of_growth(from, to, {0, kept});
+  const double probability = std::pow(kLonger, grown - fewest()) * (1.0 - kLonger) / (1.0 - std::pow(kLonger, longest - fewest() + 1));
+  return probability * bidirectional_.pdf_of_growth(from, to, {0, kept});
 }
 
-double UserPathMutation::pdf(const Path& from, const Path& to) const {
-  double pdf = double(1.0f - hint_chance_ - regrow_chance_) * bidirectional_.pdf(from, to);
-  if (hint_chance_ > 0.0f) pdf += double(hint_chance_) * pdf_of_hints(from, to);
-  if (regrow_chance_ > 0.0f) pdf += double(regrow_chance_) * pdf_of_regrowth(from, to);
+double HintMutation::pdf(const Path& from, const Path& to) const {
+  double pdf = double(1.0f - hint_probability_ - regrow_probability_) * bidirectional_.pdf(from, to);
+  if (hint_probability_ > 0.0f) pdf += double(hint_probability_) * pdf_of_hints(from, to);
+  if (regrow_probability_ > 0.0f) pdf += double(regrow_probability_) * pdf_of_regrowth(from, to);
   return pdf;
 }
 

@@ -13,11 +13,11 @@
 
 namespace ajar {
 
-class UserPathMutation final : public Mutation {
+class HintMutation final : public Mutation {
  public:
-  /// `hint_chance`: of a proposal to come from a hint; `regrow_chance`: to regrow what hints replace. The hints must outlive the mutation.
-  UserPathMutation(const PathSpace& space, const Hints& hints, float hint_chance, float regrow_chance)
-      : space_(space), hints_(hints), bidirectional_(space), hint_chance_(hint_chance), regrow_chance_(regrow_chance) {}
+  /// `hint_probability`: of a proposal to come from a hint; `regrow_probability`: to regrow what hints replace. The hints must outlive the mutation.
+  HintMutation(const PathSpace& space, const Hints& hints, float hint_probability, float regrow_probability)
+      : space_(space), hints_(hints), bidirectional_(space), hint_probability_(hint_probability), regrow_probability_(regrow_probability) {}
   const char* name() const override { return "user_path"; }
   bool suits(const Path&) const override { return true; }
   bool sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const override;
@@ -31,13 +31,13 @@ class UserPathMutation final : public Mutation {
   /// Fewest and most vertices that may grow in place of a hint's, `kept` being kept.
   int fewest() const { return space_.without_direct ? 2 : 1; }
   int most(int kept) const { return space_.max_vertices - kept; }
-  /// Chance that this hint's end is joined to the lens, for a path with or without a vertex it could be joined to instead.
-  float lens_chance(const Hints::Hint& hint, bool has_joinable) const;
+  /// Probability that this hint's end is joined to the lens, for a path with or without a vertex it could be joined to instead.
+  float lens_probability(const Hints::Hint& hint, bool has_joinable) const;
 
   const PathSpace& space_;
   const Hints& hints_;
   BidirectionalMutation bidirectional_;
-  float hint_chance_, regrow_chance_;
+  float hint_probability_, regrow_probability_;
 };
 
 }  // namespace ajar

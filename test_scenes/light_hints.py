@@ -13,7 +13,7 @@ from scene_tools import Point, light_path
 AWAY = 1e-4  # metres between the start of a ray and the surface it leaves
 
 
-def aimed_light_path(name: str, light: Point, targets: Sequence[Point], tolerance: float = 0.15) -> bpy.types.Object:
+def aimed_light_hint(name: str, light: Point, targets: Sequence[Point], tolerance: float = 0.15) -> bpy.types.Object:
     """From a light to the surfaces found in the direction of each target in turn.
 
     Something in the way, further than `tolerance` from the target, stops the script, as does an end out of sight.
