@@ -202,7 +202,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         for item in wanted:
             target = layer.passes.get(item.name)
             values = session.snapshot(item.name)
-            if is_denoised and item is passes.COMBINED:
+            if is_denoised and statistics is not None and item is passes.COMBINED:
                 noisy = layer.passes.get(passes.NOISY.name)
                 if noisy is not None:
                     compat.write_pass(noisy, passes.fitted(values, noisy.channels))
