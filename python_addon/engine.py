@@ -202,7 +202,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         for item in wanted:
             target = layer.passes.get(item.name)
             values = session.snapshot(item.name)
-            if is_denoised and statistics is not None and item is passes.COMBINED:
+            if is_denoised and item is passes.COMBINED:
                 noisy = layer.passes.get(passes.NOISY.name)
                 if noisy is not None:
                     compat.write_pass(noisy, passes.fitted(values, noisy.channels))
@@ -214,12 +214,13 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             self._stamp(depsgraph.view_layer.name, statistics)
         return True
 
-    def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, values: np.ndarray, statistics: dict) -> np.ndarray:
+    def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, values: np.ndarray, statistics: dict | None) -> np.ndarray:
         self._next_words = 0.0
         self._show(depsgraph, interface("Denoising"))
         started = time.monotonic()
         values = denoise.denoised(values, *(session.snapshot(guide.name) for guide in denoise.GUIDES))
-        statistics["denoise_seconds"] = time.monotonic() - started
+        if statistics is not None:
+            statistics["denoise_seconds"] = time.monotonic() - started
         return values
 
     def _stamp(self, view_layer: str, statistics: dict) -> None:
