@@ -11,7 +11,7 @@ tools=$work/python/bin
 # Fetches the pinned checkers once; 3 when PyPI cannot be reached.
 fetch() {
   cmp -s tools/lint_requirements.txt "$work/installed.txt" && return
-  rm -rf "$work/python"
+  rm -rf "$work/python" "$work/installed.txt"
   mkdir -p "$work"
   /usr/bin/python3 -m venv "$work/python" || { echo "lint: no virtual environment; python3-venv is missing" >&2; return 1; }
   if ! "$tools/pip" install -q --disable-pip-version-check --only-binary=:all: --no-deps --retries 1 --timeout 10 -r tools/lint_requirements.txt > "$work/pip.log" 2>&1; then
@@ -32,7 +32,7 @@ python() {
   return $result
 }
 
-# Files of core/ and bindings/ that differ from where the branch left main; on main, from its last commit but one.
+# Files of core/ and bindings/ that differ from where the branch left main; on main, from the commit before.
 changed() {
   local base
   base=$(git merge-base HEAD main 2>/dev/null) || base=$(git merge-base HEAD origin/main 2>/dev/null) || base=HEAD
