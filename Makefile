@@ -16,7 +16,7 @@ PROFILE := $(abspath $(BUILD))/blender_profile
 
 export BLENDER PRESET
 
-.PHONY: all extension compat coverage manual pictures newest render test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
+.PHONY: all extension compat coverage manual pictures newest render lint test fuzz sanitize bench-check agreement bench bench-full bench_program timing setup build install clean
 all: build
 
 setup:
@@ -36,6 +36,11 @@ test:
 	@tools/build.sh $(PRESET) tests
 	@tools/install_addon.sh $(BUILD) $(PROFILE)
 	@tools/test.sh $(BUILD)
+
+# All Python, and the C++ files that differ from main.
+lint:
+	@tools/setup.sh lint
+	@tools/lint.sh all $(BUILD)
 
 extension:
 	@tools/setup.sh extension

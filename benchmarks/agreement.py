@@ -96,8 +96,8 @@ def disagreements(ours: Blocks, theirs: Blocks, relative: float = 0.01, standard
     allowance = allowance + standard_errors * np.hypot(ours.standard_errors, theirs.standard_errors)
     difference = np.abs(ours.means - theirs.means)
     failed = np.argwhere(~(difference <= allowance))
-    found = [Disagreement(*map(int, at), float(ours.means[tuple(at)]), float(theirs.means[tuple(at)]),
-                          float(allowance[tuple(at)])) for at in failed]
+    found = [Disagreement(int(row), int(column), int(channel), float(ours.means[row, column, channel]), float(theirs.means[row, column, channel]),
+                          float(allowance[row, column, channel])) for row, column, channel in failed]
     return sorted(found, key=lambda d: -abs(d.value - d.reference) / max(d.allowance, 1e-300))
 
 

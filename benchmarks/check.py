@@ -69,7 +69,7 @@ def main() -> int:
         print(f"{name}: {ratio:.3f} of the record{'' if fine else ', TOO SLOW'}")
         failed |= not fine
     if options.record:
-        history.append({"commit": machine.describe(ajar.build)["commit"], "scenes": {name: round(value, 3) for name, value in found.items()}})
+        history.append({"commit": machine.commit(), "scenes": {name: round(value, 3) for name, value in found.items()}})
         RECORD.write_text(json.dumps(history, indent=1) + "\n")
     return 1 if failed else 0
 

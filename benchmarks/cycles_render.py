@@ -25,7 +25,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from images import read_exr_text  # noqa: E402
+from images import read_exr_text
 
 
 def parse_arguments() -> argparse.Namespace:

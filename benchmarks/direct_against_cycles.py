@@ -15,6 +15,8 @@ import argparse
 import json
 import subprocess
 import time
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import agreement
@@ -68,21 +70,24 @@ class Measured:
                           for (samples, seed), (image, seconds) in pictures.items()]
         self.path.write_text(json.dumps(self.runs))
 
-    def jobs(self) -> list[tuple[str, callable]]:
+    def jobs(self) -> list[tuple[str, Callable[[], None]]]:
         """What is left to do."""
         options, seeds = self.options, list(range(1, self.options.seeds + 1))
         blend, scene = WORK / f"{self.name}.blend", self.folder / "scene.ajar"
-        left = []
+        left: list[tuple[str, Callable[[], None]]] = []
 
         def reference(program: str, pictures: list[np.ndarray]) -> None:
             mean, variance = agreement.mean_and_variance(pictures)
             np.savez(self._reference(program), mean=mean, variance=variance)
 
+        def ours(key: str, method: str, direct_samples: int, counts: Sequence[int]) -> None:
+            self._keep(key, "Ajar", {(samples, seed): our_image(scene, method, direct_samples, samples, seed) for seed in seeds for samples in counts})
+
         for program, python in [("Cycles", None)] + ([("Cycles wheel", options.wheel)] if options.wheel else []):
-            def refer(program=program, python=python) -> None:
+            def refer(program: str = program, python: str | None = python) -> None:
                 reference(program, [image for image, _ in cycles_images(blend, self.folder / "reference", options.percentage, [REFERENCE_SAMPLES], list(REFERENCE_SEEDS), python).values()])
 
-            def measure(program=program, python=python) -> None:
+            def measure(program: str = program, python: str | None = python) -> None:
                 pictures = cycles_images(blend, self.folder / "cycles", options.percentage, [1, *THEIRS], seeds, python)
                 preparing = float(np.median([seconds for (samples, _), (_, seconds) in pictures.items() if samples == 1]))
                 self._keep(program, program, {key: value for key, value in pictures.items() if key[0] > 1}, preparing)
@@ -94,8 +99,7 @@ class Measured:
             left.append((f"{self.name}: reference of Ajar", lambda: reference("Ajar", [our_image(scene, "mis", 1, REFERENCE_SAMPLES, seed)[0] for seed in REFERENCE_SEEDS])))
         for key, (method, direct_samples, counts) in OURS[self.name].items():
             if key not in self.runs:
-                left.append((f"{self.name}: {key}", lambda key=key, method=method, direct_samples=direct_samples, counts=counts: self._keep(
-                    key, "Ajar", {(samples, seed): our_image(scene, method, direct_samples, samples, seed) for seed in seeds for samples in counts})))
+                left.append((f"{self.name}: {key}", partial(ours, key, method, direct_samples, counts)))
         return left
 
     def curve(self, key: str, seed: int) -> metrics.ErrorCurve:

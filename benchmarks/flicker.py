@@ -75,7 +75,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
 
-    images = {kind: [[], []] for kind in ("cold", "warm")}   # [sequence][frame]
+    images: dict[str, list[list[np.ndarray]]] = {kind: [[], []] for kind in ("cold", "warm")}   # [sequence][frame]
     seconds = {"cold": 0.0, "warm": 0.0}
     learned: list[ajar.Learned | None] = [None, None]
     for frame in range(options.frames):

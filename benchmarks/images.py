@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-EXR_PIXEL_TYPES = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 2: np.dtype("<f4")}
+EXR_PIXEL_TYPES: dict[int, np.dtype] = {0: np.dtype("<u4"), 1: np.dtype("<f2"), 2: np.dtype("<f4")}
 EXR_LINES_PER_CHUNK = {0: 1, 2: 1, 3: 16}  # no compression, ZIPS, ZIP
 
 
@@ -39,7 +39,8 @@ def read_exr_text(path: str | Path) -> dict[str, str]:
 
 
 def _parse_channels(value: bytes) -> list[tuple[str, np.dtype]]:
-    channels, at = [], 0
+    channels: list[tuple[str, np.dtype]] = []
+    at = 0
     while value[at]:
         end = value.index(0, at)
         (kind,) = struct.unpack_from("<i", value, end + 1)

@@ -24,6 +24,10 @@ def _output(command: list[str]) -> str:
         return ""
 
 
+def commit() -> str:
+    return _output(["git", "-C", str(renderers.PROJECT), "rev-parse", "--short", "HEAD"]) or "unknown"
+
+
 def describe(threads: int) -> dict[str, str]:
     """Processor, memory, system and versions, as text."""
     kilobytes = int(_first_match("/proc/meminfo", "MemTotal").split()[0])
@@ -36,7 +40,7 @@ def describe(threads: int) -> dict[str, str]:
         "system": f"{system}, Linux {platform.release()}",
         "blender": blender[0] if blender else "none",
         "compiler": _output(["c++", "--version"]).splitlines()[0] if _output(["c++", "--version"]) else "unknown",
-        "commit": _output(["git", "-C", str(renderers.PROJECT), "rev-parse", "--short", "HEAD"]) or "unknown",
+        "commit": commit(),
         "threads": str(threads),
         "load before": f"{os.getloadavg()[0]:.2f}",
     }

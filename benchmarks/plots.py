@@ -44,7 +44,7 @@ def loglog_plot(title: str, curves: dict[str, tuple], x_label: str = "seconds", 
         parts.append(f'<path d="M{LEFT} {py:.1f}H{WIDTH - RIGHT}" stroke="#ddd"/>'
                      f'<text x="{LEFT - 6}" y="{py + 4:.1f}" text-anchor="end">{y:g}</text>')
     parts.append(f'<rect x="{LEFT}" y="{TOP}" width="{WIDTH - LEFT - RIGHT}" height="{HEIGHT - TOP - BOTTOM}" fill="none" stroke="#888"/>')
-    for (name, (x, y)), color in zip(curves.items(), COLORS * (1 + len(curves) // len(COLORS))):
+    for (x, y), color in zip(curves.values(), COLORS * (1 + len(curves) // len(COLORS))):
         points = [at(float(a), float(b)) for a, b in zip(x, y)]
         parts.append(f'<polyline points="{" ".join(f"{a:.1f},{b:.1f}" for a, b in points)}" fill="none" stroke="{color}" stroke-width="2"/>')
         parts += [f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3" fill="{color}"/>' for a, b in points]

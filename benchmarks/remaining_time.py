@@ -34,7 +34,9 @@ def render(path: Path, width: int, integrator: str, image: str, target: float, s
     settings.samples, settings.seconds, settings.target_error = samples, 0.0, target
     session = ajar.Session()
     session.start(description)
-    told, started, last = [], None, -1
+    told: list[tuple[float, float]] = []   # seconds since the start, remaining seconds as told
+    started: float | None = None
+    last = -1
     while True:
         ended = session.wait(POLL_SECONDS)
         now, progress = time.monotonic(), session.progress()
@@ -43,7 +45,7 @@ def render(path: Path, width: int, integrator: str, image: str, target: float, s
             started = now
         if ended:
             break
-        if progress.iteration > 0 and progress.iteration != last:
+        if started is not None and progress.iteration > 0 and progress.iteration != last:
             last = progress.iteration
             told.append((now - started, progress.remaining_seconds))
         if started is not None and now - started > longest:
@@ -53,6 +55,8 @@ def render(path: Path, width: int, integrator: str, image: str, target: float, s
     error = session.take_error()
     if error:
         raise RuntimeError(f"{path.name}: {error}")
+    if started is None:
+        raise RuntimeError(f"{path.name}: the render ended before the scene was built")
     is_whole = session.progress().phase == ajar.Progress.Phase.Done
     history = json.loads(session.statistics_json())
     return {"scene": path.stem, "integrator": history["integrator"], "asked": integrator, "image": image, "target": target, "samples": samples, "is_whole": is_whole,

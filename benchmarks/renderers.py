@@ -6,6 +6,7 @@ import json
 import os
 import re
 import subprocess
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -107,7 +108,7 @@ class AjarBuild:
     build: Path
 
     @classmethod
-    def default(cls) -> "AjarBuild":
+    def default(cls) -> AjarBuild:
         return cls(Path(os.environ.get("AJAR_BUILD", PROJECT / "build" / "release")))
 
     def blender(self, blend: Path, image: Path, options: list[str], percentage: int | None = None, unclamped: bool = True) -> str:
@@ -129,7 +130,7 @@ class AjarBuild:
             raise RenderFailed(f"Ajar on {blend.name} left no scene file")
         return scene, json.loads(statistics.read_text())
 
-    def render(self, scene: Path, out: Path, samples: list[int], seeds: list[int], threads: int, extra: list[str] = ()) -> list[Render]:
+    def render(self, scene: Path, out: Path, samples: list[int], seeds: list[int], threads: int, extra: Sequence[str] = ()) -> list[Render]:
         """All pairs of samples and seeds of a dumped scene, by the program `ajar-render`."""
         renders = []
         for seed in seeds:

@@ -59,7 +59,7 @@ def error_at_samples(found: dict, technique: str, samples: float) -> float:
     return statistics.mean(errors) if errors else math.nan
 
 
-def number(value: float, form: str = ".3g") -> str:
+def number(value: float | None, form: str = ".3g") -> str:
     return format(value, form) if value is not None and math.isfinite(value) else "–"
 
 

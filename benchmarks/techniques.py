@@ -19,7 +19,7 @@ import statistics
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable
+from collections.abc import Callable
 
 import agreement
 import images
@@ -102,8 +102,9 @@ def measure_scene(scene: Scene, ajar: renderers.AjarBuild, work: Path, options: 
         for name, guiding in (("Cycles wheel", False), ("Cycles wheel, guided", True)):
             techniques[name] = cycles_technique(scene, folder / "wheel", options.seconds, options.threads, python=options.wheel, guiding=guiding)
     for name, arguments in AJAR_TECHNIQUES.items():
-        techniques[name] = lambda seed, a=arguments, n=name: ajar_image(ajar, scene_file, folder / n.replace(", ", "_"), options.seconds, seed,
-                                                                       options.threads, a)
+        def render_by_ajar(seed: int, name: str = name, arguments: list[str] = arguments) -> renderers.Render:
+            return ajar_image(ajar, scene_file, folder / name.replace(", ", "_"), options.seconds, seed, options.threads, arguments)
+        techniques[name] = render_by_ajar
     runs, failures = [], {}
     for repeat in range(1, options.repeats + 1):
         for name, render in techniques.items():

@@ -87,7 +87,9 @@ def main() -> None:
     options = parser.parse_args()
 
     kinds = ("wrong", "none") if options.wrong else ("own", "none")
-    images, seconds, statistics = {kind: [] for kind in kinds}, {kind: [] for kind in kinds}, {}
+    images: dict[str, list[np.ndarray]] = {kind: [] for kind in kinds}
+    seconds: dict[str, list[float]] = {kind: [] for kind in kinds}
+    statistics = {}
     for seed in range(1, options.seeds + 1):
         for kind in kinds:
             image, cpu, statistics[kind] = render(options, kind, 10**6 + seed if kind == "wrong" else seed)

@@ -135,7 +135,7 @@ def cycles(scene: str, options: argparse.Namespace, samples: int, *more: str, fi
                    str(samples), "--seeds", ",".join(map(str, range(first_seed, first_seed + options.seeds))), "--percentage", str(options.percentage), "--threads", "1", *more]
         pictures, begun, seconds = [], 0.0, 0.0
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as blender:
-            for line in blender.stdout:
+            for line in blender.stdout or ():
                 if "| Sample 0/" in line:
                     begun = cpu_seconds_of(blender.pid)
                 elif line.rstrip().endswith("| Finished"):
@@ -159,7 +159,7 @@ def print_cycles(options: argparse.Namespace) -> None:
     for scene in options.scenes:
         reference = np.mean([picture for picture, _ in cycles(scene, options, 16 * options.spp, first_seed=1001)], axis=0)
 
-        def judged(pictures: list[tuple[np.ndarray, float]]) -> np.ndarray:
+        def judged(pictures: list[tuple[np.ndarray, float]], reference: np.ndarray = reference) -> np.ndarray:
             return np.median([(cpu, metrics.relmse(picture, reference), metrics.perceptual_error(picture, reference), picture.mean() / reference.mean())
                               for picture, cpu in pictures], axis=0)
         uniform = judged(cycles(scene, options, options.spp))

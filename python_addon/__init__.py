@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import traceback
+from types import ModuleType
 
 bl_info = {
     "name": "Ajar Render Engine",
@@ -22,7 +23,7 @@ try:
 except ImportError:
     self_check.import_failure = traceback.format_exc()
     print(self_check.import_failure, flush=True)
-    MODULES = (translations, documentation, self_check)   # the button of the self-check says what is wrong
+    MODULES: tuple[ModuleType, ...] = (translations, documentation, self_check)   # the button of the self-check says what is wrong
 else:
     from . import checks, denoise, engine, headless, hint_overlay, hints, learning, pausing, photon_overlay, presets, properties, ui, viewport
 

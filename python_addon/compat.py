@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import bpy
 import numpy as np
@@ -40,7 +41,7 @@ def has_cycles_settings(owner: bpy.types.bpy_struct) -> bool:
     return any(cycles.is_property_set(name) for name in cycles.bl_rna.properties.keys() if name not in ("rna_type", "name"))
 
 
-def cycles_value(owner: bpy.types.bpy_struct, name: str, default: object, group: str = "cycles") -> object:
+def cycles_value(owner: bpy.types.bpy_struct, name: str, default: Any, group: str = "cycles") -> Any:
     """A Cycles property of `owner`, enabled or only stored; `default` where neither has it."""
     cycles = getattr(owner, group, None)
     if cycles is not None:
@@ -137,7 +138,7 @@ def has_light_linking(thing: bpy.types.Object) -> bool:
 # ---- Meshes ---------------------------------------------------------------------------------------------------------
 
 def _numbers(collection: bpy.types.bpy_prop_collection, name: str, columns: int, kind: type) -> np.ndarray:
-    values = np.empty(len(collection) * columns, dtype=kind)
+    values: np.ndarray = np.empty(len(collection) * columns, dtype=kind)
     collection.foreach_get(name, values)
     return values.reshape(-1, columns) if columns > 1 else values
 

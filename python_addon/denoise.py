@@ -78,6 +78,7 @@ def denoised(color: np.ndarray, albedo: np.ndarray, normal: np.ndarray) -> np.nd
     global _seconds_per_pixel
     started = time.monotonic()
     library = _library()
+    assert library is not None   # is_available() says so
     device = library.oidnNewDevice(_CPU)
     try:
         library.oidnCommitDevice(device)
@@ -121,6 +122,7 @@ class Background:
         self._thread.start()
 
     def take(self) -> tuple[object, np.ndarray | None]:
+        assert self._thread is not None   # is_ready() or is_busy() says so
         self._thread.join()
         self._thread = None
         result, self._result = self._result, None

@@ -9,6 +9,7 @@ each panel, the Help menu and the add-on's preferences open the manual by `AJAR_
 import webbrowser
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import bpy
 
@@ -29,7 +30,7 @@ def anchor_of_panel(panel: type) -> str:
     return panel.__name__.removeprefix("NODE_").lower()
 
 
-def own(kind: type) -> Iterator[type]:
+def own(kind: Any) -> Iterator[Any]:
     """The classes of the add-on."""
     return (found for found in kind.__subclasses__() if found.__module__.startswith(__package__))
 

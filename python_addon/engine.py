@@ -214,12 +214,13 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             self._stamp(depsgraph.view_layer.name, statistics)
         return True
 
-    def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, values: np.ndarray, statistics: dict) -> np.ndarray:
+    def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, values: np.ndarray, statistics: dict | None) -> np.ndarray:
         self._next_words = 0.0
         self._show(depsgraph, interface("Denoising"))
         started = time.monotonic()
         values = denoise.denoised(values, *(session.snapshot(guide.name) for guide in denoise.GUIDES))
-        statistics["denoise_seconds"] = time.monotonic() - started
+        if statistics is not None:
+            statistics["denoise_seconds"] = time.monotonic() - started
         return values
 
     def _stamp(self, view_layer: str, statistics: dict) -> None:

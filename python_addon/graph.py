@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,8 @@ class Axis:
     start: float
     end: float
 
-    def place(self, value: np.ndarray | float) -> np.ndarray | float:
+    def place(self, value: Any) -> Any:
+        """Of a number or of each number of an array."""
         return self.start + (np.log(value) - math.log(self.low)) * (self.end - self.start) / (math.log(self.high) - math.log(self.low))
 
 
@@ -67,25 +69,25 @@ def expected_noise(seconds: np.ndarray, noise: np.ndarray, end_seconds: float, t
     return max(target, float(noise[-1]) * math.sqrt(float(seconds[-1]) / end_seconds))
 
 
-def draw(seconds: Sequence[float], noise: Sequence[float], target: float, end_seconds: float, width: int, height: int, unit: int = 1) -> np.ndarray:
+def draw(seconds: Sequence[float] | np.ndarray, noise: Sequence[float] | np.ndarray, target: float, end_seconds: float, width: int, height: int, unit: int = 1) -> np.ndarray:
     """The noise over time, both logarithmic. `unit`: pixels of a dot of the text. Only times and values above 0 are drawn; without any, the picture is empty."""
-    seconds, noise = np.asarray(seconds, dtype=np.float64), np.asarray(noise, dtype=np.float64)
-    valid = np.isfinite(seconds) & np.isfinite(noise) & (seconds > 0.0) & (noise > 0.0)
-    seconds, noise = seconds[valid], noise[valid]
+    times, errors = np.asarray(seconds, dtype=np.float64), np.asarray(noise, dtype=np.float64)
+    valid = np.isfinite(times) & np.isfinite(errors) & (times > 0.0) & (errors > 0.0)
+    times, errors = times[valid], errors[valid]
     picture = np.ones((height, width, 4), dtype=np.float32)
     picture[..., :3] = BACKGROUND
-    if len(seconds) == 0:
+    if len(times) == 0:
         return picture
-    frame = frame_of(seconds, noise, target, end_seconds, width, height, unit)
+    frame = frame_of(times, errors, target, end_seconds, width, height, unit)
     _draw_grid(picture, frame, unit)
     if target > 0.0:
         y = round(float(frame.y.place(target)))
         dashes = np.arange(width) // (3 * unit) % 2 == 0
         dashes[:round(frame.x.start)] = dashes[round(frame.x.end) + 1:] = False
         picture[max(0, y - unit // 2):y - unit // 2 + unit, dashes, :3] = TARGET
-    if end_seconds > seconds[-1]:
-        _draw_line(picture, frame, np.array([seconds[-1], end_seconds]), np.array([noise[-1], expected_noise(seconds, noise, end_seconds, target)]), 0.5 * unit, EXPECTED)
-    _draw_line(picture, frame, seconds, noise, 0.8 * unit, CURVE)
+    if end_seconds > times[-1]:
+        _draw_line(picture, frame, np.array([times[-1], end_seconds]), np.array([errors[-1], expected_noise(times, errors, end_seconds, target)]), 0.5 * unit, EXPECTED)
+    _draw_line(picture, frame, times, errors, 0.8 * unit, CURVE)
     return picture
 
 

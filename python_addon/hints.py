@@ -7,6 +7,7 @@ render, while a view is rendered, or when asked; the overlay (`hint_overlay.py`)
 # No `from __future__ import annotations`: Blender reads the operators' annotations as they are.
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -42,9 +43,9 @@ def points_of(description: ajar.SceneDescription) -> dict[str, np.ndarray]:
 
 def remember(reports: list[ajar.HintReport], points: dict[str, np.ndarray]) -> None:
     _attachments.clear()
-    for report in reports:
-        if report.name in points:
-            _attachments[report.name] = Attachment(points[report.name], report.attached, report.reason, report.positions, report.segments)
+    for told in reports:
+        if told.name in points:
+            _attachments[told.name] = Attachment(points[told.name], told.attached, told.reason, told.positions, told.segments)
 
 
 def attachment_of(curve: bpy.types.Object) -> Attachment | None:
@@ -172,6 +173,8 @@ class AJAR_OT_unmark_light_hint(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         collection = export_hints.collection_of(context.scene)
+        if collection is None:
+            return {"CANCELLED"}
         for thing in context.selected_objects:
             for owner in [collection, *collection.children_recursive]:
                 if thing.type == "CURVE" and thing.name in owner.objects:
@@ -337,7 +340,7 @@ def _menu(self, context: bpy.types.Context) -> None:
         self.layout.operator(AJAR_OT_mark_light_hint.bl_idname)
 
 
-def _under_old_name(operator: type) -> type:
+def _under_old_name(operator: Any) -> type:
     """The same operator by the name that it had before hints were called light hints, for scripts and key maps."""
     old = operator.__name__.replace("light_hint", "light_path")
     values = {name: value for name, value in vars(operator).items() if name not in ("bl_rna", "__dict__", "__weakref__")}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from typing import Any
 
 import bpy
 
@@ -21,7 +22,7 @@ class Interrupt:
 
     def __init__(self) -> None:
         self.raised = False
-        self._previous: dict[int, object] = {}
+        self._previous: dict[int, Any] = {}
 
     def __enter__(self) -> Interrupt:
         if bpy.app.background and threading.current_thread() is threading.main_thread():

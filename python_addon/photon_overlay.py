@@ -7,6 +7,7 @@ against the strongest of them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -28,7 +29,7 @@ class Photons:
     positions: np.ndarray     # [n, 3]
     colors: np.ndarray        # [n, 4], as drawn
     stored: int               # in the last pass, drawn or not
-    batch: object = None      # of `gpu`, made when first drawn
+    batch: Any = None         # of `gpu`, made when first drawn
 
 
 _photons: dict[str, Photons] = {}   # by name of the scene

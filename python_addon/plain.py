@@ -19,19 +19,18 @@ _KINDS = {bpy.props.BoolProperty: bool, bpy.props.IntProperty: int, bpy.props.Fl
 @cache
 def _readers(group: type) -> dict[str, Callable[[bpy.types.PropertyGroup], Any]]:
     """The getter of each property that has one, giving what Blender would."""
-    found = {}
+    found: dict[str, Callable[[Any], Any]] = {}
     for name, declared in group.__annotations__.items():
         get = declared.keywords.get("get")
         if get is None:
             continue
         items = declared.keywords.get("items")
-        if items is None:
-            kind = _KINDS[declared.function]
-            found[name] = lambda settings, get=get, kind=kind: kind(get(settings))
-        else:
-            names = {item[3]: item[0] for item in items}
-            found[name] = lambda settings, get=get, names=names: names[get(settings)]
+        found[name] = _reader(get, _KINDS[declared.function] if items is None else {item[3]: item[0] for item in items}.__getitem__)
     return found
+
+
+def _reader(get: Callable[[Any], Any], kind: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    return lambda settings: kind(get(settings))
 
 
 class Plain:
@@ -43,7 +42,8 @@ class Plain:
         self._group = group
 
     def __getattr__(self, name: str):
-        reader = _readers(type(self._group)).get(name)
+        group: type = type(self._group)
+        reader = _readers(group).get(name)
         return getattr(self._group, name) if reader is None else reader(self._group)
 
 

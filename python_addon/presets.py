@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 
 from .translations import tooltip
@@ -10,7 +12,7 @@ from .translations import tooltip
 BASE = {"integrator": "auto", "image": "uniform", "image_error": "relative", "samples": 1024, "time_limit": 0.0, "noise_target": 0.001,
         "bounces_total": 12, "bounces_diffuse": 4, "bounces_glossy": 4, "bounces_transmission": 12, "bounces_transparent": 8,
         "reflective_caustics": True, "refractive_caustics": True, "clamp_direct": 0.0, "clamp_indirect": 0.0}
-PRESETS = {
+PRESETS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "PREVIEW": ("Preview", "A first look: grainy and soon done", {"integrator": "path", "samples": 32, "noise_target": 0.02}),
     "INTERIOR": ("Interior", "Light that comes around corners and bounces often",
                  {"noise_target": 0.002, "bounces_total": 24, "bounces_diffuse": 16, "bounces_glossy": 8}),

@@ -230,7 +230,7 @@ def register() -> None:
     _register_classes()
     bpy.types.Scene.ajar = bpy.props.PointerProperty(type=AjarSceneSettings)
     for name, group in data_properties.GROUPS.items():
-        setattr(getattr(bpy.types, name), "ajar", bpy.props.PointerProperty(type=group))
+        getattr(bpy.types, name).ajar = bpy.props.PointerProperty(type=group)
     bpy.types.Collection.ajar = bpy.props.PointerProperty(type=AjarCollectionSettings)
     bpy.types.View3DShading.ajar = bpy.props.PointerProperty(type=AjarShadingSettings)
     bpy.types.ViewLayer.ajar = bpy.props.PointerProperty(type=AjarViewLayerSettings)

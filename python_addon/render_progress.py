@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
@@ -88,7 +89,7 @@ def _note(scene_name: str, session: ajar.Session, target_relmse: float, is_runni
          is_running, density_of(session) if _density_is_shown and _areas else None)
 
 
-def _put(scene_name: str, *values: object) -> None:
+def _put(scene_name: str, *values: Any) -> None:
     global _count
     _count += 1
     _noted[scene_name] = Noted(_count, *values)

@@ -12,6 +12,7 @@ import copy
 import json
 import time
 import weakref
+from typing import Any
 
 import bpy
 import numpy as np
@@ -59,7 +60,7 @@ class Viewport:
         self._clean = 0                                # the render of which a denoised picture is shown
         self._hints_of = -1                            # the number of the update whose attached hints are shown
         self._shows_density = False                    # instead of the picture
-        self._texture = None
+        self._texture: Any = None                      # of `gpu`, made when first drawn
         self._texture_border = (0, 0, 0, 0)
         self._error = ""
         self._hint_points: dict[str, np.ndarray] = {}
@@ -206,7 +207,7 @@ class Viewport:
         """The newest picture into the texture. Only while drawing: `gpu` needs a window."""
         if self._denoiser.is_ready():
             of, pixels = self._denoiser.take()
-            if of == self._number and not self._shows_density:
+            if of == self._number and pixels is not None and not self._shows_density:
                 self._clean = of
                 self._show(pixels)
             self._denoise()

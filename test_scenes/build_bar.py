@@ -15,10 +15,10 @@ from mathutils import Matrix
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import scene_tools as tools  # noqa: E402
-from furniture import bottle, bowl, put, tumbler, wine_glass  # noqa: E402
-from images import pack, wood  # noqa: E402
-from shapes import Shape, block, cylinder, lathe, sphere  # noqa: E402
+import scene_tools as tools
+from furniture import bottle, bowl, put, tumbler, wine_glass
+from images import pack, wood
+from shapes import Shape, block, cylinder, lathe, sphere
 
 LEFT, RIGHT, NEAR, FAR, CEILING = -2.4, 2.4, -2.9, 1.55, 2.7
 COUNTER_NEAR, COUNTER_FAR, COUNTER = -0.05, 0.58, 1.06

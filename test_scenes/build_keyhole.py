@@ -11,9 +11,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import build_volume as cellar  # noqa: E402
-import scene_tools as tools  # noqa: E402
-from images import mottled, pack  # noqa: E402
+import build_volume as cellar
+import scene_tools as tools
+from images import mottled, pack
 
 WATTS = 60000.0
 

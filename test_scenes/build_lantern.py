@@ -14,10 +14,10 @@ from mathutils import Vector
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import scene_tools as tools  # noqa: E402
-from furniture import bowl, chair, put, table, vase  # noqa: E402
-from images import pack, wood  # noqa: E402
-from shapes import Shape, block, lathe, smooth_curve, smooth_profile, sphere, tube  # noqa: E402
+import scene_tools as tools
+from furniture import bowl, chair, put, table, vase
+from images import pack, wood
+from shapes import Shape, block, lathe, smooth_curve, smooth_profile, sphere, tube
 
 LEFT, RIGHT, NEAR, FAR, CEILING = -1.75, 2.3, -2.6, 1.55, 2.45
 TABLE_HEIGHT = 0.68
@@ -136,7 +136,7 @@ def carved_body() -> Shape:
             for k in range(count):
                 for side, order in ((0, 1), (1, -1)):
                     inner = [rims[side][(k * refine + j) % (count * refine)] for j in range(refine + 1)]
-                    faces.append(tuple([borders[side][k], borders[side][(k + 1) % count], *inner[::-1]])[::order])
+                    faces.append((borders[side][k], borders[side][(k + 1) % count], *inner[::-1])[::order])
             for k in range(count * refine):
                 n = (k + 1) % (count * refine)
                 faces.append((rims[0][k], rims[0][n], rims[1][n], rims[1][k]))

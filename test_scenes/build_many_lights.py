@@ -214,7 +214,7 @@ def add_bulbs(lane: int, pick: random.Random, wire: bpy.types.Material) -> None:
         side = 1.0 if string % 2 else -1.0
         tone = (WARM, AMBER, WARM, WHITE)[string % 4]
 
-        def hang(t: float) -> Vector:
+        def hang(t: float, side: float = side, y: float = y) -> Vector:
             return Vector((x0 + side * half * (2.0 * t - 1.0), y + 1.6 * (t - 0.5), 4.25 - 2.4 * t * (1.0 - t)))
 
         for i in range(bulbs):

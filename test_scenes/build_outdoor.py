@@ -16,10 +16,10 @@ from mathutils import Matrix, Vector
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import scene_tools as tools  # noqa: E402
-from furniture import put  # noqa: E402
-from images import mottled, pack, sky, wood  # noqa: E402
-from shapes import Shape, block, cylinder, lathe, tube  # noqa: E402
+import scene_tools as tools
+from furniture import put
+from images import mottled, pack, sky, wood
+from shapes import Shape, block, cylinder, lathe, tube
 
 TO_SUN = (0.58, 0.62, 0.80)
 LANE = 1.5  # half its width

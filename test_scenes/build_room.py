@@ -12,11 +12,11 @@ from mathutils import Matrix
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import scene_tools as tools  # noqa: E402
-from furniture import chair, door, door_handles, frame, put, put_image, table, teapot, wine_glass  # noqa: E402
-from images import cloth, landscape, pack, wood  # noqa: E402
-from light_hints import aimed_light_hint  # noqa: E402
-from shapes import Shape, block, sphere  # noqa: E402
+import scene_tools as tools
+from furniture import chair, door, door_handles, frame, put, put_image, table, teapot, wine_glass
+from images import cloth, landscape, pack, wood
+from light_hints import aimed_light_hint
+from shapes import Shape, block, sphere
 
 LEFT, RIGHT, NEAR, FAR, CEILING = -2.3, 2.4, -3.3, 2.0, 2.6  # the front room
 WALL = 0.12

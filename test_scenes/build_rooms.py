@@ -16,7 +16,7 @@ from mathutils import Matrix
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import scene_tools as tools  # noqa: E402
+import scene_tools as tools
 from furniture import (
     book,
     bowl,
@@ -29,12 +29,12 @@ from furniture import (
     sofa,
     table,
     teapot,
-    tumbler,  # noqa: E402
+    tumbler,
     vase,
 )
-from images import cloth, landscape, pack, wood  # noqa: E402
-from light_hints import aimed_light_hint  # noqa: E402
-from shapes import Shape, block, cushion, cylinder, sphere  # noqa: E402
+from images import cloth, landscape, pack, wood
+from light_hints import aimed_light_hint
+from shapes import Shape, block, cushion, cylinder, sphere
 
 LEFT, RIGHT, NEAR, REAR, CEILING = -2.6, 2.7, -2.4, 2.6, 2.6  # the room in view
 WEST, EAST, NORTH, BETWEEN = -5.6, 5.6, 5.6, 0.6  # outer walls; the wall between the rooms behind

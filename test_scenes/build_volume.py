@@ -16,13 +16,13 @@ from mathutils import Matrix, Vector
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-import bpy  # noqa: E402
+import bpy
 
-import scene_tools as tools  # noqa: E402
-from furniture import book, put, table, wine_glass  # noqa: E402
-from images import mottled, pack, wood  # noqa: E402
-from light_hints import aimed_light_hint  # noqa: E402
-from shapes import Shape, block, cylinder, lathe, smooth_profile, sphere, tube  # noqa: E402
+import scene_tools as tools
+from furniture import book, put, table, wine_glass
+from images import mottled, pack, wood
+from light_hints import aimed_light_hint
+from shapes import Shape, block, cylinder, lathe, smooth_profile, sphere, tube
 
 LEFT, RIGHT, NEAR, FAR, CEILING = -1.55, 1.65, -2.6, 1.9, 2.3
 DOOR_LEFT, DOOR_RIGHT, DOOR_HEIGHT = -1.10, -0.20, 1.95
@@ -268,12 +268,10 @@ def build_table() -> None:
     )
     paper = tools.diffuse("Paper", (0.78, 0.70, 0.54))
     pages, at = Shape(), TABLE_HEIGHT
-    for k, (name, colour, thick, turn) in enumerate(
-        (
-            ("Wine leather", (0.26, 0.05, 0.05), 0.05, 14),
-            ("Green leather", (0.06, 0.16, 0.09), 0.042, -9),
-            ("Tan leather", (0.45, 0.27, 0.13), 0.034, 27),
-        )
+    for name, colour, thick, turn in (
+        ("Wine leather", (0.26, 0.05, 0.05), 0.05, 14),
+        ("Green leather", (0.06, 0.16, 0.09), 0.042, -9),
+        ("Tan leather", (0.45, 0.27, 0.13), 0.034, 27),
     ):
         cover, leaves = book(thick, 0.17, 0.24)
         lying = (

@@ -116,7 +116,10 @@ def class_lines(kind: type, name: str) -> list[str]:
 
 def page(module) -> str:
     """The whole page for a module `ajar`."""
-    functions, enums, classes, errors = [], [], [], []
+    functions: list[str] = []
+    enums: list[tuple[str, type]] = []
+    classes: list[tuple[str, type]] = []
+    errors: list[str] = []
     for name, item in sorted(vars(module._ajar).items()):
         if name.startswith("_"):
             continue

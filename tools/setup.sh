@@ -1,6 +1,6 @@
 #!/bin/sh
 # Installs the Debian packages that are missing, and only then needs root.
-# `setup.sh test` adds what tests need, `bench` what benchmarks need, `fuzz` a clang, `pictures` what takes the manual's pictures, `sanitize` what builds TBB, `extension` what packing and trying out the extension needs.
+# `setup.sh test` adds what tests need, `bench` what benchmarks need, `lint` what checks the sources, `fuzz` a clang, `pictures` what takes the manual's pictures, `sanitize` what builds TBB, `extension` what packing and trying out the extension needs.
 set -eu
 packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
  pybind11-dev python3-dev python3-numpy python3-markdown nlohmann-json3-dev"
@@ -14,6 +14,7 @@ case "${1:-}" in
   bench) packages="$packages python3-matplotlib valgrind libgtest-dev python3-pytest" ;;
   sanitize) packages="$packages libgtest-dev curl ca-certificates xz-utils" ;;
   pictures) packages="$packages xvfb python3-pil" ;;
+  lint) packages="$packages python3-venv ca-certificates clang-format clang-tidy" ;;
   fuzz) packages="$packages clang-16 libclang-rt-16-dev libgtest-dev" ;;
 esac
 missing=""

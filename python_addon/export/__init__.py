@@ -24,13 +24,14 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
     """The whole scene as seen by `camera_object`. Raises ExportCancelled soon after `is_cancelled` says so. Motion is blurred with
     `frame_set` only, after which nothing evaluated before may be touched."""
     context = ExportContext(depsgraph, is_cancelled, report_step)
-    blurred = frame_set is not None and motion.is_wanted(context.scene, context.view_layer)
-    if blurred:
+    if not motion.is_wanted(context.scene, context.view_layer):
+        frame_set = None
+    if frame_set is not None:
         context.appearances = []
     settings.export(context, options, passes)
     camera.export(context, camera_object)
     export_contents(context)
-    if blurred:
+    if frame_set is not None:
         motion.export(context, camera_object, frame_set)
     return context
 

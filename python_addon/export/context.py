@@ -60,7 +60,7 @@ class ExportContext:
         for message in messages:
             self.warn(name, message)
 
-    def warn(self, name: str, text: str, **values: object) -> None:
+    def warn(self, name: str, text: str, /, **values: object) -> None:
         """Tell the artist, once. `values` are filled into the format fields of the text, after it was translated."""
         message = report(text, **values)
         if (name, message) not in self.warnings:

@@ -42,15 +42,16 @@ class KnownObjects:
 
     def changed(self, depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object] | None:
         """Originals of the objects to look at again; None when all have to be collected."""
-        if self.collected is None or len(depsgraph.updates) == 0:
+        collected = self.collected
+        if collected is None or len(depsgraph.updates) == 0:
             return None
         changed = []
         try:
             for update in depsgraph.updates:
                 thing = update.id
-                if isinstance(thing, _APART) or self._only_shading(update):
+                if isinstance(thing, _APART) or _only_shading(collected, update):
                     continue
-                if not isinstance(thing, bpy.types.Object) or not self._is_alone(thing, update):
+                if not isinstance(thing, bpy.types.Object) or not _is_alone(collected, thing, update):
                     return None
                 if thing.type not in _NOTHING_TO_SEE:
                     changed.append(thing.original)
@@ -58,23 +59,25 @@ class KnownObjects:
             return None
         return changed
 
-    def _only_shading(self, update: bpy.types.DepsgraphUpdate) -> bool:
-        """A mesh, or an object that is instanced or instances others and still looks as it did: a material of it has changed."""
-        if update.is_updated_transform or update.is_updated_geometry or not update.is_updated_shading:
-            return False
-        thing = update.id
-        if isinstance(thing, bpy.types.Object):
-            return thing.original in self.collected.shared and self.collected.shared[thing.original] == look_of(thing.original)
-        return isinstance(thing, (bpy.types.Mesh, bpy.types.Curve, bpy.types.Curves, bpy.types.MetaBall))
 
-    def _is_alone(self, thing: bpy.types.Object, update: bpy.types.DepsgraphUpdate) -> bool:
-        """Whether what changed of this object shows nowhere but in its own single appearance."""
-        if not (update.is_updated_transform or update.is_updated_geometry or update.is_updated_shading):
-            return False
-        if thing.is_instancer or thing.original in self.collected.shared:
-            return False
-        if thing.type in ("LIGHT", "CAMERA"):   # whose geometry is their data
-            return thing.type == "CAMERA" or thing.original in self.collected.lamps
-        if update.is_updated_geometry:
-            return False
-        return thing.type in _NOTHING_TO_SEE or thing.original in self.collected.alone
+def _only_shading(collected: Collected, update: bpy.types.DepsgraphUpdate) -> bool:
+    """A mesh, or an object that is instanced or instances others and still looks as it did: a material of it has changed."""
+    if update.is_updated_transform or update.is_updated_geometry or not update.is_updated_shading:
+        return False
+    thing = update.id
+    if isinstance(thing, bpy.types.Object):
+        return thing.original in collected.shared and collected.shared[thing.original] == look_of(thing.original)
+    return isinstance(thing, (bpy.types.Mesh, bpy.types.Curve, bpy.types.Curves, bpy.types.MetaBall))
+
+
+def _is_alone(collected: Collected, thing: bpy.types.Object, update: bpy.types.DepsgraphUpdate) -> bool:
+    """Whether what changed of this object shows nowhere but in its own single appearance."""
+    if not (update.is_updated_transform or update.is_updated_geometry or update.is_updated_shading):
+        return False
+    if thing.is_instancer or thing.original in collected.shared:
+        return False
+    if thing.type in ("LIGHT", "CAMERA"):   # whose geometry is their data
+        return thing.type == "CAMERA" or thing.original in collected.lamps
+    if update.is_updated_geometry:
+        return False
+    return thing.type in _NOTHING_TO_SEE or thing.original in collected.alone

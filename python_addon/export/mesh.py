@@ -52,7 +52,7 @@ def arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified:
 
 
 def _read(collection: bpy.types.bpy_prop_collection, name: str, columns: int, kind: type) -> np.ndarray:
-    values = np.empty(len(collection) * columns, dtype=kind)
+    values: np.ndarray = np.empty(len(collection) * columns, dtype=kind)
     collection.foreach_get(name, values)
     return values.reshape(-1, columns) if columns > 1 else values
 

@@ -44,11 +44,14 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None, frame
     still = {thing.original.as_pointer() for thing in depsgraph.objects if not _is_blurred(thing)}
     times = _times(scene, depsgraph)
     shown: dict[tuple, list[int]] = {}   # a surface, and the hair on it
-    for index, known_by in enumerate(context.appearances):
+    appearances = context.appearances or []
+    for index, known_by in enumerate(appearances):
         if still.isdisjoint(known_by[:2]):
             shown.setdefault(known_by, []).append(index)
-    matrices = np.full((len(context.appearances), len(times), 12), np.nan, dtype=np.float32)
-    cameras, lenses, boxes = [], set(), {}
+    matrices = np.full((len(appearances), len(times), 12), np.nan, dtype=np.float32)
+    cameras: list[list[float]] = []
+    lenses: set[tuple[float, ...]] = set()
+    boxes: dict[str, list[list[tuple[float, ...]]]] = {}
     try:
         for number, time in enumerate(times):
             context.check_cancelled()

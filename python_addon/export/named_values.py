@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from numbers import Real
+from typing import Any
 
 import bpy
 
@@ -50,7 +51,7 @@ def _of(owner: bpy.types.bpy_struct, name: str) -> Value | None:
         return None
 
 
-def _as_color(value: object) -> Value | None:
+def _as_color(value: Any) -> Value | None:
     if isinstance(value, Real):   # and truth values
         return (float(value), float(value), float(value), 1.0)
     try:
@@ -59,4 +60,5 @@ def _as_color(value: object) -> Value | None:
         return None
     if not 1 <= len(numbers) <= 4 or not all(isinstance(number, Real) and not isinstance(number, bool) for number in numbers):
         return None
-    return tuple((*map(float, numbers), *(0.0, 0.0, 0.0, 1.0)[len(numbers):]))
+    red, green, blue, alpha = (*map(float, numbers), *(0.0, 0.0, 0.0, 1.0)[len(numbers):])
+    return (red, green, blue, alpha)

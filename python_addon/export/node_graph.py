@@ -232,8 +232,8 @@ def value_of(socket: bpy.types.NodeSocket) -> Value:
     if socket.type in ("VALUE", "INT", "BOOLEAN"):
         return (float(socket.default_value), 0.0, 0.0, 0.0)
     if socket.type in ("RGBA", "VECTOR", "ROTATION"):
-        numbers = [float(number) for number in socket.default_value]
-        return tuple((numbers + [0.0, 0.0, 0.0, 0.0])[:4])
+        first, second, third, fourth = [*(float(number) for number in socket.default_value), 0.0, 0.0, 0.0, 0.0][:4]
+        return (first, second, third, fourth)
     return ZERO
 
 

@@ -71,7 +71,7 @@ def export(context: ExportContext) -> None:
     context.report_step("objects")
     context.instancer_properties = named_values.asked_of_instancers()
     known = context.known
-    if known is not None and context.revisions is not None:
+    if known is not None and known.collected is not None and context.revisions is not None:
         collected, known.collected = known.collected, None   # until all has gone well
         _revise(context, collected, context.revisions)
         known.revised += len(context.revisions)
@@ -122,8 +122,8 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         if instance.is_instance:
             owner, parent = instance.instance_object, instance.parent
             parent_key = parent.as_pointer() if not asked_of_instancers else _instancer_key(instance)
-            kind = kind_of_parent.get(parent_key)
-            if kind is None:
+            kind = kind_of_parent.get(parent_key, -1)
+            if kind < 0:
                 from_instancer = _from_instancer(context, instance) if asked_of_instancers else {}
                 shows = (*_shows(context, parent), *from_instancer.items())
                 kind = kind_of_parent[parent_key] = kinds.setdefault(shows, len(kinds))
@@ -313,7 +313,7 @@ def _properties(context: ExportContext, geometry: Geometry) -> list[tuple[str, b
     found = [(name, False, named_values.of_object(owner, name)) for name in sorted(context.object_properties)]
     found += [(name, True, geometry.from_instancer.get(name) or named_values.of_object(owner, name))
               for name in sorted(context.instancer_properties)]
-    return [entry for entry in found if entry[2] is not None]
+    return [(name, is_of_instancer, value) for name, is_of_instancer, value in found if value is not None]
 
 
 def _lasting(context: ExportContext, collected: Collected) -> Collected | None:

@@ -140,7 +140,7 @@ def of_curves(context: ExportContext, curves: bpy.types.Curves, name: str) -> di
 
 
 def _read(attribute: bpy.types.Attribute, name: str, columns: int, kind: type) -> np.ndarray:
-    values = np.empty(len(attribute.data) * columns, dtype=kind)
+    values: np.ndarray = np.empty(len(attribute.data) * columns, dtype=kind)
     attribute.data.foreach_get(name, values)
     return values.reshape(-1, columns) if columns > 1 else values
 

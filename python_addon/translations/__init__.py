@@ -26,7 +26,7 @@ def interface(text: str, **values: object) -> str:
     return _fill(_translations.pgettext_iface(text), values)
 
 
-def report(text: str, **values: object) -> str:
+def report(text: str, /, **values: object) -> str:
     """A message to the artist."""
     return _fill(_translate_report(text), values)
 

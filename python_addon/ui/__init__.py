@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 from bpy.types import Panel
 
@@ -36,7 +38,7 @@ def _after_ours() -> list[type]:
     return copies
 
 
-def built_in_panels() -> list[type]:
+def built_in_panels() -> list[Any]:
     """Blender's panels for its generic renderers, without those excluded above."""
     # Copies for the node editors share the set of engines with the panel they are a copy of.
     return [panel for panel in Panel.__subclasses__()

@@ -22,6 +22,7 @@ _drawn: dict[str, tuple] = {}   # name of a picture -> what it shows
 
 def _show(name: str, key: tuple, draw) -> int:
     """The number of an icon that shows what `draw` gives. It is drawn again only when `key` has changed."""
+    assert _pictures is not None   # register() makes it
     preview = _pictures.get(name) or _pictures.new(name)
     if _drawn.get(name) != key:
         picture = draw()

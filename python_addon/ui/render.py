@@ -281,7 +281,8 @@ class AJAR_RENDER_PT_statistics(AjarPanel, Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
-        for name, value in _statistics(last_render.of(context.scene)):
+        values = last_render.of(context.scene)
+        for name, value in _statistics(values) if values is not None else ():
             row = column.split(factor=0.36)
             row.label(text=name)
             row.label(text=value, translate=False)
@@ -299,7 +300,7 @@ class AJAR_RENDER_PT_plan(AjarPanel, Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         column = self.column()
-        for step in last_render.of(context.scene)["plan"]:
+        for step in (last_render.of(context.scene) or {}).get("plan", ()):
             name = f"{step['step'][:1].upper()}{step['step'][1:]}"
             message = interface("{reason} ({cost})", reason=step["reason"], cost=step["cost"]) if step.get("cost") else step["reason"]
             say(column, interface("{name}: {message}", name=interface(name), message=message), context, "CHECKMARK" if step["used"] else "BLANK1")

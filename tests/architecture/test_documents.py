@@ -36,7 +36,7 @@ def quoted_files(text: str) -> set[str]:
     """Names of source files in back quotes, with or without a folder; patterns (*) and templates (<...>) are none."""
     names = set()
     for quoted in re.findall(r"`([^`\n]+)`", without_blocks(text)):
-        names |= {word for word in re.findall(r"[\w./*<>-]+", quoted) if CODE.search(word) and not re.search(r"[*<>]", word) and "." != word[0]}
+        names |= {word for word in re.findall(r"[\w./*<>-]+", quoted) if CODE.search(word) and not re.search(r"[*<>]", word) and word[0] != "."}
     return names
 
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(os.environ.get("AJAR_BUILD", Path(__file__).resolve().parents[2] / "build" / "release")) / "python"))
-import ajar  # noqa: E402
+import ajar
 
 HANG = 3600.0  # seconds; no test may depend on the speed of the machine
 IDENTITY = np.eye(3, 4, dtype=np.float32).reshape(1, 12)

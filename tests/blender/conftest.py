@@ -28,7 +28,7 @@ def blender(profile: Path) -> Callable[..., subprocess.CompletedProcess]:
 
     def run(*arguments: object, **more) -> subprocess.CompletedProcess:
         return subprocess.run(command(*arguments), env=environment(profile), text=True, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=TIMEOUT_SECONDS, **more)
+                              stderr=subprocess.STDOUT, timeout=TIMEOUT_SECONDS, check=False, **more)
     return run
 
 

@@ -12,7 +12,7 @@ from blender_process import BUILD, ROOT, TIMEOUT_SECONDS, command, endless_rende
 from small_scenes import script
 
 sys.path.insert(0, str(BUILD / "python"))
-import ajar  # noqa: E402
+import ajar
 
 RENDER_TO_FILE = ROOT / "tools" / "render_to_file.py"
 

@@ -10,8 +10,8 @@ from blender_process import BUILD, endless_render
 
 sys.path.insert(0, str(BUILD / "python"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "bindings"))
-import ajar  # noqa: E402
-from test_bindings import square  # noqa: E402
+import ajar
+from test_bindings import square
 
 INSIDE = Path(__file__).parent / "inside"
 

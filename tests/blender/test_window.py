@@ -15,7 +15,7 @@ from blender_process import BUILD, TIMEOUT_SECONDS, environment
 from PIL import Image
 
 sys.path.insert(0, str(BUILD / "python"))
-import ajar  # noqa: E402
+import ajar
 
 SCENE = os.path.join(os.path.dirname(__file__), "..", "..", "test_scenes", "box.blend")
 WINDOW = os.path.join(os.path.dirname(__file__), "window")
@@ -33,7 +33,7 @@ def edited(profile, display, tmp_path_factory):
          "--addons", "ajar_render",
          *map(str, arguments)],
         env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, timeout=TIMEOUT_SECONDS * (1 + int(os.environ.get("AJAR_EDITS", "20")) // 100))
+        stderr=subprocess.STDOUT, timeout=TIMEOUT_SECONDS * (1 + int(os.environ.get("AJAR_EDITS", "20")) // 100), check=False)
     assert result.returncode == 0, f"exit code {result.returncode}\n{result.stdout}"
     values = json.loads((folder / "result.json").read_text())
     return values, folder, result.stdout
@@ -46,7 +46,7 @@ def day(profile, display, tmp_path_factory):
     result = subprocess.run(
         [os.environ.get("BLENDER", "blender"), "--factory-startup", "--window-geometry", "0", "0", "960", "600", "--addons", "ajar_render", "--python", f"{WINDOW}/drive.py", "--",
          f"{WINDOW}/day.py", folder / "result.json", folder, SCENE],
-        env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * TIMEOUT_SECONDS)
+        env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * TIMEOUT_SECONDS, check=False)
     assert result.returncode == 0, f"exit code {result.returncode}\n{result.stdout}"
     return json.loads((folder / "result.json").read_text()), folder, result.stdout
 
@@ -58,7 +58,7 @@ def progress(profile, display, tmp_path_factory):
     result = subprocess.run(
         [os.environ.get("BLENDER", "blender"), "--factory-startup", "--enable-event-simulate", "--window-geometry", "0", "0", "960", "600", "--addons", "ajar_render",
          "--python", f"{WINDOW}/drive.py", "--", f"{WINDOW}/progress.py", folder / "result.json", folder, SCENE],
-        env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * TIMEOUT_SECONDS)
+        env=environment(profile) | {"DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2 * TIMEOUT_SECONDS, check=False)
     assert result.returncode == 0, f"exit code {result.returncode}\n{result.stdout}"
     return json.loads((folder / "result.json").read_text()), folder, result.stdout
 

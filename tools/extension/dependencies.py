@@ -59,7 +59,8 @@ def _download(venv: Path, downloads: Path) -> None:
     _run([*pip, "download", *hashed, "--no-binary=:all:", "--no-build-isolation", "-d", downloads, "-r", HERE / "sources.lock"])
     for line in (HERE / "debs.lock").read_text().splitlines():
         if not line.startswith("#"):
-            _download_deb(*line.split(), downloads)
+            sha256, path = line.split()
+            _download_deb(sha256, path, downloads)
 
 
 def _download_deb(sha256: str, path: str, downloads: Path) -> None:
@@ -74,7 +75,7 @@ def _download_deb(sha256: str, path: str, downloads: Path) -> None:
 
 
 def _run(command: list[object]) -> None:
-    result = subprocess.run(list(map(str, command)), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    result = subprocess.run(list(map(str, command)), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     if result.returncode != 0:
         raise Unreachable(f"{' '.join(map(str, command))}\n{result.stdout}")
 
@@ -104,8 +105,10 @@ def _unpack(downloads: Path, prefix: Path) -> None:
     shutil.copy2(headers / "x86_64-linux-gnu" / "python3.13" / "pyconfig.h", python / "pyconfig.h")
 
     with tarfile.open(next(downloads.glob("openimageio-*.tar.gz"))) as archive:
-        filters = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # Debian 12's Python has none
-        archive.extractall(parts / "openimageio_source", **filters)
+        if hasattr(tarfile, "data_filter"):
+            archive.extractall(parts / "openimageio_source", filter="data")
+        else:                                    # Debian 12's Python
+            archive.extractall(parts / "openimageio_source")
     source = next((parts / "openimageio_source").iterdir())
     oiio = prefix / "include" / "OpenImageIO"
     shutil.copytree(source / "src" / "include" / "OpenImageIO", oiio)
@@ -121,7 +124,10 @@ def _unpack(downloads: Path, prefix: Path) -> None:
 
 def _oiio_version_header(template: str, source: Path) -> str:
     """What OpenImageIO's own build writes for the wheel."""
-    major, minor, patch, tweak = re.search(r"(\d+)\.(\d+)\.(\d+)\.(\d+)", source.name).groups()
+    version = re.search(r"(\d+)\.(\d+)\.(\d+)\.(\d+)", source.name)
+    if version is None:
+        raise ValueError(f"the folder {source.name} has no version in its name")
+    major, minor, patch, tweak = version.groups()
     values = {"PROJECT_VERSION_MAJOR": major, "PROJECT_VERSION_MINOR": minor, "PROJECT_VERSION_PATCH": patch, "PROJECT_VERSION_TWEAK": tweak,
               "PROJECT_VERSION_RELEASE_TYPE": "", "OIIO_USE_COMPILED_FMT_VALUE": "0", "PROJ_NAMESPACE": "OpenImageIO",
               "PROJ_VERSION_NAMESPACE": OIIO_NAMESPACE, "Imath_VERSION_MAJOR": "3", "Imath_VERSION_MINOR": "1", "CMAKE_CXX_STANDARD": "17"}

@@ -43,7 +43,8 @@ def isolate(patchelf: Path, library: Path, renames: Path, search: str) -> None:
     if soname_for(library.name) or library.name in SONAMES.values():
         arguments += ["--set-soname", library.name]
     for name in needed(library):
-        if soname_for(name):
-            arguments += ["--replace-needed", name, soname_for(name)]
+        soname = soname_for(name)
+        if soname:
+            arguments += ["--replace-needed", name, soname]
     arguments += ["--force-rpath", "--set-rpath", search]
     subprocess.run([patchelf, *arguments, library], check=True)

@@ -9,6 +9,7 @@ import math
 import os
 import sys
 import time
+from typing import Any
 
 import bpy
 from mathutils import Euler
@@ -55,7 +56,7 @@ def open_panels() -> None:
             _hide_at_will(panel)
 
 
-def _hide_at_will(panel: type) -> None:
+def _hide_at_will(panel: Any) -> None:
     poll = panel.poll.__func__
 
     def only_when_shown(cls, context) -> bool:

@@ -64,7 +64,7 @@ class Rewrite(Treeprocessor):
         for link in root.iter("a"):
             self._link(link)
         for picture in root.iter("img"):
-            target, _ = resolve(self.page, picture.get("src"))
+            target, _ = resolve(self.page, picture.get("src", ""))
             self.pictures.add(target)
             picture.set("src", between(self.page, target))
 
@@ -120,7 +120,10 @@ def linked_pages(page: Path) -> set[Path]:
 
 
 def title_of(page: Path) -> str:
-    return re.search(r"^# (.+)$", page.read_text(encoding="utf-8"), re.M)[1]
+    found = re.search(r"^# (.+)$", page.read_text(encoding="utf-8"), re.M)
+    if found is None:
+        raise ValueError(f"{page} has no title")
+    return found[1]
 
 
 def to_html(page: Path, pages: set[Path], pictures: set[Path], menu: list[Path]) -> str:

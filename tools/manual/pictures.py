@@ -66,7 +66,7 @@ def main() -> None:
                  "--addons", "ajar_render", "--python", WINDOW / "drive.py", "--", Path(__file__).with_name("inside.py"), folder / "result.json",
                  folder, ROOT, *options.names],
                 env=os.environ | {"BLENDER_USER_CONFIG": str(folder / "profile" / "config"), "BLENDER_USER_SCRIPTS": str(folder / "profile" / "scripts"),
-                                  "DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+                                  "DISPLAY": display, "LIBGL_ALWAYS_SOFTWARE": "1"}, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
         finally:
             server.terminate()
             server.wait()

@@ -120,7 +120,8 @@ def test_slot_of_the_object_wins_over_the_mesh_and_empty_slots_are_grey(build, e
     mesh = build.mesh()
     mesh.materials.append(build.material("Of mesh"))
     mesh.materials.append(None)
-    first, second = build.object(mesh, "First"), build.object(mesh, "Second")
+    build.object(mesh, "First")
+    second = build.object(mesh, "Second")
     second.material_slots[0].link = "OBJECT"
     second.material_slots[0].material = build.material("Of object")
     out = export()

@@ -108,7 +108,7 @@ def test_particle_settings_come_before_their_object(build, export, asking):
     settings["tint"], ground["tint"], ground["size"] = 8.0, 9.0, 10.0
     bpy.context.scene.frame_set(5)
     out = export()
-    found = [dict(((key, value[0]) for key, _, value in out.objects[i.object].properties)) for i in out.instances if out.objects[i.object].name == "Leaf"]
+    found = [{key: value[0] for key, _, value in out.objects[i.object].properties} for i in out.instances if out.objects[i.object].name == "Leaf"]
     assert sorted(map(str, found)) == sorted(map(str, [{}, *[{"size": 10.0, "tint": 8.0}] * 5]))
 
 

@@ -26,7 +26,6 @@ def strands_of(description: ajar.SceneDescription) -> list[ajar.MeshDescription]
 
 
 def test_particle_hair_is_strands_on_its_emitter(head, export):
-    _, thing = head
     description = export()
     hair, = strands_of(description)
     assert len(description.meshes) == len(description.objects) == len(description.instances) == 2
@@ -54,7 +53,7 @@ def test_scenes_choose_the_shape_of_hair(head, export, scene):
 
 
 def test_emitters_may_be_hidden_and_hair_too(head, export, scene):
-    settings, thing = head
+    _, thing = head
     thing.show_instancer_for_viewport = False
     description = export()
     assert len(description.objects) == 1 and len(strands_of(description)) == 1

@@ -160,6 +160,12 @@ def test_light_linking_is_reported(build, export_context, monkeypatch):
     assert [name for name, message in export_context().warnings if "linking" in message] == ["Point"]
 
 
+def test_a_value_of_a_message_may_be_called_name(export_context):
+    context = export_context()
+    context.warn("Owner", "node {name} of {text}", name="Image Texture", text="a tree")
+    assert ("Owner", "node Image Texture of a tree") in context.warnings
+
+
 def test_settings_of_cycles_are_taken_all_or_none(export, scene):
     assert not scene.ajar.use_cycles_settings
     assert (scene.ajar.samples, scene.ajar.noise_target, scene.ajar.use_denoise) == (64, 0.0, False)

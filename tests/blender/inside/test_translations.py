@@ -104,7 +104,7 @@ def fields(text: str) -> set[str]:
 
 def is_made_of_parts(node: ast.expr) -> bool:
     """A text that Blender cannot look up, because values are already in it."""
-    return any(isinstance(part, (ast.JoinedStr, ast.BinOp)) or isinstance(part, ast.Call) and isinstance(part.func, ast.Attribute) and part.func.attr == "format"
+    return any(isinstance(part, (ast.JoinedStr, ast.BinOp)) or (isinstance(part, ast.Call) and isinstance(part.func, ast.Attribute) and part.func.attr == "format")
                for part in choices(node))
 
 

@@ -14,7 +14,7 @@ import bpy
 import gpu
 
 sys.path.insert(0, str(Path(__file__).parent))
-import recorder  # noqa: E402
+import recorder
 
 PANORAMAS = ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID", "MIRRORBALL", "FISHEYE_LENS_POLYNOMIAL")
 

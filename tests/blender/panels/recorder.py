@@ -138,6 +138,6 @@ def shown(tab: str, engine: str, **members: object) -> tuple[set[Shown], list[st
             continue
         drawn.append(panel.__name__)
         for part in ("draw_header", "draw"):
-            if part in vars(panel) or hasattr(panel, part) and part == "draw":
+            if part in vars(panel) or (hasattr(panel, part) and part == "draw"):
                 getattr(panel, part)(Self(panel, Notes(found)), context)
     return found, drawn

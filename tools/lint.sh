@@ -1,0 +1,70 @@
+#!/usr/bin/env bash
+# lint.sh [all|python] [BUILD]: ruff and mypy on all Python; with `all`, clang-tidy on the C++ files that differ from main.
+#
+# Exit codes: 0 nothing found, 1 something found, 3 nothing found but ruff and mypy cannot be fetched.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+what=${1:-all} build=${2:-build/release}
+work=build/lint
+tools=$work/python/bin
+
+# Fetches the pinned checkers once; 3 when PyPI cannot be reached.
+fetch() {
+  cmp -s tools/lint_requirements.txt "$work/installed.txt" && return
+  rm -rf "$work/python" "$work/installed.txt"
+  mkdir -p "$work"
+  /usr/bin/python3 -m venv "$work/python" || { echo "lint: no virtual environment; python3-venv is missing" >&2; return 1; }
+  if ! "$tools/pip" install -q --disable-pip-version-check --only-binary=:all: --no-deps --retries 1 --timeout 10 -r tools/lint_requirements.txt > "$work/pip.log" 2>&1; then
+    if grep -qiE 'connection broken|connection error|timed out|name resolution|network is unreachable|proxyerror|max retries|from versions: none' "$work/pip.log"; then
+      echo "lint: PyPI cannot be reached; ruff and mypy are not run" >&2
+      return 3
+    fi
+    cat "$work/pip.log" >&2
+    return 1
+  fi
+  cp tools/lint_requirements.txt "$work/installed.txt"
+}
+
+python() {
+  local result=0
+  "$tools/ruff" check --quiet . || result=1
+  "$tools/mypy" --no-error-summary || result=1
+  return $result
+}
+
+# Files of core/ and bindings/ that differ from where the branch left main; on main, from the commit before.
+changed() {
+  local base
+  base=$(git merge-base HEAD main 2>/dev/null) || base=$(git merge-base HEAD origin/main 2>/dev/null) || base=HEAD
+  [ "$(git rev-parse "$base")" = "$(git rev-parse HEAD)" ] && base=$(git rev-parse --verify --quiet HEAD~1 || echo HEAD)
+  { git diff --name-only --diff-filter=d "$base" -- core bindings; git ls-files --others --exclude-standard -- core bindings; } | grep -E '\.(cpp|h)$' | sort -u || true
+}
+
+cpp() {
+  local files
+  if ! command -v clang-tidy > /dev/null; then
+    echo "lint: clang-tidy is not installed (tools/setup.sh lint); C++ is not checked"
+    return
+  fi
+  files=$(changed)
+  [ -z "$files" ] && return
+  if [ ! -f "$build/compile_commands.json" ]; then
+    echo "lint: $build/compile_commands.json is missing (make build writes it); C++ is not checked" >&2
+    return 1
+  fi
+  # Clang cannot read GCC's precompiled header, and does not know two of its warnings.
+  mkdir -p "$work/commands"
+  sed -E 's/ -Winvalid-pch//; s/ -include [^ ]*cmake_pch\.hxx//; s/ -Wno-(restrict|stringop-overflow)//g' "$build/compile_commands.json" > "$work/commands/compile_commands.json"
+  printf '%s\n' "$files" | xargs -P "$(nproc)" -n 1 clang-tidy --quiet -p "$work/commands" 2> "$work/clang_tidy.log" || { grep -E 'error' "$work/clang_tidy.log" >&2; return 1; }
+}
+
+result=0
+fetch || result=$?
+[ "$result" = 1 ] && exit 1
+if [ "$result" = 0 ]; then
+  python || result=1
+fi
+if [ "$what" = all ]; then
+  cpp || result=1
+fi
+exit "$result"
