@@ -177,6 +177,7 @@ TEST(ShaderNodes, broken_ies_files_are_named_and_shine_evenly) {
                {text_property("ies", changed("1\n4\n", "1\n-4\n")), "tilt factors"},
                {text_property("ies", changed("0 15 30", "0 45 30")), "horizontal angles do not ascend"},
                {text_property("ies", changed("0 5 10", "0 10 10")), "vertical angles do not ascend"},
+               {text_property("ies", changed("0 5 10", "0 0.00001 10")), "vertical angles do not ascend"},
                {text_property("ies", good.substr(0, good.size() / 2)), "the file ends early"}};
   for (const auto& c : cases) {
     GraphBuilder g;
@@ -230,6 +231,12 @@ TEST(ShaderNodes, ies_files_of_types_a_and_b_and_parts_of_the_sphere) {
     std::string problem;
     EXPECT_NEAR(nodes::IesProfile::read(text.str(), problem).towards(c.direction), c.expected, 1e-4f * std::max(1.0f, c.expected)) << text.str();
     EXPECT_EQ(problem, "");
+  }
+  // One horizontal angle, of which only type C can make a whole.
+  for (const char* type_and_angle : {"2 1 0 0 0\n1 1 1\n-90 0 90\n0\n", "2 1 0 0 0\n1 1 1\n-90 0 90\n20\n", "3 1 0 0 0\n1 1 1\n-90 0 90\n0\n"}) {
+    std::string problem;
+    EXPECT_TRUE(nodes::IesProfile::read(std::string("TILT=NONE\n1 -1 1 3 1 ") + type_and_angle + "1 2 3\n", problem).empty());
+    EXPECT_NE(problem.find("single plane"), std::string::npos) << problem;
   }
 }
 
