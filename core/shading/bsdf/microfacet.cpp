@@ -16,7 +16,7 @@ float erf_positive(float x, float exp_minus_x2) {
 
 /// Inverse of erf. As in Giles 2012 ("Approximating the erfinv function"), erfinv(x) / x is approximated as a function of w = -log(1 - x^2), in which it is
 /// smooth at 0 and grows like sqrt(w) at the ends. Here one ratio of polynomials covers all floats below 1 (w < 16). It was fitted for the least relative
-/// error, 1.4e-8. All coefficients are positive, so that no digits cancel.
+/// error, which is 1.4e-8 before rounding to floats. All coefficients are positive, so that no digits cancel.
 float inverse_erf(float x) {
   x = std::clamp(x, -kOneMinusEpsilon, kOneMinusEpsilon);
   const float w = -std::log((1.0f - x) * (1.0f + x));

@@ -15,7 +15,7 @@ constexpr double kSameAngle = 1e-4;   ///< degrees
 
 bool is_same(double a, double b) { return std::abs(a - b) < kSameAngle; }
 
-// ---- The file (ANSI/IES LM-63-02, section 5) ---------------------------------------------------------------------------
+// ---- The file (ANSI/IES LM-63-02) ---------------------------------------------------------------------------
 
 /// The thirteen numbers between the tilt and the angles, in their order.
 enum Field : size_t {

@@ -101,7 +101,7 @@ template <int N> float hetero_terrain(const NoiseParameters& n, Point<N> p) {
   return part == 0.0f ? value : value + part * increment();
 }
 
-// Musgrave (Texturing and Modeling, 3rd ed., section 16.3.4): where the octaves before gave little, later ones count less, so that valleys stay smooth. The weight of
+// Musgrave (Texturing and Modeling, 3rd ed., chapter 16): where the octaves before gave little, later ones count less, so that valleys stay smooth. The weight of
 // an octave is the product of gain * signal over the octaves before it, and at most 1.
 template <int N> float hybrid_multifractal(const NoiseParameters& n, Point<N> p) {
   constexpr float kInvisible = 0.001f;   // octaves of a lower weight are left out, as in Blender

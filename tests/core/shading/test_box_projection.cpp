@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "description/diagnostics.h"
 #include "shading/functions/texture_functions.h"
 
 namespace ajar::test_box_projection {
