@@ -1,11 +1,24 @@
 // Uniform sampling of the solid angle of a rectangle seen from a point.
 //
-// Source: Ureña, Fajardo, King 2013, "An Area-Preserving Parametrization for Spherical
-// Rectangles". The internal angles are written as pi/2 + asin(...) so that the solid angle of a small rectangle is a
-// sum of small numbers; below kMinSolidAngle floats no longer resolve the map and the caller samples the area instead.
+// Task and two-step scheme: Ureña, Fajardo, King 2013, "An Area-Preserving Parametrization for Spherical Rectangles". First a
+// column of the rectangle is drawn, then a point in it. The inversion for the column is derived here from quadrants.
+//
+// Frame: the point is the origin, the plane of the rectangle is at distance h, and (x, y) are the coordinates in the plane, measured from the
+// foot of the perpendicular. beta(y) = atan(y / h) is the angle of a row.
+//
+// The quadrant [0, x] x [0, y] has the signed solid angle Q(x, y) = atan(x y / (h sqrt(x^2 + y^2 + h^2))), for which
+// sin Q = sin(atan(x / h)) sin(beta(y)). The strip [0, x] x [y0, y1] therefore has
+//   T(x) = Q(x, y1) - Q(x, y0).
+// Solved for x, with D = beta(y1) - beta(y0) and S = beta(y1) + beta(y0), this is
+//   x = h sin T / sqrt((cos T - cos D) (cos T + cos S))
+//     = h sin(T/2) cos(T/2) / sqrt((sin^2(D/2) - sin^2(T/2)) (cos^2(T/2) - sin^2(S/2))).
+// T is drawn uniformly between T(x0) and T(x1). In a column, solid angle is proportional to the sine of the elevation (Archimedes).
+//
+// Below kMinSolidAngle floats do not resolve the map, and the caller samples the area instead.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "math/types.h"
 
@@ -16,29 +29,23 @@ class SphericalRectangle {
   static constexpr float kMinSolidAngle = 1e-3f;
 
   /// Rectangle `corner` + [0, length_x] x + [0, length_y] y, seen from p; x and y orthonormal.
-  SphericalRectangle(Vec3 p, Vec3 corner, Vec3 x, Vec3 y, float length_x, float length_y) : x_(x), y_(y), z_(glm::cross(x, y)) {
-    const Vec3 d = corner - p;
-    z0_ = glm::dot(d, z_);
-    if (z0_ > 0.0f) {
-      z_ = -z_;
-      z0_ = -z0_;
-    }
-    x0_ = glm::dot(d, x);
-    y0_ = glm::dot(d, y);
-    x1_ = x0_ + length_x;
-    y1_ = y0_ + length_y;
-    const float z2 = z0_ * z0_;
-    // z components of the normals of the four edge planes.
-    const float n0 = -y0_ / std::sqrt(z2 + y0_ * y0_), n1 = x1_ / std::sqrt(z2 + x1_ * x1_);
-    const float n2 = y1_ / std::sqrt(z2 + y1_ * y1_), n3 = -x0_ / std::sqrt(z2 + x0_ * x0_);
-    const auto arc = [](float s) { return std::asin(std::clamp(s, -1.0f, 1.0f)); };
-    const float a0 = arc(n0 * n1), a1 = arc(n1 * n2), a2 = arc(n2 * n3), a3 = arc(n3 * n0);
-    b0_ = n0;
-    b1_ = n2;
-    offset_ = a2 + a3;
-    solid_angle_ = a0 + a1 + a2 + a3;
-    // The plane of the rectangle, seen edge on: nothing is visible, and 0/0 above.
-    if (!(z0_ < 0.0f) || !(solid_angle_ > 0.0f)) solid_angle_ = 0.0f;
+  SphericalRectangle(Vec3 p, Vec3 corner, Vec3 x, Vec3 y, float length_x, float length_y) : axis_x_(x), axis_y_(y) {
+    const Vec3 normal = glm::cross(x, y), to_corner = corner - p;
+    const float side = glm::dot(to_corner, normal);
+    height_ = std::abs(side);
+    foot_ = side * normal;
+    left_ = glm::dot(to_corner, x);
+    right_ = left_ + length_x;
+    bottom_ = glm::dot(to_corner, y);
+    top_ = bottom_ + length_y;
+    // From a point in the plane, or so near it that h^2 is 0 in floats, nothing is visible.
+    if (!(sqr(height_) > 0.0f)) return;
+    strip_left_ = quadrant(left_, top_) - quadrant(left_, bottom_);
+    solid_angle_ = std::max(quadrant(right_, top_) - quadrant(right_, bottom_) - strip_left_, 0.0f);
+    if (!usable()) return;
+    const float h2 = sqr(height_), scale = 1.0f / std::sqrt((h2 + sqr(bottom_)) * (h2 + sqr(top_)));
+    half_difference_sin2_ = half_angle_sin2((h2 + bottom_ * top_) * scale, height_ * length_y * scale);
+    half_sum_sin2_ = half_angle_sin2((h2 - bottom_ * top_) * scale, height_ * (bottom_ + top_) * scale);
   }
 
   float solid_angle() const { return solid_angle_; }
@@ -46,22 +53,36 @@ class SphericalRectangle {
 
   /// Vector from p to a point of the rectangle, uniform in solid angle.
   Vec3 sample(Vec2 u) const {
-    // With au = pi + tau of the paper, tau = u S - asin(..) - asin(..).
-    const float tau = u.x * solid_angle_ - offset_;
-    const float fu = (std::cos(tau) * b0_ + b1_) / std::sin(tau);
-    const float cu = std::clamp(std::copysign(1.0f / std::sqrt(fu * fu + b0_ * b0_), fu), -1.0f, 1.0f);
-    const float xu = std::clamp(-(cu * z0_) / std::max(safe_sqrt(1.0f - cu * cu), 1e-7f), x0_, x1_);
-    const float d2 = xu * xu + z0_ * z0_;
-    const float h0 = y0_ / std::sqrt(d2 + y0_ * y0_), h1 = y1_ / std::sqrt(d2 + y1_ * y1_);
-    const float hv = h0 + u.y * (h1 - h0), hv2 = hv * hv;
-    const float yv = hv2 < 1.0f - 1e-6f ? hv * std::sqrt(d2 / (1.0f - hv2)) : (hv > 0.0f ? y1_ : y0_);
-    return xu * x_ + std::clamp(yv, y0_, y1_) * y_ + z0_ * z_;
+    const float x = column(strip_left_ + u.x * solid_angle_);
+    const float distance2 = sqr(x) + sqr(height_);
+    const float sin_bottom = bottom_ / std::sqrt(distance2 + sqr(bottom_)), sin_top = top_ / std::sqrt(distance2 + sqr(top_));
+    const float sin_elevation = sin_bottom + u.y * (sin_top - sin_bottom);
+    const float y = sin_elevation * std::sqrt(distance2 / std::max((1.0f - sin_elevation) * (1.0f + sin_elevation), kTiny));
+    return foot_ + x * axis_x_ + std::clamp(y, bottom_, top_) * axis_y_;
   }
 
  private:
-  Vec3 x_, y_, z_;
-  float x0_, x1_, y0_, y1_, z0_;
-  float b0_, b1_, offset_, solid_angle_;
+  static constexpr float kTiny = 1e-20f;
+
+  /// Q(x, y).
+  float quadrant(float x, float y) const { return std::atan(x * y / (height_ * std::sqrt(sqr(x) + sqr(y) + sqr(height_)))); }
+
+  /// sin^2 of half of an angle; the first form keeps the digits of small angles.
+  static float half_angle_sin2(float cosine, float sine) {
+    return cosine > 0.0f ? 0.5f * sqr(sine) / (1.0f + cosine) : 0.5f * (1.0f - cosine);
+  }
+
+  /// The x at which the strip has the solid angle T.
+  float column(float strip) const {
+    const float s = std::sin(0.5f * strip), c = std::cos(0.5f * strip);
+    const float product = (half_difference_sin2_ - s * s) * (c * c - half_sum_sin2_);
+    return std::clamp(height_ * s * c / std::sqrt(std::max(product, kTiny)), left_, right_);
+  }
+
+  Vec3 axis_x_, axis_y_, foot_;
+  float height_, left_, right_, bottom_, top_;
+  float strip_left_ = 0.0f, solid_angle_ = 0.0f;
+  float half_difference_sin2_ = 0.0f, half_sum_sin2_ = 0.0f;
 };
 
 }  // namespace ajar

@@ -1,6 +1,7 @@
 #include "shading/functions/ies.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 
@@ -14,163 +15,199 @@ constexpr double kSameAngle = 1e-4;   ///< degrees
 
 bool is_same(double a, double b) { return std::abs(a - b) < kSameAngle; }
 
-/// The planes of a file while they are turned and mirrored: degrees, and what each plane holds.
-struct Planes {
-  std::vector<double> horizontal, vertical;
-  std::vector<std::vector<double>> values;   // one row of vertical angles for each horizontal one
+// ---- The file (ANSI/IES LM-63-02) ---------------------------------------------------------------------------
 
-  void add(double angle, std::vector<double> plane) {
-    horizontal.push_back(angle);
-    values.push_back(std::move(plane));
-  }
-  /// Beyond the last plane the ones before it again, at `sum` minus their angles.
-  void mirror(double sum) {
-    for (size_t i = horizontal.size() - 1; i-- > 0;) add(sum - horizontal[i], values[i]);
-  }
-  void turn_around() {
-    std::reverse(horizontal.begin(), horizontal.end());
-    std::reverse(values.begin(), values.end());
-  }
+/// The thirteen numbers between the tilt and the angles, in their order.
+enum Field : size_t {
+  Lamps, LumensPerLamp, Multiplier, VerticalAngles, HorizontalAngles, PhotometricType, Units, Width, Length, Height, BallastFactor, FutureUse, InputWatts, kFields
 };
 
-/// Numbers separated by white space or commas.
-class Numbers {
+enum class PhotometricSystem { C = 1, B = 2, A = 3 };
+
+/// What a file holds, as it is written there. Angles are in degrees.
+struct Measurement {
+  PhotometricSystem system = PhotometricSystem::C;
+  std::vector<double> vertical, horizontal;
+  std::vector<double> watts;   ///< all vertical angles of the first horizontal angle, then those of the next
+};
+
+/// Numbers separated by white space or commas. After the first that cannot be read, all others are 0.
+class NumberReader {
  public:
-  explicit Numbers(std::string_view text) : rest_(text) {}
+  explicit NumberReader(std::string_view text) : rest_(text) {}
 
   double next() {
-    const size_t start = std::min(rest_.find_first_not_of(" \t\r\n\f\v,"), rest_.size());
-    rest_.remove_prefix(start);
-    if (!rest_.empty() && rest_[0] == '+') rest_.remove_prefix(1);
+    if (!problem_.empty()) return 0.0;
+    rest_.remove_prefix(std::min(rest_.find_first_not_of(kSeparators), rest_.size()));
+    if (rest_.empty()) {
+      problem_ = "the file ends early";
+      return 0.0;
+    }
+    const std::string_view word = rest_.substr(0, rest_.find_first_of(kSeparators));
+    const char* digits = word.data() + (word[0] == '+' ? 1 : 0);   // from_chars refuses the sign
     double value = 0.0;
-    const auto [end, problem] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), value);
-    if (problem != std::errc() || !std::isfinite(value)) {
-      if (ok_) ended_ = rest_.empty(), ok_ = false;
+    const auto [end, status] = std::from_chars(digits, word.data() + word.size(), value);
+    if (status != std::errc() || !std::isfinite(value)) {
+      problem_ = "'" + std::string(word.substr(0, 20)) + "' is not a number";
       return 0.0;
     }
     rest_.remove_prefix(size_t(end - rest_.data()));
     return value;
   }
-  /// A count or a code; -1 for what is no whole number.
-  int next_whole() {
-    const double value = next();
-    return ok_ && value == std::floor(value) && std::abs(value) < 1e9 ? int(value) : -1;
+  std::vector<double> next(size_t count) {
+    std::vector<double> numbers(count);
+    for (double& number : numbers) number = next();
+    return numbers;
   }
-  bool ok() const { return ok_; }
-  std::string problem() const {
-    return ended_ ? "the file ends early" : "'" + std::string(rest_.substr(0, rest_.find_first_of(" \t\r\n,"))).substr(0, 20) + "' is not a number";
-  }
-  size_t length_left() const { return rest_.size(); }
+  /// Empty as long as all numbers could be read.
+  const std::string& problem() const { return problem_; }
+  size_t characters_left() const { return rest_.size(); }
 
  private:
+  static constexpr std::string_view kSeparators = " \t\r\n\f\v,";
   std::string_view rest_;
-  bool ok_ = true, ended_ = false;
+  std::string problem_;
 };
 
-/// What follows the line that begins with TILT=, and that line's value.
-bool find_tilt(std::string_view text, std::string_view& tilt, std::string_view& rest) {
-  for (size_t line = 0; line < text.size();) {
-    const size_t end = std::min(text.find_first_of("\r\n", line), text.size());
-    if (text.substr(line, 5) == "TILT=") {
-      tilt = text.substr(line + 5, end - line - 5);
-      rest = text.substr(end);
-      return true;
-    }
-    line = end + 1;
-  }
-  return false;
+/// A count from 0 to a thousand million, or -1.
+int whole(double number) { return number >= 0.0 && number < 1e9 && number == std::floor(number) ? int(number) : -1; }
+
+/// The line TILT= ends the keywords. Returns the position of that line, or npos.
+size_t find_tilt_line(std::string_view text) {
+  constexpr std::string_view kKeyword = "TILT=";
+  size_t at = text.find(kKeyword);
+  while (at != std::string_view::npos && at > 0 && text[at - 1] != '\n' && text[at - 1] != '\r') at = text.find(kKeyword, at + 1);
+  return at;
 }
 
-/// Type A counts from the horizon, and turns the other way.
-void from_type_a(Planes& p) {
-  for (double& v : p.vertical) v += 90.0;
-  const bool half = is_same(p.horizontal[0], 0.0);
-  p.turn_around();
-  for (double& h : p.horizontal) h = 180.0 - h;
-  if (half) p.mirror(360.0);
-}
+/// Returns what is wrong with the file, or nothing.
+std::string parse(std::string_view text, Measurement& m) {
+  const size_t tilt = find_tilt_line(text);
+  if (tilt == std::string_view::npos) return "it has no line TILT=";
+  const size_t line_end = std::min(text.find_first_of("\r\n", tilt), text.size());
+  const std::string_view tilt_line = text.substr(tilt, line_end - tilt);
+  NumberReader numbers(text.substr(line_end));
 
-/// Type B has its pole on the horizon: the angles change places.
-void from_type_b(Planes& p) {
-  std::vector<std::vector<double>> turned(p.vertical.size());
-  for (size_t v = 0; v < p.vertical.size(); ++v)
-    for (const auto& plane : p.values) turned[v].push_back(plane[v]);
-  p.values = std::move(turned);
-  std::swap(p.horizontal, p.vertical);
-  if (is_same(p.horizontal[0], 0.0)) {
-    p.turn_around();
-    for (double& h : p.horizontal) h = -h;
-    p.mirror(0.0);
+  // TILT=INCLUDE: the orientation of the lamp, a count, and as many angles and factors.
+  if (tilt_line.starts_with("TILT=INCLUDE")) {
+    numbers.next();
+    const int count = whole(numbers.next());
+    if (!numbers.problem().empty() || count < 0 || size_t(count) > numbers.characters_left()) return "its table of tilt factors is broken";
+    numbers.next(2 * size_t(count));
   }
-  for (double& h : p.horizontal) h += 90.0;
-  if (is_same(p.vertical[0], 0.0)) {
-    std::vector<double> whole(p.vertical.rbegin(), p.vertical.rend());
-    for (double& v : whole) v = -v;
-    whole.insert(whole.end(), p.vertical.begin() + 1, p.vertical.end());
-    p.vertical = whole;
-    for (auto& plane : p.values) {
-      std::vector<double> both(plane.rbegin(), plane.rend());
-      both.insert(both.end(), plane.begin() + 1, plane.end());
-      plane = both;
-    }
-  }
-  for (double& v : p.vertical) v += 90.0;
-}
 
-void from_type_c(Planes& p) {
-  if (is_same(p.horizontal[0], 90.0))
-    for (double& h : p.horizontal) h -= 90.0;
-  if (p.horizontal.size() == 1) {
-    p.horizontal[0] = 0.0;
-    p.add(360.0, p.values[0]);
-  }
-  if (is_same(p.horizontal.back(), 90.0)) p.mirror(180.0);
-  if (is_same(p.horizontal.back(), 180.0)) p.mirror(360.0);
-  // Some files leave out the last plane, which is the first one.
-  const size_t n = p.horizontal.size();
-  if (is_same(p.horizontal[0], 0.0) && !is_same(p.horizontal[n - 1], 360.0)) {
-    const double gap = 360.0 - p.horizontal[n - 1];
-    if (is_same(p.horizontal[n - 1] - p.horizontal[n - 2], gap) || is_same(p.horizontal[1] - p.horizontal[0], gap)) p.add(360.0, p.values[0]);
-  }
-}
-
-std::string read_planes(std::string_view text, Planes& p, int& type) {
-  std::string_view tilt, rest;
-  if (!find_tilt(text, tilt, rest)) return "it has no line TILT=";
-  Numbers numbers(rest);
-  if (tilt.substr(0, 7) == "INCLUDE") {
-    numbers.next();   // how the lamp sits in the luminaire
-    const int count = numbers.next_whole();
-    if (!numbers.ok() || count < 0 || size_t(count) > rest.size()) return "its table of tilt factors is broken";
-    for (int i = 0; i < 2 * count; ++i) numbers.next();
-  }
-  numbers.next();     // lamps
-  numbers.next();     // lumens of each
-  double factor = numbers.next();
-  const int rows = numbers.next_whole(), planes = numbers.next_whole();
-  type = numbers.next_whole();
-  for (int i = 0; i < 4; ++i) numbers.next();   // unit of length, width, length, height
-  factor *= numbers.next();   // ballast
-  factor *= numbers.next();   // ballast and lamp
-  numbers.next();     // watts
-  if (!numbers.ok()) return numbers.problem();
+  std::array<double, kFields> header;
+  for (double& field : header) field = numbers.next();
+  if (!numbers.problem().empty()) return numbers.problem();
+  const int type = whole(header[PhotometricType]), rows = whole(header[VerticalAngles]), planes = whole(header[HorizontalAngles]);
   if (type < 1 || type > 3) return "its photometric type is none of 1 (C), 2 (B) and 3 (A)";
   if (rows < 2 || planes < 1) return "it needs two vertical angles and a horizontal one at least";
-  // Every number takes a character at least.
-  if ( size_t(rows) > text.size() || size_t(planes) > text.size() || size_t(rows) * size_t(planes) > numbers.length_left())
+  // A number takes one character at least, so memory is only used for values that can be there.
+  if (size_t(rows) * size_t(planes) > numbers.characters_left())
     return "it names " + std::to_string(rows) + " vertical and " + std::to_string(planes) + " horizontal angles, for which it does not hold the values";
-  for (int i = 0; i < rows; ++i) p.vertical.push_back(numbers.next());
-  for (int i = 0; i < planes; ++i) p.horizontal.push_back(numbers.next());
-  for (int h = 0; h < planes; ++h) {
-    p.values.emplace_back();
-    for (int v = 0; v < rows; ++v) p.values.back().push_back(numbers.next() * factor * kWattsPerCandela);
-  }
-  if (!numbers.ok()) return numbers.problem();
+
+  m.system = PhotometricSystem(type);
+  m.vertical = numbers.next(size_t(rows));
+  m.horizontal = numbers.next(size_t(planes));
+  m.watts = numbers.next(size_t(rows) * size_t(planes));
+  if (!numbers.problem().empty()) return numbers.problem();
+  for (double& value : m.watts) value *= header[Multiplier] * header[BallastFactor] * header[FutureUse] * kWattsPerCandela;
+  for (const auto* angles : {&m.vertical, &m.horizontal})
+    for (size_t i = 1; i < angles->size(); ++i)
+      if (!((*angles)[i] - (*angles)[i - 1] >= kSameAngle)) return std::string("its ") + (angles == &m.vertical ? "vertical" : "horizontal") + " angles do not ascend";
   return "";
 }
 
-float spline(float a, float b, float c, float d, float x) {
-  return b + 0.5f * x * (c - a + x * (2.0f * a - 5.0f * b + 4.0f * c - d + x * (3.0f * (b - c) + d - a)));
+// ---- From the three coordinate systems of the standard to one ----------------------------------------------------------
+
+/// An angle in degrees, and the number of the angle in the file whose values hold there.
+struct Knot {
+  double angle;
+  size_t source;
+};
+
+/// An axis of the table under construction, ascending. Symmetry adds knots and never values.
+class Axis {
+ public:
+  explicit Axis(const std::vector<double>& angles) {
+    for (size_t i = 0; i < angles.size(); ++i) knots_.push_back({angles[i], i});
+  }
+
+  double first() const { return knots_.front().angle; }
+  double last() const { return knots_.back().angle; }
+  size_t size() const { return knots_.size(); }
+  const Knot& operator[](size_t i) const { return knots_[i]; }
+
+  void shift(double degrees) {
+    for (Knot& knot : knots_) knot.angle += degrees;
+  }
+  /// Counts the other way: an angle a becomes `sum` - a.
+  void reverse(double sum) {
+    for (Knot& knot : knots_) knot.angle = sum - knot.angle;
+    std::reverse(knots_.begin(), knots_.end());
+  }
+  /// Adds for each knot a its mirror image `sum` - a. Of two knots at one angle, the one that was there stays.
+  void mirror(double sum) {
+    Axis image = *this;
+    image.reverse(sum);
+    knots_.insert(knots_.end(), image.knots_.begin(), image.knots_.end());
+    std::stable_sort(knots_.begin(), knots_.end(), [](const Knot& a, const Knot& b) { return a.angle < b.angle; });
+    knots_.erase(std::unique(knots_.begin(), knots_.end(), [](const Knot& a, const Knot& b) { return is_same(a.angle, b.angle); }), knots_.end());
+  }
+  void add(double angle, size_t source) { knots_.push_back({angle, source}); }
+
+ private:
+  std::vector<Knot> knots_;
+};
+
+/// Type C: vertical angles from the nadir, horizontal ones around the vertical axis. The last horizontal angle names the symmetry: 0 is rotation,
+/// 90 is four equal quadrants, 180 two equal halves.
+void complete_type_c(Axis& turn) {
+  if (is_same(turn.first(), 90.0)) turn.shift(-90.0);   // 90 to 270: symmetric about the other plane
+  if (turn.size() == 1) {
+    const size_t only = turn[0].source;
+    turn.shift(-turn.first());
+    turn.add(360.0, only);
+    return;
+  }
+  if (is_same(turn.last(), 90.0)) turn.mirror(180.0);
+  if (is_same(turn.last(), 180.0)) turn.mirror(360.0);
+  // Some files leave out 360, which is 0 again. That is so if the gap is as wide as the first interval or the last.
+  const size_t n = turn.size();
+  const double gap = 360.0 - turn.last();
+  const bool continues = is_same(gap, turn[1].angle - turn[0].angle) || is_same(gap, turn[n - 1].angle - turn[n - 2].angle);
+  if (is_same(turn.first(), 0.0) && continues) turn.add(360.0, turn[0].source);
+}
+
+/// Type B: the poles of the system lie on the horizon, so its vertical angles are turns and its horizontal ones go up and down. An axis that begins
+/// at 0 stands for both sides.
+void complete_type_b(Axis& turn, Axis& from_nadir) {
+  for (Axis* axis : {&turn, &from_nadir})
+    if (is_same(axis->first(), 0.0)) axis->mirror(0.0);
+  turn.shift(90.0);
+  from_nadir.shift(90.0);
+}
+
+/// Type A: vertical angles from the horizon, horizontal ones from the front and the other way around than in type C. A file that begins at 0 stands for both sides.
+void complete_type_a(Axis& turn, Axis& from_nadir) {
+  const bool one_side = is_same(turn.first(), 0.0);
+  from_nadir.shift(90.0);
+  turn.reverse(180.0);
+  if (one_side) turn.mirror(360.0);
+}
+
+// ---- Interpolation -----------------------------------------------------------------------------------------------------
+
+/// Four neighbouring entries of an axis and their weights.
+struct Support {
+  std::array<size_t, 4> entries;
+  std::array<float, 4> weights;
+};
+
+/// Catmull and Rom 1974: a cubic through the two entries in the middle, with the slopes between their neighbours.
+std::array<float, 4> catmull_rom(float t) {
+  const float s = 1.0f - t;
+  return {-0.5f * t * s * s, s * (1.0f + t - 1.5f * t * t), t * (1.0f + s - 1.5f * s * s), -0.5f * s * t * t};
 }
 
 /// The interval of `angles` in which x lies.
@@ -178,55 +215,73 @@ size_t interval(const std::vector<float>& angles, float x) {
   return size_t(std::lower_bound(angles.begin() + 1, angles.end() - 1, x) - angles.begin()) - 1;
 }
 
+std::array<float, 4> weights_at(const std::vector<float>& angles, size_t i, float x) { return catmull_rom((x - angles[i]) / (angles[i + 1] - angles[i])); }
+
+/// From the nadir: the first row is followed by the second on its other side, if it is the nadir itself. The last row is repeated.
+Support support_of_rows(const std::vector<float>& angles, float x) {
+  const size_t i = interval(angles, x), last = angles.size() - 1;
+  const size_t beyond_first = angles[0] < 1e-6f ? 1 : 0;
+  return {{i > 0 ? i - 1 : beyond_first, i, i + 1, std::min(i + 2, last)}, weights_at(angles, i, x)};
+}
+
+/// Around the axis: where the planes are closed, the last is the first again. Where they are open, Blender repeats the first plane before the first interval, and takes
+/// the plane at the beginning of the last interval again after its end.
+Support support_of_planes(const std::vector<float>& angles, float x, bool closed) {
+  const size_t i = interval(angles, x), last = angles.size() - 1;
+  const size_t before = i > 0 ? i - 1 : closed ? last - 1 : 0;
+  const size_t after = i + 2 <= last ? i + 2 : closed ? 1 : i;
+  return {{before, i, i + 1, after}, weights_at(angles, i, x)};
+}
+
 }  // namespace
 
 IesProfile IesProfile::read(std::string_view text, std::string& error) {
-  Planes planes;
-  int type = 0;
-  error = read_planes(text, planes, type);
+  Measurement m;
+  error = parse(text, m);
+  if (!error.empty()) return {};
+
+  const bool sideways = m.system == PhotometricSystem::B;
+  Axis turn(sideways ? m.vertical : m.horizontal), from_nadir(sideways ? m.horizontal : m.vertical);
+  switch (m.system) {
+    case PhotometricSystem::C: complete_type_c(turn); break;
+    case PhotometricSystem::B: complete_type_b(turn, from_nadir); break;
+    case PhotometricSystem::A: complete_type_a(turn, from_nadir); break;
+  }
+  if (turn.size() < 2 || from_nadir.size() < 2) {
+    error = "it holds a single plane, which only type C may";
+    return {};
+  }
+
   IesProfile profile;
-  if (!error.empty()) return profile;
-  if (type == 1) from_type_c(planes);
-  if (type == 2) from_type_b(planes);
-  if (type == 3) from_type_a(planes);
-  if (planes.horizontal.size() < 2) error = "it holds a single plane, which only type C may";
-  const auto radians = [](double degrees) { return float(degrees * (M_PI / 180.0)); };
-  for (double h : planes.horizontal) profile.horizontal_.push_back(radians(h));
-  for (double v : planes.vertical) profile.vertical_.push_back(radians(v));
-  for (const auto* angles : {&profile.vertical_, &profile.horizontal_})
-    if (std::adjacent_find(angles->begin(), angles->end(), std::greater_equal<>()) != angles->end())
-      error = std::string("its ") + (angles == &profile.vertical_ ? "vertical" : "horizontal") + " angles do not ascend";
-  for (const auto& plane : planes.values)
-    for (double value : plane) {
-      profile.values_.push_back(float(value));
+  const auto radians = [](const Knot& knot) { return float(knot.angle * (M_PI / 180.0)); };
+  for (size_t v = 0; v < from_nadir.size(); ++v) profile.vertical_.push_back(radians(from_nadir[v]));
+  for (size_t h = 0; h < turn.size(); ++h) {
+    profile.horizontal_.push_back(radians(turn[h]));
+    for (size_t v = 0; v < from_nadir.size(); ++v) {
+      const size_t plane = sideways ? from_nadir[v].source : turn[h].source, row = sideways ? turn[h].source : from_nadir[v].source;
+      profile.values_.push_back(float(m.watts[plane * m.vertical.size() + row]));
       if (!std::isfinite(profile.values_.back())) error = "its values are too large";
     }
-  if (!error.empty()) return IesProfile();
-  profile.closed_ = is_same(planes.horizontal.front(), 0.0) && is_same(planes.horizontal.back(), 360.0);
+  }
+  if (!error.empty()) return {};
+  profile.closed_ = is_same(turn.first(), 0.0) && is_same(turn.last(), 360.0);
   return profile;
-}
-
-/// Below the first row the second again, where the first is the nadir; beyond the last the last.
-float IesProfile::along_plane(size_t plane, size_t row, float fraction) const {
-  const size_t rows = vertical_.size();
-  const float* values = values_.data() + plane * rows;
-  const size_t before = row > 0 ? row - 1 : vertical_[0] < 1e-6f ? 1 : 0;
-  return spline(values[before], values[row], values[row + 1], values[std::min(row + 2, rows - 1)], fraction);
 }
 
 float IesProfile::towards(Vec3 direction) const {
   const Vec3 d = normalize_or_zero(direction);
-  const float v = std::acos(glm::clamp(-d.z, -1.0f, 1.0f)), h = std::atan2(d.x, d.y) + kPi;
-  if (empty() || !(v >= vertical_.front() && v < vertical_.back())) return 0.0f;
-  if (!closed_ && !(h >= horizontal_.front() && h < horizontal_.back())) return 0.0f;
-  const size_t planes = horizontal_.size(), row = interval(vertical_, v), plane = interval(horizontal_, h);
-  const float at_row = (v - vertical_[row]) / (vertical_[row + 1] - vertical_[row]);
-  const float at_plane = (h - horizontal_[plane]) / (horizontal_[plane + 1] - horizontal_[plane]);
-  const size_t before = plane > 0 ? plane - 1 : closed_ ? planes - 2 : 0;
-  const size_t after = plane + 2 < planes ? plane + 2 : closed_ ? 1 : plane;
-  // The spline may dip below the values it joins.
-  return std::max(0.0f, spline(along_plane(before, row, at_row), along_plane(plane, row, at_row), along_plane(plane + 1, row, at_row),
-                               along_plane(after, row, at_row), at_plane));
+  const float from_nadir = std::acos(glm::clamp(-d.z, -1.0f, 1.0f)), turn = std::atan2(d.x, d.y) + kPi;
+  if (empty() || !(from_nadir >= vertical_.front() && from_nadir < vertical_.back())) return 0.0f;
+  if (!closed_ && !(turn >= horizontal_.front() && turn < horizontal_.back())) return 0.0f;
+  const Support planes = support_of_planes(horizontal_, turn, closed_), rows = support_of_rows(vertical_, from_nadir);
+  float sum = 0.0f;
+  for (size_t h = 0; h < 4; ++h) {
+    const float* plane = values_.data() + planes.entries[h] * vertical_.size();
+    float along_plane = 0.0f;
+    for (size_t v = 0; v < 4; ++v) along_plane += rows.weights[v] * plane[rows.entries[v]];
+    sum += planes.weights[h] * along_plane;
+  }
+  return std::max(0.0f, sum);   // the cubic may fall below the values it connects
 }
 
 }  // namespace ajar::nodes

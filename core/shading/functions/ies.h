@@ -33,8 +33,6 @@ class IesProfile {
   const std::vector<float>& vertical() const { return vertical_; }       ///< radians from -z, ascending
 
  private:
-  float along_plane(size_t plane, size_t row, float fraction) const;
-
   std::vector<float> horizontal_, vertical_;
   std::vector<float> values_;   ///< by horizontal angle, then vertical
   bool closed_ = false;         ///< the planes go all the way round, the last is the first again

@@ -1,31 +1,41 @@
 #include "shading/functions/noise.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "math/hash.h"
 
 namespace ajar::nodes {
 namespace {
 
-inline float negate_if(float x, bool condition) { return condition ? -x : x; }
+// The hash of a lattice point numbers its gradient g, and the lattice point contributes the dot product of g with the distance d from it. In three dimensions the
+// gradients are those of Perlin 2002 ("Improving Noise"): the directions to the middles of the twelve edges of a cube. In four, one component is zero
+// and the others are 1 or -1. Two and one dimensions are Blender's: (1, 2) and (2, 1) with all signs, and slopes from 1 to 8 with both. The numbering is part of
+// the definition. There are no tables, so that the compiler can compute all corners of a cell at once.
 
-// Slope towards (x, y, z, w) at a lattice point: as in Perlin's improved noise, the hash chooses among directions to the
-// middles of a cube's edges, and their likes in other dimensions.
-inline float slope(uint32_t hash, const float (&d)[1]) { return negate_if(1.0f + float(hash & 7), hash & 8) * d[0]; }
-inline float slope(uint32_t hash, const float (&d)[2]) {
-  const bool low = (hash & 7) < 4;
-  return negate_if(low ? d[0] : d[1], hash & 1) + negate_if(2.0f * (low ? d[1] : d[0]), hash & 2);
+/// x or -x, as this bit of the number says.
+inline float with_sign(float x, uint32_t number, int bit) {
+  return std::bit_cast<float>(std::bit_cast<uint32_t>(x) ^ (number >> bit << 31));
 }
-inline float slope(uint32_t hash, const float (&d)[3]) {
-  const uint32_t h = hash & 15;
-  const float u = h < 8 ? d[0] : d[1], v = h < 4 ? d[1] : h == 12 || h == 14 ? d[0] : d[2];
-  return negate_if(u, h & 1) + negate_if(v, h & 2);
+
+/// Dot product with the gradient that is 0 along one axis and has the lowest bits of `number` as signs along the others.
+template <int N> float along_edge(uint32_t number, uint32_t zero_axis, const float (&d)[N]) {
+  float sum = 0.0f;
+  for (int i = 0; i < N - 1; ++i) sum += with_sign(uint32_t(i) < zero_axis ? d[i] : d[i + 1], number, i);
+  return sum;
 }
-inline float slope(uint32_t hash, const float (&d)[4]) {
-  const uint32_t h = hash & 31;
-  const float u = h < 24 ? d[0] : d[1], v = h < 16 ? d[1] : d[2], s = h < 8 ? d[2] : d[3];
-  return negate_if(u, h & 1) + negate_if(v, h & 2) + negate_if(s, h & 4);
+
+inline float contribution(uint32_t hash, const float (&d)[1]) { return with_sign(float(int(hash % 8) + 1) * d[0], hash, 3); }
+inline float contribution(uint32_t hash, const float (&d)[2]) {
+  const bool along_y = hash % 8 < 4;   // the component of 2
+  return with_sign(along_y ? d[0] : d[1], hash, 0) + 2.0f * with_sign(along_y ? d[1] : d[0], hash, 1);
 }
+inline float contribution(uint32_t hash, const float (&d)[3]) {
+  // Perlin fills up sixteen numbers with four of the edges again, which form a tetrahedron: 12 to 15 stand for 0, 9, 1 and 11, the digits of the constant.
+  const uint32_t low = hash % 16, number = low < 12 ? low : 0xb190u >> 4 * (low - 12) & 15;
+  return along_edge(number, 2 - number / 4, d);
+}
+inline float contribution(uint32_t hash, const float (&d)[4]) { return along_edge(hash, 3 - hash % 32 / 8, d); }
 
 /// Makes the range about [-1, 1]; found by experiment by the authors of Open Shading Language.
 template <int N> constexpr float kRange = N == 1 ? 0.2500f : N == 2 ? 0.6616f : N == 3 ? 0.9820f : 0.8344f;
@@ -51,7 +61,7 @@ template <int N> float signed_noise(Point<N> p) {
       key[axis] = cell[axis] + uint32_t(side);
       d[axis] = fraction[axis] - float(side);
     }
-    value[corner] = slope(hash_words(key), d);
+    value[corner] = contribution(hash_words(key), d);
   }
   for (int axis = 0, count = kCorners / 2; axis < N; ++axis, count /= 2)
     for (int i = 0; i < count; ++i) value[i] = value[2 * i] + fade[axis] * (value[2 * i + 1] - value[2 * i]);
@@ -91,19 +101,20 @@ template <int N> float hetero_terrain(const NoiseParameters& n, Point<N> p) {
   return part == 0.0f ? value : value + part * increment();
 }
 
+// Musgrave (Texturing and Modeling, 3rd ed., chapter 16): where the octaves before gave little, later ones count less, so that valleys stay smooth. The weight of
+// an octave is the product of gain * signal over the octaves before it, and at most 1.
 template <int N> float hybrid_multifractal(const NoiseParameters& n, Point<N> p) {
-  constexpr float kNothing = 0.001f;   // later octaves would not show
-  float value = 0.0f, weight = 1.0f, amplitude = 1.0f;
-  for (int i = 0; i < int(n.octaves) && weight > kNothing; ++i, p *= n.lacunarity) {
+  constexpr float kInvisible = 0.001f;   // octaves of a lower weight are left out, as in Blender
+  float sum = 0.0f, weight = 1.0f, amplitude = 1.0f;
+  for (float left = n.octaves; left > 0.0f && weight > kInvisible; left -= 1.0f) {
+    const float signal = amplitude * (signed_noise(p) + n.offset), share = std::min(left, 1.0f);
     weight = std::min(weight, 1.0f);
-    const float signal = (signed_noise(p) + n.offset) * amplitude;
-    amplitude *= n.persistence;
-    value += weight * signal;
+    sum += share * weight * signal;
     weight *= n.gain * signal;
+    amplitude *= n.persistence;
+    p *= n.lacunarity;
   }
-  const float part = n.octaves - std::floor(n.octaves);
-  if (part == 0.0f || !(weight > kNothing)) return value;
-  return value + part * std::min(weight, 1.0f) * (signed_noise(p) + n.offset) * amplitude;
+  return sum;
 }
 
 template <int N> float ridged_multifractal(const NoiseParameters& n, Point<N> p) {

@@ -1,6 +1,7 @@
 #include "shading/functions/sky.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <tbb/parallel_for.h>
@@ -17,14 +18,19 @@ float safe_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
 Vec2 spherical(Vec3 d) { return {safe_acos(d.z), std::atan2(d.x, d.y)}; }
 
 // ---- Single scattering [Nishita et al. 1993] with ozone, at 21 wavelengths from 380 to 780 nm ------------------------
+//
+// A ray collects, from each of its points, the sunlight that is scattered there towards the eye:
+//   L = E integral T(eye, p) (beta_air rho_air(p) P_air + beta_dust rho_dust(p) P_dust) T(p, sun) dt,   T = exp(-sum of columns * coefficients).
+// The Earth is a sphere, so a point needs no coordinates: its altitude and the cosine between the vertical and a direction determine what lies in that
+// direction. Constants and quadratures are those of Blender, since its pictures depend on them.
 
 constexpr int kWavelengths = 21;
 constexpr float kWavelengthStep = 20.0f;
 constexpr int kWidth = 512, kHeight = 128;      // of the table: azimuth, elevation (closer towards the horizon)
 constexpr int kViewSteps = 32;
-constexpr float kEarth = 6360e3f, kTop = 6420e3f;                  // radii in metres
-constexpr float kMieScattering = 2e-5f, kMieExtinction = 1.11f * kMieScattering;
-constexpr float kMieAnisotropy = 0.76f;
+constexpr float kEarthRadius = 6360e3f, kAtmosphere = 60e3f;       // metres; the atmosphere ends at this altitude
+constexpr float kDustScattering = 2e-5f, kDustExtinction = 1.11f * kDustScattering;   // Mie, per metre
+constexpr float kDustAnisotropy = 0.76f;
 
 /// W m^-2 nm^-1 above the atmosphere.
 constexpr float kSunIrradiance[kWavelengths] = {
@@ -32,11 +38,11 @@ constexpr float kSunIrradiance[kWavelengths] = {
     1.7064713f, 1.6655609f, 1.61993437f, 1.570836f, 1.5193234f, 1.466285f, 1.4124585f, 1.3584496f, 1.3047491f, 1.2517496f,
     1.19976f};
 /// Scattering by air and absorption by ozone per metre at their densest.
-constexpr float kRayleigh[kWavelengths] = {
+constexpr float kAirScattering[kWavelengths] = {
     5.42482e-05f, 4.4185499e-05f, 3.6351519e-05f, 3.017929e-05f, 2.5263202e-05f, 2.1308593e-05f, 1.809838e-05f, 1.54705713e-05f,
     1.330285e-05f, 1.15018478e-05f, 9.995574e-06f, 8.728e-06f, 7.655137e-06f, 6.742172e-06f, 5.9613413e-06f, 5.290346e-06f,
     4.711157e-06f, 4.2091048e-06f, 3.7721838e-06f, 3.3905126e-06f, 3.0559153e-06f};
-constexpr float kOzone[kWavelengths] = {
+constexpr float kOzoneAbsorption[kWavelengths] = {
     3.2512685e-09f, 5.8539537e-09f, 1.9771912e-08f, 7.30956876e-08f, 2.0084562e-07f, 4.0383958e-07f, 6.3551336e-07f,
     9.670704e-07f, 1.547974e-06f, 2.0903865e-06f, 2.46128056e-06f, 2.735513e-06f, 2.15125863e-06f, 1.5905184e-06f, 1.123562e-06f,
     7.3527551e-07f, 4.645013e-07f, 3.309608e-07f, 2.25126123e-07f, 1.4879129e-07f, 1.6828623e-07f};
@@ -50,82 +56,119 @@ constexpr float kObserver[kWavelengths][3] = {
     {0.04677f, 0.017f, 0.0f}, {0.01135916f, 0.004102f, 0.0f}, {0.002899327f, 0.001047f, 0.0f},
     {0.0006900786f, 0.0002492f, 0.0f}, {0.0001661505f, 6e-05f, 0.0f}, {4.150994e-05f, 1.499e-05f, 0.0f}};
 
-using Spectrum = float[kWavelengths];
+using Spectrum = std::array<float, kWavelengths>;
 
 Vec3 to_xyz(const Spectrum& spectrum) {
   Vec3 xyz(0.0f);
-  for (int i = 0; i < kWavelengths; ++i) xyz += spectrum[i] * Vec3(kObserver[i][0], kObserver[i][1], kObserver[i][2]);
+  for (size_t i = 0; i < spectrum.size(); ++i) xyz += spectrum[i] * Vec3(kObserver[i][0], kObserver[i][1], kObserver[i][2]);
   return xyz * kWavelengthStep;
 }
 
-Vec3 direction_at(float elevation, float azimuth) {
-  return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation)};
+/// Amounts of the three constituents: densities relative to the densest place of each, or columns, which are densities times metres.
+struct Constituents {
+  float air = 0.0f, dust = 0.0f, ozone = 0.0f;
+
+  Constituents& add(const Constituents& other, float factor) {
+    air += other.air * factor, dust += other.dust * factor, ozone += other.ozone * factor;
+    return *this;
+  }
+  /// For a column, the part of the light of a wavelength that comes through it.
+  float transmittance(int wavelength) const {
+    return std::exp(-(air * kAirScattering[wavelength] + dust * kDustExtinction + ozone * kOzoneAbsorption[wavelength]));
+  }
+};
+
+/// Air and dust thin out exponentially, with scale heights of 8 and 1.2 km. Ozone is a layer around 25 km, from 10 to 40 km.
+Constituents densities_at(float altitude) {
+  return {std::exp(-altitude / 8e3f), std::exp(-altitude / 1.2e3f), std::max(1.0f - std::abs(altitude - 25e3f) / 15e3f, 0.0f)};
+}
+Constituents scaled(const Constituents& c, const Atmosphere& a) { return {c.air * a.air_density, c.dust * a.dust_density, c.ozone * a.ozone_density}; }
+
+/// A ray from an altitude, at an angle to the vertical of which `cosine` is known.
+class AtmosphericRay {
+ public:
+  AtmosphericRay(float altitude, float cosine)
+      : rise_((kEarthRadius + altitude) * cosine), excess_(excess_of(altitude)), length_(forward_root(excess_of(kAtmosphere) - excess_)) {}
+
+  /// Distance to the end of the atmosphere.
+  float length() const { return length_; }
+
+  /// Altitude at distance t: of the squared radius only the part beyond that of the Earth is used, so that metres are not lost in thousands of kilometres.
+  float altitude_at(float t) const {
+    const float excess = excess_ + t * (t + 2.0f * rise_);
+    return excess / (std::sqrt(sqr(kEarthRadius) + excess) + kEarthRadius);
+  }
+
+  /// True if the line of the ray, in both directions, passes through the Earth.
+  bool line_meets_earth() const { return sqr(rise_) >= excess_; }
+
+  /// Densities, integrated over the ray by Gauss-Laguerre quadrature, which suits what falls off exponentially. The nodes (Abramowitz and Stegun, table 25.9, n = 8) are
+  /// divided by 25, so that the last one is still inside the atmosphere; the weights are those of the table that contain exp(x).
+  Constituents column() const {
+    static constexpr float kNodes[8] = {0.170279632305f, 0.903701776799f, 2.251086629866f,  4.266700170288f,
+                                        7.045905402393f, 10.75851601018f, 15.740678641278f, 22.863131736889f};
+    static constexpr float kWeights[8] = {0.437723410493f, 1.033869347666f, 1.669709765659f, 2.376924701759f,
+                                          3.208540913348f, 4.268575510825f, 5.818083368672f, 8.906226215292f};
+    const float scale = length_ / 25.0f;
+    Constituents sum;
+    for (int i = 0; i < 8; ++i) sum.add(densities_at(altitude_at(kNodes[i] * scale)), kWeights[i] * scale);
+    return sum;
+  }
+
+ private:
+  /// (R + altitude)^2 - R^2
+  static float excess_of(float altitude) { return altitude * (2.0f * kEarthRadius + altitude); }
+  /// The positive root t of t^2 + 2 rise t = gain, without cancellation.
+  float forward_root(float gain) const {
+    const float root = std::sqrt(sqr(rise_) + gain);
+    return rise_ > 0.0f ? gain / (root + rise_) : root - rise_;
+  }
+
+  float rise_;     ///< radius times cosine: half the growth of the squared radius per metre at the start
+  float excess_;   ///< of the start
+  float length_;
+};
+
+float rayleigh_phase(float cosine) { return 3.0f / (16.0f * kPi) * (1.0f + sqr(cosine)); }
+
+/// Cornette and Shanks 1992, as Nishita et al. use it for dust.
+float dust_phase(float cosine) {
+  const float g = kDustAnisotropy, normalization = 3.0f * (1.0f - g * g) / (8.0f * kPi * (2.0f + g * g));
+  return normalization * (1.0f + sqr(cosine)) / std::pow(1.0f + g * g - 2.0f * g * cosine, 1.5f);
 }
 
-/// Densities of air, dust and ozone at a height in metres, relative to their greatest.
-Vec3 density(float height) {
-  const float ozone = 1.0f - std::abs(height - 25e3f) / 15e3f;     // a layer from 10 to 40 km
-  return {std::exp(-height / 8e3f), std::exp(-height / 1.2e3f), std::max(ozone, 0.0f)};
-}
-
-/// Distance to the top of the atmosphere, from within.
-float to_top(Vec3 p, Vec3 d) {
-  const float b = glm::dot(p, d), c = length_squared(p) - sqr(kTop);
-  return -b + std::sqrt(b * b - c);
-}
-
-bool in_earths_shadow(Vec3 p, Vec3 to_sun) {
-  if (to_sun.z >= 0.0f) return false;
-  const float b = glm::dot(p, to_sun);
-  return b * b >= length_squared(p) - sqr(kEarth);
-}
-
-/// Integral of the densities along a ray to the top. They fall off exponentially, which is what Gauss-Laguerre quadrature is made for: eight
-/// nodes x and weights w exp(x), both over 25 so that the last node is still inside.
-Vec3 optical_depth(Vec3 p, Vec3 d) {
-  static constexpr float kNodes[8] = {0.006811185292f, 0.03614807107f, 0.09004346519f, 0.1706680068f,
-                                      0.2818362161f,   0.4303406404f,  0.6296271457f,  0.9145252695f};
-  static constexpr float kWeights[8] = {0.01750893642f, 0.04135477391f, 0.06678839063f, 0.09507698807f,
-                                        0.1283416365f,  0.1707430204f,  0.2327233347f,  0.3562490486f};
-  const float length = to_top(p, d);
-  Vec3 sum(0.0f);
-  for (int i = 0; i < 8; ++i) sum += kWeights[i] * density(std::sqrt(length_squared(p + kNodes[i] * length * d)) - kEarth);
-  return sum * length;
-}
-
-/// Radiance of the sky, XYZ.
-Vec3 scattered(const Atmosphere& a, Vec3 eye, Vec3 view, Vec3 to_sun) {
-  const Vec3 amount(a.air_density, a.dust_density, a.ozone_density);
-  const float mu = glm::dot(view, to_sun), g2 = sqr(kMieAnisotropy);
-  const float rayleigh_phase = 3.0f / (16.0f * kPi) * (1.0f + mu * mu);
-  const float mie_phase = 3.0f * (1.0f - g2) * (1.0f + mu * mu) /
-                          (8.0f * kPi * (2.0f + g2) * std::pow(1.0f + g2 - 2.0f * kMieAnisotropy * mu, 1.5f));
-  const float step = to_top(eye, view) / kViewSteps;
-  Spectrum radiance = {};
-  Vec3 depth(0.0f);
+/// Radiance of the sky in XYZ. The directions are given by what matters of them: sines of the elevations of view and sun, and the cosine between the two.
+Vec3 scattered(const Atmosphere& a, float view_sine, float sun_sine, float view_sun_cosine) {
+  const AtmosphericRay view(a.altitude, view_sine);
+  const float step = view.length() / kViewSteps, air_phase = rayleigh_phase(view_sun_cosine), dust = dust_phase(view_sun_cosine);
+  Spectrum radiance{};
+  Constituents seen_through;
   for (int i = 0; i < kViewSteps; ++i) {
-    const Vec3 p = eye + (float(i) + 0.5f) * step * view;
-    const Vec3 here = amount * density(std::sqrt(length_squared(p)) - kEarth);
-    depth += step * here;
-    if (in_earths_shadow(p, to_sun)) continue;
-    const Vec3 total = depth + amount * optical_depth(p, to_sun);
+    const float t = (float(i) + 0.5f) * step, altitude = view.altitude_at(t);
+    const Constituents here = scaled(densities_at(altitude), a);
+    seen_through.add(here, step);
+    // Projections on the direction to the sun add up along the ray.
+    const float sun_cosine = ((kEarthRadius + a.altitude) * sun_sine + t * view_sun_cosine) / (kEarthRadius + altitude);
+    const AtmosphericRay to_sun(altitude, sun_cosine);
+    // As in Blender, there is no shadow while the sun is above the eye's horizontal plane. Otherwise it is enough that the Earth is on the line to the sun, in
+    // front of the point or behind it.
+    if (sun_sine < 0.0f && to_sun.line_meets_earth()) continue;
+    const Constituents through = scaled(to_sun.column(), a).add(seen_through, 1.0f);
     for (int k = 0; k < kWavelengths; ++k) {
-      const float transmittance = std::exp(-(total.x * kRayleigh[k] + total.y * kMieExtinction + total.z * kOzone[k]));
-      const float scattering = rayleigh_phase * here.x * kRayleigh[k] + mie_phase * here.y * kMieScattering;
-      radiance[k] += transmittance * scattering * kSunIrradiance[k] * step;
+      const float scattering = here.air * kAirScattering[k] * air_phase + here.dust * kDustScattering * dust;
+      radiance[size_t(k)] += step * kSunIrradiance[k] * scattering * through.transmittance(k);
     }
   }
   return to_xyz(radiance);
 }
 
 /// Radiance of the sun seen at an elevation, XYZ. Ozone does not dim it, as in Blender.
-Vec3 sun_radiance(const Atmosphere& a, Vec3 eye, float elevation) {
-  const Vec3 depth = optical_depth(eye, direction_at(elevation, 0.0f));
+Vec3 sun_radiance(const Atmosphere& a, float elevation) {
+  Constituents through = scaled(AtmosphericRay(a.altitude, std::sin(elevation)).column(), a);
+  through.ozone = 0.0f;
   const float solid_angle = 2.0f * kPi * (1.0f - std::cos(0.5f * a.sun_size));
   Spectrum radiance;
-  for (int k = 0; k < kWavelengths; ++k)
-    radiance[k] = kSunIrradiance[k] / solid_angle *
-                  std::exp(-(depth.x * a.air_density * kRayleigh[k] + depth.y * a.dust_density * kMieExtinction));
+  for (int k = 0; k < kWavelengths; ++k) radiance[size_t(k)] = kSunIrradiance[k] / solid_angle * through.transmittance(k);
   return to_xyz(radiance);
 }
 
@@ -216,20 +259,24 @@ Sky Sky::nishita(const Atmosphere& given) {
   a.sun_rotation = std::fmod(a.sun_rotation, 2.0f * kPi);
   if (a.sun_rotation < 0.0f) a.sun_rotation += 2.0f * kPi;
   a.sun_rotation = 2.0f * kPi - a.sun_rotation;          // from clockwise to counterclockwise
-  sky.sun_direction_ = direction_at(a.sun_elevation, a.sun_rotation + 0.5f * kPi);
+  const float sun_sine = std::sin(a.sun_elevation), sun_cosine = std::cos(a.sun_elevation), turn = a.sun_rotation + 0.5f * kPi;
+  sky.sun_direction_ = {sun_cosine * std::cos(turn), sun_cosine * std::sin(turn), sun_sine};
 
-  const Vec3 eye(0.0f, 0.0f, kEarth + a.altitude);
   const float radius = 0.5f * a.sun_size;
-  sky.sun_bottom_ = sun_radiance(a, eye, std::max(a.sun_elevation - radius, 0.0f));
-  sky.sun_top_ = sun_radiance(a, eye, std::max(a.sun_elevation + radius, 0.0f));
+  sky.sun_bottom_ = sun_radiance(a, std::max(a.sun_elevation - radius, 0.0f));
+  sky.sun_top_ = sun_radiance(a, std::max(a.sun_elevation + radius, 0.0f));
 
+  // The sky is the same on both sides of the sun, so half of each row is computed. A row's elevation grows with the square of its number.
   sky.table_.resize(size_t(kWidth) * kHeight);
-  const Vec3 to_sun = direction_at(a.sun_elevation, 0.0f);
   tbb::parallel_for(0, kHeight, [&](int y) {
-    const float step = 0.5f * kPi / kHeight, elevation = (0.5f * kPi + 0.5f * step) * sqr(float(y) / kHeight);
+    const float elevation = 0.5f * kPi * (1.0f + 0.5f / kHeight) * sqr(float(y) / kHeight);
+    const float view_sine = std::sin(elevation), view_cosine = std::cos(elevation);
     Vec3* row = sky.table_.data() + size_t(y) * kWidth;
-    for (int x = 0; x < kWidth / 2; ++x)   // the other half mirrors this one
-      row[x] = row[kWidth - 1 - x] = scattered(a, eye, direction_at(elevation, 2.0f * kPi / kWidth * float(x) - kPi), to_sun);
+    for (int x = 0; x < kWidth / 2; ++x) {
+      const float azimuth = 2.0f * kPi * float(x) / kWidth - kPi;   // from the sun
+      const float view_sun_cosine = view_sine * sun_sine + view_cosine * sun_cosine * std::cos(azimuth);
+      row[x] = row[kWidth - 1 - x] = scattered(a, view_sine, sun_sine, view_sun_cosine);
+    }
   });
   return sky;
 }

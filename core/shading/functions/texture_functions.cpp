@@ -1,44 +1,55 @@
 #include "shading/functions/texture_functions.h"
 
+#include <algorithm>
+
 namespace ajar::nodes {
 
 Vec4 image(const ImageLookup& lookup, Vec2 uv) {
   return lookup.texture->sample(uv, lookup.interpolation, lookup.extension, lookup.unassociate);
 }
 
-// The weights live on the triangle x + y + z = 1 of absolute normals: one picture in each corner,
-// two along an edge, three in the middle; `blend` is the width of the transitions.
+// Definition: the manual of Blender (Image Texture, Box) with the widths of Cycles. Among n pictures whose axes have the shares p_i of the normal's absolute
+// components, the weights are
+//   w_i = ((1 + (n - 2) m) p_i - m) / blend,  m = (1 - blend) / 2.
+// They sum to 1. While one is negative, the picture of the smallest component is left out and the weights of the others are computed again: three pictures meet around
+// the diagonals, two along the edges of the box, one is alone around each axis. Leaving out happens where a weight is 0, so the weights are continuous.
 Vec3 box_weights(Vec3 object_normal, float blend) {
-  Vec3 n = glm::abs(object_normal);
-  n /= n.x + n.y + n.z;
-  const float limit = 0.5f * (1.0f + blend);
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    if (n[i] > limit * (n[i] + n[j]) && n[i] > limit * (n[i] + n[k])) {
-      Vec3 weights(0.0f);
-      weights[i] = 1.0f;
-      return weights;
-    }
-  }
-  if (!(blend > 0.0f)) return {1.0f, 0.0f, 0.0f};
-  for (const int k : {2, 0, 1}) {   // the axis that takes no part
-    const int i = k == 0 ? 1 : 0, j = k == 2 ? 1 : 2;
-    if (n[k] >= (1.0f - limit) * (n[i] + n[j])) continue;
+  const Vec3 n = glm::abs(object_normal);
+  constexpr Vec3 kAxes[3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}};
+  int order[3] = {0, 1, 2};
+  std::sort(order, order + 3, [&](int i, int j) { return n[i] > n[j]; });
+  if (!(n[order[0]] > 0.0f)) return kAxes[0];
+  // A sharp border: where two components are equal, Cycles shows the picture of x.
+  if (!(blend > 0.0f)) return n[order[0]] > n[order[1]] ? kAxes[order[0]] : kAxes[0];
+  const float margin = 0.5f * (1.0f - blend);
+  for (int count = 3; count > 1; --count) {
+    float sum = 0.0f;
+    for (int i = 0; i < count; ++i) sum += n[order[i]];
+    const float slope = (1.0f + float(count - 2) * margin) / sum;
+    if (slope * n[order[count - 1]] < margin) continue;
     Vec3 weights(0.0f);
-    weights[i] = saturate((n[i] / (n[i] + n[j]) - 0.5f * (1.0f - blend)) / blend);
-    weights[j] = 1.0f - weights[i];
+    for (int i = 0; i < count; ++i) weights[order[i]] = std::max((slope * n[order[i]] - margin) / blend, 0.0f);
     return weights;
   }
-  return ((2.0f - limit) * n + (limit - 1.0f)) / (2.0f * limit - 1.0f);
+  return kAxes[order[0]];
 }
 
 Vec4 image_box(const ImageLookup& lookup, Vec3 p, Vec3 n) {
+  // The coordinates along the picture's width and height, and the sign of the normal on the side where the picture is mirrored, so that no side
+  // reads backwards. Blender's choice.
+  static constexpr struct {
+    int width, height;
+    float mirrored;
+  } kSides[3] = {{1, 2, -1.0f}, {0, 2, 1.0f}, {1, 0, 1.0f}};
   const Vec3 weights = box_weights(n, lookup.blend);
-  Vec4 result(0.0f);
-  if (weights.x > 0.0f) result += weights.x * image(lookup, {n.x < 0.0f ? 1.0f - p.y : p.y, p.z});
-  if (weights.y > 0.0f) result += weights.y * image(lookup, {n.y > 0.0f ? 1.0f - p.x : p.x, p.z});
-  if (weights.z > 0.0f) result += weights.z * image(lookup, {n.z > 0.0f ? 1.0f - p.y : p.y, p.x});
-  return result;
+  Vec4 sum(0.0f);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(weights[axis] > 0.0f)) continue;
+    const auto& side = kSides[axis];
+    const float u = p[side.width];
+    sum += weights[axis] * image(lookup, {n[axis] * side.mirrored > 0.0f ? 1.0f - u : u, p[side.height]});
+  }
+  return sum;
 }
 
 }  // namespace ajar::nodes

@@ -1,6 +1,7 @@
 #include "transport/media/subsurface_walk.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "math/frame.h"
@@ -18,23 +19,47 @@ constexpr float kMinAlbedo = 0.2f, kNothingLeft = 1e-6f;
 /// Whoever it is hidden from, an object is there for light inside it.
 constexpr uint32_t kEveryKind = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow | kRayVolumeScatter;
 
-/// Albedo of single scattering that gives a half-space this albedo (fit of Kulla and Chiang as Blender has it, g the anisotropy).
+/// Coefficients of a polynomial in the anisotropy, the constant one first.
+using Polynomial = std::array<float, 8>;
+
+float evaluate(const Polynomial& coefficients, float g) {
+  float value = 0.0f;
+  for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c) value = value * g + *c;
+  return value;
+}
+
+/// scale * atan(steepness * albedo)^exponent. The steepness is base + factor * exp(growth).
+struct ArcTangentTerm {
+  Polynomial scale;
+  float base, factor;
+  Polynomial growth;
+  Polynomial exponent;
+
+  float at(float albedo, float g) const {
+    const float steepness = base + factor * std::exp(evaluate(growth, g));
+    return evaluate(scale, g) * std::pow(std::atan(steepness * albedo), evaluate(exponent, g));
+  }
+};
+
+// The numbers of the fit that Blender uses.
+constexpr ArcTangentTerm kDark = {
+    {1.8260523782f, -1.28451056436f, -1.79904629312f, 9.19393289202f, -22.8215585862f, 32.0234874259f, -23.6264803333f, 7.21067002658f},
+    4.98511194385f,
+    0.127355959438f,
+    {0.0f, 31.1491581433f, -201.847017512f, 841.576016723f, -2018.09288505f, 2731.71560286f, -1935.41424244f, 559.009054474f},
+    {1.09686102424f, -0.394704063468f, 1.05258115941f, -8.83963712726f, 28.8643230661f, -46.8802913581f, 38.5402837518f, -12.7181042538f}};
+constexpr ArcTangentTerm kBright = {
+    {0.496310210422f, 0.360146581622f, -2.15139309747f, 17.8896899217f, -55.2984010333f, 82.065982243f, -58.5106008578f, 15.8478295021f},
+    4.23190299701f,
+    0.00310603949088f,
+    {0.0f, 76.7316253952f, -594.356773233f, 2448.8834203f, -5576.68528998f, 7116.60171912f, -4763.54467887f, 1303.5318055f},
+    {2.40602999408f, -2.51814844609f, 9.18494908356f, -79.2191708682f, 259.082868209f, -403.613804597f, 302.85712436f, -87.4370473567f}};
+
+/// Albedo of single scattering that gives a half-space this albedo. The method is that of Chiang, Kutz and Burley 2016 ("Practical and Controllable Subsurface Scattering
+/// for Production Path Tracing"): half-spaces are simulated, and a curve is fitted to the inverse. This curve, of Kulla and Chiang, has a term for dark and a term for
+/// bright albedos, which are mixed by the fourth root of the albedo.
 float single_scattering_albedo(float albedo, float g) {
-  const float g2 = g * g, g3 = g2 * g, g4 = g2 * g2, g5 = g4 * g, g6 = g3 * g3, g7 = g6 * g;
-  const auto polynomial = [&](float c0, float c1, float c2, float c3, float c4, float c5, float c6, float c7) {
-    return c0 + c1 * g + c2 * g2 + c3 * g3 + c4 * g4 + c5 * g5 + c6 * g6 + c7 * g7;
-  };
-  const float a = polynomial(1.8260523782f, -1.28451056436f, -1.79904629312f, 9.19393289202f, -22.8215585862f, 32.0234874259f, -23.6264803333f, 7.21067002658f);
-  const float b = 4.98511194385f + 0.127355959438f * std::exp(polynomial(0.0f, 31.1491581433f, -201.847017512f, 841.576016723f, -2018.09288505f,
-                                                                         2731.71560286f, -1935.41424244f, 559.009054474f));
-  const float c = polynomial(1.09686102424f, -0.394704063468f, 1.05258115941f, -8.83963712726f, 28.8643230661f, -46.8802913581f, 38.5402837518f, -12.7181042538f);
-  const float d = polynomial(0.496310210422f, 0.360146581622f, -2.15139309747f, 17.8896899217f, -55.2984010333f, 82.065982243f, -58.5106008578f, 15.8478295021f);
-  const float e = 4.23190299701f + 0.00310603949088f * std::exp(polynomial(0.0f, 76.7316253952f, -594.356773233f, 2448.8834203f, -5576.68528998f,
-                                                                           7116.60171912f, -4763.54467887f, 1303.5318055f));
-  const float f = polynomial(2.40602999408f, -2.51814844609f, 9.18494908356f, -79.2191708682f, 259.082868209f, -403.613804597f, 302.85712436f, -87.4370473567f);
-  const float blend = std::pow(albedo, 0.25f);
-  const float alpha = (1.0f - blend) * a * std::pow(std::atan(b * albedo), c) + blend * d * std::pow(std::atan(e * albedo), f);
-  return std::clamp(alpha, 0.0f, 0.999999f);
+  return std::clamp(glm::mix(kDark.at(albedo, g), kBright.at(albedo, g), std::pow(albedo, 0.25f)), 0.0f, 0.999999f);
 }
 
 /// First surface of this instance along the ray; others are looked through.

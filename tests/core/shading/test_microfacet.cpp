@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "bsdf_fixtures.h"
 #include "statistical.h"
 
@@ -67,6 +69,27 @@ TEST(Microfacet, visible_normals_are_sampled_with_their_density) {
         jacobian.smooth_fraction = 0.3;
         EXPECT_TRUE(jacobian_agrees(map, pdf, jacobian)) << d.name << " " << ax << " " << ay << " " << c;
       }
+}
+
+// At alpha = 1 the slope across the direction of view follows exp(-y^2) / sqrt(pi) whatever that direction is, so it inverts erf. Along a grazing direction of view,
+// the visible slopes have the cumulative distribution of Heitz and d'Eon 2014.
+TEST(Microfacet, slopes_of_beckmann_invert_their_cumulative_distributions) {
+  const float c = 0.6f, s = 0.8f;
+  const double cot = double(c) / double(s), k = 1.0 / (cot * std::sqrt(M_PI));
+  const auto cumulative = [&](double x) { return 1.0 + std::erf(x) + k * std::exp(-x * x); };
+  for (int i = 1; i < 2000; ++i) {
+    const float u = float(i) / 2000.0f;
+    const Vec3 m = beckmann_sample_visible(Vec3(s, 0.0f, c), 1.0f, 1.0f, Vec2(u, 1.0f - u));
+    const double along = -double(m.x) / double(m.z), across = -double(m.y) / double(m.z);
+    EXPECT_NEAR(std::erf(across), 1.0 - 2.0 * double(u), 4e-7) << u;
+    EXPECT_NEAR(cumulative(along) / cumulative(cot), double(u), 2e-6) << u;
+  }
+  // The ends, where erf is flat: erfc keeps the digits.
+  for (int exponent = 8; exponent <= 23; ++exponent) {
+    const float v = 1.0f - std::ldexp(1.0f, -exponent);
+    const Vec3 m = beckmann_sample_visible(Vec3(s, 0.0f, c), 1.0f, 1.0f, Vec2(0.5f, v));
+    EXPECT_NEAR(std::erfc(-double(m.y) / double(m.z)) * std::ldexp(1.0, exponent - 1), 1.0, 2e-5) << exponent;
+  }
 }
 
 TEST(Microfacet, distributions_of_all_normals_are_sampled_with_their_density) {

@@ -7,6 +7,8 @@
 #include "geometry/geometry.h"
 #include "geometry/mesh_analysis.h"
 #include "shading/functions/ies.h"
+#include "shading/functions/noise.h"
+#include "shading/functions/sky.h"
 #include "shading/functions/texture_functions.h"
 
 namespace ajar::test_shader_nodes {
@@ -177,6 +179,7 @@ TEST(ShaderNodes, broken_ies_files_are_named_and_shine_evenly) {
                {text_property("ies", changed("1\n4\n", "1\n-4\n")), "tilt factors"},
                {text_property("ies", changed("0 15 30", "0 45 30")), "horizontal angles do not ascend"},
                {text_property("ies", changed("0 5 10", "0 10 10")), "vertical angles do not ascend"},
+               {text_property("ies", changed("0 5 10", "0 0.00001 10")), "vertical angles do not ascend"},
                {text_property("ies", good.substr(0, good.size() / 2)), "the file ends early"}};
   for (const auto& c : cases) {
     GraphBuilder g;
@@ -230,6 +233,12 @@ TEST(ShaderNodes, ies_files_of_types_a_and_b_and_parts_of_the_sphere) {
     std::string problem;
     EXPECT_NEAR(nodes::IesProfile::read(text.str(), problem).towards(c.direction), c.expected, 1e-4f * std::max(1.0f, c.expected)) << text.str();
     EXPECT_EQ(problem, "");
+  }
+  // One horizontal angle, of which only type C can make a whole.
+  for (const char* type_and_angle : {"2 1 0 0 0\n1 1 1\n-90 0 90\n0\n", "2 1 0 0 0\n1 1 1\n-90 0 90\n20\n", "3 1 0 0 0\n1 1 1\n-90 0 90\n0\n"}) {
+    std::string problem;
+    EXPECT_TRUE(nodes::IesProfile::read(std::string("TILT=NONE\n1 -1 1 3 1 ") + type_and_angle + "1 2 3\n", problem).empty());
+    EXPECT_NE(problem.find("single plane"), std::string::npos) << problem;
   }
 }
 
@@ -331,6 +340,42 @@ TEST(ShaderNodes, second_generation_noise_contains_musgrave) {
                               {text_property("noise_type", kind), number_property("normalize", {0.0f})});
     expect_near(value_of(g, merged, "Fac"), value_of(g, old, "Fac"), 5e-5f, kind);
   }
+}
+
+// An octave counts by gain times the signals before it, and by 1 at most.
+TEST(ShaderNodes, octaves_of_hybrid_multifractals_count_by_those_before) {
+  const Vec3 p(0.37f, -1.24f, 2.71f);
+  for (int dimensions = 1; dimensions <= 4; ++dimensions) {
+    nodes::NoiseParameters n;
+    n.dimensions = dimensions;
+    n.fractal = nodes::Fractal::HybridMultifractal;
+    n.offset = 1.5f;   // all signals are positive
+    n.persistence = 0.6f;
+    n.lacunarity = 2.1f;
+    const auto at = [&](float octaves, float gain, float frequency) {
+      n.octaves = octaves;
+      n.gain = gain;
+      return nodes::noise_value(n, frequency * p, frequency * 0.83f);
+    };
+    const float first = at(1.0f, 1.0f, 1.0f), second = n.persistence * at(1.0f, 1.0f, n.lacunarity);
+    EXPECT_NEAR(at(2.0f, 50.0f, 1.0f), first + second, 1e-5f) << dimensions;
+    EXPECT_NEAR(at(1.4f, 50.0f, 1.0f), first + 0.4f * second, 1e-5f) << dimensions;
+    EXPECT_NEAR(at(2.0f, 0.1f, 1.0f), first + 0.1f * first * second, 1e-5f) << dimensions;
+    EXPECT_EQ(at(9.0f, 1e-4f, 1.0f), first) << dimensions;   // too little to be seen
+  }
+}
+
+// The highest air over the eye, at 60 km, is in the Earth's shadow when the sun is acos(6360 / 6420) = 0.137 below the horizon.
+TEST(ShaderNodes, the_night_sky_is_dark_where_the_earth_hides_the_sun) {
+  const auto overhead = [](float elevation) {
+    nodes::Atmosphere atmosphere;
+    atmosphere.sun_elevation = elevation;
+    return nodes::Sky::nishita(atmosphere).radiance(Vec3(0, 0, 1));
+  };
+  EXPECT_GT(overhead(-0.10f).z, 0.0f);
+  EXPECT_GT(overhead(-0.12f).z, 0.0f);
+  EXPECT_GT(overhead(-0.10f).z, 2.0f * overhead(-0.12f).z);
+  EXPECT_EQ(overhead(-0.15f), Color(0.0f));
 }
 
 TEST(ShaderNodes, second_generation_voronoi_sums_octaves) {

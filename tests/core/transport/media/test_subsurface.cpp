@@ -44,6 +44,40 @@ TEST(Subsurface, phase_function_is_sampled_with_its_density) {
   }
 }
 
+// Values of the published formula, in double precision.
+TEST(Subsurface, coefficients_of_the_medium_are_those_of_the_fit) {
+  constexpr float kAlbedos[6] = {0.05f, 0.2f, 0.5f, 0.8f, 0.95f, 1.0f};
+  const struct {
+    float anisotropy;
+    float expected[6];   // of single scattering
+  } cases[] = {{0.0f, {0.216057f, 0.613351f, 0.913701f, 0.991753f, 0.999999f, 0.999999f}},
+               {0.3f, {0.288758f, 0.696117f, 0.937318f, 0.993646f, 0.999999f, 0.999999f}},
+               {0.6f, {0.414927f, 0.796977f, 0.961109f, 0.995987f, 0.999999f, 0.999999f}},
+               {0.9f, {0.737237f, 0.939531f, 0.990792f, 0.999999f, 0.999999f, 0.999999f}}};
+  for (const auto& c : cases)
+    for (int i = 0; i < 6; ++i) {
+      SubsurfaceMedium medium;
+      medium.albedo = Color(kAlbedos[i]);
+      medium.radius = Color(0.5f, 0.25f, 0.02f);
+      medium.anisotropy = c.anisotropy;
+      const WalkMedium walk = walk_medium(medium);
+      for (int channel = 0; channel < 3; ++channel) {
+        EXPECT_NEAR(walk.albedo[channel] * walk.factor[channel], c.expected[i], 2e-5f) << kAlbedos[i] << ", anisotropy " << c.anisotropy;
+        EXPECT_NEAR(walk.extinction[channel] * medium.radius[channel] * (1.0f - c.anisotropy), 1.0f, 1e-5f);
+      }
+    }
+  // A dark medium scatters as one of albedo 0.2, and the factor darkens what comes back.
+  SubsurfaceMedium dark;
+  dark.albedo = Color(0.02f, 0.0f, 0.5f);
+  dark.radius = Color(1.0f);
+  const WalkMedium walk = walk_medium(dark);
+  EXPECT_EQ(walk.albedo.x, 0.2f);
+  EXPECT_GT(walk.factor.x, 0.0f);
+  EXPECT_LT(walk.factor.x, 1.0f);
+  EXPECT_EQ(walk.factor.y, 0.0f);
+  EXPECT_EQ(walk.factor.z, 1.0f);
+}
+
 TEST(Subsurface, a_half_space_reflects_the_albedo_that_was_asked_for) {
   // The fit promises a few per cent; nothing is lost at albedo 1 but what 256 steps do not bring back.
   for (const float g : {0.0f, 0.6f}) {
