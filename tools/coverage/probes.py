@@ -73,7 +73,7 @@ LIVELY = {f"ShaderNode{name}" for name in ("Math", "MixRGB", "Mix", "Clamp", "Ma
 BOUNDS = ("To", "From", "Max", "Min", "Steps")
 # Whose unlinked vector stands for something else than zero.
 WITH_DEFAULT_VECTOR = ("ShaderNodeTex", "ShaderNodeBump", "ShaderNodeFresnel", "ShaderNodeLayerWeight", "ShaderNodeAmbientOcclusion", "ShaderNodeBevel")
-HEIGHTS = {"ShaderNodeBump": ("Distance",), **{name: ("Scale",) for name in DISPLACEMENTS}}
+HEIGHTS = {"ShaderNodeBump": ("Distance",), **dict.fromkeys(DISPLACEMENTS, ("Scale",))}
 
 
 @dataclass(frozen=True)

@@ -189,7 +189,7 @@ def state_of(fate: str) -> str:
 def relevant(things: dict[str, list[str]]) -> dict[str, list[str]]:
     """Without the choices of settings that Ajar does not look at, and of those that depend on the machine."""
     def chosen(thing: str) -> bool:
-        return thing.startswith("ShaderNode") or thing not in ("RenderSettings.engine", "RenderSettings.views_format") and state_of(fate_of(thing)) in ("read", "reported")
+        return thing.startswith("ShaderNode") or (thing not in ("RenderSettings.engine", "RenderSettings.views_format") and state_of(fate_of(thing)) in ("read", "reported"))
     return {thing: choices if chosen(thing) else [] for thing, choices in things.items()}
 
 

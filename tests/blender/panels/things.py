@@ -16,7 +16,7 @@ from pathlib import Path
 import bpy
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "tools" / "coverage"))
-import probes  # noqa: E402
+import probes
 
 STRUCTS = ("Scene", "RenderSettings", "ViewLayer", "Object", "Mesh", "Curves", "PointLight", "SpotLight", "SunLight", "AreaLight", "World", "WorldMistSettings", "Camera", "CameraDOFSettings",
            "Material")

@@ -14,7 +14,7 @@ import bpy
 import window
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "panels"))
-import recorder  # noqa: E402
+import recorder
 
 ENGINES = ("CYCLES", "AJAR")
 NODES = ("ShaderNodeBsdfPrincipled", "ShaderNodeTexImage", "ShaderNodeTexNoise", "ShaderNodeOutputMaterial")
