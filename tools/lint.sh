@@ -36,6 +36,18 @@ changed() {
   { git diff --name-only --diff-filter=d "$base" -- core bindings; git ls-files --others --exclude-standard -- core bindings; } | grep -E '\.(cpp|h)$' | sort -u || true
 }
 
+# tidy FILE COMMANDS. Clang 14 has no _Float16 on x86-64 and cannot capture structured bindings; it cannot read a file with either.
+tidy() {
+  local found
+  found=$(clang-tidy --quiet -p "$2" "$1" 2> /dev/null) && return
+  if grep -qE '_Float16 is not supported|reference to local binding' <<< "$found"; then
+    echo "lint: $1 is not checked, because this Clang cannot read it"
+    return
+  fi
+  echo "$found"
+  return 1
+}
+
 cpp() {
   local files
   if ! command -v clang-tidy > /dev/null; then
@@ -48,10 +60,11 @@ cpp() {
     echo "lint: $build/compile_commands.json is missing (make build writes it); C++ is not checked" >&2
     return 1
   fi
-  # Clang cannot read GCC's precompiled header, and does not know two of its warnings.
+  # Clang cannot read GCC's precompiled header, and does not know two of its warnings. Without that header, a file must include what it uses.
   mkdir -p "$work/commands"
   sed -E 's/ -Winvalid-pch//; s/ -include [^ ]*cmake_pch\.hxx//; s/ -Wno-(restrict|stringop-overflow)//g' "$build/compile_commands.json" > "$work/commands/compile_commands.json"
-  printf '%s\n' "$files" | xargs -P "$(nproc)" -n 1 clang-tidy --quiet -p "$work/commands" 2> "$work/clang_tidy.log" || { grep -E 'error' "$work/clang_tidy.log" >&2; return 1; }
+  export -f tidy
+  printf '%s\n' "$files" | xargs -P "$(nproc)" -I FILE bash -c 'tidy "$@"' tidy FILE "$work/commands"
 }
 
 result=0
