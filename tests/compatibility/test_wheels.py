@@ -63,6 +63,9 @@ def test_official_blender_renders_what_its_cycles_renders(zips, expected, tmp_pa
 
 @pytest.mark.parametrize("version", compatibility.WHEELS)
 def test_properties_shows_what_it_shows_with_cycles(zips, tmp_path, version):
+    """The wheels that other tests need as well, and those that `make compat` has brought."""
+    if version not in (OFFICIAL, NEWEST) and not (compatibility.WORK / f"bpy-{version}" / "complete").exists():
+        pytest.skip(f"not tried in Blender {version}: make compat has not brought it")
     result = compatibility.run(wheel_or_skip(version, zips[0]), [], tmp_path / "out", panels=True)
     assert "error" not in result, result["error"]
     compared = json.loads((tmp_path / "out" / "panels.json").read_text())
