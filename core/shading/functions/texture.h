@@ -1,4 +1,4 @@
-// Images as textures. texture.cpp alone includes OpenImageIO.
+// Images as textures. texture_store.cpp reads them, and alone includes OpenImageIO.
 //
 // Texels are decoded when first asked for by a visible material at build time and stored as the file has them (8 or 16
 // bits, half, float). As in Cycles, interpolation happens on the encoded, alpha-associated values;

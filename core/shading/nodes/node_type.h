@@ -1,6 +1,7 @@
 // A node family is one file, which lists its nodes as rows of this table.
 #pragma once
 
+#include <span>
 #include <string_view>
 
 #include "shading/program/program_builder.h"
