@@ -109,8 +109,13 @@ def density_of(session: ajar.Session) -> Density | None:
 def noise_words(noise: float, target: float) -> str:
     """Both as parts of the brightness; target 0: none."""
     if target > 0.0:
-        return interface("{percent:.2g} % of {target:.2g} %", percent=100.0 * noise, target=100.0 * target)
-    return interface("{percent:.2g} %", percent=100.0 * noise)
+        return interface("{percent} % of {target} %", percent=_percent(noise), target=_percent(target))
+    return interface("{percent} %", percent=_percent(noise))
+
+
+def _percent(part: float) -> str:
+    """Two digits, never as a power of ten."""
+    return f"{100.0 * part:.2g}" if part < 0.995 else f"{100.0 * part:.0f}"
 
 
 def clock(seconds: float) -> str:

@@ -107,6 +107,11 @@ def test_samples_are_counted_only_while_the_map_is_shown(session, noted_scene):
     assert render_progress.of(noted_scene).density is None
 
 
+def test_noise_is_told_in_percent_and_never_as_a_power_of_ten():
+    assert [render_progress.noise_words(noise, 0.0) for noise in (0.0123, 0.5, 0.994, 1.1, 12.5)] == ["1.2 %", "50 %", "99 %", "110 %", "1250 %"]
+    assert render_progress.noise_words(1.1, 0.02) == "110 % of 2 %"
+
+
 @pytest.mark.parametrize("width, pictures", [(180, 2), (900, 2)])
 def test_the_panel_shows_what_was_noted(session, noted_scene, width, pictures):
     noted_scene.ajar.show_sample_density = True
