@@ -86,9 +86,11 @@ def test_the_samples_of_the_pixels_are_seen_as_soon_as_the_map_is_switched_on(pr
     assert values["without_density"]["density"] is None and list(values["without_density"]["pictures"]) == ["noise IMAGE_EDITOR"]
     for name in ("during", "later", "after"):
         least, mean, most, height, width = values[name]["density"]
-        assert 0 < least < mean < most and (height, width) == (180, 240), name
+        assert 0 < least <= mean <= most and (height, width) == (180, 240), name   # equal until the noise is known well enough
         assert mean <= values[name]["samples"] <= 320, name
-        assert values[name]["pictures"]["density IMAGE_EDITOR"]["size"] == [240, 180] and values[name]["pictures"]["density IMAGE_EDITOR"]["colours"] > 1, name
+        assert values[name]["pictures"]["density IMAGE_EDITOR"]["size"] == [240, 180], name
+    least, mean, most, _, _ = values["after"]["density"]
+    assert least < mean < most and values["after"]["pictures"]["density IMAGE_EDITOR"]["colours"] > 1
     assert values["during"]["density"][1] < values["later"]["density"][1] < values["after"]["density"][1] == 320
 
 
