@@ -54,9 +54,8 @@ class PathTracer final : public Integrator {
     bias_ = direct.biased ? Bias::Biased : Bias::Unbiased;
     // The default has its own copy of the loop, free of what the others need.
     mixture_.reset();
-    const bool too_few = direct.method == DirectMethod::PmcHi && pilot_samples_ == 0.0f;
     if (direct.method != DirectMethod::Mis || direct.samples > 1)
-      mixture_ = make_direct_estimator(*scene_, too_few ? DirectMethod::Mis : direct.method, {.samples = direct.samples});
+      mixture_ = make_direct_estimator(*scene_, direct.method, {.samples = direct.samples});
     // With nothing to choose among, one sample of the learned mixture is one of the default.
     if (mixture_ && direct.method == DirectMethod::PmcHi && direct.samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
     ends_early_ = plan.ends_early;

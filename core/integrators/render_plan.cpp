@@ -114,7 +114,11 @@ class Planner {
     if (settings_.samples > 0 && settings_.seconds == 0.0)
       direct.pilot_samples = std::min(kMaxPilot, kPilotShare * float(settings_.samples) / float(LightCutCache::iterations(scene_.lights())));
     else direct.pilot_samples = 1.0f;
-    if (direct.pilot_samples < kMinPilot) direct.pilot_samples = 0.0f;
+    // Only the path tracer learns by a pilot; the irradiance cache learns from its passes.
+    if (direct.method == DirectMethod::PmcHi && integrator_.knows_parts && direct.pilot_samples < kMinPilot) {
+      direct.method = DirectMethod::Mis;
+      instead = "too few samples to learn from";
+    }
     const DirectMethodInfo& used = find_direct_method(direct.method);
     add("direct light method", instead.empty(),
         instead.empty() ? std::string(used.label) + (direct.samples > 1 ? ", " + number(uint64_t(direct.samples)) + " samples" : "") + ": as asked for"

@@ -29,8 +29,7 @@ struct DirectPlan {
   DirectMethod method = DirectMethod::Mis;
   int samples = 1;                        ///< of an estimate at what the camera sees
   bool biased = false;
-  /// Samples a pixel takes in each iteration of the pilot of a method that learns first; 0 where too few are asked for to pay for one.
-  float pilot_samples = 0.0f;
+  float pilot_samples = 0.0f;             ///< of a pixel in each iteration of the pilot of a method that learns first
 };
 
 enum class Guiding : uint8_t { Off, Measured, On };   ///< Measured: guided where a measurement during the render says that it pays

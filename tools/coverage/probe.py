@@ -13,10 +13,8 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import sys
 import tempfile
-import traceback
 from pathlib import Path
 from typing import Any
 
@@ -161,18 +159,5 @@ def main(path: str) -> None:
     Path(path).write_text(json.dumps({"blender": bpy.app.version_string, "probes": result}, indent=0), encoding="utf-8")
 
 
-def run(program) -> None:
-    """Calls it with the last argument, and ends Blender with what came of it."""
-    status = 1
-    try:
-        program(sys.argv[-1])
-        status = 0
-    except Exception:
-        traceback.print_exc()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(status)
-
-
 if __name__ == "__main__":
-    run(main)
+    probes.run(main)

@@ -5,8 +5,11 @@ A probe is a copy of its node's plain probe with one thing changed. Probes of on
 
 from __future__ import annotations
 
+import os
+import sys
+import traceback
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -342,3 +345,16 @@ class Builder:
                 output = step.outputs[0]
             links.new(output, emission.inputs["Color"])
             links.new(emission.outputs[0], end.inputs["Surface"])
+
+
+def run(program: Callable[[str], None]) -> None:
+    """Calls it with the last argument, and ends Blender with what came of it."""
+    status = 1
+    try:
+        program(sys.argv[-1])
+        status = 0
+    except Exception:
+        traceback.print_exc()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)

@@ -25,6 +25,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent), str(ROOT / "tests" / "blen
 import inventory                                               # noqa: E402
 import judge                                                   # noqa: E402
 import probe                                                   # noqa: E402
+import probes                                                  # noqa: E402
 from probes import other                                   # noqa: E402
 
 WIDTH, HEIGHT, SAMPLES = 40, 30, 128
@@ -283,4 +284,4 @@ def main(path: str) -> None:
 
 
 if __name__ == "__main__":
-    probe.run(main)
+    probes.run(main)

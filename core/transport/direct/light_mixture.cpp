@@ -7,8 +7,6 @@ namespace ajar {
 
 namespace {
 
-float luminance_of(Color c) { return std::max(0.0f, luminance(c)); }
-
 /// Lights visible along a ray until something opaque: visit(light, radiance, normal, distance).
 template <class Visit>
 void for_each_light_along(const Scene& scene, const ShadingPoint& from, Vec3 wi, uint32_t ray_kind, uint64_t& rays, Visit&& visit) {

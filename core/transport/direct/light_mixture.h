@@ -9,6 +9,7 @@
 // (sampling/mixture.h).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -23,6 +24,9 @@ namespace ajar {
 
 /// Dimensions of the sampler that estimates of several samples draw from: `kStreamStride` for each stream of them.
 constexpr uint32_t kBranchDimension = 4096, kStreamStride = 64;
+
+/// What a sample counts for in everything that is learned from it.
+inline float luminance_of(Color c) { return std::max(0.0f, luminance(c)); }
 
 class LightMixture {
  public:

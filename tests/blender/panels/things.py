@@ -7,9 +7,7 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
-import traceback
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -85,12 +83,4 @@ def main(path: str) -> None:
 
 
 if __name__ == "__main__":
-    status = 1
-    try:
-        main(sys.argv[-1])
-        status = 0
-    except Exception:
-        traceback.print_exc()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(status)
+    probes.run(main)

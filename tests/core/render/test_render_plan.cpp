@@ -66,6 +66,16 @@ TEST(RenderPlan, of_the_default_cube_is_light_sampling_of_one_lamp) {
   for (const char* step : {"light sampling", "lamp shapes", "environment"}) EXPECT_TRUE(uses(told, step)) << step;
 }
 
+TEST(RenderPlan, says_when_too_few_samples_are_asked_for_to_learn_which_lights_to_choose) {
+  SceneDescription d = default_cube();
+  d.settings.integrator = "path";
+  d.settings.direct = "pmc_hi";
+  d.settings.samples = 1;
+  EXPECT_FALSE(uses(rendered(d), "direct light method"));
+  d.settings.samples = 64;
+  EXPECT_TRUE(uses(rendered(d), "direct light method"));
+}
+
 TEST(RenderPlan, no_photon_is_traced_by_who_stores_none) {
   // Every ray is one of a path: towards its next surface, or towards a light from one that scatters.
   SceneDescription d = default_cube();

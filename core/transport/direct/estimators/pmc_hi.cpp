@@ -17,8 +17,6 @@ constexpr int kMaxPilotSamples = 4;               ///< of an estimate while it l
 constexpr int kShownBranches = 16;                 ///< of the light tree, to show its halves where nothing was learned
 constexpr uint32_t kScaleRays = 1024;              ///< of the camera, which tell the scale of what will be recorded
 
-float luminance_of(Color c) { return std::max(0.0f, luminance(c)); }
-
 /// Ids of branches where the two halves of the light tree begin and where the second ends; empty when it has but one light.
 std::vector<uint32_t> halves_of(const LightSet& lights, Vec3 center) {
   std::vector<LightSet::Branch> branches;

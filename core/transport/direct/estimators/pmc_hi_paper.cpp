@@ -41,7 +41,7 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
     const int n = (samples_ * (t + 1)) / iterations - done;
     mixture_.for_each_draw(c, k, n, t, sampler, false, rays, [&](int, const M::Draw& draw) {
       sum += draw.y;
-      const float w = std::max(0.0f, luminance(draw.y));
+      const float w = luminance_of(draw.y);
       if (w > 0.0f && draw.wi != Vec3(0.0f)) past.push_back({draw.wi, w});
       for (int i = 0; i < k.count; ++i) sums[size_t(i)] += double(draw.responsible[size_t(i)]);
     });

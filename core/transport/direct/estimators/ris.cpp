@@ -8,8 +8,6 @@ namespace {
 
 constexpr int kRisCandidates = 8;
 
-float luminance_of(Color c) { return std::max(0.0f, luminance(c)); }
-
 }  // namespace
 
 Color Ris::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex&, SampleAux*, uint64_t& rays) const {
