@@ -1,12 +1,12 @@
 // bare_embree SCENE.ajar [--samples N] [--threads N] [--repeats N]
 // How much of what Embree alone reaches does the path tracer keep?
 //
-// The path tracer's own ray queries are recorded once: the linker sends its calls of rtcIntersect1 and rtcOccluded1 through the
-// two functions below (-Wl,--wrap), so the engine needs no hook. Then two things are timed in turn, with equal threads in one
-// process: the path tracer, and a loop that does nothing but trace the recorded rays in their order, on the structure the engine
-// built and again on one with Embree's default flags (the engine asks for robust traversal). The rate of both is recorded rays over seconds, so
-// the share is the ratio of the times. Queries for lamps are part of the engine's work and not of the loop's.
-// Prints one JSON object.
+// The path tracer's own ray queries are recorded once: the linker sends its calls of rtcIntersect1 and rtcOccluded1
+// through the two functions below (-Wl,--wrap), so the engine needs no hook. Then two things are timed in turn, with
+// equal threads in one process: the path tracer, and a loop that does nothing but trace the recorded rays in their
+// order, on the structure the engine built and again on one with Embree's default flags (the engine asks for robust
+// traversal). The rate of both is recorded rays over seconds, so the share is the ratio of the times. Queries for lamps
+// are part of the engine's work and not of the loop's. Prints one JSON object.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -16,12 +16,12 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <nlohmann/json.hpp>
 
-#include "integrators/integrator.h"
 #include "description/archive.h"
+#include "integrators/integrator.h"
 #include "scene/embree.h"
 
 namespace {
@@ -31,8 +31,8 @@ struct Query {
   RTCRay ray;
   bool any_hit, coherent;
 };
-std::vector<Query>* recording = nullptr;   // written by one thread only
-bool default_flags = false;                // build with Embree's default scene flags
+std::vector<Query>* recording = nullptr;  // written by one thread only
+bool default_flags = false;               // build with Embree's default scene flags
 
 }  // namespace
 
@@ -45,7 +45,8 @@ void __wrap_rtcSetSceneFlags(RTCScene scene, RTCSceneFlags flags) {
 #if AJAR_EMBREE_MAJOR >= 4
 void __real_rtcIntersect1(RTCScene scene, RTCRayHit* query, RTCIntersectArguments* arguments);
 void __wrap_rtcIntersect1(RTCScene scene, RTCRayHit* query, RTCIntersectArguments* arguments) {
-  if (recording) recording->push_back({scene, query->ray, false, arguments && (arguments->flags & RTC_RAY_QUERY_FLAG_COHERENT)});
+  if (recording)
+    recording->push_back({scene, query->ray, false, arguments && (arguments->flags & RTC_RAY_QUERY_FLAG_COHERENT)});
   __real_rtcIntersect1(scene, query, arguments);
 }
 void __real_rtcOccluded1(RTCScene scene, RTCRay* ray, RTCOccludedArguments* arguments);
@@ -56,7 +57,8 @@ void __wrap_rtcOccluded1(RTCScene scene, RTCRay* ray, RTCOccludedArguments* argu
 #else
 void __real_rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHit* query);
 void __wrap_rtcIntersect1(RTCScene scene, RTCIntersectContext* context, RTCRayHit* query) {
-  if (recording) recording->push_back({scene, query->ray, false, context->flags == RTC_INTERSECT_CONTEXT_FLAG_COHERENT});
+  if (recording)
+    recording->push_back({scene, query->ray, false, context->flags == RTC_INTERSECT_CONTEXT_FLAG_COHERENT});
   __real_rtcIntersect1(scene, context, query);
 }
 void __real_rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* ray);
@@ -71,7 +73,7 @@ namespace {
 
 using namespace ajar;
 
-constexpr size_t kChunk = 4096;   ///< rays of one task: several milliseconds, like a tile
+constexpr size_t kChunk = 4096;  ///< rays of one task: several milliseconds, like a tile
 
 double seconds_of(const std::function<void()>& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -137,7 +139,8 @@ size_t trace(const std::vector<Query>& queries, RTCScene scene) {
 nlohmann::json rates(std::vector<double> seconds, size_t rays) {
   std::sort(seconds.begin(), seconds.end());
   const auto rate = [&](double s) { return double(rays) / s; };
-  return {{"median", rate(seconds[seconds.size() / 2])}, {"least", rate(seconds.back())}, {"most", rate(seconds.front())}};
+  return {
+      {"median", rate(seconds[seconds.size() / 2])}, {"least", rate(seconds.back())}, {"most", rate(seconds.front())}};
 }
 
 double median_ratio(const std::vector<double>& numerator, const std::vector<double>& denominator) {
@@ -181,14 +184,18 @@ int main(int argc, char** argv) {
     }
     size_t shadow = 0;
     for (const Query& query : queries) shadow += query.any_hit;
-    const nlohmann::json result = {
-        {"rays", queries.size()}, {"shadow_rays", shadow}, {"hits", hits}, {"hits_with_default_flags", default_hits},
-        {"threads", threads}, {"repeats", repeats}, {"samples", samples},
-        {"path_tracer_rays_per_second", rates(engine, queries.size())},
-        {"bare_rays_per_second", rates(bare, queries.size())},
-        {"bare_default_flags_rays_per_second", rates(bare_default, queries.size())},
-        {"share_of_bare", median_ratio(bare, engine)},
-        {"share_of_bare_default_flags", median_ratio(bare_default, engine)}};
+    const nlohmann::json result = {{"rays", queries.size()},
+                                   {"shadow_rays", shadow},
+                                   {"hits", hits},
+                                   {"hits_with_default_flags", default_hits},
+                                   {"threads", threads},
+                                   {"repeats", repeats},
+                                   {"samples", samples},
+                                   {"path_tracer_rays_per_second", rates(engine, queries.size())},
+                                   {"bare_rays_per_second", rates(bare, queries.size())},
+                                   {"bare_default_flags_rays_per_second", rates(bare_default, queries.size())},
+                                   {"share_of_bare", median_ratio(bare, engine)},
+                                   {"share_of_bare_default_flags", median_ratio(bare_default, engine)}};
     std::printf("%s\n", result.dump(1).c_str());
     return 0;
   } catch (const std::exception& exception) {

@@ -1,17 +1,18 @@
 // rounding SCENE.ajar [--integrator NAME] [--scale S] [--samples N] [--seeds N] [--threads N]
-// How much of a picture's error the rounding of floats is, against its noise at 4096 samples a pixel (tests/core/rounding.h says how). One
-// row of a table for each direction of rounding.
+// How much of a picture's error the rounding of floats is, against its noise at 4096 samples a pixel
+// (tests/core/rounding.h says how). One row of a table for each direction of rounding.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
-#include "rounding.h"
 #include "description/archive.h"
+#include "rounding.h"
 
 int main(int argc, char** argv) {
   using namespace ajar;
   if (argc < 2) {
-    std::fprintf(stderr, "usage: rounding SCENE.ajar [--integrator NAME] [--scale S] [--samples N] [--seeds N] [--threads N]\n");
+    std::fprintf(
+        stderr, "usage: rounding SCENE.ajar [--integrator NAME] [--scale S] [--samples N] [--seeds N] [--threads N]\n");
     return 2;
   }
   const auto option = [&](const char* name, const char* otherwise) {
@@ -26,13 +27,15 @@ int main(int argc, char** argv) {
     d.settings.height = std::max(1, int(scale * d.settings.height));
     d.settings.region = {0, 0, 0, 0};
     d.settings.direct = "mis";
-    d.settings.guiding = "off";   // what learns goes another way for good after the first step that differs
+    d.settings.guiding = "off";  // what learns goes another way for good after the first step that differs
     const std::string integrator = option("--integrator", "path");
     Diagnostics diagnostics;
     const auto scene = Scene::build(std::move(d), {}, diagnostics);
     const int samples = std::atoi(option("--samples", "16")), seeds = std::atoi(option("--seeds", "8"));
-    for (const rounding::Share& share : rounding::measure(scene, integrator, samples, seeds, std::atoi(option("--threads", "1"))))
-      std::printf("| %s | %s | %s | %.4f | %.4f (± %.4f) | %+.1e ± %.1e |\n", argv[1], integrator.c_str(), share.mode, share.straying, share.shift, share.resolution, share.mean_change, share.mean_change_error);
+    for (const rounding::Share& share :
+         rounding::measure(scene, integrator, samples, seeds, std::atoi(option("--threads", "1"))))
+      std::printf("| %s | %s | %s | %.4f | %.4f (± %.4f) | %+.1e ± %.1e |\n", argv[1], integrator.c_str(), share.mode,
+                  share.straying, share.shift, share.resolution, share.mean_change, share.mean_change_error);
   } catch (const SceneError& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

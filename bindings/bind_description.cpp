@@ -4,8 +4,8 @@
 #include "arrays.h"
 #include "bind.h"
 #include "description/archive.h"
-#include "geometry/mesh_analysis.h"
 #include "description/scene_description.h"
+#include "geometry/mesh_analysis.h"
 
 namespace ajar::python {
 namespace {
@@ -15,11 +15,10 @@ using Rows = std::array<float, 12>;
 
 int index_of_last(size_t size) { return static_cast<int>(size) - 1; }
 
-
 MeshDescription read_mesh(const std::string& name, const Floats& positions, const Array<uint32_t>& triangles,
-                          const std::optional<Array<uint16_t>>& material_slots, const OptionalFloats& normals, Domain normal_domain,
-                          const std::vector<py::tuple>& attributes, const std::string& active_uv, Vec3 texture_space_location,
-                          Vec3 texture_space_size) {
+                          const std::optional<Array<uint16_t>>& material_slots, const OptionalFloats& normals,
+                          Domain normal_domain, const std::vector<py::tuple>& attributes, const std::string& active_uv,
+                          Vec3 texture_space_location, Vec3 texture_space_size) {
   const std::string of = " of mesh \"" + name + "\"";
   MeshDescription mesh;
   mesh.name = name;
@@ -29,14 +28,16 @@ MeshDescription read_mesh(const std::string& name, const Floats& positions, cons
   if (normals) mesh.normals = copy_rows<Vec3>(*normals, "normals" + of);
   mesh.normal_domain = normal_domain;
   for (const py::tuple& item : attributes) {
-    if (item.size() != 3) throw py::value_error("attributes" + of + " must be tuples (name, domain, values[n, components])");
+    if (item.size() != 3)
+      throw py::value_error("attributes" + of + " must be tuples (name, domain, values[n, components])");
     const auto values = item[2].cast<Floats>();
     Attribute attribute;
     attribute.name = item[0].cast<std::string>();
     attribute.domain = item[1].cast<Domain>();
     attribute.components = values.ndim() == 2 ? int(values.shape(1)) : 1;
     if (attribute.components < 1 || attribute.components > 4)
-      throw py::value_error("attribute \"" + attribute.name + "\"" + of + " must have 1 to 4 components, not " + shape_text(values));
+      throw py::value_error("attribute \"" + attribute.name + "\"" + of + " must have 1 to 4 components, not " +
+                            shape_text(values));
     attribute.values = copy_numbers(values);
     mesh.attributes.push_back(std::move(attribute));
   }
@@ -46,12 +47,15 @@ MeshDescription read_mesh(const std::string& name, const Floats& positions, cons
   return mesh;
 }
 
-std::shared_ptr<MeshDescription> make_strands(const std::string& name, const Floats& positions, const Floats& radii, const Array<uint32_t>& strands,
-                                              const std::optional<Array<uint16_t>>& material_slots, const std::vector<py::tuple>& attributes,
-                                              const std::string& active_uv, Vec3 texture_space_location, Vec3 texture_space_size, StrandShape shape,
+std::shared_ptr<MeshDescription> make_strands(const std::string& name, const Floats& positions, const Floats& radii,
+                                              const Array<uint32_t>& strands,
+                                              const std::optional<Array<uint16_t>>& material_slots,
+                                              const std::vector<py::tuple>& attributes, const std::string& active_uv,
+                                              Vec3 texture_space_location, Vec3 texture_space_size, StrandShape shape,
                                               int subdivisions) {
-  auto mesh = std::make_shared<MeshDescription>(read_mesh(name, positions, Array<uint32_t>(), material_slots, std::nullopt, Domain::Vertex, attributes,
-                                                          active_uv, texture_space_location, texture_space_size));
+  auto mesh = std::make_shared<MeshDescription>(read_mesh(name, positions, Array<uint32_t>(), material_slots,
+                                                          std::nullopt, Domain::Vertex, attributes, active_uv,
+                                                          texture_space_location, texture_space_size));
   mesh->radii = copy_rows<float>(radii, "radii of strands \"" + name + "\"");
   mesh->strands = copy_rows<uint32_t>(strands, "strands of \"" + name + "\"");
   mesh->strand_shape = shape;
@@ -86,8 +90,9 @@ std::vector<MeshDescription> meshes_of(const SceneDescription& description) {
 template <class Target, class Function>
 void def_strands(Target& target, const char* name, Function function, const char* text) {
   target.def(name, function, py::kw_only(), py::arg("name"), py::arg("positions"), py::arg("radii"), py::arg("strands"),
-             py::arg("material_slots") = py::none(), py::arg("attributes") = std::vector<py::tuple>{}, py::arg("active_uv") = "",
-             py::arg("texture_space_location") = Vec3(0.0f), py::arg("texture_space_size") = Vec3(1.0f), py::arg("shape") = StrandShape::Ribbon,
+             py::arg("material_slots") = py::none(), py::arg("attributes") = std::vector<py::tuple>{},
+             py::arg("active_uv") = "", py::arg("texture_space_location") = Vec3(0.0f),
+             py::arg("texture_space_size") = Vec3(1.0f), py::arg("shape") = StrandShape::Ribbon,
              py::arg("subdivisions") = 2, text);
 }
 template <class... Arguments>
@@ -102,24 +107,41 @@ auto strands_adder(std::shared_ptr<MeshDescription> (*make)(Arguments...)) {
 template <class Target, class Function>
 void def_mesh(Target& target, const char* name, Function function, const char* text) {
   target.def(name, function, py::kw_only(), py::arg("name"), py::arg("positions"), py::arg("triangles"),
-             py::arg("material_slots") = py::none(), py::arg("normals") = py::none(), py::arg("normal_domain") = Domain::Corner,
-             py::arg("attributes") = std::vector<py::tuple>{}, py::arg("active_uv") = "",
-             py::arg("texture_space_location") = Vec3(0.0f), py::arg("texture_space_size") = Vec3(1.0f), text);
+             py::arg("material_slots") = py::none(), py::arg("normals") = py::none(),
+             py::arg("normal_domain") = Domain::Corner, py::arg("attributes") = std::vector<py::tuple>{},
+             py::arg("active_uv") = "", py::arg("texture_space_location") = Vec3(0.0f),
+             py::arg("texture_space_size") = Vec3(1.0f), text);
 }
-using MeshArguments = MeshDescription(const std::string&, const Floats&, const Array<uint32_t>&, const std::optional<Array<uint16_t>>&,
-                                      const OptionalFloats&, const Domain&, const std::vector<py::tuple>&, const std::string&,
-                                      const Vec3&, const Vec3&);
+using MeshArguments = MeshDescription(const std::string&, const Floats&, const Array<uint32_t>&,
+                                      const std::optional<Array<uint16_t>>&, const OptionalFloats&, const Domain&,
+                                      const std::vector<py::tuple>&, const std::string&, const Vec3&, const Vec3&);
 template <class... Arguments>
-auto adder(MeshDescription (*)(const Arguments&...)) { return &add_mesh<Arguments...>; }
+auto adder(MeshDescription (*)(const Arguments&...)) {
+  return &add_mesh<Arguments...>;
+}
 template <class... Arguments>
-auto maker(MeshDescription (*)(const Arguments&...)) { return &make_mesh<Arguments...>; }
+auto maker(MeshDescription (*)(const Arguments&...)) {
+  return &make_mesh<Arguments...>;
+}
 
-int add_object(SceneDescription& description, const std::string& name, int mesh, const std::vector<int>& materials, uint32_t visibility,
-               bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance, float shadow_terminator_offset,
-               float light_importance, const std::vector<std::tuple<std::string, bool, Vec4>>& properties) {
-  description.objects.push_back({name, mesh, materials, visibility, holdout, shadow_catcher, pass_index, color, importance,
-                                 shadow_terminator_offset, light_importance, {}});
-  for (const auto& [property, of_instancer, value] : properties) description.objects.back().properties.push_back({property, of_instancer, value});
+int add_object(SceneDescription& description, const std::string& name, int mesh, const std::vector<int>& materials,
+               uint32_t visibility, bool holdout, bool shadow_catcher, int pass_index, Vec4 color, float importance,
+               float shadow_terminator_offset, float light_importance,
+               const std::vector<std::tuple<std::string, bool, Vec4>>& properties) {
+  description.objects.push_back({name,
+                                 mesh,
+                                 materials,
+                                 visibility,
+                                 holdout,
+                                 shadow_catcher,
+                                 pass_index,
+                                 color,
+                                 importance,
+                                 shadow_terminator_offset,
+                                 light_importance,
+                                 {}});
+  for (const auto& [property, of_instancer, value] : properties)
+    description.objects.back().properties.push_back({property, of_instancer, value});
   return index_of_last(description.objects.size());
 }
 
@@ -128,7 +150,8 @@ void add_instances(SceneDescription& description, const Array<int32_t>& objects,
   const size_t count = check_rows(objects, 1, "objects");
   if (check_rows(world_from_object, 12, "world_from_object") != count)
     throw py::value_error("world_from_object must have one row of 12 per object");
-  if (random && check_rows(*random, 1, "random") != count) throw py::value_error("random must have one number per object");
+  if (random && check_rows(*random, 1, "random") != count)
+    throw py::value_error("random must have one number per object");
   const int32_t* object = objects.data();
   const float* rows = world_from_object.data();
   const float* randoms = random ? random->data() : nullptr;
@@ -148,7 +171,8 @@ void set_motion(SceneDescription& description, const Array<int32_t>& instances, 
   const size_t count = check_rows(instances, 1, "instances");
   const size_t keys = world_from_object.size() / 12;
   if (count == 0) return;
-  if (world_from_object.size() % (12 * count) != 0) throw py::value_error("world_from_object must have the same number of rows of 12 for each instance");
+  if (world_from_object.size() % (12 * count) != 0)
+    throw py::value_error("world_from_object must have the same number of rows of 12 for each instance");
   const int each = int(keys / count);
   for (size_t i = 0; i < count; ++i) {
     InstanceDescription& instance = description.instances.at(size_t(instances.data()[i]));
@@ -163,7 +187,8 @@ void set_motion(SceneDescription& description, const Array<int32_t>& instances, 
 }
 
 int add_image(SceneDescription& description, const std::string& name, const std::string& path, const py::bytes& packed,
-              const OptionalFloats& pixels, int width, int height, const std::string& color_space, AlphaMode alpha_mode) {
+              const OptionalFloats& pixels, int width, int height, const std::string& color_space,
+              AlphaMode alpha_mode) {
   ImageDescription image;
   image.name = name;
   image.path = path;
@@ -171,7 +196,8 @@ int add_image(SceneDescription& description, const std::string& name, const std:
   image.packed.assign(bytes.begin(), bytes.end());
   if (pixels) {
     if (size_t(pixels->size()) != size_t(width) * height * 4)
-      throw py::value_error("pixels of image \"" + name + "\" must be width * height * 4 floats, not " + shape_text(*pixels));
+      throw py::value_error("pixels of image \"" + name + "\" must be width * height * 4 floats, not " +
+                            shape_text(*pixels));
     image.pixels = copy_numbers(*pixels);
   }
   image.width = width;
@@ -238,77 +264,119 @@ void bind_geometry(py::module_& module) {
       .def_readonly("name", &Attribute::name, "str. The name that nodes ask for.")
       .def_readonly("domain", &Attribute::domain, "Domain. The elements that the values belong to.")
       .def_readonly("components", &Attribute::components, "int, 1 to 4. The number of floats for each element.")
-      .def_property_readonly("values", [](const Attribute& a) { return to_array<float>(a.values, a.components); },
-          "float32[n, components], or float32[n] for one component; n is the number of elements of the domain. A copy.");
-  py::class_<MeshDescription, std::shared_ptr<MeshDescription>>(module, "MeshDescription",
-      "A mesh of triangles in object space, or strands of hair. Its arrays are copies.")
+      .def_property_readonly(
+          "values", [](const Attribute& a) { return to_array<float>(a.values, a.components); },
+          "float32[n, components], or float32[n] for one component; n is the number of elements of the domain. A "
+          "copy.");
+  py::class_<MeshDescription, std::shared_ptr<MeshDescription>>(
+      module, "MeshDescription", "A mesh of triangles in object space, or strands of hair. Its arrays are copies.")
       .def_readonly("name", &MeshDescription::name, "str. The name of the mesh in Blender, used in messages.")
-      .def_property_readonly("positions", [](const MeshDescription& m) { return to_array<float>(m.positions); },
+      .def_property_readonly(
+          "positions", [](const MeshDescription& m) { return to_array<float>(m.positions); },
           "float32[n, 3], metres. The vertices in object space; for hair the points of all strands.")
-      .def_property_readonly("triangles", [](const MeshDescription& m) { return to_array<uint32_t>(m.triangles); },
-          "uint32[t, 3], 0 to n - 1. The vertices of each triangle. Corner 3 t + k is vertex k of triangle t. Empty for hair.")
-      .def_property_readonly("material_slots", [](const MeshDescription& m) { return to_array<uint16_t>(m.material_slots); },
+      .def_property_readonly(
+          "triangles", [](const MeshDescription& m) { return to_array<uint32_t>(m.triangles); },
+          "uint32[t, 3], 0 to n - 1. The vertices of each triangle. Corner 3 t + k is vertex k of triangle t. Empty "
+          "for hair.")
+      .def_property_readonly(
+          "material_slots", [](const MeshDescription& m) { return to_array<uint16_t>(m.material_slots); },
           "uint16[t]. The material slot of each triangle or strand. An empty array means slot 0 everywhere.")
-      .def_property_readonly("normals", [](const MeshDescription& m) { return to_array<float>(m.normals); },
-          "float32[m, 3], unit vectors in object space. Shading normals, one for each element of `normal_domain`. An empty array means flat shading.")
-      .def_readonly("normal_domain", &MeshDescription::normal_domain, "Domain, Vertex or Corner. The elements that `normals` belong to.")
-      .def_readonly("attributes", &MeshDescription::attributes, "list of Attribute. The named attributes: UV maps, colours and the like.")
-      .def_readonly("active_uv", &MeshDescription::active_uv, "str. The name of the UV map that is used where a node names none.")
-      .def_property_readonly("strands", [](const MeshDescription& m) { return to_array<uint32_t>(m.strands); },
-          "uint32[s], ascending, the first 0. The index of the first point of each strand. Empty for a mesh of triangles.")
-      .def_property_readonly("radii", [](const MeshDescription& m) { return to_array<float>(m.radii); },
+      .def_property_readonly(
+          "normals", [](const MeshDescription& m) { return to_array<float>(m.normals); },
+          "float32[m, 3], unit vectors in object space. Shading normals, one for each element of `normal_domain`. An "
+          "empty array means flat shading.")
+      .def_readonly("normal_domain", &MeshDescription::normal_domain,
+                    "Domain, Vertex or Corner. The elements that `normals` belong to.")
+      .def_readonly("attributes", &MeshDescription::attributes,
+                    "list of Attribute. The named attributes: UV maps, colours and the like.")
+      .def_readonly("active_uv", &MeshDescription::active_uv,
+                    "str. The name of the UV map that is used where a node names none.")
+      .def_property_readonly(
+          "strands", [](const MeshDescription& m) { return to_array<uint32_t>(m.strands); },
+          "uint32[s], ascending, the first 0. The index of the first point of each strand. Empty for a mesh of "
+          "triangles.")
+      .def_property_readonly(
+          "radii", [](const MeshDescription& m) { return to_array<float>(m.radii); },
           "float32[n], metres, >= 0. The radius of a strand at each of its points. Empty for a mesh of triangles.")
-      .def_readonly("strand_shape", &MeshDescription::strand_shape, "StrandShape. The shape of all strands of the mesh.")
+      .def_readonly("strand_shape", &MeshDescription::strand_shape,
+                    "StrandShape. The shape of all strands of the mesh.")
       .def_readonly("strand_subdivisions", &MeshDescription::strand_subdivisions,
-          "int, 0 to 4. Each segment of a ribbon consists of 2 to this power straight pieces.")
+                    "int, 0 to 4. Each segment of a ribbon consists of 2 to this power straight pieces.")
       .def_readonly("texture_space_location", &MeshDescription::texture_space_location,
-          "tuple of 3 floats, metres in object space. The centre of the box of Generated coordinates.")
+                    "tuple of 3 floats, metres in object space. The centre of the box of Generated coordinates.")
       .def_readonly("texture_space_size", &MeshDescription::texture_space_size,
-          "tuple of 3 floats, metres. Half the extent of the box of Generated coordinates.");
-  py::class_<ObjectDescription>(module, "ObjectDescription", "What instances share: a mesh with the materials of its slots.")
+                    "tuple of 3 floats, metres. Half the extent of the box of Generated coordinates.");
+  py::class_<ObjectDescription>(module, "ObjectDescription",
+                                "What instances share: a mesh with the materials of its slots.")
       .def_readonly("name", &ObjectDescription::name, "str. The name in Blender, used in messages.")
-      .def_readonly("mesh", &ObjectDescription::mesh, "int. The index of the mesh. -1 means no mesh, so that instances of the object are skipped.")
-      .def_readonly("materials", &ObjectDescription::materials, "list of int. The index of the material of each slot. -1 is the default grey material.")
-      .def_readonly("visibility", &ObjectDescription::visibility, "int, a sum of VISIBLE_* bits, 0 to VISIBLE_ALL. The kinds of ray that see the object.")
-      .def_readonly("holdout", &ObjectDescription::holdout, "bool. Whether the object cuts a hole into the alpha of the image.")
-      .def_readonly("shadow_catcher", &ObjectDescription::shadow_catcher,
+      .def_readonly("mesh", &ObjectDescription::mesh,
+                    "int. The index of the mesh. -1 means no mesh, so that instances of the object are skipped.")
+      .def_readonly("materials", &ObjectDescription::materials,
+                    "list of int. The index of the material of each slot. -1 is the default grey material.")
+      .def_readonly("visibility", &ObjectDescription::visibility,
+                    "int, a sum of VISIBLE_* bits, 0 to VISIBLE_ALL. The kinds of ray that see the object.")
+      .def_readonly("holdout", &ObjectDescription::holdout,
+                    "bool. Whether the object cuts a hole into the alpha of the image.")
+      .def_readonly(
+          "shadow_catcher", &ObjectDescription::shadow_catcher,
           "bool. Whether the object catches shadows. The renderer stores this setting and does not follow it yet.")
-      .def_readonly("pass_index", &ObjectDescription::pass_index, "int. The value of the pass IndexOB and of Object Info > Object Index.")
-      .def_readonly("color", &ObjectDescription::color, "tuple of 4 floats, linear RGBA. The value of Object Info > Color.")
+      .def_readonly("pass_index", &ObjectDescription::pass_index,
+                    "int. The value of the pass IndexOB and of Object Info > Object Index.")
+      .def_readonly("color", &ObjectDescription::color,
+                    "tuple of 4 floats, linear RGBA. The value of Object Info > Color.")
       .def_readonly("importance", &ObjectDescription::importance,
-          "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that show the object. It is used with `RenderSettings.image` \"pmc_ip\" "
-          "and never changes the mean of the image. Negative and non-finite values are read as 1.")
+                    "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that show the object. It "
+                    "is used with `RenderSettings.image` \"pmc_ip\" "
+                    "and never changes the mean of the image. Negative and non-finite values are read as 1.")
       .def_readonly("shadow_terminator_offset", &ObjectDescription::shadow_terminator_offset,
-          "float, 0 to 1. The cosine to the light below which shadow rays leave smooth triangles from the curved surface that they approximate. 0 switches "
-          "this off.")
+                    "float, 0 to 1. The cosine to the light below which shadow rays leave smooth triangles from the "
+                    "curved surface that they approximate. 0 switches "
+                    "this off.")
       .def_readonly("light_importance", &ObjectDescription::light_importance,
-          "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by emission of the object. It is used with "
-          "`RenderSettings.image` \"pmc_ip\" and never changes the mean of the image. Negative and non-finite values are read as 1.")
-      .def_property_readonly("properties", [](const ObjectDescription& o) {
-        std::vector<std::tuple<std::string, bool, Vec4>> found;
-        for (const ObjectProperty& property : o.properties) found.emplace_back(property.name, property.of_instancer, property.value);
-        return found;
-      }, "list of (str, bool, tuple of 4 floats). The values for Attribute nodes: name, whether the value belongs to the instancer, value.");
+                    "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by emission "
+                    "of the object. It is used with "
+                    "`RenderSettings.image` \"pmc_ip\" and never changes the mean of the image. Negative and "
+                    "non-finite values are read as 1.")
+      .def_property_readonly(
+          "properties",
+          [](const ObjectDescription& o) {
+            std::vector<std::tuple<std::string, bool, Vec4>> found;
+            for (const ObjectProperty& property : o.properties)
+              found.emplace_back(property.name, property.of_instancer, property.value);
+            return found;
+          },
+          "list of (str, bool, tuple of 4 floats). The values for Attribute nodes: name, whether the value belongs to "
+          "the instancer, value.");
   py::class_<InstanceDescription>(module, "InstanceDescription", "An object placed in the world.")
       .def_readonly("object", &InstanceDescription::object, "int. The index of the object.")
       .def_readonly("world_from_object", &InstanceDescription::world_from_object,
-          "list of 12 floats, three rows of four. The affine transform from object space to world space, lengths in metres.")
-      .def_readonly("motion_key_count", &InstanceDescription::motion_key_count,
+                    "list of 12 floats, three rows of four. The affine transform from object space to world space, "
+                    "lengths in metres.")
+      .def_readonly(
+          "motion_key_count", &InstanceDescription::motion_key_count,
           "int, 0 or 2 to 129. The number of transforms while the shutter is open. 0 means that the instance is still.")
       .def_readonly("random", &InstanceDescription::random, "float, 0 to 1. The value of Object Info > Random.");
   py::class_<ImageDescription>(module, "ImageDescription",
-      "An image for textures. Its source is a path, a packed file or pixels. An image that cannot be read renders magenta and is reported by name.")
+                               "An image for textures. Its source is a path, a packed file or pixels. An image that "
+                               "cannot be read renders magenta and is reported by name.")
       .def_readonly("name", &ImageDescription::name, "str. The name in Blender, used in messages.")
-      .def_readonly("path", &ImageDescription::path, "str. The path of the image file. Empty when the image has another source.")
-      .def_property_readonly("packed_size", [](const ImageDescription& i) { return i.packed.size(); },
+      .def_readonly("path", &ImageDescription::path,
+                    "str. The path of the image file. Empty when the image has another source.")
+      .def_property_readonly(
+          "packed_size", [](const ImageDescription& i) { return i.packed.size(); },
           "int, bytes. The size of the packed image file. 0 when the image has another source.")
-      .def_property_readonly("pixels", [](const ImageDescription& i) { return to_array<float>(i.pixels, 4); },
+      .def_property_readonly(
+          "pixels", [](const ImageDescription& i) { return to_array<float>(i.pixels, 4); },
           "float32[width * height, 4], RGBA, rows from the bottom up. Empty when the image has another source. A copy.")
-      .def_readonly("width", &ImageDescription::width, "int, pixels, >= 0. The width of `pixels`; 0 when there are none.")
-      .def_readonly("height", &ImageDescription::height, "int, pixels, >= 0. The height of `pixels`; 0 when there are none.")
+      .def_readonly("width", &ImageDescription::width,
+                    "int, pixels, >= 0. The width of `pixels`; 0 when there are none.")
+      .def_readonly("height", &ImageDescription::height,
+                    "int, pixels, >= 0. The height of `pixels`; 0 when there are none.")
       .def_readonly("color_space", &ImageDescription::color_space,
-          "str. Blender's name of the colour space: \"sRGB\", \"Non-Color\", \"Linear\" and others. Linear Rec. 709 results.")
-      .def_readonly("alpha_mode", &ImageDescription::alpha_mode, "AlphaMode. How colours and alpha of the image belong together.");
+                    "str. Blender's name of the colour space: \"sRGB\", \"Non-Color\", \"Linear\" and others. Linear "
+                    "Rec. 709 results.")
+      .def_readonly("alpha_mode", &ImageDescription::alpha_mode,
+                    "AlphaMode. How colours and alpha of the image belong together.");
 }
 
 void bind_light_world_camera(py::module_& module) {
@@ -317,86 +385,127 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("name", &LightDescription::name, "str. The name in Blender, used in messages.")
       .def_readwrite("kind", &LightDescription::kind, "LightKind. The kind of lamp. It shines along its local -z axis.")
       .def_readwrite("world_from_light", &LightDescription::world_from_light,
-          "list of 12 floats, three rows of four. The affine transform from lamp space to world space, lengths in metres.")
-      .def_readwrite("color", &LightDescription::color, "tuple of 3 floats, linear RGB, no unit. A factor on `energy`. Negative values take light away.")
+                     "list of 12 floats, three rows of four. The affine transform from lamp space to world space, "
+                     "lengths in metres.")
+      .def_readwrite("color", &LightDescription::color,
+                     "tuple of 3 floats, linear RGB, no unit. A factor on `energy`. Negative values take light away.")
       .def_readwrite("energy", &LightDescription::energy,
-          "float, W for point, spot and area lamps, W/m^2 for a sun. The power as in Cycles. Negative values take light away.")
-      .def_readwrite("radius", &LightDescription::radius, "float, metres, >= 0. The radius of the sphere of a point or spot lamp. 0 is a delta light.")
-      .def_readwrite("spot_angle", &LightDescription::spot_angle, "float, radians, 0 to pi. The full angle of the cone of a spot lamp.")
-      .def_readwrite("spot_blend", &LightDescription::spot_blend, "float, 0 to 1. The part of the spot's cone in which the light fades to 0.")
-      .def_readwrite("sun_angle", &LightDescription::sun_angle, "float, radians, 0 to pi. The full angle of the disk of a sun. 0 is a delta light.")
+                     "float, W for point, spot and area lamps, W/m^2 for a sun. The power as in Cycles. Negative "
+                     "values take light away.")
+      .def_readwrite("radius", &LightDescription::radius,
+                     "float, metres, >= 0. The radius of the sphere of a point or spot lamp. 0 is a delta light.")
+      .def_readwrite("spot_angle", &LightDescription::spot_angle,
+                     "float, radians, 0 to pi. The full angle of the cone of a spot lamp.")
+      .def_readwrite("spot_blend", &LightDescription::spot_blend,
+                     "float, 0 to 1. The part of the spot's cone in which the light fades to 0.")
+      .def_readwrite("sun_angle", &LightDescription::sun_angle,
+                     "float, radians, 0 to pi. The full angle of the disk of a sun. 0 is a delta light.")
       .def_readwrite("area_shape", &LightDescription::area_shape, "AreaShape. The shape of an area lamp.")
       .def_readwrite("area_size", &LightDescription::area_size,
-          "tuple of 2 floats, metres, > 0. The full extents of an area lamp along its local x and y axes.")
-      .def_readwrite("spread", &LightDescription::spread, "float, radians, pi / 180 to pi. The full angle of the beam of an area lamp. pi is no limit.")
+                     "tuple of 2 floats, metres, > 0. The full extents of an area lamp along its local x and y axes.")
+      .def_readwrite("spread", &LightDescription::spread,
+                     "float, radians, pi / 180 to pi. The full angle of the beam of an area lamp. pi is no limit.")
       .def_readwrite("graph", &LightDescription::graph,
-          "NodeGraph. The shader of the lamp. Its Emission is a factor on the lamp's own light. An empty graph means a factor of 1.")
-      .def_readwrite("visibility", &LightDescription::visibility, "int, a sum of VISIBLE_* bits, 0 to VISIBLE_ALL. The kinds of ray that see the lamp.")
-      .def_readwrite("cast_shadow", &LightDescription::cast_shadow, "bool. Whether objects block the light of the lamp.")
+                     "NodeGraph. The shader of the lamp. Its Emission is a factor on the lamp's own light. An empty "
+                     "graph means a factor of 1.")
+      .def_readwrite("visibility", &LightDescription::visibility,
+                     "int, a sum of VISIBLE_* bits, 0 to VISIBLE_ALL. The kinds of ray that see the lamp.")
+      .def_readwrite("cast_shadow", &LightDescription::cast_shadow,
+                     "bool. Whether objects block the light of the lamp.")
       .def_readwrite("multiple_importance", &LightDescription::multiple_importance,
-          "bool. Whether rays can hit the lamp, so that light samples and BSDF samples are combined. It has no effect on delta lights.")
-      .def_readwrite("light_importance", &LightDescription::light_importance,
-          "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the lamp. It is used with `RenderSettings.image` "
+                     "bool. Whether rays can hit the lamp, so that light samples and BSDF samples are combined. It has "
+                     "no effect on delta lights.")
+      .def_readwrite(
+          "light_importance", &LightDescription::light_importance,
+          "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the lamp. It is "
+          "used with `RenderSettings.image` "
           "\"pmc_ip\" and never changes the mean of the image. Negative and non-finite values are read as 1.");
   py::class_<WorldDescription>(module, "WorldDescription", "The environment of the scene.")
       .def_readwrite("name", &WorldDescription::name, "str. The name in Blender, used in messages.")
-      .def_readwrite("graph", &WorldDescription::graph, "NodeGraph. The shader of the world. An empty graph means the constant `color`.")
-      .def_readwrite("color", &WorldDescription::color,
+      .def_readwrite("graph", &WorldDescription::graph,
+                     "NodeGraph. The shader of the world. An empty graph means the constant `color`.")
+      .def_readwrite(
+          "color", &WorldDescription::color,
           "tuple of 3 floats, linear RGB radiance in W/(m^2 sr). The constant background where `graph` is empty.")
-      .def_readwrite("visibility", &WorldDescription::visibility, "int, a sum of VISIBLE_* bits, 0 to VISIBLE_ALL. The kinds of ray that see the world.")
-      .def_readwrite("light_importance", &WorldDescription::light_importance,
-          "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the world. It is used with `RenderSettings.image` "
+      .def_readwrite("visibility", &WorldDescription::visibility,
+                     "int, a sum of VISIBLE_* bits, 0 to VISIBLE_ALL. The kinds of ray that see the world.")
+      .def_readwrite(
+          "light_importance", &WorldDescription::light_importance,
+          "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the world. It is "
+          "used with `RenderSettings.image` "
           "\"pmc_ip\" and never changes the mean of the image. Negative and non-finite values are read as 1.");
-  py::class_<PanoramaDescription>(module, "PanoramaDescription",
+  py::class_<PanoramaDescription>(
+      module, "PanoramaDescription",
       "The projection of a panoramic camera. Two descriptions are equal when all fields are equal.")
       .def(py::init<>(), "Make one with default values.")
       .def("__eq__", [](const PanoramaDescription& a, const PanoramaDescription& b) { return a == b; })
       .def_readwrite("kind", &PanoramaDescription::kind, "PanoramaKind. The projection.")
       .def_readwrite("limits", &PanoramaDescription::limits,
-          "tuple of 4 floats, radians. Equirectangular only: minimum longitude, maximum longitude, minimum latitude, maximum latitude.")
-      .def_readwrite("fisheye_fov", &PanoramaDescription::fisheye_fov, "float, radians, > 0. Fisheye only: the full angle of view.")
-      .def_readwrite("fisheye_lens", &PanoramaDescription::fisheye_lens, "float, millimetres, > 0. FisheyeEquisolid only: the focal length.")
-      .def_readwrite("sensor", &PanoramaDescription::sensor,
+                     "tuple of 4 floats, radians. Equirectangular only: minimum longitude, maximum longitude, minimum "
+                     "latitude, maximum latitude.")
+      .def_readwrite("fisheye_fov", &PanoramaDescription::fisheye_fov,
+                     "float, radians, > 0. Fisheye only: the full angle of view.")
+      .def_readwrite("fisheye_lens", &PanoramaDescription::fisheye_lens,
+                     "float, millimetres, > 0. FisheyeEquisolid only: the focal length.")
+      .def_readwrite(
+          "sensor", &PanoramaDescription::sensor,
           "tuple of 2 floats, millimetres, > 0. FisheyeEquisolid and FisheyePolynomial only: the size of the sensor.")
       .def_readwrite("polynomial", &PanoramaDescription::polynomial,
-          "list of 5 floats. FisheyePolynomial only: the coefficients k_i of the angle from the axis in radians, -(k_0 + k_1 r + ... + k_4 r^4), r in "
-          "millimetres from the centre of the sensor.");
-  py::class_<CameraDescription>(module, "CameraDescription", "The camera. Two descriptions are equal when all fields are equal.")
+                     "list of 5 floats. FisheyePolynomial only: the coefficients k_i of the angle from the axis in "
+                     "radians, -(k_0 + k_1 r + ... + k_4 r^4), r in "
+                     "millimetres from the centre of the sensor.");
+  py::class_<CameraDescription>(module, "CameraDescription",
+                                "The camera. Two descriptions are equal when all fields are equal.")
       .def(py::init<>(), "Make one with default values.")
       .def("__eq__", [](const CameraDescription& a, const CameraDescription& b) { return a == b; })
       .def_readwrite("name", &CameraDescription::name, "str. The name in Blender, used in messages.")
-      .def_readwrite("present", &CameraDescription::present, "bool. Whether the scene has a camera. A render without one fails with a message.")
+      .def_readwrite("present", &CameraDescription::present,
+                     "bool. Whether the scene has a camera. A render without one fails with a message.")
       .def_readwrite("kind", &CameraDescription::kind, "CameraKind. The projection.")
       .def_readwrite("world_from_camera", &CameraDescription::world_from_camera,
-          "list of 12 floats, three rows of four. The affine transform from camera space to world space, lengths in metres. The camera looks along its "
-          "local -z axis, +y is up.")
+                     "list of 12 floats, three rows of four. The affine transform from camera space to world space, "
+                     "lengths in metres. The camera looks along its "
+                     "local -z axis, +y is up.")
       .def_readwrite("screen_window", &CameraDescription::screen_window,
-          "tuple of 4 floats: left, right, bottom, top. The visible part of the plane z = -1 for a perspective camera, metres for an orthographic one, "
-          "fractions of the whole panorama (0, 1, 0, 1) for a panoramic one.")
-      .def_readwrite("clip_start", &CameraDescription::clip_start, "float, metres. Surfaces that are nearer are not seen by camera rays.")
-      .def_readwrite("clip_end", &CameraDescription::clip_end, "float, metres, > clip_start. Surfaces that are farther are not seen by camera rays.")
-      .def_readwrite("aperture_radius", &CameraDescription::aperture_radius, "float, metres, >= 0. The radius of the lens. 0 switches depth of field off.")
-      .def_readwrite("focus_distance", &CameraDescription::focus_distance, "float, metres, > 0. The distance of the plane that is in focus.")
-      .def_readwrite("blades", &CameraDescription::blades, "int. The number of blades of the aperture. Less than 3 means a round aperture.")
-      .def_readwrite("blade_rotation", &CameraDescription::blade_rotation, "float, radians. The rotation of the aperture.")
-      .def_readwrite("aperture_ratio", &CameraDescription::aperture_ratio, "float, > 0. The height of the aperture over its width: 2 is an anamorphic lens.")
+                     "tuple of 4 floats: left, right, bottom, top. The visible part of the plane z = -1 for a "
+                     "perspective camera, metres for an orthographic one, "
+                     "fractions of the whole panorama (0, 1, 0, 1) for a panoramic one.")
+      .def_readwrite("clip_start", &CameraDescription::clip_start,
+                     "float, metres. Surfaces that are nearer are not seen by camera rays.")
+      .def_readwrite("clip_end", &CameraDescription::clip_end,
+                     "float, metres, > clip_start. Surfaces that are farther are not seen by camera rays.")
+      .def_readwrite("aperture_radius", &CameraDescription::aperture_radius,
+                     "float, metres, >= 0. The radius of the lens. 0 switches depth of field off.")
+      .def_readwrite("focus_distance", &CameraDescription::focus_distance,
+                     "float, metres, > 0. The distance of the plane that is in focus.")
+      .def_readwrite("blades", &CameraDescription::blades,
+                     "int. The number of blades of the aperture. Less than 3 means a round aperture.")
+      .def_readwrite("blade_rotation", &CameraDescription::blade_rotation,
+                     "float, radians. The rotation of the aperture.")
+      .def_readwrite("aperture_ratio", &CameraDescription::aperture_ratio,
+                     "float, > 0. The height of the aperture over its width: 2 is an anamorphic lens.")
       .def_readwrite("panorama", &CameraDescription::panorama, "PanoramaDescription. Used when `kind` is Panorama.")
       .def_readwrite("motion", &CameraDescription::motion,
-          "list of lists of 12 floats. `world_from_camera` at evenly spaced times while the shutter is open. An empty list means that the camera is still.")
+                     "list of lists of 12 floats. `world_from_camera` at evenly spaced times while the shutter is "
+                     "open. An empty list means that the camera is still.")
       .def_readwrite("shutter", &CameraDescription::shutter,
-          "list of floats, ascending from 0 to 1. The times at which equal shares of the light have arrived. An empty list means that the shutter opens at "
-          "once.");
+                     "list of floats, ascending from 0 to 1. The times at which equal shares of the light have "
+                     "arrived. An empty list means that the shutter opens at "
+                     "once.");
 }
 
 void bind_settings(py::module_& module) {
-  py::class_<BounceLimits>(module, "BounceLimits", "The limits on path length, as in Cycles. Values above 2^20 count as 2^20.")
+  py::class_<BounceLimits>(module, "BounceLimits",
+                           "The limits on path length, as in Cycles. Values above 2^20 count as 2^20.")
       .def_readwrite("total", &BounceLimits::total, "int, >= 0. The maximum number of bounces of a path of any kind.")
       .def_readwrite("diffuse", &BounceLimits::diffuse, "int, >= 0. The maximum number of diffuse reflections.")
       .def_readwrite("glossy", &BounceLimits::glossy, "int, >= 0. The maximum number of glossy reflections.")
       .def_readwrite("transmission", &BounceLimits::transmission, "int, >= 0. The maximum number of transmissions.")
-      .def_readwrite("transparent", &BounceLimits::transparent, "int, >= 0. The maximum number of surfaces that a ray passes straight through.")
+      .def_readwrite("transparent", &BounceLimits::transparent,
+                     "int, >= 0. The maximum number of surfaces that a ray passes straight through.")
       .def_readwrite("volume", &BounceLimits::volume, "int, >= 0. The maximum number of scattering events in volumes.");
-  py::class_<RenderSettings>(module, "RenderSettings",
+  py::class_<RenderSettings>(
+      module, "RenderSettings",
       "What to render and how. `copy.copy` copies the settings. Two settings are equal when all fields are equal.")
       .def(py::init<>(), "Make one with default values.")
       .def("__copy__", [](const RenderSettings& settings) { return RenderSettings(settings); })
@@ -404,63 +513,92 @@ void bind_settings(py::module_& module) {
       .def_readwrite("width", &RenderSettings::width, "int, pixels, 1 to 65536. The width of the full frame.")
       .def_readwrite("height", &RenderSettings::height, "int, pixels, 1 to 65536. The height of the full frame.")
       .def_readwrite("region", &RenderSettings::region,
-          "list of 4 ints, pixels: x0, y0, x1, y1, y up. The part of the frame that is rendered. Four zeros mean the full frame.")
+                     "list of 4 ints, pixels: x0, y0, x1, y1, y up. The part of the frame that is rendered. Four zeros "
+                     "mean the full frame.")
       .def_readwrite("filter", &RenderSettings::filter, "FilterKind. The pixel filter.")
       .def_readwrite("filter_width", &RenderSettings::filter_width,
-          "float, pixels, 0.01 to 1000, as in Blender. A box is always 1 pixel wide. A Gaussian covers 3 times and Blackman-Harris 2 times this width, as "
-          "in Cycles.")
+                     "float, pixels, 0.01 to 1000, as in Blender. A box is always 1 pixel wide. A Gaussian covers 3 "
+                     "times and Blackman-Harris 2 times this width, as "
+                     "in Cycles.")
       .def_readwrite("exposure", &RenderSettings::exposure, "float. A factor on the image.")
-      .def_readwrite("transparent_film", &RenderSettings::transparent_film, "bool. Whether the world is hidden from the camera, so that alpha is 0 there.")
+      .def_readwrite("transparent_film", &RenderSettings::transparent_film,
+                     "bool. Whether the world is hidden from the camera, so that alpha is 0 there.")
       .def_readwrite("bounces", &RenderSettings::bounces, "BounceLimits. The limits on path length.")
       .def_readwrite("clamp_direct", &RenderSettings::clamp_direct,
-          "float, radiance, >= 0; 0 is off. The maximum of the mean of R, G and B of a contribution that was scattered at most once. Clamping is a bias. "
-          "Only path tracing follows it.")
+                     "float, radiance, >= 0; 0 is off. The maximum of the mean of R, G and B of a contribution that "
+                     "was scattered at most once. Clamping is a bias. "
+                     "Only path tracing follows it.")
       .def_readwrite("clamp_indirect", &RenderSettings::clamp_indirect,
-          "float, radiance, >= 0; 0 is off. The maximum of the mean of R, G and B of a contribution that was scattered more than once. Clamping is a bias. "
-          "Only path tracing follows it.")
-      .def_readwrite("reflective_caustics", &RenderSettings::reflective_caustics, "bool. Whether light reaches diffuse surfaces by glossy reflection.")
-      .def_readwrite("refractive_caustics", &RenderSettings::refractive_caustics, "bool. Whether light reaches diffuse surfaces by refraction.")
-      .def_readwrite("bump_terminator", &RenderSettings::bump_terminator, "BumpTerminator. How light fades at grazing angles on bumped surfaces.")
+                     "float, radiance, >= 0; 0 is off. The maximum of the mean of R, G and B of a contribution that "
+                     "was scattered more than once. Clamping is a bias. "
+                     "Only path tracing follows it.")
+      .def_readwrite("reflective_caustics", &RenderSettings::reflective_caustics,
+                     "bool. Whether light reaches diffuse surfaces by glossy reflection.")
+      .def_readwrite("refractive_caustics", &RenderSettings::refractive_caustics,
+                     "bool. Whether light reaches diffuse surfaces by refraction.")
+      .def_readwrite("bump_terminator", &RenderSettings::bump_terminator,
+                     "BumpTerminator. How light fades at grazing angles on bumped surfaces.")
       .def_readwrite("integrator", &RenderSettings::integrator, "str. A name from `integrator_list()`.")
-      .def_readwrite("direct", &RenderSettings::direct, "str. A name from `direct_method_list()`: the estimator of direct light.")
-      .def_readwrite("direct_samples", &RenderSettings::direct_samples,
+      .def_readwrite("direct", &RenderSettings::direct,
+                     "str. A name from `direct_method_list()`: the estimator of direct light.")
+      .def_readwrite(
+          "direct_samples", &RenderSettings::direct_samples,
           "int, 1 to 65536. The number of samples of a direct light estimate at the surfaces that the camera sees.")
       .def_readwrite("guiding", &RenderSettings::guiding,
-          "str: \"off\", \"on\" or \"auto\". Path guiding of the path tracer. \"auto\" measures first whether guiding is faster.")
+                     "str: \"off\", \"on\" or \"auto\". Path guiding of the path tracer. \"auto\" measures first "
+                     "whether guiding is faster.")
       .def_readwrite("vertex_merging", &RenderSettings::vertex_merging,
-          "str: \"off\" or \"on\". Whether bdpt, erpt, pmc_pt and metropolis take caustics seen in mirrors from photons. The image is then consistent and no "
-          "longer unbiased.")
+                     "str: \"off\" or \"on\". Whether bdpt, erpt, pmc_pt and metropolis take caustics seen in mirrors "
+                     "from photons. The image is then consistent and no "
+                     "longer unbiased.")
       .def_readwrite("image", &RenderSettings::image,
-          "str: \"uniform\" or \"pmc_ip\". How samples are distributed over the pixels: equally, or by the noise of the pixels.")
-      .def_readwrite("image_error", &RenderSettings::image_error, "str: \"relative\" or \"perceptual\". The error that \"pmc_ip\" reduces.")
+                     "str: \"uniform\" or \"pmc_ip\". How samples are distributed over the pixels: equally, or by the "
+                     "noise of the pixels.")
+      .def_readwrite("image_error", &RenderSettings::image_error,
+                     "str: \"relative\" or \"perceptual\". The error that \"pmc_ip\" reduces.")
       .def_readwrite("importance_region", &RenderSettings::importance_region,
-          "list of 4 floats, fractions of the frame: x0, y0, x1, y1, y up. The region to which `importance_factor` applies.")
+                     "list of 4 floats, fractions of the frame: x0, y0, x1, y1, y up. The region to which "
+                     "`importance_factor` applies.")
       .def_readwrite("importance_factor", &RenderSettings::importance_factor,
-          "float, >= 0, 1 is neutral. A factor for the number of samples of pixels in `importance_region`. Used with `image` \"pmc_ip\". Negative and non-"
-          "finite values are read as 1.")
-      .def_readwrite("samples", &RenderSettings::samples, "int, samples per pixel, >= 0. The render stops after this number. 0 is no limit.")
+                     "float, >= 0, 1 is neutral. A factor for the number of samples of pixels in `importance_region`. "
+                     "Used with `image` \"pmc_ip\". Negative and non-"
+                     "finite values are read as 1.")
+      .def_readwrite("samples", &RenderSettings::samples,
+                     "int, samples per pixel, >= 0. The render stops after this number. 0 is no limit.")
       .def_readwrite("seconds", &RenderSettings::seconds,
-          "float, seconds, >= 0. The render stops after this time. It includes the pilot and learning, not the building of the scene. 0 is no limit.")
+                     "float, seconds, >= 0. The render stops after this time. It includes the pilot and learning, not "
+                     "the building of the scene. 0 is no limit.")
       .def_readwrite("target_error", &RenderSettings::target_error,
-          "float, relMSE, >= 0. The render stops when the estimated relative mean squared error is at most this, after 16 samples per pixel at the "
-          "earliest. 0 is no limit.")
+                     "float, relMSE, >= 0. The render stops when the estimated relative mean squared error is at most "
+                     "this, after 16 samples per pixel at the "
+                     "earliest. 0 is no limit.")
       .def_readwrite("photons", &RenderSettings::photons,
-          "int, >= 0. The number of photon paths that are emitted for each sample per pixel. 0 chooses it by the size of the frame.")
+                     "int, >= 0. The number of photon paths that are emitted for each sample per pixel. 0 chooses it "
+                     "by the size of the frame.")
       .def_readwrite("photon_radius", &RenderSettings::photon_radius,
-          "float, metres, >= 0. The radius of density estimates in the first pass. 0 chooses it by the density of the photons.")
+                     "float, metres, >= 0. The radius of density estimates in the first pass. 0 chooses it by the "
+                     "density of the photons.")
       .def_readwrite("gather_rays", &RenderSettings::gather_rays,
-          "int, 1 to 65536. The number of final gather rays for each sample, at the first rough surface.")
+                     "int, 1 to 65536. The number of final gather rays for each sample, at the first rough surface.")
       .def_readwrite("seed", &RenderSettings::seed,
-          "int, 0 to 2^32 - 1. The seed of all random numbers. The same seed gives the same image for any number of threads.")
-      .def_readwrite("threads", &RenderSettings::threads,
+                     "int, 0 to 2^32 - 1. The seed of all random numbers. The same seed gives the same image for any "
+                     "number of threads.")
+      .def_readwrite(
+          "threads", &RenderSettings::threads,
           "int, >= 0. The number of threads. 0 uses the environment variable AJAR_THREADS, or all hardware threads.")
       .def_readwrite("memory_limit", &RenderSettings::memory_limit,
-          "int, MiB, >= 0. A render that is estimated to need more memory fails before the scene is built. 0 is no limit.")
-      .def_property("mist", [](const RenderSettings& s) { return Vec3(s.mist.start, s.mist.depth, s.mist.exponent); },
-                    [](RenderSettings& s, Vec3 mist) { s.mist = {mist.x, mist.y, mist.z}; },
-                    "tuple of 3 floats: start in metres, depth in metres (> 0), exponent. The pass Mist is ((distance - start) / depth)^exponent, "
-                    "where the base is limited to 0 and 1.")
-      .def_readwrite("passes", &RenderSettings::passes,
+                     "int, MiB, >= 0. A render that is estimated to need more memory fails before the scene is built. "
+                     "0 is no limit.")
+      .def_property(
+          "mist", [](const RenderSettings& s) { return Vec3(s.mist.start, s.mist.depth, s.mist.exponent); },
+          [](RenderSettings& s, Vec3 mist) {
+            s.mist = {mist.x, mist.y, mist.z};
+          },
+          "tuple of 3 floats: start in metres, depth in metres (> 0), exponent. The pass Mist is ((distance - start) / "
+          "depth)^exponent, "
+          "where the base is limited to 0 and 1.")
+      .def_readwrite(
+          "passes", &RenderSettings::passes,
           "list of str. The names of the passes to render, from `known_passes()`. Assign a new list to change it.");
 }
 
@@ -473,57 +611,86 @@ void bind_description(py::module_& module) {
   bind_settings(module);
 
   py::class_<HintDescription>(module, "HintDescription",
-      "A light hint: a curve from a light, over surfaces, towards what the camera sees. Hints only propose paths and never change the mean of the image.")
+                              "A light hint: a curve from a light, over surfaces, towards what the camera sees. Hints "
+                              "only propose paths and never change the mean of the image.")
       .def_readonly("name", &HintDescription::name, "str. The name in Blender, used in messages.")
-      .def_property_readonly("points", [](const HintDescription& hint) { return to_array<float>(hint.points); },
+      .def_property_readonly(
+          "points", [](const HintDescription& hint) { return to_array<float>(hint.points); },
           "float32[n, 3], metres in world space. The control points, the first near a light. A copy.")
-      .def_readwrite("spread", &HintDescription::spread, "float, radians, > 0 to pi. The half-angle of the cone around each segment.")
-      .def_readonly("spreads", &HintDescription::spreads,
+      .def_readwrite("spread", &HintDescription::spread,
+                     "float, radians, > 0 to pi. The half-angle of the cone around each segment.")
+      .def_readonly(
+          "spreads", &HintDescription::spreads,
           "list of floats, radians. The half-angles of the first segments. Segments without an entry use `spread`.")
-      .def_readwrite("weight", &HintDescription::weight, "float, >= 0. The relative probability that this hint is chosen. A hint of weight 0 is not used.")
+      .def_readwrite("weight", &HintDescription::weight,
+                     "float, >= 0. The relative probability that this hint is chosen. A hint of weight 0 is not used.")
       .def_readwrite("enabled", &HintDescription::enabled, "bool. Whether the hint is used.");
-  py::class_<SceneDescription> scene(module, "SceneDescription", "A scene as plain data, in Blender's axes (z up) and units (metres). The `add_*` methods return the index "
-                                                                  "that other parts refer to. Lists that are read from a description are copies.");
+  py::class_<SceneDescription> scene(
+      module, "SceneDescription",
+      "A scene as plain data, in Blender's axes (z up) and units (metres). The `add_*` methods return the index "
+      "that other parts refer to. Lists that are read from a description are copies.");
   constexpr MeshArguments* mesh_arguments = nullptr;
   def_mesh(scene, "add_mesh", adder(mesh_arguments),
-           "Add a mesh and return its index. Arrays are copied once. positions: float32[n, 3] in metres, object space. triangles: uint32[t, 3] "
-           "of vertices. material_slots: uint16[t], or None for slot 0 everywhere. normals: float32[m, 3], m being n for Domain.Vertex and 3 t for "
-           "Domain.Corner, or None for flat shading. attributes: tuples (name, Domain, values), values being float32[m, c] with 1 to 4 "
-           "components c. active_uv: the name of the UV map that is used where a node names none. texture_space_location and texture_space_size: the centre and "
-           "half the extent of the box of Generated coordinates. Raises ValueError, which names the mesh, for an array of the wrong shape. Indices and lengths are checked "
+           "Add a mesh and return its index. Arrays are copied once. positions: float32[n, 3] in metres, object space. "
+           "triangles: uint32[t, 3] "
+           "of vertices. material_slots: uint16[t], or None for slot 0 everywhere. normals: float32[m, 3], m being n "
+           "for Domain.Vertex and 3 t for "
+           "Domain.Corner, or None for flat shading. attributes: tuples (name, Domain, values), values being "
+           "float32[m, c] with 1 to 4 "
+           "components c. active_uv: the name of the UV map that is used where a node names none. "
+           "texture_space_location and texture_space_size: the centre and "
+           "half the extent of the box of Generated coordinates. Raises ValueError, which names the mesh, for an array "
+           "of the wrong shape. Indices and lengths are checked "
            "when the scene is built.");
-  def_mesh(module, "make_mesh", maker(mesh_arguments), "Make a mesh for any number of descriptions and return a MeshDescription for add_shared_mesh. Arguments and errors are those of "
+  def_mesh(module, "make_mesh", maker(mesh_arguments),
+           "Make a mesh for any number of descriptions and return a MeshDescription for add_shared_mesh. Arguments and "
+           "errors are those of "
            "SceneDescription.add_mesh.");
   def_strands(module, "make_strands", &make_strands,
-              "Make hair and return a MeshDescription for add_shared_mesh. positions: float32[n, 3] in metres, the points of all strands. radii: float32[n] in "
-              "metres. strands: uint32[s], the first point of each strand, ascending from 0. material_slots: uint16[s] or None. attributes: tuples (name, "
-              "Domain, values), for points (Domain.Vertex) or strands (Domain.Face). subdivisions: 0 to 4, each segment of a ribbon consists of 2 to this "
+              "Make hair and return a MeshDescription for add_shared_mesh. positions: float32[n, 3] in metres, the "
+              "points of all strands. radii: float32[n] in "
+              "metres. strands: uint32[s], the first point of each strand, ascending from 0. material_slots: uint16[s] "
+              "or None. attributes: tuples (name, "
+              "Domain, values), for points (Domain.Vertex) or strands (Domain.Face). subdivisions: 0 to 4, each "
+              "segment of a ribbon consists of 2 to this "
               "power straight pieces. Raises ValueError, which names the strands, for an array of the wrong shape.");
-  def_strands(scene, "add_strands", strands_adder(&make_strands), "Add hair and return the index of its mesh. Arguments and errors are those of make_strands.");
+  def_strands(scene, "add_strands", strands_adder(&make_strands),
+              "Add hair and return the index of its mesh. Arguments and errors are those of make_strands.");
   scene.def(py::init<>(), "Make one with default values.")
       .def("add_shared_mesh", &add_shared_mesh, py::arg("mesh"),
-           "Add a mesh that make_mesh or make_strands has made, without a copy, and return its index. Session.update keeps the structures of a mesh that the "
+           "Add a mesh that make_mesh or make_strands has made, without a copy, and return its index. Session.update "
+           "keeps the structures of a mesh that the "
            "next description contains again.")
-      .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"), py::arg("materials") = std::vector<int>{},
-           py::arg("visibility") = uint32_t(kVisibleAll), py::arg("holdout") = false, py::arg("shadow_catcher") = false,
-           py::arg("pass_index") = 0, py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f,
-           py::arg("shadow_terminator_offset") = 0.0f, py::arg("light_importance") = 1.0f,
+      .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"),
+           py::arg("materials") = std::vector<int>{}, py::arg("visibility") = uint32_t(kVisibleAll),
+           py::arg("holdout") = false, py::arg("shadow_catcher") = false, py::arg("pass_index") = 0,
+           py::arg("color") = Vec4(1.0f), py::arg("importance") = 1.0f, py::arg("shadow_terminator_offset") = 0.0f,
+           py::arg("light_importance") = 1.0f,
            py::arg("properties") = std::vector<std::tuple<std::string, bool, Vec4>>{},
-           "Add an object and return its index. mesh: an index from add_mesh. materials: indices from add_material for the slots, -1 for the default "
-           "grey. visibility: a sum of VISIBLE_* bits. properties: the values for Attribute nodes, tuples (name, whether the value belongs to the instancer, four numbers). The "
+           "Add an object and return its index. mesh: an index from add_mesh. materials: indices from add_material for "
+           "the slots, -1 for the default "
+           "grey. visibility: a sum of VISIBLE_* bits. properties: the values for Attribute nodes, tuples (name, "
+           "whether the value belongs to the instancer, four numbers). The "
            "other arguments are the fields of ObjectDescription. Indices are checked when the scene is built.")
-      .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"), py::arg("random") = py::none(),
-           "Add n instances. objects: int32[n], indices from add_object. world_from_object: float32[n, 12], three rows of four of each affine transform, lengths in "
-           "metres. random: float32[n] in 0 to 1 for Object Info > Random, or None for 0. Raises ValueError for an array of the wrong shape or length.")
+      .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"),
+           py::arg("random") = py::none(),
+           "Add n instances. objects: int32[n], indices from add_object. world_from_object: float32[n, 12], three rows "
+           "of four of each affine transform, lengths in "
+           "metres. random: float32[n] in 0 to 1 for Object Info > Random, or None for 0. Raises ValueError for an "
+           "array of the wrong shape or length.")
       .def("set_motion", &set_motion, py::arg("instances"), py::arg("world_from_object"),
-           "Set the transforms of m moving instances at k evenly spaced times while the shutter is open. instances: int32[m], numbers in the order of "
-           "add_instances. world_from_object: float32[m, k, 12], k from 2 to 129. Raises ValueError when the second array is not a whole number of transforms for each "
+           "Set the transforms of m moving instances at k evenly spaced times while the shutter is open. instances: "
+           "int32[m], numbers in the order of "
+           "add_instances. world_from_object: float32[m, k, 12], k from 2 to 129. Raises ValueError when the second "
+           "array is not a whole number of transforms for each "
            "instance, and IndexError for an instance that does not exist.")
-      .def("add_image", &add_image, py::kw_only(), py::arg("name"), py::arg("path") = "", py::arg("packed") = py::bytes(),
-           py::arg("pixels") = py::none(), py::arg("width") = 0, py::arg("height") = 0, py::arg("color_space") = "sRGB",
-           py::arg("alpha_mode") = AlphaMode::Straight,
-           "Add an image and return its index. It has one source. path: a file. packed: the bytes of a file. pixels: float32[height, width, 4] or flat, RGBA, rows "
-           "from the bottom up, with width and height in pixels. Raises ValueError, which names the image, when pixels does not have width * height * 4 numbers. "
+      .def("add_image", &add_image, py::kw_only(), py::arg("name"), py::arg("path") = "",
+           py::arg("packed") = py::bytes(), py::arg("pixels") = py::none(), py::arg("width") = 0, py::arg("height") = 0,
+           py::arg("color_space") = "sRGB", py::arg("alpha_mode") = AlphaMode::Straight,
+           "Add an image and return its index. It has one source. path: a file. packed: the bytes of a file. pixels: "
+           "float32[height, width, 4] or flat, RGBA, rows "
+           "from the bottom up, with width and height in pixels. Raises ValueError, which names the image, when pixels "
+           "does not have width * height * 4 numbers. "
            "An image that cannot be read renders magenta and is reported by name.")
       .def(
           "add_material",
@@ -539,10 +706,13 @@ void bind_description(py::module_& module) {
             description.lights.push_back(light);
             return index_of_last(description.lights.size());
           },
-          py::arg("light"), "Add a copy of a lamp and return its index. A lamp with values that are not finite is left out, with a message, when the scene is built.")
+          py::arg("light"),
+          "Add a copy of a lamp and return its index. A lamp with values that are not finite is left out, with a "
+          "message, when the scene is built.")
       .def(
           "add_hint",
-          [](SceneDescription& description, std::string name, const Floats& points, float spread, std::vector<float> spreads, float weight, bool enabled) {
+          [](SceneDescription& description, std::string name, const Floats& points, float spread,
+             std::vector<float> spreads, float weight, bool enabled) {
             HintDescription hint;
             hint.points = copy_rows<Vec3>(points, "points of " + name);
             hint.name = std::move(name);
@@ -553,11 +723,14 @@ void bind_description(py::module_& module) {
             description.hints.push_back(std::move(hint));
             return index_of_last(description.hints.size());
           },
-          py::kw_only(), py::arg("name"), py::arg("points"), py::arg("spread") = 0.0872665f, py::arg("spreads") = std::vector<float>(),
-          py::arg("weight") = 1.0f, py::arg("enabled") = true,
-          "Add a light hint and return its index. points: float32[n, 3] in metres, world space, from a light towards what the camera sees, n >= 2. spread: the "
-          "half-angle of the cone around each of the n - 1 segments, radians, > 0 to pi. spreads: the half-angles of the first segments. weight: >= 0, relative "
-          "to other hints. Raises ValueError, which names the hint, when points has the wrong shape. A hint that cannot be attached is reported and not used.")
+          py::kw_only(), py::arg("name"), py::arg("points"), py::arg("spread") = 0.0872665f,
+          py::arg("spreads") = std::vector<float>(), py::arg("weight") = 1.0f, py::arg("enabled") = true,
+          "Add a light hint and return its index. points: float32[n, 3] in metres, world space, from a light towards "
+          "what the camera sees, n >= 2. spread: the "
+          "half-angle of the cone around each of the n - 1 segments, radians, > 0 to pi. spreads: the half-angles of "
+          "the first segments. weight: >= 0, relative "
+          "to other hints. Raises ValueError, which names the hint, when points has the wrong shape. A hint that "
+          "cannot be attached is reported and not used.")
       .def_property_readonly("meshes", &meshes_of, "list of MeshDescription. Copies of the meshes.")
       .def_readonly("objects", &SceneDescription::objects, "list of ObjectDescription. Copies of the objects.")
       .def_readonly("instances", &SceneDescription::instances, "list of InstanceDescription. Copies of the instances.")
@@ -565,16 +738,24 @@ void bind_description(py::module_& module) {
       .def_readonly("images", &SceneDescription::images, "list of ImageDescription. Copies of the images.")
       .def_readonly("hints", &SceneDescription::hints, "list of HintDescription. Copies of the light hints.")
       .def_readonly("lights", &SceneDescription::lights, "list of LightDescription. Copies of the lamps.")
-      .def_readwrite("world", &SceneDescription::world, "WorldDescription. The world. Changes of its fields apply to this description.")
-      .def_readonly("motion_keys", &SceneDescription::motion_keys,
+      .def_readwrite("world", &SceneDescription::world,
+                     "WorldDescription. The world. Changes of its fields apply to this description.")
+      .def_readonly(
+          "motion_keys", &SceneDescription::motion_keys,
           "list of lists of 12 floats. The transforms of all moving instances, one instance after the other. A copy.")
-      .def_readwrite("camera", &SceneDescription::camera, "CameraDescription. The camera. Changes of its fields apply to this description.")
-      .def_readwrite("settings", &SceneDescription::settings, "RenderSettings. The settings. Changes of its fields apply to this description.")
-      .def("fingerprint", py::overload_cast<const SceneDescription&>(&fingerprint), py::call_guard<py::gil_scoped_release>(),
-           "Return a 64-bit number of everything except camera and settings. Descriptions with the same number render alike. Two settings count: those of "
+      .def_readwrite("camera", &SceneDescription::camera,
+                     "CameraDescription. The camera. Changes of its fields apply to this description.")
+      .def_readwrite("settings", &SceneDescription::settings,
+                     "RenderSettings. The settings. Changes of its fields apply to this description.")
+      .def("fingerprint", py::overload_cast<const SceneDescription&>(&fingerprint),
+           py::call_guard<py::gil_scoped_release>(),
+           "Return a 64-bit number of everything except camera and settings. Descriptions with the same number render "
+           "alike. Two settings count: those of "
            "caustics. Shared meshes count by identity.");
 
-  module.def("random_per_island", [](size_t vertex_count, const Array<uint32_t>& edges) {
+  module.def(
+      "random_per_island",
+      [](size_t vertex_count, const Array<uint32_t>& edges) {
         const auto pairs = copy_rows<MeshEdge>(edges, "edges");
         std::vector<float> random;
         {
@@ -582,10 +763,14 @@ void bind_description(py::module_& module) {
           random = random_per_island(vertex_count, pairs);
         }
         return to_array<float>(random);
-      }, py::arg("vertex_count"), py::arg("edges"), 
-         "Return float32[vertex_count]: a random number in 0 to 1 for each vertex, the same for all connected vertices, as in Cycles. edges: uint32[e, 2] of vertices; edges of "
-         "vertices that do not exist are ignored. Raises ValueError for an array of the wrong shape.");
-  module.def("pointiness", [](const Floats& positions, const Floats& normals, const Array<uint32_t>& edges) {
+      },
+      py::arg("vertex_count"), py::arg("edges"),
+      "Return float32[vertex_count]: a random number in 0 to 1 for each vertex, the same for all connected vertices, "
+      "as in Cycles. edges: uint32[e, 2] of vertices; edges of "
+      "vertices that do not exist are ignored. Raises ValueError for an array of the wrong shape.");
+  module.def(
+      "pointiness",
+      [](const Floats& positions, const Floats& normals, const Array<uint32_t>& edges) {
         const auto places = copy_rows<Vec3>(positions, "positions"), directions = copy_rows<Vec3>(normals, "normals");
         const auto pairs = copy_rows<MeshEdge>(edges, "edges");
         std::vector<float> found;
@@ -594,13 +779,17 @@ void bind_description(py::module_& module) {
           found = pointiness(places, directions, pairs);
         }
         return to_array<float>(found);
-      }, py::arg("positions"), py::arg("normals"), py::arg("edges"),
-      "Return float32[n]: the pointiness of each vertex, 0 to 1, 0.5 where the mesh is flat, as in Cycles. positions and normals: float32[n, 3]. edges: uint32[e, 2] of "
+      },
+      py::arg("positions"), py::arg("normals"), py::arg("edges"),
+      "Return float32[n]: the pointiness of each vertex, 0 to 1, 0.5 where the mesh is flat, as in Cycles. positions "
+      "and normals: float32[n, 3]. edges: uint32[e, 2] of "
       "vertices. Raises ValueError for an array of the wrong shape.");
-  module.def("save_description", &save_description, py::arg("description"), py::arg("path"), py::call_guard<py::gil_scoped_release>(),
+  module.def("save_description", &save_description, py::arg("description"), py::arg("path"),
+             py::call_guard<py::gil_scoped_release>(),
              "Write a description to a file. Raises SceneError, which names the file, when it cannot be written.");
   module.def("load_description", &load_description, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
-             "Read a description from a file. Files of older versions are read. Raises SceneError when the file cannot be read, is damaged, or is no scene file.");
+             "Read a description from a file. Files of older versions are read. Raises SceneError when the file cannot "
+             "be read, is damaged, or is no scene file.");
 }
 
 }  // namespace ajar::python

@@ -17,9 +17,11 @@ void bind_image(py::module_& module) {
         const std::vector<size_t> shape{size_t(image.height), size_t(image.width), size_t(image.channels)};
         return take_array(std::move(image.pixels), shape);
       },
-      py::arg("path"), 
-      "Read an image file and return float32[height, width, channels], rows from the bottom up. 8-bit files are decoded from sRGB and their colours are multiplied by "
-      "alpha, so that values are linear. Float files are returned as they are. Raises RuntimeError, which names the file, when it cannot be read.");
+      py::arg("path"),
+      "Read an image file and return float32[height, width, channels], rows from the bottom up. 8-bit files are "
+      "decoded from sRGB and their colours are multiplied by "
+      "alpha, so that values are linear. Float files are returned as they are. Raises RuntimeError, which names the "
+      "file, when it cannot be read.");
   module.def(
       "read_channels",
       [](const std::string& path) {
@@ -31,13 +33,15 @@ void bind_image(py::module_& module) {
         py::dict channels;
         for (int c = 0; c < image.channels; ++c) {
           py::array_t<float> values({image.height, image.width});
-          for (py::ssize_t i = 0; i < values.size(); ++i) values.mutable_data()[i] = image.pixels[i * image.channels + c];
+          for (py::ssize_t i = 0; i < values.size(); ++i)
+            values.mutable_data()[i] = image.pixels[i * image.channels + c];
           channels[py::str(image.channel_names[c])] = values;
         }
         return channels;
       },
-      py::arg("path"), 
-      "Read an image file and return a dict from the name of each channel to float32[height, width], rows from the bottom up, such as the channels of a multilayer "
+      py::arg("path"),
+      "Read an image file and return a dict from the name of each channel to float32[height, width], rows from the "
+      "bottom up, such as the channels of a multilayer "
       "EXR file. Values are those of read_image. Raises RuntimeError, which names the file, when it cannot be read.");
   module.def(
       "write_image",
@@ -50,8 +54,10 @@ void bind_image(py::module_& module) {
         write_image(path, image, metadata);
       },
       py::arg("path"), py::arg("pixels"), py::arg("metadata") = std::map<std::string, std::string>{},
-      "Write pixels, float32[height, width, channels] or float32[height, width], linear, rows from the bottom up, to a file. The ending of the path chooses the format: "
-      ".exr stores the floats, .png 8 bits in sRGB with straight alpha, 1 to 4 channels. metadata: texts to store by name. Raises ValueError for an array of another "
+      "Write pixels, float32[height, width, channels] or float32[height, width], linear, rows from the bottom up, to a "
+      "file. The ending of the path chooses the format: "
+      ".exr stores the floats, .png 8 bits in sRGB with straight alpha, 1 to 4 channels. metadata: texts to store by "
+      "name. Raises ValueError for an array of another "
       "number of dimensions, and RuntimeError, which names the file, when it cannot be written.");
 }
 

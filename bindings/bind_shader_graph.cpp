@@ -8,17 +8,23 @@ namespace ajar::python {
 namespace py = pybind11;
 
 void bind_shader_graph(py::module_& module) {
-  py::class_<NodeLink>(module, "NodeLink", "An output socket of a node, by the index of the node and the identifier of the socket.")
-      .def(py::init([](int node, std::string socket) { return NodeLink{node, std::move(socket)}; }),
-           py::arg("node") = -1, py::arg("socket") = "", "Make a link to an output socket. Without arguments it is no link.")
-      .def_readwrite("node", &NodeLink::node, "int. The index of the node in the graph. -1 means that nothing is linked.")
+  py::class_<NodeLink>(module, "NodeLink",
+                       "An output socket of a node, by the index of the node and the identifier of the socket.")
+      .def(py::init([](int node, std::string socket) {
+             return NodeLink{node, std::move(socket)};
+           }),
+           py::arg("node") = -1, py::arg("socket") = "",
+           "Make a link to an output socket. Without arguments it is no link.")
+      .def_readwrite("node", &NodeLink::node,
+                     "int. The index of the node in the graph. -1 means that nothing is linked.")
       .def_readwrite("socket", &NodeLink::socket, "str. The identifier of the output socket.");
 
   py::class_<NodeInput>(module, "NodeInput", "An input socket of a node.")
       .def_readwrite("socket", &NodeInput::socket, "str. The identifier of the input socket.")
       .def_readwrite("link", &NodeInput::link, "NodeLink. The socket that is linked to the input.")
       .def_readwrite("value", &NodeInput::value,
-          "tuple of 4 floats. The value where nothing is linked: a number in x, a vector in xyz, a linear colour in xyzw.");
+                     "tuple of 4 floats. The value where nothing is linked: a number in x, a vector in xyz, a linear "
+                     "colour in xyzw.");
 
   py::class_<NodeProperty>(module, "NodeProperty", "A setting of a node that is no socket.")
       .def_readwrite("name", &NodeProperty::name, "str. The RNA identifier of the property.")
@@ -29,31 +35,37 @@ void bind_shader_graph(py::module_& module) {
       .def_readwrite("type", &Node::type, "str. Blender's bl_idname, such as \"ShaderNodeEmission\".")
       .def_readwrite("name", &Node::name, "str. The name of the node, used in messages.")
       .def_readonly("inputs", &Node::inputs, "list of NodeInput. Copies of the inputs.")
-      .def_readonly("properties", &Node::properties, "list of NodeProperty. Copies of the properties that are no sockets.");
+      .def_readonly("properties", &Node::properties,
+                    "list of NodeProperty. Copies of the properties that are no sockets.");
 
   py::class_<NodeGraph>(module, "NodeGraph", "A shader graph. The form of a graph: docs/developer/node_contract.md.")
       .def(py::init<>(), "Make one with default values.")
       .def_readonly("nodes", &NodeGraph::nodes, "list of Node. Copies of the nodes.")
       .def_readwrite("surface", &NodeGraph::surface,
-          "NodeLink. The socket that is linked to the Surface input of the active output node. A node index of -1 means that nothing is linked.")
+                     "NodeLink. The socket that is linked to the Surface input of the active output node. A node index "
+                     "of -1 means that nothing is linked.")
       .def_readwrite("volume", &NodeGraph::volume,
-          "NodeLink. The socket that is linked to the Volume input of the active output node. A node index of -1 means that nothing is linked.")
+                     "NodeLink. The socket that is linked to the Volume input of the active output node. A node index "
+                     "of -1 means that nothing is linked.")
       .def_readwrite("displacement", &NodeGraph::displacement,
-          "NodeLink. The socket that is linked to the Displacement input of the active output node. A node index of -1 means that nothing is linked.")
+                     "NodeLink. The socket that is linked to the Displacement input of the active output node. A node "
+                     "index of -1 means that nothing is linked.")
       .def(
           "add_node",
           [](NodeGraph& graph, std::string type, std::string name) {
             graph.nodes.push_back({std::move(type), std::move(name), {}, {}});
             return graph.nodes.size() - 1;
           },
-          py::arg("type"), py::arg("name"), "Add a node and return its index. type: Blender's bl_idname. name: the name for messages.")
+          py::arg("type"), py::arg("name"),
+          "Add a node and return its index. type: Blender's bl_idname. name: the name for messages.")
       .def(
           "add_input",
           [](NodeGraph& graph, size_t node, std::string socket, Vec4 value, const NodeLink& link) {
             graph.nodes.at(node).inputs.push_back({std::move(socket), link, value});
           },
           py::arg("node"), py::arg("socket"), py::arg("value") = Vec4(0.0f), py::arg("link") = NodeLink{},
-          "Add an input socket to a node. node: an index from add_node. socket: the identifier of the input. value: four floats that are used where link is not set. "
+          "Add an input socket to a node. node: an index from add_node. socket: the identifier of the input. value: "
+          "four floats that are used where link is not set. "
           "Raises IndexError for a node that does not exist.")
       .def(
           "add_property",
@@ -61,13 +73,15 @@ void bind_shader_graph(py::module_& module) {
             graph.nodes.at(node).properties.push_back({std::move(name), std::move(text), std::move(numbers)});
           },
           py::arg("node"), py::arg("name"), py::arg("text") = "", py::arg("numbers") = std::vector<float>{},
-          "Add a setting to a node. node: an index from add_node. name: the RNA identifier. text: an enum or a path. numbers: floats. Raises IndexError for a node that "
+          "Add a setting to a node. node: an index from add_node. name: the RNA identifier. text: an enum or a path. "
+          "numbers: floats. Raises IndexError for a node that "
           "does not exist.");
 
   py::class_<MaterialDescription>(module, "MaterialDescription", "A material: a shader graph with a name.")
       .def_readwrite("name", &MaterialDescription::name, "str. The name in Blender, used in messages.")
       .def_readwrite("graph", &MaterialDescription::graph, "NodeGraph. The shader.")
-      .def_readwrite("pass_index", &MaterialDescription::pass_index, "int. The value of the pass IndexMA and of Object Info > Material Index.");
+      .def_readwrite("pass_index", &MaterialDescription::pass_index,
+                     "int. The value of the pass IndexMA and of Object Info > Material Index.");
 }
 
 }  // namespace ajar::python

@@ -6,15 +6,18 @@
 #include <fstream>
 #include <iostream>
 
+#include "description/archive.h"
 #include "film/image_io.h"
 #include "render/session.h"
-#include "description/archive.h"
 
 namespace {
 
 int usage() {
-  std::cerr << "usage: ajar-render SCENE.ajar OUTPUT.exr|.png [--samples N] [--seconds S] [--error RELMSE] [--integrator NAME]\n"
-               "                   [--direct NAME] [--direct-samples N] [--guiding off|on|auto] [--vertex-merging off|on] [--image NAME] [--photons N] [--photon-radius METRES] [--gather-rays N] [--seed N] [--threads N] [--memory-limit MIB] [--stats FILE.json]\n"
+  std::cerr << "usage: ajar-render SCENE.ajar OUTPUT.exr|.png [--samples N] [--seconds S] [--error RELMSE] "
+               "[--integrator NAME]\n"
+               "                   [--direct NAME] [--direct-samples N] [--guiding off|on|auto] [--vertex-merging "
+               "off|on] [--image NAME] [--photons N] [--photon-radius METRES] [--gather-rays N] [--seed N] [--threads "
+               "N] [--memory-limit MIB] [--stats FILE.json]\n"
                "                   [--checkpoint FILE] [--resume FILE]\n"
                "       ajar-render --merge OUTPUT.exr|.png MERGED.checkpoint A.checkpoint B.checkpoint ...\n";
   return 2;
@@ -38,7 +41,8 @@ int merge_files(int argc, char** argv) {
   for (int i = 5; i < argc; ++i) all = ajar::merge(all, ajar::load_checkpoint(argv[i]));
   ajar::save_checkpoint(all, argv[3]);
   const auto combined = all.passes.find("Combined");
-  if (combined != all.passes.end()) ajar::write_image(argv[2], {all.region[2] - all.region[0], all.region[3] - all.region[1], 4, combined->second});
+  if (combined != all.passes.end())
+    ajar::write_image(argv[2], {all.region[2] - all.region[0], all.region[3] - all.region[1], 4, combined->second});
   std::cout << all.samples << " samples per pixel of " << all.seeds.size() << " renders\n";
   return 0;
 }
@@ -56,25 +60,44 @@ int main(int argc, char** argv) {
       if (i + 1 >= argc) return usage();
       const std::string option = argv[i];
       const char* value = argv[i + 1];
-      if (option == "--samples") settings.samples = int(number("--samples", value));
-      else if (option == "--seconds") settings.seconds = number("--seconds", value), settings.samples = 0;
-      else if (option == "--error") settings.target_error = number("--error", value), settings.samples = 0;
-      else if (option == "--integrator") settings.integrator = value;
-      else if (option == "--direct") settings.direct = value;
-      else if (option == "--direct-samples") settings.direct_samples = int(number("--direct-samples", value));
-      else if (option == "--guiding") settings.guiding = value;
-      else if (option == "--vertex-merging") settings.vertex_merging = value;
-      else if (option == "--image") settings.image = value;
-      else if (option == "--photons") settings.photons = int(number("--photons", value));
-      else if (option == "--photon-radius") settings.photon_radius = float(number("--photon-radius", value));
-      else if (option == "--gather-rays") settings.gather_rays = int(number("--gather-rays", value));
-      else if (option == "--seed") settings.seed = uint32_t(number("--seed", value));
-      else if (option == "--threads") settings.threads = int(number("--threads", value));
-      else if (option == "--memory-limit") settings.memory_limit = int(number("--memory-limit", value));
-      else if (option == "--stats") statistics_path = value;
-      else if (option == "--checkpoint") checkpoint_path = value;
-      else if (option == "--resume") resume_path = value;
-      else return usage();
+      if (option == "--samples")
+        settings.samples = int(number("--samples", value));
+      else if (option == "--seconds")
+        settings.seconds = number("--seconds", value), settings.samples = 0;
+      else if (option == "--error")
+        settings.target_error = number("--error", value), settings.samples = 0;
+      else if (option == "--integrator")
+        settings.integrator = value;
+      else if (option == "--direct")
+        settings.direct = value;
+      else if (option == "--direct-samples")
+        settings.direct_samples = int(number("--direct-samples", value));
+      else if (option == "--guiding")
+        settings.guiding = value;
+      else if (option == "--vertex-merging")
+        settings.vertex_merging = value;
+      else if (option == "--image")
+        settings.image = value;
+      else if (option == "--photons")
+        settings.photons = int(number("--photons", value));
+      else if (option == "--photon-radius")
+        settings.photon_radius = float(number("--photon-radius", value));
+      else if (option == "--gather-rays")
+        settings.gather_rays = int(number("--gather-rays", value));
+      else if (option == "--seed")
+        settings.seed = uint32_t(number("--seed", value));
+      else if (option == "--threads")
+        settings.threads = int(number("--threads", value));
+      else if (option == "--memory-limit")
+        settings.memory_limit = int(number("--memory-limit", value));
+      else if (option == "--stats")
+        statistics_path = value;
+      else if (option == "--checkpoint")
+        checkpoint_path = value;
+      else if (option == "--resume")
+        resume_path = value;
+      else
+        return usage();
     }
     const uint64_t scene = checkpoint_path.empty() && resume_path.empty() ? 0 : ajar::fingerprint(description);
     ajar::Session session;
@@ -82,7 +105,8 @@ int main(int argc, char** argv) {
     session.start(std::move(description));
     while (!session.wait(0.25)) {
       const ajar::Progress progress = session.progress();
-      std::fprintf(stderr, "\r%-40s %5.1f %%  %.0f samples", progress.step.c_str(), 100.0 * double(progress.fraction), progress.samples);
+      std::fprintf(stderr, "\r%-40s %5.1f %%  %.0f samples", progress.step.c_str(), 100.0 * double(progress.fraction),
+                   progress.samples);
     }
     std::fputc('\n', stderr);
     for (const ajar::Diagnostic& diagnostic : session.diagnostics())

@@ -32,20 +32,27 @@ PYBIND11_MODULE(_ajar, module) {
   namespace py = pybind11;
   module.doc() =
       "Ajar's renderer: scene descriptions, sessions, images.\n\n"
-      "Arrays are NumPy arrays. What a function receives is copied once, what it returns is a copy. Arrays of another type are converted. Calls that take long "
+      "Arrays are NumPy arrays. What a function receives is copied once, what it returns is a copy. Arrays of another "
+      "type are converted. Calls that take long "
       "release the interpreter lock.\n\n"
-      "Constants: `VISIBLE_CAMERA`, `VISIBLE_DIFFUSE`, `VISIBLE_GLOSSY`, `VISIBLE_TRANSMISSION`, `VISIBLE_VOLUME_SCATTER`, `VISIBLE_SHADOW` and their sum `VISIBLE_ALL` are the bits of "
-      "`visibility`: the kinds of ray that see an object. Three constants are names of attributes of a mesh: `UNDEFORMED_POSITION` for the positions before modifiers "
-      "(Domain.Vertex, 3 components), `RANDOM_PER_ISLAND` for results of `random_per_island` (Domain.Face, 1 component) and `POINTINESS` for results of `pointiness` "
-      "(Domain.Vertex, 1 component). `version` and `__version__` are the version of Ajar, `instruction_set` is the instruction set that the module was compiled for.";
+      "Constants: `VISIBLE_CAMERA`, `VISIBLE_DIFFUSE`, `VISIBLE_GLOSSY`, `VISIBLE_TRANSMISSION`, "
+      "`VISIBLE_VOLUME_SCATTER`, `VISIBLE_SHADOW` and their sum `VISIBLE_ALL` are the bits of "
+      "`visibility`: the kinds of ray that see an object. Three constants are names of attributes of a mesh: "
+      "`UNDEFORMED_POSITION` for the positions before modifiers "
+      "(Domain.Vertex, 3 components), `RANDOM_PER_ISLAND` for results of `random_per_island` (Domain.Face, 1 "
+      "component) and `POINTINESS` for results of `pointiness` "
+      "(Domain.Vertex, 1 component). `version` and `__version__` are the version of Ajar, `instruction_set` is the "
+      "instruction set that the module was compiled for.";
   module.attr("__version__") = AJAR_VERSION;
   module.attr("version") = AJAR_VERSION;
   module.attr("instruction_set") = AJAR_ARCH;
-  module.def("library_versions", &ajar::python::library_versions, "Return a dict from the name of each library to the version that was found at run time.");
+  module.def("library_versions", &ajar::python::library_versions,
+             "Return a dict from the name of each library to the version that was found at run time.");
   // All are RuntimeError with the core's own text, which names the artist's object.
-  py::register_exception<ajar::SceneError>(module, "SceneError", PyExc_RuntimeError).doc() =
-      "A scene, a file or a setting cannot be used. The message names the object.";
-  py::register_exception<ajar::Cancelled>(module, "Cancelled", PyExc_RuntimeError).doc() = "An operation was cancelled.";
+  py::register_exception<ajar::SceneError>(module, "SceneError", PyExc_RuntimeError)
+      .doc() = "A scene, a file or a setting cannot be used. The message names the object.";
+  py::register_exception<ajar::Cancelled>(module, "Cancelled", PyExc_RuntimeError)
+      .doc() = "An operation was cancelled.";
   ajar::python::bind_shader_graph(module);
   ajar::python::bind_description(module);
   ajar::python::bind_session(module);

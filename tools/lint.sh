@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# lint.sh [all|python] [BUILD]: ruff and mypy on all Python; with `all`, clang-tidy on the C++ files that differ from main.
+# lint.sh [all|quick] [BUILD]: ruff and mypy on all Python, clang-format on all C++; with `all`, clang-tidy on the C++ files that
+# differ from main.
 #
-# Exit codes: 0 nothing found, 1 something found, 3 nothing found, but ruff and mypy cannot be installed.
+# Exit codes: 0 nothing found, 1 something found, 3 nothing found, but the checkers cannot be installed.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 what=${1:-all} build=${2:-build/release}
@@ -15,7 +16,7 @@ fetch() {
   mkdir -p "$work"
   if ! { /usr/bin/python3 -m venv "$work/python" &&
          "$tools/pip" install -q --disable-pip-version-check --only-binary=:all: --no-deps --retries 1 --timeout 10 -r tools/lint_requirements.txt; } > "$work/pip.log" 2>&1; then
-    echo "lint: ruff and mypy cannot be installed and are not run: $(tail -n 1 "$work/pip.log")" >&2
+    echo "lint: ruff, mypy and clang-format cannot be installed and are not run: $(tail -n 1 "$work/pip.log")" >&2
     return 3
   fi
   cp tools/lint_requirements.txt "$work/installed.txt"
@@ -26,6 +27,14 @@ python() {
   "$tools/ruff" check --quiet . || result=1
   "$tools/mypy" --no-error-summary || result=1
   return $result
+}
+
+# Prints the first lines that clang-format would change.
+format() {
+  local found
+  found=$(git ls-files --cached --others --exclude-standard '*.cpp' '*.h' | xargs "$tools/clang-format" --dry-run --Werror 2>&1) && return
+  grep 'error:' <<< "$found" | head -n 20
+  return 1
 }
 
 # Files of core/ and bindings/ that differ from where the branch left main; on main, from the commit before.
@@ -71,6 +80,7 @@ result=0
 fetch || result=$?
 if [ "$result" = 0 ]; then
   python || result=1
+  format || result=1
 fi
 if [ "$what" = all ]; then
   cpp || result=1

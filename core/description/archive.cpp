@@ -16,12 +16,18 @@ constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'C'};
 constexpr char kOldestVersion = '2';
 
 /// Types whose bytes are their value.
-template <class T> struct IsPlain : std::bool_constant<std::is_arithmetic_v<T> || std::is_enum_v<T>> {};
-template <> struct IsPlain<Vec2> : std::true_type {};
-template <> struct IsPlain<Vec3> : std::true_type {};
-template <> struct IsPlain<Vec4> : std::true_type {};
-template <> struct IsPlain<UVec3> : std::true_type {};
-template <class T, size_t N> struct IsPlain<std::array<T, N>> : IsPlain<T> {};
+template <class T>
+struct IsPlain : std::bool_constant<std::is_arithmetic_v<T> || std::is_enum_v<T>> {};
+template <>
+struct IsPlain<Vec2> : std::true_type {};
+template <>
+struct IsPlain<Vec3> : std::true_type {};
+template <>
+struct IsPlain<Vec4> : std::true_type {};
+template <>
+struct IsPlain<UVec3> : std::true_type {};
+template <class T, size_t N>
+struct IsPlain<std::array<T, N>> : IsPlain<T> {};
 
 class Writer {
  public:
@@ -32,11 +38,15 @@ class Writer {
     const char* begin = static_cast<const char*>(data);
     bytes.insert(bytes.end(), begin, begin + size);
   }
-  template <class T> void count(const T& container) {
+  template <class T>
+  void count(const T& container) {
     const uint64_t n = container.size();
     raw(&n, sizeof n);
   }
-  template <class T> void resize(T& container, size_t) { count(container); }
+  template <class T>
+  void resize(T& container, size_t) {
+    count(container);
+  }
 };
 
 /// Takes what would be written, and keeps 64 bits of it.
@@ -55,7 +65,8 @@ class Hasher {
       state ^= state >> 33;
     }
   }
-  template <class T> void resize(T& container, size_t) {
+  template <class T>
+  void resize(T& container, size_t) {
     const uint64_t n = container.size();
     raw(&n, sizeof n);
   }
@@ -67,7 +78,8 @@ class Least {
   bool has(char) const { return false; }
   size_t bytes = 0;
   void raw(const void*, size_t size) { bytes += size; }
-  template <class T> void resize(T& container, size_t) {
+  template <class T>
+  void resize(T& container, size_t) {
     container.clear();
     bytes += sizeof(uint64_t);
   }
@@ -84,7 +96,8 @@ class Reader {
     std::memcpy(data, bytes_.data() + position_, size);
     position_ += size;
   }
-  template <class T> void resize(T& container, size_t min_bytes_each) {
+  template <class T>
+  void resize(T& container, size_t min_bytes_each) {
     uint64_t n;
     raw(&n, sizeof n);
     if (n > (bytes_.size() - position_) / min_bytes_each) throw SceneError("The scene file is damaged.");
@@ -97,10 +110,12 @@ class Reader {
   size_t position_ = 0;
 };
 
-template <class A, class T> void visit(A& a, T& value);
+template <class A, class T>
+void visit(A& a, T& value);
 
 /// Bytes of an element in a file: as many as its type has where they are its value, else no fewer than this.
-template <class T> size_t min_bytes() {
+template <class T>
+size_t min_bytes() {
   if constexpr (IsPlain<T>::value) {
     return sizeof(T);
   } else {
@@ -114,7 +129,8 @@ template <class T> size_t min_bytes() {
   }
 }
 
-template <class A, class T> void visit(A& a, std::vector<T>& values) {
+template <class A, class T>
+void visit(A& a, std::vector<T>& values) {
   a.resize(values, min_bytes<T>());
   if constexpr (IsPlain<T>::value) {
     if (!values.empty()) a.raw(values.data(), values.size() * sizeof(T));
@@ -122,30 +138,58 @@ template <class A, class T> void visit(A& a, std::vector<T>& values) {
     for (T& value : values) visit(a, value);
   }
 }
-template <class A> void visit(A& a, std::string& text) {
+template <class A>
+void visit(A& a, std::string& text) {
   a.resize(text, 1);
   if (!text.empty()) a.raw(text.data(), text.size());
 }
 /// A byte that is neither 0 nor 1 must not become a bool.
-template <class A> void visit(A& a, bool& value) {
+template <class A>
+void visit(A& a, bool& value) {
   uint8_t byte = value;
   a.raw(&byte, 1);
   value = byte != 0;
 }
 
-template <class A, class... T> void all(A& a, T&... values) { (visit(a, values), ...); }
+template <class A, class... T>
+void all(A& a, T&... values) {
+  (visit(a, values), ...);
+}
 
-template <class A> void fields(A& a, NodeLink& v) { all(a, v.node, v.socket); }
-template <class A> void fields(A& a, NodeInput& v) { all(a, v.socket, v.link, v.value); }
-template <class A> void fields(A& a, NodeProperty& v) { all(a, v.name, v.text, v.numbers); }
-template <class A> void fields(A& a, Node& v) { all(a, v.type, v.name, v.inputs, v.properties); }
-template <class A> void fields(A& a, NodeGraph& v) { all(a, v.nodes, v.surface, v.volume, v.displacement); }
-template <class A> void fields(A& a, MaterialDescription& v) { all(a, v.name, v.graph, v.pass_index); }
-template <class A> void fields(A& a, ImageDescription& v) {
+template <class A>
+void fields(A& a, NodeLink& v) {
+  all(a, v.node, v.socket);
+}
+template <class A>
+void fields(A& a, NodeInput& v) {
+  all(a, v.socket, v.link, v.value);
+}
+template <class A>
+void fields(A& a, NodeProperty& v) {
+  all(a, v.name, v.text, v.numbers);
+}
+template <class A>
+void fields(A& a, Node& v) {
+  all(a, v.type, v.name, v.inputs, v.properties);
+}
+template <class A>
+void fields(A& a, NodeGraph& v) {
+  all(a, v.nodes, v.surface, v.volume, v.displacement);
+}
+template <class A>
+void fields(A& a, MaterialDescription& v) {
+  all(a, v.name, v.graph, v.pass_index);
+}
+template <class A>
+void fields(A& a, ImageDescription& v) {
   all(a, v.name, v.path, v.packed, v.pixels, v.width, v.height, v.color_space, v.alpha_mode);
 }
-template <class A> void fields(A& a, Attribute& v) { all(a, v.name, v.domain, v.components, v.values); }
-template <class A> void fields(A& a, MeshDescription& mesh) {
+template <class A>
+void fields(A& a, Attribute& v) {
+  all(a, v.name, v.domain, v.components, v.values);
+}
+template <class A>
+void fields(A& a, MeshDescription& mesh) {
   if constexpr (std::is_same_v<A, Hasher>) {
     const MeshDescription* shared = mesh.shared.get();
     a.raw(&shared, sizeof shared);
@@ -157,43 +201,55 @@ template <class A> void fields(A& a, MeshDescription& mesh) {
       v.texture_space_location, v.texture_space_size);
   if (a.has('B')) all(a, v.strands, v.radii, v.strand_shape, v.strand_subdivisions);
 }
-template <class A> void fields(A& a, ObjectProperty& v) { all(a, v.name, v.of_instancer, v.value); }
-template <class A> void fields(A& a, ObjectDescription& v) {
+template <class A>
+void fields(A& a, ObjectProperty& v) {
+  all(a, v.name, v.of_instancer, v.value);
+}
+template <class A>
+void fields(A& a, ObjectDescription& v) {
   all(a, v.name, v.mesh, v.materials, v.visibility, v.holdout, v.shadow_catcher, v.pass_index, v.color);
   if (a.has('3')) visit(a, v.importance);
   if (a.has('4')) visit(a, v.shadow_terminator_offset);
   if (a.has('9')) visit(a, v.light_importance);
   if (a.has('A')) visit(a, v.properties);
 }
-template <class A> void fields(A& a, InstanceDescription& v) { 
+template <class A>
+void fields(A& a, InstanceDescription& v) {
   all(a, v.object, v.world_from_object, v.random);
   if (a.has('6')) all(a, v.first_motion_key, v.motion_key_count);
 }
-template <class A> void fields(A& a, LightDescription& v) {
+template <class A>
+void fields(A& a, LightDescription& v) {
   all(a, v.name, v.kind, v.world_from_light, v.color, v.energy, v.radius, v.spot_angle, v.spot_blend, v.sun_angle,
       v.area_shape, v.area_size, v.spread, v.graph, v.visibility, v.cast_shadow, v.multiple_importance);
   if (a.has('9')) visit(a, v.light_importance);
 }
-template <class A> void fields(A& a, WorldDescription& v) {
+template <class A>
+void fields(A& a, WorldDescription& v) {
   all(a, v.name, v.graph, v.color, v.visibility);
   if (a.has('9')) visit(a, v.light_importance);
 }
-template <class A> void fields(A& a, PanoramaDescription& v) {
+template <class A>
+void fields(A& a, PanoramaDescription& v) {
   all(a, v.kind, v.limits, v.fisheye_fov, v.fisheye_lens, v.sensor, v.polynomial);
 }
-template <class A> void fields(A& a, CameraDescription& v) {
+template <class A>
+void fields(A& a, CameraDescription& v) {
   all(a, v.name, v.present, v.kind, v.world_from_camera, v.screen_window, v.clip_start, v.clip_end, v.aperture_radius,
       v.focus_distance, v.blades, v.blade_rotation, v.aperture_ratio);
   if (a.has('4')) visit(a, v.panorama);
   if (a.has('6')) all(a, v.motion, v.shutter);
 }
-template <class A> void fields(A& a, BounceLimits& v) {
+template <class A>
+void fields(A& a, BounceLimits& v) {
   all(a, v.total, v.diffuse, v.glossy, v.transmission, v.transparent, v.volume);
 }
-template <class A> void fields(A& a, RenderSettings& v) {
-  all(a, v.width, v.height, v.region, v.filter, v.filter_width, v.exposure, v.transparent_film, v.bounces, v.clamp_direct,
-      v.clamp_indirect, v.reflective_caustics, v.refractive_caustics, v.integrator, v.direct, v.image, v.samples, v.seconds,
-      v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays, v.direct_samples);
+template <class A>
+void fields(A& a, RenderSettings& v) {
+  all(a, v.width, v.height, v.region, v.filter, v.filter_width, v.exposure, v.transparent_film, v.bounces,
+      v.clamp_direct, v.clamp_indirect, v.reflective_caustics, v.refractive_caustics, v.integrator, v.direct, v.image,
+      v.samples, v.seconds, v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays,
+      v.direct_samples);
   if (a.has('3')) all(a, v.image_error, v.importance_region, v.importance_factor);
   if (a.has('5')) visit(a, v.guiding);
   if (a.has('6')) all(a, v.mist.start, v.mist.depth, v.mist.exponent);
@@ -201,13 +257,18 @@ template <class A> void fields(A& a, RenderSettings& v) {
   if (a.has('8')) visit(a, v.memory_limit);
   if (a.has('C')) visit(a, v.bump_terminator);
 }
-template <class A> void fields(A& a, HintDescription& v) { all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled); }
-template <class A> void fields(A& a, SceneDescription& v) {
+template <class A>
+void fields(A& a, HintDescription& v) {
+  all(a, v.name, v.points, v.spreads, v.spread, v.weight, v.enabled);
+}
+template <class A>
+void fields(A& a, SceneDescription& v) {
   all(a, v.meshes, v.objects, v.instances, v.materials, v.images, v.lights, v.world, v.camera, v.hints, v.settings);
   if (a.has('6')) visit(a, v.motion_keys);
 }
 
-template <class A, class T> void visit(A& a, T& value) {
+template <class A, class T>
+void visit(A& a, T& value) {
   if constexpr (IsPlain<T>::value) {
     a.raw(&value, sizeof(T));
   } else {
@@ -216,7 +277,8 @@ template <class A, class T> void visit(A& a, T& value) {
 }
 
 /// Enums arrive from files as bytes; one outside its list must not survive.
-template <class E> void check_enum(E value, E last) {
+template <class E>
+void check_enum(E value, E last) {
   if (uint8_t(value) > uint8_t(last)) throw SceneError("The scene file is damaged.");
 }
 
@@ -297,7 +359,8 @@ SceneDescription load_description(const std::string& path) {
   file.seekg(0);
   // Of a folder or a pipe the size is no size.
   std::error_code unknown;
-  if (!file || !std::filesystem::is_regular_file(path, unknown)) throw SceneError("Cannot read the scene file '" + path + "'.");
+  if (!file || !std::filesystem::is_regular_file(path, unknown))
+    throw SceneError("Cannot read the scene file '" + path + "'.");
   std::vector<char> bytes(static_cast<size_t>(size));
   file.read(bytes.data(), size);
   if (!file) throw SceneError("Cannot read the scene file '" + path + "'.");

@@ -71,8 +71,8 @@ struct ImageDescription {
   std::string path;
   std::vector<uint8_t> packed;
   std::vector<float> pixels;
-  int width = 0, height = 0;            ///< of `pixels`
-  std::string color_space = "sRGB";     ///< Blender's name; "Non-Color", "Linear", "sRGB", ...
+  int width = 0, height = 0;         ///< of `pixels`
+  std::string color_space = "sRGB";  ///< Blender's name; "Non-Color", "Linear", "sRGB", ...
   AlphaMode alpha_mode = AlphaMode::Straight;
 };
 
@@ -94,27 +94,28 @@ struct Attribute {
 inline constexpr const char* kUndeformedPosition = ".undeformed_position";
 
 enum class StrandShape : uint8_t {
-  Ribbon,   ///< flat, turned to each ray, shaded as if it were round
-  Round     ///< a tube
+  Ribbon,  ///< flat, turned to each ray, shaded as if it were round
+  Round    ///< a tube
 };
 
-/// Triangles in object space. A corner is one vertex of one triangle, 3*t+k. Or strands of hair, which have no triangles.
+/// Triangles in object space. A corner is one vertex of one triangle, 3*t+k. Or strands of hair, which have no
+/// triangles.
 struct MeshDescription {
   std::string name;
   std::vector<Vec3> positions;
   std::vector<UVec3> triangles;
-  std::vector<uint16_t> material_slots;     ///< per triangle; empty means slot 0 everywhere
-  Domain normal_domain = Domain::Corner;    ///< Vertex or Corner
-  std::vector<Vec3> normals;                ///< shading normals; empty means flat everywhere
+  std::vector<uint16_t> material_slots;   ///< per triangle; empty means slot 0 everywhere
+  Domain normal_domain = Domain::Corner;  ///< Vertex or Corner
+  std::vector<Vec3> normals;              ///< shading normals; empty means flat everywhere
   std::vector<Attribute> attributes;
-  std::string active_uv;                    ///< name of the UV map used where none is named
+  std::string active_uv;                                        ///< name of the UV map used where none is named
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};  ///< for Generated coordinates
-  /// Where each strand begins among the positions, ascending from 0; it ends where the next begins. What is said here per vertex is then per
-  /// point, and what is said per triangle or face is per strand.
+  /// Where each strand begins among the positions, ascending from 0; it ends where the next begins. What is said here
+  /// per vertex is then per point, and what is said per triangle or face is per strand.
   std::vector<uint32_t> strands;
-  std::vector<float> radii;                 ///< of strands, per position
+  std::vector<float> radii;  ///< of strands, per position
   StrandShape strand_shape = StrandShape::Ribbon;
-  int strand_subdivisions = 2;              ///< each segment of a ribbon is made of 2 to this power straight pieces
+  int strand_subdivisions = 2;  ///< each segment of a ribbon is made of 2 to this power straight pieces
   /// When set, the mesh is that one and nothing else here is read. A scene that is built after another one takes over
   /// the meshes both share, with their structures, instead of copying and building them.
   std::shared_ptr<const MeshDescription> shared;
@@ -122,8 +123,13 @@ struct MeshDescription {
 
 /// Which kinds of ray see an object. Bits of `ObjectDescription::visibility`.
 enum VisibilityBits : uint32_t {
-  kVisibleCamera = 1, kVisibleDiffuse = 2, kVisibleGlossy = 4, kVisibleTransmission = 8,
-  kVisibleVolumeScatter = 16, kVisibleShadow = 32, kVisibleAll = 63
+  kVisibleCamera = 1,
+  kVisibleDiffuse = 2,
+  kVisibleGlossy = 4,
+  kVisibleTransmission = 8,
+  kVisibleVolumeScatter = 16,
+  kVisibleShadow = 32,
+  kVisibleAll = 63
 };
 
 /// A number or colour that Attribute nodes ask for by name, of the object or of what makes its instances.
@@ -137,24 +143,25 @@ struct ObjectProperty {
 struct ObjectDescription {
   std::string name;
   int mesh = -1;
-  std::vector<int> materials;               ///< per slot; -1 is the default grey
+  std::vector<int> materials;  ///< per slot; -1 is the default grey
   uint32_t visibility = kVisibleAll;
   bool holdout = false, shadow_catcher = false;
   int pass_index = 0;
-  Vec4 color{1.0f};                         ///< Object Info > Color
-  float importance = 1.0f;                  ///< of the pixels that show it, where samples follow the noise; never changes the mean
-  /// Cosine to the light below which shadow rays leave smooth triangles from the curved surface they stand for; 0: never
-  /// (transport/paths/shadow_terminator.h).
+  Vec4 color{1.0f};         ///< Object Info > Color
+  float importance = 1.0f;  ///< of the pixels that show it, where samples follow the noise; never changes the mean
+  /// Cosine to the light below which shadow rays leave smooth triangles from the curved surface they stand for; 0:
+  /// never (transport/paths/shadow_terminator.h).
   float shadow_terminator_offset = 0.0f;
-  float light_importance = 1.0f;            ///< where it emits: of the part of a pixel's brightness that is its light, likewise
-  std::vector<ObjectProperty> properties;   ///< those that materials ask for
+  float light_importance = 1.0f;  ///< where it emits: of the part of a pixel's brightness that is its light, likewise
+  std::vector<ObjectProperty> properties;  ///< those that materials ask for
 };
 
 struct InstanceDescription {
   int object = -1;
   std::array<float, 12> world_from_object{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< three rows of four
-  float random = 0.0f;                      ///< Object Info > Random
-  /// Where it is at evenly spaced times while the shutter is open: SceneDescription::motion_keys from here on; none: it is still.
+  float random = 0.0f;                                                          ///< Object Info > Random
+  /// Where it is at evenly spaced times while the shutter is open: SceneDescription::motion_keys from here on; none: it
+  /// is still.
   int first_motion_key = 0, motion_key_count = 0;
 };
 
@@ -171,37 +178,46 @@ struct LightDescription {
   std::array<float, 12> world_from_light{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   Color color{1.0f};
   float energy = 1.0f;
-  float radius = 0.0f;                      ///< point, spot: of the sphere
+  float radius = 0.0f;                               ///< point, spot: of the sphere
   float spot_angle = 0.785398f, spot_blend = 0.15f;  ///< full angle in radians
-  float sun_angle = 0.0f;                   ///< full angle in radians
+  float sun_angle = 0.0f;                            ///< full angle in radians
   AreaShape area_shape = AreaShape::Rectangle;
-  Vec2 area_size{1.0f};                     ///< full extents along local x and y
-  float spread = kPi;                       ///< area: full angle of the beam
-  NodeGraph graph;                          ///< optional; its Emission multiplies the lamp's own
+  Vec2 area_size{1.0f};  ///< full extents along local x and y
+  float spread = kPi;    ///< area: full angle of the beam
+  NodeGraph graph;       ///< optional; its Emission multiplies the lamp's own
   uint32_t visibility = kVisibleAll;
   bool cast_shadow = true, multiple_importance = true;
-  float light_importance = 1.0f;            ///< see ObjectDescription
+  float light_importance = 1.0f;  ///< see ObjectDescription
 };
 
 struct WorldDescription {
   std::string name;
-  NodeGraph graph;                          ///< empty: the constant `color`
+  NodeGraph graph;  ///< empty: the constant `color`
   Color color{0.0f};
   uint32_t visibility = kVisibleAll;
-  float light_importance = 1.0f;            ///< see ObjectDescription
+  float light_importance = 1.0f;  ///< see ObjectDescription
 };
 
 enum class CameraKind : uint8_t { Perspective, Orthographic, Panorama };
-enum class PanoramaKind : uint8_t { Equirectangular, FisheyeEquidistant, FisheyeEquisolid, FisheyePolynomial, MirrorBall, CubemapFace };
+enum class PanoramaKind : uint8_t {
+  Equirectangular,
+  FisheyeEquidistant,
+  FisheyeEquisolid,
+  FisheyePolynomial,
+  MirrorBall,
+  CubemapFace
+};
 
 /// How a panoramic camera lays directions out on its film (geometry/panorama.h).
 struct PanoramaDescription {
   PanoramaKind kind = PanoramaKind::Equirectangular;
-  Vec4 limits{-kPi, kPi, -0.5f * kPi, 0.5f * kPi};  ///< equirectangular: least and greatest longitude, least and greatest latitude
-  float fisheye_fov = kPi;                  ///< full angle in radians
-  float fisheye_lens = 10.5f;               ///< equisolid: focal length in mm
-  Vec2 sensor{36.0f, 24.0f};                ///< equisolid, polynomial: in mm
-  std::array<float, 5> polynomial{};        ///< angle from the axis in radians = -sum of k_i r^i, r in mm from the middle of the sensor
+  Vec4 limits{-kPi, kPi, -0.5f * kPi,
+              0.5f * kPi};     ///< equirectangular: least and greatest longitude, least and greatest latitude
+  float fisheye_fov = kPi;     ///< full angle in radians
+  float fisheye_lens = 10.5f;  ///< equisolid: focal length in mm
+  Vec2 sensor{36.0f, 24.0f};   ///< equisolid, polynomial: in mm
+  /// angle from the axis in radians = -sum of k_i r^i, r in mm from the middle of the sensor
+  std::array<float, 5> polynomial{};
   bool operator==(const PanoramaDescription&) const = default;
 };
 
@@ -211,7 +227,10 @@ struct CameraDescription {
   bool present = false;
   CameraKind kind = CameraKind::Perspective;
   std::array<float, 12> world_from_camera{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  Vec4 screen_window{-1, 1, -0.75f, 0.75f};  ///< left, right, bottom, top on the plane z = -1 (in metres for orthographic; of the whole panorama 0, 1, 0, 1)
+  Vec4 screen_window{
+      -1, 1, -0.75f,
+      /// left, right, bottom, top on the plane z = -1 (in metres for orthographic; of the whole panorama 0, 1, 0, 1)
+      0.75f};
   float clip_start = 0.1f, clip_end = 1000.0f;
   float aperture_radius = 0.0f, focus_distance = 10.0f;
   int blades = 0;
@@ -219,19 +238,20 @@ struct CameraDescription {
   PanoramaDescription panorama;
   /// world_from_camera at evenly spaced times while the shutter is open; empty: it is still.
   std::vector<std::array<float, 12>> motion;
-  /// Times in [0, 1] at which equal shares of the light have arrived, the first 0 and the last 1; empty: the shutter opens at once.
+  /// Times in [0, 1] at which equal shares of the light have arrived, the first 0 and the last 1; empty: the shutter
+  /// opens at once.
   std::vector<float> shutter;
   bool operator==(const CameraDescription&) const = default;
 };
 
 // ---- Hints --------------------------------------------------------------------------------
 
-/// A curve the artist drew: from a light, over the surfaces light should bounce on, to something the camera sees. It only
-/// proposes; see transport/hints/hints.h for how its points are attached.
+/// A curve the artist drew: from a light, over the surfaces light should bounce on, to something the camera sees. It
+/// only proposes; see transport/hints/hints.h for how its points are attached.
 struct HintDescription {
   std::string name;
-  std::vector<Vec3> points;                      ///< world space; the first near a light
-  std::vector<float> spreads;                    ///< half-angle of the cone of each segment in radians; missing ones are `spread`
+  std::vector<Vec3> points;    ///< world space; the first near a light
+  std::vector<float> spreads;  ///< half-angle of the cone of each segment in radians; missing ones are `spread`
   float spread = 0.0872665f, weight = 1.0f;
   bool enabled = true;
 };

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-
 namespace ajar {
 
 namespace {
@@ -12,7 +11,8 @@ using Severity = Diagnostic::Severity;
 
 std::string count_of(uint64_t n, const char* what) { return std::to_string(n) + " " + what + (n == 1 ? "" : "s"); }
 
-template <class Container> uint64_t replace_non_finite(Container& values, float replacement) {
+template <class Container>
+uint64_t replace_non_finite(Container& values, float replacement) {
   uint64_t replaced = 0;
   for (float& value : values) {
     if (!std::isfinite(value)) {
@@ -56,9 +56,12 @@ void compact_triangles(MeshDescription& mesh, const std::vector<uint8_t>& keep) 
 /// Leave out attributes whose length does not match the mesh; returns how many values of the others had to be replaced.
 uint64_t validate_attributes(MeshDescription& mesh, Diagnostics& diagnostics) {
   std::erase_if(mesh.attributes, [&](const Attribute& attribute) {
-    const bool bad = attribute.components < 1 || attribute.components > 4 || (attribute.domain == Domain::Corner && !mesh.strands.empty()) ||
+    const bool bad = attribute.components < 1 || attribute.components > 4 ||
+                     (attribute.domain == Domain::Corner && !mesh.strands.empty()) ||
                      attribute.values.size() != domain_size(mesh, attribute.domain) * size_t(attribute.components);
-    if (bad) report_once(diagnostics, {Severity::Warning, mesh.name, "Attribute '" + attribute.name + "' does not match the mesh and is ignored."});
+    if (bad)
+      report_once(diagnostics, {Severity::Warning, mesh.name,
+                                "Attribute '" + attribute.name + "' does not match the mesh and is ignored."});
     return bad;
   });
   uint64_t repaired = 0;
@@ -68,7 +71,9 @@ uint64_t validate_attributes(MeshDescription& mesh, Diagnostics& diagnostics) {
 
 /// Keep these strands, and what belongs to them.
 void compact_strands(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
-  const auto end_of = [&](size_t strand) { return strand + 1 < mesh.strands.size() ? size_t(mesh.strands[strand + 1]) : mesh.positions.size(); };
+  const auto end_of = [&](size_t strand) {
+    return strand + 1 < mesh.strands.size() ? size_t(mesh.strands[strand + 1]) : mesh.positions.size();
+  };
   const auto compact = [&](auto& array, bool per_point, size_t each) {
     if (array.empty()) return;
     size_t out = 0;
@@ -79,7 +84,8 @@ void compact_strands(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
     }
     array.resize(out);
   };
-  for (Attribute& attribute : mesh.attributes) compact(attribute.values, attribute.domain == Domain::Vertex, size_t(attribute.components));
+  for (Attribute& attribute : mesh.attributes)
+    compact(attribute.values, attribute.domain == Domain::Vertex, size_t(attribute.components));
   compact(mesh.material_slots, false, 1);
   compact(mesh.radii, true, 1);
   std::vector<uint32_t> first;
@@ -95,12 +101,14 @@ void compact_strands(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
 
 void validate_strands(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
   const auto warn = [&](const std::string& text) { report_once(diagnostics, {Severity::Warning, mesh.name, text}); };
-  constexpr int kMaxSubdivisions = 4;   // of Embree: 16 pieces
-  constexpr float kFarthest = 1e18f;     // that Embree computes with
+  constexpr int kMaxSubdivisions = 4;  // of Embree: 16 pieces
+  constexpr float kFarthest = 1e18f;   // that Embree computes with
   mesh.strand_subdivisions = std::clamp(mesh.strand_subdivisions, 0, kMaxSubdivisions);
   mesh.normals.clear();
-  const bool ordered = mesh.strands[0] == 0 && mesh.strands.back() < mesh.positions.size() && std::is_sorted(mesh.strands.begin(), mesh.strands.end());
-  if (!ordered || mesh.radii.size() != mesh.positions.size() || !mesh.triangles.empty() || mesh.positions.size() > 0x3fffffffu) {
+  const bool ordered = mesh.strands[0] == 0 && mesh.strands.back() < mesh.positions.size() &&
+                       std::is_sorted(mesh.strands.begin(), mesh.strands.end());
+  if (!ordered || mesh.radii.size() != mesh.positions.size() || !mesh.triangles.empty() ||
+      mesh.positions.size() > 0x3fffffffu) {
     warn("Its strands do not match its points; they are left out.");
     const std::string name = mesh.name;
     mesh = MeshDescription();
@@ -151,7 +159,8 @@ void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics&
     warn("Material slots do not match the triangles; slot 0 is used everywhere.");
     mesh.material_slots.clear();
   }
-  if (!mesh.normals.empty() && (mesh.normal_domain == Domain::Face || mesh.normals.size() != domain_size(mesh, mesh.normal_domain))) {
+  if (!mesh.normals.empty() &&
+      (mesh.normal_domain == Domain::Face || mesh.normals.size() != domain_size(mesh, mesh.normal_domain))) {
     warn("Normals do not match the mesh; it is shaded flat.");
     mesh.normals.clear();
   }
@@ -201,11 +210,13 @@ bool finite(const std::array<float, 12>& rows) {
 /// Whether the transform leaves surfaces an area, be it flattened, so that they can be seen.
 bool leaves_area(const std::array<float, 12>& rows) {
   Mat3 linear(to_matrix(rows));
-  const float largest = std::max({max_component(glm::abs(linear[0])), max_component(glm::abs(linear[1])), max_component(glm::abs(linear[2]))});
+  const float largest = std::max(
+      {max_component(glm::abs(linear[0])), max_component(glm::abs(linear[1])), max_component(glm::abs(linear[2]))});
   if (!(largest > 0.0f)) return false;
   for (int axis = 0; axis < 3; ++axis) linear[axis] /= largest;
   constexpr float kSmallest = 1e-12f;
-  return length_squared(glm::cross(linear[0], linear[1])) > sqr(kSmallest) || length_squared(glm::cross(linear[1], linear[2])) > sqr(kSmallest) ||
+  return length_squared(glm::cross(linear[0], linear[1])) > sqr(kSmallest) ||
+         length_squared(glm::cross(linear[1], linear[2])) > sqr(kSmallest) ||
          length_squared(glm::cross(linear[2], linear[0])) > sqr(kSmallest);
 }
 
@@ -218,11 +229,15 @@ void validate_camera(const CameraDescription& camera) {
   if (!(w.y > w.x) || !(w.w > w.z) || !std::isfinite(w.y - w.x) || !std::isfinite(w.w - w.z))
     throw SceneError("Camera '" + camera.name + "' has an empty field of view.");
   const PanoramaDescription& p = camera.panorama;
-  const bool empty = p.limits.x == p.limits.y || p.limits.z == p.limits.w || !(p.fisheye_fov > 0.0f) || !(p.fisheye_lens > 0.0f) || !(p.sensor.x > 0.0f) || !(p.sensor.y > 0.0f);
-  if (camera.kind == CameraKind::Panorama && (empty || !std::isfinite(p.limits.x + p.limits.y + p.limits.z + p.limits.w + p.fisheye_fov + p.fisheye_lens + p.sensor.x + p.sensor.y)))
+  const bool empty = p.limits.x == p.limits.y || p.limits.z == p.limits.w || !(p.fisheye_fov > 0.0f) ||
+                     !(p.fisheye_lens > 0.0f) || !(p.sensor.x > 0.0f) || !(p.sensor.y > 0.0f);
+  if (camera.kind == CameraKind::Panorama &&
+      (empty || !std::isfinite(p.limits.x + p.limits.y + p.limits.z + p.limits.w + p.fisheye_fov + p.fisheye_lens +
+                               p.sensor.x + p.sensor.y)))
     throw SceneError("Camera '" + camera.name + "' has an empty panorama.");
   const float lens[] = {camera.aperture_radius, camera.focus_distance, camera.blade_rotation, camera.aperture_ratio};
-  if (!std::all_of(std::begin(lens), std::end(lens), [](float x) { return std::isfinite(x); }) || (camera.aperture_radius > 0.0f && !(camera.aperture_ratio > 0.0f)))
+  if (!std::all_of(std::begin(lens), std::end(lens), [](float x) { return std::isfinite(x); }) ||
+      (camera.aperture_radius > 0.0f && !(camera.aperture_ratio > 0.0f)))
     throw SceneError("Camera '" + camera.name + "' has an invalid aperture.");
   if (!(camera.clip_end > camera.clip_start))
     throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
@@ -231,19 +246,23 @@ void validate_camera(const CameraDescription& camera) {
 /// What is still after all, or has keys that cannot be used.
 void validate_motion(SceneDescription& d, Diagnostics& diagnostics) {
   const auto usable = [&](int first, int count) {
-    if (first < 0 || count < 2 || count > 129 || count > int(d.motion_keys.size()) || first > int(d.motion_keys.size()) - count) return false;
+    if (first < 0 || count < 2 || count > 129 || count > int(d.motion_keys.size()) ||
+        first > int(d.motion_keys.size()) - count)
+      return false;
     return std::all_of(d.motion_keys.begin() + first, d.motion_keys.begin() + first + count, finite);
   };
   for (InstanceDescription& instance : d.instances) {
     if (instance.motion_key_count == 0 || usable(instance.first_motion_key, instance.motion_key_count)) continue;
     instance.motion_key_count = 0;
-    report_once(diagnostics, {Severity::Warning, d.objects[instance.object].name, "The object's motion is invalid; it is rendered still."});
+    report_once(diagnostics, {Severity::Warning, d.objects[instance.object].name,
+                              "The object's motion is invalid; it is rendered still."});
   }
 }
 
 void validate_settings(RenderSettings& s) {
   if (s.width < 1 || s.height < 1 || s.width > 65536 || s.height > 65536)
-    throw SceneError("The resolution " + std::to_string(s.width) + " x " + std::to_string(s.height) + " cannot be rendered.");
+    throw SceneError("The resolution " + std::to_string(s.width) + " x " + std::to_string(s.height) +
+                     " cannot be rendered.");
   auto& r = s.region;
   if (r == std::array<int, 4>{0, 0, 0, 0}) r = {0, 0, s.width, s.height};
   if (r[0] < 0 || r[1] < 0 || r[2] > s.width || r[3] > s.height || r[0] >= r[2] || r[1] >= r[3])
@@ -252,13 +271,16 @@ void validate_settings(RenderSettings& s) {
     throw SceneError("Nothing says when to stop: set samples, a time limit or a noise target.");
   if (!std::isfinite(s.exposure)) throw SceneError("The exposure is not a number.");
   constexpr int kMaxRays = 1 << 16;
-  if (s.direct_samples > kMaxRays || s.gather_rays > kMaxRays) throw SceneError("There are more than " + std::to_string(kMaxRays) + " direct samples or gather rays.");
+  if (s.direct_samples > kMaxRays || s.gather_rays > kMaxRays)
+    throw SceneError("There are more than " + std::to_string(kMaxRays) + " direct samples or gather rays.");
   // More bounces than any path has are as many as it likes.
   constexpr int kMaxBounces = 1 << 20;
-  for (int* limit : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission, &s.bounces.transparent, &s.bounces.volume})
+  for (int* limit : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission,
+                     &s.bounces.transparent, &s.bounces.volume})
     *limit = std::min(*limit, kMaxBounces);
-  constexpr float kMinFilter = 0.01f, kMaxFilter = 1000.0f;   // the least is Blender's
-  if (s.filter_width > kMaxFilter) throw SceneError("The pixel filter is more than " + std::to_string(int(kMaxFilter)) + " pixels wide.");
+  constexpr float kMinFilter = 0.01f, kMaxFilter = 1000.0f;  // the least is Blender's
+  if (s.filter_width > kMaxFilter)
+    throw SceneError("The pixel filter is more than " + std::to_string(int(kMaxFilter)) + " pixels wide.");
   if (!(s.filter_width >= kMinFilter)) s.filter_width = kMinFilter;
   if (!std::isfinite(s.importance_factor) || s.importance_factor < 0.0f) s.importance_factor = 1.0f;
 }
@@ -307,10 +329,12 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
   });
   validate_motion(d, diagnostics);
   std::erase_if(d.lights, [&](LightDescription& light) {
-    const float shape[] = {light.energy, light.radius, light.spot_angle, light.spot_blend, light.sun_angle, light.area_size.x, light.area_size.y, light.spread};
+    const float shape[] = {light.energy,    light.radius,      light.spot_angle,  light.spot_blend,
+                           light.sun_angle, light.area_size.x, light.area_size.y, light.spread};
     const bool good = finite(light.world_from_light) && is_finite(light.color) &&
                       std::all_of(std::begin(shape), std::end(shape), [](float x) { return std::isfinite(x); });
-    if (!good) report_once(diagnostics, {Severity::Warning, light.name, "The light has invalid values; it is left out."});
+    if (!good)
+      report_once(diagnostics, {Severity::Warning, light.name, "The light has invalid values; it is left out."});
     return !good;
   });
   return counts;

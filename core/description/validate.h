@@ -2,12 +2,12 @@
 //
 // Whatever can be rendered without guessing is repaired, counted and reported by the artist's name:
 // triangles with bad indices or non-finite vertices are left out, non-finite normals and attribute values
-// replaced, instances with non-finite transforms left out, as are those shrunk to a line or a point. What cannot be rendered throws
-// SceneError: no camera, a camera or settings that make no picture.
+// replaced, instances with non-finite transforms left out, as are those shrunk to a line or a point. What cannot be
+// rendered throws SceneError: no camera, a camera or settings that make no picture.
 #pragma once
 
-#include "description/scene_description.h"
 #include "description/diagnostics.h"
+#include "description/scene_description.h"
 
 namespace ajar {
 

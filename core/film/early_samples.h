@@ -1,8 +1,8 @@
 // Moments of the first 2^k samples of every pixel, for every k that may still be asked for.
 //
-// What adapts to a picture must know which of a pixel's samples it looked at; "the first b" is a set that does not depend on how many
-// the pixel was given later. Samples are summed by octave of their index (0; 1; 2-3; 4-7; ...), so that b can grow although pixels
-// are far beyond it. Different pixels may be written by different threads.
+// What adapts to a picture must know which of a pixel's samples it looked at; "the first b" is a set that does not
+// depend on how many the pixel was given later. Samples are summed by octave of their index (0; 1; 2-3; 4-7; ...), so
+// that b can grow although pixels are far beyond it. Different pixels may be written by different threads.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class EarlySamples {
   void add(size_t pixel, uint32_t index, float y) {
     const size_t octave = size_t(std::bit_width(index));
     if (octave >= octaves_.size() || octaves_[octave].empty()) return;
-    y = std::clamp(y, -1e15f, 1e15f);   // whose square is still a number
+    y = std::clamp(y, -1e15f, 1e15f);  // whose square is still a number
     Moments& m = octaves_[octave][pixel];
     m.sum += y;
     m.sum_squared += y * y;

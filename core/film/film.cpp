@@ -19,22 +19,27 @@ struct SplatRange {
 constexpr SplatRange kSplatRanges[] = {{0x1p-20f, 0x1p60}, {0x1p20f, 0x1p32}, {0x1p52f, 1.0}};
 /// A sum that has grown beyond this is carried; every thread may add a thousand splats before it is.
 constexpr int64_t kCarried = int64_t(1) << 62;
-constexpr uint32_t kSettledSamples = 16;   // of the average pixel, when an adaptive render has found its shares
-constexpr int kErrorBlock = 8;             // pixels, along each side
-constexpr double kFirstStep = 4.0 / 3.0;   // samples of an image, over those of the latest picture that its error is estimated from
-constexpr double kErrorConfidence = 2.0;     // standard deviations by which errors must be seen to fall faster than those of independent samples
+constexpr uint32_t kSettledSamples = 16;  // of the average pixel, when an adaptive render has found its shares
+constexpr int kErrorBlock = 8;            // pixels, along each side
+// samples of an image, over those of the latest picture that its error is estimated from
+constexpr double kFirstStep = 4.0 / 3.0;
+// standard deviations by which errors must be seen to fall faster than those of independent samples
+constexpr double kErrorConfidence = 2.0;
 
 /// Passes that come from what a sample tells besides its radiance.
 bool is_aux_pass(const std::string& pass) {
-  return pass == "Mist" || pass == "IndexOB" || pass == "IndexMA" || pass == "Depth" || pass == "Normal" || pass == "Position" || pass == "UV" || pass == "Albedo" || pass.starts_with("Share ");
+  return pass == "Mist" || pass == "IndexOB" || pass == "IndexMA" || pass == "Depth" || pass == "Normal" ||
+         pass == "Position" || pass == "UV" || pass == "Albedo" || pass.starts_with("Share ");
 }
 
-/// A picture whose samples extend those of an earlier one differs from it by the variance it has lost. With a variance of c n^-p after n samples, the
-/// differences from n2 to n1 and from n1 to n tell p and c. p is 1 for independent samples and more for stratified ones.
+/// A picture whose samples extend those of an earlier one differs from it by the variance it has lost. With a variance
+/// of c n^-p after n samples, the differences from n2 to n1 and from n1 to n tell p and c. p is 1 for independent
+/// samples and more for stratified ones.
 double error_from_steps(double before, double recent, double n2, double n1, double n) {
   double low = 1.0, high = 2.5;
   for (int i = 0; i < 40; ++i) {
-    const double p = 0.5 * (low + high), ratio = (std::pow(n2, -p) - std::pow(n1, -p)) / (std::pow(n1, -p) - std::pow(n, -p));
+    const double p = 0.5 * (low + high),
+                 ratio = (std::pow(n2, -p) - std::pow(n1, -p)) / (std::pow(n1, -p) - std::pow(n, -p));
     (ratio * recent < before ? low : high) = p;
   }
   return recent * std::pow(n, -low) / (std::pow(n1, -low) - std::pow(n, -low));
@@ -51,17 +56,44 @@ bool is_part_pass(const std::string& pass) {
 }
 
 const std::vector<PassInfo>& known_passes() {
-  static const std::vector<PassInfo> passes{{"Combined", 4}, {"Depth", 1}, {"Normal", 3}, {"Position", 3}, {"UV", 3},
-                                            {"Albedo", 3}, {"Mist", 1}, {"IndexOB", 1}, {"IndexMA", 1}, {"Emit", 3}, {"Env", 3},
-                                            {"DiffDir", 3}, {"DiffInd", 3}, {"DiffCol", 3}, {"GlossDir", 3}, {"GlossInd", 3},
-                                            {"GlossCol", 3}, {"TransDir", 3}, {"TransInd", 3}, {"TransCol", 3}, {"VolumeDir", 3}, {"VolumeInd", 3}, {"Sample Count", 1}, {"Variance", 1},
-                                            {"Error", 1}, {"Perceptual Error", 1},
-                                            {"Share BSDF", 1}, {"Share Light 1", 1}, {"Share Light 2", 1}, {"Share Cone", 1},
-                                            {"Share Lobe 1", 1}, {"Share Lobe 2", 1}, {"Share Lobe 3", 1}};
+  static const std::vector<PassInfo> passes{{"Combined", 4},
+                                            {"Depth", 1},
+                                            {"Normal", 3},
+                                            {"Position", 3},
+                                            {"UV", 3},
+                                            {"Albedo", 3},
+                                            {"Mist", 1},
+                                            {"IndexOB", 1},
+                                            {"IndexMA", 1},
+                                            {"Emit", 3},
+                                            {"Env", 3},
+                                            {"DiffDir", 3},
+                                            {"DiffInd", 3},
+                                            {"DiffCol", 3},
+                                            {"GlossDir", 3},
+                                            {"GlossInd", 3},
+                                            {"GlossCol", 3},
+                                            {"TransDir", 3},
+                                            {"TransInd", 3},
+                                            {"TransCol", 3},
+                                            {"VolumeDir", 3},
+                                            {"VolumeInd", 3},
+                                            {"Sample Count", 1},
+                                            {"Variance", 1},
+                                            {"Error", 1},
+                                            {"Perceptual Error", 1},
+                                            {"Share BSDF", 1},
+                                            {"Share Light 1", 1},
+                                            {"Share Light 2", 1},
+                                            {"Share Cone", 1},
+                                            {"Share Lobe 1", 1},
+                                            {"Share Lobe 2", 1},
+                                            {"Share Lobe 3", 1}};
   return passes;
 }
 
-Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passes) : x0_(x0), y0_(y0), x1_(x1), y1_(y1) {
+Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passes)
+    : x0_(x0), y0_(y0), x1_(x1), y1_(y1) {
   bool wants_parts = false;
   for (const std::string& pass : passes) {
     const auto& known = known_passes();
@@ -79,13 +111,16 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
 }
 
 uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool splats) {
-  const bool aux = std::any_of(passes.begin(), passes.end(), is_aux_pass), parts = std::any_of(passes.begin(), passes.end(), is_part_pass);
-  return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (parts ? sizeof(PartsPixel) : 0) + kMaxRemembered * 3 * sizeof(float) +
+  const bool aux = std::any_of(passes.begin(), passes.end(), is_aux_pass),
+             parts = std::any_of(passes.begin(), passes.end(), is_part_pass);
+  return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (parts ? sizeof(PartsPixel) : 0) +
+         kMaxRemembered * 3 * sizeof(float) +
          (splats ? sizeof(SplatPixel) + std::tuple_size_v<decltype(pending_)> * sizeof(PendingPixel) : 0);
 }
 
 uint64_t Film::memory_bytes() const {
-  uint64_t bytes = pixels_.size() * sizeof(Pixel) + aux_.size() * sizeof(AuxPixel) + parts_.size() * sizeof(PartsPixel) + goals_.size() * sizeof(uint32_t);
+  uint64_t bytes = pixels_.size() * sizeof(Pixel) + aux_.size() * sizeof(AuxPixel) +
+                   parts_.size() * sizeof(PartsPixel) + goals_.size() * sizeof(uint32_t);
   if (splats_) bytes += pixels_.size() * sizeof(SplatPixel);
   for (const PendingSplats& pending : pending_) bytes += pending.pixels ? pixels_.size() * sizeof(PendingPixel) : 0;
   for (const Remembered& one : remembered_)
@@ -165,11 +200,14 @@ Film::PendingSplats& Film::pending_of(float largest, double& units) {
   return splats;
 }
 
-/// Moves 2^62 from a sum that is about to overflow to where there is room. Sum and carried part together stay what they are, whoever comes first.
+/// Moves 2^62 from a sum that is about to overflow to where there is room. Sum and carried part together stay what they
+/// are, whoever comes first.
 void Film::carry(PendingSplats& splats, size_t index, bool odd, int channel) {
   std::lock_guard lock(splats.carrying);
   std::atomic<int64_t>& sum = splats.pixels[index].sum[odd][channel];
-  const int64_t now = sum.load(std::memory_order_relaxed), part = now > kCarried ? kCarried : now < -kCarried ? -kCarried : 0;
+  const int64_t now = sum.load(std::memory_order_relaxed), part = now > kCarried    ? kCarried
+                                                                  : now < -kCarried ? -kCarried
+                                                                                    : 0;
   sum.fetch_sub(part, std::memory_order_relaxed);
   splats.carried[(2 * index + odd) * 3 + size_t(channel)] += part / kCarried;
 }
@@ -186,7 +224,8 @@ void Film::add_splat(int x, int y, Color value, bool odd) {
   PendingSplats& splats = pending_of(largest, units);
   const size_t index = index_of(x, y);
   for (int c = 0; c < 3; ++c) {
-    const int64_t before = splats.pixels[index].sum[odd][c].fetch_add(std::llrint(double(value[c]) * units), std::memory_order_relaxed);
+    const int64_t before = splats.pixels[index].sum[odd][c].fetch_add(std::llrint(double(value[c]) * units),
+                                                                      std::memory_order_relaxed);
     if (before > kCarried || before < -kCarried) carry(splats, index, odd, c);
   }
 }
@@ -202,7 +241,8 @@ void Film::end_splats(double scale) {
           // One rounding of the whole: how much of it was carried depends on the threads.
           __int128 sum = pending.pixels[i].sum[half][c].exchange(0, std::memory_order_relaxed);
           if (!pending.carried.empty())
-            if (const auto carried = pending.carried.find((2 * i + size_t(half)) * 3 + size_t(c)); carried != pending.carried.end())
+            if (const auto carried = pending.carried.find((2 * i + size_t(half)) * 3 + size_t(c));
+                carried != pending.carried.end())
               sum += __int128(carried->second) * kCarried;
           splats_[i].sum[half][c] += double(sum) / kSplatRanges[range].units;
         }
@@ -232,7 +272,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   const size_t kind = pass.starts_with("Diff") ? 0 : pass.starts_with("Gloss") ? 1 : 2;
   std::vector<float> variance;
   if (pass == "Variance" || pass == "Error" || pass == "Perceptual Error") variance = variance_of_mean();
-  constexpr std::array kShares{"Share BSDF", "Share Light 1", "Share Light 2", "Share Cone", "Share Lobe 1", "Share Lobe 2", "Share Lobe 3"};
+  constexpr std::array kShares{"Share BSDF",   "Share Light 1", "Share Light 2", "Share Cone",
+                               "Share Lobe 1", "Share Lobe 2",  "Share Lobe 3"};
   const auto share_of_pass = std::find(kShares.begin(), kShares.end(), pass);
   const int share = share_of_pass == kShares.end() ? -1 : int(share_of_pass - kShares.begin());
   for (size_t i = 0; i < pixels_.size(); ++i) {
@@ -252,7 +293,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       double mean[3];
       for (int c = 0; c < 3; ++c) mean[c] = p.sum[c] * scale + splatted(i, c);
       const double y = luminance_of(mean);
-      const double unit = pass == "Error" ? std::sqrt(y * y + 0.01) : tvi(std::max(0.0, y) * kCandelasPerUnit) / kCandelasPerUnit;
+      const double unit = pass == "Error" ? std::sqrt(y * y + 0.01)
+                                          : tvi(std::max(0.0, y) * kCandelasPerUnit) / kCandelasPerUnit;
       o[0] = float(std::sqrt(double(variance[i])) / unit);
     } else if (share >= 0) {
       o[0] = float(aux_[i].shares[share] * scale);
@@ -266,14 +308,23 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       const PartsPixel& parts = parts_[i];
       for (int c = 0; c < 3; ++c) {
         const double color = parts.color[kind][c];
-        if (pass == "Emit" || pass == "Env") o[c] = float((pass == "Emit" ? parts.emission : parts.environment)[c] * scale * double(exposure));
-        else if (pass.starts_with("Volume")) o[c] = float(parts.volume[pass == "VolumeInd"][c] * scale * double(exposure));
-        else if (pass.ends_with("Col")) o[c] = float(color * scale);
-        else o[c] = color > 0.0 ? float((pass.ends_with("Dir") ? parts.direct : parts.indirect)[kind][c] / color * double(exposure)) : 0.0f;
+        if (pass == "Emit" || pass == "Env")
+          o[c] = float((pass == "Emit" ? parts.emission : parts.environment)[c] * scale * double(exposure));
+        else if (pass.starts_with("Volume"))
+          o[c] = float(parts.volume[pass == "VolumeInd"][c] * scale * double(exposure));
+        else if (pass.ends_with("Col"))
+          o[c] = float(color * scale);
+        else
+          o[c] = color > 0.0 ? float((pass.ends_with("Dir") ? parts.direct : parts.indirect)[kind][c] / color *
+                                     double(exposure))
+                             : 0.0f;
       }
     } else {
       const AuxPixel& a = aux_[i];
-      const double* source = pass == "Normal" ? a.normal : pass == "Position" ? a.position : pass == "UV" ? a.uv : a.albedo;
+      const double* source = pass == "Normal"     ? a.normal
+                             : pass == "Position" ? a.position
+                             : pass == "UV"       ? a.uv
+                                                  : a.albedo;
       const double s = pass == "Position" ? 1.0 : scale;
       for (int c = 0; c < 3; ++c) o[c] = float(source[c] * s);
     }
@@ -281,15 +332,16 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   return out;
 }
 
-/// Variance of the mean of a pixel's luminance, as if its samples were independent; being stratified, they do a little better.
+/// Variance of the mean of a pixel's luminance, as if its samples were independent; being stratified, they do a little
+/// better.
 double Film::scatter_variance(const Pixel& p) {
   if (p.count < 2) return 0.0;
   const double mean = luminance_of(p.sum) / double(p.count);
   return std::max(0.0, p.sum_luminance_squared / double(p.count) - mean * mean) / double(p.count - 1);
 }
 
-/// Of the luminance of each pixel: from the scatter of its samples, and, of splats, from the difference of their halves,
-/// averaged over a neighbourhood because one difference says next to nothing.
+/// Of the luminance of each pixel: from the scatter of its samples, and, of splats, from the difference of their
+/// halves, averaged over a neighbourhood because one difference says next to nothing.
 std::vector<float> Film::variance_of_mean() const {
   constexpr int kReach = 2;
   std::vector<float> variance(pixels_.size(), 0.0f), splat_variance(splats_ ? pixels_.size() : 0);
@@ -315,7 +367,9 @@ std::vector<float> Film::variance_of_mean() const {
   return variance;
 }
 
-bool Film::has_halves(const Pixel& p) const { return (p.half_count > 0 && p.half_count < p.count) || (splats_ && p.count == 0); }
+bool Film::has_halves(const Pixel& p) const {
+  return (p.half_count > 0 && p.half_count < p.count) || (splats_ && p.count == 0);
+}
 
 /// Mean of a pixel, and the difference between the means of its two halves; false where there are too few samples.
 bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
@@ -334,9 +388,10 @@ bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
   return true;
 }
 
-/// The true value of a pixel, as far as it can be told, for the denominator of a relative error: its mean, but where a channel of that is above those
-/// around it by no more than the scatter of its samples explains, it is likely to be a stray sample's doing, and what is around it is
-/// nearer the truth [after James and Stein 1961]. `value` holds the pixel's own and `around` the mean of its neighbours.
+/// The true value of a pixel, as far as it can be told, for the denominator of a relative error: its mean, but where a
+/// channel of that is above those around it by no more than the scatter of its samples explains, it is likely to be a
+/// stray sample's doing, and what is around it is nearer the truth [after James and Stein 1961]. `value` holds the
+/// pixel's own and `around` the mean of its neighbours.
 void Film::make_likely(size_t index, const double around[3], double value[3]) const {
   double above[3];
   bool any_above = false;
@@ -350,13 +405,14 @@ void Film::make_likely(size_t index, const double around[3], double value[3]) co
   const double variance = scatter_variance(pixels_[index]) + (splats_ ? y_half * y_half : 0.0);
   for (int c = 0; c < 3; ++c) {
     if (!(above[c] > 0.0)) continue;
-    const double part = y_own > 0.0 ? value[c] / y_own : 1.0;   // the channel's, of the luminance
+    const double part = y_own > 0.0 ? value[c] / y_own : 1.0;  // the channel's, of the luminance
     value[c] = around[c] + above[c] * std::max(0.0, 1.0 - variance * part * part / (above[c] * above[c]));
   }
 }
 
 /// Sums over the pixels up to one away in each direction, for row y of `image`; `columns` is room for them.
-void Film::sums_around(const std::vector<float>& image, int y, std::vector<double>& columns, std::vector<double>& sums) const {
+void Film::sums_around(const std::vector<float>& image, int y, std::vector<double>& columns,
+                       std::vector<double>& sums) const {
   const size_t w = size_t(width());
   const float* const row = image.data() + size_t(y) * w;
   const float* const below = y > 0 ? row - w : nullptr;
@@ -378,14 +434,16 @@ Film::ErrorEstimate Film::estimated_error_of_few() const {
     for (int c = 0; c < 3; ++c) sum.add(0.25 * difference[c] * difference[c] / (mean[c] * mean[c] + 0.01));
     const double y = luminance_of(mean), d = luminance_of(difference), weight = 1.0 / (y * y + 0.01);
     const double of_scatter = splats_ ? 0.0 : scatter_variance(pixels_[i]), of_halves = 0.25 * d * d;
-    seen.add(kCandelasPerUnit * kCandelasPerUnit * (splats_ ? of_halves : of_scatter) / tvi(kCandelasPerUnit * std::max(0.0, y)));
+    seen.add(kCandelasPerUnit * kCandelasPerUnit * (splats_ ? of_halves : of_scatter) /
+             tvi(kCandelasPerUnit * std::max(0.0, y)));
     if (splats_) continue;
     halved.add(of_halves * weight);
     scattered.add(of_scatter * weight);
   }
   if (pixels_.empty()) return kUnknown;
   const double pixels = double(pixels_.size());
-  return {sum.value() / (3.0 * pixels) * (halved.value() > 0.0 ? scattered.value() / halved.value() : 1.0), seen.value() / pixels};
+  return {sum.value() / (3.0 * pixels) * (halved.value() > 0.0 ? scattered.value() / halved.value() : 1.0),
+          seen.value() / pixels};
 }
 
 std::array<std::vector<float>, 3> Film::means() const {
@@ -393,7 +451,8 @@ std::array<std::vector<float>, 3> Film::means() const {
   for (int c = 0; c < 3; ++c) {
     image[size_t(c)].resize(pixels_.size());
     for (size_t i = 0; i < pixels_.size(); ++i)
-      image[size_t(c)][i] = float((pixels_[i].count > 0 ? pixels_[i].sum[c] / double(pixels_[i].count) : 0.0) + splatted(i, c));
+      image[size_t(c)][i] = float((pixels_[i].count > 0 ? pixels_[i].sum[c] / double(pixels_[i].count) : 0.0) +
+                                  splatted(i, c));
   }
   return image;
 }
@@ -407,15 +466,18 @@ Film::ErrorEstimate Film::estimated_error(uint32_t samples) const {
   // The latest picture remembered that is well behind.
   size_t k = remembered_.size();
   while (k > 0 && kFirstStep * double(remembered_[k - 1].samples) > double(samples)) --k;
-  if (k < 2 || !std::all_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return has_halves(p); })) return estimated_error_of_few();
+  if (k < 2 || !std::all_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return has_halves(p); }))
+    return estimated_error_of_few();
   const ErrorEstimate latest = error_from_pictures(remembered_[k - 1], remembered_[k - 2], samples);
-  // A picture becomes the latest at 4/3 of its samples, where the difference to it is small and uncertain. Until twice its samples, the estimate moves
-  // from the picture before it to this one, without a jump.
-  const double part = std::clamp((double(samples) / double(remembered_[k - 1].samples) - kFirstStep) / (2.0 - kFirstStep), 0.0, 1.0);
+  // A picture becomes the latest at 4/3 of its samples, where the difference to it is small and uncertain. Until twice
+  // its samples, the estimate moves from the picture before it to this one, without a jump.
+  const double part = std::clamp(
+      (double(samples) / double(remembered_[k - 1].samples) - kFirstStep) / (2.0 - kFirstStep), 0.0, 1.0);
   if (k < 3 || part == 1.0 || !(latest.relmse > 0.0) || !(latest.perceptual > 0.0)) return latest;
   const ErrorEstimate before = error_from_pictures(remembered_[k - 2], remembered_[k - 3], samples);
   if (!(before.relmse > 0.0) || !(before.perceptual > 0.0)) return latest;
-  return {std::pow(before.relmse, 1.0 - part) * std::pow(latest.relmse, part), std::pow(before.perceptual, 1.0 - part) * std::pow(latest.perceptual, part)};
+  return {std::pow(before.relmse, 1.0 - part) * std::pow(latest.relmse, part),
+          std::pow(before.perceptual, 1.0 - part) * std::pow(latest.perceptual, part)};
 }
 
 /// Error of the present image from how it differs from `one`, and that from `two`, which has half its samples.
@@ -446,7 +508,8 @@ Film::ErrorEstimate Film::error_from_pictures(const Remembered& one, const Remem
         block[0] += earlier[c] * earlier[c] / unit;
         block[1] += recently[c] * recently[c] / unit;
       }
-      const double unit = tvi(kCandelasPerUnit * std::max(0.0, luminance_of(value))) / (kCandelasPerUnit * kCandelasPerUnit);
+      const double unit = tvi(kCandelasPerUnit * std::max(0.0, luminance_of(value))) /
+                          (kCandelasPerUnit * kCandelasPerUnit);
       const double y_recently = luminance_of(recently), y_earlier = luminance_of(earlier);
       recent_seen.add(y_recently * y_recently / unit);
       before_seen.add(y_earlier * y_earlier / unit);
@@ -456,7 +519,8 @@ Film::ErrorEstimate Film::error_from_pictures(const Remembered& one, const Remem
     before.add(block[0]);
     recent.add(block[1]);
   }
-  // How surely errors fall faster than 1/n, the blocks tell: where a few of them make most of the error it is not known.
+  // How surely errors fall faster than 1/n, the blocks tell: where a few of them make most of the error it is not
+  // known.
   double deviation = 0.0;
   if (recent.value() > 0.0 && before.value() > 0.0)
     for (const std::array<double, 2>& block : blocks) {
@@ -467,8 +531,9 @@ Film::ErrorEstimate Film::error_from_pictures(const Remembered& one, const Remem
   const bool is_settled = goals_.empty() || two.samples >= kSettledSamples;
   const double surely = !is_settled ? 0.0 : std::exp(-kErrorConfidence * std::sqrt(deviation));
   const double pixels = double(pixels_.size());
-  return {error_from_steps(surely * before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels),
-          error_from_steps(surely * before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) / pixels};
+  return {
+      error_from_steps(surely * before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels),
+      error_from_steps(surely * before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) / pixels};
 }
 
 }  // namespace ajar

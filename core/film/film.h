@@ -2,12 +2,14 @@
 //
 // Samples are drawn from the pixel filter (importance sampling), so each belongs to one pixel with
 // weight 1 and the mean over a pixel's samples is the filtered image. Paths that arrive
-// from lights are splatted instead: from any thread, in any order. Sums are double; non-finite samples are refused and counted.
+// from lights are splatted instead: from any thread, in any order. Sums are double; non-finite samples are refused and
+// counted.
 //
-// Splats are summed in 64-bit integers, so that their sum does not depend on the order of threads, after which `end_splats` moves it to
-// doubles. Their unit is 2^-60 for those below 2^-20, 1 for those above 2^20, 2^-32 for others; what exceeds 2^52 is refused. Any number of them
-// may arrive: what would not fit is carried. The image is the mean of the samples plus the sum of splats times the splat scale.
-// Pixels are rows from the bottom up over the render region.
+// Splats are summed in 64-bit integers, so that their sum does not depend on the order of threads, after which
+// `end_splats` moves it to doubles. Their unit is 2^-60 for those below 2^-20, 1 for those above 2^20, 2^-32 for
+// others; what exceeds 2^52 is refused. Any number of them may arrive: what would not fit is carried. The image is the
+// mean of the samples plus the sum of splats times the splat scale. Pixels are rows from the bottom up over the render
+// region.
 #pragma once
 
 #include <array>
@@ -37,19 +39,21 @@ struct SampleAux {
   float depth = 1e10f;
   Vec3 normal{0.0f}, position{0.0f}, uv{0.0f};
   Color albedo{0.0f};
-  float mist = 1.0f;               ///< 0 near, 1 far
+  float mist = 1.0f;  ///< 0 near, 1 far
   float object_index = 0.0f, material_index = 0.0f;
-  /// Of a learned mixture: BSDF, first and second light or half of the light tree, cone, and the BSDF's lobes from the widest to the sharpest.
+  /// Of a learned mixture: BSDF, first and second light or half of the light tree, cone, and the BSDF's lobes from the
+  /// widest to the sharpest.
   std::array<float, 7> shares{};
 };
 
-/// A sample's radiance taken apart, as Blender's passes have it: what is seen directly, and what the first surface scatters by each kind of
-/// lobe (diffuse, glossy, transmission), or a volume before it, of light that arrives there directly or indirectly. All parts together are its radiance.
+/// A sample's radiance taken apart, as Blender's passes have it: what is seen directly, and what the first surface
+/// scatters by each kind of lobe (diffuse, glossy, transmission), or a volume before it, of light that arrives there
+/// directly or indirectly. All parts together are its radiance.
 struct SampleParts {
   Color emission{0.0f}, environment{0.0f};
   std::array<Color, 3> direct{Color(0.0f), Color(0.0f), Color(0.0f)}, indirect{Color(0.0f), Color(0.0f), Color(0.0f)};
-  std::array<Color, 3> color{Color(0.0f), Color(0.0f), Color(0.0f)};   ///< albedo, by which Blender divides the others
-  std::array<Color, 2> volume{Color(0.0f), Color(0.0f)};               ///< direct and indirect light that a volume scatters first
+  std::array<Color, 3> color{Color(0.0f), Color(0.0f), Color(0.0f)};  ///< albedo, by which Blender divides the others
+  std::array<Color, 2> volume{Color(0.0f), Color(0.0f)};  ///< direct and indirect light that a volume scatters first
 };
 /// Whether a pass is made of SampleParts, which not all integrators can tell.
 bool is_part_pass(const std::string& pass);
@@ -104,16 +108,17 @@ class Film {
   std::vector<float> resolve(const std::string& pass, float exposure) const;
   /// Keep the image as it is with `samples` for the average pixel: from how it changes, errors are estimated.
   void remember(uint32_t samples);
-  /// Of the present image of `samples` for the average pixel: relative mean squared error, and mean of e^2 / tvi(M) in cd/m^2
-  /// (film/tvi.h). Negative when there are too few samples. Good to some 15 % where samples are many enough to have seen what there
-  /// is to see; rare bright paths that nobody has found yet are in no estimate.
+  /// Of the present image of `samples` for the average pixel: relative mean squared error, and mean of e^2 / tvi(M) in
+  /// cd/m^2 (film/tvi.h). Negative when there are too few samples. Good to some 15 % where samples are many enough to
+  /// have seen what there is to see; rare bright paths that nobody has found yet are in no estimate.
   struct ErrorEstimate {
     double relmse, perceptual;
   };
   ErrorEstimate estimated_error(uint32_t samples) const;
-  /// For few samples: relative mean squared error of the present image, estimated: mean of variance / (M^2 + 0.01) over pixels and channels, the variance
-  /// from two half buffers, (A-B)^2 / 4, scaled as a whole to the scatter of luminances where there are no splats: halves of
-  /// a stratified sequence differ more than independent ones would. Negative when there are too few samples.
+  /// For few samples: relative mean squared error of the present image, estimated: mean of variance / (M^2 + 0.01) over
+  /// pixels and channels, the variance from two half buffers, (A-B)^2 / 4, scaled as a whole to the scatter of
+  /// luminances where there are no splats: halves of a stratified sequence differ more than independent ones would.
+  /// Negative when there are too few samples.
   double estimated_relmse() const { return estimated_error_of_few().relmse; }
   /// The same of luminance against what an eye can see.
   double estimated_perceptual_error() const { return estimated_error_of_few().perceptual; }
@@ -121,7 +126,7 @@ class Film {
  private:
   struct Pixel {
     double sum[3] = {0, 0, 0};
-    double half[3] = {0, 0, 0};   ///< of the odd samples
+    double half[3] = {0, 0, 0};  ///< of the odd samples
     double sum_alpha = 0.0;
     double sum_luminance_squared = 0.0;
     uint32_t count = 0, half_count = 0;
@@ -133,20 +138,21 @@ class Film {
     bool has_first = false;
   };
   struct PartsPixel {
-    double emission[3] = {0, 0, 0}, environment[3] = {0, 0, 0}, direct[3][3] = {}, indirect[3][3] = {}, color[3][3] = {}, volume[2][3] = {};
+    double emission[3] = {0, 0, 0}, environment[3] = {0, 0, 0}, direct[3][3] = {}, indirect[3][3] = {},
+           color[3][3] = {}, volume[2][3] = {};
   };
   struct SplatPixel {
-    double sum[2][3] = {};                 ///< even, odd
+    double sum[2][3] = {};  ///< even, odd
   };
   struct PendingPixel {
-    std::atomic<int64_t> sum[2][3]{};      ///< even, odd; in units of their range
+    std::atomic<int64_t> sum[2][3]{};  ///< even, odd; in units of their range
   };
   /// Splats of one range of sizes, made when there is the first.
   struct PendingSplats {
     std::once_flag made;
     std::unique_ptr<PendingPixel[]> pixels;
     std::mutex carrying;
-    std::map<size_t, int64_t> carried;     ///< by number of the sum: how often 2^62 was taken out of it
+    std::map<size_t, int64_t> carried;  ///< by number of the sum: how often 2^62 was taken out of it
   };
   PendingSplats& pending_of(float largest, double& units);
   static void carry(PendingSplats& splats, size_t index, bool odd, int channel);
@@ -157,7 +163,8 @@ class Film {
   };
   std::array<std::vector<float>, 3> means() const;
   void make_likely(size_t index, const double around[3], double value[3]) const;
-  void sums_around(const std::vector<float>& image, int y, std::vector<double>& columns, std::vector<double>& sums) const;
+  void sums_around(const std::vector<float>& image, int y, std::vector<double>& columns,
+                   std::vector<double>& sums) const;
   ErrorEstimate estimated_error_of_few() const;
   ErrorEstimate error_from_pictures(const Remembered& one, const Remembered& two, uint32_t samples) const;
   static double scatter_variance(const Pixel& pixel);
@@ -176,7 +183,7 @@ class Film {
   std::vector<AuxPixel> aux_;
   std::vector<PartsPixel> parts_;
   static constexpr size_t kMaxRemembered = 3;
-  std::vector<Remembered> remembered_;   // the latest last
+  std::vector<Remembered> remembered_;  // the latest last
   std::vector<uint32_t> goals_;
   EarlySamples early_;
   std::atomic<uint64_t> refused_{0};

@@ -11,8 +11,8 @@
 #include <cmath>
 #include <vector>
 
-#include "math/distribution.h"
 #include "description/scene_description.h"
+#include "math/distribution.h"
 
 namespace ajar {
 
@@ -25,7 +25,8 @@ class PixelFilter {
     for (int i = 0; i < kDensityEntries; ++i) {
       const double x = (double(i) / (kDensityEntries - 1) - 0.5) * double(width_);
       density_[size_t(i)] = float(value(kind, x * (1.0 - 1e-9)));
-      integral += double(density_[size_t(i)]) * (i == 0 || i == kDensityEntries - 1 ? 0.5 : 1.0) * double(width_) / (kDensityEntries - 1);
+      integral += double(density_[size_t(i)]) * (i == 0 || i == kDensityEntries - 1 ? 0.5 : 1.0) * double(width_) /
+                  (kDensityEntries - 1);
     }
     for (float& d : density_) d = float(double(d) / integral);
     // Inverse of the cumulative filter, tabulated; piecewise linear between entries.
@@ -75,7 +76,8 @@ class PixelFilter {
     float weight;
   };
   Place place(float film, int lower, int upper, float u) const {
-    const int first = std::max(lower, int(std::ceil(film - 0.5f - half_width()))), last = std::min(upper - 1, int(std::floor(film - 0.5f + half_width())));
+    const int first = std::max(lower, int(std::ceil(film - 0.5f - half_width()))),
+              last = std::min(upper - 1, int(std::floor(film - 0.5f + half_width())));
     float sum = 0.0f;
     for (int i = first; i <= last; ++i) sum += density(film - 0.5f - float(i));
     if (!(sum > 0.0f)) return {0, 0.0f};
@@ -108,7 +110,7 @@ class PixelFilter {
 
  private:
   static constexpr int kDensityEntries = 2049;
-  static constexpr int kEntries = 4096;   ///< tails of the Gaussian need them
+  static constexpr int kEntries = 4096;  ///< tails of the Gaussian need them
   float sample_1d(float u) const {
     if (box_) return u - 0.5f;
     const float x = u * float(kEntries);

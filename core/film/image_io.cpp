@@ -109,7 +109,8 @@ void write_image(const std::string& path, const Image& image, const std::map<std
 
 std::string openimageio_version() {
   const int version = OIIO::openimageio_version();
-  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
+  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
+         std::to_string(version % 100);
 }
 
 }  // namespace ajar

@@ -13,7 +13,7 @@ namespace ajar {
 struct Image {
   int width = 0, height = 0, channels = 0;
   std::vector<float> pixels;
-  std::vector<std::string> channel_names = {};   ///< as the file has them; not needed to write
+  std::vector<std::string> channel_names = {};  ///< as the file has them; not needed to write
 };
 
 /// Throws std::runtime_error naming the file.

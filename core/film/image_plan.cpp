@@ -21,23 +21,24 @@ namespace {
 /// Of the average pixel's samples, what every pixel has for certain. It bounds what a wrong guess can cost, and is
 /// the past that later decisions look at.
 constexpr float kFloor = 0.25f;
-/// Errors that fall like 1/C^p are least in sum with shares to the power 1/(1+p): p is 1 for independent samples, and 1.5 or so
-/// where the low-discrepancy sequence has a smooth or an edge to integrate.
+/// Errors that fall like 1/C^p are least in sum with shares to the power 1/(1+p): p is 1 for independent samples, and
+/// 1.5 or so where the low-discrepancy sequence has a smooth or an edge to integrate.
 constexpr float kExponent = 0.4f;
 /// No pixel gets more than so many times the average: beyond, it is a stray sample that speaks.
 constexpr float kMax = 16.0f;
 /// Counts keep this many binary digits below their first: low-discrepancy sequences are best cut at round numbers.
 constexpr int kRoundDigits = 2, kAllDigits = 31;
-/// Standard deviations, in pixels, of the neighbourhoods over which noise is averaged, and parts of the samples that may be shared out
-/// equally besides. Which are best, the samples tell.
+/// Standard deviations, in pixels, of the neighbourhoods over which noise is averaged, and parts of the samples that
+/// may be shared out equally besides. Which are best, the samples tell.
 constexpr float kReaches[] = {0.7f, 1.5f, 3.0f};
 constexpr float kUniformParts[] = {0.01f, 0.1f, 0.25f, 0.5f};
-/// All is shared out equally unless error falls by this part of it, and by so many standard deviations of what is known about that: where few bright
-/// samples make nearly all the noise, whether they were foretold is probability, at about one standard deviation.
+/// All is shared out equally unless error falls by this part of it, and by so many standard deviations of what is known
+/// about that: where few bright samples make nearly all the noise, whether they were foretold is probability, at about
+/// one standard deviation.
 constexpr double kMinGain = 0.05, kGainConfidence = 1.5;
-constexpr float kNearPixels = 4.0f;     // that a neighbourhood of the narrowest reach amounts to
-constexpr float kMinWeight = 1e-6f;   // of neighbours, in all
-constexpr int kBand = 32;   // rows that one task smooths
+constexpr float kNearPixels = 4.0f;  // that a neighbourhood of the narrowest reach amounts to
+constexpr float kMinWeight = 1e-6f;  // of neighbours, in all
+constexpr int kBand = 32;            // rows that one task smooths
 
 /// What the first samples of a pixel tell, of one sample's luminance; or weighted sums of that over pixels.
 struct Noise {
@@ -60,39 +61,43 @@ std::vector<Noise> noise_of_first(EarlySamples& early, size_t pixels, uint32_t c
   return noise;
 }
 
-/// Calls visit(pixel, own, other) for each pixel, in parallel: sums around it, with Gaussian weights, over the pixels of its own colour but itself,
-/// and of the other colour.
+/// Calls visit(pixel, own, other) for each pixel, in parallel: sums around it, with Gaussian weights, over the pixels
+/// of its own colour but itself, and of the other colour.
 template <class Visit>
 void for_each_neighbourhood(const std::vector<Noise>& noise, int width, float reach, Visit&& visit) {
   const int height = int(noise.size() / size_t(width)), radius = int(std::ceil(2.0f * reach));
   std::vector<float> kernel(size_t(radius) + 1);
   for (int t = 0; t <= radius; ++t) kernel[size_t(t)] = std::exp(-0.5f * float(t * t) / (reach * reach));
   struct Sums {
-    Noise of[2] = {{0.0f}, {0.0f}};   ///< own colour, other colour
+    Noise of[2] = {{0.0f}, {0.0f}};  ///< own colour, other colour
   };
-  tbb::parallel_for(tbb::blocked_range<int>(0, (height + kBand - 1) / kBand, 1), [&](const tbb::blocked_range<int>& bands) {
-    const int y0 = bands.begin() * kBand, y1 = std::min(bands.end() * kBand, height);
-    const int top = std::max(0, y0 - radius), end = std::min(height, y1 + radius);
-    std::vector<Sums> rows(size_t(end - top) * size_t(width));
-    for (int y = top; y < end; ++y)
-      for (int x = 0; x < width; ++x)
-        for (int u = std::max(0, x - radius); u <= std::min(width - 1, x + radius); ++u)
-          rows[size_t(y - top) * size_t(width) + size_t(x)].of[(u - x) & 1].add(noise[size_t(y) * size_t(width) + size_t(u)], kernel[size_t(std::abs(u - x))]);
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < width; ++x) {
-        Sums sums;
-        for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v)
-          for (int color = 0; color < 2; ++color)
-            sums.of[color].add(rows[size_t(v - top) * size_t(width) + size_t(x)].of[(color + v - y) & 1], kernel[size_t(std::abs(v - y))]);
-        const size_t i = size_t(y) * size_t(width) + size_t(x);
-        sums.of[0].add(noise[i], -1.0f);
-        visit(i, sums.of[0], sums.of[1]);
-      }
-    }
-  });
+  tbb::parallel_for(
+      tbb::blocked_range<int>(0, (height + kBand - 1) / kBand, 1), [&](const tbb::blocked_range<int>& bands) {
+        const int y0 = bands.begin() * kBand, y1 = std::min(bands.end() * kBand, height);
+        const int top = std::max(0, y0 - radius), end = std::min(height, y1 + radius);
+        std::vector<Sums> rows(size_t(end - top) * size_t(width));
+        for (int y = top; y < end; ++y)
+          for (int x = 0; x < width; ++x)
+            for (int u = std::max(0, x - radius); u <= std::min(width - 1, x + radius); ++u)
+              rows[size_t(y - top) * size_t(width) + size_t(x)].of[(u - x) & 1].add(
+                  noise[size_t(y) * size_t(width) + size_t(u)], kernel[size_t(std::abs(u - x))]);
+        for (int y = y0; y < y1; ++y) {
+          for (int x = 0; x < width; ++x) {
+            Sums sums;
+            for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v)
+              for (int color = 0; color < 2; ++color)
+                sums.of[color].add(rows[size_t(v - top) * size_t(width) + size_t(x)].of[(color + v - y) & 1],
+                                   kernel[size_t(std::abs(v - y))]);
+            const size_t i = size_t(y) * size_t(width) + size_t(x);
+            sums.of[0].add(noise[i], -1.0f);
+            visit(i, sums.of[0], sums.of[1]);
+          }
+        }
+      });
 }
 
-/// Threshold at which a pixel's leftover fraction becomes samples: spread evenly over the plane [Roberts 2018, the R2 sequence].
+/// Threshold at which a pixel's leftover fraction becomes samples: spread evenly over the plane [Roberts 2018, the R2
+/// sequence].
 float threshold(int x, int y, float offset) {
   const double t = 0.7548776662466927 * x + 0.5698402909980532 * y + double(offset);
   return std::min(float(t - std::floor(t)), 0x1.fffffep-1f);
@@ -109,7 +114,10 @@ uint32_t round_count(float y, float threshold, int digits) {
 }  // namespace
 
 ImagePlan::ImagePlan(ErrorMeasure measure, uint32_t first, uint32_t seed, Importance importance, Counts counts)
-    : measure_(measure), first_(std::bit_ceil(std::max(2u, first))), seed_(seed), digits_(counts == Counts::Round ? kRoundDigits : kAllDigits),
+    : measure_(measure),
+      first_(std::bit_ceil(std::max(2u, first))),
+      seed_(seed),
+      digits_(counts == Counts::Round ? kRoundDigits : kAllDigits),
       find_importance_(std::move(importance)) {}
 
 uint32_t ImagePlan::looked_at(uint32_t done) const {
@@ -140,23 +148,29 @@ void ImagePlan::decide(Film& film) {
       for (int x = (y + color) & 1; x < width; x += 2) visit(size_t(y) * size_t(width) + size_t(x));
   };
 
-  // What pixels of each colour tell about a pixel: its own, but itself, by which shares are tried, and the other, by which they are made.
+  // What pixels of each colour tell about a pixel: its own, but itself, by which shares are tried, and the other, by
+  // which they are made.
   struct Told {
-    float mean = 0.0f, variance = 0.0f;   ///< over the widest reach
-    float unit = -1.0f, share = 1.0f;     ///< negative: there is none to tell
+    float mean = 0.0f, variance = 0.0f;  ///< over the widest reach
+    float unit = -1.0f, share = 1.0f;    ///< negative: there is none to tell
   };
   std::vector<Told> told[2] = {std::vector<Told>(noise.size()), std::vector<Told>(noise.size())};
   for_each_neighbourhood(noise, width, kReaches[2], [&](size_t i, const Noise& own, const Noise& other) {
     const Noise* const sums[2] = {&own, &other};
     for (int k = 0; k < 2; ++k)
-      if (sums[k]->weight > kMinWeight) told[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
+      if (sums[k]->weight > kMinWeight)
+        told[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
   });
   const auto unit = [&](const Noise& near, const Told& wide) {
-    // Nearest neighbours tell the brightness, as far as they differ from those around by more than their noise [James and Stein 1961].
-    const float difference = near.mean / near.weight - wide.mean, noise_of_near = wide.variance / (kNearPixels * float(early_));
-    const float kept = difference * difference > noise_of_near ? 1.0f - noise_of_near / (difference * difference) : 0.0f;
+    // Nearest neighbours tell the brightness, as far as they differ from those around by more than their noise [James
+    // and Stein 1961].
+    const float difference = near.mean / near.weight - wide.mean,
+                noise_of_near = wide.variance / (kNearPixels * float(early_));
+    const float kept = difference * difference > noise_of_near ? 1.0f - noise_of_near / (difference * difference)
+                                                               : 0.0f;
     const float mean = std::max(0.0f, wide.mean + kept * difference);
-    return measure_ == ErrorMeasure::Relative ? mean * mean + 0.01f : float(tvi(double(mean) * kCandelasPerUnit) / kCandelasPerUnit);
+    return measure_ == ErrorMeasure::Relative ? mean * mean + 0.01f
+                                              : float(tvi(double(mean) * kCandelasPerUnit) / kCandelasPerUnit);
   };
 
   shares_.assign(noise.size(), 1.0f);
@@ -173,12 +187,13 @@ void ImagePlan::decide(Film& film) {
           if (!(sums[k]->weight > kMinWeight)) continue;
           Told& t = told[k][i];
           if (reach == kReaches[0]) t.unit = unit(*sums[k], t);
-          if (t.unit > 0.0f) t.share = std::pow(std::max(0.0f, sums[k]->variance / sums[k]->weight) / t.unit, kExponent);
+          if (t.unit > 0.0f)
+            t.share = std::pow(std::max(0.0f, sums[k]->variance / sums[k]->weight) / t.unit, kExponent);
         }
       });
     }
-    // Pixels of the other colour tell which reach is best, and which part to share out equally: each is foretold by its like and has
-    // samples of its own, independent of theirs.
+    // Pixels of the other colour tell which reach is best, and which part to share out equally: each is foretold by its
+    // like and has samples of its own, independent of theirs.
     for (int color = 0; color < 2; ++color) {
       double sum_own = 0.0, sum_other = 0.0;
       size_t seen = 0, pixels = 0;
@@ -196,7 +211,8 @@ void ImagePlan::decide(Film& film) {
       const auto for_each_test = [&](float part, auto&& visit) {
         for_each_of(1 - color, [&](size_t i) {
           const Told& t = told[0][i];
-          if (t.unit > 0.0f) visit(std::max(kFloor, part + (1.0f - part) * scale_own * t.share), noise[i].variance / t.unit);
+          if (t.unit > 0.0f)
+            visit(std::max(kFloor, part + (1.0f - part) * scale_own * t.share), noise[i].variance / t.unit);
         });
       };
       for (const float part : kUniformParts) {
@@ -229,7 +245,8 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
   };
   std::vector<Place> places;
   places.reserve(goals.size() / 2 + 1);
-  const float offset = to_unit_float(hash_combine(seed_, early_)), floor = std::max(float(first_), kFloor * float(samples));
+  const float offset = to_unit_float(hash_combine(seed_, early_)),
+              floor = std::max(float(first_), kFloor * float(samples));
   double sum_of_shares = 0.0;
   for (size_t i = 0; i < goals.size(); ++i) {
     const int x = int(i % size_t(width)), y = int(i / size_t(width));
@@ -238,12 +255,14 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
     places.push_back({i, shares_[i], t, std::max(decided_goals_[i], round_count(floor, t, digits_))});
     sum_of_shares += double(shares_[i]);
   }
-  if (!(sum_of_shares > 0.0) || !std::isfinite(sum_of_shares)) {   // nothing varies
+  if (!(sum_of_shares > 0.0) || !std::isfinite(sum_of_shares)) {  // nothing varies
     for (const Place& p : places) goals[p.pixel] = std::max(samples, decided_goals_[p.pixel]);
     return;
   }
   const float most = kMax * float(samples);
-  const auto count = [&](const Place& p, float lambda) { return std::max(p.least, round_count(std::min(most, lambda * p.share), p.threshold, digits_)); };
+  const auto count = [&](const Place& p, float lambda) {
+    return std::max(p.least, round_count(std::min(most, lambda * p.share), p.threshold, digits_));
+  };
   const auto total = [&](float lambda) {
     return tbb::parallel_reduce(
         tbb::blocked_range<size_t>(0, places.size(), 4096), uint64_t(0),
@@ -263,8 +282,10 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
     const float middle = low + part * (high - low);
     if (!(middle > low && middle < high)) break;
     const uint64_t at_middle = total(middle);
-    if (at_middle <= wanted) low = middle, at_low = at_middle;
-    else high = middle, at_high = at_middle;
+    if (at_middle <= wanted)
+      low = middle, at_low = at_middle;
+    else
+      high = middle, at_high = at_middle;
   }
   // Samples that are left go to those whose turn is next; they have equal claims.
   uint64_t left = wanted - std::min(wanted, at_low);

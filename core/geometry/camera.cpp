@@ -69,7 +69,8 @@ Vec2 Camera::sample_lens(Vec2 u) const {
   if (blades_ < 3) {
     p = warp::square_to_disk(u);
   } else {
-    // A regular polygon: choose a blade's triangle, then a point uniform in it. The first blade is at the rotation, as in Cycles.
+    // A regular polygon: choose a blade's triangle, then a point uniform in it. The first blade is at the rotation, as
+    // in Cycles.
     const float scaled = u.x * float(blades_);
     const int blade = std::min(int(scaled), blades_ - 1);
     const Vec2 b = warp::square_to_triangle({std::min(scaled - float(blade), kOneMinusEpsilon), u.y});
@@ -105,8 +106,10 @@ std::optional<Vec2> Camera::film_of(Vec3 lens_point, Vec3 p) const {
     // Through the point in focus, whose place on the window every lens point shares.
     const Vec2 lens(transform_point(camera_from_world_, lens_point));
     window = lens + (window - lens) * (focus_distance_ / depth);
-    if (is_orthographic()) window = Vec2(local) - lens * (1.0f - (depth - lens_depth_) / focus_distance_);
-    else window /= focus_distance_;
+    if (is_orthographic())
+      window = Vec2(local) - lens * (1.0f - (depth - lens_depth_) / focus_distance_);
+    else
+      window /= focus_distance_;
   } else if (!is_orthographic()) {
     window /= depth;
   }
@@ -120,10 +123,12 @@ bool Camera::finds_film(float margin) const {
 }
 
 float Camera::film_density(Vec3 direction) const {
-  if (kind_ == CameraKind::Panorama) return panorama_.density(transform_vector(camera_from_world_, direction)) / pixel_area_;
+  if (kind_ == CameraKind::Panorama)
+    return panorama_.density(transform_vector(camera_from_world_, direction)) / pixel_area_;
   const float cos_theta = glm::dot(direction, forward());
   if (!(cos_theta > 0.0f)) return 0.0f;
-  return is_orthographic() ? 1.0f / (pixel_area_ * cos_theta) : 1.0f / (pixel_area_ * cos_theta * cos_theta * cos_theta);
+  return is_orthographic() ? 1.0f / (pixel_area_ * cos_theta)
+                           : 1.0f / (pixel_area_ * cos_theta * cos_theta * cos_theta);
 }
 
 Ray Camera::generate_ray(Vec2 film, Vec2 u_lens, float time) const {
@@ -134,7 +139,8 @@ Ray Camera::ray_through(Vec2 film, Vec3 lens_point, float time) const {
   return ray_from_lens(film, has_lens() ? Vec2(transform_point(camera_from_world_, lens_point)) : Vec2(0.0f), time);
 }
 
-/// The lens faces each direction; its first axis is the one nearest to that of the camera, or to x for mirror balls, as in Cycles.
+/// The lens faces each direction; its first axis is the one nearest to that of the camera, or to x for mirror balls, as
+/// in Cycles.
 Ray Camera::panoramic_ray(Vec2 film, Vec2 lens, float time) const {
   Ray ray;
   ray.time = time;

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "geometry/motion.h"
 #include "description/scene_description.h"
+#include "geometry/motion.h"
 #include "geometry/strands.h"
 
 namespace ajar {
@@ -15,19 +15,20 @@ namespace ajar {
 /// normals may have been moved to world space (`baked`), which saves Embree an instance.
 struct BuiltMesh {
   std::string name;
-  std::vector<Vec3> positions;       ///< padded by one element, as Embree reads 16 bytes
+  std::vector<Vec3> positions;  ///< padded by one element, as Embree reads 16 bytes
   std::vector<UVec3> triangles;
   std::vector<uint16_t> material_slots;
   Domain normal_domain = Domain::Corner;
-  std::vector<Vec3> normals;         ///< empty: flat
+  std::vector<Vec3> normals;  ///< empty: flat
   std::vector<Attribute> attributes;
-  int active_uv = -1;                ///< index into attributes
-  int undeformed_position = -1;      ///< the same
+  int active_uv = -1;            ///< index into attributes
+  int undeformed_position = -1;  ///< the same
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};
-  bool baked = false;                ///< positions are in world space
-  std::shared_ptr<const Strands> strands;   ///< null: triangles. Otherwise there are neither positions nor normals, and slots are per segment
+  bool baked = false;  ///< positions are in world space
+  /// null: triangles. Otherwise there are neither positions nor normals, and slots are per segment
+  std::shared_ptr<const Strands> strands;
   std::shared_ptr<const MeshDescription> source;  ///< what it was built from, when that may come again
-  std::shared_ptr<void> structure;   ///< Embree's, of meshes that are not baked; accel.cpp knows its type
+  std::shared_ptr<void> structure;                ///< Embree's, of meshes that are not baked; accel.cpp knows its type
   size_t memory_bytes() const;
   bool empty() const { return triangles.empty() && !strands; }
 
@@ -40,14 +41,14 @@ struct BuiltMesh {
 struct BuiltInstance {
   Mat4 world_from_object{1.0f}, object_from_world{1.0f};
   uint32_t mesh = 0;
-  uint32_t object = 0;               ///< index into SceneDescription::objects
-  uint32_t first_material = 0;       ///< into Scene's table of slots
+  uint32_t object = 0;          ///< index into SceneDescription::objects
+  uint32_t first_material = 0;  ///< into Scene's table of slots
   uint32_t material_count = 0;
-  uint32_t first_light = ~0u;        ///< of its emissive triangles, or ~0
+  uint32_t first_light = ~0u;  ///< of its emissive triangles, or ~0
   uint32_t visibility = kVisibleAll;
   float random = 0.0f;
-  bool flips_orientation = false;    ///< negative determinant
-  const Mat4* motion = nullptr;      ///< world_from_object at evenly spaced times while the shutter is open; null: still
+  bool flips_orientation = false;  ///< negative determinant
+  const Mat4* motion = nullptr;    ///< world_from_object at evenly spaced times while the shutter is open; null: still
   uint32_t motion_count = 0;
 };
 

@@ -11,10 +11,13 @@
 namespace ajar {
 namespace {
 
-/// Sets that grow together (union by rank, paths halved). Which member stands for a set depends on the order of joining.
+/// Sets that grow together (union by rank, paths halved). Which member stands for a set depends on the order of
+/// joining.
 class DisjointSets {
  public:
-  explicit DisjointSets(size_t count) : parent_(count), rank_(count, 0) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  explicit DisjointSets(size_t count) : parent_(count), rank_(count, 0) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
   uint32_t find(uint32_t x) {
     while (parent_[x] != x) x = parent_[x] = parent_[parent_[x]];
     return x;
@@ -42,17 +45,23 @@ std::vector<uint32_t> welded(std::span<const Vec3> positions) {
   const float reach = std::sqrt(kSamePlaceSquared);
   std::vector<uint32_t> order(positions.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return std::pair(sum_of(positions[a]), a) < std::pair(sum_of(positions[b]), b); });
+  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    return std::pair(sum_of(positions[a]), a) < std::pair(sum_of(positions[b]), b);
+  });
   DisjointSets places(positions.size());
   for (size_t begin = 0, end; begin < order.size(); begin = end) {
     // As far as sums follow each other closely; in there by x, so that walls of equal sums cost little.
-    for (end = begin + 1; end < order.size() && sum_of(positions[order[end]]) - sum_of(positions[order[end - 1]]) <= kSameSum;) ++end;
-    std::sort(order.begin() + begin, order.begin() + end, [&](uint32_t a, uint32_t b) { return std::pair(positions[a].x, a) < std::pair(positions[b].x, b); });
+    for (end = begin + 1;
+         end < order.size() && sum_of(positions[order[end]]) - sum_of(positions[order[end - 1]]) <= kSameSum;)
+      ++end;
+    std::sort(order.begin() + begin, order.begin() + end,
+              [&](uint32_t a, uint32_t b) { return std::pair(positions[a].x, a) < std::pair(positions[b].x, b); });
     for (size_t i = begin; i < end; ++i) {
       const Vec3 p = positions[order[i]];
       for (size_t k = i + 1; k < end && positions[order[k]].x - p.x < reach; ++k) {
         const Vec3 q = positions[order[k]];
-        if (std::abs(sum_of(q) - sum_of(p)) <= kSameSum && length_squared(q - p) < kSamePlaceSquared) places.join(order[i], order[k]);
+        if (std::abs(sum_of(q) - sum_of(p)) <= kSameSum && length_squared(q - p) < kSamePlaceSquared)
+          places.join(order[i], order[k]);
       }
     }
   }
@@ -62,7 +71,8 @@ std::vector<uint32_t> welded(std::span<const Vec3> positions) {
 }
 
 /// Each pair of welded vertices once.
-std::vector<std::pair<uint32_t, uint32_t>> distinct(std::span<const MeshEdge> edges, const std::vector<uint32_t>& standing) {
+std::vector<std::pair<uint32_t, uint32_t>> distinct(std::span<const MeshEdge> edges,
+                                                    const std::vector<uint32_t>& standing) {
   std::vector<std::pair<uint32_t, uint32_t>> pairs;
   pairs.reserve(edges.size());
   for (const MeshEdge edge : edges) {
@@ -94,7 +104,8 @@ std::vector<float> random_per_island(size_t vertex_count, std::span<const MeshEd
   return random;
 }
 
-std::vector<float> pointiness(std::span<const Vec3> positions, std::span<const Vec3> normals, std::span<const MeshEdge> edges) {
+std::vector<float> pointiness(std::span<const Vec3> positions, std::span<const Vec3> normals,
+                              std::span<const MeshEdge> edges) {
   const size_t count = std::min(positions.size(), normals.size());
   positions = positions.first(count);
   const std::vector<uint32_t> standing = welded(positions);

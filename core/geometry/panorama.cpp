@@ -28,8 +28,10 @@ constexpr float kQuarter = 0.25f * kPi;
 std::optional<Vec3> Panorama::direction_of(Vec2 uv) const {
   switch (d_.kind) {
     case PanoramaKind::Equirectangular: {
-      const float longitude = d_.limits.x + uv.x * (d_.limits.y - d_.limits.x), latitude = d_.limits.z + uv.y * (d_.limits.w - d_.limits.z);
-      return Vec3(std::cos(latitude) * std::sin(longitude), std::sin(latitude), -std::cos(latitude) * std::cos(longitude));
+      const float longitude = d_.limits.x + uv.x * (d_.limits.y - d_.limits.x),
+                  latitude = d_.limits.z + uv.y * (d_.limits.w - d_.limits.z);
+      return Vec3(std::cos(latitude) * std::sin(longitude), std::sin(latitude),
+                  -std::cos(latitude) * std::cos(longitude));
     }
     case PanoramaKind::FisheyeEquidistant: {
       const Vec2 offset = 2.0f * uv - 1.0f;
@@ -74,7 +76,8 @@ std::optional<Vec2> Panorama::film_of(Vec3 direction) const {
       const float span_u = d_.limits.y - d_.limits.x, span_v = d_.limits.w - d_.limits.z;
       const float middle = 0.5f * (d_.limits.x + d_.limits.y);
       const float longitude = middle + std::remainder(std::atan2(direction.x, -direction.z) - middle, 2.0f * kPi);
-      return Vec2((longitude - d_.limits.x) / span_u, (std::asin(std::clamp(direction.y, -1.0f, 1.0f)) - d_.limits.z) / span_v);
+      return Vec2((longitude - d_.limits.x) / span_u,
+                  (std::asin(std::clamp(direction.y, -1.0f, 1.0f)) - d_.limits.z) / span_v);
     }
     case PanoramaKind::FisheyeEquidistant:
       if (theta > 0.5f * d_.fisheye_fov) return std::nullopt;
@@ -90,7 +93,8 @@ std::optional<Vec2> Panorama::film_of(Vec3 direction) const {
     }
     case PanoramaKind::CubemapFace:
       if (!(direction.z < 0.0f)) return std::nullopt;
-      return Vec2(std::atan(direction.x / -direction.z) + kQuarter, std::atan(direction.y / -direction.z) + kQuarter) / (2.0f * kQuarter);
+      return Vec2(std::atan(direction.x / -direction.z) + kQuarter, std::atan(direction.y / -direction.z) + kQuarter) /
+             (2.0f * kQuarter);
   }
   return std::nullopt;
 }
@@ -124,7 +128,8 @@ bool Panorama::has_inverse(Vec2 margin) const {
   switch (d_.kind) {
     case PanoramaKind::Equirectangular: {
       const float span_u = d_.limits.y - d_.limits.x, span_v = d_.limits.w - d_.limits.z;
-      return std::abs(span_u) * (1.0f + 2.0f * margin.x) <= 2.0f * kPi && std::abs(0.5f * (d_.limits.z + d_.limits.w)) + std::abs(span_v) * (0.5f + margin.y) <= 0.5f * kPi;
+      return std::abs(span_u) * (1.0f + 2.0f * margin.x) <= 2.0f * kPi &&
+             std::abs(0.5f * (d_.limits.z + d_.limits.w)) + std::abs(span_v) * (0.5f + margin.y) <= 0.5f * kPi;
     }
     case PanoramaKind::FisheyeEquidistant:
     case PanoramaKind::FisheyeEquisolid: return d_.fisheye_fov <= 2.0f * kPi;

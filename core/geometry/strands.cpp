@@ -18,7 +18,9 @@ Vec4 catmull_rom_derivative(float u) {
   return 0.5f * Vec4(-t * t + 2.0f * u * t, u * (9.0f * u - 10.0f), -t * (9.0f * t - 10.0f), -2.0f * t * u + u * u);
 }
 
-Vec4 sum(const Vec4* keys, Vec4 weights) { return weights.x * keys[0] + weights.y * keys[1] + weights.z * keys[2] + weights.w * keys[3]; }
+Vec4 sum(const Vec4* keys, Vec4 weights) {
+  return weights.x * keys[0] + weights.y * keys[1] + weights.z * keys[2] + weights.w * keys[3];
+}
 
 }  // namespace
 
@@ -39,7 +41,8 @@ float Strands::radius(uint32_t segment, float u) const {
 }
 
 size_t Strands::memory_bytes() const {
-  return keys.size() * sizeof(Vec4) + (first_key.size() + roots.size()) * sizeof(uint32_t) + (intercepts.size() + lengths.size()) * sizeof(float);
+  return keys.size() * sizeof(Vec4) + (first_key.size() + roots.size()) * sizeof(uint32_t) +
+         (intercepts.size() + lengths.size()) * sizeof(float);
 }
 
 std::shared_ptr<const Strands> make_strands(const MeshDescription& mesh) {

@@ -1,9 +1,10 @@
 // Hair: curves with a width, many in one geometry.
 //
-// A strand is a Catmull-Rom curve through its points, whose ends count twice; its radius is interpolated likewise. A segment lies between two
-// points that follow each other, and is what a ray hits (Hit::primitive), at a place u in [0, 1] along it and v in [-1, 1] across. Ribbons turn
-// to each ray that meets them, and are shaded as the tubes they stand for: a ray that leaves one begins where it is out of the tube
-// (Scene::spawn_ray), so that light reaches it from all around.
+// A strand is a Catmull-Rom curve through its points, whose ends count twice; its radius is interpolated likewise. A
+// segment lies between two points that follow each other, and is what a ray hits (Hit::primitive), at a place u in [0,
+// 1] along it and v in [-1, 1] across. Ribbons turn to each ray that meets them, and are shaded as the tubes they stand
+// for: a ray that leaves one begins where it is out of the tube (Scene::spawn_ray), so that light reaches it from all
+// around.
 #pragma once
 
 #include <memory>
@@ -14,13 +15,14 @@
 namespace ajar {
 
 struct Strands {
-  std::vector<Vec4> keys;              ///< places and radii, each strand's first and last twice: what Embree reads
-  std::vector<uint32_t> first_key;     ///< of each segment: of four keys, it runs from the second to the third
-  std::vector<uint32_t> roots;         ///< of each strand: the key of its first point
-  std::vector<float> intercepts;       ///< of each point: its distance from the root along straight lines, as a part of the length
-  std::vector<float> lengths;          ///< of each strand, in the object's space
+  std::vector<Vec4> keys;           ///< places and radii, each strand's first and last twice: what Embree reads
+  std::vector<uint32_t> first_key;  ///< of each segment: of four keys, it runs from the second to the third
+  std::vector<uint32_t> roots;      ///< of each strand: the key of its first point
+  /// of each point: its distance from the root along straight lines, as a part of the length
+  std::vector<float> intercepts;
+  std::vector<float> lengths;  ///< of each strand, in the object's space
   StrandShape shape = StrandShape::Ribbon;
-  int subdivisions = 2;                ///< of segments of ribbons: 2 to this power straight pieces, as Cycles has them
+  int subdivisions = 2;  ///< of segments of ribbons: 2 to this power straight pieces, as Cycles has them
 
   size_t segment_count() const { return first_key.size(); }
   size_t strand_count() const { return lengths.size(); }

@@ -20,7 +20,9 @@ class Bdpt final : public Integrator {
  public:
   Bias bias() const override { return merging_.active() ? Bias::Consistent : Bias::Unbiased; }
   /// Samples of a pass share its photons.
-  GoalSupport goal_support() const override { return {.follows = true, .by_passes = merging_.active(), .learns = merging_.active()}; }
+  GoalSupport goal_support() const override {
+    return {.follows = true, .by_passes = merging_.active(), .learns = merging_.active()};
+  }
 
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
@@ -54,12 +56,19 @@ class Bdpt final : public Integrator {
     const auto add_samples = [&](int more) {
       samples_done_ += uint32_t(more);
       for_each_sample(
-          film, samples_done_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), walks.local()}; },
-          [&](Tile& tile, int px, int py, uint32_t index) { add_sample(film, px, py, index, light_walks, tile.sampler, tile.walks); });
+          film, samples_done_, stop,
+          [&] {
+            return Tile{Sampler(Sampler::Kind::Sobol, seed_), walks.local()};
+          },
+          [&](Tile& tile, int px, int py, uint32_t index) {
+            add_sample(film, px, py, index, light_walks, tile.sampler, tile.walks);
+          });
     };
     if (!merging_.active()) add_samples(samples_per_pixel);
-    // A pass of photons for each sample of a pixel, so that pictures do not depend on how a render is cut into iterations.
-    for (int i = 0; merging_.active() && i < samples_per_pixel && merging_.begin_pass(samples_done_, stop); ++i) add_samples(1);
+    // A pass of photons for each sample of a pixel, so that pictures do not depend on how a render is cut into
+    // iterations.
+    for (int i = 0; merging_.active() && i < samples_per_pixel && merging_.begin_pass(samples_done_, stop); ++i)
+      add_samples(1);
     for (const BidirectionalWalks& w : walks) statistics_.rays += w.rays();
     // Each sample walks from a light too, whichever pixel it belongs to.
     const double samples = film.sample_counts().mean;
@@ -83,23 +92,27 @@ class Bdpt final : public Integrator {
     merging_.follow(space_->guide);
   }
 
-  void add_sample(Film& film, int px, int py, uint32_t index, double light_walks, Sampler& sampler, BidirectionalWalks& walks) const {
+  void add_sample(Film& film, int px, int py, uint32_t index, double light_walks, Sampler& sampler,
+                  BidirectionalWalks& walks) const {
     const int full_width = scene_->settings().width, full_height = scene_->settings().height;
     sampler.start(uint32_t(py) * uint32_t(full_width) + uint32_t(px), index);
     const Vec2 offset = filter_.sample(sampler.get_2d());
     SampleAux aux;
     Color radiance(0.0f);
     uint32_t splats = 0;
-    const bool odd = (index + uint32_t(px + py)) & 1;   // as many of either half, whatever the counts of pixels
-    for (const FoundPath& path : walks.sample(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, sampler, film.wants_aux() ? &aux : nullptr)) {
+    const bool odd = (index + uint32_t(px + py)) & 1;  // as many of either half, whatever the counts of pixels
+    for (const FoundPath& path :
+         walks.sample(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, sampler, film.wants_aux() ? &aux : nullptr)) {
       if (path.t > 1 || path.s == 0) {
         radiance += path.contribution;
         continue;
       }
       sampler.set_dimension(kSplatDimension + 2 * splats++);
       const Vec2 u = sampler.get_2d();
-      const auto column = filter_.place(path.film.x, 0, full_width, u.x), row = filter_.place(path.film.y, 0, full_height, u.y);
-      film.add_splat(column.pixel, row.pixel, path.contribution * float(double(column.weight * row.weight) / light_walks), odd);
+      const auto column = filter_.place(path.film.x, 0, full_width, u.x),
+                 row = filter_.place(path.film.y, 0, full_height, u.y);
+      film.add_splat(column.pixel, row.pixel,
+                     path.contribution * float(double(column.weight * row.weight) / light_walks), odd);
     }
     film.add_sample(px, py, radiance + walks.merged(), walks.alpha(), &aux);
   }
@@ -109,7 +122,7 @@ class Bdpt final : public Integrator {
   VertexMerging merging_;
   std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
-  std::unique_ptr<PathSpace> space_;      ///< of the paths that tell what hints bring
+  std::unique_ptr<PathSpace> space_;  ///< of the paths that tell what hints bring
   PixelFilter filter_;
   IntegratorStatistics statistics_;
 };

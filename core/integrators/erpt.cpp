@@ -3,23 +3,24 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
-#include "transport/chains/chain.h"
 #include "transport/bidirectional/direct_pass.h"
-#include "transport/paths/film_luminance.h"
-#include "transport/hints/followed_hints.h"
+#include "transport/bidirectional/path_seeds.h"
+#include "transport/chains/chain.h"
 #include "transport/chains/mutations/bidirectional_mutation.h"
 #include "transport/chains/mutations/caustic_perturbation.h"
 #include "transport/chains/mutations/lens_perturbation.h"
-#include "transport/bidirectional/path_seeds.h"
+#include "transport/hints/followed_hints.h"
+#include "transport/paths/film_luminance.h"
 
 namespace ajar {
 
 namespace {
 
-constexpr int kChainSteps = 100;               ///< of every chain
-constexpr int kStepsPerSample = 25;            ///< on average: a quarter of the samples start a chain
-constexpr int kMaxChains = 64;                ///< of one sample; beyond, each carries more
-constexpr int kFirstSteps = 1;                 ///< a pixel, before the importance of the film is learned; learned again whenever all has doubled
+constexpr int kChainSteps = 100;     ///< of every chain
+constexpr int kStepsPerSample = 25;  ///< on average: a quarter of the samples start a chain
+constexpr int kMaxChains = 64;       ///< of one sample; beyond, each carries more
+/// a pixel, before the importance of the film is learned; learned again whenever all has doubled
+constexpr int kFirstSteps = 1;
 /// Samples the quantum is taken from: one for eight pixels, within these bounds; more while they find nothing.
 constexpr uint32_t kMinPilot = 1u << 8, kMaxPilot = 1u << 14, kPilotLimit = 1u << 17;
 constexpr uint32_t kBatch = 64;
@@ -103,27 +104,34 @@ class EnergyRedistribution final : public Integrator {
     mutations_.clear();
     mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.6f});
     mutations_.push_back({std::make_unique<CausticPerturbation>(*space_), 0.4f});
-    workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(*space_), Chain(*space_, mutations_), {}, {}}; });
+    workers_ = std::make_unique<Workers>([this] {
+      return Worker{PathSeeds(*space_), Chain(*space_, mutations_), {}, {}};
+    });
     luminance_ = std::make_unique<FilmLuminance>(space_->film_min, space_->film_max);
-    next_learning_ = (uint64_t(film.width()) * uint64_t(film.height()) * kFirstSteps + kStepsPerSample - 1) / kStepsPerSample;
+    next_learning_ = (uint64_t(film.width()) * uint64_t(film.height()) * kFirstSteps + kStepsPerSample - 1) /
+                     kStepsPerSample;
     find_quantum(uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kMinPilot, kMaxPilot)), stop);
   }
 
-  /// Mean energy of a sample over the steps it shall have. Any positive number is right, so a dark pilot only costs time.
+  /// Mean energy of a sample over the steps it shall have. Any positive number is right, so a dark pilot only costs
+  /// time.
   void find_quantum(uint32_t pilot, const std::atomic<bool>& stop) {
     quantum_ = 0.0;
     std::vector<double> energies;
     while (!(quantum_ > 0.0) && energies.size() < kPilotLimit && !stop.load(std::memory_order_relaxed)) {
       const uint32_t first = uint32_t(energies.size()), count = first > 0 ? first : pilot;
       energies.resize(first + count);
-      tbb::parallel_for(tbb::blocked_range<uint32_t>(first, first + count, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
-        PathSeeds& seeds = workers_->local().seeds;
-        Sampler sampler(Sampler::Kind::Sobol, hash_combine(seed_, kPilotStream));
-        for (uint32_t i = range.begin(); i != range.end(); ++i) {
-          sampler.start(0, i);
-          energies[i] = seeds.sample(sampler);
-        }
-      }, tbb::simple_partitioner());
+      tbb::parallel_for(
+          tbb::blocked_range<uint32_t>(first, first + count, kBatch),
+          [&](const tbb::blocked_range<uint32_t>& range) {
+            PathSeeds& seeds = workers_->local().seeds;
+            Sampler sampler(Sampler::Kind::Sobol, hash_combine(seed_, kPilotStream));
+            for (uint32_t i = range.begin(); i != range.end(); ++i) {
+              sampler.start(0, i);
+              energies[i] = seeds.sample(sampler);
+            }
+          },
+          tbb::simple_partitioner());
       double sum = 0.0;
       for (double energy : energies) sum += energy;
       quantum_ = sum / (double(energies.size()) * kStepsPerSample);
@@ -132,7 +140,8 @@ class EnergyRedistribution final : public Integrator {
     first_quantum_ = quantum_;
   }
 
-  /// What is used from here on follows from samples before, and these stay as they are: given the past, each sample's expectation is the picture.
+  /// What is used from here on follows from samples before, and these stay as they are: given the past, each sample's
+  /// expectation is the picture.
   void learn() {
     next_learning_ *= 2;
     const double films = double(samples_done_) / first_quantum_;
@@ -150,18 +159,21 @@ class EnergyRedistribution final : public Integrator {
 
   void redistribute_alike(Film& film, uint32_t samples_wanted, const std::atomic<bool>& stop) {
     std::atomic<uint32_t> finished{0};
-    tbb::parallel_for(tbb::blocked_range<uint32_t>(samples_done_, samples_wanted, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
-      Worker& worker = workers_->local();
-      Sampler sampler(Sampler::Kind::Sobol, hash_combine(seed_, kSampleStream));
-      for (uint32_t i = range.begin(); i != range.end(); ++i) {
-        if (stop.load(std::memory_order_relaxed)) return;
-        sampler.start(0, i);
-        const double energy = worker.seeds.sample(sampler);
-        luminance_->add_sample(worker.seeds.film(), worker.seeds.left_out());
-        spread(film, worker, energy, i);
-        finished.fetch_add(1, std::memory_order_relaxed);
-      }
-    }, tbb::simple_partitioner());
+    tbb::parallel_for(
+        tbb::blocked_range<uint32_t>(samples_done_, samples_wanted, kBatch),
+        [&](const tbb::blocked_range<uint32_t>& range) {
+          Worker& worker = workers_->local();
+          Sampler sampler(Sampler::Kind::Sobol, hash_combine(seed_, kSampleStream));
+          for (uint32_t i = range.begin(); i != range.end(); ++i) {
+            if (stop.load(std::memory_order_relaxed)) return;
+            sampler.start(0, i);
+            const double energy = worker.seeds.sample(sampler);
+            luminance_->add_sample(worker.seeds.film(), worker.seeds.left_out());
+            spread(film, worker, energy, i);
+            finished.fetch_add(1, std::memory_order_relaxed);
+          }
+        },
+        tbb::simple_partitioner());
     samples_done_ += finished;
   }
 
@@ -171,7 +183,8 @@ class EnergyRedistribution final : public Integrator {
     sampler.start(i, 0);
     const double wanted = energy / (quantum_ * kChainSteps);
     const int chains = int(std::min(std::floor(wanted + double(sampler.get_1d())), double(kMaxChains)));
-    const double deposit = (chains == kMaxChains && wanted > kMaxChains ? wanted / kMaxChains : 1.0) * quantum_ / first_quantum_;
+    const double deposit = (chains == kMaxChains && wanted > kMaxChains ? wanted / kMaxChains : 1.0) * quantum_ /
+                           first_quantum_;
     const double offset = double(sampler.get_1d());
     worker.tally.max_energy = std::max(worker.tally.max_energy, energy);
     for (int c = 0; c < chains; ++c) {

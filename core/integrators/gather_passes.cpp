@@ -18,15 +18,15 @@ namespace {
 
 constexpr int kTile = 16;
 constexpr uint32_t kLearnedPasses = 8;      // the guide of gather rays learns after 1, 2, 4 and 8 passes
-constexpr uint32_t kFirstWarmTraining = 8;    // where it begins with the guide of an earlier frame
+constexpr uint32_t kFirstWarmTraining = 8;  // where it begins with the guide of an earlier frame
 constexpr double kLearnedRays = 2e5;        // that are written down between two lessons
 constexpr int kProbes = 24;                 // per axis of the film, to choose radii
-/// Photons in a disc of the first pass, where the picture looks. Lookups at the ends of gather rays are averaged over those rays, so
-/// they may be noisy for the sake of a smaller radius; caustics are seen directly.
+/// Photons in a disc of the first pass, where the picture looks. Lookups at the ends of gather rays are averaged over
+/// those rays, so they may be noisy for the sake of a smaller radius; caustics are seen directly.
 constexpr int kReach = 10, kCausticReach = 60;
 /// Light seen without gathering is looked for four times, until more is known; by a quarter of the rays at most.
 constexpr FurtherSamples::Limits kFurtherSeen{4, 0.25};
-constexpr double kLookupPilotShare = 4.0;         // lookups noted before the first pass, for each photon
+constexpr double kLookupPilotShare = 4.0;  // lookups noted before the first pass, for each photon
 
 struct Counters {
   uint64_t rays = 0, gathered = 0, from_sites = 0;
@@ -41,7 +41,8 @@ void GatherPasses::prepare(const Scene& scene, uint32_t seed, ArrivalMap* arriva
   seed_ = seed;
   filter_ = PixelFilter(scene.settings().filter, scene.settings().filter_width);
   gather_.rays = std::max(1, scene.settings().gather_rays);
-  // Photons weighed by lookups around them need lookups as wide as that: narrower ones, where photons crowd, would find too much.
+  // Photons weighed by lookups around them need lookups as wide as that: narrower ones, where photons crowd, would find
+  // too much.
   if (arrivals) gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;
 }
 
@@ -52,12 +53,11 @@ std::vector<LearnedPart> GatherPasses::begin_with(const Learned& learned) {
 
 void GatherPasses::hand_on(Learned& learned) {
   learn(GuideTree::kPastShareAtEnd);
-  if (guide_.cell_count() > 0 && guide_.cell_count() <= Learned::kMaxCells) learned.gather_guide = std::make_shared<const GuideTree>(guide_);
+  if (guide_.cell_count() > 0 && guide_.cell_count() <= Learned::kMaxCells)
+    learned.gather_guide = std::make_shared<const GuideTree>(guide_);
 }
 
-uint32_t GatherPasses::photon_count() const {
-  return photons_of_a_pass(scene_->settings());
-}
+uint32_t GatherPasses::photon_count() const { return photons_of_a_pass(scene_->settings()); }
 
 uint32_t GatherPasses::site_stride(uint32_t photons) const {
   const RenderSettings& s = scene_->settings();
@@ -86,8 +86,8 @@ void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> ca
   maps_.sites.build(sites_, maps_.global, {gather_.gather_neighbours, maps_.global_radius});
 }
 
-/// The radii of the first pass: the median reach of the neighbours sought, over where the picture will look the maps up. Photons
-/// crowd where light is, which need not be where it is looked for.
+/// The radii of the first pass: the median reach of the neighbours sought, over where the picture will look the maps
+/// up. Photons crowd where light is, which need not be where it is looked for.
 void GatherPasses::choose_first_radii() {
   const RenderSettings& settings = scene_->settings();
   const float most = kLargestPhotonRadius * scene_->radius();
@@ -97,7 +97,8 @@ void GatherPasses::choose_first_radii() {
   PhotonGatherer gatherer(*scene_, maps_, gather_, hash_combine(seed_, 0x70726f62U));
   for (int i = 0; i < kProbes * kProbes; ++i) {
     gatherer.start(uint32_t(i), 0);
-    const Vec2 on_film((float(i % kProbes) + 0.5f) / kProbes * float(settings.width), (float(i / kProbes) + 0.5f) / kProbes * float(settings.height));
+    const Vec2 on_film((float(i % kProbes) + 0.5f) / kProbes * float(settings.width),
+                       (float(i / kProbes) + 0.5f) / kProbes * float(settings.height));
     SurfacePoint seen, gathered;
     const Ray ray = scene_->camera().generate_ray(on_film, Vec2(0.5f), 0.0f);
     if (sees_nothing(ray) || !gatherer.probe(ray, seen, gathered)) continue;
@@ -109,18 +110,21 @@ void GatherPasses::choose_first_radii() {
   first_caustic_radius_ = std::min(first_global_radius_, median(caustic, most));
 }
 
-/// Calls visit(gatherer, x, y, ray), in parallel tiles, for the samples that each pixel lacks to its goal of this pass; when
-/// `only_arrivals`, for sample number `sample` of each.
+/// Calls visit(gatherer, x, y, ray), in parallel tiles, for the samples that each pixel lacks to its goal of this pass;
+/// when `only_arrivals`, for sample number `sample` of each.
 template <class Visit>
-void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals, const std::atomic<bool>& stop, Visit&& visit) {
-  const int width = film.width(), height = film.height(), columns = (width + kTile - 1) / kTile, rows = (height + kTile - 1) / kTile;
+void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals,
+                                  const std::atomic<bool>& stop, Visit&& visit) {
+  const int width = film.width(), height = film.height(), columns = (width + kTile - 1) / kTile,
+            rows = (height + kTile - 1) / kTile;
   const int full_width = scene_->settings().width;
   const double gather_rays = double(width) * height * gather_.rays;
   ArrivalLog log;
   const auto stride = [&](double lookups) { return std::max(1, int(std::ceil(lookups / ArrivalMap::kMaxLookups))); };
   log.stride[ArrivalMap::kSeen] = stride(double(width) * height);
   log.stride[ArrivalMap::kGathered] = stride(gather_rays);
-  const uint32_t guide_stride = uint32_t(std::max(1.0, gather_rays * std::max(first_training_, std::bit_floor(pass_)) / kLearnedRays));
+  const uint32_t guide_stride = uint32_t(
+      std::max(1.0, gather_rays * std::max(first_training_, std::bit_floor(pass_)) / kLearnedRays));
   std::vector<ArrivalLog> logs(arrivals_ ? size_t(columns) * size_t(rows) : 0, log);
   tbb::combinable<Counters> counters;
   tbb::parallel_for(
@@ -130,7 +134,8 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
         const int row = tile.rows().begin(), column = tile.cols().begin();
         PhotonGatherer gatherer(*scene_, maps_, gather_, seed);
         const size_t number = size_t(row) * size_t(columns) + size_t(column);
-        if (!only_arrivals) gatherer.guide(&guide_, guide_samples_.empty() ? nullptr : &guide_samples_[number], guide_stride);
+        if (!only_arrivals)
+          gatherer.guide(&guide_, guide_samples_.empty() ? nullptr : &guide_samples_[number], guide_stride);
         if (arrivals_) gatherer.log_arrivals(&logs[number], only_arrivals);
         for (int y = row * kTile; y < std::min((row + 1) * kTile, height); ++y) {
           for (int x = column * kTile; x < std::min((column + 1) * kTile, width); ++x) {
@@ -153,20 +158,23 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
         c.from_sites += gatherer.from_sites();
       },
       tbb::simple_partitioner());
-  counters.combine_each([&](const Counters& c) { rays_ += c.rays, gathered_ += c.gathered, from_sites_ += c.from_sites; });
+  counters.combine_each(
+      [&](const Counters& c) { rays_ += c.rays, gathered_ += c.gathered, from_sites_ += c.from_sites; });
   if (arrivals_ && !stop.load(std::memory_order_relaxed)) arrivals_->add(logs);
 }
 
 void GatherPasses::scout(const Film& film, const std::atomic<bool>& stop) {
   // Several times over where pixels are few for the photons.
   const double lookups = double(film.width()) * film.height() * gather_.rays;
-  const auto samples = uint32_t(std::ceil(std::min(double(ArrivalMap::kMaxLookups), kLookupPilotShare * double(photon_count())) / lookups));
+  const auto samples = uint32_t(
+      std::ceil(std::min(double(ArrivalMap::kMaxLookups), kLookupPilotShare * double(photon_count())) / lookups));
   for (uint32_t sample = 0; sample < samples; ++sample)
-    for_each_pixel(film, hash_combine(seed_, 0x73636f75U), sample, true, stop, [](PhotonGatherer& gatherer, int, int, const Ray& ray) {
-      float alpha = 1.0f;
-      Color seen;
-      if (!sees_nothing(ray)) gatherer.trace(ray, nullptr, alpha, seen);
-    });
+    for_each_pixel(film, hash_combine(seed_, 0x73636f75U), sample, true, stop,
+                   [](PhotonGatherer& gatherer, int, int, const Ray& ray) {
+                     float alpha = 1.0f;
+                     Color seen;
+                     if (!sees_nothing(ray)) gatherer.trace(ray, nullptr, alpha, seen);
+                   });
   lookup_pilot_rays_ = rays_;
 }
 
@@ -193,26 +201,31 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
     Color seen(0.0f);
     const Color rest = sees_nothing(ray) ? Color(0.0f) : gatherer.trace(ray, wants_aux ? &aux : nullptr, alpha, seen);
     if (further_.active())
-      seen = further_.mean_with(seen, gatherer.polished(), luminance(rest), px, py, [&](Vec2 on_film, Sampler& sampler) {
-        const Ray further = scene_->camera().generate_ray(on_film, scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), 0.0f);
-        return sees_nothing(further) ? Color(0.0f) : trace_seen_light(*scene_, further, sampler, seen_rays.local());
-      });
+      seen = further_.mean_with(
+          seen, gatherer.polished(), luminance(rest), px, py, [&](Vec2 on_film, Sampler& sampler) {
+            const Ray further = scene_->camera().generate_ray(
+                on_film, scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), 0.0f);
+            return sees_nothing(further) ? Color(0.0f) : trace_seen_light(*scene_, further, sampler, seen_rays.local());
+          });
     film.add_sample(px, py, rest + seen, alpha, &aux);
   });
   seen_rays.combine_each([&](uint64_t rays) { seen_rays_ += rays; });
   paths_ += uint64_t(film.width()) * uint64_t(film.height());
   ++pass_;
   if (!stop.load(std::memory_order_relaxed)) further_.learn(pass_, rays_ - lookup_pilot_rays_, seen_rays_);
-  if (stop.load(std::memory_order_relaxed) || guide_samples_.empty() || pass_ < first_training_ || !std::has_single_bit(pass_)) return;
+  if (stop.load(std::memory_order_relaxed) || guide_samples_.empty() || pass_ < first_training_ ||
+      !std::has_single_bit(pass_))
+    return;
   learn(GuideTree::kPastShare);
   if (pass_ >= kLearnedPasses) guide_samples_.clear();
 }
 
 PhotonPoints GatherPasses::photons(uint64_t most) const {
   PhotonPoints points;
-  const uint32_t flags = arrivals_ ? Photon::kOfChain : 0;   // plain ones beside them are where they always are
+  const uint32_t flags = arrivals_ ? Photon::kOfChain : 0;  // plain ones beside them are where they always are
   // One rounds up in each of the two maps, so both together must not need the last.
-  const uint64_t stride = PhotonPoints::stride(maps_.global.count(flags) + maps_.caustic.count(flags), most > 1 ? most - 1 : most);
+  const uint64_t stride = PhotonPoints::stride(maps_.global.count(flags) + maps_.caustic.count(flags),
+                                               most > 1 ? most - 1 : most);
   maps_.global.add_to(points, stride, flags);
   maps_.caustic.add_to(points, stride, flags);
   return points;
@@ -225,9 +238,11 @@ void GatherPasses::add_statistics(IntegratorStatistics& s) const {
   s.extra["passes"] = double(pass_);
   s.extra["photons"] = double(maps_.global.size());
   s.extra["caustic_photons"] = double(maps_.caustic.size());
-  if (arrivals_) s.extra["chain_photons"] = double(maps_.global.count(Photon::kOfChain) + maps_.caustic.count(Photon::kOfChain));
+  if (arrivals_)
+    s.extra["chain_photons"] = double(maps_.global.count(Photon::kOfChain) + maps_.caustic.count(Photon::kOfChain));
   s.extra["irradiance_sites"] = double(maps_.sites.size());
-  s.extra["photon_bytes"] = double(maps_.global.memory_bytes() + maps_.caustic.memory_bytes() + maps_.sites.memory_bytes());
+  s.extra["photon_bytes"] = double(maps_.global.memory_bytes() + maps_.caustic.memory_bytes() +
+                                   maps_.sites.memory_bytes());
   s.extra["photon_radius"] = double(maps_.global_radius);
   s.extra["caustic_radius"] = double(maps_.caustic_radius);
   s.extra["gather_rays_from_sites"] = gathered_ > 0 ? double(from_sites_) / double(gathered_) : 0.0;

@@ -1,12 +1,12 @@
-// What integrators that fill photon maps do alike: a pass for each sample of every pixel, its maps built with radii that
-// shrink from pass to pass, and the film rendered from them.
+// What integrators that fill photon maps do alike: a pass for each sample of every pixel, its maps built with radii
+// that shrink from pass to pass, and the film rendered from them.
 #pragma once
 
 #include "film/filter.h"
 #include "integrators/integrator.h"
+#include "transport/bidirectional/further_samples.h"
 #include "transport/photons/photon_gather.h"
 #include "transport/photons/photon_tracer.h"
-#include "transport/bidirectional/further_samples.h"
 
 namespace ajar {
 
@@ -41,7 +41,9 @@ class GatherPasses {
  private:
   void choose_first_radii();
   void learn(float past_share);
-  template <class Visit> void for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals, const std::atomic<bool>& stop, Visit&& visit);
+  template <class Visit>
+  void for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals,
+                      const std::atomic<bool>& stop, Visit&& visit);
 
   const Scene* scene_ = nullptr;
   uint32_t seed_ = 0, pass_ = 0, first_training_ = 1;
@@ -53,7 +55,7 @@ class GatherPasses {
   ArrivalMap* arrivals_ = nullptr;
   FurtherSamples further_;
   GuideTree guide_;
-  std::vector<std::vector<GuideSample>> guide_samples_;   ///< of the tiles, since the guide has learned last
+  std::vector<std::vector<GuideSample>> guide_samples_;  ///< of the tiles, since the guide has learned last
   uint64_t rays_ = 0, seen_rays_ = 0, lookup_pilot_rays_ = 0, paths_ = 0, gathered_ = 0, from_sites_ = 0;
 };
 

@@ -19,21 +19,27 @@
 
 namespace ajar {
 
-class FollowedHints;   // transport/hints/followed_hints.h
-struct Learned;        // integrators/learned.h
+class FollowedHints;  // transport/hints/followed_hints.h
+struct Learned;       // integrators/learned.h
 
 enum class Bias : uint8_t { Unbiased, Consistent, Biased };
 
 /// How an integrator heeds the film's goals (film/image_plan.h).
 struct GoalSupport {
-  bool follows = false;    ///< `run_iteration` gives each pixel the samples that goals ask for, if any are set; their mean then is what `samples_per_pixel` says
-  bool by_passes = false;  ///< samples of an iteration share what was made for it: the average pixel's goal must grow by one sample at a time
-  bool learns = false;     ///< pixels learn from each other, so that the plan's proof does not hold: the picture is consistent
-  uint32_t equal = 0;      ///< all pixels must have so many samples before goals may differ, and iterations until then end at each quarter of them
+  /// `run_iteration` gives each pixel the samples that goals ask for, if any are set; their mean then is what
+  /// `samples_per_pixel` says
+  bool follows = false;
+  /// samples of an iteration share what was made for it: the average pixel's goal must grow by one sample at a time
+  bool by_passes = false;
+  /// pixels learn from each other, so that the plan's proof does not hold: the picture is consistent
+  bool learns = false;
+  /// all pixels must have so many samples before goals may differ, and iterations until then end at each quarter of
+  /// them
+  uint32_t equal = 0;
 };
 
 struct IntegratorStatistics {
-  uint64_t rays = 0;            ///< closest-hit and shadow rays
+  uint64_t rays = 0;  ///< closest-hit and shadow rays
   uint64_t paths = 0;
   std::map<std::string, double> extra;
   std::vector<HintStatistics> hints;  ///< of integrators that follow them: all that are switched on, attached or not
@@ -48,7 +54,8 @@ class Integrator {
  public:
   virtual ~Integrator() = default;
   virtual Bias bias() const = 0;
-  /// `plan`: of this scene; who renders decides nothing that stands in it. The integrator keeps the scene, not the plan.
+  /// `plan`: of this scene; who renders decides nothing that stands in it. The integrator keeps the scene, not the
+  /// plan.
   virtual void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) = 0;
   /// The same with the plan that the scene's settings lead to.
   void prepare(std::shared_ptr<const Scene> scene, uint32_t seed) {
@@ -65,7 +72,8 @@ class Integrator {
   /// whole pixels consistent, when `stop` is raised.
   virtual void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) = 0;
   virtual IntegratorStatistics statistics() const = 0;
-  /// At most so many photons of the last pass, for people to look at; none from integrators that store none. Between iterations.
+  /// At most so many photons of the last pass, for people to look at; none from integrators that store none. Between
+  /// iterations.
   virtual PhotonPoints photons(uint64_t /*most*/) const { return {}; }
 };
 
@@ -76,17 +84,18 @@ void add_statistics_of(const FollowedHints& followed, IntegratorStatistics& stat
 
 struct IntegratorInfo {
   const char* name;
-  const char* label;            ///< in the UI
+  const char* label;  ///< in the UI
   Bias bias;
-  const char* sentence;         ///< one sentence for the artist
+  const char* sentence;  ///< one sentence for the artist
   std::unique_ptr<Integrator> (*make)();
   bool joins_camera = false;    ///< joins paths from lights to the camera
   bool renders_motion = false;  ///< its paths have times
   bool knows_parts = false;     ///< gives the passes made of SampleParts
-  bool can_merge = false;       ///< knows vertex merging (transport/bidirectional/vertex_merging.h); with it, it is consistent
-  bool renders_media = false;   ///< light scatters between surfaces, too
-  bool renders_strands = false; ///< of hair, whose ribbons lie otherwise for each ray
-  bool follows_hints = false;   ///< that the artist has drawn (transport/hints/hint_guide.h)
+  /// knows vertex merging (transport/bidirectional/vertex_merging.h); with it, it is consistent
+  bool can_merge = false;
+  bool renders_media = false;    ///< light scatters between surfaces, too
+  bool renders_strands = false;  ///< of hair, whose ribbons lie otherwise for each ray
+  bool follows_hints = false;    ///< that the artist has drawn (transport/hints/hint_guide.h)
 };
 /// The one list of integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();

@@ -10,10 +10,10 @@
 #include "film/filter.h"
 #include "integrators/tile_loop.h"
 #include "math/warps.h"
-#include "transport/paths/eye_walk.h"
 #include "transport/direct/estimators/make_estimator.h"
-#include "transport/photons/irradiance_records.h"
+#include "transport/paths/eye_walk.h"
 #include "transport/paths/walk.h"
+#include "transport/photons/irradiance_records.h"
 
 namespace ajar {
 
@@ -22,12 +22,12 @@ namespace {
 /// Dimensions of the sampler: the camera's (of a record: the direction's), then a fixed number for each vertex.
 constexpr uint32_t kFirstDimensions = 6, kVertexDimensions = 8;
 constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6;
-constexpr int kRaysPerGatherRay = 10;                ///< of a record, for each of the setting
+constexpr int kRaysPerGatherRay = 10;  ///< of a record, for each of the setting
 /// Pixels where places for records are looked for: every so many, then those between.
 constexpr int kCoarsestStride = 16, kFinestStride = 2;
-constexpr float kMinRadius = 3.0f, kMaxRadius = 32.0f;   ///< of records, in pixels
-constexpr float kEnough = 0.4f;                      ///< coverage at which no further record is made
-constexpr int kMaxVertices = 64;                    ///< on the way to a place for a record
+constexpr float kMinRadius = 3.0f, kMaxRadius = 32.0f;  ///< of records, in pixels
+constexpr float kEnough = 0.4f;                         ///< coverage at which no further record is made
+constexpr int kMaxVertices = 64;                        ///< on the way to a place for a record
 
 struct Counters {
   uint64_t rays = 0, paths = 0, lookups = 0, found = 0;
@@ -38,7 +38,9 @@ class CachedPart {
  public:
   CachedPart(const Bsdf& bsdf, Vec3 wo) {
     const auto cached = [&](const Lobe& lobe) {
-      return (lobe.kind == LobeKind::Diffuse || lobe.kind == LobeKind::PrincipledDiffuse || lobe.kind == LobeKind::PrincipledRetro) && lobe.frame.n == bsdf.n;
+      return (lobe.kind == LobeKind::Diffuse || lobe.kind == LobeKind::PrincipledDiffuse ||
+              lobe.kind == LobeKind::PrincipledRetro) &&
+             lobe.frame.n == bsdf.n;
     };
     int count = 0;
     for (int i = 0; i < bsdf.lobe_count(); ++i) count += cached(bsdf.lobe(i)) ? 1 : 0;
@@ -58,7 +60,8 @@ class CachedPart {
     if (sample.specular) return sample.f_cos;
     return all_ ? Color(0.0f) : glm::max(sample.f_cos - bsdf_->evaluate(wo, sample.wi).f_cos, Color(0.0f));
   }
-  /// Factor on irradiance over pi. Lobes that are not quite Lambert's are what they are along a direction drawn by the cosine.
+  /// Factor on irradiance over pi. Lobes that are not quite Lambert's are what they are along a direction drawn by the
+  /// cosine.
   Color albedo(Vec3 wo, Vec2 u) const {
     const Vec3 wi = Frame(bsdf_->n).to_world(warp::square_to_cosine_hemisphere(u));
     const Bsdf::Evaluation scattered = bsdf_->evaluate(wo, wi);
@@ -72,7 +75,9 @@ class CachedPart {
 };
 
 /// Whether light from other surfaces may arrive by a diffuse lobe here.
-bool bounces_diffusely(const ShadingPoint& point, const BounceLimits& limits) { return point.ray_depth < limits.total && point.diffuse_depth < limits.diffuse; }
+bool bounces_diffusely(const ShadingPoint& point, const BounceLimits& limits) {
+  return point.ray_depth < limits.total && point.diffuse_depth < limits.diffuse;
+}
 
 class IrradianceCache final : public Integrator {
  public:
@@ -93,16 +98,20 @@ class IrradianceCache final : public Integrator {
     if (plan.direct.method != DirectMethod::Mis || plan.direct.samples > 1)
       mixture_ = make_direct_estimator(*scene_, plan.direct.method, {.samples = plan.direct.samples, .deepest = 1});
     const Vec2 middle(0.5f * float(settings.width), 0.5f * float(settings.height));
-    const Ray a = scene_->camera().generate_ray(middle, Vec2(0.5f), 0.0f), b = scene_->camera().generate_ray(middle + Vec2(1, 0), Vec2(0.5f), 0.0f);
+    const Ray a = scene_->camera().generate_ray(middle, Vec2(0.5f), 0.0f),
+              b = scene_->camera().generate_ray(middle + Vec2(1, 0), Vec2(0.5f), 0.0f);
     pixel_size_ = glm::length(a.origin - b.origin);
     pixel_angle_ = glm::length(a.direction - b.direction);
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
-    // Every sample of a pixel is a pass of its own, so that the picture does not depend on how a render is cut into iterations.
+    // Every sample of a pixel is a pass of its own, so that the picture does not depend on how a render is cut into
+    // iterations.
     for (int i = 0; i < samples_per_pixel && !stop.load(std::memory_order_relaxed); ++i) {
-      if (mixture_) run_pass(*mixture_, film, stop);
-      else run_pass(MisDirectLight(), film, stop);
+      if (mixture_)
+        run_pass(*mixture_, film, stop);
+      else
+        run_pass(MisDirectLight(), film, stop);
     }
   }
 
@@ -128,14 +137,18 @@ class IrradianceCache final : public Integrator {
     if (stop.load(std::memory_order_relaxed)) return;
     ++pass_;
     for_each_sample(
-        film, pass_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local()}; },
+        film, pass_, stop,
+        [&] {
+          return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local()};
+        },
         [&](Tile& tile, int px, int py, uint32_t index) {
           const Ray ray = start_sample(tile.sampler, px, py, index);
           SampleAux aux;
           float alpha = 1.0f;
           ++tile.counter.paths;
           const Color radiance = sees_nothing(ray) ? Color(0.0f)
-                                                   : trace(direct_light, Start{ray}, px, py, tile.sampler, film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
+                                                   : trace(direct_light, Start{ray}, px, py, tile.sampler,
+                                                           film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
           film.add_sample(px, py, radiance, alpha, &aux);
         });
     counters.combine_each([&](const Counters& c) {
@@ -146,7 +159,9 @@ class IrradianceCache final : public Integrator {
     });
     // Methods that learn do so from whole passes; the pictures of the first ones count like the others.
     if constexpr (std::is_same_v<DirectLight, DirectEstimator>) {
-      if (!stop.load(std::memory_order_relaxed) && (mixture_->wants_pilot() || (mixture_->learns() && std::has_single_bit(pass_)))) mixture_->learn();
+      if (!stop.load(std::memory_order_relaxed) &&
+          (mixture_->wants_pilot() || (mixture_->learns() && std::has_single_bit(pass_))))
+        mixture_->learn();
     }
   }
 
@@ -156,14 +171,17 @@ class IrradianceCache final : public Integrator {
     const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
     return scene_->camera().generate_ray(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, u_lens, 0.0f);
   }
-  uint32_t pixel_number(int px, int py) const { return uint32_t(py) * uint32_t(scene_->settings().width) + uint32_t(px); }
+  uint32_t pixel_number(int px, int py) const {
+    return uint32_t(py) * uint32_t(scene_->settings().width) + uint32_t(px);
+  }
 
   // ---- Records -------------------------------------------------------------------------------
 
-  /// Records of this pass, from coarse to fine: a pixel's sample of this pass gets one where those of coarser steps, and of its own tile, do
-  /// not cover it. Tiles of one step do not see each other, so threads make no difference.
+  /// Records of this pass, from coarse to fine: a pixel's sample of this pass gets one where those of coarser steps,
+  /// and of its own tile, do not cover it. Tiles of one step do not see each other, so threads make no difference.
   template <class DirectLight>
-  void make_records(const DirectLight& direct_light, const Film& film, const std::atomic<bool>& stop, tbb::combinable<Counters>& counters) {
+  void make_records(const DirectLight& direct_light, const Film& film, const std::atomic<bool>& stop,
+                    tbb::combinable<Counters>& counters) {
     records_.clear();
     const LightSet& lights = scene_->lights();
     if ((lights.empty() && !scene_->emission_without_lights()) || scene_->settings().bounces.total < 1) return;
@@ -196,10 +214,13 @@ class IrradianceCache final : public Integrator {
   }
 
   /// The coarsest stride by which these coordinates are reached.
-  static int stride_of(int x, int y) { return std::min(kCoarsestStride, 1 << std::countr_zero(uint32_t(x | y | kCoarsestStride))); }
+  static int stride_of(int x, int y) {
+    return std::min(kCoarsestStride, 1 << std::countr_zero(uint32_t(x | y | kCoarsestStride)));
+  }
 
   template <class DirectLight>
-  void make_record(const DirectLight& direct_light, int px, int py, std::vector<IrradianceRecord>& made, Counters& counter) const {
+  void make_record(const DirectLight& direct_light, int px, int py, std::vector<IrradianceRecord>& made,
+                   Counters& counter) const {
     Sampler sampler(Sampler::Kind::Sobol, seed_);
     const Ray ray = start_sample(sampler, px, py, pass_);
     ShadingPoint place;
@@ -237,7 +258,8 @@ class IrradianceCache final : public Integrator {
   }
 
   /// Follow a sample to the first surface that would read the cache. `length`: of the way there.
-  bool find_place(Ray ray, Sampler& sampler, ShadingPoint& point, SurfaceShading& shading, float& length, Counters& counter) const {
+  bool find_place(Ray ray, Sampler& sampler, ShadingPoint& point, SurfaceShading& shading, float& length,
+                  Counters& counter) const {
     const BounceLimits& limits = scene_->settings().bounces;
     EyeWalk walk(*scene_, ray, counter.rays);
     for (uint32_t vertex = 0; vertex < kMaxVertices; ++vertex) {
@@ -250,7 +272,8 @@ class IrradianceCache final : public Integrator {
         shading = walk.shading;
         return true;
       }
-      const auto sample = sample_direction(walk.shading.bsdf, walk.point, sampler, kFirstDimensions + kVertexDimensions * vertex);
+      const auto sample = sample_direction(walk.shading.bsdf, walk.point, sampler,
+                                           kFirstDimensions + kVertexDimensions * vertex);
       if (!sample) return false;
       if (sample->flags & kTransparent) {
         if (!walk.pass_through()) return false;
@@ -263,7 +286,8 @@ class IrradianceCache final : public Integrator {
     return false;
   }
 
-  std::optional<BsdfSample> sample_direction(const Bsdf& bsdf, const ShadingPoint& point, Sampler& sampler, uint32_t base) const {
+  std::optional<BsdfSample> sample_direction(const Bsdf& bsdf, const ShadingPoint& point, Sampler& sampler,
+                                             uint32_t base) const {
     if (bsdf.empty()) return std::nullopt;
     sampler.set_dimension(base + kLobe);
     const float u_lobe = sampler.get_1d();
@@ -278,16 +302,17 @@ class IrradianceCache final : public Integrator {
   /// How a path begins: at the eye, or at a record.
   struct Start {
     Ray ray;
-    Color to_lights{1.0f};             ///< throughput to lights that the first ray meets
-    ShadingPoint from{};               ///< kind and depths of the first ray
-    float* inverse_distance = nullptr; ///< of the first surface; set for records, which do not read the cache
+    Color to_lights{1.0f};              ///< throughput to lights that the first ray meets
+    ShadingPoint from{};                ///< kind and depths of the first ray
+    float* inverse_distance = nullptr;  ///< of the first surface; set for records, which do not read the cache
   };
 
-  /// Radiance along a path. It has two throughputs: `to_lights` to the lights that its ray meets, by all lobes it was scattered by, and
-  /// `beta` to what surfaces scatter towards it, without the lobes whose part in that the cache has answered for.
+  /// Radiance along a path. It has two throughputs: `to_lights` to the lights that its ray meets, by all lobes it was
+  /// scattered by, and `beta` to what surfaces scatter towards it, without the lobes whose part in that the cache has
+  /// answered for.
   template <class DirectLight>
-  Color trace(const DirectLight& direct_light, const Start& start, int pixel_x, int pixel_y, Sampler& sampler, SampleAux* aux, float& alpha,
-              Counters& counter) const {
+  Color trace(const DirectLight& direct_light, const Start& start, int pixel_x, int pixel_y, Sampler& sampler,
+              SampleAux* aux, float& alpha, Counters& counter) const {
     const Scene& scene = *scene_;
     const LightSet& lights = scene.lights();
     const RenderSettings& settings = scene.settings();
@@ -297,14 +322,16 @@ class IrradianceCache final : public Integrator {
     const SurfaceShading& shading = walk.shading;
     Color radiance(0.0f), beta(1.0f), to_lights = start.to_lights;
     DirectVertex previous;
-    bool at_bounce_limit = past_limits(point, settings.bounces);   // only what the next surface emits still counts
+    bool at_bounce_limit = past_limits(point, settings.bounces);  // only what the next surface emits still counts
     alpha = 0.0f;
     for (uint32_t vertex = 0;; ++vertex) {
       walk.trace();
       const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
         return direct_light.weight_of_hit(scene, previous, light, walk.ray.direction, position, normal);
       };
-      const auto add_met = [&](const LightMet& met) { radiance += to_lights * met.radiance * weight_of_hit(met.light, met.position, met.normal); };
+      const auto add_met = [&](const LightMet& met) {
+        radiance += to_lights * met.radiance * weight_of_hit(met.light, met.position, met.normal);
+      };
       if (!is_black(to_lights)) {
         walk.meet_lamps(add_met);
         if (!walk.found()) walk.meet_distant(add_met);
@@ -317,7 +344,8 @@ class IrradianceCache final : public Integrator {
       if (!walk.arrive()) break;
       walk.shade();
       const Bsdf& bsdf = shading.bsdf;
-      if (!is_black(shading.emission) && !is_black(to_lights)) radiance += to_lights * shading.emission * walk.emission_weight(weight_of_hit);
+      if (!is_black(shading.emission) && !is_black(to_lights))
+        radiance += to_lights * shading.emission * walk.emission_weight(weight_of_hit);
       SampleAux* const vertex_aux = point.ray_depth == 0 ? aux : nullptr;
       if (vertex_aux) {
         record_first_hit(scene, point, bsdf, *aux);
@@ -332,15 +360,17 @@ class IrradianceCache final : public Integrator {
       const uint32_t base = kFirstDimensions + kVertexDimensions * vertex;
       DirectVertex here;
       if (bsdf.has_non_delta() && !passes_only && lights.can_choose()) {
-        const DirectLightContext context{scene, point, bsdf, uint32_t(scene.material_index(walk.hit)), pixel_x, pixel_y};
+        const DirectLightContext context{scene,   point,  bsdf, uint32_t(scene.material_index(walk.hit)),
+                                         pixel_x, pixel_y};
         radiance += beta * direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
         if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
-          if (has_soft_terminator(point)) radiance += beta * estimate_direct<true>(context, sampler, base + kDirectLight, counter.rays);
+          if (has_soft_terminator(point))
+            radiance += beta * estimate_direct<true>(context, sampler, base + kDirectLight, counter.rays);
         }
       }
       const auto sample = sample_direction(bsdf, point, sampler, base);
 
-      Color after = beta;   // to what surfaces scatter, by the lobes that the cache does not answer for
+      Color after = beta;  // to what surfaces scatter, by the lobes that the cache does not answer for
       if (sample) after *= sample->f_cos;
       if (reads_cache && !passes_only && bounces_diffusely(point, settings.bounces)) {
         const CachedPart cached(bsdf, point.wo);
@@ -368,8 +398,11 @@ class IrradianceCache final : public Integrator {
       count_bounce(*sample, point, point);
       at_bounce_limit = past_limits(point, settings.bounces);
       // Nothing is left to find where only lights would count, and they are counted already.
-      if ((at_bounce_limit || is_black(beta)) && here.complete && !sample->specular && !scene.emission_without_lights()) break;
-      if (point.ray_depth > 2 && !survives(std::min(1.0f, std::sqrt(max_component(to_lights))), sampler, base + kRoulette, to_lights, beta)) break;
+      if ((at_bounce_limit || is_black(beta)) && here.complete && !sample->specular && !scene.emission_without_lights())
+        break;
+      if (point.ray_depth > 2 &&
+          !survives(std::min(1.0f, std::sqrt(max_component(to_lights))), sampler, base + kRoulette, to_lights, beta))
+        break;
       previous = here;
       previous.position = point.position;
       previous.normal = bsdf.receiving_normal();
@@ -384,7 +417,7 @@ class IrradianceCache final : public Integrator {
   PixelFilter filter_;
   HemisphereGrid grid_{1};
   IrradianceRecords records_;
-  std::unique_ptr<DirectEstimator> mixture_;   // none: the default method
+  std::unique_ptr<DirectEstimator> mixture_;  // none: the default method
   float pixel_size_ = 0.0f, pixel_angle_ = 0.0f;
   uint64_t records_made_ = 0, lookups_ = 0, found_ = 0;
   IntegratorStatistics statistics_;

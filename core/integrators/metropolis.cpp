@@ -1,10 +1,10 @@
 #include "integrators/metropolis.h"
 
-#include "transport/chains/chain_ensemble.h"
 #include "transport/bidirectional/direct_pass.h"
-#include "transport/hints/followed_hints.h"
+#include "transport/chains/chain_ensemble.h"
 #include "transport/chains/mutations/standard_mutations.h"
 #include "transport/chains/pilot_importance.h"
+#include "transport/hints/followed_hints.h"
 
 namespace ajar {
 

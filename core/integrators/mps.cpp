@@ -5,17 +5,17 @@
 #include "integrators/gather_passes.h"
 #include "integrators/learned.h"
 #include "transport/chains/chain_ensemble.h"
-#include "transport/hints/followed_hints.h"
 #include "transport/chains/mutations/standard_mutations.h"
+#include "transport/hints/followed_hints.h"
 #include "transport/photons/path_photons.h"
 
 namespace ajar {
 
 namespace {
 
-constexpr uint32_t kSeeds = 4096;             ///< bidirectional samples that chains may start from
-/// Successive states of a chain are alike: so many of them count as one photon that knows nothing of the others, where radii are chosen
-/// and the two kinds of photons weighed.
+constexpr uint32_t kSeeds = 4096;  ///< bidirectional samples that chains may start from
+/// Successive states of a chain are alike: so many of them count as one photon that knows nothing of the others, where
+/// radii are chosen and the two kinds of photons weighed.
 constexpr uint32_t kStatesAlike = 20;
 
 /// Photons a chain has left in this pass; power still to be scaled.
@@ -25,14 +25,17 @@ struct Deposit {
     Vec3 shading_normal;
     bool lambert;
   };
-  std::vector<Entry> entries[2];   // global, caustic
+  std::vector<Entry> entries[2];  // global, caustic
 
   void add(const PathPhoton& found, float weight) {
     std::vector<Entry>& list = entries[found.place == ArrivalMap::kSeen ? 1 : 0];
-    // Repeated states and paths that differ elsewhere only: power goes to the photon that is there already, a state or two ago.
+    // Repeated states and paths that differ elsewhere only: power goes to the photon that is there already, a state or
+    // two ago.
     for (size_t back = 1; back <= 4 && back <= list.size(); ++back) {
       Photon& known = list[list.size() - back].photon;
-      if (known.point.position != found.photon.point.position || known.packed_direction != found.photon.packed_direction) continue;
+      if (known.point.position != found.photon.point.position ||
+          known.packed_direction != found.photon.packed_direction)
+        continue;
       known.flux_over_cosine += found.photon.flux_over_cosine * weight;
       return;
     }
@@ -78,7 +81,8 @@ class Mps final : public Integrator {
     add_statistics_of(followed_, s);
     passes_.add_statistics(s);
     ensemble_.add_statistics(s.extra);
-    s.hints = ensemble_.hint_statistics(followed_.reports(), 0.0);  // shares of what the chains carry: direct light is not known here
+    s.hints = ensemble_.hint_statistics(followed_.reports(),
+                                        0.0);  // shares of what the chains carry: direct light is not known here
     s.extra["arrival_bytes"] = double(arrivals_.memory_bytes());
     return s;
   }
@@ -94,7 +98,8 @@ class Mps final : public Integrator {
     if (!followed_.hints().empty()) ensemble_.watch(followed_.hints());
   }
 
-  /// Photons of chains and plain ones, each weighed by its share in the density of both where it lies (balance heuristic).
+  /// Photons of chains and plain ones, each weighed by its share in the density of both where it lies (balance
+  /// heuristic).
   void make_maps(const Film& film, const std::atomic<bool>& stop) {
     const uint32_t pass = passes_.pass(), steps = passes_.photon_count();
     if (pass == 0) {
@@ -136,28 +141,33 @@ class Mps final : public Integrator {
     // Photons a watt: `per_lookup` times W of chains, and the plain ones.
     const double watts = double(luminance(Color(Vec3(plain.emitted[0], plain.emitted[1], plain.emitted[2]))));
     const double plain_density = watts > 0.0 ? double(emission.count) / watts : 0.0;
-    const double per_lookup = ensemble_.brightness() > 0.0 ? double(steps) / kStatesAlike / ensemble_.brightness() : 0.0;
+    const double per_lookup = ensemble_.brightness() > 0.0 ? double(steps) / kStatesAlike / ensemble_.brightness()
+                                                           : 0.0;
     for (int kind = 0; kind < 2; ++kind) {
       const auto place = kind == 1 ? ArrivalMap::kSeen : ArrivalMap::kGathered;
       const float radius = kind == 1 ? passes_.caustic_radius() : passes_.global_radius();
-      tbb::parallel_for(tbb::blocked_range<size_t>(0, photons[kind].size(), 512), [&](const tbb::blocked_range<size_t>& range) {
-        for (size_t i = range.begin(); i != range.end(); ++i) {
-          Photon& photon = photons[kind][i];
-          const Vec3 position = photon.point.position, normal = unpack_direction(photon.point.packed_normal);
-          const double inverse = photon.transmits() ? arrivals_.inverse_density_of_both_sides(place, position, normal, radius)
-                                                    : arrivals_.inverse_density(place, position, normal, radius);
-          const double all = per_lookup + plain_density * inverse;
-          const bool of_chain = i < entries[kind].size();
-          const double weight = inverse > 0.0 ? (of_chain ? inverse * per_lookup : plain_density * inverse) / all : (of_chain ? 0.0 : 1.0);
-          photon.flux_over_cosine *= float(weight);
-        }
-      });
+      tbb::parallel_for(
+          tbb::blocked_range<size_t>(0, photons[kind].size(), 512), [&](const tbb::blocked_range<size_t>& range) {
+            for (size_t i = range.begin(); i != range.end(); ++i) {
+              Photon& photon = photons[kind][i];
+              const Vec3 position = photon.point.position, normal = unpack_direction(photon.point.packed_normal);
+              const double inverse = photon.transmits()
+                                         ? arrivals_.inverse_density_of_both_sides(place, position, normal, radius)
+                                         : arrivals_.inverse_density(place, position, normal, radius);
+              const double all = per_lookup + plain_density * inverse;
+              const bool of_chain = i < entries[kind].size();
+              const double weight = inverse > 0.0 ? (of_chain ? inverse * per_lookup : plain_density * inverse) / all
+                                                  : (of_chain ? 0.0 : 1.0);
+              photon.flux_over_cosine *= float(weight);
+            }
+          });
     }
     std::vector<IrradianceSite> sites;
     const uint32_t stride = passes_.site_stride(uint32_t(entries[0].size()));
     for (size_t i = 0; i < entries[0].size(); i += stride)
       if (entries[0][i]->lambert) sites.push_back({entries[0][i]->photon.point, entries[0][i]->shading_normal});
-    for (std::vector<Photon>& list : photons) std::erase_if(list, [](const Photon& photon) { return is_black(photon.flux_over_cosine); });
+    for (std::vector<Photon>& list : photons)
+      std::erase_if(list, [](const Photon& photon) { return is_black(photon.flux_over_cosine); });
     passes_.build_maps(std::move(photons[0]), std::move(photons[1]));
     passes_.add_sites(std::move(sites));
   }

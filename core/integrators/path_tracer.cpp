@@ -36,7 +36,9 @@ class PathTracer final : public Integrator {
  public:
   Bias bias() const override { return bias_; }
   GoalSupport goal_support() const override {
-    return {.follows = true, .learns = wants_guide() || (mixture_ && mixture_->learns()), .equal = wants_guide() ? PathGuide::kEqualSamples : 0};
+    return {.follows = true,
+            .learns = wants_guide() || (mixture_ && mixture_->learns()),
+            .equal = wants_guide() ? PathGuide::kEqualSamples : 0};
   }
 
   using Integrator::prepare;
@@ -57,7 +59,8 @@ class PathTracer final : public Integrator {
     if (direct.method != DirectMethod::Mis || direct.samples > 1)
       mixture_ = make_direct_estimator(*scene_, direct.method, {.samples = direct.samples});
     // With nothing to choose among, one sample of the learned mixture is one of the default.
-    if (mixture_ && direct.method == DirectMethod::PmcHi && direct.samples <= 1 && !mixture_->wants_pilot()) mixture_.reset();
+    if (mixture_ && direct.method == DirectMethod::PmcHi && direct.samples <= 1 && !mixture_->wants_pilot())
+      mixture_.reset();
     ends_early_ = plan.ends_early;
     media_.reset();
     if (plan.media) media_ = std::make_unique<Media>(*scene_);
@@ -68,11 +71,16 @@ class PathTracer final : public Integrator {
 
   std::vector<LearnedPart> begin_with(const Learned& learned) override {
     std::vector<LearnedPart> parts;
-    if (learned.guide || wants_guide()) parts.push_back({"path guide", !wants_guide() ? "paths are not guided" : !learned.guide ? "the frame before has not learned enough" : ""});
+    if (learned.guide || wants_guide())
+      parts.push_back({"path guide", !wants_guide()   ? "paths are not guided"
+                                     : !learned.guide ? "the frame before has not learned enough"
+                                                      : ""});
     if (wants_guide()) guide_past_ = learned.guide;
     const bool adaptive = mixture_ && mixture_->wants_pilot();
     if (learned.direct || adaptive)
-      parts.push_back({"choice of lights", !adaptive ? "lights are not learned" : !learned.direct ? "the frame before has learned none" : mixture_->begin_with(*learned.direct)});
+      parts.push_back({"choice of lights", !adaptive         ? "lights are not learned"
+                                           : !learned.direct ? "the frame before has learned none"
+                                                             : mixture_->begin_with(*learned.direct)});
     return parts;
   }
 
@@ -92,7 +100,8 @@ class PathTracer final : public Integrator {
     while (samples_per_pixel > 0) {
       int samples = samples_per_pixel;
       if (guide_) samples = guide_->begin(samples_done_, samples, statistics_.rays);
-      if (mixture_ && mixture_->learns()) samples = std::min(samples, int(std::bit_ceil(samples_done_ + 1) - samples_done_));
+      if (mixture_ && mixture_->learns())
+        samples = std::min(samples, int(std::bit_ceil(samples_done_ + 1) - samples_done_));
       render_samples(film, samples, stop);
       if (stop.load(std::memory_order_relaxed)) return;
       samples_per_pixel -= samples;
@@ -126,11 +135,14 @@ class PathTracer final : public Integrator {
     const auto& r = scene_->settings().region;
     Film film(r[0], r[1], r[2], r[3], {"Combined"});
     std::vector<uint32_t> goals(size_t(film.width()) * size_t(film.height()));
-    for (uint32_t i = 0; i < goals.size(); ++i) goals[i] = uint32_t(samples_per_pixel + to_unit_float(hash_combine(seed_, i)));
+    for (uint32_t i = 0; i < goals.size(); ++i)
+      goals[i] = uint32_t(samples_per_pixel + to_unit_float(hash_combine(seed_, i)));
     film.set_goals(std::move(goals));
     tbb::combinable<PathCounters> counters;
-    if (media_) render_with<ImportantLight, InMedia>(MisDirectLight(), Unguided(), film, stop, counters);
-    else render_with<ImportantLight, NoMedia>(MisDirectLight(), Unguided(), film, stop, counters);
+    if (media_)
+      render_with<ImportantLight, InMedia>(MisDirectLight(), Unguided(), film, stop, counters);
+    else
+      render_with<ImportantLight, NoMedia>(MisDirectLight(), Unguided(), film, stop, counters);
     const std::vector<float> pairs = film.resolve("Combined", 1.0f);
     std::vector<Vec2> light(pairs.size() / 4);
     for (size_t i = 0; i < light.size(); ++i) light[i] = Vec2(pairs[4 * i], pairs[4 * i + 1]);
@@ -140,16 +152,17 @@ class PathTracer final : public Integrator {
  private:
   bool wants_guide() const { return guiding_ != Guiding::Off; }
 
-  /// Samples to learn from that leave no trace in the picture. They end before its first sample, so that all its samples
-  /// choose by the same shares: a sequence that is cut into pieces with different shares is stratified in pieces only, and
-  /// loses more than later learning gains.
+  /// Samples to learn from that leave no trace in the picture. They end before its first sample, so that all its
+  /// samples choose by the same shares: a sequence that is cut into pieces with different shares is stratified in
+  /// pieces only, and loses more than later learning gains.
   bool run_pilot(const Film& film, const std::atomic<bool>& stop) {
     Film discarded(film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), {"Combined"});
     const uint32_t seed = seed_;
     seed_ = hash_combine(seed, 0x70696c6fU);
     std::vector<uint32_t> goals(size_t(film.width()) * size_t(film.height()), 0);
     for (uint32_t iteration = 0; mixture_->wants_pilot() && !stop.load(std::memory_order_relaxed); ++iteration) {
-      for (uint32_t i = 0; i < goals.size(); ++i) goals[i] += uint32_t(pilot_samples_ + to_unit_float(hash_combine(seed_ + iteration, i)));
+      for (uint32_t i = 0; i < goals.size(); ++i)
+        goals[i] += uint32_t(pilot_samples_ + to_unit_float(hash_combine(seed_ + iteration, i)));
       discarded.set_goals(goals);
       render_samples(discarded, 1, stop);
       if (!stop.load(std::memory_order_relaxed)) mixture_->learn();
@@ -170,12 +183,17 @@ class PathTracer final : public Integrator {
           return;
         }
       }
-      if (guide_ && guide_->active()) render_with<decltype(parts), NoMedia>(direct_light, Guided{}, film, stop, counters);
-      else render_with<decltype(parts), NoMedia>(direct_light, Unguided(), film, stop, counters);
+      if (guide_ && guide_->active())
+        render_with<decltype(parts), NoMedia>(direct_light, Guided{}, film, stop, counters);
+      else
+        render_with<decltype(parts), NoMedia>(direct_light, Unguided(), film, stop, counters);
     };
-    if (mixture_) with(*mixture_, NoParts());
-    else if (film.wants_parts()) with(MisDirectLight(), SampleParts());
-    else with(MisDirectLight(), NoParts());
+    if (mixture_)
+      with(*mixture_, NoParts());
+    else if (film.wants_parts())
+      with(MisDirectLight(), SampleParts());
+    else
+      with(MisDirectLight(), NoParts());
     counters.combine_each([&](const PathCounters& c) {
       statistics_.rays += c.rays;
       statistics_.paths += c.paths;
@@ -184,7 +202,8 @@ class PathTracer final : public Integrator {
   }
 
   template <class Parts, class Medium, class DirectLight, class Guide>
-  void render_with(const DirectLight& direct_light, Guide, Film& film, const std::atomic<bool>& stop, tbb::combinable<PathCounters>& counters) {
+  void render_with(const DirectLight& direct_light, Guide, Film& film, const std::atomic<bool>& stop,
+                   tbb::combinable<PathCounters>& counters) {
     struct Tile {
       Sampler sampler;
       PathCounters& counter;
@@ -193,7 +212,10 @@ class PathTracer final : public Integrator {
     const uint32_t full_width = uint32_t(scene_->settings().width);
     const bool moves = scene_->moves();
     for_each_sample(
-        film, samples_done_, stop, [&] { return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local(), SampleAux()}; },
+        film, samples_done_, stop,
+        [&] {
+          return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local(), SampleAux()};
+        },
         [&](Tile& tile, int px, int py, uint32_t index) {
           const uint32_t pixel = uint32_t(py) * full_width + uint32_t(px);
           tile.sampler.start(pixel, index);
@@ -216,7 +238,10 @@ class PathTracer final : public Integrator {
           if constexpr (Guide::kGuided) guide = guide_->of_sample(px - film.x0(), py - film.y0(), pixel, index);
           Parts parts;
           const PathStart start{*scene_, ray, px, py, tile.sampler, aux, tile.counter, ends_early_};
-          const auto along = [&](auto medium) { return PathWalk<DirectLight, Guide, Medium, Parts>(direct_light, guide, std::move(medium), parts, start).trace(alpha); };
+          const auto along = [&](auto medium) {
+            return PathWalk<DirectLight, Guide, Medium, Parts>(direct_light, guide, std::move(medium), parts, start)
+                .trace(alpha);
+          };
           Color radiance;
           if constexpr (Medium::kThere) {
             MediaCounters& media = tile.counter.media;
@@ -225,8 +250,10 @@ class PathTracer final : public Integrator {
           } else {
             radiance = along(NoMedia());
           }
-          if constexpr (std::is_same_v<Parts, ImportantLight>) radiance = Color(luminance(radiance), parts.luminance, 0.0f);
-          if constexpr (Guide::kGuided) guide_->measure(px - film.x0(), py - film.y0(), scene_->settings().exposure * radiance);
+          if constexpr (std::is_same_v<Parts, ImportantLight>)
+            radiance = Color(luminance(radiance), parts.luminance, 0.0f);
+          if constexpr (Guide::kGuided)
+            guide_->measure(px - film.x0(), py - film.y0(), scene_->settings().exposure * radiance);
           const bool added = film.add_sample(px, py, radiance, alpha, aux);
           if constexpr (std::is_same_v<Parts, SampleParts>)
             if (added) film.add_parts(px, py, parts);
@@ -237,14 +264,14 @@ class PathTracer final : public Integrator {
   uint32_t seed_ = 0, samples_done_ = 0;
   PixelFilter filter_;
   Bias bias_ = Bias::Unbiased;
-  std::unique_ptr<DirectEstimator> mixture_;   // none: the default method
-  std::unique_ptr<PathGuide> guide_;         // none: directions by the BSDF alone
-  std::shared_ptr<const PathGuide::Past> guide_past_;   // to begin with
-  std::unique_ptr<Media> media_;             // none: nothing between surfaces
+  std::unique_ptr<DirectEstimator> mixture_;           // none: the default method
+  std::unique_ptr<PathGuide> guide_;                   // none: directions by the BSDF alone
+  std::shared_ptr<const PathGuide::Past> guide_past_;  // to begin with
+  std::unique_ptr<Media> media_;                       // none: nothing between surfaces
   MediaCounters media_counters_;
   bool ends_early_ = false;
   Guiding guiding_ = Guiding::Off;
-  float pilot_samples_ = 1.0f;               // of a pixel, in each iteration of the pilot of direct light
+  float pilot_samples_ = 1.0f;  // of a pixel, in each iteration of the pilot of direct light
   uint64_t pilot_rays_ = 0;
   IntegratorStatistics statistics_;
 };
@@ -253,7 +280,8 @@ class PathTracer final : public Integrator {
 
 std::unique_ptr<Integrator> make_path_tracer() { return std::make_unique<PathTracer>(); }
 
-std::vector<Vec2> measure_important_light(std::shared_ptr<const Scene> scene, uint32_t seed, float samples_per_pixel, const std::atomic<bool>& stop) {
+std::vector<Vec2> measure_important_light(std::shared_ptr<const Scene> scene, uint32_t seed, float samples_per_pixel,
+                                          const std::atomic<bool>& stop) {
   PathTracer tracer;
   tracer.prepare(std::move(scene), seed);
   return tracer.important_light(samples_per_pixel, stop);

@@ -1,7 +1,8 @@
 // One path of the path tracer from the camera to its end: the loop, compiled once for each combination of what differs.
 //
-// DirectLight: MisDirectLight or DirectEstimator. Guide: Unguided or Guided (transport/guiding/path_guide.h). Medium: NoMedia or InMedia. Parts: NoParts,
-// SampleParts (what the passes of parts of light are made of) or ImportantLight. What a combination lacks is not compiled.
+// DirectLight: MisDirectLight or DirectEstimator. Guide: Unguided or Guided (transport/guiding/path_guide.h). Medium:
+// NoMedia or InMedia. Parts: NoParts, SampleParts (what the passes of parts of light are made of) or ImportantLight.
+// What a combination lacks is not compiled.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +23,9 @@ namespace ajar {
 struct PathDimensions {
   static constexpr uint32_t kTime = 4, kCamera = 6, kVertex = 8;
   static constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
-  static constexpr uint32_t kEnter = 8192;   ///< and the vertex: whether light goes below the surface
-  static constexpr uint32_t kScatter = 12288, kStretch = 2 + kMediumLightDimensions;   ///< for each stretch of a ray through media
+  static constexpr uint32_t kEnter = 8192;  ///< and the vertex: whether light goes below the surface
+  static constexpr uint32_t kScatter = 12288,
+                            kStretch = 2 + kMediumLightDimensions;  ///< for each stretch of a ray through media
 };
 
 struct PathCounters {
@@ -43,16 +45,16 @@ struct InMedia {
   Pcg32 rng;
   MediaStack stack;
   int depth = 0, stretch = 0, bounds = 0;
-  bool pass = false;            ///< light was first scattered by a medium
-  bool chose = false;           ///< the direction travelled was chosen by a phase function
-  Vec3 chosen_from{0.0f};       ///< and lights for there
+  bool pass = false;       ///< light was first scattered by a medium
+  bool chose = false;      ///< the direction travelled was chosen by a phase function
+  Vec3 chosen_from{0.0f};  ///< and lights for there
 };
 
 struct NoParts {};
 /// Of a sample's luminance: that of each source times its importance. What glows in media is no source.
 struct ImportantLight {
   float luminance = 0.0f;
-  float of_source = 1.0f;       ///< of the light to be added next
+  float of_source = 1.0f;  ///< of the light to be added next
 };
 
 /// Shares of diffuse, glossy and transmission in what is scattered; the sum is 1.
@@ -64,11 +66,11 @@ PathShares shares_of(const Bsdf& bsdf, const PathShares& scattered);
 struct PathStart {
   const Scene& scene;
   Ray ray;
-  int pixel_x, pixel_y;         ///< of the full frame
+  int pixel_x, pixel_y;  ///< of the full frame
   Sampler& sampler;
-  SampleAux* aux;               ///< null where no pass asks for the first hit
+  SampleAux* aux;  ///< null where no pass asks for the first hit
   PathCounters& counters;
-  bool ends_early;              ///< RenderPlan::ends_early
+  bool ends_early;  ///< RenderPlan::ends_early
 };
 
 template <class DirectLight, class Guide, class Medium, class Parts>
@@ -76,17 +78,28 @@ class PathWalk {
   static constexpr bool kMedia = Medium::kThere, kGuided = Guide::kGuided;
   static constexpr bool kParts = std::is_same_v<Parts, SampleParts>, kSources = std::is_same_v<Parts, ImportantLight>;
   using D = PathDimensions;
-  enum class Step : uint8_t { End, Traced, GoOn };   ///< Traced: the walk has a new ray
+  enum class Step : uint8_t { End, Traced, GoOn };  ///< Traced: the walk has a new ray
 
  public:
-  [[gnu::always_inline]] PathWalk(const DirectLight& direct_light, const Guide& guide, Medium medium, Parts& parts, const PathStart& start)
-      : direct_light_(direct_light), guide_(guide), medium_(std::move(medium)), parts_(parts), scene_(start.scene), lights_(start.scene.lights()),
-        settings_(start.scene.settings()), start_(start), sampler_(start.sampler), aux_(start.aux), walk_(start.scene, start.ray, start.counters.rays) {}
+  [[gnu::always_inline]] PathWalk(const DirectLight& direct_light, const Guide& guide, Medium medium, Parts& parts,
+                                  const PathStart& start)
+      : direct_light_(direct_light),
+        guide_(guide),
+        medium_(std::move(medium)),
+        parts_(parts),
+        scene_(start.scene),
+        lights_(start.scene.lights()),
+        settings_(start.scene.settings()),
+        start_(start),
+        sampler_(start.sampler),
+        aux_(start.aux),
+        walk_(start.scene, start.ray, start.counters.rays) {}
 
   /// Radiance along the path, and alpha of its sample.
   [[gnu::always_inline]] Color trace(float& alpha) {
     ++start_.counters.paths;
-    while (step()) {}
+    while (step()) {
+    }
     if constexpr (kGuided) hand_in_samples();
     alpha = alpha_;
     return radiance_;
@@ -119,8 +132,9 @@ class PathWalk {
 
   // ---- Light that is found -------------------------------------------------------------------
 
-  /// `bounces` is how often the light was scattered before; the optional clamp tells direct from indirect by it. A call of its own, so that no copy of
-  /// the loop fuses its sum with the product before it: all copies make the same picture.
+  /// `bounces` is how often the light was scattered before; the optional clamp tells direct from indirect by it. A call
+  /// of its own, so that no copy of the loop fuses its sum with the product before it: all copies make the same
+  /// picture.
   [[gnu::noinline]] void add(Color contribution, int bounces) {
     const float limit = bounces > 1 ? settings_.clamp_indirect : settings_.clamp_direct;
     if (limit > 0.0f) {
@@ -150,7 +164,9 @@ class PathWalk {
   [[gnu::always_inline]] float weight_of_hit(uint32_t light, Vec3 position, Vec3 normal) const {
     const Vec3 wi = walk_.ray.direction;
     if constexpr (kMedia)
-      if (medium_.chose) return weight_of_hit_in_medium(scene_, previous_.bsdf_pdf, medium_.chosen_from, previous_.position, light, wi, position, normal);
+      if (medium_.chose)
+        return weight_of_hit_in_medium(scene_, previous_.bsdf_pdf, medium_.chosen_from, previous_.position, light, wi,
+                                       position, normal);
     return direct_light_.weight_of_hit(scene_, previous_, light, wi, position, normal);
   }
 
@@ -168,15 +184,17 @@ class PathWalk {
     if constexpr (kMedia) {
       const Ray& ray = walk_.ray;
       if (!medium_.stack.empty() && is_finite(met.position))
-        arriving *= medium_.media.transmittance({medium_.stack, ray, glm::dot(met.position - ray.origin, ray.direction), walk_.point, walk_.point.ray_kind},
-                                                medium_.rng, medium_.counters);
+        arriving *= medium_.media.transmittance(
+            {medium_.stack, ray, glm::dot(met.position - ray.origin, ray.direction), walk_.point, walk_.point.ray_kind},
+            medium_.rng, medium_.counters);
     }
     add(arriving * weight_of_hit(met.light, met.position, met.normal), walk_.point.ray_depth);
   }
 
   // ---- Media ---------------------------------------------------------------------------------
 
-  /// Along a stretch of the ray through media: what they emit, scatter and take away. Traced where the path was scattered.
+  /// Along a stretch of the ray through media: what they emit, scatter and take away. Traced where the path was
+  /// scattered.
   Step pass_media() {
     const Ray& ray = walk_.ray;
     const Hit& hit = walk_.hit;
@@ -195,15 +213,19 @@ class PathWalk {
     uint32_t sampled_light = 0;
     uint64_t& rays = start_.counters.rays;
     if (uniform && may_scatter && at.scatters() && lights_.can_choose())
-      direct = estimate_direct_along(scene_, medium_, along, at, PhaseFunction(at), beta_, sampler_, here + 2, lights_for, sampled_light, rays);
+      direct = estimate_direct_along(scene_, medium_, along, at, PhaseFunction(at), beta_, sampler_, here + 2,
+                                     lights_for, sampled_light, rays);
     sampler_.set_dimension(here);
-    const bool scattered = uniform ? medium_.media.scatter_uniform(along, at, may_scatter, sampler_.get_2d(), beta_, emitted, t)
-                                   : medium_.media.scatter_varying(along, may_scatter, medium_.rng, beta_, emitted, t, at, medium_.counters);
+    const bool scattered = uniform ? medium_.media.scatter_uniform(along, at, may_scatter, sampler_.get_2d(), beta_,
+                                                                   emitted, t)
+                                   : medium_.media.scatter_varying(along, may_scatter, medium_.rng, beta_, emitted, t,
+                                                                   at, medium_.counters);
     const PhaseFunction phase(at);
     const Vec3 place = ray.origin + t * ray.direction;
     if (scattered && !uniform && lights_.can_choose()) {
       lights_for = place;
-      direct = beta_ * estimate_direct_at(scene_, medium_, place, ray, point, phase, sampler_, here + 2, sampled_light, rays);
+      direct = beta_ *
+               estimate_direct_at(scene_, medium_, place, ray, point, phase, sampler_, here + 2, sampled_light, rays);
     }
     if constexpr (kSources) parts_.of_source = 1.0f;
     if (!is_black(emitted)) add(emitted, point.ray_depth);
@@ -232,7 +254,9 @@ class PathWalk {
     ++point.ray_depth;
     at_bounce_limit_ = point.ray_depth > settings_.bounces.total || ++medium_.depth > settings_.bounces.volume;
     point.ray_kind = kRayVolumeScatter;
-    if (point.ray_depth > kSafeBounces && !survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base + D::kRoulette, beta_)) return false;
+    if (point.ray_depth > kSafeBounces &&
+        !survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base + D::kRoulette, beta_))
+      return false;
     previous_ = DirectVertex();
     previous_.bsdf_pdf = pdf;
     previous_.position = place;
@@ -261,7 +285,8 @@ class PathWalk {
     const Bsdf& bsdf = walk_.shading.bsdf;
     if (!is_black(walk_.shading.emission)) {
       if constexpr (kSources) parts_.of_source = point.object->light_importance;
-      const float weight = walk_.emission_weight([&](uint32_t light, Vec3 position, Vec3 normal) { return weight_of_hit(light, position, normal); });
+      const float weight = walk_.emission_weight(
+          [&](uint32_t light, Vec3 position, Vec3 normal) { return weight_of_hit(light, position, normal); });
       add(beta_ * walk_.shading.emission * weight, point.ray_depth);
     }
     vertex_aux_ = point.ray_depth == 0 ? aux_ : nullptr;
@@ -288,16 +313,19 @@ class PathWalk {
     SurfaceShading& shading = walk_.shading;
     if constexpr (kGuided) guided_.note_distance(walk_.hit.t);
     base_ = D::kCamera + D::kVertex * uint32_t(vertex_++);
-    if (!shading.bsdf.has_subsurface() || at_bounce_limit_ || point.mesh->strands) return true;   // in hair there is nowhere to walk: it is diffuse
+    if (!shading.bsdf.has_subsurface() || at_bounce_limit_ || point.mesh->strands)
+      return true;  // in hair there is nowhere to walk: it is diffuse
     [[maybe_unused]] const float before = max_component(beta_);
     sampler_.set_dimension(D::kEnter + uint32_t(vertex_));
-    const uint32_t stream = hash_combine(uint32_t(start_.pixel_y) * uint32_t(settings_.width) + uint32_t(start_.pixel_x), base_);
+    const uint32_t stream = hash_combine(
+        uint32_t(start_.pixel_y) * uint32_t(settings_.width) + uint32_t(start_.pixel_x), base_);
     if (!walk_below_or_stay(stream, sampler_.get_1d())) return false;
     if constexpr (kGuided) guided_.unguided_beta *= max_component(beta_) / before;
     return true;
   }
 
-  /// Either walks below the surface, and the point becomes that where the walk leaves, or goes on with the other lobes alone. False when the walk is lost.
+  /// Either walks below the surface, and the point becomes that where the walk leaves, or goes on with the other lobes
+  /// alone. False when the walk is lost.
   bool walk_below_or_stay(uint32_t stream, float u) {
     SurfaceShading& shading = walk_.shading;
     const Bsdf::SubsurfacePart part = shading.bsdf.subsurface_part();
@@ -308,7 +336,9 @@ class PathWalk {
     }
     Pcg32 rng(uint64_t(u * 0x1p32f), stream);
     Color weight = beta_ * part.weight / (glm::max(shading.medium.albedo, Color(1e-6f)) * part.selection);
-    if (!walk_below_surface(scene_, walk_.hit, part.normal, shading.medium, rng, walk_.point, shading.bsdf, weight, start_.counters.rays)) return false;
+    if (!walk_below_surface(scene_, walk_.hit, part.normal, shading.medium, rng, walk_.point, shading.bsdf, weight,
+                            start_.counters.rays))
+      return false;
     beta_ = weight;
     return true;
   }
@@ -319,17 +349,21 @@ class PathWalk {
     const Bsdf& bsdf = walk_.shading.bsdf;
     uint64_t& rays = start_.counters.rays;
     SampledLight sampled;
-    const DirectLightContext context{scene_, point, bsdf, uint32_t(material_), start_.pixel_x, start_.pixel_y, guided_bsdf(), kParts || kSources ? &sampled : nullptr};
+    const DirectLightContext context{
+        scene_,         point,          bsdf,          uint32_t(material_),
+        start_.pixel_x, start_.pixel_y, guided_bsdf(), kParts || kSources ? &sampled : nullptr};
     Color direct;
     if constexpr (kMedia)
-      direct = direct_light_.estimate(MediaDirectContext<Medium>{context, medium_, walk_.hit}, sampler_, base_ + D::kDirectLight, here, vertex_aux_, rays);
+      direct = direct_light_.estimate(MediaDirectContext<Medium>{context, medium_, walk_.hit}, sampler_,
+                                      base_ + D::kDirectLight, here, vertex_aux_, rays);
     else
       direct = direct_light_.estimate(context, sampler_, base_ + D::kDirectLight, here, vertex_aux_, rays);
     if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
       if (has_soft_terminator(point)) direct += estimate_direct<true>(context, sampler_, base_ + D::kDirectLight, rays);
     }
     if constexpr (kParts)
-      if (point.ray_depth == 0 && !is_black(direct)) shares_ = shares_of(bsdf, bsdf.f_cos_of_kinds(point.wo, sampled.wi));
+      if (point.ray_depth == 0 && !is_black(direct))
+        shares_ = shares_of(bsdf, bsdf.f_cos_of_kinds(point.wo, sampled.wi));
     if constexpr (kSources) parts_.of_source = scene_.light_importance(sampled.light);
     if (!is_black(direct)) add(beta_ * direct, point.ray_depth + 1);
   }
@@ -349,7 +383,8 @@ class PathWalk {
     beta_ *= sample->f_cos / sample->pdf_solid_angle;
     if (!(largest(beta_) > 0.0f)) return false;
     if constexpr (kMedia)
-      if (glm::dot(sample->wi, point.ng) < 0.0f) medium_.media.cross(walk_.hit, !point.backfacing, medium_.stack, medium_.counters);
+      if (glm::dot(sample->wi, point.ng) < 0.0f)
+        medium_.media.cross(walk_.hit, !point.backfacing, medium_.stack, medium_.counters);
     // Straight on: the light sampled from the vertex before still competes.
     if (sample->flags & kTransparent) return walk_.pass_through();
     if (at_bounce_limit_) return false;
@@ -378,23 +413,30 @@ class PathWalk {
     }
     sampler_.set_dimension(base_ + D::kDirection);
     const Vec2 u_direction = sampler_.get_2d();
-    if constexpr (kGuided) return sample_guided(u_lobe, u_direction);
-    else return bsdf.sample(walk_.point.wo, u_lobe, u_direction);
+    if constexpr (kGuided)
+      return sample_guided(u_lobe, u_direction);
+    else
+      return bsdf.sample(walk_.point.wo, u_lobe, u_direction);
   }
 
   void share_first_scattering(const BsdfSample& sample) {
     if (walk_.point.ray_depth != 0) return;
     const Bsdf& bsdf = walk_.shading.bsdf;
     const float passes_on = sample.flags & kTransmission ? 1.0f : 0.0f;
-    if (sample.specular) shares_ = PathShares{Color(0.0f), Color(1.0f - passes_on), Color(passes_on)};
-    else shares_ = shares_of(bsdf, bsdf.f_cos_of_kinds(walk_.point.wo, sample.wi));
+    if (sample.specular)
+      shares_ = PathShares{Color(0.0f), Color(1.0f - passes_on), Color(passes_on)};
+    else
+      shares_ = shares_of(bsdf, bsdf.f_cos_of_kinds(walk_.point.wo, sample.wi));
   }
 
-  /// Survival in proportion to what the path can still carry. A direction that the guide likes has a high density and so a low throughput, just because
-  /// much light comes from there: the guide must not count.
+  /// Survival in proportion to what the path can still carry. A direction that the guide likes has a high density and
+  /// so a low throughput, just because much light comes from there: the guide must not count.
   [[gnu::always_inline]] bool survives_roulette() {
-    if constexpr (kGuided) return survives(std::min(1.0f, std::sqrt(guided_.unguided_beta)), sampler_, base_ + D::kRoulette, beta_, guided_.unguided_beta);
-    else return survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base_ + D::kRoulette, beta_);
+    if constexpr (kGuided)
+      return survives(std::min(1.0f, std::sqrt(guided_.unguided_beta)), sampler_, base_ + D::kRoulette, beta_,
+                      guided_.unguided_beta);
+    else
+      return survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base_ + D::kRoulette, beta_);
   }
 
   /// Where majorants were exceeded, weights are negative.
@@ -405,18 +447,21 @@ class PathWalk {
   struct NoGuidedPath {};
   struct GuidedPath {
     GuidedBsdf bsdf;
-    float plain = Guided::kPlainShare;   ///< probability that the BSDF alone chooses all directions, given those so far
-    float unguided_beta = 1.0f;          ///< the throughput, had it done so
+    float plain = Guided::kPlainShare;  ///< probability that the BSDF alone chooses all directions, given those so far
+    float unguided_beta = 1.0f;         ///< the throughput, had it done so
     OpenVertex open[kMaxOpenVertices];
     int open_count = 0;
     void note_distance(float t) {
-      if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f) open[open_count - 1].sample.inverse_distance = 1.0f / t;
+      if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f)
+        open[open_count - 1].sample.inverse_distance = 1.0f / t;
     }
   };
 
   const GuidedBsdf* guided_bsdf() const {
-    if constexpr (kGuided) return &guided_.bsdf;
-    else return nullptr;
+    if constexpr (kGuided)
+      return &guided_.bsdf;
+    else
+      return nullptr;
   }
 
   std::optional<BsdfSample> sample_guided(float u_lobe, Vec2 u_direction) {
@@ -429,8 +474,10 @@ class PathWalk {
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) return {};
     if (guide_.samples && !sample->specular && guided_.open_count < kMaxOpenVertices) {
       const float pdf = pdf_bsdf / std::max(1.0f - guided_.bsdf.delta_probability(), 1e-6f);
-      guided_.open[guided_.open_count++] = {
-          {walk_.point.position, walk_.shading.bsdf.n, sample->wi, 0.0f, 0.0f, pdf, guided_.bsdf.kind(), guide_.pixel, guide_.index}, radiance_, luminance(beta_)};
+      guided_.open[guided_.open_count++] = {{walk_.point.position, walk_.shading.bsdf.n, sample->wi, 0.0f, 0.0f, pdf,
+                                             guided_.bsdf.kind(), guide_.pixel, guide_.index},
+                                            radiance_,
+                                            luminance(beta_)};
     }
     if (!sample->specular) guided_.plain *= pdf_bsdf / sample->pdf_solid_angle;
     guided_.unguided_beta *= max_component(sample->f_cos) / (sample->specular ? sample->pdf_solid_angle : pdf_bsdf);
@@ -446,8 +493,8 @@ class PathWalk {
     }
   }
 
-  static constexpr int kSafeBounces = 2;     ///< before roulette
-  static constexpr int kMaxBounds = 1024;    ///< surfaces that only enclose volumes along one path, as in Cycles
+  static constexpr int kSafeBounces = 2;   ///< before roulette
+  static constexpr int kMaxBounds = 1024;  ///< surfaces that only enclose volumes along one path, as in Cycles
 
   const DirectLight& direct_light_;
   const Guide& guide_;
@@ -458,16 +505,17 @@ class PathWalk {
   const RenderSettings& settings_;
   const PathStart& start_;
   Sampler& sampler_;
-  SampleAux* aux_;                           ///< until the first hit is recorded
-  SampleAux* vertex_aux_ = nullptr;          ///< at the first hit only
+  SampleAux* aux_;                   ///< until the first hit is recorded
+  SampleAux* vertex_aux_ = nullptr;  ///< at the first hit only
   EyeWalk walk_;
   Color radiance_{0.0f}, beta_{1.0f};
   float alpha_ = 0.0f;
-  DirectVertex previous_;                    ///< that chose the direction travelled
-  bool at_bounce_limit_ = false;                 ///< a bounce limit is reached: only what the next surface emits still counts
+  DirectVertex previous_;         ///< that chose the direction travelled
+  bool at_bounce_limit_ = false;  ///< a bounce limit is reached: only what the next surface emits still counts
   int vertex_ = 0, material_ = 0;
-  uint32_t base_ = 0;                        ///< first dimension of the vertex
-  [[no_unique_address]] std::conditional_t<kParts, PathShares, NoParts> shares_;   ///< of kinds of lobes in the first scattering
+  uint32_t base_ = 0;  ///< first dimension of the vertex
+  [[no_unique_address]] std::conditional_t<kParts, PathShares, NoParts>
+      shares_;  ///< of kinds of lobes in the first scattering
   [[no_unique_address]] std::conditional_t<kGuided, GuidedPath, NoGuidedPath> guided_;
 };
 

@@ -10,12 +10,13 @@ namespace ajar {
 
 namespace {
 
-/// Members of both populations together: one for sixteen pixels, within these bounds. A generation takes about one step a pixel.
+/// Members of both populations together: one for sixteen pixels, within these bounds. A generation takes about one step
+/// a pixel.
 constexpr int64_t kMinMembers = 64, kMaxMembers = 10000, kPixelsPerMember = 16, kMaxSteps = 40;
-constexpr uint32_t kStepsPerSample = 24;       ///< steps of members for each bidirectional sample
-constexpr uint32_t kFirstSamples = 4;          ///< the first generation has this many times as many samples
+constexpr uint32_t kStepsPerSample = 24;  ///< steps of members for each bidirectional sample
+constexpr uint32_t kFirstSamples = 4;     ///< the first generation has this many times as many samples
 constexpr uint32_t kLearnGenerations = 4;
-constexpr double kRamp = 8.0;                  ///< generations until they count fully: the first know few samples
+constexpr double kRamp = 8.0;  ///< generations until they count fully: the first know few samples
 
 class PopulationPaths final : public Integrator {
  public:
@@ -48,13 +49,16 @@ class PopulationPaths final : public Integrator {
     if (!populations_[0]) begin(film, space, stop);
     direct_.add(film, space, samples_per_pixel, stop);
     steps_wanted_ += uint64_t(film.width()) * uint64_t(film.height()) * uint64_t(samples_per_pixel);
-    while (populations_[0]->steps() + populations_[1]->steps() < steps_wanted_ && !stop.load(std::memory_order_relaxed)) {
+    while (populations_[0]->steps() + populations_[1]->steps() < steps_wanted_ &&
+           !stop.load(std::memory_order_relaxed)) {
       if (generations_ == kLearnGenerations) exchange();
       const double emphasis = std::min(1.0, double(generations_ + 1) / kRamp);
-      for (auto& population : populations_) total_emphasis_ += 0.5 * emphasis * population->run_generation(film, emphasis, stop);
+      for (auto& population : populations_)
+        total_emphasis_ += 0.5 * emphasis * population->run_generation(film, emphasis, stop);
       ++generations_;
     }
-    if (total_emphasis_ > 0.0) film.end_splats(populations_[0]->splat_unit() / (2.0 * double(size_.steps) * total_emphasis_));
+    if (total_emphasis_ > 0.0)
+      film.end_splats(populations_[0]->splat_unit() / (2.0 * double(size_.steps) * total_emphasis_));
   }
 
   IntegratorStatistics statistics() const override {
@@ -107,7 +111,7 @@ class PopulationPaths final : public Integrator {
   PathPopulation::Size size_{};
   std::unique_ptr<PathPopulation> populations_[2];
   uint32_t generations_ = 0;
-  std::shared_ptr<const PathPopulation::Learned> past_, learned_;   ///< of another frame; of this one, for the next
+  std::shared_ptr<const PathPopulation::Learned> past_, learned_;  ///< of another frame; of this one, for the next
   double total_emphasis_ = 0.0;
   uint64_t steps_wanted_ = 0;
 };

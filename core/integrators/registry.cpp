@@ -15,26 +15,76 @@ namespace ajar {
 const std::vector<IntegratorInfo>& integrator_list() {
   static const std::vector<IntegratorInfo> list{
       // Who renders for others asks render/technique_choice.h which it shall be; by itself it is path tracing.
-      {.name = "auto", .label = "Auto", .bias = Bias::Consistent,
-       .sentence = "Tries several techniques on a small picture and renders with the best. The render plan says which one, and whether it is unbiased.",
-       .make = make_path_tracer, .renders_motion = true, .knows_parts = true, .renders_media = true, .renders_strands = true, .follows_hints = true},
-      {.name = "path", .label = "Path Tracing", .bias = Bias::Unbiased, .sentence = "Paths from the camera. Best for open scenes and visible lights.",
-       .make = make_path_tracer, .renders_motion = true, .knows_parts = true, .renders_media = true, .renders_strands = true},
-      {.name = "bdpt", .label = "Bidirectional Path Tracing", .bias = Bias::Unbiased,
-       .sentence = "Paths from the camera and from the lights. For indirect light.", .make = make_bdpt, .joins_camera = true, .can_merge = true,
+      {.name = "auto",
+       .label = "Auto",
+       .bias = Bias::Consistent,
+       .sentence = "Tries several techniques on a small picture and renders with the best. The render plan says which "
+                   "one, and whether it is unbiased.",
+       .make = make_path_tracer,
+       .renders_motion = true,
+       .knows_parts = true,
+       .renders_media = true,
+       .renders_strands = true,
        .follows_hints = true},
-      {.name = "pmc_pt", .label = "Population Monte Carlo", .bias = Bias::Unbiased, .sentence = "A population of paths that learns where light is.", .make = make_pmc_path,
-       .joins_camera = true, .can_merge = true, .follows_hints = true},
-      {.name = "erpt", .label = "Energy Redistribution", .bias = Bias::Unbiased, .sentence = "Path tracing, with short Markov chains that spread what it finds.",
-       .make = make_erpt, .joins_camera = true, .can_merge = true, .follows_hints = true},
-      {.name = "mps", .label = "Metropolis Photon Sampling", .bias = Bias::Consistent, .sentence = "Photon mapping with photons only where the picture needs them.", .make = make_mps,
-       .joins_camera = true, .follows_hints = true},
-      {.name = "metropolis", .label = "Metropolis", .bias = Bias::Consistent, .sentence = "Markov chains of paths that concentrate on the light that matters.",
-       .make = make_metropolis, .joins_camera = true, .can_merge = true, .follows_hints = true},
-      {.name = "photon_map", .label = "Photon Mapping", .bias = Bias::Consistent, .sentence = "Photons from the lights, gathered where the camera sees them.",
-       .make = make_photon_mapping, .follows_hints = true},
-      {.name = "irradiance_cache", .label = "Irradiance Caching", .bias = Bias::Biased,
-       .sentence = "Diffuse indirect light, computed at few points and interpolated.", .make = make_irradiance_cache}};
+      {.name = "path",
+       .label = "Path Tracing",
+       .bias = Bias::Unbiased,
+       .sentence = "Paths from the camera. Best for open scenes and visible lights.",
+       .make = make_path_tracer,
+       .renders_motion = true,
+       .knows_parts = true,
+       .renders_media = true,
+       .renders_strands = true},
+      {.name = "bdpt",
+       .label = "Bidirectional Path Tracing",
+       .bias = Bias::Unbiased,
+       .sentence = "Paths from the camera and from the lights. For indirect light.",
+       .make = make_bdpt,
+       .joins_camera = true,
+       .can_merge = true,
+       .follows_hints = true},
+      {.name = "pmc_pt",
+       .label = "Population Monte Carlo",
+       .bias = Bias::Unbiased,
+       .sentence = "A population of paths that learns where light is.",
+       .make = make_pmc_path,
+       .joins_camera = true,
+       .can_merge = true,
+       .follows_hints = true},
+      {.name = "erpt",
+       .label = "Energy Redistribution",
+       .bias = Bias::Unbiased,
+       .sentence = "Path tracing, with short Markov chains that spread what it finds.",
+       .make = make_erpt,
+       .joins_camera = true,
+       .can_merge = true,
+       .follows_hints = true},
+      {.name = "mps",
+       .label = "Metropolis Photon Sampling",
+       .bias = Bias::Consistent,
+       .sentence = "Photon mapping with photons only where the picture needs them.",
+       .make = make_mps,
+       .joins_camera = true,
+       .follows_hints = true},
+      {.name = "metropolis",
+       .label = "Metropolis",
+       .bias = Bias::Consistent,
+       .sentence = "Markov chains of paths that concentrate on the light that matters.",
+       .make = make_metropolis,
+       .joins_camera = true,
+       .can_merge = true,
+       .follows_hints = true},
+      {.name = "photon_map",
+       .label = "Photon Mapping",
+       .bias = Bias::Consistent,
+       .sentence = "Photons from the lights, gathered where the camera sees them.",
+       .make = make_photon_mapping,
+       .follows_hints = true},
+      {.name = "irradiance_cache",
+       .label = "Irradiance Caching",
+       .bias = Bias::Biased,
+       .sentence = "Diffuse indirect light, computed at few points and interpolated.",
+       .make = make_irradiance_cache}};
   return list;
 }
 
@@ -71,8 +121,9 @@ std::string reason_against(const IntegratorInfo& integrator, const Scene& scene)
   if (!integrator.joins_camera) return "";
   const RenderSettings& s = scene.settings();
   if (scene.camera().finds_film(PixelFilter(s.filter, s.filter_width).half_width())) return "";
-  return scene.camera().has_lens() ? "it cannot join light paths to a panoramic camera with depth of field"
-                                   : "it cannot join light paths to a panorama that sees some directions twice, as at its seam";
+  return scene.camera().has_lens()
+             ? "it cannot join light paths to a panoramic camera with depth of field"
+             : "it cannot join light paths to a panorama that sees some directions twice, as at its seam";
 }
 
 }  // namespace ajar

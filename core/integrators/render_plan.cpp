@@ -11,8 +11,9 @@ namespace ajar {
 
 namespace {
 
-/// The pilot of direct light may take this share of the samples asked for, the same in each iteration: places that the first has not found
-/// learn nothing. Samples of a pixel in an iteration: below the least the pilot is not made; one where the number of samples is not known.
+/// The pilot of direct light may take this share of the samples asked for, the same in each iteration: places that the
+/// first has not found learn nothing. Samples of a pixel in an iteration: below the least the pilot is not made; one
+/// where the number of samples is not known.
 constexpr float kPilotShare = 0.08f, kMinPilot = 0.15f, kMaxPilot = 4.0f;
 /// Few samples are spent before a measurement could tell whether guiding pays.
 constexpr int kMinSamplesToMeasure = 16;
@@ -20,20 +21,24 @@ constexpr int kMinSamplesToMeasure = 16;
 std::string number(uint64_t n) { return std::to_string(n); }
 std::string memory(uint64_t bytes) {
   char text[32];
-  if (bytes < (1u << 20)) std::snprintf(text, sizeof text, "%.1f KiB", double(bytes) / 1024.0);
-  else std::snprintf(text, sizeof text, "%.1f MiB", double(bytes) / 1048576.0);
+  if (bytes < (1u << 20))
+    std::snprintf(text, sizeof text, "%.1f KiB", double(bytes) / 1024.0);
+  else
+    std::snprintf(text, sizeof text, "%.1f MiB", double(bytes) / 1048576.0);
   return text;
 }
 
 /// Decisions and their lines, one function for each.
 class Planner {
  public:
-  Planner(const Scene& scene, const IntegratorInfo& integrator) : scene_(scene), settings_(scene.settings()), integrator_(integrator) {}
+  Planner(const Scene& scene, const IntegratorInfo& integrator)
+      : scene_(scene), settings_(scene.settings()), integrator_(integrator) {}
 
   RenderPlan make() {
     plan_.media = scene_.has_media();
-    plan_.parts = integrator_.knows_parts && std::any_of(settings_.passes.begin(), settings_.passes.end(), is_part_pass);
-    plan_.ends_early = !plan_.media && !scene_.emission_without_lights();   // media may emit
+    plan_.parts = integrator_.knows_parts &&
+                  std::any_of(settings_.passes.begin(), settings_.passes.end(), is_part_pass);
+    plan_.ends_early = !plan_.media && !scene_.emission_without_lights();  // media may emit
     choose_lights();
     look_at_camera();
     look_at_shaders();
@@ -53,23 +58,29 @@ class Planner {
     const LightSet& lights = scene_.lights();
     const BuildStatistics& built = scene_.statistics();
     add("light sampling", lights.can_choose(),
-        lights.empty()         ? "nothing emits light"
-        : lights.can_choose() ? (lights.size() == 1 ? std::string("one light or emissive triangle")
-                                                     : number(lights.size()) + " lights and emissive triangles, chosen by a light tree")
-                               : "only the world emits, alike in all directions: scattered rays find it better",
+        lights.empty() ? "nothing emits light"
+        : lights.can_choose()
+            ? (lights.size() == 1 ? std::string("one light or emissive triangle")
+                                  : number(lights.size()) + " lights and emissive triangles, chosen by a light tree")
+            : "only the world emits, alike in all directions: scattered rays find it better",
         "a shadow ray at each rough surface; light tree: " + memory(built.light_tree_bytes));
     const bool environment = lights.environment_index() >= 0;
-    add("environment", environment, environment ? "the world emits light" : "the world is black", "tables: " + memory(built.environment_bytes));
+    add("environment", environment, environment ? "the world emits light" : "the world is black",
+        "tables: " + memory(built.environment_bytes));
     const bool lamp_shapes = scene_.has_lamp_shapes();
-    add("lamp shapes", lamp_shapes, lamp_shapes ? "some lamps have extent and can be hit" : "no lamp has extent", "a second, small search along each ray");
-    add("volumes", plan_.media, plan_.media ? "light scatters or is absorbed between surfaces" : "no visible material and no world has a volume",
+    add("lamp shapes", lamp_shapes, lamp_shapes ? "some lamps have extent and can be hit" : "no lamp has extent",
+        "a second, small search along each ray");
+    add("volumes", plan_.media,
+        plan_.media ? "light scatters or is absorbed between surfaces"
+                    : "no visible material and no world has a volume",
         "sampled along each ray and along each shadow ray");
   }
 
   void look_at_camera() {
     const BuildStatistics& built = scene_.statistics();
     const bool lens = scene_.camera().has_lens();
-    add("depth of field", lens, lens ? "the camera has an aperture" : "the camera is a pinhole", "two random numbers a sample");
+    add("depth of field", lens, lens ? "the camera has an aperture" : "the camera is a pinhole",
+        "two random numbers a sample");
     const uint64_t moving = built.moving_instances;
     const std::string instances = number(moving) + (moving == 1 ? " object moves" : " objects move");
     add("motion keys", scene_.moves(),
@@ -84,10 +95,13 @@ class Planner {
     const BuildStatistics& built = scene_.statistics();
     const bool transparent = built.transparent_shadows;
     add("transparent shadows", transparent,
-        transparent ? "a visible material lets light straight through" : "no visible material is transparent: shadow rays stop at the first hit",
+        transparent ? "a visible material lets light straight through"
+                    : "no visible material is transparent: shadow rays stop at the first hit",
         "shadow rays are shaded at each surface they pass");
     const int textures = scene_.textures().decoded_count();
-    add("textures", textures > 0, textures > 0 ? number(uint64_t(textures)) + " images decoded" : "no visible material uses an image", memory(built.texture_bytes));
+    add("textures", textures > 0,
+        textures > 0 ? number(uint64_t(textures)) + " images decoded" : "no visible material uses an image",
+        memory(built.texture_bytes));
     uint64_t used = 0, constant = 0;
     int longest = 0;
     for (const ShaderProgram& program : scene_.programs()) {
@@ -95,7 +109,8 @@ class Planner {
       constant += program.is_constant() ? 1 : 0;
       longest = std::max(longest, program.instruction_count());
     }
-    add("shader programs", constant < used, number(used - constant) + " of " + number(used) + " materials evaluated per hit, the others constant",
+    add("shader programs", constant < used,
+        number(used - constant) + " of " + number(used) + " materials evaluated per hit, the others constant",
         "at most " + number(uint64_t(longest)) + " instructions a hit");
   }
 
@@ -104,16 +119,22 @@ class Planner {
     DirectPlan& direct = plan_.direct;
     direct = {asked.method, std::max(1, settings_.direct_samples), asked.biased, 1.0f};
     std::string instead;
-    // Only the default method tells in which direction its light is, by which passes and lights of some kinds of lobes are told apart, and knows media.
+    // Only the default method tells in which direction its light is, by which passes and lights of some kinds of lobes
+    // are told apart, and knows media.
     const bool partial = scene_.lights().any_partial();
-    if (plan_.media) instead = "there are volumes";
-    else if (partial) instead = "a light is hidden from some kinds of rays";
-    else if (plan_.parts) instead = "passes of parts of the light are asked for";
+    if (plan_.media)
+      instead = "there are volumes";
+    else if (partial)
+      instead = "a light is hidden from some kinds of rays";
+    else if (plan_.parts)
+      instead = "passes of parts of the light are asked for";
     if (asked.method == DirectMethod::Mis && direct.samples == 1) instead.clear();
     if (!instead.empty()) direct = {};
     if (settings_.samples > 0 && settings_.seconds == 0.0)
-      direct.pilot_samples = std::min(kMaxPilot, kPilotShare * float(settings_.samples) / float(LightCutCache::iterations(scene_.lights())));
-    else direct.pilot_samples = 1.0f;
+      direct.pilot_samples = std::min(
+          kMaxPilot, kPilotShare * float(settings_.samples) / float(LightCutCache::iterations(scene_.lights())));
+    else
+      direct.pilot_samples = 1.0f;
     // Only the path tracer learns by a pilot; the irradiance cache learns from its passes.
     if (direct.method == DirectMethod::PmcHi && integrator_.knows_parts && direct.pilot_samples < kMinPilot) {
       direct.method = DirectMethod::Mis;
@@ -121,27 +142,34 @@ class Planner {
     }
     const DirectMethodInfo& used = find_direct_method(direct.method);
     add("direct light method", instead.empty(),
-        instead.empty() ? std::string(used.label) + (direct.samples > 1 ? ", " + number(uint64_t(direct.samples)) + " samples" : "") + ": as asked for"
-                        : instead + ": the default method is used",
-        number(uint64_t(direct.samples)) + (direct.samples > 1 ? " shadow rays" : " shadow ray") + " at a surface that the camera sees");
+        instead.empty()
+            ? std::string(used.label) +
+                  (direct.samples > 1 ? ", " + number(uint64_t(direct.samples)) + " samples" : "") + ": as asked for"
+            : instead + ": the default method is used",
+        number(uint64_t(direct.samples)) + (direct.samples > 1 ? " shadow rays" : " shadow ray") +
+            " at a surface that the camera sees");
     if (settings_.direct == "mis") return;
-    if (partial) plan_.warnings.emplace_back("A light is hidden from some kinds of rays: direct light is sampled by the default method.");
+    if (partial)
+      plan_.warnings.emplace_back(
+          "A light is hidden from some kinds of rays: direct light is sampled by the default method.");
     if (plan_.media) plan_.warnings.emplace_back("There are volumes: direct light is sampled by the default method.");
   }
 
   void choose_guiding() {
     const bool asked = settings_.guiding != "off";
     if (settings_.guiding == "on") plan_.guiding = Guiding::On;
-    if (settings_.guiding == "auto" && (settings_.samples == 0 || settings_.samples > kMinSamplesToMeasure)) plan_.guiding = Guiding::Measured;
+    if (settings_.guiding == "auto" && (settings_.samples == 0 || settings_.samples > kMinSamplesToMeasure))
+      plan_.guiding = Guiding::Measured;
     if (plan_.media) plan_.guiding = Guiding::Off;
     add("path guiding", plan_.guiding != Guiding::Off,
-        !asked                                    ? "not asked for"
-        : plan_.media                              ? "there are volumes"
-        : plan_.guiding == Guiding::Off            ? "too few samples to learn from"
-        : plan_.guiding == Guiding::Measured       ? "a measurement tells whether it pays"
-                                                   : "asked for",
+        !asked                               ? "not asked for"
+        : plan_.media                        ? "there are volumes"
+        : plan_.guiding == Guiding::Off      ? "too few samples to learn from"
+        : plan_.guiding == Guiding::Measured ? "a measurement tells whether it pays"
+                                             : "asked for",
         "a tree over the scene, and a mixture of lobes at each surface");
-    if (plan_.media && settings_.guiding == "on") plan_.warnings.emplace_back("There are volumes: paths are not guided.");
+    if (plan_.media && settings_.guiding == "on")
+      plan_.warnings.emplace_back("There are volumes: paths are not guided.");
   }
 
   void choose_photons() {
@@ -161,14 +189,17 @@ class Planner {
 
   void look_at_passes() {
     const bool aux = settings_.passes.size() > 1;
-    add("passes beyond Combined", aux, aux ? number(settings_.passes.size() - 1) + " asked for" : "nobody asked for one",
-        memory(uint64_t(settings_.width) * uint64_t(settings_.height) * 16 * (settings_.passes.size() - 1)) + " at the most");
+    add("passes beyond Combined", aux,
+        aux ? number(settings_.passes.size() - 1) + " asked for" : "nobody asked for one",
+        memory(uint64_t(settings_.width) * uint64_t(settings_.height) * 16 * (settings_.passes.size() - 1)) +
+            " at the most");
     std::string parts;
     for (const std::string& pass : settings_.passes)
       if (is_part_pass(pass)) parts += (parts.empty() ? "" : ", ") + pass;
     if (parts.empty()) return;
     if (!integrator_.knows_parts)
-      plan_.warnings.emplace_back(std::string(integrator_.label) + " cannot tell the passes " + parts + " apart: they stay black. Path Tracing can.");
+      plan_.warnings.emplace_back(std::string(integrator_.label) + " cannot tell the passes " + parts +
+                                  " apart: they stay black. Path Tracing can.");
     else if (settings_.direct != "mis")
       plan_.warnings.emplace_back("For the passes " + parts + ", direct light is sampled by the default method.");
   }
@@ -181,12 +212,15 @@ class Planner {
 
 }  // namespace
 
-RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator, std::shared_ptr<const AttachedHints> hints) {
+RenderPlan make_render_plan(const Scene& scene, const IntegratorInfo& integrator,
+                            std::shared_ptr<const AttachedHints> hints) {
   RenderPlan plan = Planner(scene, integrator).make();
   plan.hints = hints ? std::move(hints) : std::make_shared<const AttachedHints>(attach_hints(scene));
   return plan;
 }
 
-RenderPlan make_render_plan(const Scene& scene) { return make_render_plan(scene, find_integrator(scene.settings().integrator)); }
+RenderPlan make_render_plan(const Scene& scene) {
+  return make_render_plan(scene, find_integrator(scene.settings().integrator));
+}
 
 }  // namespace ajar

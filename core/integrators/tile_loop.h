@@ -17,15 +17,18 @@ namespace ajar {
 /// Edge of a tile in pixels; a tile belongs to one thread.
 constexpr int kTile = 16;
 
-/// Calls `sample(tile_state, pixel x, pixel y, index)` for each sample that a pixel of the film lacks to its goal, or to `uniform` where no
-/// goals are set; `begin_tile()` gives the state. Each sample must be added to the film. Ends early when `stop` is raised.
+/// Calls `sample(tile_state, pixel x, pixel y, index)` for each sample that a pixel of the film lacks to its goal, or
+/// to `uniform` where no goals are set; `begin_tile()` gives the state. Each sample must be added to the film. Ends
+/// early when `stop` is raised.
 template <class BeginTile, class Sample>
-void for_each_sample(const Film& film, uint32_t uniform, const std::atomic<bool>& stop, BeginTile&& begin_tile, Sample&& sample) {
+void for_each_sample(const Film& film, uint32_t uniform, const std::atomic<bool>& stop, BeginTile&& begin_tile,
+                     Sample&& sample) {
   tbb::parallel_for(
       tbb::blocked_range2d<int>(0, (film.height() + kTile - 1) / kTile, 1, 0, (film.width() + kTile - 1) / kTile, 1),
       [&](const tbb::blocked_range2d<int>& tile) {
         auto&& state = begin_tile();
-        const int x1 = std::min(tile.cols().end() * kTile, film.width()), y1 = std::min(tile.rows().end() * kTile, film.height());
+        const int x1 = std::min(tile.cols().end() * kTile, film.width()),
+                  y1 = std::min(tile.rows().end() * kTile, film.height());
         for (int y = tile.rows().begin() * kTile; y < y1; ++y) {
           for (int x = tile.cols().begin() * kTile; x < x1; ++x) {
             const int px = film.x0() + x, py = film.y0() + y;

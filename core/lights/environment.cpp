@@ -28,7 +28,8 @@ float weight(Color radiance) {
 
 }  // namespace
 
-Environment::Environment(const ShaderProgram& program, uint32_t visibility) : program_(&program), visibility_(visibility) {
+Environment::Environment(const ShaderProgram& program, uint32_t visibility)
+    : program_(&program), visibility_(visibility) {
   if (!program.emits()) return;
   constant_ = program.emission_is_constant();
   if (constant_) {
@@ -39,7 +40,8 @@ Environment::Environment(const ShaderProgram& program, uint32_t visibility) : pr
   build_map();
 }
 
-Environment::Environment(Environment&& same, const ShaderProgram& program, uint32_t visibility) : Environment(std::move(same)) {
+Environment::Environment(Environment&& same, const ShaderProgram& program, uint32_t visibility)
+    : Environment(std::move(same)) {
   program_ = &program;
   visibility_ = visibility;
 }
@@ -58,7 +60,8 @@ void Environment::build_map() {
   tbb::parallel_for(0, kHeight + 1, [&](int y) {
     const double theta = M_PI * y / kHeight, sin_theta = std::sin(theta), cos_theta = std::cos(theta);
     for (int x = 0; x < kWidth; ++x) {
-      const Vec3 wi(float(sin_theta * cos_columns[size_t(x)]), float(sin_theta * sin_columns[size_t(x)]), float(cos_theta));
+      const Vec3 wi(float(sin_theta * cos_columns[size_t(x)]), float(sin_theta * sin_columns[size_t(x)]),
+                    float(cos_theta));
       const bool in_disc = std::any_of(discs.begin(), discs.end(), [&](const SkyDisc& disc) {
         return glm::dot(wi, disc.direction) > std::cos(disc.angular_radius);
       });
@@ -117,8 +120,9 @@ Color Environment::radiance(Vec3 wi, uint32_t ray_kind) const {
   if (!program_ || visibility_ == 0) return Color(0.0f);
   if (visibility_ != kVisibleAll) {
     const auto hidden_from = [&](uint32_t kinds, uint32_t bit) { return (ray_kind & kinds) && !(visibility_ & bit); };
-    if (hidden_from(kRayCamera, kVisibleCamera) || hidden_from(kRayDiffuse, kVisibleDiffuse) || hidden_from(kRayGlossy, kVisibleGlossy) ||
-        hidden_from(kRayTransmission, kVisibleTransmission) || hidden_from(kRayVolumeScatter, kVisibleVolumeScatter))
+    if (hidden_from(kRayCamera, kVisibleCamera) || hidden_from(kRayDiffuse, kVisibleDiffuse) ||
+        hidden_from(kRayGlossy, kVisibleGlossy) || hidden_from(kRayTransmission, kVisibleTransmission) ||
+        hidden_from(kRayVolumeScatter, kVisibleVolumeScatter))
       return Color(0.0f);
   }
   return constant_ ? constant_radiance_ : evaluate(*program_, wi, ray_kind);

@@ -44,8 +44,8 @@ class Environment {
   bool constant_ = true;
   Color constant_radiance_{0.0f};
   float mean_luminance_ = 0.0f, excess_luminance_ = 0.0f;
-  Distribution2D map_;                     // rows from +z to -z, columns by azimuth from +x
-  std::vector<float> cos_rows_;            // cosine of the polar angle at the edges of the rows
+  Distribution2D map_;           // rows from +z to -z, columns by azimuth from +x
+  std::vector<float> cos_rows_;  // cosine of the polar angle at the edges of the rows
 };
 
 }  // namespace ajar

@@ -163,7 +163,8 @@ float pdf_le_direction(const Light& light, Vec3 n, Vec3 direction) {
     case LightType::Point: return warp::sphere_pdf_solid_angle();
     case LightType::Spot:
     case LightType::SpotSphere:
-      return glm::dot(direction, light.frame.n) > light.cos_outer ? warp::cone_pdf_solid_angle(1.0f - light.cos_outer) : 0.0f;
+      return glm::dot(direction, light.frame.n) > light.cos_outer ? warp::cone_pdf_solid_angle(1.0f - light.cos_outer)
+                                                                  : 0.0f;
     case LightType::Rectangle:
     case LightType::Ellipse: {
       const float cos_theta = glm::dot(direction, light.frame.n), sin2_max = spread_sin2(light);
@@ -219,7 +220,8 @@ Light make_lamp(const LightDescription& d) {
       const bool ellipse = d.area_shape == AreaShape::Ellipse;
       light.type = ellipse ? LightType::Ellipse : LightType::Rectangle;
       // Orthogonal axes in the plane of the lamp: sheared lamps are not a thing of Blender's.
-      const float half_x = 0.5f * std::abs(d.area_size.x) * glm::length(x), half_y = 0.5f * std::abs(d.area_size.y) * glm::length(y);
+      const float half_x = 0.5f * std::abs(d.area_size.x) * glm::length(x),
+                  half_y = 0.5f * std::abs(d.area_size.y) * glm::length(y);
       if (glm::dot(light.frame.t, y) < 0.0f) {
         light.frame.s = -light.frame.s;
         light.frame.t = -light.frame.t;
@@ -228,7 +230,8 @@ Light make_lamp(const LightDescription& d) {
       light.edge2 = half_y * light.frame.t;
       light.area = (ellipse ? kPi : 4.0f) * half_x * half_y;
       light.radiance = light.area > 0.0f ? power / (4.0f * light.area) : Color(0.0f);
-      // Spread below one degree is one degree, as in Cycles; the norm is half the integral of cos(x) (1 - tan(x) tan(slats)).
+      // Spread below one degree is one degree, as in Cycles; the norm is half the integral of cos(x) (1 - tan(x)
+      // tan(slats)).
       const double slats = 0.5 * (M_PI - std::clamp(double(d.spread), M_PI / 180.0, M_PI));
       if (slats > 1e-6) {
         light.spread_tan = float(std::tan(slats));
@@ -315,7 +318,8 @@ float pdf_lamp_li(const Light& light, Vec3 p, Vec3 wi, float distance, Vec3) {
     case LightType::Sphere:
     case LightType::SpotSphere: {
       const float d2 = length_squared(light.position - p), r2 = sqr(light.radius);
-      const float pdf = d2 > r2 ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2)) : warp::sphere_pdf_solid_angle();
+      const float pdf = d2 > r2 ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2))
+                                : warp::sphere_pdf_solid_angle();
       return std::isfinite(pdf) ? pdf : 0.0f;
     }
     case LightType::Rectangle:
@@ -325,7 +329,8 @@ float pdf_lamp_li(const Light& light, Vec3 p, Vec3 wi, float distance, Vec3) {
   }
 }
 
-std::optional<LightRay> sample_lamp_le(const Light& light, Vec2 u_position, Vec2 u_direction, Vec3 center, float radius) {
+std::optional<LightRay> sample_lamp_le(const Light& light, Vec2 u_position, Vec2 u_direction, Vec3 center,
+                                       float radius) {
   LightRay r;
   switch (light.type) {
     case LightType::Point:
@@ -367,7 +372,8 @@ std::optional<LightRay> sample_lamp_le(const Light& light, Vec2 u_position, Vec2
   return r;
 }
 
-void pdf_lamp_le(const Light& light, Vec3 normal, Vec3 direction, float scene_radius, float& pdf_area, float& pdf_solid_angle) {
+void pdf_lamp_le(const Light& light, Vec3 normal, Vec3 direction, float scene_radius, float& pdf_area,
+                 float& pdf_solid_angle) {
   switch (light.type) {
     case LightType::Point:
     case LightType::Spot:
@@ -404,7 +410,8 @@ std::optional<LampCrossing> intersect_lamp_shape(const Light& light, const Ray& 
     const Vec3 on_plane = ray.direction * t - to_center;
     const float x = glm::dot(on_plane, light.edge1) / length_squared(light.edge1);
     const float y = glm::dot(on_plane, light.edge2) / length_squared(light.edge2);
-    const bool inside = light.type == LightType::Ellipse ? x * x + y * y <= 1.0f : std::abs(x) <= 1.0f && std::abs(y) <= 1.0f;
+    const bool inside = light.type == LightType::Ellipse ? x * x + y * y <= 1.0f
+                                                         : std::abs(x) <= 1.0f && std::abs(y) <= 1.0f;
     if (!inside) return std::nullopt;
     return LampCrossing{t, light.frame.n};
   }

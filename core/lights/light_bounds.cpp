@@ -58,7 +58,7 @@ LightBounds join(const LightBounds& a, const LightBounds& b) {
 LightBounds lamp_bounds(const Light& lamp, float watts) {
   LightBounds b;
   Vec3 half(0.0f);
-  float peak = 1.0f;      // intensity of the lamp without its shader, where it shines most
+  float peak = 1.0f;  // intensity of the lamp without its shader, where it shines most
   switch (lamp.type) {
     case LightType::Rectangle:
     case LightType::Ellipse:
@@ -74,9 +74,7 @@ LightBounds lamp_bounds(const Light& lamp, float watts) {
       b.cos_beyond = lamp.cos_outer - 1e-4f;
       peak = lamp.type == LightType::Spot ? 1.0f : kPi * sqr(lamp.radius);
       break;
-    default:
-      b.cos_normals = -1.0f;
-      peak = lamp.type == LightType::Point ? 1.0f : kPi * sqr(lamp.radius);
+    default: b.cos_normals = -1.0f; peak = lamp.type == LightType::Point ? 1.0f : kPi * sqr(lamp.radius);
   }
   if (lamp.type == LightType::Sphere || lamp.type == LightType::SpotSphere) half = Vec3(lamp.radius);
   b.lower = lamp.position - half;

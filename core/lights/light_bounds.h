@@ -8,12 +8,12 @@ namespace ajar {
 
 /// What the tree knows of a light, or of many.
 struct LightBounds {
-  Vec3 lower{kInfinity}, upper{-kInfinity};   ///< where it is, world space
-  Vec3 axis{0, 0, 1};                         ///< unit; of the cone of normals
-  float cos_normals = 1.0f;                   ///< half-angle of that cone
-  float cos_beyond = 0.0f;                    ///< how far from a normal light still goes: 0 for a flat diffuse light
+  Vec3 lower{kInfinity}, upper{-kInfinity};  ///< where it is, world space
+  Vec3 axis{0, 0, 1};                        ///< unit; of the cone of normals
+  float cos_normals = 1.0f;                  ///< half-angle of that cone
+  float cos_beyond = 0.0f;                   ///< how far from a normal light still goes: 0 for a flat diffuse light
   bool two_sided = false;
-  float intensity = 0.0f;                     ///< luminance, W/sr, where it shines most
+  float intensity = 0.0f;  ///< luminance, W/sr, where it shines most
 };
 /// Bounds of both together.
 LightBounds join(const LightBounds& a, const LightBounds& b);

@@ -20,7 +20,8 @@ namespace {
 
 /// Triangles of textured emission keep this part of their instance's mean.
 constexpr float kTriangleFloor = 0.05f;
-/// Least and most of the probabilities that all distant lights get together where there are others: nothing is known of walls.
+/// Least and most of the probabilities that all distant lights get together where there are others: nothing is known of
+/// walls.
 constexpr float kMinDistant = 0.1f, kMaxDistant = 0.8f;
 /// Least cosine at the receiver of a sun: shading normals bend.
 constexpr float kMinSunCosine = 0.02f;
@@ -31,9 +32,9 @@ constexpr size_t kMaxLightsForEven = 8;
 constexpr float kEqualDistant = 0.25f;
 
 struct SlotEmission {
-  const ShaderProgram* program = nullptr;   // null: does not emit
+  const ShaderProgram* program = nullptr;  // null: does not emit
   bool constant = true;
-  Color radiance{0.0f};                     // when constant
+  Color radiance{0.0f};  // when constant
 };
 
 /// All triangles of one emissive instance: lights first .. first + count - 1.
@@ -45,16 +46,16 @@ struct TriangleBlock {
 /// A lamp, an emissive instance or the environment, as a candidate for choice.
 struct Source {
   uint32_t first, count;
-  double power;             // 0: may emit though the estimate found nothing
-  double chosen = 1.0;      // part of the power that choosing counts
+  double power;         // 0: may emit though the estimate found nothing
+  double chosen = 1.0;  // part of the power that choosing counts
 };
 
 /// A sun or the environment, as a candidate for choice.
 struct DistantLight {
   uint32_t light;
-  float irradiance;         // on a surface that faces it; of the environment: that exceeds its mean
-  Vec3 direction;           // towards it; 0: all around
-  float cos_size, sin_size; // of its disk
+  float irradiance;          // on a surface that faces it; of the environment: that exceeds its mean
+  Vec3 direction;            // towards it; 0: all around
+  float cos_size, sin_size;  // of its disk
   float importance(Vec3 n) const {
     if (n == Vec3(0.0f) || direction == Vec3(0.0f)) return irradiance;
     const float cosine = glm::dot(n, direction), sine = safe_sqrt(1.0f - cosine * cosine);
@@ -72,7 +73,7 @@ struct LightSet::Data {
   const BuiltInstance* instances = nullptr;
   const ShaderProgram* lamp_programs = nullptr;
   std::vector<Light> lamps;
-  std::vector<TriangleBlock> blocks;        // by `first`
+  std::vector<TriangleBlock> blocks;  // by `first`
   Environment environment;
   uint32_t environment_visibility = 0;
   bool any_partial = false, took_environment_over = false;
@@ -81,13 +82,16 @@ struct LightSet::Data {
   Vec3 scene_center{0.0f};
   float scene_radius = 1.0f;
   DiscreteDistribution by_power;
-  LightTree tree;                           // of all that is not distant
+  LightTree tree;  // of all that is not distant
   std::vector<DistantLight> distant;
-  std::vector<uint32_t> even;               // lights that have an even probability besides; none where there are no media, or many lights
+  // lights that have an even probability besides; none where there are no media, or many lights
+  std::vector<uint32_t> even;
   uint32_t size = 0;
 
   const TriangleBlock& block_of(uint32_t index) const {
-    return *(std::upper_bound(blocks.begin(), blocks.end(), index, [](uint32_t i, const TriangleBlock& b) { return i < b.first; }) - 1);
+    return *(std::upper_bound(blocks.begin(), blocks.end(), index,
+                              [](uint32_t i, const TriangleBlock& b) { return i < b.first; }) -
+             1);
   }
   const SlotEmission& emission_of(const TriangleBlock& block, uint32_t primitive) const {
     const BuiltMesh& mesh = meshes[instances[block.instance].mesh];
@@ -95,7 +99,8 @@ struct LightSet::Data {
     return block.slots[std::min(slot, block.slots.size() - 1)];  // removed slots: the last one
   }
   bool can_choose(uint32_t index) const {
-    return tree.contains(index) || std::any_of(distant.begin(), distant.end(), [&](const DistantLight& l) { return l.light == index; });
+    return tree.contains(index) ||
+           std::any_of(distant.begin(), distant.end(), [&](const DistantLight& l) { return l.light == index; });
   }
   /// Sum of the importances of distant lights.
   float distant_importance(Vec3 n) const {
@@ -151,23 +156,29 @@ struct LightSet::Data {
   bool is_environment(uint32_t index) const { return int(index) == environment_index; }
 
   void add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources);
-  void add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources, std::vector<double>& weights);
-  void add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources, std::vector<double>& weights);
+  void add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
+                     std::vector<double>& weights);
+  void add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
+                       std::vector<double>& weights);
   void make_tables(const std::vector<Source>& sources, const std::vector<double>& inside, bool has_media);
 
   Color lamp_radiance(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
     const Color radiance = light.radiance * lamp_profile(light, wo);
-    return light.shader < 0 || is_black(radiance) ? radiance : radiance * shader_factor(light, position, wo, time, distance, ray_kind);
+    return light.shader < 0 || is_black(radiance)
+               ? radiance
+               : radiance * shader_factor(light, position, wo, time, distance, ray_kind);
   }
   std::optional<LightSample> sample_lamp(const Light& lamp, Vec3 p, Vec2 u, float time, uint32_t ray_kind) const {
     std::optional<LightSample> sample = sample_lamp_li(lamp, p, u);
     if (sample) sample->position_error = lamp_position_error(sample->position);
-    if (sample && lamp.shader >= 0) sample->radiance *= shader_factor(lamp, sample->position, -sample->wi, time, sample->distance, ray_kind);
+    if (sample && lamp.shader >= 0)
+      sample->radiance *= shader_factor(lamp, sample->position, -sample->wi, time, sample->distance, ray_kind);
     return sample;
   }
   Color shader_factor(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
     ShadingPoint point;
-    // What Cycles' lamps show nodes: suns for a position the direction of their light, and all but area lamps a normal that follows it.
+    // What Cycles' lamps show nodes: suns for a position the direction of their light, and all but area lamps a normal
+    // that follows it.
     point.position = is_distant(light.type) ? wo : position;
     point.wo = wo;
     point.ng = point.ns = light.type == LightType::Rectangle || light.type == LightType::Ellipse ? light.frame.n : wo;
@@ -205,13 +216,15 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
     if (!may_emit) light.radiance = Color(0.0f);
     const double power = luminous(lamp_flux(light, scene_radius));
     if (!is_finite(light.radiance) || !std::isfinite(power)) {
-      report_once(diagnostics, {Diagnostic::Severity::Error, description.name, "The light's strength or size is not a usable number; it is left dark."});
+      report_once(diagnostics, {Diagnostic::Severity::Error, description.name,
+                                "The light's strength or size is not a usable number; it is left dark."});
       light.radiance = Color(0.0f);
     } else if (power > 0.0) {
       light.power = float(power * factor);
       sources.push_back({uint32_t(i), 1, power * factor});
     }
-    if (light.type == LightType::DistantDisk && !is_black(light.radiance) && light.mis) distant_disks.push_back(uint32_t(i));
+    if (light.type == LightType::DistantDisk && !is_black(light.radiance) && light.mis)
+      distant_disks.push_back(uint32_t(i));
     any_partial |= !is_black(light.radiance) && LightFlags{light.type, light.visibility}.partial();
     lamps.push_back(light);
   }
@@ -236,8 +249,9 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
         emission.constant = program.emission_is_constant();
         if (emission.constant) emission.radiance = program.evaluate_emission(ShadingPoint());
         if (!is_finite(emission.radiance)) {
-          report_once(diagnostics, {Diagnostic::Severity::Error, in.objects[instance.object].name,
-                                    "The emission of a material is not a finite number; the object is not used as a light."});
+          report_once(diagnostics,
+                      {Diagnostic::Severity::Error, in.objects[instance.object].name,
+                       "The emission of a material is not a finite number; the object is not used as a light."});
           emission.program = nullptr;
         }
         emits |= emission.program && (!emission.constant || !is_black(emission.radiance));
@@ -246,7 +260,8 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
       block.slots.push_back(emission);
     }
     if (emits && mesh.strands)
-      report_once(diagnostics, {Diagnostic::Severity::Warning, in.objects[instance.object].name, "Its hair emits light, which is found by chance alone: expect noise."});
+      report_once(diagnostics, {Diagnostic::Severity::Warning, in.objects[instance.object].name,
+                                "Its hair emits light, which is found by chance alone: expect noise."});
     // Where the triangles of a moving object are, only a ray at its time finds out.
     if (!emits || count == 0 || instance.motion) continue;
     if (uint64_t(block.first) + count > 0x7fffffffu) {
@@ -264,7 +279,9 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
         const SlotEmission& emission = emission_of(block, t);
         if (!emission.program) continue;
         const WorldTriangle triangle = world_triangle(mesh, instance, t);
-        const Color radiance = emission.constant ? emission.radiance : mean_emission(*emission.program, in.objects[instance.object], mesh, instance, t, triangle);
+        const Color radiance = emission.constant ? emission.radiance
+                                                 : mean_emission(*emission.program, in.objects[instance.object], mesh,
+                                                                 instance, t, triangle);
         const double watts = 2.0 * M_PI * double(triangle.area) * luminous(radiance);
         power[t] = std::isfinite(watts) ? watts : 0.0;
         if (!constant && !emission.constant && std::isfinite(triangle.area)) areas[t] = triangle.area;
@@ -291,18 +308,21 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
 void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
                                      std::vector<double>& weights) {
   took_environment_over = in.same_world && in.same_world->data_->environment.has_map();
-  environment = took_environment_over ? Environment(std::move(in.same_world->data_->environment), in.world_program, in.description.world.visibility)
+  environment = took_environment_over ? Environment(std::move(in.same_world->data_->environment), in.world_program,
+                                                    in.description.world.visibility)
                                       : Environment(in.world_program, in.description.world.visibility);
   if (environment.black()) return;
   if (!std::isfinite(environment.mean_luminance())) {
-    report_once(diagnostics, {Diagnostic::Severity::Error, in.description.world.name, "The world's strength is not a finite number; it is left dark."});
+    report_once(diagnostics, {Diagnostic::Severity::Error, in.description.world.name,
+                              "The world's strength is not a finite number; it is left dark."});
     environment = Environment();
     return;
   }
   environment_visibility = in.description.world.visibility;
   environment_index = int(weights.size());
   // Radiance over the sphere times the area of the scene's disk.
-  const double power = 4.0 * M_PI * double(environment.mean_luminance()) * M_PI * double(scene_radius) * double(scene_radius);
+  const double power = 4.0 * M_PI * double(environment.mean_luminance()) * M_PI * double(scene_radius) *
+                       double(scene_radius);
   const bool partial = LightFlags{LightType::Environment, environment_visibility}.partial();
   any_partial |= partial;
   const double chosen = partial ? 1.0 : double(environment.excess_luminance()) / double(environment.mean_luminance());
@@ -311,7 +331,8 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
 }
 
 /// `inside`: shares of the lights of each source in its power.
-void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::vector<double>& inside, bool has_media) {
+void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::vector<double>& inside,
+                                 bool has_media) {
   double total = 0.0;
   for (const Source& s : sources) total += s.power;
   std::vector<double> watts(inside.size(), 0.0);
@@ -329,7 +350,8 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
     } else if (is_lamp(s.first) && is_distant(lamps[s.first].type)) {
       const Light& sun = lamps[s.first];
       const float cosine = 1.0f / std::sqrt(1.0f + sqr(sun.radius));
-      distant.push_back({s.first, float(power / (M_PI * double(scene_radius) * double(scene_radius))), -sun.frame.n, cosine, sun.radius * cosine});
+      distant.push_back({s.first, float(power / (M_PI * double(scene_radius) * double(scene_radius))), -sun.frame.n,
+                         cosine, sun.radius * cosine});
     } else if (is_lamp(s.first)) {
       entries.push_back({s.first, lamp_bounds(lamps[s.first], float(power))});
     } else {
@@ -339,16 +361,19 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
       entries.resize(start + s.count);
       tbb::parallel_for(tbb::blocked_range<uint32_t>(0, s.count, 4096), [&](const tbb::blocked_range<uint32_t>& range) {
         for (uint32_t t = range.begin(); t != range.end(); ++t)
-          entries[start + t] = {s.first + t, triangle_bounds(world_triangle(meshes[instance.mesh], instance, t), float(watts[s.first + t]))};
+          entries[start + t] = {s.first + t, triangle_bounds(world_triangle(meshes[instance.mesh], instance, t),
+                                                             float(watts[s.first + t]))};
       });
     }
   }
   float all_distant = 0.0f;
   for (const DistantLight& l : distant) all_distant += l.irradiance;
-  for (DistantLight& l : distant) l.irradiance = (1.0f - kEqualDistant) * l.irradiance + kEqualDistant * all_distant / float(distant.size());
+  for (DistantLight& l : distant)
+    l.irradiance = (1.0f - kEqualDistant) * l.irradiance + kEqualDistant * all_distant / float(distant.size());
   // Lights too weak for floats cannot be weighed against others.
   std::erase_if(entries, [](const LightTree::Entry& e) {
-    return !(e.bounds.intensity > 0.0f && std::isfinite(e.bounds.intensity) && is_finite(e.bounds.lower) && is_finite(e.bounds.upper));
+    return !(e.bounds.intensity > 0.0f && std::isfinite(e.bounds.intensity) && is_finite(e.bounds.lower) &&
+             is_finite(e.bounds.upper));
   });
   const size_t count = entries.size() + distant.size();
   if (has_media && count > 1 && count <= kMaxLightsForEven) {
@@ -478,7 +503,9 @@ void LightSet::cut(Vec3 p, float radius, Vec3 n, int most, std::vector<Branch>& 
   d.tree.cut(p, radius, n, std::max(1, most - int(distant)), nodes);
   const float sum = d.distant_importance(n), share = d.distant_share(p, n, sum);
   for (const LightTree::CutNode& node : nodes) branches.push_back({node.node, (1.0f - share) * node.share});
-  for (size_t i = 0; i < distant; ++i) branches.push_back({kDistantBranch | uint32_t(i), distant == d.distant.size() ? share * d.distant[i].importance(n) / sum : share});
+  for (size_t i = 0; i < distant; ++i)
+    branches.push_back(
+        {kDistantBranch | uint32_t(i), distant == d.distant.size() ? share * d.distant[i].importance(n) / sum : share});
 }
 
 LightSet::Choice LightSet::choose_in(uint32_t branch, Vec3 p, Vec3 n, float u) const {
@@ -487,13 +514,16 @@ LightSet::Choice LightSet::choose_in(uint32_t branch, Vec3 p, Vec3 n, float u) c
     const LightTree::Choice choice = d.tree.choose_below(branch, p, n, u);
     return {choice.light, choice.pmf, choice.u_remapped};
   }
-  return d.distant.size() <= kMaxDistantBranches ? Choice{d.distant[branch - kDistantBranch].light, 1.0f, u} : d.choose_distant(n, u);
+  return d.distant.size() <= kMaxDistantBranches ? Choice{d.distant[branch - kDistantBranch].light, 1.0f, u}
+                                                 : d.choose_distant(n, u);
 }
 
 float LightSet::pmf_in(uint32_t branch, Vec3 p, Vec3 n, uint32_t light) const {
   const Data& d = *data_;
   if (branch < kDistantBranch) return d.tree.pmf_below(branch, p, n, light);
-  const size_t i = size_t(std::find_if(d.distant.begin(), d.distant.end(), [&](const DistantLight& l) { return l.light == light; }) - d.distant.begin());
+  const size_t i = size_t(
+      std::find_if(d.distant.begin(), d.distant.end(), [&](const DistantLight& l) { return l.light == light; }) -
+      d.distant.begin());
   if (i == d.distant.size()) return 0.0f;
   if (d.distant.size() <= kMaxDistantBranches) return branch - kDistantBranch == i ? 1.0f : 0.0f;
   return d.distant[i].importance(n) / d.distant_importance(n);
@@ -525,7 +555,8 @@ std::vector<LightSet::SourceRange> LightSet::sources() const {
     const uint32_t step = std::max(1u, block.count / 64);
     uint32_t counted = 0;
     for (uint32_t t = 0; t < block.count; t += step, ++counted) {
-      const WorldTriangle triangle = world_triangle(d.meshes[d.instances[block.instance].mesh], d.instances[block.instance], t);
+      const WorldTriangle triangle = world_triangle(d.meshes[d.instances[block.instance].mesh],
+                                                    d.instances[block.instance], t);
       center += triangle.p0 + (triangle.e1 + triangle.e2) / 3.0f;
     }
     sources.push_back({block.first, block.count, center / float(counted), false});
@@ -567,7 +598,8 @@ std::optional<LightSample> LightSet::sample_li(uint32_t index, Vec3 p, Vec2 u, f
   if (emission.constant) {
     s.radiance = emission.radiance;
   } else {
-    ShadingPoint point = triangle_point(d.objects[instance.object], mesh, instance, primitive, triangle, on_triangle.barycentric, -s.wi);
+    ShadingPoint point = triangle_point(d.objects[instance.object], mesh, instance, primitive, triangle,
+                                        on_triangle.barycentric, -s.wi);
     point.time = time;
     point.ray_kind = ray_kind;
     point.ray_length = s.distance;
@@ -590,11 +622,14 @@ float LightSet::pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 lig
   return pdf_triangle_li(triangle, p, wi, distance);
 }
 
-Color LightSet::lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
+Color LightSet::lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time, float distance,
+                              uint32_t ray_kind) const {
   return data_->lamp_radiance(data_->lamps[index], position, wo, time, distance, ray_kind);
 }
 
-Color LightSet::environment_radiance(Vec3 wi, uint32_t ray_kind) const { return data_->environment.radiance(wi, ray_kind); }
+Color LightSet::environment_radiance(Vec3 wi, uint32_t ray_kind) const {
+  return data_->environment.radiance(wi, ray_kind);
+}
 
 bool LightSet::distant_disk_contains(uint32_t index, Vec3 wi) const {
   const Light& sun = data_->lamps[index];
@@ -610,7 +645,8 @@ std::optional<LightRay> LightSet::sample_le(uint32_t index, Vec2 u_position, Vec
     auto r = sample_lamp_le(lamp, u_position, u_direction, d.scene_center, d.scene_radius);
     if (!r) return r;
     r->ray.time = time;
-    if (lamp.shader >= 0) r->radiance *= d.shader_factor(lamp, r->ray.origin, r->ray.direction, time, kUsualDistance, 0);
+    if (lamp.shader >= 0)
+      r->radiance *= d.shader_factor(lamp, r->ray.origin, r->ray.direction, time, kUsualDistance, 0);
     return r;
   }
   LightRay r;
@@ -646,8 +682,9 @@ std::optional<LightRay> LightSet::sample_le(uint32_t index, Vec2 u_position, Vec
   const SlotEmission& emission = d.emission_of(block, primitive);
   if (!emission.program) return std::nullopt;
   r.radiance = emission.constant ? emission.radiance
-                                 : emission.program->evaluate_emission(
-                                       triangle_point(d.objects[instance.object], mesh, instance, primitive, triangle, barycentric, r.ray.direction));
+                                 : emission.program->evaluate_emission(triangle_point(d.objects[instance.object], mesh,
+                                                                                      instance, primitive, triangle,
+                                                                                      barycentric, r.ray.direction));
   return r;
 }
 

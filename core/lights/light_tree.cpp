@@ -14,7 +14,7 @@ namespace ajar {
 namespace {
 
 constexpr int kBins = 12;
-constexpr int kDeepestByCost = 32;           ///< below, halves by number: a trail has 63 branches
+constexpr int kDeepestByCost = 32;  ///< below, halves by number: a trail has 63 branches
 constexpr uint32_t kParallelBuild = 8192;
 /// Least cosine at the receiver: shading normals bend, and coats have normals of their own.
 constexpr float kMinReceiverCosine = 0.02f;
@@ -27,7 +27,7 @@ float area_measure(const LightBounds& b) {
 /// Cosine of max(0, a - b) from the cosines of a and b and the sine of b; a is at most 180 degrees.
 float cos_of_rest(float cos_a, float cos_b, float sin_b) {
   if (cos_a >= cos_b) return 1.0f;
-  const float sin_a = std::sqrt(std::abs(1.0f - cos_a * cos_a));   // at 180 degrees rounding may go below zero
+  const float sin_a = std::sqrt(std::abs(1.0f - cos_a * cos_a));  // at 180 degrees rounding may go below zero
   return cos_a * cos_b + sin_a * sin_b;
 }
 
@@ -88,7 +88,8 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
   float best_cost = kInfinity;
   int best_axis = -1, best_bin = 0;
   const auto bin_of = [&](const Entry& e, int axis) {
-    const float along = (center_of(e.bounds)[axis] - lower[axis]) / extent[axis];   // first: bins times metres may overflow
+    const float along = (center_of(e.bounds)[axis] - lower[axis]) /
+                        extent[axis];  // first: bins times metres may overflow
     return std::min(int(kBins * along), kBins - 1);
   };
   if (depth < kDeepestByCost) {
@@ -107,8 +108,9 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
         const LightBounds& rest = above[size_t(b) + 1];
         if (!(below.intensity > 0.0f) || !(rest.intensity > 0.0f)) continue;
         // Thin slices make needles of nodes: charged by their longest side.
-        const float cost = longest / extent[axis] * (below.intensity * orientation_measure(below) * area_measure(below) +
-                                                     rest.intensity * orientation_measure(rest) * area_measure(rest));
+        const float cost = longest / extent[axis] *
+                           (below.intensity * orientation_measure(below) * area_measure(below) +
+                            rest.intensity * orientation_measure(rest) * area_measure(rest));
         if (cost < best_cost) {
           best_cost = cost;
           best_axis = axis;
@@ -120,7 +122,8 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
   const auto first = entries.begin() + begin, last = entries.begin() + end;
   uint32_t middle = begin + (end - begin) / 2;
   if (best_axis >= 0) {
-    middle = uint32_t(std::partition(first, last, [&](const Entry& e) { return bin_of(e, best_axis) <= best_bin; }) - entries.begin());
+    middle = uint32_t(std::partition(first, last, [&](const Entry& e) { return bin_of(e, best_axis) <= best_bin; }) -
+                      entries.begin());
   } else {
     const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
     std::nth_element(first, entries.begin() + middle, last, [axis](const Entry& a, const Entry& b) {
@@ -162,7 +165,8 @@ float LightTree::importance(const Node& node, const Vec3& p, const Vec3& n) {
       result = node.intensity * std::max(cos_out, 0.0f) / distance2;
     }
   }
-  if (length_squared(n) > 0.0f) result *= std::max(cos_of_rest(glm::dot(n, d) * inverse, cos_size, sin_size), kMinReceiverCosine);
+  if (length_squared(n) > 0.0f)
+    result *= std::max(cos_of_rest(glm::dot(n, d) * inverse, cos_size, sin_size), kMinReceiverCosine);
   return result;
 }
 
@@ -225,7 +229,8 @@ float LightTree::importance_nearby(const Node& node, Vec3 p, float radius, Vec3 
   const Vec3 d = node.center - p;
   const float distance2 = glm::dot(d, d);
   if (n != Vec3(0.0f) && distance2 > wide.radius_squared) {
-    const float angle = std::acos(glm::clamp(glm::dot(n, d) / std::sqrt(distance2), -1.0f, 1.0f)) - std::asin(std::sqrt(wide.radius_squared / distance2)) - kBend;
+    const float angle = std::acos(glm::clamp(glm::dot(n, d) / std::sqrt(distance2), -1.0f, 1.0f)) -
+                        std::asin(std::sqrt(wide.radius_squared / distance2)) - kBend;
     result *= std::max(std::cos(std::max(angle, 0.0f)), kMinReceiverCosine);
   }
   return result;

@@ -1,9 +1,11 @@
-// A binary tree over local lights, from which one is chosen for a point in O(log n) by how much it may light that point.
+// A binary tree over local lights, from which one is chosen for a point in O(log n) by how much it may light that
+// point.
 //
-// Each node bounds its lights: a box around where they are, a cone around where they shine, and the sum of their intensities. The importance of a
-// node for point p with normal n is an estimate of the largest irradiance it sends, intensity cos cos / distance^2, with angles made as
-// favourable as its bounds allow; a branch is taken in proportion [Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with
-// Adaptive Tree Splitting"]. It is 0 only where nothing below can shine: no light that reaches p has no probability. Occlusion is not known.
+// Each node bounds its lights: a box around where they are, a cone around where they shine, and the sum of their
+// intensities. The importance of a node for point p with normal n is an estimate of the largest irradiance it sends,
+// intensity cos cos / distance^2, with angles made as favourable as its bounds allow; a branch is taken in proportion
+// [Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting"]. It is 0 only where
+// nothing below can shine: no light that reaches p has no probability. Occlusion is not known.
 //
 // Choosing inverts one random number: what is left of it is handed back, and numbers that are stratified stay so.
 #pragma once
@@ -23,7 +25,7 @@ class LightTree {
   };
   struct Choice {
     uint32_t light;
-    float pmf;                                ///< 0: the branch taken holds nothing that reaches the point; this sample is worth 0
+    float pmf;  ///< 0: the branch taken holds nothing that reaches the point; this sample is worth 0
     float u_remapped;
   };
 
@@ -37,8 +39,8 @@ class LightTree {
   Choice choose(Vec3 p, Vec3 n, float u) const { return choose_below(0, p, n, u); }
   /// Exactly the pmf that `choose` reports for this light.
   float pmf(Vec3 p, Vec3 n, uint32_t light) const { return pmf_below(0, p, n, light); }
-  /// A cut: nodes that together hold every light once, in ascending order, and their shares of the light that reaches a neighbourhood of p, as far
-  /// as the tree can tell. What sends most is split first, until there are `most`.
+  /// A cut: nodes that together hold every light once, in ascending order, and their shares of the light that reaches a
+  /// neighbourhood of p, as far as the tree can tell. What sends most is split first, until there are `most`.
   struct CutNode {
     uint32_t node;
     float share;
@@ -58,10 +60,10 @@ class LightTree {
  private:
   struct Node {
     Vec3 center, axis;
-    float radius_squared;                     // of the sphere around the box
+    float radius_squared;  // of the sphere around the box
     float cos_normals, sin_normals, cos_beyond;
     float intensity;
-    uint32_t second;                          // inner: index of the second child, the first one follows; leaf: the light
+    uint32_t second;  // inner: index of the second child, the first one follows; leaf: the light
     bool leaf, two_sided;
   };
   static constexpr uint64_t kNoTrail = 0;

@@ -1,10 +1,11 @@
 // Uniform sampling of the solid angle of a rectangle seen from a point.
 //
-// Task and two-step scheme: Ureña, Fajardo, King 2013, "An Area-Preserving Parametrization for Spherical Rectangles". First a
-// column of the rectangle is drawn, then a point in it. The inversion for the column is derived here from quadrants.
+// Task and two-step scheme: Ureña, Fajardo, King 2013, "An Area-Preserving Parametrization for Spherical Rectangles".
+// First a column of the rectangle is drawn, then a point in it. The inversion for the column is derived here from
+// quadrants.
 //
-// Frame: the point is the origin, the plane of the rectangle is at distance h, and (x, y) are the coordinates in the plane, measured from the
-// foot of the perpendicular. beta(y) = atan(y / h) is the angle of a row.
+// Frame: the point is the origin, the plane of the rectangle is at distance h, and (x, y) are the coordinates in the
+// plane, measured from the foot of the perpendicular. beta(y) = atan(y / h) is the angle of a row.
 //
 // The quadrant [0, x] x [0, y] has the signed solid angle Q(x, y) = atan(x y / (h sqrt(x^2 + y^2 + h^2))), for which
 // sin Q = sin(atan(x / h)) sin(beta(y)). The strip [0, x] x [y0, y1] therefore has
@@ -12,7 +13,8 @@
 // Solved for x, with D = beta(y1) - beta(y0) and S = beta(y1) + beta(y0), this is
 //   x = h sin T / sqrt((cos T - cos D) (cos T + cos S))
 //     = h sin(T/2) cos(T/2) / sqrt((sin^2(D/2) - sin^2(T/2)) (cos^2(T/2) - sin^2(S/2))).
-// T is drawn uniformly between T(x0) and T(x1). In a column, solid angle is proportional to the sine of the elevation (Archimedes).
+// T is drawn uniformly between T(x0) and T(x1). In a column, solid angle is proportional to the sine of the elevation
+// (Archimedes).
 //
 // Below kMinSolidAngle floats do not resolve the map, and the caller samples the area instead.
 #pragma once
@@ -55,9 +57,11 @@ class SphericalRectangle {
   Vec3 sample(Vec2 u) const {
     const float x = column(strip_left_ + u.x * solid_angle_);
     const float distance2 = sqr(x) + sqr(height_);
-    const float sin_bottom = bottom_ / std::sqrt(distance2 + sqr(bottom_)), sin_top = top_ / std::sqrt(distance2 + sqr(top_));
+    const float sin_bottom = bottom_ / std::sqrt(distance2 + sqr(bottom_)),
+                sin_top = top_ / std::sqrt(distance2 + sqr(top_));
     const float sin_elevation = sin_bottom + u.y * (sin_top - sin_bottom);
-    const float y = sin_elevation * std::sqrt(distance2 / std::max((1.0f - sin_elevation) * (1.0f + sin_elevation), kTiny));
+    const float y = sin_elevation *
+                    std::sqrt(distance2 / std::max((1.0f - sin_elevation) * (1.0f + sin_elevation), kTiny));
     return foot_ + x * axis_x_ + std::clamp(y, bottom_, top_) * axis_y_;
   }
 
@@ -65,7 +69,9 @@ class SphericalRectangle {
   static constexpr float kTiny = 1e-20f;
 
   /// Q(x, y).
-  float quadrant(float x, float y) const { return std::atan(x * y / (height_ * std::sqrt(sqr(x) + sqr(y) + sqr(height_)))); }
+  float quadrant(float x, float y) const {
+    return std::atan(x * y / (height_ * std::sqrt(sqr(x) + sqr(y) + sqr(height_))));
+  }
 
   /// sin^2 of half of an angle; the first form keeps the digits of small angles.
   static float half_angle_sin2(float cosine, float sine) {

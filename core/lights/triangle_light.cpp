@@ -31,10 +31,12 @@ WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instanc
 
 float triangle_position_error(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive) {
   const UVec3 v = mesh.triangles[primitive];
-  Vec3 most = glm::max(glm::abs(mesh.positions[v.x]), glm::max(glm::abs(mesh.positions[v.y]), glm::abs(mesh.positions[v.z])));
+  Vec3 most = glm::max(glm::abs(mesh.positions[v.x]),
+                       glm::max(glm::abs(mesh.positions[v.y]), glm::abs(mesh.positions[v.z])));
   if (!mesh.baked) {
     const Mat4& m = instance.world_from_object;
-    most = glm::abs(Vec3(m[0])) * most.x + glm::abs(Vec3(m[1])) * most.y + glm::abs(Vec3(m[2])) * most.z + glm::abs(Vec3(m[3]));
+    most = glm::abs(Vec3(m[0])) * most.x + glm::abs(Vec3(m[1])) * most.y + glm::abs(Vec3(m[2])) * most.z +
+           glm::abs(Vec3(m[3]));
   }
   return gamma_bound(12) * max_component(most);
 }
@@ -71,8 +73,8 @@ float pdf_triangle_li(const WorldTriangle& t, Vec3 p, Vec3 wi, float distance) {
   return projected > 0.0f ? sqr(distance) / projected : 0.0f;
 }
 
-ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive,
-                            const WorldTriangle& triangle, Vec2 barycentric, Vec3 wo) {
+ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance,
+                            uint32_t primitive, const WorldTriangle& triangle, Vec2 barycentric, Vec3 wo) {
   ShadingPoint point;
   point.position = triangle.p0 + barycentric.x * triangle.e1 + barycentric.y * triangle.e2;
   point.dpdu = triangle.e1;
@@ -99,15 +101,16 @@ ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& me
   return point;
 }
 
-Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance,
-                    uint32_t primitive, const WorldTriangle& triangle) {
+Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const BuiltMesh& mesh,
+                    const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle) {
   // Centres of the four similar quarters.
   constexpr float a = 1.0f / 6.0f, b = 2.0f / 3.0f, c = 1.0f / 3.0f;
   const Vec2 points[4] = {{c, c}, {a, a}, {b, a}, {a, b}};
   Color sum(0.0f);
   for (Vec2 barycentric : points)
     for (float side : {1.0f, -1.0f})
-      sum += program.evaluate_emission(triangle_point(object, mesh, instance, primitive, triangle, barycentric, side * triangle.normal));
+      sum += program.evaluate_emission(
+          triangle_point(object, mesh, instance, primitive, triangle, barycentric, side * triangle.normal));
   return sum / 8.0f;
 }
 

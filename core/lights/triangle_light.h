@@ -6,14 +6,14 @@
 #pragma once
 
 #include "geometry/geometry.h"
-#include "shading/shader_program.h"
 #include "shading/bsdf/shading_point.h"
+#include "shading/shader_program.h"
 
 namespace ajar {
 
 struct WorldTriangle {
-  Vec3 p0, e1, e2;     ///< world space
-  Vec3 normal;         ///< unit, to the outside of the mesh also when mirrored; zero for a degenerate triangle
+  Vec3 p0, e1, e2;  ///< world space
+  Vec3 normal;      ///< unit, to the outside of the mesh also when mirrored; zero for a degenerate triangle
   float area;
 };
 WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive);
@@ -32,11 +32,11 @@ TriangleSample sample_triangle_li(const WorldTriangle& triangle, Vec3 p, Vec2 u)
 float pdf_triangle_li(const WorldTriangle& triangle, Vec3 p, Vec3 wi, float distance);
 
 /// Everything a shader may ask, at `barycentric` of the triangle seen from direction `wo`.
-ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive,
-                            const WorldTriangle& triangle, Vec2 barycentric, Vec3 wo);
+ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance,
+                            uint32_t primitive, const WorldTriangle& triangle, Vec2 barycentric, Vec3 wo);
 
 /// Mean emitted radiance over the triangle and both sides, estimated at a few points.
-Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance,
-                    uint32_t primitive, const WorldTriangle& triangle);
+Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const BuiltMesh& mesh,
+                    const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle);
 
 }  // namespace ajar

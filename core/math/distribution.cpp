@@ -38,7 +38,8 @@ DiscreteDistribution::Choice DiscreteDistribution::sample(float u) const {
   return {index, width, remapped};
 }
 
-Distribution2D::Distribution2D(const std::vector<float>& values, int width, int height) : width_(width), height_(height) {
+Distribution2D::Distribution2D(const std::vector<float>& values, int width, int height)
+    : width_(width), height_(height) {
   std::vector<double> rows(height), row(width);
   conditional_.reserve(height);
   for (int y = 0; y < height; ++y) {
@@ -53,7 +54,8 @@ Vec2 Distribution2D::sample(Vec2 u, float& pdf_square) const {
   const auto row = marginal_.sample(u.y);
   const auto column = conditional_[row.index].sample(u.x);
   pdf_square = row.pmf * column.pmf * float(width_) * float(height_);
-  return {(float(column.index) + column.u_remapped) / float(width_), (float(row.index) + row.u_remapped) / float(height_)};
+  return {(float(column.index) + column.u_remapped) / float(width_),
+          (float(row.index) + row.u_remapped) / float(height_)};
 }
 
 float Distribution2D::pdf_square(Vec2 point) const {

@@ -1,6 +1,7 @@
 // An orthonormal basis around a normal: local z is the normal.
-// Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited"; its seam, where the basis turns from one normal to the next, is moved off
-// the equator, on which the normals of all upright walls lie but for rounding. Normals of floors, walls and ceilings are away from it.
+// Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited"; its seam, where the basis turns from one normal
+// to the next, is moved off the equator, on which the normals of all upright walls lie but for rounding. Normals of
+// floors, walls and ceilings are away from it.
 #pragma once
 
 #include <algorithm>

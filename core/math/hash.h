@@ -1,5 +1,6 @@
-// Hashes whose values Blender's procedural textures are made of: Bob Jenkins' lookup3 (public domain), and the permuted congruential generators in two to four dimensions of
-// Jarzynski and Olano ("Hash Functions for GPU Rendering", JCGT 9(3), 2020) in signed arithmetic, which the cells of Voronoi textures use since Blender 5.0.
+// Hashes whose values Blender's procedural textures are made of: Bob Jenkins' lookup3 (public domain), and the permuted
+// congruential generators in two to four dimensions of Jarzynski and Olano ("Hash Functions for GPU Rendering", JCGT
+// 9(3), 2020) in signed arithmetic, which the cells of Voronoi textures use since Blender 5.0.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +12,13 @@
 
 namespace ajar::nodes {
 
-template <int N> using Point = glm::vec<N, float>;   ///< texture space of N dimensions
+/// texture space of N dimensions
+template <int N>
+using Point = glm::vec<N, float>;
 
 /// lookup3's hashword of N words with seed 0.
-template <int N> constexpr uint32_t hash_words(const uint32_t (&key)[N]) {
+template <int N>
+constexpr uint32_t hash_words(const uint32_t (&key)[N]) {
   static_assert(N >= 1 && N <= 4);
   uint32_t a = 0xdeadbeefu + (uint32_t(N) << 2) + 13u, b = a, c = a;
   const auto turn = [](uint32_t& x, uint32_t y, int bits) { x -= y, x ^= std::rotl(y, bits); };
@@ -32,12 +36,14 @@ template <int N> constexpr uint32_t hash_words(const uint32_t (&key)[N]) {
   if (N - i > 1) b += key[i + 1];
   a += key[i];
   const auto finish = [](uint32_t& x, uint32_t y, int bits) { x ^= y, x -= std::rotl(y, bits); };
-  finish(c, b, 14), finish(a, c, 11), finish(b, a, 25), finish(c, b, 16), finish(a, c, 4), finish(b, a, 14), finish(c, b, 24);
+  finish(c, b, 14), finish(a, c, 11), finish(b, a, 25), finish(c, b, 16), finish(a, c, 4), finish(b, a, 14),
+      finish(c, b, 24);
   return c;
 }
 
 /// A number in [0, 1] from the bits of numbers.
-template <class... Numbers> float hash_unit(Numbers... numbers) {
+template <class... Numbers>
+float hash_unit(Numbers... numbers) {
   const uint32_t key[] = {std::bit_cast<uint32_t>(float(numbers))...};
   return float(hash_words(key)) * 0x1p-32f;
 }
@@ -61,16 +67,21 @@ inline Point<4> hash_point(Point<4> p) {
           hash_unit(p.y, p.z, p.w, p.x)};
 }
 
-/// PCG in N dimensions of a cell of whole numbers: N independent numbers in [0, 1]. Words wrap; the shift keeps their sign.
-template <int N> Point<N> hash_cell(Point<N> cell) {
+/// PCG in N dimensions of a cell of whole numbers: N independent numbers in [0, 1]. Words wrap; the shift keeps their
+/// sign.
+template <int N>
+Point<N> hash_cell(Point<N> cell) {
   static_assert(N >= 2 && N <= 4);
   uint32_t v[N];
   const auto whole = [](float x) { return std::isfinite(x) ? int32_t(std::clamp(x, -0x1p31f, 0x1.fffffep30f)) : 0; };
   for (int axis = 0; axis < N; ++axis) v[axis] = uint32_t(whole(cell[axis])) * 1664525u + 1013904223u;
   const auto mix = [&v] {
-    if constexpr (N == 2) v[0] += v[1] * 1664525u, v[1] += v[0] * 1664525u;
-    else if constexpr (N == 3) v[0] += v[1] * v[2], v[1] += v[2] * v[0], v[2] += v[0] * v[1];
-    else v[0] += v[1] * v[3], v[1] += v[2] * v[0], v[2] += v[0] * v[1], v[3] += v[1] * v[2];
+    if constexpr (N == 2)
+      v[0] += v[1] * 1664525u, v[1] += v[0] * 1664525u;
+    else if constexpr (N == 3)
+      v[0] += v[1] * v[2], v[1] += v[2] * v[0], v[2] += v[0] * v[1];
+    else
+      v[0] += v[1] * v[3], v[1] += v[2] * v[0], v[2] += v[0] * v[1], v[3] += v[1] * v[2];
   };
   mix();
   for (uint32_t& word : v) word ^= uint32_t(int32_t(word) >> 16);
@@ -81,7 +92,8 @@ template <int N> Point<N> hash_cell(Point<N> cell) {
 }
 
 /// What the texture nodes with a choice of dimensions see: W alone, XY, XYZ, or all.
-template <class F> auto with_dimensions(int dimensions, Vec3 p, float w, F&& f) {
+template <class F>
+auto with_dimensions(int dimensions, Vec3 p, float w, F&& f) {
   switch (dimensions) {
     case 1: return f(Point<1>(w));
     case 2: return f(Point<2>(p));

@@ -1,7 +1,8 @@
 // The von Mises-Fisher distribution over directions: kappa / (2 pi (1 - exp(-2 kappa))) exp(kappa (mu.w - 1)).
 //
-// Directions enter as squared chord |w - mu|^2 = 2 (1 - mu.w), which does not cancel where kappa is large; no form overflows.
-// Sampling as in Jakob 2012, "Numerically stable sampling of the von Mises-Fisher distribution on S2 (and other tricks)".
+// Directions enter as squared chord |w - mu|^2 = 2 (1 - mu.w), which does not cancel where kappa is large; no form
+// overflows. Sampling as in Jakob 2012, "Numerically stable sampling of the von Mises-Fisher distribution on S2 (and
+// other tricks)".
 #pragma once
 
 #include <algorithm>
@@ -15,11 +16,13 @@ namespace ajar {
 /// Least kappa that is told from the uniform distribution, and the most that floats of a unit vector resolve.
 constexpr float kMinKappa = 1e-2f, kMaxKappa = 1e5f;
 
-/// exp(x) for x <= 0 to 2e-7 relative, without branches, so that loops over lobes become vector code; never below 1e-38.
+/// exp(x) for x <= 0 to 2e-7 relative, without branches, so that loops over lobes become vector code; never below
+/// 1e-38.
 inline float exp_of_negative(float x) {
   const float t = std::max(x * 1.44269504f, -126.0f), whole = std::floor(t), r = t - whole;
   // 2^r on [0, 1]: least squares of the relative error, exact at both ends.
-  const float p = 1.0f + r * (0.69315173f + r * (0.240159691f + r * (0.0558167208f + r * (0.00899391647f + r * 0.00187794124f))));
+  const float p = 1.0f + r * (0.69315173f +
+                              r * (0.240159691f + r * (0.0558167208f + r * (0.00899391647f + r * 0.00187794124f))));
   return p * std::bit_cast<float>((int32_t(whole) + 127) << 23);
 }
 

@@ -18,7 +18,9 @@ namespace {
 constexpr char kMagic[8] = {'A', 'J', 'A', 'R', 'C', 'H', 'P', '1'};
 constexpr uint64_t kLongestHeader = 1 << 20;
 
-[[noreturn]] void fail(const std::string& path, const std::string& why) { throw SceneError("The checkpoint \"" + path + "\" " + why + "."); }
+[[noreturn]] void fail(const std::string& path, const std::string& why) {
+  throw SceneError("The checkpoint \"" + path + "\" " + why + ".");
+}
 
 int channels_of(const std::string& pass) {
   for (const PassInfo& info : known_passes())
@@ -37,9 +39,19 @@ double merged_relmse(const Checkpoint& a, const Checkpoint& b) {
 }  // namespace
 
 void save_checkpoint(const Checkpoint& c, const std::string& path) {
-  nlohmann::json header{{"frame", c.frame}, {"region", c.region}, {"exposure", c.exposure}, {"scene", c.scene}, {"seeds", c.seeds},
-                        {"integrators", c.integrators}, {"samples", c.samples}, {"seconds", c.seconds}, {"rays", c.rays},
-                        {"refused", c.refused}, {"relmse", c.relmse}, {"version", AJAR_VERSION}, {"passes", nlohmann::json::array()}};
+  nlohmann::json header{{"frame", c.frame},
+                        {"region", c.region},
+                        {"exposure", c.exposure},
+                        {"scene", c.scene},
+                        {"seeds", c.seeds},
+                        {"integrators", c.integrators},
+                        {"samples", c.samples},
+                        {"seconds", c.seconds},
+                        {"rays", c.rays},
+                        {"refused", c.refused},
+                        {"relmse", c.relmse},
+                        {"version", AJAR_VERSION},
+                        {"passes", nlohmann::json::array()}};
   for (const auto& [name, values] : c.passes) header["passes"].push_back(name);
   const std::string text = header.dump();
   const uint64_t length = text.size();
@@ -48,7 +60,8 @@ void save_checkpoint(const Checkpoint& c, const std::string& path) {
   file.write(kMagic, sizeof kMagic);
   file.write(reinterpret_cast<const char*>(&length), sizeof length);
   file.write(text.data(), std::streamsize(length));
-  for (const auto& [name, values] : c.passes) file.write(reinterpret_cast<const char*>(values.data()), std::streamsize(values.size() * sizeof(float)));
+  for (const auto& [name, values] : c.passes)
+    file.write(reinterpret_cast<const char*>(values.data()), std::streamsize(values.size() * sizeof(float)));
   file.close();
   if (!file) fail(path, "could not be written");
   std::error_code error;
@@ -63,7 +76,8 @@ Checkpoint load_checkpoint(const std::string& path) {
   uint64_t length = 0;
   file.read(magic, sizeof magic);
   file.read(reinterpret_cast<char*>(&length), sizeof length);
-  if (!file || std::memcmp(magic, kMagic, sizeof kMagic) != 0 || length > kLongestHeader) fail(path, "is not one of Ajar's");
+  if (!file || std::memcmp(magic, kMagic, sizeof kMagic) != 0 || length > kLongestHeader)
+    fail(path, "is not one of Ajar's");
   std::string text(length, '\0');
   file.read(text.data(), std::streamsize(length));
   Checkpoint c;
@@ -81,7 +95,9 @@ Checkpoint load_checkpoint(const std::string& path) {
     header.at("refused").get_to(c.refused);
     header.at("relmse").get_to(c.relmse);
     const auto& r = c.region;
-    if (!(r[0] >= 0 && r[1] >= 0 && r[2] > r[0] && r[3] > r[1] && r[2] <= c.frame[0] && r[3] <= c.frame[1] && c.samples > 0.0)) fail(path, "is damaged");
+    if (!(r[0] >= 0 && r[1] >= 0 && r[2] > r[0] && r[3] > r[1] && r[2] <= c.frame[0] && r[3] <= c.frame[1] &&
+          c.samples > 0.0))
+      fail(path, "is damaged");
     // Sizes are checked against the file before anything is allocated.
     const std::streamoff here = file.tellg();
     const auto left = std::filesystem::file_size(path) - uint64_t(here);
@@ -105,38 +121,43 @@ Checkpoint load_checkpoint(const std::string& path) {
 
 std::string reason_against_merging(const Checkpoint& a, const Checkpoint& b) {
   const auto size = [](const Checkpoint& c) {
-    return std::to_string(c.region[2] - c.region[0]) + " x " + std::to_string(c.region[3] - c.region[1]) + " pixels of " + std::to_string(c.frame[0]) +
-           " x " + std::to_string(c.frame[1]);
+    return std::to_string(c.region[2] - c.region[0]) + " x " + std::to_string(c.region[3] - c.region[1]) +
+           " pixels of " + std::to_string(c.frame[0]) + " x " + std::to_string(c.frame[1]);
   };
   if (a.frame != b.frame || a.region != b.region) return "one is of " + size(a) + ", the other of " + size(b);
   if (a.exposure != b.exposure) return "their exposures differ";
   if (a.scene != 0 && b.scene != 0 && a.scene != b.scene) return "they are of different scenes or frames";
   for (uint32_t seed : a.seeds)
-    if (std::find(b.seeds.begin(), b.seeds.end(), seed) != b.seeds.end()) return "both hold the samples of seed " + std::to_string(seed);
+    if (std::find(b.seeds.begin(), b.seeds.end(), seed) != b.seeds.end())
+      return "both hold the samples of seed " + std::to_string(seed);
   return "";
 }
 
-std::vector<float> merge_pass(const std::string& pass, const std::vector<float>& a, double samples_a, const std::vector<float>& b, double samples_b) {
+std::vector<float> merge_pass(const std::string& pass, const std::vector<float>& a, double samples_a,
+                              const std::vector<float>& b, double samples_b) {
   if (a.size() != b.size()) throw SceneError("The pass \"" + pass + "\" differs in size.");
   // What belongs to the first sample of a pixel stays that of the first render.
   if (pass == "Depth" || pass == "Position" || pass == "IndexOB" || pass == "IndexMA") return a;
   double wa = samples_a / (samples_a + samples_b), wb = 1.0 - wa;
   if (pass == "Sample Count") wa = wb = 1.0;
-  if (pass == "Variance") wa *= wa, wb *= wb;       // of the mean of independent estimates
+  if (pass == "Variance") wa *= wa, wb *= wb;  // of the mean of independent estimates
   std::vector<float> merged(a.size());
   for (size_t i = 0; i < a.size(); ++i) merged[i] = float(wa * double(a[i]) + wb * double(b[i]));
   return merged;
 }
 
 Checkpoint merge(const Checkpoint& a, const Checkpoint& b) {
-  if (const std::string why = reason_against_merging(a, b); !why.empty()) throw SceneError("These renders cannot be one: " + why + ".");
+  if (const std::string why = reason_against_merging(a, b); !why.empty())
+    throw SceneError("These renders cannot be one: " + why + ".");
   Checkpoint c = a;
   c.passes.clear();
   for (const auto& [name, values] : a.passes)
-    if (const auto other = b.passes.find(name); other != b.passes.end()) c.passes[name] = merge_pass(name, values, a.samples, other->second, b.samples);
+    if (const auto other = b.passes.find(name); other != b.passes.end())
+      c.passes[name] = merge_pass(name, values, a.samples, other->second, b.samples);
   c.seeds.insert(c.seeds.end(), b.seeds.begin(), b.seeds.end());
   for (const std::string& integrator : b.integrators)
-    if (std::find(c.integrators.begin(), c.integrators.end(), integrator) == c.integrators.end()) c.integrators.push_back(integrator);
+    if (std::find(c.integrators.begin(), c.integrators.end(), integrator) == c.integrators.end())
+      c.integrators.push_back(integrator);
   if (c.scene == 0) c.scene = b.scene;
   c.samples += b.samples;
   c.seconds += b.seconds;

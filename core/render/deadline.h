@@ -10,7 +10,8 @@
 
 namespace ajar {
 
-/// Raises a flag at a moment, or when the render is stopped before. Needs a thread, so that whoever looks at the flag need not look at a clock.
+/// Raises a flag at a moment, or when the render is stopped before. Needs a thread, so that whoever looks at the flag
+/// need not look at a clock.
 class Deadline {
  public:
   /// `state` is notified whenever `stop` is raised.

@@ -8,17 +8,19 @@
 #include "scene/scene.h"
 #include "shading/functions/texture.h"
 #include "transport/bidirectional/further_samples.h"
-#include "transport/photons/irradiance_records.h"
-#include "transport/media/media.h"
-#include "transport/guiding/path_guide.h"
 #include "transport/bidirectional/vertex_merging.h"
+#include "transport/guiding/path_guide.h"
+#include "transport/media/media.h"
+#include "transport/photons/irradiance_records.h"
 
 namespace ajar {
 
 namespace {
 
 /// Of its strands.
-uint64_t segments_of(const MeshDescription& mesh) { return mesh.positions.size() > mesh.strands.size() ? mesh.positions.size() - mesh.strands.size() : 0; }
+uint64_t segments_of(const MeshDescription& mesh) {
+  return mesh.positions.size() > mesh.strands.size() ? mesh.positions.size() - mesh.strands.size() : 0;
+}
 
 uint64_t bytes_of(const MeshDescription& mesh) {
   uint64_t bytes = (mesh.positions.size() + 1) * sizeof(Vec3) + mesh.triangles.size() * sizeof(UVec3) +
@@ -26,9 +28,10 @@ uint64_t bytes_of(const MeshDescription& mesh) {
   for (const Attribute& attribute : mesh.attributes) bytes += attribute.values.size() * sizeof(float);
   if (mesh.strands.empty()) return bytes;
   const size_t points = mesh.positions.size(), strands = mesh.strands.size(), segments = segments_of(mesh);
-  bytes += (points + 2 * strands) * sizeof(Vec4) + points * sizeof(float) + strands * (sizeof(uint32_t) + sizeof(float)) + segments * sizeof(uint32_t);
-  if (!mesh.material_slots.empty()) bytes += segments * sizeof(uint16_t);   // of them, not of strands
-  return bytes - points * sizeof(Vec3);   // the keys are made of them
+  bytes += (points + 2 * strands) * sizeof(Vec4) + points * sizeof(float) +
+           strands * (sizeof(uint32_t) + sizeof(float)) + segments * sizeof(uint32_t);
+  if (!mesh.material_slots.empty()) bytes += segments * sizeof(uint16_t);  // of them, not of strands
+  return bytes - points * sizeof(Vec3);                                    // the keys are made of them
 }
 
 void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
@@ -38,19 +41,23 @@ void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
   part.largest_bytes = bytes;
 }
 
-bool may_merge(const RenderSettings& s) { return s.vertex_merging == "on" && (s.integrator == kAutomatic || find_integrator(s.integrator).can_merge); }
-bool gathers_photons(const RenderSettings& s) { return s.integrator == "photon_map" || s.integrator == "mps" || s.integrator == kAutomatic; }
+bool may_merge(const RenderSettings& s) {
+  return s.vertex_merging == "on" && (s.integrator == kAutomatic || find_integrator(s.integrator).can_merge);
+}
+bool gathers_photons(const RenderSettings& s) {
+  return s.integrator == "photon_map" || s.integrator == "mps" || s.integrator == kAutomatic;
+}
 bool takes_further_samples(const RenderSettings& s) {
   return gathers_photons(s) || s.integrator == "erpt" || s.integrator == "metropolis" || s.integrator == "pmc_pt";
 }
 
-bool may_store_photons(const RenderSettings& s) {
-  return gathers_photons(s) || may_merge(s);
-}
+bool may_store_photons(const RenderSettings& s) { return gathers_photons(s) || may_merge(s); }
 
 /// Volumes of instances and the world, and what they take; nothing where there are none.
 uint64_t bytes_of_volumes(const SceneDescription& d) {
-  const auto has_volume = [&](int material) { return material >= 0 && material < int(d.materials.size()) && d.materials[size_t(material)].graph.volume.node >= 0; };
+  const auto has_volume = [&](int material) {
+    return material >= 0 && material < int(d.materials.size()) && d.materials[size_t(material)].graph.volume.node >= 0;
+  };
   std::vector<uint64_t> volumes_of(d.objects.size(), 0);
   for (size_t i = 0; i < d.objects.size(); ++i)
     volumes_of[i] = uint64_t(std::count_if(d.objects[i].materials.begin(), d.objects[i].materials.end(), has_volume));
@@ -70,7 +77,8 @@ std::string mebibytes(uint64_t bytes) {
 /// Whether a pilot will be rendered besides (importance_map.h).
 bool measures_important_light(const SceneDescription& d) {
   const auto matters = [](const auto& source) { return source.light_importance != 1.0f; };
-  return d.settings.image == "pmc_ip" && (matters(d.world) || std::any_of(d.lights.begin(), d.lights.end(), matters) || std::any_of(d.objects.begin(), d.objects.end(), matters));
+  return d.settings.image == "pmc_ip" && (matters(d.world) || std::any_of(d.lights.begin(), d.lights.end(), matters) ||
+                                          std::any_of(d.objects.begin(), d.objects.end(), matters));
 }
 
 }  // namespace
@@ -82,14 +90,18 @@ uint64_t MemoryEstimate::bytes() const {
 }
 
 MemoryEstimate estimate_memory(const SceneDescription& d) {
-  MemoryPart geometry{"geometry"}, instances{"instances"}, textures{"textures"}, volumes{"volumes"}, photons{"photons"}, guide{"path guide"}, records{"irradiance records"}, film{"the picture"};
+  MemoryPart geometry{"geometry"}, instances{"instances"}, textures{"textures"}, volumes{"volumes"}, photons{"photons"},
+      guide{"path guide"}, records{"irradiance records"}, film{"the picture"};
   for (const MeshDescription& described : d.meshes) {
     const MeshDescription& mesh = described.shared ? *described.shared : described;
-    add(geometry, mesh.name, bytes_of(mesh) + mesh.triangles.size() * kStructureBytesPerTriangle + kStructureBytesPerMesh +
-                                 (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment));
+    add(geometry, mesh.name,
+        bytes_of(mesh) + mesh.triangles.size() * kStructureBytesPerTriangle + kStructureBytesPerMesh +
+            (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment));
   }
-  instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) + d.motion_keys.size() * sizeof(Mat4);
-  for (const ImageDescription& image : d.images) add(textures, image.name.empty() ? image.path : image.name, texture_bytes(image));
+  instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) +
+                    d.motion_keys.size() * sizeof(Mat4);
+  for (const ImageDescription& image : d.images)
+    add(textures, image.name.empty() ? image.path : image.name, texture_bytes(image));
   volumes.bytes = bytes_of_volumes(d);
   const RenderSettings& s = d.settings;
   if (may_store_photons(s)) {
@@ -98,15 +110,19 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   }
   const auto& r = s.region;
   const bool whole = r == std::array<int, 4>{0, 0, 0, 0};
-  const uint64_t pixels = whole ? uint64_t(s.width) * uint64_t(s.height) : uint64_t(std::max(0, r[2] - r[0])) * uint64_t(std::max(0, r[3] - r[1]));
-  if (s.guiding != "off" && (s.integrator == "path" || s.integrator == kAutomatic)) guide.bytes = PathGuide::estimated_bytes(pixels, s.samples > 0 ? uint64_t(s.samples) : ~uint64_t(0));
+  const uint64_t pixels = whole ? uint64_t(s.width) * uint64_t(s.height)
+                                : uint64_t(std::max(0, r[2] - r[0])) * uint64_t(std::max(0, r[3] - r[1]));
+  if (s.guiding != "off" && (s.integrator == "path" || s.integrator == kAutomatic))
+    guide.bytes = PathGuide::estimated_bytes(pixels, s.samples > 0 ? uint64_t(s.samples) : ~uint64_t(0));
   // One for four pixels at most.
   if (s.integrator == "irradiance_cache") records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
   film.bytes = pixels * Film::bytes_per_pixel(s.passes, s.integrator != "path" && s.integrator != "photon_map");
   if (takes_further_samples(s)) film.bytes += pixels * FurtherSamples::bytes_per_pixel();
-  if (measures_important_light(d)) film.bytes += pixels * (Film::bytes_per_pixel({"Combined"}, false) + 4 * sizeof(Vec2));
+  if (measures_important_light(d))
+    film.bytes += pixels * (Film::bytes_per_pixel({"Combined"}, false) + 4 * sizeof(Vec2));
   MemoryEstimate estimate{{geometry, instances, textures, volumes, photons, guide, records, film}};
-  std::stable_sort(estimate.parts.begin(), estimate.parts.end(), [](const MemoryPart& a, const MemoryPart& b) { return a.bytes > b.bytes; });
+  std::stable_sort(estimate.parts.begin(), estimate.parts.end(),
+                   [](const MemoryPart& a, const MemoryPart& b) { return a.bytes > b.bytes; });
   return estimate;
 }
 
@@ -121,7 +137,8 @@ void check_memory_limit(const SceneDescription& d) {
     parts += (parts.empty() ? "" : ", ") + part.what + " " + mebibytes(part.bytes);
     if (!part.largest.empty()) parts += " ('" + part.largest + "' " + mebibytes(part.largest_bytes) + ")";
   }
-  throw SceneError("This render needs about " + mebibytes(estimate.bytes()) + ", more than the memory limit of " + mebibytes(limit) + ": " + parts + ".");
+  throw SceneError("This render needs about " + mebibytes(estimate.bytes()) + ", more than the memory limit of " +
+                   mebibytes(limit) + ": " + parts + ".");
 }
 
 }  // namespace ajar

@@ -8,13 +8,14 @@ namespace ajar {
 
 namespace {
 
-constexpr int kBlur = 3;              // pixels to each side
-constexpr double kWorst = 1e-3;       // of the pixels
-constexpr double kDarkest = 0.01;     // added to squares of light
-constexpr double kHopeless = 1.25;    // times the noise
+constexpr int kBlur = 3;            // pixels to each side
+constexpr double kWorst = 1e-3;     // of the pixels
+constexpr double kDarkest = 0.01;   // added to squares of light
+constexpr double kHopeless = 1.25;  // times the noise
 
 /// Of each pixel, the mean of its channels.
-std::vector<double> squared_differences(const std::vector<float>& a, const std::vector<float>& b, const std::vector<float>& light) {
+std::vector<double> squared_differences(const std::vector<float>& a, const std::vector<float>& b,
+                                        const std::vector<float>& light) {
   std::vector<double> result(light.size() / 4, 0.0);
   for (size_t i = 0; i < light.size(); ++i) {
     if (i % 4 == 3) continue;
@@ -38,7 +39,7 @@ double squared_difference(const std::vector<float>& a, const std::vector<float>&
 
 std::vector<float> blurred(const std::vector<float>& image, int width, int height) {
   const size_t row = 4 * size_t(width);
-  std::vector<float> result(image.size()), columns(row);   // columns: sums of the rows that a pixel's square covers
+  std::vector<float> result(image.size()), columns(row);  // columns: sums of the rows that a pixel's square covers
   for (int y = 0; y < height; ++y) {
     const int top = std::max(0, y - kBlur), bottom = std::min(height - 1, y + kBlur);
     std::fill(columns.begin(), columns.end(), 0.0f);
@@ -83,21 +84,25 @@ PilotNoise noise_of(const PilotImages& pilot, const std::vector<float>& light) {
   return noise;
 }
 
-double bias_of(const PilotImages& pilot, const PilotImages& unbiased, const std::vector<float>& light, int width, int height) {
+double bias_of(const PilotImages& pilot, const PilotImages& unbiased, const std::vector<float>& light, int width,
+               int height) {
   const auto blur = [&](const std::vector<float>& image) { return blurred(image, width, height); };
   const double noise = 0.25 * (squared_difference(blur(pilot.first), blur(pilot.second), light) +
                                squared_difference(blur(unbiased.first), blur(unbiased.second), light));
   return std::max(0.0, squared_difference(blur(mean_of(pilot)), blur(mean_of(unbiased)), light) - noise);
 }
 
-double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const std::vector<float>& light, int width, int height) {
+double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const std::vector<float>& light, int width,
+                       int height) {
   const auto blur = [&](const std::vector<float>& image) { return blurred(image, width, height); };
-  const std::vector<float> found[2] = {blur(pilot.first), blur(pilot.second)}, there[2] = {blur(other.first), blur(other.second)};
+  const std::vector<float> found[2] = {blur(pilot.first), blur(pilot.second)},
+                           there[2] = {blur(other.first), blur(other.second)};
   double total = 0.0;
   for (size_t i = 0; i < light.size(); ++i) {
     if (i % 4 == 3) continue;
     const double missed[2] = {double(there[0][i]) - double(found[0][i]), double(there[1][i]) - double(found[1][i])};
-    // The product of two independent estimates of what is missed has no noise of its own in the mean; halves of opposite sign belong as well to what is found too much.
+    // The product of two independent estimates of what is missed has no noise of its own in the mean; halves of
+    // opposite sign belong as well to what is found too much.
     const double square = missed[0] * missed[1];
     if (square > 0.0 && missed[0] < 0.0) continue;
     total += (square > 0.0 ? square : 0.5 * square) / (double(light[i]) * double(light[i]) + kDarkest) / 3.0;
@@ -110,8 +115,9 @@ size_t clearly_best(const std::vector<PilotNoise>& techniques) {
   size_t best = 0;
   const auto by_both = [&](size_t k) { return techniques[k].whole * techniques[k].typical; };
   for (size_t k = 1; k < techniques.size(); ++k) {
-    if (!(by_both(k) > 0.0)) continue;   // nearly nothing was found
-    if (techniques[k].whole * kClearlyBetter >= techniques[0].whole || techniques[k].typical >= techniques[0].typical) continue;
+    if (!(by_both(k) > 0.0)) continue;  // nearly nothing was found
+    if (techniques[k].whole * kClearlyBetter >= techniques[0].whole || techniques[k].typical >= techniques[0].typical)
+      continue;
     if (best == 0 || by_both(k) < by_both(best)) best = k;
   }
   return best;

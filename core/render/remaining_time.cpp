@@ -18,7 +18,8 @@ void RemainingTime::add(double seconds, double samples) {
 double RemainingTime::seconds_per_sample() const {
   if (moments_.size() < 2) return -1.0;
   const Moment &first = moments_.front(), &last = moments_.back();
-  return last.samples > first.samples ? std::max(0.0, last.seconds - first.seconds) / (last.samples - first.samples) : -1.0;
+  return last.samples > first.samples ? std::max(0.0, last.seconds - first.seconds) / (last.samples - first.samples)
+                                      : -1.0;
 }
 
 double RemainingTime::until_samples(double samples) const {

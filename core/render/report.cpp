@@ -42,7 +42,11 @@ void add_render(const SessionState& d, json& j) {
   j["image"] = d.settings.image;
   j["seeds"] = d.base ? d.base->seeds : std::vector<uint32_t>{};
   if (d.film) j["seeds"].push_back(d.seed);
-  if (d.base) j["resumed"] = {{"samples", d.base->samples}, {"seconds", d.base->seconds}, {"rays", d.base->rays}, {"refused_samples", d.base->refused}};
+  if (d.base)
+    j["resumed"] = {{"samples", d.base->samples},
+                    {"seconds", d.base->seconds},
+                    {"rays", d.base->rays},
+                    {"refused_samples", d.base->refused}};
   j["threads"] = d.threads;
   j["frames_before"] = d.learned ? d.learned->frames : 0;
   j["resolution"] = {d.settings.width, d.settings.height};
@@ -108,7 +112,9 @@ void add_hints(const SessionState& d, json& j) {
     json positions = json::array(), segments = json::array();
     for (const Vec3& p : r.positions) positions.push_back({p.x, p.y, p.z});
     for (const HintSegmentState state : r.segments)
-      segments.push_back(state == HintSegmentState::Attached ? "attached" : state == HintSegmentState::Bounced ? "bounced" : "failed");
+      segments.push_back(state == HintSegmentState::Attached  ? "attached"
+                         : state == HintSegmentState::Bounced ? "bounced"
+                                                              : "failed");
     j["hints"].push_back({{"name", r.name},
                           {"attached", r.attached},
                           {"reason", r.reason},
@@ -147,7 +153,8 @@ void add_diagnostics(const SessionState& d, json& j) {
     const char* severity = diagnostic.severity == Diagnostic::Severity::Info      ? "info"
                            : diagnostic.severity == Diagnostic::Severity::Warning ? "warning"
                                                                                   : "error";
-    j["diagnostics"].push_back({{"severity", severity}, {"object", diagnostic.object}, {"message", diagnostic.message}});
+    j["diagnostics"].push_back(
+        {{"severity", severity}, {"object", diagnostic.object}, {"message", diagnostic.message}});
   }
 }
 
@@ -159,7 +166,8 @@ std::string statistics_json(const SessionState& d) {
   add_samples(d, j);
   add_scene(d, j);
   j["plan"] = json::array();
-  for (const PlanStep& step : d.plan) j["plan"].push_back({{"step", step.step}, {"used", step.used}, {"reason", step.reason}, {"cost", step.cost}});
+  for (const PlanStep& step : d.plan)
+    j["plan"].push_back({{"step", step.step}, {"used", step.used}, {"reason", step.reason}, {"cost", step.cost}});
   add_hints(d, j);
   add_acceptance_rates(d, j);
   add_errors(d, j);

@@ -8,7 +8,7 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMaxThreads = 1024;     // of Blender
+constexpr int kMaxThreads = 1024;  // of Blender
 
 /// Where the settings name no number of threads: AJAR_THREADS, or all of the machine.
 int default_threads() {
@@ -26,7 +26,7 @@ void SessionState::begin(const Job& job) {
   progress.render = job.number;
   error.clear();
   settings = job.description ? job.description->settings : job.settings;
-  integrator.reset();   // before the scene it holds is changed
+  integrator.reset();  // before the scene it holds is changed
   film.reset();
   image_plan.reset();
   film_idle = false;

@@ -1,5 +1,5 @@
-// What a session's worker and its owner share: what was asked, and what has been found so far. Guarded by one lock (synchronized.h); functions that take a
-// `SessionState&` need it.
+// What a session's worker and its owner share: what was asked, and what has been found so far. Guarded by one lock
+// (synchronized.h); functions that take a `SessionState&` need it.
 #pragma once
 
 #include <map>
@@ -23,9 +23,9 @@ namespace ajar {
 /// What the owner asked for and the worker has not begun.
 struct Job {
   uint64_t number = 0;
-  std::optional<SceneDescription> description;   ///< else the scene at hand
-  bool keep = false;                             ///< what is shared with the scene of before
-  CameraDescription camera;                      ///< these two when there is no description
+  std::optional<SceneDescription> description;  ///< else the scene at hand
+  bool keep = false;                            ///< what is shared with the scene of before
+  CameraDescription camera;                     ///< these two when there is no description
   RenderSettings settings;
 };
 
@@ -34,28 +34,28 @@ struct SessionState {
   std::optional<Job> next;
   uint64_t last_number = 0;
   bool quit = false, paused = false;
-  bool busy = false;                             ///< the worker has a job
-  bool checkpoint_wanted = false;                ///< keep one at every iteration boundary
-  std::set<std::string> wanted{"Combined"};      ///< passes to resolve at the next boundary
-  uint64_t wanted_photons = 0;                   ///< that somebody looks at
-  std::optional<Checkpoint> base;                ///< what this render goes on from
+  bool busy = false;                         ///< the worker has a job
+  bool checkpoint_wanted = false;            ///< keep one at every iteration boundary
+  std::set<std::string> wanted{"Combined"};  ///< passes to resolve at the next boundary
+  uint64_t wanted_photons = 0;               ///< that somebody looks at
+  std::optional<Checkpoint> base;            ///< what this render goes on from
   uint64_t scene_fingerprint = 0;
-  std::shared_ptr<const Learned> learned;        ///< in the frame before
+  std::shared_ptr<const Learned> learned;  ///< in the frame before
 
   // ---- Of the render -------------------------------------------------------------------------
   RenderSettings settings;
   int threads = 0;
-  std::shared_ptr<Scene> scene;                  ///< changed by the worker alone, while nothing renders
-  std::shared_ptr<const AttachedHints> hints;    ///< of the scene
-  std::unique_ptr<Integrator> integrator;        ///< the worker's, while it renders
-  std::unique_ptr<Film> film;                    ///< the worker's, until it is idle
-  std::unique_ptr<ImagePlan> image_plan;         ///< none: all pixels get the same number of samples
-  bool film_idle = false;                        ///< no thread writes to the film: it may be resolved directly
-  uint32_t seed = 0;                             ///< in use: a resumed render has its own
+  std::shared_ptr<Scene> scene;                ///< changed by the worker alone, while nothing renders
+  std::shared_ptr<const AttachedHints> hints;  ///< of the scene
+  std::unique_ptr<Integrator> integrator;      ///< the worker's, while it renders
+  std::unique_ptr<Film> film;                  ///< the worker's, until it is idle
+  std::unique_ptr<ImagePlan> image_plan;       ///< none: all pixels get the same number of samples
+  bool film_idle = false;                      ///< no thread writes to the film: it may be resolved directly
+  uint32_t seed = 0;                           ///< in use: a resumed render has its own
   std::string integrator_name;
   PlanSteps plan;
-  PlanSteps technique_steps;                     ///< how the technique was chosen
-  std::optional<Learned::Choice> choice;         ///< of the technique
+  PlanSteps technique_steps;              ///< how the technique was chosen
+  std::optional<Learned::Choice> choice;  ///< of the technique
   double pilot_seconds = 0.0;
   StoppingPolicy policy;
 
@@ -65,7 +65,7 @@ struct SessionState {
   Diagnostics diagnostics;
   IntegratorStatistics statistics;
   std::vector<ErrorPoint> error_over_time;
-  Film::SampleCounts sample_counts{};            ///< of the film at the last iteration boundary
+  Film::SampleCounts sample_counts{};  ///< of the film at the last iteration boundary
   uint64_t film_bytes = 0;
   std::map<std::string, std::vector<float>> published;
   std::optional<Checkpoint> published_checkpoint;

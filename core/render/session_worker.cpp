@@ -16,8 +16,8 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kImportancePilot = 0x6c676874u;   // makes a seed of its own
-constexpr double kPilotTimeShare = 0.25;   // of a time limit at most goes into choosing a technique
+constexpr uint32_t kImportancePilot = 0x6c676874u;  // makes a seed of its own
+constexpr double kPilotTimeShare = 0.25;            // of a time limit at most goes into choosing a technique
 
 /// Throws SceneError with the valid names.
 void check_choice(const char* option, const std::string& value, std::initializer_list<const char*> valid) {
@@ -35,10 +35,12 @@ bool is_scene_of(const Scene& scene, const Learned& before) {
   return glm::length(scene.center() - before.center) < 0.5f * before.radius && ratio < 2.0f && ratio > 0.5f;
 }
 
-/// Whether the technique chosen for frames before is likely to suit this one, too. Not for a render that goes on from a checkpoint.
+/// Whether the technique chosen for frames before is likely to suit this one, too. Not for a render that goes on from a
+/// checkpoint.
 bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::Choice& here) {
   const Learned::Choice& there = *before.choice;
-  return there.age < Learned::kMaxAge && is_scene_of(scene, before) && reason_against(find_integrator(before.integrator), scene).empty() &&
+  return there.age < Learned::kMaxAge && is_scene_of(scene, before) &&
+         reason_against(find_integrator(before.integrator), scene).empty() &&
          glm::length(here.eye - there.eye) < 0.1f * before.radius && glm::dot(here.direction, there.direction) > 0.9f;
 }
 
@@ -46,17 +48,21 @@ bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::C
 PlanSteps use_learned(const SessionState& state, Integrator& chosen) {
   if (!state.learned) return {};
   const Learned& learned = *state.learned;
-  const std::string why_not = state.base                                     ? "this one goes on from a checkpoint"
-                              : learned.integrator != state.integrator_name ? "that was rendered by " + std::string(find_integrator(learned.integrator).label)
-                              : !is_scene_of(*state.scene, learned)         ? "that shows a scene of another size or elsewhere"
-                                                                             : "";
+  const std::string why_not = state.base ? "this one goes on from a checkpoint"
+                              : learned.integrator != state.integrator_name
+                                  ? "that was rendered by " + std::string(find_integrator(learned.integrator).label)
+                              : !is_scene_of(*state.scene, learned) ? "that shows a scene of another size or elsewhere"
+                                                                    : "";
   if (!why_not.empty()) return {{"learned in the frame before", false, why_not, ""}};
   PlanSteps steps;
   for (LearnedPart& part : chosen.begin_with(learned)) {
     const bool used = part.why_not.empty();
-    steps.push_back({"learned in the frame before: " + part.name, used, used ? "it goes on learning from there" : part.why_not, ""});
+    steps.push_back({"learned in the frame before: " + part.name, used,
+                     used ? "it goes on learning from there" : part.why_not, ""});
   }
-  if (steps.empty()) steps.push_back({"learned in the frame before", false, "with these settings nothing is learned that holds in another frame", ""});
+  if (steps.empty())
+    steps.push_back({"learned in the frame before", false,
+                     "with these settings nothing is learned that holds in another frame", ""});
   return steps;
 }
 
@@ -68,7 +74,8 @@ void check_base(const SessionState& state, const RenderSettings& s) {
   here.region = s.region;
   here.exposure = s.exposure;
   here.scene = state.scene_fingerprint;
-  if (const std::string why = reason_against_merging(*state.base, here); !why.empty()) throw SceneError("The checkpoint does not fit this render: " + why + ".");
+  if (const std::string why = reason_against_merging(*state.base, here); !why.empty())
+    throw SceneError("The checkpoint does not fit this render: " + why + ".");
 }
 
 /// While nothing writes to the film.
@@ -78,7 +85,8 @@ void estimate_error(SessionState& state, double seconds, uint64_t done) {
   if (std::has_single_bit(done)) state.film->remember(uint32_t(done));
   state.progress.estimated_relmse = estimate.relmse;
   state.progress.estimated_perceptual_error = estimate.perceptual;
-  if (estimate.relmse >= 0.0) state.error_over_time.push_back({seconds, state.progress.samples, estimate.relmse, estimate.perceptual});
+  if (estimate.relmse >= 0.0)
+    state.error_over_time.push_back({seconds, state.progress.samples, estimate.relmse, estimate.perceptual});
   state.policy.error_looked_at(start);
 }
 
@@ -237,7 +245,9 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
     seconds = state->settings.seconds;
   }
   const Camera& view = scene->camera();
-  Learned::Choice here{view.position(), view.generate_ray(0.5f * Vec2(float(view.width()), float(view.height())), Vec2(0.5f), 0.0f).direction, 0};
+  Learned::Choice here{
+      view.position(),
+      view.generate_ray(0.5f * Vec2(float(view.width()), float(view.height())), Vec2(0.5f), 0.0f).direction, 0};
   TechniqueChoice made;
   PlanSteps steps;
   if (learned && learned->choice && takes_choice_of(*scene, *learned, here)) {
@@ -246,7 +256,8 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
     here = *learned->choice;
     ++here.age;
     const std::string age = here.age == 1 ? "a frame" : std::to_string(here.age) + " frames";
-    steps = {{"technique", true, std::string(find_integrator(learned->integrator).label) + ": as chosen " + age + " before", ""}};
+    steps = {{"technique", true,
+              std::string(find_integrator(learned->integrator).label) + ": as chosen " + age + " before", ""}};
   } else {
     std::optional<Deadline> deadline;
     if (seconds > 0.0) deadline.emplace(limit_start_ + seconds_of(kPilotTimeShare * seconds), state_, stop_);
@@ -286,11 +297,15 @@ uint32_t SessionWorker::own_seed(const RenderSettings& s) {
   return state->learned && !base ? hash_combine(seed, state->learned->frames) : seed;
 }
 
-std::unique_ptr<ImagePlan> SessionWorker::make_image_plan(const RenderSettings& s, const GoalSupport& support, uint32_t seed) {
+std::unique_ptr<ImagePlan> SessionWorker::make_image_plan(const RenderSettings& s, const GoalSupport& support,
+                                                          uint32_t seed) {
   const bool few = s.samples > 0 && s.samples < 16;
-  const auto importance = [this, of = state_.lock()->scene, pilot_seed = hash_combine(seed, kImportancePilot)] { return importance_map(of, pilot_seed, stop_); };
-  return std::make_unique<ImagePlan>(s.image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, std::max(few ? 2u : 4u, support.equal), s.seed,
-                                     importance, support.by_passes ? Counts::Any : Counts::Round);
+  const auto importance = [this, of = state_.lock()->scene, pilot_seed = hash_combine(seed, kImportancePilot)] {
+    return importance_map(of, pilot_seed, stop_);
+  };
+  return std::make_unique<ImagePlan>(s.image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative,
+                                     std::max(few ? 2u : 4u, support.equal), s.seed, importance,
+                                     support.by_passes ? Counts::Any : Counts::Round);
 }
 
 /// Everything between the choice of an integrator and its first sample.
@@ -327,7 +342,9 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
                                          : "all pixels get the same number of samples",
                    adapts ? "a few numbers for each pixel, looked at now and then" : ""});
   if (adapts && scene->any_light_importance())
-    steps.push_back({"importance of light", true, "a pilot of path tracing measures where the light of groups that matter more or less arrives", "the pilot"});
+    steps.push_back({"importance of light", true,
+                     "a pilot of path tracing measures where the light of groups that matter more or less arrives",
+                     "the pilot"});
   state->image_plan = std::move(image_plan);
   state->settings = s;
   state->seed = seed;
@@ -348,8 +365,9 @@ void SessionWorker::wait_while_paused() {
   limit_start_ += Clock::now() - start;
 }
 
-/// A time limit ends an iteration where it stands: pixels keep the samples they have, and chains are weighed by the steps they took. When it ends does not
-/// depend on what the samples found, except that those begun are finished. The first sample of each pixel is always taken: a picture has no holes.
+/// A time limit ends an iteration where it stands: pixels keep the samples they have, and chains are weighed by the
+/// steps they took. When it ends does not depend on what the samples found, except that those begun are finished. The
+/// first sample of each pixel is always taken: a picture has no holes.
 void SessionWorker::render_all() {
   uint64_t done = 0;
   double rendering;  // time of iterations and what chose them, without publishing
@@ -367,7 +385,8 @@ void SessionWorker::render_all() {
     wait_while_paused();
     std::optional<Deadline> deadline;
     if (limit > 0.0) deadline.emplace(limit_start_ + seconds_of(limit), state_, stop_);
-    const int samples = state_.lock()->policy.next_samples(elapsed(), done, render.image_plan, render.integrator.goal_support());
+    const int samples = state_.lock()->policy.next_samples(elapsed(), done, render.image_plan,
+                                                           render.integrator.goal_support());
     const auto start = Clock::now();
     if (render.image_plan) render.image_plan->plan(render.film, uint32_t(done) + uint32_t(samples));
     const bool may_be_cut = deadline && done > 0;
@@ -389,7 +408,8 @@ void SessionWorker::publish(double seconds, uint64_t done, bool cut) {
   if (state->statistics.hints.empty()) {
     for (const HintStatistics& hint : integrator.statistics().hints)
       if (!hint.report.attached)
-        state->diagnostics.push_back({Diagnostic::Severity::Warning, hint.report.name, "This light hint is not used: " + hint.report.reason + "."});
+        state->diagnostics.push_back({Diagnostic::Severity::Warning, hint.report.name,
+                                      "This light hint is not used: " + hint.report.reason + "."});
   }
   state->statistics = integrator.statistics();
   state->measure_film();

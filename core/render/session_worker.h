@@ -1,7 +1,7 @@
 // The thread of a session: it does one job after another, each a build and a render, or a render of the scene at hand.
 //
-// What it shares with the owner is in SessionState, locked for each use. While it renders, the integrator, the film and the scene are its own; the owner
-// touches them only when the film is idle.
+// What it shares with the owner is in SessionState, locked for each use. While it renders, the integrator, the film and
+// the scene are its own; the owner touches them only when the film is idle.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,8 @@ class SessionWorker {
   ~SessionWorker() { quit(); }
 
   Synchronized<SessionState>::Access state() const { return state_.lock(); }
-  /// Ends what runs and does this next; `abort_building`: even while the scene is being built. Returns the job's number.
+  /// Ends what runs and does this next; `abort_building`: even while the scene is being built. Returns the job's
+  /// number.
   uint64_t ask(Job job, bool abort_building);
   void cancel();
   /// Ends the thread.
@@ -28,7 +29,7 @@ class SessionWorker {
   struct Render {
     Integrator& integrator;
     Film& film;
-    ImagePlan* image_plan;                  ///< null: all pixels get the same number of samples
+    ImagePlan* image_plan;  ///< null: all pixels get the same number of samples
     RenderSettings settings;
   };
 
@@ -42,13 +43,14 @@ class SessionWorker {
   void prepare(std::unique_ptr<Integrator> chosen, Clock::time_point start);
   void render_all();
   void wait_while_paused();
-  /// `cut`: the time limit has ended an iteration, after which pixels have different numbers of samples and their error is not estimated again.
+  /// `cut`: the time limit has ended an iteration, after which pixels have different numbers of samples and their error
+  /// is not estimated again.
   void publish(double seconds, uint64_t done, bool cut);
 
   Synchronized<SessionState> state_;
-  std::atomic<bool> stop_{false};           // stop rendering
+  std::atomic<bool> stop_{false};  // stop rendering
   std::atomic<bool> stop_building_{false};
-  Clock::time_point limit_start_;           // of the time limit: the scene is built
+  Clock::time_point limit_start_;  // of the time limit: the scene is built
   std::thread thread_;
 };
 

@@ -8,17 +8,19 @@ namespace ajar {
 
 namespace {
 
-constexpr double kErrorShare = 0.02;   // of a render's time goes into looking at its error
+constexpr double kErrorShare = 0.02;  // of a render's time goes into looking at its error
 
 }  // namespace
 
 bool StoppingPolicy::enough(double seconds, double samples, double relmse) const {
   if (settings_.samples > 0 && samples_before_ + samples >= double(settings_.samples)) return true;
   if (settings_.seconds > 0.0 && seconds >= settings_.seconds) return true;
-  return settings_.target_error > 0.0 && relmse >= 0.0 && samples >= RemainingTime::kMinSamples && relmse <= settings_.target_error;
+  return settings_.target_error > 0.0 && relmse >= 0.0 && samples >= RemainingTime::kMinSamples &&
+         relmse <= settings_.target_error;
 }
 
-int StoppingPolicy::next_samples(double seconds, uint64_t done, const ImagePlan* image_plan, const GoalSupport& support) const {
+int StoppingPolicy::next_samples(double seconds, uint64_t done, const ImagePlan* image_plan,
+                                 const GoalSupport& support) const {
   double next = double(std::max<uint64_t>(1, done));
   if (done > 0 && seconds > 0.0) {
     const double rate = double(done) / seconds;
@@ -33,7 +35,8 @@ int StoppingPolicy::next_samples(double seconds, uint64_t done, const ImagePlan*
   }
   // Pictures of 2^k samples are what errors are estimated from.
   next = std::min(next, double(std::bit_ceil(done + 1)) - double(done));
-  // A render that stops by its error looks at it after fixed numbers of samples, so that the clock has no say in the picture.
+  // A render that stops by its error looks at it after fixed numbers of samples, so that the clock has no say in the
+  // picture.
   if (settings_.target_error > 0.0) {
     const uint64_t step = std::max<uint64_t>(1, std::bit_floor(std::max<uint64_t>(1, done)) / 8);
     next = std::min(next, double(step - done % step));

@@ -13,7 +13,8 @@ class Synchronized {
   /// The value while it is locked.
   class Access {
    public:
-    Access(T& value, std::mutex& mutex, std::condition_variable& changed) : value_(value), lock_(mutex), changed_(changed) {}
+    Access(T& value, std::mutex& mutex, std::condition_variable& changed)
+        : value_(value), lock_(mutex), changed_(changed) {}
     T* operator->() const { return &value_; }
     T& operator*() const { return value_; }
     /// Wakes all that wait for a change of the value.

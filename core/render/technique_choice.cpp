@@ -15,30 +15,36 @@ namespace {
 struct Candidate {
   const char* name;
   const char* integrator;
-  double ray_cost;              ///< of one ray and what belongs to it, in path tracing's (docs/benchmarks/auto.md)
-  double tail;                  ///< relMSE of long renders over what short ones foretell: rare bright starts that none of these had (same page)
-  bool unbiased;                ///< but for what vertex merging blurs, which is left out of account
-  bool spreads;                 ///< chains spread light over pixels of a size of their own
-  int samples;                  ///< of each of the pilot's two pictures: fewer where a sample brings photons for the whole picture
-  int photons;                  ///< of each sample of the pilot at most, unless 0: with fewer, discs grow until they hold as many, so that bias grows and noise does not
+  double ray_cost;  ///< of one ray and what belongs to it, in path tracing's (docs/benchmarks/auto.md)
+  /// relMSE of long renders over what short ones foretell: rare bright starts that none of these had (same page)
+  double tail;
+  bool unbiased;  ///< but for what vertex merging blurs, which is left out of account
+  bool spreads;   ///< chains spread light over pixels of a size of their own
+  int samples;    ///< of each of the pilot's two pictures: fewer where a sample brings photons for the whole picture
+  /// of each sample of the pilot at most, unless 0: with fewer, discs grow until they hold as many, so that bias grows
+  /// and noise does not
+  int photons;
 };
 /// The first is the one to stay with.
 constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0},
                                      {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0},
                                      {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000}};
 constexpr int kPilotPixels = 12288, kMinPixels = 768;
-constexpr int kPilotSamples = 2 * kCandidates[0].samples;   // of path tracing
+constexpr int kPilotSamples = 2 * kCandidates[0].samples;  // of path tracing
 /// The pilot may take this share of the samples asked for.
 constexpr double kPilotShare = 0.06;
-/// Error that is no noise falls with the passes to this power: photon radii shrink as passes^(-1/6) [Knaus and Zwicker 2011].
+/// Error that is no noise falls with the passes to this power: photon radii shrink as passes^(-1/6) [Knaus and Zwicker
+/// 2011].
 constexpr double kBiasRate = -2.0 / 3.0;
 /// Samples a pixel that a render is taken to have which is told neither samples nor time.
 constexpr double kUsualSamples = 512.0;
-/// Work of all candidates for a pixel and sample of path tracing in the pilot, in its own: measured on `room`, in CPU time, but for what photons take.
+/// Work of all candidates for a pixel and sample of path tracing in the pilot, in its own: measured on `room`, in CPU
+/// time, but for what photons take.
 constexpr double kPilotWork = 4.0;
 /// How fast path tracing is, where a time limit asks: tried with so many pixels and samples.
 constexpr int kTimedPixels = 1024, kTimedSamples = 4;
-/// relMSE after the pilot's samples at which path tracing does well. Where it has found nothing at all, its error may be all there is.
+/// relMSE after the pilot's samples at which path tracing does well. Where it has found nothing at all, its error may
+/// be all there is.
 constexpr double kEasyRelmse = 0.05;
 
 std::string text(double value) {
@@ -64,7 +70,7 @@ struct Tried {
   const std::shared_ptr<Scene>& scene;
   const CameraDescription& camera;
   const RenderSettings& asked;
-  std::shared_ptr<const AttachedHints> hints;   // of the scene; null: not attached yet
+  std::shared_ptr<const AttachedHints> hints;  // of the scene; null: not attached yet
 
   /// The integrator, ready to render a picture with these settings. Leaves the scene's view changed.
   std::unique_ptr<Integrator> prepared(const char* name, const RenderSettings& settings, uint32_t seed) const {
@@ -96,10 +102,11 @@ double samples_of_render(const RenderSettings& s, double rate) {
 }
 
 struct Pilot : PilotImages {
-  double rays = 0.0;                  // as if the picture had its share of the render's photons; without those that learn once
+  double rays = 0.0;  // as if the picture had its share of the render's photons; without those that learn once
 };
 
-/// relMSE of chains in a picture of so many pixels, over that in a large one: the fewer there are, the fewer chains does each see (docs/benchmarks/auto.md).
+/// relMSE of chains in a picture of so many pixels, over that in a large one: the fewer there are, the fewer chains
+/// does each see (docs/benchmarks/auto.md).
 double crowding(double pixels) { return 1.0 + std::pow(2300.0 / pixels, 2.0 / 3.0); }
 
 /// Photons for a pixel of the render over those for a pixel of a pilot: a small picture has more than its share.
@@ -110,7 +117,8 @@ double photon_share(const RenderSettings& asked, const RenderSettings& small) {
 
 /// Leaves the scene's view changed. `small`: of the picture.
 Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings small, const std::atomic<bool>& stop) {
-  if (candidate.photons > 0 && (small.photons == 0 || small.photons > candidate.photons)) small.photons = candidate.photons;
+  if (candidate.photons > 0 && (small.photons == 0 || small.photons > candidate.photons))
+    small.photons = candidate.photons;
   Pilot pilot;
   for (uint32_t half = 0; half < 2; ++half) {
     const auto integrator = tried.prepared(candidate.integrator, small, hash_combine(small.seed, 0x6175746FU + half));
@@ -118,35 +126,41 @@ Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings s
     integrator->run_iteration(film, candidate.samples, stop);
     (half == 0 ? pilot.first : pilot.second) = film.resolve("Combined", tried.asked.exposure);
     IntegratorStatistics statistics = integrator->statistics();
-    pilot.rays += double(statistics.rays) - (1.0 - photon_share(tried.asked, small)) * statistics.extra["photon_rays"] - statistics.extra["hint_rays"];
+    pilot.rays += double(statistics.rays) - (1.0 - photon_share(tried.asked, small)) * statistics.extra["photon_rays"] -
+                  statistics.extra["hint_rays"];
   }
   return pilot;
 }
 
-/// Share of the pixels that show a surface, and in neither picture any light. The scene is looked at as it was for the pilot.
+/// Share of the pixels that show a surface, and in neither picture any light. The scene is looked at as it was for the
+/// pilot.
 double unlit_share(const Scene& scene, const PilotImages& pilot) {
   const int width = scene.settings().width, height = scene.settings().height;
-  const auto has_light = [](const std::vector<float>& image, size_t pixel) { return image[4 * pixel] > 0.0f || image[4 * pixel + 1] > 0.0f || image[4 * pixel + 2] > 0.0f; };
+  const auto has_light = [](const std::vector<float>& image, size_t pixel) {
+    return image[4 * pixel] > 0.0f || image[4 * pixel + 1] > 0.0f || image[4 * pixel + 2] > 0.0f;
+  };
   size_t unlit = 0;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const size_t pixel = size_t(y) * size_t(width) + size_t(x);
       if (has_light(pilot.first, pixel) || has_light(pilot.second, pixel)) continue;
-      const Ray ray = scene.camera().generate_ray(Vec2(float(x) + 0.5f, float(y) + 0.5f), Vec2(0.5f), scene.camera().time_of(0.5f));
+      const Ray ray = scene.camera().generate_ray(Vec2(float(x) + 0.5f, float(y) + 0.5f), Vec2(0.5f),
+                                                  scene.camera().time_of(0.5f));
       if (!sees_nothing(ray) && scene.intersect(ray, kRayCamera).found()) ++unlit;
     }
   return double(unlit) / (double(width) * double(height));
 }
 
 /// What the pilots foretell of a render of so many samples: those of the first so many candidates.
-std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const RenderSettings& asked, const RenderSettings& small, double samples_asked) {
+std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const RenderSettings& asked,
+                                      const RenderSettings& small, double samples_asked) {
   std::vector<const PilotImages*> pictures;
   for (const Pilot& pilot : pilots) pictures.push_back(&pilot);
   const std::vector<float> light = max_light(pictures, small.width, small.height);
   const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
   std::vector<TechniqueTrial> trials;
   std::vector<PilotNoise> noises;
-  size_t calmest = 0;   // of those that are unbiased
+  size_t calmest = 0;  // of those that are unbiased
   for (size_t k = 0; k < pilots.size(); ++k) {
     noises.push_back(noise_of(pilots[k], light));
     // What chains have missed is no such measure of theirs, as neighbours share them.
@@ -166,7 +180,8 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
     if (!candidate.unbiased) trials[k].bias = bias_of(pilots[k], pilots[calmest], light, small.width, small.height);
     const double longer = std::max(1.0, rays_asked / (pilots[k].rays * candidate.ray_cost * pixels / few));
     const double crowded = candidate.spreads ? crowding(few) / crowding(pixels) : 1.0;
-    const double noise_left = candidate.tail / (longer * crowded), bias_left = trials[k].bias * std::pow(longer, kBiasRate);
+    const double noise_left = candidate.tail / (longer * crowded),
+                 bias_left = trials[k].bias * std::pow(longer, kBiasRate);
     trials[k].cost = {noise_left * noises[k].whole + bias_left, noise_left * noises[k].typical + bias_left};
   }
   return trials;
@@ -179,15 +194,19 @@ PlanSteps TechniqueChoice::plan() const {
   const PilotNoise path = trials.empty() ? PilotNoise() : trials.front().cost;
   for (const TechniqueTrial& trial : trials) {
     plan.push_back({std::string("trial of ") + trial.name, trial.name == name,
-                    "relMSE " + text(trial.relmse) + " with " + text(trial.rays) + " rays" + (trial.bias > 0.0 ? ", bias " + text(trial.bias) : "") +
-                        (trial.cost.typical > 0.0 && &trial != &trials.front() ? ", " + text(path.whole / trial.cost.whole) + " times the efficiency of path tracing (without the worst pixels " +
-                                                                                     text(path.typical / trial.cost.typical) + ")" : "")});
+                    "relMSE " + text(trial.relmse) + " with " + text(trial.rays) + " rays" +
+                        (trial.bias > 0.0 ? ", bias " + text(trial.bias) : "") +
+                        (trial.cost.typical > 0.0 && &trial != &trials.front()
+                             ? ", " + text(path.whole / trial.cost.whole) +
+                                   " times the efficiency of path tracing (without the worst pixels " +
+                                   text(path.typical / trial.cost.typical) + ")"
+                             : "")});
   }
   return plan;
 }
 
-TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera, const std::atomic<bool>& stop,
-                                 std::shared_ptr<const AttachedHints> hints) {
+TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera,
+                                 const std::atomic<bool>& stop, std::shared_ptr<const AttachedHints> hints) {
   const auto start = std::chrono::steady_clock::now();
   const RenderSettings asked = scene->settings();
   TechniqueChoice choice;
@@ -209,7 +228,8 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   const Tried tried{scene, camera, asked, std::move(hints)};
   const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(tried, stop) : 0.0);
   // A pilot costs no more than its share of the render.
-  const double pixels = std::min({kPilotShare * samples_asked / (kPilotSamples * kPilotWork), double(kPilotPixels), double(asked.width) * asked.height});
+  const double pixels = std::min({kPilotShare * samples_asked / (kPilotSamples * kPilotWork), double(kPilotPixels),
+                                  double(asked.width) * asked.height});
   if (pixels < kMinPixels) {
     scene->change_view(camera, asked);
     choice.reason = "too few samples to pay for a pilot";
@@ -223,7 +243,9 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     if (stop.load()) break;
     choice.trials = trials_of(pilots, asked, small, samples_asked);
     // Photon mapping is not tried where chains are hopeless: both pay where light is hard to find from the eye.
-    if (pilots.size() == 1 ? choice.trials[0].relmse + unlit_share(*scene, pilots[0]) < kEasyRelmse : is_hopeless(choice.trials[1].cost, choice.trials[0].cost)) break;
+    if (pilots.size() == 1 ? choice.trials[0].relmse + unlit_share(*scene, pilots[0]) < kEasyRelmse
+                           : is_hopeless(choice.trials[1].cost, choice.trials[0].cost))
+      break;
   }
   scene->change_view(camera, asked);
   if (stop.load()) {
@@ -237,8 +259,9 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   choice.settings.integrator = kCandidates[best].integrator;
   choice.name = kCandidates[best].name;
   choice.reason = costs.size() == 1 ? "it finds the light well"
-                  : best == 0      ? "no other technique is clearly better"
-                                   : text(costs[0].whole / costs[best].whole) + " times the efficiency of path tracing in a small picture";
+                  : best == 0       ? "no other technique is clearly better"
+                                    : text(costs[0].whole / costs[best].whole) +
+                                    " times the efficiency of path tracing in a small picture";
   choice.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return choice;
 }

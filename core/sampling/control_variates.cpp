@@ -107,7 +107,8 @@ ControlCoefficients NormalEquations::fit(double relative_ridge, int min_samples)
     }
     after += kLuminance[c] * residual;
   }
-  // Every coefficient costs a degree of freedom here and adds its own error there: twice, as in Akaike's final prediction error.
+  // Every coefficient costs a degree of freedom here and adds its own error there: twice, as in Akaike's final
+  // prediction error.
   const double k = double(varying);
   if (n_ - 1.0 - k < 1.0 || !(after * (n_ + k) / (n_ - 1.0 - k) < before * n_ / (n_ - 1.0))) return none;
   return fitted;

@@ -43,7 +43,9 @@ inline void deterministic_counts(std::span<const float> shares, int n, float u, 
   const int left = n - assigned;
   if (left <= 0) return;
   double residual_sum = 0.0;
-  const auto residual = [&](size_t k, int count) { return std::max(0.0, n * double(shares[k]) / total - double(count)); };
+  const auto residual = [&](size_t k, int count) {
+    return std::max(0.0, n * double(shares[k]) / total - double(count));
+  };
   for (size_t k = 0; k < shares.size(); ++k) residual_sum += residual(k, counts[k]);
   // Walk through the residuals, laid end to end over [0, left); one more sample wherever u + integer is passed.
   double end = 0.0, next = double(u);

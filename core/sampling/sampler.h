@@ -72,8 +72,8 @@ class Sampler {
   /// Continue at a fixed dimension, so that paths that branch stay aligned.
   void set_dimension(uint32_t dimension) { dimension_ = dimension; }
   uint32_t dimension() const { return dimension_; }
-  /// Numbers for sample `i` of the `count` that the current sample branches into here, stratified with those of the other
-  /// samples (best when count is a power of two).
+  /// Numbers for sample `i` of the `count` that the current sample branches into here, stratified with those of the
+  /// other samples (best when count is a power of two).
   Sampler branch(uint32_t i, uint32_t count) const {
     Sampler child = *this;
     child.start(hash_combine(unit_seed_, dimension_ ^ 0x5bd1e995U), index_ * count + i);

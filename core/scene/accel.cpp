@@ -17,20 +17,22 @@ namespace ajar {
 
 namespace {
 
-constexpr float kFarthest = 1.8e18f;   // of any coordinate that Embree computes with
+constexpr float kFarthest = 1.8e18f;  // of any coordinate that Embree computes with
 
 /// From where rays may come so that in an instance's space they are no farther out than that.
 float farthest_through(const Mat4& object_from_world) {
   float farthest = kFarthest;
   for (int row = 0; row < 3; ++row) {
-    const float stretch = std::abs(object_from_world[0][row]) + std::abs(object_from_world[1][row]) + std::abs(object_from_world[2][row]);
+    const float stretch = std::abs(object_from_world[0][row]) + std::abs(object_from_world[1][row]) +
+                          std::abs(object_from_world[2][row]);
     const float most = (kFarthest - std::abs(object_from_world[3][row])) / std::max(1.0f, stretch);
     farthest = most > 0.0f ? std::min(farthest, most) : 0.0f;
   }
   return farthest;
 }
 
-/// The options of Embree's device. AJAR_EMBREE adds to them, for example "isa=sse4.2" or "verbose=1" (docs/developer/robustness.md).
+/// The options of Embree's device. AJAR_EMBREE adds to them, for example "isa=sse4.2" or "verbose=1"
+/// (docs/developer/robustness.md).
 std::string device_options() {
   std::string options = "start_threads=0,set_affinity=0";
   if (const char* more = std::getenv("AJAR_EMBREE")) options.append(",").append(more);
@@ -77,7 +79,8 @@ void reject_from_inside(const RTCFilterFunctionNArguments* args) {
   const unsigned n = args->N;
   for (unsigned i = 0; i < n; ++i) {
     if (args->valid[i] != -1) continue;
-    const Vec3 direction(RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i), RTCRayN_dir_z(args->ray, n, i));
+    const Vec3 direction(RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i),
+                         RTCRayN_dir_z(args->ray, n, i));
     const Vec3 ng(RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i), RTCHitN_Ng_z(args->hit, n, i));
     if (glm::dot(ng, direction) > 0.0f) args->valid[i] = 0;
   }
@@ -89,14 +92,14 @@ struct Accel::Data {
   std::shared_ptr<Device> shared_device;
   RTCDevice device = nullptr;
   RTCScene top = nullptr, lamps = nullptr;
-  std::vector<void*> mesh_structures;     // by mesh, as their instances in `top` have them; of baked and empty meshes null
-  bool only_still_instances = false;      // in `top`
+  std::vector<void*> mesh_structures;  // by mesh, as their instances in `top` have them; of baked and empty meshes null
+  bool only_still_instances = false;   // in `top`
   size_t placed = 0;
-  float farthest = kFarthest;             // that rays may come from: see farthest_through
+  float farthest = kFarthest;  // that rays may come from: see farthest_through
   std::vector<uint32_t> lamp_of_geometry;
-  std::vector<Light> few_lamps;           // when there are few, a loop over them is quicker than a structure
+  std::vector<Light> few_lamps;  // when there are few, a loop over them is quicker than a structure
   std::vector<uint32_t> few_lamp_indices;
-  std::vector<Vec4> lamp_spheres;         // centre and radius, for their filter; never reallocated
+  std::vector<Vec4> lamp_spheres;  // centre and radius, for their filter; never reallocated
   const std::atomic<bool>* stop = nullptr;
 
   ~Data() {
@@ -122,7 +125,8 @@ struct Accel::Data {
   /// Let its next build be stopped.
   void watch(RTCScene scene) {
     rtcSetSceneProgressMonitorFunction(
-        scene, [](void* self, double) { return !(static_cast<Data*>(self)->stop && static_cast<Data*>(self)->stop->load()); },
+        scene,
+        [](void* self, double) { return !(static_cast<Data*>(self)->stop && static_cast<Data*>(self)->stop->load()); },
         this);
   }
 
@@ -132,11 +136,12 @@ struct Accel::Data {
     rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
   }
 
-  bool take_top(Data& previous, const std::vector<BuiltInstance>& instances, const std::vector<BuiltInstance>& previous_instances);
+  bool take_top(Data& previous, const std::vector<BuiltInstance>& instances,
+                const std::vector<BuiltInstance>& previous_instances);
 
   RTCGeometry new_geometry(const BuiltMesh& mesh) {
     RTCGeometry geometry = mesh.strands ? new_strands(*mesh.strands) : new_triangles(mesh);
-    rtcSetGeometryMask(geometry, ~0u);   // of Embree 3; since 4 it is 1. What rays see is the instance's to say
+    rtcSetGeometryMask(geometry, ~0u);  // of Embree 3; since 4 it is 1. What rays see is the instance's to say
     return geometry;
   }
 
@@ -151,10 +156,13 @@ struct Accel::Data {
 
   RTCGeometry new_strands(const Strands& strands) {
     const bool ribbons = strands.shape == StrandShape::Ribbon;
-    RTCGeometry geometry = rtcNewGeometry(device, ribbons ? RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE : RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, strands.keys.data(), 0, sizeof(Vec4), strands.keys.size());
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, strands.first_key.data(), 0, sizeof(uint32_t), strands.first_key.size());
-    rtcSetGeometryTessellationRate(geometry, float((1 << strands.subdivisions) + 1));   // as Cycles asks for
+    RTCGeometry geometry = rtcNewGeometry(
+        device, ribbons ? RTC_GEOMETRY_TYPE_FLAT_CATMULL_ROM_CURVE : RTC_GEOMETRY_TYPE_ROUND_CATMULL_ROM_CURVE);
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, strands.keys.data(), 0,
+                               sizeof(Vec4), strands.keys.size());
+    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, strands.first_key.data(), 0,
+                               sizeof(uint32_t), strands.first_key.size());
+    rtcSetGeometryTessellationRate(geometry, float((1 << strands.subdivisions) + 1));  // as Cycles asks for
     if (!ribbons) {
       rtcSetGeometryIntersectFilterFunction(geometry, reject_from_inside);
       rtcSetGeometryOccludedFilterFunction(geometry, reject_from_inside);
@@ -172,14 +180,16 @@ bool is_placed_alike(const BuiltInstance& a, const BuiltInstance& b) {
 
 void set_place(RTCGeometry geometry, const BuiltInstance& instance) {
   if (instance.motion) rtcSetGeometryTimeStepCount(geometry, instance.motion_count);
-  for (uint32_t k = 0; k < instance.motion_count; ++k) rtcSetGeometryTransform(geometry, k, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.motion[k][0][0]);
-  if (!instance.motion) rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.world_from_object[0][0]);
+  for (uint32_t k = 0; k < instance.motion_count; ++k)
+    rtcSetGeometryTransform(geometry, k, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.motion[k][0][0]);
+  if (!instance.motion)
+    rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT4X4_COLUMN_MAJOR, &instance.world_from_object[0][0]);
 }
 
 }  // namespace
 
-Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances, const std::atomic<bool>* stop, Accel* previous,
-             const std::vector<BuiltInstance>& previous_instances)
+Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances, const std::atomic<bool>* stop,
+             Accel* previous, const std::vector<BuiltInstance>& previous_instances)
     : data_(std::make_unique<Data>()) {
   Data& d = *data_;
   d.stop = stop;
@@ -189,7 +199,8 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
     if (meshes[i].baked || meshes[i].empty() || meshes[i].structure || (stop && stop->load())) return;
     RTCScene scene = d.new_scene();
     // The device outlives its scenes, by Embree's count; our record of it must too.
-    meshes[i].structure = std::shared_ptr<void>(scene, [device = d.shared_device](void* old) { rtcReleaseScene(static_cast<RTCScene>(old)); });
+    meshes[i].structure = std::shared_ptr<void>(
+        scene, [device = d.shared_device](void* old) { rtcReleaseScene(static_cast<RTCScene>(old)); });
     RTCGeometry geometry = d.new_geometry(meshes[i]);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
@@ -201,11 +212,13 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
   for (const BuiltInstance& instance : instances) {
     if (meshes[instance.mesh].baked) continue;
     if (!instance.motion) d.farthest = std::min(d.farthest, farthest_through(instance.object_from_world));
-    for (uint32_t key = 0; instance.motion && key < instance.motion_count; ++key) d.farthest = std::min(d.farthest, farthest_through(glm::affineInverse(instance.motion[key])));
+    for (uint32_t key = 0; instance.motion && key < instance.motion_count; ++key)
+      d.farthest = std::min(d.farthest, farthest_through(glm::affineInverse(instance.motion[key])));
   }
   d.only_still_instances = true;
   for (const BuiltMesh& mesh : meshes) d.mesh_structures.push_back(mesh.baked ? nullptr : mesh.structure.get());
-  for (const BuiltInstance& instance : instances) d.only_still_instances &= !instance.motion && d.mesh_structures[instance.mesh];
+  for (const BuiltInstance& instance : instances)
+    d.only_still_instances &= !instance.motion && d.mesh_structures[instance.mesh];
   if (previous && d.take_top(*previous->data_, instances, previous_instances)) return;
 
   d.top = d.new_scene();
@@ -233,13 +246,17 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
 }
 
 /// The structure over all of `previous`, with what has changed put right; false where a new one is the better choice.
-bool Accel::Data::take_top(Data& previous, const std::vector<BuiltInstance>& instances, const std::vector<BuiltInstance>& previous_instances) {
-  if (!previous.top || !only_still_instances || !previous.only_still_instances || instances.size() != previous_instances.size()) return false;
+bool Accel::Data::take_top(Data& previous, const std::vector<BuiltInstance>& instances,
+                           const std::vector<BuiltInstance>& previous_instances) {
+  if (!previous.top || !only_still_instances || !previous.only_still_instances ||
+      instances.size() != previous_instances.size())
+    return false;
   // Embree counts the instances of a scene as its owners: where the address is the same, so is the scene.
   std::vector<uint32_t> changed;
   for (size_t i = 0; i < instances.size(); ++i) {
     const BuiltInstance &now = instances[i], &before = previous_instances[i];
-    if (mesh_structures[now.mesh] != previous.mesh_structures[before.mesh] || !is_placed_alike(now, before)) changed.push_back(uint32_t(i));
+    if (mesh_structures[now.mesh] != previous.mesh_structures[before.mesh] || !is_placed_alike(now, before))
+      changed.push_back(uint32_t(i));
     if (changed.size() > instances.size() / 2) return false;
   }
   top = std::exchange(previous.top, nullptr);
@@ -280,7 +297,8 @@ void accept_one_side_of_sphere(const RTCFilterFunctionNArguments* args) {
   for (unsigned i = 0; i < n; ++i) {
     if (args->valid[i] != -1) continue;
     const Vec3 origin(RTCRayN_org_x(args->ray, n, i), RTCRayN_org_y(args->ray, n, i), RTCRayN_org_z(args->ray, n, i));
-    const Vec3 direction(RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i), RTCRayN_dir_z(args->ray, n, i));
+    const Vec3 direction(RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i),
+                         RTCRayN_dir_z(args->ray, n, i));
     const Vec3 ng(RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i), RTCHitN_Ng_z(args->hit, n, i));
     const bool inside = length_squared(origin - Vec3(sphere)) <= sqr(sphere.w), leaves = glm::dot(ng, direction) > 0.0f;
     if (inside != leaves) args->valid[i] = 0;
@@ -312,7 +330,8 @@ void Accel::build_lamps(const LightSet& lights) {
     RTCGeometry geometry;
     if (sphere) {
       geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
-      auto* point = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 16, 1));
+      auto* point = static_cast<float*>(
+          rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 16, 1));
       std::memcpy(point, &light.position, 12);
       point[3] = light.radius;
       d.lamp_spheres.emplace_back(light.position, light.radius);
@@ -320,8 +339,10 @@ void Accel::build_lamps(const LightSet& lights) {
       rtcSetGeometryIntersectFilterFunction(geometry, accept_one_side_of_sphere);
     } else {
       geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_QUAD);
-      auto* corners = static_cast<Vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 4));
-      auto* index = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 16, 1));
+      auto* corners = static_cast<Vec3*>(
+          rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 4));
+      auto* index = static_cast<uint32_t*>(
+          rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 16, 1));
       corners[0] = light.position - light.edge1 - light.edge2;
       corners[1] = light.position + light.edge1 - light.edge2;
       corners[2] = light.position + light.edge1 + light.edge2;
@@ -356,11 +377,11 @@ inline void fill(RTCRay& r, const Ray& ray, uint32_t mask) {
   r.flags = 0;
 }
 
-/// What Embree calls a ray: of numbers, and not farther out than it can compute with, where `farthest` leaves room for the spaces of instances. Builds of
-/// it with assertions, as Debian's, end the program over any other.
+/// What Embree calls a ray: of numbers, and not farther out than it can compute with, where `farthest` leaves room for
+/// the spaces of instances. Builds of it with assertions, as Debian's, end the program over any other.
 inline bool is_traceable(const Ray& ray, float farthest = kFarthest) {
-  return length_squared(ray.origin) + length_squared(ray.direction) <= farthest * farthest && ray.t_min >= 0.0f && ray.t_max <= kInfinity && ray.time >= 0.0f &&
-         ray.time <= 1.0f;
+  return length_squared(ray.origin) + length_squared(ray.direction) <= farthest * farthest && ray.t_min >= 0.0f &&
+         ray.t_max <= kInfinity && ray.time >= 0.0f && ray.time <= 1.0f;
 }
 
 }  // namespace
@@ -445,7 +466,8 @@ void Accel::bounds(Vec3& lower, Vec3& upper) const {
 std::string embree_version() {
   const Device device;
   const auto version = int(rtcGetDeviceProperty(device.handle, RTC_DEVICE_PROPERTY_VERSION));
-  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." + std::to_string(version % 100);
+  return std::to_string(version / 10000) + "." + std::to_string(version / 100 % 100) + "." +
+         std::to_string(version % 100);
 }
 
 std::string tbb_version() { return TBB_runtime_version(); }

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "lights/light_set.h"
 #include "geometry/geometry.h"
+#include "lights/light_set.h"
 
 namespace ajar {
 
@@ -23,20 +23,21 @@ class Accel {
  public:
   /// Builds everything; throws Cancelled when `stop` is raised, SceneError when Embree fails (out of memory).
   /// The arrays of `meshes` and `instances` must outlive this object: Embree reads them in place. Meshes that bring a
-  /// structure, made by `previous`, keep it. The structure over all of `previous` is taken over where no more than half of its instances,
-  /// `previous_instances`, have changed.
-  Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances, const std::atomic<bool>* stop, Accel* previous,
-        const std::vector<BuiltInstance>& previous_instances);
+  /// structure, made by `previous`, keep it. The structure over all of `previous` is taken over where no more than half
+  /// of its instances, `previous_instances`, have changed.
+  Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& instances, const std::atomic<bool>* stop,
+        Accel* previous, const std::vector<BuiltInstance>& previous_instances);
   ~Accel();
   void build_lamps(const LightSet& lights);
 
   void intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const;
   bool occluded(const Ray& ray) const;
-  /// By this instance alone, whoever sees it. Baked meshes have no structure of their own, and are in nobody's way here.
+  /// By this instance alone, whoever sees it. Baked meshes have no structure of their own, and are in nobody's way
+  /// here.
   bool occluded_by(const BuiltInstance& instance, const BuiltMesh& mesh, const Ray& ray) const;
   void intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) const;
   bool has_lamps() const;
-  size_t placed_instances() const;   ///< those put into the structure over all; the others were in that of before
+  size_t placed_instances() const;  ///< those put into the structure over all; the others were in that of before
   uint64_t memory_bytes() const;
   /// Bounds of everything that is not empty; min > max when there is nothing.
   void bounds(Vec3& lower, Vec3& upper) const;

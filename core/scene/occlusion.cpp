@@ -11,7 +11,8 @@ namespace ajar::nodes {
 
 float openness(const ShadingPoint& point, const OcclusionParameters& parameters, Vec3 normal) {
   const float length2 = length_squared(normal);
-  if (!point.scene || !point.instance || parameters.samples < 1 || !(parameters.distance > 0.0f) || !(length2 > 0.0f)) return 1.0f;
+  if (!point.scene || !point.instance || parameters.samples < 1 || !(parameters.distance > 0.0f) || !(length2 > 0.0f))
+    return 1.0f;
   const Frame frame(normal * ((parameters.inside ? -1.0f : 1.0f) / std::sqrt(length2)));
   uint32_t seed = std::bit_cast<uint32_t>(point.time);
   for (int k = 0; k < 3; ++k) seed = hash_combine(seed, std::bit_cast<uint32_t>(point.position[k]));

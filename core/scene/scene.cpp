@@ -141,18 +141,20 @@ void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) co
     const Vec3 across = glm::cross(along, to_ray), outwards = glm::cross(across, along);
     const float width = glm::length(across), height = glm::length(outwards);
     const float sine = glm::clamp(hit.barycentric.y, -1.0f, 1.0f);
-    ns = width > 0.0f && height > 0.0f ? across * (sine / width) + outwards * (safe_sqrt(1.0f - sqr(sine)) / height) : to_ray;
+    ns = width > 0.0f && height > 0.0f ? across * (sine / width) + outwards * (safe_sqrt(1.0f - sqr(sine)) / height)
+                                       : to_ray;
   } else {
     ns = in_object - strands.center(hit.primitive, hit.barycentric.x);
   }
   if (!mesh.baked) {
-    ns = ns * Mat3(inverse);   // the transpose of the inverse
+    ns = ns * Mat3(inverse);  // the transpose of the inverse
     along = transform_vector(world, along);
   }
   const float length = glm::length(ns);
   point.ns = length > 0.0f && length < kInfinity ? ns / length : point.wo;
   // At the rim the normal is perpendicular to the ray, and rounding decides on which side of it.
-  if (!(glm::dot(point.ns, point.wo) > 1e-4f)) point.ns = glm::normalize(point.ns + (1e-4f - glm::dot(point.ns, point.wo)) * point.wo);
+  if (!(glm::dot(point.ns, point.wo) > 1e-4f))
+    point.ns = glm::normalize(point.ns + (1e-4f - glm::dot(point.ns, point.wo)) * point.wo);
   point.ng = point.ns;
   point.backfacing = false;
   point.position = position;
@@ -204,22 +206,25 @@ float Scene::light_importance(uint32_t light) const {
 bool Scene::any_light_importance() const {
   const auto emits = [&](uint32_t material) { return programs_[material].emits(); };
   return (world_light_importance_ != 1.0f && lights_.environment_index() >= 0) ||
-         std::any_of(lamp_importances_.begin(), lamp_importances_.end(), [](float importance) { return importance != 1.0f; }) ||
+         std::any_of(lamp_importances_.begin(), lamp_importances_.end(),
+                     [](float importance) { return importance != 1.0f; }) ||
          std::any_of(instances_.begin(), instances_.end(), [&](const BuiltInstance& instance) {
            const auto materials = materials_of(instance);
-           return objects_[instance.object].light_importance != 1.0f && std::any_of(materials.begin(), materials.end(), emits);
+           return objects_[instance.object].light_importance != 1.0f &&
+                  std::any_of(materials.begin(), materials.end(), emits);
          });
 }
 
 float way_out_of_strand(const ShadingPoint& point, Vec3 direction) {
-  constexpr float kMaxRadii = 20.0f;   // nearly along the strand the way is long, and others are in it
+  constexpr float kMaxRadii = 20.0f;  // nearly along the strand the way is long, and others are in it
   const Strands& strands = *point.mesh->strands;
   if (strands.shape != StrandShape::Ribbon) return 0.0f;
   const Mat3 linear = point.mesh->baked ? Mat3(1.0f) : Mat3(point.instance->world_from_object);
   const float scale = std::max({glm::length(linear[0]), glm::length(linear[1]), glm::length(linear[2])});
   const float radius = scale * strands.radius(point.primitive, point.barycentric.x);
   const float sine = glm::length(glm::cross(direction, point.dpdu)) / glm::length(point.dpdu);
-  const float way = radius * std::min(1.02f / std::max(sine, 1e-6f), kMaxRadii) + 4.0f * max_component(point.position_error);
+  const float way = radius * std::min(1.02f / std::max(sine, 1e-6f), kMaxRadii) +
+                    4.0f * max_component(point.position_error);
   return std::isfinite(way) ? way : 0.0f;
 }
 

@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "lights/light_set.h"
-#include "geometry/camera.h"
-#include "geometry/geometry.h"
 #include "description/diagnostics.h"
 #include "description/scene_description.h"
-#include "shading/shader_program.h"
+#include "geometry/camera.h"
+#include "geometry/geometry.h"
+#include "lights/light_set.h"
 #include "shading/functions/texture.h"
+#include "shading/shader_program.h"
 
 namespace ajar {
 
@@ -26,9 +26,11 @@ class Accel;
 inline uint32_t visibility_mask(uint32_t ray_kind) {
   // Most are the same bits.
   constexpr uint32_t kSame = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission;
-  static_assert(kSame == (kVisibleCamera | kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission) && uint32_t(kRayCamera) == kVisibleCamera &&
-                uint32_t(kRayDiffuse) == kVisibleDiffuse && uint32_t(kRayGlossy) == kVisibleGlossy);
-  return (ray_kind & kSame) | (ray_kind & kRayVolumeScatter ? kVisibleVolumeScatter : 0u) | (ray_kind & kRayShadow ? kVisibleShadow : 0u);
+  static_assert(kSame == (kVisibleCamera | kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission) &&
+                uint32_t(kRayCamera) == kVisibleCamera && uint32_t(kRayDiffuse) == kVisibleDiffuse &&
+                uint32_t(kRayGlossy) == kVisibleGlossy);
+  return (ray_kind & kSame) | (ray_kind & kRayVolumeScatter ? kVisibleVolumeScatter : 0u) |
+         (ray_kind & kRayShadow ? kVisibleShadow : 0u);
 }
 
 /// Closest surface found along a ray.
@@ -54,21 +56,24 @@ struct BuildStatistics {
   uint64_t skipped_triangles = 0, repaired_values = 0;
   uint64_t moving_instances = 0;
   bool transparent_shadows = false;
-  uint64_t kept_meshes = 0, kept_textures = 0;   ///< taken over from the scene before, neither copied nor built again
-  uint64_t compiled_programs = 0, kept_programs = 0;   ///< of materials
-  uint64_t placed_instances = 0;                 ///< put into the structure over all, which may be that of before; the others were there
+  uint64_t kept_meshes = 0, kept_textures = 0;  ///< taken over from the scene before, neither copied nor built again
+  uint64_t compiled_programs = 0, kept_programs = 0;  ///< of materials
+  /// put into the structure over all, which may be that of before; the others were there
+  uint64_t placed_instances = 0;
   bool kept_environment = false;
 };
 
-/// `ray`, on its way to a place, up to just before it: to a point moved off the surface there, to the ray's side, like the origin of a ray that leaves
-/// it. A margin along the ray itself would be too little where it grazes, and where it does not it would let light through what stands just
-/// before the end: the other wall of a corner, the shade of a lamp far away. Unchanged on its way to what is at infinity.
+/// `ray`, on its way to a place, up to just before it: to a point moved off the surface there, to the ray's side, like
+/// the origin of a ray that leaves it. A margin along the ray itself would be too little where it grazes, and where it
+/// does not it would let light through what stands just before the end: the other wall of a corner, the shade of a lamp
+/// far away. Unchanged on its way to what is at infinity.
 inline Ray end_before(Ray ray, const LightPlace& place) {
   // Of its length, what a ray may miss a plane by.
   constexpr float kRelativeError = 1e-6f;
   if (!(place.distance < kInfinity)) return ray;
   const float off = 2.0f * place.position_error + kRelativeError * place.distance;
-  const Vec3 way = place.position + place.normal * (glm::dot(ray.direction, place.normal) > 0.0f ? -off : off) - ray.origin;
+  const Vec3 way = place.position + place.normal * (glm::dot(ray.direction, place.normal) > 0.0f ? -off : off) -
+                   ray.origin;
   const float length = glm::length(way);
   if (length > 0.0f) ray.direction = way / length;
   ray.t_max = length * (1.0f - kRelativeError);
@@ -78,18 +83,18 @@ inline Ray end_before(Ray ray, const LightPlace& place) {
 class Scene {
  public:
   struct Options {
-    bool bake_single_instances = true;   ///< off in the viewport, where transforms change
+    bool bake_single_instances = true;  ///< off in the viewport, where transforms change
     const std::atomic<bool>* stop = nullptr;
     std::function<void(const char* step, float fraction)> progress;
   };
   /// Throws SceneError when there is nothing sensible to render, Cancelled when stopped.
-  /// What the description shares with `previous` (MeshDescription::shared, images) is taken over from it and not built again;
-  /// `previous` is of no more use.
+  /// What the description shares with `previous` (MeshDescription::shared, images) is taken over from it and not built
+  /// again; `previous` is of no more use.
   static std::shared_ptr<Scene> build(SceneDescription description, const Options& options, Diagnostics& diagnostics,
                                       std::shared_ptr<Scene> previous = nullptr);
-  /// Look at the scene through another camera, at another size. For the sole owner, between renders. Shaders that depend
-  /// on the camera are compiled again, nothing else is. Caustics stay as they were compiled. Throws SceneError, changing nothing, when
-  /// there would be no picture.
+  /// Look at the scene through another camera, at another size. For the sole owner, between renders. Shaders that
+  /// depend on the camera are compiled again, nothing else is. Caustics stay as they were compiled. Throws SceneError,
+  /// changing nothing, when there would be no picture.
   void change_view(const CameraDescription& camera, RenderSettings settings);
   ~Scene();
 
@@ -122,14 +127,16 @@ class Scene {
   /// Ray from a surface point towards `direction`, its origin moved off the surface
   /// to the side of `direction` by the error bound of the point.
   Ray spawn_ray(const ShadingPoint& point, Vec3 direction) const;
-  /// The rest of `ray` beyond the surface at `point`, which it has met at distance t and which lets it straight through.
+  /// The rest of `ray` beyond the surface at `point`, which it has met at distance t and which lets it straight
+  /// through.
   Ray straight_on(const ShadingPoint& point, const Ray& ray, float t) const {
     const float left = ray.t_max - t;
     Ray next = spawn_ray(point, ray.direction);
     next.t_max = left;
     return next;
   }
-  /// The same of a shadow ray: what is left to its end is measured from the new origin. t_max is not positive where nothing is left.
+  /// The same of a shadow ray: what is left to its end is measured from the new origin. t_max is not positive where
+  /// nothing is left.
   Ray straight_on_to_end(const ShadingPoint& point, const Ray& ray) const {
     const Vec3 end = ray.origin + ray.direction * ray.t_max;
     Ray next = spawn_ray(point, ray.direction);
@@ -137,7 +144,9 @@ class Scene {
     return next;
   }
   /// Ray to just before a place on another surface or a light.
-  Ray spawn_segment(const ShadingPoint& point, const LightPlace& place) const { return end_before(spawn_ray(point, place.wi), place); }
+  Ray spawn_segment(const ShadingPoint& point, const LightPlace& place) const {
+    return end_before(spawn_ray(point, place.wi), place);
+  }
 
   const Camera& camera() const { return camera_; }
   /// Does anything move while the shutter is open? Then rays have times of their own.
@@ -170,20 +179,21 @@ class Scene {
     std::string owner;
     NodeGraph graph;
     int material_pass_index;
-    std::array<float, 12> world_from_lamp;   ///< of lamps
+    std::array<float, 12> world_from_lamp;  ///< of lamps
   };
   Scene();
   /// What shading_point does where strands are hit.
   void strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;
   bool shows_the_world_of(const Scene& previous) const;
-  void compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context, Scene* previous, Diagnostics& diagnostics);
-  void compile(CameraShader::Of of, size_t index, const NodeGraph& graph, const std::string& owner, ShaderContext context,
-               Diagnostics& diagnostics);
+  void compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context,
+                         Scene* previous, Diagnostics& diagnostics);
+  void compile(CameraShader::Of of, size_t index, const NodeGraph& graph, const std::string& owner,
+               ShaderContext context, Diagnostics& diagnostics);
   RenderSettings settings_;
   Camera camera_;
   std::vector<BuiltMesh> meshes_;
   std::vector<BuiltInstance> instances_;
-  std::vector<Mat4> motion_;                     // of the instances that move
+  std::vector<Mat4> motion_;  // of the instances that move
   std::vector<ObjectDescription> objects_;
   std::vector<uint32_t> material_table_;
   std::vector<ShaderProgram> programs_, lamp_programs_;
@@ -205,8 +215,8 @@ class Scene {
   float radius_ = 1.0f;
 };
 
-/// How far a ray that leaves goes before it can meet anything: ribbons turn to it and may lie across its way up to where it is out of the tube they
-/// stand for.
+/// How far a ray that leaves goes before it can meet anything: ribbons turn to it and may lie across its way up to
+/// where it is out of the tube they stand for.
 float way_out_of_strand(const ShadingPoint& point, Vec3 direction);
 
 [[gnu::always_inline]] inline Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
@@ -218,7 +228,8 @@ float way_out_of_strand(const ShadingPoint& point, Vec3 direction);
   ray.origin = point.position + offset;
   ray.direction = direction;
   ray.time = point.time;
-  if (point.mesh && point.mesh->strands) [[unlikely]] ray.t_min = way_out_of_strand(point, direction);
+  if (point.mesh && point.mesh->strands) [[unlikely]]
+    ray.t_min = way_out_of_strand(point, direction);
   return ray;
 }
 

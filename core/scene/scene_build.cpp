@@ -5,18 +5,19 @@
 #include <map>
 #include <utility>
 
-#include "math/random.h"
-#include "scene/accel.h"
 #include "description/archive.h"
 #include "description/validate.h"
+#include "math/random.h"
+#include "scene/accel.h"
 
 namespace ajar {
 
 namespace {
 
-constexpr int kMaxMotionKeys = 129;   // of Embree
+constexpr int kMaxMotionKeys = 129;  // of Embree
 
-/// True for transforms that flatten space, which have no inverse, and for those that shrink it so far that rays in it would not be told apart.
+/// True for transforms that flatten space, which have no inverse, and for those that shrink it so far that rays in it
+/// would not be told apart.
 bool is_singular(const Mat4& m) {
   constexpr float kSmallest = 1e-12f;
   const Mat3 linear(m);
@@ -42,15 +43,17 @@ NodeGraph default_surface() {
 /// Does the material trace rays at its object alone? Then the mesh needs a structure of its own.
 bool asks_for_itself(const MaterialDescription& material) {
   return std::any_of(material.graph.nodes.begin(), material.graph.nodes.end(), [](const Node& node) {
-    return node.type == "ShaderNodeAmbientOcclusion" && std::any_of(node.properties.begin(), node.properties.end(), [](const NodeProperty& p) {
-      return p.name == "only_local" && !p.numbers.empty() && p.numbers[0] != 0.0f;
-    });
+    return node.type == "ShaderNodeAmbientOcclusion" &&
+           std::any_of(node.properties.begin(), node.properties.end(), [](const NodeProperty& p) {
+             return p.name == "only_local" && !p.numbers.empty() && p.numbers[0] != 0.0f;
+           });
   });
 }
 
 /// Move a mesh's vertices and normals to world space.
 void bake(BuiltMesh& mesh, const Mat4& world_from_object) {
-  for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) mesh.positions[i] = transform_point(world_from_object, mesh.positions[i]);
+  for (size_t i = 0; i + 1 < mesh.positions.size(); ++i)
+    mesh.positions[i] = transform_point(world_from_object, mesh.positions[i]);
   if (mesh.strands) mesh.strands = transformed(*mesh.strands, world_from_object);
   const Mat3 linear(world_from_object);
   const Mat3 normal_matrix = is_singular(world_from_object) ? linear : glm::inverseTranspose(linear);
@@ -67,7 +70,8 @@ BuiltMesh take(MeshDescription&& d) {
   mesh.name = std::move(d.name);
   if (!d.strands.empty()) {
     mesh.strands = make_strands(d);
-    for (uint32_t i = 0; !d.material_slots.empty() && i < mesh.strands->segment_count(); ++i) mesh.material_slots.push_back(d.material_slots[mesh.strands->strand_of(i)]);
+    for (uint32_t i = 0; !d.material_slots.empty() && i < mesh.strands->segment_count(); ++i)
+      mesh.material_slots.push_back(d.material_slots[mesh.strands->strand_of(i)]);
     d.positions.clear();
   }
   mesh.positions = std::move(d.positions);
@@ -98,20 +102,23 @@ class Stopwatch {
 Scene::Scene() = default;
 Scene::~Scene() = default;
 
-void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, const std::string& owner, ShaderContext context,
-                    Diagnostics& diagnostics) {
+void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, const std::string& owner,
+                    ShaderContext context, Diagnostics& diagnostics) {
   bool sees_camera = false;
   context.sees_camera = &sees_camera;
   ShaderProgram& program = of == CameraShader::Of::Material ? programs_[index]
                            : of == CameraShader::Of::Lamp   ? lamp_programs_[index]
                                                             : world_program_;
   program = ShaderProgram::compile(graph, owner, *textures_, diagnostics, context);
-  if (sees_camera) camera_shaders_.push_back({of, index, owner, graph, context.material_pass_index,
-                                              context.world_from_lamp ? *context.world_from_lamp : std::array<float, 12>{}});
+  if (sees_camera)
+    camera_shaders_.push_back({of, index, owner, graph, context.material_pass_index,
+                               context.world_from_lamp ? *context.world_from_lamp : std::array<float, 12>{}});
 }
 
-/// Those of `used`. Programs of materials that `previous` has just the same are taken over with what was said about them.
-void Scene::compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context, Scene* previous, Diagnostics& diagnostics) {
+/// Those of `used`. Programs of materials that `previous` has just the same are taken over with what was said about
+/// them.
+void Scene::compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context,
+                              Scene* previous, Diagnostics& diagnostics) {
   std::map<uint64_t, size_t> at_hand;
   for (size_t i = 0; previous && i < previous->material_fingerprints_.size(); ++i)
     if (previous->material_fingerprints_[i] != 0) at_hand[previous->material_fingerprints_[i]] = i;
@@ -127,7 +134,9 @@ void Scene::compile_materials(const SceneDescription& d, const std::vector<uint8
     material_fingerprints_.push_back(0);
     material_diagnostics_.emplace_back();
     if (!used[i]) continue;
-    const uint64_t number = hash64(fingerprint(material) + (context.reflective_caustics ? 1 : 0) + (context.refractive_caustics ? 2 : 0) + (context.bump_terminator == BumpTerminator::Microfacet ? 4 : 0));
+    const uint64_t number = hash64(fingerprint(material) + (context.reflective_caustics ? 1 : 0) +
+                                   (context.refractive_caustics ? 2 : 0) +
+                                   (context.bump_terminator == BumpTerminator::Microfacet ? 4 : 0));
     const auto found = at_hand.find(number);
     if (found != at_hand.end() && shows_the_same_images(previous->programs_[found->second])) {
       programs_[i] = std::move(previous->programs_[found->second]);
@@ -151,7 +160,8 @@ bool Scene::shows_the_world_of(const Scene& previous) const {
   for (const Scene* scene : {this, &previous})
     for (const CameraShader& shader : scene->camera_shaders_)
       if (shader.of == CameraShader::Of::World) return false;
-  return world_fingerprint_ == previous.world_fingerprint_ && world_program_.images() == previous.world_program_.images();
+  return world_fingerprint_ == previous.world_fingerprint_ &&
+         world_program_.images() == previous.world_program_.images();
 }
 
 void Scene::change_view(const CameraDescription& camera, RenderSettings settings) {
@@ -222,9 +232,10 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   for (size_t i = 0; i < d.objects.size(); ++i) {
     first_material[i] = uint32_t(s.material_table_.size());
     if (d.objects[i].materials.empty()) s.material_table_.push_back(default_material);
-    for (int material : d.objects[i].materials) s.material_table_.push_back(material < 0 ? default_material : uint32_t(material));
+    for (int material : d.objects[i].materials)
+      s.material_table_.push_back(material < 0 ? default_material : uint32_t(material));
   }
-  std::vector<std::pair<size_t, size_t>> first_motion;   // instance, index of its first matrix
+  std::vector<std::pair<size_t, size_t>> first_motion;  // instance, index of its first matrix
   s.instances_.reserve(d.instances.size());
   for (const InstanceDescription& in : d.instances) {
     const ObjectDescription& object = d.objects[in.object];
@@ -235,8 +246,9 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     const bool singular = is_singular(instance.world_from_object);
     instance.object_from_world = singular ? Mat4(1.0f) : glm::inverse(instance.world_from_object);
     instance.flips_orientation = glm::determinant(Mat3(instance.world_from_object)) < 0.0f;
-    const bool stays = s.meshes_[instance.mesh].source != nullptr ||   // as the artist made it, for the next scene
-                       std::any_of(object.materials.begin(), object.materials.end(), [&](int m) { return m >= 0 && asks_for_itself(d.materials[size_t(m)]); });
+    const bool stays = s.meshes_[instance.mesh].source != nullptr ||  // as the artist made it, for the next scene
+                       std::any_of(object.materials.begin(), object.materials.end(),
+                                   [&](int m) { return m >= 0 && asks_for_itself(d.materials[size_t(m)]); });
     if (singular && (users[instance.mesh] > 1 || stays)) {
       BuiltMesh copy = s.meshes_[instance.mesh];
       copy.source.reset();
@@ -248,7 +260,8 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     // A flat object stays where it is at the frame: flattening its mesh leaves no matrix to move.
     if (in.motion_key_count > 1 && !singular) {
       std::vector<SplitTransform> keys;
-      for (int k = 0; k < in.motion_key_count; ++k) keys.push_back(split(to_matrix(d.motion_keys[size_t(in.first_motion_key + k)])));
+      for (int k = 0; k < in.motion_key_count; ++k)
+        keys.push_back(split(to_matrix(d.motion_keys[size_t(in.first_motion_key + k)])));
       std::vector<Mat4> matrices = straightened(keys, kMaxMotionKeys);
       // What is flat for a while, or nothing, is nearly so.
       for (Mat4& matrix : matrices) {
@@ -263,7 +276,8 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
       }
     }
     const bool moves = instance.motion_count > 0;
-    if (users[instance.mesh] == 1 && !moves && (singular || (options.bake_single_instances && !stays)) && !s.meshes_[instance.mesh].baked)
+    if (users[instance.mesh] == 1 && !moves && (singular || (options.bake_single_instances && !stays)) &&
+        !s.meshes_[instance.mesh].baked)
       bake(s.meshes_[instance.mesh], instance.world_from_object);
     instance.first_material = first_material[in.object];
     instance.material_count = std::max<uint32_t>(1, uint32_t(object.materials.size()));
@@ -297,7 +311,8 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     for (size_t i = 0; i < d.materials.size(); ++i)
       if (used[i] && s.programs_[i].has_subsurface())
         report_once(diagnostics, {Diagnostic::Severity::Warning, d.materials[i].name,
-                                  "its subsurface scattering is approximated by diffuse reflection; only the path tracer walks below surfaces"});
+                                  "its subsurface scattering is approximated by diffuse reflection; only the path "
+                                  "tracer walks below surfaces"});
   }
   s.material_pass_indices_.push_back(0);
   s.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s.textures_, diagnostics));
@@ -321,7 +336,8 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   s.compile(CameraShader::Of::World, 0, d.world.graph, d.world.name, context, diagnostics);
   s.has_media_ = s.world_program_.has_volume();
   if (s.world_program_.medium_varies())
-    report_once(diagnostics, {Diagnostic::Severity::Warning, d.world.name, "its volume varies from place to place; all of it is as in the middle of the scene"});
+    report_once(diagnostics, {Diagnostic::Severity::Warning, d.world.name,
+                              "its volume varies from place to place; all of it is as in the middle of the scene"});
   for (size_t i = 0; i < used.size(); ++i) s.has_media_ |= used[i] && s.programs_[i].has_volume();
   s.textures_->forget_previous();
   s.statistics_.kept_textures = uint64_t(s.textures_->kept_count());
@@ -340,9 +356,10 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
 
   step("Gathering lights", 0.9f);
   s.objects_ = std::move(d.objects);
-  s.lights_ = LightSet({d, s.objects_, s.meshes_, s.instances_, s.material_table_, s.programs_, s.lamp_programs_, s.world_program_,
-                        s.center_, s.radius_, s.has_media_, previous && s.shows_the_world_of(*previous) ? &previous->lights_ : nullptr},
-                       diagnostics);
+  s.lights_ = LightSet(
+      {d, s.objects_, s.meshes_, s.instances_, s.material_table_, s.programs_, s.lamp_programs_, s.world_program_,
+       s.center_, s.radius_, s.has_media_, previous && s.shows_the_world_of(*previous) ? &previous->lights_ : nullptr},
+      diagnostics);
   s.statistics_.kept_environment = s.lights_.took_environment_over();
   s.accel_->build_lamps(s.lights_);
   s.statistics_.lights = s.lights_.size();

@@ -20,9 +20,9 @@ struct ShaderProgram::Data {
   ProgramTables tables;
   bool reflective_caustics = true, refractive_caustics = true;
   BumpTerminator bump_terminator = BumpTerminator::Cubic;
-  Operand displaced_normal = kNoOperand;   // of the surface; none: the smooth one
+  Operand displaced_normal = kNoOperand;  // of the surface; none: the smooth one
 
-  bool plain_diffuse = false;   // nothing scatters but one Lambert closure around the surface's own normal
+  bool plain_diffuse = false;  // nothing scatters but one Lambert closure around the surface's own normal
   bool may_be_transparent = false, depends_on_view = false;
   bool has_surface = false, has_volume = false, medium_varies = false;
   int register_count = 0;
@@ -33,7 +33,8 @@ namespace {
 using Closures = std::vector<Closure>;
 
 /// The instructions that these operands need, in order.
-std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int register_count, const std::vector<Operand>& operands) {
+std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int register_count,
+                                     const std::vector<Operand>& operands) {
   std::vector<bool> live(size_t(register_count), false);
   const auto mark = [&](Operand o) {
     if (o >= 0 && o != kNoOperand) live[o] = true;
@@ -77,15 +78,17 @@ Color sum(const Closures& closures, const float* registers, const float* constan
 
 /// A Lambert closure of constant or computed colour and nothing else that varies.
 bool is_plain_diffuse(const Closure& closure) {
-  if (closure.kind != ClosureKind::Diffuse || closure.normal != kNoOperand || closure.inputs.roughness != 0.0f) return false;
+  if (closure.kind != ClosureKind::Diffuse || closure.normal != kNoOperand || closure.inputs.roughness != 0.0f)
+    return false;
   if (closure.patches.empty()) return true;
   const InputPatch& patch = closure.patches.front();
-  return closure.patches.size() == 1 && patch.count == 3 && patch.offset == offsetof(closures::PrincipledInputs, base_color) &&
-         patch.from >= 0;
+  return closure.patches.size() == 1 && patch.count == 3 &&
+         patch.offset == offsetof(closures::PrincipledInputs, base_color) && patch.from >= 0;
 }
 
 bool patches(const Closure& closure, size_t offset) {
-  return std::any_of(closure.patches.begin(), closure.patches.end(), [=](const InputPatch& patch) { return patch.offset == offset; });
+  return std::any_of(closure.patches.begin(), closure.patches.end(),
+                     [=](const InputPatch& patch) { return patch.offset == offset; });
 }
 
 void apply_patches(const Closure& closure, const float* registers, closures::PrincipledInputs& inputs) {
@@ -125,8 +128,8 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.has_volume = graph.volume.node >= 0;
   data.volumes = flatten_volumes(builder);
   if (builder.overflowed())
-    report_once(diagnostics, {Diagnostic::Severity::Warning, owner,
-                              "its node graph is too large; what exceeds the limit is grey"});
+    report_once(diagnostics,
+                {Diagnostic::Severity::Warning, owner, "its node graph is too large; what exceeds the limit is grey"});
 
   data.register_count = builder.register_count();
   if (!data.scattering.empty()) data.displaced_normal = builder.displaced_normal();
@@ -145,10 +148,11 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   for (const Instruction& i : data.volume_code) data.medium_varies |= varies_inside(i.op);
   data.tables = std::move(builder.tables);
   data.may_be_transparent = !data.transparency.empty();
-  data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() && is_plain_diffuse(data.scattering.front());
+  data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() &&
+                       is_plain_diffuse(data.scattering.front());
   for (const Instruction& i : data.code)
-    for (const Op op : {Op::Incoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection, Op::ShadingNormal, Op::TrueNormal,
-                        Op::Bump})
+    for (const Op op : {Op::Incoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection, Op::ShadingNormal,
+                        Op::TrueNormal, Op::Bump})
       data.depends_on_view |= i.op == op;
   for (const Closure& closure : data.scattering)
     data.depends_on_view |= closure.normal != kNoOperand || closure.coat_normal != kNoOperand ||
@@ -187,7 +191,8 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
   };
   out.bsdf.bump_terminator = d.bump_terminator;
   const bool after_diffuse = point.ray_kind & kRayDiffuse;
-  // Seen after a diffuse bounce, light leaves where it enters, as in Cycles; and so it does for a second medium on the same surface.
+  // Seen after a diffuse bounce, light leaves where it enters, as in Cycles; and so it does for a second medium on the
+  // same surface.
   const auto may_enter = [&] { return point.diffuse_depth == 0 && !out.bsdf.has_subsurface(); };
   const bool reflective = d.reflective_caustics || !after_diffuse, refractive = d.refractive_caustics || !after_diffuse;
 
@@ -201,7 +206,9 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
     if (closure.tangent != kNoOperand) inputs.tangent = load3(operand(closure.tangent, registers, constants));
     const Color color = inputs.base_color * weight;
     switch (closure.kind) {
-      case ClosureKind::Diffuse: closures::add_diffuse(out.bsdf, surface, color, inputs.normal, inputs.roughness); break;
+      case ClosureKind::Diffuse:
+        closures::add_diffuse(out.bsdf, surface, color, inputs.normal, inputs.roughness);
+        break;
       case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
       case ClosureKind::Glossy:
         if (reflective)
@@ -214,7 +221,8 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
                                    inputs.ior);
         break;
       case ClosureKind::Glass:
-        closures::add_glass(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness, inputs.ior, reflective, refractive);
+        closures::add_glass(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness, inputs.ior,
+                            reflective, refractive);
         break;
       case ClosureKind::Principled:
         inputs.clearcoat_normal = normal_of(closure.coat_normal);
@@ -228,13 +236,16 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
       case ClosureKind::ToonDiffuse:
       case ClosureKind::ToonGlossy: {
         const bool glossy = closure.kind == ClosureKind::ToonGlossy;
-        if (reflective || !glossy) closures::add_toon(out.bsdf, surface, color, inputs.normal, glossy, inputs.roughness, inputs.transmission_roughness);
+        if (reflective || !glossy)
+          closures::add_toon(out.bsdf, surface, color, inputs.normal, glossy, inputs.roughness,
+                             inputs.transmission_roughness);
         break;
       }
       case ClosureKind::Subsurface:
         if (may_enter()) {
-          out.medium = closures::make_medium(inputs.base_color, inputs.subsurface_radius * inputs.subsurface_scale, inputs.subsurface_anisotropy,
-                                             inputs.subsurface_ior, inputs.subsurface_method);
+          out.medium = closures::make_medium(inputs.base_color, inputs.subsurface_radius * inputs.subsurface_scale,
+                                             inputs.subsurface_anisotropy, inputs.subsurface_ior,
+                                             inputs.subsurface_method);
           closures::add_subsurface(out.bsdf, surface, color, inputs.normal, out.medium);
         } else {
           closures::add_diffuse(out.bsdf, surface, color, inputs.normal, 0.0f);
@@ -242,7 +253,7 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
         break;
       case ClosureKind::Emission:
       case ClosureKind::Transparent:
-      case ClosureKind::Holdout: break;   // in lists of their own
+      case ClosureKind::Holdout: break;  // in lists of their own
     }
   }
   for (const Closure& closure : d.transparency)
@@ -285,7 +296,9 @@ bool ShaderProgram::scatters() const { return !data_->scattering.empty(); }
 
 bool ShaderProgram::has_subsurface() const {
   return std::any_of(data_->scattering.begin(), data_->scattering.end(), [](const Closure& c) {
-    return c.kind == ClosureKind::Subsurface || (c.kind == ClosureKind::Principled && c.inputs.version == 1 && (c.inputs.subsurface > 0.0f || patches(c, offsetof(closures::PrincipledInputs, subsurface))));
+    return c.kind == ClosureKind::Subsurface ||
+           (c.kind == ClosureKind::Principled && c.inputs.version == 1 &&
+            (c.inputs.subsurface > 0.0f || patches(c, offsetof(closures::PrincipledInputs, subsurface))));
   });
 }
 
@@ -301,7 +314,9 @@ bool ShaderProgram::may_be_rough(float roughness) const {
       case ClosureKind::Principled: return true;
       case ClosureKind::Glossy:
       case ClosureKind::Glass:
-      case ClosureKind::Refraction: return !c.patches.empty() || (c.inputs.roughness >= roughness && c.inputs.distribution != closures::Distribution::Sharp);
+      case ClosureKind::Refraction:
+        return !c.patches.empty() ||
+               (c.inputs.roughness >= roughness && c.inputs.distribution != closures::Distribution::Sharp);
       default: return false;
     }
   });
@@ -311,12 +326,14 @@ bool ShaderProgram::may_be_smooth(float roughness) const {
   const bool reflective = data_->reflective_caustics, refractive = data_->refractive_caustics;
   return std::any_of(data_->scattering.begin(), data_->scattering.end(), [=](const Closure& c) {
     // A colour that varies is patched as well; looking closer would gain little.
-    const bool smooth = !c.patches.empty() || c.inputs.roughness < roughness || c.inputs.distribution == closures::Distribution::Sharp;
+    const bool smooth = !c.patches.empty() || c.inputs.roughness < roughness ||
+                        c.inputs.distribution == closures::Distribution::Sharp;
     switch (c.kind) {
       case ClosureKind::Glossy: return reflective && smooth;
       case ClosureKind::Refraction: return refractive && smooth;
       case ClosureKind::Glass: return (reflective || refractive) && smooth;
-      case ClosureKind::Principled: return (reflective || refractive) && (smooth || c.inputs.clearcoat > 0.0f || c.inputs.transmission > 0.0f);
+      case ClosureKind::Principled:
+        return (reflective || refractive) && (smooth || c.inputs.clearcoat > 0.0f || c.inputs.transmission > 0.0f);
       default: return false;
     }
   });
@@ -336,8 +353,9 @@ std::vector<SkyDisc> ShaderProgram::sky_discs() const {
     if (sky.op != Op::Sky) continue;
     const auto sun = d.tables.skies[sky.data].sun();
     // A sky that is turned has its sun somewhere else.
-    const bool as_it_is = std::any_of(d.emission_code.begin(), d.emission_code.end(),
-                                      [&](const Instruction& i) { return i.op == Op::Generated && i.out == sky.in[0]; });
+    const bool as_it_is = std::any_of(d.emission_code.begin(), d.emission_code.end(), [&](const Instruction& i) {
+      return i.op == Op::Generated && i.out == sky.in[0];
+    });
     if (sun && as_it_is) discs.push_back({sun->direction, sun->angular_radius});
   }
   return discs;
@@ -349,8 +367,10 @@ std::string ShaderProgram::listing() const {
   const Data& d = *data_;
   std::ostringstream text;
   const auto write = [&](Operand o) {
-    if (o >= 0) text << 'r' << o;
-    else text << d.tables.constants[-1 - o];
+    if (o >= 0)
+      text << 'r' << o;
+    else
+      text << d.tables.constants[-1 - o];
   };
   for (const Instruction& i : d.code) {
     text << 'r' << i.out << " = " << info(i.op).name;

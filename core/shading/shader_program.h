@@ -28,9 +28,9 @@ class TextureStore;
 /// What a shader gives back. `bsdf.prepare(wo)` has been called.
 struct SurfaceShading {
   Bsdf bsdf;
-  Color emission{0.0f};         ///< radiance towards wo
-  float holdout = 0.0f;         ///< fraction that cuts a hole in the film
-  SubsurfaceMedium medium;      ///< when bsdf.has_subsurface()
+  Color emission{0.0f};     ///< radiance towards wo
+  float holdout = 0.0f;     ///< fraction that cuts a hole in the film
+  SubsurfaceMedium medium;  ///< when bsdf.has_subsurface()
 };
 
 struct SkyDisc {
@@ -49,7 +49,8 @@ class ShaderProgram {
   ShaderProgram& operator=(ShaderProgram&&) noexcept;
   ~ShaderProgram();
 
-  /// Surface closures at `point`; what `out` held before is forgotten. Sets out.bsdf.ng and .n (safe shading normals) first.
+  /// Surface closures at `point`; what `out` held before is forgotten. Sets out.bsdf.ng and .n (safe shading normals)
+  /// first.
   void evaluate_surface(const ShadingPoint& point, SurfaceShading& out) const;
   /// Only the emitted radiance (for lights and the world; cheaper than the above).
   Color evaluate_emission(const ShadingPoint& point) const;
@@ -58,16 +59,17 @@ class ShaderProgram {
   /// What the volume adds to the medium at `point`, whose `primitive` is kInsideVolume.
   void add_medium(const ShadingPoint& point, MediumPoint& medium) const;
 
-  bool is_constant() const;           ///< no instruction at a hit
-  bool emits() const;                 ///< emission may be non-zero
+  bool is_constant() const;  ///< no instruction at a hit
+  bool emits() const;        ///< emission may be non-zero
   bool emission_is_constant() const;
-  bool may_be_transparent() const;    ///< has a Transparent closure with non-zero weight
-  bool scatters() const;              ///< has any closure beyond emission and transparency
-  bool has_subsurface() const;        ///< light may enter the surface
-  bool has_volume() const;            ///< encloses a volume, be it an empty one
-  bool has_surface() const;           ///< false: what only encloses a volume is not seen itself
-  bool medium_varies() const;         ///< from place to place within one object
-  /// Whether some lobe may be diffuse or at least as rough as this; whether some lobe may be smoother. Transparency is neither.
+  bool may_be_transparent() const;  ///< has a Transparent closure with non-zero weight
+  bool scatters() const;            ///< has any closure beyond emission and transparency
+  bool has_subsurface() const;      ///< light may enter the surface
+  bool has_volume() const;          ///< encloses a volume, be it an empty one
+  bool has_surface() const;         ///< false: what only encloses a volume is not seen itself
+  bool medium_varies() const;       ///< from place to place within one object
+  /// Whether some lobe may be diffuse or at least as rough as this; whether some lobe may be smoother. Transparency is
+  /// neither.
   bool may_be_rough(float roughness) const;
   bool may_be_smooth(float roughness) const;
   /// The lobes may differ with the direction they are made for, beyond what Bsdf accounts for when
@@ -78,7 +80,7 @@ class ShaderProgram {
   /// Images it looks up, by their index in the scene's list, and their textures.
   std::vector<std::pair<int, const Texture*>> images() const;
   int instruction_count() const;
-  std::string listing() const;        ///< the program as text, for tests and people
+  std::string listing() const;  ///< the program as text, for tests and people
 
  private:
   struct Data;

@@ -10,7 +10,8 @@
 
 namespace ajar::fixtures {
 
-inline std::vector<float> render(SceneDescription d, const std::string& integrator, int samples, uint32_t seed, int threads = 2) {
+inline std::vector<float> render(SceneDescription d, const std::string& integrator, int samples, uint32_t seed,
+                                 int threads = 2) {
   d.settings.integrator = integrator;
   d.settings.samples = samples;
   d.settings.seed = seed;
@@ -24,7 +25,8 @@ inline std::vector<float> render(SceneDescription d, const std::string& integrat
 
 /// Means of 3 x 3 blocks of the picture over independent seeds, colours and alpha.
 inline constexpr int kBlocks = 3, kValues = kBlocks * kBlocks * 4;
-inline std::vector<RunningMoments> blocks(const SceneDescription& d, const std::string& integrator, int samples, int seeds, uint32_t first_seed) {
+inline std::vector<RunningMoments> blocks(const SceneDescription& d, const std::string& integrator, int samples,
+                                          int seeds, uint32_t first_seed) {
   std::vector<RunningMoments> moments(kValues);
   const int size = d.settings.width;
   for (int seed = 0; seed < seeds; ++seed) {
@@ -33,7 +35,8 @@ inline std::vector<RunningMoments> blocks(const SceneDescription& d, const std::
     for (int y = 0; y < size; ++y)
       for (int x = 0; x < size; ++x)
         for (int c = 0; c < 4; ++c)
-          sums[size_t(((y * kBlocks / size) * kBlocks + x * kBlocks / size) * 4 + c)] += double(image[size_t((y * size + x) * 4 + c)]);
+          sums[size_t(((y * kBlocks / size) * kBlocks + x * kBlocks / size) * 4 + c)] += double(
+              image[size_t((y * size + x) * 4 + c)]);
     for (int i = 0; i < kValues; ++i) moments[size_t(i)].add(sums[size_t(i)] * kBlocks * kBlocks / (size * size));
   }
   return moments;
@@ -41,16 +44,20 @@ inline std::vector<RunningMoments> blocks(const SceneDescription& d, const std::
 
 /// One of `tests` such tests, together at level 0.01.
 inline void expect_agreement(const TransportScene& scene, const std::string& integrator, int samples, int tests) {
-  const auto expected = blocks(scene.description, "path", 64, 16, 100), actual = blocks(scene.description, integrator, samples, 16, 200);
+  const auto expected = blocks(scene.description, "path", 64, 16, 100),
+             actual = blocks(scene.description, integrator, samples, 16, 200);
   for (int i = 0; i < kValues; ++i) {
-    if (i % 4 == 3 && std::abs(expected[size_t(i)].mean() - actual[size_t(i)].mean()) < 1e-5) continue;  // alpha: rounding
+    if (i % 4 == 3 && std::abs(expected[size_t(i)].mean() - actual[size_t(i)].mean()) < 1e-5)
+      continue;  // alpha: rounding
     EXPECT_TRUE(statistical::means_agree(expected[size_t(i)], actual[size_t(i)], {0.01, kValues * tests}))
-        << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[size_t(i)].mean() << ", " << integrator << " " << actual[size_t(i)].mean();
+        << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[size_t(i)].mean() << ", " << integrator
+        << " " << actual[size_t(i)].mean();
   }
 }
 
 /// Mean of all pixels and channels over independent seeds, of an integrator that renders `samples` at once.
-inline RunningMoments whole(const SceneDescription& d, const std::string& name, int samples, int seeds, uint32_t first_seed) {
+inline RunningMoments whole(const SceneDescription& d, const std::string& name, int samples, int seeds,
+                            uint32_t first_seed) {
   const auto scene = build(d);
   const std::atomic<bool> stop{false};
   const auto integrator = make_integrator(name);

@@ -12,10 +12,10 @@ namespace ajar::fixtures {
 
 struct Material {
   std::string name;
-  std::function<void(Bsdf&, const closures::Surface&)> add;   ///< its normal is surface.ng
-  bool conserves_all = false;     ///< white: scatters exactly what arrives
+  std::function<void(Bsdf&, const closures::Surface&)> add;  ///< its normal is surface.ng
+  bool conserves_all = false;                                ///< white: scatters exactly what arrives
   bool has_fresnel_at_normal = false;
-  float largest_weight = 4.0f;    ///< of a sample, over a grid of directions
+  float largest_weight = 4.0f;  ///< of a sample, over a grid of directions
 };
 inline std::ostream& operator<<(std::ostream& out, const Material& m) { return out << m.name; }
 
@@ -42,32 +42,48 @@ inline std::vector<Material> all_materials() {
   const Vec3 tangent(0.8f, 0.6f, 0.0f);
   std::vector<Material> list;
   list.push_back({"diffuse", [=](Bsdf& b, const Surface& s) { add_diffuse(b, s, white, s.ng, 0.0f); }, true});
-  list.push_back({"diffuse_rough", [=](Bsdf& b, const Surface& s) { add_diffuse(b, s, white, s.ng, 0.8f); }, false, false, 60.0f});
+  list.push_back(
+      {"diffuse_rough", [=](Bsdf& b, const Surface& s) { add_diffuse(b, s, white, s.ng, 0.8f); }, false, false, 60.0f});
   list.push_back({"translucent", [=](Bsdf& b, const Surface& s) { add_translucent(b, s, white, s.ng); }, true});
 
   for (const float sigma : {0.3f, 1.0f})
-    list.push_back({sigma < 1.0f ? "velvet_fine" : "velvet", [=](Bsdf& b, const Surface& s) { add_velvet(b, s, white, s.ng, sigma); }, false, false, 300.0f});
-  for (const auto& [size, smooth, label] : {std::tuple(0.5f, 0.0f, "sharp"), {0.4f, 0.3f, "smooth"}, {0.9f, 0.5f, "wide"}}) {
-    list.push_back({std::string("toon_diffuse_") + label, [=, size = size, smooth = smooth](Bsdf& b, const Surface& s) { add_toon(b, s, white, s.ng, false, size, smooth); },
+    list.push_back({sigma < 1.0f ? "velvet_fine" : "velvet",
+                    [=](Bsdf& b, const Surface& s) { add_velvet(b, s, white, s.ng, sigma); }, false, false, 300.0f});
+  for (const auto& [size, smooth, label] :
+       {std::tuple(0.5f, 0.0f, "sharp"), {0.4f, 0.3f, "smooth"}, {0.9f, 0.5f, "wide"}}) {
+    list.push_back({std::string("toon_diffuse_") + label,
+                    [=, size = size, smooth = smooth](Bsdf& b, const Surface& s) {
+                      add_toon(b, s, white, s.ng, false, size, smooth);
+                    },
                     false, false, 1000.0f});
-    list.push_back({std::string("toon_glossy_") + label, [=, size = size, smooth = smooth](Bsdf& b, const Surface& s) { add_toon(b, s, white, s.ng, true, size, smooth); },
+    list.push_back({std::string("toon_glossy_") + label,
+                    [=, size = size, smooth = smooth](Bsdf& b, const Surface& s) {
+                      add_toon(b, s, white, s.ng, true, size, smooth);
+                    },
                     false, false, 1000.0f});
   }
 
-  const std::pair<const char*, Distribution> distributions[] = {{"ggx", Distribution::Ggx}, {"beckmann", Distribution::Beckmann},
-      {"multi_ggx", Distribution::MultiGgx}, {"ashikhmin_shirley", Distribution::AshikhminShirley}};
+  const std::pair<const char*, Distribution> distributions[] = {{"ggx", Distribution::Ggx},
+                                                                {"beckmann", Distribution::Beckmann},
+                                                                {"multi_ggx", Distribution::MultiGgx},
+                                                                {"ashikhmin_shirley", Distribution::AshikhminShirley}};
   for (const auto& [name, d] : distributions) {
     const bool multiple = d == Distribution::MultiGgx;
     for (const auto& [roughness, label] : {std::pair(0.15f, "smooth"), {0.5f, "medium"}, {1.0f, "rough"}})
       list.push_back({std::string("glossy_") + name + "_" + label,
-                      [=, d = d, roughness = roughness](Bsdf& b, const Surface& s) { add_glossy(b, s, white, s.ng, tangent, d, roughness, 0.0f, 0.0f); },
+                      [=, d = d, roughness = roughness](Bsdf& b, const Surface& s) {
+                        add_glossy(b, s, white, s.ng, tangent, d, roughness, 0.0f, 0.0f);
+                      },
                       multiple, false, 12.0f});
-    list.push_back({std::string("glossy_") + name + "_anisotropic",
-                    [=, d = d](Bsdf& b, const Surface& s) { add_glossy(b, s, tint, s.ng, tangent, d, 0.5f, 0.6f, 0.1f); }});
+    list.push_back({std::string("glossy_") + name + "_anisotropic", [=, d = d](Bsdf& b, const Surface& s) {
+                      add_glossy(b, s, tint, s.ng, tangent, d, 0.5f, 0.6f, 0.1f);
+                    }});
     if (d == Distribution::AshikhminShirley) continue;
     for (const auto& [roughness, label] : {std::pair(0.2f, "smooth"), {0.7f, "rough"}})
       list.push_back({std::string("glass_") + name + "_" + label,
-                      [=, d = d, roughness = roughness](Bsdf& b, const Surface& s) { add_glass(b, s, white, s.ng, d, roughness, 1.5f); },
+                      [=, d = d, roughness = roughness](Bsdf& b, const Surface& s) {
+                        add_glass(b, s, white, s.ng, d, roughness, 1.5f);
+                      },
                       multiple, !multiple});
     if (multiple) continue;
     list.push_back({std::string("refraction_") + name,
@@ -90,13 +106,19 @@ inline std::vector<Material> all_materials() {
     }
   };
   principled("default", 4.0f, [](PrincipledInputs&) {});
-  principled("metal", 4.0f, [=](PrincipledInputs& in) { in.metallic = 1.0f, in.base_color = tint, in.anisotropic = 0.7f, in.anisotropic_rotation = 0.2f; });
+  principled("metal", 4.0f, [=](PrincipledInputs& in) {
+    in.metallic = 1.0f, in.base_color = tint, in.anisotropic = 0.7f, in.anisotropic_rotation = 0.2f;
+  });
   principled("cloth", 30.0f, [=](PrincipledInputs& in) { in.sheen = 1.0f, in.base_color = tint, in.roughness = 0.8f; });
-  principled("glass", 8.0f, [=](PrincipledInputs& in) { in.transmission = 1.0f, in.roughness = 0.3f, in.transmission_roughness = 0.2f, in.specular_tint = 0.5f, in.base_color = tint; });
+  principled("glass", 8.0f, [=](PrincipledInputs& in) {
+    in.transmission = 1.0f, in.roughness = 0.3f, in.transmission_roughness = 0.2f, in.specular_tint = 0.5f,
+    in.base_color = tint;
+  });
   principled("everything", 30.0f, [=](PrincipledInputs& in) {
     in.distribution = Distribution::MultiGgx;
     in.metallic = 0.3f, in.transmission = 0.4f, in.clearcoat = 0.8f, in.clearcoat_roughness = 0.2f, in.sheen = 0.3f;
-    in.specular_tint_color = Color(0.9f, 0.8f, 0.7f), in.coat_tint = Color(0.9f, 0.95f, 1.0f), in.base_color = tint, in.anisotropic = 0.3f;
+    in.specular_tint_color = Color(0.9f, 0.8f, 0.7f), in.coat_tint = Color(0.9f, 0.95f, 1.0f), in.base_color = tint,
+    in.anisotropic = 0.3f;
   });
   return list;
 }

@@ -4,8 +4,8 @@
 #include <initializer_list>
 
 #include "description/scene_description.h"
-#include "shading/shader_program.h"
 #include "shading/functions/texture.h"
+#include "shading/shader_program.h"
 
 namespace ajar::fixtures {
 
@@ -24,7 +24,8 @@ struct GraphBuilder {
   }
   /// Emission of this socket on the surface, so that a value can be read as radiance.
   void emit(int from, const std::string& socket) {
-    const int emission = node("ShaderNodeEmission", {{"Color", {from, socket}, Vec4(0.0f)}, {"Strength", {}, Vec4(1.0f)}});
+    const int emission = node("ShaderNodeEmission",
+                              {{"Color", {from, socket}, Vec4(0.0f)}, {"Strength", {}, Vec4(1.0f)}});
     graph.surface = {emission, "Emission"};
   }
 };
@@ -37,11 +38,12 @@ inline NodeInput linked_input(const std::string& socket, int node, const std::st
 inline NodeProperty text_property(const std::string& name, const std::string& text) { return {name, text, {}}; }
 inline NodeProperty number_property(const std::string& name, std::vector<float> numbers) { return {name, "", numbers}; }
 
-inline ShaderProgram compile(const NodeGraph& graph, Diagnostics* diagnostics = nullptr, TextureStore* textures = nullptr,
-                             const ShaderContext& context = {}) {
-  static TextureStore none({});   // outlives the program, which may show its magenta
+inline ShaderProgram compile(const NodeGraph& graph, Diagnostics* diagnostics = nullptr,
+                             TextureStore* textures = nullptr, const ShaderContext& context = {}) {
+  static TextureStore none({});  // outlives the program, which may show its magenta
   Diagnostics ignored;
-  return ShaderProgram::compile(graph, "Material", textures ? *textures : none, diagnostics ? *diagnostics : ignored, context);
+  return ShaderProgram::compile(graph, "Material", textures ? *textures : none, diagnostics ? *diagnostics : ignored,
+                                context);
 }
 
 }  // namespace ajar::fixtures

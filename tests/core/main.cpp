@@ -15,14 +15,16 @@ class Progress : public testing::EmptyTestEventListener {
   void OnTestProgramStart(const testing::UnitTest& all) override { count_ = all.test_to_run_count(); }
   void OnTestEnd(const testing::TestInfo& test) override {
     const int before = 100 * done_ / count_, now = 100 * ++done_ / count_;
-    if (now / kStep > before / kStep) std::printf("[%3d %%] %d of %d, %s\n", now, done_, count_, test.test_suite_name());
+    if (now / kStep > before / kStep)
+      std::printf("[%3d %%] %d of %d, %s\n", now, done_, count_, test.test_suite_name());
     std::fflush(stdout);
   }
   void OnTestProgramEnd(const testing::UnitTest& all) override {
-    std::printf("core: %d passed, %d failed, %d skipped\n", all.successful_test_count(), all.failed_test_count(), all.skipped_test_count());
+    std::printf("core: %d passed, %d failed, %d skipped\n", all.successful_test_count(), all.failed_test_count(),
+                all.skipped_test_count());
   }
 
-  static constexpr int kStep = 5;   // per cent
+  static constexpr int kStep = 5;  // per cent
   int done_ = 0, count_ = 1;
 };
 

@@ -1,11 +1,13 @@
 // How much of a picture's error is the rounding of floats, against its noise.
 //
-// The same samples are rendered with every operation of the renderer, Embree's included, rounded to nearest, up and towards zero [Vignes 1993, "A
-// stochastic arithmetic for reliable scientific computation"; Parker 1997, "Monte Carlo Arithmetic"]. Where pictures differ, floats made the difference:
-// nearest rounding errs by half a unit at most and either way, the directed ones by up to a whole one and always the same way, so what
-// they change is an upper estimate of what doubles would. Two things are told apart over independent seeds: samples that go
-// another way (a ray passes an edge on the other side), whose difference is noise and falls with their number as all noise does, and what
-// remains of the mean. The scene is built once, rounding to nearest. Not seen: what no operation rounds, as margins that rays keep from surfaces.
+// The same samples are rendered with every operation of the renderer, Embree's included, rounded to nearest, up and
+// towards zero [Vignes 1993, "A stochastic arithmetic for reliable scientific computation"; Parker 1997, "Monte Carlo
+// Arithmetic"]. Where pictures differ, floats made the difference: nearest rounding errs by half a unit at most and
+// either way, the directed ones by up to a whole one and always the same way, so what they change is an upper estimate
+// of what doubles would. Two things are told apart over independent seeds: samples that go another way (a ray passes an
+// edge on the other side), whose difference is noise and falls with their number as all noise does, and what remains of
+// the mean. The scene is built once, rounding to nearest. Not seen: what no operation rounds, as margins that rays keep
+// from surfaces.
 #pragma once
 
 #include <algorithm>
@@ -27,31 +29,34 @@ struct Mode {
   const char* name;
   int mode;
 };
-/// Together they round positive and negative numbers both ways. Rounding down is left out: then x - x is -0, and a frame around a normal with
-/// z = -0 is another one than with 0, as good but with other samples; that is no rounding error.
+/// Together they round positive and negative numbers both ways. Rounding down is left out: then x - x is -0, and a
+/// frame around a normal with z = -0 is another one than with 0, as good but with other samples; that is no rounding
+/// error.
 inline constexpr Mode kDirected[] = {{"up", FE_UPWARD}, {"towards zero", FE_TOWARDZERO}};
-constexpr double kSamples = 4096.0;   ///< that noise is compared at
+constexpr double kSamples = 4096.0;  ///< that noise is compared at
 
-/// In standard deviations of the noise: square root of the mean square over pixels and channels, over that of the noise of as many samples.
+/// In standard deviations of the noise: square root of the mean square over pixels and channels, over that of the noise
+/// of as many samples.
 struct Share {
   const char* mode;
-  double straying;      ///< samples that go another way; the same for any number of samples
-  double shift;         ///< of the mean, at 4096 samples a pixel
-  double resolution;    ///< shifts below this cannot be told from what straying samples leave
-  double mean_change, mean_change_error;   ///< of the mean of the whole picture, relative, and its standard error
+  double straying;                        ///< samples that go another way; the same for any number of samples
+  double shift;                           ///< of the mean, at 4096 samples a pixel
+  double resolution;                      ///< shifts below this cannot be told from what straying samples leave
+  double mean_change, mean_change_error;  ///< of the mean of the whole picture, relative, and its standard error
   double total() const { return std::sqrt(straying * straying + shift * shift); }
 };
 
 /// Pictures of `seeds` seeds, a row each. `obeyed`: whether all threads rounded so.
-inline std::vector<std::vector<float>> pictures(const std::shared_ptr<const Scene>& scene, const std::string& integrator, int samples, int seeds, int mode, int threads,
-                                                bool& obeyed) {
+inline std::vector<std::vector<float>> pictures(const std::shared_ptr<const Scene>& scene,
+                                                const std::string& integrator, int samples, int seeds, int mode,
+                                                int threads, bool& obeyed) {
   const RenderSettings& s = scene->settings();
   const std::atomic<bool> go_on{false};
   std::vector<std::unique_ptr<Film>> films;
   std::atomic<int> wrong{0};
   std::fesetround(mode);
   {
-    tbb::task_arena arena(threads);   // takes over how the thread that makes it rounds, and its workers do
+    tbb::task_arena arena(threads);  // takes over how the thread that makes it rounds, and its workers do
     arena.execute([&] {
       const auto technique = make_integrator(integrator);
       for (int seed = 0; seed < seeds; ++seed) {
@@ -70,7 +75,8 @@ inline std::vector<std::vector<float>> pictures(const std::shared_ptr<const Scen
 }
 
 /// One share for each directed rounding; none where threads would not round so.
-inline std::vector<Share> measure(const std::shared_ptr<const Scene>& scene, const std::string& integrator, int samples, int seeds, int threads = 1) {
+inline std::vector<Share> measure(const std::shared_ptr<const Scene>& scene, const std::string& integrator, int samples,
+                                  int seeds, int threads = 1) {
   bool obeyed;
   const auto nearest = pictures(scene, integrator, samples, seeds, FE_TONEAREST, threads, obeyed);
   std::vector<Share> shares;
@@ -96,8 +102,10 @@ inline std::vector<Share> measure(const std::shared_ptr<const Scene>& scene, con
     RunningMoments change;
     for (const double of_seed : changes) change.add(sum > 0.0 ? of_seed / sum : 0.0);
     const double of_4096 = noise * samples / kSamples;
-    shares.push_back({mode.name, noise > 0.0 ? std::sqrt(straying / noise) : 0.0, of_4096 > 0.0 ? std::sqrt(std::max(0.0, shift) / of_4096) : 0.0,
-                      noise > 0.0 ? std::sqrt(straying / noise * kSamples / double(samples * seeds)) : 0.0, change.mean(), std::sqrt(change.variance_of_mean())});
+    shares.push_back({mode.name, noise > 0.0 ? std::sqrt(straying / noise) : 0.0,
+                      of_4096 > 0.0 ? std::sqrt(std::max(0.0, shift) / of_4096) : 0.0,
+                      noise > 0.0 ? std::sqrt(straying / noise * kSamples / double(samples * seeds)) : 0.0,
+                      change.mean(), std::sqrt(change.variance_of_mean())});
   }
   return shares;
 }

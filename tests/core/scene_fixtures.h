@@ -76,7 +76,8 @@ inline void set_checker_world(SceneDescription& d, Color a, Color b, float scale
 }
 
 /// Add the mesh as an object with one instance.
-inline int add_object(SceneDescription& d, MeshDescription mesh, int material, const Mat4& world_from_object = Mat4(1.0f)) {
+inline int add_object(SceneDescription& d, MeshDescription mesh, int material,
+                      const Mat4& world_from_object = Mat4(1.0f)) {
   ObjectDescription object;
   object.name = mesh.name;
   object.mesh = int(d.meshes.size());
@@ -107,7 +108,8 @@ inline MeshDescription cube(bool inwards = false) {
 }
 
 /// Strands with these points each, all of one radius at the root and one at the tip.
-inline MeshDescription hair(const std::vector<std::vector<Vec3>>& strands, float root, float tip, StrandShape shape = StrandShape::Ribbon) {
+inline MeshDescription hair(const std::vector<std::vector<Vec3>>& strands, float root, float tip,
+                            StrandShape shape = StrandShape::Ribbon) {
   MeshDescription mesh;
   mesh.name = "Hair";
   mesh.strand_shape = shape;
@@ -195,7 +197,8 @@ inline SceneDescription many_instances(int count) {
   for (int i = 0; i < count; ++i) {
     InstanceDescription instance;
     instance.object = object;
-    instance.world_from_object = rows(Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(float(i % 141) * 3.0f, float(i / 141) * 3.0f, 0, 1)));
+    instance.world_from_object = rows(Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0),
+                                           Vec4(float(i % 141) * 3.0f, float(i / 141) * 3.0f, 0, 1)));
     d.instances.push_back(instance);
   }
   return d;

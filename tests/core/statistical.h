@@ -43,7 +43,8 @@ inline double sidak_threshold(double significance, int test_count) {
   return -std::expm1(std::log1p(-significance) / std::max(1, test_count));
 }
 
-/// Q(a, x), the regularised upper incomplete gamma function: series of 1 - Q below a + 1, Lentz's continued fraction above.
+/// Q(a, x), the regularised upper incomplete gamma function: series of 1 - Q below a + 1, Lentz's continued fraction
+/// above.
 inline double regularized_gamma_upper(double a, double x) {
   if (x <= 0.0) return 1.0;
   const double front = std::exp(a * std::log(x) - x - std::lgamma(a));
@@ -68,7 +69,9 @@ inline double regularized_gamma_upper(double a, double x) {
 inline double regularized_beta(double a, double b, double x) {
   if (x <= 0.0 || x >= 1.0) return x <= 0.0 ? 0.0 : 1.0;
   if (x > (a + 1.0) / (a + b + 2.0)) return 1.0 - regularized_beta(b, a, 1.0 - x);
-  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) + b * std::log1p(-x)) / a;
+  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) +
+                                b * std::log1p(-x)) /
+                       a;
   double c = 1.0, d = 1.0 / (1.0 - (a + b) * x / (a + 1.0)), h = d;
   for (int m = 1; m < 10000; ++m) {
     const double even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
@@ -96,8 +99,8 @@ inline double student_p_value(double t, double degrees_of_freedom) {
 // ---- t-tests -----------------------------------------------------------------------
 
 struct Significance {
-  double significance = 0.01;   ///< probability of a false alarm in the whole family of tests
-  int test_count = 1;           ///< size of that family
+  double significance = 0.01;  ///< probability of a false alarm in the whole family of tests
+  int test_count = 1;          ///< size of that family
   double threshold() const { return sidak_threshold(significance, test_count); }
 };
 
@@ -109,23 +112,26 @@ inline testing::AssertionResult means_agree(const RunningMoments& a, const Runni
     return testing::AssertionFailure() << "means " << a.mean() << " and " << b.mean() << " without any variance";
   }
   const double t = (a.mean() - b.mean()) / std::sqrt(v);
-  const double dof = v * v / (va * va / std::max(1.0, double(a.count()) - 1.0) + vb * vb / std::max(1.0, double(b.count()) - 1.0));
+  const double dof = v * v /
+                     (va * va / std::max(1.0, double(a.count()) - 1.0) +
+                      vb * vb / std::max(1.0, double(b.count()) - 1.0));
   const double p = student_p_value(t, dof);
   if (p >= level.threshold()) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << "means " << a.mean() << " and " << b.mean() << " differ: t = " << t << ", p = " << p
-                                     << " below " << level.threshold();
+  return testing::AssertionFailure() << "means " << a.mean() << " and " << b.mean() << " differ: t = " << t
+                                     << ", p = " << p << " below " << level.threshold();
 }
 
 /// One-sample test: the samples have mean `expected`. `relative_slack` forgives that
 /// much error of `expected` itself (floats, a truncated integral).
-inline testing::AssertionResult mean_agrees(const RunningMoments& a, double expected, Significance level = {}, double relative_slack = 1e-5) {
+inline testing::AssertionResult mean_agrees(const RunningMoments& a, double expected, Significance level = {},
+                                            double relative_slack = 1e-5) {
   const double difference = std::max(0.0, std::abs(a.mean() - expected) - relative_slack * std::abs(expected));
   if (difference == 0.0) return testing::AssertionSuccess();
   const double error = std::sqrt(a.variance_of_mean());
   const double p = error > 0.0 ? student_p_value(difference / error, double(a.count()) - 1.0) : 0.0;
   if (p >= level.threshold()) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << "mean " << a.mean() << " +- " << error << " instead of " << expected << ": p = " << p
-                                     << " below " << level.threshold();
+  return testing::AssertionFailure() << "mean " << a.mean() << " +- " << error << " instead of " << expected
+                                     << ": p = " << p << " below " << level.threshold();
 }
 
 // ---- Domains -----------------------------------------------------------------------
@@ -173,10 +179,10 @@ inline Sample from_square(Map map) {
 struct DensityTest {
   SampleDomain domain = SampleDomain::Sphere;
   int sample_count = 100000;
-  int bin_count = 256;                 ///< before merging
-  double minimum_expected = 5.0;       ///< below it, bins are merged
-  double integral_tolerance = 3e-3;    ///< of the numerical integral, absolute
-  double outside_fraction = 1e-4;      ///< samples allowed where the pdf is 0 (rounding at an edge)
+  int bin_count = 256;               ///< before merging
+  double minimum_expected = 5.0;     ///< below it, bins are merged
+  double integral_tolerance = 3e-3;  ///< of the numerical integral, absolute
+  double outside_fraction = 1e-4;    ///< samples allowed where the pdf is 0 (rounding at an edge)
   Significance level{};
   uint64_t seed = 1;
 };
@@ -193,12 +199,14 @@ using SquarePoint = std::array<double, 2>;
 /// that no peak is stepped over, however small), each refined until Simpson's 3x3 rule agrees with its quarters.
 class Integrator {
  public:
-  Integrator(const Density& pdf, SampleDomain domain, double tolerance) : pdf_(pdf), domain_(domain), tolerance_(tolerance) {}
+  Integrator(const Density& pdf, SampleDomain domain, double tolerance)
+      : pdf_(pdf), domain_(domain), tolerance_(tolerance) {}
 
   double integrate(const Cell& cell, SquarePoint* first, SquarePoint* last, int axis = 0) const {
     if (last - first > 8) {
       SquarePoint* middle = first + (last - first) / 2;
-      std::nth_element(first, middle, last, [=](const SquarePoint& p, const SquarePoint& q) { return p[axis] < q[axis]; });
+      std::nth_element(first, middle, last,
+                       [=](const SquarePoint& p, const SquarePoint& q) { return p[axis] < q[axis]; });
       Cell a = cell, b = cell;
       (axis == 0 ? a.u1 : a.v1) = (axis == 0 ? b.u0 : b.v0) = (*middle)[axis];
       return integrate(a, first, middle, 1 - axis) + integrate(b, middle, last, 1 - axis);
@@ -216,7 +224,8 @@ class Integrator {
  private:
   /// Cuts of [low, high] along `axis`: steps that double away from the samples' extent, and into
   /// a gap that parts them in two (the tails of two peaks may share a cell).
-  static std::vector<double> graded(double low, double high, const SquarePoint* first, const SquarePoint* last, int axis) {
+  static std::vector<double> graded(double low, double high, const SquarePoint* first, const SquarePoint* last,
+                                    int axis) {
     if (first == last) return {low, 0.5 * (low + high), high};
     std::vector<double> at;
     for (const SquarePoint* p = first; p != last; ++p) at.push_back((*p)[axis]);
@@ -233,7 +242,8 @@ class Integrator {
     for (size_t i = 2; i < at.size(); ++i)
       if (at[i] - at[i - 1] > at[widest] - at[widest - 1]) widest = i;
     if (at.size() > 2 && at[widest] - at[widest - 1] > 0.5 * (b - a)) {
-      const double left = at[widest - 1], right = at[widest], least = 1e-3 * (right - left), middle = 0.5 * (left + right);
+      const double left = at[widest - 1], right = at[widest], least = 1e-3 * (right - left),
+                   middle = 0.5 * (left + right);
       cut_away(left, middle, std::max(0.25 * (left - a), least));
       cut_away(right, middle, -std::max(0.25 * (b - right), least));
       cuts.insert(cuts.end(), {left, right});
@@ -271,7 +281,7 @@ class Integrator {
 
 struct Bin {
   Cell cell;
-  int first, last;    // of the pilot samples
+  int first, last;  // of the pilot samples
 };
 
 /// Halve the pilot samples at their median until there are `count` bins; the bins tile the square.
@@ -299,7 +309,7 @@ inline bool contains(const Cell& c, const SquarePoint& p) {
 struct Tally {
   std::vector<double> expected, observed;
   double integral = 0.0;
-  int outside = 0;       // samples at pdf <= 0 or not finite
+  int outside = 0;  // samples at pdf <= 0 or not finite
   std::string complaint;
 };
 
@@ -320,7 +330,7 @@ inline Tally tally(const Sample& sample, const Density& pdf, const DensityTest& 
     out.expected[i] = mass * test.sample_count;
     out.integral += mass;
   }
-  out.expected.back() = std::max(0.0, 1.0 - out.integral) * test.sample_count;   // refused samples
+  out.expected.back() = std::max(0.0, 1.0 - out.integral) * test.sample_count;  // refused samples
 
   Pcg32 rng(test.seed, 2);
   for (int i = 0; i < test.sample_count; ++i) {
@@ -351,10 +361,12 @@ inline testing::AssertionResult chi_square_agrees(const Sample& sample, const De
   if (!(tally.integral <= 1.0 + test.integral_tolerance))
     return testing::AssertionFailure() << "the pdf integrates to " << tally.integral << " (seed " << test.seed << ")";
   if (tally.outside > test.outside_fraction * test.sample_count)
-    return testing::AssertionFailure() << tally.outside << " of " << test.sample_count << " samples have no density (seed " << test.seed << ")";
+    return testing::AssertionFailure() << tally.outside << " of " << test.sample_count
+                                       << " samples have no density (seed " << test.seed << ")";
   // The bin of refused samples takes the error of the integral; compare it on its own terms.
   const double refused = tally.observed.back() / test.sample_count, missing = 1.0 - tally.integral;
-  if (std::abs(refused - missing) > test.integral_tolerance + 5.0 * std::sqrt(refused * (1.0 - refused) / test.sample_count))
+  if (std::abs(refused - missing) >
+      test.integral_tolerance + 5.0 * std::sqrt(refused * (1.0 - refused) / test.sample_count))
     return testing::AssertionFailure() << "the pdf integrates to " << tally.integral << " but " << refused
                                        << " of the samples are refused (seed " << test.seed << ")";
   tally.expected.pop_back();
@@ -380,12 +392,14 @@ inline testing::AssertionResult chi_square_agrees(const Sample& sample, const De
   if (used < 2) return testing::AssertionFailure() << "only " << used << " bins have enough samples";
   const double p = chi_square_p_value(statistic, used - 1);
   if (p >= test.level.threshold()) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << "chi-square " << statistic << " with " << used - 1 << " degrees of freedom, p = " << p << " below "
-                                     << test.level.threshold() << ", integral " << tally.integral << " (seed " << test.seed << ")";
+  return testing::AssertionFailure() << "chi-square " << statistic << " with " << used - 1
+                                     << " degrees of freedom, p = " << p << " below " << test.level.threshold()
+                                     << ", integral " << tally.integral << " (seed " << test.seed << ")";
 }
 
 /// The pdf integrates to `mass`. `sample` only shows where the density is.
-inline testing::AssertionResult integral_agrees(const Sample& sample, const Density& pdf, double mass, const DensityTest& test) {
+inline testing::AssertionResult integral_agrees(const Sample& sample, const Density& pdf, double mass,
+                                                const DensityTest& test) {
   DensityTest short_test = test;
   short_test.sample_count = 0;
   const double integral = detail::tally(sample, pdf, short_test).integral;
@@ -394,10 +408,10 @@ inline testing::AssertionResult integral_agrees(const Sample& sample, const Dens
 }
 
 struct JacobianTest {
-  int grid = 24;               ///< grid x grid points of the square, jittered
-  double step = 1.0 / 512.0;   ///< of the central difference; wider for narrow peaks in floats
-  double tolerance = 0.02;     ///< relative
-  double smooth_fraction = 0.7;///< of the points must lie where the map is smooth
+  int grid = 24;                 ///< grid x grid points of the square, jittered
+  double step = 1.0 / 512.0;     ///< of the central difference; wider for narrow peaks in floats
+  double tolerance = 0.02;       ///< relative
+  double smooth_fraction = 0.7;  ///< of the points must lie where the map is smooth
   uint64_t seed = 1;
 };
 
@@ -410,21 +424,29 @@ inline testing::AssertionResult jacobian_agrees(const Map& map, const Density& p
     const double margin = 2.0 * test.step;
     const double u = margin + (1.0 - 2.0 * margin) * (i % test.grid + rng.next_float()) / test.grid;
     const double v = margin + (1.0 - 2.0 * margin) * (i / test.grid + rng.next_float()) / test.grid;
-    const auto at = [&](double du, double dv) { return map(Vec2(float(u + du * test.step), float(v + dv * test.step))); };
+    const auto at = [&](double du, double dv) {
+      return map(Vec2(float(u + du * test.step), float(v + dv * test.step)));
+    };
     const auto c = at(0, 0), u0 = at(-1, 0), u1 = at(1, 0), v0 = at(0, -1), v1 = at(0, 1);
     if (!c || !u0 || !u1 || !v0 || !v1) continue;
-    const auto determinant = [&](glm::dvec3 du, glm::dvec3 dv) { return glm::length(glm::cross(du, dv)) / (test.step * test.step); };
-    const glm::dvec3 dc(*c), du0 = dc - glm::dvec3(*u0), du1 = glm::dvec3(*u1) - dc, dv0 = dc - glm::dvec3(*v0), dv1 = glm::dvec3(*v1) - dc;
-    const double sides[4] = {determinant(du0, dv0), determinant(du0, dv1), determinant(du1, dv0), determinant(du1, dv1)};
+    const auto determinant = [&](glm::dvec3 du, glm::dvec3 dv) {
+      return glm::length(glm::cross(du, dv)) / (test.step * test.step);
+    };
+    const glm::dvec3 dc(*c), du0 = dc - glm::dvec3(*u0), du1 = glm::dvec3(*u1) - dc, dv0 = dc - glm::dvec3(*v0),
+                             dv1 = glm::dvec3(*v1) - dc;
+    const double sides[4] = {determinant(du0, dv0), determinant(du0, dv1), determinant(du1, dv0),
+                             determinant(du1, dv1)};
     const auto [low, high] = std::minmax_element(sides, sides + 4);
     if (*high > *low * (1.0 + 1.5 * test.tolerance)) continue;
     ++smooth;
     const double expected = 1.0 / determinant(0.5 * (du0 + du1), 0.5 * (dv0 + dv1)), density = pdf(*c);
     if (!(std::abs(density / expected - 1.0) <= test.tolerance))
-      return testing::AssertionFailure() << "pdf " << density << " where 1 / |det| is " << expected << " at u = (" << u << ", " << v << ")";
+      return testing::AssertionFailure() << "pdf " << density << " where 1 / |det| is " << expected << " at u = (" << u
+                                         << ", " << v << ")";
   }
   if (smooth < test.smooth_fraction * test.grid * test.grid)
-    return testing::AssertionFailure() << "the map is smooth at only " << smooth << " of " << test.grid * test.grid << " points";
+    return testing::AssertionFailure() << "the map is smooth at only " << smooth << " of " << test.grid * test.grid
+                                       << " points";
   return testing::AssertionSuccess();
 }
 

@@ -70,26 +70,29 @@ constexpr double kIntegral = integral();
 inline double plain_estimate(const Mixture<Component>& m, int n, Pcg32& rng, std::vector<double>* sums = nullptr,
                              float second = 8.0f) {
   double sum = 0.0;
-  m.draw(n, [&] { return rng.next_float(); }, [&] { return Vec2(rng.next_float(), 0.5f); },
-         [&](float x, size_t k) {
-           const double w = double(integrand(x, second) / m.pdf(x));
-           sum += w;
-           if (sums) (*sums)[k] += w;
-         });
+  m.draw(
+      n, [&] { return rng.next_float(); }, [&] { return Vec2(rng.next_float(), 0.5f); },
+      [&](float x, size_t k) {
+        const double w = double(integrand(x, second) / m.pdf(x));
+        sum += w;
+        if (sums) (*sums)[k] += w;
+      });
   return sum / n;
 }
 
-/// The same samples with the ratios of densities. Channels have different scales, so that each needs its own coefficients.
+/// The same samples with the ratios of densities. Channels have different scales, so that each needs its own
+/// coefficients.
 inline std::vector<ControlSample> control_samples(const Mixture<Component>& m, int n, Pcg32& rng) {
   std::vector<ControlSample> samples;
-  m.draw(n, [&] { return rng.next_float(); }, [&] { return Vec2(rng.next_float(), 0.5f); },
-         [&](float x, size_t) {
-           ControlSample s{};
-           const float p = m.pdf(x), f = integrand(x);
-           s.y = Color(f, 0.5f * f, x < 0.5f ? f : 0.0f) / p;
-           for (size_t j = 0; j < m.size(); ++j) s.z[j] = m.component(j).pdf(x) / p;
-           samples.push_back(s);
-         });
+  m.draw(
+      n, [&] { return rng.next_float(); }, [&] { return Vec2(rng.next_float(), 0.5f); },
+      [&](float x, size_t) {
+        ControlSample s{};
+        const float p = m.pdf(x), f = integrand(x);
+        s.y = Color(f, 0.5f * f, x < 0.5f ? f : 0.0f) / p;
+        for (size_t j = 0; j < m.size(); ++j) s.z[j] = m.component(j).pdf(x) / p;
+        samples.push_back(s);
+      });
   return samples;
 }
 

@@ -25,17 +25,20 @@ inline int add_closure(SceneDescription& d, const std::string& type, std::initia
 
 inline int add_glass(SceneDescription& d, float roughness, float ior = 1.45f) {
   return add_closure(d, "ShaderNodeBsdfGlass",
-                     {value_input("Color", Vec4(0.95f, 0.9f, 1.0f, 1.0f)), value_input("Roughness", roughness), value_input("IOR", ior)},
+                     {value_input("Color", Vec4(0.95f, 0.9f, 1.0f, 1.0f)), value_input("Roughness", roughness),
+                      value_input("IOR", ior)},
                      {text_property("distribution", "GGX")});
 }
 inline int add_glossy(SceneDescription& d, float roughness, Color color = Color(0.8f, 0.7f, 0.6f)) {
-  return add_closure(d, "ShaderNodeBsdfGlossy", {value_input("Color", Vec4(color, 1.0f)), value_input("Roughness", roughness)},
+  return add_closure(d, "ShaderNodeBsdfGlossy",
+                     {value_input("Color", Vec4(color, 1.0f)), value_input("Roughness", roughness)},
                      {text_property("distribution", "GGX")});
 }
 /// Half `a`, half diffuse.
 inline int add_half_diffuse(SceneDescription& d, const std::string& type, float roughness) {
   GraphBuilder b;
-  const int diffuse = b.node("ShaderNodeBsdfDiffuse", {value_input("Color", Vec4(0.7f, 0.3f, 0.3f, 1.0f)), value_input("Roughness", 0.0f)});
+  const int diffuse = b.node("ShaderNodeBsdfDiffuse",
+                             {value_input("Color", Vec4(0.7f, 0.3f, 0.3f, 1.0f)), value_input("Roughness", 0.0f)});
   const int other = b.node(type, {value_input("Color", Vec4(0.8f)), value_input("Roughness", roughness)});
   b.graph.surface = {b.node("ShaderNodeMixShader", {value_input("Fac", 0.5f), linked_input("Shader", diffuse, "BSDF"),
                                                     linked_input("Shader_001", other, "BSDF")}),
@@ -149,7 +152,8 @@ inline std::vector<TransportScene> transport_scenes() {
     add_object(d, sphere(), add_glass(d, 0.0f), ball);
     GraphBuilder b;
     const int position = b.node("ShaderNodeTexCoord");
-    const int background = b.node("ShaderNodeBackground", {linked_input("Color", position, "Generated"), value_input("Strength", 1.0f)});
+    const int background = b.node("ShaderNodeBackground",
+                                  {linked_input("Color", position, "Generated"), value_input("Strength", 1.0f)});
     b.graph.surface = {background, "Background"};
     d.world.graph = b.graph;
   });
@@ -178,16 +182,19 @@ inline std::vector<TransportScene> transport_scenes() {
   add("textured_emission", [&](SceneDescription& d) {
     GraphBuilder b;
     const int geometry = b.node("ShaderNodeTexCoord");
-    const int emission = b.node("ShaderNodeEmission", {linked_input("Color", geometry, "Generated"), value_input("Strength", 3.0f)});
+    const int emission = b.node("ShaderNodeEmission",
+                                {linked_input("Color", geometry, "Generated"), value_input("Strength", 3.0f)});
     b.graph.surface = {emission, "Emission"};
     add_object(d, cube(), add_material(d, b), moved(Vec3(0.3f, 0.3f, 0.3f), 0.15f));
     add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), moved(Vec3(-0.3f, 0.3f, -0.4f), 0.4f));
   });
   add("see_through", [&](SceneDescription& d) {
     add_object(d, plane(0.6f), add_half_diffuse(d, "ShaderNodeBsdfTransparent", 0.0f), moved(Vec3(0, 0.2f, 0.3f)));
-    add_object(d, plane(0.5f), add_closure(d, "ShaderNodeBsdfTransparent", {value_input("Color", Vec4(0.9f, 0.5f, 0.5f, 1.0f))}),
+    add_object(d, plane(0.5f),
+               add_closure(d, "ShaderNodeBsdfTransparent", {value_input("Color", Vec4(0.9f, 0.5f, 0.5f, 1.0f))}),
                shining(Vec3(0, -0.2f, -0.3f), Vec3(0, 1, 0.2f)));
-    add_object(d, sphere(), add_closure(d, "ShaderNodeBsdfTranslucent", {value_input("Color", Vec4(0.7f, 0.9f, 0.5f, 1.0f))}), ball);
+    add_object(d, sphere(),
+               add_closure(d, "ShaderNodeBsdfTranslucent", {value_input("Color", Vec4(0.7f, 0.9f, 0.5f, 1.0f))}), ball);
     d.lights.push_back(lamp);
   });
   add("bounce_limits", [&](SceneDescription& d) {
@@ -199,10 +206,14 @@ inline std::vector<TransportScene> transport_scenes() {
   add("view_dependent", [&](SceneDescription& d) {
     GraphBuilder b;
     const int weight = b.node("ShaderNodeLayerWeight", {value_input("Blend", 0.5f)});
-    const int diffuse = b.node("ShaderNodeBsdfDiffuse", {value_input("Color", Vec4(0.1f, 0.7f, 0.3f, 1.0f)), value_input("Roughness", 0.0f)});
-    const int glossy = b.node("ShaderNodeBsdfGlossy", {value_input("Color", Vec4(0.9f)), value_input("Roughness", 0.3f)});
-    b.graph.surface = {b.node("ShaderNodeMixShader", {linked_input("Fac", weight, "Facing"), linked_input("Shader", diffuse, "BSDF"),
-                                                      linked_input("Shader_001", glossy, "BSDF")}), "Shader"};
+    const int diffuse = b.node("ShaderNodeBsdfDiffuse",
+                               {value_input("Color", Vec4(0.1f, 0.7f, 0.3f, 1.0f)), value_input("Roughness", 0.0f)});
+    const int glossy = b.node("ShaderNodeBsdfGlossy",
+                              {value_input("Color", Vec4(0.9f)), value_input("Roughness", 0.3f)});
+    b.graph.surface = {
+        b.node("ShaderNodeMixShader", {linked_input("Fac", weight, "Facing"), linked_input("Shader", diffuse, "BSDF"),
+                                       linked_input("Shader_001", glossy, "BSDF")}),
+        "Shader"};
     add_object(d, sphere(8), add_material(d, b), ball);
     d.lights.push_back(lamp);
   });

@@ -1,35 +1,116 @@
-// Any bytes as a shader graph of nodes that exist, joined anyhow, with any numbers: it compiles, and evaluates to numbers.
+// Any bytes as a shader graph of nodes that exist, joined anyhow, with any numbers: it compiles, and evaluates to
+// numbers.
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
 
 #include "graph_fixtures.h"
-#include "shading/nodes/node_registry.h"
 #include "shading/bsdf/shading_point.h"
+#include "shading/nodes/node_registry.h"
 
 using namespace ajar;
 
 namespace {
 
 constexpr const char* kShaders[] = {
-    "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfGlossy", "ShaderNodeBsdfGlass", "ShaderNodeBsdfRefraction", "ShaderNodeBsdfTranslucent",
-    "ShaderNodeBsdfTransparent", "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfSheen", "ShaderNodeEmission",
-    "ShaderNodeBackground", "ShaderNodeMixShader", "ShaderNodeAddShader", "ShaderNodeHoldout", "ShaderNodeNotANode",
-    "ShaderNodeVolumeScatter", "ShaderNodeVolumeAbsorption", "ShaderNodeVolumePrincipled"};
-constexpr const char* kSockets[] = {"Color", "Color1", "Color2", "Fac", "Value", "Value_001", "Vector", "Vector_001", "Normal", "Roughness", "Strength",
-                                    "Shader", "Shader_001", "BSDF", "Emission", "Scale", "Detail", "Base Color", "IOR", "Height", "Result", "Image",
-                                    "A", "B", "Factor", "UV", "Generated", "Alpha", "Metallic", "Transmission", "Anisotropic", "Tangent", "Distance", "Volume", "Density",
-                                    "Anisotropy", "Emission Strength", "Blackbody Intensity", "Temperature", ""};
-constexpr const char* kTexts[] = {"GGX", "BECKMANN", "MULTI_GGX", "SHARP", "ADD", "DIVIDE", "POWER", "MODULO", "SINE", "NORMALIZE", "MIX", "HUE", "F1",
-                                  "SMOOTH_F1", "N_SPHERE_RADIUS", "3D", "4D", "1D", "RGB", "HSV", "VECTOR", "LINEAR", "HOSEK_WILKIE", "NISHITA", "PREETHAM",
+    "ShaderNodeBsdfDiffuse",      "ShaderNodeBsdfGlossy",      "ShaderNodeBsdfGlass",      "ShaderNodeBsdfRefraction",
+    "ShaderNodeBsdfTranslucent",  "ShaderNodeBsdfTransparent", "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfAnisotropic",
+    "ShaderNodeBsdfSheen",        "ShaderNodeEmission",        "ShaderNodeBackground",     "ShaderNodeMixShader",
+    "ShaderNodeAddShader",        "ShaderNodeHoldout",         "ShaderNodeNotANode",       "ShaderNodeVolumeScatter",
+    "ShaderNodeVolumeAbsorption", "ShaderNodeVolumePrincipled"};
+constexpr const char* kSockets[] = {"Color",
+                                    "Color1",
+                                    "Color2",
+                                    "Fac",
+                                    "Value",
+                                    "Value_001",
+                                    "Vector",
+                                    "Vector_001",
+                                    "Normal",
+                                    "Roughness",
+                                    "Strength",
+                                    "Shader",
+                                    "Shader_001",
+                                    "BSDF",
+                                    "Emission",
+                                    "Scale",
+                                    "Detail",
+                                    "Base Color",
+                                    "IOR",
+                                    "Height",
+                                    "Result",
+                                    "Image",
+                                    "A",
+                                    "B",
+                                    "Factor",
+                                    "UV",
+                                    "Generated",
+                                    "Alpha",
+                                    "Metallic",
+                                    "Transmission",
+                                    "Anisotropic",
+                                    "Tangent",
+                                    "Distance",
+                                    "Volume",
+                                    "Density",
+                                    "Anisotropy",
+                                    "Emission Strength",
+                                    "Blackbody Intensity",
+                                    "Temperature",
+                                    ""};
+constexpr const char* kTexts[] = {"GGX",
+                                  "BECKMANN",
+                                  "MULTI_GGX",
+                                  "SHARP",
+                                  "ADD",
+                                  "DIVIDE",
+                                  "POWER",
+                                  "MODULO",
+                                  "SINE",
+                                  "NORMALIZE",
+                                  "MIX",
+                                  "HUE",
+                                  "F1",
+                                  "SMOOTH_F1",
+                                  "N_SPHERE_RADIUS",
+                                  "3D",
+                                  "4D",
+                                  "1D",
+                                  "RGB",
+                                  "HSV",
+                                  "VECTOR",
+                                  "LINEAR",
+                                  "HOSEK_WILKIE",
+                                  "NISHITA",
+                                  "PREETHAM",
                                   "TILT=NONE\n1 1 1 2 1 1 1 1 1 1 1 1 1 0 90 0 5 7"};
-constexpr const char* kProperties[] = {"operation", "distribution", "blend_type", "data_type", "feature", "dimensions", "noise_dimensions", "voronoi_dimensions",
-                                       "mode", "sky_type", "curves", "color_ramp", "image", "attribute", "uv_map", "value", "invert", "samples", "ies"};
+constexpr const char* kProperties[] = {"operation",
+                                       "distribution",
+                                       "blend_type",
+                                       "data_type",
+                                       "feature",
+                                       "dimensions",
+                                       "noise_dimensions",
+                                       "voronoi_dimensions",
+                                       "mode",
+                                       "sky_type",
+                                       "curves",
+                                       "color_ramp",
+                                       "image",
+                                       "attribute",
+                                       "uv_map",
+                                       "value",
+                                       "invert",
+                                       "samples",
+                                       "ies"};
 
 struct Bytes {
   const uint8_t *at, *end;
   uint8_t byte() { return at < end ? *at++ : uint8_t(0); }
-  template <size_t N> const char* one_of(const char* const (&list)[N]) { return list[byte() % N]; }
+  template <size_t N>
+  const char* one_of(const char* const (&list)[N]) {
+    return list[byte() % N];
+  }
   float number() {
     constexpr float kOdd[] = {0.0f, 1.0f, -1.0f, 0.5f, 1e-30f, 1e30f, -1e30f, NAN, INFINITY, 1e-7f, 3.0f, 100.0f};
     const uint8_t kind = byte();
@@ -44,8 +125,8 @@ struct Bytes {
 
 std::vector<std::string> value_nodes() {
   std::vector<std::string> names;
-  for (const auto list : {nodes::input_nodes(), nodes::texture_nodes(), nodes::pattern_nodes(), nodes::math_nodes(), nodes::vector_nodes(),
-                          nodes::color_nodes(), nodes::displacement_nodes()})
+  for (const auto list : {nodes::input_nodes(), nodes::texture_nodes(), nodes::pattern_nodes(), nodes::math_nodes(),
+                          nodes::vector_nodes(), nodes::color_nodes(), nodes::displacement_nodes()})
     for (const NodeType& type : list) names.emplace_back(type.name);
   return names;
 }
@@ -70,7 +151,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       NodeInput input;
       input.socket = in.one_of(kSockets);
       const uint8_t link = in.byte();
-      if (link > 100) input.link = {int(link % (count + 2)) - 1, in.one_of(kSockets)};   // also to itself, in circles, to nothing
+      if (link > 100)
+        input.link = {int(link % (count + 2)) - 1, in.one_of(kSockets)};  // also to itself, in circles, to nothing
       input.value = Vec4(in.number(), in.number(), in.number(), in.number());
       node.inputs.push_back(input);
     }
@@ -89,7 +171,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   SurfaceShading shading;
   program.evaluate_surface(point, shading);
   const Color emission = program.evaluate_emission(point), transparency = program.evaluate_transparency(point);
-  (void)emission, (void)transparency;   // NaN numbers in, NaN out: the film refuses and counts them
+  (void)emission, (void)transparency;  // NaN numbers in, NaN out: the film refuses and counts them
   if (!shading.bsdf.empty()) {
     const auto sample = shading.bsdf.sample(Vec3(0, 0, 1), 0.3f, Vec2(0.4f, 0.7f));
     if (sample) check(!(sample->pdf_solid_angle < 0.0f));
@@ -98,8 +180,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   MediumPoint medium;
   program.add_medium(point, medium);
   for (int c = 0; c < 3; ++c)
-    check(std::isfinite(medium.extinction[c]) && std::isfinite(medium.emission[c]) && medium.emission[c] >= 0.0f && medium.scattering[c] >= 0.0f &&
-          medium.extinction[c] >= medium.scattering[c]);
+    check(std::isfinite(medium.extinction[c]) && std::isfinite(medium.emission[c]) && medium.emission[c] >= 0.0f &&
+          medium.scattering[c] >= 0.0f && medium.extinction[c] >= medium.scattering[c]);
   check(program.instruction_count() >= 0);
   program.listing();
   return 0;

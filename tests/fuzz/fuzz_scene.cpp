@@ -1,4 +1,5 @@
-// Any bytes as a scene file: it is refused in words, or it renders to numbers. Its seed says by which integrator and how.
+// Any bytes as a scene file: it is refused in words, or it renders to numbers. Its seed says by which integrator and
+// how.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -6,14 +7,14 @@
 
 #include <tbb/global_control.h>
 
+#include "description/archive.h"
 #include "film/image_plan.h"
 #include "integrators/integrator.h"
 #include "integrators/learned.h"
+#include "integrators/render_plan.h"
 #include "mutate_scene.h"
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
-#include "integrators/render_plan.h"
-#include "description/archive.h"
 #include "scene/scene.h"
 #include "transport/direct/direct_methods.h"
 #include "transport/hints/hints.h"
@@ -27,7 +28,7 @@ const std::atomic<bool> kGoOn{false};
 
 /// Beyond what the settings say.
 struct Extras {
-  bool adapts = false;      ///< to the noise of pixels and to what matters
+  bool adapts = false;  ///< to the noise of pixels and to what matters
   bool all_passes = false;
   bool next_frame = false;  ///< renders another that begins with what this one has learned
 };
@@ -57,7 +58,8 @@ void limit(RenderSettings& s) {
   s.width = std::min(s.width, 8);
   s.height = std::min(s.height, 8);
   s.direct_samples = std::min(s.direct_samples, 4);
-  for (int* bounces : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission, &s.bounces.transparent, &s.bounces.volume})
+  for (int* bounces : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission,
+                       &s.bounces.transparent, &s.bounces.volume})
     *bounces = std::min(*bounces, 8);
   s.photons = std::clamp(s.photons, 1, 200);
   s.gather_rays = std::min(s.gather_rays, 4);
@@ -80,8 +82,8 @@ void render(const std::shared_ptr<const Scene>& scene, const Extras& extras, Lea
   Film film(r[0], r[1], r[2], r[3], passes);
   if (extras.adapts && technique->goal_support().follows && technique->goal_support().equal <= 2) {
     const auto importance = [&] { return importance_map(scene, kPilotSeed, kGoOn); };
-    ImagePlan plan(scene->settings().image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, 2, 1, importance,
-                   technique->goal_support().by_passes ? Counts::Any : Counts::Round);
+    ImagePlan plan(scene->settings().image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, 2,
+                   1, importance, technique->goal_support().by_passes ? Counts::Any : Counts::Round);
     for (uint32_t done = 0; done < 4;) {
       const uint32_t next = technique->goal_support().by_passes ? done + 1 : std::min(4u, plan.next_decision(done));
       plan.plan(film, next);
@@ -89,7 +91,7 @@ void render(const std::shared_ptr<const Scene>& scene, const Extras& extras, Lea
       done = next;
     }
   } else {
-    for (int samples : {1, 1}) technique->run_iteration(film, samples, kGoOn);   // what learns does so in between
+    for (int samples : {1, 1}) technique->run_iteration(film, samples, kGoOn);  // what learns does so in between
   }
   technique->statistics();
   technique->photons(100);
@@ -129,7 +131,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const Extras extras = choose_technique(d.settings);
     check_memory_limit(d);
     limit(d.settings);
-    for (ImageDescription& image : d.images) image.path.clear();   // not this machine's files
+    for (ImageDescription& image : d.images) image.path.clear();  // not this machine's files
     Diagnostics diagnostics;
     const auto scene = Scene::build(std::move(d), {}, diagnostics);
     std::vector<HintReport> reports;

@@ -1,4 +1,5 @@
-// Valid scenes for fuzz_scene to start from, in turn by every integrator and every method of direct light, some as older programs wrote them: make_corpus FOLDER.
+// Valid scenes for fuzz_scene to start from, in turn by every integrator and every method of direct light, some as
+// older programs wrote them: make_corpus FOLDER.
 #include <cstdio>
 #include <fstream>
 
@@ -16,7 +17,8 @@ SceneDescription lit_room() {
   return d;
 }
 
-/// By pixel, by object and by light, so that pixels get samples by it; with lamps that only some lobes see, holes and catchers of shadows.
+/// By pixel, by object and by light, so that pixels get samples by it; with lamps that only some lobes see, holes and
+/// catchers of shadows.
 std::vector<SceneDescription> matters_more() {
   SceneDescription d = lit_room();
   d.settings.image = "pmc_ip";
@@ -44,15 +46,19 @@ std::vector<SceneDescription> matters_more() {
 /// Four kinds of lobes on one surface, before which they are told apart; a lamp with a graph of its own.
 SceneDescription many_lobes() {
   SceneDescription d = lit_room();
-  add_object(d, sphere(4),
-             add_closure(d, "ShaderNodeBsdfPrincipled",
-                         {value_input("Base Color", Vec4(0.8f)), value_input("Roughness", 0.3f), value_input("Metallic", 0.3f), value_input("Clearcoat", 1.0f),
-                          value_input("Sheen", 0.5f), value_input("Transmission", 0.3f), value_input("IOR", 1.4f), value_input("Anisotropic", 0.5f)}),
-             moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
+  add_object(
+      d, sphere(4),
+      add_closure(d, "ShaderNodeBsdfPrincipled",
+                  {value_input("Base Color", Vec4(0.8f)), value_input("Roughness", 0.3f), value_input("Metallic", 0.3f),
+                   value_input("Clearcoat", 1.0f), value_input("Sheen", 0.5f), value_input("Transmission", 0.3f),
+                   value_input("IOR", 1.4f), value_input("Anisotropic", 0.5f)}),
+      moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
   d.settings.direct_samples = 4;
   GraphBuilder b;
   const int falloff = b.node("ShaderNodeLightFalloff", {value_input("Strength", 2.0f), value_input("Smooth", 0.3f)});
-  b.graph.surface = {b.node("ShaderNodeEmission", {value_input("Color", Vec4(1.0f)), linked_input("Strength", falloff, "Quadratic")}), "Emission"};
+  b.graph.surface = {
+      b.node("ShaderNodeEmission", {value_input("Color", Vec4(1.0f)), linked_input("Strength", falloff, "Quadratic")}),
+      "Emission"};
   d.lights[0].graph = b.graph;
   d.lights[0].spread = 2.0f;
   return d;
@@ -66,16 +72,23 @@ std::vector<TransportScene> further_scenes() {
     SceneDescription d = lit_room();
     GraphBuilder b;
     const int coordinates = b.node("ShaderNodeTexCoord");
-    const NodeInput amount = density[0] == 'c' ? value_input("Density", 2.0f) : linked_input("Density", coordinates, "Generated");
-    b.graph.volume = {b.node("ShaderNodeVolumePrincipled", {value_input("Color", Vec4(0.8f)), amount, value_input("Anisotropy", 0.3f), value_input("Emission Strength", 0.1f)}),
-                      "Volume"};
+    const NodeInput amount = density[0] == 'c' ? value_input("Density", 2.0f)
+                                               : linked_input("Density", coordinates, "Generated");
+    b.graph.volume = {
+        b.node("ShaderNodeVolumePrincipled", {value_input("Color", Vec4(0.8f)), amount, value_input("Anisotropy", 0.3f),
+                                              value_input("Emission Strength", 0.1f)}),
+        "Volume"};
     add_object(d, sphere(6), add_material(d, b), ball);
     if (density[0] == 'c') d.world.graph = b.graph;
     d.settings.bounces.volume = 4;
     scenes.push_back({std::string("volume_") + density, d});
   }
   SceneDescription below = lit_room();
-  add_object(below, sphere(6), add_closure(below, "ShaderNodeSubsurfaceScattering", {value_input("Color", Vec4(0.8f)), value_input("Scale", 0.1f), value_input("Radius", Vec4(1.0f))}), ball);
+  add_object(
+      below, sphere(6),
+      add_closure(below, "ShaderNodeSubsurfaceScattering",
+                  {value_input("Color", Vec4(0.8f)), value_input("Scale", 0.1f), value_input("Radius", Vec4(1.0f))}),
+      ball);
   below.materials.back().graph.surface.socket = "BSSRDF";
   scenes.push_back({"subsurface", below});
   SceneDescription moving = lit_room();
@@ -93,7 +106,9 @@ std::vector<TransportScene> further_scenes() {
   textured.images.push_back(image);
   GraphBuilder b;
   const int texture = b.node("ShaderNodeTexImage", {}, {number_property("image", {0.0f})});
-  b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {linked_input("Base Color", texture, "Color"), value_input("Anisotropic", 0.5f), value_input("Alpha", 0.8f)}), "BSDF"};
+  b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {linked_input("Base Color", texture, "Color"),
+                                                         value_input("Anisotropic", 0.5f), value_input("Alpha", 0.8f)}),
+                     "BSDF"};
   MeshDescription mesh = sphere(6);
   mesh.attributes.push_back({"UVMap", Domain::Corner, 2, std::vector<float>(mesh.triangles.size() * 6, 0.5f)});
   mesh.active_uv = "UVMap";
@@ -104,8 +119,10 @@ std::vector<TransportScene> further_scenes() {
   hint.spreads = {0.2f, 0.4f};
   textured.hints.push_back(hint);
   scenes.push_back({"textured", textured});
-  for (SceneDescription& important : matters_more()) scenes.push_back({"important_" + std::to_string(scenes.size()), important});
-  for (PanoramaKind kind : {PanoramaKind::Equirectangular, PanoramaKind::FisheyeEquisolid, PanoramaKind::FisheyePolynomial, PanoramaKind::MirrorBall, PanoramaKind::CubemapFace}) {
+  for (SceneDescription& important : matters_more())
+    scenes.push_back({"important_" + std::to_string(scenes.size()), important});
+  for (PanoramaKind kind : {PanoramaKind::Equirectangular, PanoramaKind::FisheyeEquisolid,
+                            PanoramaKind::FisheyePolynomial, PanoramaKind::MirrorBall, PanoramaKind::CubemapFace}) {
     SceneDescription d = lit_room();
     d.camera.kind = CameraKind::Panorama;
     d.camera.panorama.kind = kind;
@@ -116,7 +133,8 @@ std::vector<TransportScene> further_scenes() {
   }
   for (StrandShape shape : {StrandShape::Ribbon, StrandShape::Round}) {
     SceneDescription d = lit_room();
-    MeshDescription strands = hair({{{0, 0, 0}, {0.2f, 0, 0.3f}, {0, 0.1f, 0.6f}}, {{0.2f, 0, 0}, {0.2f, 0.1f, 0.5f}}}, 0.05f, 0.01f, shape);
+    MeshDescription strands = hair({{{0, 0, 0}, {0.2f, 0, 0.3f}, {0, 0.1f, 0.6f}}, {{0.2f, 0, 0}, {0.2f, 0.1f, 0.5f}}},
+                                   0.05f, 0.01f, shape);
     strands.material_slots = {0, 1};
     strands.attributes.push_back({"UVMap", Domain::Face, 2, {0.0f, 0.25f, 0.5f, 0.75f}});
     strands.attributes.push_back({"heat", Domain::Vertex, 1, {0, 1, 2, 3, 4}});
@@ -140,7 +158,8 @@ int main(int argc, char** argv) {
   }
   std::vector<TransportScene> scenes = transport_scenes();
   for (TransportScene& scene : further_scenes()) scenes.push_back(std::move(scene));
-  constexpr uint32_t kIntegrators = 9, kTechniques = kIntegrators * 11 * 4 * 27;   // as fuzz_scene reads the seed, or near enough
+  constexpr uint32_t kIntegrators = 9,
+                     kTechniques = kIntegrators * 11 * 4 * 27;  // as fuzz_scene reads the seed, or near enough
   uint32_t number = 0;
   for (TransportScene& scene : scenes)
     for (uint32_t i = 0; i < kIntegrators; ++i, ++number) {
@@ -151,6 +170,7 @@ int main(int argc, char** argv) {
       d.settings.seed = (number * 37 / kIntegrators * kIntegrators + i) % kTechniques;
       const char version = char(number % 4 == 0 ? '2' + number / 4 % 8 : 'B');
       const std::vector<char> bytes = to_bytes(d, version);
-      std::ofstream(std::string(argv[1]) + "/" + scene.name + "_" + std::to_string(i) + ".ajar", std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
+      std::ofstream(std::string(argv[1]) + "/" + scene.name + "_" + std::to_string(i) + ".ajar", std::ios::binary)
+          .write(bytes.data(), std::streamsize(bytes.size()));
     }
 }

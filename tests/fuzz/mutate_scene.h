@@ -1,4 +1,5 @@
-// A scene with one thing about it changed: what random bytes in a file, most of which are of vertices and names, seldom reach.
+// A scene with one thing about it changed: what random bytes in a file, most of which are of vertices and names, seldom
+// reach.
 #pragma once
 
 #include <random>

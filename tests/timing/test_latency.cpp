@@ -34,12 +34,14 @@ TEST(Session, cancel_returns_within_a_fifth_of_a_second) {
   session.start(d);
   session.wait(0.5);
   EXPECT_LT(seconds_of([&] {
-    session.cancel();
-    session.wait(kHang);
-  }), 0.2);
+              session.cancel();
+              session.wait(kHang);
+            }),
+            0.2);
 }
 
-// In a picture whose samples take long: iterations of one sample a pixel are cut. Pilot and learning are within the limit.
+// In a picture whose samples take long: iterations of one sample a pixel are cut. Pilot and learning are within the
+// limit.
 TEST(Session, a_time_limit_is_kept) {
   for (const char* integrator : {"auto", "path", "bdpt", "metropolis", "erpt", "pmc_pt", "photon_map", "mps"}) {
     SceneDescription d = lit_room(512);
@@ -61,7 +63,8 @@ TEST(LightSet, many_lamps_and_triangles_build_within_five_seconds) {
   SceneDescription d;
   set_camera(d, Vec3(0, -4, 1), Vec3(0), 16);
   Pcg32 rng(1);
-  for (int i = 0; i < 10000; ++i) d.lights.push_back(point_light({rng.next_float(), rng.next_float(), rng.next_float()}, rng.next_float() + 0.1f));
-  add_object(d, sphere(250), add_diffuse(d, Color(0.0f), Color(1.0f)));   // a quarter of a million triangles
+  for (int i = 0; i < 10000; ++i)
+    d.lights.push_back(point_light({rng.next_float(), rng.next_float(), rng.next_float()}, rng.next_float() + 0.1f));
+  add_object(d, sphere(250), add_diffuse(d, Color(0.0f), Color(1.0f)));  // a quarter of a million triangles
   EXPECT_LT(build(d)->statistics().seconds, 5.0);
 }

@@ -23,7 +23,9 @@ float mean_over_visible(float cosine, float alpha, int count, Value value) {
   return float(sum / count);
 }
 
-float masking(Vec3 w, float alpha) { return std::abs(w.z) * microfacet::ggx_masking_over_cos({w.x, w.y, std::abs(w.z)}, alpha, alpha); }
+float masking(Vec3 w, float alpha) {
+  return std::abs(w.z) * microfacet::ggx_masking_over_cos({w.x, w.y, std::abs(w.z)}, alpha, alpha);
+}
 
 float reflected(Vec3 wo, Vec3 m, float alpha) {
   const Vec3 wi = 2.0f * glm::dot(wo, m) * m - wo;
@@ -32,7 +34,8 @@ float reflected(Vec3 wo, Vec3 m, float alpha) {
 float reflected_correlated(Vec3 wo, Vec3 m, float alpha) {
   const Vec3 wi = 2.0f * glm::dot(wo, m) * m - wo;
   if (!(wi.z > 0.0f)) return 0.0f;
-  return wi.z * microfacet::ggx_correlated_over_cosines(wo, wi, alpha, alpha) / microfacet::ggx_masking_over_cos(wo, alpha, alpha);
+  return wi.z * microfacet::ggx_correlated_over_cosines(wo, wi, alpha, alpha) /
+         microfacet::ggx_masking_over_cos(wo, alpha, alpha);
 }
 
 float transmitted(Vec3 wo, Vec3 m, float alpha, float eta) {
@@ -65,7 +68,8 @@ struct MirrorTable {
       double sum = 0.0, weight = 0.0;
       for (int c = 0; c < kCosines; ++c) {
         const float cosine = std::max(float(c) / float(kCosines - 1), kSmallestCosine);
-        albedo[r][c] = mean_over_visible(cosine, alpha, kLattice, [&](Vec3 wo, Vec3 m) { return reflected_by_facet(wo, m, alpha); });
+        albedo[r][c] = mean_over_visible(cosine, alpha, kLattice,
+                                         [&](Vec3 wo, Vec3 m) { return reflected_by_facet(wo, m, alpha); });
         const double share = (c == 0 || c == kCosines - 1) ? 0.5 : 1.0;
         sum += share * albedo[r][c] * cosine;
         weight += share * cosine;
@@ -144,7 +148,9 @@ float ggx_glass(float cosine, float alpha, float eta) {
   const int side = eta >= 1.0f ? 0 : 1;
   const auto c = locate(cosine, t.kCosines), r = locate(std::sqrt(alpha), t.kRoughnesses);
   const auto e = locate(std::sqrt(std::abs(eta - 1.0f) / (eta + 1.0f)), t.kEtas);
-  const auto row = [&](int k, int i) { return lerp(t.albedo[side][k][i][c.index], t.albedo[side][k][i][c.index + 1], c.fraction); };
+  const auto row = [&](int k, int i) {
+    return lerp(t.albedo[side][k][i][c.index], t.albedo[side][k][i][c.index + 1], c.fraction);
+  };
   const auto plane = [&](int k) { return lerp(row(k, r.index), row(k, r.index + 1), r.fraction); };
   return lerp(plane(e.index), plane(e.index + 1), e.fraction);
 }

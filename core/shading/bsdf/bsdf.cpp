@@ -12,8 +12,8 @@ namespace {
 
 bool is_diffuse(LobeKind kind) {
   return kind == LobeKind::Diffuse || kind == LobeKind::PrincipledDiffuse || kind == LobeKind::Translucent ||
-         kind == LobeKind::Sheen || kind == LobeKind::MicrofiberSheen || kind == LobeKind::Velvet || kind == LobeKind::ToonDiffuse ||
-         kind == LobeKind::PrincipledRetro;
+         kind == LobeKind::Sheen || kind == LobeKind::MicrofiberSheen || kind == LobeKind::Velvet ||
+         kind == LobeKind::ToonDiffuse || kind == LobeKind::PrincipledRetro;
 }
 
 }  // namespace
@@ -68,7 +68,8 @@ void Bsdf::prepare(Vec3 wo) {
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes()[i];
     if (lobe.delta) continue;
-    const bool transmits = lobe.kind == LobeKind::Translucent || lobe.kind == LobeKind::MicrofacetRefraction || lobe.kind == LobeKind::MicrofacetGlass;
+    const bool transmits = lobe.kind == LobeKind::Translucent || lobe.kind == LobeKind::MicrofacetRefraction ||
+                           lobe.kind == LobeKind::MicrofacetGlass;
     if (transmits || (has_non_delta_ && lobe.frame.n != receiving_normal_)) {
       receiving_normal_ = Vec3(0.0f);
       has_non_delta_ = true;
@@ -77,7 +78,8 @@ void Bsdf::prepare(Vec3 wo) {
     receiving_normal_ = lobe.frame.n;
     has_non_delta_ = true;
   }
-  single_lambert_ = count_ == 1 && lobes()[0].kind == LobeKind::Diffuse && lobes()[0].roughness == 0.0f && lobes()[0].frame.n == n;
+  single_lambert_ = count_ == 1 && lobes()[0].kind == LobeKind::Diffuse && lobes()[0].roughness == 0.0f &&
+                    lobes()[0].frame.n == n;
   if (count_ == 1) {
     lobes()[0].selection = 1.0f;
     return;
@@ -172,7 +174,9 @@ Color Bsdf::evaluate_beyond_horizon(Vec3 wo, Vec3 wi) const {
     if (lobe.delta) continue;
     const LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, TransportMode::Radiance, flipped);
     if (!(value.pdf_solid_angle > 0.0f)) continue;
-    sum += is_diffuse(lobe.kind) && lobe.frame.n != n ? value.f_cos * bump_shadowing(bump_terminator, n, lobe.frame.n, wi) : value.f_cos;
+    sum += is_diffuse(lobe.kind) && lobe.frame.n != n
+               ? value.f_cos * bump_shadowing(bump_terminator, n, lobe.frame.n, wi)
+               : value.f_cos;
   }
   return sum;
 }
@@ -261,7 +265,8 @@ void Bsdf::keep_lobes(Vec3 wo, Wanted&& wanted) {
   int kept = 0;
   for (int i = 0; i < count_; ++i) {
     if (!wanted(lobes()[i])) continue;
-    if (kept != i) std::memcpy(lobe_bytes_ + size_t(kept) * sizeof(Lobe), lobe_bytes_ + size_t(i) * sizeof(Lobe), sizeof(Lobe));
+    if (kept != i)
+      std::memcpy(lobe_bytes_ + size_t(kept) * sizeof(Lobe), lobe_bytes_ + size_t(i) * sizeof(Lobe), sizeof(Lobe));
     ++kept;
   }
   if (kept == count_) return;
@@ -301,7 +306,13 @@ void Bsdf::for_each_specular(Vec3 wo, TransportMode mode, F&& visit) const {
       seen |= side;
       const float cos_ng = glm::dot(ng, drawn.wi);
       if (side == kReflection ? !(cos_ng > 0.0f) : !(cos_ng < 0.0f)) continue;
-      BsdfSample event{flipped ? -drawn.wi : drawn.wi, drawn.weight, selection * drawn.probability, drawn.flags, true, drawn.eta, drawn.roughness};
+      BsdfSample event{flipped ? -drawn.wi : drawn.wi,
+                       drawn.weight,
+                       selection * drawn.probability,
+                       drawn.flags,
+                       true,
+                       drawn.eta,
+                       drawn.roughness};
       if (mode == TransportMode::Importance) {
         event.f_cos *= importance_factor(lobe, wo_front, drawn.wi);
         if (lobe.layers != 0) event.f_cos *= layer_factor(lobe, wo_front, drawn.wi);
@@ -373,15 +384,18 @@ Bsdf::KindShares Bsdf::kind_shares(Vec3 wo, Vec3 wi, bool specular) const {
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes()[i];
     if (lobe.is_delta()) continue;
-    const LobeValue value = evaluate_lobe(lobe, flipped ? -wo : wo, flipped ? -wi : wi, reflection, TransportMode::Radiance, flipped);
+    const LobeValue value = evaluate_lobe(lobe, flipped ? -wo : wo, flipped ? -wi : wi, reflection,
+                                          TransportMode::Radiance, flipped);
     const float share = selection[i] * value.pdf_solid_angle;
     if (!(share > 0.0f)) continue;
     sum += share;
     const bool diffuse = is_diffuse(lobe.kind);
-    (reflection ? (diffuse ? shares.diffuse : shares.glossy) : (diffuse ? shares.diffuse_transmission : shares.transmission)) += share;
+    (reflection ? (diffuse ? shares.diffuse : shares.glossy)
+                : (diffuse ? shares.diffuse_transmission : shares.transmission)) += share;
   }
   if (!(sum > 0.0f)) return shares;
-  for (float* share : {&shares.diffuse, &shares.glossy, &shares.transmission, &shares.diffuse_transmission}) *share /= sum;
+  for (float* share : {&shares.diffuse, &shares.glossy, &shares.transmission, &shares.diffuse_transmission})
+    *share /= sum;
   return shares;
 }
 
@@ -437,7 +451,8 @@ std::array<Color, 3> Bsdf::albedo_of_kinds() const {
 Color Bsdf::albedo() const {
   Color sum(0.0f);
   for (int i = 0; i < count_; ++i)
-    if (lobes()[i].kind != LobeKind::Transparent) sum += lobe_albedo(lobes()[i], glm::dot(lobes()[i].frame.n, prepared_wo_));
+    if (lobes()[i].kind != LobeKind::Transparent)
+      sum += lobe_albedo(lobes()[i], glm::dot(lobes()[i].frame.n, prepared_wo_));
   return sum;
 }
 

@@ -43,9 +43,10 @@ void compensate(Lobe& lobe, Compensation compensation, Color mean_fresnel) {
   if (lobe.is_delta()) return;
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
   // For glass the mean of the side from outside serves both, so that light sees the same lobe as the eye.
-  const float mean = lobe.kind == LobeKind::MicrofacetGlass  ? albedo_table::ggx_glass_mean(alpha, std::max(lobe.eta, 1.0f / lobe.eta))
+  const float mean = lobe.kind == LobeKind::MicrofacetGlass
+                         ? albedo_table::ggx_glass_mean(alpha, std::max(lobe.eta, 1.0f / lobe.eta))
                      : compensation == Compensation::Mixed ? albedo_table::ggx_correlated_mean(alpha)
-                                                             : albedo_table::ggx_mean(alpha);
+                                                           : albedo_table::ggx_mean(alpha);
   mean_fresnel = glm::clamp(mean_fresnel, 0.0f, 1.0f);
   lobe.compensation = compensation;
   lobe.multiple_scattering = mean_fresnel * mean / (1.0f - mean_fresnel * (1.0f - mean));
@@ -97,7 +98,8 @@ void add_subsurface(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, const
 
 namespace {
 
-/// Albedo of single scattering at which a dipole reflects `reflectance` [Jensen et al. 2001, eq. 15], by bisection as often as Cycles does.
+/// Albedo of single scattering at which a dipole reflects `reflectance` [Jensen et al. 2001, eq. 15], by bisection as
+/// often as Cycles does.
 float dipole_albedo(float reflectance, float boundary) {
   if (reflectance < 1e-4f) return 0.0f;
   if (reflectance >= 0.995f) return 0.999999f;
@@ -122,8 +124,10 @@ SubsurfaceMedium make_medium(Color albedo, Color radius, float anisotropy, float
   const float fdr = inside * (-1.440f * inside + 0.710f) + 0.668f + 0.0636f * eta;
   const float boundary = (4.0f / 3.0f) * (1.0f + fdr) / (1.0f - fdr);
   for (int i = 0; i < 3; ++i)
-    medium.radius[i] = std::max(radius[i], 0.0f) * (method == SubsurfaceMethod::FixedRadius ? 0.25f * kInvPi
-                                                                                           : std::sqrt(3.0f * (1.0f - dipole_albedo(albedo[i], boundary))));
+    medium.radius[i] = std::max(radius[i], 0.0f) *
+                       (method == SubsurfaceMethod::FixedRadius
+                            ? 0.25f * kInvPi
+                            : std::sqrt(3.0f * (1.0f - dipole_albedo(albedo[i], boundary))));
   return medium;
 }
 
@@ -154,8 +158,8 @@ void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 norma
   bsdf.add(lobe);
 }
 
-void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution, float roughness,
-               float ior, bool reflects, bool refracts) {
+void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution,
+               float roughness, float ior, bool reflects, bool refracts) {
   if (!reflects && !refracts) return;
   const bool compensated = distribution == Distribution::MultiGgx && reflects;
   const LobeKind kind = (reflects && refracts) || compensated ? LobeKind::MicrofacetGlass
@@ -176,8 +180,8 @@ void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Di
   bsdf.add(lobe);
 }
 
-// The mirror direction of wo lies at cosine r cos(2 a - d) from ng when the normal stands at angle a from ng in the plane of
-// ng and ns; (r, d) are the polar coordinates of wo in that plane. Solved for the largest a not beyond ns.
+// The mirror direction of wo lies at cosine r cos(2 a - d) from ng when the normal stands at angle a from ng in the
+// plane of ng and ns; (r, d) are the polar coordinates of wo in that plane. Solved for the largest a not beyond ns.
 Vec3 bend_shading_normal(Vec3 ng, Vec3 wo, Vec3 ns) {
   const float cos_ng = glm::dot(ng, wo);
   const float lowest = std::min(0.9f * cos_ng, 0.01f);

@@ -39,8 +39,8 @@ inline float dielectric_position(float cos_incident, float eta) {
   return f0 < 1.0f ? saturate((dielectric(cos_incident, eta) - f0) / (1.0f - f0)) : 0.0f;
 }
 
-/// Schlick's curve with a dip at 82 degrees, whose cosine is 1/7 (Kutz et al. 2021, "Novel aspects of the Adobe Standard
-/// Material"); `b` from f82_coefficient.
+/// Schlick's curve with a dip at 82 degrees, whose cosine is 1/7 (Kutz et al. 2021, "Novel aspects of the Adobe
+/// Standard Material"); `b` from f82_coefficient.
 inline Color f82(float cos_incident, Color f0, Color b) {
   const float m = saturate(1.0f - cos_incident), m5 = sqr(sqr(m)) * m;
   return glm::clamp(f0 + (1.0f - f0) * m5 - b * (cos_incident * m5 * m), 0.0f, 1.0f);

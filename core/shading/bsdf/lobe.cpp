@@ -17,7 +17,8 @@ bool is_delta_roughness(const Lobe& lobe) { return lobe.alpha_x * lobe.alpha_y <
 
 /// The index for a wo on the other side of the surface is the inverse, except where it only shapes a reflection.
 float eta_from(const Lobe& lobe, bool flipped) {
-  const bool shapes_reflection = lobe.kind == LobeKind::MicrofacetReflection && lobe.normal_fresnel == NormalFresnel::None;
+  const bool shapes_reflection = lobe.kind == LobeKind::MicrofacetReflection &&
+                                 lobe.normal_fresnel == NormalFresnel::None;
   return flipped && !shapes_reflection ? 1.0f / lobe.eta : lobe.eta;
 }
 
@@ -74,7 +75,8 @@ Split split_glass(const Lobe& lobe, float cos_facet, float cos_normal, float eta
   }
   const float r = luminance(split.reflected), t = luminance(split.transmitted);
   // Either part keeps a share, so that no colour makes the other rare and bright.
-  if (!at_normal && f < 1.0f && r + t > 0.0f) split.probability_reflected = std::clamp(r / (r + t), 0.5f * f, 0.5f + 0.5f * f);
+  if (!at_normal && f < 1.0f && r + t > 0.0f)
+    split.probability_reflected = std::clamp(r / (r + t), 0.5f * f, 0.5f + 0.5f * f);
   if (!at_normal && f >= 1.0f) split.probability_reflected = 1.0f;
   return split;
 }
@@ -115,19 +117,21 @@ Color scaled_compensation(const Lobe& lobe, float cos_eye, float eta_eye) {
   return 1.0f + lobe.multiple_scattering * ((1.0f - albedo) / albedo);
 }
 
-/// The same light split by roughness between that shape and a nearly diffuse, reciprocal one (Kulla and Conty 2017): what
-/// bounces between smooth facets stays near the mirror direction, between rough ones it goes anywhere.
+/// The same light split by roughness between that shape and a nearly diffuse, reciprocal one (Kulla and Conty 2017):
+/// what bounces between smooth facets stays near the mirror direction, between rough ones it goes anywhere.
 struct MixedCompensation {
-  float scale;            ///< on single scattering, less 1
-  float diffuse;          ///< value of the diffuse part times the cosine
-  float diffuse_share;    ///< of the samples
+  float scale;          ///< on single scattering, less 1
+  float diffuse;        ///< value of the diffuse part times the cosine
+  float diffuse_share;  ///< of the samples
 };
 MixedCompensation mixed_compensation(const Lobe& lobe, float cos_o, float cos_i, float cos_eye) {
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y), diffuse = std::sqrt(alpha);
-  const float lost_o = 1.0f - albedo_table::ggx_correlated(cos_o, alpha), lost_i = 1.0f - albedo_table::ggx_correlated(cos_i, alpha);
+  const float lost_o = 1.0f - albedo_table::ggx_correlated(cos_o, alpha),
+              lost_i = 1.0f - albedo_table::ggx_correlated(cos_i, alpha);
   const float lost_mean = std::max(1.0f - albedo_table::ggx_correlated_mean(alpha), 1e-6f);
   const float lost_eye = cos_eye == cos_o ? lost_o : lost_i;
-  return {(1.0f - diffuse) * lost_eye / (1.0f - lost_eye), diffuse * kInvPi * cos_i * lost_o * lost_i / lost_mean, diffuse * lost_o};
+  return {(1.0f - diffuse) * lost_eye / (1.0f - lost_eye), diffuse * kInvPi * cos_i * lost_o * lost_i / lost_mean,
+          diffuse * lost_o};
 }
 
 float normal_fresnel(const Lobe& lobe, float cos_eye, float eta_eye) {
@@ -166,7 +170,8 @@ LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
   if (lobe.compensation == Compensation::Scaled) color *= scaled_compensation(lobe, cos_eye, eta);
   if (lobe.compensation == Compensation::Mixed) {
     const MixedCompensation added = mixed_compensation(lobe, wo.z, wi.z, cos_eye);
-    color = color * (1.0f + lobe.multiple_scattering * added.scale) + lobe.weight * lobe.mean_fresnel * lobe.multiple_scattering * added.diffuse;
+    color = color * (1.0f + lobe.multiple_scattering * added.scale) +
+            lobe.weight * lobe.mean_fresnel * lobe.multiple_scattering * added.diffuse;
     pdf = glm::mix(pdf, wi.z * kInvPi, added.diffuse_share);
   }
   return {color, pdf};
@@ -234,7 +239,8 @@ bool sample_microfacet(const Lobe& lobe, Vec3 wo_world, float u_branch, Vec2 u, 
   sample.probability = 1.0f;
   switch (lobe.kind) {
     case LobeKind::MicrofacetReflection:
-      if (lobe.compensation == Compensation::Mixed && u_branch < mixed_compensation(lobe, wo.z, 1.0f, wo.z).diffuse_share) {
+      if (lobe.compensation == Compensation::Mixed &&
+          u_branch < mixed_compensation(lobe, wo.z, 1.0f, wo.z).diffuse_share) {
         sample.wi = lobe.frame.to_world(warp::square_to_cosine_hemisphere(u));
         sample.flags = kReflection | kGlossy;
         return true;
@@ -284,20 +290,26 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
       return cosine_lobe(sheen::disney(glm::dot(wo, wi)));
     case LobeKind::MicrofiberSheen:
       if (!reflection) return {};
-      return cosine_lobe(sheen::microfiber(lobe.roughness, lobe.frame.n, wo, wi, mode == TransportMode::Radiance ? cos_o : cos_i));
+      return cosine_lobe(
+          sheen::microfiber(lobe.roughness, lobe.frame.n, wo, wi, mode == TransportMode::Radiance ? cos_o : cos_i));
     case LobeKind::PrincipledRetro:
       if (!reflection) return {};
       return cosine_lobe(principled_retro(lobe.roughness, cos_o, cos_i, glm::dot(wo, wi)));
     case LobeKind::Velvet:
       if (!reflection) return {};
-      return {lobe.weight * (sheen::velvet(lobe.roughness, lobe.frame.n, wo, wi) * cos_i), warp::hemisphere_pdf_solid_angle()};
+      return {lobe.weight * (sheen::velvet(lobe.roughness, lobe.frame.n, wo, wi) * cos_i),
+              warp::hemisphere_pdf_solid_angle()};
     case LobeKind::ToonDiffuse:
     case LobeKind::ToonGlossy: {
       if (!reflection) return {};
       // The light's cosine to the axis. Importance comes from it, and needs f times the other direction's cosine.
       const bool glossy = lobe.kind == LobeKind::ToonGlossy, radiance = mode == TransportMode::Radiance;
       const float mirrored = 2.0f * cos_o * cos_i - glm::dot(wo, wi);
-      const float value = toon::value(glossy ? mirrored : radiance ? cos_i : cos_o, lobe.alpha_x, lobe.alpha_y) * (radiance ? 1.0f : cos_i / cos_o);
+      const float value = toon::value(glossy     ? mirrored
+                                      : radiance ? cos_i
+                                                 : cos_o,
+                                      lobe.alpha_x, lobe.alpha_y) *
+                          (radiance ? 1.0f : cos_i / cos_o);
       const float pdf = toon::pdf_solid_angle(glossy ? mirrored : cos_i, lobe.alpha_x, lobe.alpha_y);
       return {lobe.weight * value, glossy ? pdf : 0.5f * (pdf + cos_i * kInvPi)};
     }
@@ -319,7 +331,8 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
                     : refract_microfacet(lobe, local_o, local_i, mode, eta);
 }
 
-bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMode mode, bool flipped, LobeSample& sample) {
+bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMode mode, bool flipped,
+                 LobeSample& sample) {
   switch (lobe.kind) {
     case LobeKind::Diffuse:
     case LobeKind::PrincipledDiffuse:
@@ -335,7 +348,8 @@ bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMod
       return true;
     case LobeKind::ToonDiffuse:
       // Half of the cosine, so that importance, which may leave in any direction, is sampled everywhere.
-      sample.wi = lobe.frame.to_world(u_branch < 0.5f ? warp::square_to_cone(u, toon::cone(lobe.alpha_x, lobe.alpha_y)) : warp::square_to_cosine_hemisphere(u));
+      sample.wi = lobe.frame.to_world(u_branch < 0.5f ? warp::square_to_cone(u, toon::cone(lobe.alpha_x, lobe.alpha_y))
+                                                      : warp::square_to_cosine_hemisphere(u));
       sample.flags = kReflection | kDiffuse;
       return true;
     case LobeKind::ToonGlossy: {
@@ -392,8 +406,8 @@ Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped) {
 
 namespace {
 
-/// [Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem", section 12.3]: GGX of the width at which the bumped normal is one
-/// in eight shadows the light.
+/// [Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem",
+/// section 12.3]: GGX of the width at which the bumped normal is one in eight shadows the light.
 float microfacet_bump_shadowing(Vec3 n, Vec3 bumped, Vec3 light) {
   const float cos_light = glm::dot(n, light), cos_bump = glm::dot(n, bumped);
   // Light that reaches the bumped surface from the other side of the smooth one would shine through it.

@@ -1,7 +1,7 @@
 // A participating medium at one point: what happens to light per metre travelled.
 //
-// Scattering is a sum of lobes after Henyey and Greenstein, coloured; extinction is scattering plus absorption. Media that overlap are
-// added up [Fong, Wrenninge, Kulla and Habel 2017, "Production Volume Rendering"].
+// Scattering is a sum of lobes after Henyey and Greenstein, coloured; extinction is scattering plus absorption. Media
+// that overlap are added up [Fong, Wrenninge, Kulla and Habel 2017, "Production Volume Rendering"].
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@
 namespace ajar {
 
 struct MediumLobe {
-  Color scattering{0.0f};       ///< per metre
-  float anisotropy = 0.0f;      ///< mean cosine, within (-1, 1)
+  Color scattering{0.0f};   ///< per metre
+  float anisotropy = 0.0f;  ///< mean cosine, within (-1, 1)
 };
 
 struct MediumPoint {
@@ -22,7 +22,7 @@ struct MediumPoint {
   Color emission{0.0f};                      ///< radiance per metre
   std::array<MediumLobe, kMaxMixtureLobes> lobes;
   int lobe_count = 0;
-  int refused = 0;                           ///< values that were no numbers, and count as 0
+  int refused = 0;  ///< values that were no numbers, and count as 0
 
   bool empty() const { return is_black(extinction) && is_black(emission); }
   bool scatters() const { return !is_black(scattering); }
@@ -34,9 +34,13 @@ struct MediumPoint {
     scattering += amount;
     int nearest = -1;
     for (int i = 0; i < lobe_count; ++i)
-      if (nearest < 0 || std::abs(lobes[size_t(i)].anisotropy - anisotropy) < std::abs(lobes[size_t(nearest)].anisotropy - anisotropy)) nearest = i;
-    if (lobe_count < kMaxMixtureLobes && (nearest < 0 || lobes[size_t(nearest)].anisotropy != anisotropy)) lobes[size_t(lobe_count++)] = {amount, anisotropy};
-    else lobes[size_t(nearest)].scattering += amount;
+      if (nearest < 0 ||
+          std::abs(lobes[size_t(i)].anisotropy - anisotropy) < std::abs(lobes[size_t(nearest)].anisotropy - anisotropy))
+        nearest = i;
+    if (lobe_count < kMaxMixtureLobes && (nearest < 0 || lobes[size_t(nearest)].anisotropy != anisotropy))
+      lobes[size_t(lobe_count++)] = {amount, anisotropy};
+    else
+      lobes[size_t(nearest)].scattering += amount;
   }
 };
 

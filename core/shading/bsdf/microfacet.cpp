@@ -11,23 +11,28 @@ constexpr float kInvSqrtPi = 0.56418958354775628f;
 /// erf for x >= 0 given exp(-x^2) (Abramowitz and Stegun 1964, 7.1.26; absolute error 2e-7).
 float erf_positive(float x, float exp_minus_x2) {
   const float t = 1.0f / (1.0f + 0.3275911f * x);
-  return 1.0f - t * (0.254829592f + t * (-0.284496736f + t * (1.421413741f + t * (-1.453152027f + t * 1.061405429f)))) * exp_minus_x2;
+  return 1.0f - t * (0.254829592f + t * (-0.284496736f + t * (1.421413741f + t * (-1.453152027f + t * 1.061405429f)))) *
+                    exp_minus_x2;
 }
 
-/// Inverse of erf. As in Giles 2012 ("Approximating the erfinv function"), erfinv(x) / x is approximated as a function of w = -log(1 - x^2), in which it is
-/// smooth at 0 and grows like sqrt(w) at the ends. Here one ratio of polynomials covers all floats below 1 (w < 16). It was fitted for the least relative
-/// error, which is 1.4e-8 before rounding to floats. All coefficients are positive, so that no digits cancel.
+/// Inverse of erf. As in Giles 2012 ("Approximating the erfinv function"), erfinv(x) / x is approximated as a function
+/// of w = -log(1 - x^2), in which it is smooth at 0 and grows like sqrt(w) at the ends. Here one ratio of polynomials
+/// covers all floats below 1 (w < 16). It was fitted for the least relative error, which is 1.4e-8 before rounding to
+/// floats. All coefficients are positive, so that no digits cancel.
 float inverse_erf(float x) {
   x = std::clamp(x, -kOneMinusEpsilon, kOneMinusEpsilon);
   const float w = -std::log((1.0f - x) * (1.0f + x));
-  const float above = 0.88622694f + w * (0.30653921f + w * (0.059588324f + w * (7.7653958e-3f + w * (6.4386448e-4f + w * 2.4311355e-5f))));
-  const float below = 1.0f + w * (0.084093435f + w * (0.032188937f + w * (1.8769487e-3f + w * (1.7952546e-4f + w * 1.2907622e-6f))));
+  const float above = 0.88622694f +
+                      w * (0.30653921f +
+                           w * (0.059588324f + w * (7.7653958e-3f + w * (6.4386448e-4f + w * 2.4311355e-5f))));
+  const float below = 1.0f + w * (0.084093435f +
+                                  w * (0.032188937f + w * (1.8769487e-3f + w * (1.7952546e-4f + w * 1.2907622e-6f))));
   return x * (above / below);
 }
 
 /// Slope along the direction of view, of the facets visible from an angle of tangent `tan_theta` (alpha = 1).
-/// Inverts 1 + erf(x) + tan(theta) exp(-x^2) / sqrt(pi) over x < cot(theta) in b = erf(x), by Newton's method kept inside a
-/// shrinking bracket.
+/// Inverts 1 + erf(x) + tan(theta) exp(-x^2) / sqrt(pi) over x < cot(theta) in b = erf(x), by Newton's method kept
+/// inside a shrinking bracket.
 float beckmann_visible_slope(float tan_theta, float u) {
   const float cot_theta = 1.0f / tan_theta, k = tan_theta * kInvSqrtPi;
   const float exp_cot = std::exp(-cot_theta * cot_theta), erf_cot = erf_positive(cot_theta, exp_cot);

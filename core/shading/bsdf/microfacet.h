@@ -2,8 +2,8 @@
 // (z is the macroscopic normal). Sources: Walter et al. 2007, Heitz 2014 (anisotropy, masking), Dupuy and Benyoub
 // 2023 (visible normals of GGX by spherical caps), Jakob 2014 (visible normals of Beckmann).
 //
-// Masking and shadowing are independent, G(wo, wi) = G1(wo) G1(wi), as in Cycles, unless said otherwise. Everything stays
-// finite at grazing angles because G1(w) / cos(w) is computed as one quantity.
+// Masking and shadowing are independent, G(wo, wi) = G1(wo) G1(wi), as in Cycles, unless said otherwise. Everything
+// stays finite at grazing angles because G1(w) / cos(w) is computed as one quantity.
 #pragma once
 
 #include <algorithm>

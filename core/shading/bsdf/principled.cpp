@@ -26,7 +26,9 @@ Color mean_dielectric_tint(Color f0, Color f90, float eta) {
 
 // ---- Version 1: Disney 2012 as in Blender 2.79 to 3.x --------------------------------------------------------------
 
-Color diffuse_color_v1(const PrincipledInputs& in) { return glm::mix(in.base_color, in.subsurface_color, saturate(in.subsurface)); }
+Color diffuse_color_v1(const PrincipledInputs& in) {
+  return glm::mix(in.base_color, in.subsurface_color, saturate(in.subsurface));
+}
 
 /// Where light does not enter, subsurface scattering is diffuse reflection of the mixed colour.
 void add_diffuse_v1(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& in) {
@@ -112,7 +114,8 @@ void add_principled_v1(Bsdf& bsdf, const Surface& surface, Color weight, const P
   if (in.reflective_caustics && in.clearcoat > kWeightCutoff) add_clearcoat_v1(bsdf, weight, in);
 }
 
-// ---- Version 2: Blender 4.x, layers that dim what lies below by their albedo ------------------------------------------
+// ---- Version 2: Blender 4.x, layers that dim what lies below by their albedo
+// ------------------------------------------
 
 /// What is still to be built: the light that gets there, and the layers it went through.
 struct Below {
@@ -161,7 +164,8 @@ void add_metal_v2(Bsdf& bsdf, const Below& below, float metallic, const Principl
   lobe.f90 = fresnel::f82_coefficient(lobe.f0, glm::clamp(in.specular_tint_color, 0.0f, 1.0f));
   set_anisotropy(lobe, in);
   // Means over the hemisphere: 1/21 of Schlick's rise, 1/126 of the dip.
-  if (compensated_v2(in)) compensate(lobe, Compensation::Scaled, glm::mix(lobe.f0, Color(1.0f), 1.0f / 21.0f) - lobe.f90 / 126.0f);
+  if (compensated_v2(in))
+    compensate(lobe, Compensation::Scaled, glm::mix(lobe.f0, Color(1.0f), 1.0f / 21.0f) - lobe.f90 / 126.0f);
   add_below(bsdf, below, lobe);
 }
 
@@ -219,8 +223,8 @@ void add_principled_v2(Bsdf& bsdf, const Surface& surface, Color weight, const P
 }  // namespace
 
 SubsurfaceMedium principled_medium(const PrincipledInputs& in) {
-  SubsurfaceMedium medium = make_medium(diffuse_color_v1(in), in.subsurface_radius * saturate(in.subsurface), in.subsurface_anisotropy,
-                                        in.subsurface_ior, in.subsurface_method);
+  SubsurfaceMedium medium = make_medium(diffuse_color_v1(in), in.subsurface_radius * saturate(in.subsurface),
+                                        in.subsurface_anisotropy, in.subsurface_ior, in.subsurface_method);
   medium.fresnel = true;
   return medium;
 }

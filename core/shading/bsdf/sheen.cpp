@@ -33,7 +33,8 @@ struct Table {
         double sum = 0.0;
         for (int i = 0; i < kLattice; ++i) {
           const float golden = float(i) * 0.61803398875f;
-          const Vec3 wi = warp::square_to_cosine_hemisphere({(float(i) + 0.5f) / float(kLattice), golden - std::floor(golden)});
+          const Vec3 wi = warp::square_to_cosine_hemisphere(
+              {(float(i) + 0.5f) / float(kLattice), golden - std::floor(golden)});
           sum += kPi * upright_fibres(roughness, {0, 0, 1}, wo, wi);
         }
         albedo[r][c] = std::max(float(sum / kLattice), 1e-6f);
@@ -67,7 +68,8 @@ float velvet(float sigma, Vec3 n, Vec3 wo, Vec3 wi) {
   const float length = std::sqrt(length_squared(sum));
   if (!(length > 1e-5f)) return 0.0f;
   const Vec3 half = sum / length;
-  const float cos_o = glm::dot(n, wo), cos_i = glm::dot(n, wi), cos_h = glm::dot(n, half), cos_oh = std::abs(glm::dot(wo, half));
+  const float cos_o = glm::dot(n, wo), cos_i = glm::dot(n, wi), cos_h = glm::dot(n, half),
+              cos_oh = std::abs(glm::dot(wo, half));
   if (!(std::abs(cos_h) < 1.0f - 1e-5f && cos_oh > 1e-5f && cos_o > 0.0f && cos_i > 0.0f)) return 0.0f;
   const float inverse_variance = 1.0f / sqr(std::max(sigma, 0.01f)), sin2 = 1.0f - cos_h * cos_h;
   // A Gaussian of the inverse of the half vector's slope, and the masking of V-grooves.

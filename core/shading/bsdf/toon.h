@@ -1,4 +1,5 @@
-// Lobes for cartoons, as Blender defines them: constant inside a cone, falling linearly over `smooth` beyond it. Angles in radians.
+// Lobes for cartoons, as Blender defines them: constant inside a cone, falling linearly over `smooth` beyond it. Angles
+// in radians.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +19,8 @@ inline float cone(float size, float smooth) { return warp::one_minus_cos(std::mi
 
 /// f |cos| where the light is at this cosine from the cone's axis.
 inline float value(float cosine, float size, float smooth) {
-  return intensity(std::acos(std::clamp(cosine, 0.0f, 1.0f)), size, smooth) * warp::cone_pdf_solid_angle(cone(size, smooth));
+  return intensity(std::acos(std::clamp(cosine, 0.0f, 1.0f)), size, smooth) *
+         warp::cone_pdf_solid_angle(cone(size, smooth));
 }
 
 /// Density of a direction in the cone.

@@ -13,7 +13,8 @@ float pixel_width(const ShadingPoint& point, const BumpFootprint& footprint) {
   const float distance = std::sqrt(length_squared(p));
   if (!(distance > 0.0f)) return footprint.pixel;
   if (footprint.camera != CameraKind::Perspective) return footprint.pixel * distance;
-  // A pixel far from the middle of the image spans a smaller angle. Behind the camera and far off its image nothing is known.
+  // A pixel far from the middle of the image spans a smaller angle. Behind the camera and far off its image nothing is
+  // known.
   const Vec3 d = p / distance;
   const float cosine = std::max(-d.z, 0.3f);
   return 0.5f * footprint.pixel * distance * cosine * (safe_sqrt(1.0f - d.x * d.x) + safe_sqrt(1.0f - d.y * d.y));
@@ -38,13 +39,14 @@ ShadingPoint shifted(const ShadingPoint& point, Vec3 offset) {
   return moved;
 }
 
-Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, float height, float height_x, float height_y, float strength,
-          float distance, Vec3 normal) {
+Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, float height, float height_x, float height_y,
+          float strength, float distance, Vec3 normal) {
   const BumpOffsets offsets = bump_offsets(point, footprint);
   const Vec3 rx = glm::cross(offsets.y, normal), ry = glm::cross(normal, offsets.x);
   const float determinant = glm::dot(offsets.x, rx);
   const Vec3 gradient = (height_x - height) * rx + (height_y - height) * ry;
-  const Vec3 turned = normalize_or_zero(std::abs(determinant) * normal - distance * std::copysign(1.0f, determinant) * gradient);
+  const Vec3 turned = normalize_or_zero(std::abs(determinant) * normal -
+                                        distance * std::copysign(1.0f, determinant) * gradient);
   Vec3 n = normal;
   if (turned != Vec3(0.0f)) {
     strength = std::max(strength, 0.0f);
@@ -57,16 +59,18 @@ Vec3 displacement(const ShadingPoint& point, DisplacementSpace space, float amou
   if (space == DisplacementSpace::World || !point.instance) return amount * normal;
   const BuiltInstance& instance = *point.instance;
   Mat4 moved;
-  return amount * transform_vector(world_from_object(instance, point.time, moved), normal_to_object(instance, point.time, normal));
+  return amount * transform_vector(world_from_object(instance, point.time, moved),
+                                   normal_to_object(instance, point.time, normal));
 }
 
 Vec3 vector_displacement(const ShadingPoint& point, DisplacementSpace space, Vec3 vector) {
   if (space == DisplacementSpace::World || !point.instance) return vector;
   const BuiltInstance& instance = *point.instance;
   Mat4 moved;
-  if (space == DisplacementSpace::Tangent) {   // tangent, normal, bitangent
+  if (space == DisplacementSpace::Tangent) {  // tangent, normal, bitangent
     const Vec3 n = normal_to_object(instance, point.time, point.ns);
-    const Vec3 t = normalize_or_zero(transform_vector(object_from_world(instance, point.time, moved), uv_tangent(point, "")));
+    const Vec3 t = normalize_or_zero(
+        transform_vector(object_from_world(instance, point.time, moved), uv_tangent(point, "")));
     vector = vector.x * t + vector.y * n + vector.z * normalize_or_zero(glm::cross(n, t));
   }
   return transform_vector(world_from_object(instance, point.time, moved), vector);

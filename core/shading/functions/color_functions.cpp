@@ -83,9 +83,7 @@ Color blend_hsv(Blend mode, float t, Color a, Color b) {
       if (hsv.y == 0.0f) return a;
       hsv.y = glm::mix(hsv.y, other.y, t);
       return hsv_to_rgb(hsv);
-    default:
-      hsv.z = glm::mix(hsv.z, other.z, t);
-      return hsv_to_rgb(hsv);
+    default: hsv.z = glm::mix(hsv.z, other.z, t); return hsv_to_rgb(hsv);
   }
 }
 
@@ -126,28 +124,27 @@ Color blend(Blend mode, float t, Color a, Color b) {
   return a;
 }
 
-// Piecewise fit of the Planckian locus in Rec. 709 used by Blender's Blackbody node (Cycles, kernel/tables.h): red and green
-// as a / T + b T + c, blue as a cubic.
+// Piecewise fit of the Planckian locus in Rec. 709 used by Blender's Blackbody node (Cycles, kernel/tables.h): red and
+// green as a / T + b T + c, blue as a cubic.
 Color blackbody(float kelvin) {
   static constexpr float kUpper[6] = {965, 1167, 1449, 1902, 3315, 6365};
   static constexpr float kRed[7][3] = {
-      {1.61919106e+03f, -2.05010916e-03f, 5.02995757e+00f},  {2.48845471e+03f, -1.11330907e-03f, 3.22621544e+00f},
-      {3.34143193e+03f, -4.86551192e-04f, 1.76486769e+00f},  {4.09461742e+03f, -1.27446582e-04f, 7.25731635e-01f},
-      {4.67028036e+03f, 2.91258199e-05f, 1.26703442e-01f},   {4.59509185e+03f, 2.87495649e-05f, 1.50345020e-01f},
+      {1.61919106e+03f, -2.05010916e-03f, 5.02995757e+00f}, {2.48845471e+03f, -1.11330907e-03f, 3.22621544e+00f},
+      {3.34143193e+03f, -4.86551192e-04f, 1.76486769e+00f}, {4.09461742e+03f, -1.27446582e-04f, 7.25731635e-01f},
+      {4.67028036e+03f, 2.91258199e-05f, 1.26703442e-01f},  {4.59509185e+03f, 2.87495649e-05f, 1.50345020e-01f},
       {3.78717450e+03f, 9.35907826e-06f, 3.99075871e-01f}};
   static constexpr float kGreen[7][3] = {
       {-4.88999748e+02f, 6.04330754e-04f, -7.55807526e-02f}, {-7.55994277e+02f, 3.16730098e-04f, 4.78306139e-01f},
       {-1.02363977e+03f, 1.20223470e-04f, 9.36662319e-01f},  {-1.26571316e+03f, 4.87340896e-06f, 1.27054498e+00f},
       {-1.42529332e+03f, -4.01150431e-05f, 1.43972784e+00f}, {-1.17554822e+03f, -2.16378048e-05f, 1.30408023e+00f},
       {-5.00799571e+02f, -4.59832026e-06f, 1.09098763e+00f}};
-  static constexpr float kBlue[7][4] = {
-      {5.96945309e-11f, -4.85742887e-08f, -9.70622247e-05f, -4.07936148e-03f},
-      {2.40430366e-11f, 5.55021075e-08f, -1.98503712e-04f, 2.89312858e-02f},
-      {-1.40949732e-11f, 1.89878968e-07f, -3.56632824e-04f, 9.10767778e-02f},
-      {-3.61460868e-11f, 2.84822009e-07f, -4.93211319e-04f, 1.56723440e-01f},
-      {-1.97075738e-11f, 1.75359352e-07f, -2.50542825e-04f, -2.22783266e-02f},
-      {-1.61997957e-13f, -1.64216008e-08f, 3.86216271e-04f, -7.38077418e-01f},
-      {6.72650283e-13f, -2.73078809e-08f, 4.24098264e-04f, -7.52335691e-01f}};
+  static constexpr float kBlue[7][4] = {{5.96945309e-11f, -4.85742887e-08f, -9.70622247e-05f, -4.07936148e-03f},
+                                        {2.40430366e-11f, 5.55021075e-08f, -1.98503712e-04f, 2.89312858e-02f},
+                                        {-1.40949732e-11f, 1.89878968e-07f, -3.56632824e-04f, 9.10767778e-02f},
+                                        {-3.61460868e-11f, 2.84822009e-07f, -4.93211319e-04f, 1.56723440e-01f},
+                                        {-1.97075738e-11f, 1.75359352e-07f, -2.50542825e-04f, -2.22783266e-02f},
+                                        {-1.61997957e-13f, -1.64216008e-08f, 3.86216271e-04f, -7.38077418e-01f},
+                                        {6.72650283e-13f, -2.73078809e-08f, 4.24098264e-04f, -7.52335691e-01f}};
   Color c;
   if (kelvin >= 12000.0f) {
     c = {0.8262954810f, 0.9945080502f, 1.566307710f};
@@ -169,7 +166,7 @@ Vec4 table_lookup(const CurveTable& table, float x) {
   if (last < 1) return last == 0 ? values[0] : Vec4(0.0f);
   if (table.extrapolate && x < 0.0f) return values[0] + (values[0] - values[1]) * (-x * last);
   if (table.extrapolate && x > 1.0f) return values[last] + (values[last] - values[last - 1]) * ((x - 1.0f) * last);
-  const float position = x > 0.0f ? std::min(x, 1.0f) * last : 0.0f;   // also for NaN
+  const float position = x > 0.0f ? std::min(x, 1.0f) * last : 0.0f;  // also for NaN
   const int i = int(position);
   const float t = position - i;
   return table.interpolate && t > 0.0f ? (1.0f - t) * values[i] + t * values[i + 1] : values[i];

@@ -20,8 +20,25 @@ struct CurveTable {
 namespace ajar::nodes {
 
 enum class Blend : uint8_t {
-  Mix, Darken, Multiply, Burn, Lighten, Screen, Dodge, Add, Overlay, SoftLight, LinearLight, Difference, Exclusion, Subtract,
-  Divide, Hue, Saturation, Color, Value
+  Mix,
+  Darken,
+  Multiply,
+  Burn,
+  Lighten,
+  Screen,
+  Dodge,
+  Add,
+  Overlay,
+  SoftLight,
+  LinearLight,
+  Difference,
+  Exclusion,
+  Subtract,
+  Divide,
+  Hue,
+  Saturation,
+  Color,
+  Value
 };
 
 Color rgb_to_hsv(Color rgb);
@@ -33,7 +50,8 @@ Color blend(Blend mode, float t, Color a, Color b);
 Color blackbody(float kelvin);
 /// CIE XYZ relative to D65 in the working space, Rec. 709; not clamped.
 inline Color xyz_to_rgb(Color xyz) {
-  return {3.2404542f * xyz.x - 1.5371385f * xyz.y - 0.4985314f * xyz.z, -0.9692660f * xyz.x + 1.8760108f * xyz.y + 0.0415560f * xyz.z,
+  return {3.2404542f * xyz.x - 1.5371385f * xyz.y - 0.4985314f * xyz.z,
+          -0.9692660f * xyz.x + 1.8760108f * xyz.y + 0.0415560f * xyz.z,
           0.0556434f * xyz.x - 0.2040259f * xyz.y + 1.0572252f * xyz.z};
 }
 

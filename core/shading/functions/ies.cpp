@@ -11,7 +11,7 @@ namespace ajar::nodes {
 namespace {
 
 constexpr double kWattsPerCandela = 4.0 * M_PI / 177.83;
-constexpr double kSameAngle = 1e-4;   ///< degrees
+constexpr double kSameAngle = 1e-4;  ///< degrees
 
 bool is_same(double a, double b) { return std::abs(a - b) < kSameAngle; }
 
@@ -19,7 +19,20 @@ bool is_same(double a, double b) { return std::abs(a - b) < kSameAngle; }
 
 /// The thirteen numbers between the tilt and the angles, in their order.
 enum Field : size_t {
-  Lamps, LumensPerLamp, Multiplier, VerticalAngles, HorizontalAngles, PhotometricType, Units, Width, Length, Height, BallastFactor, FutureUse, InputWatts, kFields
+  Lamps,
+  LumensPerLamp,
+  Multiplier,
+  VerticalAngles,
+  HorizontalAngles,
+  PhotometricType,
+  Units,
+  Width,
+  Length,
+  Height,
+  BallastFactor,
+  FutureUse,
+  InputWatts,
+  kFields
 };
 
 enum class PhotometricSystem { C = 1, B = 2, A = 3 };
@@ -28,7 +41,7 @@ enum class PhotometricSystem { C = 1, B = 2, A = 3 };
 struct Measurement {
   PhotometricSystem system = PhotometricSystem::C;
   std::vector<double> vertical, horizontal;
-  std::vector<double> watts;   ///< all vertical angles of the first horizontal angle, then those of the next
+  std::vector<double> watts;  ///< all vertical angles of the first horizontal angle, then those of the next
 };
 
 /// Numbers separated by white space or commas. After the first that cannot be read, all others are 0.
@@ -44,7 +57,7 @@ class NumberReader {
       return 0.0;
     }
     const std::string_view word = rest_.substr(0, rest_.find_first_of(kSeparators));
-    const char* digits = word.data() + (word[0] == '+' ? 1 : 0);   // from_chars refuses the sign
+    const char* digits = word.data() + (word[0] == '+' ? 1 : 0);  // from_chars refuses the sign
     double value = 0.0;
     const auto [end, status] = std::from_chars(digits, word.data() + word.size(), value);
     if (status != std::errc() || !std::isfinite(value)) {
@@ -76,7 +89,8 @@ int whole(double number) { return number >= 0.0 && number < 1e9 && number == std
 size_t find_tilt_line(std::string_view text) {
   constexpr std::string_view kKeyword = "TILT=";
   size_t at = text.find(kKeyword);
-  while (at != std::string_view::npos && at > 0 && text[at - 1] != '\n' && text[at - 1] != '\r') at = text.find(kKeyword, at + 1);
+  while (at != std::string_view::npos && at > 0 && text[at - 1] != '\n' && text[at - 1] != '\r')
+    at = text.find(kKeyword, at + 1);
   return at;
 }
 
@@ -92,33 +106,39 @@ std::string parse(std::string_view text, Measurement& m) {
   if (tilt_line.starts_with("TILT=INCLUDE")) {
     numbers.next();
     const int count = whole(numbers.next());
-    if (!numbers.problem().empty() || count < 0 || size_t(count) > numbers.characters_left()) return "its table of tilt factors is broken";
+    if (!numbers.problem().empty() || count < 0 || size_t(count) > numbers.characters_left())
+      return "its table of tilt factors is broken";
     numbers.next(2 * size_t(count));
   }
 
   std::array<double, kFields> header;
   for (double& field : header) field = numbers.next();
   if (!numbers.problem().empty()) return numbers.problem();
-  const int type = whole(header[PhotometricType]), rows = whole(header[VerticalAngles]), planes = whole(header[HorizontalAngles]);
+  const int type = whole(header[PhotometricType]), rows = whole(header[VerticalAngles]),
+            planes = whole(header[HorizontalAngles]);
   if (type < 1 || type > 3) return "its photometric type is none of 1 (C), 2 (B) and 3 (A)";
   if (rows < 2 || planes < 1) return "it needs two vertical angles and a horizontal one at least";
   // A number takes one character at least, so memory is only used for values that can be there.
   if (size_t(rows) * size_t(planes) > numbers.characters_left())
-    return "it names " + std::to_string(rows) + " vertical and " + std::to_string(planes) + " horizontal angles, for which it does not hold the values";
+    return "it names " + std::to_string(rows) + " vertical and " + std::to_string(planes) +
+           " horizontal angles, for which it does not hold the values";
 
   m.system = PhotometricSystem(type);
   m.vertical = numbers.next(size_t(rows));
   m.horizontal = numbers.next(size_t(planes));
   m.watts = numbers.next(size_t(rows) * size_t(planes));
   if (!numbers.problem().empty()) return numbers.problem();
-  for (double& value : m.watts) value *= header[Multiplier] * header[BallastFactor] * header[FutureUse] * kWattsPerCandela;
+  for (double& value : m.watts)
+    value *= header[Multiplier] * header[BallastFactor] * header[FutureUse] * kWattsPerCandela;
   for (const auto* angles : {&m.vertical, &m.horizontal})
     for (size_t i = 1; i < angles->size(); ++i)
-      if (!((*angles)[i] - (*angles)[i - 1] >= kSameAngle)) return std::string("its ") + (angles == &m.vertical ? "vertical" : "horizontal") + " angles do not ascend";
+      if (!((*angles)[i] - (*angles)[i - 1] >= kSameAngle))
+        return std::string("its ") + (angles == &m.vertical ? "vertical" : "horizontal") + " angles do not ascend";
   return "";
 }
 
-// ---- From the three coordinate systems of the standard to one ----------------------------------------------------------
+// ---- From the three coordinate systems of the standard to one
+// ----------------------------------------------------------
 
 /// An angle in degrees, and the number of the angle in the file whose values hold there.
 struct Knot {
@@ -152,7 +172,9 @@ class Axis {
     image.reverse(sum);
     knots_.insert(knots_.end(), image.knots_.begin(), image.knots_.end());
     std::stable_sort(knots_.begin(), knots_.end(), [](const Knot& a, const Knot& b) { return a.angle < b.angle; });
-    knots_.erase(std::unique(knots_.begin(), knots_.end(), [](const Knot& a, const Knot& b) { return is_same(a.angle, b.angle); }), knots_.end());
+    knots_.erase(std::unique(knots_.begin(), knots_.end(),
+                             [](const Knot& a, const Knot& b) { return is_same(a.angle, b.angle); }),
+                 knots_.end());
   }
   void add(double angle, size_t source) { knots_.push_back({angle, source}); }
 
@@ -160,10 +182,10 @@ class Axis {
   std::vector<Knot> knots_;
 };
 
-/// Type C: vertical angles from the nadir, horizontal ones around the vertical axis. The last horizontal angle names the symmetry: 0 is rotation,
-/// 90 is four equal quadrants, 180 two equal halves.
+/// Type C: vertical angles from the nadir, horizontal ones around the vertical axis. The last horizontal angle names
+/// the symmetry: 0 is rotation, 90 is four equal quadrants, 180 two equal halves.
 void complete_type_c(Axis& turn) {
-  if (is_same(turn.first(), 90.0)) turn.shift(-90.0);   // 90 to 270: symmetric about the other plane
+  if (is_same(turn.first(), 90.0)) turn.shift(-90.0);  // 90 to 270: symmetric about the other plane
   if (turn.size() == 1) {
     const size_t only = turn[0].source;
     turn.shift(-turn.first());
@@ -175,12 +197,13 @@ void complete_type_c(Axis& turn) {
   // Some files leave out 360, which is 0 again. That is so if the gap is as wide as the first interval or the last.
   const size_t n = turn.size();
   const double gap = 360.0 - turn.last();
-  const bool continues = is_same(gap, turn[1].angle - turn[0].angle) || is_same(gap, turn[n - 1].angle - turn[n - 2].angle);
+  const bool continues = is_same(gap, turn[1].angle - turn[0].angle) ||
+                         is_same(gap, turn[n - 1].angle - turn[n - 2].angle);
   if (is_same(turn.first(), 0.0) && continues) turn.add(360.0, turn[0].source);
 }
 
-/// Type B: the poles of the system lie on the horizon, so its vertical angles are turns and its horizontal ones go up and down. An axis that begins
-/// at 0 stands for both sides.
+/// Type B: the poles of the system lie on the horizon, so its vertical angles are turns and its horizontal ones go up
+/// and down. An axis that begins at 0 stands for both sides.
 void complete_type_b(Axis& turn, Axis& from_nadir) {
   for (Axis* axis : {&turn, &from_nadir})
     if (is_same(axis->first(), 0.0)) axis->mirror(0.0);
@@ -188,7 +211,8 @@ void complete_type_b(Axis& turn, Axis& from_nadir) {
   from_nadir.shift(90.0);
 }
 
-/// Type A: vertical angles from the horizon, horizontal ones from the front and the other way around than in type C. A file that begins at 0 stands for both sides.
+/// Type A: vertical angles from the horizon, horizontal ones from the front and the other way around than in type C. A
+/// file that begins at 0 stands for both sides.
 void complete_type_a(Axis& turn, Axis& from_nadir) {
   const bool one_side = is_same(turn.first(), 0.0);
   from_nadir.shift(90.0);
@@ -196,7 +220,8 @@ void complete_type_a(Axis& turn, Axis& from_nadir) {
   if (one_side) turn.mirror(360.0);
 }
 
-// ---- Interpolation -----------------------------------------------------------------------------------------------------
+// ---- Interpolation
+// -----------------------------------------------------------------------------------------------------
 
 /// Four neighbouring entries of an axis and their weights.
 struct Support {
@@ -215,17 +240,21 @@ size_t interval(const std::vector<float>& angles, float x) {
   return size_t(std::lower_bound(angles.begin() + 1, angles.end() - 1, x) - angles.begin()) - 1;
 }
 
-std::array<float, 4> weights_at(const std::vector<float>& angles, size_t i, float x) { return catmull_rom((x - angles[i]) / (angles[i + 1] - angles[i])); }
+std::array<float, 4> weights_at(const std::vector<float>& angles, size_t i, float x) {
+  return catmull_rom((x - angles[i]) / (angles[i + 1] - angles[i]));
+}
 
-/// From the nadir: the first row is followed by the second on its other side, if it is the nadir itself. The last row is repeated.
+/// From the nadir: the first row is followed by the second on its other side, if it is the nadir itself. The last row
+/// is repeated.
 Support support_of_rows(const std::vector<float>& angles, float x) {
   const size_t i = interval(angles, x), last = angles.size() - 1;
   const size_t beyond_first = angles[0] < 1e-6f ? 1 : 0;
   return {{i > 0 ? i - 1 : beyond_first, i, i + 1, std::min(i + 2, last)}, weights_at(angles, i, x)};
 }
 
-/// Around the axis: where the planes are closed, the last is the first again. Where they are open, Blender repeats the first plane before the first interval, and takes
-/// the plane at the beginning of the last interval again after its end.
+/// Around the axis: where the planes are closed, the last is the first again. Where they are open, Blender repeats the
+/// first plane before the first interval, and takes the plane at the beginning of the last interval again after its
+/// end.
 Support support_of_planes(const std::vector<float>& angles, float x, bool closed) {
   const size_t i = interval(angles, x), last = angles.size() - 1;
   const size_t before = i > 0 ? i - 1 : closed ? last - 1 : 0;
@@ -258,7 +287,8 @@ IesProfile IesProfile::read(std::string_view text, std::string& error) {
   for (size_t h = 0; h < turn.size(); ++h) {
     profile.horizontal_.push_back(radians(turn[h]));
     for (size_t v = 0; v < from_nadir.size(); ++v) {
-      const size_t plane = sideways ? from_nadir[v].source : turn[h].source, row = sideways ? turn[h].source : from_nadir[v].source;
+      const size_t plane = sideways ? from_nadir[v].source : turn[h].source,
+                   row = sideways ? turn[h].source : from_nadir[v].source;
       profile.values_.push_back(float(m.watts[plane * m.vertical.size() + row]));
       if (!std::isfinite(profile.values_.back())) error = "its values are too large";
     }
@@ -281,7 +311,7 @@ float IesProfile::towards(Vec3 direction) const {
     for (size_t v = 0; v < 4; ++v) along_plane += rows.weights[v] * plane[rows.entries[v]];
     sum += planes.weights[h] * along_plane;
   }
-  return std::max(0.0f, sum);   // the cubic may fall below the values it connects
+  return std::max(0.0f, sum);  // the cubic may fall below the values it connects
 }
 
 }  // namespace ajar::nodes

@@ -10,9 +10,47 @@
 namespace ajar::nodes {
 
 enum class MathOperation : uint8_t {
-  Add, Subtract, Multiply, Divide, MultiplyAdd, Power, Logarithm, Sqrt, InverseSqrt, Absolute, Exponent, Minimum, Maximum,
-  LessThan, GreaterThan, Sign, Compare, SmoothMin, SmoothMax, Round, Floor, Ceil, Trunc, Fract, Modulo, FlooredModulo, Wrap,
-  Snap, PingPong, Sine, Cosine, Tangent, ArcSine, ArcCosine, ArcTangent, ArcTan2, Sinh, Cosh, Tanh, Radians, Degrees
+  Add,
+  Subtract,
+  Multiply,
+  Divide,
+  MultiplyAdd,
+  Power,
+  Logarithm,
+  Sqrt,
+  InverseSqrt,
+  Absolute,
+  Exponent,
+  Minimum,
+  Maximum,
+  LessThan,
+  GreaterThan,
+  Sign,
+  Compare,
+  SmoothMin,
+  SmoothMax,
+  Round,
+  Floor,
+  Ceil,
+  Trunc,
+  Fract,
+  Modulo,
+  FlooredModulo,
+  Wrap,
+  Snap,
+  PingPong,
+  Sine,
+  Cosine,
+  Tangent,
+  ArcSine,
+  ArcCosine,
+  ArcTangent,
+  ArcTan2,
+  Sinh,
+  Cosh,
+  Tanh,
+  Radians,
+  Degrees
 };
 
 inline float divide(float a, float b) { return b != 0.0f ? a / b : 0.0f; }
@@ -88,9 +126,36 @@ inline float math(MathOperation operation, float a, float b, float c) {
 }
 
 enum class VectorOperation : uint8_t {
-  Add, Subtract, Multiply, Divide, MultiplyAdd, CrossProduct, Project, Reflect, Refract, FaceForward, DotProduct, Distance,
-  Length, Scale, Normalize, Absolute, Minimum, Maximum, Floor, Ceil, Fraction, Modulo, Wrap, Snap, Sine, Cosine, Tangent,
-  Power, Sign, Round
+  Add,
+  Subtract,
+  Multiply,
+  Divide,
+  MultiplyAdd,
+  CrossProduct,
+  Project,
+  Reflect,
+  Refract,
+  FaceForward,
+  DotProduct,
+  Distance,
+  Length,
+  Scale,
+  Normalize,
+  Absolute,
+  Minimum,
+  Maximum,
+  Floor,
+  Ceil,
+  Fraction,
+  Modulo,
+  Wrap,
+  Snap,
+  Sine,
+  Cosine,
+  Tangent,
+  Power,
+  Sign,
+  Round
 };
 
 inline Vec3 refract(Vec3 incident, Vec3 normal, float eta) {

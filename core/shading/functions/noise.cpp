@@ -8,39 +8,50 @@
 namespace ajar::nodes {
 namespace {
 
-// The hash of a lattice point numbers its gradient g, and the lattice point contributes the dot product of g with the distance d from it. In three dimensions the
-// gradients are those of Perlin 2002 ("Improving Noise"): the directions to the middles of the twelve edges of a cube. In four, one component is zero
-// and the others are 1 or -1. Two and one dimensions are Blender's: (1, 2) and (2, 1) with all signs, and slopes from 1 to 8 with both. The numbering is part of
-// the definition. There are no tables, so that the compiler can compute all corners of a cell at once.
+// The hash of a lattice point numbers its gradient g, and the lattice point contributes the dot product of g with the
+// distance d from it. In three dimensions the gradients are those of Perlin 2002 ("Improving Noise"): the directions to
+// the middles of the twelve edges of a cube. In four, one component is zero and the others are 1 or -1. Two and one
+// dimensions are Blender's: (1, 2) and (2, 1) with all signs, and slopes from 1 to 8 with both. The numbering is part
+// of the definition. There are no tables, so that the compiler can compute all corners of a cell at once.
 
 /// x or -x, as this bit of the number says.
 inline float with_sign(float x, uint32_t number, int bit) {
   return std::bit_cast<float>(std::bit_cast<uint32_t>(x) ^ (number >> bit << 31));
 }
 
-/// Dot product with the gradient that is 0 along one axis and has the lowest bits of `number` as signs along the others.
-template <int N> float along_edge(uint32_t number, uint32_t zero_axis, const float (&d)[N]) {
+/// Dot product with the gradient that is 0 along one axis and has the lowest bits of `number` as signs along the
+/// others.
+template <int N>
+float along_edge(uint32_t number, uint32_t zero_axis, const float (&d)[N]) {
   float sum = 0.0f;
   for (int i = 0; i < N - 1; ++i) sum += with_sign(uint32_t(i) < zero_axis ? d[i] : d[i + 1], number, i);
   return sum;
 }
 
-inline float contribution(uint32_t hash, const float (&d)[1]) { return with_sign(float(int(hash % 8) + 1) * d[0], hash, 3); }
+inline float contribution(uint32_t hash, const float (&d)[1]) {
+  return with_sign(float(int(hash % 8) + 1) * d[0], hash, 3);
+}
 inline float contribution(uint32_t hash, const float (&d)[2]) {
-  const bool along_y = hash % 8 < 4;   // the component of 2
+  const bool along_y = hash % 8 < 4;  // the component of 2
   return with_sign(along_y ? d[0] : d[1], hash, 0) + 2.0f * with_sign(along_y ? d[1] : d[0], hash, 1);
 }
 inline float contribution(uint32_t hash, const float (&d)[3]) {
-  // Perlin fills up sixteen numbers with four of the edges again, which form a tetrahedron: 12 to 15 stand for 0, 9, 1 and 11, the digits of the constant.
+  // Perlin fills up sixteen numbers with four of the edges again, which form a tetrahedron: 12 to 15 stand for 0, 9, 1
+  // and 11, the digits of the constant.
   const uint32_t low = hash % 16, number = low < 12 ? low : 0xb190u >> 4 * (low - 12) & 15;
   return along_edge(number, 2 - number / 4, d);
 }
 inline float contribution(uint32_t hash, const float (&d)[4]) { return along_edge(hash, 3 - hash % 32 / 8, d); }
 
 /// Makes the range about [-1, 1]; found by experiment by the authors of Open Shading Language.
-template <int N> constexpr float kRange = N == 1 ? 0.2500f : N == 2 ? 0.6616f : N == 3 ? 0.9820f : 0.8344f;
+template <int N>
+constexpr float kRange = N == 1   ? 0.2500f
+                         : N == 2 ? 0.6616f
+                         : N == 3 ? 0.9820f
+                                  : 0.8344f;
 
-template <int N> float signed_noise(Point<N> p) {
+template <int N>
+float signed_noise(Point<N> p) {
   constexpr int kCorners = 1 << N;
   uint32_t cell[N];
   float fraction[N], fade[N];
@@ -68,7 +79,8 @@ template <int N> float signed_noise(Point<N> p) {
   return kRange<N> * value[0];
 }
 
-template <int N> float fbm(const NoiseParameters& n, Point<N> p) {
+template <int N>
+float fbm(const NoiseParameters& n, Point<N> p) {
   float sum = 0.0f, amplitude = 1.0f, total = 0.0f, frequency = 1.0f;
   for (int i = 0; i < int(n.octaves); ++i) {
     sum += amplitude * signed_noise(frequency * p);
@@ -81,10 +93,12 @@ template <int N> float fbm(const NoiseParameters& n, Point<N> p) {
   if (part == 0.0f) return scaled(sum, total);
   const float more = sum + amplitude * signed_noise(frequency * p);
   // Without a whole octave there is nothing to divide by: only the part counts.
-  return (total > 0.0f || !n.normalize ? (1.0f - part) * scaled(sum, total) : 0.0f) + part * scaled(more, total + amplitude);
+  return (total > 0.0f || !n.normalize ? (1.0f - part) * scaled(sum, total) : 0.0f) +
+         part * scaled(more, total + amplitude);
 }
 
-template <int N> float multifractal(const NoiseParameters& n, Point<N> p) {
+template <int N>
+float multifractal(const NoiseParameters& n, Point<N> p) {
   float value = 1.0f, amplitude = 1.0f;
   for (int i = 0; i < int(n.octaves); ++i, amplitude *= n.persistence, p *= n.lacunarity)
     value *= amplitude * signed_noise(p) + 1.0f;
@@ -92,7 +106,8 @@ template <int N> float multifractal(const NoiseParameters& n, Point<N> p) {
   return part == 0.0f ? value : value * (part * amplitude * signed_noise(p) + 1.0f);
 }
 
-template <int N> float hetero_terrain(const NoiseParameters& n, Point<N> p) {
+template <int N>
+float hetero_terrain(const NoiseParameters& n, Point<N> p) {
   float value = n.offset + signed_noise(p), amplitude = n.persistence;
   p *= n.lacunarity;
   const auto increment = [&] { return (signed_noise(p) + n.offset) * amplitude * value; };
@@ -101,10 +116,12 @@ template <int N> float hetero_terrain(const NoiseParameters& n, Point<N> p) {
   return part == 0.0f ? value : value + part * increment();
 }
 
-// Musgrave (Texturing and Modeling, 3rd ed., chapter 16): where the octaves before gave little, later ones count less, so that valleys stay smooth. The weight of
-// an octave is the product of gain * signal over the octaves before it, and at most 1.
-template <int N> float hybrid_multifractal(const NoiseParameters& n, Point<N> p) {
-  constexpr float kInvisible = 0.001f;   // octaves of a lower weight are left out, as in Blender
+// Musgrave (Texturing and Modeling, 3rd ed., chapter 16): where the octaves before gave little, later ones count less,
+// so that valleys stay smooth. The weight of an octave is the product of gain * signal over the octaves before it, and
+// at most 1.
+template <int N>
+float hybrid_multifractal(const NoiseParameters& n, Point<N> p) {
+  constexpr float kInvisible = 0.001f;  // octaves of a lower weight are left out, as in Blender
   float sum = 0.0f, weight = 1.0f, amplitude = 1.0f;
   for (float left = n.octaves; left > 0.0f && weight > kInvisible; left -= 1.0f) {
     const float signal = amplitude * (signed_noise(p) + n.offset), share = std::min(left, 1.0f);
@@ -117,7 +134,8 @@ template <int N> float hybrid_multifractal(const NoiseParameters& n, Point<N> p)
   return sum;
 }
 
-template <int N> float ridged_multifractal(const NoiseParameters& n, Point<N> p) {
+template <int N>
+float ridged_multifractal(const NoiseParameters& n, Point<N> p) {
   const auto ridge = [&] { return sqr(n.offset - std::abs(signed_noise(p))); };
   float signal = ridge(), value = signal, amplitude = n.persistence;
   for (int i = 1; i < int(n.octaves); ++i, amplitude *= n.persistence) {
@@ -128,7 +146,8 @@ template <int N> float ridged_multifractal(const NoiseParameters& n, Point<N> p)
   return value;
 }
 
-template <int N> float fractal(const NoiseParameters& n, Point<N> p) {
+template <int N>
+float fractal(const NoiseParameters& n, Point<N> p) {
   switch (n.fractal) {
     case Fractal::Multifractal: return multifractal<N>(n, p);
     case Fractal::Fbm: return fbm<N>(n, p);
@@ -140,13 +159,16 @@ template <int N> float fractal(const NoiseParameters& n, Point<N> p) {
 }
 
 /// A place between 100 and 200 on every axis, by which noises of one node are kept apart.
-template <int N> Point<N> apart(int seed) {
+template <int N>
+Point<N> apart(int seed) {
   Point<N> offset;
-  for (int axis = 0; axis < N; ++axis) offset[axis] = 100.0f + 100.0f * (N == 1 ? hash_unit(seed) : hash_unit(seed, axis));
+  for (int axis = 0; axis < N; ++axis)
+    offset[axis] = 100.0f + 100.0f * (N == 1 ? hash_unit(seed) : hash_unit(seed, axis));
   return offset;
 }
 
-template <int N> Point<N> distorted(const NoiseParameters& n, Point<N> p) {
+template <int N>
+Point<N> distorted(const NoiseParameters& n, Point<N> p) {
   if (n.distortion == 0.0f) return p;
   Point<N> shift;
   for (int axis = 0; axis < N; ++axis) shift[axis] = signed_noise(p + apart<N>(axis));

@@ -1,5 +1,6 @@
-// Gradient noise (Perlin 2002) in one to four dimensions, and sums of its octaves: fractional Brownian motion and the multifractals of
-// Musgrave (Ebert et al., Texturing and Modeling, 3rd ed., chapter 16). Gradients, scales and offsets are those of Blender's nodes.
+// Gradient noise (Perlin 2002) in one to four dimensions, and sums of its octaves: fractional Brownian motion and the
+// multifractals of Musgrave (Ebert et al., Texturing and Modeling, 3rd ed., chapter 16). Gradients, scales and offsets
+// are those of Blender's nodes.
 #pragma once
 
 #include "math/types.h"
@@ -11,10 +12,10 @@ enum class Fractal : uint8_t { Multifractal, Fbm, HybridMultifractal, RidgedMult
 struct NoiseParameters {
   int dimensions = 3;
   Fractal fractal = Fractal::Fbm;
-  bool normalize = true;        ///< fbm only: the sum is brought to [0, 1]
-  float octaves = 1.0f;         ///< the last one may count in part
-  float persistence = 0.5f;     ///< amplitude of an octave over that of the one before
-  float lacunarity = 2.0f;      ///< its frequency over that of the one before
+  bool normalize = true;     ///< fbm only: the sum is brought to [0, 1]
+  float octaves = 1.0f;      ///< the last one may count in part
+  float persistence = 0.5f;  ///< amplitude of an octave over that of the one before
+  float lacunarity = 2.0f;   ///< its frequency over that of the one before
   float offset = 0.0f, gain = 1.0f, distortion = 0.0f;
 };
 

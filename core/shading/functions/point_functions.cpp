@@ -8,10 +8,13 @@ namespace ajar::nodes {
 
 Vec3 object_position(const ShadingPoint& point) {
   Mat4 moved;
-  return point.instance ? transform_point(object_from_world(*point.instance, point.time, moved), point.position) : point.position;
+  return point.instance ? transform_point(object_from_world(*point.instance, point.time, moved), point.position)
+                        : point.position;
 }
 
-bool is_strand(const ShadingPoint& point) { return point.mesh && point.mesh->strands && point.primitive != kInsideVolume; }
+bool is_strand(const ShadingPoint& point) {
+  return point.mesh && point.mesh->strands && point.primitive != kInsideVolume;
+}
 
 float hair_info(const ShadingPoint& point, HairOutput output) {
   if (!is_strand(point)) return 0.0f;
@@ -21,7 +24,8 @@ float hair_info(const ShadingPoint& point, HairOutput output) {
     case HairOutput::IsStrand: return 1.0f;
     case HairOutput::Intercept: {
       const uint32_t first = strands.point_of(segment);
-      return strands.intercepts[first] + point.barycentric.x * (strands.intercepts[first + 1] - strands.intercepts[first]);
+      return strands.intercepts[first] +
+             point.barycentric.x * (strands.intercepts[first + 1] - strands.intercepts[first]);
     }
     case HairOutput::Length: return strands.lengths[strand];
     case HairOutput::Thickness: return 2.0f * strands.radius(segment, point.barycentric.x);
@@ -71,10 +75,15 @@ Vec3 generated(const ShadingPoint& point) {
   const BuiltMesh& mesh = *point.mesh;
   Mat4 moved;
   // All of a strand is where it begins, as in Cycles.
-  const Vec3 position = is_strand(point) && mesh.undeformed_position < 0 ? (mesh.baked && point.instance
-          ? transform_point(object_from_world(*point.instance, point.time, moved), mesh.strands->root(point.primitive)) : mesh.strands->root(point.primitive))
-      : mesh.undeformed_position < 0 || point.primitive == kInsideVolume ? object_position(point)
-      : Vec3(mesh.interpolate(mesh.attributes[mesh.undeformed_position], point.primitive, point.barycentric));
+  const Vec3 position = is_strand(point) && mesh.undeformed_position < 0
+                            ? (mesh.baked && point.instance
+                                   ? transform_point(object_from_world(*point.instance, point.time, moved),
+                                                     mesh.strands->root(point.primitive))
+                                   : mesh.strands->root(point.primitive))
+                        : mesh.undeformed_position < 0 || point.primitive == kInsideVolume
+                            ? object_position(point)
+                            : Vec3(mesh.interpolate(mesh.attributes[mesh.undeformed_position], point.primitive,
+                                                    point.barycentric));
   return divide((position - mesh.texture_space_location) * 0.5f, mesh.texture_space_size) + 0.5f;
 }
 
@@ -179,8 +188,11 @@ bool is_near_edge(const ShadingPoint& point, float width) {
   if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
   const Vec3 from_first = point.barycentric.x * point.dpdu + point.barycentric.y * point.dpdv;
   const float most = sqr(0.5f * width);
-  const auto is_near = [&](Vec3 edge, Vec3 from_corner) { return length_squared(glm::cross(edge, from_corner)) < length_squared(edge) * most; };
-  return is_near(point.dpdu, from_first) || is_near(point.dpdv, from_first) || is_near(point.dpdv - point.dpdu, from_first - point.dpdu);
+  const auto is_near = [&](Vec3 edge, Vec3 from_corner) {
+    return length_squared(glm::cross(edge, from_corner)) < length_squared(edge) * most;
+  };
+  return is_near(point.dpdu, from_first) || is_near(point.dpdv, from_first) ||
+         is_near(point.dpdv - point.dpdu, from_first - point.dpdu);
 }
 
 float light_path(const ShadingPoint& point, LightPathOutput output) {

@@ -1,5 +1,6 @@
-// What input nodes read from the shading point. Without an instance the point belongs to the world or a lamp. The world's
-// position is the direction looked in, and normals face the viewer, apart from those of area lamps, as in Cycles.
+// What input nodes read from the shading point. Without an instance the point belongs to the world or a lamp. The
+// world's position is the direction looked in, and normals face the viewer, apart from those of area lamps, as in
+// Cycles.
 #pragma once
 
 #include <string>
@@ -10,8 +11,20 @@
 namespace ajar::nodes {
 
 enum class LightPathOutput : uint8_t {
-  IsCamera, IsShadow, IsDiffuse, IsGlossy, IsSingular, IsReflection, IsTransmission, IsVolumeScatter, RayLength, RayDepth,
-  DiffuseDepth, GlossyDepth, TransparentDepth, TransmissionDepth
+  IsCamera,
+  IsShadow,
+  IsDiffuse,
+  IsGlossy,
+  IsSingular,
+  IsReflection,
+  IsTransmission,
+  IsVolumeScatter,
+  RayLength,
+  RayDepth,
+  DiffuseDepth,
+  GlossyDepth,
+  TransparentDepth,
+  TransmissionDepth
 };
 enum class HairOutput : uint8_t { IsStrand, Intercept, Length, Thickness, Random };
 enum class Axis : uint8_t { X, Y, Z };
@@ -21,7 +34,8 @@ enum class NormalMapSpace : uint8_t { Tangent, Object, World, BlenderObject, Ble
 Vec3 object_position(const ShadingPoint& point);
 /// On hair, not on a triangle nor inside a volume.
 bool is_strand(const ShadingPoint& point);
-/// 0 where there is no strand. Length and thickness in the object's space; of objects that appear once the thickness in the world's.
+/// 0 where there is no strand. Length and thickness in the object's space; of objects that appear once the thickness in
+/// the world's.
 float hair_info(const ShadingPoint& point, HairOutput output);
 /// Of a strand: towards the eye, perpendicular to it.
 Vec3 hair_tangent_normal(const ShadingPoint& point);

@@ -17,54 +17,72 @@ float safe_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
 /// Angle from the zenith, and azimuth from y towards x.
 Vec2 spherical(Vec3 d) { return {safe_acos(d.z), std::atan2(d.x, d.y)}; }
 
-// ---- Single scattering [Nishita et al. 1993] with ozone, at 21 wavelengths from 380 to 780 nm ------------------------
+// ---- Single scattering [Nishita et al. 1993] with ozone, at 21 wavelengths from 380 to 780 nm
+// ------------------------
 //
 // A ray collects, from each of its points, the sunlight that is scattered there towards the eye:
-//   L = E integral T(eye, p) (beta_air rho_air(p) P_air + beta_dust rho_dust(p) P_dust) T(p, sun) dt,   T = exp(-sum of columns * coefficients).
-// The Earth is a sphere, so a point needs no coordinates: its altitude and the cosine between the vertical and a direction determine what lies in that
-// direction. Constants and quadratures are those of Blender, since its pictures depend on them.
+//   L = E integral T(eye, p) (beta_air rho_air(p) P_air + beta_dust rho_dust(p) P_dust) T(p, sun) dt,   T = exp(-sum of
+//   columns * coefficients).
+// The Earth is a sphere, so a point needs no coordinates: its altitude and the cosine between the vertical and a
+// direction determine what lies in that direction. Constants and quadratures are those of Blender, since its pictures
+// depend on them.
 
 constexpr int kWavelengths = 21;
 constexpr float kWavelengthStep = 20.0f;
-constexpr int kWidth = 512, kHeight = 128;      // of the table: azimuth, elevation (closer towards the horizon)
+constexpr int kWidth = 512, kHeight = 128;  // of the table: azimuth, elevation (closer towards the horizon)
 constexpr int kViewSteps = 32;
-constexpr float kEarthRadius = 6360e3f, kAtmosphere = 60e3f;       // metres; the atmosphere ends at this altitude
-constexpr float kDustScattering = 2e-5f, kDustExtinction = 1.11f * kDustScattering;   // Mie, per metre
+constexpr float kEarthRadius = 6360e3f, kAtmosphere = 60e3f;  // metres; the atmosphere ends at this altitude
+constexpr float kDustScattering = 2e-5f, kDustExtinction = 1.11f * kDustScattering;  // Mie, per metre
 constexpr float kDustAnisotropy = 0.76f;
 
 /// W m^-2 nm^-1 above the atmosphere.
 constexpr float kSunIrradiance[kWavelengths] = {
-    1.4575683f, 1.565963f, 1.6514845f, 1.71496243f, 1.75797984f, 1.782564f, 1.7909511f, 1.7854155f, 1.76815555f, 1.7412207f,
-    1.7064713f, 1.6655609f, 1.61993437f, 1.570836f, 1.5193234f, 1.466285f, 1.4124585f, 1.3584496f, 1.3047491f, 1.2517496f,
-    1.19976f};
+    1.4575683f, 1.565963f,   1.6514845f, 1.71496243f, 1.75797984f, 1.782564f,   1.7909511f,
+    1.7854155f, 1.76815555f, 1.7412207f, 1.7064713f,  1.6655609f,  1.61993437f, 1.570836f,
+    1.5193234f, 1.466285f,   1.4124585f, 1.3584496f,  1.3047491f,  1.2517496f,  1.19976f};
 /// Scattering by air and absorption by ozone per metre at their densest.
 constexpr float kAirScattering[kWavelengths] = {
-    5.42482e-05f, 4.4185499e-05f, 3.6351519e-05f, 3.017929e-05f, 2.5263202e-05f, 2.1308593e-05f, 1.809838e-05f, 1.54705713e-05f,
-    1.330285e-05f, 1.15018478e-05f, 9.995574e-06f, 8.728e-06f, 7.655137e-06f, 6.742172e-06f, 5.9613413e-06f, 5.290346e-06f,
-    4.711157e-06f, 4.2091048e-06f, 3.7721838e-06f, 3.3905126e-06f, 3.0559153e-06f};
+    5.42482e-05f,    4.4185499e-05f, 3.6351519e-05f,  3.017929e-05f,  2.5263202e-05f, 2.1308593e-05f, 1.809838e-05f,
+    1.54705713e-05f, 1.330285e-05f,  1.15018478e-05f, 9.995574e-06f,  8.728e-06f,     7.655137e-06f,  6.742172e-06f,
+    5.9613413e-06f,  5.290346e-06f,  4.711157e-06f,   4.2091048e-06f, 3.7721838e-06f, 3.3905126e-06f, 3.0559153e-06f};
 constexpr float kOzoneAbsorption[kWavelengths] = {
-    3.2512685e-09f, 5.8539537e-09f, 1.9771912e-08f, 7.30956876e-08f, 2.0084562e-07f, 4.0383958e-07f, 6.3551336e-07f,
-    9.670704e-07f, 1.547974e-06f, 2.0903865e-06f, 2.46128056e-06f, 2.735513e-06f, 2.15125863e-06f, 1.5905184e-06f, 1.123562e-06f,
-    7.3527551e-07f, 4.645013e-07f, 3.309608e-07f, 2.25126123e-07f, 1.4879129e-07f, 1.6828623e-07f};
+    3.2512685e-09f, 5.8539537e-09f, 1.9771912e-08f, 7.30956876e-08f, 2.0084562e-07f,  4.0383958e-07f,  6.3551336e-07f,
+    9.670704e-07f,  1.547974e-06f,  2.0903865e-06f, 2.46128056e-06f, 2.735513e-06f,   2.15125863e-06f, 1.5905184e-06f,
+    1.123562e-06f,  7.3527551e-07f, 4.645013e-07f,  3.309608e-07f,   2.25126123e-07f, 1.4879129e-07f,  1.6828623e-07f};
 /// CIE 1931.
-constexpr float kObserver[kWavelengths][3] = {
-    {0.001368f, 3.9e-05f, 0.006450001f}, {0.01431f, 0.000396f, 0.06785001f}, {0.13438f, 0.004f, 0.6456f},
-    {0.34828f, 0.023f, 1.74706f}, {0.2908f, 0.06f, 1.6692f}, {0.09564f, 0.13902f, 0.8129501f},
-    {0.0049f, 0.323f, 0.272f}, {0.06327f, 0.71f, 0.07824999f}, {0.2904f, 0.954f, 0.0203f},
-    {0.5945f, 0.995f, 0.0039f}, {0.9163f, 0.87f, 0.001650001f}, {1.0622f, 0.631f, 0.0008f},
-    {0.8544499f, 0.381f, 0.00019f}, {0.4479f, 0.175f, 2e-05f}, {0.1649f, 0.061f, 0.0f},
-    {0.04677f, 0.017f, 0.0f}, {0.01135916f, 0.004102f, 0.0f}, {0.002899327f, 0.001047f, 0.0f},
-    {0.0006900786f, 0.0002492f, 0.0f}, {0.0001661505f, 6e-05f, 0.0f}, {4.150994e-05f, 1.499e-05f, 0.0f}};
+constexpr float kObserver[kWavelengths][3] = {{0.001368f, 3.9e-05f, 0.006450001f},
+                                              {0.01431f, 0.000396f, 0.06785001f},
+                                              {0.13438f, 0.004f, 0.6456f},
+                                              {0.34828f, 0.023f, 1.74706f},
+                                              {0.2908f, 0.06f, 1.6692f},
+                                              {0.09564f, 0.13902f, 0.8129501f},
+                                              {0.0049f, 0.323f, 0.272f},
+                                              {0.06327f, 0.71f, 0.07824999f},
+                                              {0.2904f, 0.954f, 0.0203f},
+                                              {0.5945f, 0.995f, 0.0039f},
+                                              {0.9163f, 0.87f, 0.001650001f},
+                                              {1.0622f, 0.631f, 0.0008f},
+                                              {0.8544499f, 0.381f, 0.00019f},
+                                              {0.4479f, 0.175f, 2e-05f},
+                                              {0.1649f, 0.061f, 0.0f},
+                                              {0.04677f, 0.017f, 0.0f},
+                                              {0.01135916f, 0.004102f, 0.0f},
+                                              {0.002899327f, 0.001047f, 0.0f},
+                                              {0.0006900786f, 0.0002492f, 0.0f},
+                                              {0.0001661505f, 6e-05f, 0.0f},
+                                              {4.150994e-05f, 1.499e-05f, 0.0f}};
 
 using Spectrum = std::array<float, kWavelengths>;
 
 Vec3 to_xyz(const Spectrum& spectrum) {
   Vec3 xyz(0.0f);
-  for (size_t i = 0; i < spectrum.size(); ++i) xyz += spectrum[i] * Vec3(kObserver[i][0], kObserver[i][1], kObserver[i][2]);
+  for (size_t i = 0; i < spectrum.size(); ++i)
+    xyz += spectrum[i] * Vec3(kObserver[i][0], kObserver[i][1], kObserver[i][2]);
   return xyz * kWavelengthStep;
 }
 
-/// Amounts of the three constituents: densities relative to the densest place of each, or columns, which are densities times metres.
+/// Amounts of the three constituents: densities relative to the densest place of each, or columns, which are densities
+/// times metres.
 struct Constituents {
   float air = 0.0f, dust = 0.0f, ozone = 0.0f;
 
@@ -74,26 +92,34 @@ struct Constituents {
   }
   /// For a column, the part of the light of a wavelength that comes through it.
   float transmittance(int wavelength) const {
-    return std::exp(-(air * kAirScattering[wavelength] + dust * kDustExtinction + ozone * kOzoneAbsorption[wavelength]));
+    return std::exp(
+        -(air * kAirScattering[wavelength] + dust * kDustExtinction + ozone * kOzoneAbsorption[wavelength]));
   }
 };
 
-/// Air and dust thin out exponentially, with scale heights of 8 and 1.2 km. Ozone is a layer around 25 km, from 10 to 40 km.
+/// Air and dust thin out exponentially, with scale heights of 8 and 1.2 km. Ozone is a layer around 25 km, from 10 to
+/// 40 km.
 Constituents densities_at(float altitude) {
-  return {std::exp(-altitude / 8e3f), std::exp(-altitude / 1.2e3f), std::max(1.0f - std::abs(altitude - 25e3f) / 15e3f, 0.0f)};
+  return {std::exp(-altitude / 8e3f), std::exp(-altitude / 1.2e3f),
+          std::max(1.0f - std::abs(altitude - 25e3f) / 15e3f, 0.0f)};
 }
-Constituents scaled(const Constituents& c, const Atmosphere& a) { return {c.air * a.air_density, c.dust * a.dust_density, c.ozone * a.ozone_density}; }
+Constituents scaled(const Constituents& c, const Atmosphere& a) {
+  return {c.air * a.air_density, c.dust * a.dust_density, c.ozone * a.ozone_density};
+}
 
 /// A ray from an altitude, at an angle to the vertical of which `cosine` is known.
 class AtmosphericRay {
  public:
   AtmosphericRay(float altitude, float cosine)
-      : rise_((kEarthRadius + altitude) * cosine), excess_(excess_of(altitude)), length_(forward_root(excess_of(kAtmosphere) - excess_)) {}
+      : rise_((kEarthRadius + altitude) * cosine),
+        excess_(excess_of(altitude)),
+        length_(forward_root(excess_of(kAtmosphere) - excess_)) {}
 
   /// Distance to the end of the atmosphere.
   float length() const { return length_; }
 
-  /// Altitude at distance t: of the squared radius only the part beyond that of the Earth is used, so that metres are not lost in thousands of kilometres.
+  /// Altitude at distance t: of the squared radius only the part beyond that of the Earth is used, so that metres are
+  /// not lost in thousands of kilometres.
   float altitude_at(float t) const {
     const float excess = excess_ + t * (t + 2.0f * rise_);
     return excess / (std::sqrt(sqr(kEarthRadius) + excess) + kEarthRadius);
@@ -102,8 +128,9 @@ class AtmosphericRay {
   /// True if the line of the ray, in both directions, passes through the Earth.
   bool line_meets_earth() const { return sqr(rise_) >= excess_; }
 
-  /// Densities, integrated over the ray by Gauss-Laguerre quadrature, which suits what falls off exponentially. The nodes (Abramowitz and Stegun, table 25.9, n = 8) are
-  /// divided by 25, so that the last one is still inside the atmosphere; the weights are those of the table that contain exp(x).
+  /// Densities, integrated over the ray by Gauss-Laguerre quadrature, which suits what falls off exponentially. The
+  /// nodes (Abramowitz and Stegun, table 25.9, n = 8) are divided by 25, so that the last one is still inside the
+  /// atmosphere; the weights are those of the table that contain exp(x).
   Constituents column() const {
     static constexpr float kNodes[8] = {0.170279632305f, 0.903701776799f, 2.251086629866f,  4.266700170288f,
                                         7.045905402393f, 10.75851601018f, 15.740678641278f, 22.863131736889f};
@@ -124,8 +151,8 @@ class AtmosphericRay {
     return rise_ > 0.0f ? gain / (root + rise_) : root - rise_;
   }
 
-  float rise_;     ///< radius times cosine: half the growth of the squared radius per metre at the start
-  float excess_;   ///< of the start
+  float rise_;    ///< radius times cosine: half the growth of the squared radius per metre at the start
+  float excess_;  ///< of the start
   float length_;
 };
 
@@ -137,10 +164,12 @@ float dust_phase(float cosine) {
   return normalization * (1.0f + sqr(cosine)) / std::pow(1.0f + g * g - 2.0f * g * cosine, 1.5f);
 }
 
-/// Radiance of the sky in XYZ. The directions are given by what matters of them: sines of the elevations of view and sun, and the cosine between the two.
+/// Radiance of the sky in XYZ. The directions are given by what matters of them: sines of the elevations of view and
+/// sun, and the cosine between the two.
 Vec3 scattered(const Atmosphere& a, float view_sine, float sun_sine, float view_sun_cosine) {
   const AtmosphericRay view(a.altitude, view_sine);
-  const float step = view.length() / kViewSteps, air_phase = rayleigh_phase(view_sun_cosine), dust = dust_phase(view_sun_cosine);
+  const float step = view.length() / kViewSteps, air_phase = rayleigh_phase(view_sun_cosine),
+              dust = dust_phase(view_sun_cosine);
   Spectrum radiance{};
   Constituents seen_through;
   for (int i = 0; i < kViewSteps; ++i) {
@@ -150,8 +179,8 @@ Vec3 scattered(const Atmosphere& a, float view_sine, float sun_sine, float view_
     // Projections on the direction to the sun add up along the ray.
     const float sun_cosine = ((kEarthRadius + a.altitude) * sun_sine + t * view_sun_cosine) / (kEarthRadius + altitude);
     const AtmosphericRay to_sun(altitude, sun_cosine);
-    // As in Blender, there is no shadow while the sun is above the eye's horizontal plane. Otherwise it is enough that the Earth is on the line to the sun, in
-    // front of the point or behind it.
+    // As in Blender, there is no shadow while the sun is above the eye's horizontal plane. Otherwise it is enough that
+    // the Earth is on the line to the sun, in front of the point or behind it.
     if (sun_sine < 0.0f && to_sun.line_meets_earth()) continue;
     const Constituents through = scaled(to_sun.column(), a).add(seen_through, 1.0f);
     for (int k = 0; k < kWavelengths; ++k) {
@@ -168,16 +197,19 @@ Vec3 sun_radiance(const Atmosphere& a, float elevation) {
   through.ozone = 0.0f;
   const float solid_angle = 2.0f * kPi * (1.0f - std::cos(0.5f * a.sun_size));
   Spectrum radiance;
-  for (int k = 0; k < kWavelengths; ++k) radiance[size_t(k)] = kSunIrradiance[k] / solid_angle * through.transmittance(k);
+  for (int k = 0; k < kWavelengths; ++k)
+    radiance[size_t(k)] = kSunIrradiance[k] / solid_angle * through.transmittance(k);
   return to_xyz(radiance);
 }
 
-// ---- Analytic models ---------------------------------------------------------------------------------------------------
+// ---- Analytic models
+// ---------------------------------------------------------------------------------------------------
 
 /// Perez et al. (1993): darkening towards the horizon times brightening towards the sun.
 float perez(const float* k, float theta, float gamma) {
   const float cosine = std::cos(gamma);
-  return (1.0f + k[0] * std::exp(k[1] / std::cos(theta))) * (1.0f + k[2] * std::exp(k[3] * gamma) + k[4] * cosine * cosine);
+  return (1.0f + k[0] * std::exp(k[1] / std::cos(theta))) *
+         (1.0f + k[2] * std::exp(k[3] * gamma) + k[4] * cosine * cosine);
 }
 
 /// Hosek and Wilkie (2012), equation 8.
@@ -189,9 +221,10 @@ float hosek(const float* k, float theta, float gamma) {
 }
 
 /// Quintic Bézier curve over the cube root of the sun's elevation, linear in turbidity and ground albedo.
-double hosek_coefficient(const float* table, int parameters, int parameter, double turbidity, double albedo, double elevation) {
+double hosek_coefficient(const float* table, int parameters, int parameter, double turbidity, double albedo,
+                         double elevation) {
   const double t = std::cbrt(elevation / (0.5 * M_PI)), s = 1.0 - t;
-  const double bernstein[6] = {s * s * s * s * s,          5.0 * s * s * s * s * t, 10.0 * s * s * s * t * t,
+  const double bernstein[6] = {s * s * s * s * s,        5.0 * s * s * s * s * t, 10.0 * s * s * s * t * t,
                                10.0 * s * s * t * t * t, 5.0 * s * t * t * t * t, t * t * t * t * t};
   const int low = std::min(int(turbidity), 10);
   const double part = turbidity - low;
@@ -226,11 +259,12 @@ Sky Sky::preetham(Vec3 to_sun, float turbidity) {
     for (int i = 0; i < 5; ++i) sky.shape_[c][i] = kSlope[c][i] * T + kConstant[c][i];
   const auto cubic = [t](float a, float b, float c, float d) { return ((a * t + b) * t + c) * t + d; };
   const float chi = (4.0f / 9.0f - T / 120.0f) * (kPi - 2.0f * t);
-  sky.zenith_ = {0.06f * ((4.0453f * T - 4.9710f) * std::tan(chi) - 0.2155f * T + 2.4192f),
-                 (cubic(0.00166f, -0.00375f, 0.00209f, 0.0f) * T + cubic(-0.02903f, 0.06377f, -0.03202f, 0.00394f)) * T +
-                     cubic(0.11693f, -0.21196f, 0.06052f, 0.25886f),
-                 (cubic(0.00275f, -0.00610f, 0.00317f, 0.0f) * T + cubic(-0.04214f, 0.08970f, -0.04153f, 0.00516f)) * T +
-                     cubic(0.15346f, -0.26756f, 0.06670f, 0.26688f)};
+  sky.zenith_ = {
+      0.06f * ((4.0453f * T - 4.9710f) * std::tan(chi) - 0.2155f * T + 2.4192f),
+      (cubic(0.00166f, -0.00375f, 0.00209f, 0.0f) * T + cubic(-0.02903f, 0.06377f, -0.03202f, 0.00394f)) * T +
+          cubic(0.11693f, -0.21196f, 0.06052f, 0.25886f),
+      (cubic(0.00275f, -0.00610f, 0.00317f, 0.0f) * T + cubic(-0.04214f, 0.08970f, -0.04153f, 0.00516f)) * T +
+          cubic(0.15346f, -0.26756f, 0.06670f, 0.26688f)};
   for (int c = 0; c < 3; ++c) sky.zenith_[c] /= perez(sky.shape_[c], 0.0f, t);
   return sky;
 }
@@ -254,26 +288,28 @@ Sky Sky::nishita(const Atmosphere& given) {
   Sky sky;
   sky.model_ = Model::Nishita;
   Atmosphere& a = sky.atmosphere_ = given;
-  a.altitude = std::clamp(a.altitude, 1.0f, 59999.0f);   // neither underground nor in space
+  a.altitude = std::clamp(a.altitude, 1.0f, 59999.0f);  // neither underground nor in space
   a.sun_size = std::max(a.sun_size, 0.0005f);
   a.sun_rotation = std::fmod(a.sun_rotation, 2.0f * kPi);
   if (a.sun_rotation < 0.0f) a.sun_rotation += 2.0f * kPi;
-  a.sun_rotation = 2.0f * kPi - a.sun_rotation;          // from clockwise to counterclockwise
-  const float sun_sine = std::sin(a.sun_elevation), sun_cosine = std::cos(a.sun_elevation), turn = a.sun_rotation + 0.5f * kPi;
+  a.sun_rotation = 2.0f * kPi - a.sun_rotation;  // from clockwise to counterclockwise
+  const float sun_sine = std::sin(a.sun_elevation), sun_cosine = std::cos(a.sun_elevation),
+              turn = a.sun_rotation + 0.5f * kPi;
   sky.sun_direction_ = {sun_cosine * std::cos(turn), sun_cosine * std::sin(turn), sun_sine};
 
   const float radius = 0.5f * a.sun_size;
   sky.sun_bottom_ = sun_radiance(a, std::max(a.sun_elevation - radius, 0.0f));
   sky.sun_top_ = sun_radiance(a, std::max(a.sun_elevation + radius, 0.0f));
 
-  // The sky is the same on both sides of the sun, so half of each row is computed. A row's elevation grows with the square of its number.
+  // The sky is the same on both sides of the sun, so half of each row is computed. A row's elevation grows with the
+  // square of its number.
   sky.table_.resize(size_t(kWidth) * kHeight);
   tbb::parallel_for(0, kHeight, [&](int y) {
     const float elevation = 0.5f * kPi * (1.0f + 0.5f / kHeight) * sqr(float(y) / kHeight);
     const float view_sine = std::sin(elevation), view_cosine = std::cos(elevation);
     Vec3* row = sky.table_.data() + size_t(y) * kWidth;
     for (int x = 0; x < kWidth / 2; ++x) {
-      const float azimuth = 2.0f * kPi * float(x) / kWidth - kPi;   // from the sun
+      const float azimuth = 2.0f * kPi * float(x) / kWidth - kPi;  // from the sun
       const float view_sun_cosine = view_sine * sun_sine + view_cosine * sun_cosine * std::cos(azimuth);
       row[x] = row[kWidth - 1 - x] = scattered(a, view_sine, sun_sine, view_sun_cosine);
     }
@@ -287,14 +323,17 @@ Color Sky::radiance(Vec3 direction) const {
 }
 
 std::optional<Sky::Disc> Sky::sun() const {
-  if (model_ != Model::Nishita || !atmosphere_.sun_disc || atmosphere_.sun_elevation + 0.5f * atmosphere_.sun_size <= 0.0f) return {};
+  if (model_ != Model::Nishita || !atmosphere_.sun_disc ||
+      atmosphere_.sun_elevation + 0.5f * atmosphere_.sun_size <= 0.0f)
+    return {};
   return Disc{sun_direction_, 0.5f * atmosphere_.sun_size};
 }
 
 Color Sky::analytic(Vec3 direction) const {
   const Vec2 d = spherical(direction);
-  const float gamma = safe_acos(std::sin(d.x) * std::sin(sun_theta_) * std::cos(sun_phi_ - d.y) + std::cos(d.x) * std::cos(sun_theta_));
-  const float theta = std::min(d.x, 0.5f * kPi - 0.001f);   // below the horizon it goes on
+  const float gamma = safe_acos(std::sin(d.x) * std::sin(sun_theta_) * std::cos(sun_phi_ - d.y) +
+                                std::cos(d.x) * std::cos(sun_theta_));
+  const float theta = std::min(d.x, 0.5f * kPi - 0.001f);  // below the horizon it goes on
   Vec3 v;
   for (int c = 0; c < 3; ++c)
     v[c] = zenith_[c] * (model_ == Model::Preetham ? perez(shape_[c], theta, gamma) : hosek(shape_[c], theta, gamma));
@@ -311,7 +350,9 @@ Vec3 Sky::lookup(float x, float y) const {
   };
   int x0, x1, y0, y1;
   const float tx = place(x, kWidth, x0, x1), ty = place(y, kHeight, y0, y1);
-  const auto row = [&](int k) { return (1.0f - tx) * table_[size_t(k) * kWidth + size_t(x0)] + tx * table_[size_t(k) * kWidth + size_t(x1)]; };
+  const auto row = [&](int k) {
+    return (1.0f - tx) * table_[size_t(k) * kWidth + size_t(x0)] + tx * table_[size_t(k) * kWidth + size_t(x1)];
+  };
   return (1.0f - ty) * row(y0) + ty * row(y1);
 }
 
@@ -320,7 +361,7 @@ Color Sky::atmospheric(Vec3 direction) const {
   const Vec2 d = spherical(direction);
   float x = (d.y + kPi + a.sun_rotation) / (2.0f * kPi);
   if (x > 1.0f) x -= 1.0f;
-  if (direction.z < 0.0f) {   // a black ground that fades in
+  if (direction.z < 0.0f) {  // a black ground that fades in
     if (direction.z < -0.4f) return Color(0.0f);
     const float fade = 1.0f + 2.5f * direction.z;
     return glm::max(xyz_to_rgb(lookup(x, -0.5f) * fade * fade * fade), 0.0f);
@@ -328,10 +369,12 @@ Color Sky::atmospheric(Vec3 direction) const {
   const float elevation = 0.5f * kPi - d.x, radius = 0.5f * a.sun_size;
   if (a.sun_disc) {
     // Half angles by chords: exact where cosines are not.
-    const float angle = 2.0f * std::atan2(glm::length(direction - sun_direction_), glm::length(direction + sun_direction_));
+    const float angle = 2.0f *
+                        std::atan2(glm::length(direction - sun_direction_), glm::length(direction + sun_direction_));
     if (angle < radius && a.sun_elevation + radius > 0.0f) {
       const float bottom = std::max(a.sun_elevation - radius, 0.0f);
-      const float t = bottom > 0.0f ? (elevation - a.sun_elevation) / a.sun_size + 0.5f : elevation / (a.sun_elevation + radius);
+      const float t = bottom > 0.0f ? (elevation - a.sun_elevation) / a.sun_size + 0.5f
+                                    : elevation / (a.sun_elevation + radius);
       const float limb = 1.0f - 0.6f * (1.0f - safe_sqrt(1.0f - sqr(angle / radius)));
       return glm::max(xyz_to_rgb((sun_bottom_ + t * (sun_top_ - sun_bottom_)) * a.sun_intensity * limb), 0.0f);
     }

@@ -106,7 +106,7 @@ Vec4 Texture::interpolate(Vec2 uv, Interpolation interpolation, Extension extens
     if (associate_) t *= Float4{t[3], t[3], t[3], 1.0f};
     return t;
   };
-  if (extension == Extension::Repeat) uv -= glm::floor(uv);   // keeps precision far from the origin
+  if (extension == Extension::Repeat) uv -= glm::floor(uv);  // keeps precision far from the origin
   float tx, ty;
   const float offset = interpolation == Interpolation::Closest ? 0.0f : 0.5f;
   const int x = split(uv.x * width_ - offset, tx), y = split(uv.y * height_ - offset, ty);

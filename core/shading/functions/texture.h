@@ -30,8 +30,8 @@ class TextureStore {
   /// Out-of-range or broken images give the magenta texture and a diagnostic.
   const Texture* load(int index, const std::string& color_space_override, std::vector<Diagnostic>& diagnostics);
   size_t memory_bytes() const;
-  int decoded_count() const;           ///< images in use that could be read
-  int kept_count() const;              ///< of these, taken over
+  int decoded_count() const;  ///< images in use that could be read
+  int kept_count() const;     ///< of these, taken over
   /// All images have been asked for: free what was not taken over.
   void forget_previous();
 
@@ -65,20 +65,20 @@ class Texture {
 
   int width_ = 0, height_ = 0;
   Storage storage_ = Storage::Byte;
-  bool srgb_ = false;        ///< decoded after interpolation
-  bool has_alpha_ = false;   ///< some alpha is not 1, and colour belongs to it (not a data or channel-packed image)
-  bool associate_ = false;   ///< texels are straight and multiplied by alpha when fetched
-  std::vector<uint8_t> texels_;   ///< RGBA, rows from the bottom up
+  bool srgb_ = false;            ///< decoded after interpolation
+  bool has_alpha_ = false;       ///< some alpha is not 1, and colour belongs to it (not a data or channel-packed image)
+  bool associate_ = false;       ///< texels are straight and multiplied by alpha when fetched
+  std::vector<uint8_t> texels_;  ///< RGBA, rows from the bottom up
 };
 
 /// What an image instruction looks up.
 struct ImageLookup {
   const Texture* texture = nullptr;
-  int image = -1;                  ///< in the scene's list
+  int image = -1;  ///< in the scene's list
   Interpolation interpolation = Interpolation::Linear;
   Extension extension = Extension::Repeat;
-  bool unassociate = false;        ///< the alpha output is used, so colour is divided by it
-  float blend = 0.0f;              ///< box projection
+  bool unassociate = false;  ///< the alpha output is used, so colour is divided by it
+  float blend = 0.0f;        ///< box projection
 };
 
 }  // namespace ajar

@@ -8,11 +8,12 @@ Vec4 image(const ImageLookup& lookup, Vec2 uv) {
   return lookup.texture->sample(uv, lookup.interpolation, lookup.extension, lookup.unassociate);
 }
 
-// Definition: the manual of Blender (Image Texture, Box) with the widths of Cycles. Among n pictures whose axes have the shares p_i of the normal's absolute
-// components, the weights are
+// Definition: the manual of Blender (Image Texture, Box) with the widths of Cycles. Among n pictures whose axes have
+// the shares p_i of the normal's absolute components, the weights are
 //   w_i = ((1 + (n - 2) m) p_i - m) / blend,  m = (1 - blend) / 2.
-// They sum to 1. While one is negative, the picture of the smallest component is left out and the weights of the others are computed again: three pictures meet around
-// the diagonals, two along the edges of the box, one is alone around each axis. Leaving out happens where a weight is 0, so the weights are continuous.
+// They sum to 1. While one is negative, the picture of the smallest component is left out and the weights of the others
+// are computed again: three pictures meet around the diagonals, two along the edges of the box, one is alone around
+// each axis. Leaving out happens where a weight is 0, so the weights are continuous.
 Vec3 box_weights(Vec3 object_normal, float blend) {
   const Vec3 n = glm::abs(object_normal);
   constexpr Vec3 kAxes[3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}};
@@ -35,8 +36,8 @@ Vec3 box_weights(Vec3 object_normal, float blend) {
 }
 
 Vec4 image_box(const ImageLookup& lookup, Vec3 p, Vec3 n) {
-  // The coordinates along the picture's width and height, and the sign of the normal on the side where the picture is mirrored, so that no side
-  // reads backwards. Blender's choice.
+  // The coordinates along the picture's width and height, and the sign of the normal on the side where the picture is
+  // mirrored, so that no side reads backwards. Blender's choice.
   static constexpr struct {
     int width, height;
     float mirrored;

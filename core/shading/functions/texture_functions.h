@@ -64,7 +64,8 @@ inline Vec2 mirror_ball(Vec3 unit_direction) {
 Vec4 image(const ImageLookup& lookup, Vec2 uv);
 /// Three pictures projected along the axes of the object, weighted by its normal.
 Vec4 image_box(const ImageLookup& lookup, Vec3 coordinate, Vec3 object_normal);
-/// Weights of the pictures along x, y and z, which sum to 1. `blend` is in [0, 1]: 0 gives sharp borders, 1 mixes every picture whose component of the normal is not 0.
+/// Weights of the pictures along x, y and z, which sum to 1. `blend` is in [0, 1]: 0 gives sharp borders, 1 mixes every
+/// picture whose component of the normal is not 0.
 Vec3 box_weights(Vec3 object_normal, float blend);
 
 }  // namespace ajar::nodes

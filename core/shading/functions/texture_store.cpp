@@ -17,7 +17,7 @@ namespace ajar {
 
 namespace {
 
-constexpr int64_t kMaxTexels = int64_t(1) << 28;   ///< 16384 squared; more is taken for an error
+constexpr int64_t kMaxTexels = int64_t(1) << 28;  ///< 16384 squared; more is taken for an error
 constexpr int kMaxSide = 65536;
 
 enum class ColorSpace : uint8_t { Data, Linear, Srgb };
@@ -38,8 +38,8 @@ ColorSpace color_space_of(const std::string& name, bool is_float, bool& approxim
 struct Decoded {
   int width = 0, height = 0, channels = 0;
   Texture::Storage storage = Texture::Storage::Byte;
-  bool straight_alpha = false;      ///< colour is not yet multiplied by alpha
-  std::vector<uint8_t> values;      ///< `channels` per texel, rows from the bottom up
+  bool straight_alpha = false;  ///< colour is not yet multiplied by alpha
+  std::vector<uint8_t> values;  ///< `channels` per texel, rows from the bottom up
   std::string error;
 };
 
@@ -176,8 +176,8 @@ Decoded from_pixels(const ImageDescription& image) {
   const int64_t count = int64_t(image.width) * image.height;
   if (image.width < 1 || image.height < 1 || image.width > kMaxSide || image.height > kMaxSide || count > kMaxTexels ||
       int64_t(image.pixels.size()) != count * 4) {
-    decoded.error = "has " + std::to_string(image.pixels.size()) + " values for " + std::to_string(image.width) + " x " +
-                    std::to_string(image.height) + " pixels";
+    decoded.error = "has " + std::to_string(image.pixels.size()) + " values for " + std::to_string(image.width) +
+                    " x " + std::to_string(image.height) + " pixels";
     return decoded;
   }
   decoded.width = image.width;
@@ -241,7 +241,9 @@ namespace {
 Decoded header_of(OIIO::ImageInput& input) {
   Decoded header;
   const OIIO::ImageSpec& spec = input.spec();
-  if (spec.width < 1 || spec.height < 1 || spec.width > kMaxSide || spec.height > kMaxSide || int64_t(spec.width) * spec.height > kMaxTexels) return header;
+  if (spec.width < 1 || spec.height < 1 || spec.width > kMaxSide || spec.height > kMaxSide ||
+      int64_t(spec.width) * spec.height > kMaxTexels)
+    return header;
   header.width = spec.width;
   header.height = spec.height;
   header.storage = storage_of(spec);
@@ -295,7 +297,8 @@ struct TextureStore::Data {
   }
 };
 
-TextureStore::TextureStore(std::vector<ImageDescription> images, TextureStore* previous) : data_(std::make_unique<Data>()) {
+TextureStore::TextureStore(std::vector<ImageDescription> images, TextureStore* previous)
+    : data_(std::make_unique<Data>()) {
   data_->images = std::move(images);
   if (previous) {
     data_->previous = std::move(previous->data_);
@@ -309,10 +312,10 @@ TextureStore::~TextureStore() = default;
 
 const Texture* TextureStore::load(int index, const std::string& color_space_override,
                                   std::vector<Diagnostic>& diagnostics) {
-  if (index < 0) return &data_->magenta;   // the node that has no image says so itself
+  if (index < 0) return &data_->magenta;  // the node that has no image says so itself
   if (index >= int(data_->images.size())) {
-    report_once(diagnostics, {Diagnostic::Severity::Warning, "image " + std::to_string(index),
-                              "does not exist; magenta is used"});
+    report_once(diagnostics,
+                {Diagnostic::Severity::Warning, "image " + std::to_string(index), "does not exist; magenta is used"});
     return &data_->magenta;
   }
   Data::Entry& entry = data_->textures[{index, color_space_override}];
@@ -347,7 +350,8 @@ const Texture* TextureStore::load(int index, const std::string& color_space_over
   bool approximate;
   const ColorSpace color_space = color_space_of(name, is_float, approximate);
   if (approximate)
-    report("colour space '" + name + "' is approximated by " + (color_space == ColorSpace::Srgb ? "sRGB" : "linear Rec. 709"));
+    report("colour space '" + name + "' is approximated by " +
+           (color_space == ColorSpace::Srgb ? "sRGB" : "linear Rec. 709"));
 
   texture->width_ = decoded.width;
   texture->height_ = decoded.height;
@@ -357,7 +361,9 @@ const Texture* TextureStore::load(int index, const std::string& color_space_over
   int64_t repaired = 0;
   switch (decoded.storage) {
     case Texture::Storage::Byte: has_alpha = to_rgba<uint8_t>(decoded, image.alpha_mode, 255, texture->texels_); break;
-    case Texture::Storage::Short: has_alpha = to_rgba<uint16_t>(decoded, image.alpha_mode, 65535, texture->texels_); break;
+    case Texture::Storage::Short:
+      has_alpha = to_rgba<uint16_t>(decoded, image.alpha_mode, 65535, texture->texels_);
+      break;
     case Texture::Storage::Half:
       has_alpha = to_rgba<_Float16>(decoded, image.alpha_mode, _Float16(1.0f), texture->texels_);
       repaired = repair<_Float16>(texture->texels_);

@@ -8,17 +8,20 @@ namespace ajar::nodes {
 namespace {
 
 /// Visit the cells up to `reach` away on every axis, x fastest (ties go to the first).
-template <int N, class F> void for_each_cell(int reach, F&& visit) {
+template <int N, class F>
+void for_each_cell(int reach, F&& visit) {
   int count = 1;
   for (int axis = 0; axis < N; ++axis) count *= 2 * reach + 1;
   for (int i = 0; i < count; ++i) {
     Point<N> offset;
-    for (int axis = 0, rest = i; axis < N; ++axis, rest /= 2 * reach + 1) offset[axis] = float(rest % (2 * reach + 1) - reach);
+    for (int axis = 0, rest = i; axis < N; ++axis, rest /= 2 * reach + 1)
+      offset[axis] = float(rest % (2 * reach + 1) - reach);
     visit(offset);
   }
 }
 
-template <int N> float distance(const VoronoiParameters& v, Point<N> d) {
+template <int N>
+float distance(const VoronoiParameters& v, Point<N> d) {
   if constexpr (N == 1) return std::abs(d.x);
   float sum = 0.0f, most = 0.0f;
   switch (v.metric) {
@@ -37,24 +40,29 @@ template <int N> float distance(const VoronoiParameters& v, Point<N> d) {
 }
 
 /// A random point of the unit cube, and a colour, that belong to a cell.
-template <int N> Point<N> random_point(const VoronoiParameters& v, Point<N> cell) {
+template <int N>
+Point<N> random_point(const VoronoiParameters& v, Point<N> cell) {
   if constexpr (N > 1)
     if (v.generation == VoronoiGeneration::Third) return hash_cell(cell);
   return hash_point(cell);
 }
 
-template <int N> Color random_color(const VoronoiParameters& v, Point<N> cell) {
+template <int N>
+Color random_color(const VoronoiParameters& v, Point<N> cell) {
   if constexpr (N > 1) {
     if (v.generation == VoronoiGeneration::Third) {
-      if constexpr (N == 2) return hash_cell(Point<3>(cell, 0.0f));
-      else return Color(hash_cell(cell));
+      if constexpr (N == 2)
+        return hash_cell(Point<3>(cell, 0.0f));
+      else
+        return Color(hash_cell(cell));
     }
   }
   return hash_color(cell);
 }
 
 /// The unit cell of a place and the random points of the cells around, relative to that cell.
-template <int N> struct Cells {
+template <int N>
+struct Cells {
   const VoronoiParameters& v;
   Point<N> cell, local;
   Cells(const VoronoiParameters& v, Point<N> p) : v(v), cell(glm::floor(p)), local(p - cell) {}
@@ -62,17 +70,21 @@ template <int N> struct Cells {
   Color color(Point<N> offset) const { return random_color<N>(v, cell + offset); }
 };
 
-template <int N> Vec4 padded(Point<N> p) {
+template <int N>
+Vec4 padded(Point<N> p) {
   Vec4 result(0.0f);
-  if constexpr (N == 1) result.w = p.x;
-  else for (int axis = 0; axis < N; ++axis) result[axis] = p[axis];
+  if constexpr (N == 1)
+    result.w = p.x;
+  else
+    for (int axis = 0; axis < N; ++axis) result[axis] = p[axis];
   return result;
 }
 
 float farthest(const VoronoiParameters& v) { return v.generation == VoronoiGeneration::First ? 8.0f : kInfinity; }
 
 /// The nearest point, or the second nearest.
-template <int N> VoronoiResult nearest(const VoronoiParameters& v, Point<N> p, bool second) {
+template <int N>
+VoronoiResult nearest(const VoronoiParameters& v, Point<N> p, bool second) {
   const Cells<N> cells(v, p);
   struct Candidate {
     float distance;
@@ -82,14 +94,17 @@ template <int N> VoronoiResult nearest(const VoronoiParameters& v, Point<N> p, b
   for_each_cell<N>(1, [&](Point<N> offset) {
     const Point<N> position = cells.point(offset);
     const float d = distance<N>(v, position - cells.local);
-    if (d < best.distance) next = best, best = {d, offset, position};
-    else if (d < next.distance) next = {d, offset, position};
+    if (d < best.distance)
+      next = best, best = {d, offset, position};
+    else if (d < next.distance)
+      next = {d, offset, position};
   });
   const Candidate& chosen = second ? next : best;
   return {chosen.distance, cells.color(chosen.offset), padded<N>(chosen.position + cells.cell)};
 }
 
-template <int N> VoronoiResult smooth_nearest(const VoronoiParameters& v, Point<N> p) {
+template <int N>
+VoronoiResult smooth_nearest(const VoronoiParameters& v, Point<N> p) {
   const Cells<N> cells(v, p);
   const auto mix = [](auto a, auto b, float t) { return a * (1.0f - t) + b * t; };
   float smooth = farthest(v);
@@ -98,9 +113,11 @@ template <int N> VoronoiResult smooth_nearest(const VoronoiParameters& v, Point<
   for_each_cell<N>(2, [&](Point<N> offset) {
     const Point<N> point = cells.point(offset);
     const float d = distance<N>(v, point - cells.local);
-    float h = 1.0f;   // share of this point
-    if (std::isfinite(smooth)) h = saturate(0.5f + 0.5f * (smooth - d) / v.smoothness), h = h * h * (3.0f - 2.0f * h);
-    else smooth = d;
+    float h = 1.0f;  // share of this point
+    if (std::isfinite(smooth))
+      h = saturate(0.5f + 0.5f * (smooth - d) / v.smoothness), h = h * h * (3.0f - 2.0f * h);
+    else
+      smooth = d;
     const float correction = v.smoothness * h * (1.0f - h), shared = correction / (1.0f + 3.0f * v.smoothness);
     smooth = mix(smooth, d, h) - correction;
     color = mix(color, cells.color(offset), h) - shared;
@@ -109,11 +126,14 @@ template <int N> VoronoiResult smooth_nearest(const VoronoiParameters& v, Point<
   return {smooth, color, padded<N>(cells.cell + position)};
 }
 
-template <int N> float distance_to_edge(const VoronoiParameters& v, Point<N> p) {
+template <int N>
+float distance_to_edge(const VoronoiParameters& v, Point<N> p) {
   const Cells<N> cells(v, p);
   if constexpr (N == 1) {
     const float middle = cells.point(p * 0.0f).x;
-    const auto to_edge = [&](float side) { return std::abs(0.5f * (middle + cells.point(Point<1>(side)).x) - cells.local.x); };
+    const auto to_edge = [&](float side) {
+      return std::abs(0.5f * (middle + cells.point(Point<1>(side)).x) - cells.local.x);
+    };
     return std::min(to_edge(-1.0f), to_edge(1.0f));
   } else {
     Point<N> nearest(0.0f);
@@ -124,16 +144,18 @@ template <int N> float distance_to_edge(const VoronoiParameters& v, Point<N> p) 
       if (d2 < least) least = d2, nearest = to_point;
     });
     least = farthest(v);
-    for_each_cell<N>(1, [&](Point<N> offset) {   // half way to every other point
+    for_each_cell<N>(1, [&](Point<N> offset) {  // half way to every other point
       const Point<N> to_point = cells.point(offset) - cells.local, across = to_point - nearest;
-      if (glm::dot(across, across) > 0.0001f) least = std::min(least, glm::dot(0.5f * (nearest + to_point), glm::normalize(across)));
+      if (glm::dot(across, across) > 0.0001f)
+        least = std::min(least, glm::dot(0.5f * (nearest + to_point), glm::normalize(across)));
     });
     return least;
   }
 }
 
 /// Half the distance from the nearest point to the one nearest to it.
-template <int N> float sphere_radius(const VoronoiParameters& v, Point<N> p) {
+template <int N>
+float sphere_radius(const VoronoiParameters& v, Point<N> p) {
   const Cells<N> cells(v, p);
   Point<N> nearest(0.0f), nearest_offset(0.0f);
   float least = farthest(v);
@@ -153,13 +175,16 @@ template <int N> float sphere_radius(const VoronoiParameters& v, Point<N> p) {
   return 0.5f * glm::distance(neighbour, nearest);
 }
 
-template <int N> VoronoiResult octave(const VoronoiParameters& v, Point<N> p) {
-  if (v.feature == VoronoiFeature::SmoothF1 && (v.smoothness > 0.0f || v.generation == VoronoiGeneration::First)) return smooth_nearest<N>(v, p);
+template <int N>
+VoronoiResult octave(const VoronoiParameters& v, Point<N> p) {
+  if (v.feature == VoronoiFeature::SmoothF1 && (v.smoothness > 0.0f || v.generation == VoronoiGeneration::First))
+    return smooth_nearest<N>(v, p);
   return nearest<N>(v, p, v.feature == VoronoiFeature::F2);
 }
 
 // Octaves add distances and colours; positions and distances to edges are mixed instead.
-template <int N> VoronoiResult octaves(const VoronoiParameters& v, Point<N> p) {
+template <int N>
+VoronoiResult octaves(const VoronoiParameters& v, Point<N> p) {
   const auto mix = [](auto a, auto b, float t) { return a * (1.0f - t) + b * t; };
   const float reach = 0.5f + 0.5f * v.randomness;
   float amplitude = 1.0f, scale = 1.0f;
@@ -172,8 +197,12 @@ template <int N> VoronoiResult octaves(const VoronoiParameters& v, Point<N> p) {
     float most = reach;
     for (int i = 0; i <= last; ++i) {
       const float d = distance_to_edge<N>(v, p * scale) / scale;
-      if (single) { sum.distance = d; break; }
-      const float mixed = mix(sum.distance, std::min(sum.distance, d), amplitude), mixed_most = mix(most, reach / scale, amplitude);
+      if (single) {
+        sum.distance = d;
+        break;
+      }
+      const float mixed = mix(sum.distance, std::min(sum.distance, d), amplitude),
+                  mixed_most = mix(most, reach / scale, amplitude);
       const float part = float(i) <= v.detail ? 1.0f : v.detail - std::floor(v.detail);
       sum.distance = part == 1.0f ? mixed : mix(sum.distance, std::min(sum.distance, mixed), part);
       most = mix(most, mixed_most, part);
@@ -187,7 +216,10 @@ template <int N> VoronoiResult octaves(const VoronoiParameters& v, Point<N> p) {
   float total = 0.0f;
   for (int i = 0; i <= last; ++i) {
     const VoronoiResult one = octave<N>(v, p * scale);
-    if (single) { sum = one, total = 1.0f; break; }
+    if (single) {
+      sum = one, total = 1.0f;
+      break;
+    }
     const float part = float(i) <= v.detail ? 1.0f : v.detail - std::floor(v.detail);
     total += part * amplitude;
     sum.distance += part * amplitude * one.distance;

@@ -12,17 +12,29 @@
 namespace ajar {
 
 enum class ClosureKind : uint8_t {
-  Diffuse, Glossy, Glass, Refraction, Translucent, Principled, Velvet, ToonDiffuse, ToonGlossy, Subsurface, Transparent, Emission, Holdout
+  Diffuse,
+  Glossy,
+  Glass,
+  Refraction,
+  Translucent,
+  Principled,
+  Velvet,
+  ToonDiffuse,
+  ToonGlossy,
+  Subsurface,
+  Transparent,
+  Emission,
+  Holdout
 };
 
-/// An input, or a channel of one, in the range in which closures are defined, as Cycles does; what is no finite number is 0. Node graphs can
-/// compute anything.
+/// An input, or a channel of one, in the range in which closures are defined, as Cycles does; what is no finite number
+/// is 0. Node graphs can compute anything.
 inline float valid_input(float x, float low, float high) { return std::isfinite(x) ? glm::clamp(x, low, high) : 0.0f; }
 
 /// Copy `count` floats from registers into the closure's inputs before use, made valid.
 struct InputPatch {
   InputPatch(size_t offset, uint8_t count, Operand from);
-  uint16_t offset;   ///< bytes into PrincipledInputs
+  uint16_t offset;  ///< bytes into PrincipledInputs
   uint8_t count;
   Operand from;
   float low = -std::numeric_limits<float>::max(), high = std::numeric_limits<float>::max();

@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstring>
 
-#include "shading/nodes/node_type.h"
 #include "shading/functions/point_functions.h"
+#include "shading/nodes/node_type.h"
 #include "shading/nodes/volume_closures.h"
 
 namespace ajar::nodes {
@@ -216,7 +216,8 @@ void principled(ProgramBuilder& b, int node, Value weight, std::vector<Closure>&
     w.number(offsetof(Inputs, sheen_tint), "Sheen Tint", 0.5f);
     w.number(offsetof(Inputs, transmission_roughness), "Transmission Roughness", 0.0f);
     w.color(offsetof(Inputs, subsurface_color), "Subsurface Color", ::ajar::Color(0.8f));
-    w.set(offsetof(Inputs, subsurface_radius), b.input(node, "Subsurface Radius", Vector, Vec4(1.0f, 0.2f, 0.1f, 0.0f)), 3);
+    w.set(offsetof(Inputs, subsurface_radius), b.input(node, "Subsurface Radius", Vector, Vec4(1.0f, 0.2f, 0.1f, 0.0f)),
+          3);
     w.number(offsetof(Inputs, subsurface_ior), "Subsurface IOR", 1.4f);
     w.number(offsetof(Inputs, subsurface_anisotropy), "Subsurface Anisotropy", 0.0f);
     w.closure.inputs.subsurface_method = subsurface_method(b, node, "subsurface_method");
@@ -254,7 +255,8 @@ constexpr ClosureType kNodes[] = {
 void unknown_closure(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
   const char* socket = nullptr;
   for (const NodeInput& input : b.node(node).inputs)
-    if (input.socket == "Color" || input.socket == "Base Color") socket = input.socket == "Color" ? "Color" : "Base Color";
+    if (input.socket == "Color" || input.socket == "Base Color")
+      socket = input.socket == "Color" ? "Color" : "Base Color";
   b.report(node, socket ? std::string("is not supported yet; rendered as diffuse of its '") + socket + "'"
                         : std::string("is not supported yet; rendered as grey diffuse"));
   ClosureWriter w(b, node, ClosureKind::Diffuse, weight);
@@ -272,12 +274,14 @@ ClosureFunction find_closure_node(std::string_view type) {
   return nullptr;
 }
 
-void add_closures(ProgramBuilder& b, int node, const std::string& output, Value weight, std::vector<Closure>& closures) {
+void add_closures(ProgramBuilder& b, int node, const std::string& output, Value weight,
+                  std::vector<Closure>& closures) {
   if (const ClosureFunction function = find_closure_node(b.node(node).type)) {
     function(b, node, weight, closures);
   } else if (b.catalog().value(b.node(node).type)) {
     const Value value = b.output(node, output);
-    if (value.type != SocketType::Closure) add_colored(b, ClosureKind::Emission, node, b.convert(value, Color), weight, closures);
+    if (value.type != SocketType::Closure)
+      add_colored(b, ClosureKind::Emission, node, b.convert(value, Color), weight, closures);
   } else if (is_volume_node(b.node(node).type)) {
     b.report(node, "is a volume shader; it does nothing on a surface");
   } else {

@@ -25,7 +25,9 @@ class ClosureTree {
   ClosureTree(ProgramBuilder& builder) : b_(builder), state_(builder.graph().nodes.size(), State::New) {}
 
   std::vector<int> parents_first(int root) {
-    struct Visit { int node, branch; };
+    struct Visit {
+      int node, branch;
+    };
     std::vector<int> order;
     std::vector<Visit> stack{{root, 0}};
     state_[root] = State::Open;
@@ -86,7 +88,8 @@ void for_each_closure(ProgramBuilder& b, const NodeLink& root, const char* what,
   ClosureTree tree(b);
   for (const int node : tree.parents_first(root.node)) {
     const std::string_view type = b.node(node).type;
-    for (auto entry = weights.lower_bound({node, std::string()}); entry != weights.end() && entry->first.first == node; ++entry) {
+    for (auto entry = weights.lower_bound({node, std::string()}); entry != weights.end() && entry->first.first == node;
+         ++entry) {
       const Value weight = entry->second;
       if (weight.is_constant() && b.constant_value(weight) == 0.0f) continue;
       if (!is_branch(type)) {

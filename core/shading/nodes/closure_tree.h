@@ -12,7 +12,8 @@ namespace ajar {
 /// Is it a Mix Shader or an Add Shader?
 bool is_branch(std::string_view node_type);
 
-/// Calls `visit` for every node below `root` (the `what` output) that is neither a mix nor a sum, with the output socket if it is a value.
+/// Calls `visit` for every node below `root` (the `what` output) that is neither a mix nor a sum, with the output
+/// socket if it is a value.
 using ClosureVisitor = std::function<void(int node, const std::string& output, Value weight)>;
 void for_each_closure(ProgramBuilder& builder, const NodeLink& root, const char* what, const ClosureVisitor& visit);
 

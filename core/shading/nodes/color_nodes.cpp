@@ -1,7 +1,7 @@
 // Colour nodes: mixing, ramps and curves, corrections, splitting and joining.
-#include "shading/nodes/node_type.h"
 #include "shading/functions/color_functions.h"
 #include "shading/nodes/curve_tables.h"
+#include "shading/nodes/node_type.h"
 
 namespace ajar::nodes {
 namespace {
@@ -9,9 +9,10 @@ namespace {
 using enum SocketType;
 
 int blend_mode(ProgramBuilder& b, int node) {
-  return b.choice(node, "blend_type",
-                  {"MIX", "DARKEN", "MULTIPLY", "BURN", "LIGHTEN", "SCREEN", "DODGE", "ADD", "OVERLAY", "SOFT_LIGHT",
-                   "LINEAR_LIGHT", "DIFFERENCE", "EXCLUSION", "SUBTRACT", "DIVIDE", "HUE", "SATURATION", "COLOR", "VALUE"});
+  return b.choice(
+      node, "blend_type",
+      {"MIX", "DARKEN", "MULTIPLY", "BURN", "LIGHTEN", "SCREEN", "DODGE", "ADD", "OVERLAY", "SOFT_LIGHT",
+       "LINEAR_LIGHT", "DIFFERENCE", "EXCLUSION", "SUBTRACT", "DIVIDE", "HUE", "SATURATION", "COLOR", "VALUE"});
 }
 
 /// A plain mix whose factor is a constant 0 or 1 never looks at the other side.
@@ -27,10 +28,11 @@ bool mix_rgb(ProgramBuilder& b, int node, std::string_view output, Value& value)
   const int mode = blend_mode(b, node);
   const char* sockets[2] = {"Color1", "Color2"};
   int side;
-  if (mode == int(Blend::Mix) && one_side(b, t, side)) value = b.input(node, sockets[side], Color, Vec4(0.5f));
+  if (mode == int(Blend::Mix) && one_side(b, t, side))
+    value = b.input(node, sockets[side], Color, Vec4(0.5f));
   else
-    value = b.emit(Op::MixColor, Color, {t, b.input(node, "Color1", Color, Vec4(0.5f)), b.input(node, "Color2", Color, Vec4(0.5f))},
-                   mode);
+    value = b.emit(Op::MixColor, Color,
+                   {t, b.input(node, "Color1", Color, Vec4(0.5f)), b.input(node, "Color2", Color, Vec4(0.5f))}, mode);
   if (b.number(node, "use_clamp") != 0.0f) value = b.clamped(value);
   return output == "Color";
 }
@@ -38,7 +40,8 @@ bool mix_rgb(ProgramBuilder& b, int node, std::string_view output, Value& value)
 bool mix_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const bool clamp_factor = b.number(node, "clamp_factor", 1.0f) != 0.0f;
   const bool non_uniform = output == "Result_Vector" && b.choice(node, "factor_mode", {"UNIFORM", "NON_UNIFORM"}) == 1;
-  Value t = non_uniform ? b.input(node, "Factor_Vector", Vector, Vec4(0.5f)) : b.input(node, "Factor_Float", Float, Vec4(0.5f));
+  Value t = non_uniform ? b.input(node, "Factor_Vector", Vector, Vec4(0.5f))
+                        : b.input(node, "Factor_Float", Float, Vec4(0.5f));
   if (clamp_factor) t = b.clamped(t);
   const bool is_color = output == "Result_Color";
   const int mode = is_color ? blend_mode(b, node) : int(Blend::Mix);
@@ -47,11 +50,15 @@ bool mix_node(ProgramBuilder& b, int node, std::string_view output, Value& value
   const Vec4 fallback(is_color ? 0.5f : 0.0f);
   const auto side_value = [&](int side) { return b.input(node, (side ? "B_" : "A_") + suffix, type, fallback); };
   int side;
-  if (mode == int(Blend::Mix) && !non_uniform && one_side(b, t, side)) value = side_value(side);
-  else if (is_color) value = b.emit(Op::MixColor, type, {t, side_value(0), side_value(1)}, mode);
+  if (mode == int(Blend::Mix) && !non_uniform && one_side(b, t, side))
+    value = side_value(side);
+  else if (is_color)
+    value = b.emit(Op::MixColor, type, {t, side_value(0), side_value(1)}, mode);
   else
-    value = b.emit(type == Float ? Op::MixFloat : non_uniform ? Op::MixVectorNonUniform : Op::MixVector, type,
-                   {t, side_value(0), side_value(1)});
+    value = b.emit(type == Float ? Op::MixFloat
+                   : non_uniform ? Op::MixVectorNonUniform
+                                 : Op::MixVector,
+                   type, {t, side_value(0), side_value(1)});
   if (is_color && b.number(node, "clamp_result") != 0.0f) value = b.clamped(value);
   return is_color || output == "Result_Vector" || output == "Result_Float";
 }
@@ -83,13 +90,15 @@ bool invert_node(ProgramBuilder& b, int node, std::string_view output, Value& va
 }
 
 bool gamma_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  value = b.emit(Op::Gamma, Color, {b.input(node, "Color", Color, Vec4(1.0f)), b.input(node, "Gamma", Float, Vec4(1.0f))});
+  value = b.emit(Op::Gamma, Color,
+                 {b.input(node, "Color", Color, Vec4(1.0f)), b.input(node, "Gamma", Float, Vec4(1.0f))});
   return output == "Color";
 }
 
 bool bright_contrast_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  value = b.emit(Op::BrightContrast, Color,
-                 {b.input(node, "Color", Color, Vec4(1.0f)), b.input(node, "Bright", Float), b.input(node, "Contrast", Float)});
+  value = b.emit(
+      Op::BrightContrast, Color,
+      {b.input(node, "Color", Color, Vec4(1.0f)), b.input(node, "Bright", Float), b.input(node, "Contrast", Float)});
   return output == "Color";
 }
 
@@ -102,7 +111,8 @@ bool hue_saturation_node(ProgramBuilder& b, int node, std::string_view output, V
 }
 
 Value combined(ProgramBuilder& b, int node, ColorModel model, const char* x, const char* y, const char* z) {
-  const Value c = b.emit(Op::Combine, Color, {b.input(node, x, Float), b.input(node, y, Float), b.input(node, z, Float)});
+  const Value c = b.emit(Op::Combine, Color,
+                         {b.input(node, x, Float), b.input(node, y, Float), b.input(node, z, Float)});
   return model == ColorModel::Rgb ? c : b.emit(Op::CombineColor, Color, {c}, int(model));
 }
 
@@ -118,7 +128,9 @@ bool separated(ProgramBuilder& b, int node, ColorModel model, const char* socket
   return false;
 }
 
-ColorModel color_model(ProgramBuilder& b, int node) { return ColorModel(b.choice(node, "mode", {"RGB", "HSV", "HSL"})); }
+ColorModel color_model(ProgramBuilder& b, int node) {
+  return ColorModel(b.choice(node, "mode", {"RGB", "HSV", "HSL"}));
+}
 
 bool combine_color(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   value = combined(b, node, color_model(b, node), "Red", "Green", "Blue");

@@ -1,8 +1,8 @@
 #include "shading/nodes/displacement_nodes.h"
 
-#include "shading/nodes/node_type.h"
 #include "shading/functions/bump.h"
 #include "shading/functions/math_functions.h"
+#include "shading/nodes/node_type.h"
 
 namespace ajar::nodes {
 namespace {
@@ -16,8 +16,8 @@ Value normal_input(ProgramBuilder& b, int node) {
 bool bump_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   Value distance = b.input(node, "Distance", Float, Vec4(1.0f));
   if (b.number(node, "invert") != 0.0f) distance = b.emit(Op::Product, Float, {distance, b.constant(-1.0f)});
-  value = b.bumped([&] { return b.input(node, "Height", Float, Vec4(1.0f)); }, b.input(node, "Strength", Float, Vec4(1.0f)), distance,
-                   normal_input(b, node));
+  value = b.bumped([&] { return b.input(node, "Height", Float, Vec4(1.0f)); },
+                   b.input(node, "Strength", Float, Vec4(1.0f)), distance, normal_input(b, node));
   return output == "Normal";
 }
 
@@ -35,7 +35,8 @@ bool displacement_node(ProgramBuilder& b, int node, std::string_view output, Val
 }
 
 bool vector_displacement_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  static constexpr DisplacementSpace kSpaces[] = {DisplacementSpace::Tangent, DisplacementSpace::Object, DisplacementSpace::World};
+  static constexpr DisplacementSpace kSpaces[] = {DisplacementSpace::Tangent, DisplacementSpace::Object,
+                                                  DisplacementSpace::World};
   const Value vector = b.input(node, "Vector", Vector), middle = b.input(node, "Midlevel", Float);
   const auto part = [&](int i) { return less(b, b.part(vector, i), middle); };
   const Value centred = b.emit(Op::Combine, Vector, {part(0), part(1), part(2)});

@@ -2,9 +2,9 @@
 #include <algorithm>
 
 #include "geometry/mesh_analysis.h"
-#include "shading/nodes/node_type.h"
 #include "shading/functions/math_functions.h"
 #include "shading/functions/point_functions.h"
+#include "shading/nodes/node_type.h"
 
 namespace ajar::nodes {
 namespace {
@@ -28,7 +28,7 @@ Value window_point(ProgramBuilder& b, int node) {
     return b.constant(Vec3(0.0f), Vector);
   }
   const uint32_t matrix = b.add_matrix(glm::affineInverse(to_matrix(camera->world_from_camera)));
-  Mat4 screen(0.0f);   // the window in the first column, perspective or not in the second
+  Mat4 screen(0.0f);  // the window in the first column, perspective or not in the second
   screen[0] = camera->screen_window;
   screen[1][0] = camera->kind == CameraKind::Perspective ? 1.0f : 0.0f;
   return b.emit(Op::WindowPosition, Vector, {}, 0, matrix << 16 | b.add_matrix(screen));
@@ -46,12 +46,18 @@ bool rgb_node(ProgramBuilder& b, int node, std::string_view, Value& value) {
 }
 
 bool texture_coordinate(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  if (output == "Generated") value = b.emit(Op::Generated, Vector, {});
-  else if (output == "Normal") value = b.object_normal();
-  else if (output == "UV") value = b.emit(Op::ActiveUv, Vector, {});
-  else if (output == "Camera") value = camera_point(b, node);
-  else if (output == "Window") value = window_point(b, node);
-  else if (output == "Reflection") value = b.emit(Op::Reflection, Vector, {});
+  if (output == "Generated")
+    value = b.emit(Op::Generated, Vector, {});
+  else if (output == "Normal")
+    value = b.object_normal();
+  else if (output == "UV")
+    value = b.emit(Op::ActiveUv, Vector, {});
+  else if (output == "Camera")
+    value = camera_point(b, node);
+  else if (output == "Window")
+    value = window_point(b, node);
+  else if (output == "Reflection")
+    value = b.emit(Op::Reflection, Vector, {});
   else if (output == "Object") {
     const std::vector<float>* rows = b.numbers(node, "object");
     if (rows && rows->size() >= 12) {
@@ -61,7 +67,8 @@ bool texture_coordinate(ProgramBuilder& b, int node, std::string_view output, Va
     } else {
       value = b.emit(Op::ObjectPosition, Vector, {});
     }
-  } else return false;
+  } else
+    return false;
   return true;
 }
 
@@ -74,7 +81,7 @@ bool uv_map(ProgramBuilder& b, int node, std::string_view output, Value& value) 
 bool attribute_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   enum { Geometry, Object, Instancer, ViewLayer };
   const int type = b.choice(node, "attribute_type", {"GEOMETRY", "OBJECT", "INSTANCER", "VIEW_LAYER"});
-  if (type == ViewLayer) {   // the same everywhere: the exporter has looked it up
+  if (type == ViewLayer) {  // the same everywhere: the exporter has looked it up
     const std::vector<float>* found = b.numbers(node, "value");
     const Vec4 v = found && found->size() >= 4 ? Vec4((*found)[0], (*found)[1], (*found)[2], (*found)[3]) : Vec4(0.0f);
     value = output == "Alpha" ? b.constant(v.w) : b.constant(Vec3(v), output == "Color" ? Color : Vector);
@@ -82,12 +89,18 @@ bool attribute_node(ProgramBuilder& b, int node, std::string_view output, Value&
     return output == "Color" || output == "Vector" || output == "Fac" || output == "Alpha";
   }
   const uint32_t name = b.add_name(b.text(node, "attribute_name"));
-  const Value whole = type == Geometry ? b.emit(Op::NamedAttribute, Color, {}, 1, name) : b.emit(Op::ObjectProperty, Color, {}, type == Instancer, name);
-  if (output == "Color") value = whole;
-  else if (output == "Vector") value = {Vector, whole.at};
-  else if (output == "Fac") value = b.convert({Vector, whole.at}, Float);
-  else if (output == "Alpha") value = b.part(whole, 3);
-  else return false;
+  const Value whole = type == Geometry ? b.emit(Op::NamedAttribute, Color, {}, 1, name)
+                                       : b.emit(Op::ObjectProperty, Color, {}, type == Instancer, name);
+  if (output == "Color")
+    value = whole;
+  else if (output == "Vector")
+    value = {Vector, whole.at};
+  else if (output == "Fac")
+    value = b.convert({Vector, whole.at}, Float);
+  else if (output == "Alpha")
+    value = b.part(whole, 3);
+  else
+    return false;
   return true;
 }
 
@@ -98,35 +111,52 @@ bool vertex_color(ProgramBuilder& b, int node, std::string_view output, Value& v
 }
 
 bool geometry(ProgramBuilder& b, int, std::string_view output, Value& value) {
-  if (output == "Position") value = b.emit(Op::Position, Vector, {});
-  else if (output == "Normal") value = b.surface_normal();
-  else if (output == "Tangent") value = b.emit(Op::RadialTangent, Vector, {}, int(Axis::Z));
-  else if (output == "True Normal") value = b.emit(Op::TrueNormal, Vector, {});
-  else if (output == "Incoming") value = b.emit(Op::Incoming, Vector, {});
-  else if (output == "Parametric") value = b.emit(Op::Parametric, Vector, {});
-  else if (output == "Backfacing") value = b.emit(Op::Backfacing, Float, {});
-  else if (output == "Pointiness") value = b.part(b.emit(Op::NamedAttribute, Color, {}, 1, b.add_name(kPointiness)), 0);
-  else if (output == "Random Per Island") value = b.part(b.emit(Op::NamedAttribute, Color, {}, 1, b.add_name(kRandomPerIsland)), 0);
-  else return false;
+  if (output == "Position")
+    value = b.emit(Op::Position, Vector, {});
+  else if (output == "Normal")
+    value = b.surface_normal();
+  else if (output == "Tangent")
+    value = b.emit(Op::RadialTangent, Vector, {}, int(Axis::Z));
+  else if (output == "True Normal")
+    value = b.emit(Op::TrueNormal, Vector, {});
+  else if (output == "Incoming")
+    value = b.emit(Op::Incoming, Vector, {});
+  else if (output == "Parametric")
+    value = b.emit(Op::Parametric, Vector, {});
+  else if (output == "Backfacing")
+    value = b.emit(Op::Backfacing, Float, {});
+  else if (output == "Pointiness")
+    value = b.part(b.emit(Op::NamedAttribute, Color, {}, 1, b.add_name(kPointiness)), 0);
+  else if (output == "Random Per Island")
+    value = b.part(b.emit(Op::NamedAttribute, Color, {}, 1, b.add_name(kRandomPerIsland)), 0);
+  else
+    return false;
   return true;
 }
 
 bool object_info(ProgramBuilder& b, int, std::string_view output, Value& value) {
-  if (output == "Location") value = b.emit(Op::ObjectLocation, Vector, {});
-  else if (output == "Color") value = b.emit(Op::ObjectColor, Color, {});
-  else if (output == "Alpha") value = b.part(b.emit(Op::ObjectColor, Color, {}), 3);
-  else if (output == "Object Index") value = b.emit(Op::ObjectIndex, Float, {});
-  else if (output == "Material Index") value = b.constant(float(b.context().material_pass_index));
-  else if (output == "Random") value = b.emit(Op::ObjectRandom, Float, {});
-  else return false;
+  if (output == "Location")
+    value = b.emit(Op::ObjectLocation, Vector, {});
+  else if (output == "Color")
+    value = b.emit(Op::ObjectColor, Color, {});
+  else if (output == "Alpha")
+    value = b.part(b.emit(Op::ObjectColor, Color, {}), 3);
+  else if (output == "Object Index")
+    value = b.emit(Op::ObjectIndex, Float, {});
+  else if (output == "Material Index")
+    value = b.constant(float(b.context().material_pass_index));
+  else if (output == "Random")
+    value = b.emit(Op::ObjectRandom, Float, {});
+  else
+    return false;
   return true;
 }
 
 bool light_path_node(ProgramBuilder& b, int, std::string_view output, Value& value) {
   static constexpr std::string_view kOutputs[] = {
-      "Is Camera Ray", "Is Shadow Ray", "Is Diffuse Ray", "Is Glossy Ray", "Is Singular Ray", "Is Reflection Ray",
-      "Is Transmission Ray", "Is Volume Scatter Ray", "Ray Length", "Ray Depth", "Diffuse Depth", "Glossy Depth",
-      "Transparent Depth", "Transmission Depth"};
+      "Is Camera Ray",     "Is Shadow Ray",       "Is Diffuse Ray",        "Is Glossy Ray",     "Is Singular Ray",
+      "Is Reflection Ray", "Is Transmission Ray", "Is Volume Scatter Ray", "Ray Length",        "Ray Depth",
+      "Diffuse Depth",     "Glossy Depth",        "Transparent Depth",     "Transmission Depth"};
   for (int i = 0; i < int(std::size(kOutputs)); ++i) {
     if (output != kOutputs[i]) continue;
     value = b.emit(Op::LightPath, Float, {}, i);
@@ -138,19 +168,22 @@ bool light_path_node(ProgramBuilder& b, int, std::string_view output, Value& val
 bool light_falloff(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int power = output == "Quadratic" ? 0 : output == "Linear" ? 1 : output == "Constant" ? 2 : -1;
   if (power < 0) return false;
-  value = b.emit(Op::LightFalloff, Float, {b.input(node, "Strength", Float, Vec4(100.0f)), b.input(node, "Smooth", Float)},
-                 power);
+  value = b.emit(Op::LightFalloff, Float,
+                 {b.input(node, "Strength", Float, Vec4(100.0f)), b.input(node, "Smooth", Float)}, power);
   return true;
 }
 
 bool camera_data(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const Value p = camera_point(b, node);
-  if (output == "View Vector") value = b.emit(Op::Normalize, Vector, {p});
-  else if (output == "View Z Depth") value = b.part(p, 2);
+  if (output == "View Vector")
+    value = b.emit(Op::Normalize, Vector, {p});
+  else if (output == "View Z Depth")
+    value = b.part(p, 2);
   else if (output == "View Distance") {
     const Value none = b.constant(Vec3(0.0f), Vector);
     value = b.emit(Op::VectorMathValue, Float, {p, none}, int(VectorOperation::Length));
-  } else return false;
+  } else
+    return false;
   return true;
 }
 
@@ -177,7 +210,8 @@ bool layer_weight(ProgramBuilder& b, int node, std::string_view output, Value& v
 bool ambient_occlusion(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   constexpr int kMaxSamples = 128;
   // Without a distance of its own, that of the world counts.
-  const Value distance = b.is_linked(node, "Distance") ? b.input(node, "Distance", Float) : own_or_world_distance(b, node);
+  const Value distance = b.is_linked(node, "Distance") ? b.input(node, "Distance", Float)
+                                                       : own_or_world_distance(b, node);
   const int samples = std::clamp(int(b.number(node, "samples", 16.0f)), 0, kMaxSamples);
   const int variant = (b.number(node, "inside") != 0.0f ? 1 : 0) | (b.number(node, "only_local") != 0.0f ? 2 : 0);
   value = b.emit(Op::AmbientOcclusion, Float, {normal_input(b, node), distance}, variant, uint32_t(samples));
@@ -196,12 +230,13 @@ bool tangent_node(ProgramBuilder& b, int node, std::string_view output, Value& v
 bool normal_map_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int space = b.choice(node, "space", {"TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD"});
   Value color = b.input(node, "Color", Color, Vec4(0.5f, 0.5f, 1.0f, 1.0f));
-  if (b.choice(node, "convention", {"OPENGL", "DIRECTX"}) == 1) {   // green points down: 1 - green
+  if (b.choice(node, "convention", {"OPENGL", "DIRECTX"}) == 1) {  // green points down: 1 - green
     const Value green = b.emit(Op::ProductInverse, Float, {b.constant(1.0f), b.part(color, 1)});
     const Value turned = b.emit(Op::Combine, Vector, {b.part(color, 0), green, b.part(color, 2)});
     color = {Color, turned.at};
   }
-  value = b.emit(Op::NormalMap, Vector, {b.input(node, "Strength", Float, Vec4(1.0f)), color}, space, b.add_name(b.text(node, "uv_map")));
+  value = b.emit(Op::NormalMap, Vector, {b.input(node, "Strength", Float, Vec4(1.0f)), color}, space,
+                 b.add_name(b.text(node, "uv_map")));
   return output == "Normal";
 }
 
@@ -213,7 +248,8 @@ bool wireframe(ProgramBuilder& b, int node, std::string_view output, Value& valu
 }
 
 bool hair_info_node(ProgramBuilder& b, int, std::string_view output, Value& value) {
-  static constexpr std::string_view kOutputs[] = {"Is Strand", "Intercept", "Length", "Thickness", "Random"};   // as HairOutput
+  static constexpr std::string_view kOutputs[] = {"Is Strand", "Intercept", "Length", "Thickness",
+                                                  "Random"};  // as HairOutput
   if (output == "Tangent Normal") {
     value = b.emit(Op::HairTangentNormal, Vector, {});
     return true;
@@ -228,23 +264,35 @@ bool hair_info_node(ProgramBuilder& b, int, std::string_view output, Value& valu
 
 /// What surfaces have of points and grids: nothing.
 bool nothing_of_surfaces(ProgramBuilder& b, int, std::string_view output, Value& value) {
-  if (output == "Color") value = b.constant(Vec3(0.0f), Color);
-  else if (output == "Tangent Normal" || output == "Position") value = b.constant(Vec3(0.0f), Vector);
-  else value = b.constant(0.0f);
+  if (output == "Color")
+    value = b.constant(Vec3(0.0f), Color);
+  else if (output == "Tangent Normal" || output == "Position")
+    value = b.constant(Vec3(0.0f), Vector);
+  else
+    value = b.constant(0.0f);
   return true;
 }
 
 constexpr NodeType kNodes[] = {
-    {"ShaderNodeValue", value_node},           {"ShaderNodeRGB", rgb_node},
-    {"ShaderNodeTexCoord", texture_coordinate}, {"ShaderNodeUVMap", uv_map},
-    {"ShaderNodeAttribute", attribute_node},   {"ShaderNodeVertexColor", vertex_color},
-    {"ShaderNodeNewGeometry", geometry},       {"ShaderNodeObjectInfo", object_info},
-    {"ShaderNodeLightPath", light_path_node},  {"ShaderNodeLightFalloff", light_falloff},
-    {"ShaderNodeCameraData", camera_data},     {"ShaderNodeFresnel", fresnel_node},
-    {"ShaderNodeLayerWeight", layer_weight},   {"ShaderNodeTangent", tangent_node},
-    {"ShaderNodeNormalMap", normal_map_node},  {"ShaderNodeWireframe", wireframe},
+    {"ShaderNodeValue", value_node},
+    {"ShaderNodeRGB", rgb_node},
+    {"ShaderNodeTexCoord", texture_coordinate},
+    {"ShaderNodeUVMap", uv_map},
+    {"ShaderNodeAttribute", attribute_node},
+    {"ShaderNodeVertexColor", vertex_color},
+    {"ShaderNodeNewGeometry", geometry},
+    {"ShaderNodeObjectInfo", object_info},
+    {"ShaderNodeLightPath", light_path_node},
+    {"ShaderNodeLightFalloff", light_falloff},
+    {"ShaderNodeCameraData", camera_data},
+    {"ShaderNodeFresnel", fresnel_node},
+    {"ShaderNodeLayerWeight", layer_weight},
+    {"ShaderNodeTangent", tangent_node},
+    {"ShaderNodeNormalMap", normal_map_node},
+    {"ShaderNodeWireframe", wireframe},
     {"ShaderNodeAmbientOcclusion", ambient_occlusion},
-    {"ShaderNodeHairInfo", hair_info_node}, {"ShaderNodePointInfo", nothing_of_surfaces},
+    {"ShaderNodeHairInfo", hair_info_node},
+    {"ShaderNodePointInfo", nothing_of_surfaces},
     {"ShaderNodeVolumeInfo", nothing_of_surfaces},
 };
 

@@ -22,7 +22,8 @@ NodeFunction find_value_node(std::string_view type) {
 
 const NodeCatalog& node_catalog() {
   static constexpr NodeCatalog kCatalog{find_value_node, [](std::string_view type) {
-                                          return is_branch(type) || is_volume_node(type) || nodes::find_closure_node(type) != nullptr;
+                                          return is_branch(type) || is_volume_node(type) ||
+                                                 nodes::find_closure_node(type) != nullptr;
                                         }};
   return kCatalog;
 }

@@ -1,7 +1,7 @@
 // Which function compiles which node type. A node family is one file under nodes/, which lists its own.
 //
-// To add a node: write its function beside its relatives and name it in that file's table; if no instruction does what it
-// needs, add an Op with its arithmetic in register_program and a pure function it calls.
+// To add a node: write its function beside its relatives and name it in that file's table; if no instruction does what
+// it needs, add an Op with its arithmetic in register_program and a pure function it calls.
 #pragma once
 
 #include <span>

@@ -1,9 +1,9 @@
-// Procedural textures: Noise, Musgrave, White Noise, Voronoi, Wave, Magic, Brick. Their small inputs travel in threes, so that any
-// of them may be linked without the instruction growing.
-#include "shading/nodes/node_type.h"
+// Procedural textures: Noise, Musgrave, White Noise, Voronoi, Wave, Magic, Brick. Their small inputs travel in threes,
+// so that any of them may be linked without the instruction growing.
 #include "shading/functions/noise.h"
 #include "shading/functions/patterns.h"
 #include "shading/functions/voronoi.h"
+#include "shading/nodes/node_type.h"
 
 namespace ajar::nodes {
 namespace {
@@ -18,7 +18,8 @@ class TextureInputs {
   Value number(const char* socket, float fallback) { return b_.input(node_, socket, Float, Vec4(fallback)); }
   Value scale() { return number("Scale", 5.0f); }
   Value place() {
-    const Value p = b_.is_linked(node_, "Vector") ? b_.input(node_, "Vector", Vector) : b_.emit(Op::Generated, Vector, {});
+    const Value p = b_.is_linked(node_, "Vector") ? b_.input(node_, "Vector", Vector)
+                                                  : b_.emit(Op::Generated, Vector, {});
     return b_.emit(Op::Scale, Vector, {p, scale()});
   }
   Value w() { return b_.emit(Op::Product, Float, {number("W", 0.0f), scale()}); }
@@ -39,17 +40,20 @@ int dimensions(ProgramBuilder& b, int node, std::string_view property) {
 }
 
 int fractal(ProgramBuilder& b, int node, std::string_view property) {
-  return b.choice(node, property, {"MULTIFRACTAL", "FBM", "HYBRID_MULTIFRACTAL", "RIDGED_MULTIFRACTAL", "HETERO_TERRAIN"}, 1);
+  return b.choice(node, property,
+                  {"MULTIFRACTAL", "FBM", "HYBRID_MULTIFRACTAL", "RIDGED_MULTIFRACTAL", "HETERO_TERRAIN"}, 1);
 }
 
 bool noise_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   TextureInputs in(b, node);
-  const bool first = !in.has("Lacunarity");   // Blender before 4.0
+  const bool first = !in.has("Lacunarity");  // Blender before 4.0
   const bool normalize = first || b.number(node, "normalize", 1.0f) != 0.0f;
-  const int variant = dimensions(b, node, "noise_dimensions") | fractal(b, node, "noise_type") << 2 | int(normalize) << 5;
+  const int variant = dimensions(b, node, "noise_dimensions") | fractal(b, node, "noise_type") << 2 |
+                      int(normalize) << 5;
   const bool has_color = b.is_read(node, "Color");
   value = b.emit(has_color ? Op::NoiseColor : Op::Noise, has_color ? Color : Float,
-                 {in.place(), in.w(), in.three(in.number("Detail", 2.0f), in.number("Roughness", 0.5f), in.number("Lacunarity", 2.0f)),
+                 {in.place(), in.w(),
+                  in.three(in.number("Detail", 2.0f), in.number("Roughness", 0.5f), in.number("Lacunarity", 2.0f)),
                   in.three(in.number("Offset", 0.0f), in.number("Gain", 1.0f), in.number("Distortion", 0.0f))},
                  variant, uint32_t(first ? NoiseGeneration::First : NoiseGeneration::Second));
   if (has_color && output == "Fac") value = b.part(value, 0);
@@ -59,7 +63,8 @@ bool noise_texture(ProgramBuilder& b, int node, std::string_view output, Value& 
 bool musgrave_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   TextureInputs in(b, node);
   value = b.emit(Op::Noise, Float,
-                 {in.place(), in.w(), in.three(in.number("Detail", 2.0f), in.number("Dimension", 2.0f), in.number("Lacunarity", 2.0f)),
+                 {in.place(), in.w(),
+                  in.three(in.number("Detail", 2.0f), in.number("Dimension", 2.0f), in.number("Lacunarity", 2.0f)),
                   in.three(in.number("Offset", 0.0f), in.number("Gain", 1.0f), b.constant(0.0f))},
                  dimensions(b, node, "musgrave_dimensions") | fractal(b, node, "musgrave_type") << 2,
                  uint32_t(NoiseGeneration::Musgrave));
@@ -78,8 +83,10 @@ bool voronoi_texture(ProgramBuilder& b, int node, std::string_view output, Value
   TextureInputs in(b, node);
   const int feature = b.choice(node, "feature", {"F1", "F2", "SMOOTH_F1", "DISTANCE_TO_EDGE", "N_SPHERE_RADIUS"});
   const int metric = b.choice(node, "distance", {"EUCLIDEAN", "MANHATTAN", "CHEBYCHEV", "MINKOWSKI"});
-  const bool first = !in.has("Lacunarity");   // Blender before 4.0
-  const VoronoiGeneration generation = first ? VoronoiGeneration::First : b.text(node, "cells") == "PCG" ? VoronoiGeneration::Third : VoronoiGeneration::Second;
+  const bool first = !in.has("Lacunarity");  // Blender before 4.0
+  const VoronoiGeneration generation = first                            ? VoronoiGeneration::First
+                                       : b.text(node, "cells") == "PCG" ? VoronoiGeneration::Third
+                                                                        : VoronoiGeneration::Second;
   const int normalize = !first && b.number(node, "normalize") != 0.0f ? 1 : 0;
   const Value whole = b.emit(
       Op::Voronoi, Vector,
@@ -87,11 +94,16 @@ bool voronoi_texture(ProgramBuilder& b, int node, std::string_view output, Value
        in.three(in.number("Smoothness", 1.0f), in.number("Exponent", 0.5f), in.number("Randomness", 1.0f)),
        in.three(in.number("Detail", 0.0f), in.number("Roughness", 0.5f), in.number("Lacunarity", 2.0f))},
       dimensions(b, node, "voronoi_dimensions") | feature << 2 | metric << 5 | normalize << 7, uint32_t(generation));
-  if (output == "Distance" || output == "Radius") value = b.part(whole, 0);
-  else if (output == "Color") value = {Color, component(whole.at, 1)};
-  else if (output == "Position") value = {Vector, component(whole.at, 4)};
-  else if (output == "W") value = b.part(whole, 7);
-  else return false;
+  if (output == "Distance" || output == "Radius")
+    value = b.part(whole, 0);
+  else if (output == "Color")
+    value = {Color, component(whole.at, 1)};
+  else if (output == "Position")
+    value = {Vector, component(whole.at, 4)};
+  else if (output == "W")
+    value = b.part(whole, 7);
+  else
+    return false;
   return true;
 }
 
@@ -100,10 +112,11 @@ bool wave_texture(ProgramBuilder& b, int node, std::string_view output, Value& v
   const int rings = b.choice(node, "wave_type", {"BANDS", "RINGS"});
   const int axis = rings ? b.choice(node, "rings_direction", {"X", "Y", "Z", "SPHERICAL"})
                          : b.choice(node, "bands_direction", {"X", "Y", "Z", "DIAGONAL"});
-  value = b.emit(Op::Wave, Float,
-                 {in.place(), in.three(in.number("Distortion", 0.0f), in.number("Detail", 2.0f), in.number("Detail Scale", 1.0f)),
-                  in.three(in.number("Detail Roughness", 0.5f), in.number("Phase Offset", 0.0f), b.constant(0.0f))},
-                 rings | axis << 1 | b.choice(node, "wave_profile", {"SIN", "SAW", "TRI"}) << 3);
+  value = b.emit(
+      Op::Wave, Float,
+      {in.place(), in.three(in.number("Distortion", 0.0f), in.number("Detail", 2.0f), in.number("Detail Scale", 1.0f)),
+       in.three(in.number("Detail Roughness", 0.5f), in.number("Phase Offset", 0.0f), b.constant(0.0f))},
+      rings | axis << 1 | b.choice(node, "wave_profile", {"SIN", "SAW", "TRI"}) << 3);
   return output == "Fac" || output == "Color";
 }
 
@@ -118,7 +131,9 @@ bool magic_texture(ProgramBuilder& b, int node, std::string_view output, Value& 
 
 bool brick_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   TextureInputs in(b, node);
-  const auto frequency = [&](const char* property) { return uint32_t(glm::clamp(b.number(node, property, 2.0f), 0.0f, 99.0f)); };
+  const auto frequency = [&](const char* property) {
+    return uint32_t(glm::clamp(b.number(node, property, 2.0f), 0.0f, 99.0f));
+  };
   const Value whole = b.emit(
       Op::Brick, Vector,
       {in.place(), in.three(in.number("Mortar Size", 0.02f), in.number("Mortar Smooth", 0.1f), in.number("Bias", 0.0f)),
@@ -136,9 +151,12 @@ bool brick_texture(ProgramBuilder& b, int node, std::string_view output, Value& 
 }
 
 constexpr NodeType kNodes[] = {
-    {"ShaderNodeTexNoise", noise_texture},           {"ShaderNodeTexMusgrave", musgrave_texture},
-    {"ShaderNodeTexWhiteNoise", white_noise_texture}, {"ShaderNodeTexVoronoi", voronoi_texture},
-    {"ShaderNodeTexWave", wave_texture},             {"ShaderNodeTexMagic", magic_texture},
+    {"ShaderNodeTexNoise", noise_texture},
+    {"ShaderNodeTexMusgrave", musgrave_texture},
+    {"ShaderNodeTexWhiteNoise", white_noise_texture},
+    {"ShaderNodeTexVoronoi", voronoi_texture},
+    {"ShaderNodeTexWave", wave_texture},
+    {"ShaderNodeTexMagic", magic_texture},
     {"ShaderNodeTexBrick", brick_texture},
 };
 

@@ -1,7 +1,7 @@
 // Texture nodes. An unlinked Vector means: UV for pictures, the direction or position for environments,
 // generated coordinates for patterns.
-#include "shading/nodes/node_type.h"
 #include "shading/functions/texture_functions.h"
+#include "shading/nodes/node_type.h"
 
 namespace ajar::nodes {
 namespace {
@@ -15,9 +15,9 @@ Value coordinate(ProgramBuilder& b, int node, Op unlinked) {
 uint32_t image_lookup(ProgramBuilder& b, int node, bool environment) {
   if (const auto found = b.node_data.find(node); found != b.node_data.end()) return found->second;
   ImageLookup lookup;
-  lookup.interpolation = std::array{Interpolation::Linear, Interpolation::Closest, Interpolation::Cubic,
-                                    Interpolation::Cubic}[b.choice(node, "interpolation",
-                                                                   {"Linear", "Closest", "Cubic", "Smart"})];
+  lookup.interpolation = std::array{
+      Interpolation::Linear, Interpolation::Closest, Interpolation::Cubic,
+      Interpolation::Cubic}[b.choice(node, "interpolation", {"Linear", "Closest", "Cubic", "Smart"})];
   if (!environment) {
     lookup.extension = Extension(b.choice(node, "extension", {"REPEAT", "EXTEND", "CLIP", "MIRROR"}));
     lookup.unassociate = b.is_read(node, "Alpha");
@@ -53,14 +53,14 @@ bool checker_texture(ProgramBuilder& b, int node, std::string_view output, Value
   const Value p = coordinate(b, node, Op::Generated);
   value = b.emit(Op::Checker, Float, {p, b.input(node, "Scale", Float, Vec4(5.0f))});
   if (output == "Color")
-    value = b.emit(Op::SelectColor, Color, {value, b.input(node, "Color1", Color, Vec4(0.8f)),
-                                            b.input(node, "Color2", Color, Vec4(0.2f))});
+    value = b.emit(Op::SelectColor, Color,
+                   {value, b.input(node, "Color1", Color, Vec4(0.8f)), b.input(node, "Color2", Color, Vec4(0.2f))});
   return output == "Color" || output == "Fac";
 }
 
 bool gradient_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  const int kind = b.choice(node, "gradient_type", {"LINEAR", "QUADRATIC", "EASING", "DIAGONAL", "SPHERICAL",
-                                                    "QUADRATIC_SPHERE", "RADIAL"});
+  const int kind = b.choice(node, "gradient_type",
+                            {"LINEAR", "QUADRATIC", "EASING", "DIAGONAL", "SPHERICAL", "QUADRATIC_SPHERE", "RADIAL"});
   value = b.emit(Op::Gradient, Float, {coordinate(b, node, Op::Generated)}, kind);
   return output == "Color" || output == "Fac";
 }
@@ -72,7 +72,8 @@ bool sky_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
   } else {
     const auto number = [&](const char* property, float fallback) { return b.number(node, property, fallback); };
     // Blender 5 renamed Nishita's model and added one with more than one bounce.
-    const int model = b.choice(node, "sky_type", {"PREETHAM", "HOSEK_WILKIE", "NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING"}, 2);
+    const int model = b.choice(node, "sky_type",
+                               {"PREETHAM", "HOSEK_WILKIE", "NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING"}, 2);
     if (model == 4) b.report(node, "multiple scattering is not supported yet; single scattering is used");
     if (model < 2) {
       const std::vector<float>* sun = b.numbers(node, "sun_direction");
@@ -106,9 +107,12 @@ bool ies_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
   if (!b.node_data.contains(node)) {
     std::string problem;
     IesProfile profile;
-    if (const std::string_view unreadable = b.text(node, "unreadable"); !unreadable.empty()) problem = unreadable;
-    else if (const std::string_view text = b.text(node, "ies"); !text.empty()) profile = IesProfile::read(text, problem);
-    else problem = "it has no IES file";
+    if (const std::string_view unreadable = b.text(node, "unreadable"); !unreadable.empty())
+      problem = unreadable;
+    else if (const std::string_view text = b.text(node, "ies"); !text.empty())
+      profile = IesProfile::read(text, problem);
+    else
+      problem = "it has no IES file";
     if (profile.empty()) {
       b.report(node, "its IES file cannot be used (" + problem + "); it shines evenly");
       b.node_data[node] = kNoProfile;
@@ -118,19 +122,18 @@ bool ies_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
     }
   }
   const uint32_t profile = b.node_data[node];
-  value = profile == kNoProfile ? b.constant(kWithoutIes)
-                                : b.emit(Op::Ies, Float, {b.is_linked(node, "Vector") ? b.input(node, "Vector", Vector) : b.object_normal()}, 0, profile);
+  value = profile == kNoProfile
+              ? b.constant(kWithoutIes)
+              : b.emit(Op::Ies, Float,
+                       {b.is_linked(node, "Vector") ? b.input(node, "Vector", Vector) : b.object_normal()}, 0, profile);
   value = b.emit(Op::Product, Float, {value, b.input(node, "Strength", Float, Vec4(1.0f))});
   return output == "Fac";
 }
 
 constexpr NodeType kNodes[] = {
-    {"ShaderNodeTexImage", image_texture},
-    {"ShaderNodeTexEnvironment", environment_texture},
-    {"ShaderNodeTexSky", sky_texture},
-    {"ShaderNodeTexIES", ies_texture},
-    {"ShaderNodeTexChecker", checker_texture},
-    {"ShaderNodeTexGradient", gradient_texture},
+    {"ShaderNodeTexImage", image_texture},     {"ShaderNodeTexEnvironment", environment_texture},
+    {"ShaderNodeTexSky", sky_texture},         {"ShaderNodeTexIES", ies_texture},
+    {"ShaderNodeTexChecker", checker_texture}, {"ShaderNodeTexGradient", gradient_texture},
 };
 
 }  // namespace

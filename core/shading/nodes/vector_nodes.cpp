@@ -1,8 +1,8 @@
 // Nodes on vectors: Vector Math, Mapping, rotations and transforms, splitting and joining, curves.
-#include "shading/nodes/node_type.h"
-#include "shading/nodes/curve_tables.h"
 #include "shading/functions/math_functions.h"
 #include "shading/functions/point_functions.h"
+#include "shading/nodes/curve_tables.h"
+#include "shading/nodes/node_type.h"
 
 namespace ajar::nodes {
 namespace {
@@ -12,9 +12,10 @@ using enum SocketType;
 bool vector_math_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int operation = b.choice(
       node, "operation",
-      {"ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "MULTIPLY_ADD", "CROSS_PRODUCT", "PROJECT", "REFLECT", "REFRACT",
-       "FACEFORWARD", "DOT_PRODUCT", "DISTANCE", "LENGTH", "SCALE", "NORMALIZE", "ABSOLUTE", "MINIMUM", "MAXIMUM", "FLOOR",
-       "CEIL", "FRACTION", "MODULO", "WRAP", "SNAP", "SINE", "COSINE", "TANGENT", "POWER", "SIGN", "ROUND"});
+      {"ADD",     "SUBTRACT",    "MULTIPLY",    "DIVIDE",   "MULTIPLY_ADD", "CROSS_PRODUCT", "PROJECT",   "REFLECT",
+       "REFRACT", "FACEFORWARD", "DOT_PRODUCT", "DISTANCE", "LENGTH",       "SCALE",         "NORMALIZE", "ABSOLUTE",
+       "MINIMUM", "MAXIMUM",     "FLOOR",       "CEIL",     "FRACTION",     "MODULO",        "WRAP",      "SNAP",
+       "SINE",    "COSINE",      "TANGENT",     "POWER",    "SIGN",         "ROUND"});
   const Value v0 = b.input(node, "Vector", Vector), v1 = b.input(node, "Vector_001", Vector);
   if (output == "Value") {
     value = b.emit(Op::VectorMathValue, Float, {v0, v1}, operation);
@@ -30,7 +31,7 @@ bool mapping_node(ProgramBuilder& b, int node, std::string_view output, Value& v
   const Value vector = b.input(node, "Vector", Vector), location = b.input(node, "Location", Vector),
               rotation = b.input(node, "Rotation", Vector), scale = b.input(node, "Scale", Vector, Vec4(1.0f));
   const bool fixed = location.is_constant() && rotation.is_constant() && scale.is_constant();
-  if (fixed && kind != MappingKind::Normal) {   // one matrix instead of six sines at every hit
+  if (fixed && kind != MappingKind::Normal) {  // one matrix instead of six sines at every hit
     const auto map = [&](Vec3 v) {
       return mapping(kind, v, b.constant_vector(location), b.constant_vector(rotation), b.constant_vector(scale));
     };
@@ -64,7 +65,8 @@ bool vector_transform(ProgramBuilder& b, int node, std::string_view output, Valu
   if (from == int(Space::Camera) || to == int(Space::Camera)) {
     if (const CameraDescription* camera = b.camera())
       camera_from_world = glm::affineInverse(to_matrix(camera->world_from_camera));
-    else b.report(node, "there is no camera; world coordinates are used");
+    else
+      b.report(node, "there is no camera; world coordinates are used");
   }
   value = b.emit(Op::VectorTransform, Vector, {b.input(node, "Vector", Vector, Vec4(0.5f))}, type | from << 2 | to << 4,
                  b.add_matrix(camera_from_world));
@@ -72,7 +74,8 @@ bool vector_transform(ProgramBuilder& b, int node, std::string_view output, Valu
 }
 
 bool combine_xyz(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  value = b.emit(Op::Combine, Vector, {b.input(node, "X", Float), b.input(node, "Y", Float), b.input(node, "Z", Float)});
+  value = b.emit(Op::Combine, Vector,
+                 {b.input(node, "X", Float), b.input(node, "Y", Float), b.input(node, "Z", Float)});
   return output == "Vector";
 }
 
@@ -85,12 +88,14 @@ bool separate_xyz(ProgramBuilder& b, int node, std::string_view output, Value& v
 
 bool normal_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const std::vector<float>* direction = b.numbers(node, "value");
-  const Vec3 d = direction && direction->size() >= 3 ? Vec3((*direction)[0], (*direction)[1], (*direction)[2]) : Vec3(0, 0, 1);
+  const Vec3 d = direction && direction->size() >= 3 ? Vec3((*direction)[0], (*direction)[1], (*direction)[2])
+                                                     : Vec3(0, 0, 1);
   const Value unit = b.emit(Op::Normalize, Vector, {b.constant(d, Vector)});
-  value = output == "Normal" ? unit
-                             : b.emit(Op::VectorMathValue, Float,
-                                      {unit, b.emit(Op::Normalize, Vector, {b.input(node, "Normal", Vector, Vec4(0, 0, 1, 0))})},
-                                      int(VectorOperation::DotProduct));
+  value = output == "Normal"
+              ? unit
+              : b.emit(Op::VectorMathValue, Float,
+                       {unit, b.emit(Op::Normalize, Vector, {b.input(node, "Normal", Vector, Vec4(0, 0, 1, 0))})},
+                       int(VectorOperation::DotProduct));
   return output == "Normal" || output == "Dot";
 }
 
@@ -104,10 +109,10 @@ bool vector_curve(ProgramBuilder& b, int node, std::string_view output, Value& v
 }
 
 constexpr NodeType kNodes[] = {
-    {"ShaderNodeVectorMath", vector_math_node},     {"ShaderNodeMapping", mapping_node},
-    {"ShaderNodeVectorRotate", vector_rotate},      {"ShaderNodeVectorTransform", vector_transform},
-    {"ShaderNodeCombineXYZ", combine_xyz},          {"ShaderNodeSeparateXYZ", separate_xyz},
-    {"ShaderNodeNormal", normal_node},              {"ShaderNodeVectorCurve", vector_curve},
+    {"ShaderNodeVectorMath", vector_math_node}, {"ShaderNodeMapping", mapping_node},
+    {"ShaderNodeVectorRotate", vector_rotate},  {"ShaderNodeVectorTransform", vector_transform},
+    {"ShaderNodeCombineXYZ", combine_xyz},      {"ShaderNodeSeparateXYZ", separate_xyz},
+    {"ShaderNodeNormal", normal_node},          {"ShaderNodeVectorCurve", vector_curve},
 };
 
 }  // namespace

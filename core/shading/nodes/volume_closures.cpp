@@ -13,7 +13,7 @@ constexpr std::string_view kScatter = "ShaderNodeVolumeScatter", kAbsorption = "
                            kPrincipled = "ShaderNodeVolumePrincipled", kEmission = "ShaderNodeEmission";
 constexpr SocketType Float = SocketType::Float, Vector = SocketType::Color;
 constexpr float kMaxExtinction = 1e12f;
-constexpr float kMaxAnisotropy = 1.0f - 1e-3f;   // of Cycles
+constexpr float kMaxAnisotropy = 1.0f - 1e-3f;  // of Cycles
 constexpr float kMin = 1e-5f;                   // densities and strengths below are none, in Cycles
 /// Stefan and Boltzmann's constant over pi, a millionth of it: Cycles' scale of fire.
 constexpr float kBlackbodyScale = 5.670373e-8f * 1e-6f * kInvPi;
@@ -24,13 +24,20 @@ class VolumeReader {
 
   void read(int node, const std::string& output, Value weight) {
     const std::string_view type = b_.node(node).type;
-    if (type == kScatter) scatter(node, weight);
-    else if (type == kAbsorption) absorption(node, weight);
-    else if (type == kPrincipled) principled(node, weight);
-    else if (type == kEmission) emit(weight, b_.input(node, "Color", Vector, Vec4(1.0f)), b_.input(node, "Strength", Float, Vec4(1.0f)));
-    else if (b_.catalog().value(type)) value(node, output, weight);
-    else if (type.starts_with("ShaderNodeVolume")) b_.report(node, "is not supported yet; this part of the volume is left out");
-    else b_.report(node, "is no volume shader; it does nothing in a volume");
+    if (type == kScatter)
+      scatter(node, weight);
+    else if (type == kAbsorption)
+      absorption(node, weight);
+    else if (type == kPrincipled)
+      principled(node, weight);
+    else if (type == kEmission)
+      emit(weight, b_.input(node, "Color", Vector, Vec4(1.0f)), b_.input(node, "Strength", Float, Vec4(1.0f)));
+    else if (b_.catalog().value(type))
+      value(node, output, weight);
+    else if (type.starts_with("ShaderNodeVolume"))
+      b_.report(node, "is not supported yet; this part of the volume is left out");
+    else
+      b_.report(node, "is no volume shader; it does nothing in a volume");
   }
 
  private:
@@ -39,22 +46,25 @@ class VolumeReader {
   void scatter(int node, Value weight) {
     const Value density = b_.input(node, "Density", Float, Vec4(1.0f));
     if (is_zero(density)) return;
-    closures_.push_back({VolumeKind::Scatter, weight.at, b_.input(node, "Color", Vector, Vec4(0.8f)).at, kNoOperand, density.at,
-                         b_.input(node, "Anisotropy", Float, Vec4(0.0f)).at});
+    closures_.push_back({VolumeKind::Scatter, weight.at, b_.input(node, "Color", Vector, Vec4(0.8f)).at, kNoOperand,
+                         density.at, b_.input(node, "Anisotropy", Float, Vec4(0.0f)).at});
   }
 
   void absorption(int node, Value weight) {
     const Value density = b_.input(node, "Density", Float, Vec4(1.0f));
     if (is_zero(density)) return;
-    closures_.push_back({VolumeKind::Absorption, weight.at, b_.input(node, "Color", Vector, Vec4(0.8f)).at, kNoOperand, density.at, kNoOperand});
+    closures_.push_back({VolumeKind::Absorption, weight.at, b_.input(node, "Color", Vector, Vec4(0.8f)).at, kNoOperand,
+                         density.at, kNoOperand});
   }
 
   void principled(int node, Value weight) {
     const Value density = b_.input(node, "Density", Float, Vec4(1.0f));
     if (!is_zero(density))
       closures_.push_back({VolumeKind::Principled, weight.at, b_.input(node, "Color", Vector, Vec4(0.5f)).at,
-                           b_.input(node, "Absorption Color", Vector, Vec4(0.0f)).at, density.at, b_.input(node, "Anisotropy", Float, Vec4(0.0f)).at});
-    emit(weight, b_.input(node, "Emission Color", Vector, Vec4(1.0f)), b_.input(node, "Emission Strength", Float, Vec4(0.0f)));
+                           b_.input(node, "Absorption Color", Vector, Vec4(0.0f)).at, density.at,
+                           b_.input(node, "Anisotropy", Float, Vec4(0.0f)).at});
+    emit(weight, b_.input(node, "Emission Color", Vector, Vec4(1.0f)),
+         b_.input(node, "Emission Strength", Float, Vec4(0.0f)));
     const Value intensity = b_.input(node, "Blackbody Intensity", Float, Vec4(0.0f));
     if (is_zero(intensity)) return;
     const Value temperature = b_.input(node, "Temperature", Float, Vec4(1000.0f));
@@ -69,7 +79,8 @@ class VolumeReader {
 
   void emit(Value weight, Value color, Value strength) {
     if (is_zero(strength)) return;
-    closures_.push_back({VolumeKind::Emission, weight.at, b_.emit(Op::Scale, Vector, {color, strength}).at, kNoOperand, kNoOperand, kNoOperand});
+    closures_.push_back({VolumeKind::Emission, weight.at, b_.emit(Op::Scale, Vector, {color, strength}).at, kNoOperand,
+                         kNoOperand, kNoOperand});
   }
 
   ProgramBuilder& b_;
@@ -83,19 +94,27 @@ bool is_volume_node(std::string_view type) { return type == kScatter || type == 
 std::vector<VolumeClosure> flatten_volumes(ProgramBuilder& b) {
   std::vector<VolumeClosure> closures;
   VolumeReader reader(b, closures);
-  for_each_closure(b, b.graph().volume, "volume", [&](int node, const std::string& output, Value weight) { reader.read(node, output, weight); });
+  for_each_closure(b, b.graph().volume, "volume",
+                   [&](int node, const std::string& output, Value weight) { reader.read(node, output, weight); });
   return closures;
 }
 
 bool varies_inside(Op op) {
   switch (op) {
-    case Op::ObjectLocation: case Op::ObjectColor: case Op::ObjectIndex: case Op::ObjectRandom: case Op::LightPath: case Op::LightFalloff:
-    case Op::Incoming: case Op::Backfacing: return false;
+    case Op::ObjectLocation:
+    case Op::ObjectColor:
+    case Op::ObjectIndex:
+    case Op::ObjectRandom:
+    case Op::LightPath:
+    case Op::LightFalloff:
+    case Op::Incoming:
+    case Op::Backfacing: return false;
     default: return info(op).needs_point;
   }
 }
 
-void add_volumes(const std::vector<VolumeClosure>& closures, const float* registers, const float* constants, MediumPoint& medium) {
+void add_volumes(const std::vector<VolumeClosure>& closures, const float* registers, const float* constants,
+                 MediumPoint& medium) {
   const auto number = [&](Operand o) {
     const float x = *operand(o, registers, constants);
     if (std::isfinite(x)) return x;
@@ -127,7 +146,8 @@ void add_volumes(const std::vector<VolumeClosure>& closures, const float* regist
         if (!(density > 0.0f)) break;
         const Color c = color(closure.color);
         if (closure.kind != VolumeKind::Absorption)
-          medium.add_scattering(limit(c * density), glm::clamp(number(closure.anisotropy), -kMaxAnisotropy, kMaxAnisotropy));
+          medium.add_scattering(limit(c * density),
+                                glm::clamp(number(closure.anisotropy), -kMaxAnisotropy, kMaxAnisotropy));
         if (closure.kind == VolumeKind::Absorption) medium.extinction += limit((Color(1.0f) - c) * density);
         if (closure.kind == VolumeKind::Principled) {
           const Color kept = glm::sqrt(glm::max(color(closure.second), 0.0f));

@@ -10,7 +10,7 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMaxDepth = 1000;   ///< nodes on one way from the output; bounds the recursion
+constexpr int kMaxDepth = 1000;  ///< nodes on one way from the output; bounds the recursion
 
 float finite_or_zero(float x) { return std::isfinite(x) ? x : 0.0f; }
 
@@ -28,9 +28,14 @@ const NodeInput* find_input(const Node& node, std::string_view socket) {
 
 }  // namespace
 
-ProgramBuilder::ProgramBuilder(const NodeCatalog& catalog, const NodeGraph& graph, const std::string& owner, TextureStore& textures,
-                               Diagnostics& diagnostics, const ShaderContext& context)
-    : catalog_(catalog), graph_(graph), owner_(owner), textures_(textures), diagnostics_(diagnostics), context_(context),
+ProgramBuilder::ProgramBuilder(const NodeCatalog& catalog, const NodeGraph& graph, const std::string& owner,
+                               TextureStore& textures, Diagnostics& diagnostics, const ShaderContext& context)
+    : catalog_(catalog),
+      graph_(graph),
+      owner_(owner),
+      textures_(textures),
+      diagnostics_(diagnostics),
+      context_(context),
       on_stack_(graph.nodes.size(), false) {
   // Which outputs are read by nodes that the outputs can see.
   std::vector<bool> seen(graph.nodes.size(), false);
@@ -154,8 +159,7 @@ Value ProgramBuilder::unknown_value(int index, std::string_view output) {
   const Node& unknown = graph_.nodes[index];
   if (output == "Normal") {
     report(index, "is not supported yet; the surface's own normal is used");
-    return is_linked(index, "Normal") ? input(index, "Normal", SocketType::Vector)
-                                      : surface_normal();
+    return is_linked(index, "Normal") ? input(index, "Normal", SocketType::Vector) : surface_normal();
   }
   for (const NodeInput& in : unknown.inputs) {
     if (!is_linked(index, in.socket)) continue;
@@ -282,19 +286,21 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
 Value ProgramBuilder::object_normal() {
   if (!context_.world_from_lamp) return emit(Op::ObjectNormal, SocketType::Vector, {});
   const Mat4 lamp_from_normal(glm::transpose(Mat3(to_matrix(*context_.world_from_lamp))));
-  const Value turned = emit(Op::Affine, SocketType::Vector, {emit(Op::ShadingNormal, SocketType::Vector, {})}, 0, add_matrix(lamp_from_normal));
+  const Value turned = emit(Op::Affine, SocketType::Vector, {emit(Op::ShadingNormal, SocketType::Vector, {})}, 0,
+                            add_matrix(lamp_from_normal));
   return emit(Op::Normalize, SocketType::Vector, {turned});
 }
 
 void ProgramBuilder::measure_pixels() {
   BumpFootprint& bump = tables.bump;
   if (std::exchange(bump.measured, true)) return;
-  const CameraDescription* camera = this->camera();   // the program depends on it
+  const CameraDescription* camera = this->camera();  // the program depends on it
   if (!camera) return;
   bump.camera = camera->kind;
   bump.camera_from_world = glm::affineInverse(to_matrix(camera->world_from_camera));
   const float width = float(std::max(context_.image_width, 1));
-  bump.pixel = (camera->kind == CameraKind::Panorama ? 2.0f * kPi : camera->screen_window.y - camera->screen_window.x) / width;
+  bump.pixel = (camera->kind == CameraKind::Panorama ? 2.0f * kPi : camera->screen_window.y - camera->screen_window.x) /
+               width;
 }
 
 uint32_t ProgramBuilder::add_name(std::string_view name) {

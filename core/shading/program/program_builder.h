@@ -1,8 +1,8 @@
 // Turns values of a node graph into instructions, one value at a time and only those asked for.
 //
 // `value_of` walks back from an output: constants fold at once, equal instructions are shared,
-// conversions between socket types are inserted. Broken graphs never throw: see docs/developer/node_contract.md for what each
-// defect becomes.
+// conversions between socket types are inserted. Broken graphs never throw: see docs/developer/node_contract.md for
+// what each defect becomes.
 #pragma once
 
 #include <map>
@@ -10,8 +10,8 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "shading/program/register_program.h"
 #include "description/diagnostics.h"
+#include "shading/program/register_program.h"
 #include "shading/program/shader_context.h"
 
 namespace ajar {
@@ -38,8 +38,8 @@ struct NodeCatalog {
 
 class ProgramBuilder {
  public:
-  ProgramBuilder(const NodeCatalog& catalog, const NodeGraph& graph, const std::string& owner, TextureStore& textures, Diagnostics& diagnostics,
-                 const ShaderContext& context);
+  ProgramBuilder(const NodeCatalog& catalog, const NodeGraph& graph, const std::string& owner, TextureStore& textures,
+                 Diagnostics& diagnostics, const ShaderContext& context);
 
   // ---- What node compilers ask ----
   /// The input `socket` of `node`, converted to `type`; `fallback` when the node lacks it.
@@ -72,14 +72,18 @@ class ProgramBuilder {
     return {constant_value(value), constant_value(value, 1), constant_value(value, 2)};
   }
 
-  /// The normal of the surface before closures and nodes choose another: the smooth one, or the displaced one once it is set.
-  Value surface_normal() { return surface_normal_ ? *surface_normal_ : emit(Op::ShadingNormal, SocketType::Vector, {}); }
+  /// The normal of the surface before closures and nodes choose another: the smooth one, or the displaced one once it
+  /// is set.
+  Value surface_normal() {
+    return surface_normal_ ? *surface_normal_ : emit(Op::ShadingNormal, SocketType::Vector, {});
+  }
   /// The smooth normal in the space of the object or the lamp.
   Value object_normal();
   Operand displaced_normal() const { return surface_normal_ ? surface_normal_->at : kNoOperand; }
   void set_displaced_normal(Value normal) { surface_normal_ = normal; }
   /// A normal turned by the heights of `height(shift)`, which is asked for the point and the two beside it.
-  template <class Height> Value bumped(Height&& height, Value strength, Value distance, Value normal) {
+  template <class Height>
+  Value bumped(Height&& height, Value strength, Value distance, Value normal) {
     const Shift outer = shift_;
     Value h[3];
     for (const Shift shift : {Shift::None, Shift::X, Shift::Y}) {
@@ -118,7 +122,7 @@ class ProgramBuilder {
 
   std::vector<Instruction> code;
   ProgramTables tables;
-  std::map<int, uint32_t> node_data;   ///< curve or image a node has added already, for its other outputs
+  std::map<int, uint32_t> node_data;  ///< curve or image a node has added already, for its other outputs
 
  private:
   Value value_of(const NodeLink& link);
@@ -127,17 +131,16 @@ class ProgramBuilder {
   /// a * 1, a * 0, a + 0 and the like need no instruction.
   bool simplify(Op op, std::initializer_list<Value> inputs, Value& result);
 
-
   const NodeCatalog& catalog_;
   const NodeGraph& graph_;
   const std::string& owner_;
   TextureStore& textures_;
   Diagnostics& diagnostics_;
   const ShaderContext& context_;
-  std::map<std::pair<int, std::string>, Value, std::less<>> values_[3];   // by shift
+  std::map<std::pair<int, std::string>, Value, std::less<>> values_[3];  // by shift
   Shift shift_ = Shift::None;
   std::optional<Value> surface_normal_;
-  std::unordered_map<std::string, Operand> constants_, instructions_;   // keyed by their bytes
+  std::unordered_map<std::string, Operand> constants_, instructions_;  // keyed by their bytes
   std::vector<bool> on_stack_;
   std::map<std::pair<int, std::string>, bool> read_;
   int depth_ = 0, register_count_ = 0;

@@ -1,13 +1,13 @@
 #include "shading/program/register_program.h"
 
 #include "geometry/geometry.h"
+#include "math/hash.h"
 #include "shading/functions/bump.h"
 #include "shading/functions/color_functions.h"
-#include "math/hash.h"
 #include "shading/functions/math_functions.h"
 #include "shading/functions/noise.h"
-#include "shading/functions/patterns.h"
 #include "shading/functions/occlusion.h"
+#include "shading/functions/patterns.h"
 #include "shading/functions/point_functions.h"
 #include "shading/functions/texture_functions.h"
 #include "shading/functions/voronoi.h"
@@ -25,8 +25,18 @@ const OpInfo& info(Op op) {
 
 bool can_shift(Op op) {
   switch (op) {
-    case Op::Position: case Op::Parametric: case Op::Generated: case Op::ObjectPosition: case Op::TransformPosition:
-    case Op::CameraPosition: case Op::WindowPosition: case Op::ActiveUv: case Op::NamedUv: case Op::NamedAttribute: case Op::Wireframe: case Op::HairInfo: return true;
+    case Op::Position:
+    case Op::Parametric:
+    case Op::Generated:
+    case Op::ObjectPosition:
+    case Op::TransformPosition:
+    case Op::CameraPosition:
+    case Op::WindowPosition:
+    case Op::ActiveUv:
+    case Op::NamedUv:
+    case Op::NamedAttribute:
+    case Op::Wireframe:
+    case Op::HairInfo: return true;
     default: return false;
   }
 }
@@ -139,7 +149,11 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
     switch (i->op) {
       case Op::Splat: store3(Vec3(f(0))); break;
       case Op::Luminance: *out = luminance(v(0)); break;
-      case Op::Average: { const Vec3 a = v(0); *out = (a.x + a.y + a.z) * (1.0f / 3.0f); break; }
+      case Op::Average: {
+        const Vec3 a = v(0);
+        *out = (a.x + a.y + a.z) * (1.0f / 3.0f);
+        break;
+      }
       case Op::Combine: store3({f(0), f(1), f(2)}); break;
       case Op::Saturate: *out = saturate(f(0)); break;
       case Op::SaturateColor: store3(glm::clamp(v(0), 0.0f, 1.0f)); break;
@@ -148,7 +162,9 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::Sum: *out = f(0) + f(1); break;
       case Op::Scale: store3(v(0) * f(1)); break;
       case Op::Math: *out = nodes::math(nodes::MathOperation(i->variant), f(0), f(1), f(2)); break;
-      case Op::VectorMath: store3(nodes::vector_math(nodes::VectorOperation(i->variant), v(0), v(1), v(2), f(3))); break;
+      case Op::VectorMath:
+        store3(nodes::vector_math(nodes::VectorOperation(i->variant), v(0), v(1), v(2), f(3)));
+        break;
       case Op::VectorMathValue: *out = nodes::vector_math_value(nodes::VectorOperation(i->variant), v(0), v(1)); break;
       case Op::MixFloat: *out = f(1) * (1.0f - f(0)) + f(2) * f(0); break;
       case Op::MixVector: store3(v(1) * (1.0f - f(0)) + v(2) * f(0)); break;
@@ -161,19 +177,21 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::MapRangeVector: {
         const Vec3 a = v(0), b = v(1), c = v(2), d = v(3), e = v(4), g = v(5);
         for (int k = 0; k < 3; ++k)
-          out[k] = nodes::map_range_component(nodes::RangeInterpolation(i->variant), a[k], b[k], c[k], d[k], e[k], g[k]);
+          out[k] = nodes::map_range_component(nodes::RangeInterpolation(i->variant), a[k], b[k], c[k], d[k], e[k],
+                                              g[k]);
         break;
       }
       case Op::Mapping: store3(nodes::mapping(nodes::MappingKind(i->variant), v(0), v(1), v(2), v(3))); break;
       case Op::Affine: store3(transform_point(tables.matrices[i->data], v(0))); break;
-      case Op::VectorRotate: {   // vector, centre, axis, angle, Euler angles; variant 1: Euler, 2: inverted
+      case Op::VectorRotate: {  // vector, centre, axis, angle, Euler angles; variant 1: Euler, 2: inverted
         const Vec3 centre = v(1), p = v(0) - centre;
         if (i->variant & 1) {
           const Mat3 rotate = nodes::euler_rotation(v(4));
           store3((i->variant & 2 ? p * rotate : rotate * p) + centre);
         } else {
           const Vec3 axis = nodes::normalize_or_zero(v(2));
-          store3(axis == Vec3(0.0f) ? p + centre : nodes::rotate_around(p, axis, i->variant & 2 ? -f(3) : f(3)) + centre);
+          store3(axis == Vec3(0.0f) ? p + centre
+                                    : nodes::rotate_around(p, axis, i->variant & 2 ? -f(3) : f(3)) + centre);
         }
         break;
       }
@@ -215,7 +233,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       }
       case Op::Wave: *out = nodes::wave(wave_parameters(i->variant, v(1), v(2)), v(0)); break;
       case Op::Magic: store3(nodes::magic(v(0), f(1), i->variant, f(2))); break;
-      case Op::Brick: {   // place, (mortar size, smoothness, bias), (width, height, 0), (offset, squash, 0)
+      case Op::Brick: {  // place, (mortar size, smoothness, bias), (width, height, 0), (offset, squash, 0)
         const Vec3 mortar = v(1), size = v(2), rows = v(3);
         nodes::BrickParameters b{mortar.x, mortar.y, mortar.z, size.x, size.y, rows.x, rows.y};
         b.offset_frequency = int(i->data & 0xffff), b.squash_frequency = int(i->data >> 16);
@@ -240,9 +258,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::ShadingNormal: store3(point.ns); break;
       case Op::TrueNormal: store3(nodes::true_normal(point)); break;
       case Op::Incoming: store3(point.wo); break;
-      case Op::Parametric:
-        store3({1.0f - point.barycentric.x - point.barycentric.y, point.barycentric.x, 0.0f});
-        break;
+      case Op::Parametric: store3({1.0f - point.barycentric.x - point.barycentric.y, point.barycentric.x, 0.0f}); break;
       case Op::Backfacing: *out = point.backfacing ? 1.0f : 0.0f; break;
       case Op::RadialTangent: store3(nodes::radial_tangent(point, nodes::Axis(i->variant))); break;
       case Op::UvTangent: store3(nodes::uv_tangent(point, tables.names[i->data])); break;
@@ -273,7 +289,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::ObjectRandom: *out = point.instance ? point.instance->random : 0.0f; break;
       case Op::ObjectProperty: store4(nodes::object_property(point, tables.names[i->data], i->variant != 0)); break;
       case Op::LightPath: *out = nodes::light_path(point, nodes::LightPathOutput(i->variant)); break;
-      case Op::LightFalloff: {   // strength, smooth; variant is the power of the distance: 0, 1, 2
+      case Op::LightFalloff: {  // strength, smooth; variant is the power of the distance: 0, 1, 2
         const float r2 = sqr(point.ray_length), smooth = f(1);
         float strength = f(0) * (i->variant == 0 ? 1.0f : i->variant == 1 ? point.ray_length : r2);
         if (smooth > 0.0f && std::isfinite(r2)) strength *= r2 / (smooth + r2);
@@ -285,7 +301,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         *out = nodes::fresnel(glm::dot(point.wo, v(1)), point.backfacing ? 1.0f / eta : eta);
         break;
       }
-      case Op::LayerWeight: {   // blend, normal; variant 0: Fresnel, 1: facing
+      case Op::LayerWeight: {  // blend, normal; variant 0: Fresnel, 1: facing
         const float cosine = glm::dot(point.wo, v(1));
         float blend = f(0);
         if (i->variant == 0) {
@@ -304,19 +320,24 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::NormalMap:
         store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant), tables.names[i->data], f(0), v(1)));
         break;
-      case Op::Bump:   // heights here and beside, strength, distance, normal
+      case Op::Bump:  // heights here and beside, strength, distance, normal
         store3(nodes::bump(point, tables.bump, f(0), f(1), f(2), f(3), f(4), v(5)));
         break;
-      case Op::Displacement: store3(nodes::displacement(point, nodes::DisplacementSpace(i->variant), f(0), v(1))); break;
+      case Op::Displacement:
+        store3(nodes::displacement(point, nodes::DisplacementSpace(i->variant), f(0), v(1)));
+        break;
       case Op::VectorDisplacement:
         store3(nodes::vector_displacement(point, nodes::DisplacementSpace(i->variant), v(0)));
         break;
-      case Op::AmbientOcclusion: {   // normal, distance; variant: inside, only local
+      case Op::AmbientOcclusion: {  // normal, distance; variant: inside, only local
         const nodes::OcclusionParameters parameters{f(1), int(i->data), (i->variant & 1) != 0, (i->variant & 2) != 0};
         *out = nodes::openness(point, parameters, v(0));
         break;
       }
-      case Op::Wireframe: *out = nodes::is_near_edge(point, i->variant ? f(0) * nodes::pixel_width(point, tables.bump) : f(0)) ? 1.0f : 0.0f; break;
+      case Op::Wireframe:
+        *out = nodes::is_near_edge(point, i->variant ? f(0) * nodes::pixel_width(point, tables.bump) : f(0)) ? 1.0f
+                                                                                                             : 0.0f;
+        break;
       case Op::HairInfo: *out = nodes::hair_info(point, nodes::HairOutput(i->variant)); break;
       case Op::HairTangentNormal: store3(nodes::hair_tangent_normal(point)); break;
       case Op::VectorTransform: store3(vector_transform(point, i->variant, tables.matrices[i->data], v(0))); break;
@@ -324,7 +345,8 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
   }
 }
 
-void run_bumped(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point, float* registers) {
+void run_bumped(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
+                float* registers) {
   const nodes::BumpOffsets offsets = nodes::bump_offsets(point, tables.bump);
   const ShadingPoint x = nodes::shifted(point, offsets.x), y = nodes::shifted(point, offsets.y);
   run_at(code, count, tables, {&point, &x, &y}, registers);
@@ -332,13 +354,17 @@ void run_bumped(const Instruction* code, size_t count, const ProgramTables& tabl
 
 }  // namespace
 
-void run(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point, float* registers) {
+void run(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
+         float* registers) {
   if (count == 0) return;
-  if (tables.bump.used) run_bumped(code, count, tables, point, registers);
-  else run_at(code, count, tables, {&point, &point, &point}, registers);
+  if (tables.bump.used)
+    run_bumped(code, count, tables, point, registers);
+  else
+    run_at(code, count, tables, {&point, &point, &point}, registers);
 }
 
-void run_inside(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point, float* registers) {
+void run_inside(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
+                float* registers) {
   run_at(code, count, tables, {&point, &point, &point}, registers);
 }
 

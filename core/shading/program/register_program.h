@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "math/types.h"
 #include "description/scene_description.h"
+#include "math/types.h"
 #include "shading/bsdf/shading_point.h"
 #include "shading/functions/bump.h"
 #include "shading/functions/color_functions.h"
@@ -27,37 +27,42 @@ using Operand = int16_t;
 constexpr Operand kNoOperand = INT16_MAX;
 constexpr int kMaxRegisters = 1024;
 constexpr int kMaxConstants = 16384;
-constexpr int kMaxWidth = 8;   ///< floats that one instruction writes
+constexpr int kMaxWidth = 8;  ///< floats that one instruction writes
 
 /// Operand of component `i` of a vector operand.
 constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 ? vector + i : vector - i); }
 
 // name, floats written, depends on the shading point (otherwise it folds when its operands are constant)
-#define AJAR_SHADER_OPS(OP)                                                                                  \
-  OP(Splat, 3, false) OP(Luminance, 1, false) OP(Average, 1, false) OP(Combine, 3, false)                     \
-  OP(Saturate, 1, false) OP(SaturateColor, 3, false) OP(Product, 1, false) OP(ProductInverse, 1, false)       \
-  OP(Sum, 1, false) OP(Scale, 3, false)                                                                       \
-  OP(Math, 1, false) OP(VectorMath, 3, false) OP(VectorMathValue, 1, false)                                   \
-  OP(MixFloat, 1, false) OP(MixVector, 3, false) OP(MixVectorNonUniform, 3, false) OP(MixColor, 3, false)     \
-  OP(Clamp, 1, false) OP(MapRange, 1, false) OP(MapRangeVector, 3, false)                                     \
-  OP(Mapping, 3, false) OP(Affine, 3, false) OP(VectorRotate, 3, false) OP(Normalize, 3, false)                                    \
-  OP(Invert, 3, false) OP(Gamma, 3, false) OP(BrightContrast, 3, false) OP(HueSaturation, 3, false)           \
-  OP(CombineColor, 3, false) OP(SeparateColor, 3, false) OP(Blackbody, 3, false)                              \
-  OP(Ramp, 4, false) OP(Curve, 3, false) OP(FloatCurve, 1, false)                                             \
-  OP(Checker, 1, false) OP(SelectColor, 3, false) OP(Gradient, 1, false)                                      \
-  OP(Noise, 1, false) OP(NoiseColor, 3, false) OP(WhiteNoise, 3, false) OP(Voronoi, 8, false)                 \
-  OP(Wave, 1, false) OP(Magic, 3, false) OP(Brick, 2, false) OP(Wavelength, 3, false) OP(Sky, 3, false) OP(Ies, 1, false)  \
-  OP(Image, 4, false) OP(ImageBox, 4, true) OP(Environment, 4, false)                                         \
-  OP(ProjectSphere, 3, false) OP(ProjectTube, 3, false)                                                       \
-  OP(Position, 3, true) OP(ShadingNormal, 3, true) OP(TrueNormal, 3, true) OP(Incoming, 3, true)              \
-  OP(Parametric, 3, true) OP(Backfacing, 1, true) OP(RadialTangent, 3, true) OP(UvTangent, 3, true)           \
-  OP(Generated, 3, true) OP(ObjectPosition, 3, true) OP(TransformPosition, 3, true) OP(ObjectNormal, 3, true) \
-  OP(CameraPosition, 3, true) OP(WindowPosition, 3, true) OP(Reflection, 3, true)                             \
-  OP(ActiveUv, 3, true) OP(NamedUv, 3, true) OP(NamedAttribute, 4, true)                                      \
-  OP(ObjectLocation, 3, true) OP(ObjectColor, 4, true) OP(ObjectIndex, 1, true) OP(ObjectRandom, 1, true) OP(ObjectProperty, 4, true) \
-  OP(LightPath, 1, true) OP(LightFalloff, 1, true) OP(Fresnel, 1, true) OP(LayerWeight, 1, true)              \
-  OP(NormalMap, 3, true) OP(VectorTransform, 3, true) OP(Wireframe, 1, true) OP(HairInfo, 1, true) OP(HairTangentNormal, 3, true) OP(AmbientOcclusion, 1, true)      \
+// clang-format off
+#define AJAR_SHADER_OPS(OP)                                                                                           \
+  OP(Splat, 3, false) OP(Luminance, 1, false) OP(Average, 1, false) OP(Combine, 3, false)                             \
+  OP(Saturate, 1, false) OP(SaturateColor, 3, false) OP(Product, 1, false) OP(ProductInverse, 1, false)               \
+  OP(Sum, 1, false) OP(Scale, 3, false)                                                                               \
+  OP(Math, 1, false) OP(VectorMath, 3, false) OP(VectorMathValue, 1, false)                                           \
+  OP(MixFloat, 1, false) OP(MixVector, 3, false) OP(MixVectorNonUniform, 3, false) OP(MixColor, 3, false)             \
+  OP(Clamp, 1, false) OP(MapRange, 1, false) OP(MapRangeVector, 3, false)                                             \
+  OP(Mapping, 3, false) OP(Affine, 3, false) OP(VectorRotate, 3, false) OP(Normalize, 3, false)                       \
+  OP(Invert, 3, false) OP(Gamma, 3, false) OP(BrightContrast, 3, false) OP(HueSaturation, 3, false)                   \
+  OP(CombineColor, 3, false) OP(SeparateColor, 3, false) OP(Blackbody, 3, false)                                      \
+  OP(Ramp, 4, false) OP(Curve, 3, false) OP(FloatCurve, 1, false)                                                     \
+  OP(Checker, 1, false) OP(SelectColor, 3, false) OP(Gradient, 1, false)                                              \
+  OP(Noise, 1, false) OP(NoiseColor, 3, false) OP(WhiteNoise, 3, false) OP(Voronoi, 8, false)                         \
+  OP(Wave, 1, false) OP(Magic, 3, false) OP(Brick, 2, false) OP(Wavelength, 3, false) OP(Sky, 3, false)               \
+  OP(Ies, 1, false)                                                                                                   \
+  OP(Image, 4, false) OP(ImageBox, 4, true) OP(Environment, 4, false)                                                 \
+  OP(ProjectSphere, 3, false) OP(ProjectTube, 3, false)                                                               \
+  OP(Position, 3, true) OP(ShadingNormal, 3, true) OP(TrueNormal, 3, true) OP(Incoming, 3, true)                      \
+  OP(Parametric, 3, true) OP(Backfacing, 1, true) OP(RadialTangent, 3, true) OP(UvTangent, 3, true)                   \
+  OP(Generated, 3, true) OP(ObjectPosition, 3, true) OP(TransformPosition, 3, true) OP(ObjectNormal, 3, true)         \
+  OP(CameraPosition, 3, true) OP(WindowPosition, 3, true) OP(Reflection, 3, true)                                     \
+  OP(ActiveUv, 3, true) OP(NamedUv, 3, true) OP(NamedAttribute, 4, true)                                              \
+  OP(ObjectLocation, 3, true) OP(ObjectColor, 4, true) OP(ObjectIndex, 1, true) OP(ObjectRandom, 1, true)             \
+  OP(ObjectProperty, 4, true)                                                                                         \
+  OP(LightPath, 1, true) OP(LightFalloff, 1, true) OP(Fresnel, 1, true) OP(LayerWeight, 1, true)                      \
+  OP(NormalMap, 3, true) OP(VectorTransform, 3, true) OP(Wireframe, 1, true) OP(HairInfo, 1, true)                    \
+  OP(HairTangentNormal, 3, true) OP(AmbientOcclusion, 1, true)                                                        \
   OP(Bump, 3, true) OP(Displacement, 3, true) OP(VectorDisplacement, 3, true)
+// clang-format on
 
 enum class Op : uint8_t {
 #define AJAR_OP(name, width, needs_point) name,
@@ -101,10 +106,12 @@ struct ProgramTables {
 };
 
 /// Run `count` instructions. `registers` needs no initialisation.
-void run(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point, float* registers);
+void run(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
+         float* registers);
 
 /// The same for a point inside a volume, beside which there is no surface to compare heights on.
-void run_inside(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point, float* registers);
+void run_inside(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
+                float* registers);
 
 inline const float* operand(Operand o, const float* registers, const float* constants) {
   return o >= 0 ? registers + o : constants + (-1 - o);

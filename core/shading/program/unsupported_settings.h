@@ -1,4 +1,5 @@
-// Inputs and settings of nodes that the compiler does not follow although it knows the node: what the artist is told where one asks for something.
+// Inputs and settings of nodes that the compiler does not follow although it knows the node: what the artist is told
+// where one asks for something.
 #pragma once
 
 #include "shading/program/program_builder.h"

@@ -32,12 +32,13 @@ BsdfSample drawn_by_hint(const PathVertex& vertex, Vec3 wi) {
 struct BidirectionalWalks::Densities {
   int count;
   double from_light[kMaxPathVertices], from_eye[kMaxPathVertices];
-  bool joinable[kMaxPathVertices];   ///< not specular in this path
-  double sampled = 0.0;              ///< of vertex 0 by light sampling
+  bool joinable[kMaxPathVertices];  ///< not specular in this path
+  double sampled = 0.0;             ///< of vertex 0 by light sampling
 
   double weight(int s, double light_walks) const {
     if (count == 2) return 1.0;  // emission seen directly is only found by hitting it
-    // What a strategy's density has besides the product of its vertices': light sampling, light walks, no joint at mirrors.
+    // What a strategy's density has besides the product of its vertices': light sampling, light walks, no joint at
+    // mirrors.
     const auto factor = [&](int k) {
       if (k == 0) return 1.0;
       if (k == 1) return joinable[1] ? sampled / from_light[0] : 0.0;
@@ -95,7 +96,8 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
   const Camera& camera = scene_.camera();
   const bool lamp_shapes = scene_.has_lamp_shapes(), transparent_film = scene_.settings().transparent_film;
   float pdf_direction;
-  Ray ray = start_at_lens(scene_, film, camera.has_lens() ? sampler.get_2d() : Vec2(0.5f), eye_[0].vertex, pdf_direction);
+  Ray ray = start_at_lens(scene_, film, camera.has_lens() ? sampler.get_2d() : Vec2(0.5f), eye_[0].vertex,
+                          pdf_direction);
   eye_[0].beta = Color(1.0f);
   eye_count_ = 1;
   hit_count_ = 0;
@@ -159,7 +161,9 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     if (!(next.scattering.pdf_to_light > 0.0f)) break;
     beta = next.beta * next.scattering.f / next.scattering.pdf_to_light;
     if (!(max_component(beta) > 0.0f)) break;
-    if (i >= 2) eye_[size_t(i - 1)].rev = next.scattering.pdf_walk_to_eye * next.edge.to_eye_area() * next.edge.pass * (1.0f - previous.vertex.pass);
+    if (i >= 2)
+      eye_[size_t(i - 1)].rev = next.scattering.pdf_walk_to_eye * next.edge.to_eye_area() * next.edge.pass *
+                                (1.0f - previous.vertex.pass);
     if (i >= kRouletteAfter) {
       const float survival = std::min(1.0f, std::sqrt(max_component(beta)));
       sampler.set_dimension(base + kRoulette);
@@ -230,7 +234,8 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
       pdf_direction = light_end_.pdf_direction;
     }
     if (!(next.edge.cos_eye_end > 0.0f)) break;
-    next.beta = factor * through.transmittance * (next.edge.cos_light_end / (next.edge.cos_eye_end * through.pass * (1.0f - vertex.pass)));
+    next.beta = factor * through.transmittance *
+                (next.edge.cos_light_end / (next.edge.cos_eye_end * through.pass * (1.0f - vertex.pass)));
     next.fwd = pdf_direction * next.edge.to_eye_area() * through.pass * (1.0f - vertex.pass);
     if (vertex.shading.bsdf.empty() || !(max_component(next.beta) > 0.0f)) break;
     light_count_ = i + 1;
@@ -240,7 +245,8 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     const Vec2 u_bounce = sampler.get_2d();
     std::optional<BsdfSample> sample;
     if (guide && vertex.connectable())
-      if (const auto along = guide->direction_at(vertex.position(), u_lobe, u_bounce)) sample = drawn_by_hint(vertex, *along);
+      if (const auto along = guide->direction_at(vertex.position(), u_lobe, u_bounce))
+        sample = drawn_by_hint(vertex, *along);
     if (!sample) sample = vertex.shading.bsdf.sample(vertex.point.wo, u_lobe, u_bounce, TransportMode::Importance);
     if (!sample) break;
     next.vertex.specular = sample->specular;
@@ -251,7 +257,8 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     factor = next.beta * bounce;
     gained *= bounce * (abs_dot(vertex.point.ng, sample->wi) / std::max(next.edge.cos_eye_end, 1e-6f));
     if (!(max_component(factor) > 0.0f)) break;
-    previous.rev = next.scattering.pdf_to_light * next.edge.to_light_area() * next.edge.pass * (1.0f - previous.vertex.pass);
+    previous.rev = next.scattering.pdf_to_light * next.edge.to_light_area() * next.edge.pass *
+                   (1.0f - previous.vertex.pass);
     if (i == 1 && !light_end_.can_be_hit) previous.rev = 0.0f;
     if (i >= kRouletteAfter) {
       const float survival = std::min(1.0f, std::sqrt(std::max(max_component(gained), 1e-4f)));
@@ -293,7 +300,8 @@ void BidirectionalWalks::found(int s, int t, Color contribution, Vec2 film, int 
 }
 
 bool BidirectionalWalks::leaves_out(int t, bool joined) const {
-  return leaves_unconnectable && is_unconnectable(t + 1, [&](int i) { return eye_[size_t(t - i)].vertex.specular && !(joined && i == 1); });
+  return leaves_unconnectable &&
+         is_unconnectable(t + 1, [&](int i) { return eye_[size_t(t - i)].vertex.specular && !(joined && i == 1); });
 }
 
 void BidirectionalWalks::find_by_hit(int index) {
@@ -345,7 +353,8 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   Color contribution = end.beta * at_b.f * light_side.radiance * (edge.to_light_area() / light_side.pdf_sampled);
   if (is_black(contribution) || !look_along(scene_, light, b, edge, rays_)) {
     if (!finds_beyond_terminator) return;
-    contribution = end.beta * light_beyond_terminator(scene_, light, b, edge, light_side, at_b.f, rays_) / light_side.pdf_sampled;
+    contribution = end.beta * light_beyond_terminator(scene_, light, b, edge, light_side, at_b.f, rays_) /
+                   light_side.pdf_sampled;
     if (is_black(contribution)) return;
     connections_.push_back(edge);
     found(1, t, contribution * limits_factor(1, t, edge), film_, -1);
@@ -357,12 +366,17 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   d.sampled = light_side.pdf_sampled;
   d.from_light[0] = std::max(light_side.pdf_origin, kNever);
   d.from_light[1] = double(light_side.pdf_direction) * edge.to_eye_area() * edge.pass * (1.0f - b.pass);
-  d.from_eye[0] = light_side.can_be_hit ? double(at_b.pdf_to_light) * edge.to_light_area() * edge.pass * (1.0f - light.pass) : 0.0;
+  d.from_eye[0] = light_side.can_be_hit
+                      ? double(at_b.pdf_to_light) * edge.to_light_area() * edge.pass * (1.0f - light.pass)
+                      : 0.0;
   d.joinable[0] = true;
   for (int k = t - 1; k >= 0; --k) {
     const int j = t - k;
     d.from_eye[j] = k == 0 ? 1.0 : double(eye_[size_t(k)].fwd);
-    if (j == 2) d.from_light[j] = k == 0 ? 0.0 : double(at_b.pdf_walk_to_eye) * end.edge.to_eye_area() * end.edge.pass * (1.0f - eye_[size_t(k)].vertex.pass);
+    if (j == 2)
+      d.from_light[j] = k == 0 ? 0.0
+                               : double(at_b.pdf_walk_to_eye) * end.edge.to_eye_area() * end.edge.pass *
+                                     (1.0f - eye_[size_t(k)].vertex.pass);
     if (j > 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
     d.joinable[j] = k == 0 || j == 1 || !eye_[size_t(k)].vertex.specular;
   }
@@ -395,7 +409,9 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
   }
   d.from_eye[s - 1] = double(at_b.pdf_to_light) * edge.to_light_area() * edge.pass * (1.0f - a.pass);
   d.from_eye[s - 2] = s == 2 && !light_end_.can_be_hit
-                          ? 0.0 : double(at_a.pdf_to_light) * from.edge.to_light_area() * from.edge.pass * (1.0f - light_[size_t(s - 2)].vertex.pass);
+                          ? 0.0
+                          : double(at_a.pdf_to_light) * from.edge.to_light_area() * from.edge.pass *
+                                (1.0f - light_[size_t(s - 2)].vertex.pass);
   for (int k = t - 1; k >= 0; --k) {
     const int j = d.count - 1 - k;
     d.from_eye[j] = k == 0 ? 1.0 : double(eye_[size_t(k)].fwd);
@@ -403,7 +419,9 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
     if (k < t - 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
   }
   d.from_light[s] = double(at_a.pdf_walk_to_eye) * edge.to_eye_area() * edge.pass * (1.0f - b.pass);
-  d.from_light[s + 1] = t == 2 ? 0.0 : double(at_b.pdf_walk_to_eye) * to.edge.to_eye_area() * to.edge.pass * (1.0f - eye_[size_t(t - 2)].vertex.pass);
+  d.from_light[s + 1] = t == 2 ? 0.0
+                               : double(at_b.pdf_walk_to_eye) * to.edge.to_eye_area() * to.edge.pass *
+                                     (1.0f - eye_[size_t(t - 2)].vertex.pass);
   contribution *= edge.transmittance * (float(d.weight(s, light_walks_)) * limits_factor(s, t, edge));
   if (is_black(contribution)) return;
   connections_.push_back(edge);
@@ -437,7 +455,9 @@ void BidirectionalWalks::find_by_lens(int s) {
   }
   d.from_eye[s - 1] = double(density) * edge.to_light_area() * edge.pass * (1.0f - a.pass);
   d.from_eye[s - 2] = s == 2 && !light_end_.can_be_hit
-                          ? 0.0 : double(at_a.pdf_to_light) * from.edge.to_light_area() * from.edge.pass * (1.0f - light_[size_t(s - 2)].vertex.pass);
+                          ? 0.0
+                          : double(at_a.pdf_to_light) * from.edge.to_light_area() * from.edge.pass *
+                                (1.0f - light_[size_t(s - 2)].vertex.pass);
   d.from_eye[s] = 1.0;
   d.from_light[s] = 0.0;
   d.joinable[s] = true;

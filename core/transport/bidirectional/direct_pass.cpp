@@ -39,7 +39,8 @@ void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::a
   done_ = end;
 }
 
-void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first, uint32_t end, const std::atomic<bool>& stop) {
+void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first, uint32_t end,
+                             const std::atomic<bool>& stop) {
   const VertexMerging* merging = merging_.active() ? &merging_ : nullptr;
   struct Rays {
     uint64_t own = 0, further = 0;
@@ -58,11 +59,15 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
               sampler.start(uint32_t(py) * uint32_t(space.scene.settings().width) + uint32_t(px), s);
               SampleAux aux;
               const Vec2 at = Vec2(float(px) + 0.5f, float(py) + 0.5f) + space.filter.sample(sampler.get_2d());
-              DirectSample sample = trace_direct_paths(space.scene, at, sampler, film.wants_aux() ? &aux : nullptr, rays.own, merging);
+              DirectSample sample = trace_direct_paths(space.scene, at, sampler, film.wants_aux() ? &aux : nullptr,
+                                                       rays.own, merging);
               if (further_.active())
-                sample.radiance = further_.mean_with(sample.radiance, sample.polished, luminance(sample.merged), px, py, [&](Vec2 further_at, Sampler& further) {
-                  return trace_direct_paths(space.scene, further_at, further, nullptr, rays.further, nullptr).radiance;
-                });
+                sample.radiance = further_.mean_with(sample.radiance, sample.polished, luminance(sample.merged), px, py,
+                                                     [&](Vec2 further_at, Sampler& further) {
+                                                       return trace_direct_paths(space.scene, further_at, further,
+                                                                                 nullptr, rays.further, nullptr)
+                                                           .radiance;
+                                                     });
               film.add_sample(px, py, sample.radiance + sample.merged, sample.alpha, &aux);
             }
           }

@@ -1,14 +1,14 @@
-// Direct light of the whole film (direct_paths.h), for integrators whose chains or populations leave it out; with it, where merging is active, the
-// light of paths that only photons find. Pixels with highlights and mirrored lamps smaller than a pixel get further
-// samples (further_samples.h).
+// Direct light of the whole film (direct_paths.h), for integrators whose chains or populations leave it out; with it,
+// where merging is active, the light of paths that only photons find. Pixels with highlights and mirrored lamps smaller
+// than a pixel get further samples (further_samples.h).
 #pragma once
 
 #include <atomic>
 
 #include "film/film.h"
 #include "transport/bidirectional/further_samples.h"
-#include "transport/paths/path.h"
 #include "transport/bidirectional/vertex_merging.h"
+#include "transport/paths/path.h"
 
 namespace ajar {
 
@@ -19,18 +19,19 @@ class DirectPass {
   VertexMerging& merging() { return merging_; }
   const VertexMerging& merging() const { return merging_; }
 
-  /// The samples of every pixel that belong to so many more steps of chains for each, with alpha and passes: one for kShare. Pixels
-  /// that `stop` leaves out have had none. Where merging is active each sample has a pass of its photons.
+  /// The samples of every pixel that belong to so many more steps of chains for each, with alpha and passes: one for
+  /// kShare. Pixels that `stop` leaves out have had none. Where merging is active each sample has a pass of its
+  /// photons.
   void add(Film& film, const PathSpace& space, int steps, const std::atomic<bool>& stop);
   /// Without those of merging's photons.
   uint64_t rays() const { return rays_ + further_rays_; }
 
-  static constexpr uint32_t kShare = 4;   ///< steps of chains in a pixel for each direct sample
+  static constexpr uint32_t kShare = 4;  ///< steps of chains in a pixel for each direct sample
 
  private:
   void add_samples(Film& film, const PathSpace& space, uint32_t first, uint32_t end, const std::atomic<bool>& stop);
 
-  uint32_t seed_ = 0, wanted_ = 0, done_ = 0;   ///< steps; samples
+  uint32_t seed_ = 0, wanted_ = 0, done_ = 0;  ///< steps; samples
   uint64_t rays_ = 0, further_rays_ = 0;
   VertexMerging merging_;
   FurtherSamples further_;

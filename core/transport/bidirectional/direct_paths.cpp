@@ -22,11 +22,18 @@ struct Walk {
 class DirectTracer {
  public:
   DirectTracer(const Scene& scene, Sampler& sampler, SampleAux* aux, uint64_t& rays, const VertexMerging* merging)
-      : scene_(scene), limits_(scene.settings().bounces), max_vertices_(max_path_vertices(limits_)), sampler_(sampler), aux_(aux), rays_(rays), merging_(merging) {}
+      : scene_(scene),
+        limits_(scene.settings().bounces),
+        max_vertices_(max_path_vertices(limits_)),
+        sampler_(sampler),
+        aux_(aux),
+        rays_(rays),
+        merging_(merging) {}
 
   DirectSample trace(Vec2 film) {
     float density;
-    const Ray camera_ray = start_at_lens(scene_, film, scene_.camera().has_lens() ? sampler_.get_2d() : Vec2(0.5f), previous_, density);
+    const Ray camera_ray = start_at_lens(scene_, film, scene_.camera().has_lens() ? sampler_.get_2d() : Vec2(0.5f),
+                                         previous_, density);
     if (!(density > 0.0f)) {
       found_.alpha = 1.0f;
       return found_;
@@ -68,8 +75,9 @@ class DirectTracer {
         make_light_vertex(vertex_, light_);
         meet(beta);
       }
-      const bool last = pdf_to_light_ > 0.0f;   // the bounce before was not specular
-      const bool exceeded = vertex_.point.glossy_depth > limits_.glossy || vertex_.point.transmission_depth > limits_.transmission;
+      const bool last = pdf_to_light_ > 0.0f;  // the bounce before was not specular
+      const bool exceeded = vertex_.point.glossy_depth > limits_.glossy ||
+                            vertex_.point.transmission_depth > limits_.transmission;
       const Bsdf& bsdf = vertex_.shading.bsdf;
       if (last || exceeded || bsdf.empty() || i + 2 > max_vertices_) break;
       found_.polished = found_.polished || has_sharp_lobe(bsdf);
@@ -111,7 +119,8 @@ class DirectTracer {
     float weight = 1.0f;
     if (pdf_to_light_ > 0.0f) {
       const PathEdge edge = join(light_, previous_);
-      weight = power_heuristic(pdf_to_light_ * edge.to_light_area(), light_end(scene_, light_, previous_, edge, nullptr).pdf_sampled);
+      weight = power_heuristic(pdf_to_light_ * edge.to_light_area(),
+                               light_end(scene_, light_, previous_, edge, nullptr).pdf_sampled);
     }
     found_.radiance += carried * light_.shading.emission * weight;
   }
@@ -129,7 +138,8 @@ class DirectTracer {
       if (end.can_be_hit) direct *= power_heuristic(end.pdf_sampled, scattered.pdf_solid_angle * edge.to_light_area());
       found_.radiance += direct * edge.transmittance / end.pdf_sampled;
     } else {
-      found_.radiance += beta * light_beyond_terminator(scene_, light_, vertex_, edge, end, scattered.f_cos, rays_) / end.pdf_sampled;
+      found_.radiance += beta * light_beyond_terminator(scene_, light_, vertex_, edge, end, scattered.f_cos, rays_) /
+                         end.pdf_sampled;
     }
   }
 
@@ -142,12 +152,14 @@ class DirectTracer {
   const VertexMerging* merging_;
   DirectSample found_;
   PathVertex previous_, vertex_, light_;
-  float pdf_to_light_ = 0.0f;   ///< of the direction travelled, where light sampling competes: after a bounce that is not specular
+  /// of the direction travelled, where light sampling competes: after a bounce that is not specular
+  float pdf_to_light_ = 0.0f;
 };
 
 }  // namespace
 
-DirectSample trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays, const VertexMerging* merging) {
+DirectSample trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays,
+                                const VertexMerging* merging) {
   return DirectTracer(scene, sampler, aux, rays, merging).trace(film);
 }
 

@@ -10,13 +10,14 @@ namespace ajar {
 
 /// Estimates at a point of the film.
 struct DirectSample {
-  Color radiance{0.0f};      ///< by those paths
-  Color merged{0.0f};        ///< by unconnectable ones (vertex_merging.h), which begin alike
+  Color radiance{0.0f};  ///< by those paths
+  Color merged{0.0f};    ///< by unconnectable ones (vertex_merging.h), which begin alike
   float alpha = 0.0f;
-  bool polished = false;     ///< came to delta or sharp lobes
+  bool polished = false;  ///< came to delta or sharp lobes
 };
 
 /// Everything it draws comes from `sampler`, by fixed dimensions. `merging`: null where nothing shall be merged.
-DirectSample trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays, const VertexMerging* merging);
+DirectSample trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays,
+                                const VertexMerging* merging);
 
 }  // namespace ajar

@@ -8,9 +8,9 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kStream = 0x7365656eU;      // its numbers are not those of the samples
-constexpr int kAround = 2;                     // pixels to each side
-constexpr int kBisections = 48;                // to keep below the most further rays
+constexpr uint32_t kStream = 0x7365656eU;  // its numbers are not those of the samples
+constexpr int kAround = 2;                 // pixels to each side
+constexpr int kBisections = 48;            // to keep below the most further rays
 /// Probability that something polished shows a lamp too small to have been met yet where nothing around has met one.
 constexpr double kUnseen = 1.0 / 32.0;
 
@@ -20,7 +20,8 @@ double variance(float sum, float sum_squared, uint32_t count) {
 
 }  // namespace
 
-void FurtherSamples::prepare(const Scene& scene, const Film& film, const PixelFilter& filter, uint32_t seed, Limits limits) {
+void FurtherSamples::prepare(const Scene& scene, const Film& film, const PixelFilter& filter, uint32_t seed,
+                             Limits limits) {
   *this = FurtherSamples();
   filter_ = filter;
   seed_ = hash_combine(seed, kStream);
@@ -28,7 +29,8 @@ void FurtherSamples::prepare(const Scene& scene, const Film& film, const PixelFi
   exposure_ = scene.settings().exposure;
   full_width_ = scene.settings().width;
   x0_ = film.x0(), y0_ = film.y0(), width_ = film.width(), height_ = film.height();
-  if (!scene.has_media() && !scene.lights().empty()) pixels_.assign(size_t(width_) * size_t(height_), {.taken = limits.first});
+  if (!scene.has_media() && !scene.lights().empty())
+    pixels_.assign(size_t(width_) * size_t(height_), {.taken = limits.first});
 }
 
 void FurtherSamples::relative_variances(int x, int y, double on_polished, double& part, double& rest) const {
@@ -59,7 +61,7 @@ void FurtherSamples::learn(uint32_t samples, uint64_t rays_of_rest, uint64_t fur
   }
   on_polished /= double(std::max<uint64_t>(1, polished));
   std::vector<double> wanted(pixels_.size());
-  double deviation = 0.0;   // mean over pixels: outliers in a few samples count less than in variances
+  double deviation = 0.0;  // mean over pixels: outliers in a few samples count less than in variances
   for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
       double part, rest;
@@ -68,7 +70,8 @@ void FurtherSamples::learn(uint32_t samples, uint64_t rays_of_rest, uint64_t fur
       deviation += std::sqrt(rest);
     }
   deviation /= double(pixels_.size());
-  const double rest_rays = double(rays_of_rest) / (double(pixels_.size()) * samples), part_rays = double(further_rays) / double(std::max<uint64_t>(1, further));
+  const double rest_rays = double(rays_of_rest) / (double(pixels_.size()) * samples),
+               part_rays = double(further_rays) / double(std::max<uint64_t>(1, further));
   const double unit = std::sqrt(rest_rays / std::max(part_rays, 1.0)) / std::max(deviation, 1e-9);
   const double most = max_share_ * rest_rays / std::max(part_rays, 1.0) * double(pixels_.size());
   const auto taken = [&](size_t i, double scale) { return std::clamp(scale * wanted[i], 1.0, double(kMax)); };

@@ -1,7 +1,7 @@
 // Bidirectional samples as starts of chains and members of populations: complete paths with energy.
 //
-// One sample finds several paths x_j; their energies y_j >= 0 are such that E[sum_j y_j h(x_j)] is the integral of h times the target
-// of the space, for every h. Paths the space leaves out are not among them.
+// One sample finds several paths x_j; their energies y_j >= 0 are such that E[sum_j y_j h(x_j)] is the integral of h
+// times the target of the space, for every h. Paths the space leaves out are not among them.
 #pragma once
 
 #include <optional>

@@ -77,7 +77,8 @@ Color follow(const Scene& scene, const Walk& walk, SpecularBranches<Walk>& branc
     if (at_bounce_limit || branches.follows(*sample)) return radiance;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     count_bounce(*sample, point, point);
-    if (!survives(std::min(1.0f, max_component(beta) / SpecularBranches<Walk>::kMin), sampler, base + kRoulette, beta)) return radiance;
+    if (!survives(std::min(1.0f, max_component(beta) / SpecularBranches<Walk>::kMin), sampler, base + kRoulette, beta))
+      return radiance;
     eye.leave_along(sample->wi);
   }
 }

@@ -15,10 +15,10 @@ namespace ajar {
 namespace {
 
 constexpr uint32_t kPhotonStream = 0x6d657267u, kProbeStream = 0x6d657268u;
-constexpr uint32_t kBlock = 512;            // photon paths in one unit of work
-constexpr int kNeighbours = 60;             // in density estimates, at most
-constexpr int kReach = 20;                  // photons in a disc of the first pass, where the picture looks
-constexpr int kProbes = 48;                 // per axis of the film, to choose the radius
+constexpr uint32_t kBlock = 512;  // photon paths in one unit of work
+constexpr int kNeighbours = 60;   // in density estimates, at most
+constexpr int kReach = 20;        // photons in a disc of the first pass, where the picture looks
+constexpr int kProbes = 48;       // per axis of the film, to choose the radius
 /// Roughness below which lobes are deltas is a little less than this (microfacet.h).
 constexpr float kDeltaRoughness = 0.02f;
 
@@ -45,7 +45,8 @@ MergingPlan plan_merging(const Scene& scene) {
   }
   const LightSet& lights = scene.lights();
   bool finite = false;
-  for (uint32_t i = 0; i < lights.size() && !finite; ++i) finite = !is_distant(lights.flags(i).type) && lights.power_pmf(i) > 0.0f;
+  for (uint32_t i = 0; i < lights.size() && !finite; ++i)
+    finite = !is_distant(lights.flags(i).type) && lights.power_pmf(i) > 0.0f;
   // E S D S L has three bounces.
   if (scene.settings().bounces.total < 2) return {false, "the bounce limits leave nothing to merge"};
   if (!specular) return {false, "no specular material"};
@@ -81,9 +82,11 @@ bool VertexMerging::begin_pass(uint32_t index, const std::atomic<bool>& stop) {
   return true;
 }
 
-bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vector<Behind>& behind, const std::atomic<bool>& stop) {
+bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vector<Behind>& behind,
+                          const std::atomic<bool>& stop) {
   const RenderSettings& settings = scene_->settings();
-  const uint32_t count = settings.photons > 0 ? uint32_t(settings.photons) : photons_of_a_pass(settings) / 2, blocks = (count + kBlock - 1) / kBlock;
+  const uint32_t count = settings.photons > 0 ? uint32_t(settings.photons) : photons_of_a_pass(settings) / 2,
+                 blocks = (count + kBlock - 1) / kBlock;
   struct Found {
     std::vector<Photon> photons;
     std::vector<Behind> behind;
@@ -100,8 +103,12 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
         const Vec3 to_light = vertex.point.wo, ng = vertex.point.ng;
         const Color power = beta / float(count);
         if (!(max_component(power) > 0.0f) || !is_finite(power)) return;
-        part.photons.push_back({{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)}, power, pack_direction(to_light)});
-        const auto since_first = [](int depth, int depth_there) { return uint8_t(std::clamp(depth - depth_there, 0, 255)); };
+        part.photons.push_back({{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)},
+                                power,
+                                pack_direction(to_light)});
+        const auto since_first = [](int depth, int depth_there) {
+          return uint8_t(std::clamp(depth - depth_there, 0, 255));
+        };
         part.behind.push_back({uint8_t(before), since_first(vertex.point.diffuse_depth, first.diffuse_depth),
                                since_first(vertex.point.glossy_depth, first.glossy_depth),
                                since_first(vertex.point.transmission_depth, first.transmission_depth)});
@@ -126,7 +133,8 @@ float VertexMerging::choose_first_radius() const {
   Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kProbeStream));
   for (int i = 0; i < kProbes * kProbes; ++i) {
     sampler.start(uint32_t(i), 0);
-    const Vec2 film((float(i % kProbes) + 0.5f) / kProbes * float(settings.width), (float(i / kProbes) + 0.5f) / kProbes * float(settings.height));
+    const Vec2 film((float(i % kProbes) + 0.5f) / kProbes * float(settings.width),
+                    (float(i / kProbes) + 0.5f) / kProbes * float(settings.height));
     const PathVertex* vertex = walks.find_merging_vertex(film, sampler);
     if (!vertex) continue;
     const float reach = map_.reach({vertex->position(), pack_direction(vertex->point.ng)}, kReach, most);

@@ -1,22 +1,25 @@
 // What no connection finds is found by merging: photons for the paths that bidirectional walks cannot join.
 //
-// Paths E S+ (D S+)+ L and E S+ (D S+)+ D L (is_unconnectable, path_vertex.h): caustics seen in mirrors and through glass, of the lamp or of something that
-// it lights. S are events of delta lobes, which connect to nothing, and no two of the other vertices are neighbours but those at the light. A walk from the
-// eye finds them only by coming upon the lamp, or what shines beside it, by chance: rare samples of enormous weight; from lamps that cannot be hit, nothing.
-// Integrators that leave these paths out of their integrand (BidirectionalWalks::leaves_unconnectable, PathSpace::without_unconnectable) get them back
-// from here: photons walk L [D] S+ (D S+)* and lie where D may come next, and the eye's walk E S+ D merges with those around its *first* D [Jensen 2001;
-// vertex merging of Georgiev et al. 2012]. A path has one first D from the eye, so each is counted once.
+// Paths E S+ (D S+)+ L and E S+ (D S+)+ D L (is_unconnectable, path_vertex.h): caustics seen in mirrors and through
+// glass, of the lamp or of something that it lights. S are events of delta lobes, which connect to nothing, and no two
+// of the other vertices are neighbours but those at the light. A walk from the eye finds them only by coming upon the
+// lamp, or what shines beside it, by chance: rare samples of enormous weight; from lamps that cannot be hit, nothing.
+// Integrators that leave these paths out of their integrand (BidirectionalWalks::leaves_unconnectable,
+// PathSpace::without_unconnectable) get them back from here: photons walk L [D] S+ (D S+)* and lie where D may come
+// next, and the eye's walk E S+ D merges with those around its *first* D [Jensen 2001; vertex merging of Georgiev et
+// al. 2012]. A path has one first D from the eye, so each is counted once.
 //
-// Consistent: each pass has photons of its own, and radii shrink from pass to pass [Knaus and Zwicker 2011]. Only lamps and emissive
-// triangles at finite places send photons; under a sky or a sun such paths stay with the walks from the eye. Limits of
-// bounces hold for the whole path; at surfaces that mix kinds of lobes the photon's side counts the lobe it drew.
+// Consistent: each pass has photons of its own, and radii shrink from pass to pass [Knaus and Zwicker 2011]. Only lamps
+// and emissive triangles at finite places send photons; under a sky or a sun such paths stay with the walks from the
+// eye. Limits of bounces hold for the whole path; at surfaces that mix kinds of lobes the photon's side counts the lobe
+// it drew.
 #pragma once
 
 #include <atomic>
 #include <memory>
 
-#include "transport/photons/photon_map.h"
 #include "transport/paths/path_vertex.h"
+#include "transport/photons/photon_map.h"
 
 namespace ajar {
 
@@ -43,8 +46,8 @@ class VertexMerging {
   void follow(const LightWalkGuide* guide) { guide_ = guide; }
   /// Photons of pass `index` (from 0), and the radius they have. False when stopped. Not while others look up.
   bool begin_pass(uint32_t index, const std::atomic<bool>& stop);
-  /// Light by unconnectable paths that leaves vertex `place` of a walk from the eye (1: the first it meets) towards where it came from. All
-  /// vertices before it must have been specular, and there must be one.
+  /// Light by unconnectable paths that leaves vertex `place` of a walk from the eye (1: the first it meets) towards
+  /// where it came from. All vertices before it must have been specular, and there must be one.
   Color radiance(const PathVertex& vertex, int place) const;
 
   uint64_t rays() const;

@@ -1,10 +1,11 @@
 // One Metropolis-Hastings chain over paths: the only place with an acceptance ratio [Veach 1997, chapter 11].
 //
-// A step chooses a mutation in proportion to its share among those that suit the path, proposes, and moves with probability
+// A step chooses a mutation in proportion to its share among those that suit the path, proposes, and moves with
+// probability
 //   a = min(1, target(y) T(y -> x) / (target(x) T(x -> y))),
 // T including the probability of choosing the mutation from either path. The old path leaves 1 - a of a splat of
-// luminance 1 and the new one a: the expectation over the decision. A chain is numbered: its random numbers depend on seed, number
-// and step alone.
+// luminance 1 and the new one a: the expectation over the decision. A chain is numbered: its random numbers depend on
+// seed, number and step alone.
 #pragma once
 
 #include <memory>
@@ -18,8 +19,8 @@ namespace ajar {
 class Chain {
  public:
   struct Counts {
-    uint64_t proposed = 0, accepted = 0, empty = 0;   ///< empty: proposals that carry nothing
-    double acceptance = 0.0;                          ///< sum of a
+    uint64_t proposed = 0, accepted = 0, empty = 0;  ///< empty: proposals that carry nothing
+    double acceptance = 0.0;                         ///< sum of a
     void add(const Counts& other) {
       proposed += other.proposed;
       accepted += other.accepted;
@@ -27,7 +28,8 @@ class Chain {
       acceptance += other.acceptance;
     }
   };
-  Chain(const PathSpace& space, const std::vector<MutationShare>& mutations) : space_(&space), mutations_(&mutations), counts_(mutations.size()) {}
+  Chain(const PathSpace& space, const std::vector<MutationShare>& mutations)
+      : space_(&space), mutations_(&mutations), counts_(mutations.size()) {}
 
   /// Start from a path with positive target.
   void start(const Path& path) {
@@ -41,8 +43,8 @@ class Chain {
   const std::vector<HintCounts>& hint_counts() const { return hint_counts_; }
   uint64_t rays() const { return rays_; }
 
-  /// What a step did: which mutation it proposed by, how likely the proposal was to be taken, how far that would have moved what
-  /// is seen (in pixels), and its rays.
+  /// What a step did: which mutation it proposed by, how likely the proposal was to be taken, how far that would have
+  /// moved what is seen (in pixels), and its rays.
   struct Step {
     size_t mutation = 0;
     double acceptance = 0.0;
@@ -82,7 +84,8 @@ class Chain {
     counts.acceptance += acceptance;
     if (acceptance < 1.0) visit(x, 1.0 - acceptance);
     if (acceptance > 0.0) visit(y, acceptance);
-    const Step done{k, acceptance, acceptance > 0.0 ? glm::length(y.film - x.film) : 0.0f, uint32_t(rays_ - rays_before)};
+    const Step done{k, acceptance, acceptance > 0.0 ? glm::length(y.film - x.film) : 0.0f,
+                    uint32_t(rays_ - rays_before)};
     const bool accepted = double(sampler.get_1d()) < acceptance;
     if (y.hint >= 0) {
       if (size_t(y.hint) >= hint_counts_.size()) hint_counts_.resize(size_t(y.hint) + 1);

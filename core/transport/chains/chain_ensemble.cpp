@@ -40,7 +40,8 @@ std::vector<double> ChainEnsemble::sample_seeds(uint32_t count, const std::atomi
       [&](const tbb::blocked_range<uint32_t>& range) {
         if (stop.load(std::memory_order_relaxed)) return;
         BidirectionalWalks& w = walks.local();
-        for (uint32_t i = range.begin(); i != range.end(); ++i) values[i] = visit_seed(w, first + i, [](const FoundPath&, double) { return true; });
+        for (uint32_t i = range.begin(); i != range.end(); ++i)
+          values[i] = visit_seed(w, first + i, [](const FoundPath&, double) { return true; });
       },
       tbb::simple_partitioner());
   for (const BidirectionalWalks& w : walks) seed_rays_ += w.rays();
@@ -50,7 +51,8 @@ std::vector<double> ChainEnsemble::sample_seeds(uint32_t count, const std::atomi
   return values;
 }
 
-bool ChainEnsemble::begin(const PathSpace& space, const std::vector<MutationShare>& mutations, uint32_t seed, uint32_t seeds, const std::atomic<bool>& stop) {
+bool ChainEnsemble::begin(const PathSpace& space, const std::vector<MutationShare>& mutations, uint32_t seed,
+                          uint32_t seeds, const std::atomic<bool>& stop) {
   space_ = &space;
   mutations_ = &mutations;
   seed_ = seed;
@@ -88,7 +90,8 @@ void ChainEnsemble::start_chains(const std::vector<double>& values) {
       ++failed_starts_;
       continue;
     }
-    chains_.push_back({Chain(*space_, *mutations_), Sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream))});
+    chains_.push_back(
+        {Chain(*space_, *mutations_), Sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream))});
     chains_.back().chain.start(path);
     chains_.back().sampler.start(uint32_t(c), 0);
   }
@@ -110,7 +113,9 @@ void ChainEnsemble::add_statistics(std::map<std::string, double>& extra) const {
   extra["chains"] = double(chains_.size());
   extra["mutations"] = double(steps());
   extra["brightness"] = brightness_.mean();
-  extra["brightness_relative_error"] = brightness_.mean() > 0.0 ? std::sqrt(brightness_.variance_of_mean()) / brightness_.mean() : 0.0;
+  extra["brightness_relative_error"] = brightness_.mean() > 0.0
+                                           ? std::sqrt(brightness_.variance_of_mean()) / brightness_.mean()
+                                           : 0.0;
   extra["failed_starts"] = double(failed_starts_);
   for (size_t m = 0; m < mutations_->size(); ++m) {
     Chain::Counts sum;
@@ -129,7 +134,8 @@ void ChainEnsemble::add_accounts(HintAccount& sum) const {
   }
 }
 
-std::vector<HintStatistics> ChainEnsemble::hint_statistics(const std::vector<HintReport>& reports, double other_light) const {
+std::vector<HintStatistics> ChainEnsemble::hint_statistics(const std::vector<HintReport>& reports,
+                                                           double other_light) const {
   HintAccount sum;
   if (hints_) add_accounts(sum);
   return sum.statistics(reports, brightness_.mean() / double(std::max<uint64_t>(1, steps())), other_light);

@@ -1,7 +1,8 @@
 // Numbered chains over paths that start from bidirectional samples, and the brightness that scales what they visit.
 //
-// Starts are drawn in proportion to their luminance from a first set of samples, evenly spaced along its cumulative sum; the
-// brightness is refined from further samples that start no chain. Chains are numbered, so results do not depend on the number of threads.
+// Starts are drawn in proportion to their luminance from a first set of samples, evenly spaced along its cumulative
+// sum; the brightness is refined from further samples that start no chain. Chains are numbered, so results do not
+// depend on the number of threads.
 #pragma once
 
 #include <atomic>
@@ -24,7 +25,8 @@ class ChainEnsemble {
   /// Keep account of what these hints bring; they must outlive the ensemble. Before begin.
   void watch(const Hints& hints) { hints_ = &hints; }
   /// Draw chains from `seeds` bidirectional samples. False when stopped; without light no chain starts.
-  bool begin(const PathSpace& space, const std::vector<MutationShare>& mutations, uint32_t seed, uint32_t seeds, const std::atomic<bool>& stop);
+  bool begin(const PathSpace& space, const std::vector<MutationShare>& mutations, uint32_t seed, uint32_t seeds,
+             const std::atomic<bool>& stop);
   bool empty() const { return chains_.empty(); }
   size_t size() const { return chains_.size(); }
   /// Integral of the target over all paths; without importance what all splats of a film sum up to.
@@ -34,11 +36,12 @@ class ChainEnsemble {
   uint64_t rays() const;
   /// Steps, brightness, and how each mutation fared.
   void add_statistics(std::map<std::string, double>& extra) const;
-  /// Of the hints watched. `other_light`: in the image besides what the chains carry, in units of the brightness without importance.
+  /// Of the hints watched. `other_light`: in the image besides what the chains carry, in units of the brightness
+  /// without importance.
   std::vector<HintStatistics> hint_statistics(const std::vector<HintReport>& reports, double other_light) const;
 
-  /// Further steps, shared evenly among the chains: `visit(chain, path, weight, sampler)` is called from the chain's own task. Then
-  /// further samples of the brightness.
+  /// Further steps, shared evenly among the chains: `visit(chain, path, weight, sampler)` is called from the chain's
+  /// own task. Then further samples of the brightness.
   template <class Visit>
   void run(uint64_t steps, const std::atomic<bool>& stop, Visit&& visit) {
     steps_wanted_ += steps;
@@ -51,7 +54,8 @@ class ChainEnsemble {
             if (stop.load(std::memory_order_relaxed)) return;
             numbered.chain.step(numbered.sampler, [&](const Path& path, double weight) {
               if (hints_ && numbered.steps % HintAccount::kStride == 0)
-                numbered.account.add_state(space_->scene.lights(), *hints_, path, HintAccount::kStride * weight / double(space_->importance.at(path.film)));
+                numbered.account.add_state(space_->scene.lights(), *hints_, path,
+                                           HintAccount::kStride * weight / double(space_->importance.at(path.film)));
               visit(c, path, weight, numbered.sampler);
             });
           }
@@ -63,7 +67,7 @@ class ChainEnsemble {
   }
 
  private:
-  static constexpr uint64_t kStepsPerSeed = 24;      ///< for each further sample of the brightness
+  static constexpr uint64_t kStepsPerSeed = 24;  ///< for each further sample of the brightness
   struct Numbered {
     Chain chain;
     Sampler sampler;
@@ -71,7 +75,8 @@ class ChainEnsemble {
     HintAccount account{};
   };
   void add_accounts(HintAccount& sum) const;
-  template <class Visit> double visit_seed(BidirectionalWalks& walks, uint32_t index, Visit&& visit) const;
+  template <class Visit>
+  double visit_seed(BidirectionalWalks& walks, uint32_t index, Visit&& visit) const;
   void start_chains(const std::vector<double>& values);
   std::vector<double> sample_seeds(uint32_t count, const std::atomic<bool>& stop);
   void count_steps();

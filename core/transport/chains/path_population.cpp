@@ -17,17 +17,25 @@ namespace {
 
 constexpr uint32_t kSeedStream = 0x5eed0002u, kDrawStream = 0xd4a30002u, kMoveStream = 0xc4a10002u;
 constexpr uint32_t kBatch = 32;
-constexpr double kMinNewShare = 0.16;   ///< of the energy, for the new samples of a generation: members live some hundred steps
-constexpr float kBidirectional = 0.05f;     ///< share of bidirectional mutations: new samples do what they would
-constexpr float kMinShare = 0.05f;        ///< of a mutation
+/// of the energy, for the new samples of a generation: members live some hundred steps
+constexpr double kMinNewShare = 0.16;
+constexpr float kBidirectional = 0.05f;  ///< share of bidirectional mutations: new samples do what they would
+constexpr float kMinShare = 0.05f;       ///< of a mutation
 constexpr double kGainUnits = 0x1p24;
 /// Moves that shift what is seen by this many pixels are worth nearly as much as a path from elsewhere.
 constexpr float kUsefulDistance = 4.0f;
 
 }  // namespace
 
-PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number, const FollowedHints& followed)
-    : scene_(space.scene), hints_(followed.hints()), space_(space), size_(size), seed_(seed), number_(number), luminance_(space.film_min, space.film_max) {
+PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed, uint32_t number,
+                               const FollowedHints& followed)
+    : scene_(space.scene),
+      hints_(followed.hints()),
+      space_(space),
+      size_(size),
+      seed_(seed),
+      number_(number),
+      luminance_(space.film_min, space.film_max) {
   const auto add = [this](std::unique_ptr<Mutation> mutation, float share, bool renews) {
     mutations_.push_back({std::move(mutation), share});
     renews_.push_back(renews);
@@ -40,10 +48,13 @@ PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed,
   renews_.push_back(true);
   mutation_gains_ = std::vector<MutationGain>(mutations_.size());
   for (const MutationShare& mutation : mutations_) first_shares_.push_back(mutation.share);
-  workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(space_), Chain(space_, mutations_), {}, {}, 0.0}; });
+  workers_ = std::make_unique<Workers>([this] {
+    return Worker{PathSeeds(space_), Chain(space_, mutations_), {}, {}, 0.0};
+  });
 }
 
-/// Numbers of a new sample. Populations have scrambles of their own: points shared between them would make them depend on one another.
+/// Numbers of a new sample. Populations have scrambles of their own: points shared between them would make them depend
+/// on one another.
 Sampler PathPopulation::seed_sampler(uint64_t sample) const {
   Sampler sampler(Sampler::Kind::Sobol, hash_combine(seed_, kSeedStream));
   sampler.start(number_, uint32_t(sample));
@@ -53,18 +64,21 @@ Sampler PathPopulation::seed_sampler(uint64_t sample) const {
 bool PathPopulation::sample_seeds(uint32_t count, const std::atomic<bool>& stop) {
   first_new_ = samples_done_;
   new_samples_.resize(count);
-  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, count, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
-    Worker& worker = workers_->local();
-    PathSeeds& seeds = worker.seeds;
-    for (uint32_t i = range.begin(); i != range.end(); ++i) {
-      if (stop.load(std::memory_order_relaxed)) return;
-      Sampler sampler = seed_sampler(first_new_ + i);
-      const double energy = seeds.sample(sampler);
-      new_samples_[i] = {energy, seeds.film()};
-      worker.left_out += seeds.left_out_light();
-      if (learning_) luminance_.add_sample(seeds.film(), seeds.left_out());
-    }
-  }, tbb::simple_partitioner());
+  tbb::parallel_for(
+      tbb::blocked_range<uint32_t>(0, count, kBatch),
+      [&](const tbb::blocked_range<uint32_t>& range) {
+        Worker& worker = workers_->local();
+        PathSeeds& seeds = worker.seeds;
+        for (uint32_t i = range.begin(); i != range.end(); ++i) {
+          if (stop.load(std::memory_order_relaxed)) return;
+          Sampler sampler = seed_sampler(first_new_ + i);
+          const double energy = seeds.sample(sampler);
+          new_samples_[i] = {energy, seeds.film()};
+          worker.left_out += seeds.left_out_light();
+          if (learning_) luminance_.add_sample(seeds.film(), seeds.left_out());
+        }
+      },
+      tbb::simple_partitioner());
   return !stop.load(std::memory_order_relaxed);
 }
 
@@ -81,7 +95,9 @@ void PathPopulation::draw() {
     const Vec2 at = ((i < old ? members_[i].path.film() : new_samples_[i - old].film) - space_.film_min) / size;
     order[i] = {hilbert_index(at.x, at.y), i};
   }
-  std::sort(order.begin(), order.end(), [](const Candidate& a, const Candidate& b) { return a.place != b.place ? a.place < b.place : a.index < b.index; });
+  std::sort(order.begin(), order.end(), [](const Candidate& a, const Candidate& b) {
+    return a.place != b.place ? a.place < b.place : a.index < b.index;
+  });
   std::vector<double> weights(order.size());
   for (size_t k = 0; k < order.size(); ++k) {
     const uint32_t i = order[k].index;
@@ -120,7 +136,8 @@ void PathPopulation::move_slot(Film& film, Worker& worker, uint32_t slot, double
   }
   to.weight = weight_;
   worker.chain.start(worker.path);
-  Sampler sampler(Sampler::Kind::Independent, hash_combine(hash_combine(seed_, kMoveStream + number_), uint32_t(generation_)));
+  Sampler sampler(Sampler::Kind::Independent,
+                  hash_combine(hash_combine(seed_, kMoveStream + number_), uint32_t(generation_)));
   sampler.start(slot, 0);
   const double scale = emphasis / splat_unit();
   for (uint32_t step = 0; step < size_.steps; ++step) {
@@ -128,12 +145,14 @@ void PathPopulation::move_slot(Film& film, Worker& worker, uint32_t slot, double
       const PathSpace::Place place = space_.place(path.film, sampler.get_2d());
       film.add_splat(place.x, place.y, path.splat(share * weight_ * scale * double(place.weight)), number_ & 1);
       if (!hints_.empty() && (slot + step + generation_) % HintAccount::kStride == 0)
-        worker.account.add_state(scene_.lights(), hints_, path, HintAccount::kStride * share * weight_ / double(space_.importance.at(path.film)));
+        worker.account.add_state(scene_.lights(), hints_, path,
+                                 HintAccount::kStride * share * weight_ / double(space_.importance.at(path.film)));
       if (learning_) luminance_.add_flux(path.film, share * weight_ * luminance(path.f) / path.target);
     });
     if (!learning_) continue;
     const double useful = renews_[done.mutation] ? 1.0 : std::min(1.0, double(done.film_distance / kUsefulDistance));
-    mutation_gains_[done.mutation].gain.fetch_add(int64_t(done.acceptance * useful * kGainUnits), std::memory_order_relaxed);
+    mutation_gains_[done.mutation].gain.fetch_add(int64_t(done.acceptance * useful * kGainUnits),
+                                                  std::memory_order_relaxed);
     mutation_gains_[done.mutation].rays.fetch_add(1 + int64_t(done.rays), std::memory_order_relaxed);
   }
   to.path.pack(worker.chain.path());
@@ -146,14 +165,17 @@ double PathPopulation::run_generation(Film& film, double emphasis, const std::at
   if (weight_ > 0.0) {
     moved_.resize(size_.members);
     std::atomic<uint32_t> moved{0};
-    tbb::parallel_for(tbb::blocked_range<uint32_t>(0, size_.members, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
-      Worker& worker = workers_->local();
-      for (uint32_t slot = range.begin(); slot != range.end(); ++slot) {
-        if (stop.load(std::memory_order_relaxed)) return;
-        move_slot(film, worker, slot, emphasis);
-        moved.fetch_add(1, std::memory_order_relaxed);
-      }
-    }, tbb::simple_partitioner());
+    tbb::parallel_for(
+        tbb::blocked_range<uint32_t>(0, size_.members, kBatch),
+        [&](const tbb::blocked_range<uint32_t>& range) {
+          Worker& worker = workers_->local();
+          for (uint32_t slot = range.begin(); slot != range.end(); ++slot) {
+            if (stop.load(std::memory_order_relaxed)) return;
+            move_slot(film, worker, slot, emphasis);
+            moved.fetch_add(1, std::memory_order_relaxed);
+          }
+        },
+        tbb::simple_partitioner());
     done = moved;
     members_.swap(moved_);
   }
@@ -166,9 +188,11 @@ PathPopulation::Learned PathPopulation::learned() const {
   Learned learned;
   // Gain for the work done, drawn towards what the mutations began with.
   double best = 0.0;
-  for (const MutationGain& f : mutation_gains_) best = std::max(best, double(f.gain.load()) / std::max<double>(1.0, double(f.rays.load())));
+  for (const MutationGain& f : mutation_gains_)
+    best = std::max(best, double(f.gain.load()) / std::max<double>(1.0, double(f.rays.load())));
   for (size_t m = 0; m < mutations_.size(); ++m) {
-    const double gain = double(mutation_gains_[m].gain.load()) / std::max<double>(1.0, double(mutation_gains_[m].rays.load()));
+    const double gain = double(mutation_gains_[m].gain.load()) /
+                        std::max<double>(1.0, double(mutation_gains_[m].rays.load()));
     learned.shares.push_back(first_shares_[m] * float(best > 0.0 ? gain / best : 1.0));
   }
   apply_floor(learned.shares, kMinShare);

@@ -1,12 +1,15 @@
-// A population of complete paths that moves by Metropolis-Hastings steps and is drawn again with new samples: a sequential Monte Carlo
-// sampler for the light of the film [Del Moral, Doucet and Jasra 2006; Fan 2006, section 5.5, corrected].
+// A population of complete paths that moves by Metropolis-Hastings steps and is drawn again with new samples: a
+// sequential Monte Carlo sampler for the light of the film [Del Moral, Doucet and Jasra 2006; Fan 2006, section 5.5,
+// corrected].
 //
-// Member i at path x carries weight w_i with E[sum_i w_i h(x_i)] the integral of h times the target of its space; its energy per channel is
-// w_i f_c(x) / target(x). A generation takes new bidirectional samples, draws old members and new paths together in the order of a
-// Hilbert curve over the film, so that all weights are equal, and moves every member some steps.
+// Member i at path x carries weight w_i with E[sum_i w_i h(x_i)] the integral of h times the target of its space; its
+// energy per channel is w_i f_c(x) / target(x). A generation takes new bidirectional samples, draws old members and new
+// paths together in the order of a Hilbert curve over the film, so that all weights are equal, and moves every member
+// some steps.
 //
-// It learns how the proposals of each mutation fare and where the film is bright. A population that used what it has learned itself would
-// be biased: see `set_learned`. Random numbers are those of member and generation, so results do not depend on threads.
+// It learns how the proposals of each mutation fare and where the film is bright. A population that used what it has
+// learned itself would be biased: see `set_learned`. Random numbers are those of member and generation, so results do
+// not depend on threads.
 #pragma once
 
 #include <map>
@@ -15,23 +18,23 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include "film/film.h"
+#include "transport/bidirectional/path_seeds.h"
 #include "transport/chains/chain.h"
+#include "transport/hints/followed_hints.h"
+#include "transport/hints/hint_account.h"
 #include "transport/paths/compact_path.h"
 #include "transport/paths/film_luminance.h"
-#include "transport/hints/hint_account.h"
-#include "transport/hints/followed_hints.h"
-#include "transport/bidirectional/path_seeds.h"
 
 namespace ajar {
 
 class PathPopulation {
  public:
   struct Size {
-    uint32_t members, steps;             ///< steps of a member in a generation
-    uint32_t first_samples, samples;     ///< bidirectional samples of the first and of every other generation
+    uint32_t members, steps;          ///< steps of a member in a generation
+    uint32_t first_samples, samples;  ///< bidirectional samples of the first and of every other generation
   };
   struct Learned {
-    std::vector<float> shares;           ///< of the mutations
+    std::vector<float> shares;  ///< of the mutations
     FilmImportance importance;
   };
 
@@ -42,8 +45,8 @@ class PathPopulation {
   /// Before the first generation: begin with what a population of an earlier frame had learned, and go on learning.
   void begin_with(const Learned& learned);
 
-  /// One generation. Each of its steps is splatted into `film` as an estimate of the image, times `emphasis`, in units of
-  /// splat_unit. Returns how much of it was done: 1 unless stopped, after which there shall be no other.
+  /// One generation. Each of its steps is splatted into `film` as an estimate of the image, times `emphasis`, in units
+  /// of splat_unit. Returns how much of it was done: 1 unless stopped, after which there shall be no other.
   double run_generation(Film& film, double emphasis, const std::atomic<bool>& stop);
   double splat_unit() const { return space_.film_area() / double(size_.members); }
 
@@ -89,16 +92,16 @@ class PathPopulation {
   Size size_;
   uint32_t seed_, number_;
   std::vector<MutationShare> mutations_;
-  std::vector<float> first_shares_;             ///< of the mutations, which what is learned is drawn towards
-  std::vector<bool> renews_;                    ///< mutations whose proposals are worth the same wherever they arrive
+  std::vector<float> first_shares_;  ///< of the mutations, which what is learned is drawn towards
+  std::vector<bool> renews_;         ///< mutations whose proposals are worth the same wherever they arrive
   std::unique_ptr<Workers> workers_;
 
   struct Member {
-    CompactPath path;                           ///< empty where rounding lost it
+    CompactPath path;  ///< empty where rounding lost it
     double weight = 0.0;
   };
-  std::vector<Member> members_, moved_;         ///< before and after a generation
-  double weight_ = 0.0;                         ///< of every member drawn
+  std::vector<Member> members_, moved_;  ///< before and after a generation
+  double weight_ = 0.0;                  ///< of every member drawn
   uint64_t generation_ = 0, samples_done_ = 0, steps_done_ = 0;
 
   /// New samples of this generation, and who is drawn: candidates are the members, then the samples.

@@ -11,12 +11,12 @@
 namespace ajar {
 
 namespace {
-constexpr uint32_t kPilotStream = 0x91107000u;   // shares no numbers with seeds and chains
+constexpr uint32_t kPilotStream = 0x91107000u;  // shares no numbers with seeds and chains
 constexpr uint32_t kBlocks = 16;
 constexpr uint32_t kSamplesPerCell = 32;
 constexpr int kMaxCells = 1024;
-constexpr double kLargestSample = 20.0;          // of the mean: rare bright samples say little about a cell
-constexpr double kFloor = 0.3;                   // of the mean: darker cells are not followed further
+constexpr double kLargestSample = 20.0;  // of the mean: rare bright samples say little about a cell
+constexpr double kFloor = 0.3;           // of the mean: darker cells are not followed further
 }  // namespace
 
 Pilot look_ahead(const PathSpace& space, uint32_t seed, uint32_t samples, const std::atomic<bool>& stop) {
@@ -43,7 +43,9 @@ Pilot look_ahead(const PathSpace& space, uint32_t seed, uint32_t samples, const 
         const double light = double(luminance(path.contribution)) * (path.t > 1 ? space.film_area() : 1.0);
         if (!(light > 0.0) || !std::isfinite(light) || !space.on_film(path.film)) continue;
         const Vec2 place = (path.film - space.film_min) * per_cell;
-        arrivals[block].push_back({size_t(std::min(int(place.y), rows - 1)) * size_t(columns) + size_t(std::min(int(place.x), columns - 1)), light, walks.is_direct(path)});
+        arrivals[block].push_back(
+            {size_t(std::min(int(place.y), rows - 1)) * size_t(columns) + size_t(std::min(int(place.x), columns - 1)),
+             light, walks.is_direct(path)});
       }
     }
     rays[block] = walks.rays();

@@ -1,7 +1,8 @@
-// A rough idea of the image, from a few bidirectional samples that are used for nothing else ["two-stage" Metropolis, Veach 1997, section 11.3.2].
+// A rough idea of the image, from a few bidirectional samples that are used for nothing else ["two-stage" Metropolis,
+// Veach 1997, section 11.3.2].
 //
-// Chains that follow luminance alone put nearly all their samples where the image is bright; the eye, and every relative measure of
-// error, ask for the same relative error everywhere.
+// Chains that follow luminance alone put nearly all their samples where the image is bright; the eye, and every
+// relative measure of error, ask for the same relative error everywhere.
 #pragma once
 
 #include <atomic>
@@ -11,8 +12,8 @@
 namespace ajar {
 
 struct Pilot {
-  FilmImportance importance;    ///< one over the image, up to a floor
-  double direct_light = 0.0;    ///< LS*E and L(D)S*E, summed over the film: an estimate, for statistics
+  FilmImportance importance;  ///< one over the image, up to a floor
+  double direct_light = 0.0;  ///< LS*E and L(D)S*E, summed over the film: an estimate, for statistics
   uint64_t rays = 0;
 };
 /// The same importance everywhere when stopped, or without light.

@@ -1,8 +1,8 @@
 // Direct light at the vertices of a path: what all methods share, and the default one.
 //
-// Every method answers two questions of the path tracer. At a vertex: an estimate of the light that arrives directly and is
-// scattered towards wo. At the next one: with what weight emission counts that the BSDF's sample happened to hit.
-// Together the two are one unbiased estimate of direct light (but for what is called biased).
+// Every method answers two questions of the path tracer. At a vertex: an estimate of the light that arrives directly
+// and is scattered towards wo. At the next one: with what weight emission counts that the BSDF's sample happened to
+// hit. Together the two are one unbiased estimate of direct light (but for what is called biased).
 #pragma once
 
 #include "film/film.h"
@@ -14,7 +14,7 @@
 namespace ajar {
 
 struct SampledLight {
-  Vec3 wi{0.0f};                ///< towards it
+  Vec3 wi{0.0f};  ///< towards it
   uint32_t light = 0;
 };
 
@@ -22,10 +22,10 @@ struct DirectLightContext {
   const Scene& scene;
   const ShadingPoint& point;
   const Bsdf& bsdf;
-  uint32_t material = 0;        ///< index that tells materials apart
-  int pixel_x = 0, pixel_y = 0; ///< of the full frame
-  const GuidedBsdf* guide = nullptr;   ///< chooses the path's direction together with the BSDF
-  SampledLight* sampled = nullptr;   ///< where asked for: the light that was
+  uint32_t material = 0;              ///< index that tells materials apart
+  int pixel_x = 0, pixel_y = 0;       ///< of the full frame
+  const GuidedBsdf* guide = nullptr;  ///< chooses the path's direction together with the BSDF
+  SampledLight* sampled = nullptr;    ///< where asked for: the light that was
 
   /// With the density by which the path's own sample will be drawn: what light samples compete with.
   Bsdf::Evaluation evaluate(Vec3 wi) const {
@@ -42,10 +42,11 @@ struct DirectLightContext {
 
 /// What a vertex remembers for the weight of what its BSDF sample hits.
 struct DirectVertex {
-  Vec3 position{0.0f}, normal{0.0f};   ///< Bsdf::receiving_normal
-  float bsdf_pdf = 0.0f;        ///< of the direction travelled, by BSDF and guide; 0 when no light sampling could have found it
-  bool complete = false;        ///< the estimate at the vertex left nothing for its BSDF sample
-  uint32_t cell = ~0u;          ///< of learned shares
+  Vec3 position{0.0f}, normal{0.0f};  ///< Bsdf::receiving_normal
+  /// of the direction travelled, by BSDF and guide; 0 when no light sampling could have found it
+  float bsdf_pdf = 0.0f;
+  bool complete = false;  ///< the estimate at the vertex left nothing for its BSDF sample
+  uint32_t cell = ~0u;    ///< of learned shares
 };
 
 /// Dimensions of a path's sampler that belong to direct light, from `first` on: one for the choice, two for the point.
@@ -59,8 +60,8 @@ inline float power_heuristic(float pdf_a, float pdf_b) {
   return 1.0f / (1.0f + ratio * ratio);
 }
 
-/// Below as many lights, the number that chooses one is used again for the point on it: points that are stratified together
-/// stay so on each light. With many, too few bits are left.
+/// Below as many lights, the number that chooses one is used again for the point on it: points that are stratified
+/// together stay so on each light. With many, too few bits are left.
 constexpr size_t kFewLights = 64;
 
 /// What the lobes scatter that a light of this visibility shines on.
@@ -73,8 +74,9 @@ inline Color visible_to(uint32_t visibility, const Bsdf& bsdf, Vec3 wo, Vec3 wi)
   return sum;
 }
 
-/// One sample of one light, weighted against the BSDF's own probability of finding it, and with what lies beyond the terminator. `rays` counts
-/// shadow rays. `kOnlyBeyond`: nothing but the latter, which methods that sample light in other ways add to theirs.
+/// One sample of one light, weighted against the BSDF's own probability of finding it, and with what lies beyond the
+/// terminator. `rays` counts shadow rays. `kOnlyBeyond`: nothing but the latter, which methods that sample light in
+/// other ways add to theirs.
 template <bool kOnlyBeyond = false, class Context>
 inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
@@ -99,7 +101,8 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
     if (!is_black(through)) {
       if (kOnlyBeyond) return Color(0.0f);
       Color contribution = scattered.f_cos * arriving * through;
-      if (!sample->delta && light.mis && !light.partial()) contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
+      if (!sample->delta && light.mis && !light.partial())
+        contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
       return contribution;
     }
   }
@@ -109,7 +112,8 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
 
 template <bool kOnlyBeyond = false, class Context>
 inline Color estimate_direct(const Context& c, float u_choice, Vec2 u, uint64_t& rays) {
-  return estimate_direct<kOnlyBeyond>(c, c.scene.lights().choose(c.point.position, c.bsdf.receiving_normal(), u_choice), u, rays);
+  return estimate_direct<kOnlyBeyond>(c, c.scene.lights().choose(c.point.position, c.bsdf.receiving_normal(), u_choice),
+                                      u, rays);
 }
 template <bool kOnlyBeyond = false, class Context>
 inline Color estimate_direct(const Context& c, Sampler& sampler, uint32_t first, uint64_t& rays) {
@@ -135,12 +139,14 @@ class MisDirectLight {
 
   /// `position` is where the light was hit, infinite for distant light. Distances are measured from the vertex that
   /// chose the direction: transparent surfaces in between do not count.
-  float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const {
+  float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position,
+                      Vec3 normal) const {
     if (v.bsdf_pdf == 0.0f) return 1.0f;
     const LightSet& lights = scene.lights();
     if (lights.any_partial() && lights.flags(light).partial()) return 0.0f;
     const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
-    const float light_pdf = lights.choice_pmf(v.position, v.normal, light) * lights.pdf_li(light, v.position, wi, distance, normal);
+    const float light_pdf = lights.choice_pmf(v.position, v.normal, light) *
+                            lights.pdf_li(light, v.position, wi, distance, normal);
     return power_heuristic(v.bsdf_pdf, light_pdf);
   }
 };

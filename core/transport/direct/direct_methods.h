@@ -7,14 +7,26 @@
 
 namespace ajar {
 
-enum class DirectMethod : uint8_t { Mis, MisBalance, Bsdf, Light, Ris, Correlated, PmcHi, PmcHiPaper, Ocv, OcvPaper, OcvProgressive };
+enum class DirectMethod : uint8_t {
+  Mis,
+  MisBalance,
+  Bsdf,
+  Light,
+  Ris,
+  Correlated,
+  PmcHi,
+  PmcHiPaper,
+  Ocv,
+  OcvPaper,
+  OcvProgressive
+};
 
 struct DirectMethodInfo {
   DirectMethod method;
   const char* name;
-  const char* label;            ///< in the UI
+  const char* label;  ///< in the UI
   bool biased;
-  const char* sentence;         ///< one sentence for the artist
+  const char* sentence;  ///< one sentence for the artist
 };
 /// The one list of methods, in the order of the UI.
 const std::vector<DirectMethodInfo>& direct_method_list();

@@ -18,14 +18,15 @@ constexpr float kPriorFloor = 0.15f, kEqualFloor = 0.05f;  ///< of the tree's sh
 constexpr float kPriorCount = 16.0f;                       ///< samples that the prior is worth
 /// Unit of the integer sums, relative to the typical second moment, and the most one sample may add.
 constexpr float kQuantum = 0x1p-34f, kMax = 0x1p14f;
-constexpr float kMinAngle = 1.0f / 900.0f;               ///< places have 12 bits an axis
-constexpr size_t kFewLights = 8;                           ///< among which one iteration learns enough
+constexpr float kMinAngle = 1.0f / 900.0f;  ///< places have 12 bits an axis
+constexpr size_t kFewLights = 8;            ///< among which one iteration learns enough
 constexpr int kPlaceBits = 12, kLevelBits = 8, kNormalBits = 3;
 
 /// `size` sums, those that there are divided by a power of two.
 std::vector<std::atomic<uint64_t>> copy(const std::vector<std::atomic<uint64_t>>& sums, size_t size, int shift) {
   std::vector<std::atomic<uint64_t>> result(size);
-  for (size_t i = 0; i < sums.size(); ++i) result[i].store(sums[i].load(std::memory_order_relaxed) >> shift, std::memory_order_relaxed);
+  for (size_t i = 0; i < sums.size(); ++i)
+    result[i].store(sums[i].load(std::memory_order_relaxed) >> shift, std::memory_order_relaxed);
   return result;
 }
 
@@ -68,17 +69,21 @@ bool LightCutCache::suits(Vec3 eye, float angle, float reach) const {
   return glm::length(eye - eye_) < 0.25f * reach && angle > 0.5f * angle_ && angle < 2.0f * angle_;
 }
 
-int LightCutCache::iterations(const LightSet& lights) { return 1 + (lights.size() <= kFewLights ? 1 : kLearningIterations); }
+int LightCutCache::iterations(const LightSet& lights) {
+  return 1 + (lights.size() <= kFewLights ? 1 : kLearningIterations);
+}
 
 uint64_t LightCutCache::key(Vec3 p, Vec3 n, uint32_t material, uint32_t jitter) const {
   const Vec3 from_eye = p - eye_;
   // Largest power of two below: the exponent.
   const int level = int(std::bit_cast<uint32_t>(glm::clamp(angle_ * glm::length(from_eye), 1e-30f, 1e30f)) >> 23) - 127;
   const uint32_t j2 = hash32(jitter + 1);
-  const Vec3 at = glm::floor(from_eye * std::bit_cast<float>(uint32_t(127 - level) << 23) + Vec3(to_unit_float(jitter << 8), to_unit_float(j2), to_unit_float(j2 << 12)) - 0.5f);
+  const Vec3 at = glm::floor(from_eye * std::bit_cast<float>(uint32_t(127 - level) << 23) +
+                             Vec3(to_unit_float(jitter << 8), to_unit_float(j2), to_unit_float(j2 << 12)) - 0.5f);
   const Vec3 normal = glm::round(1.5f * n) + 2.0f;
   uint64_t key = material & 0x7ffu;
-  for (int axis = 0; axis < 3; ++axis) key = (key << kPlaceBits) | uint64_t(glm::clamp(at[axis], -2048.0f, 2047.0f) + 2048.0f);
+  for (int axis = 0; axis < 3; ++axis)
+    key = (key << kPlaceBits) | uint64_t(glm::clamp(at[axis], -2048.0f, 2047.0f) + 2048.0f);
   key = (key << kLevelBits) | uint64_t(level + 128);
   for (int axis = 0; axis < 3; ++axis) key = (key << kNormalBits) | uint64_t(glm::clamp(normal[axis], 0.0f, 4.0f));
   return key;
@@ -151,19 +156,22 @@ void LightCutCache::publish() {
   claiming_ = false;
   tbb::parallel_for(tbb::blocked_range<size_t>(0, cells(), 1024), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t cell = range.begin(); cell != range.end(); ++cell) {
-      const double samples = double(samples_[cell].load(std::memory_order_relaxed)), squares = double(squares_[cell].load(std::memory_order_relaxed));
+      const double samples = double(samples_[cell].load(std::memory_order_relaxed)),
+                   squares = double(squares_[cell].load(std::memory_order_relaxed));
       if (!(squares > 0.0)) continue;
       double roots[kBranches], sum = 0.0;
       const size_t first = cell * kBranches;
       // The prior speaks as samples whose second moment is the mean one, split as the prior's shares say.
       for (int k = 0; k < counts_[cell]; ++k) {
         const double prior = double(priors_[first + size_t(k)]);
-        roots[k] = std::sqrt(double(moments_[first + size_t(k)].load(std::memory_order_relaxed)) + double(kPriorCount) * prior * prior * squares / samples);
+        roots[k] = std::sqrt(double(moments_[first + size_t(k)].load(std::memory_order_relaxed)) +
+                             double(kPriorCount) * prior * prior * squares / samples);
         sum += roots[k];
       }
       float before = 0.0f;
       for (int k = 0; k < counts_[cell]; ++k)
-        cumulative_[first + size_t(k)] = before += floor(uint32_t(cell), k) + (1.0f - kPriorFloor - kEqualFloor) * float(roots[k] / sum);
+        cumulative_[first + size_t(k)] = before += floor(uint32_t(cell), k) +
+                                                   (1.0f - kPriorFloor - kEqualFloor) * float(roots[k] / sum);
       cumulative_[first + counts_[cell] - 1] = 1.0f;
     }
   });
@@ -190,9 +198,11 @@ float LightCutCache::share_between(uint32_t cell, uint32_t first, uint32_t end) 
 LightCutCache::Choice LightCutCache::choose(uint32_t cell, Vec3 p, Vec3 n, float u) const {
   if (cell == kNone) return {lights_->choose(p, n, u), 0, 0.0f};
   const float* const cumulative = cumulative_.data() + size_t(cell) * kBranches;
-  const int count = counts_[cell], k = std::min(int(std::upper_bound(cumulative, cumulative + count, u) - cumulative), count - 1);
+  const int count = counts_[cell],
+            k = std::min(int(std::upper_bound(cumulative, cumulative + count, u) - cumulative), count - 1);
   const float below = k > 0 ? cumulative[k - 1] : 0.0f, share = cumulative[k] - below;
-  LightSet::Choice choice = lights_->choose_in(ids_[size_t(cell) * kBranches + size_t(k)], p, n, glm::clamp((u - below) / share, 0.0f, kOneMinusEpsilon));
+  LightSet::Choice choice = lights_->choose_in(ids_[size_t(cell) * kBranches + size_t(k)], p, n,
+                                               glm::clamp((u - below) / share, 0.0f, kOneMinusEpsilon));
   choice.pmf *= share;
   return {choice, uint32_t(k), share};
 }
@@ -212,7 +222,8 @@ void LightCutCache::record(uint32_t cell, const Choice& choice, float y) const {
   const float relative = y * y * inverse_scale_squared_;
   const auto fixed_point = [](float x) { return uint64_t(std::min(x, kMax) / kQuantum); };
   squares_[cell].fetch_add(fixed_point(relative), std::memory_order_relaxed);
-  moments_[size_t(cell) * kBranches + choice.branch].fetch_add(fixed_point(relative * choice.share), std::memory_order_relaxed);
+  moments_[size_t(cell) * kBranches + choice.branch].fetch_add(fixed_point(relative * choice.share),
+                                                               std::memory_order_relaxed);
 }
 
 }  // namespace ajar

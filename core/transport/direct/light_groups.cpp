@@ -43,7 +43,8 @@ std::pair<Cluster, Cluster> split(const LightSet& lights, Cluster cluster) {
   const Vec3 extent = cluster.upper - cluster.lower;
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
   auto& sources = cluster.sources;
-  std::stable_sort(sources.begin(), sources.end(), [&](const auto& a, const auto& b) { return a.center[axis] < b.center[axis]; });
+  std::stable_sort(sources.begin(), sources.end(),
+                   [&](const auto& a, const auto& b) { return a.center[axis] < b.center[axis]; });
   const auto middle = sources.begin() + std::ptrdiff_t(sources.size() / 2);
   return {make_cluster(lights, {sources.begin(), middle}), make_cluster(lights, {middle, sources.end()})};
 }
@@ -66,8 +67,9 @@ LightGroups::LightGroups(const LightSet& lights, int max_groups, Vec3 scene_cent
     clusters.push_back(std::move(high));
   }
   // Few groups keep the order of the description, which debug passes rely on.
-  std::stable_sort(clusters.begin(), clusters.end(),
-                   [](const Cluster& a, const Cluster& b) { return a.sources.front().first < b.sources.front().first; });
+  std::stable_sort(clusters.begin(), clusters.end(), [](const Cluster& a, const Cluster& b) {
+    return a.sources.front().first < b.sources.front().first;
+  });
   for (const Cluster& cluster : clusters) {
     Group group;
     std::vector<double> weights;

@@ -1,8 +1,9 @@
 // The lights of a scene in a few groups, the components among which direct light learns to choose.
 //
 // A lamp, an emissive instance and the environment each are a group while there are few; many are gathered by
-// place: the group of largest power times extent is split at its middle until there are enough. Distant lights stay apart. Inside a
-// group a light is chosen by power. Fixed by the scene, so that groups mean the same in every iteration.
+// place: the group of largest power times extent is split at its middle until there are enough. Distant lights stay
+// apart. Inside a group a light is chosen by power. Fixed by the scene, so that groups mean the same in every
+// iteration.
 #pragma once
 
 #include <vector>

@@ -9,7 +9,8 @@ namespace {
 
 /// Lights visible along a ray until something opaque: visit(light, radiance, normal, distance).
 template <class Visit>
-void for_each_light_along(const Scene& scene, const ShadingPoint& from, Vec3 wi, uint32_t ray_kind, uint64_t& rays, Visit&& visit) {
+void for_each_light_along(const Scene& scene, const ShadingPoint& from, Vec3 wi, uint32_t ray_kind, uint64_t& rays,
+                          Visit&& visit) {
   Ray ray = scene.spawn_ray(from, wi);
   Color through(1.0f);
   ShadingPoint point;
@@ -17,7 +18,8 @@ void for_each_light_along(const Scene& scene, const ShadingPoint& from, Vec3 wi,
     const Hit hit = scene.intersect(ray, ray_kind);
     ++rays;
     const auto visit_met = [&](const LightMet& met) {
-      visit(met.light, through * met.radiance, met.normal, is_finite(met.position) ? glm::length(met.position - from.position) : kInfinity);
+      visit(met.light, through * met.radiance, met.normal,
+            is_finite(met.position) ? glm::length(met.position - from.position) : kInfinity);
     };
     if (scene.has_lamp_shapes()) for_each_lamp_crossed(scene, ray, hit.t, ray_kind, visit_met);
     if (!hit.found()) {
@@ -31,7 +33,8 @@ void for_each_light_along(const Scene& scene, const ShadingPoint& from, Vec3 wi,
     scene.shading_point(ray, hit, point);
     point.ray_kind = ray_kind;
     if (light >= 0)
-      visit(uint32_t(light), through * program.evaluate_emission(point), point.ng, glm::length(point.position - from.position));
+      visit(uint32_t(light), through * program.evaluate_emission(point), point.ng,
+            glm::length(point.position - from.position));
     if (!transparent || crossed >= scene.settings().bounces.transparent) return;
     through *= program.evaluate_transparency(point);
     if (!(max_component(through) > 0.0f)) return;
@@ -49,21 +52,27 @@ LightMixture::Kernel LightMixture::kernel(const LobeComponents& lobes, float bsd
   for (int i = 0; i < lobes.count(); ++i) k.alpha[size_t(i)] = bsdf_share * lobes.prior(i);
   if (by == Lights::Any) k.alpha[kAny] = lights;
   for (int g = 0; by != Lights::Any && g < groups_.size(); ++g)
-    k.alpha[size_t(kFirstGroup + g)] = by == Lights::GroupsByPrior ? lights * groups_.prior(g) : lights / float(groups_.size());
+    k.alpha[size_t(kFirstGroup + g)] = by == Lights::GroupsByPrior ? lights * groups_.prior(g)
+                                                                   : lights / float(groups_.size());
   return k;
 }
 
 LightMixture::Densities LightMixture::densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi,
-                                                  const std::array<float, kMaxMixtureLobes>& pdf_lobes, float pdf_light, bool mis, float known_pmf) const {
+                                                const std::array<float, kMaxMixtureLobes>& pdf_lobes, float pdf_light,
+                                                bool mis, float known_pmf) const {
   Densities d{{}, 0.0f, 0.0f, 0.0f, 0.0f, -1};
   if (mis) {
     for (int i = 0; i < k.lobes.count(); ++i) d.bsdf += d.lobes[size_t(i)] = k.alpha[size_t(i)] * pdf_lobes[size_t(i)];
-    if (k.alpha[kCone] > 0.0f && 1.0f - glm::dot(k.cone.n, wi) <= k.one_minus_cos) d.cone = k.alpha[kCone] * warp::cone_pdf_solid_angle(k.one_minus_cos);
+    if (k.alpha[kCone] > 0.0f && 1.0f - glm::dot(k.cone.n, wi) <= k.one_minus_cos)
+      d.cone = k.alpha[kCone] * warp::cone_pdf_solid_angle(k.one_minus_cos);
   }
   if (k.alpha[kAny] > 0.0f)
-    d.any = k.alpha[kAny] * (known_pmf >= 0.0f ? known_pmf : choice_pmf(k.cell, c.point.position, c.bsdf.receiving_normal(), light)) * pdf_light;
+    d.any = k.alpha[kAny] *
+            (known_pmf >= 0.0f ? known_pmf : choice_pmf(k.cell, c.point.position, c.bsdf.receiving_normal(), light)) *
+            pdf_light;
   d.group_index = groups_.size() > 0 ? groups_.group_of(light) : -1;
-  if (d.group_index >= 0) d.group = k.alpha[size_t(kFirstGroup + d.group_index)] * groups_.pmf_in_group(light) * pdf_light;
+  if (d.group_index >= 0)
+    d.group = k.alpha[size_t(kFirstGroup + d.group_index)] * groups_.pmf_in_group(light) * pdf_light;
   return d;
 }
 
@@ -86,8 +95,8 @@ void LightMixture::add_found(const Densities& d, Color f, bool power, bool from_
   if (d.group_index >= 0) out.responsible[size_t(kFirstGroup + d.group_index)] += luminous * d.group;
 }
 
-void LightMixture::draw_light(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out,
-                               uint64_t& rays) const {
+void LightMixture::draw_light(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u,
+                              bool power, Draw& out, uint64_t& rays) const {
   const LightSet& lights = scene_.lights();
   uint32_t index;
   float known_pmf = -1.0f;
@@ -115,11 +124,12 @@ void LightMixture::draw_light(const DirectLightContext& c, const Kernel& k, int 
     f *= scene_.transmittance(scene_.spawn_segment(c.point, *sample), scene_.settings().bounces.transparent);
     if (is_black(f)) return;
   }
-  add_found(densities(c, k, index, sample->wi, scattered.pdf, sample->pdf_solid_angle, mis, known_pmf), f, power, false, out);
+  add_found(densities(c, k, index, sample->wi, scattered.pdf, sample->pdf_solid_angle, mis, known_pmf), f, power, false,
+            out);
 }
 
-void LightMixture::draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out,
-                                   uint64_t& rays) const {
+void LightMixture::draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u,
+                                  bool power, Draw& out, uint64_t& rays) const {
   Vec3 wi;
   Color f_cos;
   uint32_t kind;
@@ -141,20 +151,23 @@ void LightMixture::draw_direction(const DirectLightContext& c, const Kernel& k, 
   out.wi = wi;
   if (is_black(f_cos)) return;
   const LightSet& lights = scene_.lights();
-  for_each_light_along(scene_, c.point, wi, kind, rays, [&](uint32_t light, Color radiance, Vec3 normal, float distance) {
-    if (is_black(radiance)) return;
-    const float pdf_light = lights.pdf_li(light, c.point.position, wi, distance, normal);
-    add_found(densities(c, k, light, wi, out.pdf_lobes, pdf_light, true), f_cos * radiance, power, true, out);
-  });
+  for_each_light_along(
+      scene_, c.point, wi, kind, rays, [&](uint32_t light, Color radiance, Vec3 normal, float distance) {
+        if (is_black(radiance)) return;
+        const float pdf_light = lights.pdf_li(light, c.point.position, wi, distance, normal);
+        add_found(densities(c, k, light, wi, out.pdf_lobes, pdf_light, true), f_cos * radiance, power, true, out);
+      });
 }
 
 LightCutCache::Choice LightMixture::choose_light(uint32_t cell, const DirectLightContext& c, float u) const {
   const Vec3 p = c.point.position, n = c.bsdf.receiving_normal();
-  return cell == LightCutCache::kNone ? LightCutCache::Choice{scene_.lights().choose(p, n, u), 0, 0.0f} : cuts_->choose(cell, p, n, u);
+  return cell == LightCutCache::kNone ? LightCutCache::Choice{scene_.lights().choose(p, n, u), 0, 0.0f}
+                                      : cuts_->choose(cell, p, n, u);
 }
 
 float LightMixture::choice_pmf(uint32_t cell, Vec3 position, Vec3 normal, uint32_t light) const {
-  return cell == LightCutCache::kNone ? scene_.lights().choice_pmf(position, normal, light) : cuts_->pmf(cell, position, normal, light);
+  return cell == LightCutCache::kNone ? scene_.lights().choice_pmf(position, normal, light)
+                                      : cuts_->pmf(cell, position, normal, light);
 }
 
 void LightMixture::record_shares(const Kernel& k, SampleAux* aux) const {

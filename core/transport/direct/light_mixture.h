@@ -1,12 +1,14 @@
 // The mixture by which direct light is sampled: of the lobes of the BSDF, a cone, any light, and groups of lights
-// [Fan 2006, sections 2.4.4 and 5.4]. Estimators of several samples a vertex differ in how they choose its shares and in what they make of its samples.
+// [Fan 2006, sections 2.4.4 and 5.4]. Estimators of several samples a vertex differ in how they choose its shares and
+// in what they make of its samples.
 //
 // A sample is a light together with a direction, so that the density K of the mixture at (light l, direction wi) needs
 // nothing but that light:
-//   K = sum_i a_i p_i(wi) + a_cone p_cone(wi) + (a_any pmf(l) + a_g pmf(l | g)) p_l(wi),    i the lobes, g the group of l
-// Lobes and the cone draw directions and count for every light seen along them. Delta lights fit in without exception (the
-// first two terms are zero for them); so do lights that only sampling can find. The numbers of samples of each component are deterministic
-// (sampling/mixture.h).
+//   K = sum_i a_i p_i(wi) + a_cone p_cone(wi) + (a_any pmf(l) + a_g pmf(l | g)) p_l(wi),    i the lobes, g the group of
+//   l
+// Lobes and the cone draw directions and count for every light seen along them. Delta lights fit in without exception
+// (the first two terms are zero for them); so do lights that only sampling can find. The numbers of samples of each
+// component are deterministic (sampling/mixture.h).
 #pragma once
 
 #include <algorithm>
@@ -32,13 +34,14 @@ class LightMixture {
  public:
   static constexpr int kMaxGroups = 5, kMaxMixtureLobes = LobeComponents::kMax;
   /// Lobes come first.
-  static constexpr int kCone = kMaxMixtureLobes, kAny = kCone + 1, kFirstGroup = kAny + 1, kMaxComponents = kFirstGroup + kMaxGroups;
+  static constexpr int kCone = kMaxMixtureLobes, kAny = kCone + 1, kFirstGroup = kAny + 1,
+                       kMaxComponents = kFirstGroup + kMaxGroups;
 
   /// Shares of one estimate and its cone.
   struct Kernel {
     const LobeComponents& lobes;
     int count = 0;
-    uint32_t cell = LightCutCache::kNone;             ///< by which any light is chosen
+    uint32_t cell = LightCutCache::kNone;  ///< by which any light is chosen
     std::array<float, kMaxComponents> alpha;
     Frame cone;
     float one_minus_cos = 0.0f;
@@ -52,10 +55,10 @@ class LightMixture {
   /// One sample of the mixture: its weight y = f / K and, where asked for, how much each component is responsible for.
   struct Draw {
     Color y{0.0f};
-    Vec3 wi{0.0f};                                    ///< zero: no direction, or a light that only sampling finds
+    Vec3 wi{0.0f};  ///< zero: no direction, or a light that only sampling finds
     std::array<float, kMaxMixtureLobes> pdf_lobes{};
-    LightCutCache::Choice choice{};                   ///< of any light
-    std::array<float, kMaxComponents> responsible;   ///< luminance of y times rho_k
+    LightCutCache::Choice choice{};                 ///< of any light
+    std::array<float, kMaxComponents> responsible;  ///< luminance of y times rho_k
   };
   explicit LightMixture(const Scene& scene, LightGroups groups = {}) : scene_(scene), groups_(std::move(groups)) {}
 
@@ -72,27 +75,31 @@ class LightMixture {
   /// Probability of a light by the shares of a cell.
   float choice_pmf(uint32_t cell, Vec3 position, Vec3 normal, uint32_t light) const;
 
-  /// n samples with deterministic shares: visit(component, draw). `power`: their weights are those of the power heuristic between the BSDF and the
-  /// lights, else f / K.
+  /// n samples with deterministic shares: visit(component, draw). `power`: their weights are those of the power
+  /// heuristic between the BSDF and the lights, else f / K.
   template <class Visit>
-  void for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler, bool power, uint64_t& rays, Visit&& visit) const;
+  void for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler, bool power,
+                     uint64_t& rays, Visit&& visit) const;
 
   /// Shares for the debug passes.
   void record_shares(const Kernel& k, SampleAux* aux) const;
 
  private:
   struct Densities {
-    std::array<float, kMaxMixtureLobes> lobes;   ///< these and the others times their shares
-    float bsdf, cone, any, group;          ///< bsdf: all lobes
+    std::array<float, kMaxMixtureLobes> lobes;  ///< these and the others times their shares
+    float bsdf, cone, any, group;               ///< bsdf: all lobes
     int group_index;
     float total() const { return bsdf + cone + any + group; }
   };
 
-  Densities densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi, const std::array<float, kMaxMixtureLobes>& pdf_lobes, float pdf_light,
-                      bool mis, float known_pmf = -1.0f) const;
+  Densities densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi,
+                      const std::array<float, kMaxMixtureLobes>& pdf_lobes, float pdf_light, bool mis,
+                      float known_pmf = -1.0f) const;
   void add_found(const Densities& d, Color f, bool power, bool from_bsdf, Draw& draw) const;
-  void draw_light(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out, uint64_t& rays) const;
-  void draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power, Draw& out, uint64_t& rays) const;
+  void draw_light(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power,
+                  Draw& out, uint64_t& rays) const;
+  void draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power,
+                      Draw& out, uint64_t& rays) const;
 
   const Scene& scene_;
   LightGroups groups_;
@@ -100,8 +107,8 @@ class LightMixture {
 };
 
 template <class Visit>
-void LightMixture::for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler, bool power, uint64_t& rays,
-                                  Visit&& visit) const {
+void LightMixture::for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler,
+                                 bool power, uint64_t& rays, Visit&& visit) const {
   int counts[kMaxComponents];
   const uint32_t base = kBranchDimension + kStreamStride * uint32_t(stream);
   sampler.set_dimension(base);

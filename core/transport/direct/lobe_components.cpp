@@ -9,16 +9,17 @@ namespace ajar {
 
 namespace {
 
-// Ratio of widths. Diffuse and glossy lobes of Blender's roughness 0.5 (widths 1 and 0.25) kept apart had 0.7 to 1.7 times the variance of the two together,
-// median 1.0; with 0.2 it was 0.05 to 0.5 times (a point below a large and a small lamp, all methods).
+// Ratio of widths. Diffuse and glossy lobes of Blender's roughness 0.5 (widths 1 and 0.25) kept apart had 0.7 to 1.7
+// times the variance of the two together, median 1.0; with 0.2 it was 0.05 to 0.5 times (a point below a large and a
+// small lamp, all methods).
 constexpr float kAlikeWidths = 4.0f;
-constexpr float kAlikeNormals = 0.98f;   // cosine between them
+constexpr float kAlikeNormals = 0.98f;  // cosine between them
 
 enum Side : uint8_t { kSameSide = 1, kOtherSide = 2 };
 
 /// How a lobe is sampled: to which sides, around which normal, how widely.
 struct Shape {
-  float width = 1.0f;                  // as a microfacet lobe's alpha; diffuse lobes have 1
+  float width = 1.0f;  // as a microfacet lobe's alpha; diffuse lobes have 1
   uint8_t sides = kSameSide;
   Vec3 normal{0.0f};
 };
@@ -32,14 +33,16 @@ Shape shape_of(const Lobe& lobe) {
     case LobeKind::Translucent: shape.sides = kOtherSide; break;
     default: break;
   }
-  const bool microfacet = lobe.kind == LobeKind::MicrofacetReflection || lobe.kind == LobeKind::MicrofacetRefraction || lobe.kind == LobeKind::MicrofacetGlass;
+  const bool microfacet = lobe.kind == LobeKind::MicrofacetReflection || lobe.kind == LobeKind::MicrofacetRefraction ||
+                          lobe.kind == LobeKind::MicrofacetGlass;
   if (microfacet) shape.width = std::min(1.0f, std::sqrt(lobe.alpha_x * lobe.alpha_y));
   if (lobe.kind == LobeKind::ToonGlossy) shape.width = std::min(1.0f, 0.5f * (lobe.alpha_x + lobe.alpha_y));
   return shape;
 }
 
 bool alike(const Shape& a, const Shape& b) {
-  return a.sides == b.sides && glm::dot(a.normal, b.normal) > kAlikeNormals && std::max(a.width, b.width) <= kAlikeWidths * std::min(a.width, b.width);
+  return a.sides == b.sides && glm::dot(a.normal, b.normal) > kAlikeNormals &&
+         std::max(a.width, b.width) <= kAlikeWidths * std::min(a.width, b.width);
 }
 
 }  // namespace
@@ -79,7 +82,8 @@ LobeComponents::LobeComponents(const Bsdf& bsdf, Vec3 wo, bool apart) {
   if (count == 0 || (count == 1 && !any_delta)) return;
 
   std::array<int, kMax> order{0, 1, 2};
-  std::stable_sort(order.begin(), order.begin() + count, [&](int a, int b) { return shapes[size_t(a)].width > shapes[size_t(b)].width; });
+  std::stable_sort(order.begin(), order.begin() + count,
+                   [&](int a, int b) { return shapes[size_t(a)].width > shapes[size_t(b)].width; });
   count_ = count;
   for (int k = 0; k < count; ++k) {
     const int part = order[size_t(k)];
@@ -87,8 +91,11 @@ LobeComponents::LobeComponents(const Bsdf& bsdf, Vec3 wo, bool apart) {
     storage_[size_t(k)].assign_lobes(bsdf, [&, i = 0](const Lobe&) mutable { return part_of[size_t(i++)] == part; });
     storage_[size_t(k)].prepare(wo);
     parts_[size_t(k)] = &storage_[size_t(k)];
-    prior_[size_t(k)] = 0.5f / float(count) + (sum > 0.0f ? 0.5f * probability[size_t(part)] / sum : 0.5f / float(count));
-    if (count > 1) signature_ = hash_combine(signature_, uint32_t(std::lround(2.0f * std::log2(std::max(shape.width, 1e-6f))) + 64) * 4u + shape.sides);
+    prior_[size_t(k)] = 0.5f / float(count) +
+                        (sum > 0.0f ? 0.5f * probability[size_t(part)] / sum : 0.5f / float(count));
+    if (count > 1)
+      signature_ = hash_combine(
+          signature_, uint32_t(std::lround(2.0f * std::log2(std::max(shape.width, 1e-6f))) + 64) * 4u + shape.sides);
   }
 }
 

@@ -1,7 +1,7 @@
 // A surface's lobes in two parts: rough ones, on which photons are stored and light is gathered, and sharp ones, which
 // are followed ray by ray. Every scattering event is of exactly one part, f = f_rough + f_sharp, so the classes of
-// paths that maps, gather and direct light answer for (L S+ D, L (S|D)* D D, ...) neither overlap nor leave gaps, also on
-// surfaces that have both parts. Straight-through transparency counts as sharp; its samples say kTransparent.
+// paths that maps, gather and direct light answer for (L S+ D, L (S|D)* D D, ...) neither overlap nor leave gaps, also
+// on surfaces that have both parts. Straight-through transparency counts as sharp; its samples say kTransparent.
 #pragma once
 
 #include "shading/bsdf/bsdf.h"
@@ -58,7 +58,7 @@ class LobeSplit {
   }
   LobeSplit(const LobeSplit&) = delete;
 
-  const Bsdf* rough() const { return rough_; }   ///< null when there is none
+  const Bsdf* rough() const { return rough_; }  ///< null when there is none
   const Bsdf* sharp() const { return sharp_; }
 
  private:

@@ -1,10 +1,11 @@
 // Direct light where there are media: at points that scatter, and at surfaces seen through them.
 //
-// One sample of one light, by the power heuristic against the phase function (or the BSDF), dimmed by all that lies on the way
-// [Veach 1997, section 9.2; Fong et al. 2017]. Where nothing varies along a stretch, its light is estimated whether the path scatters there or not, at a
-// distance of its own: by transmittance or towards the light, so that lamps near the ray do no harm [Kulla and Fajardo 2012,
-// "Importance Sampling Techniques for Path Tracing in Participating Media"]. Else it is estimated where the path scatters.
-// `State` is a path's: media, counters, random numbers, stack.
+// One sample of one light, by the power heuristic against the phase function (or the BSDF), dimmed by all that lies on
+// the way [Veach 1997, section 9.2; Fong et al. 2017]. Where nothing varies along a stretch, its light is estimated
+// whether the path scatters there or not, at a distance of its own: by transmittance or towards the light, so that
+// lamps near the ray do no harm [Kulla and Fajardo 2012, "Importance Sampling Techniques for Path Tracing in
+// Participating Media"]. Else it is estimated where the path scatters. `State` is a path's: media, counters, random
+// numbers, stack.
 #pragma once
 
 #include "transport/direct/direct_light.h"
@@ -19,7 +20,8 @@ struct MediaDirectContext : DirectLightContext {
   State& state;
   const Hit& hit;
 
-  MediaDirectContext(const DirectLightContext& context, State& s, const Hit& h) : DirectLightContext(context), state(s), hit(h) {}
+  MediaDirectContext(const DirectLightContext& context, State& s, const Hit& h)
+      : DirectLightContext(context), state(s), hit(h) {}
 
   Color transmittance(const Ray& ray) const {
     MediaStack stack = state.stack;
@@ -35,10 +37,12 @@ struct MediaDirectContext : DirectLightContext {
   }
 };
 
-/// Of the light that reaches `place` by a choice made for `chosen_from`, what is scattered from `direction` (of travel) to there.
+/// Of the light that reaches `place` by a choice made for `chosen_from`, what is scattered from `direction` (of travel)
+/// to there.
 template <class State>
-Color light_scattered(const Scene& scene, State& state, const LightSet::Choice& choice, LightFlags light, Vec3 place, Vec3 direction, float time,
-                      const ShadingPoint& path, const PhaseFunction& phase, Vec2 u, uint64_t& rays) {
+Color light_scattered(const Scene& scene, State& state, const LightSet::Choice& choice, LightFlags light, Vec3 place,
+                      Vec3 direction, float time, const ShadingPoint& path, const PhaseFunction& phase, Vec2 u,
+                      uint64_t& rays) {
   const auto sample = scene.lights().sample_li(choice.light, place, u, time);
   if (!sample || is_black(sample->radiance)) return Color(0.0f);
   const float cosine = glm::dot(direction, sample->wi);
@@ -49,18 +53,22 @@ Color light_scattered(const Scene& scene, State& state, const LightSet::Choice& 
     shadow.origin = place;
     shadow.direction = sample->wi;
     shadow.time = time;
-    contribution *= state.media.transmittance_to_light(end_before(shadow, *sample), state.stack, path, state.rng, state.counters);
+    contribution *= state.media.transmittance_to_light(end_before(shadow, *sample), state.stack, path, state.rng,
+                                                       state.counters);
   }
-  if (!sample->delta && light.mis && !light.partial()) contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, phase.pdf_solid_angle(cosine));
+  if (!sample->delta && light.mis && !light.partial())
+    contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, phase.pdf_solid_angle(cosine));
   return contribution;
 }
 
 /// Weight of light that the phase function's sample found at `place`, where lights were chosen for `chosen_from`.
-inline float weight_of_hit_in_medium(const Scene& scene, float phase_pdf, Vec3 chosen_from, Vec3 place, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) {
+inline float weight_of_hit_in_medium(const Scene& scene, float phase_pdf, Vec3 chosen_from, Vec3 place, uint32_t light,
+                                     Vec3 wi, Vec3 position, Vec3 normal) {
   const LightSet& lights = scene.lights();
   if (lights.any_partial() && lights.flags(light).partial()) return 0.0f;
   const float distance = is_finite(position) ? glm::length(position - place) : kInfinity;
-  return power_heuristic(phase_pdf, lights.choice_pmf(chosen_from, Vec3(0.0f), light) * lights.pdf_li(light, place, wi, distance, normal));
+  return power_heuristic(
+      phase_pdf, lights.choice_pmf(chosen_from, Vec3(0.0f), light) * lights.pdf_li(light, place, wi, distance, normal));
 }
 
 /// Dimensions from `first` on that each of the following takes. Both tell which light it was.
@@ -68,8 +76,9 @@ constexpr uint32_t kMediumLightDimensions = 6;
 
 /// At a place where the path scatters.
 template <class State>
-Color estimate_direct_at(const Scene& scene, State& state, Vec3 place, const Ray& ray, const ShadingPoint& path, const PhaseFunction& phase, Sampler& sampler,
-                         uint32_t first, uint32_t& sampled_light, uint64_t& rays) {
+Color estimate_direct_at(const Scene& scene, State& state, Vec3 place, const Ray& ray, const ShadingPoint& path,
+                         const PhaseFunction& phase, Sampler& sampler, uint32_t first, uint32_t& sampled_light,
+                         uint64_t& rays) {
   sampler.set_dimension(first);
   const Vec2 u = sampler.get_2d();
   const LightSet::Choice choice = scene.lights().choose(place, Vec3(0.0f), sampler.get_1d());
@@ -80,11 +89,13 @@ Color estimate_direct_at(const Scene& scene, State& state, Vec3 place, const Ray
   return light_scattered(scene, state, choice, light, place, ray.direction, ray.time, path, phase, u, rays);
 }
 
-/// Along the whole of a stretch of one medium, beginning with `beta`. The light is chosen for a place that is drawn by transmittance, and found again
-/// at a distance drawn by transmittance or by the angle at the light, as one mixture. A path's own scattering competes given that place.
+/// Along the whole of a stretch of one medium, beginning with `beta`. The light is chosen for a place that is drawn by
+/// transmittance, and found again at a distance drawn by transmittance or by the angle at the light, as one mixture. A
+/// path's own scattering competes given that place.
 template <class State>
-Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& along, const MediumPoint& medium, const PhaseFunction& phase, Color beta,
-                            Sampler& sampler, uint32_t first, Vec3& chosen_from, uint32_t& sampled_light, uint64_t& rays) {
+Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& along, const MediumPoint& medium,
+                            const PhaseFunction& phase, Color beta, Sampler& sampler, uint32_t first, Vec3& chosen_from,
+                            uint32_t& sampled_light, uint64_t& rays) {
   const Ray& ray = along.ray;
   const float length = along.t_end - ray.t_min;
   Color lost(0.0f), probability(0.0f);
@@ -100,7 +111,7 @@ Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& al
   const auto distance_of = [&](float u) {
     int channel = 0;
     while (channel < 2 && u >= probability[channel]) u -= probability[channel++];
-    if (!(probability[channel] > 0.0f)) channel = likeliest;   // rounding
+    if (!(probability[channel] > 0.0f)) channel = likeliest;  // rounding
     u = std::min(u / probability[channel], kOneMinusEpsilon);
     return std::min(-std::log(1.0f - u * lost[channel]) / medium.extinction[channel], length);
   };
@@ -125,18 +136,23 @@ Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& al
     if (apart > 0.0f && angles > 0.0f) share = 0.5f;
   }
   float u_distance = sampler.get_1d(), distance;
-  if (u_distance < share) distance = std::clamp(nearest + apart * std::tan(angle_begin + angles * (u_distance / share)) - ray.t_min, 0.0f, length);
-  else distance = distance_of(std::min((u_distance - share) / (1.0f - share), kOneMinusEpsilon));
+  if (u_distance < share)
+    distance = std::clamp(nearest + apart * std::tan(angle_begin + angles * (u_distance / share)) - ray.t_min, 0.0f,
+                          length);
+  else
+    distance = distance_of(std::min((u_distance - share) / (1.0f - share), kOneMinusEpsilon));
   if (!(distance < kInfinity)) return Color(0.0f);
   const Color reaching = transmittance_of(medium.extinction, distance);
   float pdf = 0.0f;
-  for (int c = 0; c < 3; ++c) pdf += probability[c] > 0.0f ? probability[c] * medium.extinction[c] * reaching[c] / lost[c] : 0.0f;
+  for (int c = 0; c < 3; ++c)
+    pdf += probability[c] > 0.0f ? probability[c] * medium.extinction[c] * reaching[c] / lost[c] : 0.0f;
   pdf *= 1.0f - share;
   if (share > 0.0f) pdf += share * apart / (angles * (apart * apart + sqr(ray.t_min + distance - nearest)));
   const Color weight = beta * medium.scattering * reaching / pdf;
   if (!(max_component(glm::abs(weight)) > 0.0f) || !is_finite(weight)) return Color(0.0f);
   const Vec3 place = ray.origin + (ray.t_min + distance) * ray.direction;
-  return weight * light_scattered(scene, state, choice, light, place, ray.direction, ray.time, along.path, phase, u, rays);
+  return weight *
+         light_scattered(scene, state, choice, light, place, ray.direction, ray.time, along.path, phase, u, rays);
 }
 
 }  // namespace ajar

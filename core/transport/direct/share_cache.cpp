@@ -34,11 +34,13 @@ ShareCache ShareCache::copied(int halvings) const {
   other.past_ = past_;
   if (m_ == 0) return other;
   other.sums_.reset(new std::atomic<uint64_t>[sums]);
-  for (size_t i = 0; i < sums; ++i) other.sums_[i].store(sums_[i].load(std::memory_order_relaxed) >> halvings, std::memory_order_relaxed);
+  for (size_t i = 0; i < sums; ++i)
+    other.sums_[i].store(sums_[i].load(std::memory_order_relaxed) >> halvings, std::memory_order_relaxed);
   return other;
 }
 
-void ShareCache::shares(uint32_t cell, std::span<const float> prior, std::span<const float> floors, std::span<float> shares) const {
+void ShareCache::shares(uint32_t cell, std::span<const float> prior, std::span<const float> floors,
+                        std::span<float> shares) const {
   const float* const past = past_.data() + size_t(cell) * size_t(m_ + 1);
   const float prior_weight = past[m_];
   if (!(prior_weight > 0.0f)) {
@@ -66,20 +68,24 @@ void ShareCache::add_square(uint32_t cell, float y_squared) const {
 
 void ShareCache::add_moment(uint32_t cell, int component, float moment) const {
   if (!(moment > 0.0f)) return;
-  sums_[size_t(cell) * size_t(m_ + 2) + 2 + size_t(component)].fetch_add(fixed_point(moment), std::memory_order_relaxed);
+  sums_[size_t(cell) * size_t(m_ + 2) + 2 + size_t(component)].fetch_add(fixed_point(moment),
+                                                                         std::memory_order_relaxed);
 }
 
 void ShareCache::publish() {
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, size_t(mask_) + 1, 1024), [&](const tbb::blocked_range<size_t>& range) {
-    for (size_t cell = range.begin(); cell != range.end(); ++cell) {
-      const std::atomic<uint64_t>* const sums = sums_.get() + cell * size_t(m_ + 2);
-      const double samples = double(sums[0].load(std::memory_order_relaxed)), squares = double(sums[1].load(std::memory_order_relaxed));
-      if (!(squares > 0.0)) continue;
-      float* const past = past_.data() + cell * size_t(m_ + 1);
-      for (int k = 0; k < m_; ++k) past[k] = float(double(sums[2 + k].load(std::memory_order_relaxed)) / squares);
-      past[m_] = float(double(prior_count_) / samples);
-    }
-  });
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, size_t(mask_) + 1, 1024),
+                    [&](const tbb::blocked_range<size_t>& range) {
+                      for (size_t cell = range.begin(); cell != range.end(); ++cell) {
+                        const std::atomic<uint64_t>* const sums = sums_.get() + cell * size_t(m_ + 2);
+                        const double samples = double(sums[0].load(std::memory_order_relaxed)),
+                                     squares = double(sums[1].load(std::memory_order_relaxed));
+                        if (!(squares > 0.0)) continue;
+                        float* const past = past_.data() + cell * size_t(m_ + 1);
+                        for (int k = 0; k < m_; ++k)
+                          past[k] = float(double(sums[2 + k].load(std::memory_order_relaxed)) / squares);
+                        past[m_] = float(double(prior_count_) / samples);
+                      }
+                    });
 }
 
 uint64_t cell_key(Vec3 position, float size, Vec3 normal, uint32_t material) {
@@ -87,7 +93,8 @@ uint64_t cell_key(Vec3 position, float size, Vec3 normal, uint32_t material) {
   const Vec3 p = position / size;
   uint64_t key = hash64(rounded(p.x) | (rounded(p.y) << 24) | (uint64_t(material) << 48));
   // Cells of different size never mean the same place.
-  key = hash64(key ^ rounded(p.z) ^ (uint64_t(std::lround(std::log2(size)) + 128) << 24) ^ (uint64_t(material >> 16) << 32));
+  key = hash64(key ^ rounded(p.z) ^ (uint64_t(std::lround(std::log2(size)) + 128) << 24) ^
+               (uint64_t(material >> 16) << 32));
   const Vec3 n = glm::round(1.5f * normal) + 2.0f;
   return hash64(key ^ (uint64_t(n.x) | (uint64_t(n.y) << 3) | (uint64_t(n.z) << 6)));
 }

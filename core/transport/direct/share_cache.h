@@ -1,13 +1,14 @@
 // Mixture shares learned per place and carried from iteration to iteration: PMC-HI beyond a single estimate.
 //
-// A cell is a small cube of space, a rounded normal and a material (a rounded direction of view as well where surfaces gloss). Its
-// shares follow the second moments of what the components brought:
+// A cell is a small cube of space, a rounded normal and a material (a rounded direction of view as well where surfaces
+// gloss). Its shares follow the second moments of what the components brought:
 //   alpha_k proportional to sqrt(sum_i alpha_k rho_k(x_i) y_i^2),  rho_k = alpha_k p_k / p
-// For components that do not overlap this is the optimum alpha_k ~ sqrt(E[(f/p_k)^2]) whatever shares the samples were drawn with,
-// so all the past counts; where they overlap the fixed point is that of minimum variance (all E[y^2 p_k/p] equal), a damped
-// form of the population Monte Carlo update for variance [Douc et al. 2007]. A prior of a few pseudo-samples shrinks young cells.
-// Cells are slots of a table without a tag: two places that meet in a slot share their statistics, which costs
-// efficiency, never truth. Sums are integers, so any order of threads gives the same ones. Between calls of `publish` the shares stand still.
+// For components that do not overlap this is the optimum alpha_k ~ sqrt(E[(f/p_k)^2]) whatever shares the samples were
+// drawn with, so all the past counts; where they overlap the fixed point is that of minimum variance (all E[y^2 p_k/p]
+// equal), a damped form of the population Monte Carlo update for variance [Douc et al. 2007]. A prior of a few
+// pseudo-samples shrinks young cells. Cells are slots of a table without a tag: two places that meet in a slot share
+// their statistics, which costs efficiency, never truth. Sums are integers, so any order of threads gives the same
+// ones. Between calls of `publish` the shares stand still.
 #pragma once
 
 #include <atomic>
@@ -30,9 +31,11 @@ class ShareCache {
 
   int components() const { return m_; }
   uint32_t cell(uint64_t key) const { return uint32_t(key) & mask_; }
-  /// Shares of a cell for this iteration, none below its floor; the prior where nothing is known. Components whose prior is 0
-  /// do not exist here. Prior and floors are the caller's, who knows what there is to share at this very point.
-  void shares(uint32_t cell, std::span<const float> prior, std::span<const float> floors, std::span<float> shares) const;
+  /// Shares of a cell for this iteration, none below its floor; the prior where nothing is known. Components whose
+  /// prior is 0 do not exist here. Prior and floors are the caller's, who knows what there is to share at this very
+  /// point.
+  void shares(uint32_t cell, std::span<const float> prior, std::span<const float> floors,
+              std::span<float> shares) const;
   bool learned(uint32_t cell) const { return past_[size_t(cell) * size_t(m_ + 1) + size_t(m_)] > 0.0f; }
 
   /// A sample was drawn; it brought y^2; of which alpha_k rho_k y^2 for component k. Any thread, any time.

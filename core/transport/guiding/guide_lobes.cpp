@@ -37,8 +37,8 @@ void GuideDistribution::move_to(Vec3 center) {
   center_ = center;
 }
 
-/// Means far from each other and from what the BSDF covers: each is the sample with the greatest weight times squared chord to the nearest
-/// mean so far (as k-means++ would draw them, but without a draw).
+/// Means far from each other and from what the BSDF covers: each is the sample with the greatest weight times squared
+/// chord to the nearest mean so far (as k-means++ would draw them, but without a draw).
 void GuideDistribution::start(Vec3 center, std::span<const GuideSample* const> samples) {
   center_ = center;
   std::memset(&past_, 0, sizeof past_);
@@ -49,7 +49,8 @@ void GuideDistribution::start(Vec3 center, std::span<const GuideSample* const> s
   float nearest[2 * kMaxInspected];
   size_t looked = 0;
   double sum = 0.0;
-  for (size_t i = 0; i < samples.size() && looked < 2 * kMaxInspected; i += stride) sum += double(samples[i]->weight), nearest[looked++] = 4.0f;
+  for (size_t i = 0; i < samples.size() && looked < 2 * kMaxInspected; i += stride)
+    sum += double(samples[i]->weight), nearest[looked++] = 4.0f;
   const float most = 4.0f * float(sum / double(std::max<size_t>(1, looked)));
   for (int k = 0; k < kCount; ++k) {
     size_t best = 0;
@@ -59,7 +60,8 @@ void GuideDistribution::start(Vec3 center, std::span<const GuideSample* const> s
       if (score > best_score) best_score = score, best = i;
     }
     const Vec3 mean = looked > 0 ? samples[best * stride]->wi : Vec3(0, 0, 1);
-    for (size_t i = 0; i < looked; ++i) nearest[i] = std::min(nearest[i], length_squared(samples[i * stride]->wi - mean));
+    for (size_t i = 0; i < looked; ++i)
+      nearest[i] = std::min(nearest[i], length_squared(samples[i * stride]->wi - mean));
     lobes_.x[k] = mean.x;
     lobes_.y[k] = mean.y;
     lobes_.z[k] = mean.z;
@@ -71,7 +73,8 @@ void GuideDistribution::start(Vec3 center, std::span<const GuideSample* const> s
 }
 
 /// The E step: each component's share in each sample.
-void GuideDistribution::accumulate(std::span<const GuideSample* const> samples, float unit, float most, Sums& sums) const {
+void GuideDistribution::accumulate(std::span<const GuideSample* const> samples, float unit, float most,
+                                   Sums& sums) const {
   std::memset(&sums, 0, sizeof sums);
   for (const GuideSample* const s : samples) {
     const float w = std::min(s->weight * unit, most);
@@ -112,7 +115,8 @@ void GuideDistribution::maximize(const Sums& sums) {
       lobes_.x[k] = sum.x / length;
       lobes_.y[k] = sum.y / length;
       lobes_.z[k] = sum.z / length;
-      const float kappa = std::min(von_mises_fisher::kappa_of_mean_length(length / (sums.weight[k] + kWidthPrior)), kSharpestKappa);
+      const float kappa = std::min(von_mises_fisher::kappa_of_mean_length(length / (sums.weight[k] + kWidthPrior)),
+                                   kSharpestKappa);
       lobes_.half_kappa[k] = 0.5f * kappa;
       inverse_distance_[k] = sums.inverse_distance[k] / sums.weight[k];
     }
@@ -129,11 +133,13 @@ void GuideDistribution::fit(std::span<const GuideSample* const> samples, float p
   for (const GuideSample* const s : samples) sum += double(s->weight);
   if (!(sum > 0.0) || !std::isfinite(sum)) return;
   // No sample may outweigh the others: one that is so lucky says more about the luck than about the place.
-  const float n = float(samples.size()), unit = float(double(n) / sum), most = std::max(1.0f, kMaxWeight * std::sqrt(n));
+  const float n = float(samples.size()), unit = float(double(n) / sum),
+              most = std::max(1.0f, kMaxWeight * std::sqrt(n));
   Sums sums;
   for (int i = 0; i < iterations; ++i) {
     accumulate(samples, unit, most, sums);
-    for (size_t j = 0; j < sizeof(Sums) / sizeof(float); ++j) reinterpret_cast<float*>(&sums)[j] += past_share * reinterpret_cast<const float*>(&past_)[j];
+    for (size_t j = 0; j < sizeof(Sums) / sizeof(float); ++j)
+      reinterpret_cast<float*>(&sums)[j] += past_share * reinterpret_cast<const float*>(&past_)[j];
     maximize(sums);
   }
   past_ = sums;
@@ -142,7 +148,8 @@ void GuideDistribution::fit(std::span<const GuideSample* const> samples, float p
 Vec3 GuideDistribution::sample(const GuideLobes& aimed, float u_lobe, Vec2 u) const {
   int k = 0;
   while (k + 1 < kCount && u_lobe >= weight_[k]) u_lobe -= weight_[k++];
-  return Frame(Vec3(aimed.x[k], aimed.y[k], aimed.z[k])).to_world(von_mises_fisher::square_to_lobe(u, 2.0f * aimed.half_kappa[k]));
+  return Frame(Vec3(aimed.x[k], aimed.y[k], aimed.z[k]))
+      .to_world(von_mises_fisher::square_to_lobe(u, 2.0f * aimed.half_kappa[k]));
 }
 
 }  // namespace ajar

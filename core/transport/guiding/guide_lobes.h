@@ -1,9 +1,11 @@
-// A learned density over directions at one place: eight von Mises-Fisher lobes, to be mixed with the BSDF's own density.
+// A learned density over directions at one place: eight von Mises-Fisher lobes, to be mixed with the BSDF's own
+// density.
 //
 // Fitted by population Monte Carlo for mixtures (M-PMC, Cappé et al. 2008): samples drawn from anything, with weights
-// w = f / p, pull each lobe by the share it has in them; the BSDF is one more component, whose shape is fixed and known at each sample. So
-// lobes go where the BSDF leaves light behind, and the BSDF's share falls as far as they cover it (never below a floor).
-// Each lobe remembers how far away its light comes from and is turned accordingly where the density is used (Ruppert et al. 2020).
+// w = f / p, pull each lobe by the share it has in them; the BSDF is one more component, whose shape is fixed and known
+// at each sample. So lobes go where the BSDF leaves light behind, and the BSDF's share falls as far as they cover it
+// (never below a floor). Each lobe remembers how far away its light comes from and is turned accordingly where the
+// density is used (Ruppert et al. 2020).
 #pragma once
 
 #include <array>
@@ -17,22 +19,23 @@ namespace ajar {
 enum class GuideKind : uint8_t { Diffuse, Rough, Glossy };
 constexpr int kGuideKinds = 3;
 
-/// Light that came to a place from direction wi. Only such as brought any; what the density does not know does not count.
+/// Light that came to a place from direction wi. Only such as brought any; what the density does not know does not
+/// count.
 struct GuideSample {
   Vec3 position, normal, wi;
-  float inverse_distance;   ///< of what sent it
-  float weight;             ///< luminance of f_cos L / pdf
-  float pdf_bsdf;           ///< of wi, without delta lobes
+  float inverse_distance;  ///< of what sent it
+  float weight;            ///< luminance of f_cos L / pdf
+  float pdf_bsdf;          ///< of wi, without delta lobes
   GuideKind kind;
-  uint32_t pixel = 0, index = 0;   ///< of the path that found it
+  uint32_t pixel = 0, index = 0;  ///< of the path that found it
 };
 
 /// Ready to be evaluated: kept by cells, and once more by the vertex that has turned the lobes towards itself.
 struct alignas(32) GuideLobes {
   static constexpr int kCount = 8;
-  float x[kCount], y[kCount], z[kCount];   ///< unit means
+  float x[kCount], y[kCount], z[kCount];  ///< unit means
   float half_kappa[kCount];
-  float peak[kCount];                      ///< weight times the lobe's density at its mean
+  float peak[kCount];  ///< weight times the lobe's density at its mean
 };
 
 inline float pdf_solid_angle(const GuideLobes& lobes, Vec3 w);
@@ -97,7 +100,8 @@ inline float pdf_solid_angle(const GuideLobes& lobes, Vec3 w) {
 inline void GuideDistribution::aim(Vec3 p, GuideLobes& out) const {
   const Vec3 d = center_ - p;
   for (int k = 0; k < kCount; ++k) {
-    const float x = lobes_.x[k] + d.x * inverse_distance_[k], y = lobes_.y[k] + d.y * inverse_distance_[k], z = lobes_.z[k] + d.z * inverse_distance_[k];
+    const float x = lobes_.x[k] + d.x * inverse_distance_[k], y = lobes_.y[k] + d.y * inverse_distance_[k],
+                z = lobes_.z[k] + d.z * inverse_distance_[k];
     const float scale = 1.0f / std::sqrt(std::max(x * x + y * y + z * z, 1e-12f));
     out.x[k] = x * scale;
     out.y[k] = y * scale;

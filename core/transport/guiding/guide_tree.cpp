@@ -41,7 +41,8 @@ void GuideTree::divide(uint32_t leaf, const GuideSample** begin, const GuideSamp
     }
     if (variance[normal_axis] > double(kNormalVariance)) axis = normal_axis;
     const float split = float(mean[axis] + double(coordinate(origin, axis)));
-    const GuideSample** const middle = std::stable_partition(begin, end, [&](const GuideSample* s) { return coordinate(*s, axis) < split; });
+    const GuideSample** const middle = std::stable_partition(
+        begin, end, [&](const GuideSample* s) { return coordinate(*s, axis) < split; });
     if (middle != begin && middle != end) {
       const uint32_t child = uint32_t(nodes_.size());
       nodes_.resize(nodes_.size() + 2);
@@ -76,7 +77,8 @@ void GuideTree::learn(const std::vector<GuideSample>& samples, float past_share)
   tbb::parallel_for(tbb::blocked_range<size_t>(0, samples.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) {
       uint32_t node = 0;
-      while (nodes_[node].axis >= 0) node = nodes_[node].child + (coordinate(samples[i], nodes_[node].axis) >= nodes_[node].split ? 1 : 0);
+      while (nodes_[node].axis >= 0)
+        node = nodes_[node].child + (coordinate(samples[i], nodes_[node].axis) >= nodes_[node].split ? 1 : 0);
       leaf_of[i] = node;
     }
   });
@@ -91,7 +93,8 @@ void GuideTree::learn(const std::vector<GuideSample>& samples, float past_share)
   tasks_.clear();
   const size_t leaves = nodes_.size();
   for (size_t leaf = 0; leaf < leaves; ++leaf) {
-    if (nodes_[leaf].axis < 0) divide(uint32_t(leaf), ordered.data() + end_of[leaf], ordered.data() + end_of[leaf + 1], 0);
+    if (nodes_[leaf].axis < 0)
+      divide(uint32_t(leaf), ordered.data() + end_of[leaf], ordered.data() + end_of[leaf + 1], 0);
   }
   tbb::parallel_for(size_t(0), tasks_.size(), [&](size_t i) {
     const Task& task = tasks_[i];
@@ -100,8 +103,10 @@ void GuideTree::learn(const std::vector<GuideSample>& samples, float past_share)
     Vec3 center(0.0f);
     for (const GuideSample* s : own) center += (s->position - own[0]->position) / float(own.size());
     center += own[0]->position;
-    if (task.fresh) cell.distribution.start(center, own);
-    else cell.distribution.move_to(center);
+    if (task.fresh)
+      cell.distribution.start(center, own);
+    else
+      cell.distribution.move_to(center);
     cell.distribution.fit(own, task.fresh ? 0.0f : cell.past_share, task.fresh ? kFirstIterations : kIterations);
   });
   tasks_.clear();

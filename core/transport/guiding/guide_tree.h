@@ -1,8 +1,9 @@
 // Where which learned density holds: a binary tree over positions and normals, refined where samples are many.
 //
-// A cell is a box in space and in normals, so that it holds places that see alike: what is learned there may contain the cosine.
-// Cells are divided at the mean of their samples, across normals while these differ much, else across the widest axis of space.
-// Learning happens between iterations, from samples in a fixed order, each cell by itself: any number of threads, the same tree.
+// A cell is a box in space and in normals, so that it holds places that see alike: what is learned there may contain
+// the cosine. Cells are divided at the mean of their samples, across normals while these differ much, else across the
+// widest axis of space. Learning happens between iterations, from samples in a fixed order, each cell by itself: any
+// number of threads, the same tree.
 #pragma once
 
 #include <vector>
@@ -32,8 +33,8 @@ class GuideTree {
  private:
   struct Node {
     float split = 0.0f;
-    int32_t axis = -1;        ///< 0 to 2: position, 3 to 5: normal; -1: a leaf
-    uint32_t child = 0;       ///< the first of two; of a leaf: its cell + 1, 0 for none
+    int32_t axis = -1;   ///< 0 to 2: position, 3 to 5: normal; -1: a leaf
+    uint32_t child = 0;  ///< the first of two; of a leaf: its cell + 1, 0 for none
   };
   struct Cell {
     GuideDistribution distribution;

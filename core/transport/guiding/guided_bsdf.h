@@ -1,16 +1,18 @@
-// The path tracer's directional kernel where a guide is known: a mixture of the BSDF and the guide, one density over directions.
+// The path tracer's directional kernel where a guide is known: a mixture of the BSDF and the guide, one density over
+// directions.
 //
 //   pdf(wi) = (1 - c) p_bsdf(wi) + c (1 - q) p_guide(wi)
-// q is the probability of a delta lobe, which the guide leaves alone; p_bsdf has the mass 1 - q. The share c is the cell's, less where lobes are
-// too sharp to be helped, and times the trust that the path has in the guide:
+// q is the probability of a delta lobe, which the guide leaves alone; p_bsdf has the mass 1 - q. The share c is the
+// cell's, less where lobes are too sharp to be helped, and times the trust that the path has in the guide:
 //
-// Whole paths are a mixture as well. With the probability e_0 a path would be drawn by the BSDF alone at all its vertices, and the probability that
-// this is such a path, given the directions so far, follows by Bayes: e_k+1 = e_k p_bsdf / pdf. Drawing every direction with c (1 - e_k) is the same
-// mixture without the choice at the start. So no path has less than e_0 times the density that plain path tracing gives it; shares
-// at single vertices alone would bound it by their product only, and rare bright paths of many vertices would weigh that much more.
+// Whole paths are a mixture as well. With the probability e_0 a path would be drawn by the BSDF alone at all its
+// vertices, and the probability that this is such a path, given the directions so far, follows by Bayes: e_k+1 = e_k
+// p_bsdf / pdf. Drawing every direction with c (1 - e_k) is the same mixture without the choice at the start. So no
+// path has less than e_0 times the density that plain path tracing gives it; shares at single vertices alone would
+// bound it by their product only, and rare bright paths of many vertices would weigh that much more.
 //
-// Which kind of bounce a direction is counted as is drawn from the lobes' shares in p_bsdf, as the BSDF's own sampling does, so limits of
-// bounces mean the same with and without.
+// Which kind of bounce a direction is counted as is drawn from the lobes' shares in p_bsdf, as the BSDF's own sampling
+// does, so limits of bounces mean the same with and without.
 #pragma once
 
 #include <bit>
@@ -46,7 +48,9 @@ class GuidedBsdf {
   bool guided() const { return share_ > 0.0f; }
 
   float pdf_solid_angle(float pdf_bsdf, Vec3 wi) const {
-    return share_ > 0.0f ? (1.0f - share_) * pdf_bsdf + share_ * (1.0f - delta_probability_) * ajar::pdf_solid_angle(lobes_, wi) : pdf_bsdf;
+    return share_ > 0.0f
+               ? (1.0f - share_) * pdf_bsdf + share_ * (1.0f - delta_probability_) * ajar::pdf_solid_angle(lobes_, wi)
+               : pdf_bsdf;
   }
 
   /// `pdf_bsdf` becomes the BSDF's part of the density, for learning; 0 for delta lobes.
@@ -82,8 +86,8 @@ class GuidedBsdf {
         delta_probability_ += lobe.selection;
         continue;
       }
-      const bool diffuse = lobe.kind == LobeKind::Diffuse || lobe.kind == LobeKind::PrincipledDiffuse || lobe.kind == LobeKind::Sheen ||
-                           lobe.kind == LobeKind::MicrofiberSheen;
+      const bool diffuse = lobe.kind == LobeKind::Diffuse || lobe.kind == LobeKind::PrincipledDiffuse ||
+                           lobe.kind == LobeKind::Sheen || lobe.kind == LobeKind::MicrofiberSheen;
       if (diffuse) continue;
       all_diffuse_ = false;
       if (lobe.kind != LobeKind::Translucent && std::max(lobe.alpha_x, lobe.alpha_y) < kSharpAlpha) {

@@ -30,7 +30,11 @@ constexpr double kCostOfGuide = 1.25;
 }  // namespace
 
 PathGuide::PathGuide(Mode mode, int width, int height, int tile, const Past* past)
-    : measures_(mode == Mode::Auto && !(past && past->age < kMaxAge)), width_(width), pixels_(width * height), tile_(tile), columns_((width + tile - 1) / tile),
+    : measures_(mode == Mode::Auto && !(past && past->age < kMaxAge)),
+      width_(width),
+      pixels_(width * height),
+      tile_(tile),
+      columns_((width + tile - 1) / tile),
       tile_samples_(size_t(columns_) * size_t((height + tile - 1) / tile)) {
   if (!past) return;
   starts_warm_ = past->tree.cell_count() > 0;
@@ -73,7 +77,7 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
       return wanted;
     }
     const bool first = done < kMeasured, second = (done >= kFirstMeasurement && done < kFirstMeasurement + kMeasured) ||
-                                                   (done >= kSecondMeasurement && done < kSecondMeasurement + kMeasured);
+                                                  (done >= kSecondMeasurement && done < kSecondMeasurement + kMeasured);
     phase_ = first ? 0 : (second ? 1 : -1);
     if (done == 0 || done == kFirstMeasurement || done == kSecondMeasurement) {
       moments_[size_t(phase_)].assign(size_t(pixels_), {});
@@ -82,7 +86,8 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
   }
   // Up to where something is learned or measured next.
   int samples = learning_ ? std::min(wanted, int(std::max(std::bit_ceil(done + 1), first_training_) - done)) : wanted;
-  if (measures_ && done < kSecondMeasurement + kMeasured) samples = std::min(samples, int((done / kMeasured + 1) * kMeasured - done));
+  if (measures_ && done < kSecondMeasurement + kMeasured)
+    samples = std::min(samples, int((done / kMeasured + 1) * kMeasured - done));
   if (learning_) {
     const uint64_t iteration = uint64_t(pixels_) * (done < first_training_ ? first_training_ : std::bit_floor(done));
     const double share = std::min(double(kEnoughPaths), kMaxVertices / vertices_per_path_) / double(iteration);
@@ -94,20 +99,25 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
 
 uint64_t PathGuide::estimated_bytes(uint64_t pixels, uint64_t samples) {
   // Twelve vertices of a path are many; the last iteration that is learned from has half of the samples so far.
-  const double paths = double(pixels) * double(std::clamp<uint64_t>(samples / 2, 1, kLearnedSamples / 2)), vertices = std::min(kMaxVertices, 12.0 * paths);
+  const double paths = double(pixels) * double(std::clamp<uint64_t>(samples / 2, 1, kLearnedSamples / 2)),
+               vertices = std::min(kMaxVertices, 12.0 * paths);
   const double cells = vertices / 100.0;
-  return uint64_t(vertices * double(3 * sizeof(GuideSample) + GuideTree::kBytesPerSample) + 2.0 * cells * double(GuideTree::kBytesPerCell) +
-                  double(pixels) * 2.0 * double(sizeof(Moments)));
+  return uint64_t(vertices * double(3 * sizeof(GuideSample) + GuideTree::kBytesPerSample) +
+                  2.0 * cells * double(GuideTree::kBytesPerCell) + double(pixels) * 2.0 * double(sizeof(Moments)));
 }
 
-bool PathGuide::records(uint32_t pixel, uint32_t index) const { return keep_ == ~0u || hash_combine(pixel, index) <= keep_; }
+bool PathGuide::records(uint32_t pixel, uint32_t index) const {
+  return keep_ == ~0u || hash_combine(pixel, index) <= keep_;
+}
 
 void PathGuide::learn(float past_share) {
-  // Tiles in their order, whichever thread rendered them, and paths in theirs, however the clock cut the iteration into pieces.
+  // Tiles in their order, whichever thread rendered them, and paths in theirs, however the clock cut the iteration into
+  // pieces.
   tbb::parallel_for(size_t(0), tile_samples_.size(), [&](size_t tile) {
-    std::stable_sort(tile_samples_[tile].begin(), tile_samples_[tile].end(), [](const GuideSample& a, const GuideSample& b) {
-      return a.pixel != b.pixel ? a.pixel < b.pixel : a.index < b.index;
-    });
+    std::stable_sort(tile_samples_[tile].begin(), tile_samples_[tile].end(),
+                     [](const GuideSample& a, const GuideSample& b) {
+                       return a.pixel != b.pixel ? a.pixel < b.pixel : a.index < b.index;
+                     });
   });
   size_t count = 0;
   for (const std::vector<GuideSample>& tile : tile_samples_) count += tile.size();
@@ -120,13 +130,15 @@ void PathGuide::learn(float past_share) {
   tree_.learn(samples, past_share);
   size_t written = 0;
   for (const std::vector<GuideSample>& tile : tile_samples_) written += tile.capacity();
-  max_bytes_ = std::max(max_bytes_, (written + count) * sizeof(GuideSample) + count * GuideTree::kBytesPerSample + tree_.memory_bytes() +
-                                          (moments_[0].size() + moments_[1].size()) * sizeof(Moments));
+  max_bytes_ = std::max(max_bytes_, (written + count) * sizeof(GuideSample) + count * GuideTree::kBytesPerSample +
+                                        tree_.memory_bytes() +
+                                        (moments_[0].size() + moments_[1].size()) * sizeof(Moments));
   const double recorded = double(paths_) * (keep_ == ~0u ? 1.0 : double(keep_) / double(~0u));
   vertices_per_path_ = std::clamp(double(count) / std::max(1.0, recorded), 0.5, 24.0);
 }
 
-/// Weighted mean over blocks of the logarithm of the ratio of their variances; a block's weight is its relative variance by both.
+/// Weighted mean over blocks of the logarithm of the ratio of their variances; a block's weight is its relative
+/// variance by both.
 double PathGuide::gain(uint64_t rays_guided) const {
   constexpr int kBlock = 16;
   const double n = double(kMeasured);
@@ -149,7 +161,8 @@ double PathGuide::gain(uint64_t rays_guided) const {
   double sum = 0.0, weights = 0.0;
   for (const Block& b : blocks) {
     if (!(b.variance[0] > 0.0 && b.variance[1] > 0.0)) continue;
-    const double weight = std::sqrt(b.variance[0] * b.variance[1]) / (b.mean * b.mean / b.pixels + 0.01 * b.pixels) * b.pixels;
+    const double weight = std::sqrt(b.variance[0] * b.variance[1]) / (b.mean * b.mean / b.pixels + 0.01 * b.pixels) *
+                          b.pixels;
     sum += weight * std::log(b.variance[0] / b.variance[1]);
     weights += weight;
   }

@@ -12,15 +12,16 @@ namespace ajar {
 
 namespace {
 
-/// Walks that set out along hints, over the part of the light that did: what hints hold is found easily once it is looked for, the rest is not.
+/// Walks that set out along hints, over the part of the light that did: what hints hold is found easily once it is
+/// looked for, the rest is not.
 constexpr double kFollowed = 0.3;
-constexpr double kMinShare = 0.01;          // of a hint: what brings less is not followed
+constexpr double kMinShare = 0.01;  // of a hint: what brings less is not followed
 /// Samples that try hints: one for eight pixels, within these bounds.
 constexpr double kMinSamples = 512, kMaxSamples = 2048;
 constexpr uint32_t kBatch = 64;
-constexpr uint32_t kStream = 0x61696d00u;     // shares no numbers with pilots, seeds and chains
-constexpr double kLargestSample = 32.0;       // of the mean: rare bright samples say little about shares
-constexpr double kUsefulLight = 0.3;          // of the image, at which mutations by hints have their usual share
+constexpr uint32_t kStream = 0x61696d00u;  // shares no numbers with pilots, seeds and chains
+constexpr double kLargestSample = 32.0;    // of the mean: rare bright samples say little about shares
+constexpr double kUsefulLight = 0.3;       // of the image, at which mutations by hints have their usual share
 constexpr float kMinUse = 0.05f;
 
 }  // namespace
@@ -35,7 +36,8 @@ void FollowedHints::clear() {
   rays_ = 0;
 }
 
-void FollowedHints::begin(std::shared_ptr<const AttachedHints> attached, PathSpace& space, uint32_t seed, const std::atomic<bool>& stop) {
+void FollowedHints::begin(std::shared_ptr<const AttachedHints> attached, PathSpace& space, uint32_t seed,
+                          const std::atomic<bool>& stop) {
   clear();
   attached_ = std::move(attached);
   if (hints().empty()) return;
@@ -46,11 +48,12 @@ void FollowedHints::begin(std::shared_ptr<const AttachedHints> attached, PathSpa
   space.guide = guide();
 }
 
-/// What one sample tells, by one of its paths, chosen by energy: the parts of each component in the density with which a walk from the light would take it.
+/// What one sample tells, by one of its paths, chosen by energy: the parts of each component in the density with which
+/// a walk from the light would take it.
 struct FollowedHints::Trial {
   double energy = 0.0, left_out = 0.0;
-  std::vector<double> starts, whole;          // of each hint; whole: 1 shared among those that could have proposed the path
-  std::vector<double> bounces;                // -1: the path is not there
+  std::vector<double> starts, whole;  // of each hint; whole: 1 shared among those that could have proposed the path
+  std::vector<double> bounces;        // -1: the path is not there
 };
 
 FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Sampler& sampler) const {
@@ -67,10 +70,12 @@ FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Samp
   const PathVertex& light = path.vertices[0];
   if (!light.distant && path.light.pdf_by_power > 0.0f) {
     // In units of the place's probability by power.
-    const double all = double(path.light.pdf_direction) * double(path.light.pdf_origin) / double(path.light.pdf_by_power);
+    const double all = double(path.light.pdf_direction) * double(path.light.pdf_origin) /
+                       double(path.light.pdf_by_power);
     const LightType type = lights.flags(uint32_t(light.light)).type;
     for (size_t k = 0; k < hints().size(); ++k)
-      trial.starts[k] = guide_.probability_of_place(k, uint32_t(light.light), type, light.point.ng) * double(Hints::pdf_solid_angle(hints()[k], 0, light.position(), path.to_eye(0))) / all;
+      trial.starts[k] = guide_.probability_of_place(k, uint32_t(light.light), type, light.point.ng) *
+                        double(Hints::pdf_solid_angle(hints()[k], 0, light.position(), path.to_eye(0))) / all;
   }
   trial.bounces.assign(guide_.bounces_.size(), -1.0);
   for (int j = 1; j + 1 < path.count - 1; ++j) {
@@ -81,7 +86,8 @@ FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Samp
     for (size_t b = 0; b < guide_.bounces_.size(); ++b) {
       const HintGuide::Bounce& bounce = guide_.bounces_[b];
       if (length_squared(at - bounce.position) > bounce.radius2) continue;
-      const double pdf = bounce.share * factor * double(Hints::pdf_solid_angle(hints()[bounce.hint], bounce.vertex, at, path.to_eye(j)));
+      const double pdf = bounce.share * factor *
+                         double(Hints::pdf_solid_angle(hints()[bounce.hint], bounce.vertex, at, path.to_eye(j)));
       trial.bounces[b] = pdf / double(path.scattering[size_t(j)].pdf_walk_to_eye);
     }
   }
@@ -92,16 +98,19 @@ void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atom
   const auto samples = uint32_t(std::clamp(space.film_area() / 8.0, kMinSamples, kMaxSamples));
   std::vector<Trial> trials(samples);
   std::atomic<uint64_t> rays{0};
-  tbb::parallel_for(tbb::blocked_range<uint32_t>(0, samples, kBatch), [&](const tbb::blocked_range<uint32_t>& range) {
-    PathSeeds seeds(space);
-    const auto path = std::make_unique<Path>();
-    Sampler sampler(Sampler::Kind::Independent, hash_combine(seed, kStream));
-    for (uint32_t i = range.begin(); i != range.end() && !stop.load(std::memory_order_relaxed); ++i) {
-      sampler.start(i, 0);
-      trials[i] = try_hints(seeds, *path, sampler);
-    }
-    rays.fetch_add(seeds.rays(), std::memory_order_relaxed);
-  }, tbb::simple_partitioner());
+  tbb::parallel_for(
+      tbb::blocked_range<uint32_t>(0, samples, kBatch),
+      [&](const tbb::blocked_range<uint32_t>& range) {
+        PathSeeds seeds(space);
+        const auto path = std::make_unique<Path>();
+        Sampler sampler(Sampler::Kind::Independent, hash_combine(seed, kStream));
+        for (uint32_t i = range.begin(); i != range.end() && !stop.load(std::memory_order_relaxed); ++i) {
+          sampler.start(i, 0);
+          trials[i] = try_hints(seeds, *path, sampler);
+        }
+        rays.fetch_add(seeds.rays(), std::memory_order_relaxed);
+      },
+      tbb::simple_partitioner());
   rays_ = rays;
   light_.assign(hints().size(), 0.0);
   proposed_.assign(hints().size(), 0);
@@ -110,7 +119,7 @@ void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atom
 
   double all = 0.0, left_out = 0.0, counted = 0.0, whole = 0.0;
   for (const Trial& trial : trials) all += trial.energy, left_out += trial.left_out;
-  if (!(all > 0.0)) return;                   // nothing known, nothing changed
+  if (!(all > 0.0)) return;  // nothing known, nothing changed
   std::vector<double> starts(hints().size(), 0.0), bounces(guide_.bounces_.size(), 0.0), reached = bounces;
   for (const Trial& trial : trials) {
     if (!(trial.energy > 0.0)) continue;
@@ -135,8 +144,10 @@ void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atom
     guide_.starts_[k] = starts[k] < kMinShare * counted ? 0.0 : kFollowed * starts[k] / counted;
     guide_.start_share_ += guide_.starts_[k];
   }
-  for (size_t b = 0; b < bounces.size(); ++b) guide_.bounces_[b].share = reached[b] > 0.0 ? bounces[b] / reached[b] : 0.0;
-  std::erase_if(guide_.bounces_, [&](const HintGuide::Bounce& b) { return b.share < kMinShare || !(guide_.starts_[b.hint] > 0.0); });
+  for (size_t b = 0; b < bounces.size(); ++b)
+    guide_.bounces_[b].share = reached[b] > 0.0 ? bounces[b] / reached[b] : 0.0;
+  std::erase_if(guide_.bounces_,
+                [&](const HintGuide::Bounce& b) { return b.share < kMinShare || !(guide_.starts_[b.hint] > 0.0); });
 }
 
 std::vector<HintStatistics> FollowedHints::statistics() const {

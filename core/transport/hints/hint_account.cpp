@@ -17,7 +17,8 @@ void HintAccount::add(const HintAccount& other) {
   add_proposals(other.proposals_);
 }
 
-std::vector<HintStatistics> HintAccount::statistics(const std::vector<HintReport>& reports, double per_weight, double other_light) const {
+std::vector<HintStatistics> HintAccount::statistics(const std::vector<HintReport>& reports, double per_weight,
+                                                    double other_light) const {
   const double light = light_ * per_weight + other_light;
   std::vector<HintStatistics> all;
   size_t hint = 0;  // the reports are in the hints' order, with those not attached in between

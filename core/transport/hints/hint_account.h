@@ -1,9 +1,9 @@
-// What hints have brought to chains or populations: how often they proposed and were followed, and the light of paths that they could have made.
-// Accounts add up, so every chain or thread may keep its own.
+// What hints have brought to chains or populations: how often they proposed and were followed, and the light of paths
+// that they could have made. Accounts add up, so every chain or thread may keep its own.
 #pragma once
 
-#include "transport/hints/hints.h"
 #include "transport/hints/hint_shares.h"
+#include "transport/hints/hints.h"
 
 namespace ajar {
 
@@ -25,9 +25,10 @@ class HintAccount {
   }
   void add_proposals(const std::vector<HintCounts>& counts);
   void add(const HintAccount& other);
-  /// Of all hints, attached (and then counted here in the same order) or not. Light is `per_weight` times the weights of states, beside `other_light`
-  /// in the image.
-  std::vector<HintStatistics> statistics(const std::vector<HintReport>& reports, double per_weight, double other_light) const;
+  /// Of all hints, attached (and then counted here in the same order) or not. Light is `per_weight` times the weights
+  /// of states, beside `other_light` in the image.
+  std::vector<HintStatistics> statistics(const std::vector<HintReport>& reports, double per_weight,
+                                         double other_light) const;
 
  private:
   double light_ = 0.0;

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-
 namespace ajar {
 
 namespace {
 
-constexpr double kFirstShare = 0.5;           // of walks that follow hints before anything is known
-constexpr double kMaxShare = 0.75;           // some walks stay free, wherever cones meet
-constexpr float kSteepest = 1.7f;             // slope of a cone's side, at most, for the reach of a bounce
+constexpr double kFirstShare = 0.5;  // of walks that follow hints before anything is known
+constexpr double kMaxShare = 0.75;   // some walks stay free, wherever cones meet
+constexpr float kSteepest = 1.7f;    // slope of a cone's side, at most, for the reach of a bounce
 
 float slope_of(float one_minus_cos) {
   const float cosine = 1.0f - one_minus_cos, sine = safe_sqrt(one_minus_cos * (2.0f - one_minus_cos));
@@ -23,11 +22,12 @@ HintGuide::HintGuide(const Hints& hints) : hints_(&hints) {
   for (uint32_t k = 0; k < hints.size(); ++k) {
     const Hints::Hint& hint = hints[k];
     starts_.push_back(kFirstShare * hint.share);
-    float way = 0.0f, slope = 0.0f;           // since the last rough vertex
+    float way = 0.0f, slope = 0.0f;  // since the last rough vertex
     for (uint32_t j = 1; j + 1 < hint.vertices.size(); ++j) {
       if (!hint.vertices[j - 1].specular) way = 0.0f, slope = slope_of(hint.one_minus_cos[j - 1]);
       way += glm::length(hint.vertices[j].position - hint.vertices[j - 1].position);
-      if (!hint.vertices[j].specular) bounces_.push_back({k, j, hint.vertices[j].position, sqr(way * slope), kFirstShare});
+      if (!hint.vertices[j].specular)
+        bounces_.push_back({k, j, hint.vertices[j].position, sqr(way * slope), kFirstShare});
     }
   }
   start_share_ = starts_.empty() ? 0.0 : kFirstShare;
@@ -59,7 +59,8 @@ double HintGuide::probability_of_place(size_t k, uint32_t light, LightType type,
   return starts_[k] / hint.light_probabilities.back() * Hints::pdf_position(hint, type, normal);
 }
 
-void HintGuide::mix(const LightSet& lights, uint32_t light, Vec3 position, Vec3 normal, Vec3 direction, LightEnd& end) const {
+void HintGuide::mix(const LightSet& lights, uint32_t light, Vec3 position, Vec3 normal, Vec3 direction,
+                    LightEnd& end) const {
   if (!(lights.power_pmf(light) > 0.0f)) return;
   const LightType type = lights.flags(light).type;
   const double free = 1.0 - start_share_;
@@ -109,7 +110,8 @@ float HintGuide::pdf_at(Vec3 position, Vec3 direction) const {
   double factor, sum = 0.0;
   if (!(shares_at(position, factor) > 0.0)) return 0.0f;
   for (const Bounce& b : bounces_)
-    if (length_squared(position - b.position) <= b.radius2) sum += b.share * double(Hints::pdf_solid_angle((*hints_)[b.hint], b.vertex, position, direction));
+    if (length_squared(position - b.position) <= b.radius2)
+      sum += b.share * double(Hints::pdf_solid_angle((*hints_)[b.hint], b.vertex, position, direction));
   return float(sum * factor);
 }
 

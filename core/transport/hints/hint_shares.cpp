@@ -12,7 +12,8 @@ double pdf_of_hint(const LightSet& lights, const Hints::Hint& hint, const Path& 
     points[size_t(i)] = {path.vertices[size_t(i)].position(), specular, specular && path.transmits(i)};
   }
   const PathVertex& light = path.vertices[0];
-  double pdf = Hints::pdf(hint, uint32_t(light.light), lights.flags(uint32_t(light.light)).type, light.point.ng, {points.data(), size_t(end)});
+  double pdf = Hints::pdf(hint, uint32_t(light.light), lights.flags(uint32_t(light.light)).type, light.point.ng,
+                          {points.data(), size_t(end)});
   if (!(pdf > 0.0)) return 0.0;
   pdf *= path.light.pdf_by_power;
   for (int i = 1; i < end; ++i) {
@@ -22,7 +23,8 @@ double pdf_of_hint(const LightSet& lights, const Hints::Hint& hint, const Path& 
   return pdf;
 }
 
-void add_hint_shares(const LightSet& lights, const Hints& hints, const Path& path, double weight, std::vector<double>& sums) {
+void add_hint_shares(const LightSet& lights, const Hints& hints, const Path& path, double weight,
+                     std::vector<double>& sums) {
   const int ends[2] = {first_joinable_from_eye(path), path.count - 1};
   std::array<uint32_t, 16> able;
   size_t count = 0;

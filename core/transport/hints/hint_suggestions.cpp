@@ -10,18 +10,18 @@ namespace ajar {
 
 namespace {
 
-constexpr int kBlock = 256;                   // samples of one unit of work
-constexpr size_t kMaxPoints = 5;             // a light and four surfaces; further bounces spread anyway
-constexpr size_t kChosen = 600;               // paths that are compared with each other
-constexpr double kBound = 0.98;               // quantile that bounds f/p
-constexpr double kHard = 4.0;                 // second moment of path tracing over the squared mean: below it does well
-constexpr float kNear = 0.12f;                // of the scene's radius: vertices that near are the same place
+constexpr int kBlock = 256;       // samples of one unit of work
+constexpr size_t kMaxPoints = 5;  // a light and four surfaces; further bounces spread anyway
+constexpr size_t kChosen = 600;   // paths that are compared with each other
+constexpr double kBound = 0.98;   // quantile that bounds f/p
+constexpr double kHard = 4.0;     // second moment of path tracing over the squared mean: below it does well
+constexpr float kNear = 0.12f;    // of the scene's radius: vertices that near are the same place
 constexpr double kMinShare = 0.02;
 
 struct Candidate {
   std::vector<Vec3> points;
-  uint32_t bounces = 0;                       // a bit for each specular one
-  double energy = 0.0, difficulty = 0.0;      // difficulty: f / p
+  uint32_t bounces = 0;                   // a bit for each specular one
+  double energy = 0.0, difficulty = 0.0;  // difficulty: f / p
 };
 
 /// Density with which the path tracer finds the path, per pixel^2 of the film.
@@ -64,7 +64,8 @@ std::vector<const Candidate*> choose(const std::vector<Candidate>& candidates, s
   double sum = 0.0;
   for (const Candidate& c : candidates) {
     sum += c.energy * c.difficulty;
-    while (chosen.size() < count && (double(chosen.size()) + offset) * total < sum * double(count)) chosen.push_back(&c);
+    while (chosen.size() < count && (double(chosen.size()) + offset) * total < sum * double(count))
+      chosen.push_back(&c);
   }
   return chosen;
 }
@@ -78,7 +79,8 @@ bool attaches(const Scene& scene, const HintSuggestion& suggestion) {
 
 }  // namespace
 
-std::vector<HintSuggestion> suggest_hints(const Scene& scene, int count, int samples, uint32_t seed, const std::atomic<bool>* stop) {
+std::vector<HintSuggestion> suggest_hints(const Scene& scene, int count, int samples, uint32_t seed,
+                                          const std::atomic<bool>* stop) {
   const auto& region = scene.settings().region;
   const PathSpace space(scene, region[0], region[1], region[2], region[3], true);
   struct Block {
@@ -136,7 +138,8 @@ std::vector<HintSuggestion> suggest_hints(const Scene& scene, int count, int sam
     const Candidate* best = nullptr;
     size_t most = 0;
     for (const Candidate* c : chosen) {
-      const size_t neighbours = size_t(std::count_if(chosen.begin(), chosen.end(), [&](auto* other) { return near(*c, *other, distance); }));
+      const size_t neighbours = size_t(
+          std::count_if(chosen.begin(), chosen.end(), [&](auto* other) { return near(*c, *other, distance); }));
       if (neighbours > most) most = neighbours, best = c;
     }
     const HintSuggestion suggestion{best->points, double(most) / double(all)};

@@ -12,9 +12,9 @@ namespace ajar {
 
 namespace {
 
-constexpr size_t kMaxPoints = 32;             // more bounces than that no path has
-constexpr float kBlockedShare = 0.75f;        // of the way to a point: what is hit earlier stands in the way
-constexpr float kNearShare = 0.35f;           // of the way to a point: a specular surface that near is what the point means
+constexpr size_t kMaxPoints = 32;       // more bounces than that no path has
+constexpr float kBlockedShare = 0.75f;  // of the way to a point: what is hit earlier stands in the way
+constexpr float kNearShare = 0.35f;     // of the way to a point: a specular surface that near is what the point means
 constexpr float kSmallestSpread = 1e-4f;
 
 /// Nearest point of a light that is somewhere.
@@ -31,14 +31,16 @@ std::optional<Vec3> nearest_on(const Light& light, Vec3 p) {
     case LightType::Rectangle:
     case LightType::Ellipse: {
       const Vec3 out = p - light.position;
-      Vec2 d(glm::dot(out, light.edge1) / length_squared(light.edge1), glm::dot(out, light.edge2) / length_squared(light.edge2));
+      Vec2 d(glm::dot(out, light.edge1) / length_squared(light.edge1),
+             glm::dot(out, light.edge2) / length_squared(light.edge2));
       d = light.type == LightType::Ellipse && glm::length(d) > 1.0f ? glm::normalize(d) : glm::clamp(d, -1.0f, 1.0f);
       return light.position + d.x * light.edge1 + d.y * light.edge2;
     }
     case LightType::Triangle: {
       // Barycentric coordinates of the projection, pushed into the triangle: exact inside, close enough beside.
       const Vec3 out = p - light.position;
-      const float a = glm::dot(light.edge1, light.edge1), b = glm::dot(light.edge1, light.edge2), c = glm::dot(light.edge2, light.edge2);
+      const float a = glm::dot(light.edge1, light.edge1), b = glm::dot(light.edge1, light.edge2),
+                  c = glm::dot(light.edge2, light.edge2);
       const float x = glm::dot(out, light.edge1), y = glm::dot(out, light.edge2), det = a * c - b * b;
       if (!(det > 0.0f)) return std::nullopt;
       Vec2 d = glm::max(Vec2((c * x - b * y) / det, (a * y - b * x) / det), 0.0f);
@@ -51,7 +53,8 @@ std::optional<Vec3> nearest_on(const Light& light, Vec3 p) {
 
 class Attacher {
  public:
-  Attacher(const Scene& scene, const HintDescription& description, HintReport& report) : scene_(scene), d_(description), report_(report) {}
+  Attacher(const Scene& scene, const HintDescription& description, HintReport& report)
+      : scene_(scene), d_(description), report_(report) {}
 
   std::optional<Hints::Hint> attach() {
     report_.attached = is_usable() && find_light() && follow();
@@ -67,7 +70,8 @@ class Attacher {
   bool is_usable() {
     if (d_.points.size() < 2) return fail("it needs at least two points, the first at a light");
     if (d_.points.size() > kMaxPoints)
-      return fail("it has " + std::to_string(d_.points.size()) + " points; no path has more than " + std::to_string(kMaxPoints));
+      return fail("it has " + std::to_string(d_.points.size()) + " points; no path has more than " +
+                  std::to_string(kMaxPoints));
     for (const Vec3& p : d_.points)
       if (!is_finite(p)) return fail("one of its points is not a number");
     if (!(d_.spread > 0.0f) || !std::isfinite(d_.weight)) return fail("its spread or weight is not usable");
@@ -93,7 +97,8 @@ class Attacher {
       if (hint_.light < source.first || hint_.light - source.first >= source.count) continue;
       hint_.first_light = source.first;
       double sum = 0.0;
-      for (uint32_t i = 0; i < source.count; ++i) hint_.light_probabilities.push_back(sum += double(lights.power_pmf(source.first + i)));
+      for (uint32_t i = 0; i < source.count; ++i)
+        hint_.light_probabilities.push_back(sum += double(lights.power_pmf(source.first + i)));
     }
     return !hint_.light_probabilities.empty() || fail("the light near its first point is dark");
   }
@@ -138,9 +143,11 @@ class Attacher {
         ray = scene_.spawn_ray(point, ray.direction);
         continue;
       }
-      const float way = glm::length(d_.points[next] - hint_.vertices.back().position), miss = glm::length(d_.points[next] - point.position);
+      const float way = glm::length(d_.points[next] - hint_.vertices.back().position),
+                  miss = glm::length(d_.points[next] - point.position);
       const bool rough = shading.bsdf.has_non_delta();
-      if (!rough && shading.bsdf.empty()) return stop(point.position, where + " '" + point.object->name + "' reflects nothing");
+      if (!rough && shading.bsdf.empty())
+        return stop(point.position, where + " '" + point.object->name + "' reflects nothing");
       // A ray that was aimed must get there; one that was bounced goes where it goes.
       if (!bounced && rough && hit.t < kBlockedShare * way && miss > kNearShare * way)
         return stop(point.position, where + " '" + point.object->name + "' is in the way");
@@ -156,11 +163,13 @@ class Attacher {
         continue;
       }
       if (next + 1 < d_.points.size() && miss <= kNearShare * std::max(way, hit.t)) ++next;
-      if (!bounce(point, shading.bsdf, d_.points[next], ray)) return stop(point.position, where + " '" + point.object->name + "' does not reflect towards its next point");
+      if (!bounce(point, shading.bsdf, d_.points[next], ray))
+        return stop(point.position, where + " '" + point.object->name + "' does not reflect towards its next point");
       hint_.one_minus_cos.push_back(0.0f);
       bounced = true;
     }
-    if (hint_.vertices.back().specular) return fail("its last point is on a mirror or on glass, where nothing can be joined to it");
+    if (hint_.vertices.back().specular)
+      return fail("its last point is on a mirror or on glass, where nothing can be joined to it");
     if (hint_.vertices.size() > kMaxPoints) return fail("it bounces without end");
     hint_.name = d_.name;
     hint_.axis = glm::normalize(hint_.vertices[1].position - hint_.vertices[0].position);
@@ -200,7 +209,8 @@ class Attacher {
 
 }  // namespace
 
-Hints Hints::attach(const Scene& scene, const std::vector<HintDescription>& descriptions, std::vector<HintReport>& reports) {
+Hints Hints::attach(const Scene& scene, const std::vector<HintDescription>& descriptions,
+                    std::vector<HintReport>& reports) {
   Hints hints;
   double total = 0.0;
   for (const HintDescription& description : descriptions) {
@@ -224,7 +234,8 @@ uint32_t Hints::choose(float u) const {
 }
 
 uint32_t Hints::choose_light(const Hint& hint, float u) {
-  const auto at = std::upper_bound(hint.light_probabilities.begin(), hint.light_probabilities.end() - 1, double(u) * hint.light_probabilities.back());
+  const auto at = std::upper_bound(hint.light_probabilities.begin(), hint.light_probabilities.end() - 1,
+                                   double(u) * hint.light_probabilities.back());
   return hint.first_light + uint32_t(at - hint.light_probabilities.begin());
 }
 
@@ -259,7 +270,8 @@ void Hints::sample_position(const Hint& hint, const Light& light, Vec2 u, Vec3& 
 }
 
 Vec3 Hints::sample_direction(const Hint& hint, size_t j, Vec3 position, Vec2 u) {
-  return Frame(glm::normalize(hint.vertices[j + 1].position - position)).to_world(warp::square_to_cone(u, hint.one_minus_cos[j]));
+  return Frame(glm::normalize(hint.vertices[j + 1].position - position))
+      .to_world(warp::square_to_cone(u, hint.one_minus_cos[j]));
 }
 
 float Hints::pdf_solid_angle(const Hint& hint, size_t j, Vec3 position, Vec3 direction) {
@@ -270,7 +282,9 @@ float Hints::pdf_solid_angle(const Hint& hint, size_t j, Vec3 position, Vec3 dir
 }
 
 double Hints::pdf(const Hint& hint, uint32_t light, LightType type, Vec3 normal, std::span<const PathPoint> path) {
-  if (light < hint.first_light || light - hint.first_light >= hint.light_probabilities.size() || hint.vertices.size() != path.size()) return 0.0;
+  if (light < hint.first_light || light - hint.first_light >= hint.light_probabilities.size() ||
+      hint.vertices.size() != path.size())
+    return 0.0;
   double density = pdf_position(hint, type, normal) / hint.light_probabilities.back();
   for (size_t j = 0; j + 1 < path.size(); ++j) {
     if (path[j].specular != hint.vertices[j].specular) return 0.0;
@@ -278,7 +292,8 @@ double Hints::pdf(const Hint& hint, uint32_t light, LightType type, Vec3 normal,
       if (path[j].transmitted != hint.vertices[j].transmitted) return 0.0;
       continue;
     }
-    density *= double(pdf_solid_angle(hint, j, path[j].position, glm::normalize(path[j + 1].position - path[j].position)));
+    density *= double(
+        pdf_solid_angle(hint, j, path[j].position, glm::normalize(path[j + 1].position - path[j].position)));
     if (density == 0.0) return 0.0;
   }
   return path.back().specular ? 0.0 : density;

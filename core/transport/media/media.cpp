@@ -9,12 +9,13 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMaxBounds = 1024;       ///< surfaces that only enclose volumes along one ray, as in Cycles
+constexpr int kMaxBounds = 1024;  ///< surfaces that only enclose volumes along one ray, as in Cycles
 constexpr int kSamplesPerCell = 16;
-constexpr float kLargestExtent = 1e18f;   ///< of a volume that varies
+constexpr float kLargestExtent = 1e18f;  ///< of a volume that varies
 constexpr uint64_t kMaxMajorants = 8 * 16 * 16 * 16;
-constexpr float kMargin = 1.1f, kMinShare = 0.02f, kLargest = 1e13f;   ///< of a majorant over what was seen; of the largest; per metre
-constexpr float kFaint = 0.05f;         ///< part of a weight below which roulette decides
+constexpr float kMargin = 1.1f, kMinShare = 0.02f,
+                kLargest = 1e13f;     ///< of a majorant over what was seen; of the largest; per metre
+constexpr float kFaint = 0.05f;       ///< part of a weight below which roulette decides
 constexpr float kMinChannel = 0.25f;  ///< probability of channels that do not scatter
 
 /// Of emission along a distance, dimmed by the medium it comes from.
@@ -24,9 +25,11 @@ Color emitted_along(const MediumPoint& medium, Color transmittance, float distan
     if (!(medium.emission[c] > 0.0f)) continue;
     const float depth = medium.extinction[c] * distance;
     // The quotient loses its digits where the medium is thin.
-    if (depth < 1e-3f) result[c] = medium.emission[c] * distance * (1.0f - 0.5f * depth);
-    else result[c] = medium.emission[c] * (1.0f - transmittance[c]) / medium.extinction[c];
-    if (!std::isfinite(result[c])) result[c] = 0.0f;   // an endless medium that only emits
+    if (depth < 1e-3f)
+      result[c] = medium.emission[c] * distance * (1.0f - 0.5f * depth);
+    else
+      result[c] = medium.emission[c] * (1.0f - transmittance[c]) / medium.extinction[c];
+    if (!std::isfinite(result[c])) result[c] = 0.0f;  // an endless medium that only emits
   }
   return result;
 }
@@ -80,7 +83,9 @@ void bounds_of(const BuiltMesh& mesh, const BuiltInstance& instance, Vec3& lower
   for (uint32_t key = 0; key < count; ++key) {
     const Mat4& m = instance.motion ? instance.motion[key] : instance.world_from_object;
     for (int corner = 0; corner < 8; ++corner)
-      grow(transform_point(m, Vec3(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z)), lower, upper);
+      grow(transform_point(m,
+                           Vec3(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z)),
+           lower, upper);
   }
 }
 
@@ -101,7 +106,9 @@ void MediaCounters::add(const MediaCounters& other) {
   too_deep += other.too_deep;
 }
 
-bool MediaStack::contains(uint32_t medium) const { return std::find(media_.begin(), media_.begin() + count_, medium) != media_.begin() + count_; }
+bool MediaStack::contains(uint32_t medium) const {
+  return std::find(media_.begin(), media_.begin() + count_, medium) != media_.begin() + count_;
+}
 
 bool MediaStack::enter(uint32_t medium) {
   if (contains(medium)) return true;
@@ -125,7 +132,7 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
   size_t varying = 0;
   for (uint32_t i = 0; i < scene.instances().size(); ++i) {
     const BuiltInstance& instance = scene.instances()[i];
-    if (scene.meshes()[instance.mesh].strands) continue;   // enclose nothing
+    if (scene.meshes()[instance.mesh].strands) continue;  // enclose nothing
     Vec3 lower(kInfinity), upper(-kInfinity);
     for (const uint32_t material : scene.materials_of(instance)) {
       const ShaderProgram& program = scene.programs()[material];
@@ -136,7 +143,8 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
         lower_ = glm::min(lower_, lower);
         upper_ = glm::max(upper_, upper);
       }
-      const bool known = std::any_of(media_.begin() + first_of_instance_[i], media_.end(), [&](const Medium& m) { return m.material == material; });
+      const bool known = std::any_of(media_.begin() + first_of_instance_[i], media_.end(),
+                                     [&](const Medium& m) { return m.material == material; });
       if (known) continue;
       // Beyond what rays reach nothing can be told apart, and lengths of cells would overflow.
       const bool varies = program.medium_varies() && max_component(upper - lower) < kLargestExtent;
@@ -169,7 +177,9 @@ void Media::find_majorants(Medium& medium, int cells_along) {
   const BuiltInstance& instance = scene_.instances()[medium.instance];
   tbb::parallel_for(size_t(0), seen.size(), [&](size_t index) {
     Pcg32 rng(index, 0x6d656469U);
-    const Vec3 corner = medium.lower + medium.size * Vec3(float(index % size_t(nx)), float(index / size_t(nx) % size_t(ny)), float(index / (size_t(nx) * size_t(ny))));
+    const Vec3 corner = medium.lower + medium.size * Vec3(float(index % size_t(nx)),
+                                                          float(index / size_t(nx) % size_t(ny)),
+                                                          float(index / (size_t(nx) * size_t(ny))));
     ShadingPoint path;
     MediaStack none;
     Ray ray;
@@ -195,7 +205,8 @@ void Media::find_majorants(Medium& medium, int cells_along) {
         float most = least;
         for (int w = std::max(z - 1, 0); w <= std::min(z + 1, nz - 1); ++w)
           for (int v = std::max(y - 1, 0); v <= std::min(y + 1, ny - 1); ++v)
-            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, nx - 1); ++u) most = std::max(most, std::min(kMargin * seen[size_t((w * ny + v) * nx + u)], kLargest));
+            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, nx - 1); ++u)
+              most = std::max(most, std::min(kMargin * seen[size_t((w * ny + v) * nx + u)], kLargest));
         majorants_.push_back(most);
       }
 }
@@ -206,19 +217,22 @@ float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float
   for (int axis = 0; axis < 3; ++axis) {
     const int count = medium.cells[size_t(axis)];
     const float d = direction[axis], place = (position[axis] - medium.lower[axis]) * medium.inverse_size[axis];
-    int border;   // the next one on the way
+    int border;  // the next one on the way
     if (!(place >= 0.0f && place < float(count))) {
       inside = false;
-      if (place < 0.0f ? !(d > 0.0f) : !(d < 0.0f)) return 0.0f;   // it never comes there
+      if (place < 0.0f ? !(d > 0.0f) : !(d < 0.0f)) return 0.0f;  // it never comes there
       border = place < 0.0f ? 0 : count;
     } else {
       cell[size_t(axis)] = std::min(int(place), count - 1);
       border = cell[size_t(axis)] + (d > 0.0f ? 1 : 0);
     }
     if (d == 0.0f) continue;
-    reach = std::min(reach, std::max((medium.lower[axis] + medium.size[axis] * float(border) - position[axis]) / d, 1e-3f * medium.size[axis]));
+    reach = std::min(reach, std::max((medium.lower[axis] + medium.size[axis] * float(border) - position[axis]) / d,
+                                     1e-3f * medium.size[axis]));
   }
-  return inside ? majorants_[medium.first_majorant + size_t((cell[2] * medium.cells[1] + cell[1]) * medium.cells[0] + cell[0])] : 0.0f;
+  return inside ? majorants_[medium.first_majorant +
+                             size_t((cell[2] * medium.cells[1] + cell[1]) * medium.cells[0] + cell[0])]
+                : 0.0f;
 }
 
 /// Media that vary end at their bounds, should a ray have missed their surface.
@@ -242,8 +256,10 @@ uint32_t Media::medium_of(const Hit& hit) const {
 void Media::cross(const Hit& hit, bool inwards, MediaStack& stack, MediaCounters& counters) const {
   const uint32_t medium = medium_of(hit);
   if (medium == kNone) return;
-  if (!inwards) stack.leave(medium);
-  else if (!stack.enter(medium)) ++counters.too_deep;
+  if (!inwards)
+    stack.leave(medium);
+  else if (!stack.enter(medium))
+    ++counters.too_deep;
 }
 
 void Media::leave_all(MediaStack& stack, MediaCounters& counters) const {
@@ -268,8 +284,10 @@ MediaStack Media::around(Vec3 position, float time, MediaCounters& counters) con
     if (!hit.found()) break;
     scene_.shading_point(ray, hit, point);
     if (const uint32_t medium = medium_of(hit); medium != kNone) {
-      if (!point.backfacing) entered.enter(medium);
-      else if (!entered.contains(medium) && !stack.enter(medium)) ++counters.too_deep;
+      if (!point.backfacing)
+        entered.enter(medium);
+      else if (!entered.contains(medium) && !stack.enter(medium))
+        ++counters.too_deep;
     }
     ray = scene_.straight_on(point, ray, hit.t);
   }
@@ -307,7 +325,8 @@ void Media::add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, 
   }
   const Color scattering = own.scattering * scale;
   point.extinction += own.extinction * scale - scattering;
-  for (int i = 0; i < own.lobe_count; ++i) point.add_scattering(own.lobes[size_t(i)].scattering * scale, own.lobes[size_t(i)].anisotropy);
+  for (int i = 0; i < own.lobe_count; ++i)
+    point.add_scattering(own.lobes[size_t(i)].scattering * scale, own.lobes[size_t(i)].anisotropy);
   point.emission += own.emission;
   point.refused += own.refused;
 }
@@ -327,7 +346,7 @@ bool Media::varies(const MediaStack& stack) const {
 template <class Collide>
 void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Collide&& collide) const {
   ShadingPoint inside = inside_of(along);
-  float constant = 0.0f;   // majorant of those that do not vary
+  float constant = 0.0f;  // majorant of those that do not vary
   for (int i = 0; i < along.stack.size(); ++i) {
     const Medium& medium = media_[along.stack[i]];
     if (medium.varies) continue;
@@ -343,7 +362,8 @@ void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Co
     const Vec3 position = along.ray.origin + t * along.ray.direction;
     float rate = constant, reach = along.t_end - t;
     for (int i = 0; i < along.stack.size(); ++i)
-      if (const Medium& medium = media_[along.stack[i]]; medium.varies) rate += majorant(medium, position, along.ray.direction, reach);
+      if (const Medium& medium = media_[along.stack[i]]; medium.varies)
+        rate += majorant(medium, position, along.ray.direction, reach);
     const float step = -std::log(1.0f - rng.next_float()) / rate;
     if (!(step < reach)) {
       // The next cell; an exponential distance has no memory.
@@ -368,7 +388,8 @@ bool Media::is_uniform(const MediaRay& along, MediumPoint& at, MediaCounters& co
   return true;
 }
 
-bool Media::scatter_uniform(const MediaRay& along, const MediumPoint& at, bool may_scatter, Vec2 u, Color& beta, Color& emitted, float& t) const {
+bool Media::scatter_uniform(const MediaRay& along, const MediumPoint& at, bool may_scatter, Vec2 u, Color& beta,
+                            Color& emitted, float& t) const {
   if (at.empty()) return false;
   const float length = along.t_end - along.ray.t_min;
   const Color through = transmittance_of(at.extinction, length);
@@ -398,8 +419,8 @@ bool Media::scatter_uniform(const MediaRay& along, const MediumPoint& at, bool m
   return true;
 }
 
-bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng, Color& beta, Color& emitted, float& t, MediumPoint& at,
-                            MediaCounters& counters) const {
+bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng, Color& beta, Color& emitted, float& t,
+                            MediumPoint& at, MediaCounters& counters) const {
   bool scattered = false;
   const float faint = kFaint * max_component(glm::abs(beta));
   track(along, rng, counters, [&](const MediumPoint& point, float rate, float place) {
@@ -430,7 +451,8 @@ bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng,
 
 Color Media::transmittance(const MediaRay& along, Pcg32& rng, MediaCounters& counters) const {
   if (along.stack.empty()) return Color(1.0f);
-  if (MediumPoint medium; is_uniform(along, medium, counters)) return transmittance_of(medium.extinction, along.t_end - along.ray.t_min);
+  if (MediumPoint medium; is_uniform(along, medium, counters))
+    return transmittance_of(medium.extinction, along.t_end - along.ray.t_min);
   Color through(1.0f);
   track(along, rng, counters, [&](const MediumPoint& point, float rate, float) {
     through *= (Color(rate) - point.extinction) / rate;
@@ -439,7 +461,8 @@ Color Media::transmittance(const MediaRay& along, Pcg32& rng, MediaCounters& cou
   return through;
 }
 
-Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoint& path, Pcg32& rng, MediaCounters& counters) const {
+Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoint& path, Pcg32& rng,
+                                    MediaCounters& counters) const {
   Color through(1.0f);
   ShadingPoint point;
   const int most = scene_.settings().bounces.transparent;
@@ -449,7 +472,8 @@ Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoin
     if (hit.found()) {
       const ShaderProgram& program = scene_.material(hit);
       const bool only_encloses = program.has_volume() && !program.has_surface();
-      if (only_encloses ? ++bounds > kMaxBounds : !program.may_be_transparent() || crossed++ >= most) return Color(0.0f);
+      if (only_encloses ? ++bounds > kMaxBounds : !program.may_be_transparent() || crossed++ >= most)
+        return Color(0.0f);
       scene_.shading_point(ray, hit, point);
       point.ray_kind = kRayShadow;
       if (!only_encloses) through *= program.evaluate_transparency(point);

@@ -25,7 +25,8 @@ class PhaseFunction {
   /// Fraction of what is scattered that goes there per solid angle; each colour has its own mixture.
   Color evaluate(float cosine) const {
     Color value(0.0f);
-    for (int i = 0; i < medium_.lobe_count; ++i) value += lobe(i).scattering * henyey_greenstein(cosine, lobe(i).anisotropy);
+    for (int i = 0; i < medium_.lobe_count; ++i)
+      value += lobe(i).scattering * henyey_greenstein(cosine, lobe(i).anisotropy);
     for (int c = 0; c < 3; ++c) value[c] = medium_.scattering[c] > 0.0f ? value[c] / medium_.scattering[c] : 0.0f;
     return value;
   }
@@ -36,8 +37,10 @@ class PhaseFunction {
   }
   Vec3 sample(Vec3 direction, float u_lobe, Vec2 u) const {
     int chosen = 0;
-    for (float left = u_lobe * sum_ - share(0); left >= 0.0f && chosen + 1 < medium_.lobe_count; left -= share(chosen)) ++chosen;
-    const float cosine = sample_henyey_greenstein(lobe(chosen).anisotropy, u.x), sine = safe_sqrt(1.0f - cosine * cosine);
+    for (float left = u_lobe * sum_ - share(0); left >= 0.0f && chosen + 1 < medium_.lobe_count; left -= share(chosen))
+      ++chosen;
+    const float cosine = sample_henyey_greenstein(lobe(chosen).anisotropy, u.x),
+                sine = safe_sqrt(1.0f - cosine * cosine);
     const float phi = 2.0f * kPi * u.y;
     return Frame(direction).to_world(Vec3(sine * std::cos(phi), sine * std::sin(phi), cosine));
   }

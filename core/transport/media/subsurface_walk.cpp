@@ -17,7 +17,8 @@ namespace {
 constexpr int kMaxSteps = 256;
 constexpr float kMinAlbedo = 0.2f, kNothingLeft = 1e-6f;
 /// Whoever it is hidden from, an object is there for light inside it.
-constexpr uint32_t kEveryKind = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow | kRayVolumeScatter;
+constexpr uint32_t kEveryKind = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow |
+                                kRayVolumeScatter;
 
 /// Coefficients of a polynomial in the anisotropy, the constant one first.
 using Polynomial = std::array<float, 8>;
@@ -42,22 +43,27 @@ struct ArcTangentTerm {
 };
 
 // The numbers of the fit that Blender uses.
-constexpr ArcTangentTerm kDark = {
-    {1.8260523782f, -1.28451056436f, -1.79904629312f, 9.19393289202f, -22.8215585862f, 32.0234874259f, -23.6264803333f, 7.21067002658f},
-    4.98511194385f,
-    0.127355959438f,
-    {0.0f, 31.1491581433f, -201.847017512f, 841.576016723f, -2018.09288505f, 2731.71560286f, -1935.41424244f, 559.009054474f},
-    {1.09686102424f, -0.394704063468f, 1.05258115941f, -8.83963712726f, 28.8643230661f, -46.8802913581f, 38.5402837518f, -12.7181042538f}};
-constexpr ArcTangentTerm kBright = {
-    {0.496310210422f, 0.360146581622f, -2.15139309747f, 17.8896899217f, -55.2984010333f, 82.065982243f, -58.5106008578f, 15.8478295021f},
-    4.23190299701f,
-    0.00310603949088f,
-    {0.0f, 76.7316253952f, -594.356773233f, 2448.8834203f, -5576.68528998f, 7116.60171912f, -4763.54467887f, 1303.5318055f},
-    {2.40602999408f, -2.51814844609f, 9.18494908356f, -79.2191708682f, 259.082868209f, -403.613804597f, 302.85712436f, -87.4370473567f}};
+constexpr ArcTangentTerm kDark = {{1.8260523782f, -1.28451056436f, -1.79904629312f, 9.19393289202f, -22.8215585862f,
+                                   32.0234874259f, -23.6264803333f, 7.21067002658f},
+                                  4.98511194385f,
+                                  0.127355959438f,
+                                  {0.0f, 31.1491581433f, -201.847017512f, 841.576016723f, -2018.09288505f,
+                                   2731.71560286f, -1935.41424244f, 559.009054474f},
+                                  {1.09686102424f, -0.394704063468f, 1.05258115941f, -8.83963712726f, 28.8643230661f,
+                                   -46.8802913581f, 38.5402837518f, -12.7181042538f}};
+constexpr ArcTangentTerm kBright = {{0.496310210422f, 0.360146581622f, -2.15139309747f, 17.8896899217f, -55.2984010333f,
+                                     82.065982243f, -58.5106008578f, 15.8478295021f},
+                                    4.23190299701f,
+                                    0.00310603949088f,
+                                    {0.0f, 76.7316253952f, -594.356773233f, 2448.8834203f, -5576.68528998f,
+                                     7116.60171912f, -4763.54467887f, 1303.5318055f},
+                                    {2.40602999408f, -2.51814844609f, 9.18494908356f, -79.2191708682f, 259.082868209f,
+                                     -403.613804597f, 302.85712436f, -87.4370473567f}};
 
-/// Albedo of single scattering that gives a half-space this albedo. The method is that of Chiang, Kutz and Burley 2016 ("Practical and Controllable Subsurface Scattering
-/// for Production Path Tracing"): half-spaces are simulated, and a curve is fitted to the inverse. This curve, of Kulla and Chiang, has a term for dark and a term for
-/// bright albedos, which are mixed by the fourth root of the albedo.
+/// Albedo of single scattering that gives a half-space this albedo. The method is that of Chiang, Kutz and Burley 2016
+/// ("Practical and Controllable Subsurface Scattering for Production Path Tracing"): half-spaces are simulated, and a
+/// curve is fitted to the inverse. This curve, of Kulla and Chiang, has a term for dark and a term for bright albedos,
+/// which are mixed by the fourth root of the albedo.
 float single_scattering_albedo(float albedo, float g) {
   return std::clamp(glm::mix(kDark.at(albedo, g), kBright.at(albedo, g), std::pow(albedo, 0.25f)), 0.0f, 0.999999f);
 }
@@ -95,8 +101,8 @@ WalkMedium walk_medium(const SubsurfaceMedium& medium) {
   return walk;
 }
 
-bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, const SubsurfaceMedium& medium, Pcg32& rng, ShadingPoint& point,
-                        Bsdf& bsdf, Color& weight, uint64_t& rays) {
+bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, const SubsurfaceMedium& medium, Pcg32& rng,
+                        ShadingPoint& point, Bsdf& bsdf, Color& weight, uint64_t& rays) {
   const WalkMedium inside = walk_medium(medium);
   Color carried = inside.factor;
   if (medium.fresnel) carried *= 1.0f - 0.5f * fresnel::schlick(saturate(glm::dot(normal, point.wo)));
@@ -135,7 +141,8 @@ bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, con
     carried *= inside.albedo * density / glm::dot(probability, density);
     if (!(max_component(carried) > kNothingLeft)) return false;
     ray.origin += ray.t_max * ray.direction;
-    const float cosine = sample_henyey_greenstein(medium.anisotropy, rng.next_float()), sine = safe_sqrt(1.0f - cosine * cosine);
+    const float cosine = sample_henyey_greenstein(medium.anisotropy, rng.next_float()),
+                sine = safe_sqrt(1.0f - cosine * cosine);
     const float phi = 2.0f * kPi * rng.next_float();
     ray.direction = Frame(ray.direction).to_world(Vec3(sine * std::cos(phi), sine * std::sin(phi), cosine));
   }

@@ -12,7 +12,8 @@ void CompactPath::pack(const Path& path) {
   vertices_.resize(size_t(path.count));
   for (size_t i = 0; i < vertices_.size(); ++i) {
     const PathVertex& v = path.vertices[i];
-    vertices_[i] = {v.kind, v.specular, v.distant, v.delta, v.light, v.pass, v.program, v.shading.emission, v.point, path.edges[i], path.scattering[i]};
+    vertices_[i] = {v.kind,    v.specular,         v.distant, v.delta,       v.light,           v.pass,
+                    v.program, v.shading.emission, v.point,   path.edges[i], path.scattering[i]};
   }
 }
 

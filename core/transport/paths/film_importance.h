@@ -1,5 +1,5 @@
-// How much an image profits from a path by where the path arrives: chains follow luminance times this, and it is divided out of
-// what they leave on the film [Veach 1997, section 11.3.2].
+// How much an image profits from a path by where the path arrives: chains follow luminance times this, and it is
+// divided out of what they leave on the film [Veach 1997, section 11.3.2].
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,11 @@ class FilmImportance {
   FilmImportance() = default;
   /// Values at the centres of cells, bilinear in between.
   FilmImportance(Vec2 film_min, Vec2 film_max, int columns, int rows, std::vector<float> values)
-      : columns_(columns), rows_(rows), origin_(film_min), per_cell_(Vec2(float(columns), float(rows)) / (film_max - film_min)), values_(std::move(values)) {}
+      : columns_(columns),
+        rows_(rows),
+        origin_(film_min),
+        per_cell_(Vec2(float(columns), float(rows)) / (film_max - film_min)),
+        values_(std::move(values)) {}
 
   float at(Vec2 film) const { return values_.empty() ? 1.0f : interpolate(film); }
 
@@ -28,7 +32,8 @@ class FilmImportance {
     const int x1 = std::min(x0 + 1, columns_ - 1), y1 = std::min(y0 + 1, rows_ - 1);
     const float s = x - float(x0), t = y - float(y0);
     const auto value = [&](int column, int row) { return values_[size_t(row) * size_t(columns_) + size_t(column)]; };
-    return (1.0f - t) * ((1.0f - s) * value(x0, y0) + s * value(x1, y0)) + t * ((1.0f - s) * value(x0, y1) + s * value(x1, y1));
+    return (1.0f - t) * ((1.0f - s) * value(x0, y0) + s * value(x1, y0)) +
+           t * ((1.0f - s) * value(x0, y1) + s * value(x1, y1));
   }
 
   int columns_ = 0, rows_ = 0;

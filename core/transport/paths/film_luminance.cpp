@@ -9,8 +9,13 @@ int cells(float pixels, int size, int most) { return std::clamp(int(std::ceil(pi
 }  // namespace
 
 FilmLuminance::FilmLuminance(Vec2 film_min, Vec2 film_max)
-    : min_(film_min), max_(film_max), columns_(cells(film_max.x - film_min.x, kCell, kMaxCells)), rows_(cells(film_max.y - film_min.y, kCell, kMaxCells)),
-      flux_(size_t(columns_ * rows_)), sum_(flux_.size()), count_(flux_.size()) {}
+    : min_(film_min),
+      max_(film_max),
+      columns_(cells(film_max.x - film_min.x, kCell, kMaxCells)),
+      rows_(cells(film_max.y - film_min.y, kCell, kMaxCells)),
+      flux_(size_t(columns_ * rows_)),
+      sum_(flux_.size()),
+      count_(flux_.size()) {}
 
 FilmImportance FilmLuminance::importance(double times, float exposure) const {
   const Vec2 size = (max_ - min_) / Vec2(float(columns_), float(rows_));
@@ -29,7 +34,8 @@ FilmImportance FilmLuminance::importance(double times, float exposure) const {
           area += weight * double(size.x) * double(size.y);
         }
       }
-      const double luminance = double(exposure) * ((times > 0.0 ? flux / (times * area) : 0.0) + (count > 0.0 ? sum / count : 0.0));
+      const double luminance = double(exposure) *
+                               ((times > 0.0 ? flux / (times * area) : 0.0) + (count > 0.0 ? sum / count : 0.0));
       values[size_t(row * columns_ + column)] = float(1.0 / std::sqrt(luminance * luminance + 0.01));
     }
   }
@@ -41,7 +47,8 @@ double FilmLuminance::flux(const FilmImportance& importance) const {
   double sum = 0.0;
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column)
-      sum += double(flux_[size_t(row * columns_ + column)].load()) / kUnits * double(importance.at(min_ + size * Vec2(float(column) + 0.5f, float(row) + 0.5f)));
+      sum += double(flux_[size_t(row * columns_ + column)].load()) / kUnits *
+             double(importance.at(min_ + size * Vec2(float(column) + 0.5f, float(row) + 0.5f)));
   return sum;
 }
 

@@ -1,8 +1,9 @@
 // A picture of the whole film at low resolution, and the importance that follows from it.
 //
-// Chains that follow luminance give a pixel samples in proportion to its brightness L_c, and relative errors that grow where it is dark. What
-// minimises the sum of relMSE terms, L_c^2 / (n (L^2 + 0.01)), is n in proportion to L_c / sqrt(L^2 + 0.01), L being all light and L_c what the
-// chains carry: luminance times 1 / sqrt(L^2 + 0.01) (compare Hoberock and Hart 2010).
+// Chains that follow luminance give a pixel samples in proportion to its brightness L_c, and relative errors that grow
+// where it is dark. What minimises the sum of relMSE terms, L_c^2 / (n (L^2 + 0.01)), is n in proportion to L_c /
+// sqrt(L^2 + 0.01), L being all light and L_c what the chains carry: luminance times 1 / sqrt(L^2 + 0.01) (compare
+// Hoberock and Hart 2010).
 #pragma once
 
 #include <atomic>
@@ -24,14 +25,15 @@ class FilmLuminance {
     add(sum_[cell(film)], luminance);
     count_[cell(film)].fetch_add(1, std::memory_order_relaxed);
   }
-  /// 1 / sqrt(L^2 + 0.01), L being `exposure` times the luminance smoothed over neighbours; the flux added stands for `times` the film's.
+  /// 1 / sqrt(L^2 + 0.01), L being `exposure` times the luminance smoothed over neighbours; the flux added stands for
+  /// `times` the film's.
   FilmImportance importance(double times, float exposure) const;
   /// All flux added, times `importance` at the centres of the cells it was added to.
   double flux(const FilmImportance& importance) const;
 
  private:
   static constexpr double kUnits = 0x1p20;
-  static constexpr int kCell = 8, kMaxCells = 64;   ///< pixels a cell; cells in a row
+  static constexpr int kCell = 8, kMaxCells = 64;  ///< pixels a cell; cells in a row
   static void add(std::atomic<int64_t>& to, double value) {
     // Lamps that take light away may be as strong as others; what is no number is refused elsewhere.
     const double bounded = value == value ? std::clamp(value, -0x1p30, 0x1p30) : 0.0;
@@ -39,7 +41,8 @@ class FilmLuminance {
   }
   size_t cell(Vec2 film) const {
     const Vec2 p = (film - min_) / (max_ - min_) * Vec2(float(columns_), float(rows_));
-    return size_t(std::min(std::max(int(p.y), 0), rows_ - 1) * columns_ + std::min(std::max(int(p.x), 0), columns_ - 1));
+    return size_t(std::min(std::max(int(p.y), 0), rows_ - 1) * columns_ +
+                  std::min(std::max(int(p.x), 0), columns_ - 1));
   }
 
   Vec2 min_, max_;

@@ -34,12 +34,16 @@ double Path::pdf_from_light(int i) const {
 SharedEnds shared_ends(const Path& a, const Path& b) {
   const auto same = [](const PathVertex& v, const PathVertex& w) {
     if (v.kind != w.kind || v.light != w.light || v.distant != w.distant) return false;
-    return v.distant ? v.point.ng == w.point.ng && (v.kind == VertexKind::Light || v.position() == w.position()) : v.position() == w.position();
+    return v.distant ? v.point.ng == w.point.ng && (v.kind == VertexKind::Light || v.position() == w.position())
+                     : v.position() == w.position();
   };
   const int least = std::min(a.count, b.count);
   SharedEnds shared{0, 0};
-  while (shared.light < least && same(a.vertices[size_t(shared.light)], b.vertices[size_t(shared.light)])) ++shared.light;
-  while (shared.eye < least - shared.light && same(a.vertices[size_t(a.count - 1 - shared.eye)], b.vertices[size_t(b.count - 1 - shared.eye)])) ++shared.eye;
+  while (shared.light < least && same(a.vertices[size_t(shared.light)], b.vertices[size_t(shared.light)]))
+    ++shared.light;
+  while (shared.eye < least - shared.light &&
+         same(a.vertices[size_t(a.count - 1 - shared.eye)], b.vertices[size_t(b.count - 1 - shared.eye)]))
+    ++shared.eye;
   return shared;
 }
 
@@ -58,13 +62,17 @@ PathSpace::PathSpace(const Scene& s, int x0, int y0, int x1, int y1, bool direct
       filter(s.settings().filter, s.settings().filter_width),
       max_vertices(max_path_vertices(s.settings().bounces)),
       without_direct(direct_apart),
-      x0_(x0), y0_(y0), x1_(x1), y1_(y1) {
+      x0_(x0),
+      y0_(y0),
+      x1_(x1),
+      y1_(y1) {
   const float margin = filter.half_width() - 0.5f;
   film_min = Vec2(float(x0) - margin, float(y0) - margin);
   film_max = Vec2(float(x1) + margin, float(y1) + margin);
 }
 
-PathSpace::PathSpace(const Scene& s, const Film& film) : PathSpace(s, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true) {}
+PathSpace::PathSpace(const Scene& s, const Film& film)
+    : PathSpace(s, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true) {}
 
 PathSpace::Place PathSpace::place(Vec2 film, Vec2 u) const {
   const auto column = filter.place(film.x, x0_, x1_, u.x), row = filter.place(film.y, y0_, y1_, u.y);
@@ -102,7 +110,8 @@ bool PathSpace::complete(Path& path, int first, int last) const {
   const BounceLimits& limits = scene.settings().bounces;
   if (BounceCount::matters(limits, n - 3)) {
     BounceCount bounces(limits);
-    for (int i = 2; i <= n - 2; ++i) bounces.add(path.vertices[size_t(i)], path.to_eye(i), path.to_light(i), path.vertices[size_t(i)].specular);
+    for (int i = 2; i <= n - 2; ++i)
+      bounces.add(path.vertices[size_t(i)], path.to_eye(i), path.to_light(i), path.vertices[size_t(i)].specular);
     f *= double(bounces.factor());
   }
   path.target = luminance(f) * double(here);
@@ -124,7 +133,8 @@ bool PathSpace::complete(Path& path, int first, int last) const {
   }
   if (scene.has_lamp_shapes()) {
     const float distance = distant ? kInfinity : (1.0f - 1e-4f) / std::sqrt(path.edges[0].inverse_square);
-    for_each_lamp_crossed(scene, ray, distance, kLightWalkKind, [&](const LightMet&) { path.hit_choice *= 1.0f - kLampStop; });
+    for_each_lamp_crossed(scene, ray, distance, kLightWalkKind,
+                          [&](const LightMet&) { path.hit_choice *= 1.0f - kLampStop; });
   }
   return true;
 }

@@ -66,7 +66,9 @@ class BsdfFor {
 
 /// May the lobes differ when made for `wo`?
 bool depends_on_view(const PathVertex& vertex, Vec3 wo) {
-  return vertex.program->depends_on_view() || (vertex.point.ns != vertex.point.ng && (bends_normal(vertex.point, wo) || vertex.shading.bsdf.n != vertex.point.ns));
+  return vertex.program->depends_on_view() ||
+         (vertex.point.ns != vertex.point.ng &&
+          (bends_normal(vertex.point, wo) || vertex.shading.bsdf.n != vertex.point.ns));
 }
 
 /// d(to_light) / d(to_eye) of a refraction whose index grows by eta from the eye's side to the light's:
@@ -120,7 +122,8 @@ float pass_probability(const ShaderProgram& program, Color transparency) {
   return program.scatters() || program.emits() ? std::min(y, 0.9f) : 1.0f;
 }
 
-LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge, const LightWalkGuide* guide) {
+LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge,
+                   const LightWalkGuide* guide) {
   const LightSet& lights = scene.lights();
   LightEnd end;
   if (light.program) {
@@ -133,7 +136,7 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
     end.can_be_hit = true;
   } else {
     end.radiance = lights.lamp_radiance(uint32_t(light.light), light.position(), edge.to_eye, light.point.time,
-                                       light.distant ? 0.0f : 1.0f / std::sqrt(edge.inverse_square));
+                                        light.distant ? 0.0f : 1.0f / std::sqrt(edge.inverse_square));
     // The far side of a sphere shines away, through the sphere.
     const LightFlags flags = lights.flags(uint32_t(light.light));
     if (is_sphere(flags.type) && !(glm::dot(light.point.ng, edge.to_eye) > 0.0f)) end.radiance = Color(0.0f);
@@ -154,7 +157,8 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
       end.pdf_sampled = choice;
     } else {
       const float distance = light.distant ? kInfinity : 1.0f / std::sqrt(edge.inverse_square);
-      end.pdf_sampled = choice * lights.pdf_li(index, next.position(), -edge.to_eye, distance, light.point.ng) * edge.to_light_area();
+      end.pdf_sampled = choice * lights.pdf_li(index, next.position(), -edge.to_eye, distance, light.point.ng) *
+                        edge.to_light_area();
     }
   }
   return end;
@@ -162,13 +166,16 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
 
 /// The light or surface of `to`, as seen along `direction`.
 static LightPlace place_of(const PathVertex& to, Vec3 direction, float distance) {
-  return {direction, distance, to.position(), to.delta ? -direction : to.point.ng, max_component(to.point.position_error)};
+  return {direction, distance, to.position(), to.delta ? -direction : to.point.ng,
+          max_component(to.point.position_error)};
 }
 
-bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge, uint64_t& rays) {
+bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge,
+                uint64_t& rays) {
   edge.transmittance = Color(1.0f);
   edge.pass = 1.0f;
-  if (light_end.kind == VertexKind::Light && light_end.light >= 0 && !light_end.program && light_end.light != scene.lights().environment_index() &&
+  if (light_end.kind == VertexKind::Light && light_end.light >= 0 && !light_end.program &&
+      light_end.light != scene.lights().environment_index() &&
       !scene.lights().flags(uint32_t(light_end.light)).cast_shadow)
     return true;
   // From a surface, whose rounding error is known; towards the camera only as far as its clipping plane.
@@ -180,16 +187,19 @@ bool look_along(const Scene& scene, const PathVertex& light_end, const PathVerte
   float distance = kInfinity;
   if (to.kind == VertexKind::Lens) {
     const Camera& camera = scene.camera();
-    distance = to.distant ? glm::dot(to.position() - from.position(), camera.forward()) / glm::dot(direction, camera.forward())
-                          : 1.0f / std::sqrt(edge.inverse_square);
+    distance = to.distant
+                   ? glm::dot(to.position() - from.position(), camera.forward()) / glm::dot(direction, camera.forward())
+                   : 1.0f / std::sqrt(edge.inverse_square);
     distance -= camera.clip_distance(direction);
     if (!(distance > 0.0f)) return false;
   } else if (!to.distant) {
     distance = 1.0f / std::sqrt(edge.inverse_square);
   }
   Ray ray = scene.spawn_ray(from.point, direction);
-  if (to.kind == VertexKind::Lens) ray.t_max = distance;
-  else ray = end_before(ray, place_of(to, direction, distance));
+  if (to.kind == VertexKind::Lens)
+    ray.t_max = distance;
+  else
+    ray = end_before(ray, place_of(to, direction, distance));
   const int limit = scene.settings().bounces.transparent;
   if (!scene.statistics().transparent_shadows) {
     ++rays;
@@ -218,14 +228,15 @@ bool look_along(const Scene& scene, const PathVertex& light_end, const PathVerte
   }
 }
 
-Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const PathVertex& vertex, const PathEdge& edge, const LightEnd& end,
-                              Color f_cos, uint64_t& rays) {
+Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const PathVertex& vertex,
+                              const PathEdge& edge, const LightEnd& end, Color f_cos, uint64_t& rays) {
   if (!has_soft_terminator(vertex.point)) return Color(0.0f);
   const bool lamp = light.light >= 0 && !light.program && light.light != scene.lights().environment_index();
   const bool shadows = !lamp || scene.lights().flags(uint32_t(light.light)).cast_shadow;
   const float distance = light.distant ? kInfinity : 1.0f / std::sqrt(edge.inverse_square);
   return end.radiance * edge.to_light_area() *
-         beyond_terminator(scene, vertex.point, vertex.shading.bsdf, place_of(light, -edge.to_eye, distance), f_cos, shadows, rays);
+         beyond_terminator(scene, vertex.point, vertex.shading.bsdf, place_of(light, -edge.to_eye, distance), f_cos,
+                           shadows, rays);
 }
 
 void BounceCount::add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular) {
@@ -233,8 +244,10 @@ void BounceCount::add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool
   std::vector<State> next;
   const auto extend = [&](const State& from, float share, int diffuse, int glossy, int transmission) {
     if (!(share > 0.0f)) return;
-    const State state{from.diffuse + diffuse, from.glossy + glossy, from.transmission + transmission, from.probability * share};
-    if (state.diffuse > limits_.diffuse || state.glossy > limits_.glossy || state.transmission > limits_.transmission) return;
+    const State state{from.diffuse + diffuse, from.glossy + glossy, from.transmission + transmission,
+                      from.probability * share};
+    if (state.diffuse > limits_.diffuse || state.glossy > limits_.glossy || state.transmission > limits_.transmission)
+      return;
     for (State& s : next) {
       if (s.diffuse != state.diffuse || s.glossy != state.glossy || s.transmission != state.transmission) continue;
       s.probability += state.probability;

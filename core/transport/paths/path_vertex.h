@@ -1,9 +1,9 @@
 // What light paths are made of: vertices, the edges between them, and scattering, with their densities.
 //
 // A path's vertices go from the light (0) to the eye (count - 1).
-// Everything is written for light that travels to the eye. At a vertex, `to_light` and `to_eye` are the directions to its
-// neighbours, and its scattering is the radiance form f |cos(to_light)| whichever side the vertex was found from, so
-// that a path has one contribution and no adjoint appears (shading normals included; Veach 1997, section 5.3).
+// Everything is written for light that travels to the eye. At a vertex, `to_light` and `to_eye` are the directions to
+// its neighbours, and its scattering is the radiance form f |cos(to_light)| whichever side the vertex was found from,
+// so that a path has one contribution and no adjoint appears (shading normals included; Veach 1997, section 5.3).
 //
 // Measures [Veach 1997, section 8.2]. Densities of vertices are per area; of a light at infinity per solid angle of
 // its direction. Edge i joins vertices i and i + 1. With to_light_area(i) = |cos at the light end| / d^2,
@@ -36,15 +36,15 @@ enum class VertexKind : uint8_t { Surface, Light, Lens };
 
 struct PathVertex {
   VertexKind kind = VertexKind::Surface;
-  bool specular = false;              ///< scatters by a delta lobe in its path
-  bool distant = false;               ///< light at infinity, or the lens of an orthographic camera
-  bool delta = false;                 ///< light that no ray can hit
-  int light = -1;                     ///< Light: which. Surface: its own, when it emits
-  float pass = 0.0f;                  ///< probability that a walk goes straight through instead of stopping here
+  bool specular = false;                   ///< scatters by a delta lobe in its path
+  bool distant = false;                    ///< light at infinity, or the lens of an orthographic camera
+  bool delta = false;                      ///< light that no ray can hit
+  int light = -1;                          ///< Light: which. Surface: its own, when it emits
+  float pass = 0.0f;                       ///< probability that a walk goes straight through instead of stopping here
   const ShaderProgram* program = nullptr;  ///< of surfaces and emissive triangles
   /// Surface: as shaded. Light, Lens: position and ng (outward; for distant ones the direction away from it).
   ShadingPoint point;
-  SurfaceShading shading;             ///< made for point.wo; lobes without transparency
+  SurfaceShading shading;  ///< made for point.wo; lobes without transparency
 
   Vec3 position() const { return point.position; }
   bool connectable() const { return kind != VertexKind::Surface || shading.bsdf.has_non_delta(); }
@@ -52,10 +52,10 @@ struct PathVertex {
 };
 
 struct PathEdge {
-  Vec3 to_eye{0.0f};                  ///< unit direction from the light end to the eye end
-  float inverse_square = 1.0f;        ///< 1 / d^2; 1 when one end is at infinity
+  Vec3 to_eye{0.0f};                               ///< unit direction from the light end to the eye end
+  float inverse_square = 1.0f;                     ///< 1 / d^2; 1 when one end is at infinity
   float cos_light_end = 1.0f, cos_eye_end = 1.0f;  ///< |ng . direction|; 1 where there is no surface
-  float pass = 1.0f;                  ///< probability that a walk passes all surfaces in between
+  float pass = 1.0f;                               ///< probability that a walk passes all surfaces in between
   Color transmittance{1.0f};
 
   /// Solid angle at one end to area at the other.
@@ -65,10 +65,10 @@ struct PathEdge {
 
 /// What happens at an inner vertex for one pair of directions; densities per solid angle.
 struct Scattering {
-  Color f{0.0f};                      ///< f |cos(to_light)|; the weight when specular
-  float pdf_to_light = 0.0f;          ///< of a walk from the eye, over to_light
-  float pdf_to_eye = 0.0f;            ///< of a walk from the light by the BSDF, over to_eye
-  float pdf_walk_to_eye = 0.0f;       ///< the same of one that may follow hints (light_walk_guide.h)
+  Color f{0.0f};                 ///< f |cos(to_light)|; the weight when specular
+  float pdf_to_light = 0.0f;     ///< of a walk from the eye, over to_light
+  float pdf_to_eye = 0.0f;       ///< of a walk from the light by the BSDF, over to_eye
+  float pdf_walk_to_eye = 0.0f;  ///< the same of one that may follow hints (light_walk_guide.h)
   /// Specular only: the same for walks that keep the kind of bounce (Bsdf::follow_specular).
   float follow_to_light = 0.0f, follow_to_eye = 0.0f;
 };
@@ -94,35 +94,43 @@ inline bool sends_photons(const Scene& scene, const PathVertex& light) {
 
 /// What light end and camera contribute to a path, and with what densities they are found.
 struct LightEnd {
-  Color radiance{0.0f};               ///< emitted along the first edge
-  float pdf_origin = 0.0f;            ///< of vertex 0 for walks from lights, probability of the light included
-  float pdf_by_power = 0.0f;          ///< the same for walks that know no hints
-  float pdf_direction = 0.0f;         ///< of the first edge for such walks: per solid angle; per area across it for distant lights
-  float pdf_sampled = 0.0f;           ///< of vertex 0 for light sampling at vertex 1
-  bool can_be_hit = false;            ///< by walks from the eye
+  Color radiance{0.0f};       ///< emitted along the first edge
+  float pdf_origin = 0.0f;    ///< of vertex 0 for walks from lights, probability of the light included
+  float pdf_by_power = 0.0f;  ///< the same for walks that know no hints
+  /// of the first edge for such walks: per solid angle; per area across it for distant lights
+  float pdf_direction = 0.0f;
+  float pdf_sampled = 0.0f;  ///< of vertex 0 for light sampling at vertex 1
+  bool can_be_hit = false;   ///< by walks from the eye
 };
-LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge, const LightWalkGuide* guide);
+LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge,
+                   const LightWalkGuide* guide);
 
 /// Pixels^2 per solid angle along the last edge (see Camera::film_density).
-inline float lens_density(const Scene& scene, const PathEdge& last) { return scene.camera().film_density(-last.to_eye); }
+inline float lens_density(const Scene& scene, const PathEdge& last) {
+  return scene.camera().film_density(-last.to_eye);
+}
 
 /// Surfaces between the two ends: fills transmittance and pass; false when nothing gets through. Counts its rays.
-bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge, uint64_t& rays);
-/// What look_along found blocked, or black by `f_cos`, between a light and the vertex that sampled it, but lies beyond the terminator: f |cos|
-/// times radiance, transmittance and the edge's geometry.
-Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const PathVertex& vertex, const PathEdge& edge, const LightEnd& end,
-                              Color f_cos, uint64_t& rays);
+bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge,
+                uint64_t& rays);
+/// What look_along found blocked, or black by `f_cos`, between a light and the vertex that sampled it, but lies beyond
+/// the terminator: f |cos| times radiance, transmittance and the edge's geometry.
+Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const PathVertex& vertex,
+                              const PathEdge& edge, const LightEnd& end, Color f_cos, uint64_t& rays);
 
 constexpr int kMaxPathVertices = 34;  ///< longer paths are left out by all integrators that work on whole paths
 
 /// Vertices a path may have under the scene's limits.
-inline int max_path_vertices(const BounceLimits& limits) { return std::min(kMaxPathVertices, std::max(0, limits.total) + 3); }
+inline int max_path_vertices(const BounceLimits& limits) {
+  return std::min(kMaxPathVertices, std::max(0, limits.total) + 3);
+}
 
-/// Can a walk from the eye be joined to nothing but the light, if at all? True when no two neighbours among the path's vertices scatter otherwise than
-/// by delta lobes, the lens counted among those that do, but for the light and its neighbour: E S+ (D S+)+ L and E S+ (D S+)+ D L, S being a
-/// delta lobe. E S+ L and E S+ D L, which the eye finds at once, are not counted. `specular(i)` tells of inner vertex i from
-/// the light, 1 to count - 2.
-template <class Specular> bool is_unconnectable(int count, Specular&& specular) {
+/// Can a walk from the eye be joined to nothing but the light, if at all? True when no two neighbours among the path's
+/// vertices scatter otherwise than by delta lobes, the lens counted among those that do, but for the light and its
+/// neighbour: E S+ (D S+)+ L and E S+ (D S+)+ D L, S being a delta lobe. E S+ L and E S+ D L, which the eye finds at
+/// once, are not counted. `specular(i)` tells of inner vertex i from the light, 1 to count - 2.
+template <class Specular>
+bool is_unconnectable(int count, Specular&& specular) {
   if (count < 5 || !specular(count - 2)) return false;
   if (!specular(1) && (count < 6 || !specular(2))) return false;
   bool any_rough = false;

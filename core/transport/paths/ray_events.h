@@ -30,8 +30,10 @@ inline uint32_t ray_kind_after(const BsdfSample& sample) {
   return kKinds[sample.flags & kAllFlags];
 }
 
-/// Before the ray of `sample` leaves `from`: what `next`, the vertex it comes to, knows of the bounces so far. Both may be the same.
-[[gnu::always_inline]] inline void count_bounce(const BsdfSample& sample, const ShadingPoint& from, ShadingPoint& next) {
+/// Before the ray of `sample` leaves `from`: what `next`, the vertex it comes to, knows of the bounces so far. Both may
+/// be the same.
+[[gnu::always_inline]] inline void count_bounce(const BsdfSample& sample, const ShadingPoint& from,
+                                                ShadingPoint& next) {
   const bool diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
   next.ray_kind = ray_kind_after(sample);
   next.ray_depth = from.ray_depth + 1;
@@ -60,7 +62,8 @@ template <class F>
 void for_each_lamp_crossed(const Scene& scene, const Ray& ray, float t_end, uint32_t ray_kind, F&& visit) {
   Ray segment = ray;
   segment.t_max = t_end;
-  for (LampHit lamp = scene.intersect_lamp(segment, ray_kind); lamp.light != ~0u; lamp = scene.intersect_lamp(segment, ray_kind)) {
+  for (LampHit lamp = scene.intersect_lamp(segment, ray_kind); lamp.light != ~0u;
+       lamp = scene.intersect_lamp(segment, ray_kind)) {
     const Vec3 on_lamp = ray.origin + ray.direction * lamp.t;
     const Color emitted = scene.lights().lamp_radiance(lamp.light, on_lamp, -ray.direction, ray.time, lamp.t);
     if (!is_black(emitted)) visit(LightMet{lamp.light, emitted, on_lamp, lamp.normal});
@@ -88,8 +91,11 @@ void for_each_distant_light(const Scene& scene, const Ray& ray, uint32_t ray_kin
 inline void record_first_hit(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) {
   const Camera& camera = scene.camera();
   const MistDescription& mist = scene.settings().mist;
-  const float distance = camera.is_orthographic() ? camera.depth_of(point.position) : glm::length(point.position - camera.position());
-  const float beyond = mist.depth > 0.0f ? saturate((distance - mist.start) / mist.depth) : distance > mist.start ? 1.0f : 0.0f;
+  const float distance = camera.is_orthographic() ? camera.depth_of(point.position)
+                                                  : glm::length(point.position - camera.position());
+  const float beyond = mist.depth > 0.0f       ? saturate((distance - mist.start) / mist.depth)
+                       : distance > mist.start ? 1.0f
+                                               : 0.0f;
   aux.mist = std::pow(beyond, mist.exponent);
   aux.object_index = float(point.object ? point.object->pass_index : 0);
   aux.material_index = float(scene.material_pass_indices()[size_t(scene.material_index(point))]);

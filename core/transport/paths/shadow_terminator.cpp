@@ -7,8 +7,9 @@ namespace ajar {
 
 namespace {
 
-/// From the flat triangle to the curved surface through its vertices: a parabola along the interpolated normal, and at the least the lower
-/// envelope of the planes at the vertices, each raised above its neighbours. World space; `ng` is on the light's side.
+/// From the flat triangle to the curved surface through its vertices: a parabola along the interpolated normal, and at
+/// the least the lower envelope of the planes at the vertices, each raised above its neighbours. World space; `ng` is
+/// on the light's side.
 Vec3 to_curved_surface(const ShadingPoint& point, Vec3 ng) {
   const BuiltMesh& mesh = *point.mesh;
   const UVec3 triangle = mesh.triangles[point.primitive];
@@ -17,14 +18,18 @@ Vec3 to_curved_surface(const ShadingPoint& point, Vec3 ng) {
   for (int i = 0; i < 3; ++i) {
     const uint32_t vertex = triangle[i];
     p[i] = mesh.positions[vertex];
-    n[i] = mesh.normal_domain == Domain::Vertex ? mesh.normals[vertex] : mesh.normals[size_t(point.primitive) * 3 + size_t(i)];
+    n[i] = mesh.normal_domain == Domain::Vertex ? mesh.normals[vertex]
+                                                : mesh.normals[size_t(point.primitive) * 3 + size_t(i)];
     place += weights[i] * p[i];
     normal += weights[i] * n[i];
   }
   Mat4 moved;
-  const Vec3 world_normal = mesh.baked ? normal : transform_vector(world_from_object(*point.instance, point.time, moved), normal);
+  const Vec3 world_normal = mesh.baked
+                                ? normal
+                                : transform_vector(world_from_object(*point.instance, point.time, moved), normal);
   const float side = glm::dot(world_normal, ng) > 0.0f ? 1.0f : -1.0f;
-  const float a = glm::dot(n[2] - n[0], p[0] - p[2]), b = glm::dot(n[2] - n[1], p[1] - p[2]), c = glm::dot(n[1] - n[0], p[1] - p[0]);
+  const float a = glm::dot(n[2] - n[0], p[0] - p[2]), b = glm::dot(n[2] - n[1], p[1] - p[2]),
+              c = glm::dot(n[1] - n[0], p[1] - p[0]);
   const float u = weights[0], v = weights[1];
   const float parabola = 0.5f * (a * u * (u - 1.0f) + (a + b + c) * u * v + b * v * (v - 1.0f));
   float envelope = kInfinity;
@@ -38,14 +43,16 @@ Vec3 to_curved_surface(const ShadingPoint& point, Vec3 ng) {
 
 }  // namespace
 
-bool beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, const LightPlace& light, bool shadows, Color& f, Ray& ray) {
+bool beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, const LightPlace& light,
+                       bool shadows, Color& f, Ray& ray) {
   const Vec3 wi = light.wi;
   if (!grazes_terminator(point, wi)) return false;
   if (is_black(f)) f = bsdf.evaluate_beyond_horizon(point.wo, wi);
   ray.t_max = 0.0f;
   if (is_black(f) || !shadows) return !is_black(f);
   ShadingPoint moved = point;
-  moved.position += share_of_terminator_offset(point, wi) * to_curved_surface(point, glm::dot(point.ns, wi) < 0.0f ? -point.ng : point.ng);
+  moved.position += share_of_terminator_offset(point, wi) *
+                    to_curved_surface(point, glm::dot(point.ns, wi) < 0.0f ? -point.ng : point.ng);
   LightPlace place = light;
   if (light.distance < kInfinity) {
     const Vec3 to_light = light.position - moved.position;
@@ -57,7 +64,8 @@ bool beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf
   return true;
 }
 
-Color beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, const LightPlace& light, Color f_cos, bool shadows, uint64_t& rays) {
+Color beyond_terminator(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, const LightPlace& light,
+                        Color f_cos, bool shadows, uint64_t& rays) {
   Ray ray;
   if (!beyond_terminator(scene, point, bsdf, light, shadows, f_cos, ray)) return Color(0.0f);
   if (!(ray.t_max > 0.0f)) return f_cos;

@@ -1,10 +1,10 @@
-// At surfaces with delta lobes, walks from the eye go on in all directions of these that carry enough, instead of one that is drawn: a tree of
-// rays [Whitted 1980], heaviest branches first. The image of a lamp in a pane of glass, a twenty-fifth of the light, is then in every sample,
-// instead of in every twenty-fifth with its whole weight.
+// At surfaces with delta lobes, walks from the eye go on in all directions of these that carry enough, instead of one
+// that is drawn: a tree of rays [Whitted 1980], heaviest branches first. The image of a lamp in a pane of glass, a
+// twenty-fifth of the light, is then in every sample, instead of in every twenty-fifth with its whole weight.
 //
-// Unbiased: a direction is followed with the weight of its lobes for certain, or not at all here, by what is known before anything is drawn at
-// the surface; what is drawn there counts unless it is one of those followed. Branches may share their random numbers: their
-// contributions are summed, never multiplied.
+// Unbiased: a direction is followed with the weight of its lobes for certain, or not at all here, by what is known
+// before anything is drawn at the surface; what is drawn there counts unless it is one of those followed. Branches may
+// share their random numbers: their contributions are summed, never multiplied.
 #pragma once
 
 #include <algorithm>
@@ -31,8 +31,9 @@ class SpecularBranches {
     return true;
   }
 
-  /// A walk with throughput `beta` to `wo` comes to this surface: make(event) is the walk that goes on by the delta event, in whose
-  /// f_cos and pdf_solid_angle are those of all lobes of its direction. Called for each direction that shall be followed.
+  /// A walk with throughput `beta` to `wo` comes to this surface: make(event) is the walk that goes on by the delta
+  /// event, in whose f_cos and pdf_solid_angle are those of all lobes of its direction. Called for each direction that
+  /// shall be followed.
   template <class Make>
   void split(const Bsdf& bsdf, Vec3 wo, Color beta, Make&& make) {
     followed_ = 0;
@@ -41,7 +42,8 @@ class SpecularBranches {
     for (int i = 0; i < found; ++i) {
       const BsdfSample& event = events_[size_t(i)];
       // What is drawn nearly always needs no branch.
-      if (event.pdf_solid_angle > kNearlyCertain || !(max_component(beta * event.f_cos) >= kMin) || made_ == kMax) continue;
+      if (event.pdf_solid_angle > kNearlyCertain || !(max_component(beta * event.f_cos) >= kMin) || made_ == kMax)
+        continue;
       probability_ += event.pdf_solid_angle;
       waiting_[size_t(count_++)] = make(event);
       events_[size_t(followed_++)] = event;
@@ -51,7 +53,8 @@ class SpecularBranches {
   /// Whether the last split follows this event, drawn at the same surface.
   bool follows(const BsdfSample& drawn) const {
     return drawn.specular && !(drawn.flags & kTransparent) &&
-           std::any_of(events_.begin(), events_.begin() + followed_, [&](const BsdfSample& event) { return is_same_specular_direction(event, drawn); });
+           std::any_of(events_.begin(), events_.begin() + followed_,
+                       [&](const BsdfSample& event) { return is_same_specular_direction(event, drawn); });
   }
   /// Whether it follows all that could be drawn.
   bool follows_all() const { return probability_ > kNearlyCertain; }
@@ -60,7 +63,7 @@ class SpecularBranches {
   static constexpr float kMin = 1.0f / 256.0f;
 
  private:
-  static constexpr int kMax = 8;    ///< branches of one sample
+  static constexpr int kMax = 8;  ///< branches of one sample
   static constexpr float kNearlyCertain = 0.999f;
   std::array<Walk, kMax + 1> waiting_;
   int count_, made_ = 0, followed_ = 0;

@@ -9,7 +9,8 @@ namespace {
 /// Where p lies in the triangle.
 Vec2 barycentric_of(const Light& triangle, Vec3 p) {
   const Vec3 d = p - triangle.position;
-  const float d11 = glm::dot(triangle.edge1, triangle.edge1), d12 = glm::dot(triangle.edge1, triangle.edge2), d22 = glm::dot(triangle.edge2, triangle.edge2);
+  const float d11 = glm::dot(triangle.edge1, triangle.edge1), d12 = glm::dot(triangle.edge1, triangle.edge2),
+              d22 = glm::dot(triangle.edge2, triangle.edge2);
   const float p1 = glm::dot(d, triangle.edge1), p2 = glm::dot(d, triangle.edge2);
   const float determinant = d11 * d22 - d12 * d12;
   if (!(determinant > 0.0f)) return Vec2(1.0f / 3.0f);
@@ -106,7 +107,8 @@ Ray leave_light(const Scene& scene, const PathVertex& light, Vec3 to_eye) {
   return ray;
 }
 
-bool start_at_light(const Scene& scene, const LightWalkGuide* guide, float u_choice, Vec2 u_position, Vec2 u_direction, PathVertex& light, Ray& ray) {
+bool start_at_light(const Scene& scene, const LightWalkGuide* guide, float u_choice, Vec2 u_position, Vec2 u_direction,
+                    PathVertex& light, Ray& ray) {
   const LightSet& lights = scene.lights();
   if (lights.empty()) return false;
   if (guide && guide->sets_out(u_choice)) {
@@ -135,7 +137,8 @@ bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2
   return true;
 }
 
-bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampler& sampler, PathVertex& light, Through& through, uint64_t& rays) {
+bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampler& sampler, PathVertex& light,
+                    Through& through, uint64_t& rays) {
   PathVertex surface;
   surface.point.ray_kind = ray_kind;
   bool chosen = false, escaped = false;

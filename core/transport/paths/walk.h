@@ -1,8 +1,8 @@
 // Walks: how vertices are found one after another, from the eye or from a light.
 //
 // A walk passes a surface that lets light straight through with `pass_probability`, else the surface is its next
-// vertex and PathVertex::pass keeps that probability; what was passed is in `Through`. Nothing here ends a walk but leaving the
-// scene or absorption; roulette and limits belong to the caller.
+// vertex and PathVertex::pass keeps that probability; what was passed is in `Through`. Nothing here ends a walk but
+// leaving the scene or absorption; roulette and limits belong to the caller.
 #pragma once
 
 #include "transport/paths/path_vertex.h"
@@ -28,7 +28,8 @@ struct NoRayWatcher {
 /// `watch(ray, t_end, found, through)` sees every stretch between surfaces: lamps with extent are met there, and
 /// distant light where nothing was found. `vertex.point` holds the kind and the depths of the ray when called.
 template <class Watch = NoRayWatcher>
-bool find_vertex(const Scene& scene, Ray ray, Sampler& sampler, PathVertex& vertex, Through& through, uint64_t& rays, Watch&& watch = {}) {
+bool find_vertex(const Scene& scene, Ray ray, Sampler& sampler, PathVertex& vertex, Through& through, uint64_t& rays,
+                 Watch&& watch = {}) {
   through = {};
   for (;;) {
     const Hit hit = scene.intersect(ray, vertex.point.ray_kind);
@@ -68,8 +69,8 @@ inline bool shows_on_film(const ShadingPoint& point) {
   return !point.instance || ((point.instance->visibility & kVisibleCamera) && !point.object->holdout);
 }
 
-/// The vertex of a lens point, and the ray through a film point. `density` is that of the ray: per solid angle (per area across it for
-/// an orthographic camera) when the film point has density 1 per pixel^2; 0 where nothing is seen.
+/// The vertex of a lens point, and the ray through a film point. `density` is that of the ray: per solid angle (per
+/// area across it for an orthographic camera) when the film point has density 1 per pixel^2; 0 where nothing is seen.
 Ray start_at_lens(const Scene& scene, Vec2 film, Vec2 u_lens, PathVertex& lens, float& density);
 /// The same vertex without a ray, to connect to.
 void make_lens_vertex(const Scene& scene, Vec2 u_lens, PathVertex& lens);
@@ -77,9 +78,10 @@ void make_lens_vertex(const Scene& scene, Vec2 u_lens, PathVertex& lens);
 /// Kind of the rough lobes that most likely draw this direction.
 uint32_t likely_flags(const Bsdf& bsdf, Vec3 wo, Vec3 wi);
 
-/// A light and a ray that leaves it, by power and emission or along a hint. False when the numbers lead nowhere. Densities and radiance follow from
-/// light_end once the next vertex is known.
-bool start_at_light(const Scene& scene, const LightWalkGuide* guide, float u_choice, Vec2 u_position, Vec2 u_direction, PathVertex& light, Ray& ray);
+/// A light and a ray that leaves it, by power and emission or along a hint. False when the numbers lead nowhere.
+/// Densities and radiance follow from light_end once the next vertex is known.
+bool start_at_light(const Scene& scene, const LightWalkGuide* guide, float u_choice, Vec2 u_position, Vec2 u_direction,
+                    PathVertex& light, Ray& ray);
 
 /// The ray that leaves a light made for `to_eye` as a vertex.
 Ray leave_light(const Scene& scene, const PathVertex& light, Vec3 to_eye);
@@ -96,6 +98,7 @@ bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2
 /// with this probability, then the surface that stops it, or one of the distant lights of its direction.
 constexpr float kLampStop = 0.9f;
 /// False when it meets none. `through` is what lies before the light.
-bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampler& sampler, PathVertex& light, Through& through, uint64_t& rays);
+bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampler& sampler, PathVertex& light,
+                    Through& through, uint64_t& rays);
 
 }  // namespace ajar

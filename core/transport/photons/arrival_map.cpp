@@ -5,7 +5,7 @@ namespace ajar {
 namespace {
 
 constexpr size_t kMaxArrivals = size_t(1) << 21;
-constexpr double kGrowth = 1.5;            // trees are built anew when there are so many times the passes
+constexpr double kGrowth = 1.5;  // trees are built anew when there are so many times the passes
 constexpr int kNeighbours = 16;
 
 }  // namespace
@@ -40,7 +40,8 @@ double ArrivalMap::inverse_density(Place place, Vec3 position, Vec3 normal, floa
 }
 
 double ArrivalMap::inverse_density_of_both_sides(Place place, Vec3 position, Vec3 normal, float radius) const {
-  const double front = inverse_density(place, position, normal, radius), back = inverse_density(place, position, -normal, radius);
+  const double front = inverse_density(place, position, normal, radius),
+               back = inverse_density(place, position, -normal, radius);
   return front > 0.0 && back > 0.0 ? front * back / (front + back) : front + back;
 }
 

@@ -9,8 +9,8 @@ namespace ajar {
 
 namespace {
 
-constexpr float kMinNormalCosine = 0.94f;      ///< 20 degrees
-constexpr float kFarthestBehind = 0.05f;       ///< of the radius: points further behind a record see what it does not
+constexpr float kMinNormalCosine = 0.94f;  ///< 20 degrees
+constexpr float kFarthestBehind = 0.05f;   ///< of the radius: points further behind a record see what it does not
 constexpr float kMinCoverage = 0.1f;
 
 }  // namespace
@@ -33,15 +33,18 @@ Color IrradianceRecord::at(Vec3 p, Vec3 n) const {
 // ---- From the hemisphere --------------------------------------------------------------------
 
 HemisphereGrid::HemisphereGrid(int strata)
-    : rows_(std::max(2, int(std::lround(std::sqrt(float(strata) * kInvPi))))), columns_(std::max(4, int(std::lround(float(rows_) * kPi)))) {}
+    : rows_(std::max(2, int(std::lround(std::sqrt(float(strata) * kInvPi))))),
+      columns_(std::max(4, int(std::lround(float(rows_) * kPi)))) {}
 
 Vec3 HemisphereGrid::direction(int i, Vec2 u) const {
-  const float sin2 = (float(i / columns_) + u.x) / float(rows_), phi = 2.0f * kPi * (float(i % columns_) + u.y) / float(columns_);
+  const float sin2 = (float(i / columns_) + u.x) / float(rows_),
+              phi = 2.0f * kPi * (float(i % columns_) + u.y) / float(columns_);
   const float sine = std::sqrt(sin2);
   return {sine * std::cos(phi), sine * std::sin(phi), safe_sqrt(1.0f - sin2)};
 }
 
-IrradianceRecord HemisphereGrid::record(Vec3 position, const Frame& frame, std::span<const Color> radiance, std::span<const float> inverse_distance) const {
+IrradianceRecord HemisphereGrid::record(Vec3 position, const Frame& frame, std::span<const Color> radiance,
+                                        std::span<const float> inverse_distance) const {
   IrradianceRecord r;
   r.position = position;
   r.normal = frame.n;
@@ -55,16 +58,18 @@ IrradianceRecord HemisphereGrid::record(Vec3 position, const Frame& frame, std::
     r.irradiance += radiance[size_t(i)];
     inverse_sum += inverse_distance[size_t(i)];
   }
-  const float projected = kPi / float(strata());   // solid angle of a stratum, projected
+  const float projected = kPi / float(strata());  // solid angle of a stratum, projected
   r.irradiance *= projected;
   r.radius = inverse_sum > 0.0f ? float(strata()) / inverse_sum : kInfinity;
 
   const auto sine_of = [&](int j) { return std::sqrt(float(j) / float(m)); };
-  // Integral of tan over the projected solid angle up to sin^2 = s, by which light counts when the normal turns; sampled tangents have no variance.
+  // Integral of tan over the projected solid angle up to sin^2 = s, by which light counts when the normal turns;
+  // sampled tangents have no variance.
   const auto tangents = [](float s) { return std::asin(std::sqrt(s)) - std::sqrt(s * (1.0f - s)); };
   for (int k = 0; k < n; ++k) {
     const float at = 2.0f * kPi * (float(k) + 0.5f) / float(n), edge = 2.0f * kPi * float(k) / float(n);
-    const Vec3 u = std::cos(at) * frame.s + std::sin(at) * frame.t, across = std::cos(at) * frame.t - std::sin(at) * frame.s;
+    const Vec3 u = std::cos(at) * frame.s + std::sin(at) * frame.t,
+               across = std::cos(at) * frame.t - std::sin(at) * frame.s;
     const Vec3 across_edge = std::cos(edge) * frame.t - std::sin(edge) * frame.s;
     for (int j = 0; j < m; ++j) {
       const size_t here = index(j, k), beside = index(j, k - 1);
@@ -72,12 +77,15 @@ IrradianceRecord HemisphereGrid::record(Vec3 position, const Frame& frame, std::
       add_outer(r.by_rotation, projected * tangent * radiance[here], across);
       // Borders of strata move as the nearer of the two surfaces does [Ward and Heckbert 1992, eq. 9].
       const float nearest = std::max(inverse_distance[here], inverse_distance[beside]);
-      add_outer(r.by_translation, (sine_of(j + 1) - sine_of(j)) * nearest * (radiance[here] - radiance[beside]), across_edge);
+      add_outer(r.by_translation, (sine_of(j + 1) - sine_of(j)) * nearest * (radiance[here] - radiance[beside]),
+                across_edge);
       if (j == 0) continue;
       const size_t inner = index(j - 1, k);
       const float sin_edge = sine_of(j), cos2 = 1.0f - float(j) / float(m);
       add_outer(r.by_translation,
-                2.0f * kPi / float(n) * sin_edge * cos2 * std::max(inverse_distance[here], inverse_distance[inner]) * (radiance[here] - radiance[inner]), u);
+                2.0f * kPi / float(n) * sin_edge * cos2 * std::max(inverse_distance[here], inverse_distance[inner]) *
+                    (radiance[here] - radiance[inner]),
+                u);
     }
   }
   return r;
@@ -93,7 +101,9 @@ void IrradianceRecords::clear() {
 size_t IrradianceRecords::memory_bytes() const {
   size_t bytes = records_.capacity() * sizeof(IrradianceRecord);
   for (const Level& level : levels_)
-    for (const auto& cell : level.cells) bytes += sizeof(cell) + 2 * sizeof(void*) + cell.second.capacity() * sizeof(uint32_t);   // and its place in the table
+    for (const auto& cell : level.cells)
+      bytes += sizeof(cell) + 2 * sizeof(void*) +
+               cell.second.capacity() * sizeof(uint32_t);  // and its place in the table
   return bytes;
 }
 
@@ -141,7 +151,8 @@ void IrradianceRecords::limit_by_neighbours() {
   for (const IrradianceRecord& other : records_) {
     for_each_near(other.position, [&](uint32_t index) {
       const float distance = glm::length(records_[index].position - other.position);
-      if (distance < records_[index].radius) radii[index] = std::min(radii[index], other.radius + kRadiusShare * distance);
+      if (distance < records_[index].radius)
+        radii[index] = std::min(radii[index], other.radius + kRadiusShare * distance);
     });
   }
   for (size_t i = 0; i < records_.size(); ++i) records_[i].radius = radii[i];

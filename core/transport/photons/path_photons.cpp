@@ -66,7 +66,9 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
       if (!(max_component(power) > 0.0f) || !is_finite(power)) return;
       const Vec3 to_light = path.to_light(i), ng = vertex.point.ng;
       out[count++] = {place,
-                      {{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)}, power, pack_direction(to_light) | side_flag(path, i) | Photon::kOfChain},
+                      {{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)},
+                       power,
+                       pack_direction(to_light) | side_flag(path, i) | Photon::kOfChain},
                       &vertex};
     };
     if (!vertex.specular && has_rough_lobe(vertex.shading.bsdf)) {

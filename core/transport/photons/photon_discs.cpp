@@ -13,9 +13,10 @@ namespace ajar {
 namespace {
 
 constexpr int kSectors = 8;
-/// What is known of a sector: in the low bits how far light may reach in it, in steps of the radius; above, whether surface was found.
+/// What is known of a sector: in the low bits how far light may reach in it, in steps of the radius; above, whether
+/// surface was found.
 constexpr uint32_t kSteps = 127, kSurface = 128;
-constexpr uint64_t kUnknown = 0;   // a sector reaches at least one step
+constexpr uint64_t kUnknown = 0;  // a sector reaches at least one step
 /// Of a ray that meets whatever any ray meets: photons lie there, too.
 constexpr uint32_t kAnyRay = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow | kRayVolumeScatter;
 /// Squared distance of the place looked at in each sector, over the squared radius: one of each eighth of the area.
@@ -50,8 +51,10 @@ float PhotonDiscs::inverse_share(uint32_t photon, const SurfacePoint& at, Vec3 p
   float found = 1.0f;
   for (int i = 0; i < kSectors; ++i) {
     const uint32_t sector = uint32_t(known >> (8 * i)) & 255u, steps = sector & kSteps;
-    if (steps < kSteps) found += std::min(1.0f, float(steps * steps) * step2 / radius2);
-    else if (sector & kSurface || kPlace[i] * full2 > radius2) found += 1.0f;   // nothing is known of what was looked at beyond this disc
+    if (steps < kSteps)
+      found += std::min(1.0f, float(steps * steps) * step2 / radius2);
+    else if (sector & kSurface || kPlace[i] * full2 > radius2)
+      found += 1.0f;  // nothing is known of what was looked at beyond this disc
   }
   return float(kSectors + 1) / found;
 }
@@ -60,7 +63,7 @@ uint64_t PhotonDiscs::look_around(uint32_t photon, const SurfacePoint& at) const
   const Vec3 n = unpack_direction(at.packed_normal);
   const Frame frame(n);
   const float turn = float(hash_combine(seed_, photon) >> 8) * 0x1p-24f;
-  const float height = radius_ / PointTree::kFlatness;   // of what counts as the photon's surface
+  const float height = radius_ / PointTree::kFlatness;  // of what counts as the photon's surface
   uint64_t known = 0;
   ShadingPoint point;
   for (int i = 0; i < kSectors; ++i) {
@@ -74,8 +77,10 @@ uint64_t PhotonDiscs::look_around(uint32_t photon, const SurfacePoint& at) const
     uint32_t sector = kSteps;
     if (hit.found()) {
       scene_->shading_point(ray, hit, point);
-      if (std::abs(glm::dot(point.ng, n)) >= PointTree::kMinNormalCosine) sector |= kSurface;
-      else sector = std::clamp(uint32_t(hit.t / length * distance / radius_ * float(kSteps) + 0.5f), 1u, kSteps);
+      if (std::abs(glm::dot(point.ng, n)) >= PointTree::kMinNormalCosine)
+        sector |= kSurface;
+      else
+        sector = std::clamp(uint32_t(hit.t / length * distance / radius_ * float(kSteps) + 0.5f), 1u, kSteps);
     }
     known |= uint64_t(sector) << (8 * i);
   }

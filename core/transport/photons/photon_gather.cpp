@@ -12,8 +12,8 @@ constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
 constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kDirection = 7, kRoulette = 9;
 /// Of a gather ray: its own direction, then a number for each vertex of its chain.
 constexpr uint32_t kGatherDimensions = 4;
-/// Gather rays shorter than this many radii end where blur would show as light from the wrong side of a corner: there light is
-/// gathered once more instead.
+/// Gather rays shorter than this many radii end where blur would show as light from the wrong side of a corner: there
+/// light is gathered once more instead.
 constexpr float kNear = 1.0f;
 
 }  // namespace
@@ -39,7 +39,9 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
       return direct_.weight_of_hit(scene_, origin, light, walk.ray.direction, position, normal);
     };
-    const auto add_met = [&](const LightMet& met) { (specular ? seen : radiance) += beta * met.radiance * weight_of_hit(met.light, met.position, met.normal); };
+    const auto add_met = [&](const LightMet& met) {
+      (specular ? seen : radiance) += beta * met.radiance * weight_of_hit(met.light, met.position, met.normal);
+    };
     walk.meet_lamps(add_met);
     if (!walk.found()) {
       walk.meet_distant(add_met);
@@ -48,7 +50,8 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     }
     if (!walk.arrive()) break;
     walk.shade();
-    if (!is_black(shading.emission)) (specular ? seen : radiance) += beta * shading.emission * walk.emission_weight(weight_of_hit);
+    if (!is_black(shading.emission))
+      (specular ? seen : radiance) += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (aux && point.ray_depth == 0) {
       record_first_hit(scene_, point, shading.bsdf, *aux);
       aux = nullptr;
@@ -80,7 +83,9 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     if (at_bounce_limit) break;
     count_bounce(*sample, point, point);
     at_bounce_limit = past_limits(point, scene_.settings().bounces);
-    if (point.ray_depth > 2 && !survives(std::min(1.0f, std::sqrt(max_component(beta))), sampler_, base + kRoulette, beta)) break;
+    if (point.ray_depth > 2 &&
+        !survives(std::min(1.0f, std::sqrt(max_component(beta))), sampler_, base + kRoulette, beta))
+      break;
     specular = specular && sample->specular;
     polished_ |= specular;
     origin = {point.position, split.sharp()->receiving_normal(), sample->specular ? 0.0f : sample->pdf_solid_angle};
@@ -89,9 +94,11 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
   return radiance;
 }
 
-Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth, Sampler& sampler, uint32_t dimension) {
+Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth,
+                                Sampler& sampler, uint32_t dimension) {
   Color sum = direct_light(point, rough, sampler, dimension);
-  if (log_ && depth == 0 && (pixel_ + index_) % uint32_t(log_->stride[ArrivalMap::kSeen]) == 0) log_arrival(ArrivalMap::kSeen, point, throughput);
+  if (log_ && depth == 0 && (pixel_ + index_) % uint32_t(log_->stride[ArrivalMap::kSeen]) == 0)
+    log_arrival(ArrivalMap::kSeen, point, throughput);
   if (maps_.has_caustic) sum += maps_.caustic.radiance(point, rough, {settings_.neighbours, maps_.caustic_radius});
   Color gathered(0.0f);
   GuidedBsdf guided;
@@ -117,17 +124,22 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Co
     if (!sample || !(sample->pdf_solid_angle > 0.0f) || is_black(sample->f_cos)) continue;
     ++gathered_;
     const Color weight = sample->f_cos / sample->pdf_solid_angle;
-    const bool logged = log_ && depth == 0 && (pixel_ + index_ + uint32_t(i)) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
-    const Color found = weight * incoming(point, *sample, pdf_bsdf, logged ? throughput * weight / float(rays) : Color(0.0f), depth, own, base + kGatherDimensions, distance);
+    const bool logged = log_ && depth == 0 &&
+                        (pixel_ + index_ + uint32_t(i)) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
+    const Color found = weight * incoming(point, *sample, pdf_bsdf,
+                                          logged ? throughput * weight / float(rays) : Color(0.0f), depth, own,
+                                          base + kGatherDimensions, distance);
     gathered += found;
-    if (depth == 0 && guide_samples_ && luminance(found) > 0.0f && hash_combine(pixel_, index_ * uint32_t(rays) + uint32_t(i)) % guide_stride_ == 0)
-      guide_samples_->push_back({point.position, rough.n, sample->wi, distance > 0.0f ? 1.0f / distance : 0.0f, luminance(found), pdf_bsdf, guided.kind()});
+    if (depth == 0 && guide_samples_ && luminance(found) > 0.0f &&
+        hash_combine(pixel_, index_ * uint32_t(rays) + uint32_t(i)) % guide_stride_ == 0)
+      guide_samples_->push_back({point.position, rough.n, sample->wi, distance > 0.0f ? 1.0f / distance : 0.0f,
+                                 luminance(found), pdf_bsdf, guided.kind()});
   }
   return sum + gathered / float(rays);
 }
 
-Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, float pdf_bsdf, Color throughput, int depth, Sampler& sampler, uint32_t dimension,
-                               float& distance) {
+Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, float pdf_bsdf, Color throughput,
+                               int depth, Sampler& sampler, uint32_t dimension, float& distance) {
   const BounceLimits& limits = scene_.settings().bounces;
   const DirectVertex origin{from.position, from.ns, pdf_bsdf};
   Color radiance(0.0f), beta(1.0f);
@@ -136,14 +148,16 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
   const SurfaceShading& shading = walk.shading;
   count_bounce(first, from, point);
   const bool at_bounce_limit = past_limits(point, limits);
-  bool straight = true;    // no sharp bounce yet: light met is direct light; after one it would be a caustic
+  bool straight = true;  // no sharp bounce yet: light met is direct light; after one it would be a caustic
   float length = 0.0f;
   for (uint32_t vertex = 0;; ++vertex) {
     walk.trace();
     const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
       return direct_.weight_of_hit(scene_, origin, light, walk.ray.direction, position, normal);
     };
-    const auto add_met = [&](const LightMet& met) { radiance += beta * met.radiance * weight_of_hit(met.light, met.position, met.normal); };
+    const auto add_met = [&](const LightMet& met) {
+      radiance += beta * met.radiance * weight_of_hit(met.light, met.position, met.normal);
+    };
     if (straight) walk.meet_lamps(add_met);
     if (straight && !walk.found()) walk.meet_distant(add_met);
     if (!walk.found()) break;
@@ -151,14 +165,16 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
     walk.arrive();
     length += walk.hit.t;
     walk.shade();
-    if (straight && !is_black(shading.emission)) radiance += beta * shading.emission * walk.emission_weight(weight_of_hit);
+    if (straight && !is_black(shading.emission))
+      radiance += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (at_bounce_limit && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
     if (!maps_.has_global && !log_ && is_black(shading.bsdf.transparency())) break;
     const LobeSplit split(shading.bsdf, point.wo);
     if (split.rough() && !at_bounce_limit && log_) log_arrival(ArrivalMap::kGathered, point, throughput * beta);
     if (split.rough() && !at_bounce_limit && maps_.has_global) {
       const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
-      radiance += beta * (near ? reflected(point, *split.rough(), Color(0.0f), 1, depth + 1, sampler, dimension + kVertexDimensions * (vertex + 1))
+      radiance += beta * (near ? reflected(point, *split.rough(), Color(0.0f), 1, depth + 1, sampler,
+                                           dimension + kVertexDimensions * (vertex + 1))
                                : from_map(point, *split.rough()));
     }
     if (!split.sharp()) break;

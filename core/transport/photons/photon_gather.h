@@ -1,6 +1,7 @@
 // Radiance from photon maps as the eye sees it: specular chains followed, direct light sampled, caustics read from the
-// caustic map, the rest gathered. Used by every integrator that fills maps, whatever filled them. Gather rays follow a guide that
-// learns from those of earlier passes (guided_bsdf.h) [after Jensen 1995, "Importance driven path tracing using the photon map"].
+// caustic map, the rest gathered. Used by every integrator that fills maps, whatever filled them. Gather rays follow a
+// guide that learns from those of earlier passes (guided_bsdf.h) [after Jensen 1995, "Importance driven path tracing
+// using the photon map"].
 //
 // Paths by the events of LobeSplit (D rough, S sharp, from light to eye), each counted once:
 //   L S* E            emission met, and light sampled at sharp lobes, along the chain from the eye
@@ -10,12 +11,12 @@
 #pragma once
 
 #include "sampling/sampler.h"
-#include "transport/photons/arrival_map.h"
 #include "transport/direct/direct_light.h"
-#include "transport/guiding/guided_bsdf.h"
 #include "transport/direct/lobe_split.h"
-#include "transport/photons/photon_map.h"
+#include "transport/guiding/guided_bsdf.h"
 #include "transport/paths/eye_walk.h"
+#include "transport/photons/arrival_map.h"
+#include "transport/photons/photon_map.h"
 
 namespace ajar {
 
@@ -27,16 +28,19 @@ struct PhotonMaps {
 };
 
 struct GatherSettings {
-  int rays = 8;                     ///< gathered at the first rough surface of a sample
-  int neighbours = 60;              ///< in density estimates
-  int gather_neighbours = 10;       ///< in estimates at the ends of gather rays that no irradiance site answers
+  int rays = 8;                ///< gathered at the first rough surface of a sample
+  int neighbours = 60;         ///< in density estimates
+  int gather_neighbours = 10;  ///< in estimates at the ends of gather rays that no irradiance site answers
 };
 
 /// One thread's work. Radiance along camera rays; counts what it traces.
 class PhotonGatherer {
  public:
   PhotonGatherer(const Scene& scene, const PhotonMaps& maps, const GatherSettings& settings, uint32_t seed)
-      : scene_(scene), maps_(maps), settings_(settings), sampler_(Sampler::Kind::Sobol, seed),
+      : scene_(scene),
+        maps_(maps),
+        settings_(settings),
+        sampler_(Sampler::Kind::Sobol, seed),
         gather_sampler_(Sampler::Kind::Sobol, hash_combine(seed, 0x67617468U)) {}
 
   /// Sample `index` of pixel number `pixel`; `camera` has been called with this sampler's first dimensions.
@@ -53,7 +57,8 @@ class PhotonGatherer {
     log_ = log;
     log_only_ = only;
   }
-  /// From now on, draw the first gather rays by what `tree` knows, too, and write what one in `stride` found into `samples`; either may be null.
+  /// From now on, draw the first gather rays by what `tree` knows, too, and write what one in `stride` found into
+  /// `samples`; either may be null.
   void guide(const GuideTree* tree, std::vector<GuideSample>* samples, uint32_t stride) {
     guide_ = tree;
     guide_samples_ = samples;
@@ -70,12 +75,15 @@ class PhotonGatherer {
 
  private:
   Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension);
-  /// Light scattered towards the eye by the rough lobes of a surface: direct, caustic and gathered. `throughput`: to the eye.
-  Color reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth, Sampler& sampler, uint32_t dimension);
+  /// Light scattered towards the eye by the rough lobes of a surface: direct, caustic and gathered. `throughput`: to
+  /// the eye.
+  Color reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth, Sampler& sampler,
+                  uint32_t dimension);
   /// Light along a gather ray: emission of what it meets first, and what maps tell about the rough surface it comes to.
-  /// `pdf_bsdf`: of the sample's direction, by which it is weighed against light sampling. `distance`: to what it meets first.
-  Color incoming(const ShadingPoint& from, const BsdfSample& sample, float pdf_bsdf, Color throughput, int depth, Sampler& sampler, uint32_t dimension,
-                 float& distance);
+  /// `pdf_bsdf`: of the sample's direction, by which it is weighed against light sampling. `distance`: to what it meets
+  /// first.
+  Color incoming(const ShadingPoint& from, const BsdfSample& sample, float pdf_bsdf, Color throughput, int depth,
+                 Sampler& sampler, uint32_t dimension, float& distance);
   /// Follow `ray` and sharp lobes to a rough surface.
   bool find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading);
   void log_arrival(int place, const ShadingPoint& point, Color throughput);

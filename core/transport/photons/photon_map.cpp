@@ -11,7 +11,8 @@ namespace ajar {
 bool transmits(const Bsdf& bsdf) {
   for (int i = 0; i < bsdf.lobe_count(); ++i) {
     const LobeKind kind = bsdf.lobe(i).kind;
-    if (kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass) return true;
+    if (kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass)
+      return true;
   }
   return false;
 }
@@ -22,7 +23,8 @@ void PhotonMap::build(std::vector<Photon> photons, std::vector<uint32_t>& order)
   discs_ = {};
   tree_.build(std::move(points), order);
   lights_.resize(photons.size());
-  for (size_t i = 0; i < photons.size(); ++i) lights_[i] = {photons[order[i]].flux_over_cosine, photons[order[i]].packed_direction};
+  for (size_t i = 0; i < photons.size(); ++i)
+    lights_[i] = {photons[order[i]].flux_over_cosine, photons[order[i]].packed_direction};
 }
 
 Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const {
@@ -32,7 +34,8 @@ Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& looku
   for (int i = 0; i < found.count; ++i) {
     const Light& light = lights_[found.index[i]];
     const float inverse_share = inverse_share_of(found.index[i], position, found.radius2);
-    sum += std::max(glm::dot(unpack_direction(light.packed_direction), ns), 0.0f) * inverse_share * light.flux_over_cosine;
+    sum += std::max(glm::dot(unpack_direction(light.packed_direction), ns), 0.0f) * inverse_share *
+           light.flux_over_cosine;
   }
   return found.count > 0 ? sum / (kPi * found.radius2) : sum;
 }
@@ -52,17 +55,20 @@ void PhotonMap::add_to(PhotonPoints& points, uint64_t stride, uint32_t flags) co
     const uint64_t number = points.stored++ - before;
     if (stride == 0 || number % stride != 0) continue;
     const SurfacePoint& at = tree_[uint32_t(i)];
-    const float cosine = std::abs(glm::dot(unpack_direction(light.packed_direction), unpack_direction(at.packed_normal)));
+    const float cosine = std::abs(
+        glm::dot(unpack_direction(light.packed_direction), unpack_direction(at.packed_normal)));
     points.positions.push_back(at.position);
     points.powers.push_back(light.flux_over_cosine * cosine);
   }
 }
 
 size_t PhotonMap::count(uint32_t flags) const {
-  return size_t(std::count_if(lights_.begin(), lights_.end(), [&](const Light& light) { return (light.packed_direction & flags) == flags; }));
+  return size_t(std::count_if(lights_.begin(), lights_.end(),
+                              [&](const Light& light) { return (light.packed_direction & flags) == flags; }));
 }
 
-void IrradianceMap::build(const std::vector<IrradianceSite>& sites, const PhotonMap& photons, const PhotonMap::Lookup& lookup) {
+void IrradianceMap::build(const std::vector<IrradianceSite>& sites, const PhotonMap& photons,
+                          const PhotonMap::Lookup& lookup) {
   std::vector<SurfacePoint> points(sites.size());
   for (size_t i = 0; i < sites.size(); ++i) points[i] = sites[i].point;
   std::vector<uint32_t> order;
@@ -71,8 +77,9 @@ void IrradianceMap::build(const std::vector<IrradianceSite>& sites, const Photon
   tbb::parallel_for(tbb::blocked_range<size_t>(0, sites.size(), 256), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) {
       const SurfacePoint& point = tree_[uint32_t(i)];
-      irradiance_[i] = Vec4(
-          photons.irradiance(point.position, unpack_direction(point.packed_normal), sites[order[i]].shading_normal, lookup), 0.0f);
+      irradiance_[i] = Vec4(photons.irradiance(point.position, unpack_direction(point.packed_normal),
+                                               sites[order[i]].shading_normal, lookup),
+                            0.0f);
     }
   });
 }

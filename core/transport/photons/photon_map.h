@@ -1,8 +1,8 @@
 // A photon map: where light arrives, from where, and how much; radiance by density estimation
 // [Jensen 2001, chapter 7].
 //
-// A photon keeps its flux divided by the cosine at the geometric normal of the surface it lies on, so that a sum of f_cos
-// (which holds the cosine at the shading normal) over photons is exact also where the two normals differ:
+// A photon keeps its flux divided by the cosine at the geometric normal of the surface it lies on, so that a sum of
+// f_cos (which holds the cosine at the shading normal) over photons is exact also where the two normals differ:
 //   L(x, wo) = 1 / (pi r^2) sum_p f_cos(wo, wi_p) flux_p / |cos(wi_p, ng_p)|.
 // 32 bytes a photon, and 8 for what is around it (photon_discs.h).
 #pragma once
@@ -44,13 +44,15 @@ class PhotonMap {
     std::vector<uint32_t> order;
     build(std::move(photons), order);
   }
-  /// From now on, spread the light of each photon over the surface there is within `radius` of it, and not behind walls. Until the next build.
+  /// From now on, spread the light of each photon over the surface there is within `radius` of it, and not behind
+  /// walls. Until the next build.
   void look_around(const Scene& scene, float radius, uint32_t seed) { discs_.start(scene, size(), radius, seed); }
   size_t size() const { return tree_.size(); }
   bool empty() const { return tree_.empty(); }
   size_t memory_bytes() const { return size() * sizeof(Photon) + discs_.memory_bytes(); }
 
-  /// Radiance that leaves `point` towards point.wo by way of `bsdf`. Lobes that transmit see the photons behind the surface too.
+  /// Radiance that leaves `point` towards point.wo by way of `bsdf`. Lobes that transmit see the photons behind the
+  /// surface too.
   Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const {
     return radiance(point, bsdf, lookup, [](uint32_t, Vec3) { return 1.0f; });
   }
@@ -69,7 +71,8 @@ class PhotonMap {
         const float inverse_share = inverse_share_of(found.index[i], point.position, found.radius2);
         if (!(inverse_share > 0.0f)) continue;
         const Vec3 direction = unpack_direction(light.packed_direction);
-        sum += bsdf.evaluate(point.wo, direction).f_cos * light.flux_over_cosine * (inverse_share * weight(found.index[i], direction));
+        sum += bsdf.evaluate(point.wo, direction).f_cos * light.flux_over_cosine *
+               (inverse_share * weight(found.index[i], direction));
       }
       if (found.count > 0) radiance += sum / (kPi * found.radius2);
     }
@@ -126,8 +129,9 @@ class IrradianceMap {
   std::vector<Vec4> irradiance_;
 };
 
-/// Squared radius of pass i (from 0) over that of the first: r^2_{i+1} / r^2_i = (i + alpha) / (i + 1), i from 1, alpha = 2/3
-/// [Knaus and Zwicker 2011, eq. 16]. Bias then falls as passes^(-1/3), as does the variance of density estimates by passes^(-2/3).
+/// Squared radius of pass i (from 0) over that of the first: r^2_{i+1} / r^2_i = (i + alpha) / (i + 1), i from 1, alpha
+/// = 2/3 [Knaus and Zwicker 2011, eq. 16]. Bias then falls as passes^(-1/3), as does the variance of density estimates
+/// by passes^(-2/3).
 double radius2_factor(uint32_t pass);
 
 }  // namespace ajar

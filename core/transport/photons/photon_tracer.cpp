@@ -13,12 +13,12 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kBlock = 512;                          // photon paths in one unit of work
+constexpr uint32_t kBlock = 512;  // photon paths in one unit of work
 constexpr uint32_t kEmissionDimensions = 5, kBounceDimensions = 5;
 constexpr uint32_t kEvent = 0, kLobe = 1, kDirection = 2, kRoulette = 4;
 
-/// Bounces so far, against the limits that a path tracer would put on the whole path: stored photons still have one bounce
-/// (caustics) or two (global map) before they reach the eye.
+/// Bounces so far, against the limits that a path tracer would put on the whole path: stored photons still have one
+/// bounce (caustics) or two (global map) before they reach the eye.
 struct Bounces {
   int total = 0, diffuse = 0, glossy = 0, transmission = 0;
   bool only_sharp = true;
@@ -30,10 +30,12 @@ struct Bounces {
     transmission += transmitted;
   }
   bool global(const BounceLimits& limits) const {
-    return total < limits.total && diffuse < limits.diffuse && glossy <= limits.glossy + 1 && transmission <= limits.transmission + 1;
+    return total < limits.total && diffuse < limits.diffuse && glossy <= limits.glossy + 1 &&
+           transmission <= limits.transmission + 1;
   }
   bool caustic(const BounceLimits& limits) const {
-    return only_sharp && total > 0 && total <= limits.total && glossy <= limits.glossy + 1 && transmission <= limits.transmission + 1;
+    return only_sharp && total > 0 && total <= limits.total && glossy <= limits.glossy + 1 &&
+           transmission <= limits.transmission + 1;
   }
 };
 
@@ -76,7 +78,8 @@ class BlockTracer {
     end.pdf_origin = pmf * start->pdf_area;
     end.pdf_direction = start->pdf_solid_angle;
     if (guide) guide->mix(lights, light, start->ray.origin, start->normal, start->ray.direction, end);
-    Color flux = start->radiance * (abs_dot(start->normal, start->ray.direction) / (end.pdf_origin * end.pdf_direction * float(emission_.count)));
+    Color flux = start->radiance * (abs_dot(start->normal, start->ray.direction) /
+                                    (end.pdf_origin * end.pdf_direction * float(emission_.count)));
     if (!(max_component(flux) > 0.0f) || !is_finite(flux)) return;
     for (int c = 0; c < 3; ++c) out.emitted[c] += double(flux[c]);
     walk(leave_light(lights, light, *start), flux, out);
@@ -92,7 +95,8 @@ class BlockTracer {
     r.ray.origin = light_.position();
     r.ray.direction = start.direction;
     r.normal = light_.delta ? start.direction : light_.point.ng;
-    r.radiance = light_.program ? light_.shading.emission : lights.lamp_radiance(light, start.position, start.direction, 0.0f, kUsualDistance);
+    r.radiance = light_.program ? light_.shading.emission
+                                : lights.lamp_radiance(light, start.position, start.direction, 0.0f, kUsualDistance);
     const LightSet::LePdf pdf = lights.pdf_le(light, start.position, light_.point.ng, start.direction);
     r.pdf_area = pdf.pdf_area;
     r.pdf_solid_angle = pdf.pdf_solid_angle;
@@ -133,7 +137,8 @@ class BlockTracer {
     }
   }
 
-  void store(const ShadingPoint& point, const Bsdf& rough, Color flux, const Bounces& bounces, const BounceLimits& limits, PhotonBatch& out) {
+  void store(const ShadingPoint& point, const Bsdf& rough, Color flux, const Bounces& bounces,
+             const BounceLimits& limits, PhotonBatch& out) {
     const float cosine = glm::dot(point.wo, point.ng);
     if (!(cosine > 1e-6f)) return;
     const uint32_t side = transmits(rough) ? Photon::kTransmits : 0;
@@ -146,7 +151,8 @@ class BlockTracer {
     }
   }
 
-  /// Chooses the part and the direction, changes `flux`, and plays Russian roulette so that photons keep about the flux they have.
+  /// Chooses the part and the direction, changes `flux`, and plays Russian roulette so that photons keep about the flux
+  /// they have.
   std::optional<BsdfSample> scatter(const ShadingPoint& point, const LobeSplit& split, Color& flux) {
     const Bsdf* bsdf = split.rough() ? split.rough() : split.sharp();
     if (!bsdf) return std::nullopt;
@@ -159,12 +165,14 @@ class BlockTracer {
     const float along_hints = guide ? guide->share_at(point.position) : 0.0f;
     const std::optional<Vec3> along = guide ? guide->direction_at(point.position, u_event, u_direction) : std::nullopt;
     if (split.rough() && split.sharp()) {
-      const float a = luminance(split.rough()->albedo()), b = luminance(split.sharp()->albedo() + split.sharp()->transparency());
+      const float a = luminance(split.rough()->albedo()),
+                  b = luminance(split.sharp()->albedo() + split.sharp()->transparency());
       probability = a + b > 0.0f ? std::clamp(a / (a + b), 0.05f, 0.95f) : 0.5f;
       rough = along || u_event < probability;
       if (!rough) bsdf = split.sharp(), probability = 1.0f - probability;
     }
-    auto sample = along ? sample_of(*bsdf, point.wo, *along) : bsdf->sample(point.wo, u_lobe, u_direction, TransportMode::Importance);
+    auto sample = along ? sample_of(*bsdf, point.wo, *along)
+                        : bsdf->sample(point.wo, u_lobe, u_direction, TransportMode::Importance);
     if (sample && along_hints > 0.0f) {
       sample->pdf_solid_angle *= 1.0f - along_hints;
       if (rough) sample->pdf_solid_angle += guide->pdf_at(point.position, sample->wi) / probability;
@@ -194,13 +202,18 @@ class BlockTracer {
   bool was_rough_ = false;
 };
 
-template <class T> void append(std::vector<T>& to, const std::vector<T>& from) { to.insert(to.end(), from.begin(), from.end()); }
+template <class T>
+void append(std::vector<T>& to, const std::vector<T>& from) {
+  to.insert(to.end(), from.begin(), from.end());
+}
 
 }  // namespace
 
 uint32_t photons_of_a_pass(double pixels) { return uint32_t(std::clamp(pixels / 2, 20000.0, 500000.0)); }
 
-uint32_t photons_of_a_pass(const RenderSettings& s) { return s.photons > 0 ? uint32_t(s.photons) : photons_of_a_pass(double(s.width) * s.height); }
+uint32_t photons_of_a_pass(const RenderSettings& s) {
+  return s.photons > 0 ? uint32_t(s.photons) : photons_of_a_pass(double(s.width) * s.height);
+}
 
 PhotonPlan plan_photons(const Scene& scene) {
   PhotonPlan plan;
@@ -216,9 +229,11 @@ PhotonPlan plan_photons(const Scene& scene) {
     plan.global_reason = plan.caustic_reason = "no surface is rough enough to hold photons";
   } else {
     plan.global = limits.total > 0 && limits.diffuse > 0;
-    plan.global_reason = plan.global ? "light may arrive by way of rough surfaces" : "the bounce limits leave direct light only";
+    plan.global_reason = plan.global ? "light may arrive by way of rough surfaces"
+                                     : "the bounce limits leave direct light only";
     plan.caustic = smooth && limits.total > 0;
-    plan.caustic_reason = plan.caustic ? "a surface may be smooth enough to focus light" : "no surface is smooth enough to focus light";
+    plan.caustic_reason = plan.caustic ? "a surface may be smooth enough to focus light"
+                                       : "no surface is smooth enough to focus light";
   }
   return plan;
 }
@@ -235,7 +250,8 @@ PhotonBatch trace_photons(const Scene& scene, const PhotonEmission& emission, co
     for (uint32_t i = block * kBlock; i < end; ++i) tracer.trace(i, parts[block]);
   });
   size_t global = 0, caustic = 0, sites = 0;
-  for (const PhotonBatch& part : parts) global += part.global.size(), caustic += part.caustic.size(), sites += part.sites.size();
+  for (const PhotonBatch& part : parts)
+    global += part.global.size(), caustic += part.caustic.size(), sites += part.sites.size();
   all.global.reserve(global);
   all.caustic.reserve(caustic);
   all.sites.reserve(sites);

@@ -8,8 +8,8 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kLeaf = 8;             // points; ranges up to this long are searched in order
-constexpr uint32_t kParallel = 8192;      // points; longer ranges are built by two tasks
+constexpr uint32_t kLeaf = 8;         // points; ranges up to this long are searched in order
+constexpr uint32_t kParallel = 8192;  // points; longer ranges are built by two tasks
 constexpr uint32_t kAxisShift = 30;
 
 /// Restore the heap below `root`: a parent is no nearer than its children.
@@ -38,18 +38,21 @@ int facing(Vec3 n) {
 float cosine_to(int facing, Vec3 n) {
   const int axis = facing / 2;
   const float along = (facing & 1) ? -n[axis] : n[axis];
-  const float b = std::abs(n[(axis + 1) % 3]), c = std::abs(n[(axis + 2) % 3]), across = std::max(b, c), least = std::min(b, c);
+  const float b = std::abs(n[(axis + 1) % 3]), c = std::abs(n[(axis + 2) % 3]), across = std::max(b, c),
+              least = std::min(b, c);
   if (along >= across) return 1.0f;
   // On the border `along = across`; beyond its end `along = across = least`.
   const float middle = 0.5f * (along + across);
-  return middle >= least ? std::sqrt(2.0f * middle * middle + least * least) : (along + across + least) / std::sqrt(3.0f);
+  return middle >= least ? std::sqrt(2.0f * middle * middle + least * least)
+                         : (along + across + least) / std::sqrt(3.0f);
 }
 
 float sign_not_zero(float x) { return x < 0.0f ? -1.0f : 1.0f; }
 
 /// The packed direction, its length between 1/sqrt(3) and 1.
 inline Vec3 unpack_unnormalised(uint32_t packed) {
-  const float x = float(int(packed & 0x7fffu) - 16383) / 16383.0f, y = float(int(packed >> 15 & 0x7fffu) - 16383) / 16383.0f;
+  const float x = float(int(packed & 0x7fffu) - 16383) / 16383.0f,
+              y = float(int(packed >> 15 & 0x7fffu) - 16383) / 16383.0f;
   Vec3 d(x, y, 1.0f - std::abs(x) - std::abs(y));
   if (d.z < 0.0f) {
     d.x = (1.0f - std::abs(y)) * sign_not_zero(x);
@@ -134,12 +137,13 @@ template <class Visit>
 void PointTree::search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const {
   struct Range {
     uint32_t begin, end;
-    Vec3 offset;          // from p to the box that splitting planes leave of space, by axes
+    Vec3 offset;  // from p to the box that splitting planes leave of space, by axes
   };
   Range stack[40 + kFacings];
   int depth = 0;
   for (int f = 0; f < kFacings; ++f)
-    if (begin_[f] < begin_[f + 1] && cosine_to(f, normal) > kMinNormalCosine - 1e-3f) stack[depth++] = {begin_[f], begin_[f + 1], Vec3(0.0f)};
+    if (begin_[f] < begin_[f + 1] && cosine_to(f, normal) > kMinNormalCosine - 1e-3f)
+      stack[depth++] = {begin_[f], begin_[f + 1], Vec3(0.0f)};
   const auto test = [&](uint32_t i) {
     const Vec3 offset = points_[i].position - p;
     const float along = glm::dot(offset, normal);

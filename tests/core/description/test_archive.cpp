@@ -2,8 +2,8 @@
 
 #include <cstring>
 
-#include "math/random.h"
 #include "description/archive.h"
+#include "math/random.h"
 #include "scene_fixtures.h"
 
 namespace ajar::test_archive {
@@ -30,7 +30,8 @@ SceneDescription rich_description() {
 /// The same with what only newer files have.
 SceneDescription hairy_description() {
   SceneDescription d = rich_description();
-  MeshDescription mesh = fixtures::hair({{{0, 0, 0}, {0, 0, 1}, {0, 1, 2}}, {{1, 0, 0}, {1, 0, 2}}}, 0.1f, 0.05f, StrandShape::Round);
+  MeshDescription mesh = fixtures::hair({{{0, 0, 0}, {0, 0, 1}, {0, 1, 2}}, {{1, 0, 0}, {1, 0, 2}}}, 0.1f, 0.05f,
+                                        StrandShape::Round);
   mesh.strand_subdivisions = 3;
   mesh.attributes.push_back({"UVMap", Domain::Face, 2, {0.0f, 0.25f, 0.5f, 0.75f}});
   mesh.material_slots = {0, 1};
@@ -52,7 +53,7 @@ TEST(Archive, round_trip_keeps_every_byte) {
 
 TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   const SceneDescription d = rich_description();
-  SceneDescription panorama = d, moving = d;         // what files before version 4, 5, 6, 7, 8, 9 and A cannot say
+  SceneDescription panorama = d, moving = d;  // what files before version 4, 5, 6, 7, 8, 9 and A cannot say
   panorama.camera.panorama.fisheye_fov = 3.0f;
   moving.motion_keys = {d.camera.world_from_camera};
   moving.camera.shutter = {0.0f, 1.0f};
@@ -60,7 +61,8 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   SceneDescription limited = d;
   limited.settings.memory_limit = 1000;
   SceneDescription important = d;
-  important.lights[0].light_importance = important.objects[0].light_importance = important.world.light_importance = 2.0f;
+  important.lights[0].light_importance = important.objects[0].light_importance = important.world
+                                                                                     .light_importance = 2.0f;
   SceneDescription guided = d;
   guided.settings.guiding = "on";
   SceneDescription hairy = hairy_description(), bald = hairy;
@@ -69,7 +71,8 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   bald.meshes.back().strand_shape = StrandShape::Ribbon;
   bald.meshes.back().strand_subdivisions = 2;
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(hairy))), to_bytes(hairy));
-  for (char version = '2'; version <= 'A'; version = version == '9' ? 'A' : char(version + 1)) EXPECT_EQ(to_bytes(from_bytes(to_bytes(hairy, version))), to_bytes(bald));
+  for (char version = '2'; version <= 'A'; version = version == '9' ? 'A' : char(version + 1))
+    EXPECT_EQ(to_bytes(from_bytes(to_bytes(hairy, version))), to_bytes(bald));
   SceneDescription merging = d;
   merging.settings.vertex_merging = "on";
   const auto written = to_bytes(d);
@@ -77,17 +80,23 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(moving))), to_bytes(moving));
   EXPECT_NE(to_bytes(panorama), written);
   EXPECT_NE(to_bytes(moving), written);
-  for (char version = '2'; version < '4'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(panorama, version))), written);
-  for (char version = '2'; version < '5'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(guided, version))), written);
-  for (char version = '2'; version < '6'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(moving, version))), written);
-  for (char version = '2'; version < '7'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(merging, version))), written);
+  for (char version = '2'; version < '4'; ++version)
+    EXPECT_EQ(to_bytes(from_bytes(to_bytes(panorama, version))), written);
+  for (char version = '2'; version < '5'; ++version)
+    EXPECT_EQ(to_bytes(from_bytes(to_bytes(guided, version))), written);
+  for (char version = '2'; version < '6'; ++version)
+    EXPECT_EQ(to_bytes(from_bytes(to_bytes(moving, version))), written);
+  for (char version = '2'; version < '7'; ++version)
+    EXPECT_EQ(to_bytes(from_bytes(to_bytes(merging, version))), written);
   EXPECT_NE(to_bytes(from_bytes(to_bytes(merging))), written);
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(limited))), to_bytes(limited));
   EXPECT_NE(to_bytes(limited), written);
-  for (char version = '2'; version < '8'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(limited, version))), written);
+  for (char version = '2'; version < '8'; ++version)
+    EXPECT_EQ(to_bytes(from_bytes(to_bytes(limited, version))), written);
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(important))), to_bytes(important));
   EXPECT_NE(to_bytes(important), written);
-  for (char version = '2'; version < '9'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(important, version))), written);
+  for (char version = '2'; version < '9'; ++version)
+    EXPECT_EQ(to_bytes(from_bytes(to_bytes(important, version))), written);
   SceneDescription bumped = d;
   bumped.settings.bump_terminator = BumpTerminator::Microfacet;
   EXPECT_EQ(from_bytes(to_bytes(bumped)).settings.bump_terminator, BumpTerminator::Microfacet);
@@ -96,7 +105,8 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   named.objects[0].properties = {{"tint", true, Vec4(1, 2, 3, 4)}};
   EXPECT_EQ(from_bytes(to_bytes(named)).objects[0].properties.at(0).value, Vec4(1, 2, 3, 4));
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(named))), to_bytes(named));
-  for (char version = '2'; version <= '9'; ++version) EXPECT_EQ(to_bytes(from_bytes(to_bytes(named, version))), written);
+  for (char version = '2'; version <= '9'; ++version)
+    EXPECT_EQ(to_bytes(from_bytes(to_bytes(named, version))), written);
   std::vector<char> bytes = to_bytes(d);
   bytes[7] = '1';
   EXPECT_THROW(from_bytes(bytes), SceneError);
@@ -105,10 +115,12 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
 TEST(Archive, truncated_files_are_refused_at_every_length) {
   const std::vector<char> bytes = to_bytes(rich_description());
   for (size_t length = 0; length < bytes.size(); length += 1 + length / 50)
-    EXPECT_THROW(from_bytes(std::vector<char>(bytes.begin(), bytes.begin() + std::ptrdiff_t(length))), SceneError) << length;
+    EXPECT_THROW(from_bytes(std::vector<char>(bytes.begin(), bytes.begin() + std::ptrdiff_t(length))), SceneError)
+        << length;
 }
 
-/// A count must not make room for more than the file's bytes can fill: meshes of three hundred bytes for each byte left of it.
+/// A count must not make room for more than the file's bytes can fill: meshes of three hundred bytes for each byte left
+/// of it.
 TEST(Archive, lists_longer_than_the_file_can_hold_are_refused_before_there_is_room_for_them) {
   std::vector<char> bytes = to_bytes(SceneDescription{});
   bytes.resize(16);
@@ -119,7 +131,8 @@ TEST(Archive, lists_longer_than_the_file_can_hold_are_refused_before_there_is_ro
     from_bytes(bytes);
     FAIL();
   } catch (const SceneError& error) {
-    EXPECT_STREQ(error.what(), "The scene file is damaged.");   // not "ends too early", which it would find when reading them
+    EXPECT_STREQ(error.what(),
+                 "The scene file is damaged.");  // not "ends too early", which it would find when reading them
   }
   // As many as fit are read: a mesh without anything takes no fewer bytes than is thought.
   SceneDescription empty;
@@ -130,7 +143,8 @@ TEST(Archive, lists_longer_than_the_file_can_hold_are_refused_before_there_is_ro
   for (ImageDescription& image : empty.images) image.color_space.clear();
   empty.lights.resize(1000);
   empty.hints.resize(1000);
-  for (char version : {'2', '9', 'A', 'B', 'C'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(empty, version))), to_bytes(empty));
+  for (char version : {'2', '9', 'A', 'B', 'C'})
+    EXPECT_EQ(to_bytes(from_bytes(to_bytes(empty, version))), to_bytes(empty));
 }
 
 TEST(Archive, flipped_bytes_never_crash_the_reader_or_the_build) {
@@ -180,7 +194,10 @@ TEST(Archive, the_fingerprint_changes_with_the_scene_and_not_with_the_view) {
     return fingerprint(copy) != before;
   };
   EXPECT_FALSE(changed([](auto&) {}));
-  EXPECT_FALSE(changed([](auto& c) { c.camera.clip_end = 7.0f; c.settings.width = 3; }));
+  EXPECT_FALSE(changed([](auto& c) {
+    c.camera.clip_end = 7.0f;
+    c.settings.width = 3;
+  }));
   EXPECT_TRUE(changed([](auto& c) { c.instances[0].world_from_object[3] += 1e-6f; }));
   EXPECT_TRUE(changed([](auto& c) { c.materials[0].graph.nodes[0].inputs[0].value.x = 0.75f; }));
   EXPECT_TRUE(changed([](auto& c) { c.lights[0].energy += 1.0f; }));

@@ -68,15 +68,18 @@ TEST_P(Filters, samples_are_distributed_like_the_filter) {
     counts[size_t(std::min(kBins - 1, int((x / full + 0.5f) * kBins)))] += 1.0;
   }
   for (int b = 0; b < kBins; ++b) {
-    for (int k = 0; k < 100; ++k) expected[size_t(b)] += filter.value(kind, ((b + (k + 0.5) / 100.0) / kBins - 0.5) * double(full));
+    for (int k = 0; k < 100; ++k)
+      expected[size_t(b)] += filter.value(kind, ((b + (k + 0.5) / 100.0) / kBins - 0.5) * double(full));
     total += expected[size_t(b)];
   }
-  for (int b = 0; b < kBins; ++b) EXPECT_NEAR(counts[size_t(b)] / kSamples, expected[size_t(b)] / total, 2e-4) << "bin " << b;
+  for (int b = 0; b < kBins; ++b)
+    EXPECT_NEAR(counts[size_t(b)] / kSamples, expected[size_t(b)] / total, 2e-4) << "bin " << b;
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, Filters,
                          ::testing::Values(std::pair(FilterKind::Box, 1.0f), std::pair(FilterKind::Gaussian, 1.5f),
-                                           std::pair(FilterKind::BlackmanHarris, 1.5f), std::pair(FilterKind::BlackmanHarris, 4.0f)));
+                                           std::pair(FilterKind::BlackmanHarris, 1.5f),
+                                           std::pair(FilterKind::BlackmanHarris, 4.0f)));
 
 TEST(Film, splats_add_to_the_mean_of_samples_whatever_their_order) {
   Film film(2, 3, 4, 5, {"Combined"}), other(2, 3, 4, 5, {"Combined"});
@@ -87,7 +90,7 @@ TEST(Film, splats_add_to_the_mean_of_samples_whatever_their_order) {
   for (int i = 0; i < 1000; ++i) values.push_back(Color(rng.next_float() * 1000.0f, rng.next_float() * 1e-3f, 1.0f));
   for (size_t i = 0; i < values.size(); ++i) film.add_splat(3, 4, values[i], i & 1);
   for (size_t i = values.size(); i-- > 0;) other.add_splat(3, 4, values[i], i & 1);
-  film.add_splat(0, 0, Color(1e6f), false);    // outside: ignored
+  film.add_splat(0, 0, Color(1e6f), false);  // outside: ignored
   for (Film* f : {&film, &other}) {
     f->add_sample(3, 4, Color(2.0f), 1.0f, nullptr);
     f->add_sample(3, 4, Color(4.0f), 1.0f, nullptr);
@@ -133,7 +136,8 @@ TEST(Film, thresholds_of_the_eye_are_continuous_and_have_known_ends) {
   EXPECT_NEAR(std::log10(tvi(1e-6)), -2.86, 1e-9);
   EXPECT_NEAR(std::log10(tvi(1e4)), 4.0 - 1.255, 1e-9);
   for (double joint : {-3.94, -1.44, -0.0184, 1.9})
-    EXPECT_NEAR(std::log10(tvi(std::pow(10.0, joint - 1e-4))), std::log10(tvi(std::pow(10.0, joint + 1e-4))), 0.02) << joint;
+    EXPECT_NEAR(std::log10(tvi(std::pow(10.0, joint - 1e-4))), std::log10(tvi(std::pow(10.0, joint + 1e-4))), 0.02)
+        << joint;
 }
 
 TEST(Film, error_passes_and_estimates_are_the_deviation_of_the_mean_in_their_units) {
@@ -164,16 +168,19 @@ TEST(Film, error_pass_of_splats_is_their_deviation) {
   film.end_splats(1.0);
   double sum = 0.0;
   for (float v : film.resolve("Error", 1.0f)) sum += double(v) * double(v) / (64.0 * 64.0);
-  EXPECT_NEAR(sum, 16.0 * (1.0 + 3.0 / 16.0) / (16.0 * 16.0), 0.006);   // E 1/M^2 of Poisson M to second order
+  EXPECT_NEAR(sum, 16.0 * (1.0 + 3.0 / 16.0) / (16.0 * 16.0), 0.006);  // E 1/M^2 of Poisson M to second order
 }
 
 TEST(Film, estimated_error_is_right_for_independent_and_for_stratified_samples) {
-  // An edge in every pixel: the quarter disc of radius t covers pi t^2 / 4 of it. Stratified samples err several times less.
+  // An edge in every pixel: the quarter disc of radius t covers pi t^2 / 4 of it. Stratified samples err several times
+  // less.
   for (const Sampler::Kind kind : {Sampler::Kind::Independent, Sampler::Kind::Sobol}) {
     RunningMoments ratio, visible_ratio, scatter_ratio;
     for (uint32_t seed = 0; seed < 10; ++seed) {
       Film film(0, 0, 64, 64, {"Combined"});
-      const auto radius = [&](int x, int y) { return 0.3f + 0.6f * to_unit_float(hash_combine(uint32_t(x) + 64 * seed, uint32_t(y))); };
+      const auto radius = [&](int x, int y) {
+        return 0.3f + 0.6f * to_unit_float(hash_combine(uint32_t(x) + 64 * seed, uint32_t(y)));
+      };
       Sampler sampler(kind, seed);
       for (uint32_t end : {16u, 32u, 64u}) {
         for (int y = 0; y < 64; ++y) {
@@ -190,7 +197,8 @@ TEST(Film, estimated_error_is_right_for_independent_and_for_stratified_samples) 
       const auto image = film.resolve("Combined", 1.0f);
       double truth = 0.0, visible = 0.0;
       for (int i = 0; i < 64 * 64; ++i) {
-        const double t = double(radius(i % 64, i / 64)), right = 0.2 + kPi * t * t / 4.0, e = double(image[size_t(i) * 4]) - right;
+        const double t = double(radius(i % 64, i / 64)), right = 0.2 + kPi * t * t / 4.0,
+                     e = double(image[size_t(i) * 4]) - right;
         truth += e * e / (right * right + 0.01) / 4096.0;
         visible += 1e4 * e * e / tvi(100.0 * right) / 4096.0;
       }
@@ -201,12 +209,15 @@ TEST(Film, estimated_error_is_right_for_independent_and_for_stratified_samples) 
     }
     EXPECT_NEAR(ratio.mean(), 1.0, 0.15) << int(kind);
     EXPECT_NEAR(visible_ratio.mean(), 1.0, 0.15) << int(kind);
-    if (kind == Sampler::Kind::Sobol) { EXPECT_GT(scatter_ratio.mean(), 2.0); }
+    if (kind == Sampler::Kind::Sobol) {
+      EXPECT_GT(scatter_ratio.mean(), 2.0);
+    }
   }
 }
 
 TEST(Film, estimated_error_is_right_where_few_bright_samples_make_it) {
-  // Grey of 0.2, and one sample in fifty brings 10: pixels that have met more of those than others seem bright, and must not hide their error by that.
+  // Grey of 0.2, and one sample in fifty brings 10: pixels that have met more of those than others seem bright, and
+  // must not hide their error by that.
   RunningMoments ratio, visible_ratio;
   for (uint32_t seed = 0; seed < 20; ++seed) {
     Film film(0, 0, 48, 48, {"Combined"});
@@ -214,13 +225,17 @@ TEST(Film, estimated_error_is_right_where_few_bright_samples_make_it) {
       for (int y = 0; y < 48; ++y)
         for (int x = 0; x < 48; ++x)
           for (uint32_t i = film.samples_of(x, y); i < end; ++i)
-            film.add_sample(x, y, Color(to_unit_float(hash_combine(hash_combine(seed, uint32_t(y * 48 + x)), i)) < 0.02f ? 10.0f : 0.2f), 1.0f, nullptr);
+            film.add_sample(
+                x, y,
+                Color(to_unit_float(hash_combine(hash_combine(seed, uint32_t(y * 48 + x)), i)) < 0.02f ? 10.0f : 0.2f),
+                1.0f, nullptr);
       if (end < 32) film.remember(end);
     }
     const auto image = film.resolve("Combined", 1.0f);
     const double right = 0.2 + 0.02 * 9.8;
     double truth = 0.0;
-    for (size_t i = 0; i < 48 * 48; ++i) truth += (double(image[4 * i]) - right) * (double(image[4 * i]) - right) / 2304.0;
+    for (size_t i = 0; i < 48 * 48; ++i)
+      truth += (double(image[4 * i]) - right) * (double(image[4 * i]) - right) / 2304.0;
     const Film::ErrorEstimate estimate = film.estimated_error(32);
     ratio.add(estimate.relmse / (truth / (right * right + 0.01)));
     visible_ratio.add(estimate.perceptual / (1e4 * truth / tvi(100.0 * right)));
@@ -235,7 +250,11 @@ void add_rare_bright_samples(Film& film, uint32_t seed, uint32_t end) {
   for (int y = 0; y < film.height(); ++y)
     for (int x = 0; x < film.width(); ++x)
       for (uint32_t i = film.samples_of(x, y); i < end; ++i)
-        film.add_sample(x, y, Color(to_unit_float(hash_combine(hash_combine(seed, uint32_t(y * film.width() + x)), i)) < 0.02f ? 10.0f : 0.2f), 1.0f, nullptr);
+        film.add_sample(
+            x, y,
+            Color(to_unit_float(hash_combine(hash_combine(seed, uint32_t(y * film.width() + x)), i)) < 0.02f ? 10.0f
+                                                                                                             : 0.2f),
+            1.0f, nullptr);
 }
 }  // namespace
 
@@ -249,7 +268,7 @@ TEST(Film, estimated_error_does_not_jump_where_another_picture_becomes_the_lates
     }
     add_rare_bright_samples(film, seed, 42);
     const double before = film.estimated_error(42).relmse;
-    add_rare_bright_samples(film, seed, 43);   // 32 is less than three quarters of it
+    add_rare_bright_samples(film, seed, 43);  // 32 is less than three quarters of it
     jump.add(std::abs(std::log(film.estimated_error(43).relmse * 43.0 / (before * 42.0))));
   }
   EXPECT_LT(jump.mean(), 0.02);

@@ -43,12 +43,18 @@ float random_number(uint32_t seed, int x, int y, uint32_t index) {
   return to_unit_float(hash_combine(hash_combine(seed, uint32_t(y) * 1000u + uint32_t(x)), index));
 }
 /// A black block before the left half of the picture, where there is no noise then.
-void hide_the_left(SceneDescription& d) { add_object(d, cube(false), add_diffuse(d, Color(0.0f)), moved(Vec3(-0.25f, -0.5f, 0.0f), 0.3f)); }
+void hide_the_left(SceneDescription& d) {
+  add_object(d, cube(false), add_diffuse(d, Color(0.0f)), moved(Vec3(-0.25f, -0.5f, 0.0f), 0.3f));
+}
 
 /// Mean 1, bright in one sample of eight only: what a pilot most easily misjudges.
-float rare(uint32_t seed, int x, int y, uint32_t index) { return random_number(seed, x, y, index) < 0.125f ? 8.0f : 0.0f; }
+float rare(uint32_t seed, int x, int y, uint32_t index) {
+  return random_number(seed, x, y, index) < 0.125f ? 8.0f : 0.0f;
+}
 /// The same, nearly all of it left of `middle`.
-float rare_left(uint32_t seed, int x, int y, uint32_t index, int middle) { return (x < middle ? 1.9f : 0.1f) * rare(seed, x, y, index); }
+float rare_left(uint32_t seed, int x, int y, uint32_t index, int middle) {
+  return (x < middle ? 1.9f : 0.1f) * rare(seed, x, y, index);
+}
 
 double mean_of(const Film& film) {
   const auto image = film.resolve("Combined", 1.0f);
@@ -57,7 +63,8 @@ double mean_of(const Film& film) {
   return sum / double(image.size() / 4);
 }
 
-/// The scheme that algorithms.md, section 1, warns of: each pixel's own early samples decide how many more they are averaged with.
+/// The scheme that algorithms.md, section 1, warns of: each pixel's own early samples decide how many more they are
+/// averaged with.
 std::vector<uint32_t> naive_goals(Film& film, uint32_t early, uint32_t samples) {
   film.early_samples().join(early);
   std::vector<double> deviation;
@@ -68,7 +75,9 @@ std::vector<uint32_t> naive_goals(Film& film, uint32_t early, uint32_t samples) 
     sum += deviation.back();
   }
   std::vector<uint32_t> goals;
-  for (double d : deviation) goals.push_back(early + uint32_t(sum > 0.0 ? (samples - early) * d / sum * double(deviation.size()) : samples - early));
+  for (double d : deviation)
+    goals.push_back(early +
+                    uint32_t(sum > 0.0 ? (samples - early) * d / sum * double(deviation.size()) : samples - early));
   return goals;
 }
 
@@ -83,7 +92,7 @@ TEST(ImagePlan, mean_of_an_adaptive_picture_is_that_of_a_uniform_one_and_the_nai
     const Toy toy = [&](int x, int y, uint32_t index) { return rare_left(seed, x, y, index, kSize / 2); };
     Film film(0, 0, kSize, kSize, {"Combined"}), other(0, 0, kSize, kSize, {"Combined"});
     ImagePlan plan(ErrorMeasure::Relative, 2, seed);
-    follow_plan(plan, film, 40, toy);   // looks after 2, 16 and 32 samples
+    follow_plan(plan, film, 40, toy);  // looks after 2, 16 and 32 samples
     planned.add(mean_of(film));
     uneven += film.sample_counts().most >= 60;
     other.set_goals(std::vector<uint32_t>(kSize * kSize, 2));
@@ -93,7 +102,7 @@ TEST(ImagePlan, mean_of_an_adaptive_picture_is_that_of_a_uniform_one_and_the_nai
     naive.add(mean_of(other));
   }
   EXPECT_TRUE(statistical::mean_agrees(planned, 1.0, {0.01, 2}));
-  EXPECT_FALSE(statistical::mean_agrees(naive, 1.0, {1e-6, 1}));   // about -10 %
+  EXPECT_FALSE(statistical::mean_agrees(naive, 1.0, {1e-6, 1}));  // about -10 %
   EXPECT_LT(naive.mean(), 0.98);
   EXPECT_GT(uneven, 1000);
 }
@@ -150,7 +159,9 @@ TEST(ImagePlan, counts_of_a_colour_do_not_depend_on_its_own_samples_nor_on_late_
       plan_two.plan(two, next);
       for (size_t i = 0; i < one.goals().size(); ++i) {
         const bool white = ((i % 16) + (i / 16)) % 2 == 1;
-        if (white) { ASSERT_EQ(one.goals()[i], two.goals()[i]) << "pixel " << i << " of seed " << seed << " at " << next; }
+        if (white) {
+          ASSERT_EQ(one.goals()[i], two.goals()[i]) << "pixel " << i << " of seed " << seed << " at " << next;
+        }
         blacks_differ |= !white && one.goals()[i] != two.goals()[i];
       }
       add_missing_samples(one, next, [&](int x, int y, uint32_t index) { return rare_left(seed, x, y, index, 8); });
@@ -165,7 +176,9 @@ TEST(ImagePlan, counts_of_a_colour_do_not_depend_on_its_own_samples_nor_on_late_
 }
 
 TEST(ImagePlan, goals_sum_to_the_budget_and_keep_a_floor_however_the_render_is_cut) {
-  const Toy toy = [](int x, int y, uint32_t index) { return (x < 5 ? 10.0f : 0.1f) * random_number(3, x, y, index) + 1.0f; };
+  const Toy toy = [](int x, int y, uint32_t index) {
+    return (x < 5 ? 10.0f : 0.1f) * random_number(3, x, y, index) + 1.0f;
+  };
   Film film(0, 0, 21, 17, {"Combined"}), other(0, 0, 21, 17, {"Combined"});
   ImagePlan plan(ErrorMeasure::Relative, 4, 1), other_plan(ErrorMeasure::Relative, 4, 1);
   follow_plan(plan, film, 75, toy);
@@ -178,11 +191,13 @@ TEST(ImagePlan, goals_sum_to_the_budget_and_keep_a_floor_however_the_render_is_c
 }
 
 TEST(ImagePlan, error_falls_as_theory_says_for_noise_in_a_corner) {
-  // One pixel in sixteen has standard deviation s, the others s / 20: the least sum of variances is (mean deviation)^2, here a seventh of
-  // what equal counts give. Smoothing, the floor and the first samples may cost half of that gain.
+  // One pixel in sixteen has standard deviation s, the others s / 20: the least sum of variances is (mean deviation)^2,
+  // here a seventh of what equal counts give. Smoothing, the floor and the first samples may cost half of that gain.
   RunningMoments planned, uniform;
   for (uint32_t seed = 0; seed < 60; ++seed) {
-    const Toy toy = [&](int x, int y, uint32_t index) { return 1.0f + (x < 8 && y < 8 ? 1.0f : 0.05f) * (random_number(seed, x, y, index) - 0.5f); };
+    const Toy toy = [&](int x, int y, uint32_t index) {
+      return 1.0f + (x < 8 && y < 8 ? 1.0f : 0.05f) * (random_number(seed, x, y, index) - 0.5f);
+    };
     Film film(0, 0, 32, 32, {"Combined"}), flat(0, 0, 32, 32, {"Combined"});
     ImagePlan plan(ErrorMeasure::Relative, 4, seed);
     follow_plan(plan, film, 32, toy);
@@ -201,7 +216,9 @@ TEST(ImagePlan, noise_that_cannot_be_predicted_leaves_counts_unchanged) {
   // One bright sample in a thousand: nearly all pixels look black, and those that do not say nothing about others.
   int uneven = 0;
   for (uint32_t seed = 0; seed < 60; ++seed) {
-    const Toy toy = [&](int x, int y, uint32_t index) { return random_number(seed, x, y, index) < 1e-3f ? 1000.0f : 0.0f; };
+    const Toy toy = [&](int x, int y, uint32_t index) {
+      return random_number(seed, x, y, index) < 1e-3f ? 1000.0f : 0.0f;
+    };
     Film film(0, 0, 48, 48, {"Combined"});
     ImagePlan plan(ErrorMeasure::Relative, 4, seed);
     follow_plan(plan, film, 64, toy);
@@ -276,7 +293,8 @@ SceneDescription lit_room(int size) {
 }  // namespace
 
 TEST(ImageSampling, same_seed_same_image_for_any_number_of_threads) {
-  for (const char* integrator : {"path", "path guided", "path measured", "path ocv", "bdpt", "bdpt merging", "photon_map", "irradiance_cache"}) {
+  for (const char* integrator :
+       {"path", "path guided", "path measured", "path ocv", "bdpt", "bdpt merging", "photon_map", "irradiance_cache"}) {
     SCOPED_TRACE(integrator);
     SceneDescription d = lit_room(16);
     hide_the_left(d);
@@ -290,7 +308,8 @@ TEST(ImageSampling, same_seed_same_image_for_any_number_of_threads) {
     const Rendered one = render(d, 1), many = render(d, 4);
     EXPECT_EQ(one.image, many.image);
     EXPECT_EQ(one.counts, many.counts);
-    EXPECT_NE(*std::min_element(one.counts.begin(), one.counts.end()), *std::max_element(one.counts.begin(), one.counts.end()));
+    EXPECT_NE(*std::min_element(one.counts.begin(), one.counts.end()),
+              *std::max_element(one.counts.begin(), one.counts.end()));
     EXPECT_NEAR(std::accumulate(one.counts.begin(), one.counts.end(), 0.0), 40.0 * 256.0, 0.5);
   }
 }
@@ -307,7 +326,7 @@ TEST(ImageSampling, regions_and_objects_of_importance_get_their_samples) {
   d.settings.importance_factor = 8.0f;
   EXPECT_GT(odds_of_the_right(render(d, 2).counts), 2.0 * before);
   EXPECT_TRUE(importance_map(build(lit_room(20)), 1, kGoOn).empty());
-  d.objects.back().importance = 0.5f;   // the ball, right of the middle
+  d.objects.back().importance = 0.5f;  // the ball, right of the middle
   const std::vector<float> map = importance_map(build(d), 1, kGoOn);
   ASSERT_EQ(map.size(), 400u);
   EXPECT_EQ(map[0], 1.0f);
@@ -334,7 +353,9 @@ TEST(ImageSampling, means_stay_where_samples_of_a_pass_share_photons) {
           sum[i % 8 >= 4] += double(r.image[4 * i + 1]);
           counts[i % 8 >= 4] += double(r.counts[i]);
         }
-        if (important) { EXPECT_GT(counts[1], 2.0 * counts[0]); }
+        if (important) {
+          EXPECT_GT(counts[1], 2.0 * counts[0]);
+        }
         for (int half = 0; half < 2; ++half) (important ? uneven : even)[half].add(sum[half]);
       }
     }

@@ -68,7 +68,8 @@ TEST_P(CameraImportance, film_of_finds_where_a_ray_came_from) {
   for (int i = 0; i < 200; ++i) {
     const Vec2 film(100.0f * rng.next_float(), 100.0f * rng.next_float()), u_lens(rng.next_float(), rng.next_float());
     const Ray ray = camera.generate_ray(film, u_lens, 0.0f);
-    const auto found = camera.film_of(camera.sample_lens_point(u_lens), ray.origin + (0.5f + 7.0f * rng.next_float()) * ray.direction);
+    const auto found = camera.film_of(camera.sample_lens_point(u_lens),
+                                      ray.origin + (0.5f + 7.0f * rng.next_float()) * ray.direction);
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->x, film.x, 2e-3f);
     EXPECT_NEAR(found->y, film.y, 2e-3f);
@@ -81,7 +82,8 @@ TEST_P(CameraImportance, film_density_is_the_jacobian_of_the_ray) {
   const bool parallel = camera.is_orthographic();
   Pcg32 rng(8);
   for (int i = 0; i < 50; ++i) {
-    const Vec2 film(5.0f + 90.0f * rng.next_float(), 5.0f + 90.0f * rng.next_float()), u_lens(rng.next_float(), rng.next_float());
+    const Vec2 film(5.0f + 90.0f * rng.next_float(), 5.0f + 90.0f * rng.next_float()),
+        u_lens(rng.next_float(), rng.next_float());
     // Directions of rays, or where parallel ones cross a plane perpendicular to them.
     const auto at = [&](float dx, float dy) {
       const Ray ray = camera.generate_ray(film + Vec2(dx, dy), u_lens, 0.0f);
@@ -94,8 +96,10 @@ TEST_P(CameraImportance, film_density_is_the_jacobian_of_the_ray) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, CameraImportance,
-                         ::testing::Values(std::pair(CameraKind::Perspective, 0.0f), std::pair(CameraKind::Perspective, 0.3f),
-                                           std::pair(CameraKind::Orthographic, 0.0f), std::pair(CameraKind::Orthographic, 0.3f)));
+                         ::testing::Values(std::pair(CameraKind::Perspective, 0.0f),
+                                           std::pair(CameraKind::Perspective, 0.3f),
+                                           std::pair(CameraKind::Orthographic, 0.0f),
+                                           std::pair(CameraKind::Orthographic, 0.3f)));
 
 TEST(Camera, density_on_the_lens_is_one_over_its_area) {
   SceneDescription d;
@@ -149,8 +153,12 @@ TEST_P(PanoramicCamera, film_density_is_the_jacobian_of_the_ray) {
   Pcg32 rng(8);
   for (int i = 0; i < 100; ++i) {
     const Vec2 film(5.0f + 90.0f * rng.next_float(), 5.0f + 70.0f * rng.next_float());
-    if (!camera.sees(film + Vec2(3, 3)) || !camera.sees(film + Vec2(3, -3)) || !camera.sees(film + Vec2(-3, 3)) || !camera.sees(film - Vec2(3, 3))) continue;
-    const auto at = [&](float dx, float dy) { return camera.generate_ray(film + Vec2(dx, dy), Vec2(0.5f), 0.0f).direction; };
+    if (!camera.sees(film + Vec2(3, 3)) || !camera.sees(film + Vec2(3, -3)) || !camera.sees(film + Vec2(-3, 3)) ||
+        !camera.sees(film - Vec2(3, 3)))
+      continue;
+    const auto at = [&](float dx, float dy) {
+      return camera.generate_ray(film + Vec2(dx, dy), Vec2(0.5f), 0.0f).direction;
+    };
     const float area = glm::length(glm::cross(at(0.5f, 0) - at(-0.5f, 0), at(0, 0.5f) - at(0, -0.5f)));
     EXPECT_NEAR(camera.film_density(at(0, 0)) * area, 1.0f, 5e-3f);
   }
@@ -165,15 +173,17 @@ TEST_P(PanoramicCamera, density_integrates_to_what_is_seen_of_the_film) {
   for (int i = 0; i < kDraws; ++i) {
     const Vec3 direction = warp::square_to_sphere({rng.next_float(), rng.next_float()});
     const auto film = camera.film_of(camera.position(), camera.position() + direction);
-    if (film && film->x >= 0.0f && film->x < 100.0f && film->y >= 0.0f && film->y < 80.0f) by_direction += double(camera.film_density(direction)) * 4.0 * double(kPi) / kDraws;
+    if (film && film->x >= 0.0f && film->x < 100.0f && film->y >= 0.0f && film->y < 80.0f)
+      by_direction += double(camera.film_density(direction)) * 4.0 * double(kPi) / kDraws;
     by_film += camera.sees({100.0f * rng.next_float(), 80.0f * rng.next_float()}) ? 8000.0 / kDraws : 0.0;
   }
   EXPECT_NEAR(by_direction / by_film, 1.0, 0.05);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, PanoramicCamera,
-                         ::testing::Values(PanoramaKind::Equirectangular, PanoramaKind::FisheyeEquidistant, PanoramaKind::FisheyeEquisolid,
-                                           PanoramaKind::MirrorBall, PanoramaKind::CubemapFace));
+                         ::testing::Values(PanoramaKind::Equirectangular, PanoramaKind::FisheyeEquidistant,
+                                           PanoramaKind::FisheyeEquisolid, PanoramaKind::MirrorBall,
+                                           PanoramaKind::CubemapFace));
 
 TEST(Camera, paths_are_not_joined_to_panoramas_that_see_a_direction_twice) {
   SceneDescription d;
@@ -181,10 +191,10 @@ TEST(Camera, paths_are_not_joined_to_panoramas_that_see_a_direction_twice) {
   d.camera.kind = CameraKind::Panorama;
   d.camera.screen_window = Vec4(0, 1, 0, 1);
   const auto finds = [&] { return Camera(d.camera, 100, 50).finds_film(1.5f); };
-  EXPECT_FALSE(finds());                             // the whole sphere, and a little beyond its seam
+  EXPECT_FALSE(finds());  // the whole sphere, and a little beyond its seam
   d.camera.panorama.limits = Vec4(-3, 3, -1.4f, 1.4f);
   EXPECT_TRUE(finds());
-  d.camera.aperture_radius = 0.1f;                   // the lens turns with the view
+  d.camera.aperture_radius = 0.1f;  // the lens turns with the view
   EXPECT_FALSE(finds());
   d.camera.aperture_radius = 0.0f;
   d.camera.panorama.kind = PanoramaKind::FisheyeEquidistant;
@@ -206,7 +216,9 @@ TEST(Camera, a_polynomial_lens_that_is_linear_is_an_equidistant_one) {
   d.camera.panorama.polynomial = {0, -0.05f * kPi, 0, 0, 0};
   const Camera polynomial(d.camera, 100, 100);
   for (const Vec2 film : {Vec2(50, 50), Vec2(20, 70), Vec2(80, 33)})
-    EXPECT_LT(glm::length(equidistant.generate_ray(film, Vec2(0.5f), 0).direction - polynomial.generate_ray(film, Vec2(0.5f), 0).direction), 1e-5f);
+    EXPECT_LT(glm::length(equidistant.generate_ray(film, Vec2(0.5f), 0).direction -
+                          polynomial.generate_ray(film, Vec2(0.5f), 0).direction),
+              1e-5f);
   EXPECT_TRUE(sees_nothing(polynomial.generate_ray({2, 2}, Vec2(0.5f), 0)));
 }
 
@@ -238,10 +250,11 @@ TEST(Camera, the_first_blade_is_perpendicular_to_the_rotation) {
     const Camera camera(d.camera, 10, 10);
     Pcg32 rng(3);
     float most = 0.0f;
-    for (int i = 0; i < 4000; ++i) most = std::max(most, glm::dot(Vec2(camera.sample_lens_point({rng.next_float(), rng.next_float()})), along));
+    for (int i = 0; i < 4000; ++i)
+      most = std::max(most, glm::dot(Vec2(camera.sample_lens_point({rng.next_float(), rng.next_float()})), along));
     return most;
   };
-  EXPECT_NEAR(furthest({1, 0}), std::sqrt(0.5f), 0.02f);   // the edge of a blade, not a corner
+  EXPECT_NEAR(furthest({1, 0}), std::sqrt(0.5f), 0.02f);  // the edge of a blade, not a corner
   d.camera.blade_rotation = 0.25f * kPi;
   EXPECT_NEAR(furthest({1, 0}), 1.0f, 0.04f);
 }
@@ -260,7 +273,8 @@ TEST(Camera, an_orthographic_lens_is_at_the_near_clipping_plane) {
     const Ray ray = camera.generate_ray({50, 50}, u_lens, 0.0f);
     EXPECT_NEAR(ray.origin.y, -3.5f, 1e-5f);
     EXPECT_NEAR(ray.t_min, 0.0f, 1e-6f);
-    const Vec3 met = ray.origin + ray.direction * ((-1.5f - ray.origin.y) / ray.direction.y);   // in focus: 2 beyond the lens
+    const Vec3 met = ray.origin +
+                     ray.direction * ((-1.5f - ray.origin.y) / ray.direction.y);  // in focus: 2 beyond the lens
     EXPECT_LT(glm::length(met - Vec3(0, -1.5f, 0)), 1e-4f);
     const auto found = camera.film_of(camera.sample_lens_point(u_lens), ray.origin + 4.0f * ray.direction);
     ASSERT_TRUE(found);

@@ -10,11 +10,12 @@ namespace {
 
 // Six squares of four triangles each, as Blender 3.4.1 listed their edges, and what its Cycles showed.
 TEST(MeshAnalysis, islands_have_the_random_numbers_of_cycles) {
-  const std::vector<MeshEdge> edges = {
-      {0, 1},   {1, 2},   {2, 3},   {0, 4},   {5, 6},   {6, 7},   {7, 8},   {5, 9},   {10, 11}, {11, 12}, {12, 13}, {10, 14},
-      {0, 3},   {16, 17}, {10, 13}, {15, 19}, {20, 23}, {20, 21}, {21, 22}, {22, 23}, {20, 24}, {25, 26}, {26, 27}, {27, 28},
-      {1, 4},   {11, 14}, {21, 24}, {2, 4},   {12, 14}, {22, 24}, {3, 4},   {13, 14}, {23, 24}, {15, 16}, {5, 8},   {15, 18},
-      {25, 28}, {25, 29}, {6, 9},   {16, 19}, {26, 29}, {17, 18}, {7, 9},   {17, 19}, {27, 29}, {8, 9},   {18, 19}, {28, 29}};
+  const std::vector<MeshEdge> edges = {{0, 1},   {1, 2},   {2, 3},   {0, 4},   {5, 6},   {6, 7},   {7, 8},   {5, 9},
+                                       {10, 11}, {11, 12}, {12, 13}, {10, 14}, {0, 3},   {16, 17}, {10, 13}, {15, 19},
+                                       {20, 23}, {20, 21}, {21, 22}, {22, 23}, {20, 24}, {25, 26}, {26, 27}, {27, 28},
+                                       {1, 4},   {11, 14}, {21, 24}, {2, 4},   {12, 14}, {22, 24}, {3, 4},   {13, 14},
+                                       {23, 24}, {15, 16}, {5, 8},   {15, 18}, {25, 28}, {25, 29}, {6, 9},   {16, 19},
+                                       {26, 29}, {17, 18}, {7, 9},   {17, 19}, {27, 29}, {8, 9},   {18, 19}, {28, 29}};
   const float expected[] = {0.58242583f, 0.50820202f, 0.86176836f, 0.40074369f, 0.61932057f, 0.74848819f};
   const std::vector<float> random = random_per_island(30, edges);
   ASSERT_EQ(random.size(), 30u);
@@ -70,15 +71,17 @@ TEST(MeshAnalysis, corners_of_a_cube_point_out_however_it_is_split) {
   // Turned inside out it is hollow.
   Cube hollow(true);
   for (Vec3& n : hollow.normals) n = -n;
-  for (const float value : pointiness(hollow.positions, hollow.normals, hollow.edges)) EXPECT_NEAR(value, 1.0f - expected, 1e-6f);
+  for (const float value : pointiness(hollow.positions, hollow.normals, hollow.edges))
+    EXPECT_NEAR(value, 1.0f - expected, 1e-6f);
 }
 
 TEST(MeshAnalysis, a_bump_in_a_plane_is_shared_with_its_neighbours) {
   // A cross of five vertices, the middle raised by 1: its edges fall at 45 degrees, those of the tips rise.
-  const std::vector<Vec3> positions = {{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}}, normals(5, Vec3(0, 0, 1));
-  const std::vector<MeshEdge> edges = {{0, 1}, {0, 2}, {3, 0}, {0, 4}, {4, 0}};   // the last one twice
+  const std::vector<Vec3> positions = {{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}},
+                          normals(5, Vec3(0, 0, 1));
+  const std::vector<MeshEdge> edges = {{0, 1}, {0, 2}, {3, 0}, {0, 4}, {4, 0}};  // the last one twice
   const std::vector<float> found = pointiness(positions, normals, edges);
-  const float middle = 0.75f, tip = 0.25f;   // before they are averaged: 135 and 45 degrees
+  const float middle = 0.75f, tip = 0.25f;  // before they are averaged: 135 and 45 degrees
   // The mean of the middle's edges is shorter than one: its angle is that of a cosine of -1 / sqrt(2) all the same.
   EXPECT_NEAR(found[0], (middle + 4.0f * tip) / 5.0f, 1e-6f);
   for (int i = 1; i < 5; ++i) EXPECT_NEAR(found[size_t(i)], (tip + middle) / 2.0f, 1e-6f);
@@ -89,7 +92,8 @@ TEST(MeshAnalysis, walls_in_which_all_sums_are_alike_take_no_time) {
   constexpr int kSide = 450;
   const Vec3 u = glm::normalize(Vec3(1, -1, 0)), v = glm::normalize(Vec3(1, 1, -2));
   std::vector<Vec3> positions, normals;
-  for (int i = 0; i < kSide * kSide; ++i) positions.push_back(0.01f * (float(i % kSide) * u + float(i / kSide) * v)), normals.push_back(Vec3(0.57735f));
+  for (int i = 0; i < kSide * kSide; ++i)
+    positions.push_back(0.01f * (float(i % kSide) * u + float(i / kSide) * v)), normals.push_back(Vec3(0.57735f));
   std::vector<MeshEdge> edges;
   for (uint32_t i = 0; i + 1 < positions.size(); ++i) edges.push_back({i, i + 1});
   const std::vector<float> found = pointiness(positions, normals, edges);

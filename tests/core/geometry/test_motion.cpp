@@ -1,11 +1,11 @@
 #include <gtest/gtest.h>
 
+#include "geometry/motion.h"
 #include "integrators/integrator.h"
+#include "integrators/render_plan.h"
 #include "math/random.h"
 #include "math/warps.h"
-#include "integrators/render_plan.h"
 #include "render/session.h"
-#include "geometry/motion.h"
 #include "transport_scenes.h"
 
 namespace ajar::test_motion {
@@ -25,7 +25,8 @@ void move(SceneDescription& d, size_t instance, std::initializer_list<Mat4> keys
   for (const Mat4& key : keys) d.motion_keys.push_back(rows(key));
 }
 
-/// A shining square of side 1 that slides from x = -2 to 2 before a camera that looks along +y with parallel rays, 16 pixels for 4 metres.
+/// A shining square of side 1 that slides from x = -2 to 2 before a camera that looks along +y with parallel rays, 16
+/// pixels for 4 metres.
 SceneDescription sliding_square() {
   SceneDescription d;
   add_object(d, plane(0.5f), add_diffuse(d, Color(0.0f), Color(1.0f)), shining(Vec3(0), Vec3(0, 1, 0)));
@@ -66,16 +67,18 @@ float covered(int pixel) {
 }  // namespace
 
 TEST(Motion, rotations_follow_the_circle) {
-  const std::vector<SplitTransform> keys{split(turned(0.2f, Vec3(1, 2, 3), 2.0f)), split(turned(1.8f, Vec3(3, 2, 1), 4.0f))};
+  const std::vector<SplitTransform> keys{split(turned(0.2f, Vec3(1, 2, 3), 2.0f)),
+                                         split(turned(1.8f, Vec3(3, 2, 1), 4.0f))};
   const Mat4 middle = interpolate(keys, 0.5f), expected = turned(1.0f, Vec3(2, 2, 2), 3.0f);
   for (int c = 0; c < 4; ++c) EXPECT_LT(glm::length(middle[c] - expected[c]), 1e-5f);
   const std::vector<Mat4> straight = straightened(keys, 129);
-  EXPECT_EQ(straight.size(), 20u);   // 1.6 radians in steps of five degrees
+  EXPECT_EQ(straight.size(), 20u);  // 1.6 radians in steps of five degrees
   for (float t = 0.0f; t <= 1.0f; t += 0.01f) {
     Mat4 near;
     interpolate_straight(straight.data(), uint32_t(straight.size()), t, near);
     const Mat4 exact = interpolate(keys, t);
-    // Halfway, at most angle^2 / 8 of the radius and a quarter of angle times growth (Taylor; steps of 0.084 radians and 0.105).
+    // Halfway, at most angle^2 / 8 of the radius and a quarter of angle times growth (Taylor; steps of 0.084 radians
+    // and 0.105).
     for (int c = 0; c < 3; ++c) EXPECT_LT(glm::length(near[c] - exact[c]), 0.00089f * 4.0f + 0.0023f);
   }
 }
@@ -95,7 +98,8 @@ TEST(Motion, a_sliding_square_is_blurred_by_the_time_it_covers_each_pixel) {
   SceneDescription d = sliding_square();
   move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(2, 0, 0), Vec3(0, 1, 0))});
   const auto row = middle_row(rendered(d, 1024));
-  for (int x = 0; x < 16; ++x) EXPECT_NEAR(row[size_t(x)], covered(x), 0.01f) << x;   // 0.0044 is the largest deviation of stratified times
+  for (int x = 0; x < 16; ++x)
+    EXPECT_NEAR(row[size_t(x)], covered(x), 0.01f) << x;  // 0.0044 is the largest deviation of stratified times
 }
 
 TEST(Motion, a_camera_that_moves_the_other_way_takes_the_same_picture) {
@@ -113,7 +117,7 @@ TEST(Motion, a_camera_that_moves_the_other_way_takes_the_same_picture) {
 TEST(Motion, the_shutter_says_when_light_arrives) {
   SceneDescription d = sliding_square();
   move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(2, 0, 0), Vec3(0, 1, 0))});
-  d.camera.shutter = {0.0f, 1e-4f, 2e-4f, 1.0f};   // two thirds of the light while the square is on the left
+  d.camera.shutter = {0.0f, 1e-4f, 2e-4f, 1.0f};  // two thirds of the light while the square is on the left
   const auto row = middle_row(rendered(d, 1024));
   EXPECT_NEAR(row[0], 2.0f / 3.0f + covered(0) / 3.0f, 0.02f);
   EXPECT_NEAR(row[8], covered(8) / 3.0f, 0.01f);
@@ -123,7 +127,9 @@ TEST(Motion, rays_that_leave_moving_surfaces_do_not_hit_them_again) {
   for (const float scale : {1e-3f, 1.0f, 1e3f}) {
     SceneDescription d;
     add_object(d, sphere(16), add_diffuse(d, Color(0.5f)), turned(0.0f, Vec3(0), scale));
-    move(d, 0, {turned(0.0f, scale * Vec3(-3, 0, 1), scale), turned(2.0f, scale * Vec3(0, 5, 0), 2.0f * scale), turned(4.0f, scale * Vec3(3, -1, 0), scale)});
+    move(d, 0,
+         {turned(0.0f, scale * Vec3(-3, 0, 1), scale), turned(2.0f, scale * Vec3(0, 5, 0), 2.0f * scale),
+          turned(4.0f, scale * Vec3(3, -1, 0), scale)});
     set_camera(d, Vec3(0, -50, 0), Vec3(0), 4);
     const auto scene = build(d);
     Pcg32 rng(2);
@@ -131,7 +137,8 @@ TEST(Motion, rays_that_leave_moving_surfaces_do_not_hit_them_again) {
     for (int i = 0; i < 20000; ++i) {
       Ray ray;
       ray.origin = scale * Vec3(-20.0f + 40.0f * rng.next_float(), -30.0f, -5.0f + 10.0f * rng.next_float());
-      ray.direction = glm::normalize(scale * Vec3(-3.0f + 6.0f * rng.next_float(), 3.0f * rng.next_float(), rng.next_float()) - ray.origin);
+      ray.direction = glm::normalize(
+          scale * Vec3(-3.0f + 6.0f * rng.next_float(), 3.0f * rng.next_float(), rng.next_float()) - ray.origin);
       ray.time = rng.next_float();
       const Hit hit = scene->intersect(ray, kRayCamera);
       if (!hit.found()) continue;
@@ -178,7 +185,8 @@ TEST(Motion, integrators_without_motion_leave_it_to_path_tracing_and_say_so) {
     ASSERT_TRUE(session.wait(kHang));
     EXPECT_EQ(session.take_error(), "");
     int said = 0;
-    for (const Diagnostic& diagnostic : session.diagnostics()) said += diagnostic.message.find("does not render motion blur") != std::string::npos;
+    for (const Diagnostic& diagnostic : session.diagnostics())
+      said += diagnostic.message.find("does not render motion blur") != std::string::npos;
     EXPECT_EQ(said, integrator.renders_motion ? 0 : 1) << integrator.name;
     const auto image = session.snapshot("Combined");
     if (path.empty()) path = image;

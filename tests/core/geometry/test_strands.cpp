@@ -25,7 +25,9 @@ SceneDescription empty_scene() {
 }
 
 /// A straight strand along z from 0 to 4, of radius 0.1, at x = y = 0.
-MeshDescription straight(StrandShape shape) { return hair({{{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {0, 0, 3}, {0, 0, 4}}}, 0.1f, 0.1f, shape); }
+MeshDescription straight(StrandShape shape) {
+  return hair({{{0, 0, 0}, {0, 0, 1}, {0, 0, 2}, {0, 0, 3}, {0, 0, 4}}}, 0.1f, 0.1f, shape);
+}
 
 ShadingPoint met(const Scene& scene, Vec3 origin, Vec3 direction) {
   Ray ray;
@@ -84,7 +86,8 @@ TEST(Strands, are_met_where_a_tube_would_be_seen_and_have_its_normals) {
     for (float x : {-0.09f, -0.05f, 0.0f, 0.03f, 0.08f}) {
       const ShadingPoint point = met(*scene, {x, -5, 1.3f}, {0, 1, 0});
       const Vec3 normal(x / 0.1f, -std::sqrt(1.0f - sqr(x / 0.1f)), 0.0f);
-      EXPECT_LT(glm::length(point.ns - normal), 2e-3f) << x << " " << point.ns.x << " " << point.ns.y << " " << point.ns.z;
+      EXPECT_LT(glm::length(point.ns - normal), 2e-3f)
+          << x << " " << point.ns.x << " " << point.ns.y << " " << point.ns.z;
       EXPECT_EQ(point.ns, point.ng);
       EXPECT_FALSE(point.backfacing);
       EXPECT_NEAR(point.position.x, x, 1e-5f);
@@ -112,7 +115,8 @@ TEST(Strands, instances_see_what_baked_ones_do) {
     for (int i = 0; i < 20000; ++i) {
       Ray ray;
       ray.origin = Vec3(0.5f, 0.25f, 1) + 6.0f * warp::square_to_sphere({rng.next_float(), rng.next_float()});
-      ray.direction = glm::normalize(Vec3(0.5f, 0.25f, 1) + 2.5f * warp::square_to_sphere({rng.next_float(), rng.next_float()}) - ray.origin);
+      ray.direction = glm::normalize(Vec3(0.5f, 0.25f, 1) +
+                                     2.5f * warp::square_to_sphere({rng.next_float(), rng.next_float()}) - ray.origin);
       const Hit a = baked->intersect(ray, kRayCamera), b = instanced->intersect(ray, kRayCamera);
       if (!a.found() || !b.found()) {
         one += a.found() != b.found() ? 1 : 0;
@@ -122,7 +126,8 @@ TEST(Strands, instances_see_what_baked_ones_do) {
       baked->shading_point(ray, a, p);
       instanced->shading_point(ray, b, q);
       ++both;
-      const bool same = a.primitive == b.primitive && glm::length(p.position - q.position) < 1e-4f && glm::dot(p.ns, q.ns) > 0.999f &&
+      const bool same = a.primitive == b.primitive && glm::length(p.position - q.position) < 1e-4f &&
+                        glm::dot(p.ns, q.ns) > 0.999f &&
                         glm::dot(glm::normalize(p.dpdu), glm::normalize(q.dpdu)) > 0.999f;
       alike += same ? 1 : 0;
     }
@@ -138,13 +143,15 @@ TEST(Strands, rays_that_leave_do_not_meet_the_strand_where_they_start) {
   for (const StrandShape shape : kShapes) {
     for (const float scale : {1e-3f, 1.0f, 100.0f}) {
       SceneDescription d = empty_scene();
-      add_object(d, straight(shape), add_diffuse(d, Color(0.5f)), Mat4(Vec4(scale, 0, 0, 0), Vec4(0, scale, 0, 0), Vec4(0, 0, scale, 0), Vec4(0, 0, 0, 1)));
+      add_object(d, straight(shape), add_diffuse(d, Color(0.5f)),
+                 Mat4(Vec4(scale, 0, 0, 0), Vec4(0, scale, 0, 0), Vec4(0, 0, scale, 0), Vec4(0, 0, 0, 1)));
       const auto scene = build(d);
       Pcg32 rng(3);
       int met_again = 0, met_first = 0;
       for (int i = 0; i < 20000; ++i) {
         const Vec3 from = scale * (Vec3(0, 0, 2) + 5.0f * warp::square_to_sphere({rng.next_float(), rng.next_float()}));
-        const Vec3 to = scale * Vec3(0.2f * rng.next_float() - 0.1f, 0.2f * rng.next_float() - 0.1f, 4.0f * rng.next_float());
+        const Vec3 to = scale *
+                        Vec3(0.2f * rng.next_float() - 0.1f, 0.2f * rng.next_float() - 0.1f, 4.0f * rng.next_float());
         Ray ray;
         ray.origin = from;
         ray.direction = glm::normalize(to - from);
@@ -154,7 +161,7 @@ TEST(Strands, rays_that_leave_do_not_meet_the_strand_where_they_start) {
         scene->shading_point(ray, hit, point);
         Vec3 away = warp::square_to_sphere({rng.next_float(), rng.next_float()});
         if (shape == StrandShape::Round && glm::dot(away, point.ng) < 0.0f) away = -away;
-        if (glm::length(glm::cross(glm::normalize(point.dpdu), away)) < 0.05f) continue;   // along the strand
+        if (glm::length(glm::cross(glm::normalize(point.dpdu), away)) < 0.05f) continue;  // along the strand
         ++met_first;
         met_again += scene->is_blocked(scene->spawn_ray(point, away)) ? 1 : 0;
       }
@@ -217,7 +224,8 @@ TEST(Strands, triangles_have_nothing_of_hair_info) {
   const auto scene = build(d);
   const ShadingPoint point = met(*scene, {0.1f, -5, 0.2f}, {0, 1, 0});
   using nodes::HairOutput;
-  for (HairOutput output : {HairOutput::IsStrand, HairOutput::Intercept, HairOutput::Length, HairOutput::Thickness, HairOutput::Random})
+  for (HairOutput output :
+       {HairOutput::IsStrand, HairOutput::Intercept, HairOutput::Length, HairOutput::Thickness, HairOutput::Random})
     EXPECT_EQ(nodes::hair_info(point, output), 0.0f);
   EXPECT_EQ(nodes::hair_tangent_normal(point), Vec3(0.0f));
 }
@@ -260,7 +268,8 @@ TEST(Strands, what_does_not_fit_is_left_out_by_name) {
 }
 
 TEST(Strands, without_length_are_no_strands) {
-  MeshDescription mesh = hair({{{0, 0, 0}, {0, 0, 0}}, {{1, 0, 0}, {1, 0, 1}}, {{2, 0, 0}, {2, 0, 0}, {2, 0, 1}}}, 0.1f, 0.1f);
+  MeshDescription mesh = hair({{{0, 0, 0}, {0, 0, 0}}, {{1, 0, 0}, {1, 0, 1}}, {{2, 0, 0}, {2, 0, 0}, {2, 0, 1}}}, 0.1f,
+                              0.1f);
   mesh.attributes.push_back({"number", Domain::Face, 1, {1, 2, 3}});
   mesh.attributes.push_back({"height", Domain::Vertex, 1, {0, 0, 0, 1, 0, 0, 1}});
   mesh.strands.push_back(uint32_t(mesh.positions.size()));
@@ -293,7 +302,9 @@ TEST(Strands, are_rendered_by_path_tracing_whoever_was_asked) {
   add_object(d, straight(StrandShape::Ribbon), add_diffuse(d, Color(0.5f)));
   const auto scene = build(d);
   for (const IntegratorInfo& info : integrator_list())
-    EXPECT_EQ(reason_against(info, *scene), info.name == std::string("path") || info.name == std::string("auto") ? "" : "it does not render hair") << info.name;
+    EXPECT_EQ(reason_against(info, *scene),
+              info.name == std::string("path") || info.name == std::string("auto") ? "" : "it does not render hair")
+        << info.name;
 }
 
 }  // namespace ajar::test_strands

@@ -12,7 +12,9 @@ const std::vector<TransportScene> kScenes = transport_scenes();
 }  // namespace
 
 class RedistributionOf : public ::testing::TestWithParam<size_t> {};
-TEST_P(RedistributionOf, energy_has_the_mean_of_path_tracing) { expect_agreement(kScenes[GetParam()], "erpt", 32, int(kScenes.size())); }
+TEST_P(RedistributionOf, energy_has_the_mean_of_path_tracing) {
+  expect_agreement(kScenes[GetParam()], "erpt", 32, int(kScenes.size()));
+}
 INSTANTIATE_TEST_SUITE_P(Scenes, RedistributionOf, ::testing::Range<size_t>(0, kScenes.size()),
                          [](const auto& info) { return kScenes[info.param].name; });
 
@@ -21,7 +23,8 @@ TEST(EnergyRedistribution, renders_too_short_for_a_chain_a_pixel_have_the_same_m
   const SceneDescription& d = kScenes[0].description;
   const RunningMoments expected = whole(d, "path", 64, 16, 1000), actual = whole(d, "erpt", 4, 300, 2000);
   EXPECT_LT(std::sqrt(expected.variance_of_mean() + actual.variance_of_mean()), 0.012 * expected.mean());
-  EXPECT_TRUE(statistical::means_agree(expected, actual, {0.01, 1})) << "path " << expected.mean() << ", erpt " << actual.mean();
+  EXPECT_TRUE(statistical::means_agree(expected, actual, {0.01, 1}))
+      << "path " << expected.mean() << ", erpt " << actual.mean();
 }
 
 TEST(EnergyRedistribution, learning_from_a_handful_of_samples_does_not_move_the_mean) {
@@ -30,7 +33,8 @@ TEST(EnergyRedistribution, learning_from_a_handful_of_samples_does_not_move_the_
   d.settings.exposure = 4.0f;
   const RunningMoments expected = whole(d, "path", 64, 16, 1000), actual = whole(d, "erpt", 12, 200, 3000);
   EXPECT_LT(std::sqrt(expected.variance_of_mean() + actual.variance_of_mean()), 0.015 * expected.mean());
-  EXPECT_TRUE(statistical::means_agree(expected, actual, {0.01, 1})) << "path " << expected.mean() << ", erpt " << actual.mean();
+  EXPECT_TRUE(statistical::means_agree(expected, actual, {0.01, 1}))
+      << "path " << expected.mean() << ", erpt " << actual.mean();
 }
 
 TEST(EnergyRedistribution, same_seed_same_image_for_any_number_of_threads_and_cuts) {

@@ -1,4 +1,5 @@
-// Irradiance caching: records and their gradients against known answers, pictures against path tracing within the bias that is stated.
+// Irradiance caching: records and their gradients against known answers, pictures against path tracing within the bias
+// that is stated.
 #include "agreement.h"
 #include "transport/photons/irradiance_records.h"
 
@@ -50,7 +51,8 @@ TEST(IrradianceRecord, of_a_distant_sky_knows_its_irradiance_and_how_it_turns) {
   // L = 2 + a.w gives E(n) = 2 pi + 2 pi / 3 a.n, and nothing changes with the place.
   const Vec3 a(0.7f, -0.4f, 0.3f);
   const Frame frame(glm::normalize(Vec3(0.3f, 0.5f, 0.8f)));
-  const IrradianceRecord r = record_of(Vec3(1, 2, 3), frame, 4000, [&](Vec3 w, float&) { return 2.0f + glm::dot(a, w); });
+  const IrradianceRecord r = record_of(Vec3(1, 2, 3), frame, 4000,
+                                       [&](Vec3 w, float&) { return 2.0f + glm::dot(a, w); });
   EXPECT_NEAR(r.irradiance.x, 2.0f * kPi + 2.0f * kPi / 3.0f * glm::dot(a, frame.n), 0.01f);
   EXPECT_NEAR(r.irradiance.y, 0.5f * r.irradiance.x, 1e-4f);
   const Vec3 turning = 2.0f * kPi / 3.0f * glm::cross(frame.n, a);
@@ -65,7 +67,7 @@ TEST(IrradianceRecord, below_a_ceiling_knows_how_it_changes_with_the_place) {
   const Frame frame(Vec3(0, 0, 1));
   const auto at = [&](Vec3 p) {
     return record_of(p, frame, 40000, [&](Vec3 w, float& distance) {
-      distance = 1.0f / w.z;   // a ceiling one metre above that glows in a stripe
+      distance = 1.0f / w.z;  // a ceiling one metre above that glows in a stripe
       const float x = p.x + distance * w.x;
       return std::exp(-sqr(x - 0.8f));
     });
@@ -93,7 +95,8 @@ TEST(IrradianceRecords, are_all_found_where_they_speak_and_limit_each_other) {
   Pcg32 rng(3);
   std::vector<IrradianceRecord> list;
   for (int i = 0; i < 500; ++i)
-    list.push_back(made(Vec3(rng.next_float(), rng.next_float(), 0) * 100.0f - 50.0f, Vec3(0, 0, 1), std::exp2(6.0f * rng.next_float() - 2.0f), 1.0f + rng.next_float()));
+    list.push_back(made(Vec3(rng.next_float(), rng.next_float(), 0) * 100.0f - 50.0f, Vec3(0, 0, 1),
+                        std::exp2(6.0f * rng.next_float() - 2.0f), 1.0f + rng.next_float()));
   list.push_back(made(Vec3(0.0f), Vec3(0, 0, 1), 0.0f, 1.0f));
   IrradianceRecords records;
   records.add(std::span(list).first(200));
@@ -109,8 +112,10 @@ TEST(IrradianceRecords, are_all_found_where_they_speak_and_limit_each_other) {
       }
       EXPECT_NEAR(records.coverage(p, n), sum, 1e-4f * sum);
       Color irradiance;
-      if (records.find(p, n, irradiance)) EXPECT_NEAR(irradiance.x, weighted / sum, 1e-4f * irradiance.x);
-      else EXPECT_LT(sum, 0.11f);
+      if (records.find(p, n, irradiance))
+        EXPECT_NEAR(irradiance.x, weighted / sum, 1e-4f * irradiance.x);
+      else
+        EXPECT_LT(sum, 0.11f);
     }
     records.limit_by_neighbours();
   }
@@ -163,21 +168,24 @@ TEST(IrradianceCache, agrees_with_path_tracing_in_a_diffuse_room_within_its_bias
 
 TEST(IrradianceCache, has_a_fraction_of_the_noise_of_as_many_paths) {
   SceneDescription d = lit_room(32);
-  d.lights[0].world_from_light = rows(shining(Vec3(0.1f, 0.1f, 0.5f), Vec3(0, 0, 1)));   // all light comes from the ceiling
+  d.lights[0].world_from_light = rows(
+      shining(Vec3(0.1f, 0.1f, 0.5f), Vec3(0, 0, 1)));  // all light comes from the ceiling
   // The noise of pixels, and of pictures as a whole: what is left of the one is not blotches.
   const auto variance_of = [&](const char* integrator, int samples) {
     std::vector<RunningMoments> pixels(32 * 32);
     for (uint32_t seed = 1; seed <= 6; ++seed) {
       const auto image = render(d, integrator, samples, seed);
-      for (size_t i = 0; i < pixels.size(); ++i) pixels[i].add(double(luminance(Color(image[4 * i], image[4 * i + 1], image[4 * i + 2]))));
+      for (size_t i = 0; i < pixels.size(); ++i)
+        pixels[i].add(double(luminance(Color(image[4 * i], image[4 * i + 1], image[4 * i + 2]))));
     }
     double sum = 0.0;
     for (const RunningMoments& pixel : pixels) sum += pixel.variance();
     return sum;
   };
-  const double once = variance_of("irradiance_cache", 1), later = variance_of("irradiance_cache", 8), paths = variance_of("path", 8);
+  const double once = variance_of("irradiance_cache", 1), later = variance_of("irradiance_cache", 8),
+               paths = variance_of("path", 8);
   EXPECT_LT(later, 0.1 * paths);
-  EXPECT_LT(later, 0.25 * once);   // records of every pass are new: noise falls as 1 / n
+  EXPECT_LT(later, 0.25 * once);  // records of every pass are new: noise falls as 1 / n
 }
 
 TEST(IrradianceCache, control_variates_and_multiple_importance_sampling_have_one_mean) {
@@ -192,7 +200,8 @@ TEST(IrradianceCache, glossy_and_transparent_surfaces_agree_with_path_tracing) {
   // By the mean over the picture; caustics of the glass are blurred.
   for (const TransportScene& scene : transport_scenes()) {
     if (scene.name != "glossy" && scene.name != "see_through" && scene.name != "environment") continue;
-    const RunningMoments paths = whole(scene.description, "path", 64, 12, 100), cache = whole(scene.description, "irradiance_cache", 16, 12, 200);
+    const RunningMoments paths = whole(scene.description, "path", 64, 12, 100),
+                         cache = whole(scene.description, "irradiance_cache", 16, 12, 200);
     const double error = std::sqrt(paths.variance_of_mean() + cache.variance_of_mean());
     EXPECT_LT(error, 0.012 * paths.mean()) << scene.name;
     EXPECT_NEAR(cache.mean(), paths.mean(), 0.015 * paths.mean() + 4.0 * error) << scene.name;

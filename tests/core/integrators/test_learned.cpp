@@ -35,7 +35,8 @@ std::map<std::string, std::string> parts(const Frame& f) {
   std::map<std::string, std::string> found;
   for (const auto& step : f.statistics["plan"]) {
     const std::string name = step["step"];
-    if (name.starts_with(prefix)) found[name == prefix ? "" : name.substr(prefix.size() + 2)] = step["used"] ? "used" : std::string(step["reason"]);
+    if (name.starts_with(prefix))
+      found[name == prefix ? "" : name.substr(prefix.size() + 2)] = step["used"] ? "used" : std::string(step["reason"]);
   }
   return found;
 }
@@ -55,7 +56,8 @@ SceneDescription screened_room(int size, Vec3 lamp = Vec3(0.9f, 0.0f, 0.5f), Vec
 SceneDescription four_lamps(int size, Vec3 screen, Vec3 towards) {
   SceneDescription d = grey_room(size);
   for (const float x : {-0.8f, 0.8f})
-    for (const float z : {-0.8f, 0.8f}) d.lights.push_back(point_light(Vec3(x, 0.6f, z), x > 0.0f ? 8.0f : 3.0f, 0.05f));
+    for (const float z : {-0.8f, 0.8f})
+      d.lights.push_back(point_light(Vec3(x, 0.6f, z), x > 0.0f ? 8.0f : 3.0f, 0.05f));
   add_object(d, plane(0.7f), add_diffuse(d, Color(0.5f)), shining(screen, towards));
   d.settings.integrator = "path";
   d.settings.direct = "pmc_hi";
@@ -68,7 +70,8 @@ SceneDescription four_lamps(int size) { return four_lamps(size, Vec3(0.6f, 0.4f,
 SceneDescription wrongly_lit_room(int size) { return screened_room(size, Vec3(-0.9f, 0.2f, -0.5f), Vec3(-1, 0, 0)); }
 
 /// Means of blocks of the picture over frames that each begin with what `teacher` has taught.
-std::vector<RunningMoments> taught_blocks(const SceneDescription& d, const SceneDescription& teacher, int frames, uint32_t first_seed, const std::string& part) {
+std::vector<RunningMoments> taught_blocks(const SceneDescription& d, const SceneDescription& teacher, int frames,
+                                          uint32_t first_seed, const std::string& part) {
   std::vector<RunningMoments> moments(kValues);
   const int size = d.settings.width;
   for (uint32_t seed = first_seed; seed < first_seed + uint32_t(frames); ++seed) {
@@ -78,16 +81,20 @@ std::vector<RunningMoments> taught_blocks(const SceneDescription& d, const Scene
     std::vector<double> sums(kValues, 0.0);
     for (int y = 0; y < size; ++y)
       for (int x = 0; x < size; ++x)
-        for (int c = 0; c < 4; ++c) sums[size_t((y * kBlocks / size * kBlocks + x * kBlocks / size) * 4 + c)] += double(taught.image[size_t((y * size + x) * 4 + c)]);
+        for (int c = 0; c < 4; ++c)
+          sums[size_t((y * kBlocks / size * kBlocks + x * kBlocks / size) * 4 + c)] += double(
+              taught.image[size_t((y * size + x) * 4 + c)]);
     for (int i = 0; i < kValues; ++i) moments[size_t(i)].add(sums[size_t(i)] * kBlocks * kBlocks / (size * size));
   }
   return moments;
 }
 
-void expect_same_means(const std::vector<RunningMoments>& expected, const std::vector<RunningMoments>& actual, const std::string& what, int tests) {
+void expect_same_means(const std::vector<RunningMoments>& expected, const std::vector<RunningMoments>& actual,
+                       const std::string& what, int tests) {
   for (int i = 0; i < kValues; ++i) {
-    if (i % 4 == 3) continue;   // alpha is 1
-    EXPECT_TRUE(means_agree(expected[size_t(i)], actual[size_t(i)], {0.01, kValues * tests})) << what << ", block " << i / 4 << ", channel " << i % 4;
+    if (i % 4 == 3) continue;  // alpha is 1
+    EXPECT_TRUE(means_agree(expected[size_t(i)], actual[size_t(i)], {0.01, kValues * tests}))
+        << what << ", block " << i / 4 << ", channel " << i % 4;
   }
 }
 
@@ -106,7 +113,9 @@ TEST(Learned, choice_of_lights_keeps_the_means_even_where_others_were_hidden) {
   plain.settings.direct = "mis";
   const auto expected = blocks(plain, "path", 64, 16, 100);
   expect_same_means(expected, taught_blocks(d, d, 40, 200, "choice of lights"), "same screen", 2);
-  expect_same_means(expected, taught_blocks(d, four_lamps(12, Vec3(-0.6f, 0.4f, 0.0f), Vec3(1, 0, 0)), 40, 300, "choice of lights"), "another screen", 2);
+  expect_same_means(
+      expected, taught_blocks(d, four_lamps(12, Vec3(-0.6f, 0.4f, 0.0f), Vec3(1, 0, 0)), 40, 300, "choice of lights"),
+      "another screen", 2);
 }
 
 TEST(Learned, importance_of_another_picture_keeps_the_means_of_populations) {
@@ -127,7 +136,9 @@ TEST(Learned, importance_of_another_picture_keeps_the_means_of_populations) {
 TEST(Learned, choice_of_lights_is_carried_with_the_same_lights_and_a_camera_nearby) {
   SceneDescription d = four_lamps(16);
   const Frame first = frame(d, nullptr, 1);
-  const auto why_not = [&](const SceneDescription& next) { return parts(frame(next, first.learned, 1))["choice of lights"]; };
+  const auto why_not = [&](const SceneDescription& next) {
+    return parts(frame(next, first.learned, 1))["choice of lights"];
+  };
   EXPECT_EQ(why_not(d), "used");
   SceneDescription other = d;
   other.lights[2].energy *= 1.5f;
@@ -196,7 +207,8 @@ TEST(Learned, warm_frame_is_smoother_than_a_cold_one) {
     add(warm, frame(d, before.learned, seed).image);
   }
   double sum_cold = 0.0, sum_warm = 0.0;
-  for (size_t i = 0; i < cold.size(); ++i) sum_cold += cold[i].variance_of_mean(), sum_warm += warm[i].variance_of_mean();
+  for (size_t i = 0; i < cold.size(); ++i)
+    sum_cold += cold[i].variance_of_mean(), sum_warm += warm[i].variance_of_mean();
   EXPECT_LT(sum_warm, 0.8 * sum_cold);
 }
 
@@ -214,8 +226,10 @@ TEST(Learned, what_does_not_suit_is_left_aside_and_said) {
   unguided.settings.guiding = "off";
   EXPECT_EQ(parts(frame(unguided, first.learned, 1))["path guide"], "paths are not guided");
   unguided.settings.integrator = "bdpt";
-  EXPECT_NE(parts(frame(unguided, frame(unguided, nullptr, 1).learned, 1))[""].find("nothing is learned"), std::string::npos);
-  // With nothing used, the picture is that of the new frame's random numbers alone; and a frame that follows has others again.
+  EXPECT_NE(parts(frame(unguided, frame(unguided, nullptr, 1).learned, 1))[""].find("nothing is learned"),
+            std::string::npos);
+  // With nothing used, the picture is that of the new frame's random numbers alone; and a frame that follows has others
+  // again.
   const Frame a = frame(other, first.learned, 1), b = frame(other, a.learned, 1);
   EXPECT_NE(a.image, b.image);
 }
@@ -224,8 +238,8 @@ TEST(Learned, technique_is_not_chosen_again_until_the_view_is_another) {
   SceneDescription d = screened_room(32);
   d.settings.integrator = "auto";
   d.settings.guiding = "off";
-  d.settings.samples = 4096;        // worth a pilot
-  d.settings.target_error = 1e6f;   // and over after 16
+  d.settings.samples = 4096;       // worth a pilot
+  d.settings.target_error = 1e6f;  // and over after 16
   const auto trials = [](const Frame& f) {
     int count = 0;
     for (const auto& step : f.statistics["plan"]) count += std::string(step["step"]).starts_with("trial") ? 1 : 0;

@@ -9,7 +9,8 @@ using namespace fixtures;
 
 namespace {
 
-const std::vector<std::string> kParts{"Emit", "Env", "DiffDir", "DiffInd", "DiffCol", "GlossDir", "GlossInd", "GlossCol", "TransDir", "TransInd", "TransCol"};
+const std::vector<std::string> kParts{"Emit",     "Env",      "DiffDir",  "DiffInd",  "DiffCol", "GlossDir",
+                                      "GlossInd", "GlossCol", "TransDir", "TransInd", "TransCol"};
 
 /// Every kind of lobe, something that shines, something to see through, and a world behind.
 SceneDescription everything() {
@@ -19,7 +20,8 @@ SceneDescription everything() {
   add_object(d, sphere(), add_glass(d, 0.3f), moved(Vec3(-0.7f, 0.3f, -0.1f), 0.4f));
   add_object(d, cube(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.3f), moved(Vec3(0.9f, 0.3f, -0.2f), 0.25f));
   add_object(d, cube(), add_diffuse(d, Color(0.2f), Color(2.0f, 1.0f, 0.5f)), moved(Vec3(-0.1f, -0.4f, -0.4f), 0.1f));
-  add_object(d, plane(0.4f), add_half_diffuse(d, "ShaderNodeBsdfTransparent", 0.0f), shining(Vec3(0.2f, -0.5f, 0.1f), Vec3(0, 1, 0)));
+  add_object(d, plane(0.4f), add_half_diffuse(d, "ShaderNodeBsdfTransparent", 0.0f),
+             shining(Vec3(0.2f, -0.5f, 0.1f), Vec3(0, 1, 0)));
   add_object(d, plane(0.3f), add_glass(d, 0.5f), shining(Vec3(-0.6f, -1.2f, 0.7f), Vec3(0, 1, 0)));
   d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 1.5f), Vec3(0, 0, -1), 0.5f, 20.0f));
   set_world(d, Color(0.2f, 0.3f, 0.5f));
@@ -75,7 +77,7 @@ TEST(Passes, colours_times_light_plus_what_shines_is_the_picture_in_every_pixel)
     for (const std::string& name : kParts) {
       double sum = 0.0;
       for (float value : passes[name]) sum += double(value);
-      EXPECT_GT(sum, 0.1) << name;   // the scene has some of everything
+      EXPECT_GT(sum, 0.1) << name;  // the scene has some of everything
     }
   }
 }
@@ -97,9 +99,10 @@ TEST(Passes, a_white_floor_under_the_sky_is_diffuse_and_direct_alone) {
   d.settings.samples = 16;
   auto passes = render_passes(d, kParts).passes;
   for (size_t i = 0; i < 3 * 64; ++i) {
-    EXPECT_NEAR(passes["DiffDir"][i], 2.0f, 1e-4f);   // radiance of a white diffuse surface under a sky of 2
+    EXPECT_NEAR(passes["DiffDir"][i], 2.0f, 1e-4f);  // radiance of a white diffuse surface under a sky of 2
     EXPECT_NEAR(passes["DiffCol"][i], (i % 3 == 0 ? 0.5f : i % 3 == 1 ? 0.25f : 1.0f), 1e-6f);
-    for (const char* name : {"Emit", "Env", "DiffInd", "GlossDir", "GlossInd", "TransDir", "TransInd"}) EXPECT_EQ(passes[name][i], 0.0f) << name;
+    for (const char* name : {"Emit", "Env", "DiffInd", "GlossDir", "GlossInd", "TransDir", "TransInd"})
+      EXPECT_EQ(passes[name][i], 0.0f) << name;
   }
 }
 
@@ -120,7 +123,7 @@ TEST(Passes, indices_and_mist) {
     }
   }
   EXPECT_TRUE(sky && surface);
-  EXPECT_EQ(passes["Mist"][24 * 24 - 12], 1.0f);   // the sky
+  EXPECT_EQ(passes["Mist"][24 * 24 - 12], 1.0f);  // the sky
   const Vec3 seen(passes["Position"][3 * 12], passes["Position"][3 * 12 + 1], passes["Position"][3 * 12 + 2]);
   EXPECT_NEAR(passes["Mist"][12], (glm::length(seen - Vec3(0.1f, -3.0f, 1.2f)) - 2.0f) / 2.0f, 0.05f);
 }

@@ -134,10 +134,12 @@ TEST(TileLoop, stops_before_the_next_sample) {
   std::atomic<int> begun{0}, begun_after_stop{0};
   constexpr int kThreads = 4;
   tbb::task_arena(kThreads).execute([&] {
-    for_each_sample(film, 1000, stop, [] { return 0; }, [&](int, int, int, uint32_t) {
-      if (stop.load()) ++begun_after_stop;
-      if (++begun == 100) stop.store(true);
-    });
+    for_each_sample(
+        film, 1000, stop, [] { return 0; },
+        [&](int, int, int, uint32_t) {
+          if (stop.load()) ++begun_after_stop;
+          if (++begun == 100) stop.store(true);
+        });
   });
   EXPECT_GE(begun, 100);
   // A thread may have looked at `stop` just before it was raised.
@@ -152,7 +154,7 @@ TEST(Session, stops_at_the_time_limit_and_at_the_error_target) {
   timed.start(d);
   EXPECT_TRUE(timed.wait(kHang));
   EXPECT_EQ(timed.progress().phase, Progress::Phase::Done);
-  EXPECT_GE(timed.progress().render_seconds, 0.3);   // tests/timing has the upper bound
+  EXPECT_GE(timed.progress().render_seconds, 0.3);  // tests/timing has the upper bound
   d.settings.seconds = 0.0;
   d.settings.target_error = 1e-4;
   Session precise;
@@ -161,7 +163,8 @@ TEST(Session, stops_at_the_time_limit_and_at_the_error_target) {
   EXPECT_LE(precise.progress().estimated_relmse, 1e-4);
 }
 
-// Each render is cut in its second iteration or later, wherever the clock has it. In a closed furnace all radiance is 1.
+// Each render is cut in its second iteration or later, wherever the clock has it. In a closed furnace all radiance is
+// 1.
 TEST(Session, a_time_limit_that_cuts_an_iteration_keeps_the_mean) {
   for (const char* integrator : {"path", "bdpt", "metropolis", "erpt", "pmc_pt", "photon_map", "mps"}) {
     RunningMoments means;
@@ -209,9 +212,9 @@ TEST(Session, statistics_hold_what_the_command_line_promises) {
   session.start(d);
   EXPECT_TRUE(session.wait(kHang));
   const std::string json = session.statistics_json();
-  for (const char* key : {"version", "integrator", "seeds", "threads", "resolution", "samples_per_pixel", "rays", "build_seconds",
-                          "render_seconds", "peak_memory_bytes", "refused_samples", "plan", "hints", "acceptance_rates",
-                          "estimated_error"})
+  for (const char* key : {"version", "integrator", "seeds", "threads", "resolution", "samples_per_pixel", "rays",
+                          "build_seconds", "render_seconds", "peak_memory_bytes", "refused_samples", "plan", "hints",
+                          "acceptance_rates", "estimated_error"})
     EXPECT_NE(json.find("\"" + std::string(key) + "\""), std::string::npos) << key;
 }
 

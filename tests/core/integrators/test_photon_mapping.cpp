@@ -39,7 +39,8 @@ RunningMoments mean_over_seeds(const SceneDescription& d, const char* integrator
 }
 
 /// The two integrators have one mean, but for `bias` (relative) of the photon maps and four standard errors.
-void expect_agreement(const char* integrator, const SceneDescription& d, int samples, int reference_samples, int seeds, double bias, double precision = 0.01) {
+void expect_agreement(const char* integrator, const SceneDescription& d, int samples, int reference_samples, int seeds,
+                      double bias, double precision = 0.01) {
   const RunningMoments photons = mean_over_seeds(d, integrator, samples, seeds);
   const RunningMoments paths = mean_over_seeds(d, "path", reference_samples, seeds);
   const double error = std::sqrt(photons.variance_of_mean() + paths.variance_of_mean());
@@ -74,7 +75,8 @@ Mat4 placed(Vec3 at, float scale) {
 }  // namespace
 
 class PhotonMapping : public ::testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(By, PhotonMapping, ::testing::Values("photon_map", "mps"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(By, PhotonMapping, ::testing::Values("photon_map", "mps"),
+                         [](const auto& info) { return std::string(info.param); });
 
 TEST_P(PhotonMapping, furnace_is_one_but_for_two_percent) {
   SceneDescription d;
@@ -87,12 +89,16 @@ TEST_P(PhotonMapping, furnace_is_one_but_for_two_percent) {
   EXPECT_NEAR(moments.mean(), 1.0, 0.02 + 4.0 * std::sqrt(moments.variance_of_mean()));
 }
 
-TEST_P(PhotonMapping, agrees_with_the_path_tracer_in_a_room_of_diffuse_walls) { expect_agreement(GetParam(), lit_room(12), 16, 64, 8, 0.02); }
+TEST_P(PhotonMapping, agrees_with_the_path_tracer_in_a_room_of_diffuse_walls) {
+  expect_agreement(GetParam(), lit_room(12), 16, 64, 8, 0.02);
+}
 
 TEST_P(PhotonMapping, agrees_with_the_path_tracer_among_rough_and_sharp_gloss) {
   SceneDescription d = lit_room(12);
-  add_object(d, sphere(), add_material(d, "ShaderNodeBsdfPrincipled", Color(0.6f), 0.3f), placed(Vec3(0.3f, 0.3f, -0.6f), 0.4f));
-  add_object(d, sphere(), add_material(d, "ShaderNodeBsdfGlossy", Color(0.8f), 0.1f), placed(Vec3(-0.4f, 0.4f, -0.6f), 0.4f));
+  add_object(d, sphere(), add_material(d, "ShaderNodeBsdfPrincipled", Color(0.6f), 0.3f),
+             placed(Vec3(0.3f, 0.3f, -0.6f), 0.4f));
+  add_object(d, sphere(), add_material(d, "ShaderNodeBsdfGlossy", Color(0.8f), 0.1f),
+             placed(Vec3(-0.4f, 0.4f, -0.6f), 0.4f));
   expect_agreement(GetParam(), d, 24, 512, 8, 0.025);
 }
 
@@ -116,16 +122,16 @@ TEST_P(PhotonMapping, caustic_of_a_glass_ball_agrees_with_the_path_tracer) {
 }
 
 TEST(PhotonMap, bias_falls_with_the_passes_at_the_stated_rate) {
-  // A lamp below a mirror shines on the floor as from its image at height h = 3: over a disc of radius r below it the mean
-  // irradiance is 2 (1 - h / sqrt(h^2 + r^2)) / r^2 times the intensity, where h^-2 is right.
+  // A lamp below a mirror shines on the floor as from its image at height h = 3: over a disc of radius r below it the
+  // mean irradiance is 2 (1 - h / sqrt(h^2 + r^2)) / r^2 times the intensity, where h^-2 is right.
   SceneDescription d;
   add_object(d, plane(6.0f), add_diffuse(d, Color(0.5f)));
   const int mirror = add_material(d, "ShaderNodeBsdfGlossy", Color(1.0f), 0.0f);
   add_object(d, plane(6.0f), mirror, placed(Vec3(0, 0, 2), 1.0f));
   d.lights.push_back(point_light(Vec3(0, 0, 1), 100.0f));
   set_camera(d, Vec3(0, -0.001f, 0.5f), Vec3(0), 1, 1e-4f);
-  d.settings.bounces = {1, 0, 1, 0, 0, 0};     // direct light and one reflection
-  d.settings.photons = 600;   // fewer than the 60 neighbours in any disc, so that the radius alone decides
+  d.settings.bounces = {1, 0, 1, 0, 0, 0};  // direct light and one reflection
+  d.settings.photons = 600;  // fewer than the 60 neighbours in any disc, so that the radius alone decides
   const double h = 3.0, r0 = 1.6;
   d.settings.photon_radius = float(r0);
   const auto scene = build(d);
@@ -152,7 +158,7 @@ TEST(PhotonMap, bias_falls_with_the_passes_at_the_stated_rate) {
       bias[s].add((double(film.resolve("Combined", 1.0f)[0]) - direct) / exact - 1.0);
     }
   }
-  const auto slope = [&](const double (&y)[kSteps]) {
+  const auto slope = [&](const double(&y)[kSteps]) {
     double sum_x = 0, sum_y = 0, sum_xx = 0, sum_xy = 0;
     for (int s = 0; s < kSteps; ++s) {
       const double log_x = std::log(passes[s]), log_y = std::log(-y[s]);
@@ -178,7 +184,8 @@ TEST(PhotonMap, bias_falls_with_the_passes_at_the_stated_rate) {
 
 TEST_P(PhotonMapping, error_falls_with_the_passes_towards_the_path_tracer) {
   SceneDescription d = lit_room(10);
-  d.lights[0].visibility &= ~uint32_t(kVisibleCamera);   // its edge has less noise with every pass (transport/bidirectional/further_samples.h): not the rate meant here
+  d.lights[0].visibility &= ~uint32_t(
+      kVisibleCamera);  // its edge has less noise with every pass (transport/bidirectional/further_samples.h): not the rate meant here
   d.settings.photons = 1000;
   const std::vector<float> exact = render(d, "path", 4096, 1);
   const auto scene = build(d);
@@ -197,9 +204,10 @@ TEST_P(PhotonMapping, error_falls_with_the_passes_towards_the_path_tracer) {
         if (i % 4 < 3) square[s].add(sqr(double(image[i]) / exact[i] - 1.0));
     }
   }
-  // Squared error falls as passes^(-2/3) in the limit, where noise prevails as passes^(-1). Over these passes the square of the mean of r^2
-  // falls with a slope of -0.51, which is what bias prevailing gives.
-  const double slope = std::log(square[kSteps - 1].mean() / square[0].mean()) / std::log(double(passes[kSteps - 1]) / passes[0]);
+  // Squared error falls as passes^(-2/3) in the limit, where noise prevails as passes^(-1). Over these passes the
+  // square of the mean of r^2 falls with a slope of -0.51, which is what bias prevailing gives.
+  const double slope = std::log(square[kSteps - 1].mean() / square[0].mean()) /
+                       std::log(double(passes[kSteps - 1]) / passes[0]);
   EXPECT_LT(slope, -0.4);
   EXPECT_GT(slope, -1.2);
   EXPECT_LT(std::sqrt(square[kSteps - 1].mean()), 0.1);
@@ -207,7 +215,8 @@ TEST_P(PhotonMapping, error_falls_with_the_passes_towards_the_path_tracer) {
 
 TEST_P(PhotonMapping, same_seed_same_image_for_any_number_of_threads) {
   SceneDescription d = lit_room(33);
-  add_object(d, sphere(), add_material(d, "ShaderNodeBsdfGlass", Color(1.0f), 0.0f), placed(Vec3(0.1f, 0.3f, -0.3f), 0.4f));
+  add_object(d, sphere(), add_material(d, "ShaderNodeBsdfGlass", Color(1.0f), 0.0f),
+             placed(Vec3(0.1f, 0.3f, -0.3f), 0.4f));
   const auto one = render(d, GetParam(), 3, 5, 1);
   EXPECT_EQ(one, render(d, GetParam(), 3, 5, 2));
   EXPECT_EQ(one, render(d, GetParam(), 3, 5, 8));

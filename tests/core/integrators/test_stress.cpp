@@ -1,5 +1,5 @@
-// Scenes made to break things, by every integrator: what comes out is finite, not negative, nothing refused; what only differs in
-// units is the same picture.
+// Scenes made to break things, by every integrator: what comes out is finite, not negative, nothing refused; what only
+// differs in units is the same picture.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -84,7 +84,9 @@ const Stress kStresses[] = {
      [](SceneDescription& d) {
        const Vec3 away(16384.0f, -8192.0f, 4096.0f);
        add_object(d, sphere(), add_diffuse(d, Color(0.5f)), kBall);
-       const auto move = [&](std::array<float, 12>& m) { for (int i = 0; i < 3; ++i) m[size_t(4 * i + 3)] += away[i]; };
+       const auto move = [&](std::array<float, 12>& m) {
+         for (int i = 0; i < 3; ++i) m[size_t(4 * i + 3)] += away[i];
+       };
        for (InstanceDescription& instance : d.instances) move(instance.world_from_object);
        for (LightDescription& light : d.lights) move(light.world_from_light);
        move(d.camera.world_from_camera);
@@ -107,7 +109,8 @@ const Stress kStresses[] = {
      }},
     {"surfaces_in_one_plane",
      [](SceneDescription& d) {
-       for (int i = 0; i < 3; ++i) add_object(d, plane(0.6f), add_diffuse(d, Color(0.2f + 0.2f * float(i))), moved(Vec3(0, 0.2f, -0.6f)));
+       for (int i = 0; i < 3; ++i)
+         add_object(d, plane(0.6f), add_diffuse(d, Color(0.2f + 0.2f * float(i))), moved(Vec3(0, 0.2f, -0.6f)));
        add_object(d, sphere(), add_glass(d, 0.0f), kBall);
        add_object(d, sphere(), add_glass(d, 0.0f), kBall);
      }},
@@ -175,9 +178,10 @@ const Stress kStresses[] = {
          add_object(d, sphere(12), add_glass(d, 0.3f, ior), moved(Vec3(x, 0.3f, 0.0f), 0.15f));
          x += 0.32f;
        }
-       add_object(d, sphere(12), add_glass(d, 0.0f, 1.3f), moved(Vec3(-0.8f, 0.3f, -0.5f), 0.1f));   // nested
+       add_object(d, sphere(12), add_glass(d, 0.0f, 1.3f), moved(Vec3(-0.8f, 0.3f, -0.5f), 0.1f));  // nested
      }},
-    {"a_lamp_on_a_surface", [](SceneDescription& d) { d.lights[0].world_from_light = rows(shining(Vec3(0, 0, 1), Vec3(0, 0, -1))); }},
+    {"a_lamp_on_a_surface",
+     [](SceneDescription& d) { d.lights[0].world_from_light = rows(shining(Vec3(0, 0, 1), Vec3(0, 0, -1))); }},
     {"a_lamp_within_a_lamp",
      [](SceneDescription& d) {
        d.lights.push_back(point_light(Vec3(0.2f, 0.3f, 0.4f), 2.0f, 0.3f));
@@ -187,11 +191,15 @@ const Stress kStresses[] = {
        add_object(d, sphere(12), glow, moved(Vec3(-0.4f, 0.3f, 0.2f), 0.2f));
        add_object(d, sphere(12), glow, moved(Vec3(-0.4f, 0.3f, 0.2f), 0.1f));
      }},
-    {"a_camera_inside_glass", [](SceneDescription& d) { add_object(d, sphere(), add_glass(d, 0.0f), moved(Vec3(0.1f, -0.9f, 0.1f), 0.05f)); }},
-    {"a_camera_inside_a_lamp", [](SceneDescription& d) { d.lights.push_back(point_light(Vec3(0.1f, -0.9f, 0.1f), 2.0f, 0.2f)); }},
+    {"a_camera_inside_glass",
+     [](SceneDescription& d) { add_object(d, sphere(), add_glass(d, 0.0f), moved(Vec3(0.1f, -0.9f, 0.1f), 0.05f)); }},
+    {"a_camera_inside_a_lamp",
+     [](SceneDescription& d) { d.lights.push_back(point_light(Vec3(0.1f, -0.9f, 0.1f), 2.0f, 0.2f)); }},
     {"ten_thousand_lamps",
      [](SceneDescription& d) {
-       for (int i = 0; i < 10000; ++i) d.lights.push_back(point_light(Vec3(float(i % 100) / 51 - 0.97f, float(i / 100) / 51 - 0.97f, 0.9f), 1e-3f * float(i % 7)));
+       for (int i = 0; i < 10000; ++i)
+         d.lights.push_back(
+             point_light(Vec3(float(i % 100) / 51 - 0.97f, float(i / 100) / 51 - 0.97f, 0.9f), 1e-3f * float(i % 7)));
      }},
     {"lamps_of_no_extent_or_power",
      [](SceneDescription& d) {
@@ -214,15 +222,17 @@ const Stress kStresses[] = {
     {"surfaces_through_each_other",
      [](SceneDescription& d) {
        const int glass = add_glass(d, 0.1f);
-       for (int i = 0; i < 3; ++i) add_object(d, sphere(12), i == 1 ? add_diffuse(d, Color(0.5f)) : glass, moved(Vec3(0.2f * float(i), 0.3f, -0.4f), 0.4f));
-       add_object(d, cube(), add_glossy(d, 0.3f), moved(Vec3(0.0f, 0.3f, -1.0f), 0.3f));   // half below the floor
+       for (int i = 0; i < 3; ++i)
+         add_object(d, sphere(12), i == 1 ? add_diffuse(d, Color(0.5f)) : glass,
+                    moved(Vec3(0.2f * float(i), 0.3f, -0.4f), 0.4f));
+       add_object(d, cube(), add_glossy(d, 0.3f), moved(Vec3(0.0f, 0.3f, -1.0f), 0.3f));  // half below the floor
      }},
-    {"a_lamp_in_a_closed_box",   // chains start from samples that carry nothing
+    {"a_lamp_in_a_closed_box",  // chains start from samples that carry nothing
      [](SceneDescription& d) {
        d.lights[0] = area_lamp(Vec3(0.1f, 0.1f, 0.7f), Vec3(0, 0, -1), 0.4f, 8.0f);
        add_object(d, cube(), add_diffuse(d, Color(0.5f)), moved(Vec3(0.1f, 0.1f, 0.6f), 0.3f));
      }},
-    {"a_lamp_in_a_tiny_box",   // a hundred-thousandth of the way to it: the shade of a street lamp
+    {"a_lamp_in_a_tiny_box",  // a hundred-thousandth of the way to it: the shade of a street lamp
      [](SceneDescription& d) {
        d.lights[0] = point_light(Vec3(0.1f, 0.1f, 0.7f), 8.0f);
        add_object(d, cube(), add_diffuse(d, Color(0.0f)), moved(Vec3(0.1f, 0.1f, 0.7f), 2e-5f));
@@ -232,14 +242,16 @@ const Stress kStresses[] = {
        d.lights[0] = point_light(Vec3(0.1f, 0.1f, 0.7f), 8.0f, 5e-6f);
        add_object(d, cube(), add_diffuse(d, Color(0.0f)), moved(Vec3(0.1f, 0.1f, 0.7f), 2e-5f));
        GraphBuilder b;
-       b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.8f)), value_input("Density", 0.5f)}), "Volume"};
+       b.graph.volume = {
+           b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.8f)), value_input("Density", 0.5f)}),
+           "Volume"};
        d.world.graph = b.graph;
        d.settings.bounces.volume = 2;
      }},
     {"a_lamp_behind_a_keyhole",
      [](SceneDescription& d) {
        MeshDescription box = cube();
-       box.positions[0] += Vec3(0.02f, 0.0f, 0.0f);   // a corner stands open by a hundredth
+       box.positions[0] += Vec3(0.02f, 0.0f, 0.0f);  // a corner stands open by a hundredth
        box.triangles[0] = UVec3(8, 2, 3);
        box.positions.push_back(Vec3(-0.98f, -1.0f, -1.0f));
        d.lights[0] = area_lamp(Vec3(0.1f, 0.1f, 0.7f), Vec3(0, 0, -1), 0.4f, 8.0f);
@@ -251,8 +263,9 @@ const Stress kStresses[] = {
        for (const float radius : {0.0f, 1e-9f, 0.1f, 1e6f, kNan}) {
          for (const float albedo : {0.0f, 0.8f, 1.0f}) {
            GraphBuilder b;
-           b.graph.surface = {b.node("ShaderNodeSubsurfaceScattering", {value_input("Color", Vec4(albedo, 0.5f, 1.0f, 1.0f)), value_input("Scale", 1.0f),
-                                                                        value_input("Radius", Vec4(radius, 0.05f, radius, 0.0f))}),
+           b.graph.surface = {b.node("ShaderNodeSubsurfaceScattering",
+                                     {value_input("Color", Vec4(albedo, 0.5f, 1.0f, 1.0f)), value_input("Scale", 1.0f),
+                                      value_input("Radius", Vec4(radius, 0.05f, radius, 0.0f))}),
                               "BSSRDF"};
            add_object(d, sphere(8), add_material(d, b), moved(Vec3(x, 0.4f, 0.3f * (albedo - 1.0f)), 0.1f));
          }
@@ -267,25 +280,32 @@ const Stress kStresses[] = {
          NodeInput amount = value_input("Density", density);
          if (varies) {
            const int coordinates = b.node("ShaderNodeTexCoord");
-           const int times = b.node("ShaderNodeMath", {linked_input("Value", coordinates, "Generated"), value_input("Value_001", density)}, {text_property("operation", "MULTIPLY")});
+           const int times = b.node(
+               "ShaderNodeMath", {linked_input("Value", coordinates, "Generated"), value_input("Value_001", density)},
+               {text_property("operation", "MULTIPLY")});
            amount = linked_input("Density", times, "Value");
          }
-         b.graph.volume = {b.node("ShaderNodeVolumePrincipled", {value_input("Color", Vec4(0.9f, 0.5f, 1.0f, 1.0f)), amount, value_input("Anisotropy", anisotropy),
-                                                                 value_input("Emission Strength", emission), value_input("Emission Color", Vec4(1.0f))}),
-                           "Volume"};
+         b.graph.volume = {
+             b.node("ShaderNodeVolumePrincipled",
+                    {value_input("Color", Vec4(0.9f, 0.5f, 1.0f, 1.0f)), amount, value_input("Anisotropy", anisotropy),
+                     value_input("Emission Strength", emission), value_input("Emission Color", Vec4(1.0f))}),
+             "Volume"};
          add_object(d, sphere(8), add_material(d, b), moved(Vec3(x, 0.3f, varies ? -0.3f : -0.6f), 0.15f));
        };
        for (const float density : {0.0f, 1e-9f, 1.0f, 1e12f, -1.0f, kNan, kInfinity}) {
          add(density, 0.99999f, 0.0f, false);
          add(density, -1.0f, 0.1f, true);
-         x += 0.25f;   // each reaches into the next
+         x += 0.25f;  // each reaches into the next
        }
        d.settings.bounces.volume = 8;
      }},
     {"a_camera_inside_fog_without_end",
      [](SceneDescription& d) {
        GraphBuilder b;
-       b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(1.0f)), value_input("Density", 3.0f), value_input("Anisotropy", 0.9f)}), "Volume"};
+       b.graph.volume = {
+           b.node("ShaderNodeVolumeScatter",
+                  {value_input("Color", Vec4(1.0f)), value_input("Density", 3.0f), value_input("Anisotropy", 0.9f)}),
+           "Volume"};
        d.world.graph = b.graph;
        d.settings.bounces.volume = 64;
      }},
@@ -299,16 +319,16 @@ const Stress kStresses[] = {
          d.motion_keys.insert(d.motion_keys.end(), {rows(from), rows(to)});
        };
        add(moved(Vec3(-0.5f, 0.3f, -0.5f), 0.2f), moved(Vec3(1e6f, 0.3f, -0.5f), 0.2f));
-       add(moved(Vec3(0.0f, 0.3f, -0.5f), 0.2f), moved(Vec3(0.0f, 0.3f, -0.5f), -0.2f));   // through zero
+       add(moved(Vec3(0.0f, 0.3f, -0.5f), 0.2f), moved(Vec3(0.0f, 0.3f, -0.5f), -0.2f));  // through zero
        add(moved(Vec3(0.5f, 0.3f, -0.5f), 0.2f), moved(Vec3(0.5f, 0.3f, -0.5f), 0.0f));
        Mat4 flat = moved(Vec3(0.8f, 0.3f, 0.0f), 0.2f);
        flat[2] = Vec4(0.0f);
-       for (const Mat4& to : {moved(Vec3(0.5f, 0.3f, 0.0f), 0.0f), flat}) {   // and stays so
+       for (const Mat4& to : {moved(Vec3(0.5f, 0.3f, 0.0f), 0.0f), flat}) {  // and stays so
          add(moved(Vec3(0.5f, 0.3f, 0.0f), 0.2f), to);
          d.motion_keys.push_back(rows(to));
          ++d.instances.back().motion_key_count;
        }
-       const int shared = d.instances.back().object;   // instances of one mesh, some next to nothing
+       const int shared = d.instances.back().object;  // instances of one mesh, some next to nothing
        for (const float scale : {1e-6f, 1e-11f, 1e-13f, 1e-20f, 1e-38f}) {
          InstanceDescription instance;
          instance.object = shared;
@@ -332,14 +352,20 @@ struct Units {
   float length, watts;
 };
 std::ostream& operator<<(std::ostream& out, const Units& units) { return out << units.name; }
-// Powers of two: floats scale without rounding, so that nothing but a constant with a length or a power in it can make a difference.
-const Units kUnits[] = {{"hundredths_of_a_millimetre", 0x1p-17f, 1.0f}, {"thousand_kilometres", 0x1p20f, 1.0f}, {"dim", 1.0f, 0x1p-20f}, {"blinding", 1.0f, 0x1p40f}};
+// Powers of two: floats scale without rounding, so that nothing but a constant with a length or a power in it can make
+// a difference.
+const Units kUnits[] = {{"hundredths_of_a_millimetre", 0x1p-17f, 1.0f},
+                        {"thousand_kilometres", 0x1p20f, 1.0f},
+                        {"dim", 1.0f, 0x1p-20f},
+                        {"blinding", 1.0f, 0x1p40f}};
 
 SceneDescription in_units(const Units& units) {
   SceneDescription d = lit_room();
   add_object(d, sphere(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.2f), kBall);
   add_object(d, sphere(), add_glass(d, 0.0f), moved(Vec3(-0.4f, 0.3f, -0.6f), 0.3f));
-  const auto scale = [&](std::array<float, 12>& m, bool all) { for (size_t i = 0; i < 12; ++i) m[i] *= all || i % 4 == 3 ? units.length : 1.0f; };
+  const auto scale = [&](std::array<float, 12>& m, bool all) {
+    for (size_t i = 0; i < 12; ++i) m[i] *= all || i % 4 == 3 ? units.length : 1.0f;
+  };
   for (InstanceDescription& instance : d.instances) scale(instance.world_from_object, true);
   for (LightDescription& light : d.lights) {
     scale(light.world_from_light, false);
@@ -349,7 +375,7 @@ SceneDescription in_units(const Units& units) {
   scale(d.camera.world_from_camera, false);
   d.camera.clip_start *= units.length;
   d.camera.clip_end *= units.length;
-  d.settings.exposure = 1.0f / units.watts;   // what is dim in the picture shown is no matter of units
+  d.settings.exposure = 1.0f / units.watts;  // what is dim in the picture shown is no matter of units
   return d;
 }
 
@@ -362,7 +388,8 @@ TEST_P(StressTest, is_a_picture) {
   stress.change(d);
   const std::string name = stress.name;
   // Control variates, and media denser than was thought, take away what they must; the mean is positive.
-  const bool signed_samples = technique.direct.starts_with("ocv") || technique.direct == "correlated" || name == "every_volume";
+  const bool signed_samples = technique.direct.starts_with("ocv") || technique.direct == "correlated" ||
+                              name == "every_volume";
   uint64_t refused = 1;
   const std::vector<float> image = picture(technique, std::move(d), 1, &refused);
   EXPECT_EQ(refused, 0u);
@@ -370,15 +397,24 @@ TEST_P(StressTest, is_a_picture) {
     ASSERT_TRUE(std::isfinite(value));
     ASSERT_TRUE(signed_samples || value >= 0.0f) << value;
   }
-  const std::set<std::string> dark{"no_light", "no_geometry", "albedo_zero", "lamps_of_no_extent_or_power", "a_lamp_in_a_closed_box", "a_lamp_in_a_tiny_box",
+  const std::set<std::string> dark{"no_light",
+                                   "no_geometry",
+                                   "albedo_zero",
+                                   "lamps_of_no_extent_or_power",
+                                   "a_lamp_in_a_closed_box",
+                                   "a_lamp_in_a_tiny_box",
                                    "a_lamp_in_a_tiny_box_in_fog"};
-  if (name == "a_lamp_behind_a_keyhole" || technique.direct == "bsdf") return;   // so few samples may find it or not
-  // Two points of one wall, on either side, see each other edge-on, as far as floats can tell: cosines of 1e-8 let 1e-14 through.
+  if (name == "a_lamp_behind_a_keyhole" || technique.direct == "bsdf") return;  // so few samples may find it or not
+  // Two points of one wall, on either side, see each other edge-on, as far as floats can tell: cosines of 1e-8 let
+  // 1e-14 through.
   EXPECT_EQ(mean(image) > 1e-10, !dark.count(name)) << "mean " << mean(image);
 }
 
-std::string case_name(const testing::TestParamInfo<Case>& info) { return std::get<0>(info.param).name + "_" + std::get<1>(info.param).name; }
-INSTANTIATE_TEST_SUITE_P(Scenes, StressTest, testing::Combine(testing::ValuesIn(techniques()), testing::ValuesIn(kStresses)), case_name);
+std::string case_name(const testing::TestParamInfo<Case>& info) {
+  return std::get<0>(info.param).name + "_" + std::get<1>(info.param).name;
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, StressTest,
+                         testing::Combine(testing::ValuesIn(techniques()), testing::ValuesIn(kStresses)), case_name);
 
 using UnitsCase = std::tuple<Technique, Units>;
 class UnitsTest : public testing::TestWithParam<UnitsCase> {};
@@ -386,7 +422,8 @@ class UnitsTest : public testing::TestWithParam<UnitsCase> {};
 TEST_P(UnitsTest, make_the_same_picture) {
   const auto& [technique, units] = GetParam();
   uint64_t refused = 1;
-  const std::vector<float> plain = picture(technique, in_units({"plain", 1.0f, 1.0f})), image = picture(technique, in_units(units), 1, &refused);
+  const std::vector<float> plain = picture(technique, in_units({"plain", 1.0f, 1.0f})),
+                           image = picture(technique, in_units(units), 1, &refused);
   EXPECT_EQ(refused, 0u);
   EXPECT_NEAR(mean(image) / double(units.watts), mean(plain), 0.01 * mean(plain));
   // One ray that passes an edge on the other side sends a chain elsewhere for good.
@@ -398,8 +435,11 @@ TEST_P(UnitsTest, make_the_same_picture) {
   EXPECT_LT(difference / (0.75 * double(image.size())), 1e-3 * mean(plain));
 }
 
-std::string units_name(const testing::TestParamInfo<UnitsCase>& info) { return std::get<0>(info.param).name + "_" + std::get<1>(info.param).name; }
-INSTANTIATE_TEST_SUITE_P(Scenes, UnitsTest, testing::Combine(testing::ValuesIn(techniques()), testing::ValuesIn(kUnits)), units_name);
+std::string units_name(const testing::TestParamInfo<UnitsCase>& info) {
+  return std::get<0>(info.param).name + "_" + std::get<1>(info.param).name;
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, UnitsTest,
+                         testing::Combine(testing::ValuesIn(techniques()), testing::ValuesIn(kUnits)), units_name);
 
 TEST(Stress, what_cannot_be_rendered_is_refused_by_name) {
   const auto refusal = [](void (*change)(SceneDescription&)) -> std::string {
@@ -413,17 +453,35 @@ TEST(Stress, what_cannot_be_rendered_is_refused_by_name) {
     return "";
   };
   EXPECT_NE(refusal([](SceneDescription& d) { d.camera.present = false; }).find("camera"), std::string::npos);
-  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.clip_end = d.camera.clip_start; }).find("Clip End"), std::string::npos);
-  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.world_from_camera[3] = kNan; }).find("Camera"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.clip_end = d.camera.clip_start; }).find("Clip End"),
+            std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.world_from_camera[3] = kNan; }).find("Camera"),
+            std::string::npos);
   EXPECT_NE(refusal([](SceneDescription& d) { d.settings.width = 0; }).find("resolution"), std::string::npos);
   EXPECT_NE(refusal([](SceneDescription& d) { d.settings.samples = 0; }).find("when to stop"), std::string::npos);
-  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.samples = 0, d.settings.seconds = double(kNan); }).find("when to stop"), std::string::npos);
-  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.samples = 0, d.settings.target_error = double(kNan); }).find("when to stop"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) {
+              d.settings.samples = 0, d.settings.seconds = double(kNan);
+            }).find("when to stop"),
+            std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) {
+              d.settings.samples = 0, d.settings.target_error = double(kNan);
+            }).find("when to stop"),
+            std::string::npos);
   EXPECT_NE(refusal([](SceneDescription& d) { d.settings.exposure = kInfinity; }).find("exposure"), std::string::npos);
-  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.gather_rays = std::numeric_limits<int>::max(); }).find("gather rays"), std::string::npos);
-  EXPECT_NE(refusal([](SceneDescription& d) { d.settings.direct_samples = std::numeric_limits<int>::max(); }).find("direct samples"), std::string::npos);
-  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.aperture_radius = kInfinity; }).find("aperture"), std::string::npos);
-  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.aperture_radius = 0.1f, d.camera.aperture_ratio = 0.0f; }).find("aperture"), std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) {
+              d.settings.gather_rays = std::numeric_limits<int>::max();
+            }).find("gather rays"),
+            std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) {
+              d.settings.direct_samples = std::numeric_limits<int>::max();
+            }).find("direct samples"),
+            std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) { d.camera.aperture_radius = kInfinity; }).find("aperture"),
+            std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& d) {
+              d.camera.aperture_radius = 0.1f, d.camera.aperture_ratio = 0.0f;
+            }).find("aperture"),
+            std::string::npos);
 }
 
 /// Sums of limits must not run over: "without limit" is a number to some.

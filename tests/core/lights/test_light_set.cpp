@@ -93,7 +93,8 @@ std::optional<Crossing> crossing(const LightSet& lights, uint32_t index, Vec3 p,
       const glm::dvec3 e1(light.edge1), e2(light.edge2), o(p - light.position), dir(w), n = glm::cross(e1, e2);
       const double t = -glm::dot(o, n) / glm::dot(dir, n);
       const glm::dvec3 q = o + t * dir;
-      const double b1 = glm::dot(glm::cross(q, e2), n) / glm::dot(n, n), b2 = glm::dot(glm::cross(e1, q), n) / glm::dot(n, n);
+      const double b1 = glm::dot(glm::cross(q, e2), n) / glm::dot(n, n),
+                   b2 = glm::dot(glm::cross(e1, q), n) / glm::dot(n, n);
       if (!(t > 0.0 && b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0)) return std::nullopt;
       return Crossing{float(t), light.frame.n};
     }
@@ -152,8 +153,12 @@ std::vector<Case> extended_lights() {
       {"beam at its edge", beam, {1.2f, 0, 0}},
       {"ellipse", ellipse, {0, 0, 0}},
       {"ellipse near", ellipse, {0.3f, 0.2f, 1.9f}},
-      {"scaled rectangle", with_lamp(area_lamp(AreaShape::Rectangle, {1, 1}, placed({0, 0, 2}, {0, 0, -1}, {2.0f, 0.5f, 3.0f}))), {0, 1, 0}},
-      {"mirrored rectangle", with_lamp(area_lamp(AreaShape::Rectangle, {1, 2}, placed({0, 0, 2}, {0, 0, -1}, {-1, 1, 1}))), {0, 1, 0}},
+      {"scaled rectangle",
+       with_lamp(area_lamp(AreaShape::Rectangle, {1, 1}, placed({0, 0, 2}, {0, 0, -1}, {2.0f, 0.5f, 3.0f}))),
+       {0, 1, 0}},
+      {"mirrored rectangle",
+       with_lamp(area_lamp(AreaShape::Rectangle, {1, 2}, placed({0, 0, 2}, {0, 0, -1}, {-1, 1, 1}))),
+       {0, 1, 0}},
       {"sun of half a degree", with_lamp(sun({0.3f, 0.1f, -1.0f}, 0.00918f)), {0, 0, 0}},
       {"sun of ninety degrees", with_lamp(sun({0.3f, 0.1f, -1.0f}, 1.57f)), {0, 0, 0}},
   };
@@ -182,7 +187,8 @@ TEST(LightSet, directions_follow_their_density) {
     const LightSet& lights = c.scene->lights();
     ASSERT_EQ(lights.size(), 1u) << c.name;
     // Edges of far lights are resolved to a float's direction only.
-    DensityTest test{.sample_count = 30000, .bin_count = 64, .outside_fraction = 3e-3, .level = {.test_count = int(cases.size())}};
+    DensityTest test{
+        .sample_count = 30000, .bin_count = 64, .outside_fraction = 3e-3, .level = {.test_count = int(cases.size())}};
     if (std::string(c.name) == "checkered world") test.bin_count = 600;
     EXPECT_TRUE(chi_square_agrees(from_square(map_of(lights, 0, c.p)), density_of(lights, 0, c.p), test)) << c.name;
   }
@@ -236,14 +242,17 @@ RunningMoments irradiance(const LightSet& lights, Vec3 p, Vec3 n, int count, uin
     const auto choice = lights.choose_by_power(rng.next_float());
     const float x = rng.next_float();
     const auto s = lights.sample_li(choice.light, p, {x, rng.next_float()}, 0.0f);
-    moments.add(s ? double(s->radiance.x) * std::max(0.0f, glm::dot(n, s->wi)) / (double(s->pdf_solid_angle) * choice.pmf) : 0.0);
+    moments.add(s ? double(s->radiance.x) * std::max(0.0f, glm::dot(n, s->wi)) /
+                        (double(s->pdf_solid_angle) * choice.pmf)
+                  : 0.0);
   }
   return moments;
 }
 /// Form factor of a rectangle [0, a] x [0, b] at height c seen from under its corner (Howell, C-3).
 double corner_factor(double a, double b, double c) {
   const double x = a / c, y = b / c;
-  return (x / std::sqrt(1 + x * x) * std::atan(y / std::sqrt(1 + x * x)) + y / std::sqrt(1 + y * y) * std::atan(x / std::sqrt(1 + y * y))) /
+  return (x / std::sqrt(1 + x * x) * std::atan(y / std::sqrt(1 + x * x)) +
+          y / std::sqrt(1 + y * y) * std::atan(x / std::sqrt(1 + y * y))) /
          (2.0 * M_PI);
 }
 
@@ -252,19 +261,24 @@ TEST(LightSet, irradiance_is_what_the_books_say) {
   const double w = 10.0;
   const Mat4 above = placed({0, 0, 2}, {0, 0, -1});
   const Significance level{.test_count = 12};
-  const auto e = [&](const LightDescription& light, Vec3 n = Vec3(0, 0, 1)) { return irradiance(with_lamp(light)->lights(), Vec3(0.0f), n, 40000); };
+  const auto e = [&](const LightDescription& light, Vec3 n = Vec3(0, 0, 1)) {
+    return irradiance(with_lamp(light)->lights(), Vec3(0.0f), n, 40000);
+  };
 
   EXPECT_TRUE(mean_agrees(e(point_light({0, 0, 2}, 10.0f)), w / (4.0 * M_PI) / 4.0, level));
   // A sphere wholly above the horizon shines like its centre.
   EXPECT_TRUE(mean_agrees(e(point_light({1, 0, 2}, 10.0f, 0.7f)), w / (4.0 * M_PI) * 2.0 / std::pow(5.0, 1.5), level));
   // On the axis of a spot; its profile is the cosine, here 1.
   EXPECT_TRUE(mean_agrees(e(spot(above, 0.0f)), w / (4.0 * M_PI) / 4.0, level));
-  EXPECT_TRUE(mean_agrees(e(spot(placed({0, 0, 2}, {1, 0, -1}), 0.0f, 2.0f, 0.0f)), w / (4.0 * M_PI) / 4.0 * std::sqrt(0.5), level));
+  EXPECT_TRUE(mean_agrees(e(spot(placed({0, 0, 2}, {1, 0, -1}), 0.0f, 2.0f, 0.0f)),
+                          w / (4.0 * M_PI) / 4.0 * std::sqrt(0.5), level));
   // Halfway into the blend, smoothstep is one half.
   const float outer = std::cos(0.5f), middle = outer + 0.5f * (1.0f - outer) * 0.4f;
   const Vec3 axis(std::sqrt(1.0f - middle * middle), 0.0f, -middle);
-  EXPECT_TRUE(mean_agrees(e(spot(placed({0, 0, 2}, axis), 0.0f, 1.0f, 0.4f)), w / (4.0 * M_PI) / 4.0 * 0.5 * middle, level, 1e-3));
-  EXPECT_TRUE(mean_agrees(e(area_lamp(AreaShape::Rectangle, {2, 1}, above)), M_PI * w / 8.0 * 4.0 * corner_factor(1.0, 0.5, 2.0), level));
+  EXPECT_TRUE(mean_agrees(e(spot(placed({0, 0, 2}, axis), 0.0f, 1.0f, 0.4f)), w / (4.0 * M_PI) / 4.0 * 0.5 * middle,
+                          level, 1e-3));
+  EXPECT_TRUE(mean_agrees(e(area_lamp(AreaShape::Rectangle, {2, 1}, above)),
+                          M_PI * w / 8.0 * 4.0 * corner_factor(1.0, 0.5, 2.0), level));
   // A disk on its axis: pi L r^2 / (r^2 + h^2).
   EXPECT_TRUE(mean_agrees(e(area_lamp(AreaShape::Ellipse, {2, 2}, above)), M_PI * w / (4.0 * M_PI) / 5.0, level));
   EXPECT_TRUE(mean_agrees(e(sun({0, -1, -1}, 0.0f)), 3.0 * std::sqrt(0.5), level));
@@ -276,13 +290,15 @@ TEST(LightSet, irradiance_is_what_the_books_say) {
   EXPECT_TRUE(mean_agrees(irradiance(build(d)->lights(), origin, up, 40000), 0.3 * M_PI, level));
   d = dark();
   add_object(d, plane(1.0f), add_diffuse(d, Color(0.0f), Color(2.0f)), placed({0, 0, 2}, {0, 0, -1}));
-  EXPECT_TRUE(mean_agrees(irradiance(build(d)->lights(), origin, up, 40000), 2.0 * M_PI * 4.0 * corner_factor(1.0, 1.0, 2.0), level));
+  EXPECT_TRUE(mean_agrees(irradiance(build(d)->lights(), origin, up, 40000),
+                          2.0 * M_PI * 4.0 * corner_factor(1.0, 1.0, 2.0), level));
 }
 
 TEST(LightSet, one_sided_lamps_and_the_outside_of_cones_are_dark) {
   const Vec3 origin(0.0f);
   for (const LightDescription& light :
-       {area_lamp(AreaShape::Rectangle, {2, 1}, placed({0, 0, 2}, {0, 0, 1})), area_lamp(AreaShape::Ellipse, {2, 1}, placed({0, 0, 2}, {0, 0, 1})),
+       {area_lamp(AreaShape::Rectangle, {2, 1}, placed({0, 0, 2}, {0, 0, 1})),
+        area_lamp(AreaShape::Ellipse, {2, 1}, placed({0, 0, 2}, {0, 0, 1})),
         spot(placed({0, 0, 2}, {1, 0, 0.2f}), 0.0f), spot(placed({0, 0, 2}, {1, 0, 0.2f}), 0.3f),
         area_lamp(AreaShape::Rectangle, {0.5f, 0.5f}, placed({0, 0, 2}, {1, 0, -0.5f}), 0.5f)}) {
     const auto scene = with_lamp(light);
@@ -296,11 +312,13 @@ TEST(LightSet, shaders_multiply_a_lamps_own_light) {
   emission.inputs.push_back({"Strength", {}, Vec4(3.0f)});
   light.graph.nodes = {emission};
   light.graph.surface = {0, "Emission"};
-  EXPECT_NEAR(irradiance(with_lamp(light)->lights(), Vec3(0.0f), Vec3(0, 0, 1), 10).mean(), 1.5 * 10.0 / (16.0 * M_PI), 1e-5);
+  EXPECT_NEAR(irradiance(with_lamp(light)->lights(), Vec3(0.0f), Vec3(0, 0, 1), 10).mean(), 1.5 * 10.0 / (16.0 * M_PI),
+              1e-5);
 }
 
 /// Radiance or intensity of a lamp whose emission is this output of this node, over its own.
-Color shown_by(LightDescription light, const std::string& node, const std::string& output, Vec3 position, Vec3 wo, std::initializer_list<NodeProperty> properties = {}) {
+Color shown_by(LightDescription light, const std::string& node, const std::string& output, Vec3 position, Vec3 wo,
+               std::initializer_list<NodeProperty> properties = {}) {
   const Color own = with_lamp(light)->lights().lamp_radiance(0, position, wo, 0.0f, 1.0f);
   Node shown, emission = closure_node("ShaderNodeEmission", Color(0.0f));
   shown.type = node;
@@ -317,33 +335,44 @@ void expect_close(Color a, Color b) {
 }
 
 TEST(LightSet, shaders_of_lamps_see_their_own_space) {
-  // x, y and z of the lamp are world z, x and y: what leaves along +y leaves along the lamp's +z. Colours are clamped below at 0.
+  // x, y and z of the lamp are world z, x and y: what leaves along +y leaves along the lamp's +z. Colours are clamped
+  // below at 0.
   const Mat4 turned(Vec4(0, 0, 1, 0), Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(4, 5, 6, 1));
   const Vec3 wo = glm::normalize(Vec3(0.2f, 0.9f, 0.3f)), at(4, 5, 6);
-  const LightDescription bulb = lamp(LightKind::Point, turned), panel = area_lamp(AreaShape::Rectangle, {1, 1}, placed(at, {0.0f, 0.6f, 0.8f}));
+  const LightDescription bulb = lamp(LightKind::Point, turned),
+                         panel = area_lamp(AreaShape::Rectangle, {1, 1}, placed(at, {0.0f, 0.6f, 0.8f}));
   expect_close(shown_by(bulb, "ShaderNodeTexCoord", "Normal", at, wo), Color(wo.z, wo.x, wo.y));
   expect_close(shown_by(bulb, "ShaderNodeNewGeometry", "Normal", at, wo), wo);
   expect_close(shown_by(bulb, "ShaderNodeNewGeometry", "Position", at, wo), at);
   expect_close(shown_by(bulb, "ShaderNodeTexCoord", "Generated", at, wo), at);
   expect_close(shown_by(panel, "ShaderNodeNewGeometry", "Normal", at, wo), {0.0f, 0.6f, 0.8f});
   expect_close(shown_by(panel, "ShaderNodeNewGeometry", "Incoming", at, wo), wo);
-  expect_close(shown_by(panel, "ShaderNodeNewGeometry", "Position", at + 0.25f * panel_x(panel), wo), at + 0.25f * panel_x(panel));
+  expect_close(shown_by(panel, "ShaderNodeNewGeometry", "Position", at + 0.25f * panel_x(panel), wo),
+               at + 0.25f * panel_x(panel));
   expect_close(shown_by(sun(-wo, 0.0f), "ShaderNodeNewGeometry", "Incoming", Vec3(0.0f), wo), wo);
   expect_close(shown_by(sun(-wo, 0.0f), "ShaderNodeNewGeometry", "Position", Vec3(0.0f), wo), wo);
 }
 
 TEST(LightSet, measured_lamps_turn_with_the_lamp) {
   // Bright below the lamp, dark above its horizon, twice as bright to one side.
-  const NodeProperty file{"ies", "TILT=NONE\n1 -1 1 3 5 1 1 0 0 0\n1 1 1\n0 45 90\n0 90 180 270 360\n"
-                                 "100 60 20\n100 60 20\n100 120 40\n100 60 20\n100 60 20\n", {}};
+  const NodeProperty file{"ies",
+                          "TILT=NONE\n1 -1 1 3 5 1 1 0 0 0\n1 1 1\n0 45 90\n0 90 180 270 360\n"
+                          "100 60 20\n100 60 20\n100 120 40\n100 60 20\n100 60 20\n",
+                          {}};
   std::string problem;
   const auto profile = nodes::IesProfile::read(file.text, problem);
   ASSERT_EQ(problem, "");
   const Mat4 turned(Vec4(0, 0, 2, 0), Vec4(2, 0, 0, 0), Vec4(0, 2, 0, 0), Vec4(4, 5, 6, 1));
-  for (const Vec3 local : {Vec3(0, 0, -1), Vec3(0.6f, 0, -0.8f), Vec3(0, 0.6f, -0.8f), Vec3(0, -0.6f, -0.8f), Vec3(0.6f, 0.0f, 0.8f)}) {
+  for (const Vec3 local :
+       {Vec3(0, 0, -1), Vec3(0.6f, 0, -0.8f), Vec3(0, 0.6f, -0.8f), Vec3(0, -0.6f, -0.8f), Vec3(0.6f, 0.0f, 0.8f)}) {
     const Vec3 wo(local.y, local.z, local.x);
-    for (const LightDescription& light : {lamp(LightKind::Point, turned), [&] { auto l = lamp(LightKind::Point, turned); l.radius = 0.2f; return l; }()})
-      expect_close(shown_by(light, "ShaderNodeTexIES", "Fac", {4, 5, 6}, wo, {file}) / 8.0f, Color(profile.towards(local)) / 8.0f);
+    for (const LightDescription& light : {lamp(LightKind::Point, turned), [&] {
+                                            auto l = lamp(LightKind::Point, turned);
+                                            l.radius = 0.2f;
+                                            return l;
+                                          }()})
+      expect_close(shown_by(light, "ShaderNodeTexIES", "Fac", {4, 5, 6}, wo, {file}) / 8.0f,
+                   Color(profile.towards(local)) / 8.0f);
   }
   EXPECT_GT(profile.towards({0, 0.6f, -0.8f}), 1.5f * profile.towards({0, -0.6f, -0.8f}));
 }
@@ -382,7 +411,10 @@ TEST(LightSet, emission_knows_the_object_it_is_of) {
     ASSERT_TRUE(leaving);
     expect_close(leaving->radiance, colors[object] * (2.0f + float(object)));
     // Chosen by its own power, not by that of a white object.
-    EXPECT_NEAR(lights.power_pmf(i), luminance(colors[object]) * (2.0f + float(object)) / (4.0f * luminance(colors[0]) + 6.0f * luminance(colors[1])), 1e-3f);
+    EXPECT_NEAR(lights.power_pmf(i),
+                luminance(colors[object]) * (2.0f + float(object)) /
+                    (4.0f * luminance(colors[0]) + 6.0f * luminance(colors[1])),
+                1e-3f);
   }
 }
 
@@ -406,7 +438,8 @@ std::vector<std::pair<const char*, SceneDescription>> all_kinds() {
   add("sun", sun({0.3f, 0.1f, -1.0f}, 0.0f));
   add("soft sun", sun({0.3f, 0.1f, -1.0f}, 0.5f));
   SceneDescription d = dark();
-  add_object(d, sphere(4), add_diffuse(d, Color(0.0f), Color(2.0f)), placed({0, 0, 2}, {1, 0, -1}, {0.5f, 0.5f, -0.7f}));
+  add_object(d, sphere(4), add_diffuse(d, Color(0.0f), Color(2.0f)),
+             placed({0, 0, 2}, {1, 0, -1}, {0.5f, 0.5f, -0.7f}));
   all.push_back({"mesh", d});
   d = dark();
   set_checker_world(d, Color(3.0f), Color(0.5f), 2.0f);
@@ -440,7 +473,9 @@ TEST(LightSet, rays_that_leave_carry_the_power_and_report_their_density) {
       }
     }
     // The world's power is estimated on its grid.
-    EXPECT_TRUE(mean_agrees(power, lights.total_power(), {.test_count = int(kinds.size())}, std::string(name) == "world" ? 0.03 : 1e-3)) << name;
+    EXPECT_TRUE(mean_agrees(power, lights.total_power(), {.test_count = int(kinds.size())},
+                            std::string(name) == "world" ? 0.03 : 1e-3))
+        << name;
   }
 }
 
@@ -451,20 +486,22 @@ TEST(LightSet, directions_that_leave_follow_their_density) {
     const LightSet& lights = scene->lights();
     if (lights.flags(0).type == LightType::DistantDelta) continue;
     const uint32_t index = lights.choose_by_power(0.4f).light;
-    const Vec2 u(0.85f, 0.1f);   // on spheres a point that the spot's cone leaves from
+    const Vec2 u(0.85f, 0.1f);  // on spheres a point that the spot's cone leaves from
     const auto map = [&](Vec2 v) -> std::optional<Vec3> {
       const auto r = lights.sample_le(index, u, v, 0.0f);
       if (!r) return std::nullopt;
       return r->ray.direction;
     };
     const auto any = lights.sample_le(index, u, {0.2f, 0.1f}, 0.0f);
-    const bool sphere = lights.flags(index).type == LightType::Sphere || lights.flags(index).type == LightType::SpotSphere;
+    const bool sphere = lights.flags(index).type == LightType::Sphere ||
+                        lights.flags(index).type == LightType::SpotSphere;
     const Vec3 normal = any ? any->normal : warp::square_to_sphere(u);
     const auto density = [&](Vec3 w) -> double {
       if (sphere && !(glm::dot(w, normal) > 0.0f)) return 0.0;
       return lights.pdf_le(index, Vec3(0.0f), normal, w).pdf_solid_angle;
     };
-    DensityTest test{.sample_count = 30000, .bin_count = 64, .outside_fraction = 1e-3, .level = {.test_count = int(kinds.size())}};
+    DensityTest test{
+        .sample_count = 30000, .bin_count = 64, .outside_fraction = 1e-3, .level = {.test_count = int(kinds.size())}};
     if (std::string(name) == "world") test.bin_count = 1000;
     EXPECT_TRUE(chi_square_agrees(from_square(map), density, test)) << name;
   }
@@ -490,8 +527,10 @@ TEST(LightSet, light_sent_equals_light_received) {
       if (r && r->ray.direction.z < 0.0f && r->ray.origin.z > 0.0f) {
         const Vec3 p = r->ray.origin - r->ray.direction * (r->ray.origin.z / r->ray.direction.z);
         const LightType type = lights.flags(choice.light).type;
-        const float cosine = is_delta(type) || is_distant(type) ? 1.0f : std::abs(glm::dot(r->normal, r->ray.direction));
-        if (std::abs(p.x) < 1.0f && std::abs(p.y) < 1.0f) flux = r->radiance.y * cosine / (double(r->pdf_area) * r->pdf_solid_angle * choice.pmf);
+        const float cosine = is_delta(type) || is_distant(type) ? 1.0f
+                                                                : std::abs(glm::dot(r->normal, r->ray.direction));
+        if (std::abs(p.x) < 1.0f && std::abs(p.y) < 1.0f)
+          flux = r->radiance.y * cosine / (double(r->pdf_area) * r->pdf_solid_angle * choice.pmf);
       }
       sent.add(flux);
       const auto from = lights.choose_by_power(rng.next_float());
@@ -501,9 +540,10 @@ TEST(LightSet, light_sent_equals_light_received) {
       // A closed mesh hides its far side.
       const bool mesh = lights.flags(from.light).type == LightType::Triangle;
       const bool hidden = mesh && s && glm::dot(s->normal, s->wi) > 0.0f;
-      received.add(s && !hidden ? 4.0 * s->radiance.y * std::max(0.0f, s->wi.z) / (double(s->pdf_solid_angle) * from.pmf) : 0.0);
+      received.add(
+          s && !hidden ? 4.0 * s->radiance.y * std::max(0.0f, s->wi.z) / (double(s->pdf_solid_angle) * from.pmf) : 0.0);
     }
-    if (std::string(name) == "mesh") continue;                     // rays of its inner side cross the square as well
+    if (std::string(name) == "mesh") continue;  // rays of its inner side cross the square as well
     EXPECT_TRUE(means_agree(sent, received, {.test_count = int(kinds.size())})) << name;
   }
 }
@@ -512,8 +552,8 @@ TEST(LightSet, light_sent_equals_light_received) {
 
 SceneDescription mixed_lights() {
   SceneDescription d = dark();
-  d.lights = {point_light({0, 0, 2}, 10.0f), point_light({0, 1, 2}, 0.0f, 0.3f), area_lamp(AreaShape::Rectangle, {1, 1}, placed({1, 0, 2}, {0, 0, -1})),
-              sun({0, 0, -1}, 0.01f)};
+  d.lights = {point_light({0, 0, 2}, 10.0f), point_light({0, 1, 2}, 0.0f, 0.3f),
+              area_lamp(AreaShape::Rectangle, {1, 1}, placed({1, 0, 2}, {0, 0, -1})), sun({0, 0, -1}, 0.01f)};
   const int glowing = add_diffuse(d, Color(0.0f), Color(4.0f)), grey = add_diffuse(d, Color(0.5f));
   add_object(d, cube(), grey, placed({3, 0, 0}, {0, 0, -1}));
   MeshDescription mixed = cube();
@@ -540,10 +580,10 @@ TEST(LightSet, probabilities_sum_to_one_and_dark_lights_are_never_chosen) {
   }
   EXPECT_NEAR(sum, 1.0, 1e-6);
   EXPECT_NEAR(power_sum, 1.0, 1e-6);
-  EXPECT_EQ(lights.choice_pmf(p, n, 1), 0.0f);       // a lamp of no watts
-  EXPECT_EQ(lights.choice_pmf(p, n, 4), 0.0f);       // a grey triangle
-  EXPECT_GT(lights.choice_pmf(p, n, 6), 0.0f);       // a glowing one
-  EXPECT_GT(lights.choice_pmf(p, n, 15), 0.0f);      // of a slot that is not there: the last
+  EXPECT_EQ(lights.choice_pmf(p, n, 1), 0.0f);   // a lamp of no watts
+  EXPECT_EQ(lights.choice_pmf(p, n, 4), 0.0f);   // a grey triangle
+  EXPECT_GT(lights.choice_pmf(p, n, 6), 0.0f);   // a glowing one
+  EXPECT_GT(lights.choice_pmf(p, n, 15), 0.0f);  // of a slot that is not there: the last
   std::vector<int> counts(lights.size(), 0);
   std::vector<RunningMoments> remapped(lights.size());
   const int total = 1 << 20;
@@ -589,7 +629,8 @@ TEST(LightSet, where_there_are_media_each_of_few_lights_has_an_even_probability_
       double sum = 0.0;
       for (uint32_t i = 0; i < lights.size(); ++i) {
         sum += lights.choice_pmf(p, n, i);
-        const float estimate = without->lights().choice_pmf(p, n, i), even = i == 2 ? 0.0f : 1.0f / 3.0f;   // two lamps and the sky; one has no watts
+        const float estimate = without->lights().choice_pmf(p, n, i),
+                    even = i == 2 ? 0.0f : 1.0f / 3.0f;  // two lamps and the sky; one has no watts
         EXPECT_FLOAT_EQ(lights.choice_pmf(p, n, i), d == &clear ? 0.5f * even + 0.5f * estimate : estimate) << i;
       }
       EXPECT_NEAR(sum, 1.0, 1e-6);
@@ -602,7 +643,9 @@ TEST(LightSet, where_there_are_media_each_of_few_lights_has_an_even_probability_
       }
       for (uint32_t i = 0; i < lights.size(); ++i) {
         EXPECT_NEAR(counts[i], lights.choice_pmf(p, n, i) * total, 3.0) << i;
-        if (counts[i] > 1000) { EXPECT_NEAR(remapped[i].mean(), 0.5, 0.01) << i; }
+        if (counts[i] > 1000) {
+          EXPECT_NEAR(remapped[i].mean(), 0.5, 0.01) << i;
+        }
       }
     }
   }
@@ -647,11 +690,12 @@ TEST(LightSet, no_source_is_starved) {
   SceneDescription d = dark();
   add_object(d, plane(1000.0f), add_diffuse(d, Color(0.5f)), placed({0, 0, -6}, {0, 0, -1}));
   d.lights = {sun({0, 0, -1}, 0.01f, 1000.0f), point_light({0, 0, 2}, 1.0f)};
-  set_checker_world(d, Color(0.02f), Color(0.0f), 4.0f);   // exceeds its mean by half of it
+  set_checker_world(d, Color(0.02f), Color(0.0f), 4.0f);  // exceeds its mean by half of it
   const auto scene = build(d);
   for (Vec3 normal : {Vec3(0.0f), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
     EXPECT_GE(scene->lights().choice_pmf(Vec3(0.0f), normal, 1), 0.1999f);
-    EXPECT_GE(scene->lights().choice_pmf(Vec3(0.0f), normal, 2), 0.1f);   // the sky, beside a sun of a thousand times its irradiance
+    EXPECT_GE(scene->lights().choice_pmf(Vec3(0.0f), normal, 2),
+              0.1f);  // the sky, beside a sun of a thousand times its irradiance
   }
   EXPECT_GE(scene->lights().choice_pmf(Vec3(0.0f), Vec3(0, 0, 1), 0), 0.5f);
 }
@@ -685,7 +729,8 @@ TEST(LightSet, unusable_strength_is_reported_by_name) {
   d.lights[0].name = "Too Bright";
   Diagnostics diagnostics;
   const auto scene = build(d, &diagnostics);
-  EXPECT_TRUE(std::any_of(diagnostics.begin(), diagnostics.end(), [](const Diagnostic& m) { return m.object == "Too Bright"; }));
+  EXPECT_TRUE(std::any_of(diagnostics.begin(), diagnostics.end(),
+                          [](const Diagnostic& m) { return m.object == "Too Bright"; }));
   EXPECT_EQ(scene->lights().choice_pmf(Vec3(0.0f), Vec3(0.0f), 0), 0.0f);
   EXPECT_EQ(scene->lights().choice_pmf(Vec3(0.0f), Vec3(0.0f), 1), 1.0f);
 }
@@ -693,7 +738,8 @@ TEST(LightSet, unusable_strength_is_reported_by_name) {
 TEST(LightSet, awkward_points_give_finite_samples_or_none) {
   std::vector<std::pair<std::shared_ptr<const Scene>, std::vector<Vec3>>> cases;
   const Mat4 down = placed({0, 0, 1}, {0, 0, -1});
-  const std::vector<Vec3> around{{0, 0, 1}, {0.5f, 0.5f, 1}, {0.5f, 0.5f, 0.99999f}, {7, 0, 1}, {0, 0, 0.9999999f}, {1e6f, 1e6f, -1e6f}, {0, 0, -1e15f}, {5, 5, 0.999f}};
+  const std::vector<Vec3> around{{0, 0, 1},          {0.5f, 0.5f, 1},     {0.5f, 0.5f, 0.99999f}, {7, 0, 1},
+                                 {0, 0, 0.9999999f}, {1e6f, 1e6f, -1e6f}, {0, 0, -1e15f},         {5, 5, 0.999f}};
   for (Vec2 size : {Vec2(1, 1), Vec2(1e-6f, 1e-6f), Vec2(1e6f, 1e-3f), Vec2(1e6f, 1e6f)})
     for (float spread : {kPi, 0.3f, 0.0f}) {
       cases.push_back({with_lamp(area_lamp(AreaShape::Rectangle, size, down, spread)), around});
@@ -717,7 +763,8 @@ TEST(LightSet, awkward_points_give_finite_samples_or_none) {
         for (float y : {0.0f, 0.7f, kOneMinusEpsilon}) {
           const auto s = scene->lights().sample_li(0, p, {x, y}, 0.0f);
           if (!s) continue;
-          EXPECT_TRUE(is_finite(s->wi) && is_finite(s->radiance) && s->pdf_solid_angle > 0.0f && std::isfinite(s->pdf_solid_angle) && s->distance > 0.0f)
+          EXPECT_TRUE(is_finite(s->wi) && is_finite(s->radiance) && s->pdf_solid_angle > 0.0f &&
+                      std::isfinite(s->pdf_solid_angle) && s->distance > 0.0f)
               << "light type " << int(scene->lights().flags(0).type) << " at " << p.x << " " << p.y << " " << p.z;
           const float pdf = scene->lights().pdf_li(0, p, s->wi, s->distance, s->normal);
           EXPECT_TRUE(pdf >= 0.0f && std::isfinite(pdf));
@@ -728,9 +775,10 @@ TEST(LightSet, awkward_points_give_finite_samples_or_none) {
 TEST(LightSet, many_lamps_and_triangles_light_a_point_as_their_sum) {
   SceneDescription d = dark();
   Pcg32 rng(1);
-  for (int i = 0; i < 10000; ++i) d.lights.push_back(point_light({rng.next_float(), rng.next_float(), rng.next_float()}, rng.next_float() + 0.1f));
+  for (int i = 0; i < 10000; ++i)
+    d.lights.push_back(point_light({rng.next_float(), rng.next_float(), rng.next_float()}, rng.next_float() + 0.1f));
   const int glowing = add_diffuse(d, Color(0.0f), Color(1.0f));
-  add_object(d, sphere(250), glowing);   // a quarter of a million triangles
+  add_object(d, sphere(250), glowing);  // a quarter of a million triangles
   const auto scene = build(d);
   const LightSet& lights = scene->lights();
   EXPECT_EQ(lights.size(), 10000u + scene->statistics().triangles - 2u);
@@ -749,7 +797,9 @@ TEST(LightSet, many_lamps_and_triangles_light_a_point_as_their_sum) {
     const float x = rng.next_float();
     const auto s = lights.sample_li(choice.light, p, {x, rng.next_float()}, 0.0f);
     const bool triangle = choice.light >= 10000;
-    sphere_only.add(s && triangle ? s->radiance.x * std::max(0.0f, glm::dot(s->wi, down)) / (s->pdf_solid_angle * choice.pmf) : 0.0);
+    sphere_only.add(s && triangle
+                        ? s->radiance.x * std::max(0.0f, glm::dot(s->wi, down)) / (s->pdf_solid_angle * choice.pmf)
+                        : 0.0);
   }
   // Both sides of the sphere, front and back seen through each other: 2 pi (r / d)^2.
   EXPECT_TRUE(mean_agrees(sphere_only, 2.0 * M_PI / 9.0, {.test_count = 2}, 1e-3));
@@ -758,7 +808,7 @@ TEST(LightSet, many_lamps_and_triangles_light_a_point_as_their_sum) {
 
 TEST(LightSet, every_direction_of_a_textured_world_can_be_sampled) {
   SceneDescription d = dark();
-  set_checker_world(d, Color(5.0f), Color(0.0f), 40.0f);   // cells of a few degrees
+  set_checker_world(d, Color(5.0f), Color(0.0f), 40.0f);  // cells of a few degrees
   const auto scene = build(d);
   const LightSet& lights = scene->lights();
   Pcg32 rng(1);
@@ -769,7 +819,8 @@ TEST(LightSet, every_direction_of_a_textured_world_can_be_sampled) {
     ASSERT_GT(lights.pdf_li(0, Vec3(0.0f), wi, kInfinity, -wi), 0.0f);
     brute.add(lights.environment_radiance(wi, 0).x * std::max(0.0f, wi.z) * 4.0 * M_PI);
   }
-  for (Vec3 pole : {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(-1, 0, 0)}) EXPECT_GT(lights.pdf_li(0, Vec3(0.0f), pole, kInfinity, -pole), 0.0f);
+  for (Vec3 pole : {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(-1, 0, 0)})
+    EXPECT_GT(lights.pdf_li(0, Vec3(0.0f), pole, kInfinity, -pole), 0.0f);
   EXPECT_TRUE(means_agree(brute, sampled));
 }
 
@@ -808,13 +859,16 @@ TEST(LightSet, shaders_of_lamps_know_how_far_their_light_goes) {
   add_object(d, plane(1.0f), add_diffuse(d, Color(0.5f)));
   set_camera(d, Vec3(0, 0, 3), Vec3(0), 4);
   LightDescription light = lamp(LightKind::Point, placed(Vec3(0), Vec3(0, 0, -1)));
-  Node falloff{"ShaderNodeLightFalloff", "Light Falloff", {{"Strength", {}, Vec4(1.0f)}, {"Smooth", {}, Vec4(0.0f)}}, {}};
-  Node emission{"ShaderNodeEmission", "Emission", {{"Color", {}, Vec4(1.0f)}, {"Strength", {0, "Linear"}, Vec4(1.0f)}}, {}};
+  Node falloff{
+      "ShaderNodeLightFalloff", "Light Falloff", {{"Strength", {}, Vec4(1.0f)}, {"Smooth", {}, Vec4(0.0f)}}, {}};
+  Node emission{
+      "ShaderNodeEmission", "Emission", {{"Color", {}, Vec4(1.0f)}, {"Strength", {0, "Linear"}, Vec4(1.0f)}}, {}};
   light.graph.nodes = {falloff, emission};
   light.graph.surface = {1, "Emission"};
   d.lights.push_back(light);
   const auto scene = build(d);
-  const auto near = scene->lights().sample_li(0, Vec3(0, 0, 1), {0.5f, 0.5f}, 0.0f), far = scene->lights().sample_li(0, Vec3(0, 0, 3), {0.5f, 0.5f}, 0.0f);
+  const auto near = scene->lights().sample_li(0, Vec3(0, 0, 1), {0.5f, 0.5f}, 0.0f),
+             far = scene->lights().sample_li(0, Vec3(0, 0, 3), {0.5f, 0.5f}, 0.0f);
   ASSERT_TRUE(near && far);
   // Linear falloff: the intensity grows with the distance, against one of its two powers.
   EXPECT_GT(near->radiance.x, 0.0f);

@@ -16,7 +16,9 @@ using namespace statistical;
 using namespace fixtures;
 
 Vec3 direction(Pcg32& rng) { return warp::square_to_sphere({rng.next_float(), rng.next_float()}); }
-Vec3 somewhere(Pcg32& rng, float size) { return size * Vec3(rng.next_float() - 0.5f, rng.next_float() - 0.5f, rng.next_float() - 0.5f); }
+Vec3 somewhere(Pcg32& rng, float size) {
+  return size * Vec3(rng.next_float() - 0.5f, rng.next_float() - 0.5f, rng.next_float() - 0.5f);
+}
 
 LightBounds small_light(Vec3 position, Vec3 axis, float cos_normals, float cos_beyond, float intensity) {
   LightBounds b;
@@ -32,7 +34,8 @@ std::vector<LightTree::Entry> random_lights(int count, uint64_t seed) {
   Pcg32 rng(seed);
   std::vector<LightTree::Entry> entries;
   for (int i = 0; i < count; ++i) {
-    LightBounds b = small_light(somewhere(rng, 10.0f), direction(rng), i % 3 == 0 ? -1.0f : 1.0f, i % 2 == 0 ? 0.0f : 0.7f, 0.01f + rng.next_float());
+    LightBounds b = small_light(somewhere(rng, 10.0f), direction(rng), i % 3 == 0 ? -1.0f : 1.0f,
+                                i % 2 == 0 ? 0.0f : 0.7f, 0.01f + rng.next_float());
     b.two_sided = i % 5 == 0;
     if (i % 4 == 0) b.upper += Vec3(rng.next_float());
     entries.push_back({uint32_t(2 * i), b});
@@ -60,7 +63,7 @@ TEST(LightTree, probabilities_are_exact_and_sum_to_one) {
     for (uint32_t light = 0; light < 600; ++light) expected[light] = double(tree.pmf(p, n, light)) * kDraws;
     for (int i = 0; i < kDraws; ++i) {
       const auto choice = tree.choose(p, n, (float(i) + rng.next_float()) / kDraws);
-      if (choice.pmf == 0.0f) {   // a branch whose bounds promised more than its lights keep
+      if (choice.pmf == 0.0f) {  // a branch whose bounds promised more than its lights keep
         nothing += 1.0 / kDraws;
         continue;
       }
@@ -84,7 +87,8 @@ TEST(LightTree, joined_bounds_hold_every_light) {
     float intensity = 0.0f;
     for (const LightTree::Entry& e : entries) {
       intensity += e.bounds.intensity;
-      EXPECT_TRUE(glm::all(glm::lessThanEqual(all.lower, e.bounds.lower)) && glm::all(glm::greaterThanEqual(all.upper, e.bounds.upper)));
+      EXPECT_TRUE(glm::all(glm::lessThanEqual(all.lower, e.bounds.lower)) &&
+                  glm::all(glm::greaterThanEqual(all.upper, e.bounds.upper)));
       EXPECT_LE(all.cos_beyond, e.bounds.cos_beyond);
       float cosine = glm::dot(all.axis, e.bounds.axis);
       if (all.two_sided) cosine = std::abs(cosine);
@@ -99,7 +103,8 @@ TEST(LightTree, whoever_shines_on_a_point_may_be_chosen) {
   // Flat lights and spots: the tree may leave out only what sends nothing.
   Pcg32 rng(5);
   std::vector<LightTree::Entry> entries;
-  for (uint32_t i = 0; i < 64; ++i) entries.push_back({i, small_light(somewhere(rng, 4.0f), direction(rng), 1.0f, i % 2 == 0 ? 0.0f : 0.9f, 1.0f)});
+  for (uint32_t i = 0; i < 64; ++i)
+    entries.push_back({i, small_light(somewhere(rng, 4.0f), direction(rng), 1.0f, i % 2 == 0 ? 0.0f : 0.9f, 1.0f)});
   const std::vector<LightTree::Entry> kept = entries;
   const LightTree tree(std::move(entries), 64);
   int dark = 0;
@@ -123,7 +128,9 @@ TEST(LightTree, near_lights_come_first_and_variance_falls) {
   Pcg32 rng(17);
   std::vector<LightTree::Entry> entries;
   constexpr int kLamps = 1000;
-  for (uint32_t i = 0; i < kLamps; ++i) entries.push_back({i, small_light(Vec3(float(i), 2.0f * rng.next_float() + 1.0f, 3.0f), Vec3(0, 0, -1), -1.0f, 1.0f, 1.0f)});
+  for (uint32_t i = 0; i < kLamps; ++i)
+    entries.push_back(
+        {i, small_light(Vec3(float(i), 2.0f * rng.next_float() + 1.0f, 3.0f), Vec3(0, 0, -1), -1.0f, 1.0f, 1.0f)});
   const std::vector<LightTree::Entry> kept = entries;
   const LightTree tree(std::move(entries), kLamps);
   const Vec3 p(500.0f, 0.0f, 0.0f), up(0, 0, 1);
@@ -146,7 +153,7 @@ TEST(LightTree, near_lights_come_first_and_variance_falls) {
 
 TEST(LightTree, awkward_lights_and_points_keep_probabilities_finite) {
   std::vector<LightTree::Entry> entries;
-  for (uint32_t i = 0; i < 40; ++i) {   // many in one place: no split by cost exists
+  for (uint32_t i = 0; i < 40; ++i) {  // many in one place: no split by cost exists
     LightBounds b = small_light(Vec3(1.0f), Vec3(0, 0, 1), 1.0f, 0.0f, i % 2 == 0 ? 1e-30f : 1e20f);
     b.two_sided = true;
     entries.push_back({i, b});
@@ -163,7 +170,8 @@ TEST(LightTree, awkward_lights_and_points_keep_probabilities_finite) {
 
 TEST(LightTree, lights_as_far_apart_as_floats_reach_are_split) {
   std::vector<LightTree::Entry> entries;
-  for (uint32_t i = 0; i < 64; ++i) entries.push_back({i, small_light(Vec3(float(i) * 5e36f, 0, 0), Vec3(0, 0, 1), -1.0f, 1.0f, 1.0f)});
+  for (uint32_t i = 0; i < 64; ++i)
+    entries.push_back({i, small_light(Vec3(float(i) * 5e36f, 0, 0), Vec3(0, 0, 1), -1.0f, 1.0f, 1.0f)});
   const LightTree tree(std::move(entries), 64);
   const auto choice = tree.choose(Vec3(0.0f), Vec3(0.0f), 0.5f);
   EXPECT_TRUE(std::isfinite(choice.pmf) && choice.pmf >= 0.0f && choice.light < 64);

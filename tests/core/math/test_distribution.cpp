@@ -77,7 +77,8 @@ TEST(DiscreteDistribution, without_weight_it_is_empty) {
 std::vector<float> uneven_image(int width, int height) {
   std::vector<float> values(size_t(width) * height);
   for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x) values[size_t(y) * width + x] = y == 2 ? 0.0f : float((x * 7 + y * 3) % 5) + (x == 4 && y == 5 ? 500.0f : 0.0f);
+    for (int x = 0; x < width; ++x)
+      values[size_t(y) * width + x] = y == 2 ? 0.0f : float((x * 7 + y * 3) % 5) + (x == 4 && y == 5 ? 500.0f : 0.0f);
   return values;
 }
 

@@ -34,7 +34,8 @@ std::vector<float> splatted(const std::vector<float>& sizes, int threads, int te
 }
 
 TEST(Drift, ten_million_splats_in_a_pixel_are_their_mean) {
-  const std::vector<float> sizes{0.1f, 7e5f, 3e-7f, 1e12f};   // of each range; those near the end of one would overflow a plain sum
+  const std::vector<float> sizes{0.1f, 7e5f, 3e-7f,
+                                 1e12f};  // of each range; those near the end of one would overflow a plain sum
   const std::vector<float> rgba = splatted(sizes, 2, kTerms);
   for (size_t x = 0; x < sizes.size(); ++x) {
     EXPECT_FLOAT_EQ(rgba[4 * x], sizes[x]);
@@ -43,7 +44,7 @@ TEST(Drift, ten_million_splats_in_a_pixel_are_their_mean) {
 }
 
 TEST(Drift, splats_beyond_a_sum_of_integers_are_the_same_for_any_number_of_threads) {
-  const std::vector<float> sizes{1.0471e6f, 4.4e15f};   // nearly all that their range allows
+  const std::vector<float> sizes{1.0471e6f, 4.4e15f};  // nearly all that their range allows
   EXPECT_EQ(splatted(sizes, 1, 100'001), splatted(sizes, 2, 100'001));
 }
 
@@ -52,7 +53,7 @@ TEST(Drift, moments_of_ten_million_values_far_from_zero) {
   CompensatedSum sum;
   Pcg32 rng(1);
   for (int i = 0; i < kTerms; ++i) {
-    const double x = 12345.678 + double(rng.next_float());   // variance 1/12
+    const double x = 12345.678 + double(rng.next_float());  // variance 1/12
     moments.add(x);
     sum.add(x);
   }
@@ -67,7 +68,7 @@ TEST(Drift, shares_after_ten_million_samples_in_a_cell_are_those_of_a_thousand) 
     for (int i = 0; i < samples; ++i) {
       cache.count(3);
       cache.add_square(3, 10.0f);
-      cache.add_moment(3, 0, 9.0f);   // three times the root mean square of the other
+      cache.add_moment(3, 0, 9.0f);  // three times the root mean square of the other
       cache.add_moment(3, 1, 1.0f);
     }
     cache.publish();

@@ -22,7 +22,8 @@ void expect_basis(const Frame& f, Vec3 normal) {
 }
 
 TEST(Frame, is_orthonormal_and_right_handed_around_every_normal) {
-  for (const float z : {0.0f, -0.0f, 1e-30f, -1e-30f, 1e-8f, -1e-8f, -0.59f, -0.6f, -0.60000002f, -0.61f, 1.0f, -1.0f}) {
+  for (const float z :
+       {0.0f, -0.0f, 1e-30f, -1e-30f, 1e-8f, -1e-8f, -0.59f, -0.6f, -0.60000002f, -0.61f, 1.0f, -1.0f}) {
     for (int i = 0; i < 64; ++i) {
       const float phi = float(i) * (kPi / 32.0f), r = safe_sqrt(1.0f - z * z);
       const Vec3 n(r * std::cos(phi), r * std::sin(phi), z);
@@ -49,7 +50,8 @@ TEST(Frame, around_upright_walls_does_not_hang_on_the_sign_of_zero) {
   }
 }
 
-/// What of the tangent is left across a normal that it nearly is cancels to few digits, none of which may be along the normal.
+/// What of the tangent is left across a normal that it nearly is cancels to few digits, none of which may be along the
+/// normal.
 TEST(Frame, along_a_tangent_is_orthonormal_however_near_the_normal_it_is_and_however_long) {
   Pcg32 rng(2);
   for (const float apart : {1.0f, 1e-2f, 1e-4f, 1e-5f, 2e-6f, 1e-7f, 0.0f}) {

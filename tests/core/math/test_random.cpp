@@ -26,7 +26,8 @@ TEST(Hash, one_flipped_bit_flips_half_of_the_result) {
       const uint32_t x = rng.next(), difference = hash32(x) ^ hash32(x ^ (1u << in));
       for (int out = 0; out < 32; ++out) flips[out] += int(difference >> out & 1);
     }
-    for (int out = 0; out < 32; ++out) EXPECT_NEAR(flips[out], trials / 2, 6.0 * std::sqrt(trials / 4.0)) << in << " " << out;
+    for (int out = 0; out < 32; ++out)
+      EXPECT_NEAR(flips[out], trials / 2, 6.0 * std::sqrt(trials / 4.0)) << in << " " << out;
   }
 }
 

@@ -22,7 +22,9 @@ SceneDescription scene_named(const std::string& name) {
 SceneDescription foggy() {
   SceneDescription d = scene_named("area_lamp");
   GraphBuilder b;
-  b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.8f)), value_input("Density", 0.5f), value_input("Anisotropy", 0.3f)}), "Volume"};
+  b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.8f)), value_input("Density", 0.5f),
+                                                       value_input("Anisotropy", 0.3f)}),
+                    "Volume"};
   d.world.graph = b.graph;
   d.settings.bounces.volume = 4;
   return d;
@@ -36,26 +38,31 @@ class RoundingIn : public testing::TestWithParam<Case> {};
 
 TEST_P(RoundingIn, of_floats_is_at_most_a_tenth_of_the_noise_at_4096_samples) {
   const std::string name = GetParam().scene;
-  const auto shares = rounding::measure(build(name == "fog" ? foggy() : scene_named(name)), GetParam().integrator, kImageSamples, kSeeds);
+  const auto shares = rounding::measure(build(name == "fog" ? foggy() : scene_named(name)), GetParam().integrator,
+                                        kImageSamples, kSeeds);
   ASSERT_EQ(shares.size(), std::size(rounding::kDirected)) << "threads round as they like";
   for (const rounding::Share& share : shares) {
-    EXPECT_LT(share.total(), kMaxShareOfNoise) << share.mode << ": straying " << share.straying << ", shift " << share.shift;
+    EXPECT_LT(share.total(), kMaxShareOfNoise)
+        << share.mode << ": straying " << share.straying << ", shift " << share.shift;
     EXPECT_GT(share.total(), 0.0) << share.mode << " changed nothing: it cannot have been in force";
   }
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, RoundingIn,
-                         testing::Values(Case{"path", "rough_glass_and_mirror"}, Case{"path", "textured_emission"}, Case{"path", "sun"}, Case{"path", "fog"},
-                                         Case{"bdpt", "glossy"}),
+                         testing::Values(Case{"path", "rough_glass_and_mirror"}, Case{"path", "textured_emission"},
+                                         Case{"path", "sun"}, Case{"path", "fog"}, Case{"bdpt", "glossy"}),
                          [](const auto& info) { return std::string(info.param.integrator) + "_" + info.param.scene; });
 
 /// A room of two metres at a million metres, where a float's step is six centimetres: there rounding is what one sees.
 TEST(Rounding, that_matters_is_seen) {
   SceneDescription d = scene_named("area_lamp");
-  const auto move = [](std::array<float, 12>& m) { for (size_t i = 0; i < 3; ++i) m[4 * i + 3] += 1e6f; };
+  const auto move = [](std::array<float, 12>& m) {
+    for (size_t i = 0; i < 3; ++i) m[4 * i + 3] += 1e6f;
+  };
   for (InstanceDescription& instance : d.instances) move(instance.world_from_object);
   for (LightDescription& light : d.lights) move(light.world_from_light);
   move(d.camera.world_from_camera);
-  for (const rounding::Share& share : rounding::measure(build(std::move(d)), "path", 4, 8)) EXPECT_GT(share.total(), kMaxShareOfNoise) << share.mode;
+  for (const rounding::Share& share : rounding::measure(build(std::move(d)), "path", 4, 8))
+    EXPECT_GT(share.total(), kMaxShareOfNoise) << share.mode;
 }
 
 }  // namespace

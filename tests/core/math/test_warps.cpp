@@ -22,25 +22,29 @@ float angle_complement(Vec3 w) {  // 1 - z without cancellation near the pole
 
 std::vector<Warp> warps() {
   std::vector<Warp> all{
-      {"disk", SampleDomain::Disk, [](Vec2 u) { return Vec3(warp::square_to_disk(u), 0.0f); }, [](Vec3) { return warp::disk_pdf_area(); }},
+      {"disk", SampleDomain::Disk, [](Vec2 u) { return Vec3(warp::square_to_disk(u), 0.0f); },
+       [](Vec3) { return warp::disk_pdf_area(); }},
       {"cosine hemisphere", SampleDomain::Hemisphere, [](Vec2 u) { return warp::square_to_cosine_hemisphere(u); },
        [](Vec3 w) { return warp::cosine_hemisphere_pdf_solid_angle(w.z); }},
-      {"sphere", SampleDomain::Sphere, [](Vec2 u) { return warp::square_to_sphere(u); }, [](Vec3) { return warp::sphere_pdf_solid_angle(); }},
+      {"sphere", SampleDomain::Sphere, [](Vec2 u) { return warp::square_to_sphere(u); },
+       [](Vec3) { return warp::sphere_pdf_solid_angle(); }},
       {"hemisphere", SampleDomain::Hemisphere, [](Vec2 u) { return warp::square_to_hemisphere(u); },
        [](Vec3) { return warp::hemisphere_pdf_solid_angle(); }},
       {"triangle", SampleDomain::Square, [](Vec2 u) { return Vec3(warp::square_to_triangle(u), 0.0f); },
        [](Vec3 b) { return b.x + b.y <= 1.0f ? warp::triangle_pdf_barycentric() : 0.0f; }}};
   for (float angle : {3.1f, 1.0f, 0.1f, 0.0046f, 1e-4f}) {
     const float size = warp::one_minus_cos(angle);
-    all.push_back({"cone", SampleDomain::Sphere, [=](Vec2 u) { return warp::square_to_cone(u, size); },
-                   [=](Vec3 w) { return angle_complement(w) <= size * 1.00001f ? warp::cone_pdf_solid_angle(size) : 0.0f; }});
+    all.push_back(
+        {"cone", SampleDomain::Sphere, [=](Vec2 u) { return warp::square_to_cone(u, size); },
+         [=](Vec3 w) { return angle_complement(w) <= size * 1.00001f ? warp::cone_pdf_solid_angle(size) : 0.0f; }});
   }
   return all;
 }
 
 TEST(Warps, samples_follow_their_density) {
   for (const Warp& w : warps())
-    EXPECT_TRUE(chi_square_agrees(from_square(w.map), w.pdf, {.domain = w.domain, .level = {.test_count = 10}})) << w.name;
+    EXPECT_TRUE(chi_square_agrees(from_square(w.map), w.pdf, {.domain = w.domain, .level = {.test_count = 10}}))
+        << w.name;
 }
 
 TEST(Warps, jacobian_is_one_over_the_density) {

@@ -18,7 +18,9 @@ using namespace fixtures;
 
 class CheckpointFile : public ::testing::Test {
  protected:
-  void SetUp() override { path_ = (std::filesystem::temp_directory_path() / ("ajar_checkpoint_" + std::to_string(::getpid()))).string(); }
+  void SetUp() override {
+    path_ = (std::filesystem::temp_directory_path() / ("ajar_checkpoint_" + std::to_string(::getpid()))).string();
+  }
   void TearDown() override { std::filesystem::remove(path_); }
   std::string path_;
 };
@@ -75,7 +77,7 @@ TEST_F(CheckpointFile, damage_is_told_and_never_a_crash) {
     std::ofstream(path_, std::ios::binary).write(bytes.data(), std::streamsize(length));
     EXPECT_NE(failure([&] { load_checkpoint(path_); }), "") << length;
   }
-  for (size_t at = 0; at < 200; ++at) {   // in the header
+  for (size_t at = 0; at < 200; ++at) {  // in the header
     std::string changed = bytes;
     changed[at] = char(changed[at] ^ 0x15);
     std::ofstream(path_, std::ios::binary).write(changed.data(), std::streamsize(changed.size()));
@@ -88,9 +90,11 @@ TEST(Checkpoint, merging_weighs_by_samples) {
   EXPECT_EQ(c.samples, 8.0);
   EXPECT_EQ(c.seeds, (std::vector<uint32_t>{1, 2}));
   for (size_t i = 0; i < c.passes.at("Combined").size(); ++i)
-    ASSERT_NEAR(c.passes.at("Combined")[i], 0.25f * a.passes.at("Combined")[i] + 0.75f * b.passes.at("Combined")[i], 1e-5f);
+    ASSERT_NEAR(c.passes.at("Combined")[i], 0.25f * a.passes.at("Combined")[i] + 0.75f * b.passes.at("Combined")[i],
+                1e-5f);
   EXPECT_EQ(c.passes.at("Sample Count")[0], 8.0f);
-  EXPECT_NEAR(c.passes.at("Variance")[40], a.passes.at("Variance")[40] / 16.0f + b.passes.at("Variance")[40] * 9.0f / 16.0f, 1e-6f);
+  EXPECT_NEAR(c.passes.at("Variance")[40],
+              a.passes.at("Variance")[40] / 16.0f + b.passes.at("Variance")[40] * 9.0f / 16.0f, 1e-6f);
 }
 
 TEST(Checkpoint, what_is_not_one_frame_is_refused_with_the_reason) {
@@ -125,7 +129,8 @@ TEST(Checkpoint, a_resumed_render_goes_on_with_new_samples) {
   Session alone;
   alone.start(lit_room(9, 5));
   EXPECT_TRUE(alone.wait(kHang));
-  EXPECT_NE(merge_pass("Combined", first.passes.at("Combined"), 3.0, alone.snapshot("Combined"), 5.0), all.passes.at("Combined"));
+  EXPECT_NE(merge_pass("Combined", first.passes.at("Combined"), 3.0, alone.snapshot("Combined"), 5.0),
+            all.passes.at("Combined"));
   EXPECT_EQ(session.progress().samples, 8.0);
 }
 
@@ -145,7 +150,8 @@ TEST(Checkpoint, resumed_renders_have_the_mean_of_whole_ones) {
     resumed.add(mean_of(session.snapshot("Combined")));
   }
   EXPECT_TRUE(statistical::means_agree(whole, resumed, {0.01, 1}));
-  EXPECT_LT(std::sqrt(whole.variance_of_mean() + resumed.variance_of_mean()), 0.01 * whole.mean()) << "else the test says nothing";
+  EXPECT_LT(std::sqrt(whole.variance_of_mean() + resumed.variance_of_mean()), 0.01 * whole.mean())
+      << "else the test says nothing";
 }
 
 TEST(Checkpoint, one_that_does_not_fit_ends_the_render_with_the_reason) {

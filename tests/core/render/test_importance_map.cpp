@@ -23,10 +23,13 @@ SceneDescription all_sources(bool fog) {
   SceneDescription d;
   d.settings.bounces = {6, 6, 6, 6, 6, 6};
   add_object(d, plane(3.0f), add_diffuse(d, Color(0.6f, 0.5f, 0.7f)), moved(Vec3(0, 0, -0.5f)));
-  add_object(d, sphere(6), add_diffuse(d, Color(0.3f), Color(0.9f, 0.5f, 0.2f)), moved(Vec3(-0.5f, 0.2f, -0.2f), 0.25f));
-  GraphBuilder incidence;   // how bright it is depends on where it is seen from
+  add_object(d, sphere(6), add_diffuse(d, Color(0.3f), Color(0.9f, 0.5f, 0.2f)),
+             moved(Vec3(-0.5f, 0.2f, -0.2f), 0.25f));
+  GraphBuilder incidence;  // how bright it is depends on where it is seen from
   const int weight = incidence.node("ShaderNodeLayerWeight", {value_input("Blend", 0.5f)});
-  incidence.graph.surface = {incidence.node("ShaderNodeEmission", {value_input("Color", Vec4(1.0f)), linked_input("Strength", weight, "Facing")}), "Emission"};
+  incidence.graph.surface = {incidence.node("ShaderNodeEmission", {value_input("Color", Vec4(1.0f)),
+                                                                   linked_input("Strength", weight, "Facing")}),
+                             "Emission"};
   add_object(d, sphere(6), add_material(d, incidence), moved(Vec3(0.5f, 0.2f, -0.2f), 0.25f));
   d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 0.9f), Vec3(0, 0, -1), 0.4f, 8.0f));
   d.lights.push_back(point_light(Vec3(0, 0, 5), 1.0f));
@@ -35,7 +38,8 @@ SceneDescription all_sources(bool fog) {
   set_checker_world(d, Color(0.5f), Color(0.1f), 3.0f);
   if (fog) {
     GraphBuilder b;
-    b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.9f)), value_input("Density", 0.4f)}), "Volume"};
+    b.graph.volume = {
+        b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.9f)), value_input("Density", 0.4f)}), "Volume"};
     add_object(d, cube(), add_material(d, b), moved(Vec3(0.0f, 0.0f, 0.5f), 0.95f));
   }
   set_camera(d, Vec3(0.1f, -3.0f, 1.2f), Vec3(0.0f, 0.0f, -0.2f), 8, 0.5f);
@@ -46,7 +50,8 @@ SceneDescription all_sources(bool fog) {
 SceneDescription two_lamps(int size) {
   SceneDescription d;
   add_object(d, plane(3.0f), add_diffuse(d, Color(0.6f)), moved(Vec3(0, 0, -0.5f)));
-  add_object(d, cube(), add_diffuse(d, Color(0.5f)), Mat4(Vec4(0.02f, 0, 0, 0), Vec4(0, 3, 0, 0), Vec4(0, 0, 0.6f, 0), Vec4(0, 0, 0, 1)));
+  add_object(d, cube(), add_diffuse(d, Color(0.5f)),
+             Mat4(Vec4(0.02f, 0, 0, 0), Vec4(0, 3, 0, 0), Vec4(0, 0, 0.6f, 0), Vec4(0, 0, 0, 1)));
   for (const float x : {-0.6f, 0.6f}) d.lights.push_back(area_lamp(Vec3(x, 0.0f, 0.4f), Vec3(0, 0, -1), 0.3f, 10.0f));
   set_camera(d, Vec3(0.0f, -1.0f, 3.0f), Vec3(0.0f, 0.0f, -0.5f), size, 0.3f);
   d.settings.samples = 32;
@@ -80,7 +85,9 @@ Halves render(const SceneDescription& d) {
 
 TEST(ImportantLight, is_light_of_sources_that_are_as_much_brighter) {
   // Light adds up: multiplying what sources send must be the same as multiplying what arrives of each.
-  const auto sum = [](const std::vector<Vec2>& light) { return std::accumulate(light.begin(), light.end(), Vec2(0.0f)); };
+  const auto sum = [](const std::vector<Vec2>& light) {
+    return std::accumulate(light.begin(), light.end(), Vec2(0.0f));
+  };
   for (const bool fog : {false, true}) {
     SCOPED_TRACE(fog ? "fog" : "clear");
     const SceneDescription plain = all_sources(fog);
@@ -133,12 +140,12 @@ TEST(ImportanceMap, is_the_mean_importance_of_the_light) {
 
 TEST(ImportanceMap, is_not_made_where_no_light_matters_more) {
   SceneDescription d = two_lamps(8);
-  d.objects[0].light_importance = 3.0f;   // does not emit
-  d.world.light_importance = 3.0f;        // black
+  d.objects[0].light_importance = 3.0f;  // does not emit
+  d.world.light_importance = 3.0f;       // black
   EXPECT_FALSE(has_importance(*build(d)));
   EXPECT_TRUE(importance_map(build(d), 1, kGoOn).empty());
   EXPECT_EQ(render(d).statistics.find("importance of light"), std::string::npos);
-  d.lights[1].light_importance = NAN;     // repaired
+  d.lights[1].light_importance = NAN;  // repaired
   EXPECT_FALSE(has_importance(*build(d)));
 }
 

@@ -7,9 +7,9 @@
 #include "film/film.h"
 #include "math/random.h"
 #include "render/session.h"
+#include "transport/direct/light_cut_cache.h"
 #include "transport/guiding/guide_tree.h"
 #include "transport/photons/irradiance_records.h"
-#include "transport/direct/light_cut_cache.h"
 #include "transport/photons/photon_map.h"
 #include "transport_scenes.h"
 
@@ -46,12 +46,14 @@ double estimated_arrays(const SceneDescription& d) {
   double structures = 0.0;
   for (const MeshDescription& mesh : d.meshes) {
     const size_t segments = mesh.strands.empty() ? 0 : mesh.positions.size() - mesh.strands.size();
-    structures += double(mesh.triangles.size() * kStructureBytesPerTriangle + segments * kStructureBytesPerSegment + kStructureBytesPerMesh);
+    structures += double(mesh.triangles.size() * kStructureBytesPerTriangle + segments * kStructureBytesPerSegment +
+                         kStructureBytesPerMesh);
   }
   return double(part(estimate_memory(d), "geometry").bytes) - structures;
 }
 
-/// Triangles of edge `size` at random places of the unit cube. Few of them share a leaf, so their structure is the largest.
+/// Triangles of edge `size` at random places of the unit cube. Few of them share a leaf, so their structure is the
+/// largest.
 MeshDescription separate_triangles(int count, float size) {
   MeshDescription mesh;
   mesh.name = "Triangles";
@@ -70,7 +72,7 @@ MeshDescription separate_triangles(int count, float size) {
 TEST(MemoryEstimate, of_our_own_arrays_of_a_mesh_is_exact) {
   std::vector<MeshDescription> meshes;
   for (const bool smooth : {false, true}) {
-    MeshDescription mesh = separate_triangles(500, 0.1f);   // none without area, which would be left out
+    MeshDescription mesh = separate_triangles(500, 0.1f);  // none without area, which would be left out
     mesh.material_slots.assign(mesh.triangles.size(), 0);
     if (smooth) {
       mesh.normals.assign(mesh.positions.size(), Vec3(0, 0, 1));
@@ -86,7 +88,8 @@ TEST(MemoryEstimate, of_our_own_arrays_of_a_mesh_is_exact) {
   }
 }
 
-// The upper bound of twice holds because the least that was seen (memory_estimate.h) is 54 bytes of the 96 for a triangle and 116 of the 144 for a segment.
+// The upper bound of twice holds because the least that was seen (memory_estimate.h) is 54 bytes of the 96 for a
+// triangle and 116 of the 144 for a segment.
 TEST(MemoryEstimate, of_structures_is_no_less_than_they_take_and_not_twice_as_much) {
   std::vector<MeshDescription> meshes{sphere(60), sphere(200)};
   for (const float size : {0.001f, 0.02f, 0.3f}) meshes.push_back(separate_triangles(20000, size));
@@ -131,7 +134,8 @@ TEST(MemoryEstimate, of_textures_is_no_less_than_they_take) {
 
 TEST(MemoryEstimate, of_the_film_is_no_less_than_it_takes_and_not_twice_as_much) {
   for (const char* integrator : {"path", "bdpt"}) {
-    for (const std::vector<std::string>& passes : {std::vector<std::string>{"Combined"}, {"Combined", "Normal", "DiffDir"}}) {
+    for (const std::vector<std::string>& passes :
+         {std::vector<std::string>{"Combined"}, {"Combined", "Normal", "DiffDir"}}) {
       SceneDescription d = lit(64);
       add_object(d, plane(2.0f), add_diffuse(d, Color(0.5f)));
       d.settings.integrator = integrator;
@@ -149,7 +153,8 @@ TEST(MemoryEstimate, of_the_film_has_room_for_the_pilot_of_important_light) {
   d.settings.image = "pmc_ip";
   const uint64_t before = part(estimate_memory(d), "the picture").bytes;
   d.lights[0].light_importance = 2.0f;
-  EXPECT_GE(part(estimate_memory(d), "the picture").bytes, before + 64 * 64 * Film::bytes_per_pixel({"Combined"}, false));
+  EXPECT_GE(part(estimate_memory(d), "the picture").bytes,
+            before + 64 * 64 * Film::bytes_per_pixel({"Combined"}, false));
   d.settings.image = "uniform";
   EXPECT_EQ(part(estimate_memory(d), "the picture").bytes, before);
 }
@@ -226,13 +231,15 @@ TEST(MemoryEstimate, of_the_path_guide_is_no_less_than_it_takes) {
   EXPECT_GE(estimated, taken);
   EXPECT_LT(estimated, 8.0 * taken);
   d.settings.width = d.settings.height = 4000;
-  EXPECT_LT(part(estimate_memory(d), "path guide").bytes, uint64_t(1) << 30) << "pictures however large are learned from by some paths only";
+  EXPECT_LT(part(estimate_memory(d), "path guide").bytes, uint64_t(1) << 30)
+      << "pictures however large are learned from by some paths only";
 }
 
 TEST(MemoryEstimate, of_irradiance_records_is_no_less_than_they_take) {
   SceneDescription d = lit(64);
   add_object(d, cube(true), add_diffuse(d, Color(0.7f)));
-  for (int i = 0; i < 20; ++i) add_object(d, sphere(8), 0, moved(Vec3(0.08f * float(i) - 0.8f, 0.3f, -0.8f), 0.05f));   // corners want records
+  for (int i = 0; i < 20; ++i)
+    add_object(d, sphere(8), 0, moved(Vec3(0.08f * float(i) - 0.8f, 0.3f, -0.8f), 0.05f));  // corners want records
   d.lights[0].world_from_light = rows(Mat4(1.0f));
   set_camera(d, Vec3(0, -0.9f, 0), Vec3(0, 0.5f, -0.4f), 64);
   d.settings.integrator = "irradiance_cache";

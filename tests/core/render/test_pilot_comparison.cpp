@@ -39,7 +39,7 @@ std::vector<PilotNoise> noises_of(const std::vector<const PilotImages*>& pilots)
 TEST(PilotComparison, noise_is_the_variance_of_the_mean) {
   const PilotImages pilot = noisy(0.1f, 1);
   const PilotNoise noise = noises_of({&pilot})[0];
-  const double expected = 0.5 * 0.1 * 0.1 / (0.25 + 0.01);   // of the mean of two pictures
+  const double expected = 0.5 * 0.1 * 0.1 / (0.25 + 0.01);  // of the mean of two pictures
   EXPECT_NEAR(noise.whole, expected, 0.1 * expected);
   EXPECT_LT(noise.typical, noise.whole);
   EXPECT_GT(noise.typical, 0.9 * noise.whole) << "no pixel stands out";
@@ -53,7 +53,10 @@ TEST(PilotComparison, an_advantage_in_three_pixels_is_none) {
   EXPECT_GT(noises[0].whole, 10.0 * noises[1].whole) << "taken whole, path tracing looks bad";
   EXPECT_GT(noises[0].whole, 10.0 * noises[2].whole);
   // What a ray costs in the others, as it is weighed before they are compared.
-  EXPECT_EQ(clearly_best({noises[0], {1.4 * noises[1].whole, 1.4 * noises[1].typical}, {2.5 * noises[2].whole, 2.5 * noises[2].typical}}), 0u);
+  EXPECT_EQ(clearly_best({noises[0],
+                          {1.4 * noises[1].whole, 1.4 * noises[1].typical},
+                          {2.5 * noises[2].whole, 2.5 * noises[2].typical}}),
+            0u);
 }
 
 TEST(PilotComparison, an_advantage_everywhere_is_one) {
@@ -63,18 +66,21 @@ TEST(PilotComparison, an_advantage_everywhere_is_one) {
   EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 1u);
   EXPECT_EQ(clearly_best(noises_of({&path, &photons, &chains})), 2u);
   for (const size_t pixel : {size_t(500), size_t(1500)}) add_firefly(chains, pixel, 50.0f);
-  EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 2u) << "and one that has fireflies itself is not taken for them";
+  EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 2u)
+      << "and one that has fireflies itself is not taken for them";
 }
 
 TEST(PilotComparison, blurs_by_the_pixels_that_are_there) {
   std::vector<float> image(4 * 9 * 10, 0.0f);
-  image[4 * (1 * 9 + 2) + 1] = 20.0f;   // at (2, 1)
+  image[4 * (1 * 9 + 2) + 1] = 20.0f;  // at (2, 1)
   const std::vector<float> result = blurred(image, 9, 10);
   for (int y = 0; y < 10; ++y)
     for (int x = 0; x < 9; ++x) {
-      const int columns = std::min(8, x + 3) - std::max(0, x - 3) + 1, rows = std::min(9, y + 3) - std::max(0, y - 3) + 1;
+      const int columns = std::min(8, x + 3) - std::max(0, x - 3) + 1,
+                rows = std::min(9, y + 3) - std::max(0, y - 3) + 1;
       const float expected = x <= 5 && y <= 4 ? 20.0f / float(columns * rows) : 0.0f;
-      for (int c = 0; c < 4; ++c) EXPECT_NEAR(result[size_t(4 * (y * 9 + x) + c)], c == 1 ? expected : 0.0f, 1e-6f) << x << ", " << y;
+      for (int c = 0; c < 4; ++c)
+        EXPECT_NEAR(result[size_t(4 * (y * 9 + x) + c)], c == 1 ? expected : 0.0f, 1e-6f) << x << ", " << y;
     }
 }
 
@@ -89,7 +95,8 @@ TEST(PilotComparison, a_firefly_is_measured_against_its_own_light) {
 }
 
 TEST(PilotComparison, one_that_found_nothing_is_not_chosen) {
-  const PilotImages path = noisy(0.3f, 1), dark{std::vector<float>(4 * kPixels, 0.0f), std::vector<float>(4 * kPixels, 0.0f)};
+  const PilotImages path = noisy(0.3f, 1),
+                    dark{std::vector<float>(4 * kPixels, 0.0f), std::vector<float>(4 * kPixels, 0.0f)};
   EXPECT_EQ(clearly_best(noises_of({&path, &dark})), 0u);
   EXPECT_EQ(clearly_best({{1.0, 1.0}}), 0u);
   EXPECT_EQ(clearly_best({{1.0, 1.0}, {0.7, 0.7}}), 0u) << "not clearly better";
@@ -113,9 +120,10 @@ TEST(PilotComparison, light_that_is_never_met_counts_as_noise) {
   EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole) << "they differ by noise alone";
   EXPECT_LT(unseen(chains, path), 0.05 * noises_of({&path, &chains})[1].whole);
   add_firefly(chains, 1500, 500.0f);
-  EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole) << "what one picture alone has may be probability";
+  EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole)
+      << "what one picture alone has may be probability";
 
-  for (std::vector<float>* picture : {&path.first, &path.second})   // it misses the right half
+  for (std::vector<float>* picture : {&path.first, &path.second})  // it misses the right half
     for (size_t i = 0; i < kPixels; ++i)
       if (int(i) % kWidth >= kWidth / 2)
         for (size_t c = 0; c < 3; ++c) (*picture)[4 * i + c] = 0.0f;

@@ -30,7 +30,8 @@ TEST(RemainingTime, samples_left_take_as_long_as_the_latest_ones) {
 }
 
 TEST(RemainingTime, what_came_before_the_first_sample_is_not_expected_again) {
-  for (const double samples : {1.0, 10.0, 64.0}) EXPECT_NEAR(after(samples, 0.5, 1000.0).until_samples(100), 0.5 * (100 - samples), 1e-9);
+  for (const double samples : {1.0, 10.0, 64.0})
+    EXPECT_NEAR(after(samples, 0.5, 1000.0).until_samples(100), 0.5 * (100 - samples), 1e-9);
 }
 
 TEST(RemainingTime, slow_first_samples_are_forgotten) {
@@ -47,9 +48,12 @@ TEST(RemainingTime, an_error_that_falls_by_its_law_ends_when_it_was_said) {
     for (const double part : {0.1, 0.25, 0.5, 0.75}) {
       const double n = end * part, error = target * std::pow(part, -exponent);
       const double ratio = after(n, 0.01, 7.0).until_error(error, target) / (0.01 * (end - n));
-      if (exponent == RemainingTime::kErrorExponent) EXPECT_NEAR(ratio, 1.0, 1e-9) << part;
-      else if (exponent < RemainingTime::kErrorExponent) EXPECT_TRUE(ratio > 0.75 && ratio < 1.0) << part << ": " << ratio;
-      else EXPECT_TRUE(ratio > 1.0 && ratio < 1.55) << part << ": " << ratio;
+      if (exponent == RemainingTime::kErrorExponent)
+        EXPECT_NEAR(ratio, 1.0, 1e-9) << part;
+      else if (exponent < RemainingTime::kErrorExponent)
+        EXPECT_TRUE(ratio > 0.75 && ratio < 1.0) << part << ": " << ratio;
+      else
+        EXPECT_TRUE(ratio > 1.0 && ratio < 1.55) << part << ": " << ratio;
     }
   }
 }

@@ -21,7 +21,9 @@ constexpr uint64_t kPixels = kSize * kSize;
 SceneDescription default_cube() {
   SceneDescription d;
   GraphBuilder b;
-  b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {value_input("Base Color", Vec4(0.8f, 0.8f, 0.8f, 1.0f)), value_input("Roughness", 0.5f)}), "BSDF"};
+  b.graph.surface = {b.node("ShaderNodeBsdfPrincipled",
+                            {value_input("Base Color", Vec4(0.8f, 0.8f, 0.8f, 1.0f)), value_input("Roughness", 0.5f)}),
+                     "BSDF"};
   add_object(d, cube(), add_material(d, b));
   d.lights.push_back(point_light(Vec3(4.08f, 1.0f, 5.9f), 1000.0f, 0.1f));
   set_world(d, Color(0.05f));
@@ -60,8 +62,8 @@ int instructions(const Scene& scene) {
 
 TEST(RenderPlan, of_the_default_cube_is_light_sampling_of_one_lamp) {
   const auto told = rendered(default_cube());
-  for (const char* step : {"transparent shadows", "depth of field", "motion keys", "textures", "shader programs", "caustic map", "vertex merging", "passes beyond Combined",
-                           "image sampling"})
+  for (const char* step : {"transparent shadows", "depth of field", "motion keys", "textures", "shader programs",
+                           "caustic map", "vertex merging", "passes beyond Combined", "image sampling"})
     EXPECT_FALSE(uses(told, step)) << step;
   for (const char* step : {"light sampling", "lamp shapes", "environment"}) EXPECT_TRUE(uses(told, step)) << step;
 }
@@ -81,9 +83,10 @@ TEST(RenderPlan, no_photon_is_traced_by_who_stores_none) {
   SceneDescription d = default_cube();
   for (const char* integrator : {"path", "bdpt", "erpt", "pmc_pt", "metropolis"}) {
     d.settings.integrator = integrator;
-    d.settings.vertex_merging = "on";   // nothing to merge here
+    d.settings.vertex_merging = "on";  // nothing to merge here
     const auto told = rendered(d);
-    for (const char* key : {"photon_rays", "photons", "photon_bytes"}) EXPECT_FALSE(told.contains(key)) << integrator << " " << key;
+    for (const char* key : {"photon_rays", "photons", "photon_bytes"})
+      EXPECT_FALSE(told.contains(key)) << integrator << " " << key;
   }
   d.settings.integrator = "path";
   d.settings.bounces.total = 0;
@@ -111,7 +114,9 @@ TEST(RenderPlan, a_table_is_made_of_worlds_that_vary_only) {
   EXPECT_EQ(build(d)->statistics().environment_bytes, 0u);
   GraphBuilder b;
   const int coordinates = b.node("ShaderNodeTexCoord");
-  b.graph.surface = {b.node("ShaderNodeBackground", {linked_input("Color", coordinates, "Generated"), value_input("Strength", 1.0f)}), "Background"};
+  b.graph.surface = {
+      b.node("ShaderNodeBackground", {linked_input("Color", coordinates, "Generated"), value_input("Strength", 1.0f)}),
+      "Background"};
   d.world.graph = b.graph;
   EXPECT_GT(build(d)->statistics().environment_bytes, 1u << 20);
 }
@@ -139,8 +144,10 @@ TEST(RenderPlan, no_tangent_is_worked_out_for_who_has_no_use_of_it) {
     SceneDescription d = default_cube();
     GraphBuilder b;
     const int tangent = b.node("ShaderNodeTangent", {}, {text_property("direction_type", "UV_MAP")});
-    b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {value_input("Metallic", 1.0f), value_input("Anisotropic", anisotropic), linked_input("Tangent", tangent, "Tangent")}),
-                       "BSDF"};
+    b.graph.surface = {
+        b.node("ShaderNodeBsdfPrincipled", {value_input("Metallic", 1.0f), value_input("Anisotropic", anisotropic),
+                                            linked_input("Tangent", tangent, "Tangent")}),
+        "BSDF"};
     d.objects[0].materials = {add_material(d, b)};
     return instructions(*build(d));
   };
@@ -183,7 +190,9 @@ TEST(RenderPlan, images_that_nobody_sees_are_not_decoded) {
 TEST(RenderPlan, the_film_has_what_was_asked_for_only) {
   SceneDescription d = default_cube();
   const uint64_t plain = rendered(d)["film_bytes"];
-  EXPECT_EQ(plain, kPixels * (72 + 2 * 12));   // sums, and the pictures after one and two samples that errors are estimated from
+  EXPECT_EQ(
+      plain,
+      kPixels * (72 + 2 * 12));  // sums, and the pictures after one and two samples that errors are estimated from
   d.settings.passes = {"Combined", "Normal"};
   EXPECT_EQ(uint64_t(rendered(d)["film_bytes"]), plain + kPixels * 184);
 }
@@ -191,14 +200,16 @@ TEST(RenderPlan, the_film_has_what_was_asked_for_only) {
 TEST(RenderPlan, constant_materials_run_nothing_at_a_hit) {
   SceneDescription d = default_cube();
   EXPECT_EQ(instructions(*build(d)), 0);
-  GraphBuilder b;   // arithmetic among constants is done once
-  const int sum = b.node("ShaderNodeMath", {value_input("Value", 0.2f), value_input("Value_001", 0.3f)}, {text_property("operation", "ADD")});
+  GraphBuilder b;  // arithmetic among constants is done once
+  const int sum = b.node("ShaderNodeMath", {value_input("Value", 0.2f), value_input("Value_001", 0.3f)},
+                         {text_property("operation", "ADD")});
   b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {linked_input("Roughness", sum, "Value")}), "BSDF"};
   d.objects[0].materials = {add_material(d, b)};
   EXPECT_EQ(instructions(*build(d)), 0);
   GraphBuilder textured;
   const int noise = textured.node("ShaderNodeTexNoise");
-  textured.graph.surface = {textured.node("ShaderNodeBsdfPrincipled", {linked_input("Base Color", noise, "Color")}), "BSDF"};
+  textured.graph.surface = {textured.node("ShaderNodeBsdfPrincipled", {linked_input("Base Color", noise, "Color")}),
+                            "BSDF"};
   d.objects[0].materials = {add_material(d, textured)};
   EXPECT_GT(instructions(*build(d)), 0);
   EXPECT_TRUE(uses(rendered(d), "shader programs"));

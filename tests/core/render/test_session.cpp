@@ -83,7 +83,8 @@ TEST(Session, path_tracing_renders_panoramas_that_paths_cannot_be_joined_to_and_
     EXPECT_TRUE(session.wait(kHang));
     EXPECT_EQ(session.take_error(), "");
     said = false;
-    for (const Diagnostic& diagnostic : session.diagnostics()) said |= diagnostic.message.find("Path Tracing renders it") != std::string::npos;
+    for (const Diagnostic& diagnostic : session.diagnostics())
+      said |= diagnostic.message.find("Path Tracing renders it") != std::string::npos;
     return session.snapshot("Combined");
   };
   bool said;
@@ -142,19 +143,28 @@ TEST(Session, random_edits_end_in_the_picture_of_a_scene_built_anew) {
     InstanceDescription& instance = d.instances[dice.next() % d.instances.size()];
     switch (dice.next() % 7) {
       case 0: instance.world_from_object[3] = 4.0f * dice.next_float() - 2.0f; break;
-      case 1: instance.world_from_object[10] = dice.next_float() < 0.3f ? 0.0f : dice.next_float(); break;   // flat things are baked
+      case 1:
+        instance.world_from_object[10] = dice.next_float() < 0.3f ? 0.0f : dice.next_float();
+        break;  // flat things are baked
       case 2: instance.object = int(dice.next() % d.objects.size()); break;
-      case 3: d.objects[dice.next() % d.objects.size()].visibility = dice.next_float() < 0.5f ? kVisibleAll : kVisibleShadow; break;
+      case 3:
+        d.objects[dice.next() % d.objects.size()].visibility = dice.next_float() < 0.5f ? kVisibleAll : kVisibleShadow;
+        break;
       case 4: d.lights[0].energy = 500.0f * dice.next_float(); break;
       case 5: set_checker_world(d, Color(0.5f), Color(dice.next_float()), 3.0f); break;
       case 6:
-        if (d.instances.size() > 5) d.instances.pop_back();
-        else d.instances.push_back(InstanceDescription(d.instances.back()));
+        if (d.instances.size() > 5)
+          d.instances.pop_back();
+        else
+          d.instances.push_back(InstanceDescription(d.instances.back()));
     }
     const uint64_t render = session.update(d);
-    if (edit % 4 == 3) { EXPECT_EQ(picture(session, render), fresh_image(d)) << edit; }
-    else if (edit % 4 == 1) session.wait(0.01);
-    else session.wait(kHang);
+    if (edit % 4 == 3) {
+      EXPECT_EQ(picture(session, render), fresh_image(d)) << edit;
+    } else if (edit % 4 == 1)
+      session.wait(0.01);
+    else
+      session.wait(kHang);
   }
 }
 
@@ -163,7 +173,8 @@ TEST(Scene, an_edit_builds_what_it_changed_and_nothing_else) {
   SceneDescription d = stage.scene(1.0f);
   set_checker_world(d, Color(0.5f), Color(0.1f), 3.0f);
   const int other = add_diffuse(d, Color(0.2f));
-  for (int i = 0; i < 8; ++i) Stage::add(d, std::make_shared<MeshDescription>(sphere(4 + i)), i == 3 ? other : 0, 0.5f * float(i));
+  for (int i = 0; i < 8; ++i)
+    Stage::add(d, std::make_shared<MeshDescription>(sphere(4 + i)), i == 3 ? other : 0, 0.5f * float(i));
   auto scene = build_again(d, nullptr);
   const auto edited = [&](uint64_t placed, bool kept_environment, uint64_t compiled) {
     scene = build_again(d, std::move(scene));
@@ -193,11 +204,11 @@ TEST(Scene, an_edit_builds_what_it_changed_and_nothing_else) {
   set_checker_world(d, Color(0.5f), Color(0.2f), 3.0f);
   edited(0, false, 0);
   Stage::add(d, std::make_shared<MeshDescription>(plane(9.0f)), 0, -1.0f);
-  edited(11, true, 0);                                // another number of instances
+  edited(11, true, 0);  // another number of instances
   for (InstanceDescription& instance : d.instances) instance.world_from_object[3] += 0.1f;
-  edited(11, true, 0);                                // more than half
+  edited(11, true, 0);  // more than half
   d.instances[0].world_from_object[10] = 0.0f;
-  edited(11, true, 0);                                // flattened, and so baked
+  edited(11, true, 0);  // flattened, and so baked
   d.instances[0].world_from_object[10] = 1.0f;
   edited(11, true, 0);
   // A world and a material that show the frame's place change with the camera.
@@ -261,7 +272,7 @@ TEST(Session, a_view_without_a_picture_is_refused_and_the_scene_stays) {
 TEST(Session, statistics_asked_for_while_it_renders_are_those_of_an_iteration_boundary) {
   SceneDescription d = Stage().scene(1.0f);
   d.settings.width = d.settings.height = 160;
-  d.settings.samples = 1 << 24;   // no end: it is stopped when enough was asked
+  d.settings.samples = 1 << 24;  // no end: it is stopped when enough was asked
   Session session;
   session.start(d);
   for (int answered = 0; answered < 50;) {
@@ -274,7 +285,8 @@ TEST(Session, statistics_asked_for_while_it_renders_are_those_of_an_iteration_bo
   EXPECT_TRUE(session.wait(kHang));
 }
 
-/// Samples that an integrator counts in its own way (ERPT takes a quarter of them from the eye) do not confuse how much is left.
+/// Samples that an integrator counts in its own way (ERPT takes a quarter of them from the eye) do not confuse how much
+/// is left.
 TEST(Session, tells_how_much_is_left) {
   for (const char* integrator : {"path", "erpt"}) {
     SceneDescription d = Stage().scene(1.0f);
@@ -291,7 +303,8 @@ TEST(Session, tells_how_much_is_left) {
     const Progress progress = longer.progress();
     longer.cancel();
     EXPECT_TRUE(longer.wait(kHang));
-    // Nearly all of it: as many times what it took as there are samples, give or take what the samples of this integrator are.
+    // Nearly all of it: as many times what it took as there are samples, give or take what the samples of this
+    // integrator are.
     EXPECT_GT(progress.remaining_seconds, progress.render_seconds * 1e4) << integrator;
     EXPECT_LT(progress.fraction, 0.06) << integrator;
   }

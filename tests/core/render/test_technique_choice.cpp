@@ -26,10 +26,10 @@ SceneDescription open_scene() {
 SceneDescription hidden_lamp() {
   SceneDescription d = grey_room(200);
   add_object(d, cube(true), 0, moved(Vec3(0.7f, 0.7f, 0.7f), 0.28f));
-  d.instances.back().world_from_object[10] = 0.2799f;   // a box about the lamp ...
+  d.instances.back().world_from_object[10] = 0.2799f;  // a box about the lamp ...
   d.lights.push_back(area_lamp(Vec3(0.7f, 0.7f, 0.75f), Vec3(0, 0, 1), 0.05f, 50.0f));
   MeshDescription& box = d.meshes[size_t(d.objects.back().mesh)];
-  box.triangles.resize(box.triangles.size() - 1);       // ... with one triangle open
+  box.triangles.resize(box.triangles.size() - 1);  // ... with one triangle open
   return d;
 }
 
@@ -104,7 +104,8 @@ TEST(TechniqueChoice, darkness_is_not_taken_for_quiet) {
 TEST(TechniqueChoice, a_seed_chooses_alike_for_any_number_of_threads) {
   const TechniqueChoice one = choose(hidden_lamp(), 1), many = choose(hidden_lamp(), 4);
   ASSERT_EQ(one.trials.size(), many.trials.size());
-  for (size_t i = 0; i < one.trials.size(); ++i) EXPECT_EQ(one.trials[i].cost.whole, many.trials[i].cost.whole) << one.trials[i].name;
+  for (size_t i = 0; i < one.trials.size(); ++i)
+    EXPECT_EQ(one.trials[i].cost.whole, many.trials[i].cost.whole) << one.trials[i].name;
 }
 
 TEST(TechniqueChoice, no_pilot_where_it_cannot_pay) {

@@ -57,12 +57,14 @@ TEST(ControlVariates, coefficients_of_earlier_iterations_are_unbiased) {
     }
     return sum;
   });
-  for (size_t c = 0; c < 3; ++c) EXPECT_TRUE(statistical::mean_agrees(moments[c], kMeans[c], {0.0003})) << "channel " << c;
+  for (size_t c = 0; c < 3; ++c)
+    EXPECT_TRUE(statistical::mean_agrees(moments[c], kMeans[c], {0.0003})) << "channel " << c;
 }
 
 TEST(ControlVariates, the_published_estimator_is_biased_and_the_test_sees_it) {
   const auto m = half_bsdf();
-  const auto moments = replicate(20000, [&](Pcg32& rng) { return ocv_paper(toy::control_samples(m, 16, rng), int(m.size())); });
+  const auto moments = replicate(
+      20000, [&](Pcg32& rng) { return ocv_paper(toy::control_samples(m, 16, rng), int(m.size())); });
   const double error = moments[0].mean() - toy::kIntegral;
   EXPECT_GT(std::abs(error), 5.0 * std::sqrt(moments[0].variance_of_mean()));
   EXPECT_FALSE(statistical::mean_agrees(moments[0], toy::kIntegral, {0.001}));
@@ -82,7 +84,8 @@ TEST(ControlVariates, fitting_on_the_samples_corrected_is_biased_even_without_th
 TEST(ControlVariates, the_bias_of_the_published_estimator_falls_with_the_samples) {
   const auto m = half_bsdf();
   const auto bias = [&](int n) {
-    const auto moments = replicate(20000, [&](Pcg32& rng) { return ocv_paper(toy::control_samples(m, n, rng), int(m.size())); });
+    const auto moments = replicate(
+        20000, [&](Pcg32& rng) { return ocv_paper(toy::control_samples(m, n, rng), int(m.size())); });
     return std::abs(moments[0].mean() / toy::kIntegral - 1.0);
   };
   EXPECT_LT(bias(128), 0.5 * bias(16));
@@ -109,10 +112,13 @@ TEST(ControlVariates, well_fitted_coefficients_beat_the_plain_mixture) {
   for (const ControlSample& s : toy::control_samples(m, 4000, learning)) past.add(s);
   const ControlCoefficients beta = past.fit(kRidgeMany, 6);
   ASSERT_EQ(beta.count, 3);
-  const auto plain = replicate(20000, [&](Pcg32& rng) { return control_estimate(toy::control_samples(m, 16, rng), {}); });
-  const auto optimal = replicate(20000, [&](Pcg32& rng) { return control_estimate(toy::control_samples(m, 16, rng), beta); });
+  const auto plain = replicate(20000,
+                               [&](Pcg32& rng) { return control_estimate(toy::control_samples(m, 16, rng), {}); });
+  const auto optimal = replicate(20000,
+                                 [&](Pcg32& rng) { return control_estimate(toy::control_samples(m, 16, rng), beta); });
   const auto folds = replicate(20000, [&](Pcg32& rng) { return cross_fitted(m, 64, rng); });
-  const auto plain64 = replicate(20000, [&](Pcg32& rng) { return control_estimate(toy::control_samples(m, 64, rng), {}); });
+  const auto plain64 = replicate(20000,
+                                 [&](Pcg32& rng) { return control_estimate(toy::control_samples(m, 64, rng), {}); });
   EXPECT_LT(optimal[0].variance(), 0.9 * plain[0].variance());
   EXPECT_LT(folds[0].variance(), 0.95 * plain64[0].variance());
 }
@@ -137,7 +143,8 @@ TEST(ControlVariates, degenerate_systems_fall_back_to_the_plain_mixture) {
   EXPECT_EQ(twins.fit(0.0, 6).count, 0);
 }
 
-/// Components that are nearly the same, of integrands of any size: no coefficients, or some that do not make other samples worse.
+/// Components that are nearly the same, of integrands of any size: no coefficients, or some that do not make other
+/// samples worse.
 TEST(ControlVariates, systems_close_to_singular_amplify_nothing) {
   constexpr int kComponents = 8;
   for (const float apart : {0.0f, 1e-7f, 1e-5f, 1e-3f, 0.1f}) {
@@ -148,7 +155,7 @@ TEST(ControlVariates, systems_close_to_singular_amplify_nothing) {
           const float shared = 2.0f * rng.next_float();
           float sum = 0.0f;
           for (int j = 0; j + 1 < kComponents; ++j) sum += s.z[j] = shared + apart * (rng.next_float() - 0.5f);
-          s.z[kComponents - 1] = float(kComponents) - sum;   // equal shares: their mean is 1
+          s.z[kComponents - 1] = float(kComponents) - sum;  // equal shares: their mean is 1
           s.y = Color(scale * shared * (0.5f + rng.next_float()), scale * rng.next_float(), 0.0f);
         }
         return samples;

@@ -7,7 +7,8 @@
 namespace ajar::test_mixture {
 
 TEST(Mixture, shares_are_exact_in_expectation_and_every_count_is_next_to_its_share) {
-  const std::vector<std::vector<float>> cases{{0.5f, 0.25f, 0.25f}, {0.013f, 0.3f, 0.687f}, {0.2f, 0.2f, 0.2f, 0.2f, 0.2f}, {1.0f}};
+  const std::vector<std::vector<float>> cases{
+      {0.5f, 0.25f, 0.25f}, {0.013f, 0.3f, 0.687f}, {0.2f, 0.2f, 0.2f, 0.2f, 0.2f}, {1.0f}};
   for (const auto& shares : cases) {
     for (int n : {1, 2, 3, 7, 16}) {
       constexpr int kOffsets = 20000;
@@ -79,7 +80,8 @@ TEST(Mixture, shares_learned_in_earlier_iterations_keep_the_mean_and_lower_the_v
       // Drawn towards the shares of before, as if three samples had brought just these.
       const double total = sums[0] + sums[1] + sums[2];
       std::vector<float> shares(mixture.shares().begin(), mixture.shares().end());
-      for (size_t k = 0; total > 0.0 && k < shares.size(); ++k) shares[k] = (6.0f * float(sums[k] / total) + 3.0f * shares[k]) / 9.0f;
+      for (size_t k = 0; total > 0.0 && k < shares.size(); ++k)
+        shares[k] = (6.0f * float(sums[k] / total) + 3.0f * shares[k]) / 9.0f;
       mixture.set_shares(shares, 0.05f);
     }
     adapted.add(sum);

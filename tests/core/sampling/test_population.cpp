@@ -1,9 +1,9 @@
 #include "agreement.h"
 #include "integrators/integrator.h"
 #include "sampling/population.h"
+#include "transport/bidirectional/path_seeds.h"
 #include "transport/paths/compact_path.h"
 #include "transport/paths/film_luminance.h"
-#include "transport/bidirectional/path_seeds.h"
 
 namespace ajar::test_population {
 
@@ -133,12 +133,14 @@ TEST(Population, neighbours_along_the_hilbert_curve_are_neighbours_in_the_plane)
       cells.push_back({hilbert_index(p.x, p.y), p});
     }
   std::sort(cells.begin(), cells.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-  for (size_t i = 1; i < cells.size(); ++i) EXPECT_NEAR(glm::length(cells[i].second - cells[i - 1].second), 1.0f / kSide, 1e-5f);
+  for (size_t i = 1; i < cells.size(); ++i)
+    EXPECT_NEAR(glm::length(cells[i].second - cells[i - 1].second), 1.0f / kSide, 1e-5f);
 }
 
 TEST(CompactPath, comes_back_as_it_was) {
   for (const char* name : {"polished", "see_through", "environment", "textured_emission"}) {
-    const auto named = std::find_if(kScenes.begin(), kScenes.end(), [&](const TransportScene& s) { return s.name == name; });
+    const auto named = std::find_if(kScenes.begin(), kScenes.end(),
+                                    [&](const TransportScene& s) { return s.name == name; });
     const auto scene = build(named->description);
     const PathSpace space(*scene, 0, 0, 12, 12, true);
     PathSeeds seeds(space);
@@ -177,7 +179,8 @@ TEST(FilmLuminance, importance_falls_with_all_light) {
   EXPECT_NEAR(importance.at(Vec2(56.0f, 16.0f)), 1.0f / std::sqrt(9.0f + 0.01f), 1e-4f);
   EXPECT_GT(importance.at(Vec2(30.0f, 16.0f)), importance.at(Vec2(34.0f, 16.0f)));
   EXPECT_NEAR(film.flux(FilmImportance()), 3.0 * 32.0 * 32.0 * 1.1, 1e-2);
-  EXPECT_NEAR(film.flux(FilmImportance(Vec2(0.0f), Vec2(64.0f, 32.0f), 2, 1, {2.0f, 2.0f})), 2.0 * film.flux(FilmImportance()), 1e-2);
+  EXPECT_NEAR(film.flux(FilmImportance(Vec2(0.0f), Vec2(64.0f, 32.0f), 2, 1, {2.0f, 2.0f})),
+              2.0 * film.flux(FilmImportance()), 1e-2);
   const FilmImportance left(Vec2(0.0f), Vec2(64.0f, 32.0f), 8, 1, {1, 1, 1, 1, 0, 0, 0, 0});
   EXPECT_NEAR(film.flux(left), 3.0 * 32.0 * 32.0 * 0.1, 1e-2);
   EXPECT_EQ(FilmImportance().at(Vec2(3.0f)), 1.0f);
@@ -198,7 +201,9 @@ TEST(FilmLuminance, takes_light_away_as_it_adds_it) {
 }
 
 class PopulationPathsOf : public ::testing::TestWithParam<size_t> {};
-TEST_P(PopulationPathsOf, have_the_mean_of_path_tracing) { expect_agreement(kScenes[GetParam()], "pmc_pt", 32, int(kScenes.size())); }
+TEST_P(PopulationPathsOf, have_the_mean_of_path_tracing) {
+  expect_agreement(kScenes[GetParam()], "pmc_pt", 32, int(kScenes.size()));
+}
 INSTANTIATE_TEST_SUITE_P(Scenes, PopulationPathsOf, ::testing::Range<size_t>(0, kScenes.size()),
                          [](const auto& info) { return kScenes[info.param].name; });
 
@@ -207,7 +212,8 @@ TEST(PopulationPaths, learning_in_tiny_populations_does_not_move_the_mean) {
   const SceneDescription& d = kScenes[0].description;
   const RunningMoments expected = whole(d, "path", 64, 16, 1000), actual = whole(d, "pmc_pt", 10, 200, 2000);
   EXPECT_LT(std::sqrt(expected.variance_of_mean() + actual.variance_of_mean()), 0.018 * expected.mean());
-  EXPECT_TRUE(statistical::means_agree(expected, actual, {0.01, 1})) << "path " << expected.mean() << ", pmc_pt " << actual.mean();
+  EXPECT_TRUE(statistical::means_agree(expected, actual, {0.01, 1}))
+      << "path " << expected.mean() << ", pmc_pt " << actual.mean();
 }
 
 TEST(PopulationPaths, same_seed_same_image_for_any_number_of_threads_and_cuts) {

@@ -43,7 +43,8 @@ TEST(Sampler, every_pair_is_a_02_sequence) {
           const uint32_t n = 1u << k;
           for (uint32_t block : {0u, 1u, 5u})  // aligned blocks anywhere, not only the first
             EXPECT_TRUE(is_net(pairs_of(seed, unit, dimension, block * n, n), k))
-                << "seed " << seed << " unit " << unit << " dimension " << dimension << " block " << block << " of 2^" << k;
+                << "seed " << seed << " unit " << unit << " dimension " << dimension << " block " << block << " of 2^"
+                << k;
         }
 }
 

@@ -72,8 +72,12 @@ TEST(Scene, rays_leaving_a_floor_at_zero_height_never_hit_it) {
       ShadingPoint point;
       scene->shading_point(ray, hit, point);
       const Vec3 out = warp::square_to_hemisphere({rng.next_float(), rng.next_float()});
-      ASSERT_FALSE(scene->intersect(scene->spawn_ray(point, out), kRayDiffuse).found()) << "baked " << bake << ", ray " << i;
-      ASSERT_GT(max_component(scene->transmittance(scene->spawn_segment(point, {out, 1.0f, point.position + out, -out}), 0)), 0.0f) << "baked " << bake << ", ray " << i;
+      ASSERT_FALSE(scene->intersect(scene->spawn_ray(point, out), kRayDiffuse).found())
+          << "baked " << bake << ", ray " << i;
+      ASSERT_GT(
+          max_component(scene->transmittance(scene->spawn_segment(point, {out, 1.0f, point.position + out, -out}), 0)),
+          0.0f)
+          << "baked " << bake << ", ray " << i;
     }
   }
 }
@@ -97,28 +101,35 @@ bool lit(const Scene& scene, const ShadingPoint& point, const LightSample& sampl
 
 }  // namespace
 
-/// Shades stand before lamps by any small part of the distance from which they are seen: a hundred-thousandth here, from a millimetre's scene to a kilometre's.
+/// Shades stand before lamps by any small part of the distance from which they are seen: a hundred-thousandth here,
+/// from a millimetre's scene to a kilometre's.
 TEST(ShadowRays, what_stands_just_before_a_light_blocks_it) {
   for (const float scale : {1e-3f, 1.0f, 1e3f}) {
     for (const std::string kind : {"point", "sphere", "rectangle", "ellipse", "triangles"}) {
       SceneDescription d;
       const float height = 10.0f * scale, gap = 1e-4f * scale, radius = kind == "sphere" ? 0.05f * scale : 0.0f;
       add_object(d, plane(10.0f * scale), add_diffuse(d, Color(0.5f)));
-      add_object(d, plane(0.5f * scale), 0, scaled_and_moved(1.0f, Vec3(0.3f * scale, 0.2f * scale, height - radius - gap)));
+      add_object(d, plane(0.5f * scale), 0,
+                 scaled_and_moved(1.0f, Vec3(0.3f * scale, 0.2f * scale, height - radius - gap)));
       LightDescription light = point_light(Vec3(0.3f * scale, 0.2f * scale, height), 10.0f, radius);
       light.kind = kind == "rectangle" || kind == "ellipse" ? LightKind::Area : LightKind::Point;
       light.area_shape = kind == "ellipse" ? AreaShape::Ellipse : AreaShape::Rectangle;
       light.area_size = Vec2(0.1f * scale);
-      if (kind != "triangles") d.lights.push_back(light);
-      else add_object(d, plane(0.05f * scale), add_diffuse(d, Color(0.0f), Color(5.0f)), scaled_and_moved(1.0f, Vec3(0.3f * scale, 0.2f * scale, height)));
+      if (kind != "triangles")
+        d.lights.push_back(light);
+      else
+        add_object(d, plane(0.05f * scale), add_diffuse(d, Color(0.0f), Color(5.0f)),
+                   scaled_and_moved(1.0f, Vec3(0.3f * scale, 0.2f * scale, height)));
       set_camera(d, Vec3(0, -scale, scale), Vec3(0), 8);
       const auto scene = build(std::move(d));
       Pcg32 rng(5);
       int asked = 0, arrived = 0;
       for (int i = 0; i < 1000; ++i) {
         // Not so far to the side that light would pass between shade and lamp.
-        const ShadingPoint point = floor_below(*scene, scale * Vec3(10.0f * rng.next_float() - 5.0f, 10.0f * rng.next_float() - 5.0f, 1.0f));
-        const auto sample = scene->lights().sample_li(uint32_t(i) % uint32_t(scene->lights().size()), point.position, {rng.next_float(), rng.next_float()}, 0.0f);
+        const ShadingPoint point = floor_below(
+            *scene, scale * Vec3(10.0f * rng.next_float() - 5.0f, 10.0f * rng.next_float() - 5.0f, 1.0f));
+        const auto sample = scene->lights().sample_li(uint32_t(i) % uint32_t(scene->lights().size()), point.position,
+                                                      {rng.next_float(), rng.next_float()}, 0.0f);
         if (!sample || is_black(sample->radiance)) continue;
         ++asked;
         arrived += lit(*scene, point, *sample);
@@ -129,7 +140,8 @@ TEST(ShadowRays, what_stands_just_before_a_light_blocks_it) {
   }
 }
 
-/// From all sides, edge-on ones included: no emissive triangle stands in its own way, nor does the ceiling that a lamp is flush with.
+/// From all sides, edge-on ones included: no emissive triangle stands in its own way, nor does the ceiling that a lamp
+/// is flush with.
 TEST(ShadowRays, lights_do_not_stand_in_their_own_way) {
   Pcg32 rng(6);
   for (const bool lamp : {false, true}) {
@@ -153,10 +165,14 @@ TEST(ShadowRays, lights_do_not_stand_in_their_own_way) {
           // Close to the plane of the lamp every other time.
           const float x = 6.0f * rng.next_float() - 3.0f, y = 6.0f * rng.next_float() - 3.0f;
           Vec3 from = centre + Vec3(x, y, 0.5f);
-          if (i % 2 && std::abs(frame.n.x) > 0.2f) from.x = place.x + (-frame.n.y * (from.y - place.y) + frame.n.z * 2.0f + 0.02f * (rng.next_float() - 0.5f)) / frame.n.x;
+          if (i % 2 && std::abs(frame.n.x) > 0.2f)
+            from.x = place.x +
+                     (-frame.n.y * (from.y - place.y) + frame.n.z * 2.0f + 0.02f * (rng.next_float() - 0.5f)) /
+                         frame.n.x;
           if (std::abs(from.x - centre.x) > 3.9f || glm::length(Vec2(from - place)) < 1.0f) continue;
           const ShadingPoint point = floor_below(*scene, from);
-          const auto sample = scene->lights().sample_li(uint32_t(i) % uint32_t(scene->lights().size()), point.position, {rng.next_float(), rng.next_float()}, 0.0f);
+          const auto sample = scene->lights().sample_li(uint32_t(i) % uint32_t(scene->lights().size()), point.position,
+                                                        {rng.next_float(), rng.next_float()}, 0.0f);
           if (!sample || is_black(sample->radiance)) continue;
           ++asked;
           lost += !lit(*scene, point, *sample);
@@ -170,7 +186,8 @@ TEST(ShadowRays, lights_do_not_stand_in_their_own_way) {
 
 TEST(Scene, instances_and_baked_meshes_give_the_same_shading_points) {
   Mat4 transform(Vec4(0.5f, 0.2f, 0, 0), Vec4(-0.3f, 1.5f, 0.1f, 0), Vec4(0, 0.4f, -0.8f, 0), Vec4(1, 2, 3, 1));
-  const auto baked = build(one_object(sphere(), transform)), instanced = build(one_object(sphere(), transform), nullptr, false);
+  const auto baked = build(one_object(sphere(), transform)),
+             instanced = build(one_object(sphere(), transform), nullptr, false);
   Pcg32 rng(3);
   ShadingPoint a, b;
   int compared = 0;
@@ -192,7 +209,8 @@ TEST(Scene, instances_and_baked_meshes_give_the_same_shading_points) {
 }
 
 TEST(Scene, mirrored_objects_keep_their_outside) {
-  const auto scene = build(one_object(cube(), Mat4(Vec4(-1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, 0, 1))));
+  const auto scene = build(
+      one_object(cube(), Mat4(Vec4(-1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, 0, 1))));
   Ray ray;
   ray.origin = Vec3(0.1f, -5, 0.2f);
   ray.direction = Vec3(0, 1, 0);
@@ -258,7 +276,8 @@ TEST(Scene, normals_of_faces_are_refused_by_name) {
 }
 
 TEST(Scene, lamps_whose_shape_is_no_number_are_left_out_by_name) {
-  for (float LightDescription::*field : {&LightDescription::spot_angle, &LightDescription::spot_blend, &LightDescription::sun_angle, &LightDescription::spread}) {
+  for (float LightDescription::*field : {&LightDescription::spot_angle, &LightDescription::spot_blend,
+                                         &LightDescription::sun_angle, &LightDescription::spread}) {
     SceneDescription d = one_object(cube(), Mat4(1.0f));
     d.lights.push_back(point_light(Vec3(0, 0, 3), 10.0f));
     d.lights.push_back(point_light(Vec3(0, 0, 4), 10.0f));
@@ -271,7 +290,8 @@ TEST(Scene, lamps_whose_shape_is_no_number_are_left_out_by_name) {
   }
 }
 
-/// What has no inverse gets a mesh of its own in world space: a swarm of particles that have shrunk to points must not, nor to lines.
+/// What has no inverse gets a mesh of its own in world space: a swarm of particles that have shrunk to points must not,
+/// nor to lines.
 TEST(Scene, objects_shrunk_to_a_point_or_a_line_take_no_room) {
   SceneDescription d = one_object(sphere(), Mat4(1.0f));
   Mat4 point(0.0f), line(0.0f), flat(1.0f);
@@ -300,9 +320,10 @@ TEST(Scene, a_scene_without_camera_is_refused_in_words) {
 TEST(Scene, what_is_no_ray_hits_nothing_and_lets_no_light_through) {
   SceneDescription d;
   add_object(d, cube(), add_diffuse(d, Color(0.5f)));
-  for (int i = 0; i < 30; ++i) d.lights.push_back(point_light(Vec3(float(i), 3, 0), 10.0f, 0.1f));   // enough for a structure
+  for (int i = 0; i < 30; ++i)
+    d.lights.push_back(point_light(Vec3(float(i), 3, 0), 10.0f, 0.1f));  // enough for a structure
   set_camera(d, Vec3(0, -5, 0), Vec3(0), 8);
-  const auto scene = build(d, nullptr, false);   // the cube has a structure of its own
+  const auto scene = build(d, nullptr, false);  // the cube has a structure of its own
   Ray good;
   good.origin = Vec3(0.1f, -5, 0.2f);
   good.direction = Vec3(0, 1, 0);
@@ -334,7 +355,7 @@ TEST(Scene, instances_that_stretch_rays_beyond_numbers_end_no_program) {
     return scene.intersect(ray, kRayCamera);
   };
   SceneDescription small = one_object(cube(), scaled_and_moved(1e-10f, Vec3(0.0f)));
-  small.instances.push_back({0, rows(Mat4(1.0f))});   // shared, so that it has a space of its own
+  small.instances.push_back({0, rows(Mat4(1.0f))});  // shared, so that it has a space of its own
   const auto tiny = build(std::move(small));
   EXPECT_NEAR(shoot(*tiny, Vec3(0, -5, 0), 0.0f).t, 4.0f, 1e-5f);
   EXPECT_FALSE(shoot(*tiny, Vec3(0, -1e10f, 0), 0.0f).found());

@@ -6,7 +6,8 @@ using namespace fixtures;
 
 namespace {
 
-constexpr uint32_t kNotDiffuse = kVisibleAll & ~kVisibleDiffuse, kOnlyDiffuse = kVisibleAll & ~(kVisibleGlossy | kVisibleTransmission);
+constexpr uint32_t kNotDiffuse = kVisibleAll & ~kVisibleDiffuse,
+                   kOnlyDiffuse = kVisibleAll & ~(kVisibleGlossy | kVisibleTransmission);
 
 /// A floor that is half diffuse and half glossy, and a rough glass ball above it, in light that bounces once.
 SceneDescription lit(const std::string& kind, uint32_t visibility) {
@@ -25,7 +26,8 @@ SceneDescription lit(const std::string& kind, uint32_t visibility) {
     light.visibility = visibility;
     d.lights.push_back(light);
   } else if (kind == "emitter") {
-    add_object(d, plane(0.4f), add_diffuse(d, Color(0.0f), Color(5.0f)), shining(Vec3(0.1f, 1.5f, 1.2f), Vec3(0, -1, -1)));
+    add_object(d, plane(0.4f), add_diffuse(d, Color(0.0f), Color(5.0f)),
+               shining(Vec3(0.1f, 1.5f, 1.2f), Vec3(0, -1, -1)));
     d.objects.back().visibility = visibility & ~kVisibleCamera;
   } else {
     set_world(d, Color(0.7f));
@@ -38,7 +40,8 @@ SceneDescription lit(const std::string& kind, uint32_t visibility) {
 
 class LightVisibility : public ::testing::TestWithParam<const char*> {};
 
-/// Each kind of lobe is lit or not: both ways together are all light. Four tests, each beyond four standard errors by chance with p = 6e-5.
+/// Each kind of lobe is lit or not: both ways together are all light. Four tests, each beyond four standard errors by
+/// chance with p = 6e-5.
 TEST_P(LightVisibility, light_for_diffuse_and_light_for_the_others_are_all_light) {
   const auto mean = [](uint32_t visibility) { return whole(lit(GetParam(), visibility), "path", 64, 16, 300); };
   const RunningMoments all = mean(kVisibleAll), others = mean(kNotDiffuse), diffuse = mean(kOnlyDiffuse);
@@ -49,7 +52,8 @@ TEST_P(LightVisibility, light_for_diffuse_and_light_for_the_others_are_all_light
   EXPECT_GT(diffuse.mean(), 0.05 * all.mean());
 }
 
-INSTANTIATE_TEST_SUITE_P(Kinds, LightVisibility, ::testing::Values("lamp", "sun", "emitter", "world"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Kinds, LightVisibility, ::testing::Values("lamp", "sun", "emitter", "world"),
+                         [](const auto& info) { return std::string(info.param); });
 
 TEST(LightVisibility, integrators_that_do_not_know_kinds_leave_it_to_path_tracing) {
   const SceneDescription some = lit("lamp", kNotDiffuse), all = lit("lamp", kVisibleAll);
@@ -65,15 +69,16 @@ TEST(Holdout, objects_cut_holes_that_other_objects_still_see) {
     set_world(d, Color(0.5f));
     d.instances[1].world_from_object = rows(moved(Vec3(0.1f, -0.5f, 0.1f), 0.7f));
     const auto before = render(d, integrator, 4, 1);
-    d.objects[1].holdout = true;   // the ball
+    d.objects[1].holdout = true;  // the ball
     const auto after = render(d, integrator, 4, 1);
     int holes = 0;
     for (size_t y = 1; y < 11; ++y) {
       for (size_t x = 1; x < 11; ++x) {
         const size_t i = 4 * (12 * y + x);
         EXPECT_NEAR(before[i + 3], 1.0f, 1e-5f);
-        bool inside = true;   // pixels around a hole spread into it by their filters
-        for (size_t k : {i - 52, i - 48, i - 44, i - 4, i, i + 4, i + 44, i + 48, i + 52}) inside &= after[k + 3] == 0.0f;
+        bool inside = true;  // pixels around a hole spread into it by their filters
+        for (size_t k : {i - 52, i - 48, i - 44, i - 4, i, i + 4, i + 44, i + 48, i + 52})
+          inside &= after[k + 3] == 0.0f;
         if (!inside) continue;
         ++holes;
         for (size_t c = 0; c < 3; ++c) EXPECT_EQ(after[i + c], 0.0f) << integrator;

@@ -33,8 +33,12 @@ double sampled_albedo(const Material& material, Vec3 wo) {
 TEST(AlbedoTable, mirror_albedo_is_that_of_the_single_scattering_lobe) {
   for (float roughness : {0.2f, 0.55f, 0.83f, 1.0f})
     for (float c : {0.98f, 0.4f, 0.13f, 0.03f}) {
-      const Material m{"", [=](Bsdf& b, const closures::Surface& s) { closures::add_glossy(b, s, Color(1.0f), s.ng, {1, 0, 0}, Distribution::Ggx, roughness, 0.0f, 0.0f); }};
-      EXPECT_NEAR(albedo_table::ggx(c, sqr(roughness)), sampled_albedo(m, direction(c)), 0.012) << roughness << " " << c;
+      const Material m{
+          "", [=](Bsdf& b, const closures::Surface& s) {
+            closures::add_glossy(b, s, Color(1.0f), s.ng, {1, 0, 0}, Distribution::Ggx, roughness, 0.0f, 0.0f);
+          }};
+      EXPECT_NEAR(albedo_table::ggx(c, sqr(roughness)), sampled_albedo(m, direction(c)), 0.012)
+          << roughness << " " << c;
     }
 }
 

@@ -27,11 +27,12 @@ TEST(BoxProjection, weights_are_those_of_cycles) {
                {{-0.5f, 0.6f, 0.1f}, 0.8f, {0.4431818f, 0.5568181f, 0.0f}},
                {{0.5f, -0.6f, -0.45f}, 0.8f, {0.3185484f, 0.4072581f, 0.2741935f}},
                {{0.1f, 0.7f, 0.6f}, 0.0f, {0.0f, 1.0f, 0.0f}},
-               {{0.0f, 0.5f, 0.5f}, 0.0f, {1.0f, 0.0f, 0.0f}},   // no picture wins
+               {{0.0f, 0.5f, 0.5f}, 0.0f, {1.0f, 0.0f, 0.0f}},  // no picture wins
                {{0.0f, 0.0f, 0.0f}, 0.5f, {1.0f, 0.0f, 0.0f}}};
   for (const auto& c : cases) {
     const Vec3 w = nodes::box_weights(c.normal, c.blend);
-    EXPECT_LT(largest_difference(w, c.weights), 2e-6f) << c.normal.x << ' ' << c.normal.y << ' ' << c.normal.z << ", blend " << c.blend;
+    EXPECT_LT(largest_difference(w, c.weights), 2e-6f)
+        << c.normal.x << ' ' << c.normal.y << ' ' << c.normal.z << ", blend " << c.blend;
   }
 }
 
@@ -41,7 +42,8 @@ TEST(BoxProjection, weights_are_continuous_and_treat_the_axes_alike) {
   for (const float blend : {0.2f, 0.6f, 1.0f})
     for (int i = 0; i < 20000; ++i) {
       const Vec3 n = glm::normalize(Vec3(normal(engine), normal(engine), normal(engine)));
-      const Vec3 near = glm::normalize(n + 1e-3f * glm::normalize(Vec3(normal(engine), normal(engine), normal(engine))));
+      const Vec3 near = glm::normalize(n +
+                                       1e-3f * glm::normalize(Vec3(normal(engine), normal(engine), normal(engine))));
       const Vec3 w = nodes::box_weights(n, blend), turned = nodes::box_weights({n.y, n.z, n.x}, blend);
       EXPECT_LT(largest_difference(w, nodes::box_weights(near, blend)), 3e-3f / blend);
       EXPECT_LT(largest_difference(Vec3(w.y, w.z, w.x), turned), 1e-5f);
@@ -56,22 +58,25 @@ TEST(BoxProjection, each_side_shows_the_picture_as_in_blender) {
   description.width = description.height = 4;
   description.color_space = "Non-Color";
   for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column) description.pixels.insert(description.pixels.end(), {float(column), float(row), 0.0f, 1.0f});
+    for (int column = 0; column < 4; ++column)
+      description.pixels.insert(description.pixels.end(), {float(column), float(row), 0.0f, 1.0f});
   TextureStore store({description});
   Diagnostics diagnostics;
   ImageLookup lookup;
   lookup.texture = store.load(0, "", diagnostics);
   lookup.interpolation = Interpolation::Closest;
   ASSERT_TRUE(diagnostics.empty());
-  const Vec3 p(0.1f, 0.3f, 0.6f);   // columns and rows 0, 1 and 2
+  const Vec3 p(0.1f, 0.3f, 0.6f);  // columns and rows 0, 1 and 2
   const struct {
     Vec3 normal;
     float column, row;
-  } sides[] = {{{1, 0, 0}, 1, 2}, {{-1, 0, 0}, 2, 2}, {{0, 1, 0}, 3, 2}, {{0, -1, 0}, 0, 2}, {{0, 0, 1}, 2, 0}, {{0, 0, -1}, 1, 0}};
+  } sides[] = {{{1, 0, 0}, 1, 2},  {{-1, 0, 0}, 2, 2}, {{0, 1, 0}, 3, 2},
+               {{0, -1, 0}, 0, 2}, {{0, 0, 1}, 2, 0},  {{0, 0, -1}, 1, 0}};
   for (const auto& side : sides)
     for (const float blend : {0.0f, 0.5f}) {
       lookup.blend = blend;
-      EXPECT_EQ(nodes::image_box(lookup, p, side.normal), Vec4(side.column, side.row, 0.0f, 1.0f)) << side.normal.x << ' ' << side.normal.y << ' ' << side.normal.z;
+      EXPECT_EQ(nodes::image_box(lookup, p, side.normal), Vec4(side.column, side.row, 0.0f, 1.0f))
+          << side.normal.x << ' ' << side.normal.y << ' ' << side.normal.z;
     }
   // Halfway between the sides of x and y, half of each.
   EXPECT_LT(glm::length(nodes::image_box(lookup, p, {1, 1, 0}) - Vec4(2.0f, 2.0f, 0.0f, 1.0f)), 1e-5f);

@@ -22,7 +22,7 @@ std::string printable(const testing::TestParamInfo<Material>& info) { return inf
 std::vector<Vec3> eye_directions() {
   std::vector<Vec3> list;
   for (float c : kCosines) list.push_back(direction(c));
-  list.push_back(-direction(0.8f));   // light may enter from below
+  list.push_back(-direction(0.8f));  // light may enter from below
   return list;
 }
 
@@ -34,7 +34,8 @@ std::optional<Vec3> bsdf_direction(const Bsdf& bsdf, Vec3 wo, float u_lobe, Vec2
 }
 
 void expect_close(Color a, Color b, float relative, const std::string& what) {
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], relative * std::max({std::abs(a[i]), std::abs(b[i]), 1e-4f})) << what;
+  for (int i = 0; i < 3; ++i)
+    EXPECT_NEAR(a[i], b[i], relative * std::max({std::abs(a[i]), std::abs(b[i]), 1e-4f})) << what;
 }
 
 }  // namespace
@@ -57,7 +58,9 @@ TEST_P(EveryMaterial, is_sampled_with_the_density_it_states) {
       const auto s = bsdf.sample(wo, u_lobe, {ux, rng.next_float()});
       return s ? std::optional(s->wi) : std::nullopt;
     };
-    EXPECT_TRUE(chi_square_agrees(sample, [&](Vec3 wi) { return bsdf.pdf_solid_angle(wo, wi); }, test)) << "cosine " << wo.z;
+    EXPECT_TRUE(chi_square_agrees(
+        sample, [&](Vec3 wi) { return bsdf.pdf_solid_angle(wo, wi); }, test))
+        << "cosine " << wo.z;
   }
 }
 
@@ -113,7 +116,7 @@ TEST_P(EveryMaterial, importance_is_the_adjoint_of_radiance) {
     const float u_lobe = rng.next_float(), ux = rng.next_float();
     const auto sampled = bsdf_direction(at_eye, eye, u_lobe, {ux, rng.next_float()});
     const Vec3 light = i % 2 == 0 && sampled ? *sampled : uniform_direction(rng);
-    if (std::min(std::abs(eye.z), std::abs(light.z)) < 0.05f) continue;   // half vectors lose their digits
+    if (std::min(std::abs(eye.z), std::abs(light.z)) < 0.05f) continue;  // half vectors lose their digits
     const Bsdf at_light = make_bsdf(GetParam(), light);
     const Color radiance = at_eye.f(eye, light), importance = at_light.f(light, eye, TransportMode::Importance);
     if (max_component(radiance) < 1e-3f) continue;
@@ -138,7 +141,8 @@ TEST_P(EveryMaterial, swapped_arguments_give_the_density_of_the_reverse_step) {
 TEST_P(EveryMaterial, is_finite_at_the_edges) {
   const float edges[] = {0.0f, 1e-7f, 0.5f, kOneMinusEpsilon};
   std::vector<Vec3> directions = eye_directions();
-  for (Vec3 d : {Vec3(1, 0, 0), Vec3(0, -1, 0), direction(1e-6f), direction(-1e-6f), Vec3(0, 0, 1), Vec3(0, 0, -1)}) directions.push_back(d);
+  for (Vec3 d : {Vec3(1, 0, 0), Vec3(0, -1, 0), direction(1e-6f), direction(-1e-6f), Vec3(0, 0, 1), Vec3(0, 0, -1)})
+    directions.push_back(d);
   for (Vec3 wo : directions) {
     const Bsdf bsdf = make_bsdf(GetParam(), wo);
     EXPECT_TRUE(is_finite(bsdf.albedo()));
@@ -162,13 +166,15 @@ TEST_P(EveryMaterial, is_finite_at_the_edges) {
   }
 }
 
-// ---- One lobe, one map: the Jacobian ----------------------------------------------------------------------------------
+// ---- One lobe, one map: the Jacobian
+// ----------------------------------------------------------------------------------
 
 class SingleMap : public testing::TestWithParam<Material> {};
 INSTANTIATE_TEST_SUITE_P(Closures, SingleMap, testing::ValuesIn([] {
                            std::vector<Material> list;
                            for (const Material& m : all_materials())
-                             if (m.name.starts_with("diffuse") || m.name.starts_with("translucent") || m.name.starts_with("refraction") ||
+                             if (m.name.starts_with("diffuse") || m.name.starts_with("translucent") ||
+                                 m.name.starts_with("refraction") ||
                                  (m.name.starts_with("glossy") && m.name.find("multi") == std::string::npos))
                                list.push_back(m);
                            return list;
@@ -186,11 +192,14 @@ TEST_P(SingleMap, has_the_jacobian_of_its_density) {
     JacobianTest test;
     test.smooth_fraction = 0.1;
     test.tolerance = 0.05;
-    EXPECT_TRUE(jacobian_agrees(map, [&](Vec3 wi) { return bsdf.pdf_solid_angle(wo, wi); }, test)) << c;
+    EXPECT_TRUE(jacobian_agrees(
+        map, [&](Vec3 wi) { return bsdf.pdf_solid_angle(wo, wi); }, test))
+        << c;
   }
 }
 
-// ---- Single claims -------------------------------------------------------------------------------------------------------
+// ---- Single claims
+// -------------------------------------------------------------------------------------------------------
 
 TEST(Bsdf, reflection_is_reciprocal_and_refraction_is_up_to_the_squared_index) {
   Pcg32 rng(5);
@@ -212,12 +221,15 @@ TEST(Bsdf, sharp_glass_obeys_snell_and_fresnel_and_keeps_all_light) {
   for (bool below : {false, true})
     for (float c : {1.0f, 0.8f, 0.5f}) {
       const Vec3 wo = below ? -direction(c) : direction(c);
-      Material glass{"", [](Bsdf& b, const closures::Surface& s) { closures::add_glass(b, s, Color(1.0f), s.ng, closures::Distribution::Sharp, 0.5f, 1.5f); }};
+      Material glass{"", [](Bsdf& b, const closures::Surface& s) {
+                       closures::add_glass(b, s, Color(1.0f), s.ng, closures::Distribution::Sharp, 0.5f, 1.5f);
+                     }};
       const Bsdf bsdf = make_bsdf(glass, wo);
       EXPECT_FALSE(bsdf.has_non_delta());
       EXPECT_EQ(bsdf.evaluate(wo, -wo).pdf_solid_angle, 0.0f);
       const float eta = below ? 1.0f / 1.5f : 1.5f, sin_t = std::sqrt(1.0f - c * c) / eta;
-      const auto reflected = bsdf.sample(wo, 0.0f, {0.5f, 0.5f}), refracted = bsdf.sample(wo, kOneMinusEpsilon, {0.5f, 0.5f});
+      const auto reflected = bsdf.sample(wo, 0.0f, {0.5f, 0.5f}),
+                 refracted = bsdf.sample(wo, kOneMinusEpsilon, {0.5f, 0.5f});
       ASSERT_TRUE(reflected && refracted);
       EXPECT_TRUE(reflected->specular && (reflected->flags & kReflection));
       EXPECT_NEAR(length_squared(reflected->wi - Vec3(-wo.x, -wo.y, wo.z)), 0.0f, 1e-10f);
@@ -241,7 +253,8 @@ TEST(Bsdf, tiny_roughness_becomes_a_delta_lobe_where_cycles_makes_it_one) {
   for (float alpha : {3.0e-4f, 3.3e-4f}) {
     Bsdf bsdf;
     closures::Surface surface{direction(0.5f), {0, 0, 1}, false};
-    closures::add_glossy(bsdf, surface, Color(1.0f), {0, 0, 1}, {1, 0, 0}, closures::Distribution::Ggx, std::sqrt(alpha), 0.0f, 0.0f);
+    closures::add_glossy(bsdf, surface, Color(1.0f), {0, 0, 1}, {1, 0, 0}, closures::Distribution::Ggx,
+                         std::sqrt(alpha), 0.0f, 0.0f);
     bsdf.prepare(surface.wo);
     EXPECT_EQ(bsdf.has_non_delta(), alpha > 3.2e-4f);
     const auto s = bsdf.sample(surface.wo, 0.5f, {0.3f, 0.3f});
@@ -255,7 +268,8 @@ TEST(Bsdf, delta_and_smooth_lobes_share_the_samples_but_not_the_density) {
   Bsdf bsdf;
   closures::Surface surface{wo, {0, 0, 1}, false};
   closures::add_diffuse(bsdf, surface, Color(0.5f), {0, 0, 1}, 0.0f);
-  closures::add_glossy(bsdf, surface, Color(0.25f), {0, 0, 1}, {1, 0, 0}, closures::Distribution::Sharp, 0.0f, 0.0f, 0.0f);
+  closures::add_glossy(bsdf, surface, Color(0.25f), {0, 0, 1}, {1, 0, 0}, closures::Distribution::Sharp, 0.0f, 0.0f,
+                       0.0f);
   closures::add_transparent(bsdf, Color(0.25f));
   bsdf.prepare(wo);
   EXPECT_EQ(bsdf.transparency(), Color(0.25f));
@@ -281,8 +295,9 @@ TEST(Bsdf, delta_and_smooth_lobes_share_the_samples_but_not_the_density) {
 TEST(Bsdf, nothing_leaks_through_where_shading_and_geometric_normal_disagree) {
   Pcg32 rng(2);
   for (const Material& m : all_materials()) {
-    const bool transmits = m.name.starts_with("translucent") || m.name.starts_with("glass") || m.name.starts_with("refraction") ||
-                           m.name.ends_with("glass") || m.name.ends_with("everything");
+    const bool transmits = m.name.starts_with("translucent") || m.name.starts_with("glass") ||
+                           m.name.starts_with("refraction") || m.name.ends_with("glass") ||
+                           m.name.ends_with("everything");
     for (int i = 0; i < 300; ++i) {
       const Vec3 wo = direction(0.05f + 0.9f * rng.next_float(), 6.28f * rng.next_float());
       const Vec3 ns = glm::normalize(Vec3(0, 0, 1) + 0.7f * uniform_direction(rng));
@@ -311,7 +326,8 @@ TEST(Bsdf, importance_through_bent_normals_times_the_correction_is_the_flux_of_r
   Pcg32 rng(4);
   const Vec3 ng(0, 0, 1);
   for (int i = 0; i < 300; ++i) {
-    const Vec3 eye = direction(0.2f + 0.7f * rng.next_float(), 6.0f * rng.next_float()), light = direction(0.2f + 0.7f * rng.next_float(), 6.0f * rng.next_float());
+    const Vec3 eye = direction(0.2f + 0.7f * rng.next_float(), 6.0f * rng.next_float()),
+               light = direction(0.2f + 0.7f * rng.next_float(), 6.0f * rng.next_float());
     Bsdf bsdf;
     bsdf.n = glm::normalize(ng + 0.2f * uniform_direction(rng));
     closures::Surface surface{eye, ng, false};
@@ -320,8 +336,10 @@ TEST(Bsdf, importance_through_bent_normals_times_the_correction_is_the_flux_of_r
     closures::add_diffuse(bsdf, surface, Color(1.0f), bsdf.n, 0.0f);
     bsdf.prepare(eye);
     const Color radiance = bsdf.evaluate(eye, light).f_cos;
-    const Color importance = bsdf.evaluate(light, eye, TransportMode::Importance).f_cos * shading_normal_correction(bsdf, light, eye);
-    if (max_component(radiance) > 1e-3f) expect_close(radiance * std::abs(eye.z) / std::abs(light.z), importance, 2e-3f, "");
+    const Color importance = bsdf.evaluate(light, eye, TransportMode::Importance).f_cos *
+                             shading_normal_correction(bsdf, light, eye);
+    if (max_component(radiance) > 1e-3f)
+      expect_close(radiance * std::abs(eye.z) / std::abs(light.z), importance, 2e-3f, "");
   }
 }
 
@@ -356,7 +374,8 @@ TEST(Bsdf, copies_hold_the_lobes_in_use) {
   const Bsdf copy = original;
   const Vec3 wo = direction(0.4f), wi = direction(0.7f, 2.0f);
   EXPECT_EQ(copy.evaluate(wo, wi).f_cos, original.evaluate(wo, wi).f_cos);
-  EXPECT_EQ(copy.evaluate(wi, wo, TransportMode::Importance).f_cos, original.evaluate(wi, wo, TransportMode::Importance).f_cos);
+  EXPECT_EQ(copy.evaluate(wi, wo, TransportMode::Importance).f_cos,
+            original.evaluate(wi, wo, TransportMode::Importance).f_cos);
 }
 
 }  // namespace ajar::test_bsdf

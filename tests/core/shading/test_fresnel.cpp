@@ -51,7 +51,8 @@ TEST(Fresnel, mean_is_the_cosine_weighted_integral) {
 
 TEST(Fresnel, f82_passes_through_its_two_colours) {
   const Color f0(0.9f, 0.5f, 0.2f), tint(0.7f, 0.8f, 1.0f), b = fresnel::f82_coefficient(f0, tint);
-  const Color normal = fresnel::f82(1.0f, f0, b), edge = fresnel::f82(1.0f / 7.0f, f0, b), grazing = fresnel::f82(0.0f, f0, b);
+  const Color normal = fresnel::f82(1.0f, f0, b), edge = fresnel::f82(1.0f / 7.0f, f0, b),
+              grazing = fresnel::f82(0.0f, f0, b);
   const float m5 = std::pow(6.0f / 7.0f, 5.0f);
   for (int i = 0; i < 3; ++i) {
     EXPECT_NEAR(normal[i], f0[i], 1e-6f);

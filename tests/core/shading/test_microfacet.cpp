@@ -28,7 +28,8 @@ constexpr std::pair<float, float> kAlphas[] = {{0.01f, 0.01f}, {0.3f, 0.3f}, {1.
 }  // namespace
 
 TEST(Microfacet, projected_area_of_the_facets_is_that_of_the_surface_from_every_direction) {
-  // Integral of G1(w) max(0, w.m) D(m) dm = cos(w), sampled over slopes (Heitz 2014, eq. 23); w = z is the case of D alone.
+  // Integral of G1(w) max(0, w.m) D(m) dm = cos(w), sampled over slopes (Heitz 2014, eq. 23); w = z is the case of D
+  // alone.
   for (const auto& d : kVisible)
     for (const auto& [ax, ay] : kAlphas)
       for (float c : {1.0f, 0.5f, 0.1f}) {
@@ -37,11 +38,14 @@ TEST(Microfacet, projected_area_of_the_facets_is_that_of_the_surface_from_every_
         constexpr int kRadii = 2000, kAngles = 64;
         for (int i = 0; i < kRadii; ++i)
           for (int j = 0; j < kAngles; ++j) {
-            // Radius of the stretched slope on (0, inf) by tan; area element of slopes is r dr dphi ax ay, dm = cos^3 dslope.
+            // Radius of the stretched slope on (0, inf) by tan; area element of slopes is r dr dphi ax ay, dm = cos^3
+            // dslope.
             const double t = (i + 0.5) / kRadii * M_PI_2, r = std::tan(t), phi = 2.0 * M_PI * (j + 0.5) / kAngles;
-            const double sx = ax * r * std::cos(phi), sy = ay * r * std::sin(phi), length = std::sqrt(1.0 + sx * sx + sy * sy);
+            const double sx = ax * r * std::cos(phi), sy = ay * r * std::sin(phi),
+                         length = std::sqrt(1.0 + sx * sx + sy * sy);
             const Vec3 m(float(-sx / length), float(-sy / length), float(1.0 / length));
-            const double dm = r * ax * ay / (length * length * length) * (1.0 + r * r) * (M_PI_2 / kRadii) * (2.0 * M_PI / kAngles);
+            const double dm = r * ax * ay / (length * length * length) * (1.0 + r * r) * (M_PI_2 / kRadii) *
+                              (2.0 * M_PI / kAngles);
             sum += std::max(0.0f, glm::dot(w, m)) * double(d.density(m, ax, ay)) * dm;
           }
         EXPECT_NEAR(sum * d.masking_over_cos(w, ax, ay), 1.0, 4e-3) << d.name << " " << ax << " " << ay << " " << c;
@@ -54,7 +58,9 @@ TEST(Microfacet, visible_normals_are_sampled_with_their_density) {
       for (float c : {0.95f, 0.3f, 0.02f}) {
         const Vec3 w = direction(c);
         const Density pdf = [&, ax = ax, ay = ay](Vec3 m) {
-          return m.z > 0.0f ? double(d.masking_over_cos(w, ax, ay)) * std::max(0.0f, glm::dot(w, m)) * d.density(m, ax, ay) : 0.0;
+          return m.z > 0.0f
+                     ? double(d.masking_over_cos(w, ax, ay)) * std::max(0.0f, glm::dot(w, m)) * d.density(m, ax, ay)
+                     : 0.0;
         };
         const Map map = [&, ax = ax, ay = ay](Vec2 u) { return std::optional(d.sample_visible(w, ax, ay, u)); };
         DensityTest test;
@@ -71,8 +77,9 @@ TEST(Microfacet, visible_normals_are_sampled_with_their_density) {
       }
 }
 
-// At alpha = 1 the slope across the direction of view follows exp(-y^2) / sqrt(pi) whatever that direction is, so it inverts erf. Along a grazing direction of view,
-// the visible slopes have the cumulative distribution of Heitz and d'Eon 2014.
+// At alpha = 1 the slope across the direction of view follows exp(-y^2) / sqrt(pi) whatever that direction is, so it
+// inverts erf. Along a grazing direction of view, the visible slopes have the cumulative distribution of Heitz and
+// d'Eon 2014.
 TEST(Microfacet, slopes_of_beckmann_invert_their_cumulative_distributions) {
   const float c = 0.6f, s = 0.8f;
   const double cot = double(c) / double(s), k = 1.0 / (cot * std::sqrt(M_PI));
@@ -104,10 +111,12 @@ TEST(Microfacet, distributions_of_all_normals_are_sampled_with_their_density) {
     EXPECT_TRUE(jacobian_agrees(map, pdf, {.tolerance = 0.05, .smooth_fraction = 0.5})) << what;
   };
   for (float alpha : {0.02f, 0.3f, 0.9f})
-    check([=](Vec2 u) { return std::optional(gtr1_sample(alpha, u)); }, [=](Vec3 m) { return gtr1_density(m, alpha) * m.z; }, "gtr1 " + std::to_string(alpha));
+    check([=](Vec2 u) { return std::optional(gtr1_sample(alpha, u)); },
+          [=](Vec3 m) { return gtr1_density(m, alpha) * m.z; }, "gtr1 " + std::to_string(alpha));
   for (const auto& [ax, ay] : {std::pair(0.2f, 0.2f), {0.1f, 0.5f}, {1.0f, 1.0f}})
     check([ax = ax, ay = ay](Vec2 u) { return std::optional(ashikhmin_shirley_sample(ax, ay, u)); },
-          [ax = ax, ay = ay](Vec3 m) { return ashikhmin_shirley_density(m, ax, ay); }, "ashikhmin_shirley " + std::to_string(ax));
+          [ax = ax, ay = ay](Vec3 m) { return ashikhmin_shirley_density(m, ax, ay); },
+          "ashikhmin_shirley " + std::to_string(ax));
 }
 
 TEST(Microfacet, correlated_masking_lets_more_light_through_than_independent_masking) {

@@ -12,11 +12,13 @@ using namespace statistical;
 namespace {
 
 /// What the node shows on the floor around the origin, looked at from above.
-RunningMoments openness(SceneDescription d, bool bake, float distance, int samples, bool inside = false, bool only_local = false) {
+RunningMoments openness(SceneDescription d, bool bake, float distance, int samples, bool inside = false,
+                        bool only_local = false) {
   GraphBuilder g;
-  const int node = g.node("ShaderNodeAmbientOcclusion", {value_input("Distance", distance), value_input("Color", Vec4(1.0f))},
-                          {number_property("samples", {float(samples)}), number_property("inside", {float(inside)}),
-                           number_property("only_local", {float(only_local)}), number_property("world_distance", {100.0f})});
+  const int node = g.node(
+      "ShaderNodeAmbientOcclusion", {value_input("Distance", distance), value_input("Color", Vec4(1.0f))},
+      {number_property("samples", {float(samples)}), number_property("inside", {float(inside)}),
+       number_property("only_local", {float(only_local)}), number_property("world_distance", {100.0f})});
   g.emit(node, "AO");
   for (MaterialDescription& material : d.materials) material.graph = g.graph;
   const auto scene = build(d, nullptr, bake);
@@ -35,7 +37,8 @@ RunningMoments openness(SceneDescription d, bool bake, float distance, int sampl
 
 Mat4 at(Vec3 place) { return Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(place, 1)); }
 
-/// A floor, and a wall in the plane x = 0.11 that is as good as endless: half of the cosine-weighted directions meet it.
+/// A floor, and a wall in the plane x = 0.11 that is as good as endless: half of the cosine-weighted directions meet
+/// it.
 SceneDescription corner(bool one_mesh) {
   SceneDescription d;
   const int grey = add_diffuse(d, Color(0.5f));
@@ -59,11 +62,13 @@ SceneDescription corner(bool one_mesh) {
 TEST(Occlusion, half_of_the_light_comes_past_an_endless_wall) {
   for (const bool bake : {false, true}) {
     for (const int samples : {1, 16}) {
-      EXPECT_TRUE(mean_agrees(openness(corner(false), bake, 1e5f, samples), 0.5, {.test_count = 16})) << bake << samples;
-      EXPECT_TRUE(mean_agrees(openness(corner(true), bake, 1e5f, samples, false, true), 0.5, {.test_count = 16})) << bake << samples;
+      EXPECT_TRUE(mean_agrees(openness(corner(false), bake, 1e5f, samples), 0.5, {.test_count = 16}))
+          << bake << samples;
+      EXPECT_TRUE(mean_agrees(openness(corner(true), bake, 1e5f, samples, false, true), 0.5, {.test_count = 16}))
+          << bake << samples;
     }
-    EXPECT_EQ(openness(corner(false), bake, 1e5f, 16, false, true).mean(), 1.0);   // the wall is another object
-    EXPECT_EQ(openness(corner(false), bake, 0.1f * 0.9f, 16).mean(), 1.0);         // and farther away than that
+    EXPECT_EQ(openness(corner(false), bake, 1e5f, 16, false, true).mean(), 1.0);  // the wall is another object
+    EXPECT_EQ(openness(corner(false), bake, 0.1f * 0.9f, 16).mean(), 1.0);        // and farther away than that
     // No distance: that of the world.
     EXPECT_TRUE(mean_agrees(openness(corner(false), bake, 0.0f, 16), 0.5, {.test_count = 16}, 1e-3));
   }
@@ -72,8 +77,8 @@ TEST(Occlusion, half_of_the_light_comes_past_an_endless_wall) {
 TEST(Occlusion, inside_a_thing_rays_go_below_its_surface) {
   SceneDescription d;
   const int grey = add_diffuse(d, Color(0.5f));
-  add_object(d, cube(), grey, at({0, 0, -1}));          // its top is the floor
-  add_object(d, plane(50.0f), grey, at({0, 0, -2}));    // another object where its bottom is
+  add_object(d, cube(), grey, at({0, 0, -1}));        // its top is the floor
+  add_object(d, plane(50.0f), grey, at({0, 0, -2}));  // another object where its bottom is
   set_camera(d, Vec3(0, 0, 5), Vec3(0.001f, 0, 0), 8);
   for (const bool bake : {false, true}) {
     EXPECT_EQ(openness(d, bake, 10.0f, 8).mean(), 1.0);
@@ -89,7 +94,8 @@ TEST(Occlusion, inside_a_thing_rays_go_below_its_surface) {
 
 TEST(Occlusion, the_node_is_open_where_there_is_no_scene_and_its_colour_is_dimmed) {
   GraphBuilder g;
-  const int node = g.node("ShaderNodeAmbientOcclusion", {value_input("Distance", 1.0f), value_input("Color", Vec4(0.25f, 0.5f, 0.75f, 1.0f))},
+  const int node = g.node("ShaderNodeAmbientOcclusion",
+                          {value_input("Distance", 1.0f), value_input("Color", Vec4(0.25f, 0.5f, 0.75f, 1.0f))},
                           {number_property("samples", {16.0f})});
   g.emit(node, "Color");
   const Color shown = compile(g.graph).evaluate_emission(ShadingPoint());

@@ -3,9 +3,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "graph_fixtures.h"
 #include "geometry/geometry.h"
 #include "geometry/mesh_analysis.h"
+#include "graph_fixtures.h"
 #include "shading/functions/ies.h"
 #include "shading/functions/noise.h"
 #include "shading/functions/sky.h"
@@ -17,12 +17,13 @@ using namespace fixtures;
 
 namespace {
 
-constexpr float kOffset = 256.0f;   ///< keeps negative results visible as emission
+constexpr float kOffset = 256.0f;  ///< keeps negative results visible as emission
 
 /// Compile an emission of `socket` of node `from` and read it back.
-Color value_of(GraphBuilder g, int from, const std::string& socket, const ShadingPoint& point = {}, bool* constant = nullptr,
-               TextureStore* textures = nullptr, const ShaderContext& context = {}) {
-  const int shifted = g.node("ShaderNodeVectorMath", {linked_input("Vector", from, socket), value_input("Vector_001", kOffset)},
+Color value_of(GraphBuilder g, int from, const std::string& socket, const ShadingPoint& point = {},
+               bool* constant = nullptr, TextureStore* textures = nullptr, const ShaderContext& context = {}) {
+  const int shifted = g.node("ShaderNodeVectorMath",
+                             {linked_input("Vector", from, socket), value_input("Vector_001", kOffset)},
                              {text_property("operation", "ADD")});
   g.emit(shifted, "Vector");
   Diagnostics diagnostics;
@@ -33,7 +34,8 @@ Color value_of(GraphBuilder g, int from, const std::string& socket, const Shadin
 }
 
 void expect_near(Color actual, Color expected, float tolerance, const std::string& what = "") {
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(actual[i], expected[i], tolerance * std::max(1.0f, std::abs(expected[i]))) << what << " [" << i << "]";
+  for (int i = 0; i < 3; ++i)
+    EXPECT_NEAR(actual[i], expected[i], tolerance * std::max(1.0f, std::abs(expected[i]))) << what << " [" << i << "]";
 }
 
 /// One triangle in the xy plane with a UV map, an instance that moves and stretches it, and a point on it.
@@ -60,7 +62,7 @@ struct Surface {
     point.mesh = &mesh;
     point.instance = &instance;
     point.object = &object;
-    point.barycentric = Vec2(0.25f, 0.5f);                  // object space (0.5, 1, 0)
+    point.barycentric = Vec2(0.25f, 0.5f);  // object space (0.5, 1, 0)
     point.position = Vec3(11, 21, 30);
     point.dpdu = Vec3(4, 0, 0);
     point.dpdv = Vec3(0, 2, 0);
@@ -68,8 +70,9 @@ struct Surface {
   }
 };
 
-Color read(const Surface& s, const std::string& type, const std::string& output, std::initializer_list<NodeInput> inputs = {},
-           std::initializer_list<NodeProperty> properties = {}, const ShaderContext& context = {}) {
+Color read(const Surface& s, const std::string& type, const std::string& output,
+           std::initializer_list<NodeInput> inputs = {}, std::initializer_list<NodeProperty> properties = {},
+           const ShaderContext& context = {}) {
   GraphBuilder g;
   const int node = g.node(type, inputs, properties);
   return value_of(g, node, output, s.point, nullptr, nullptr, context);
@@ -88,7 +91,7 @@ std::vector<std::string> split(const std::string& text, char at) {
   return parts;
 }
 
-Vec4 vector_of(const std::string& text) {   // a single number counts for all components
+Vec4 vector_of(const std::string& text) {  // a single number counts for all components
   const std::vector<std::string> parts = split(text, ',');
   Vec4 v(std::stof(parts[0]));
   for (size_t i = 0; i < parts.size(); ++i) v[int(i)] = std::stof(parts[i]);
@@ -132,8 +135,9 @@ int compare_with(const char* recorded) {
     for (const std::string& input : split(columns[3], ';')) {
       const std::vector<std::string> parts = split(input, '=');
       const Vec4 v = vector_of(parts[1]);
-      if (parts[0] == "Vector" && n.type.find("Tex") != std::string::npos) {   // unlinked it would mean coordinates
-        const int xyz = g.node("ShaderNodeCombineXYZ", {value_input("X", v.x), value_input("Y", v.y), value_input("Z", v.z)});
+      if (parts[0] == "Vector" && n.type.find("Tex") != std::string::npos) {  // unlinked it would mean coordinates
+        const int xyz = g.node("ShaderNodeCombineXYZ",
+                               {value_input("X", v.x), value_input("Y", v.y), value_input("Z", v.z)});
         n.inputs.push_back(linked_input("Vector", xyz, "Vector"));
       } else {
         n.inputs.push_back(value_input(parts[0], v));
@@ -153,7 +157,9 @@ int compare_with(const char* recorded) {
 
 TEST(ShaderNodes, constant_nodes_fold_to_what_cycles_gives) { EXPECT_GT(compare_with("node_values.txt"), 300); }
 
-TEST(ShaderNodes, what_blender_5_defines_otherwise_folds_to_what_its_cycles_gives) { EXPECT_GE(compare_with("node_values_5.txt"), 60); }
+TEST(ShaderNodes, what_blender_5_defines_otherwise_folds_to_what_its_cycles_gives) {
+  EXPECT_GE(compare_with("node_values_5.txt"), 60);
+}
 
 TEST(ShaderNodes, broken_ies_files_are_named_and_shine_evenly) {
   const std::string good = text_of_file(AJAR_TEST_DIRECTORY "/ies/quadrant_tilted_1995.ies");
@@ -165,22 +171,24 @@ TEST(ShaderNodes, broken_ies_files_are_named_and_shine_evenly) {
   const struct {
     NodeProperty property;
     const char* said;
-  } cases[] = {{text_property("ies", ""), "it has no IES file"},
-               {text_property("unreadable", "/lamps/a.ies: No such file or directory"), "(/lamps/a.ies: No such file or directory)"},
-               {text_property("ies", "IESNA91\n1 2 3"), "no line TILT="},
-               {text_property("ies", changed("TILT=", "tilt=")), "no line TILT="},
-               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 15 6 4")), "photometric type"},
-               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 1 6 1")), "two vertical angles"},
-               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 15 -6 1")), "two vertical angles"},
-               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 999999999 999999999 1")), "does not hold the values"},
-               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 15 7 1")), "the file ends early"},
-               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 1e300 15 6 1")), "too large"},
-               {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 two 15 6 1")), "'two' is not a number"},
-               {text_property("ies", changed("1\n4\n", "1\n-4\n")), "tilt factors"},
-               {text_property("ies", changed("0 15 30", "0 45 30")), "horizontal angles do not ascend"},
-               {text_property("ies", changed("0 5 10", "0 10 10")), "vertical angles do not ascend"},
-               {text_property("ies", changed("0 5 10", "0 0.00001 10")), "vertical angles do not ascend"},
-               {text_property("ies", good.substr(0, good.size() / 2)), "the file ends early"}};
+  } cases[] = {
+      {text_property("ies", ""), "it has no IES file"},
+      {text_property("unreadable", "/lamps/a.ies: No such file or directory"),
+       "(/lamps/a.ies: No such file or directory)"},
+      {text_property("ies", "IESNA91\n1 2 3"), "no line TILT="},
+      {text_property("ies", changed("TILT=", "tilt=")), "no line TILT="},
+      {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 15 6 4")), "photometric type"},
+      {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 1 6 1")), "two vertical angles"},
+      {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 15 -6 1")), "two vertical angles"},
+      {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 999999999 999999999 1")), "does not hold the values"},
+      {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 2 15 7 1")), "the file ends early"},
+      {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 1e300 15 6 1")), "too large"},
+      {text_property("ies", changed("1 1200 2 15 6 1", "1 1200 two 15 6 1")), "'two' is not a number"},
+      {text_property("ies", changed("1\n4\n", "1\n-4\n")), "tilt factors"},
+      {text_property("ies", changed("0 15 30", "0 45 30")), "horizontal angles do not ascend"},
+      {text_property("ies", changed("0 5 10", "0 10 10")), "vertical angles do not ascend"},
+      {text_property("ies", changed("0 5 10", "0 0.00001 10")), "vertical angles do not ascend"},
+      {text_property("ies", good.substr(0, good.size() / 2)), "the file ends early"}};
   for (const auto& c : cases) {
     GraphBuilder g;
     g.emit(g.node("ShaderNodeTexIES", {value_input("Strength", 0.25f)}, {c.property}), "Fac");
@@ -188,7 +196,9 @@ TEST(ShaderNodes, broken_ies_files_are_named_and_shine_evenly) {
     EXPECT_EQ(compile(g.graph, &diagnostics).evaluate_emission(ShadingPoint()), Color(25.0f)) << c.said;
     ASSERT_EQ(diagnostics.size(), 1u) << c.said;
     EXPECT_EQ(diagnostics[0].object, "Material");
-    EXPECT_NE(diagnostics[0].message.find("node 'TexIES 0' (ShaderNodeTexIES): its IES file cannot be used"), std::string::npos) << diagnostics[0].message;
+    EXPECT_NE(diagnostics[0].message.find("node 'TexIES 0' (ShaderNodeTexIES): its IES file cannot be used"),
+              std::string::npos)
+        << diagnostics[0].message;
     EXPECT_NE(diagnostics[0].message.find(c.said), std::string::npos) << diagnostics[0].message;
   }
 }
@@ -201,11 +211,12 @@ TEST(ShaderNodes, no_prefix_of_an_ies_file_breaks_its_reader) {
     const auto profile = nodes::IesProfile::read(std::string_view(good).substr(0, length), problem);
     EXPECT_EQ(profile.empty(), !problem.empty());
     read += !profile.empty();
-    for (const Vec3 direction : {Vec3(0), Vec3(0, 0, -1), Vec3(0, 0, 1), Vec3(-0.0f, -1, 0), Vec3(kInfinity, 0, 0), Vec3(std::nanf(""), 0, 0)})
+    for (const Vec3 direction :
+         {Vec3(0), Vec3(0, 0, -1), Vec3(0, 0, 1), Vec3(-0.0f, -1, 0), Vec3(kInfinity, 0, 0), Vec3(std::nanf(""), 0, 0)})
       EXPECT_GE(profile.towards(direction), 0.0f);
   }
   EXPECT_GT(read, 0);
-  EXPECT_LT(read, 8);   // the last number cut short, and the end of its line
+  EXPECT_LT(read, 8);  // the last number cut short, and the end of its line
 }
 
 // What Cycles of Blender 3.4 does not read, as that of 5.2 reads it.
@@ -216,28 +227,40 @@ TEST(ShaderNodes, ies_files_of_types_a_and_b_and_parts_of_the_sphere) {
     const char *horizontal, *vertical;
     Vec3 direction;
     float expected;
-  } cases[] = {{2, "0 45 90", "-90 -30 30 90", down, 0.0f},         {2, "0 45 90", "-90 -30 30 90", aside, 8.79189f},
-               {2, "-90 0 90", "-90 -30 30 90", aside, 9.90033f},   {2, "0 45 90", "0 45 90", aside, 7.68063f},
-               {3, "0 45 90", "-90 -45 45 90", down, 9.36298f},     {3, "0 45 90", "-90 -45 45 90", aside, 18.34592f},
-               {3, "0 45 90", "-90 -45 45 90", up, 0.0f},           {3, "-90 -45 0 45 90", "-90 -45 45 90", down, 11.4057f},
+  } cases[] = {{2, "0 45 90", "-90 -30 30 90", down, 0.0f},
+               {2, "0 45 90", "-90 -30 30 90", aside, 8.79189f},
+               {2, "-90 0 90", "-90 -30 30 90", aside, 9.90033f},
+               {2, "0 45 90", "0 45 90", aside, 7.68063f},
+               {3, "0 45 90", "-90 -45 45 90", down, 9.36298f},
+               {3, "0 45 90", "-90 -45 45 90", aside, 18.34592f},
+               {3, "0 45 90", "-90 -45 45 90", up, 0.0f},
+               {3, "-90 -45 0 45 90", "-90 -45 45 90", down, 11.4057f},
                {3, "-90 -45 0 45 90", "-90 -45 45 90", aside, 51.10905f},
-               {1, "0 45 100", "0 30 90", down, 0.0f},              {1, "0 45 100", "0 30 90", aside, 19.54572f},
-               {1, "0 45 90", "90 120 180", up, 7.82493f},          {1, "0", "90 120 180", up, 7.60582f},
+               {1, "0 45 100", "0 30 90", down, 0.0f},
+               {1, "0 45 100", "0 30 90", aside, 19.54572f},
+               {1, "0 45 90", "90 120 180", up, 7.82493f},
+               {1, "0", "90 120 180", up, 7.60582f},
                {1, "0", "90 120 180", down, 0.0f}};
   for (const auto& c : cases) {
     const size_t planes = split(c.horizontal, ' ').size(), rows = split(c.vertical, ' ').size();
     std::ostringstream text;
-    text << "TILT=NONE\n1 -1 1 " << rows << ' ' << planes << ' ' << c.type << " 1 0 0 0\n1 1 1\n" << c.vertical << '\n' << c.horizontal << '\n';
+    text << "TILT=NONE\n1 -1 1 " << rows << ' ' << planes << ' ' << c.type << " 1 0 0 0\n1 1 1\n"
+         << c.vertical << '\n'
+         << c.horizontal << '\n';
     for (size_t h = 0; h < planes; ++h)
       for (size_t v = 0; v < rows; ++v) text << 100 + 40 * h * h + 10 * v << ' ';
     std::string problem;
-    EXPECT_NEAR(nodes::IesProfile::read(text.str(), problem).towards(c.direction), c.expected, 1e-4f * std::max(1.0f, c.expected)) << text.str();
+    EXPECT_NEAR(nodes::IesProfile::read(text.str(), problem).towards(c.direction), c.expected,
+                1e-4f * std::max(1.0f, c.expected))
+        << text.str();
     EXPECT_EQ(problem, "");
   }
   // One horizontal angle, of which only type C can make a whole.
-  for (const char* type_and_angle : {"2 1 0 0 0\n1 1 1\n-90 0 90\n0\n", "2 1 0 0 0\n1 1 1\n-90 0 90\n20\n", "3 1 0 0 0\n1 1 1\n-90 0 90\n0\n"}) {
+  for (const char* type_and_angle :
+       {"2 1 0 0 0\n1 1 1\n-90 0 90\n0\n", "2 1 0 0 0\n1 1 1\n-90 0 90\n20\n", "3 1 0 0 0\n1 1 1\n-90 0 90\n0\n"}) {
     std::string problem;
-    EXPECT_TRUE(nodes::IesProfile::read(std::string("TILT=NONE\n1 -1 1 3 1 ") + type_and_angle + "1 2 3\n", problem).empty());
+    EXPECT_TRUE(
+        nodes::IesProfile::read(std::string("TILT=NONE\n1 -1 1 3 1 ") + type_and_angle + "1 2 3\n", problem).empty());
     EXPECT_NE(problem.find("single plane"), std::string::npos) << problem;
   }
 }
@@ -246,7 +269,9 @@ TEST(ShaderNodes, wires_are_as_wide_as_their_size_and_half_of_that_on_each_side)
   Surface s;
   const auto wire = [&](float size, Vec2 barycentric, bool in_pixels = false, const ShaderContext& context = {}) {
     s.point.barycentric = barycentric;
-    return read(s, "ShaderNodeWireframe", "Fac", {value_input("Size", size)}, {number_property("use_pixel_size", {float(in_pixels)})}, context).x;
+    return read(s, "ShaderNodeWireframe", "Fac", {value_input("Size", size)},
+                {number_property("use_pixel_size", {float(in_pixels)})}, context)
+        .x;
   };
   // Metres to the edges: along u, along v, and the third one.
   const struct {
@@ -265,13 +290,14 @@ TEST(ShaderNodes, wires_are_as_wide_as_their_size_and_half_of_that_on_each_side)
   ShaderContext context;
   context.camera = &camera;
   context.image_width = 8;
-  EXPECT_EQ(wire(1.61f, {0.05f, 0.5f}, true, context), 1.0f);   // of a quarter of a metre each
+  EXPECT_EQ(wire(1.61f, {0.05f, 0.5f}, true, context), 1.0f);  // of a quarter of a metre each
   EXPECT_EQ(wire(1.59f, {0.05f, 0.5f}, true, context), 0.0f);
   s.point.mesh = nullptr;
   EXPECT_EQ(wire(9.0f, {0.5f, 0.1f}), 0.0f);
 }
 
-// A tilted plane under an orthographic camera whose pixels are a quarter of a metre wide: the normal depends on how far the heights are apart.
+// A tilted plane under an orthographic camera whose pixels are a quarter of a metre wide: the normal depends on how far
+// the heights are apart.
 TEST(ShaderNodes, bumped_normals_are_those_of_cycles) {
   const Vec2 slope(0.3f, -0.2f);
   std::ifstream file(AJAR_TEST_DIRECTORY "/node_values.txt");
@@ -298,14 +324,17 @@ TEST(ShaderNodes, bumped_normals_are_those_of_cycles) {
 
     GraphBuilder g;
     const int geometry = g.node("ShaderNodeNewGeometry");
-    const int wave = g.node("ShaderNodeTexWave", {linked_input("Vector", geometry, "Position"), value_input("Scale", 0.13f)},
+    const int wave = g.node("ShaderNodeTexWave",
+                            {linked_input("Vector", geometry, "Position"), value_input("Scale", 0.13f)},
                             {text_property("bands_direction", "DIAGONAL")});
     const std::string kind = columns[0].substr(1);
     const int node = g.node("ShaderNode" + kind, {linked_input("Height", wave, "Fac")});
     for (const std::string& setting : split(columns[2], ';')) {
       const NodeProperty property = property_of(setting);
-      if (property.numbers.empty() || property.name == "invert") g.graph.nodes[size_t(node)].properties.push_back(property);
-      else g.graph.nodes[size_t(node)].inputs.push_back(value_input(property.name, property.numbers[0]));
+      if (property.numbers.empty() || property.name == "invert")
+        g.graph.nodes[size_t(node)].properties.push_back(property);
+      else
+        g.graph.nodes[size_t(node)].inputs.push_back(value_input(property.name, property.numbers[0]));
     }
     if (kind == "Displacement") g.graph.displacement = {node, "Displacement"};
     const Color normal = value_of(g, kind == "Bump" ? node : geometry, "Normal", s.point, nullptr, nullptr, context);
@@ -318,22 +347,27 @@ TEST(ShaderNodes, bumped_normals_are_those_of_cycles) {
 TEST(ShaderNodes, a_constant_height_bumps_nothing_and_costs_nothing) {
   GraphBuilder g;
   const int bump = g.node("ShaderNodeBump", {value_input("Height", 0.7f)});
-  const int diffuse = g.node("ShaderNodeBsdfDiffuse", {value_input("Color", 0.5f), linked_input("Normal", bump, "Normal")});
+  const int diffuse = g.node("ShaderNodeBsdfDiffuse",
+                             {value_input("Color", 0.5f), linked_input("Normal", bump, "Normal")});
   g.graph.surface = {diffuse, "BSDF"};
-  EXPECT_EQ(compile(g.graph).instruction_count(), 1);   // reads the surface's own normal
+  EXPECT_EQ(compile(g.graph).instruction_count(), 1);  // reads the surface's own normal
 }
 
-// Blender 4.1 merged Musgrave into Noise: the same pattern with an octave less and the amplitude of an octave in place of its exponent.
+// Blender 4.1 merged Musgrave into Noise: the same pattern with an octave less and the amplitude of an octave in place
+// of its exponent.
 TEST(ShaderNodes, second_generation_noise_contains_musgrave) {
   const float lacunarity = 2.2f, dimension = 0.6f, detail = 4.3f;
   for (const char* kind : {"MULTIFRACTAL", "FBM", "HYBRID_MULTIFRACTAL", "RIDGED_MULTIFRACTAL", "HETERO_TERRAIN"}) {
     GraphBuilder g;
-    const int xyz = g.node("ShaderNodeCombineXYZ", {value_input("X", 0.3f), value_input("Y", -1.6f), value_input("Z", 1.5f)});
+    const int xyz = g.node("ShaderNodeCombineXYZ",
+                           {value_input("X", 0.3f), value_input("Y", -1.6f), value_input("Z", 1.5f)});
     const NodeInput place = linked_input("Vector", xyz, "Vector"), scale = value_input("Scale", 1.7f),
-                    frequency = value_input("Lacunarity", lacunarity), offset = value_input("Offset", 0.3f), gain = value_input("Gain", 1.4f);
-    const int old = g.node("ShaderNodeTexMusgrave",
-                           {place, scale, frequency, offset, gain, value_input("Detail", detail), value_input("Dimension", dimension)},
-                           {text_property("musgrave_type", kind)});
+                    frequency = value_input("Lacunarity", lacunarity), offset = value_input("Offset", 0.3f),
+                    gain = value_input("Gain", 1.4f);
+    const int old = g.node(
+        "ShaderNodeTexMusgrave",
+        {place, scale, frequency, offset, gain, value_input("Detail", detail), value_input("Dimension", dimension)},
+        {text_property("musgrave_type", kind)});
     const int merged = g.node("ShaderNodeTexNoise",
                               {place, scale, frequency, offset, gain, value_input("Detail", detail - 1.0f),
                                value_input("Roughness", std::pow(lacunarity, -dimension))},
@@ -349,7 +383,7 @@ TEST(ShaderNodes, octaves_of_hybrid_multifractals_count_by_those_before) {
     nodes::NoiseParameters n;
     n.dimensions = dimensions;
     n.fractal = nodes::Fractal::HybridMultifractal;
-    n.offset = 1.5f;   // all signals are positive
+    n.offset = 1.5f;  // all signals are positive
     n.persistence = 0.6f;
     n.lacunarity = 2.1f;
     const auto at = [&](float octaves, float gain, float frequency) {
@@ -361,11 +395,12 @@ TEST(ShaderNodes, octaves_of_hybrid_multifractals_count_by_those_before) {
     EXPECT_NEAR(at(2.0f, 50.0f, 1.0f), first + second, 1e-5f) << dimensions;
     EXPECT_NEAR(at(1.4f, 50.0f, 1.0f), first + 0.4f * second, 1e-5f) << dimensions;
     EXPECT_NEAR(at(2.0f, 0.1f, 1.0f), first + 0.1f * first * second, 1e-5f) << dimensions;
-    EXPECT_EQ(at(9.0f, 1e-4f, 1.0f), first) << dimensions;   // too little to be seen
+    EXPECT_EQ(at(9.0f, 1e-4f, 1.0f), first) << dimensions;  // too little to be seen
   }
 }
 
-// The highest air over the eye, at 60 km, is in the Earth's shadow when the sun is acos(6360 / 6420) = 0.137 below the horizon.
+// The highest air over the eye, at 60 km, is in the Earth's shadow when the sun is acos(6360 / 6420) = 0.137 below the
+// horizon.
 TEST(ShaderNodes, the_night_sky_is_dark_where_the_earth_hides_the_sun) {
   const auto overhead = [](float elevation) {
     nodes::Atmosphere atmosphere;
@@ -381,11 +416,13 @@ TEST(ShaderNodes, the_night_sky_is_dark_where_the_earth_hides_the_sun) {
 TEST(ShaderNodes, second_generation_voronoi_sums_octaves) {
   const auto at = [&](float detail, float scale, float normalize) {
     GraphBuilder g;
-    const int xyz = g.node("ShaderNodeCombineXYZ", {value_input("X", 0.3f), value_input("Y", -1.6f), value_input("Z", 1.5f)});
-    const int node = g.node("ShaderNodeTexVoronoi",
-                            {linked_input("Vector", xyz, "Vector"), value_input("Scale", scale), value_input("Detail", detail),
-                             value_input("Roughness", 0.5f), value_input("Lacunarity", 3.0f)},
-                            {number_property("normalize", {normalize})});
+    const int xyz = g.node("ShaderNodeCombineXYZ",
+                           {value_input("X", 0.3f), value_input("Y", -1.6f), value_input("Z", 1.5f)});
+    const int node = g.node(
+        "ShaderNodeTexVoronoi",
+        {linked_input("Vector", xyz, "Vector"), value_input("Scale", scale), value_input("Detail", detail),
+         value_input("Roughness", 0.5f), value_input("Lacunarity", 3.0f)},
+        {number_property("normalize", {normalize})});
     return value_of(g, node, "Distance").x;
   };
   const float first = at(0, 1.7f, 0), second = at(0, 5.1f, 0);
@@ -400,11 +437,13 @@ TEST(ShaderNodes, texture_coordinates_of_a_moved_and_stretched_object) {
   expect_near(read(s, "ShaderNodeTexCoord", "Object"), Color(0.5f, 1.0f, 0.0f), 5e-5f);
   expect_near(read(s, "ShaderNodeTexCoord", "Generated"), Color(0.25f, 0.5f, 0.5f), 5e-5f);
   expect_near(read(s, "ShaderNodeTexCoord", "Reflection"), Color(-std::sqrt(0.5f), 0.0f, std::sqrt(0.5f)), 5e-5f);
-  expect_near(read(s, "ShaderNodeUVMap", "UV", {}, {text_property("uv_map", "UVMap")}), Color(0.25f, 0.5f, 0.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeUVMap", "UV", {}, {text_property("uv_map", "UVMap")}), Color(0.25f, 0.5f, 0.0f),
+              5e-5f);
   expect_near(read(s, "ShaderNodeUVMap", "UV", {}, {text_property("uv_map", "None")}), Color(0.0f), 5e-5f);
   // Object space of another object, half as large and one metre up.
-  expect_near(read(s, "ShaderNodeTexCoord", "Object", {}, {number_property("object", {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, -2})}),
-              Color(22.0f, 42.0f, 58.0f), 5e-5f);
+  expect_near(
+      read(s, "ShaderNodeTexCoord", "Object", {}, {number_property("object", {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, -2})}),
+      Color(22.0f, 42.0f, 58.0f), 5e-5f);
   // A normal on the stretched side keeps pointing off the surface.
   s.point.ns = glm::normalize(Vec3(1, 2, 0));
   expect_near(read(s, "ShaderNodeTexCoord", "Normal"), Color(std::sqrt(0.5f), std::sqrt(0.5f), 0.0f), 5e-5f);
@@ -414,11 +453,12 @@ TEST(ShaderNodes, camera_and_window_coordinates_follow_the_camera) {
   const Surface s;
   CameraDescription camera;
   camera.present = true;
-  camera.world_from_camera = {1, 0, 0, 11, 0, 1, 0, 20, 0, 0, 1, 34};   // four metres above, looking down
+  camera.world_from_camera = {1, 0, 0, 11, 0, 1, 0, 20, 0, 0, 1, 34};  // four metres above, looking down
   ShaderContext context;
   context.camera = &camera;
   expect_near(read(s, "ShaderNodeTexCoord", "Camera", {}, {}, context), Color(0.0f, 1.0f, 4.0f), 5e-5f);
-  expect_near(read(s, "ShaderNodeTexCoord", "Window", {}, {}, context), Color(0.5f, (0.25f + 0.75f) / 1.5f, 0.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeTexCoord", "Window", {}, {}, context), Color(0.5f, (0.25f + 0.75f) / 1.5f, 0.0f),
+              5e-5f);
   expect_near(read(s, "ShaderNodeCameraData", "View Z Depth", {}, {}, context), Color(4.0f), 5e-5f);
   expect_near(read(s, "ShaderNodeCameraData", "View Distance", {}, {}, context), Color(std::sqrt(17.0f)), 5e-5f);
 }
@@ -432,8 +472,10 @@ TEST(ShaderNodes, attributes_geometry_and_object_reach_the_graph) {
   expect_near(read(s, "ShaderNodeVertexColor", "Color"), Color(0.25f, 0.25f, 0.5f), 5e-5f);
   expect_near(read(s, "ShaderNodeNewGeometry", "Position"), Color(11, 21, 30), 5e-5f);
   expect_near(read(s, "ShaderNodeNewGeometry", "Parametric"), Color(0.25f, 0.25f, 0.0f), 5e-5f);
-  s.object.properties = {{"tint", false, Vec4(1, 2, 6, 0.5f)}, {"tint", true, Vec4(7.0f)}, {"Weight", true, Vec4(Vec3(8.0f), 1.0f)}};
-  const NodeProperty of_object = text_property("attribute_type", "OBJECT"), of_instancer = text_property("attribute_type", "INSTANCER");
+  s.object.properties = {
+      {"tint", false, Vec4(1, 2, 6, 0.5f)}, {"tint", true, Vec4(7.0f)}, {"Weight", true, Vec4(Vec3(8.0f), 1.0f)}};
+  const NodeProperty of_object = text_property("attribute_type", "OBJECT"),
+                     of_instancer = text_property("attribute_type", "INSTANCER");
   for (const char* output : {"Color", "Vector"})
     expect_near(read(s, "ShaderNodeAttribute", output, {}, {name("tint"), of_object}), Color(1, 2, 6), 5e-5f);
   expect_near(read(s, "ShaderNodeAttribute", "Fac", {}, {name("tint"), of_object}), Color(3.0f), 5e-5f);
@@ -442,11 +484,13 @@ TEST(ShaderNodes, attributes_geometry_and_object_reach_the_graph) {
   expect_near(read(s, "ShaderNodeAttribute", "Fac", {}, {name("Weight"), of_instancer}), Color(8.0f), 5e-5f);
   for (const char* output : {"Color", "Fac", "Alpha"})
     expect_near(read(s, "ShaderNodeAttribute", output, {}, {name("Weight"), of_object}), Color(0.0f), 5e-5f);
-  const NodeProperty of_layer = text_property("attribute_type", "VIEW_LAYER"), layers = number_property("value", {1, 2, 6, 0.25f});
+  const NodeProperty of_layer = text_property("attribute_type", "VIEW_LAYER"),
+                     layers = number_property("value", {1, 2, 6, 0.25f});
   expect_near(read(s, "ShaderNodeAttribute", "Vector", {}, {name("x"), of_layer, layers}), Color(1, 2, 6), 5e-5f);
   expect_near(read(s, "ShaderNodeAttribute", "Fac", {}, {name("x"), of_layer, layers}), Color(3.0f), 5e-5f);
   expect_near(read(s, "ShaderNodeAttribute", "Alpha", {}, {name("x"), of_layer, layers}), Color(0.25f), 5e-5f);
-  for (const char* output : {"Pointiness", "Random Per Island"}) expect_near(read(s, "ShaderNodeNewGeometry", output), Color(0.0f), 5e-5f);
+  for (const char* output : {"Pointiness", "Random Per Island"})
+    expect_near(read(s, "ShaderNodeNewGeometry", output), Color(0.0f), 5e-5f);
   s.mesh.attributes.push_back({kPointiness, Domain::Vertex, 1, {0, 1, 2}});
   s.mesh.attributes.push_back({kRandomPerIsland, Domain::Face, 1, {0.375f}});
   expect_near(read(s, "ShaderNodeNewGeometry", "Pointiness"), Color(1.25f), 5e-5f);
@@ -465,7 +509,7 @@ TEST(ShaderNodes, fresnel_turns_around_inside) {
   expect_near(read(s, "ShaderNodeFresnel", "Fac", {value_input("IOR", 1.5f)}), Color(outside), 5e-5f);
   s.point.wo = glm::normalize(Vec3(1, 0, 0.2f));
   s.point.backfacing = true;
-  expect_near(read(s, "ShaderNodeFresnel", "Fac", {value_input("IOR", 1.5f)}), Color(1.0f), 5e-5f);   // total reflection
+  expect_near(read(s, "ShaderNodeFresnel", "Fac", {value_input("IOR", 1.5f)}), Color(1.0f), 5e-5f);  // total reflection
 }
 
 TEST(ShaderNodes, ramps_interpolate_their_table_unless_constant) {
@@ -473,7 +517,8 @@ TEST(ShaderNodes, ramps_interpolate_their_table_unless_constant) {
   for (int i = 0; i < 256; ++i) table.insert(table.end(), {i / 255.0f, i < 128 ? 0.0f : 1.0f, 0.0f, 1.0f - i / 255.0f});
   const auto ramp = [&](float t, const char* kind, const char* output) {
     GraphBuilder g;
-    const int node = g.node("ShaderNodeValToRGB", {value_input("Fac", t)}, {number_property("ramp", table), text_property("ramp_interpolation", kind)});
+    const int node = g.node("ShaderNodeValToRGB", {value_input("Fac", t)},
+                            {number_property("ramp", table), text_property("ramp_interpolation", kind)});
     return value_of(g, node, output);
   };
   expect_near(ramp(0.3f, "LINEAR", "Color"), Color(0.3f, 0, 0), 5e-5f);
@@ -487,9 +532,11 @@ TEST(ShaderNodes, ramps_interpolate_their_table_unless_constant) {
 TEST(ShaderNodes, numbers_colors_and_vectors_convert_as_in_cycles) {
   GraphBuilder g;
   const int rgb = g.node("ShaderNodeRGB", {}, {number_property("value", {0.2f, 0.5f, 0.9f, 1})});
-  const int xyz = g.node("ShaderNodeCombineXYZ", {value_input("X", 0.3f), value_input("Y", 0.6f), value_input("Z", 1.5f)});
+  const int xyz = g.node("ShaderNodeCombineXYZ",
+                         {value_input("X", 0.3f), value_input("Y", 0.6f), value_input("Z", 1.5f)});
   const auto add_zero = [&](int from, const char* socket) {
-    return g.node("ShaderNodeMath", {linked_input("Value", from, socket), value_input("Value_001", 0.0f)}, {text_property("operation", "ADD")});
+    return g.node("ShaderNodeMath", {linked_input("Value", from, socket), value_input("Value_001", 0.0f)},
+                  {text_property("operation", "ADD")});
   };
   expect_near(value_of(g, add_zero(rgb, "Color"), "Value"), Color(luminance(Color(0.2f, 0.5f, 0.9f))), 5e-5f);
   expect_near(value_of(g, add_zero(xyz, "Vector"), "Value"), Color(0.8f), 5e-5f);
@@ -520,7 +567,8 @@ TEST(ShaderNodes, the_world_is_textured_by_direction) {
   std::vector<ImageDescription> images = {image};
   TextureStore store(images);
   GraphBuilder g;
-  const int sky = g.node("ShaderNodeTexEnvironment", {value_input("Vector", 0.0f)}, {number_property("image", {0}), text_property("interpolation", "Closest")});
+  const int sky = g.node("ShaderNodeTexEnvironment", {value_input("Vector", 0.0f)},
+                         {number_property("image", {0}), text_property("interpolation", "Closest")});
   const auto at = [&](Vec3 direction) {
     ShadingPoint point;
     point.position = glm::normalize(direction);
@@ -548,23 +596,32 @@ TEST(ShaderNodes, box_projection_weights_sum_to_one_and_single_out_axes) {
 TEST(ShaderNodes, normal_map_of_the_neutral_color_keeps_the_normal) {
   Surface s;
   s.point.ns = glm::normalize(Vec3(0.2f, -0.3f, 1.0f));
-  expect_near(read(s, "ShaderNodeNormalMap", "Normal", {value_input("Color", Vec4(0.5f, 0.5f, 1, 1)), value_input("Strength", 1.0f)}), s.point.ns, 5e-5f);
-  s.point.ns = Vec3(0, 0, 1);   // red leans along u, green along v
-  const Color leaning = read(s, "ShaderNodeNormalMap", "Normal", {value_input("Color", Vec4(1, 0.5f, 1, 1)), value_input("Strength", 1.0f)});
+  expect_near(read(s, "ShaderNodeNormalMap", "Normal",
+                   {value_input("Color", Vec4(0.5f, 0.5f, 1, 1)), value_input("Strength", 1.0f)}),
+              s.point.ns, 5e-5f);
+  s.point.ns = Vec3(0, 0, 1);  // red leans along u, green along v
+  const Color leaning = read(s, "ShaderNodeNormalMap", "Normal",
+                             {value_input("Color", Vec4(1, 0.5f, 1, 1)), value_input("Strength", 1.0f)});
   expect_near(leaning, Color(std::sqrt(0.5f), 0.0f, std::sqrt(0.5f)), 5e-5f);
 }
 
 TEST(ShaderNodes, green_of_a_directx_normal_map_points_down) {
   const Surface s;
-  const std::initializer_list<NodeInput> up = {value_input("Color", Vec4(0.6f, 0.8f, 0.9f, 1)), value_input("Strength", 1.0f)};
-  const std::initializer_list<NodeInput> down = {value_input("Color", Vec4(0.6f, 0.2f, 0.9f, 1)), value_input("Strength", 1.0f)};
+  const std::initializer_list<NodeInput> up = {value_input("Color", Vec4(0.6f, 0.8f, 0.9f, 1)),
+                                               value_input("Strength", 1.0f)};
+  const std::initializer_list<NodeInput> down = {value_input("Color", Vec4(0.6f, 0.2f, 0.9f, 1)),
+                                                 value_input("Strength", 1.0f)};
   for (const char* space : {"TANGENT", "OBJECT", "WORLD"})
-    expect_near(read(s, "ShaderNodeNormalMap", "Normal", down, {text_property("space", space), text_property("convention", "DIRECTX")}),
-                read(s, "ShaderNodeNormalMap", "Normal", up, {text_property("space", space), text_property("convention", "OPENGL")}), 5e-6f, space);
+    expect_near(read(s, "ShaderNodeNormalMap", "Normal", down,
+                     {text_property("space", space), text_property("convention", "DIRECTX")}),
+                read(s, "ShaderNodeNormalMap", "Normal", up,
+                     {text_property("space", space), text_property("convention", "OPENGL")}),
+                5e-6f, space);
 }
 
 TEST(ShaderNodes, what_a_known_node_asks_for_and_does_not_get_is_said) {
-  const auto said = [](const char* type, std::initializer_list<NodeInput> inputs, std::initializer_list<NodeProperty> properties = {}, bool volume = false) {
+  const auto said = [](const char* type, std::initializer_list<NodeInput> inputs,
+                       std::initializer_list<NodeProperty> properties = {}, bool volume = false) {
     GraphBuilder g;
     const int node = g.node(type, inputs, properties);
     (volume ? g.graph.volume : g.graph.surface) = {node, volume ? "Volume" : "BSDF"};
@@ -573,20 +630,29 @@ TEST(ShaderNodes, what_a_known_node_asks_for_and_does_not_get_is_said) {
     return diagnostics.empty() ? std::string() : diagnostics[0].message;
   };
   EXPECT_EQ(said("ShaderNodeBsdfGlass", {value_input("Thin Film Thickness", 0.0f)}), "");
-  EXPECT_NE(said("ShaderNodeBsdfGlass", {value_input("Thin Film Thickness", 400.0f)}).find("Thin Film is not supported"), std::string::npos);
-  EXPECT_NE(said("ShaderNodeBsdfPrincipled", {value_input("Thin Wall", 1.0f)}).find("Thin Wall is not supported"), std::string::npos);
+  EXPECT_NE(
+      said("ShaderNodeBsdfGlass", {value_input("Thin Film Thickness", 400.0f)}).find("Thin Film is not supported"),
+      std::string::npos);
+  EXPECT_NE(said("ShaderNodeBsdfPrincipled", {value_input("Thin Wall", 1.0f)}).find("Thin Wall is not supported"),
+            std::string::npos);
   EXPECT_EQ(said("ShaderNodeVolumeScatter", {}, {text_property("phase", "HENYEY_GREENSTEIN")}, true), "");
-  EXPECT_NE(said("ShaderNodeVolumeScatter", {}, {text_property("phase", "RAYLEIGH")}, true).find("Phase is not supported"), std::string::npos);
-  EXPECT_NE(said("ShaderNodeVolumeCoefficients", {}, {}, true).find("is not supported yet; this part of the volume is left out"), std::string::npos);
+  EXPECT_NE(
+      said("ShaderNodeVolumeScatter", {}, {text_property("phase", "RAYLEIGH")}, true).find("Phase is not supported"),
+      std::string::npos);
+  EXPECT_NE(said("ShaderNodeVolumeCoefficients", {}, {}, true)
+                .find("is not supported yet; this part of the volume is left out"),
+            std::string::npos);
 
-  GraphBuilder g;   // linked, an input may be anything
+  GraphBuilder g;  // linked, an input may be anything
   const int thickness = g.node("ShaderNodeValue", {}, {number_property("value", {0.0f})});
   const int glass = g.node("ShaderNodeBsdfGlass", {linked_input("Thin Film Thickness", thickness, "Value")});
   g.graph.surface = {glass, "BSDF"};
   Diagnostics diagnostics;
   compile(g.graph, &diagnostics);
   ASSERT_EQ(diagnostics.size(), 1u);
-  EXPECT_EQ(diagnostics[0].message, "node 'BsdfGlass 1' (ShaderNodeBsdfGlass): Thin Film is not supported yet: it is rendered without the film");
+  EXPECT_EQ(
+      diagnostics[0].message,
+      "node 'BsdfGlass 1' (ShaderNodeBsdfGlass): Thin Film is not supported yet: it is rendered without the film");
 }
 
 }  // namespace ajar::test_shader_nodes

@@ -4,8 +4,8 @@
 
 #include <random>
 
-#include "graph_fixtures.h"
 #include "geometry/geometry.h"
+#include "graph_fixtures.h"
 
 namespace ajar::test_shader_program {
 
@@ -35,8 +35,8 @@ TEST(ShaderProgram, constant_graphs_run_no_instruction) {
   const int b = g.node("ShaderNodeMath", {linked_input("Value", a, "Value"), value_input("Value_001", 0.5f)},
                        {text_property("operation", "MULTIPLY")});
   const int rgb = g.node("ShaderNodeRGB", {}, {number_property("value", {0.1f, 0.2f, 0.3f, 1.0f})});
-  const int emission =
-      g.node("ShaderNodeEmission", {linked_input("Color", rgb, "Color"), linked_input("Strength", b, "Value")});
+  const int emission = g.node("ShaderNodeEmission",
+                              {linked_input("Color", rgb, "Color"), linked_input("Strength", b, "Value")});
   g.graph.surface = {emission, "Emission"};
   const ShaderProgram program = compile(g.graph);
   EXPECT_EQ(program.instruction_count(), 0);
@@ -67,10 +67,11 @@ TEST(ShaderProgram, shared_subexpressions_are_evaluated_once) {
     return g.node("ShaderNodeMath", {linked_input("Value", ray, "Ray Length"), value_input("Value_001", 2.0f)},
                   {text_property("operation", "MULTIPLY")});
   };
-  const int sum = g.node("ShaderNodeMath", {linked_input("Value", doubled(), "Value"), linked_input("Value_001", doubled(), "Value")});
+  const int sum = g.node("ShaderNodeMath",
+                         {linked_input("Value", doubled(), "Value"), linked_input("Value_001", doubled(), "Value")});
   g.emit(sum, "Value");
   const ShaderProgram program = compile(g.graph);
-  EXPECT_EQ(program.instruction_count(), 4) << program.listing();   // length, twice it, sum, to colour
+  EXPECT_EQ(program.instruction_count(), 4) << program.listing();  // length, twice it, sum, to colour
   ShadingPoint point;
   point.ray_length = 1.5f;
   EXPECT_FLOAT_EQ(program.evaluate_emission(point).y, 6.0f);
@@ -79,7 +80,8 @@ TEST(ShaderProgram, shared_subexpressions_are_evaluated_once) {
 TEST(ShaderProgram, mix_factors_multiply_into_weights) {
   GraphBuilder g;
   const int red = g.node("ShaderNodeEmission", {value_input("Color", Vec4(1, 0, 0, 1)), value_input("Strength", 1.0f)});
-  const int green = g.node("ShaderNodeEmission", {value_input("Color", Vec4(0, 1, 0, 1)), value_input("Strength", 1.0f)});
+  const int green = g.node("ShaderNodeEmission",
+                           {value_input("Color", Vec4(0, 1, 0, 1)), value_input("Strength", 1.0f)});
   const int inner = g.node("ShaderNodeMixShader", {value_input("Fac", 0.25f), linked_input("Shader", red, "Emission"),
                                                    linked_input("Shader_001", green, "Emission")});
   const int outer = g.node("ShaderNodeMixShader", {value_input("Fac", 0.5f), linked_input("Shader", inner, "Shader"),
@@ -92,10 +94,10 @@ TEST(ShaderProgram, mix_factors_multiply_into_weights) {
 
 TEST(ShaderProgram, principled_alpha_and_emission_become_closures) {
   GraphBuilder g;
-  const int principled =
-      g.node("ShaderNodeBsdfPrincipled",
-             {value_input("Base Color", 0.8f), value_input("Emission", Vec4(1, 0.5f, 0, 1)),
-              value_input("Emission Strength", 2.0f), value_input("Alpha", 0.25f), value_input("Specular", 0.5f)});
+  const int principled = g.node(
+      "ShaderNodeBsdfPrincipled",
+      {value_input("Base Color", 0.8f), value_input("Emission", Vec4(1, 0.5f, 0, 1)),
+       value_input("Emission Strength", 2.0f), value_input("Alpha", 0.25f), value_input("Specular", 0.5f)});
   g.graph.surface = {principled, "BSDF"};
   const ShaderProgram program = compile(g.graph);
   EXPECT_TRUE(program.is_constant() && program.scatters() && program.emits() && program.may_be_transparent());
@@ -109,10 +111,10 @@ TEST(ShaderProgram, principled_alpha_and_emission_become_closures) {
 
 TEST(ShaderProgram, second_generation_principled_reads_its_own_sockets) {
   GraphBuilder g;
-  const int principled = g.node(
-      "ShaderNodeBsdfPrincipled",
-      {value_input("Base Color", 0.8f), value_input("Emission Color", Vec4(1, 1, 1, 1)), value_input("Emission Strength", 3.0f),
-       value_input("Coat Weight", 0.0f), value_input("Specular IOR Level", 0.5f), value_input("Alpha", 1.0f)});
+  const int principled = g.node("ShaderNodeBsdfPrincipled",
+                                {value_input("Base Color", 0.8f), value_input("Emission Color", Vec4(1, 1, 1, 1)),
+                                 value_input("Emission Strength", 3.0f), value_input("Coat Weight", 0.0f),
+                                 value_input("Specular IOR Level", 0.5f), value_input("Alpha", 1.0f)});
   g.graph.surface = {principled, "BSDF"};
   const ShaderProgram program = compile(g.graph);
   EXPECT_FLOAT_EQ(program.evaluate_emission(ShadingPoint()).x, 3.0f);
@@ -121,7 +123,8 @@ TEST(ShaderProgram, second_generation_principled_reads_its_own_sockets) {
 
 TEST(ShaderProgram, diffuse_closure_reaches_the_bsdf) {
   GraphBuilder g;
-  const int diffuse = g.node("ShaderNodeBsdfDiffuse", {value_input("Color", Vec4(0.2f, 0.4f, 0.6f, 1)), value_input("Roughness", 0.0f)});
+  const int diffuse = g.node("ShaderNodeBsdfDiffuse",
+                             {value_input("Color", Vec4(0.2f, 0.4f, 0.6f, 1)), value_input("Roughness", 0.0f)});
   g.graph.surface = {diffuse, "BSDF"};
   SurfaceShading shading;
   ShadingPoint point;
@@ -137,7 +140,8 @@ TEST(ShaderProgram, emission_code_leaves_out_what_scattering_needs) {
   const int ray = varying_value(g);
   const int diffuse = g.node("ShaderNodeBsdfDiffuse", {linked_input("Color", ray, "Ray Length")});
   const int emission = g.node("ShaderNodeEmission", {value_input("Color", 1.0f), value_input("Strength", 2.0f)});
-  const int add = g.node("ShaderNodeAddShader", {linked_input("Shader", diffuse, "BSDF"), linked_input("Shader_001", emission, "Emission")});
+  const int add = g.node("ShaderNodeAddShader",
+                         {linked_input("Shader", diffuse, "BSDF"), linked_input("Shader_001", emission, "Emission")});
   g.graph.surface = {add, "Shader"};
   const ShaderProgram program = compile(g.graph);
   EXPECT_FALSE(program.is_constant());
@@ -155,7 +159,8 @@ TEST(ShaderProgram, a_color_linked_as_a_closure_emits) {
 TEST(ShaderProgram, unknown_closure_is_diffuse_of_its_color_and_reported_once) {
   GraphBuilder g;
   const int hair = g.node("ShaderNodeBsdfHair", {value_input("Color", Vec4(1, 0, 0, 1))});
-  const int mix = g.node("ShaderNodeAddShader", {linked_input("Shader", hair, "BSDF"), linked_input("Shader_001", hair, "BSDF")});
+  const int mix = g.node("ShaderNodeAddShader",
+                         {linked_input("Shader", hair, "BSDF"), linked_input("Shader_001", hair, "BSDF")});
   g.graph.surface = {mix, "Shader"};
   Diagnostics diagnostics;
   const ShaderProgram program = compile(g.graph, &diagnostics);
@@ -169,7 +174,8 @@ TEST(ShaderProgram, unknown_closure_is_diffuse_of_its_color_and_reported_once) {
 TEST(ShaderProgram, unknown_value_nodes_pass_their_first_link_through) {
   GraphBuilder g;
   const int rgb = g.node("ShaderNodeRGB", {}, {number_property("value", {0.25f, 0.5f, 1, 1})});
-  const int unknown = g.node("ShaderNodeFromTheFuture", {value_input("Amount", 3.0f), linked_input("Thing", rgb, "Color")});
+  const int unknown = g.node("ShaderNodeFromTheFuture",
+                             {value_input("Amount", 3.0f), linked_input("Thing", rgb, "Color")});
   g.emit(unknown, "Result");
   Diagnostics diagnostics;
   const Color e = compile(g.graph, &diagnostics).evaluate_emission(ShadingPoint());
@@ -179,13 +185,13 @@ TEST(ShaderProgram, unknown_value_nodes_pass_their_first_link_through) {
 
 TEST(ShaderProgram, malformed_graphs_fall_back_without_crashing) {
   Diagnostics diagnostics;
-  GraphBuilder loop;   // two Math nodes feeding each other
+  GraphBuilder loop;  // two Math nodes feeding each other
   loop.node("ShaderNodeMath", {linked_input("Value", 1, "Value"), value_input("Value_001", 1.0f)});
   loop.node("ShaderNodeMath", {linked_input("Value", 0, "Value"), value_input("Value_001", 1.0f)});
   loop.emit(0, "Value");
   EXPECT_TRUE(is_finite(compile(loop.graph, &diagnostics).evaluate_emission(ShadingPoint())));
 
-  GraphBuilder closures;   // a mix shader feeding itself
+  GraphBuilder closures;  // a mix shader feeding itself
   closures.node("ShaderNodeMixShader", {linked_input("Shader", 0, "Shader"), linked_input("Shader_001", 0, "Shader")});
   closures.graph.surface = {0, "Shader"};
   compile(closures.graph, &diagnostics);
@@ -209,23 +215,27 @@ TEST(ShaderProgram, very_deep_and_very_wide_graphs_are_bounded) {
   GraphBuilder deep;
   int last = deep.node("ShaderNodeLightPath");
   for (int i = 0; i < 20000; ++i)
-    last = deep.node("ShaderNodeMath", {linked_input("Value", last, i ? "Value" : "Ray Length"), value_input("Value_001", 1.0f)});
+    last = deep.node("ShaderNodeMath",
+                     {linked_input("Value", last, i ? "Value" : "Ray Length"), value_input("Value_001", 1.0f)});
   deep.emit(last, "Value");
   compile(deep.graph, &diagnostics);
   EXPECT_FALSE(diagnostics.empty());
 
-  GraphBuilder wide;   // every node uses the previous one twice: 2^60 ways through the tree
+  GraphBuilder wide;  // every node uses the previous one twice: 2^60 ways through the tree
   last = wide.node("ShaderNodeEmission", {value_input("Color", 1.0f), value_input("Strength", 1.0f)});
   for (int i = 0; i < 60; ++i)
-    last = wide.node("ShaderNodeMixShader", {value_input("Fac", 0.5f), linked_input("Shader", last, "Shader"), linked_input("Shader_001", last, "Shader")});
+    last = wide.node("ShaderNodeMixShader", {value_input("Fac", 0.5f), linked_input("Shader", last, "Shader"),
+                                             linked_input("Shader_001", last, "Shader")});
   wide.graph.surface = {last, "Shader"};
   EXPECT_FLOAT_EQ(compile(wide.graph).evaluate_emission(ShadingPoint()).x, 1.0f);
 
-  GraphBuilder many;   // more values than registers
+  GraphBuilder many;  // more values than registers
   last = many.node("ShaderNodeLightPath");
   const int ray = last;
   for (int i = 0; i < 900; ++i)
-    last = many.node("ShaderNodeMixRGB", {value_input("Fac", 0.1f), linked_input("Color1", last, i ? "Color" : "Ray Length"), linked_input("Color2", ray, "Ray Length")});
+    last = many.node("ShaderNodeMixRGB",
+                     {value_input("Fac", 0.1f), linked_input("Color1", last, i ? "Color" : "Ray Length"),
+                      linked_input("Color2", ray, "Ray Length")});
   many.emit(last, "Color");
   diagnostics.clear();
   ShadingPoint point;
@@ -235,21 +245,55 @@ TEST(ShaderProgram, very_deep_and_very_wide_graphs_are_bounded) {
 }
 
 TEST(ShaderProgram, random_graphs_never_crash_and_never_give_nan) {
-  static const char* kTypes[] = {
-      "ShaderNodeMath", "ShaderNodeVectorMath", "ShaderNodeMixRGB", "ShaderNodeMix", "ShaderNodeMapping", "ShaderNodeTexChecker",
-      "ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeValToRGB", "ShaderNodeRGBCurve", "ShaderNodeMixShader",
-      "ShaderNodeAddShader", "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfGlass", "ShaderNodeEmission", "ShaderNodeBsdfTransparent",
-      "ShaderNodeTexCoord", "ShaderNodeNewGeometry", "ShaderNodeHueSaturation", "ShaderNodeNormalMap", "ShaderNodeBump", "ShaderNodeNonsense",
-      "ShaderNodeMapRange", "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfAnisotropic", "ShaderNodeAttribute", "ShaderNodeBlackbody",
-      "ShaderNodeTexNoise", "ShaderNodeTexMusgrave", "ShaderNodeTexVoronoi", "ShaderNodeTexWave", "ShaderNodeTexMagic", "ShaderNodeTexBrick",
-      "ShaderNodeTexWhiteNoise", "ShaderNodeTexIES", "ShaderNodeWavelength", "ShaderNodeDisplacement", "ShaderNodeVectorDisplacement"};
-  static const char* kSockets[] = {"Value", "Value_001", "Vector", "Fac", "Color", "Color1", "Color2", "Shader", "Shader_001", "Base Color",
-                                   "Normal", "Roughness", "Alpha", "Emission", "Strength", "IOR", "Tangent", "Anisotropic", "Metallic",
-                                   "Transmission", "Temperature", "Hue", "Factor_Float", "A_Color", "Scale", "Location",
-                                   "W", "Detail", "Lacunarity", "Distortion", "Row Height", "Exponent", "Height", "Wavelength"};
-  static const char* kOutputs[] = {"Value", "Vector", "Color", "Fac", "Alpha", "Shader", "BSDF", "Emission", "Normal", "Generated", "UV",
-                                   "Result_Color", "Result", "Position", "Backfacing"};
-  static const char* kOperations[] = {"ADD", "DIVIDE", "POWER", "LOGARITHM", "TANGENT", "MODULO", "NORMALIZE", "REFRACT", "SINH", "WRAP"};
+  static const char* kTypes[] = {"ShaderNodeMath",
+                                 "ShaderNodeVectorMath",
+                                 "ShaderNodeMixRGB",
+                                 "ShaderNodeMix",
+                                 "ShaderNodeMapping",
+                                 "ShaderNodeTexChecker",
+                                 "ShaderNodeTexImage",
+                                 "ShaderNodeTexEnvironment",
+                                 "ShaderNodeValToRGB",
+                                 "ShaderNodeRGBCurve",
+                                 "ShaderNodeMixShader",
+                                 "ShaderNodeAddShader",
+                                 "ShaderNodeBsdfPrincipled",
+                                 "ShaderNodeBsdfGlass",
+                                 "ShaderNodeEmission",
+                                 "ShaderNodeBsdfTransparent",
+                                 "ShaderNodeTexCoord",
+                                 "ShaderNodeNewGeometry",
+                                 "ShaderNodeHueSaturation",
+                                 "ShaderNodeNormalMap",
+                                 "ShaderNodeBump",
+                                 "ShaderNodeNonsense",
+                                 "ShaderNodeMapRange",
+                                 "ShaderNodeBsdfDiffuse",
+                                 "ShaderNodeBsdfAnisotropic",
+                                 "ShaderNodeAttribute",
+                                 "ShaderNodeBlackbody",
+                                 "ShaderNodeTexNoise",
+                                 "ShaderNodeTexMusgrave",
+                                 "ShaderNodeTexVoronoi",
+                                 "ShaderNodeTexWave",
+                                 "ShaderNodeTexMagic",
+                                 "ShaderNodeTexBrick",
+                                 "ShaderNodeTexWhiteNoise",
+                                 "ShaderNodeTexIES",
+                                 "ShaderNodeWavelength",
+                                 "ShaderNodeDisplacement",
+                                 "ShaderNodeVectorDisplacement"};
+  static const char* kSockets[] = {
+      "Value",      "Value_001",   "Vector",   "Fac",          "Color",       "Color1",     "Color2",       "Shader",
+      "Shader_001", "Base Color",  "Normal",   "Roughness",    "Alpha",       "Emission",   "Strength",     "IOR",
+      "Tangent",    "Anisotropic", "Metallic", "Transmission", "Temperature", "Hue",        "Factor_Float", "A_Color",
+      "Scale",      "Location",    "W",        "Detail",       "Lacunarity",  "Distortion", "Row Height",   "Exponent",
+      "Height",     "Wavelength"};
+  static const char* kOutputs[] = {"Value",  "Vector",       "Color",    "Fac",      "Alpha",
+                                   "Shader", "BSDF",         "Emission", "Normal",   "Generated",
+                                   "UV",     "Result_Color", "Result",   "Position", "Backfacing"};
+  static const char* kOperations[] = {"ADD",    "DIVIDE",    "POWER",   "LOGARITHM", "TANGENT",
+                                      "MODULO", "NORMALIZE", "REFRACT", "SINH",      "WRAP"};
   std::mt19937 rng(7);
   const auto pick = [&](const auto& list) { return std::string(list[rng() % std::size(list)]); };
   const auto value = [&]() -> float {

@@ -26,11 +26,12 @@ struct Directory {
 
 /// Writes rows from the top down.
 template <typename T>
-void write(const std::string& path, int width, int height, int channels, OIIO::TypeDesc type, const std::vector<T>& values) {
+void write(const std::string& path, int width, int height, int channels, OIIO::TypeDesc type,
+           const std::vector<T>& values) {
   const auto out = OIIO::ImageOutput::create(path);
   ASSERT_TRUE(out) << OIIO::geterror();
   OIIO::ImageSpec spec(width, height, channels, type);
-  spec.attribute("oiio:UnassociatedAlpha", 1);   // what PNG and TGA hold
+  spec.attribute("oiio:UnassociatedAlpha", 1);  // what PNG and TGA hold
   ASSERT_TRUE(out->open(path, spec)) << out->geterror();
   ASSERT_TRUE(out->write_image(OIIO::BaseTypeFromC<T>::value, values.data()));
   out->close();
@@ -63,9 +64,7 @@ TextureStore store_of(ImageDescription image) {
 }
 
 /// Two by two: red channel 0 1 below, 2 3 above.
-ImageDescription quad() {
-  return linear_pixels(2, 2, {0, 0, 0, 1, 1, 0, 0, 1, 2, 0, 0, 1, 3, 0, 0, 1});
-}
+ImageDescription quad() { return linear_pixels(2, 2, {0, 0, 0, 1, 1, 0, 0, 1, 2, 0, 0, 1, 3, 0, 0, 1}); }
 
 }  // namespace
 
@@ -102,7 +101,8 @@ TEST(Texture, cubic_lookup_is_the_b_spline) {
   const Texture* t = load(store);
   EXPECT_NEAR(t->lookup({3.5f / 8, 0.5f}, Interpolation::Cubic, Extension::Extend).x, 4.0f, 1e-5f);
   EXPECT_NEAR(t->lookup({4.5f / 8, 0.5f}, Interpolation::Cubic, Extension::Extend).x, 1.0f, 1e-5f);
-  EXPECT_NEAR(t->lookup({4.7f / 8, 0.5f}, Interpolation::Cubic, Extension::Extend).y, 4.2f, 1e-5f);   // linear functions stay
+  EXPECT_NEAR(t->lookup({4.7f / 8, 0.5f}, Interpolation::Cubic, Extension::Extend).y, 4.2f,
+              1e-5f);  // linear functions stay
 }
 
 TEST(Texture, any_coordinate_is_safe) {
@@ -123,10 +123,12 @@ TEST(Texture, eight_bit_srgb_is_interpolated_encoded_and_decoded_to_six_digits) 
   image.color_space = "sRGB";
   TextureStore store = store_of(image);
   const Texture* t = load(store);
-  EXPECT_EQ(t->memory_bytes(), 256u * 4u);   // recognised as bytes
+  EXPECT_EQ(t->memory_bytes(), 256u * 4u);  // recognised as bytes
   for (int i = 0; i < 255; ++i) {
-    EXPECT_NEAR(t->lookup({(i + 0.5f) / 256, 0.5f}, Interpolation::Linear, Extension::Extend).x, srgb_to_linear(i / 255.0), 1e-6);
-    EXPECT_NEAR(t->lookup({(i + 1.0f) / 256, 0.5f}, Interpolation::Linear, Extension::Extend).x, srgb_to_linear((i + 0.5) / 255.0), 1e-6);
+    EXPECT_NEAR(t->lookup({(i + 0.5f) / 256, 0.5f}, Interpolation::Linear, Extension::Extend).x,
+                srgb_to_linear(i / 255.0), 1e-6);
+    EXPECT_NEAR(t->lookup({(i + 1.0f) / 256, 0.5f}, Interpolation::Linear, Extension::Extend).x,
+                srgb_to_linear((i + 0.5) / 255.0), 1e-6);
   }
 }
 
@@ -136,7 +138,8 @@ TEST(Texture, files_and_packed_files_of_every_format_decode_alike) {
   const uint8_t colors[6][3] = {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {128, 128, 128}, {64, 64, 64}, {255, 255, 255}};
   std::vector<uint8_t> pixels;
   for (int y = 0; y < 32; ++y)
-    for (int x = 0; x < 48; ++x) pixels.insert(pixels.end(), colors[y / 16 * 3 + x / 16], colors[y / 16 * 3 + x / 16] + 3);
+    for (int x = 0; x < 48; ++x)
+      pixels.insert(pixels.end(), colors[y / 16 * 3 + x / 16], colors[y / 16 * 3 + x / 16] + 3);
   for (const char* name : {"a.png", "a.tga", "a.tif", "a.bmp", "a.jpg"}) {
     const std::string path = directory.file(name);
     write(path, 48, 32, 3, OIIO::TypeDesc::UINT8, pixels);
@@ -144,8 +147,10 @@ TEST(Texture, files_and_packed_files_of_every_format_decode_alike) {
       ImageDescription image;
       image.name = name;
       image.color_space = "Non-Color";
-      if (packed) image.packed = bytes_of(path);
-      else image.path = path;
+      if (packed)
+        image.packed = bytes_of(path);
+      else
+        image.path = path;
       Diagnostics diagnostics;
       TextureStore store = store_of(image);
       const Texture* t = load(store, &diagnostics);
@@ -171,8 +176,10 @@ TEST(Texture, high_dynamic_range_keeps_its_values) {
       ImageDescription image;
       image.name = name;
       image.color_space = "Linear";
-      if (packed) image.packed = bytes_of(path);
-      else image.path = path;
+      if (packed)
+        image.packed = bytes_of(path);
+      else
+        image.path = path;
       TextureStore store = store_of(image);
       const Vec4 c = load(store)->lookup({0.25f, 0.5f}, Interpolation::Linear, Extension::Extend);
       EXPECT_NEAR(c.x, 1000.0f, 8.0f) << name << packed;
@@ -185,12 +192,16 @@ TEST(Texture, alpha_modes_decide_what_happens_to_color) {
   const Directory directory;
   const std::string path = directory.file("alpha.png");
   write(path, 1, 1, 4, OIIO::TypeDesc::UINT8, std::vector<uint8_t>{204, 102, 51, 51});
-  struct Case { AlphaMode mode; const char* space; Vec4 straight, associated; };
+  struct Case {
+    AlphaMode mode;
+    const char* space;
+    Vec4 straight, associated;
+  };
   const float k = 1.0f / 255.0f;
   const Vec4 file(204 * k, 102 * k, 51 * k, 0.2f);
   const Vec4 times_alpha(Vec3(file) * 0.2f, 0.2f);
   for (const Case& c : {Case{AlphaMode::Straight, "Linear", file, times_alpha},
-                        Case{AlphaMode::Straight, "Non-Color", file, file},   // data are never multiplied
+                        Case{AlphaMode::Straight, "Non-Color", file, file},  // data are never multiplied
                         Case{AlphaMode::ChannelPacked, "Linear", file, file},
                         Case{AlphaMode::None, "Linear", Vec4(Vec3(file), 1.0f), Vec4(Vec3(file), 1.0f)}}) {
     ImageDescription image;
@@ -220,7 +231,7 @@ TEST(Texture, broken_images_are_magenta_and_reported_once) {
   images[3].packed = {0x89, 'P', 'N', 'G', 1, 2, 3};
   images[4].pixels = {1, 2, 3};
   images[4].width = images[4].height = 100;
-  images[5].path = directory.path.string();   // a directory
+  images[5].path = directory.path.string();  // a directory
   TextureStore store(std::move(images));
   Diagnostics diagnostics;
   for (int round = 0; round < 2; ++round)
@@ -239,9 +250,10 @@ TEST(Texture, broken_images_are_magenta_and_reported_once) {
 TEST(Texture, absurd_sizes_are_refused_before_any_memory_is_taken) {
   const Directory directory;
   const std::string path = directory.file("bomb.tga");
-  std::vector<uint8_t> header(18 + 64, 0);   // run-length encoded, 65535 x 65535
+  std::vector<uint8_t> header(18 + 64, 0);  // run-length encoded, 65535 x 65535
   header[2] = 10, header[12] = header[13] = header[14] = header[15] = 255, header[16] = 24;
-  std::ofstream(path, std::ios::binary).write(reinterpret_cast<const char*>(header.data()), std::streamsize(header.size()));
+  std::ofstream(path, std::ios::binary)
+      .write(reinterpret_cast<const char*>(header.data()), std::streamsize(header.size()));
   ImageDescription image;
   image.name = "Bomb";
   image.path = path;

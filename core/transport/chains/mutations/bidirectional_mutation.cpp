@@ -44,10 +44,10 @@ std::array<double, 5> BidirectionalMutation::probabilities_of_growth(int removed
 
 bool BidirectionalMutation::possible(const Path& path, Gap gap, int grown, int s) const {
   const int t = grown - s;
-  if (gap.eye == 0 && t < 1) return false;                       // the lens is a vertex of the eye's side
-  if (gap.light == 1 && s > 0) return false;                     // rays leave light vertices only together with them
-  if (gap.light == 0 && s == 0) return t - (gap.eye == 0) >= 1;  // the light is hit
-  if (gap.light == 0 && s == 1 && gap.eye + t < 2) return false; // light is sampled for a surface
+  if (gap.eye == 0 && t < 1) return false;                        // the lens is a vertex of the eye's side
+  if (gap.light == 1 && s > 0) return false;                      // rays leave light vertices only together with them
+  if (gap.light == 0 && s == 0) return t - (gap.eye == 0) >= 1;   // the light is hit
+  if (gap.light == 0 && s == 1 && gap.eye + t < 2) return false;  // light is sampled for a surface
   const PathVertex& last_light = path.vertices[size_t(std::max(0, gap.light - 1))];
   const PathVertex& last_eye = path.vertices[size_t(path.count - std::max(1, gap.eye))];
   if (gap.light >= 1 && s == 0 && !last_light.connectable()) return false;
@@ -81,7 +81,8 @@ bool BidirectionalMutation::sample(const Path& from, Sampler& sampler, Path& to,
   return grow_into(from, gap, grown, sampler, to, rays);
 }
 
-bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Sampler& sampler, Path& to, uint64_t& rays) const {
+bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Sampler& sampler, Path& to,
+                                      uint64_t& rays) const {
   const Scene& scene = space_.scene;
   const Camera& camera = scene.camera();
   const int n = from.count;
@@ -89,8 +90,8 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
   for (int s = 0; s <= grown; ++s) choices += possible(from, gap, grown, s);
   if (choices == 0) return false;
   int s = -1;
-  for (int left = std::min(int(sampler.get_1d() * float(choices)), choices - 1); left >= 0; --left)
-    do ++s;
+  for (int left = std::min(int(sampler.get_1d() * float(choices)), choices - 1); left >= 0; --left) do
+      ++s;
     while (!possible(from, gap, grown, s));
   const int t = grown - s, count = gap.light + gap.eye + grown;
 
@@ -134,14 +135,17 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
   const int light_end = first_new + s - 1;  // index of the last vertex on the light's side
   if (gap.light == 0 && s == 1) {
     const float u_choice = sampler.get_1d();
-    if (!to.vertices[1].connectable() || !sample_light(scene, to.vertices[1], u_choice, sampler.get_2d(), to.vertices[0])) return false;
+    if (!to.vertices[1].connectable() ||
+        !sample_light(scene, to.vertices[1], u_choice, sampler.get_2d(), to.vertices[0]))
+      return false;
   } else {
     for (int i = std::max(first_new, 1); i <= light_end; ++i) {
       Ray ray;
       if (i == 1) {
         const float u_choice = sampler.get_1d();
         const Vec2 u_position = sampler.get_2d();
-        if (!start_at_light(scene, space_.guide, u_choice, u_position, sampler.get_2d(), to.vertices[0], ray)) return false;
+        if (!start_at_light(scene, space_.guide, u_choice, u_position, sampler.get_2d(), to.vertices[0], ray))
+          return false;
       } else {
         PathVertex& at = to.vertices[size_t(i - 1)];
         const WalkDirection next = sample_walk_direction(space_.guide, at, to.to_light(i - 1), sampler);
@@ -164,13 +168,15 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
   if (!space_.complete(to, first_new - 1, end_new)) return false;
   // A mirror sends a new walk the old way: what grew is then what was forgotten, and belongs to a smaller gap.
   const SharedEnds shared = shared_ends(from, to);
-  return shared.eye == gap.eye && (shared.light == gap.light || (gap.light == 0 && shared.light == 1 && to.vertices[0].delta));
+  return shared.eye == gap.eye &&
+         (shared.light == gap.light || (gap.light == 0 && shared.light == 1 && to.vertices[0].delta));
 }
 
 double BidirectionalMutation::pdf_given_gap(const Path& from, const Path& to, Gap gap) const {
   const int removed = from.count - gap.light - gap.eye, grown = to.count - gap.light - gap.eye;
   if (removed < 0 || grown < 0 || std::abs(grown - removed) > 2 || gap.eye < min_eye()) return 0.0;
-  const double probability = probability_of_gap(removed, from.count) * probabilities_of_growth(removed, gap.light + gap.eye)[size_t(grown - removed + 2)];
+  const double probability = probability_of_gap(removed, from.count) *
+                             probabilities_of_growth(removed, gap.light + gap.eye)[size_t(grown - removed + 2)];
   return probability > 0.0 ? probability * pdf_of_growth(from, to, gap) : 0.0;
 }
 

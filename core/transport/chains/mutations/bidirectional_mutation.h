@@ -2,7 +2,8 @@
 // both sides of the gap, not always as many. Reaches every path from every other.
 //
 // The part forgotten is short more often than long; how many new vertices grow from the light's side is chosen evenly
-// among what is possible. Proposals that grow again what they forgot are none. A new light end is found by hitting emission, by light sampling, or by a walk from a light.
+// among what is possible. Proposals that grow again what they forgot are none. A new light end is found by hitting
+// emission, by light sampling, or by a walk from a light.
 #pragma once
 
 #include "transport/chains/mutations/mutation.h"
@@ -21,7 +22,8 @@ class BidirectionalMutation final : public Mutation {
   struct Gap {
     int light, eye;
   };
-  /// Only the growing: a given number of new vertices into a given gap. False, too, when the path then shares more than was kept.
+  /// Only the growing: a given number of new vertices into a given gap. False, too, when the path then shares more than
+  /// was kept.
   bool grow_into(const Path& from, Gap gap, int grown, Sampler& sampler, Path& to, uint64_t& rays) const;
   /// Its density, whatever the two paths share.
   double pdf_of_growth(const Path& from, const Path& to, Gap gap) const;

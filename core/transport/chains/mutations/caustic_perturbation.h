@@ -1,6 +1,7 @@
-// Caustic perturbation [Veach 1997, section 11.4.3.2]: the vertex the eye sees is rough (Path::rough); from the last vertex
-// before it that is rough too (or the light), turn the direction a little, follow the same kinds of specular
-// bounces, draw sharp ones anew, and join what is reached to the lens. Rays of a distant light are shifted instead of turned.
+// Caustic perturbation [Veach 1997, section 11.4.3.2]: the vertex the eye sees is rough (Path::rough); from the last
+// vertex before it that is rough too (or the light), turn the direction a little, follow the same kinds of specular
+// bounces, draw sharp ones anew, and join what is reached to the lens. Rays of a distant light are shifted instead of
+// turned.
 #pragma once
 
 #include "transport/chains/mutations/mutation.h"

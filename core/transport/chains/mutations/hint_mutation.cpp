@@ -21,7 +21,8 @@ float HintMutation::lens_probability(const Hints::Hint& hint, bool has_joinable)
 bool HintMutation::sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
   const float u = sampler.get_1d();
   if (u < hint_probability_) return sample_hint(from, sampler, to, rays);
-  return u < hint_probability_ + regrow_probability_ ? regrow(from, sampler, to, rays) : bidirectional_.sample(from, sampler, to, rays);
+  return u < hint_probability_ + regrow_probability_ ? regrow(from, sampler, to, rays)
+                                                     : bidirectional_.sample(from, sampler, to, rays);
 }
 
 bool HintMutation::sample_hint(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
@@ -100,9 +101,13 @@ bool HintMutation::regrow(const Path& from, Sampler& sampler, Path& to, uint64_t
 
 double HintMutation::pdf_of_regrowth(const Path& from, const Path& to) const {
   const SharedEnds shared = shared_ends(from, to);
-  const int joint = first_joinable_from_eye(from), kept = from.count - joint, grown = to.count - kept, longest = most(kept);
-  if (joint <= 0 || shared.eye != kept || shared.light > (to.vertices[0].delta ? 1 : 0) || grown < fewest() || grown > longest) return 0.0;
-  const double probability = std::pow(kLonger, grown - fewest()) * (1.0 - kLonger) / (1.0 - std::pow(kLonger, longest - fewest() + 1));
+  const int joint = first_joinable_from_eye(from), kept = from.count - joint, grown = to.count - kept,
+            longest = most(kept);
+  if (joint <= 0 || shared.eye != kept || shared.light > (to.vertices[0].delta ? 1 : 0) || grown < fewest() ||
+      grown > longest)
+    return 0.0;
+  const double probability = std::pow(kLonger, grown - fewest()) * (1.0 - kLonger) /
+                             (1.0 - std::pow(kLonger, longest - fewest() + 1));
   return probability * bidirectional_.pdf_of_growth(from, to, {0, kept});
 }
 

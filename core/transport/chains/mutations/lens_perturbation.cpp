@@ -5,7 +5,8 @@
 namespace ajar {
 
 namespace {
-/// Edges shorter than ten pixels are wide where the eye looks are too near to be joined: light along them changes with every step.
+/// Edges shorter than ten pixels are wide where the eye looks are too near to be joined: light along them changes with
+/// every step.
 constexpr float kNear = 0.01f;
 }  // namespace
 
@@ -20,9 +21,11 @@ int LensPerturbation::first_changed(const Path& path) {
   float travelled = path.vertices[size_t(path.count - 1)].distant ? 1.0f : 0.0f;
   int near = 0;
   for (int i = path.count - 2; i > 0; --i) {
-    if (!path.vertices[size_t(path.count - 1)].distant) travelled += 1.0f / std::sqrt(path.edges[size_t(i)].inverse_square);
+    if (!path.vertices[size_t(path.count - 1)].distant)
+      travelled += 1.0f / std::sqrt(path.edges[size_t(i)].inverse_square);
     if (!path.rough(i) || !path.rough(i - 1)) continue;
-    if (i == 1 || travelled * travelled * path.edges[size_t(i - 1)].inverse_square < kNear * path.film_density) return i;
+    if (i == 1 || travelled * travelled * path.edges[size_t(i - 1)].inverse_square < kNear * path.film_density)
+      return i;
     if (near == 0) near = i;
   }
   return near;
@@ -79,7 +82,8 @@ double LensPerturbation::pdf(const Path& from, const Path& to) const {
   double pdf = film_step_.pdf_area(double(glm::length(to.film - from.film))) * to.film_density;
   for (int i = n - 2; i >= first; --i) {
     if (i < n - 2)
-      pdf *= to.rough(i + 1) ? angle_step_.pdf_solid_angle(angle_between(from.to_light(i + 1), to.to_light(i + 1))) : pdf_of_repeated(from, to, i + 1, true);
+      pdf *= to.rough(i + 1) ? angle_step_.pdf_solid_angle(angle_between(from.to_light(i + 1), to.to_light(i + 1)))
+                             : pdf_of_repeated(from, to, i + 1, true);
     pdf *= to.eye_step(i);
   }
   return first == 0 ? pdf * to.hit_choice : pdf;

@@ -1,8 +1,8 @@
 // Lens and multi-chain perturbation [Veach 1997, sections 11.4.3.1 and 11.4.3.3]: move the point on the film a
 // little, follow the same kinds of specular bounces to the first vertex that is not specular, and join it to the
 // rest of the path. Where what comes next is specular again, the direction there is perturbed too and the next
-// chain followed, until two vertices in a row can be joined or the chain ends on a light. Bounces that are not specular but sharp
-// (Path::rough) are drawn anew from the BSDF, for joining there would hardly ever carry light.
+// chain followed, until two vertices in a row can be joined or the chain ends on a light. Bounces that are not specular
+// but sharp (Path::rough) are drawn anew from the BSDF, for joining there would hardly ever carry light.
 //
 // One kernel for both: a path has only one such way to the vertex it is joined to.
 #pragma once
@@ -28,8 +28,8 @@ class LensPerturbation final : public Mutation {
 
   const PathSpace& space_;
   const char* name_;
-  LogarithmicStep film_step_;    ///< pixels
-  LogarithmicStep angle_step_;   ///< radians, at later vertices
+  LogarithmicStep film_step_;   ///< pixels
+  LogarithmicStep angle_step_;  ///< radians, at later vertices
 };
 
 }  // namespace ajar

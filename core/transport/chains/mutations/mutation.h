@@ -17,7 +17,8 @@ class Mutation {
   virtual const char* name() const = 0;
   /// Could it propose anything from this path? Depends on the path's configuration only.
   virtual bool suits(const Path& from) const = 0;
-  /// A complete path in `to` (PathSpace::complete has been called); false when the proposal carries nothing. `rays` counts.
+  /// A complete path in `to` (PathSpace::complete has been called); false when the proposal carries nothing. `rays`
+  /// counts.
   virtual bool sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const = 0;
   virtual double pdf(const Path& from, const Path& to) const = 0;
 };

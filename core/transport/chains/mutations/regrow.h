@@ -12,14 +12,18 @@ namespace ajar {
 /// Random displacement whose length is spread evenly over orders of magnitude [Veach 1997, section 11.4.3].
 struct LogarithmicStep {
   float smallest, largest;
-  /// In pixels: up to a circle of a twentieth of the film. Steps inside a pixel find nothing new, so the smallest is a pixel, less on tiny films.
+  /// In pixels: up to a circle of a twentieth of the film. Steps inside a pixel find nothing new, so the smallest is a
+  /// pixel, less on tiny films.
   static LogarithmicStep on_film(const PathSpace& space) {
     const float largest = std::max(1.0f, float(std::sqrt(0.05 * space.film_area() / M_PI)));
     return {std::clamp(largest / 12.0f, 0.1f, 1.0f), largest};
   }
   float sample(float u) const { return smallest * std::pow(largest / smallest, u); }
   /// Of the length r, per unit of length.
-  double pdf_length(double r) const { return r >= double(smallest) && r <= double(largest) ? 1.0 / (r * std::log(double(largest) / double(smallest))) : 0.0; }
+  double pdf_length(double r) const {
+    return r >= double(smallest) && r <= double(largest) ? 1.0 / (r * std::log(double(largest) / double(smallest)))
+                                                         : 0.0;
+  }
   /// Per unit of area around the centre, and per solid angle when r is an angle.
   double pdf_area(double r) const { return pdf_length(r) / (2.0 * M_PI * r); }
   double pdf_solid_angle(double angle) const { return pdf_length(angle) / (2.0 * M_PI * std::sin(angle)); }
@@ -36,14 +40,16 @@ inline Vec3 turn(Vec3 direction, float angle, float u) {
 
 /// Find the surface vertex `index` along a ray that leaves its neighbour, towards the light (from vertex index + 1) or
 /// towards the eye (from index - 1), and fill the edge between them.
-inline bool grow(const Scene& scene, const Ray& ray, bool towards_light, bool from_lens, Path& path, int index, Sampler& sampler, uint64_t& rays) {
+inline bool grow(const Scene& scene, const Ray& ray, bool towards_light, bool from_lens, Path& path, int index,
+                 Sampler& sampler, uint64_t& rays) {
   PathVertex& vertex = path.vertices[size_t(index)];
   vertex.point = ShadingPoint();
   vertex.point.ray_kind = from_lens ? uint32_t(kRayCamera) : kLightWalkKind;
   Through through;
   if (!find_vertex(scene, ray, sampler, vertex, through, rays)) return false;
   PathEdge& edge = path.edges[size_t(towards_light ? index : index - 1)];
-  edge = towards_light ? join(vertex, path.vertices[size_t(index + 1)]) : join(path.vertices[size_t(index - 1)], vertex);
+  edge = towards_light ? join(vertex, path.vertices[size_t(index + 1)])
+                       : join(path.vertices[size_t(index - 1)], vertex);
   edge.transmittance = through.transmittance;
   edge.pass = through.pass;
   return edge.inverse_square > 0.0f && edge.cos_light_end > 0.0f && edge.cos_eye_end > 0.0f;
@@ -69,20 +75,25 @@ inline bool join_at(const Scene& scene, Path& path, int index, uint64_t& rays) {
 
 /// Film point seen along the last edge; false when it is off the film.
 inline bool arrive_on_film(const PathSpace& space, Path& path) {
-  const auto film = space.scene.camera().film_of(path.vertices[size_t(path.count - 1)].position(), path.vertices[size_t(path.count - 2)].position());
+  const auto film = space.scene.camera().film_of(path.vertices[size_t(path.count - 1)].position(),
+                                                 path.vertices[size_t(path.count - 2)].position());
   if (!film || !space.on_film(*film)) return false;
   path.film = *film;
   const PathVertex& seen = path.vertices[size_t(path.count - 2)];
   return seen.kind != VertexKind::Surface || shows_on_film(seen.point);
 }
 
-/// A sharp reflection is repeated about the same half vector (in the frame of the normal) with this probability, turned a little; else the BSDF draws it.
+/// A sharp reflection is repeated about the same half vector (in the frame of the normal) with this probability, turned
+/// a little; else the BSDF draws it.
 constexpr float kSameHalfVector = 0.7f;
 constexpr LogarithmicStep kHalfVectorStep{0.0005f, 0.1f};
 
-/// Where light would go on from `vertex`, which it meets from `wo`, if reflected about the half vector that `like` has at this index.
+/// Where light would go on from `vertex`, which it meets from `wo`, if reflected about the half vector that `like` has
+/// at this index.
 inline Vec3 reflect_alike(const Path& like, int index, const PathVertex& vertex, Vec3 wo) {
-  const Vec3 half = Frame(vertex.point.ns).to_world(Frame(like.vertices[size_t(index)].point.ns).to_local(glm::normalize(like.to_light(index) + like.to_eye(index))));
+  const Vec3 half = Frame(vertex.point.ns)
+                        .to_world(Frame(like.vertices[size_t(index)].point.ns)
+                                      .to_local(glm::normalize(like.to_light(index) + like.to_eye(index))));
   return 2.0f * glm::dot(wo, half) * half - wo;
 }
 
@@ -91,7 +102,8 @@ struct WalkDirection {
   bool found = false, specular = false;
   Vec3 direction{0.0f};
 };
-inline WalkDirection sample_walk_direction(const LightWalkGuide* guide, const PathVertex& vertex, Vec3 wo, Sampler& sampler) {
+inline WalkDirection sample_walk_direction(const LightWalkGuide* guide, const PathVertex& vertex, Vec3 wo,
+                                           Sampler& sampler) {
   float u_lobe = sampler.get_1d();
   const Vec2 u = sampler.get_2d();
   if (guide && vertex.connectable())
@@ -101,9 +113,10 @@ inline WalkDirection sample_walk_direction(const LightWalkGuide* guide, const Pa
   return {true, drawn->specular, drawn->wi};
 }
 
-/// The next direction of a walk that goes on from `vertex` as light does in `like` at the same place: it follows specular lobes of the same kind and
-/// repeats sharp reflections.
-inline std::optional<Vec3> repeat_bounce(const Path& like, int index, const PathVertex& vertex, Vec3 wo, Sampler& sampler) {
+/// The next direction of a walk that goes on from `vertex` as light does in `like` at the same place: it follows
+/// specular lobes of the same kind and repeats sharp reflections.
+inline std::optional<Vec3> repeat_bounce(const Path& like, int index, const PathVertex& vertex, Vec3 wo,
+                                         Sampler& sampler) {
   const float u_lobe = sampler.get_1d();
   if (vertex.specular) {
     const auto followed = follow_direction(vertex, wo, like.transmits(index), u_lobe);
@@ -112,7 +125,8 @@ inline std::optional<Vec3> repeat_bounce(const Path& like, int index, const Path
   }
   const float u_kind = sampler.get_1d();
   const Vec2 u = sampler.get_2d();
-  if (!like.transmits(index) && u_kind < kSameHalfVector) return turn(reflect_alike(like, index, vertex, wo), kHalfVectorStep.sample(u.x), u.y);
+  if (!like.transmits(index) && u_kind < kSameHalfVector)
+    return turn(reflect_alike(like, index, vertex, wo), kHalfVectorStep.sample(u.x), u.y);
   const auto drawn = sample_direction(vertex, wo, u_lobe, u);
   if (!drawn || drawn->specular || (drawn->flags & kTransparent)) return {};
   return drawn->wi;
@@ -124,8 +138,10 @@ inline double pdf_of_repeated(const Path& like, const Path& to, int index, bool 
   if (!to.joinable(index)) return double(towards_light ? s.follow_to_light : s.follow_to_eye);
   const double drawn = double(towards_light ? s.pdf_to_light : s.pdf_to_eye);
   if (like.transmits(index)) return drawn;
-  const Vec3 wo = towards_light ? to.to_eye(index) : to.to_light(index), wi = towards_light ? to.to_light(index) : to.to_eye(index);
-  const double repeated = kHalfVectorStep.pdf_solid_angle(angle_between(reflect_alike(like, index, to.vertices[size_t(index)], wo), wi));
+  const Vec3 wo = towards_light ? to.to_eye(index) : to.to_light(index),
+             wi = towards_light ? to.to_light(index) : to.to_eye(index);
+  const double repeated = kHalfVectorStep.pdf_solid_angle(
+      angle_between(reflect_alike(like, index, to.vertices[size_t(index)], wo), wi));
   return double(kSameHalfVector) * repeated + double(1.0f - kSameHalfVector) * drawn;
 }
 
@@ -133,7 +149,9 @@ inline double pdf_of_repeated(const Path& like, const Path& to, int index, bool 
 inline bool same_configuration(const Path& a, const Path& b) {
   if (a.count != b.count) return false;
   for (int i = 1; i < a.count - 1; ++i)
-    if (a.joinable(i) != b.joinable(i) || a.rough(i) != b.rough(i) || (!a.joinable(i) && a.transmits(i) != b.transmits(i))) return false;
+    if (a.joinable(i) != b.joinable(i) || a.rough(i) != b.rough(i) ||
+        (!a.joinable(i) && a.transmits(i) != b.transmits(i)))
+      return false;
   return true;
 }
 

@@ -4,15 +4,16 @@
 
 #include "transport/chains/mutations/bidirectional_mutation.h"
 #include "transport/chains/mutations/caustic_perturbation.h"
-#include "transport/chains/mutations/lens_perturbation.h"
 #include "transport/chains/mutations/hint_mutation.h"
+#include "transport/chains/mutations/lens_perturbation.h"
 
 namespace ajar {
 
 namespace {
-// The optimum is flat: fewer bidirectional mutations help `room` and `lantern` a little and hurt caustics with few steps.
-constexpr float kLens = 0.35f, kCaustic = 0.25f;   // beside kBidirectionalShare
-constexpr float kHint = 0.1f, kRegrow = 0.05f;   // besides, when there are hints
+// The optimum is flat: fewer bidirectional mutations help `room` and `lantern` a little and hurt caustics with few
+// steps.
+constexpr float kLens = 0.35f, kCaustic = 0.25f;  // beside kBidirectionalShare
+constexpr float kHint = 0.1f, kRegrow = 0.05f;    // besides, when there are hints
 constexpr float kSharpRoughness = 0.05f;
 }  // namespace
 
@@ -27,7 +28,8 @@ std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hint
   mutations.push_back(renewing_mutation(space, hints, hint_use));
   mutations.push_back({std::make_unique<LensPerturbation>(space), kLens});
   const auto& programs = space.scene.programs();
-  if (std::any_of(programs.begin(), programs.end(), [](const ShaderProgram& p) { return p.may_be_smooth(kSharpRoughness); }))
+  if (std::any_of(programs.begin(), programs.end(),
+                  [](const ShaderProgram& p) { return p.may_be_smooth(kSharpRoughness); }))
     mutations.push_back({std::make_unique<CausticPerturbation>(space), kCaustic});
   return mutations;
 }

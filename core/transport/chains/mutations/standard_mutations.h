@@ -14,6 +14,7 @@ std::vector<MutationShare> standard_mutations(const PathSpace& space, const Hint
 /// The one among them that forgets where a path came from: bidirectional, with hints where there are any.
 /// Without hints it has the share `bidirectional`, with them some more.
 constexpr float kBidirectionalShare = 0.4f;
-MutationShare renewing_mutation(const PathSpace& space, const Hints& hints, float hint_use, float bidirectional = kBidirectionalShare);
+MutationShare renewing_mutation(const PathSpace& space, const Hints& hints, float hint_use,
+                                float bidirectional = kBidirectionalShare);
 
 }  // namespace ajar

@@ -62,8 +62,8 @@ std::optional<ControlColumns::Crossing> ControlColumns::cross(const Light& light
 }
 
 /// Samples that are no direction, and those of delta lights, are atoms of their own component.
-ControlSample ControlColumns::sample(const DirectLightContext& c, const LightMixture::Kernel& k, int columns, int component,
-                                     const LightMixture::Draw& draw) const {
+ControlSample ControlColumns::sample(const DirectLightContext& c, const LightMixture::Kernel& k, int columns,
+                                     int component, const LightMixture::Draw& draw) const {
   constexpr int kMaxMixtureLobes = LightMixture::kMaxMixtureLobes, kFirstGroup = LightMixture::kFirstGroup;
   const int lobes = k.lobes.count();
   ControlSample sample;
@@ -72,7 +72,10 @@ ControlSample ControlColumns::sample(const DirectLightContext& c, const LightMix
   sample.y = draw.y;
   if (draw.wi == Vec3(0.0f)) {
     const bool lobe = component < kMaxMixtureLobes;
-    sample.z[lobe ? component : columns + (lump_ ? 0 : component - kFirstGroup)] = 1.0f / (lump_ && !lobe ? 1.0f - k.bsdf_share() : k.alpha[size_t(component)]);
+    sample.z[lobe ? component : columns + (lump_ ? 0 : component - kFirstGroup)] = 1.0f /
+                                                                                   (lump_ && !lobe
+                                                                                        ? 1.0f - k.bsdf_share()
+                                                                                        : k.alpha[size_t(component)]);
     return sample;
   }
   float mixture = 0.0f;
@@ -86,8 +89,9 @@ ControlSample ControlColumns::sample(const DirectLightContext& c, const LightMix
     const auto crossing = cross(light, c.point.position, draw.wi);
     if (!crossing) continue;
     const int g = groups_.group_of(light_indices_[i]);
-    const float pdf =
-        groups_.pmf_in_group(light_indices_[i]) * scene_.lights().pdf_li(light_indices_[i], c.point.position, draw.wi, crossing->distance, crossing->normal);
+    const float pdf = groups_.pmf_in_group(light_indices_[i]) *
+                      scene_.lights().pdf_li(light_indices_[i], c.point.position, draw.wi, crossing->distance,
+                                             crossing->normal);
     if (!(pdf > 0.0f)) continue;
     const float alpha = k.alpha[size_t(kFirstGroup + g)];
     mixture += alpha * pdf;

@@ -1,8 +1,10 @@
-// The columns of the control variates: for each sample of a mixture, the ratios z_j = p_j / K of the densities of its components
-// [Fan 2006, section 6.3]. Ratios are over directions: the sum over all lights crossed, hidden or not, because their integrals are then 1.
+// The columns of the control variates: for each sample of a mixture, the ratios z_j = p_j / K of the densities of its
+// components [Fan 2006, section 6.3]. Ratios are over directions: the sum over all lights crossed, hidden or not,
+// because their integrals are then 1.
 //
-// Columns: the lobes, those that the surface does not have with the ratio 1, which corrects nothing; then the groups of lights. Every light that
-// could be chosen must be intersected at every sample, so this is possible for few lights only.
+// Columns: the lobes, those that the surface does not have with the ratio 1, which corrects nothing; then the groups of
+// lights. Every light that could be chosen must be intersected at every sample, so this is possible for few lights
+// only.
 #pragma once
 
 #include <optional>
@@ -13,7 +15,7 @@
 
 namespace ajar {
 
-constexpr int kMaxControlSamples = 256;   ///< of an estimate
+constexpr int kMaxControlSamples = 256;  ///< of an estimate
 
 class ControlColumns {
  public:
@@ -25,7 +27,8 @@ class ControlColumns {
   /// Columns for lights.
   int light_columns() const { return light_columns_; }
   /// `lobe_columns`: at least as many as the surface has lobes.
-  ControlSample sample(const DirectLightContext& c, const LightMixture::Kernel& k, int lobe_columns, int component, const LightMixture::Draw& draw) const;
+  ControlSample sample(const DirectLightContext& c, const LightMixture::Kernel& k, int lobe_columns, int component,
+                       const LightMixture::Draw& draw) const;
 
  private:
   struct Crossing {
@@ -38,7 +41,7 @@ class ControlColumns {
   const LightGroups& groups_;
   bool lump_, possible_ = false;
   int light_columns_;
-  std::vector<Light> lights_;               // those of the groups, for intersection
+  std::vector<Light> lights_;  // those of the groups, for intersection
   std::vector<uint32_t> light_indices_;
 };
 

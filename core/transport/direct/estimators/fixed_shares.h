@@ -1,7 +1,8 @@
-// Multiple importance sampling with fixed shares: half of the samples for the BSDF and half for lights, by the power or the balance heuristic
-// [Veach 1997, section 9.2]; or all of one of them. Unbiased. Multiple importance sampling with one sample a vertex is the default
-// and has its own copy of the path tracer's loop (MisDirectLight). The others are baselines for comparison: surfaces alone find no small light,
-// lights alone are noisy in mirrors. What only sampling can find (delta lights) is sampled by all of them.
+// Multiple importance sampling with fixed shares: half of the samples for the BSDF and half for lights, by the power or
+// the balance heuristic [Veach 1997, section 9.2]; or all of one of them. Unbiased. Multiple importance sampling with
+// one sample a vertex is the default and has its own copy of the path tracer's loop (MisDirectLight). The others are
+// baselines for comparison: surfaces alone find no small light, lights alone are noisy in mirrors. What only sampling
+// can find (delta lights) is sampled by all of them.
 #pragma once
 
 #include "transport/direct/direct_estimator.h"
@@ -12,11 +13,14 @@ class FixedShares final : public DirectEstimator {
  public:
   /// `method`: Mis, MisBalance, Bsdf or Light.
   FixedShares(const Scene& scene, DirectMethod method, const DirectRequest& request);
-  float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position, Vec3 normal) const override;
+  float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position,
+                      Vec3 normal) const override;
 
  private:
-  Color one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const override;
-  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const override;
+  Color one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, SampleAux* aux,
+                   uint64_t& rays) const override;
+  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
+                     uint64_t& rays) const override;
 
   DirectMethod method_;
 };

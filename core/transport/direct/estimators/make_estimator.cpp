@@ -9,7 +9,8 @@
 
 namespace ajar {
 
-std::unique_ptr<DirectEstimator> make_direct_estimator(const Scene& scene, DirectMethod method, const DirectRequest& request) {
+std::unique_ptr<DirectEstimator> make_direct_estimator(const Scene& scene, DirectMethod method,
+                                                       const DirectRequest& request) {
   switch (method) {
     case DirectMethod::Ris: return std::make_unique<Ris>(scene, request);
     case DirectMethod::PmcHi: return std::make_unique<PmcHi>(scene, request);

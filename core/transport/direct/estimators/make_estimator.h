@@ -7,6 +7,7 @@
 
 namespace ajar {
 
-std::unique_ptr<DirectEstimator> make_direct_estimator(const Scene& scene, DirectMethod method, const DirectRequest& request);
+std::unique_ptr<DirectEstimator> make_direct_estimator(const Scene& scene, DirectMethod method,
+                                                       const DirectRequest& request);
 
 }  // namespace ajar

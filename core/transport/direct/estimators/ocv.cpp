@@ -15,14 +15,15 @@ Ocv::Ocv(const Scene& scene, DirectMethod method, const DirectRequest& request)
   if (scene.lights().can_choose()) columns_.emplace(scene, mixture_.groups(), method == DirectMethod::Correlated);
 }
 
-Color Ocv::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const {
+Color Ocv::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
+                        uint64_t& rays) const {
   vertex.complete = true;
   const LobeComponents lobes(c.bsdf, c.point.wo, lobes_apart_);
   const bool possible = columns_ && columns_->possible();
   const M::Kernel k = mixture_.kernel(lobes, 0.5f,
-                                      !possible                              ? M::Lights::Any
+                                      !possible                             ? M::Lights::Any
                                       : method_ == DirectMethod::Correlated ? M::Lights::GroupsByPrior
-                                                                             : M::Lights::GroupsAlike);
+                                                                            : M::Lights::GroupsAlike);
   if (!columns_) return mean_of_draws(c, k, sampler, false, rays);
   mixture_.record_shares(k, aux);
   static thread_local std::vector<ControlSample> samples;
@@ -35,8 +36,10 @@ Color Ocv::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVer
     const int count = fold == 0 ? n / folds : n - n / folds;
     mixture_.for_each_draw(c, k, count, fold, sampler, false, rays, [&](int component, const M::Draw& draw) {
       ControlSample& sample = samples[size_t(filled++)];
-      if (possible) sample = columns_->sample(c, k, lobes.count(), component, draw);
-      else sample.y = draw.y;
+      if (possible)
+        sample = columns_->sample(c, k, lobes.count(), component, draw);
+      else
+        sample.y = draw.y;
     });
     if (fold == 0) first_fold = filled;
   }

@@ -1,17 +1,19 @@
-// Optimizing control variates: of the samples of a mixture, the linear combination whose variance is least [Fan 2006, chapter 6].
+// Optimizing control variates: of the samples of a mixture, the linear combination whose variance is least [Fan 2006,
+// chapter 6].
 //
 //   I(beta) = 1/N sum_i [y_i - sum_j beta_j z_ij] + sum_j beta_j,   y = f / K, z_j = p_j / K    (eq. 6.7)
 // beta is the least-squares fit of y on the z_j. Three forms:
 // - Ocv: two folds of the samples, each corrected by the other's beta (cross-fitting). Unbiased.
-// - OcvPaper: beta_0 + sum beta_j with a ridge, fitted on the samples it corrects (eqs. 6.10 and 6.11). Biased: darkens the picture. For comparison.
-// - Correlated: one control variate for all lights together [Szecsi, Sbert and Szirmay-Kalos 2004; section 3.4.2], cross-fitted. Unbiased. For comparison.
-// Use 16 or more direct samples; one sample a vertex is multiple importance sampling. Many lights (control_columns.h): plain means of the mixture.
+// - OcvPaper: beta_0 + sum beta_j with a ridge, fitted on the samples it corrects (eqs. 6.10 and 6.11). Biased: darkens
+// the picture. For comparison. - Correlated: one control variate for all lights together [Szecsi, Sbert and
+// Szirmay-Kalos 2004; section 3.4.2], cross-fitted. Unbiased. For comparison. Use 16 or more direct samples; one sample
+// a vertex is multiple importance sampling. Many lights (control_columns.h): plain means of the mixture.
 #pragma once
 
 #include <optional>
 
-#include "transport/direct/estimators/control_columns.h"
 #include "transport/direct/direct_estimator.h"
+#include "transport/direct/estimators/control_columns.h"
 
 namespace ajar {
 
@@ -21,11 +23,12 @@ class Ocv final : public DirectEstimator {
   Ocv(const Scene& scene, DirectMethod method, const DirectRequest& request);
 
  private:
-  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const override;
+  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
+                     uint64_t& rays) const override;
 
   DirectMethod method_;
   bool lobes_apart_;
-  std::optional<ControlColumns> columns_;   ///< none: no light can be chosen
+  std::optional<ControlColumns> columns_;  ///< none: no light can be chosen
 };
 
 }  // namespace ajar

@@ -17,11 +17,13 @@ OcvProgressive::OcvProgressive(const Scene& scene, const DirectRequest& request)
   y0_ = settings.region[1];
   block_columns_ = (settings.width + kBlock - 1) / kBlock;
   const int rows = (settings.height + kBlock - 1) / kBlock;
-  slots_.resize(size_t(block_columns_) * size_t(rows) * kSlots, {NormalEquations(M::kMaxMixtureLobes + columns_->light_columns()), {}});
+  slots_.resize(size_t(block_columns_) * size_t(rows) * kSlots,
+                {NormalEquations(M::kMaxMixtureLobes + columns_->light_columns()), {}});
 }
 
 OcvProgressive::Slot& OcvProgressive::slot(const DirectLightContext& c) const {
-  const uint32_t block = uint32_t((c.pixel_y - y0_) / kBlock) * uint32_t(block_columns_) + uint32_t((c.pixel_x - x0_) / kBlock);
+  const uint32_t block = uint32_t((c.pixel_y - y0_) / kBlock) * uint32_t(block_columns_) +
+                         uint32_t((c.pixel_x - x0_) / kBlock);
   return slots_[size_t(block) * kSlots + hash32(c.material) % kSlots];
 }
 
@@ -30,7 +32,8 @@ void OcvProgressive::learn() {
 }
 
 /// Coefficients that outlive an estimate are for any surface, so each has the columns of all lobes.
-Color OcvProgressive::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const {
+Color OcvProgressive::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
+                                   uint64_t& rays) const {
   vertex.complete = true;
   const LobeComponents lobes(c.bsdf, c.point.wo, lobes_apart_);
   const bool possible = columns_ && columns_->possible();
@@ -39,10 +42,13 @@ Color OcvProgressive::many_samples(const DirectLightContext& c, Sampler& sampler
   mixture_.record_shares(k, aux);
   static thread_local std::vector<ControlSample> samples;
   samples.clear();
-  mixture_.for_each_draw(c, k, std::min(samples_, kMaxControlSamples), 0, sampler, false, rays, [&](int component, const M::Draw& draw) {
-    if (possible) samples.push_back(columns_->sample(c, k, M::kMaxMixtureLobes, component, draw));
-    else samples.emplace_back().y = draw.y;
-  });
+  mixture_.for_each_draw(c, k, std::min(samples_, kMaxControlSamples), 0, sampler, false, rays,
+                         [&](int component, const M::Draw& draw) {
+                           if (possible)
+                             samples.push_back(columns_->sample(c, k, M::kMaxMixtureLobes, component, draw));
+                           else
+                             samples.emplace_back().y = draw.y;
+                         });
   if (!possible) return control_estimate(samples, {});
   Slot& here = slot(c);
   const Color estimate = control_estimate(samples, here.coefficients);

@@ -1,12 +1,13 @@
-// Optimizing control variates whose coefficients come from earlier iterations [Fan 2006, chapter 6, eq. 6.7]: the normal equations are summed up per block of
-// pixels and material, and every estimate is corrected by the beta of the iterations before. Unbiased, needs few samples an estimate, and tends to
-// optimal multiple importance sampling [Kondapaneni et al. 2019]. Columns and limits are those of ocv.h. It learns while it renders.
+// Optimizing control variates whose coefficients come from earlier iterations [Fan 2006, chapter 6, eq. 6.7]: the
+// normal equations are summed up per block of pixels and material, and every estimate is corrected by the beta of the
+// iterations before. Unbiased, needs few samples an estimate, and tends to optimal multiple importance sampling
+// [Kondapaneni et al. 2019]. Columns and limits are those of ocv.h. It learns while it renders.
 #pragma once
 
 #include <optional>
 
-#include "transport/direct/estimators/control_columns.h"
 #include "transport/direct/direct_estimator.h"
+#include "transport/direct/estimators/control_columns.h"
 
 namespace ajar {
 
@@ -17,7 +18,8 @@ class OcvProgressive final : public DirectEstimator {
   bool learns() const override { return true; }
 
  private:
-  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const override;
+  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
+                     uint64_t& rays) const override;
 
   static constexpr int kBlock = 8, kSlots = 4;
   struct Slot {
@@ -27,8 +29,8 @@ class OcvProgressive final : public DirectEstimator {
   Slot& slot(const DirectLightContext& c) const;
 
   bool lobes_apart_;
-  std::optional<ControlColumns> columns_;   ///< none: no light can be chosen
-  int x0_ = 0, y0_ = 0, block_columns_ = 0;   ///< of the region that is rendered: its tiles are whole blocks
+  std::optional<ControlColumns> columns_;    ///< none: no light can be chosen
+  int x0_ = 0, y0_ = 0, block_columns_ = 0;  ///< of the region that is rendered: its tiles are whole blocks
   /// From earlier iterations; the block's thread alone touches them within an iteration.
   mutable std::vector<Slot> slots_;
 };

@@ -9,15 +9,16 @@ namespace {
 
 using M = LightMixture;
 
-constexpr float kFloor = 0.04f;                    ///< of components that alone may cover part of the integrand
-constexpr float kPriorCount = 16.0f;               ///< pseudo-samples of the prior of shares
-constexpr float kCellPixels = 16.0f;               ///< edge of a cell as the camera sees it
+constexpr float kFloor = 0.04f;       ///< of components that alone may cover part of the integrand
+constexpr float kPriorCount = 16.0f;  ///< pseudo-samples of the prior of shares
+constexpr float kCellPixels = 16.0f;  ///< edge of a cell as the camera sees it
 constexpr uint32_t kCellsLog2 = 16;
-constexpr int kMaxPilotSamples = 4;               ///< of an estimate while it learns
-constexpr int kShownBranches = 16;                 ///< of the light tree, to show its halves where nothing was learned
-constexpr uint32_t kScaleRays = 1024;              ///< of the camera, which tell the scale of what will be recorded
+constexpr int kMaxPilotSamples = 4;    ///< of an estimate while it learns
+constexpr int kShownBranches = 16;     ///< of the light tree, to show its halves where nothing was learned
+constexpr uint32_t kScaleRays = 1024;  ///< of the camera, which tell the scale of what will be recorded
 
-/// Ids of branches where the two halves of the light tree begin and where the second ends; empty when it has but one light.
+/// Ids of branches where the two halves of the light tree begin and where the second ends; empty when it has but one
+/// light.
 std::vector<uint32_t> halves_of(const LightSet& lights, Vec3 center) {
   std::vector<LightSet::Branch> branches;
   lights.cut(center, 0.0f, Vec3(0.0f), 1, branches);
@@ -37,7 +38,8 @@ float typical_luminance(const Scene& scene, float& reach) {
   for (uint32_t i = 0; i < kScaleRays; ++i) {
     Sampler sampler(Sampler::Kind::Sobol, 0x9107u);
     sampler.start(0, i);
-    Ray ray = camera.generate_ray(sampler.get_2d() * Vec2(float(camera.width()), float(camera.height())), Vec2(0.5f), 0.0f);
+    Ray ray = camera.generate_ray(sampler.get_2d() * Vec2(float(camera.width()), float(camera.height())), Vec2(0.5f),
+                                  0.0f);
     const Hit hit = scene.intersect(ray, kRayCamera);
     if (!hit.found()) continue;
     reach += (hit.t - reach) / float(++hits);
@@ -47,7 +49,8 @@ float typical_luminance(const Scene& scene, float& reach) {
     scene.material(hit).evaluate_surface(point, shading);
     if (!shading.bsdf.has_non_delta()) continue;
     DirectVertex vertex;
-    const float y = luminance_of(MisDirectLight().estimate({scene, point, shading.bsdf, 0, 0, 0}, sampler, 6, vertex, nullptr, rays));
+    const float y = luminance_of(
+        MisDirectLight().estimate({scene, point, shading.bsdf, 0, 0, 0}, sampler, 6, vertex, nullptr, rays));
     if (!(y > 0.0f) || !std::isfinite(y)) continue;
     sum += double(y);
     ++counted;
@@ -57,7 +60,8 @@ float typical_luminance(const Scene& scene, float& reach) {
 
 }  // namespace
 
-PmcHi::PmcHi(const Scene& scene, const DirectRequest& request) : DirectEstimator(scene, request), lobes_apart_(request.lobes_apart) {
+PmcHi::PmcHi(const Scene& scene, const DirectRequest& request)
+    : DirectEstimator(scene, request), lobes_apart_(request.lobes_apart) {
   const LightSet& lights = scene.lights();
   if (!lights.can_choose()) return;
   // Among one light there is nothing to choose.
@@ -73,7 +77,8 @@ PmcHi::PmcHi(const Scene& scene, const DirectRequest& request) : DirectEstimator
   }
   const Camera& camera = scene.camera();
   const Vec2 middle(0.5f * float(camera.width()), 0.5f * float(camera.height()));
-  const Ray a = camera.generate_ray(middle, Vec2(0.5f), 0.0f), b = camera.generate_ray(middle + Vec2(1, 0), Vec2(0.5f), 0.0f);
+  const Ray a = camera.generate_ray(middle, Vec2(0.5f), 0.0f),
+            b = camera.generate_ray(middle + Vec2(1, 0), Vec2(0.5f), 0.0f);
   angle_ = kCellPixels * std::max(glm::length(a.direction - b.direction), 1e-5f);
   const float scale = typical_luminance(scene, reach_);
   cuts_ = std::make_shared<LightCutCache>(lights, camera.position(), angle_, scale);
@@ -90,7 +95,8 @@ std::string PmcHi::begin_with(const LearnedLights& past) {
   if (!cuts_) return "there are no lights to choose among";
   if (past.lights != scene_.lights().fingerprint()) return "the lights have changed";
   if (past.many.components() != many_.components()) return "direct light takes another number of samples";
-  if (!past.cuts->suits(scene_.camera().position(), angle_, reach_)) return "the camera has moved far since it was begun";
+  if (!past.cuts->suits(scene_.camera().position(), angle_, reach_))
+    return "the camera has moved far since it was begun";
   cuts_ = std::make_shared<LightCutCache>(*past.cuts, scene_.lights());
   mixture_.set_choices(cuts_.get());
   many_ = past.many.copied(1);
@@ -102,7 +108,8 @@ void PmcHi::learn() {
   if (many_.components() > 0) many_.publish();
 }
 
-/// Floors of the lobes sum to what one BSDF would have: dividing it among them leaves no part of it less covered than by half.
+/// Floors of the lobes sum to what one BSDF would have: dividing it among them leaves no part of it less covered than
+/// by half.
 M::Kernel PmcHi::learned_kernel(const LobeComponents& lobes, uint32_t cell) const {
   M::Kernel k{lobes};
   k.count = M::kFirstGroup;
@@ -117,17 +124,20 @@ M::Kernel PmcHi::learned_kernel(const LobeComponents& lobes, uint32_t cell) cons
   return k;
 }
 
-/// Places are jittered by half a cell, which blends neighbours: the same way for all samples of a pixel at what the camera sees, for
-/// samples that choose by different shares are no longer stratified together, and that can cost more than learning gains.
+/// Places are jittered by half a cell, which blends neighbours: the same way for all samples of a pixel at what the
+/// camera sees, for samples that choose by different shares are no longer stratified together, and that can cost more
+/// than learning gains.
 uint64_t PmcHi::cell_key(const DirectLightContext& c) const {
   const Vec3 p = c.point.position;
   const uint32_t jitter = c.point.ray_depth == 0
                               ? hash_combine(uint32_t(c.pixel_x), uint32_t(c.pixel_y))
-                              : hash32(std::bit_cast<uint32_t>(p.x) ^ hash32(std::bit_cast<uint32_t>(p.y) ^ hash32(std::bit_cast<uint32_t>(p.z))));
+                              : hash32(std::bit_cast<uint32_t>(p.x) ^
+                                       hash32(std::bit_cast<uint32_t>(p.y) ^ hash32(std::bit_cast<uint32_t>(p.z))));
   return cuts_->key(p, c.bsdf.receiving_normal(), c.material, jitter);
 }
 
-Color PmcHi::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const {
+Color PmcHi::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex,
+                        SampleAux* aux, uint64_t& rays) const {
   if (!cuts_) return DirectEstimator::one_sample(c, sampler, first, vertex, aux, rays);
   vertex.cell = cuts_->cell(cell_key(c));
   LightCutCache::Choice chosen;
@@ -137,7 +147,8 @@ Color PmcHi::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t 
   return estimate;
 }
 
-Color PmcHi::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const {
+Color PmcHi::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
+                          uint64_t& rays) const {
   vertex.complete = true;
   const LobeComponents lobes(c.bsdf, c.point.wo, lobes_apart_);
   if (!cuts_) return mean_of_draws(c, mixture_.kernel(lobes, 0.5f, M::Lights::Any), sampler, false, rays);
@@ -156,7 +167,8 @@ Color PmcHi::many_samples(const DirectLightContext& c, Sampler& sampler, DirectV
     if (component == M::kAny && draw.choice.share > 0.0f) cuts_->record(k.cell, draw.choice, y);
     many_.count(cell);
     many_.add_square(cell, y * y);
-    for (int i = 0; y > 0.0f && i < k.count; ++i) many_.add_moment(cell, i, k.alpha[size_t(i)] * draw.responsible[size_t(i)] * y);
+    for (int i = 0; y > 0.0f && i < k.count; ++i)
+      many_.add_moment(cell, i, k.alpha[size_t(i)] * draw.responsible[size_t(i)] * y);
   });
   mixture_.record_shares(k, aux);
   record_light_shares(c, k.cell, k.alpha[M::kAny], aux);
@@ -167,17 +179,20 @@ Color PmcHi::many_samples(const DirectLightContext& c, Sampler& sampler, DirectV
 void PmcHi::record_light_shares(const DirectLightContext& c, uint32_t cell, float share, SampleAux* aux) const {
   if (!aux) return;
   const Vec3 p = c.point.position, n = c.bsdf.receiving_normal();
-  for (size_t i = 0; i < shown_lights_.size(); ++i) aux->shares[1 + i] = share * mixture_.choice_pmf(cell, p, n, shown_lights_[i]);
+  for (size_t i = 0; i < shown_lights_.size(); ++i)
+    aux->shares[1 + i] = share * mixture_.choice_pmf(cell, p, n, shown_lights_[i]);
   if (shown_branches_.empty()) return;
   if (cell != LightCutCache::kNone) {
-    for (size_t i = 0; i < 2; ++i) aux->shares[1 + i] = share * cuts_->share_between(cell, shown_branches_[i], shown_branches_[i + 1]);
+    for (size_t i = 0; i < 2; ++i)
+      aux->shares[1 + i] = share * cuts_->share_between(cell, shown_branches_[i], shown_branches_[i + 1]);
     return;
   }
   std::vector<LightSet::Branch> branches;
   scene_.lights().cut(p, 0.0f, n, kShownBranches, branches);
   for (const LightSet::Branch& branch : branches) {
     for (size_t i = 0; i < 2; ++i)
-      if (branch.id >= shown_branches_[i] && branch.id < shown_branches_[i + 1]) aux->shares[1 + i] += share * branch.share;
+      if (branch.id >= shown_branches_[i] && branch.id < shown_branches_[i + 1])
+        aux->shares[1 + i] += share * branch.share;
   }
 }
 

@@ -10,21 +10,25 @@ namespace {
 
 using M = LightMixture;
 
-constexpr float kFloor = 0.04f;                    ///< of components that alone may cover part of the integrand
-constexpr float kConeShare = 0.2f;                 ///< thesis, section 5.4.2
+constexpr float kFloor = 0.04f;     ///< of components that alone may cover part of the integrand
+constexpr float kConeShare = 0.2f;  ///< thesis, section 5.4.2
 
 }  // namespace
 
 PmcHiPaper::PmcHiPaper(const Scene& scene, const DirectRequest& request)
-    : DirectEstimator(scene, with_enough_samples(request), groups_to_choose(scene)), lobes_apart_(request.lobes_apart) {}
+    : DirectEstimator(scene, with_enough_samples(request), groups_to_choose(scene)),
+      lobes_apart_(request.lobes_apart) {}
 
-Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const {
+Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
+                               uint64_t& rays) const {
   vertex.complete = true;
   const LobeComponents lobes(c.bsdf, c.point.wo, lobes_apart_);
   const LightGroups& groups = mixture_.groups();
   M::Kernel k = mixture_.kernel(lobes, 0.5f, groups.size() > 0 ? M::Lights::GroupsAlike : M::Lights::Any);
   // Any light is a component where lights have no groups.
-  const auto used = [&](int i) { return i < lobes.count() || (groups.size() > 0 ? i >= M::kFirstGroup : i == M::kAny); };
+  const auto used = [&](int i) {
+    return i < lobes.count() || (groups.size() > 0 ? i >= M::kFirstGroup : i == M::kAny);
+  };
   const int m = lobes.count() + std::max(1, groups.size());
   for (int i = 0; i < k.count; ++i) k.alpha[size_t(i)] = used(i) ? 1.0f / float(m) : 0.0f;
   const int iterations = std::clamp(samples_ / (2 * m), 2, 4);
@@ -65,12 +69,16 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
     for (int i = 0; i < k.count; ++i) others += i == M::kCone ? 0.0 : sums[size_t(i)];
     const float kept = others > 0.0 ? float(done) / (float(done) + float(m)) : 0.0f;
     const double with_cone = sums[M::kCone] + others;
-    float cone_share = !cone ? 0.0f : (sums[M::kCone] > 0.0 ? std::max(kFloor, float(sums[M::kCone] / with_cone)) : kConeShare);
+    float cone_share = !cone
+                           ? 0.0f
+                           : (sums[M::kCone] > 0.0 ? std::max(kFloor, float(sums[M::kCone] / with_cone)) : kConeShare);
     cone_share = std::min(cone_share, 0.5f);
     float sum_alpha = 0.0f;
     for (int i = 0; i < k.count; ++i) {
       float& alpha = k.alpha[size_t(i)];
-      alpha = used(i) ? kFloor + (others > 0.0 ? kept * float(sums[size_t(i)] / others) : 0.0f) + (1.0f - kept) / float(m) : 0.0f;
+      alpha = used(i)
+                  ? kFloor + (others > 0.0 ? kept * float(sums[size_t(i)] / others) : 0.0f) + (1.0f - kept) / float(m)
+                  : 0.0f;
       sum_alpha += alpha;
     }
     for (int i = 0; i < k.count; ++i) k.alpha[size_t(i)] *= (1.0f - cone_share) / sum_alpha;

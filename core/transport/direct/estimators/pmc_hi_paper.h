@@ -1,12 +1,14 @@
-// PMC-HI as published: a mixture that adapts within each estimate [Fan 2006, section 5.4]. With floors, shrinkage and the densities of all components at
-// every sample, which the thesis lacks.
+// PMC-HI as published: a mixture that adapts within each estimate [Fan 2006, section 5.4]. With floors, shrinkage and
+// the densities of all components at every sample, which the thesis lacks.
 //
 //   1. Equal shares alpha_k for the lobes and the groups of lights, none for the cone.
 //   2. n_t samples of K_t = sum_k alpha_k p_k; weights w_i = f(x_i) / K_t(x_i).
-//   3. The cone: axis sum_i w_i wi / |...|, half-angle the weighted deviation from it; uniform inside, 1 / (2 pi (1 - cos)) per solid angle.
-//   4. alpha_k in proportion to sum_i w_i rho_k(x_i) (eq. 5.8), drawn towards equal ones; the cone begins with a fifth.
-//   5. Repeat from 2. The estimate is the mean over all iterations, each of which is unbiased given its past.
-// Unbiased. For comparison with pmc_hi.h, which remembers. Use 16 or more direct samples; one sample a vertex is multiple importance sampling.
+//   3. The cone: axis sum_i w_i wi / |...|, half-angle the weighted deviation from it; uniform inside, 1 / (2 pi (1 -
+//   cos)) per solid angle. 4. alpha_k in proportion to sum_i w_i rho_k(x_i) (eq. 5.8), drawn towards equal ones; the
+//   cone begins with a fifth. 5. Repeat from 2. The estimate is the mean over all iterations, each of which is unbiased
+//   given its past.
+// Unbiased. For comparison with pmc_hi.h, which remembers. Use 16 or more direct samples; one sample a vertex is
+// multiple importance sampling.
 #pragma once
 
 #include "transport/direct/direct_estimator.h"
@@ -18,7 +20,8 @@ class PmcHiPaper final : public DirectEstimator {
   PmcHiPaper(const Scene& scene, const DirectRequest& request);
 
  private:
-  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const override;
+  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
+                     uint64_t& rays) const override;
 
   bool lobes_apart_;
 };

@@ -10,7 +10,8 @@ constexpr int kRisCandidates = 8;
 
 }  // namespace
 
-Color Ris::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex&, SampleAux*, uint64_t& rays) const {
+Color Ris::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex&, SampleAux*,
+                      uint64_t& rays) const {
   const LightSet& lights = scene_.lights();
   sampler.set_dimension(first);
   float u_keep = sampler.get_1d();
@@ -56,7 +57,8 @@ Color Ris::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t fi
   return estimate;
 }
 
-Color Ris::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const {
+Color Ris::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
+                        uint64_t& rays) const {
   Color sum(0.0f);
   sampler.set_dimension(kBranchDimension);
   for (int i = 0; i < samples_; ++i) {

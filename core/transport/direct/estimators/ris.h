@@ -1,7 +1,8 @@
-// Resampled importance sampling of the light's part of multiple importance sampling [Talbot, Cline and Egbert 2005; Fan 2006, section 3.4.2.6]:
-// of M candidates x_i with densities p_i, one is kept with probability proportional to g(x_i) / p_i, where the target g is that part without
-// visibility, and the shadow ray goes to it alone: the estimate is f(x) / g(x) * (1 / M) sum_i g(x_i) / p_i. Unbiased. For comparison: better
-// than one light sample where shadow rays are dear and most lights are weak; knows nothing of occlusion.
+// Resampled importance sampling of the light's part of multiple importance sampling [Talbot, Cline and Egbert 2005; Fan
+// 2006, section 3.4.2.6]: of M candidates x_i with densities p_i, one is kept with probability proportional to g(x_i) /
+// p_i, where the target g is that part without visibility, and the shadow ray goes to it alone: the estimate is f(x) /
+// g(x) * (1 / M) sum_i g(x_i) / p_i. Unbiased. For comparison: better than one light sample where shadow rays are dear
+// and most lights are weak; knows nothing of occlusion.
 #pragma once
 
 #include "transport/direct/direct_estimator.h"
@@ -13,8 +14,10 @@ class Ris final : public DirectEstimator {
   Ris(const Scene& scene, const DirectRequest& request) : DirectEstimator(scene, request) {}
 
  private:
-  Color one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const override;
-  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux, uint64_t& rays) const override;
+  Color one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, SampleAux* aux,
+                   uint64_t& rays) const override;
+  Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
+                     uint64_t& rays) const override;
 };
 
 }  // namespace ajar

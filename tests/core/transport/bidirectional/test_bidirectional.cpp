@@ -11,8 +11,12 @@ const std::vector<TransportScene> kScenes = transport_scenes();
 
 class Agreement : public ::testing::TestWithParam<size_t> {};
 
-TEST_P(Agreement, bidirectional_path_tracing_has_the_mean_of_path_tracing) { expect_agreement(kScenes[GetParam()], "bdpt", 16, int(kScenes.size())); }
-TEST_P(Agreement, metropolis_has_the_mean_of_path_tracing) { expect_agreement(kScenes[GetParam()], "metropolis", 64, int(kScenes.size())); }
+TEST_P(Agreement, bidirectional_path_tracing_has_the_mean_of_path_tracing) {
+  expect_agreement(kScenes[GetParam()], "bdpt", 16, int(kScenes.size()));
+}
+TEST_P(Agreement, metropolis_has_the_mean_of_path_tracing) {
+  expect_agreement(kScenes[GetParam()], "metropolis", 64, int(kScenes.size()));
+}
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Agreement, ::testing::Range<size_t>(0, kScenes.size()),
                          [](const auto& info) { return kScenes[info.param].name; });

@@ -1,4 +1,5 @@
-// Parts of samples taken more often than the rest, and branches at delta lobes: the same mean, less noise where it pays, nothing where it does not.
+// Parts of samples taken more often than the rest, and branches at delta lobes: the same mean, less noise where it
+// pays, nothing where it does not.
 #include "transport/bidirectional/further_samples.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +31,8 @@ std::shared_ptr<const Scene> build(SceneDescription d) {
 SceneDescription plate_and_balls(float albedo, int size) {
   SceneDescription d;
   add_object(d, cube(true), add_diffuse(d, Color(albedo)));
-  add_object(d, plane(0.15f), add_diffuse(d, Color(0.0f), Color(20.0f)), shining(Vec3(0.3f, 0.9f, 0.3f), Vec3(0, 1, 0)));
+  add_object(d, plane(0.15f), add_diffuse(d, Color(0.0f), Color(20.0f)),
+             shining(Vec3(0.3f, 0.9f, 0.3f), Vec3(0, 1, 0)));
   add_object(d, sphere(24), add_glossy(d, 0.0f), moved(Vec3(-0.4f, 0.4f, -0.3f), 0.3f));
   add_object(d, sphere(24), add_glass(d, 0.0f), moved(Vec3(0.3f, 0.1f, -0.3f), 0.25f));
   set_camera(d, Vec3(0.0f, -0.9f, 0.0f), Vec3(0.0f, 0.5f, 0.0f), size, 0.7f);
@@ -62,8 +64,10 @@ TEST(SeenLight, a_ray_finds_what_path_tracing_sees) {
       for (uint32_t pixel = 0; pixel < kSize * kSize; ++pixel)
         for (uint32_t i = 0; i < kSamples; ++i) {
           sampler.start(pixel, i);
-          const Vec2 at = Vec2(float(pixel % kSize) + 0.5f, float(pixel / kSize) + 0.5f) + filter.sample(sampler.get_2d());
-          sum += double(luminance(trace_seen_light(*scene, scene->camera().generate_ray(at, Vec2(0.5f), 0.0f), sampler, rays)));
+          const Vec2 at = Vec2(float(pixel % kSize) + 0.5f, float(pixel / kSize) + 0.5f) +
+                          filter.sample(sampler.get_2d());
+          sum += double(
+              luminance(trace_seen_light(*scene, scene->camera().generate_ray(at, Vec2(0.5f), 0.0f), sampler, rays)));
         }
       seen.add(sum / (kSize * kSize * kSamples));
       const auto path = make_integrator("path");
@@ -96,13 +100,17 @@ class FurtherSamplesTest : public ::testing::Test {
       for (int x = 0; x < kSize; ++x) {
         sampler.start(uint32_t(y * kSize + x), index);
         const Vec2 at = Vec2(float(x) + 0.5f, float(y) + 0.5f) + filter_.sample(sampler.get_2d());
-        const Color found = trace_seen_light(*scene_, scene_->camera().generate_ray(at, Vec2(0.5f), 0.0f), sampler, rest_rays_);
-        const Color mean = further.mean_with(found, false, 1.0f + deviation * (sampler.get_1d() < 0.5f ? -1.0f : 1.0f), x, y, [&](Vec2 on_film, Sampler& numbers) {
-          return trace_seen_light(*scene_, scene_->camera().generate_ray(on_film, Vec2(0.5f), 0.0f), numbers, further_rays_);
-        });
+        const Color found = trace_seen_light(*scene_, scene_->camera().generate_ray(at, Vec2(0.5f), 0.0f), sampler,
+                                             rest_rays_);
+        const Color mean = further.mean_with(found, false, 1.0f + deviation * (sampler.get_1d() < 0.5f ? -1.0f : 1.0f),
+                                             x, y, [&](Vec2 on_film, Sampler& numbers) {
+                                               return trace_seen_light(
+                                                   *scene_, scene_->camera().generate_ray(on_film, Vec2(0.5f), 0.0f),
+                                                   numbers, further_rays_);
+                                             });
         if (at_border && x == kBorder) at_border->add(double(mean.x));
       }
-    rest_rays_ += 10 * kSize * kSize;   // what lighting the surfaces would take
+    rest_rays_ += 10 * kSize * kSize;  // what lighting the surfaces would take
   }
   std::shared_ptr<const Scene> scene_;
   Film film_{0, 0, kSize, kSize, {"Combined"}};
@@ -137,7 +145,8 @@ TEST_F(FurtherSamplesTest, the_mean_stays_and_noise_falls) {
   for (uint32_t i = 0; i < 4000; ++i) {
     sampler.start(0, i);
     const Vec2 at = Vec2(float(kBorder) + 0.5f, 0.5f * kSize) + filter_.sample(sampler.get_2d());
-    plain.add(double(trace_seen_light(*scene_, scene_->camera().generate_ray(at, Vec2(0.5f), 0.0f), sampler, rest_rays_).x));
+    plain.add(
+        double(trace_seen_light(*scene_, scene_->camera().generate_ray(at, Vec2(0.5f), 0.0f), sampler, rest_rays_).x));
   }
   EXPECT_TRUE(means_agree(later, plain, {0.01, 2}));
   EXPECT_TRUE(means_agree(first, plain, {0.01, 2}));
@@ -148,7 +157,7 @@ TEST_F(FurtherSamplesTest, further_rays_stay_below_their_share) {
   FurtherSamples further;
   further.prepare(*scene_, film_, filter_, 1, {4, 0.25});
   for (uint32_t i = 0; i < 2; ++i) {
-    sample(further, i, 0.0f);   // no noise but that of the lamp's edge: as many rays as there may be
+    sample(further, i, 0.0f);  // no noise but that of the lamp's edge: as many rays as there may be
     further.learn(i + 1, rest_rays_, further_rays_);
   }
   const uint64_t before = further_rays_, rest_before = rest_rays_;
@@ -158,11 +167,13 @@ TEST_F(FurtherSamplesTest, further_rays_stay_below_their_share) {
 }
 
 TEST(SpecularBranches, a_lamp_in_a_pane_of_glass_is_in_every_sample) {
-  // Seen under 45 degrees, a pane that reflects some five per cent of a lamp that fills its image; nothing else is bright.
+  // Seen under 45 degrees, a pane that reflects some five per cent of a lamp that fills its image; nothing else is
+  // bright.
   constexpr int kRays = 256;
   SceneDescription d;
   add_object(d, plane(4.0f), add_glass(d, 0.0f));
-  add_object(d, plane(8.0f), add_diffuse(d, Color(0.0f), Color(10.0f)), shining(Vec3(0.0f, 3.0f, 3.0f), Vec3(0, -1, -1)));
+  add_object(d, plane(8.0f), add_diffuse(d, Color(0.0f), Color(10.0f)),
+             shining(Vec3(0.0f, 3.0f, 3.0f), Vec3(0, -1, -1)));
   set_camera(d, Vec3(0.0f, -3.0f, 3.0f), Vec3(0.0f), 1, 0.02f);
   const std::shared_ptr<const Scene> scene = build(d);
   RunningMoments seen, direct;
@@ -170,7 +181,8 @@ TEST(SpecularBranches, a_lamp_in_a_pane_of_glass_is_in_every_sample) {
   uint64_t rays = 0;
   for (uint32_t i = 0; i < kRays; ++i) {
     sampler.start(0, i);
-    seen.add(double(luminance(trace_seen_light(*scene, scene->camera().generate_ray(Vec2(0.5f), Vec2(0.5f), 0.0f), sampler, rays))));
+    seen.add(double(luminance(
+        trace_seen_light(*scene, scene->camera().generate_ray(Vec2(0.5f), Vec2(0.5f), 0.0f), sampler, rays))));
     sampler.start(1, i);
     direct.add(double(luminance(trace_direct_paths(*scene, Vec2(0.5f), sampler, nullptr, rays, nullptr).radiance)));
   }
@@ -222,7 +234,8 @@ TEST(DirectPass, further_samples_and_branches_keep_the_mean) {
     for (uint32_t pixel = 0; pixel < kSize * kSize; ++pixel)
       for (uint32_t i = 0; i < kSamples; ++i) {
         sampler.start(pixel, i);
-        const Vec2 at = Vec2(float(pixel % kSize) + 0.5f, float(pixel / kSize) + 0.5f) + space.filter.sample(sampler.get_2d());
+        const Vec2 at = Vec2(float(pixel % kSize) + 0.5f, float(pixel / kSize) + 0.5f) +
+                        space.filter.sample(sampler.get_2d());
         sum += double(luminance(trace_direct_paths(*scene, at, sampler, nullptr, rays, nullptr).radiance));
       }
     plain.add(sum / (kSize * kSize * kSamples));

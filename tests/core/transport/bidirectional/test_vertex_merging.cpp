@@ -2,8 +2,8 @@
 #include "agreement.h"
 #include "integrators/render_plan.h"
 #include "transport/bidirectional/bidirectional.h"
-#include "transport/paths/path.h"
 #include "transport/bidirectional/vertex_merging.h"
+#include "transport/paths/path.h"
 
 namespace ajar::test_vertex_merging {
 
@@ -13,8 +13,8 @@ namespace {
 
 const std::atomic<bool> kGoOn{false};
 
-/// A mirror fills most of what the camera sees of a grey room, and a pane of glass hangs below a wide lamp: most of the light that the mirror shows
-/// comes by unconnectable paths, and walks from the eye find the lamp easily.
+/// A mirror fills most of what the camera sees of a grey room, and a pane of glass hangs below a wide lamp: most of the
+/// light that the mirror shows comes by unconnectable paths, and walks from the eye find the lamp easily.
 SceneDescription pane_and_mirror(float photon_radius = 0.04f) {
   SceneDescription d = grey_room();
   MeshDescription pane = cube();
@@ -35,7 +35,8 @@ SceneDescription mixed_surfaces() {
   return d;
 }
 
-/// Mean over the film of light by unconnectable paths, over independent replicates: by walks that hit the lamp or join it, and by merging.
+/// Mean over the film of light by unconnectable paths, over independent replicates: by walks that hit the lamp or join
+/// it, and by merging.
 struct BothWays {
   RunningMoments hit, merged;
 };
@@ -84,7 +85,8 @@ bool is_unconnectable(const std::string& events) {
 
 void expect_same(const BothWays& light, int tests) {
   EXPECT_GT(light.hit.mean(), 0.0);
-  EXPECT_TRUE(statistical::means_agree(light.hit, light.merged, {0.01, tests})) << "hit " << light.hit.mean() << ", merged " << light.merged.mean();
+  EXPECT_TRUE(statistical::means_agree(light.hit, light.merged, {0.01, tests}))
+      << "hit " << light.hit.mean() << ", merged " << light.merged.mean();
   // So that a bias of a tenth would be seen.
   EXPECT_LT(std::sqrt(light.hit.variance_of_mean() + light.merged.variance_of_mean()), 0.05 * light.hit.mean());
 }
@@ -93,15 +95,15 @@ void expect_same(const BothWays& light, int tests) {
 
 TEST(VertexMerging, paths_that_connect_to_nothing_but_the_light_are_unconnectable) {
   // From the light to the eye.
-  for (const char* yes : {"SDS", "SSDS", "SDSS", "SDSDS", "SSDSSDSS", "SDSDSDS", "DSDS", "DSSDSS", "DSDSDS"}) EXPECT_TRUE(is_unconnectable(yes)) << yes;
+  for (const char* yes : {"SDS", "SSDS", "SDSS", "SDSDS", "SSDSSDSS", "SDSDSDS", "DSDS", "DSSDSS", "DSDSDS"})
+    EXPECT_TRUE(is_unconnectable(yes)) << yes;
   // Directly seen or lit, or joined at the lens or in between.
-  for (const char* no : {"", "S", "D", "SS", "SSS", "DS", "DSS", "SD", "SDD", "DD", "SDSD", "DSDSD", "SDDS", "DDS", "DDSDS", "SDSDDS"})
+  for (const char* no :
+       {"", "S", "D", "SS", "SSS", "DS", "DSS", "SD", "SDD", "DD", "SDSD", "DSDSD", "SDDS", "DDS", "DDSDS", "SDSDDS"})
     EXPECT_FALSE(is_unconnectable(no)) << no;
 }
 
-TEST(VertexMerging, finds_what_hits_find) {
-  expect_same(unconnectable_light(pane_and_mirror(), 16, 4, 500), 4);
-}
+TEST(VertexMerging, finds_what_hits_find) { expect_same(unconnectable_light(pane_and_mirror(), 16, 4, 500), 4); }
 TEST(VertexMerging, finds_it_on_surfaces_of_both_kinds) {
   expect_same(unconnectable_light(mixed_surfaces(), 16, 4, 500), 4);
 }
@@ -110,7 +112,8 @@ TEST(VertexMerging, limits_hold_for_the_whole_path) {
   for (const BounceLimits& bounces : limits) {
     SceneDescription d = pane_and_mirror();
     d.settings.bounces = bounces;
-    SCOPED_TRACE("total " + std::to_string(bounces.total) + ", glossy " + std::to_string(bounces.glossy) + ", diffuse " + std::to_string(bounces.diffuse));
+    SCOPED_TRACE("total " + std::to_string(bounces.total) + ", glossy " + std::to_string(bounces.glossy) +
+                 ", diffuse " + std::to_string(bounces.diffuse));
     expect_same(unconnectable_light(d, 16, 4, 500), 4);
   }
 }
@@ -123,7 +126,8 @@ TEST_P(MergingWith, keeps_the_mean_of_path_tracing) {
   for (size_t i = 0; i < kValues; ++i) {
     if (i % 4 == 3) continue;
     EXPECT_TRUE(statistical::means_agree(expected[i], actual[i], {0.01, 4 * kValues * 3 / 4}))
-        << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[i].mean() << ", " << GetParam() << " " << actual[i].mean();
+        << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[i].mean() << ", " << GetParam() << " "
+        << actual[i].mean();
   }
 }
 TEST_P(MergingWith, same_seed_same_image_for_any_number_of_threads_and_cuts) {
@@ -142,7 +146,9 @@ TEST_P(MergingWith, same_seed_same_image_for_any_number_of_threads_and_cuts) {
     EXPECT_EQ(integrator->bias(), Bias::Consistent);
     return film.resolve("Combined", 1.0f);
   };
-  if (std::string(GetParam()) == "bdpt") { EXPECT_EQ(film_of({1, 2, 5}), film_of({8})); }
+  if (std::string(GetParam()) == "bdpt") {
+    EXPECT_EQ(film_of({1, 2, 5}), film_of({8}));
+  }
 }
 TEST_P(MergingWith, does_nothing_where_nothing_is_specular) {
   SceneDescription d = grey_room();

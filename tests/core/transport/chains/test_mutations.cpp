@@ -53,7 +53,9 @@ struct Kernels {
   }
 };
 
-const char* const kSceneNames[] = {"area_lamp", "glass_ball", "rough_glass_and_mirror", "polished", "point_light", "sun", "environment", "thin_lens", "see_through"};
+const char* const kSceneNames[] = {"area_lamp",   "glass_ball",  "rough_glass_and_mirror",
+                                   "polished",    "point_light", "sun",
+                                   "environment", "thin_lens",   "see_through"};
 
 }  // namespace
 
@@ -87,13 +89,15 @@ TEST_P(MutationsOf, what_can_be_proposed_has_a_density_both_ways_and_keeps_what_
       }
     }
   }
-  // Steps out of reach (a turn too wide seen from the other path, directions that rounding loses) are refused, and rare.
+  // Steps out of reach (a turn too wide seen from the other path, directions that rounding loses) are refused, and
+  // rare.
   for (size_t m = 0; m < k.all.size(); ++m) EXPECT_LE(unpaired[m], proposed[m] / 4) << k.all[m]->name();
   // Rounding may move a step out of the ends of its range.
   for (size_t m = 0; m < k.all.size(); ++m) EXPECT_LE(unknown[m], 1 + proposed[m] / 500) << k.all[m]->name();
   EXPECT_GT(proposed[0], 100u);
 }
-INSTANTIATE_TEST_SUITE_P(Scenes, MutationsOf, ::testing::ValuesIn(kSceneNames), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Scenes, MutationsOf, ::testing::ValuesIn(kSceneNames),
+                         [](const auto& info) { return std::string(info.param); });
 
 /// E[1 / pdf] over proposals that move one vertex into a region is the area of the region: the density is a density,
 /// in the measure it claims.
@@ -103,7 +107,9 @@ TEST_P(DensityOf, one_over_the_density_integrates_to_the_area_of_a_region) {
   const Kernels k("area_lamp", false, 48);  // edges must not look short
   const Mutation& mutation = *k.all[size_t(GetParam())];
   // light, another wall, the back wall as seen, lens: vertex 2 moves within a patch.
-  const auto in_region = [](Vec3 p) { return std::abs(p.y - 1.0f) < 1e-3f && std::abs(p.x + 0.2f) < 0.1f && std::abs(p.z - 0.3f) < 0.1f; };
+  const auto in_region = [](Vec3 p) {
+    return std::abs(p.y - 1.0f) < 1e-3f && std::abs(p.x + 0.2f) < 0.1f && std::abs(p.z - 0.3f) < 0.1f;
+  };
   const auto from = k.find([&](const Path& p) {
     const Vec3 wall = p.vertices[1].position();
     return p.count == 4 && in_region(p.vertices[2].position()) && wall.z > 0.2f && wall.y < 0.5f;
@@ -119,7 +125,8 @@ TEST_P(DensityOf, one_over_the_density_integrates_to_the_area_of_a_region) {
     if (mutation.sample(*from, sampler, *to, rays) && to->count == 4 && in_region(to->vertices[2].position())) {
       const SharedEnds shared = shared_ends(*from, *to);
       const double pdf = mutation.pdf(*from, *to);
-      if (shared.light == 2 && shared.eye == 1 && pdf > 0.0) value = 1.0 / pdf;  // none: rounding at the ends of the range
+      if (shared.light == 2 && shared.eye == 1 && pdf > 0.0)
+        value = 1.0 / pdf;  // none: rounding at the ends of the range
     }
     moments.add(value);
   }
@@ -140,8 +147,10 @@ TEST_P(StationaryFor, a_chain_stays_in_the_distribution_of_its_target) {
   const auto visits = [&](float share, uint32_t seed) {
     std::vector<MutationShare> shares;
     shares.push_back({std::make_unique<BidirectionalMutation>(k.space), 1.0f - share});
-    if (favoured == 1) shares.push_back({std::make_unique<LensPerturbation>(k.space), share});
-    else shares.push_back({std::make_unique<CausticPerturbation>(k.space), share});
+    if (favoured == 1)
+      shares.push_back({std::make_unique<LensPerturbation>(k.space), share});
+    else
+      shares.push_back({std::make_unique<CausticPerturbation>(k.space), share});
     // Several chains from paths drawn anyhow; they forget them.
     std::array<double, 4> sums{};
     for (uint32_t c = 0; c < 4; ++c) {
@@ -168,8 +177,13 @@ TEST_P(StationaryFor, a_chain_stays_in_the_distribution_of_its_target) {
     for (int i = 0; i < 4; ++i) plain[i].add(a[size_t(i)]), mixed[i].add(b[size_t(i)]);
   }
   for (int i = 0; i < 4; ++i)
-    EXPECT_NEAR(plain[i].mean(), mixed[i].mean(), 4.5 * std::sqrt(plain[i].variance_of_mean() + mixed[i].variance_of_mean()) + 1e-4) << "statistic " << i;
+    EXPECT_NEAR(plain[i].mean(), mixed[i].mean(),
+                4.5 * std::sqrt(plain[i].variance_of_mean() + mixed[i].variance_of_mean()) + 1e-4)
+        << "statistic " << i;
 }
-INSTANTIATE_TEST_SUITE_P(Kernels, StationaryFor, ::testing::Combine(::testing::Values(1, 2), ::testing::Values("glass_ball", "rough_glass_and_mirror", "polished", "sun")));
+INSTANTIATE_TEST_SUITE_P(Kernels, StationaryFor,
+                         ::testing::Combine(::testing::Values(1, 2),
+                                            ::testing::Values("glass_ball", "rough_glass_and_mirror", "polished",
+                                                              "sun")));
 
 }  // namespace ajar::test_mutations

@@ -38,7 +38,8 @@ int add_glossy(SceneDescription& d, Color color, float roughness) {
 
 Mat4 at(Vec3 position) { return Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(position, 1)); }
 
-/// Every sort of light that can go wrong: partly hidden, wholly hidden, facing away, a point, an emissive mesh, a sun and a sky.
+/// Every sort of light that can go wrong: partly hidden, wholly hidden, facing away, a point, an emissive mesh, a sun
+/// and a sky.
 SceneDescription assorted_lights(bool glossy) {
   SceneDescription d;
   add_object(d, plane(4.0f), glossy ? add_glossy(d, Color(0.8f), 0.3f) : add_diffuse(d, Color(0.8f)));
@@ -54,7 +55,8 @@ SceneDescription assorted_lights(bool glossy) {
   return d;
 }
 
-std::vector<float> render(SceneDescription d, const std::string& method, int direct_samples, int samples, uint32_t seed, int threads = 1) {
+std::vector<float> render(SceneDescription d, const std::string& method, int direct_samples, int samples, uint32_t seed,
+                          int threads = 1) {
   d.settings.direct = method;
   d.settings.direct_samples = direct_samples;
   d.settings.samples = samples;
@@ -108,14 +110,17 @@ TEST_P(DirectMethods, have_the_same_mean_at_tiny_budgets) {
   for (bool glossy : {false, true}) {
     for (int direct_samples : {1, 3, 12}) {
       const Replicates r = replicate(assorted_lights(glossy), GetParam(), direct_samples, 3, kSeeds);
-      EXPECT_TRUE(statistical::means_agree(r.mean, truth(glossy), {0.01, 66})) << GetParam() << ", " << direct_samples << " samples, glossy " << glossy;
+      EXPECT_TRUE(statistical::means_agree(r.mean, truth(glossy), {0.01, 66}))
+          << GetParam() << ", " << direct_samples << " samples, glossy " << glossy;
     }
   }
 }
 INSTANTIATE_TEST_SUITE_P(Unbiased, DirectMethods,
-                         ::testing::Values("mis", "mis_balance", "bsdf", "ris", "correlated", "pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"));
+                         ::testing::Values("mis", "mis_balance", "bsdf", "ris", "correlated", "pmc_hi", "pmc_hi_paper",
+                                           "ocv", "ocv_progressive"));
 
-/// A ceiling lit by a spot light, and by a point light where there are `two`. The spot turns its back on the scene's centre.
+/// A ceiling lit by a spot light, and by a point light where there are `two`. The spot turns its back on the scene's
+/// centre.
 SceneDescription spot_from_the_centre(bool two) {
   SceneDescription d;
   add_object(d, plane(2.0f), add_diffuse(d, Color(0.5f)));
@@ -137,7 +142,8 @@ TEST(DirectLight, no_group_is_left_out_because_the_centre_does_not_see_it) {
     const RunningMoments expected = replicate(d, "mis", 1, 64, kSeeds).mean;
     EXPECT_GT(expected.mean(), 0.1);
     for (const char* method : {"correlated", "ocv"})
-      EXPECT_TRUE(statistical::means_agree(replicate(d, method, 3, 3, kSeeds).mean, expected, {0.01, 4})) << method << ", " << (two ? "two lamps" : "one lamp");
+      EXPECT_TRUE(statistical::means_agree(replicate(d, method, 3, 3, kSeeds).mean, expected, {0.01, 4}))
+          << method << ", " << (two ? "two lamps" : "one lamp");
   }
 }
 
@@ -167,13 +173,15 @@ SceneDescription hidden_lights(int size = 16) {
 }  // namespace
 
 TEST(DirectLight, learning_which_lights_are_hidden_lowers_the_variance) {
-  const Replicates plain = replicate(hidden_lights(48), "mis", 1, 8, 12), learned = replicate(hidden_lights(48), "pmc_hi", 1, 8, 12);
+  const Replicates plain = replicate(hidden_lights(48), "mis", 1, 8, 12),
+                   learned = replicate(hidden_lights(48), "pmc_hi", 1, 8, 12);
   EXPECT_TRUE(statistical::means_agree(plain.mean, learned.mean, {0.01}));
   EXPECT_LT(learned.variance, 0.6 * plain.variance);
 }
 
 TEST(DirectLight, learning_finds_the_few_of_many_lights_that_are_not_hidden) {
-  // Two hundred lamps above the floor, the nearest of them behind one large lid: light comes from those beyond its edge.
+  // Two hundred lamps above the floor, the nearest of them behind one large lid: light comes from those beyond its
+  // edge.
   SceneDescription d;
   add_object(d, plane(6.0f), add_diffuse(d, Color(0.8f)));
   const int grey = add_diffuse(d, Color(0.5f));
@@ -184,12 +192,15 @@ TEST(DirectLight, learning_finds_the_few_of_many_lights_that_are_not_hidden) {
   add_object(d, plane(3.0f), grey, at(Vec3(2.4f, 0, 0.9f)));
   set_camera(d, Vec3(0, -1.0f, 0.8f), Vec3(0, 0, 0), 64, 0.3f);
   d.settings.bounces.total = 0;
-  d.settings.seconds = 1000.0;   // not known to be short: the pilot learns from a sample of each pixel, in each iteration
-  const Replicates plain = replicate(d, "mis", 1, 8, 12), learned = replicate(d, "pmc_hi", 1, 8, 12), many = replicate(d, "pmc_hi", 4, 4, 12);
+  d.settings
+      .seconds = 1000.0;  // not known to be short: the pilot learns from a sample of each pixel, in each iteration
+  const Replicates plain = replicate(d, "mis", 1, 8, 12), learned = replicate(d, "pmc_hi", 1, 8, 12),
+                   many = replicate(d, "pmc_hi", 4, 4, 12);
   EXPECT_TRUE(statistical::means_agree(plain.mean, learned.mean, {0.01}));
   EXPECT_TRUE(statistical::means_agree(plain.mean, many.mean, {0.01}));
-  // Measured: 0.90 of the variance at 16 pixels, where cells see few samples of the pilot, 0.73 at 64, 0.75 at 128. Pilots bounded by the samples
-  // asked for, at 64 and 80 pixels: 1.06 and 0.91 with 2 and 7 % of 32 samples, 0.66 with 14 %, 0.42 with 28 %; 1.02 with 8 % of 64.
+  // Measured: 0.90 of the variance at 16 pixels, where cells see few samples of the pilot, 0.73 at 64, 0.75 at 128.
+  // Pilots bounded by the samples asked for, at 64 and 80 pixels: 1.06 and 0.91 with 2 and 7 % of 32 samples, 0.66 with
+  // 14 %, 0.42 with 28 %; 1.02 with 8 % of 64.
   EXPECT_LT(learned.variance, 0.85 * plain.variance);
 }
 
@@ -197,7 +208,9 @@ TEST(DirectLight, its_passes_show_how_the_choice_is_shared) {
   // Lamps in two clusters, one of which a lid hides; and two lamps.
   SceneDescription many;
   add_object(many, plane(6.0f), add_diffuse(many, Color(0.8f)));
-  for (int i = 0; i < 100; ++i) many.lights.push_back(point_light(Vec3((i % 2 ? 2.0f : -2.0f) + 0.03f * float(i % 10), 0.03f * float(i / 10), 1.0f), 2.0f));
+  for (int i = 0; i < 100; ++i)
+    many.lights.push_back(
+        point_light(Vec3((i % 2 ? 2.0f : -2.0f) + 0.03f * float(i % 10), 0.03f * float(i / 10), 1.0f), 2.0f));
   add_object(many, plane(1.5f), add_diffuse(many, Color(0.5f)), at(Vec3(2.4f, 0, 0.8f)));
   SceneDescription two = hidden_lights();
   two.lights.erase(two.lights.begin() + 1, two.lights.begin() + 3);
@@ -206,7 +219,7 @@ TEST(DirectLight, its_passes_show_how_the_choice_is_shared) {
     d->settings.bounces.total = 0;
     d->settings.passes = {"Combined", "Share Light 1", "Share Light 2"};
     d->settings.direct = "pmc_hi";
-    const auto shares = [&](int samples) {   // of the first and the second, over the picture
+    const auto shares = [&](int samples) {  // of the first and the second, over the picture
       d->settings.samples = samples;
       Session session;
       session.start(*d);
@@ -222,8 +235,8 @@ TEST(DirectLight, its_passes_show_how_the_choice_is_shared) {
     };
     const auto learned = shares(64);
     const double dark = std::min(learned[0], learned[1]);
-    EXPECT_LT(dark, 0.35);   // what is hidden
-    EXPECT_GT(dark, 0.02);   // its floor
+    EXPECT_LT(dark, 0.35);  // what is hidden
+    EXPECT_GT(dark, 0.02);  // its floor
   }
 }
 
@@ -254,10 +267,12 @@ TEST(DirectLight, its_pilot_takes_a_small_share_of_the_samples_asked_for) {
 }
 
 TEST(DirectLight, only_the_published_control_variates_are_called_biased_and_are) {
-  for (const DirectMethodInfo& info : direct_method_list()) EXPECT_EQ(info.biased, std::string(info.name) == "ocv_paper");
+  for (const DirectMethodInfo& info : direct_method_list())
+    EXPECT_EQ(info.biased, std::string(info.name) == "ocv_paper");
   // Three lights in four are hidden: all their samples are zero.
   SceneDescription d = hidden_lights();
-  const Replicates biased = replicate(d, "ocv_paper", 8, 4, kSeeds), honest = replicate(d, "ocv", 8, 4, kSeeds), mis = replicate(d, "mis", 1, 64, kSeeds);
+  const Replicates biased = replicate(d, "ocv_paper", 8, 4, kSeeds), honest = replicate(d, "ocv", 8, 4, kSeeds),
+                   mis = replicate(d, "mis", 1, 64, kSeeds);
   EXPECT_TRUE(statistical::means_agree(honest.mean, mis.mean, {0.01}));
   EXPECT_FALSE(statistical::means_agree(biased.mean, mis.mean, {0.001}));
 }
@@ -265,7 +280,8 @@ TEST(DirectLight, only_the_published_control_variates_are_called_biased_and_are)
 TEST(DirectLight, learned_images_do_not_depend_on_threads) {
   for (const char* method : {"pmc_hi", "ocv_progressive", "pmc_hi_paper"}) {
     for (int direct_samples : {1, 8}) {
-      const auto one = render(assorted_lights(true), method, direct_samples, 9, 5, 1), three = render(assorted_lights(true), method, direct_samples, 9, 5, 3);
+      const auto one = render(assorted_lights(true), method, direct_samples, 9, 5, 1),
+                 three = render(assorted_lights(true), method, direct_samples, 9, 5, 3);
       EXPECT_EQ(one, three) << method;
     }
   }
@@ -285,7 +301,8 @@ TEST(DirectLight, unknown_methods_are_named) {
 TEST(LightGroups, every_light_with_power_is_in_one_group_and_groups_are_few) {
   SceneDescription d;
   add_object(d, plane(3.0f), add_diffuse(d, Color(0.8f)));
-  for (int i = 0; i < 200; ++i) d.lights.push_back(point_light(Vec3(float(i % 20), float(i / 20), 1.0f), 1.0f + float(i % 7)));
+  for (int i = 0; i < 200; ++i)
+    d.lights.push_back(point_light(Vec3(float(i % 20), float(i / 20), 1.0f), 1.0f + float(i % 7)));
   set_world(d, Color(0.1f));
   set_camera(d, Vec3(0, -1, 1), Vec3(0), 4);
   const auto scene = build(std::move(d));
@@ -312,7 +329,8 @@ namespace {
 SceneDescription many_points_and_suns(int points, int suns) {
   SceneDescription d;
   add_object(d, plane(20.0f), add_diffuse(d, Color(0.8f)));
-  for (int i = 0; i < points; ++i) d.lights.push_back(point_light(Vec3(float(i % 20), float(i / 20), 1.0f), 1.0f + float(i % 7)));
+  for (int i = 0; i < points; ++i)
+    d.lights.push_back(point_light(Vec3(float(i % 20), float(i / 20), 1.0f), 1.0f + float(i % 7)));
   for (int i = 0; i < suns; ++i) {
     d.lights.push_back(area_light(Vec3(0.0f), 1.0f + float(i), 0.0f));
     d.lights.back().kind = LightKind::Sun;
@@ -355,17 +373,20 @@ TEST(LightCutCache, every_light_keeps_the_probability_it_reports) {
     constexpr int kDraws = 400000;
     // One number is inverted: equidistant ones count exactly, but for one at each end of an interval.
     for (int i = 0; i < kDraws; ++i) {
-      const auto choice = learned.cache.choose(learned.cell, learned.p, learned.n, (float(i) + 0.5f) / float(kDraws)).choice;
+      const auto choice = learned.cache.choose(learned.cell, learned.p, learned.n, (float(i) + 0.5f) / float(kDraws))
+                              .choice;
       ++counts[choice.light];
       if (i % 97 == 0) {
-        EXPECT_NEAR(choice.pmf, learned.cache.pmf(learned.cell, learned.p, learned.n, choice.light), 1e-5f * choice.pmf);
+        EXPECT_NEAR(choice.pmf, learned.cache.pmf(learned.cell, learned.p, learned.n, choice.light),
+                    1e-5f * choice.pmf);
       }
     }
     double sum = 0.0;
     for (uint32_t light = 0; light < lights; ++light) {
       const float pmf = learned.cache.pmf(learned.cell, learned.p, learned.n, light);
       EXPECT_GT(pmf, 0.0f) << light;
-      EXPECT_NEAR(double(counts[light]), double(pmf) * kDraws, 2.5 + 1e-4 * double(pmf) * kDraws) << light << " of " << points << " and " << suns;
+      EXPECT_NEAR(double(counts[light]), double(pmf) * kDraws, 2.5 + 1e-4 * double(pmf) * kDraws)
+          << light << " of " << points << " and " << suns;
       sum += double(pmf);
     }
     EXPECT_NEAR(sum, 1.0, 1e-4);
@@ -393,7 +414,8 @@ TEST(LightCutCache, places_that_lose_their_slot_choose_as_the_tree_does) {
   const uint32_t other = learned.cache.cell(learned.cache.key(Vec3(-3, 7, 2), Vec3(0, 0, 1), 3, 0));
   EXPECT_EQ(other, LightCutCache::kNone);
   for (float u : {0.1f, 0.5f, 0.9f}) {
-    const auto a = learned.cache.choose(other, learned.p, learned.n, u).choice, b = learned.scene->lights().choose(learned.p, learned.n, u);
+    const auto a = learned.cache.choose(other, learned.p, learned.n, u).choice,
+               b = learned.scene->lights().choose(learned.p, learned.n, u);
     EXPECT_EQ(a.light, b.light);
     EXPECT_EQ(a.pmf, b.pmf);
   }
@@ -436,7 +458,7 @@ TEST(ShareCache, floors_hold_and_absurd_values_do_no_harm) {
   cache.shares(0, std::array{0.5f, 0.5f, 0.0f}, std::array{0.1f, 0.05f, 0.0f}, shares);
   EXPECT_GE(shares[0], 0.1f);
   EXPECT_NEAR(shares[0] + shares[1], 1.0f, 1e-5f);
-  EXPECT_EQ(shares[2], 0.0f);   // without a prior there is no such component
+  EXPECT_EQ(shares[2], 0.0f);  // without a prior there is no such component
 }
 
 }  // namespace ajar::test_direct_light

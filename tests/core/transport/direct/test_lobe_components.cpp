@@ -19,7 +19,8 @@ const Vec3 kTangent(1, 0, 0);
 Material coated_diffuse(float roughness, float share) {
   return {"coated diffuse", [=](Bsdf& b, const closures::Surface& s) {
             closures::add_diffuse(b, s, (1.0f - share) * kWhite, s.ng, 0.0f);
-            closures::add_glossy(b, s, share * kWhite, s.ng, kTangent, closures::Distribution::Ggx, roughness, 0.0f, 0.0f);
+            closures::add_glossy(b, s, share * kWhite, s.ng, kTangent, closures::Distribution::Ggx, roughness, 0.0f,
+                                 0.0f);
           }};
 }
 
@@ -75,7 +76,8 @@ TEST(LobeComponents, each_is_sampled_with_the_density_it_states) {
           const auto drawn = lobes.sample(i, wo, u_lobe, {ux, rng.next_float()});
           return drawn ? std::optional(drawn->wi) : std::nullopt;
         };
-        EXPECT_TRUE(statistical::chi_square_agrees(sample, [&](Vec3 wi) { return lobes.evaluate(wo, wi).pdf[size_t(i)]; }, test))
+        EXPECT_TRUE(statistical::chi_square_agrees(
+            sample, [&](Vec3 wi) { return lobes.evaluate(wo, wi).pdf[size_t(i)]; }, test))
             << material << ", component " << i << ", cosine " << cosine;
       }
     }
@@ -119,14 +121,24 @@ TEST(LobeComponents, lobes_that_are_alike_are_one_and_mirrors_none) {
     EXPECT_EQ(lobes.signature() == 0, lobes.count() == 1);
     return lobes.count();
   };
-  const auto glossy = [](Bsdf& b, const Surface& s, float roughness) { add_glossy(b, s, kWhite, s.ng, kTangent, Distribution::Ggx, roughness, 0.0f, 0.0f); };
-  EXPECT_EQ(components([](Bsdf& b, const Surface& s) { add_diffuse(b, s, kWhite, s.ng, 0.0f), add_velvet(b, s, kWhite, s.ng, 0.5f); }), 1);
-  EXPECT_EQ(components([&](Bsdf& b, const Surface& s) { add_diffuse(b, s, kWhite, s.ng, 0.0f), glossy(b, s, 0.5f); }), 1);
-  EXPECT_EQ(components([&](Bsdf& b, const Surface& s) { add_diffuse(b, s, kWhite, s.ng, 0.0f), glossy(b, s, 0.3f); }), 2);
-  EXPECT_EQ(components([&](Bsdf& b, const Surface& s) { glossy(b, s, 0.6f), glossy(b, s, 0.3f), glossy(b, s, 0.1f); }), 2);
+  const auto glossy = [](Bsdf& b, const Surface& s, float roughness) {
+    add_glossy(b, s, kWhite, s.ng, kTangent, Distribution::Ggx, roughness, 0.0f, 0.0f);
+  };
+  EXPECT_EQ(components([](Bsdf& b, const Surface& s) {
+              add_diffuse(b, s, kWhite, s.ng, 0.0f), add_velvet(b, s, kWhite, s.ng, 0.5f);
+            }),
+            1);
+  EXPECT_EQ(components([&](Bsdf& b, const Surface& s) { add_diffuse(b, s, kWhite, s.ng, 0.0f), glossy(b, s, 0.5f); }),
+            1);
+  EXPECT_EQ(components([&](Bsdf& b, const Surface& s) { add_diffuse(b, s, kWhite, s.ng, 0.0f), glossy(b, s, 0.3f); }),
+            2);
+  EXPECT_EQ(components([&](Bsdf& b, const Surface& s) { glossy(b, s, 0.6f), glossy(b, s, 0.3f), glossy(b, s, 0.1f); }),
+            2);
 
-  // Sampling a diffuse surface with a mirror in it chooses the mirror half of the time; its diffuse component never does.
-  const Bsdf bsdf = make_bsdf({"", [&](Bsdf& b, const Surface& s) { add_diffuse(b, s, kWhite, s.ng, 0.0f), glossy(b, s, 0.0f); }}, wo);
+  // Sampling a diffuse surface with a mirror in it chooses the mirror half of the time; its diffuse component never
+  // does.
+  const Bsdf bsdf = make_bsdf(
+      {"", [&](Bsdf& b, const Surface& s) { add_diffuse(b, s, kWhite, s.ng, 0.0f), glossy(b, s, 0.0f); }}, wo);
   const LobeComponents lobes(bsdf, wo, true);
   ASSERT_EQ(lobes.count(), 1);
   Pcg32 rng(2);
@@ -150,12 +162,14 @@ SceneDescription coated_floor(float coat) {
   Node mix;
   mix.type = mix.name = "ShaderNodeMixShader";
   mix.inputs = {{"Fac", {}, Vec4(coat)}, {"Shader", {0, "BSDF"}, Vec4(0.0f)}, {"Shader_001", {1, "BSDF"}, Vec4(0.0f)}};
-  material.graph.nodes = {closure_node("ShaderNodeBsdfDiffuse", Color(0.8f)), closure_node("ShaderNodeBsdfGlossy", kWhite), mix};
+  material.graph.nodes = {closure_node("ShaderNodeBsdfDiffuse", Color(0.8f)),
+                          closure_node("ShaderNodeBsdfGlossy", kWhite), mix};
   material.graph.nodes[1].inputs.push_back({"Roughness", {}, Vec4(0.2f)});
   material.graph.surface = {2, "Shader"};
   d.materials.push_back(material);
   add_object(d, plane(4.0f), 0);
-  for (const auto& [position, watts, size] : {std::tuple(Vec3(0, 3, 2), 40.0f, 2.0f), {Vec3(-1, 0.5f, 1), 20.0f, 0.05f}}) {
+  for (const auto& [position, watts, size] :
+       {std::tuple(Vec3(0, 3, 2), 40.0f, 2.0f), {Vec3(-1, 0.5f, 1), 20.0f, 0.05f}}) {
     LightDescription light = point_light(position, watts);
     light.kind = LightKind::Area;
     light.area_size = Vec2(size);
@@ -188,7 +202,8 @@ class PointOfFloor {
       for (int i = 0; i < kGrid * kGrid; ++i) {
         const Vec2 u((float(i % kGrid) + 0.5f) / kGrid, (float(i / kGrid) + 0.5f) / kGrid);
         if (const auto sample = scene_->lights().sample_li(light, point_.position, u, 0.0f))
-          sum += double(luminance(bsdf().evaluate(point_.wo, sample->wi).f_cos * sample->radiance) / sample->pdf_solid_angle);
+          sum += double(luminance(bsdf().evaluate(point_.wo, sample->wi).f_cos * sample->radiance) /
+                        sample->pdf_solid_angle);
       }
     }
     return sum / (kGrid * kGrid);
@@ -196,11 +211,12 @@ class PointOfFloor {
 
   /// Luminance of independent estimates of `samples` each, after some from which what learns may learn.
   RunningMoments estimates(const char* method, int samples, Lobes lobes, int replicates) const {
-    const auto estimator = make_direct_estimator(*scene_, find_direct_method(method).method, {.samples = samples, .lobes_apart = lobes == Lobes::Apart});
+    const auto estimator = make_direct_estimator(*scene_, find_direct_method(method).method,
+                                                 {.samples = samples, .lobes_apart = lobes == Lobes::Apart});
     const DirectLightContext context{*scene_, point_, bsdf(), 0, 4, 4};
     uint64_t rays = 0;
-    // Pixels of one seed are not quite independent of each other (the variance of means over 20,000 of them was seen to be twice that of
-    // independent numbers): replicates have seeds of their own.
+    // Pixels of one seed are not quite independent of each other (the variance of means over 20,000 of them was seen to
+    // be twice that of independent numbers): replicates have seeds of their own.
     const auto estimate = [&](uint32_t seed, uint32_t index) {
       Sampler sampler(Sampler::Kind::Sobol, hash32(seed));
       sampler.start(0, index);
@@ -227,8 +243,16 @@ class PointOfFloor {
 TEST(DirectLobes, estimates_of_few_samples_have_the_true_mean) {
   const PointOfFloor floor(0.05f);
   const double truth = floor.truth();
-  for (const auto& [method, samples] : {std::pair("pmc_hi", 2), {"pmc_hi", 3}, {"pmc_hi", 8}, {"pmc_hi_paper", 8}, {"ocv", 8}, {"ocv", 13}, {"ocv_progressive", 2}, {"ocv_progressive", 7}})
-    EXPECT_TRUE(statistical::mean_agrees(floor.estimates(method, samples, Lobes::Apart, 20000), truth, {0.01, 8})) << method << ", " << samples;
+  for (const auto& [method, samples] : {std::pair("pmc_hi", 2),
+                                        {"pmc_hi", 3},
+                                        {"pmc_hi", 8},
+                                        {"pmc_hi_paper", 8},
+                                        {"ocv", 8},
+                                        {"ocv", 13},
+                                        {"ocv_progressive", 2},
+                                        {"ocv_progressive", 7}})
+    EXPECT_TRUE(statistical::mean_agrees(floor.estimates(method, samples, Lobes::Apart, 20000), truth, {0.01, 8}))
+        << method << ", " << samples;
   EXPECT_FALSE(statistical::mean_agrees(floor.estimates("ocv_paper", 8, Lobes::Apart, 20000), truth, {0.01}));
 }
 
@@ -236,7 +260,8 @@ TEST(DirectLobes, a_weak_sharp_coat_is_sampled_far_better_apart) {
   const PointOfFloor floor(0.05f);
   // Measured: ratios of variance 0.08, 0.09, 0.06 and 0.05.
   for (const char* method : {"pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"}) {
-    const RunningMoments together = floor.estimates(method, 16, Lobes::Together, 4000), apart = floor.estimates(method, 16, Lobes::Apart, 4000);
+    const RunningMoments together = floor.estimates(method, 16, Lobes::Together, 4000),
+                         apart = floor.estimates(method, 16, Lobes::Apart, 4000);
     EXPECT_LT(apart.variance(), 0.2 * together.variance()) << method;
   }
 }
@@ -245,7 +270,8 @@ TEST(DirectLobes, surfaces_of_one_lobe_are_sampled_as_ever) {
   const PointOfFloor floor(0.0f);
   ASSERT_EQ(floor.bsdf().lobe_count(), 1);
   for (const char* method : {"pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"}) {
-    const RunningMoments together = floor.estimates(method, 9, Lobes::Together, 100), apart = floor.estimates(method, 9, Lobes::Apart, 100);
+    const RunningMoments together = floor.estimates(method, 9, Lobes::Together, 100),
+                         apart = floor.estimates(method, 9, Lobes::Apart, 100);
     EXPECT_EQ(apart.mean(), together.mean()) << method;
     EXPECT_EQ(apart.variance(), together.variance()) << method;
   }
@@ -262,8 +288,8 @@ TEST(DirectLobes, passes_show_the_share_of_each) {
     session.start(d);
     ASSERT_TRUE(session.wait(kHang));
     ASSERT_EQ(session.take_error(), "");
-    const auto bsdf = session.snapshot("Share BSDF"), diffuse = session.snapshot("Share Lobe 1"), coat = session.snapshot("Share Lobe 2"),
-               none = session.snapshot("Share Lobe 3");
+    const auto bsdf = session.snapshot("Share BSDF"), diffuse = session.snapshot("Share Lobe 1"),
+               coat = session.snapshot("Share Lobe 2"), none = session.snapshot("Share Lobe 3");
     double diffuse_sum = 0.0, coat_sum = 0.0;
     for (size_t i = 0; i < bsdf.size(); ++i) {
       EXPECT_NEAR(bsdf[i], diffuse[i] + coat[i], 1e-5f);

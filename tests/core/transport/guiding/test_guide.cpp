@@ -22,7 +22,8 @@ struct Teacher {
   std::vector<Lobe> lobes;
   float pdf(Vec3 w) const {
     float sum = 0.0f;
-    for (const Lobe& lobe : lobes) sum += lobe.weight * von_mises_fisher::pdf_solid_angle(lobe.kappa, length_squared(w - lobe.mean));
+    for (const Lobe& lobe : lobes)
+      sum += lobe.weight * von_mises_fisher::pdf_solid_angle(lobe.kappa, length_squared(w - lobe.mean));
     return sum;
   }
   std::vector<GuideSample> teach(int n, uint64_t seed) const {
@@ -32,8 +33,8 @@ struct Teacher {
       const Vec2 u(rng.next_float(), rng.next_float());
       const Vec3 w = warp::square_to_sphere(u);
       // The BSDF is uniform, and known to be.
-      samples.push_back({Vec3(rng.next_float(), rng.next_float(), 0.0f), Vec3(0, 0, 1), w, 0.0f, pdf(w) / warp::sphere_pdf_solid_angle(),
-                         warp::sphere_pdf_solid_angle(), GuideKind::Diffuse});
+      samples.push_back({Vec3(rng.next_float(), rng.next_float(), 0.0f), Vec3(0, 0, 1), w, 0.0f,
+                         pdf(w) / warp::sphere_pdf_solid_angle(), warp::sphere_pdf_solid_angle(), GuideKind::Diffuse});
     }
     return samples;
   }
@@ -52,7 +53,9 @@ GuideDistribution taught(const std::vector<GuideSample>& samples, int iterations
 }
 
 TEST(VonMisesFisher, exponential_is_exact_to_two_ten_millionths) {
-  for (float x = 0.0f; x > -80.0f; x -= 0.00937f) EXPECT_NEAR(double(exp_of_negative(x)) / std::exp(double(x)), 1.0, 2e-7 + 1.2e-7 * double(-x)) << x;   // the second for the rounding of x itself
+  for (float x = 0.0f; x > -80.0f; x -= 0.00937f)
+    EXPECT_NEAR(double(exp_of_negative(x)) / std::exp(double(x)), 1.0, 2e-7 + 1.2e-7 * double(-x))
+        << x;  // the second for the rounding of x itself
   EXPECT_LT(exp_of_negative(-1e30f), 1e-37f);
   EXPECT_GE(exp_of_negative(-1e30f), 0.0f);
 }
@@ -60,19 +63,27 @@ TEST(VonMisesFisher, exponential_is_exact_to_two_ten_millionths) {
 TEST(VonMisesFisher, samples_follow_their_density) {
   for (const float kappa : {1e-2f, 1.0f, 20.0f, 2000.0f, 1e5f}) {
     const auto map = [=](Vec2 u) { return std::optional(von_mises_fisher::square_to_lobe(u, kappa)); };
-    const auto pdf = [=](Vec3 w) { return von_mises_fisher::pdf_solid_angle(kappa, length_squared(w - Vec3(0, 0, 1))); };
-    EXPECT_TRUE(chi_square_agrees(from_square(map), pdf, {.domain = statistical::SampleDomain::Sphere, .level = {.test_count = 5}})) << kappa;
+    const auto pdf = [=](Vec3 w) {
+      return von_mises_fisher::pdf_solid_angle(kappa, length_squared(w - Vec3(0, 0, 1)));
+    };
+    EXPECT_TRUE(chi_square_agrees(from_square(map), pdf,
+                                  {.domain = statistical::SampleDomain::Sphere, .level = {.test_count = 5}}))
+        << kappa;
   }
 }
 
 TEST(VonMisesFisher, corners_of_the_square_stay_on_the_sphere) {
   for (const float kappa : {kMinKappa, 1.0f, 100.0f, kMaxKappa})
     for (const float x : {0.0f, 0x1p-24f, 0.5f, kOneMinusEpsilon})
-      for (const float y : {0.0f, 0.5f, kOneMinusEpsilon}) EXPECT_NEAR(glm::length(von_mises_fisher::square_to_lobe({x, y}, kappa)), 1.0f, 1e-6f) << kappa;
+      for (const float y : {0.0f, 0.5f, kOneMinusEpsilon})
+        EXPECT_NEAR(glm::length(von_mises_fisher::square_to_lobe({x, y}, kappa)), 1.0f, 1e-6f) << kappa;
 }
 
 TEST(GuideLobes, learned_density_is_what_is_sampled_from_anywhere) {
-  std::vector<GuideSample> samples = Teacher{{{glm::normalize(Vec3(1, 0, 1)), 300.0f, 0.5f}, {glm::normalize(Vec3(-1, 1, 0.2f)), 12.0f, 0.5f}}}.teach(4000, 1);
+  std::vector<GuideSample> samples = Teacher{
+      {{glm::normalize(Vec3(1, 0, 1)), 300.0f, 0.5f},
+       {glm::normalize(Vec3(-1, 1, 0.2f)), 12.0f,
+        0.5f}}}.teach(4000, 1);
   // Light from two metres away: seen from a corner of the cell the lobes have turned.
   for (GuideSample& s : samples) s.inverse_distance = 0.5f;
   const GuideDistribution learned = taught(samples);
@@ -83,12 +94,14 @@ TEST(GuideLobes, learned_density_is_what_is_sampled_from_anywhere) {
       const float u_lobe = rng.next_float(), x = rng.next_float();
       return std::optional(learned.sample(lobes, u_lobe, {x, rng.next_float()}));
     };
-    EXPECT_TRUE(chi_square_agrees(sample, [&](Vec3 w) { return pdf_solid_angle(lobes, w); }, {.domain = statistical::SampleDomain::Sphere, .level = {.test_count = 2}}));
+    EXPECT_TRUE(chi_square_agrees(sample, [&](Vec3 w) { return pdf_solid_angle(lobes, w); },
+                                  {.domain = statistical::SampleDomain::Sphere, .level = {.test_count = 2}}));
   }
 }
 
 TEST(GuideLobes, known_mixture_is_recovered_from_importance_weights) {
-  const Teacher teacher{{{glm::normalize(Vec3(1, 0, 1)), 80.0f, 0.7f}, {glm::normalize(Vec3(-1, 1, 0.2f)), 25.0f, 0.3f}}};
+  const Teacher teacher{
+      {{glm::normalize(Vec3(1, 0, 1)), 80.0f, 0.7f}, {glm::normalize(Vec3(-1, 1, 0.2f)), 25.0f, 0.3f}}};
   const GuideDistribution learned = taught(teacher.teach(20000, 2));
   GuideLobes lobes;
   learned.aim(learned.center(), lobes);
@@ -103,12 +116,13 @@ TEST(GuideLobes, known_mixture_is_recovered_from_importance_weights) {
   }
   EXPECT_LT(divergence, 0.05);
   EXPECT_GT(divergence, -0.02);
-  EXPECT_NEAR(learned.share(GuideKind::Diffuse), 0.5f, 0.001f);   // all that is allowed
+  EXPECT_NEAR(learned.share(GuideKind::Diffuse), 0.5f, 0.001f);  // all that is allowed
 }
 
 /// Each round is worth as much as all before: sums of the past are halved and added to for ever.
 TEST(GuideLobes, a_thousand_rounds_of_learning_do_not_drift) {
-  const Teacher teacher{{{glm::normalize(Vec3(1, 0, 1)), 80.0f, 0.7f}, {glm::normalize(Vec3(-1, 1, 0.2f)), 25.0f, 0.3f}}};
+  const Teacher teacher{
+      {{glm::normalize(Vec3(1, 0, 1)), 80.0f, 0.7f}, {glm::normalize(Vec3(-1, 1, 0.2f)), 25.0f, 0.3f}}};
   GuideDistribution learned = taught(teacher.teach(2000, 1));
   Pcg32 rng(3);
   for (int round = 0; round < 1000; ++round) {
@@ -127,7 +141,7 @@ TEST(GuideLobes, a_thousand_rounds_of_learning_do_not_drift) {
     divergence += p * std::log(std::max(p, 1e-30) / q) * 4.0 * double(kPi) / n;
   }
   EXPECT_NEAR(integral, 1.0, 0.02);
-  EXPECT_LT(divergence, 0.1);   // of rounds of 500 samples each
+  EXPECT_LT(divergence, 0.1);  // of rounds of 500 samples each
 }
 
 TEST(GuideLobes, guide_gives_way_to_a_bsdf_that_finds_the_light) {
@@ -137,7 +151,8 @@ TEST(GuideLobes, guide_gives_way_to_a_bsdf_that_finds_the_light) {
   for (int i = 0; i < 4000; ++i) {
     const float u = rng.next_float();
     const Vec3 w = warp::square_to_cosine_hemisphere({u, rng.next_float()});
-    samples.push_back({Vec3(0.0f), Vec3(0, 0, 1), w, 0.0f, 1.0f, warp::cosine_hemisphere_pdf_solid_angle(w.z), GuideKind::Diffuse});
+    samples.push_back(
+        {Vec3(0.0f), Vec3(0, 0, 1), w, 0.0f, 1.0f, warp::cosine_hemisphere_pdf_solid_angle(w.z), GuideKind::Diffuse});
   }
   EXPECT_LT(taught(samples, 200).share(GuideKind::Diffuse), 0.35f);
   EXPECT_GT(taught(samples, 3).share(GuideKind::Diffuse), taught(samples, 200).share(GuideKind::Diffuse));
@@ -172,7 +187,7 @@ TEST(GuideLobes, extreme_samples_leave_a_density) {
   tree.learn({});
   EXPECT_EQ(tree.find(Vec3(0.0f), Vec3(0, 0, 1)), nullptr);
   tree.learn(std::vector<GuideSample>(5000, black));
-  tree.learn(std::vector<GuideSample>(5000, one));   // all at one point: nothing to divide
+  tree.learn(std::vector<GuideSample>(5000, one));  // all at one point: nothing to divide
   EXPECT_LE(tree.cell_count(), 1u);
 }
 
@@ -265,7 +280,8 @@ TEST(GuidedPaths, agree_with_plain_ones_where_they_learn_most_of_the_time) {
       scenes.push_back({scene.name + "_limited", scene.description});
       scenes.back().description.settings.bounces = {4, 1, 1, 2, 2, 0};
     }
-    if (is("area_lamp") || is("glossy") || is("rough_glass_and_mirror") || is("sphere_and_spot")) scenes.push_back(std::move(scene));
+    if (is("area_lamp") || is("glossy") || is("rough_glass_and_mirror") || is("sphere_and_spot"))
+      scenes.push_back(std::move(scene));
   }
   ASSERT_EQ(scenes.size(), 6u);
   const int tests = int(scenes.size());
@@ -274,8 +290,10 @@ TEST(GuidedPaths, agree_with_plain_ones_where_they_learn_most_of_the_time) {
     guided.settings.guiding = "on";
     const auto expected = blocks(scene.description, "path", 32, 16, 100), actual = blocks(guided, "path", 16, 24, 200);
     for (int i = 0; i < kValues; ++i) {
-      if (i % 4 == 3 && std::abs(expected[size_t(i)].mean() - actual[size_t(i)].mean()) < 1e-5) continue;  // alpha: rounding
-      EXPECT_TRUE(means_agree(expected[size_t(i)], actual[size_t(i)], {0.01, kValues * tests})) << scene.name << ", block " << i / 4 << ", channel " << i % 4;
+      if (i % 4 == 3 && std::abs(expected[size_t(i)].mean() - actual[size_t(i)].mean()) < 1e-5)
+        continue;  // alpha: rounding
+      EXPECT_TRUE(means_agree(expected[size_t(i)], actual[size_t(i)], {0.01, kValues * tests}))
+          << scene.name << ", block " << i / 4 << ", channel " << i % 4;
     }
   }
 }

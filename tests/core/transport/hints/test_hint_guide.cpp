@@ -20,7 +20,11 @@ struct Guided {
   FollowedHints followed;
 
   Guided(SceneDescription d, std::vector<HintDescription> described, uint32_t seed = 1)
-      : scene([&] { d.hints = std::move(described); return build(d); }()), space(*scene, 0, 0, 12, 12, true) {
+      : scene([&] {
+          d.hints = std::move(described);
+          return build(d);
+        }()),
+        space(*scene, 0, 0, 12, 12, true) {
     std::atomic<bool> stop{false};
     followed.begin(std::make_shared<const AttachedHints>(attach_hints(space.scene)), space, seed, stop);
   }
@@ -51,7 +55,9 @@ TEST(HintGuide, starts_have_the_density_of_the_mixture) {
     float one_minus_cos;
   };
   const Vec3 through = glm::normalize(Vec3(1.0f, 0.0f, -0.167f) - kLamp);
-  for (const Region region : {Region{"the hint's own", 0, through, 0.004f}, {"around the hint", 0, through, 0.05f}, {"elsewhere", 0, glm::normalize(Vec3(0.6f, -0.6f, -0.3f)), 0.1f},
+  for (const Region region : {Region{"the hint's own", 0, through, 0.004f},
+                              {"around the hint", 0, through, 0.05f},
+                              {"elsewhere", 0, glm::normalize(Vec3(0.6f, -0.6f, -0.3f)), 0.1f},
                               {"the other lamp", 1, Vec3(0, 0, -1), 0.3f}}) {
     RunningMoments moments;
     Sampler sampler(Sampler::Kind::Independent, 3);
@@ -73,7 +79,8 @@ TEST(HintGuide, starts_have_the_density_of_the_mixture) {
       }
       moments.add(value);
     }
-    EXPECT_TRUE(statistical::mean_agrees(moments, lamp_area * 2.0 * M_PI * double(region.one_minus_cos), {0.01, 4})) << region.what;
+    EXPECT_TRUE(statistical::mean_agrees(moments, lamp_area * 2.0 * M_PI * double(region.one_minus_cos), {0.01, 4}))
+        << region.what;
   }
 }
 
@@ -115,7 +122,7 @@ TEST(HintGuide, learns_which_hints_bring_light) {
   EXPECT_GT(statistics[0].energy_share, 0.3);
   EXPECT_LT(statistics[1].energy_share, 0.05);
   EXPECT_GT(good.followed.mutation_use(), 0.5f);
-    const Guided useless(keyhole(true), {above});
+  const Guided useless(keyhole(true), {above});
   EXPECT_EQ(useless.followed.guide(), nullptr);
   EXPECT_LT(useless.followed.mutation_use(), 0.2f);
   const Guided none(keyhole(), {});
@@ -127,8 +134,11 @@ TEST(HintGuide, learns_which_hints_bring_light) {
 class HintedIntegrator : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(HintedIntegrator, has_the_same_mean_with_good_useless_and_wrong_hints) {
-  const std::vector<HintDescription> bounced = {kTwice, hint("Off the ceiling", {kLamp, {-0.3f, 0.2f, 0.5f}, {0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, -1.0f}}, 0.15f), kThrough};
-  const std::pair<const char*, std::vector<HintDescription>> sets[] = {{"good", kGood}, {"bounced", bounced}, {"useless", kUseless}, {"wrong", kWrong}};
+  const std::vector<HintDescription> bounced = {
+      kTwice, hint("Off the ceiling", {kLamp, {-0.3f, 0.2f, 0.5f}, {0.0f, 0.0f, 1.0f}, {0.0f, 0.0f, -1.0f}}, 0.15f),
+      kThrough};
+  const std::pair<const char*, std::vector<HintDescription>> sets[] = {
+      {"good", kGood}, {"bounced", bounced}, {"useless", kUseless}, {"wrong", kWrong}};
   SceneDescription d = keyhole();
   d.settings.vertex_merging = "off";
   constexpr int kSeeds = 24, kSamples = 12;
@@ -136,7 +146,8 @@ TEST_P(HintedIntegrator, has_the_same_mean_with_good_useless_and_wrong_hints) {
   uint32_t first_seed = 1000;
   for (const auto& [name, hints] : sets) {
     const Rendered with = render_hinted(d, hints, kSeeds, first_seed += 1000, kSamples, GetParam());
-    for (size_t i = 0; i < 27; ++i) EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 4 * 27})) << name << ", value " << i;
+    for (size_t i = 0; i < 27; ++i)
+      EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 4 * 27})) << name << ", value " << i;
   }
 }
 
@@ -147,11 +158,14 @@ TEST_P(HintedIntegrator, follows_hints_from_soft_lamps) {
   d.lights[0].kind = LightKind::Point;
   d.lights[0].radius = 0.08f;
   constexpr int kSeeds = 24, kSamples = 12;
-  const Rendered none = render_hinted(d, {}, 2 * kSeeds, 1, 2 * kSamples, GetParam()), with = render_hinted(d, kGood, kSeeds, 1000, kSamples, GetParam());
-  for (size_t i = 0; i < 27; ++i) EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 27})) << "value " << i;
+  const Rendered none = render_hinted(d, {}, 2 * kSeeds, 1, 2 * kSamples, GetParam()),
+                 with = render_hinted(d, kGood, kSeeds, 1000, kSamples, GetParam());
+  for (size_t i = 0; i < 27; ++i)
+    EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 27})) << "value " << i;
 }
 // Photon maps are biased at so few passes.
-INSTANTIATE_TEST_SUITE_P(All, HintedIntegrator, ::testing::Values("bdpt", "erpt", "metropolis", "pmc_pt"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(All, HintedIntegrator, ::testing::Values("bdpt", "erpt", "metropolis", "pmc_pt"),
+                         [](const auto& info) { return std::string(info.param); });
 
 namespace {
 
@@ -183,13 +197,16 @@ TEST_P(HintedThreads, give_the_same_picture_whatever_their_number) {
   EXPECT_EQ(images[0], images[1]);
   EXPECT_EQ(images[0], images[2]);
 }
-INSTANTIATE_TEST_SUITE_P(Integrators, HintedThreads, ::testing::Values("bdpt", "erpt", "photon_map", "mps", "metropolis", "pmc_pt"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Integrators, HintedThreads,
+                         ::testing::Values("bdpt", "erpt", "photon_map", "mps", "metropolis", "pmc_pt"),
+                         [](const auto& info) { return std::string(info.param); });
 
 class HintsThroughAHole : public ::testing::TestWithParam<std::pair<const char*, double>> {};
 
 TEST_P(HintsThroughAHole, divide_the_variance) {
   const auto [integrator, gain] = GetParam();
-  const Rendered none = render_hinted(keyhole(true), {}, 24, 1, 8, integrator), good = render_hinted(keyhole(true), kGood, 24, 1000, 8, integrator);
+  const Rendered none = render_hinted(keyhole(true), {}, 24, 1, 8, integrator),
+                 good = render_hinted(keyhole(true), kGood, 24, 1000, 8, integrator);
   EXPECT_GT(relative_variance(none), gain * relative_variance(good));
 }
 INSTANTIATE_TEST_SUITE_P(Integrators, HintsThroughAHole,
@@ -228,10 +245,11 @@ TEST_P(HintedPhotons, bring_the_lamps_watts_whatever_they_follow) {
   }
   EXPECT_TRUE(statistical::means_agree(watts[0], watts[1], {0.01, 2}));
   EXPECT_TRUE(statistical::means_agree(below[0], below[1], {0.01, 2}));
-  if (!GetParam()) {   // a sphere sends most of it by way of the walls
+  if (!GetParam()) {  // a sphere sends most of it by way of the walls
     EXPECT_GT(below[0].variance(), 2.0 * below[1].variance());
   }
 }
-INSTANTIATE_TEST_SUITE_P(Lamps, HintedPhotons, ::testing::Bool(), [](const auto& info) { return info.param ? "sphere" : "area"; });
+INSTANTIATE_TEST_SUITE_P(Lamps, HintedPhotons, ::testing::Bool(),
+                         [](const auto& info) { return info.param ? "sphere" : "area"; });
 
 }  // namespace ajar::test_hint_guide

@@ -4,8 +4,8 @@
 #include "statistical.h"
 #include "transport/bidirectional/bidirectional.h"
 #include "transport/chains/chain.h"
-#include "transport/chains/mutations/standard_mutations.h"
 #include "transport/chains/mutations/hint_mutation.h"
+#include "transport/chains/mutations/standard_mutations.h"
 #include "transport_scenes.h"
 
 namespace ajar::test_hint_mutation {
@@ -22,7 +22,12 @@ struct Hinted {
   Hints hints;
 
   Hinted(SceneDescription d, std::vector<HintDescription> described, bool without_direct = true)
-      : scene([&] { d.hints = std::move(described); return build(d); }()), space(*scene, 0, 0, 12, 12, without_direct), hints(Hints::attach(*scene, reports)) {
+      : scene([&] {
+          d.hints = std::move(described);
+          return build(d);
+        }()),
+        space(*scene, 0, 0, 12, 12, without_direct),
+        hints(Hints::attach(*scene, reports)) {
     for (const HintReport& r : reports) EXPECT_TRUE(r.attached) << r.name << ": " << r.reason;
   }
 
@@ -42,12 +47,16 @@ struct Hinted {
   }
 };
 
-const std::vector<HintDescription> kGlassHints = {hint("Caustic", {{0.3f, 0.1f, 0.95f}, {0.25f, 0.25f, -0.1f}, {0.2f, 0.3f, -1.0f}}, 0.2f),
-                                                  hint("Wall", {{0.3f, 0.1f, 0.95f}, {-1.0f, 0.2f, 0.0f}}, 0.6f),
-                                                  hint("Two walls", {{0.3f, 0.1f, 0.95f}, {-1.0f, 0.2f, 0.0f}, {0.0f, 1.0f, 0.2f}}, 0.6f)};
-const std::vector<HintDescription> kPointHints = {hint("Wall", {{-0.3f, 0.2f, 0.6f}, {-1.0f, 0.2f, 0.0f}}, 0.5f),
-                                                  hint("Two walls", {{-0.3f, 0.2f, 0.6f}, {-1.0f, 0.2f, 0.0f}, {0.0f, 1.0f, 0.2f}}, 0.5f)};
-std::vector<HintDescription> hints_for(const std::string& name) { return name == "point_light" ? kPointHints : kGlassHints; }
+const std::vector<HintDescription> kGlassHints = {
+    hint("Caustic", {{0.3f, 0.1f, 0.95f}, {0.25f, 0.25f, -0.1f}, {0.2f, 0.3f, -1.0f}}, 0.2f),
+    hint("Wall", {{0.3f, 0.1f, 0.95f}, {-1.0f, 0.2f, 0.0f}}, 0.6f),
+    hint("Two walls", {{0.3f, 0.1f, 0.95f}, {-1.0f, 0.2f, 0.0f}, {0.0f, 1.0f, 0.2f}}, 0.6f)};
+const std::vector<HintDescription> kPointHints = {
+    hint("Wall", {{-0.3f, 0.2f, 0.6f}, {-1.0f, 0.2f, 0.0f}}, 0.5f),
+    hint("Two walls", {{-0.3f, 0.2f, 0.6f}, {-1.0f, 0.2f, 0.0f}, {0.0f, 1.0f, 0.2f}}, 0.5f)};
+std::vector<HintDescription> hints_for(const std::string& name) {
+  return name == "point_light" ? kPointHints : kGlassHints;
+}
 
 }  // namespace
 
@@ -92,23 +101,31 @@ TEST_P(HintMutationsIn, have_a_density_both_ways_and_keep_what_the_eye_sees_or_t
   EXPECT_LE(unknown, 1 + proposed / 300);
   EXPECT_LE(unpaired, proposed / 3);
 }
-INSTANTIATE_TEST_SUITE_P(Scenes, HintMutationsIn, ::testing::Values("glass_ball", "point_light"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Scenes, HintMutationsIn, ::testing::Values("glass_ball", "point_light"),
+                         [](const auto& info) { return std::string(info.param); });
 
 /// E[1 / pdf] over proposals whose new vertices lie in a region is the measure of the region.
 TEST(HintMutationDensity, one_over_it_integrates_to_the_measure_of_a_region) {
   // Lamp of area 0.25; a patch of area 0.04 on the left wall, or one that the eye sees on the back wall.
-  const auto on_left = [](Vec3 p) { return std::abs(p.x + 1.0f) < 1e-3f && std::abs(p.y) < 0.1f && std::abs(p.z) < 0.1f; };
-  const auto on_back = [](Vec3 p) { return std::abs(p.y - 1.0f) < 1e-3f && std::abs(p.x + 0.2f) < 0.1f && std::abs(p.z - 0.3f) < 0.1f; };
+  const auto on_left = [](Vec3 p) {
+    return std::abs(p.x + 1.0f) < 1e-3f && std::abs(p.y) < 0.1f && std::abs(p.z) < 0.1f;
+  };
+  const auto on_back = [](Vec3 p) {
+    return std::abs(p.y - 1.0f) < 1e-3f && std::abs(p.x + 0.2f) < 0.1f && std::abs(p.z - 0.3f) < 0.1f;
+  };
   struct Case {
     const char* what;
     float hint_probability;
     bool lens;
   };
-  for (const Case c : {Case{"hint joined to what is seen", 1.0f, false}, Case{"hint joined to the lens", 1.0f, true}, Case{"regrowth", 0.0f, false}}) {
+  for (const Case c : {Case{"hint joined to what is seen", 1.0f, false}, Case{"hint joined to the lens", 1.0f, true},
+                       Case{"regrowth", 0.0f, false}}) {
     const Vec3 target = c.lens ? Vec3(-0.2f, 1.0f, 0.3f) : Vec3(-1.0f, 0.0f, 0.0f);
     const Hinted h(scene_named("area_lamp"), {hint("Patch", {{0.1f, 0.1f, 0.95f}, target}, 0.5f)}, !c.lens);
     const HintMutation mutation(h.space, h.hints, c.hint_probability, 1.0f - c.hint_probability);
-    const auto from = h.find([](const Path& p) { return p.count == 4 && p.vertices[2].position().y > 0.99f && p.vertices[2].position().z > 0.0f; });
+    const auto from = h.find([](const Path& p) {
+      return p.count == 4 && p.vertices[2].position().y > 0.99f && p.vertices[2].position().z > 0.0f;
+    });
     ASSERT_TRUE(from);
     auto to = std::make_unique<Path>();
     Sampler sampler(Sampler::Kind::Independent, 5);
@@ -133,8 +150,10 @@ TEST_P(HintMutationChains, stay_in_the_distribution_of_their_target) {
   const Hinted h(scene_named(GetParam()), hints_for(GetParam()));
   const auto visits = [&](bool hinted, uint32_t seed) {
     std::vector<MutationShare> shares;
-    if (hinted) shares.push_back({std::make_unique<HintMutation>(h.space, h.hints, 0.5f, 0.2f), 1.0f});
-    else shares.push_back({std::make_unique<BidirectionalMutation>(h.space), 1.0f});
+    if (hinted)
+      shares.push_back({std::make_unique<HintMutation>(h.space, h.hints, 0.5f, 0.2f), 1.0f});
+    else
+      shares.push_back({std::make_unique<BidirectionalMutation>(h.space), 1.0f});
     std::array<double, 5> sums{};
     for (uint32_t c = 0; c < 4; ++c) {
       Chain chain(h.space, shares);
@@ -163,9 +182,11 @@ TEST_P(HintMutationChains, stay_in_the_distribution_of_their_target) {
     for (size_t i = 0; i < 5; ++i) plain[i].add(a[i]), hinted[i].add(b[i]);
   }
   EXPECT_GT(plain[4].mean(), 0.02);  // the hints matter
-  for (size_t i = 0; i < 5; ++i) EXPECT_TRUE(statistical::means_agree(plain[i], hinted[i], {0.01, 10})) << "statistic " << i;
+  for (size_t i = 0; i < 5; ++i)
+    EXPECT_TRUE(statistical::means_agree(plain[i], hinted[i], {0.01, 10})) << "statistic " << i;
 }
-INSTANTIATE_TEST_SUITE_P(Scenes, HintMutationChains, ::testing::Values("glass_ball", "point_light"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(Scenes, HintMutationChains, ::testing::Values("glass_ball", "point_light"),
+                         [](const auto& info) { return std::string(info.param); });
 
 TEST(StandardMutations, leave_out_what_a_scene_does_not_need) {
   const auto names = [](SceneDescription d, std::vector<HintDescription> described) {
@@ -180,12 +201,14 @@ TEST(StandardMutations, leave_out_what_a_scene_does_not_need) {
 
 TEST(HintMutations, never_change_the_mean_good_useless_or_wrong) {
   const Rendered none = render_hinted(keyhole(), {}, 24, 1);
-  const std::pair<const char*, std::vector<HintDescription>> sets[] = {{"good", kGood}, {"useless", kUseless}, {"wrong", kWrong}};
+  const std::pair<const char*, std::vector<HintDescription>> sets[] = {
+      {"good", kGood}, {"useless", kUseless}, {"wrong", kWrong}};
   uint32_t first_seed = 1000;
   for (const auto& [name, hints] : sets) {
     const Rendered with = render_hinted(keyhole(), hints, 24, first_seed += 1000);
-    for (size_t i = 0; i < 27; ++i) EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 3 * 27})) << name << ", value " << i;
-    EXPECT_GT(with.proposed, 1000u) << name;   // the less they bring, the seldomer
+    for (size_t i = 0; i < 27; ++i)
+      EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 3 * 27})) << name << ", value " << i;
+    EXPECT_GT(with.proposed, 1000u) << name;  // the less they bring, the seldomer
     if (std::string(name) == "good") {
       EXPECT_GT(with.accepted, 100u);
     }
@@ -194,19 +217,22 @@ TEST(HintMutations, never_change_the_mean_good_useless_or_wrong) {
 
 TEST(HintMutations, are_followed_by_populations_too) {
   const Rendered none = render_hinted(keyhole(), {}, 16, 1, 24, "pmc_pt");
-  const Rendered good = render_hinted(keyhole(), kGood, 16, 1000, 24, "pmc_pt"), wrong = render_hinted(keyhole(), kWrong, 16, 2000, 24, "pmc_pt");
+  const Rendered good = render_hinted(keyhole(), kGood, 16, 1000, 24, "pmc_pt"),
+                 wrong = render_hinted(keyhole(), kWrong, 16, 2000, 24, "pmc_pt");
   for (const Rendered& with : {good, wrong}) {
-    for (size_t i = 0; i < 27; ++i) EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 2 * 27})) << "value " << i;
+    for (size_t i = 0; i < 27; ++i)
+      EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 2 * 27})) << "value " << i;
     EXPECT_GT(with.proposed, 1000u);
   }
   EXPECT_GT(good.accepted, 50u);
   // The hints' parts of the light are what chains find.
   const SceneDescription easy = scene_named("glass_ball");
-  constexpr int kSeeds = 8;   // of one, shares are no surer than a sixth
+  constexpr int kSeeds = 8;  // of one, shares are no surer than a sixth
   std::vector<double> of_chains(kGlassHints.size(), 0.0), of_members = of_chains;
   const auto add_shares = [&](const char* integrator, uint32_t seed, std::vector<double>& sums) {
     const Rendered one = render_hinted(easy, kGlassHints, 1, seed, 400, integrator);
-    for (size_t i = 0; i < sums.size(); ++i) sums[i] += one.statistics["hints"][i]["energy_share"].get<double>() / kSeeds;
+    for (size_t i = 0; i < sums.size(); ++i)
+      sums[i] += one.statistics["hints"][i]["energy_share"].get<double>() / kSeeds;
   };
   for (uint32_t seed = 5; seed < 5 + kSeeds; ++seed) {
     add_shares("metropolis", seed, of_chains);
@@ -219,8 +245,12 @@ TEST(HintMutations, are_followed_by_populations_too) {
 }
 
 TEST(HintMutations, that_are_malformed_are_reported_by_name_and_do_not_stop_the_render) {
-  std::vector<HintDescription> hints = {hint("One point", {kLamp}), hint("Off in space", {kLamp, {50, 50, 50}}), hint("Through a wall", {kLamp, {-0.9f, 0.0f, -0.9f}}),
-                                        hint("Not a number", {kLamp, {kNan, 0, 0}}), hint("Ten thousand points", std::vector<Vec3>(10000, kLamp)), kGood[0]};
+  std::vector<HintDescription> hints = {hint("One point", {kLamp}),
+                                        hint("Off in space", {kLamp, {50, 50, 50}}),
+                                        hint("Through a wall", {kLamp, {-0.9f, 0.0f, -0.9f}}),
+                                        hint("Not a number", {kLamp, {kNan, 0, 0}}),
+                                        hint("Ten thousand points", std::vector<Vec3>(10000, kLamp)),
+                                        kGood[0]};
   hints[1].points[0] = Vec3(40, 40, 40);
   const Rendered r = render_hinted(keyhole(), hints, 1, 7, 2);
   const auto& reported = r.statistics["hints"];
@@ -238,7 +268,8 @@ TEST(HintMutations, that_are_malformed_are_reported_by_name_and_do_not_stop_the_
   // The artist is told in the list of warnings, too.
   size_t warnings = 0;
   for (const auto& diagnostic : r.statistics["diagnostics"])
-    for (const HintDescription& h : hints) warnings += diagnostic["severity"] == "warning" && diagnostic["object"] == h.name;
+    for (const HintDescription& h : hints)
+      warnings += diagnostic["severity"] == "warning" && diagnostic["object"] == h.name;
   EXPECT_EQ(warnings, hints.size() - 1);
 }
 

@@ -17,7 +17,8 @@ SceneDescription two_rooms(float gap) {
   add_object(d, cube(true), grey);
   // The unit square upright in the plane x = 0: its x runs along z.
   const float half_height = 0.5f * (2.0f - gap);
-  const Mat4 upright(Vec4(0, 0, half_height, 0), Vec4(0, 1, 0, 0), Vec4(-1, 0, 0, 0), Vec4(0, 0, 1.0f - half_height, 1));
+  const Mat4 upright(Vec4(0, 0, half_height, 0), Vec4(0, 1, 0, 0), Vec4(-1, 0, 0, 0),
+                     Vec4(0, 0, 1.0f - half_height, 1));
   add_object(d, plane(1.0f), grey, upright);
   d.lights.push_back(point_light(Vec3(-0.8f, 0, 0.7f), 100.0f, 0.05f));
   set_camera(d, Vec3(0.9f, -0.9f, 0.3f), Vec3(0.4f, 0.8f, -0.2f), 16, 0.8f);

@@ -32,7 +32,7 @@ SceneDescription two_sides() {
   add_object(d, plane(5.0f), add_diffuse(d, Color(0.5f)));
   d.objects.back().name = "Floor";
   const Mat4 upright(Vec4(0, 0, 0.2f, 0), Vec4(0, 1, 0, 0), Vec4(-1, 0, 0, 0), Vec4(0, 0, 0, 1));
-  add_object(d, plane(5.0f), 0, upright);   // z from -1 to 1
+  add_object(d, plane(5.0f), 0, upright);  // z from -1 to 1
   d.objects.back().name = "Wall";
   d.lights.push_back(point_light(Vec3(-1, 0, 0.5f), 10.0f));
   d.lights.push_back(point_light(Vec3(3, 3, 3), 10.0f));
@@ -67,10 +67,14 @@ TEST(Hints, attach_to_the_nearest_light_and_to_what_the_points_lie_on) {
 TEST(Hints, malformed_ones_are_reported_by_name_and_skipped) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   SceneDescription d = two_sides();
-  d.hints = {hint("One point", {{-1, 0, 0.5f}}), hint("Space", {{-1, 0, 0.5f}, {-1, 0, 50.0f}}),
-             hint("Wall between", {{-1, 0, 0.5f}, {2, 0, 0.0f}}), hint("Not a number", {{-1, 0, 0.5f}, {nan, 0, 0}}),
-             hint("Endless", std::vector<Vec3>(10000, Vec3(-1, 0, 0))), hint("Nowhere near a light", {{-1, 50, 0}, {-1, 50.5f, 0}}),
-             hint("Same point", {{-1, 0, 0.5f}, {-1, 0, 0.5f}}), hint("Good", {{-1, 0, 0.5f}, {-2, 0, 0}})};
+  d.hints = {hint("One point", {{-1, 0, 0.5f}}),
+             hint("Space", {{-1, 0, 0.5f}, {-1, 0, 50.0f}}),
+             hint("Wall between", {{-1, 0, 0.5f}, {2, 0, 0.0f}}),
+             hint("Not a number", {{-1, 0, 0.5f}, {nan, 0, 0}}),
+             hint("Endless", std::vector<Vec3>(10000, Vec3(-1, 0, 0))),
+             hint("Nowhere near a light", {{-1, 50, 0}, {-1, 50.5f, 0}}),
+             hint("Same point", {{-1, 0, 0.5f}, {-1, 0, 0.5f}}),
+             hint("Good", {{-1, 0, 0.5f}, {-2, 0, 0}})};
   d.hints.push_back(hint("Switched off", {{-1, 0, 0.5f}, {-2, 0, 0}}));
   d.hints.back().enabled = false;
   std::vector<HintReport> reports;
@@ -89,10 +93,12 @@ TEST(Hints, malformed_ones_are_reported_by_name_and_skipped) {
 TEST(Hints, bounce_off_mirrors_and_through_glass_with_or_without_points_there) {
   SceneDescription d;
   add_object(d, plane(5.0f), add_diffuse(d, Color(0.5f)));
-  add_object(d, sphere(48), add_delta(d, "ShaderNodeBsdfGlass"), Mat4(Vec4(0.5f, 0, 0, 0), Vec4(0, 0.5f, 0, 0), Vec4(0, 0, 0.5f, 0), Vec4(0, 0, 1, 1)));
-  d.lights.push_back(point_light(Vec3(0.1f, 0.05f, 3), 10.0f));   // the mesh has needles at its poles
+  add_object(d, sphere(48), add_delta(d, "ShaderNodeBsdfGlass"),
+             Mat4(Vec4(0.5f, 0, 0, 0), Vec4(0, 0.5f, 0, 0), Vec4(0, 0, 0.5f, 0), Vec4(0, 0, 1, 1)));
+  d.lights.push_back(point_light(Vec3(0.1f, 0.05f, 3), 10.0f));  // the mesh has needles at its poles
   set_camera(d, Vec3(2, -2, 2), Vec3(1, 0, 0), 8);
-  d.hints = {hint("All", {{0.1f, 0.05f, 3}, {0.025f, 0.01f, 1.5f}, {0, 0, 0.5f}, {0, 0, 0}}), hint("Ends", {{0.1f, 0.05f, 3}, {0, 0, 0}})};
+  d.hints = {hint("All", {{0.1f, 0.05f, 3}, {0.025f, 0.01f, 1.5f}, {0, 0, 0.5f}, {0, 0, 0}}),
+             hint("Ends", {{0.1f, 0.05f, 3}, {0, 0, 0}})};
   std::vector<HintReport> reports;
   const Hints hints = Hints::attach(*build(d), reports);
   ASSERT_EQ(hints.size(), 2u) << reports[0].reason << " / " << reports[1].reason;
@@ -103,7 +109,8 @@ TEST(Hints, bounce_off_mirrors_and_through_glass_with_or_without_points_there) {
     EXPECT_FALSE(hints[i].vertices[3].specular);
     EXPECT_LT(glm::length(hints[i].vertices[3].position), 0.2f);
   }
-  EXPECT_EQ(reports[1].segments, (std::vector{HintSegmentState::Attached, HintSegmentState::Bounced, HintSegmentState::Bounced}));
+  EXPECT_EQ(reports[1].segments,
+            (std::vector{HintSegmentState::Attached, HintSegmentState::Bounced, HintSegmentState::Bounced}));
 }
 
 TEST(Hints, directions_are_drawn_with_their_density) {
@@ -116,22 +123,24 @@ TEST(Hints, directions_are_drawn_with_their_density) {
     const auto pdf = [&](Vec3 w) { return double(Hints::pdf_solid_angle(h, 0, from, w)); };
     statistical::DensityTest test;
     test.level = {0.01, 3};
-    test.outside_fraction = 2e-3;   // rounding at the cone's edge
+    test.outside_fraction = 2e-3;  // rounding at the cone's edge
     EXPECT_TRUE(statistical::chi_square_agrees(statistical::from_square(map), pdf, test)) << spread;
   }
 }
 
 TEST(Hints, density_of_a_path_is_zero_unless_the_hint_could_have_made_it) {
   SceneDescription d = two_sides();
-  d.hints = {hint("A", {{-1, 0, 0.5f}, {-2, 0, 0}}), hint("B", {{-1, 0, 0.5f}, {-2, 0.02f, 0}}), hint("C", {{-1, 0, 0.5f}, {-1, 2, 0}})};
+  d.hints = {hint("A", {{-1, 0, 0.5f}, {-2, 0, 0}}), hint("B", {{-1, 0, 0.5f}, {-2, 0.02f, 0}}),
+             hint("C", {{-1, 0, 0.5f}, {-1, 2, 0}})};
   d.hints[1].weight = 3.0f;
   d.hints[1].spread = 0.2f;
   std::vector<HintReport> reports;
   const Hints hints = Hints::attach(*build(d), reports);
   ASSERT_EQ(hints.size(), 3u);
   const Hints::PathPoint near_both[] = {{Vec3(-1, 0, 0.5f), false}, {Vec3(-2, 0.01f, 0), false}};
-  const double a = 0.5 / M_PI / double(warp::one_minus_cos(d.hints[0].spread)), b = 0.5 / M_PI / double(warp::one_minus_cos(0.2f));
-  const double probability = hints[0].light_probabilities.back();   // of this lamp, for walks from lights
+  const double a = 0.5 / M_PI / double(warp::one_minus_cos(d.hints[0].spread)),
+               b = 0.5 / M_PI / double(warp::one_minus_cos(0.2f));
+  const double probability = hints[0].light_probabilities.back();  // of this lamp, for walks from lights
   EXPECT_GT(probability, 0.1);
   EXPECT_LT(probability, 0.9);
   EXPECT_NEAR(Hints::pdf(hints[0], 0, LightType::Point, Vec3(0, 0, 1), near_both) * probability, a, 1e-4 * a);

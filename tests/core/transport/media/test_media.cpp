@@ -23,13 +23,15 @@ MediumPoint evaluate(const GraphBuilder& b) {
 }
 
 void expect_color(Color actual, Color expected) {
-  for (int c = 0; c < 3; ++c) EXPECT_NEAR(actual[c], expected[c], 1e-5f * (1.0f + std::abs(expected[c]))) << "channel " << c;
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(actual[c], expected[c], 1e-5f * (1.0f + std::abs(expected[c]))) << "channel " << c;
 }
 
 /// How a test's density changes from place to place.
 enum class Density { Constant, NearlyConstant, AlongX, Sheet };
 
-/// Socket of a density: `amount`, or amount plus a millionth of x, or amount times x of the unit cube, or that much in a thin sheet.
+/// Socket of a density: `amount`, or amount plus a millionth of x, or amount times x of the unit cube, or that much in
+/// a thin sheet.
 NodeInput density_input(GraphBuilder& b, Density kind, float amount) {
   if (kind == Density::Constant) return value_input("Density", amount);
   const int coordinates = b.node("ShaderNodeTexCoord");
@@ -38,21 +40,25 @@ NodeInput density_input(GraphBuilder& b, Density kind, float amount) {
     first.socket = "Value";
     return b.node("ShaderNodeMath", {first, value_input("Value_001", second)}, {text_property("operation", operation)});
   };
-  if (kind == Density::AlongX) return linked_input("Density", math("MULTIPLY", linked_input("", x, "X"), amount), "Value");
+  if (kind == Density::AlongX)
+    return linked_input("Density", math("MULTIPLY", linked_input("", x, "X"), amount), "Value");
   if (kind == Density::NearlyConstant) {
     const int tiny = math("MULTIPLY", linked_input("", x, "X"), 1e-6f);
     return linked_input("Density", math("ADD", linked_input("", tiny, "Value"), amount), "Value");
   }
   // |y - 0.51| < 0.0001 of two metres.
-  const int middle = math("SUBTRACT", linked_input("", x, "Y"), 0.51f), distance = math("ABSOLUTE", linked_input("", middle, "Value"), 0.0f);
+  const int middle = math("SUBTRACT", linked_input("", x, "Y"), 0.51f),
+            distance = math("ABSOLUTE", linked_input("", middle, "Value"), 0.0f);
   const int within = math("LESS_THAN", linked_input("", distance, "Value"), 0.0001f);
   return linked_input("Density", math("MULTIPLY", linked_input("", within, "Value"), amount), "Value");
 }
 
-int add_volume(SceneDescription& d, const std::string& type, Color color, float amount, Density density = Density::Constant, float anisotropy = 0.0f) {
+int add_volume(SceneDescription& d, const std::string& type, Color color, float amount,
+               Density density = Density::Constant, float anisotropy = 0.0f) {
   GraphBuilder b;
   const NodeInput socket = density_input(b, density, amount);
-  b.graph.volume = {b.node(type, {value_input("Color", Vec4(color, 1.0f)), socket, value_input("Anisotropy", anisotropy)}), "Volume"};
+  b.graph.volume = {
+      b.node(type, {value_input("Color", Vec4(color, 1.0f)), socket, value_input("Anisotropy", anisotropy)}), "Volume"};
   return add_material(d, b);
 }
 int add_glow(SceneDescription& d, float emission, float absorption, Density density) {
@@ -60,13 +66,15 @@ int add_glow(SceneDescription& d, float emission, float absorption, Density dens
   const NodeInput socket = density_input(b, density, absorption);
   const int absorbs = b.node("ShaderNodeVolumeAbsorption", {value_input("Color", Vec4(0.0f)), socket});
   const int emits = b.node("ShaderNodeEmission", {value_input("Color", Vec4(1.0f)), value_input("Strength", emission)});
-  b.graph.volume = {b.node("ShaderNodeAddShader", {linked_input("Shader", absorbs, "Volume"), linked_input("Shader_001", emits, "Emission")}), "Shader"};
+  b.graph.volume = {b.node("ShaderNodeAddShader",
+                           {linked_input("Shader", absorbs, "Volume"), linked_input("Shader_001", emits, "Emission")}),
+                    "Shader"};
   return add_material(d, b);
 }
 
 MeshDescription textured_cube() {
   MeshDescription mesh = cube();
-  mesh.texture_space_size = Vec3(1.0f);   // half extents: generated coordinates run from 0 to 1
+  mesh.texture_space_size = Vec3(1.0f);  // half extents: generated coordinates run from 0 to 1
   return mesh;
 }
 
@@ -80,7 +88,8 @@ SceneDescription through_a_cube(int material = -1) {
   return d;
 }
 int add_cube(SceneDescription& d, int material, Vec3 center = Vec3(0.0f), Vec3 scale = Vec3(1.0f)) {
-  return add_object(d, textured_cube(), material, Mat4(Vec4(scale.x, 0, 0, 0), Vec4(0, scale.y, 0, 0), Vec4(0, 0, scale.z, 0), Vec4(center, 1)));
+  return add_object(d, textured_cube(), material,
+                    Mat4(Vec4(scale.x, 0, 0, 0), Vec4(0, scale.y, 0, 0), Vec4(0, 0, scale.z, 0), Vec4(center, 1)));
 }
 
 /// Mean of each channel over independent seeds; what the integrator counted.
@@ -111,14 +120,18 @@ Measured measure(const SceneDescription& d, int samples, int seeds = 16) {
 /// One of `tests` that together have level 0.01.
 void expect_mean(const Measured& measured, Color expected, int tests, double slack = 1e-4) {
   for (size_t c = 0; c < 3; ++c)
-    EXPECT_TRUE(statistical::mean_agrees(measured.channels[c], double(expected[int(c)]), {0.01, 3 * tests}, slack)) << "channel " << c;
+    EXPECT_TRUE(statistical::mean_agrees(measured.channels[c], double(expected[int(c)]), {0.01, 3 * tests}, slack))
+        << "channel " << c;
 }
 
 }  // namespace
 
 TEST(Volume, coefficients_are_those_of_cycles) {
   GraphBuilder scatter;
-  scatter.graph.volume = {scatter.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.8f, 0.5f, 0.2f, 1)), value_input("Density", 2.0f), value_input("Anisotropy", 0.3f)}), "Volume"};
+  scatter.graph.volume = {
+      scatter.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.8f, 0.5f, 0.2f, 1)),
+                                               value_input("Density", 2.0f), value_input("Anisotropy", 0.3f)}),
+      "Volume"};
   MediumPoint m = evaluate(scatter);
   expect_color(m.scattering, Color(1.6f, 1.0f, 0.4f));
   expect_color(m.extinction, Color(1.6f, 1.0f, 0.4f));
@@ -126,17 +139,21 @@ TEST(Volume, coefficients_are_those_of_cycles) {
   EXPECT_FLOAT_EQ(m.lobes[0].anisotropy, 0.3f);
 
   GraphBuilder absorb;
-  absorb.graph.volume = {absorb.node("ShaderNodeVolumeAbsorption", {value_input("Color", Vec4(0.8f, 0.5f, 1.2f, 1)), value_input("Density", 2.0f)}), "Volume"};
+  absorb.graph.volume = {absorb.node("ShaderNodeVolumeAbsorption",
+                                     {value_input("Color", Vec4(0.8f, 0.5f, 1.2f, 1)), value_input("Density", 2.0f)}),
+                         "Volume"};
   m = evaluate(absorb);
   expect_color(m.extinction, Color(0.4f, 1.0f, 0.0f));
   EXPECT_FALSE(m.scatters());
 
   GraphBuilder principled;
-  principled.graph.volume = {principled.node("ShaderNodeVolumePrincipled",
-                                             {value_input("Color", Vec4(0.5f, 0.2f, 1.5f, 1)), value_input("Density", 2.0f), value_input("Anisotropy", -5.0f),
-                                              value_input("Absorption Color", Vec4(0.25f, 0.0f, 0.0f, 1)), value_input("Emission Strength", 3.0f),
-                                              value_input("Emission Color", Vec4(1.0f, 0.5f, 0.0f, 1)), value_input("Blackbody Intensity", 0.0f)}),
-                             "Volume"};
+  principled.graph.volume = {
+      principled.node("ShaderNodeVolumePrincipled",
+                      {value_input("Color", Vec4(0.5f, 0.2f, 1.5f, 1)), value_input("Density", 2.0f),
+                       value_input("Anisotropy", -5.0f), value_input("Absorption Color", Vec4(0.25f, 0.0f, 0.0f, 1)),
+                       value_input("Emission Strength", 3.0f), value_input("Emission Color", Vec4(1.0f, 0.5f, 0.0f, 1)),
+                       value_input("Blackbody Intensity", 0.0f)}),
+      "Volume"};
   m = evaluate(principled);
   expect_color(m.scattering, Color(1.0f, 0.4f, 3.0f));
   expect_color(m.extinction, Color(1.0f + 2.0f * 0.5f * 0.5f, 0.4f + 2.0f * 0.8f, 3.0f));
@@ -147,8 +164,12 @@ TEST(Volume, coefficients_are_those_of_cycles) {
   const int a = mixed.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(1.0f)), value_input("Density", 4.0f)});
   const int e = mixed.node("ShaderNodeEmission", {value_input("Color", Vec4(1.0f)), value_input("Strength", 2.0f)});
   const int bsdf = mixed.node("ShaderNodeBsdfDiffuse");
-  const int both = mixed.node("ShaderNodeAddShader", {linked_input("Shader", e, "Emission"), linked_input("Shader_001", bsdf, "BSDF")});
-  mixed.graph.volume = {mixed.node("ShaderNodeMixShader", {value_input("Fac", 0.25f), linked_input("Shader", a, "Volume"), linked_input("Shader_001", both, "Shader")}), "Shader"};
+  const int both = mixed.node("ShaderNodeAddShader",
+                              {linked_input("Shader", e, "Emission"), linked_input("Shader_001", bsdf, "BSDF")});
+  mixed.graph.volume = {
+      mixed.node("ShaderNodeMixShader", {value_input("Fac", 0.25f), linked_input("Shader", a, "Volume"),
+                                         linked_input("Shader_001", both, "Shader")}),
+      "Shader"};
   m = evaluate(mixed);
   expect_color(m.scattering, Color(3.0f));
   expect_color(m.emission, Color(0.5f));
@@ -156,21 +177,31 @@ TEST(Volume, coefficients_are_those_of_cycles) {
 
 TEST(Volume, fire_is_as_bright_as_that_of_cycles) {
   GraphBuilder b;
-  b.graph.volume = {b.node("ShaderNodeVolumePrincipled", {value_input("Density", 0.0f), value_input("Blackbody Intensity", 1.0f), value_input("Temperature", 1500.0f)}), "Volume"};
-  // Stefan and Boltzmann over pi, a millionth: 5.670373e-14 / pi * 1500^4 times the colour of luminance 1 (blackbody.h of Blender).
+  b.graph.volume = {
+      b.node("ShaderNodeVolumePrincipled", {value_input("Density", 0.0f), value_input("Blackbody Intensity", 1.0f),
+                                            value_input("Temperature", 1500.0f)}),
+      "Volume"};
+  // Stefan and Boltzmann over pi, a millionth: 5.670373e-14 / pi * 1500^4 times the colour of luminance 1 (blackbody.h
+  // of Blender).
   EXPECT_NEAR(luminance(evaluate(b).emission), 5.670373e-14f / kPi * 1500.0f * 1500.0f * 1500.0f * 1500.0f, 2e-3f);
 }
 
 TEST(Volume, values_that_make_no_sense_are_nothing) {
   for (const float density : {0.0f, -3.0f, NAN, -INFINITY}) {
     GraphBuilder b;
-    b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(-1.0f, 0.5f, NAN, 1)), value_input("Density", density), value_input("Anisotropy", NAN)}), "Volume"};
+    b.graph.volume = {
+        b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(-1.0f, 0.5f, NAN, 1)),
+                                           value_input("Density", density), value_input("Anisotropy", NAN)}),
+        "Volume"};
     EXPECT_TRUE(evaluate(b).empty()) << density;
   }
   // Nothing of what exceeds all floats is nothing.
   GraphBuilder fire;
-  fire.graph.volume = {fire.node("ShaderNodeVolumePrincipled", {value_input("Density", 0.0f), value_input("Blackbody Intensity", 1.0f), value_input("Temperature", 1e30f),
-                                                                value_input("Blackbody Tint", Vec4(1.0f, 1.0f, 0.0f, 1.0f))}), "Volume"};
+  fire.graph.volume = {
+      fire.node("ShaderNodeVolumePrincipled",
+                {value_input("Density", 0.0f), value_input("Blackbody Intensity", 1.0f),
+                 value_input("Temperature", 1e30f), value_input("Blackbody Tint", Vec4(1.0f, 1.0f, 0.0f, 1.0f))}),
+      "Volume"};
   EXPECT_GT(evaluate(fire).emission.x, 1e9f);
   EXPECT_EQ(evaluate(fire).emission.z, 0.0f);
   // Computed ones are counted as well.
@@ -205,7 +236,8 @@ TEST(Volume, phase_functions_are_sampled_with_their_density) {
   // Each colour is conserved.
   Color integral(0.0f);
   constexpr int kSteps = 20000;
-  for (int i = 0; i < kSteps; ++i) integral += 4.0f * kPi / float(kSteps) * phase.evaluate(-1.0f + 2.0f * (float(i) + 0.5f) / float(kSteps));
+  for (int i = 0; i < kSteps; ++i)
+    integral += 4.0f * kPi / float(kSteps) * phase.evaluate(-1.0f + 2.0f * (float(i) + 0.5f) / float(kSteps));
   expect_color(glm::round(integral * 1e4f) / 1e4f, Color(1.0f));
 }
 
@@ -226,7 +258,8 @@ TEST(Media, a_density_that_varies_absorbs_by_its_integral) {
 
 TEST(Media, extinction_above_its_majorant_is_unbiased_and_counted) {
   SceneDescription d = through_a_cube();
-  // 0.4 mm, unseen by the samples here, fifty times as dense as its majorant: weights of -50. Cut to it, nearly all would get through.
+  // 0.4 mm, unseen by the samples here, fifty times as dense as its majorant: weights of -50. Cut to it, nearly all
+  // would get through.
   add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 100.0f, Density::Sheet));
   const Measured measured = measure(d, 512);
   expect_mean(measured, Color(std::exp(-0.04f)), 1);
@@ -253,17 +286,21 @@ TEST(Media, the_worlds_fog_fills_a_furnace) {
   set_camera(d, Vec3(0.1f, -0.8f, 0.1f), Vec3(0.0f, 0.5f, -0.25f), 6, 0.7f);
   d.settings.bounces = {1000, 1000, 1000, 1000, 8, 1000};
   GraphBuilder b;
-  b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(1.0f)), value_input("Density", 1.0f), value_input("Anisotropy", 0.4f)}), "Volume"};
+  b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(1.0f)), value_input("Density", 1.0f),
+                                                       value_input("Anisotropy", 0.4f)}),
+                    "Volume"};
   d.world.graph = b.graph;
   expect_mean(measure(d, 48), Color(1.0f), 1);
 }
 
 TEST(Media, the_worlds_volume_has_no_end) {
   SceneDescription d = through_a_cube();
-  add_object(d, cube(), add_diffuse(d, Color(0.0f), Color(1.0f)), moved(Vec3(0, 0.5f, 0)));   // 4.5 m away
+  add_object(d, cube(), add_diffuse(d, Color(0.0f), Color(1.0f)), moved(Vec3(0, 0.5f, 0)));  // 4.5 m away
   GraphBuilder b;
-  b.graph.volume = {b.node("ShaderNodeVolumeAbsorption", {value_input("Color", Vec4(0.0f)), value_input("Density", 0.2f)}), "Volume"};
-  b.graph.surface = {b.node("ShaderNodeBackground", {value_input("Color", Vec4(1.0f)), value_input("Strength", 1.0f)}), "Background"};
+  b.graph.volume = {
+      b.node("ShaderNodeVolumeAbsorption", {value_input("Color", Vec4(0.0f)), value_input("Density", 0.2f)}), "Volume"};
+  b.graph.surface = {b.node("ShaderNodeBackground", {value_input("Color", Vec4(1.0f)), value_input("Strength", 1.0f)}),
+                     "Background"};
   d.world.graph = b.graph;
   expect_mean(measure(d, 4), Color(std::exp(-0.2f * 4.5f)), 2);
   d.instances.clear();
@@ -280,14 +317,17 @@ TEST(Media, both_trackers_have_one_mean) {
     set_world(d, Color(0.0f));
     GraphBuilder b;
     const NodeInput density = density_input(b, k == 0 ? Density::Constant : Density::NearlyConstant, 1.2f);
-    b.graph.volume = {b.node("ShaderNodeVolumePrincipled", {value_input("Color", Vec4(0.7f, 0.9f, 0.3f, 1)), density, value_input("Anisotropy", 0.4f),
-                                                            value_input("Absorption Color", Vec4(0.2f)), value_input("Emission Strength", 0.05f)}), "Volume"};
+    b.graph.volume = {b.node("ShaderNodeVolumePrincipled",
+                             {value_input("Color", Vec4(0.7f, 0.9f, 0.3f, 1)), density, value_input("Anisotropy", 0.4f),
+                              value_input("Absorption Color", Vec4(0.2f)), value_input("Emission Strength", 0.05f)}),
+                      "Volume"};
     add_cube(d, add_material(d, b));
     d.lights.push_back(point_light(Vec3(2.0f, -2.0f, 2.0f), 300.0f, 0.2f));
-    d.lights.push_back(area_lamp(Vec3(-0.4f, 0.3f, 0.2f), Vec3(1, -1, 0), 0.5f, 20.0f));   // inside
+    d.lights.push_back(area_lamp(Vec3(-0.4f, 0.3f, 0.2f), Vec3(1, -1, 0), 0.5f, 20.0f));  // inside
     found[size_t(k)] = measure(d, 128);
   }
-  for (size_t c = 0; c < 3; ++c) EXPECT_TRUE(statistical::means_agree(found[0].channels[c], found[1].channels[c], {0.01, 3}));
+  for (size_t c = 0; c < 3; ++c)
+    EXPECT_TRUE(statistical::means_agree(found[0].channels[c], found[1].channels[c], {0.01, 3}));
   EXPECT_EQ(found[0].extra["media_lookups"], 0.0);
   EXPECT_GT(found[1].extra["media_lookups"], 0.0);
 }
@@ -300,15 +340,18 @@ TEST(Media, light_scattered_once_is_the_integral_along_the_ray) {
     set_camera(d, Vec3(0.2f, -5, 0.1f), Vec3(0.2f, 0, 0.1f), 6, 1e-4f);
     d.settings.bounces.volume = 0;
     const float g = 0.6f, amount = 0.9f;
-    const Vec3 lamp(0.5f, 0.3f, 2.0f);   // above the cube
-    add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(1.0f), amount, varies ? Density::AlongX : Density::Constant, g));
+    const Vec3 lamp(0.5f, 0.3f, 2.0f);  // above the cube
+    add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(1.0f), amount,
+                           varies ? Density::AlongX : Density::Constant, g));
     d.lights.push_back(point_light(lamp, 200.0f));
     if (hidden_lamp) {
-      add_object(d, plane(1000.0f), add_diffuse(d, Color(0.0f)), Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, -1.5f, 1)));
+      add_object(d, plane(1000.0f), add_diffuse(d, Color(0.0f)),
+                 Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, -1.5f, 1)));
       d.lights.push_back(point_light(Vec3(0, 0, -2.5f), 2e6f, 0.1f));
     }
     const auto scene = build(d);
-    // Midpoint rule; the optical depth of a stretch inside the cube is its length times the mean density, which is linear.
+    // Midpoint rule; the optical depth of a stretch inside the cube is its length times the mean density, which is
+    // linear.
     double expected = 0.0;
     constexpr int kSteps = 4000;
     const auto density = [&](Vec3 p) { return varies ? amount * 0.5f * (p.x + 1.0f) : amount; };
@@ -318,7 +361,8 @@ TEST(Media, light_scattered_once_is_the_integral_along_the_ray) {
       ASSERT_TRUE(sample);
       const float rise = (1.0f - p.z) / sample->wi.z;
       const float depth = density(p) * (p.y + 1.0f) + density(p + 0.5f * rise * sample->wi) * rise;
-      expected += 2.0 / kSteps * double(density(p) * std::exp(-depth) * henyey_greenstein(sample->wi.y, g) * sample->radiance.x);
+      expected += 2.0 / kSteps *
+                  double(density(p) * std::exp(-depth) * henyey_greenstein(sample->wi.y, g) * sample->radiance.x);
     }
     expect_mean(measure(d, 512), Color(float(expected)), 4, 1e-3);
   }
@@ -329,7 +373,9 @@ TEST(Media, lobes_of_media_that_overlap_are_weighed_by_what_they_scatter) {
   set_world(d, Color(0.0f));
   d.settings.bounces.volume = 0;
   const float amounts[] = {0.3f, 0.6f}, g[] = {0.7f, -0.4f};
-  for (int i = 0; i < 2; ++i) add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(1.0f), amounts[i], Density::Constant, g[i]), Vec3(0.0f), Vec3(1.0f + 1e-4f * float(i)));
+  for (int i = 0; i < 2; ++i)
+    add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(1.0f), amounts[i], Density::Constant, g[i]), Vec3(0.0f),
+             Vec3(1.0f + 1e-4f * float(i)));
   d.lights.push_back(point_light(Vec3(0.5f, 0.3f, 2.0f), 200.0f));
   const auto scene = build(d);
   double expected = 0.0;
@@ -339,7 +385,9 @@ TEST(Media, lobes_of_media_that_overlap_are_weighed_by_what_they_scatter) {
     const auto sample = scene->lights().sample_li(0, p, Vec2(0.5f), 0.0f);
     ASSERT_TRUE(sample);
     const float through = std::exp(-0.9f * (p.y + 1.0f + 1.0f / sample->wi.z));
-    for (int k = 0; k < 2; ++k) expected += 2.0 / kSteps * double(amounts[k] * through * henyey_greenstein(sample->wi.y, g[k]) * sample->radiance.x);
+    for (int k = 0; k < 2; ++k)
+      expected += 2.0 / kSteps *
+                  double(amounts[k] * through * henyey_greenstein(sample->wi.y, g[k]) * sample->radiance.x);
   }
   expect_mean(measure(d, 512), Color(float(expected)), 1, 2e-3);
 }
@@ -349,9 +397,11 @@ TEST(Media, a_lamp_in_the_worlds_fog_is_the_integral_to_infinity) {
   d.settings.bounces.volume = 0;
   const float sigma = 0.08f, g = 0.2f;
   GraphBuilder b;
-  b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(1.0f)), value_input("Density", sigma), value_input("Anisotropy", g)}), "Volume"};
+  b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(1.0f)), value_input("Density", sigma),
+                                                       value_input("Anisotropy", g)}),
+                    "Volume"};
   d.world.graph = b.graph;
-  add_cube(d, add_diffuse(d, Color(0.5f)), Vec3(0, 0, -50));   // out of sight
+  add_cube(d, add_diffuse(d, Color(0.5f)), Vec3(0, 0, -50));  // out of sight
   d.lights.push_back(point_light(Vec3(0.5f, 0.3f, 2.0f), 200.0f));
   const auto scene = build(d);
   double expected = 0.0;
@@ -361,7 +411,8 @@ TEST(Media, a_lamp_in_the_worlds_fog_is_the_integral_to_infinity) {
     const Vec3 p(0.0f, float(-5.0 + t), 0.0f);
     const auto sample = scene->lights().sample_li(0, p, Vec2(0.5f), 0.0f);
     ASSERT_TRUE(sample);
-    expected += 300.0 / kSteps * double(sigma) * std::exp(-double(sigma) * (t + double(sample->distance))) * double(henyey_greenstein(sample->wi.y, g) * sample->radiance.x);
+    expected += 300.0 / kSteps * double(sigma) * std::exp(-double(sigma) * (t + double(sample->distance))) *
+                double(henyey_greenstein(sample->wi.y, g) * sample->radiance.x);
   }
   expect_mean(measure(d, 512), Color(float(expected)), 1, 1e-4);
 }
@@ -381,9 +432,11 @@ TEST(Media, emission_is_dimmed_on_its_way_out) {
 TEST(Media, the_camera_may_be_inside) {
   for (const bool bake : {true, false}) {
     SceneDescription d = through_a_cube();
-    add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.5f), Vec3(0), Vec3(2.0f, 2.0f, -2.0f));   // mirrored
-    add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.25f), Vec3(0, 3.1f, 0));                // ahead
-    add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 9.0f), Vec3(0, 0, 4), Vec3(1, 1, 0.5f));  // above
+    add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.5f), Vec3(0),
+             Vec3(2.0f, 2.0f, -2.0f));                                                               // mirrored
+    add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.25f), Vec3(0, 3.1f, 0));  // ahead
+    add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 9.0f), Vec3(0, 0, 4),
+             Vec3(1, 1, 0.5f));  // above
     set_camera(d, Vec3(0, 0, 0), Vec3(0, 1, 0), 6, 1e-4f);
     const auto scene = build(d, nullptr, bake);
     MediaCounters counters;
@@ -398,10 +451,12 @@ TEST(Media, the_camera_may_be_inside) {
 
 TEST(Media, overlapping_media_add_up) {
   SceneDescription d = through_a_cube();
-  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.5f));                               // 2 m
-  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.3f), Vec3(0, 0.7f, 0));             // 2 m, half of it in the first
-  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.9f), Vec3(0.0f), Vec3(0.4f));       // 0.8 m, within
-  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.2f, Density::NearlyConstant), Vec3(0, 0.05f, 0), Vec3(0.3f));   // 0.6 m
+  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.5f));  // 2 m
+  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.3f),
+           Vec3(0, 0.7f, 0));  // 2 m, half of it in the first
+  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.9f), Vec3(0.0f), Vec3(0.4f));  // 0.8 m, within
+  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.2f, Density::NearlyConstant),
+           Vec3(0, 0.05f, 0), Vec3(0.3f));  // 0.6 m
   expect_mean(measure(d, 256), Color(std::exp(-1.0f - 0.6f - 0.72f - 0.12f)), 1);
 }
 
@@ -412,14 +467,18 @@ TEST(Media, shadows_are_dimmed_by_what_they_pass) {
   set_camera(lit, Vec3(0, -0.5f, 0.4f), Vec3(0, 0, 0), 6, 1e-4f);
   lit.settings.bounces = {0, 0, 0, 0, 8, 0};
   SceneDescription dimmed = lit;
-  add_cube(dimmed, add_volume(dimmed, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.6f), Vec3(0, 0, 2), Vec3(2, 2, 0.5f));
+  add_cube(dimmed, add_volume(dimmed, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.6f), Vec3(0, 0, 2),
+           Vec3(2, 2, 0.5f));
   const auto bright = measure(lit, 4);
   expect_mean(measure(dimmed, 4), Color(float(bright.channels[0].mean()) * std::exp(-0.6f)), 2, 1e-3);
   // Fog beneath a ground of glass: not transparent to shadow rays, and the floor stays dark.
   SceneDescription covered = lit;
   GraphBuilder b;
-  b.graph.surface = {b.node("ShaderNodeBsdfGlass", {value_input("Color", Vec4(1.0f)), value_input("Roughness", 0.0f), value_input("IOR", 1.45f)}), "BSDF"};
-  b.graph.volume = {b.node("ShaderNodeVolumeAbsorption", {value_input("Color", Vec4(0.0f)), value_input("Density", 0.6f)}), "Volume"};
+  b.graph.surface = {b.node("ShaderNodeBsdfGlass", {value_input("Color", Vec4(1.0f)), value_input("Roughness", 0.0f),
+                                                    value_input("IOR", 1.45f)}),
+                     "BSDF"};
+  b.graph.volume = {
+      b.node("ShaderNodeVolumeAbsorption", {value_input("Color", Vec4(0.0f)), value_input("Density", 0.6f)}), "Volume"};
   add_cube(covered, add_material(covered, b), Vec3(0, 0, 2), Vec3(2, 2, 0.5f));
   expect_mean(measure(covered, 4), Color(0.0f), 2);
 }
@@ -427,9 +486,14 @@ TEST(Media, shadows_are_dimmed_by_what_they_pass) {
 TEST(Media, glass_is_tinted_by_its_thickness) {
   SceneDescription d = through_a_cube();
   GraphBuilder b;
-  b.graph.surface = {b.node("ShaderNodeBsdfRefraction", {value_input("Color", Vec4(1.0f)), value_input("Roughness", 0.0f), value_input("IOR", 1.45f)},
-                            {text_property("distribution", "SHARP")}), "BSDF"};
-  b.graph.volume = {b.node("ShaderNodeVolumeAbsorption", {value_input("Color", Vec4(0.9f, 0.5f, 0.2f, 1)), value_input("Density", 1.0f)}), "Volume"};
+  b.graph.surface = {
+      b.node("ShaderNodeBsdfRefraction",
+             {value_input("Color", Vec4(1.0f)), value_input("Roughness", 0.0f), value_input("IOR", 1.45f)},
+             {text_property("distribution", "SHARP")}),
+      "BSDF"};
+  b.graph.volume = {b.node("ShaderNodeVolumeAbsorption",
+                           {value_input("Color", Vec4(0.9f, 0.5f, 0.2f, 1)), value_input("Density", 1.0f)}),
+                    "Volume"};
   add_cube(d, add_material(d, b));
   expect_mean(measure(d, 4), glm::exp(-2.0f * Color(0.1f, 0.5f, 0.8f)), 1);
 }
@@ -437,7 +501,7 @@ TEST(Media, glass_is_tinted_by_its_thickness) {
 TEST(Media, meshes_with_holes_end_at_the_last_surface) {
   SceneDescription d = through_a_cube();
   add_object(d, plane(3.0f), add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 5.0f),
-             Mat4(Vec4(1, 0, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, -1, 0, 0), Vec4(0, 0, 0, 1)));   // faces the camera
+             Mat4(Vec4(1, 0, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, -1, 0, 0), Vec4(0, 0, 0, 1)));  // faces the camera
   const Measured measured = measure(d, 4);
   expect_mean(measured, Color(1.0f), 1);
   EXPECT_GT(measured.extra.at("media_open_ends"), 0.0);
@@ -449,8 +513,10 @@ TEST(Media, odd_shapes_and_numbers_do_no_harm) {
       SceneDescription d = through_a_cube();
       d.settings.bounces = {8, 8, 8, 8, 8, 8};
       const int material = add_volume(d, "ShaderNodeVolumeScatter", Color(0.9f, 0.0f, 7.0f), amount, density, 0.99f);
-      for (const Vec3 scale : {Vec3(1.0f), Vec3(0.0f), Vec3(1.0f, 0.0f, 1.0f), Vec3(1e-20f), Vec3(1e9f), Vec3(-1.0f)}) add_cube(d, material, Vec3(0), scale);
-      for (int i = 0; i < 20; ++i) add_cube(d, material, Vec3(0.01f * float(i), 0, 0), Vec3(0.5f));   // more than the stack holds
+      for (const Vec3 scale : {Vec3(1.0f), Vec3(0.0f), Vec3(1.0f, 0.0f, 1.0f), Vec3(1e-20f), Vec3(1e9f), Vec3(-1.0f)})
+        add_cube(d, material, Vec3(0), scale);
+      for (int i = 0; i < 20; ++i)
+        add_cube(d, material, Vec3(0.01f * float(i), 0, 0), Vec3(0.5f));  // more than the stack holds
       measure(d, 2, 1);
     }
   }
@@ -489,7 +555,11 @@ TEST(Media, passes_add_up_to_the_picture) {
   add_cube(d, add_glow(d, 0.4f, 0.3f, Density::NearlyConstant), Vec3(0.3f, 0, 0), Vec3(0.4f));
   d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 2.5f), Vec3(0, 0, -1), 0.5f, 20.0f));
   std::vector<std::string> names{"Emit", "Env", "VolumeDir", "VolumeInd", "DiffDir", "DiffInd", "DiffCol"};
-  Film film(0, 0, 12, 12, [&] { auto all = names; all.push_back("Combined"); return all; }());
+  Film film(0, 0, 12, 12, [&] {
+    auto all = names;
+    all.push_back("Combined");
+    return all;
+  }());
   const auto integrator = make_integrator("path");
   integrator->prepare(build(d), 1);
   integrator->run_iteration(film, 16, std::atomic<bool>{false});
@@ -500,7 +570,8 @@ TEST(Media, passes_add_up_to_the_picture) {
   for (size_t pixel = 0; pixel < 144; ++pixel)
     for (size_t c = 0; c < 3; ++c) {
       const size_t i = 3 * pixel + c;
-      const double sum = double(passes["Emit"][i]) + double(passes["Env"][i]) + double(passes["VolumeDir"][i]) + double(passes["VolumeInd"][i]) +
+      const double sum = double(passes["Emit"][i]) + double(passes["Env"][i]) + double(passes["VolumeDir"][i]) +
+                         double(passes["VolumeInd"][i]) +
                          double(passes["DiffCol"][i]) * (double(passes["DiffDir"][i]) + double(passes["DiffInd"][i]));
       EXPECT_NEAR(sum, double(combined[4 * pixel + c]), 1e-4 * (1.0 + std::abs(sum)));
       for (const std::string& name : names) sums[name] += double(passes[name][i]);
@@ -508,7 +579,8 @@ TEST(Media, passes_add_up_to_the_picture) {
   for (const std::string& name : names) EXPECT_GT(sums[name], 0.1) << name;
 }
 
-/// Its grid had cells whose length overflowed: nothing capped the extinction far away, of which a part is the majorant here, and rays took steps of picometres.
+/// Its grid had cells whose length overflowed: nothing capped the extinction far away, of which a part is the majorant
+/// here, and rays took steps of picometres.
 TEST(Media, of_absurd_extent_end) {
   for (const float far : {1e15f, 1e31f, 3e38f}) {
     SceneDescription d = through_a_cube();
@@ -529,7 +601,8 @@ TEST(Media, others_leave_them_to_path_tracing) {
   SceneDescription d = through_a_cube();
   add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(0.9f), 2.0f));
   const auto scene = build(d);
-  for (const IntegratorInfo& info : integrator_list()) EXPECT_EQ(reason_against(info, *scene).empty(), info.renders_media) << info.name;
+  for (const IntegratorInfo& info : integrator_list())
+    EXPECT_EQ(reason_against(info, *scene).empty(), info.renders_media) << info.name;
   SceneDescription clear = through_a_cube();
   add_cube(clear, add_diffuse(clear, Color(0.5f)));
   EXPECT_FALSE(build(clear)->has_media());

@@ -10,11 +10,12 @@ using namespace fixtures;
 
 namespace {
 
-int add_subsurface_material(SceneDescription& d, Color albedo, float radius, const char* falloff = "RANDOM_WALK_FIXED_RADIUS", float anisotropy = 0.0f) {
+int add_subsurface_material(SceneDescription& d, Color albedo, float radius,
+                            const char* falloff = "RANDOM_WALK_FIXED_RADIUS", float anisotropy = 0.0f) {
   GraphBuilder b;
   const int node = b.node("ShaderNodeSubsurfaceScattering",
-                          {value_input("Color", Vec4(albedo, 1.0f)), value_input("Scale", radius), value_input("Radius", Vec4(1.0f, 1.0f, 1.0f, 0.0f)),
-                           value_input("Anisotropy", anisotropy)},
+                          {value_input("Color", Vec4(albedo, 1.0f)), value_input("Scale", radius),
+                           value_input("Radius", Vec4(1.0f, 1.0f, 1.0f, 0.0f)), value_input("Anisotropy", anisotropy)},
                           {text_property("falloff", falloff)});
   b.graph.surface = {node, "BSSRDF"};
   return add_material(d, b);
@@ -39,7 +40,8 @@ TEST(Subsurface, phase_function_is_sampled_with_its_density) {
     for (int i = 0; i < 100000; ++i) mean.add(double(sample_henyey_greenstein(g, rng.next_float())));
     EXPECT_TRUE(statistical::mean_agrees(mean, double(g), {0.01, 3})) << g;
     double integral = 0.0;
-    for (int i = 0; i < 4000; ++i) integral += 2.0 * double(kPi) * double(henyey_greenstein(-1.0f + (float(i) + 0.5f) / 2000.0f, g)) / 2000.0;
+    for (int i = 0; i < 4000; ++i)
+      integral += 2.0 * double(kPi) * double(henyey_greenstein(-1.0f + (float(i) + 0.5f) / 2000.0f, g)) / 2000.0;
     EXPECT_NEAR(integral, 1.0, 2e-3) << g;
   }
 }
@@ -49,7 +51,7 @@ TEST(Subsurface, coefficients_of_the_medium_are_those_of_the_fit) {
   constexpr float kAlbedos[6] = {0.05f, 0.2f, 0.5f, 0.8f, 0.95f, 1.0f};
   const struct {
     float anisotropy;
-    float expected[6];   // of single scattering
+    float expected[6];  // of single scattering
   } cases[] = {{0.0f, {0.216057f, 0.613351f, 0.913701f, 0.991753f, 0.999999f, 0.999999f}},
                {0.3f, {0.288758f, 0.696117f, 0.937318f, 0.993646f, 0.999999f, 0.999999f}},
                {0.6f, {0.414927f, 0.796977f, 0.961109f, 0.995987f, 0.999999f, 0.999999f}},
@@ -62,7 +64,8 @@ TEST(Subsurface, coefficients_of_the_medium_are_those_of_the_fit) {
       medium.anisotropy = c.anisotropy;
       const WalkMedium walk = walk_medium(medium);
       for (int channel = 0; channel < 3; ++channel) {
-        EXPECT_NEAR(walk.albedo[channel] * walk.factor[channel], c.expected[i], 2e-5f) << kAlbedos[i] << ", anisotropy " << c.anisotropy;
+        EXPECT_NEAR(walk.albedo[channel] * walk.factor[channel], c.expected[i], 2e-5f)
+            << kAlbedos[i] << ", anisotropy " << c.anisotropy;
         EXPECT_NEAR(walk.extinction[channel] * medium.radius[channel] * (1.0f - c.anisotropy), 1.0f, 1e-5f);
       }
     }
@@ -84,14 +87,15 @@ TEST(Subsurface, a_half_space_reflects_the_albedo_that_was_asked_for) {
     const Color albedo(0.8f, 0.5f, 0.2f);
     const auto image = render(half_space(albedo, g), "path", 256, 1);
     Color mean(0.0f);
-    for (size_t i = 0; i < image.size(); i += 4) mean += Color(image[i], image[i + 1], image[i + 2]) / float(image.size() / 4);
+    for (size_t i = 0; i < image.size(); i += 4)
+      mean += Color(image[i], image[i + 1], image[i + 2]) / float(image.size() / 4);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], albedo[c], 0.04f) << "anisotropy " << g << " channel " << c;
   }
 }
 
 TEST(Subsurface, channels_that_no_light_enters_are_diffuse) {
   SceneDescription walked = half_space(Color(0.6f, 0.4f, 0.2f), 0.0f), plain = walked;
-  walked.materials[0].graph.nodes[0].inputs[1].value = Vec4(0.0f);   // scale
+  walked.materials[0].graph.nodes[0].inputs[1].value = Vec4(0.0f);  // scale
   plain.materials.clear();
   add_diffuse(plain, Color(0.6f, 0.4f, 0.2f));
   EXPECT_EQ(render(walked, "path", 4, 3), render(plain, "path", 4, 3));
@@ -103,10 +107,11 @@ TEST(Subsurface, passes_light_through_thin_objects_and_not_through_others_inside
   LightDescription sun;
   sun.name = "Sun";
   sun.kind = LightKind::Sun;
-  sun.world_from_light = rows(shining(Vec3(0), Vec3(0, 0, 1)));   // from below
+  sun.world_from_light = rows(shining(Vec3(0), Vec3(0, 0, 1)));  // from below
   sun.energy = 3.0f;
   d.lights.push_back(sun);
-  d.instances[0].world_from_object = rows(Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 0.005f, 0), Vec4(0, 0, 1.0f, 1)));
+  d.instances[0].world_from_object = rows(
+      Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 0.005f, 0), Vec4(0, 0, 1.0f, 1)));
   const auto brightness = [](const std::vector<float>& image) {
     double sum = 0.0;
     for (size_t i = 0; i < image.size(); i += 4) sum += double(image[i]);
@@ -116,7 +121,8 @@ TEST(Subsurface, passes_light_through_thin_objects_and_not_through_others_inside
   EXPECT_GT(through, 0.05);
   // An object inside does not stop the walk, as in Cycles.
   SceneDescription filled = d;
-  add_object(filled, plane(0.5f), add_diffuse(filled, Color(0.0f)), Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, 1.0f, 1)));
+  add_object(filled, plane(0.5f), add_diffuse(filled, Color(0.0f)),
+             Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, 1.0f, 1)));
   EXPECT_NEAR(brightness(render(filled, "path", 64, 1)), through, 0.1 * through);
 }
 
@@ -129,7 +135,8 @@ TEST(Subsurface, is_reported_where_it_is_approximated) {
     session.start(std::move(d));
     ASSERT_TRUE(session.wait(kHang));
     bool reported = false;
-    for (const Diagnostic& diagnostic : session.diagnostics()) reported |= diagnostic.message.find("only the path tracer walks") != std::string::npos;
+    for (const Diagnostic& diagnostic : session.diagnostics())
+      reported |= diagnostic.message.find("only the path tracer walks") != std::string::npos;
     EXPECT_EQ(reported, std::string(integrator) != "path");
   }
 }

@@ -64,7 +64,8 @@ TEST(ShadowTerminator, every_unbiased_way_of_direct_light_has_the_same_mean) {
   for (const auto& [integrator, method] : ways) {
     SceneDescription d = base;
     d.settings.direct = method;
-    EXPECT_TRUE(statistical::means_agree(expected, whole(d, integrator, 16, 12, 100), {0.01, int(ways.size())})) << integrator << ", " << method;
+    EXPECT_TRUE(statistical::means_agree(expected, whole(d, integrator, 16, 12, 100), {0.01, int(ways.size())}))
+        << integrator << ", " << method;
   }
 }
 

@@ -10,7 +10,8 @@ namespace ajar::test_arrival_map {
 
 namespace {
 
-/// Mean over replicates of the inverse density at the middle of a square of side 2 that `count` lookups are spread over, times the true one.
+/// Mean over replicates of the inverse density at the middle of a square of side 2 that `count` lookups are spread
+/// over, times the true one.
 RunningMoments relative_inverse(int count, float radius) {
   RunningMoments moments;
   Sampler sampler(Sampler::Kind::Independent, 1);
@@ -21,7 +22,8 @@ RunningMoments relative_inverse(int count, float radius) {
     for (int i = 0; i < count; ++i) {
       const Vec2 u = sampler.get_2d();
       const float w = 1.0f + 0.5f * float(i % 2);
-      pass[size_t(i % 2)].at[ArrivalMap::kGathered].push_back({{Vec3(2.0f * u - 1.0f, 0.0f), pack_direction(Vec3(0, 0, 1))}, w});
+      pass[size_t(i % 2)].at[ArrivalMap::kGathered].push_back(
+          {{Vec3(2.0f * u - 1.0f, 0.0f), pack_direction(Vec3(0, 0, 1))}, w});
       throughput += double(w);
     }
     ArrivalMap map;
@@ -51,12 +53,14 @@ TEST(ArrivalMap, mean_of_the_inverse_density_is_right_for_more_than_it_asks_for)
 
 TEST(ArrivalMap, passes_average) {
   ArrivalLog one;
-  for (int i = 0; i < 5; ++i) one.at[ArrivalMap::kSeen].push_back({{Vec3(0.01f * float(i), 0, 0), pack_direction(Vec3(0, 0, 1))}, 2.0f});
+  for (int i = 0; i < 5; ++i)
+    one.at[ArrivalMap::kSeen].push_back({{Vec3(0.01f * float(i), 0, 0), pack_direction(Vec3(0, 0, 1))}, 2.0f});
   ArrivalMap map;
   map.add({one});
   map.add({ArrivalLog()});
   // Ten of throughput in a disc of radius 1 over two passes; six sixths of it for five.
-  EXPECT_NEAR(map.inverse_density(ArrivalMap::kSeen, Vec3(0.0f), Vec3(0, 0, 1), 1.0f), M_PI * 2.0 / (10.0 * 6.0 / 5.0), 1e-5);
+  EXPECT_NEAR(map.inverse_density(ArrivalMap::kSeen, Vec3(0.0f), Vec3(0, 0, 1), 1.0f), M_PI * 2.0 / (10.0 * 6.0 / 5.0),
+              1e-5);
 }
 
 }  // namespace ajar::test_arrival_map

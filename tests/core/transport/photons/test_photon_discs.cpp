@@ -36,7 +36,9 @@ PhotonMap even_photons(float x0, float x1, float y, uint32_t seed, int count = 4
   const float flux = (x1 - x0) * 2.0f * y / float(count);
   for (int i = 0; i < count; ++i) {
     const Vec2 u = sampler.get_2d();
-    photons.push_back({{Vec3(x0 + (x1 - x0) * u.x, y * (2.0f * u.y - 1.0f), 0.0f), pack_direction(kUp)}, Color(flux), pack_direction(kUp)});
+    photons.push_back({{Vec3(x0 + (x1 - x0) * u.x, y * (2.0f * u.y - 1.0f), 0.0f), pack_direction(kUp)},
+                       Color(flux),
+                       pack_direction(kUp)});
   }
   PhotonMap map;
   map.build(std::move(photons));
@@ -67,8 +69,9 @@ TEST(PhotonDiscs, are_whole_away_from_edges) {
 
 TEST(PhotonDiscs, light_on_a_narrow_board_is_nearly_as_bright_as_on_a_wide_one) {
   const auto scene = build(board(0.02f, 1.0f));
-  EXPECT_LT(mean_irradiance(nullptr, 0.0f, -0.02f, 0.02f, 0.9f, 400), 0.15);   // the board has 0.127 of the disc's area
-  // Places at distance r are on the board with probability 2 / pi asin(0.02 / r), independently: the mean of (8 + 1) / (found + 1).
+  EXPECT_LT(mean_irradiance(nullptr, 0.0f, -0.02f, 0.02f, 0.9f, 400), 0.15);  // the board has 0.127 of the disc's area
+  // Places at distance r are on the board with probability 2 / pi asin(0.02 / r), independently: the mean of (8 + 1) /
+  // (found + 1).
   double of_found[9] = {1.0};
   for (int i = 0; i < 8; ++i) {
     const double p = 2.0 / M_PI * std::asin(0.02 / (double(kRadius) * std::sqrt((i + 0.5) / 8.0)));
@@ -84,21 +87,24 @@ TEST(PhotonDiscs, light_on_a_narrow_board_is_nearly_as_bright_as_on_a_wide_one) 
 // Photons whose place in the sector lies before the wall do not see it.
 TEST(PhotonDiscs, little_light_passes_below_a_wall) {
   SceneDescription d = board(1.0f, 1.0f);
-  Mat4 upright(1.0f);                        // in the plane x = 0
+  Mat4 upright(1.0f);  // in the plane x = 0
   upright[0] = Vec4(0, 0, 1, 0);
   upright[2] = Vec4(-1, 0, 0, 0);
   add_object(d, plane(1.0f), 0, upright);
   const auto scene = build(d);
-  EXPECT_LT(mean_irradiance(scene.get(), -0.04f, 0.0f, 0.8f, 0.9f), 0.5 * mean_irradiance(nullptr, -0.04f, 0.0f, 0.8f, 0.9f));
+  EXPECT_LT(mean_irradiance(scene.get(), -0.04f, 0.0f, 0.8f, 0.9f),
+            0.5 * mean_irradiance(nullptr, -0.04f, 0.0f, 0.8f, 0.9f));
   // What does not pass is on this side.
-  EXPECT_GT(mean_irradiance(scene.get(), 0.04f, 0.0f, 0.8f, 0.9f), mean_irradiance(nullptr, 0.04f, 0.0f, 0.8f, 0.9f) + 0.05);
+  EXPECT_GT(mean_irradiance(scene.get(), 0.04f, 0.0f, 0.8f, 0.9f),
+            mean_irradiance(nullptr, 0.04f, 0.0f, 0.8f, 0.9f) + 0.05);
 }
 
 TEST(PhotonDiscs, surfaces_that_only_cameras_see_are_surfaces) {
   SceneDescription d = board(1.0f, 1.0f);
   d.objects[0].visibility = kVisibleCamera;
   const auto scene = build(d);
-  EXPECT_NEAR(mean_irradiance(scene.get(), 0.0f, -0.7f, 0.7f, 0.9f), mean_irradiance(nullptr, 0.0f, -0.7f, 0.7f, 0.9f), 1e-4);
+  EXPECT_NEAR(mean_irradiance(scene.get(), 0.0f, -0.7f, 0.7f, 0.9f), mean_irradiance(nullptr, 0.0f, -0.7f, 0.7f, 0.9f),
+              1e-4);
 }
 
 TEST(PhotonDiscs, do_not_depend_on_the_order_of_lookups) {
@@ -107,8 +113,10 @@ TEST(PhotonDiscs, do_not_depend_on_the_order_of_lookups) {
   forwards.look_around(*scene, kRadius, 7);
   backwards.look_around(*scene, kRadius, 7);
   std::vector<float> a, b;
-  for (int i = 0; i < 20; ++i) a.push_back(forwards.irradiance(Vec3(0, -0.8f + 0.08f * float(i), 0), kUp, kUp, {30, kRadius}).y);
-  for (int i = 19; i >= 0; --i) b.push_back(backwards.irradiance(Vec3(0, -0.8f + 0.08f * float(i), 0), kUp, kUp, {30, kRadius}).y);
+  for (int i = 0; i < 20; ++i)
+    a.push_back(forwards.irradiance(Vec3(0, -0.8f + 0.08f * float(i), 0), kUp, kUp, {30, kRadius}).y);
+  for (int i = 19; i >= 0; --i)
+    b.push_back(backwards.irradiance(Vec3(0, -0.8f + 0.08f * float(i), 0), kUp, kUp, {30, kRadius}).y);
   EXPECT_EQ(a, std::vector<float>(b.rbegin(), b.rend()));
 }
 

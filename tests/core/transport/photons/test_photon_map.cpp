@@ -67,7 +67,8 @@ TEST(Photons, what_lights_emit_sums_to_their_power) {
   set_world(scenes.back(), Color(0.3f, 0.4f, 0.5f));
   // Many lights of different power at once.
   scenes.push_back(scenes.front());
-  scenes.back().lights.insert(scenes.back().lights.end(), {lamp_of(LightKind::Spot, 3.0f), lamp_of(LightKind::Area, 0.1f)});
+  scenes.back().lights.insert(scenes.back().lights.end(),
+                              {lamp_of(LightKind::Spot, 3.0f), lamp_of(LightKind::Area, 0.1f)});
   for (size_t i = 0; i < scenes.size(); ++i) {
     const auto scene = build(scenes[i]);
     RunningMoments watts;
@@ -75,31 +76,36 @@ TEST(Photons, what_lights_emit_sums_to_their_power) {
       const PhotonBatch batch = trace(*scene, seed, 2048);
       watts.add(double(luminance(Color(batch.emitted[0], batch.emitted[1], batch.emitted[2]))));
     }
-    EXPECT_TRUE(statistical::mean_agrees(watts, scene->lights().total_power(), {0.01, int(scenes.size())}, 1e-4)) << "scene " << i;
+    EXPECT_TRUE(statistical::mean_agrees(watts, scene->lights().total_power(), {0.01, int(scenes.size())}, 1e-4))
+        << "scene " << i;
   }
 }
 
 TEST(Photons, of_one_bounce_carry_the_lights_power_to_the_walls) {
   SceneDescription d = closed_room(0.5f);
   d.lights.push_back(point_light(Vec3(0.1f, 0.2f, 0.3f), 10.0f));
-  d.settings.bounces = {1, 1, 1, 1, 1, 0};   // stored photons have no bounce behind them
+  d.settings.bounces = {1, 1, 1, 1, 1, 0};  // stored photons have no bounce behind them
   const auto scene = build(d);
   const PhotonBatch batch = trace(*scene, 1, 10000);
   double sum = 0.0;
   for (const Photon& photon : batch.global)
-    sum += double(photon.flux_over_cosine.y) * double(glm::dot(unpack_direction(photon.packed_direction), unpack_direction(photon.point.packed_normal)));
+    sum += double(photon.flux_over_cosine.y) *
+           double(glm::dot(unpack_direction(photon.packed_direction), unpack_direction(photon.point.packed_normal)));
   EXPECT_EQ(batch.global.size(), 10000u);
   EXPECT_NEAR(sum / scene->lights().total_power(), 1.0, 1e-3);
 }
 
 TEST(Photons, closed_furnace_away_from_edges_has_irradiance_pi) {
-  // Emission 1 - a and albedo a: radiance 1 everywhere, so irradiance pi. The estimate is unbiased where the disc lies in a plane.
+  // Emission 1 - a and albedo a: radiance 1 everywhere, so irradiance pi. The estimate is unbiased where the disc lies
+  // in a plane.
   const auto scene = build(closed_room(0.6f, Color(0.4f)));
   RunningMoments fixed_radius, nearest;
   for (uint32_t seed = 0; seed < 24; ++seed) {
     PhotonMap map;
     map.build(trace(*scene, seed, 4000, false).global);
-    const auto irradiance = [&](Vec3 p, Vec3 n, PhotonMap::Lookup lookup) { return double(map.irradiance(p, n, n, lookup).y) / M_PI; };
+    const auto irradiance = [&](Vec3 p, Vec3 n, PhotonMap::Lookup lookup) {
+      return double(map.irradiance(p, n, n, lookup).y) / M_PI;
+    };
     for (const float x : {-0.4f, 0.0f, 0.4f}) {
       fixed_radius.add(irradiance(Vec3(x, 0.1f, -1.0f), Vec3(0, 0, 1), {PointTree::kMaxNeighbours, 0.1f}));
       nearest.add(irradiance(Vec3(-1.0f, x, 0.1f), Vec3(1, 0, 0), {20, 0.5f}));
@@ -188,11 +194,15 @@ TEST(Photons, radius_shrinks_by_the_published_law) {
 TEST(Photons, leave_glowing_squares_at_zero_height) {
   SceneDescription d;
   add_object(d, plane(9.0f), add_diffuse(d, Color(0.5f), Color(1.0f)));
-  add_object(d, plane(9.0f), add_diffuse(d, Color(0.5f)), Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, -1, 1)));
+  add_object(d, plane(9.0f), add_diffuse(d, Color(0.5f)),
+             Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, -1, 1)));
   set_camera(d, Vec3(0, 0, -0.5f), Vec3(0, 0, -1), 8);
   const PhotonBatch batch = trace(*build(d), 1, 2048, false);
-  const auto on_floor = std::count_if(batch.global.begin(), batch.global.end(), [](const Photon& photon) { return photon.point.position.z < -0.99f; });
-  EXPECT_GT(on_floor, 800);   // of the half that goes down, few pass the edge; none comes twice before the glowing square has had it
+  const auto on_floor = std::count_if(batch.global.begin(), batch.global.end(),
+                                      [](const Photon& photon) { return photon.point.position.z < -0.99f; });
+  EXPECT_GT(
+      on_floor,
+      800);  // of the half that goes down, few pass the edge; none comes twice before the glowing square has had it
 }
 
 }  // namespace ajar::test_photon_map

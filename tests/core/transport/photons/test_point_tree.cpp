@@ -31,7 +31,8 @@ std::vector<Found> brute_force(const std::vector<SurfacePoint>& points, Vec3 p, 
   for (uint32_t i = 0; i < points.size(); ++i) {
     const Vec3 offset = points[i].position - p;
     const float d2 = length_squared(offset) + (sqr(PointTree::kFlatness) - 1.0f) * sqr(glm::dot(offset, n));
-    if (d2 < radius * radius && glm::dot(unpack_direction(points[i].packed_normal), n) >= PointTree::kMinNormalCosine) found.push_back({d2, i});
+    if (d2 < radius * radius && glm::dot(unpack_direction(points[i].packed_normal), n) >= PointTree::kMinNormalCosine)
+      found.push_back({d2, i});
   }
   std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.distance2 < b.distance2; });
   return found;
@@ -40,7 +41,8 @@ std::vector<Found> brute_force(const std::vector<SurfacePoint>& points, Vec3 p, 
 }  // namespace
 
 TEST(PointTree, packed_directions_are_within_a_rounding_step) {
-  // Half a step of 1/16383 in both coordinates moves a point of the octahedron by sqrt(6)/2 steps, seen from 1/sqrt(3) away.
+  // Half a step of 1/16383 in both coordinates moves a point of the octahedron by sqrt(6)/2 steps, seen from 1/sqrt(3)
+  // away.
   const float bound = 0.5f / 16383.0f * std::sqrt(6.0f) * std::sqrt(3.0f) + 1e-6f;
   Pcg32 rng(1);
   for (int i = 0; i < 100000; ++i) {
@@ -48,7 +50,8 @@ TEST(PointTree, packed_directions_are_within_a_rounding_step) {
     const Vec3 d = warp::square_to_sphere({u, rng.next_float()});
     EXPECT_LT(glm::length(unpack_direction(pack_direction(d)) - d), bound);
   }
-  for (const Vec3 axis : {Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) EXPECT_EQ(unpack_direction(pack_direction(axis)), axis);
+  for (const Vec3 axis : {Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)})
+    EXPECT_EQ(unpack_direction(pack_direction(axis)), axis);
 }
 
 TEST(PointTree, finds_what_looking_at_every_point_finds) {
@@ -102,7 +105,8 @@ TEST(PointTree, any_number_of_points_can_be_built_and_searched) {
 
 TEST(PointTree, the_other_side_of_a_thin_wall_is_not_seen) {
   std::vector<SurfacePoint> points;
-  for (int i = 0; i < 100; ++i) points.push_back({Vec3(0.001f * float(i % 10), 0.001f * float(i / 10), 0.012f), pack_direction({0, 0, -1})});
+  for (int i = 0; i < 100; ++i)
+    points.push_back({Vec3(0.001f * float(i % 10), 0.001f * float(i / 10), 0.012f), pack_direction({0, 0, -1})});
   PointTree tree;
   std::vector<uint32_t> order;
   tree.build(points, order);
