@@ -5,7 +5,7 @@ namespace ajar {
 namespace {
 
 constexpr size_t kMaxArrivals = size_t(1) << 21;
-constexpr double kGrowth = 1.5;  // trees are built anew when there are so many times the passes
+constexpr double kGrowth = 1.5;  // the trees are rebuilt when the number of passes has grown by this factor
 constexpr int kNeighbours = 16;
 
 }  // namespace

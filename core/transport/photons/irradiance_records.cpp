@@ -10,8 +10,9 @@ namespace ajar {
 namespace {
 
 constexpr float kMinNormalCosine = 0.94f;  ///< 20 degrees
-constexpr float kFarthestBehind = 0.05f;   ///< of the radius: points further behind a record see what it does not
-constexpr float kMinCoverage = 0.1f;
+/// Relative to the radius. Points further behind a record see surfaces that it does not see.
+constexpr float kFarthestBehind = 0.05f;
+constexpr float kMinCoverage = 0.1f;  ///< sum of weights from which records are interpolated
 
 }  // namespace
 
@@ -30,7 +31,7 @@ Color IrradianceRecord::at(Vec3 p, Vec3 n) const {
   return irradiance + glm::clamp(change, -irradiance, irradiance);
 }
 
-// ---- From the hemisphere --------------------------------------------------------------------
+// ---- Records from samples of the hemisphere -------------------------------------------------
 
 HemisphereGrid::HemisphereGrid(int strata)
     : rows_(std::max(2, int(std::lround(std::sqrt(float(strata) * kInvPi))))),
@@ -58,13 +59,13 @@ IrradianceRecord HemisphereGrid::record(Vec3 position, const Frame& frame, std::
     r.irradiance += radiance[size_t(i)];
     inverse_sum += inverse_distance[size_t(i)];
   }
-  const float projected = kPi / float(strata());  // solid angle of a stratum, projected
+  const float projected = kPi / float(strata());  // projected solid angle of a stratum
   r.irradiance *= projected;
   r.radius = inverse_sum > 0.0f ? float(strata()) / inverse_sum : kInfinity;
 
   const auto sine_of = [&](int j) { return std::sqrt(float(j) / float(m)); };
-  // Integral of tan over the projected solid angle up to sin^2 = s, by which light counts when the normal turns;
-  // sampled tangents have no variance.
+  // Integral of the tangent over the projected solid angle up to sin^2 = s. The tangent weights radiance when the
+  // normal turns. The analytic integral has no variance, unlike sampled tangents.
   const auto tangents = [](float s) { return std::asin(std::sqrt(s)) - std::sqrt(s * (1.0f - s)); };
   for (int k = 0; k < n; ++k) {
     const float at = 2.0f * kPi * (float(k) + 0.5f) / float(n), edge = 2.0f * kPi * float(k) / float(n);
@@ -75,7 +76,7 @@ IrradianceRecord HemisphereGrid::record(Vec3 position, const Frame& frame, std::
       const size_t here = index(j, k), beside = index(j, k - 1);
       const float tangent = float(m) * (tangents(float(j + 1) / float(m)) - tangents(float(j) / float(m)));
       add_outer(r.by_rotation, projected * tangent * radiance[here], across);
-      // Borders of strata move as the nearer of the two surfaces does [Ward and Heckbert 1992, eq. 9].
+      // The border between two strata moves with the nearer of their surfaces [Ward and Heckbert 1992, eq. 9].
       const float nearest = std::max(inverse_distance[here], inverse_distance[beside]);
       add_outer(r.by_translation, (sine_of(j + 1) - sine_of(j)) * nearest * (radiance[here] - radiance[beside]),
                 across_edge);
@@ -91,7 +92,7 @@ IrradianceRecord HemisphereGrid::record(Vec3 position, const Frame& frame, std::
   return r;
 }
 
-// ---- Many of them ------------------------------------------------------------------------------
+// ---- Set of records ------------------------------------------------------------------------------
 
 void IrradianceRecords::clear() {
   records_.clear();
@@ -103,7 +104,7 @@ size_t IrradianceRecords::memory_bytes() const {
   for (const Level& level : levels_)
     for (const auto& cell : level.cells)
       bytes += sizeof(cell) + 2 * sizeof(void*) +
-               cell.second.capacity() * sizeof(uint32_t);  // and its place in the table
+               cell.second.capacity() * sizeof(uint32_t);  // with the entry in the hash table
   return bytes;
 }
 
@@ -145,7 +146,8 @@ void IrradianceRecords::add(std::span<const IrradianceRecord> records) {
 }
 
 void IrradianceRecords::limit_by_neighbours() {
-  // Whoever speaks for the place of another has seen nothing closer than that one has, but for the way between them.
+  // A record that is valid at the position of another one sees no surface that is much closer than the surfaces seen
+  // there: its radius exceeds the other radius by at most kRadiusShare of the distance between the two records.
   std::vector<float> radii(records_.size());
   for (size_t i = 0; i < records_.size(); ++i) radii[i] = records_[i].radius;
   for (const IrradianceRecord& other : records_) {

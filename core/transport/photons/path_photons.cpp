@@ -6,7 +6,7 @@ namespace ajar {
 
 namespace {
 
-/// The scattering of an inner vertex by its rough lobes, and by its sharp ones.
+/// Scattering of an inner vertex by its rough lobes and by its sharp lobes.
 struct Events {
   glm::dvec3 rough{0.0}, sharp{0.0};
 };
@@ -33,7 +33,7 @@ uint32_t side_flag(const Path& path, int i) {
 
 int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
   const int n = path.count;
-  // Light that arrives at each vertex, and how much of it by sharp bounces only.
+  // Light that arrives at each vertex, and its part that was scattered by sharp lobes only.
   std::array<glm::dvec3, kMaxPathVertices> arriving, arriving_sharp;
   std::array<Events, kMaxPathVertices> events;
   glm::dvec3 light(path.light.radiance), sharp(light);
@@ -47,11 +47,11 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
     light *= glm::dvec3(path.scattering[size_t(i)].f);
     sharp *= events[size_t(i)].sharp;
   }
-  // What the limits of bounces leave of the path.
+  // The part of the path's contribution that the bounce limits leave.
   const double lens = double(path.film_density) * double(space.pdf_lens_area()), whole = luminance(light * lens);
   const double limits = whole > 0.0 ? luminance(path.f) / whole : 0.0;
 
-  // Throughput from each vertex to the eye, before any rough event and after one.
+  // Throughput from each vertex to the eye: without a rough event (`seen`) and with one (`gathered`).
   const double pixels = lens * double(space.filter_sum(path.film));
   glm::dvec3 seen(pixels), gathered(0.0);
   int count = 0;

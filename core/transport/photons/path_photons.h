@@ -1,10 +1,10 @@
-// The photons that a complete path leaves for a final gather [Fan 2006, section 4.2.2, with the correction of
+// The photons that a complete path stores for final gathering [Fan 2006, section 4.2.2, with the correction of
 // arrival_map.h].
 //
-// Paths L(D|S)*DS*DS*E leave one in the global map at the second rough event from the eye, paths LS+DS*E one in the
-// caustic map at the first; others none. Events are those of LobeSplit. A path whose vertices have both rough and sharp
-// lobes (that are no deltas) stands for several such strings at once and leaves a photon for each place, with its
-// share.
+// A path L(D|S)*DS*DS*E stores a photon in the global map at the second rough event from the eye. A path LS+DS*E stores
+// one in the caustic map at the first. Other paths store none. Events are those of LobeSplit. A path whose vertices
+// have both rough lobes and sharp lobes (other than deltas) belongs to several such expressions at once. It stores a
+// photon for each of them, with its share of the path's scattering.
 #pragma once
 
 #include "transport/paths/path.h"
@@ -14,14 +14,15 @@
 namespace ajar {
 
 struct PathPhoton {
-  ArrivalMap::Place place = ArrivalMap::kGathered;  ///< seen: for the caustic map
-  /// flux over cosine still to be multiplied with brightness / states, and the inverse density of lookups
+  ArrivalMap::Place place = ArrivalMap::kGathered;  ///< kSeen: for the caustic map
+  /// Flux over cosine, without the factors brightness / states and the inverse density of lookups.
   Photon photon;
   const PathVertex* vertex = nullptr;
 };
 
-/// At most two photons for each inner vertex of the path; returns how many. With brightness B of a chain's target and N
-/// states a photon's flux is B / N * weight of the state * photon's * inverse density.
+/// Writes at most two photons for each inner vertex of the path and returns their number. For the brightness B of the
+/// chain's target and N states, the flux of a photon is B / N * weight of the state * flux in `photon` * inverse
+/// density.
 int photons_of(const PathSpace& space, const Path& path, PathPhoton* out);
 
 }  // namespace ajar

@@ -13,16 +13,17 @@ namespace ajar {
 namespace {
 
 constexpr int kSectors = 8;
-/// What is known of a sector: in the low bits how far light may reach in it, in steps of the radius; above, whether
-/// surface was found.
+/// The byte of a sector. The low bits store the distance that light can reach in it, in 1/127 of the radius. The high
+/// bit stores whether surface was found.
 constexpr uint32_t kSteps = 127, kSurface = 128;
-constexpr uint64_t kUnknown = 0;  // a sector reaches at least one step
-/// Of a ray that meets whatever any ray meets: photons lie there, too.
+constexpr uint64_t kUnknown = 0;  // every known sector reaches at least one step
+/// The ray sees everything that any kind of ray can see, because photons lie there too.
 constexpr uint32_t kAnyRay = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow | kRayVolumeScatter;
-/// Squared distance of the place looked at in each sector, over the squared radius: one of each eighth of the area.
+/// Squared distance of the tested point in each sector over the squared radius. Each eighth of the disc's area has one
+/// point.
 constexpr float kPlace[kSectors] = {0.5f / 8, 4.5f / 8, 2.5f / 8, 6.5f / 8, 1.5f / 8, 5.5f / 8, 3.5f / 8, 7.5f / 8};
 
-/// Sector of a direction in the plane: 0 to 7, from the x axis on.
+/// Sector of a direction in the plane: 0 to 7, counterclockwise from the x axis.
 int sector_of(float x, float y) {
   const int quadrant = y < 0.0f ? (x < 0.0f ? 2 : 3) : (x < 0.0f ? 1 : 0);
   const float ax = std::abs(x), ay = std::abs(y);
@@ -54,7 +55,7 @@ float PhotonDiscs::inverse_share(uint32_t photon, const SurfacePoint& at, Vec3 p
     if (steps < kSteps)
       found += std::min(1.0f, float(steps * steps) * step2 / radius2);
     else if (sector & kSurface || kPlace[i] * full2 > radius2)
-      found += 1.0f;  // nothing is known of what was looked at beyond this disc
+      found += 1.0f;  // the tested point is outside this disc, so it says nothing about the disc
   }
   return float(kSectors + 1) / found;
 }
@@ -63,7 +64,8 @@ uint64_t PhotonDiscs::look_around(uint32_t photon, const SurfacePoint& at) const
   const Vec3 n = unpack_direction(at.packed_normal);
   const Frame frame(n);
   const float turn = float(hash_combine(seed_, photon) >> 8) * 0x1p-24f;
-  const float height = radius_ / PointTree::kFlatness;  // of what counts as the photon's surface
+  // Height above the photon. A surface within it counts as the photon's surface.
+  const float height = radius_ / PointTree::kFlatness;
   uint64_t known = 0;
   ShadingPoint point;
   for (int i = 0; i < kSectors; ++i) {

@@ -1,15 +1,16 @@
-// How much surface there is around each photon for its light to be spread over.
+// The surface around each photon that can receive its light.
 //
-// A density estimate divides by the area of a disc. Where the disc reaches over the edge of a board, part of it is no
-// surface that light could lie on, and the estimate is too dark; where it reaches below the foot of a wall, the light
-// of the next room shows. Here each photon looks around itself in eight sectors: a ray from above it to a place of its
-// own in the sector finds surface there, a wall before it, or nothing. The light is spread over the part of the disc
-// that was found, (8 + 1) / (found + 1) times as dense (the mean of which is right but for the probability to find
-// none), and not behind walls that were met [after Hey and Purgathofer 2002, "Advanced radiance estimation for photon
-// map global illumination", who find that part from the triangles].
+// A density estimate divides by the area of a disc. Where the disc extends over the edge of an object, part of it
+// contains no surface, and the estimate is too dark. Where it extends below the foot of a wall, the light of the next
+// room leaks through. Here the disc of each photon is divided into eight sectors. A ray from above the photon to a
+// point of the sector finds surface, a wall in front of it, or nothing. The light is spread over the part of the disc
+// that was found, and not behind walls that were hit. Its density there is (8 + 1) / (found + 1) times that of the
+// whole disc. The expectation of this factor is correct except for the probability of finding nothing [after Hey and
+// Purgathofer 2002, "Advanced radiance estimation for photon map global illumination", who compute that part from the
+// triangles].
 //
-// Bias only: in the limit of small radii every disc is whole. Photons look around when they are first asked for; eight
-// bytes each.
+// This affects the bias only: for small radii every disc is whole. The rays of a photon are traced at its first lookup.
+// The result takes eight bytes per photon.
 #pragma once
 
 #include <atomic>
@@ -23,12 +24,12 @@ class Scene;
 
 class PhotonDiscs {
  public:
-  /// Of so many photons, for lookups within `radius`. The scene must outlive this.
+  /// For this number of photons and lookups within `radius`. The scene must outlive this object.
   void start(const Scene& scene, size_t photons, float radius, uint32_t seed);
   bool started() const { return scene_ != nullptr; }
-  /// Area of a whole disc of squared radius `radius2` around photon number `photon`, which lies `at`, over that of the
-  /// part its light is spread over; 0 when `position` is not in that part. The same whatever was asked for before, from
-  /// any thread.
+  /// Area of a whole disc of squared radius `radius2` around photon number `photon` at `at`, over the area that
+  /// receives its light; 0 when `position` is outside that area. The result does not depend on earlier calls or on the
+  /// thread.
   float inverse_share(uint32_t photon, const SurfacePoint& at, Vec3 position, float radius2) const;
   size_t memory_bytes() const { return photons_ * sizeof(uint64_t); }
 
@@ -39,7 +40,7 @@ class PhotonDiscs {
   size_t photons_ = 0;
   float radius_ = 0.0f;
   uint32_t seed_ = 0;
-  mutable std::unique_ptr<std::atomic<uint64_t>[]> known_;  ///< a byte a sector
+  mutable std::unique_ptr<std::atomic<uint64_t>[]> known_;  ///< one byte for each sector
 };
 
 }  // namespace ajar

@@ -6,14 +6,14 @@ namespace ajar {
 
 namespace {
 
-/// Dimensions of the eye's sampler: the camera's, then a fixed number for each vertex.
+/// Dimensions of the sampler of camera rays: those of the camera, then a fixed number for each vertex.
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
-/// At a vertex: direct light of the rough and of the sharp lobes, then the choices of the sharp ones.
+/// Offsets at a vertex: direct light of the rough and of the sharp lobes, then the choices of the sharp lobes.
 constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kDirection = 7, kRoulette = 9;
-/// Of a gather ray: its own direction, then a number for each vertex of its chain.
+/// Dimensions of the direction of a gather ray. A fixed number for each vertex of its chain follows.
 constexpr uint32_t kGatherDimensions = 4;
-/// Gather rays shorter than this many radii end where blur would show as light from the wrong side of a corner: there
-/// light is gathered once more instead.
+/// In units of the global radius. A shorter gather ray ends near a corner, where the blur of the density estimate would
+/// show light from the other side of the corner. Light is gathered once more there.
 constexpr float kNear = 1.0f;
 
 }  // namespace
@@ -63,7 +63,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     const LobeSplit split(shading.bsdf, point.wo);
     const uint32_t base = kCameraDimensions + kVertexDimensions * vertex;
     if (split.rough() && !at_bounce_limit) {
-      // Reflections of rough surfaces get gather rays in proportion to what they can carry.
+      // The number of gather rays at a surface that is seen by reflection is in proportion to the throughput.
       const int rays = std::max(1, int(std::ceil(float(settings_.rays) * std::min(1.0f, max_component(beta)))));
       radiance += beta * reflected(point, *split.rough(), beta, rays, 0, sampler_, base + kRoughLight);
     }
@@ -104,7 +104,7 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Co
   GuidedBsdf guided;
   guided.start(depth == 0 ? guide_ : nullptr, rough, point.position, 1.0f);
   for (int i = 0; i < rays; ++i) {
-    // The first surface has a sequence of its own over all samples and rays of the pixel.
+    // The first surface uses its own sequence over all samples and gather rays of the pixel.
     Sampler& own = depth == 0 ? gather_sampler_ : sampler;
     uint32_t base = dimension + 3;
     if (depth == 0) {
@@ -148,7 +148,8 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
   const SurfaceShading& shading = walk.shading;
   count_bounce(first, from, point);
   const bool at_bounce_limit = past_limits(point, limits);
-  bool straight = true;  // no sharp bounce yet: light met is direct light; after one it would be a caustic
+  // No sharp bounce yet: a light that is hit is direct light; after a sharp bounce it would be a caustic.
+  bool straight = true;
   float length = 0.0f;
   for (uint32_t vertex = 0;; ++vertex) {
     walk.trace();

@@ -1,12 +1,12 @@
-// Radiance from photon maps as the eye sees it: specular chains followed, direct light sampled, caustics read from the
-// caustic map, the rest gathered. Used by every integrator that fills maps, whatever filled them. Gather rays follow a
-// guide that learns from those of earlier passes (guided_bsdf.h) [after Jensen 1995, "Importance driven path tracing
-// using the photon map"].
+// Radiance from photon maps along camera rays. Sharp chains are followed, direct light is sampled, caustics come from
+// the caustic map, and all other light is gathered. All integrators that fill photon maps use it. Gather rays follow a
+// guide that learns from the gather rays of earlier passes (guided_bsdf.h) [after Jensen 1995, "Importance driven path
+// tracing using the photon map"].
 //
-// Paths by the events of LobeSplit (D rough, S sharp, from light to eye), each counted once:
-//   L S* E            emission met, and light sampled at sharp lobes, along the chain from the eye
-//   L D S* E          light sampled at the first rough vertex, weighted against gather rays that meet the light
-//   L S+ D S* E       caustic map
+// Paths by the events of LobeSplit (D rough, S sharp, from light to eye). Each path is counted once:
+//   L S* E                 emission that is hit, and light sampled at sharp lobes, along the chain from the eye
+//   L D S* E               light sampled at the first rough vertex, combined by MIS with gather rays that hit the light
+//   L S+ D S* E            caustic map
 //   L (D|S)* D S* D S* E   gather rays through sharp chains to the next rough vertex, and the global map there
 #pragma once
 
@@ -28,12 +28,12 @@ struct PhotonMaps {
 };
 
 struct GatherSettings {
-  int rays = 8;                ///< gathered at the first rough surface of a sample
-  int neighbours = 60;         ///< in density estimates
-  int gather_neighbours = 10;  ///< in estimates at the ends of gather rays that no irradiance site answers
+  int rays = 8;                ///< gather rays at the first rough surface of a sample
+  int neighbours = 60;         ///< photons in a density estimate
+  int gather_neighbours = 10;  ///< photons in an estimate at the end of a gather ray, where no irradiance site is near
 };
 
-/// One thread's work. Radiance along camera rays; counts what it traces.
+/// The work of one thread: radiance along camera rays, and counts of what is traced.
 class PhotonGatherer {
  public:
   PhotonGatherer(const Scene& scene, const PhotonMaps& maps, const GatherSettings& settings, uint32_t seed)
@@ -43,31 +43,32 @@ class PhotonGatherer {
         sampler_(Sampler::Kind::Sobol, seed),
         gather_sampler_(Sampler::Kind::Sobol, hash_combine(seed, 0x67617468U)) {}
 
-  /// Sample `index` of pixel number `pixel`; `camera` has been called with this sampler's first dimensions.
+  /// Starts sample `index` of pixel number `pixel`. The first dimensions of the returned sampler belong to the camera.
   Sampler& start(uint32_t pixel, uint32_t index) {
     pixel_ = pixel;
     index_ = index;
     sampler_.start(pixel, index);
     return sampler_;
   }
-  /// `seen`: of it, light seen directly or by way of delta lobes alone, which the returned radiance leaves out.
+  /// `seen`: light that is seen directly or through delta lobes only. The returned radiance does not contain it.
   Color trace(Ray ray, SampleAux* aux, float& alpha, Color& seen);
-  /// From now on, note where maps are looked up. `only`: and sample no direct light.
+  /// From now on, record where maps are looked up. `only`: also sample no direct light.
   void log_arrivals(ArrivalLog* log, bool only) {
     log_ = log;
     log_only_ = only;
   }
-  /// From now on, draw the first gather rays by what `tree` knows, too, and write what one in `stride` found into
-  /// `samples`; either may be null.
+  /// From now on, also draw the first gather rays by `tree`, and append the result of one in `stride` of them to
+  /// `samples`. Both pointers may be null.
   void guide(const GuideTree* tree, std::vector<GuideSample>* samples, uint32_t stride) {
     guide_ = tree;
     guide_samples_ = samples;
     guide_stride_ = stride;
   }
-  /// Where a camera ray and one gather ray from there would look up the maps. False when they lead nowhere.
+  /// The points at which a camera ray, and one gather ray from there, would look up the maps. Returns false when a ray
+  /// reaches no rough surface.
   bool probe(const Ray& ray, SurfacePoint& seen, SurfacePoint& gathered);
 
-  /// Whether the last ray traced came to delta lobes first.
+  /// Whether the first bounces of the last camera ray were at delta lobes.
   bool polished() const { return polished_; }
   uint64_t rays() const { return rays_; }
   uint64_t gathered() const { return gathered_; }
@@ -75,16 +76,16 @@ class PhotonGatherer {
 
  private:
   Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension);
-  /// Light scattered towards the eye by the rough lobes of a surface: direct, caustic and gathered. `throughput`: to
-  /// the eye.
+  /// Light that the rough lobes of a surface scatter towards the eye: direct, caustic and gathered. `throughput`: from
+  /// the surface to the eye.
   Color reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth, Sampler& sampler,
                   uint32_t dimension);
-  /// Light along a gather ray: emission of what it meets first, and what maps tell about the rough surface it comes to.
-  /// `pdf_bsdf`: of the sample's direction, by which it is weighed against light sampling. `distance`: to what it meets
-  /// first.
+  /// Light along a gather ray: the emission of the first hit, and the estimate of the maps at the rough surface that
+  /// the ray reaches. `pdf_bsdf`: density of the sample's direction, for MIS with light sampling. `distance`: to the
+  /// first hit.
   Color incoming(const ShadingPoint& from, const BsdfSample& sample, float pdf_bsdf, Color throughput, int depth,
                  Sampler& sampler, uint32_t dimension, float& distance);
-  /// Follow `ray` and sharp lobes to a rough surface.
+  /// Follows `ray` and sharp lobes to a rough surface.
   bool find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading);
   void log_arrival(int place, const ShadingPoint& point, Color throughput);
   Color from_map(const ShadingPoint& point, const Bsdf& rough);

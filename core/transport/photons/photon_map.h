@@ -1,10 +1,9 @@
-// A photon map: where light arrives, from where, and how much; radiance by density estimation
-// [Jensen 2001, chapter 7].
+// Photon map: positions, directions and flux of photons, and radiance by density estimation [Jensen 2001, chapter 7].
 //
-// A photon keeps its flux divided by the cosine at the geometric normal of the surface it lies on, so that a sum of
-// f_cos (which holds the cosine at the shading normal) over photons is exact also where the two normals differ:
+// A photon stores its flux divided by the cosine at the geometric normal of its surface. A sum of f_cos (which contains
+// the cosine at the shading normal) over photons is then exact also where the two normals differ:
 //   L(x, wo) = 1 / (pi r^2) sum_p f_cos(wo, wi_p) flux_p / |cos(wi_p, ng_p)|.
-// 32 bytes a photon, and 8 for what is around it (photon_discs.h).
+// A photon takes 32 bytes, and 8 bytes for the surface around it (photon_discs.h).
 #pragma once
 
 #include "scene/scene.h"
@@ -17,46 +16,46 @@ namespace ajar {
 struct Photon {
   SurfacePoint point;
   Color flux_over_cosine;     ///< watts
-  uint32_t packed_direction;  ///< towards where the light came from, and flags
+  uint32_t packed_direction;  ///< towards the previous vertex of the light's path, and flags
 
-  /// The surface lets lookups behind it see the photon.
+  /// Lookups from behind the surface see the photon too.
   static constexpr uint32_t kTransmits = 1u << 31;
-  /// A chain has left it; its flux is that over a whole disc, whatever surface there is.
+  /// The photon comes from a Markov chain. Its flux counts for a whole disc, regardless of its surface.
   static constexpr uint32_t kOfChain = 1u << 30;
   bool transmits() const { return packed_direction & kTransmits; }
 };
 static_assert(sizeof(Photon) == 32);
 
-/// Whether light that arrives on one side may leave on the other by lobes that photons are looked up for.
+/// Whether rough lobes of a surface can transmit light from one side to the other.
 bool transmits(const Bsdf& bsdf);
 
 class PhotonMap {
  public:
-  /// Density estimates take at most so many photons, all within `radius`.
+  /// Maximum number of photons in a density estimate, and their maximum distance.
   struct Lookup {
     int neighbours = 60;
     float radius = 0.0f;
   };
 
-  /// `order[i]` becomes the index in `photons` of the photon the map has as number i.
+  /// `order[i]` becomes the index in `photons` of photon i of the map.
   void build(std::vector<Photon> photons, std::vector<uint32_t>& order);
   void build(std::vector<Photon> photons) {
     std::vector<uint32_t> order;
     build(std::move(photons), order);
   }
-  /// From now on, spread the light of each photon over the surface there is within `radius` of it, and not behind
-  /// walls. Until the next build.
+  /// From now on and until the next build, distribute the flux of each photon over the surface that exists within
+  /// `radius` of it and is not behind walls.
   void look_around(const Scene& scene, float radius, uint32_t seed) { discs_.start(scene, size(), radius, seed); }
   size_t size() const { return tree_.size(); }
   bool empty() const { return tree_.empty(); }
   size_t memory_bytes() const { return size() * sizeof(Photon) + discs_.memory_bytes(); }
 
-  /// Radiance that leaves `point` towards point.wo by way of `bsdf`. Lobes that transmit see the photons behind the
-  /// surface too.
+  /// Radiance that `bsdf` scatters from the photons around `point` towards point.wo. Lobes that transmit also see the
+  /// photons behind the surface.
   Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup) const {
     return radiance(point, bsdf, lookup, [](uint32_t, Vec3) { return 1.0f; });
   }
-  /// The same with photon `i`, which came from `direction`, counted `weight(i, direction)` times.
+  /// The same, with the factor `weight(i, direction)` for photon `i` from `direction`.
   template <class Weight>
   Color radiance(const ShadingPoint& point, const Bsdf& bsdf, const Lookup& lookup, Weight&& weight) const {
     if (empty()) return Color(0.0f);
@@ -78,11 +77,11 @@ class PhotonMap {
     }
     return radiance;
   }
-  /// Irradiance, its cosine taken at `ns`, on the side of `ng`.
+  /// Irradiance on the side of `ng`, with the cosine at `ns`.
   Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const;
-  /// Distance from `point` to the k-th photon; `most` where fewer are that near.
+  /// Distance from `point` to the k-th photon; `most` if there are fewer photons within that distance.
   float reach(const SurfacePoint& point, int k, float most) const;
-  /// Every `stride`-th photon that has these flags, to be looked at.
+  /// Adds every `stride`-th photon that has these flags, for display.
   void add_to(PhotonPoints& points, uint64_t stride, uint32_t flags = 0) const;
   size_t count(uint32_t flags) const;
 
@@ -91,7 +90,7 @@ class PhotonMap {
     Color flux_over_cosine;
     uint32_t packed_direction;
   };
-  /// Area of a whole disc over that which the photon's light is spread over; 0 where `position` is not in that.
+  /// Area of a whole disc over the area that receives the photon's light; 0 if `position` is outside that area.
   float inverse_share_of(uint32_t photon, Vec3 position, float radius2) const {
     if (!discs_.started() || lights_[photon].packed_direction & Photon::kOfChain) return 1.0f;
     return discs_.inverse_share(photon, tree_[photon], position, radius2);
@@ -102,21 +101,20 @@ class PhotonMap {
   std::vector<Light> lights_;
 };
 
-/// Where irradiance is worked out once for many gather rays: on plain Lambertian surfaces.
+/// A point at which irradiance is computed once for many gather rays. Sites are on plain Lambertian surfaces.
 struct IrradianceSite {
   SurfacePoint point;
   Vec3 shading_normal;
 };
 
-/// Irradiance precomputed at sites [Christensen 1999]. Sites must not depend on the photons of the map they are
-/// filled from: at a photon's own place the estimate counts itself, and is too high by 1/k.
-/// 32 bytes a site.
+/// Irradiance precomputed at sites [Christensen 1999]. Sites must not depend on the photons of the map that fills them:
+/// an estimate at the position of a photon counts this photon too, and is too high by 1/k. A site takes 32 bytes.
 class IrradianceMap {
  public:
   void build(const std::vector<IrradianceSite>& sites, const PhotonMap& photons, const PhotonMap::Lookup& lookup);
   size_t size() const { return tree_.size(); }
   size_t memory_bytes() const { return size() * (sizeof(SurfacePoint) + sizeof(Vec4)); }
-  /// That of the nearest site within `radius`; false when there is none.
+  /// Irradiance of the nearest site within `radius`; false when there is none.
   bool find(Vec3 position, Vec3 ng, float radius, Color& irradiance) const {
     const int site = tree_.nearest(position, ng, radius);
     if (site < 0) return false;
@@ -129,9 +127,9 @@ class IrradianceMap {
   std::vector<Vec4> irradiance_;
 };
 
-/// Squared radius of pass i (from 0) over that of the first: r^2_{i+1} / r^2_i = (i + alpha) / (i + 1), i from 1, alpha
-/// = 2/3 [Knaus and Zwicker 2011, eq. 16]. Bias then falls as passes^(-1/3), as does the variance of density estimates
-/// by passes^(-2/3).
+/// Squared radius of pass i (from 0), relative to that of the first pass: r^2_{i+1} / r^2_i = (i + alpha) / (i + 1) for
+/// i from 1, with alpha = 2/3 [Knaus and Zwicker 2011, eq. 16]. The bias then decreases as passes^(-1/3), and the
+/// variance of density estimates as passes^(-2/3).
 double radius2_factor(uint32_t pass);
 
 }  // namespace ajar

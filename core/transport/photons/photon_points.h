@@ -1,4 +1,4 @@
-// The photons of a pass, to be looked at [Fan 2006, figures 4.2 and 4.4].
+// The photons of a pass, for display [Fan 2006, figures 4.2 and 4.4].
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@ namespace ajar {
 
 struct PhotonPoints {
   std::vector<Vec3> positions;  ///< world space
-  std::vector<Color> powers;    ///< watts that each photon brings
-  uint64_t stored = 0;          ///< photons of that pass, of which these are spread evenly over space
+  std::vector<Color> powers;    ///< flux of each photon in watts
+  uint64_t stored = 0;          ///< photons of the pass; the listed ones are an even selection of them
 
-  /// Only every n-th of so many photons is shown where there are more than `most`.
+  /// With more than `most` photons, only every n-th is shown. Returns n.
   static uint64_t stride(uint64_t stored, uint64_t most) { return most > 0 ? stored / most + (stored % most != 0) : 0; }
 };
 

@@ -13,12 +13,12 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kBlock = 512;  // photon paths in one unit of work
+constexpr uint32_t kBlock = 512;  // photon paths in a task
 constexpr uint32_t kEmissionDimensions = 5, kBounceDimensions = 5;
 constexpr uint32_t kEvent = 0, kLobe = 1, kDirection = 2, kRoulette = 4;
 
-/// Bounces so far, against the limits that a path tracer would put on the whole path: stored photons still have one
-/// bounce (caustics) or two (global map) before they reach the eye.
+/// Bounces so far, for comparison with the limits that a path tracer applies to the whole path. A stored photon has one
+/// more bounce (caustics) or two more (global map) before it reaches the eye.
 struct Bounces {
   int total = 0, diffuse = 0, glossy = 0, transmission = 0;
   bool only_sharp = true;
@@ -39,7 +39,7 @@ struct Bounces {
   }
 };
 
-/// Rounding may put the start of a ray from a triangle below it.
+/// Rounding can place the start of a ray from a triangle below the triangle.
 Ray leave_light(const LightSet& lights, uint32_t index, const LightRay& start) {
   Ray ray = start.ray;
   if (lights.flags(index).type != LightType::Triangle) return ray;
@@ -86,7 +86,7 @@ class BlockTracer {
   }
 
  private:
-  /// What sample_le would have given for this start.
+  /// The ray that sample_le would return for this start.
   std::optional<LightRay> start_along_hint(const LightWalkGuide::Start& start, uint32_t& light) {
     const LightSet& lights = scene_.lights();
     light = start.light;
@@ -151,8 +151,8 @@ class BlockTracer {
     }
   }
 
-  /// Chooses the part and the direction, changes `flux`, and plays Russian roulette so that photons keep about the flux
-  /// they have.
+  /// Chooses the rough or the sharp lobes, draws a direction and updates `flux`. Russian roulette keeps the maximum
+  /// component of `flux` constant, so that photons have about equal flux.
   std::optional<BsdfSample> scatter(const ShadingPoint& point, const LobeSplit& split, Color& flux) {
     const Bsdf* bsdf = split.rough() ? split.rough() : split.sharp();
     if (!bsdf) return std::nullopt;
@@ -188,7 +188,7 @@ class BlockTracer {
     return sample;
   }
 
-  /// As if the lobes had drawn `wi`.
+  /// The sample that the lobes would return if they had drawn `wi`.
   static std::optional<BsdfSample> sample_of(const Bsdf& rough, Vec3 wo, Vec3 wi) {
     const Bsdf::Evaluation evaluated = rough.evaluate(wo, wi, TransportMode::Importance);
     return BsdfSample{wi, evaluated.f_cos, evaluated.pdf_solid_angle, likely_flags(rough, wo, wi), false};
@@ -229,8 +229,8 @@ PhotonPlan plan_photons(const Scene& scene) {
     plan.global_reason = plan.caustic_reason = "no surface is rough enough to hold photons";
   } else {
     plan.global = limits.total > 0 && limits.diffuse > 0;
-    plan.global_reason = plan.global ? "light may arrive by way of rough surfaces"
-                                     : "the bounce limits leave direct light only";
+    plan.global_reason = plan.global ? "light may arrive from rough surfaces"
+                                     : "the bounce limits allow direct light only";
     plan.caustic = smooth && limits.total > 0;
     plan.caustic_reason = plan.caustic ? "a surface may be smooth enough to focus light"
                                        : "no surface is smooth enough to focus light";

@@ -1,12 +1,12 @@
-// Photons on their way: emitted from the lights, scattered as importance, stored where surfaces are rough.
+// Photon tracing: emission from the lights, scattering in importance mode, storage on rough surfaces.
 //
-// Particles carry flux. At shading normals the adjoint BSDF and Veach's correction (1997, section 5.3) apply. Numbers
-// come from one Sobol sequence over the photons of a pass; photon paths are cut into fixed blocks that are joined in
-// order, so the result does not depend on the number of threads.
+// Photons have flux. At shading normals the adjoint BSDF and Veach's correction apply (1997, section 5.3). Random
+// numbers come from one Sobol sequence over the photons of a pass. Photon paths are divided into blocks of fixed size
+// whose results are joined in order, so the result does not depend on the number of threads.
 //
-// Rays that leave lights see what shadow rays see; rays that leave surfaces are of the kind their scattering made them.
-// Surfaces are evaluated as rays after a diffuse bounce see them, because that is how a gather or a caustic will look
-// at them; so Blender's caustics switches hold. `cast_shadow = false` of lamps is not honoured here.
+// Rays that leave lights see what shadow rays see. Rays that leave surfaces have the kind of their scattering. Surfaces
+// are evaluated as rays after a diffuse bounce see them, because a gather ray or a caustic lookup sees them in this
+// way. Blender's caustics switches therefore apply. `cast_shadow = false` of lamps is ignored here.
 #pragma once
 
 #include <atomic>
@@ -16,14 +16,14 @@
 
 namespace ajar {
 
-/// Emitted photon paths, or steps of chains, of a pass for a picture of this many pixels.
+/// Number of emitted photon paths, or of chain steps, in a pass for an image of this many pixels.
 uint32_t photons_of_a_pass(double pixels);
-/// What the settings ask for, else by the full frame: a region of it uses the same maps.
+/// The number in the settings. If it is 0, the number follows from the full frame, so that a region uses the same maps.
 uint32_t photons_of_a_pass(const RenderSettings& settings);
-/// Radii of first passes are at most this part of the scene's.
+/// Upper bound of the radius of the first pass, relative to the radius of the scene.
 constexpr float kLargestPhotonRadius = 0.05f;
 
-/// Which maps a scene needs, and why.
+/// The maps that a scene needs, with the reasons.
 struct PhotonPlan {
   bool global = false, caustic = false;
   const char* global_reason = "";
@@ -32,9 +32,9 @@ struct PhotonPlan {
 PhotonPlan plan_photons(const Scene& scene);
 
 struct PhotonBatch {
-  std::vector<Photon> global;         ///< light that arrives on any path
-  std::vector<Photon> caustic;        ///< light that arrives by sharp scattering only, at least once
-  std::vector<IrradianceSite> sites;  ///< every `site_stride`-th place where a photon lies on a Lambertian surface
+  std::vector<Photon> global;         ///< light that arrives on all paths
+  std::vector<Photon> caustic;        ///< light that arrives after at least one sharp scattering event and no rough one
+  std::vector<IrradianceSite> sites;  ///< every `site_stride`-th position of a photon on a Lambertian surface
   double emitted[3] = {0, 0, 0};      ///< watts
   uint64_t rays = 0;
 };
@@ -44,10 +44,10 @@ struct PhotonEmission {
   uint32_t seed = 0, pass = 0;
   uint32_t count = 0;  ///< photon paths
   uint32_t site_stride = 4;
-  const LightWalkGuide*
-      guide = nullptr;  ///< hints that photons follow besides; their flux is then less where hints send many
+  /// Hints that photons follow in addition. The flux is then smaller where hints send many photons.
+  const LightWalkGuide* guide = nullptr;
 };
-/// Returns early when `stop` is raised, with what there is.
+/// Returns early with the photons so far when `stop` is set.
 PhotonBatch trace_photons(const Scene& scene, const PhotonEmission& emission, const std::atomic<bool>& stop);
 
 }  // namespace ajar

@@ -8,11 +8,11 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kLeaf = 8;         // points; ranges up to this long are searched in order
+constexpr uint32_t kLeaf = 8;         // points; ranges of at most this length are searched in order
 constexpr uint32_t kParallel = 8192;  // points; longer ranges are built by two tasks
 constexpr uint32_t kAxisShift = 30;
 
-/// Restore the heap below `root`: a parent is no nearer than its children.
+/// Restores the heap below `root`: a parent is at least as far as its children.
 void sift_down(PointTree::Neighbours& heap, int root) {
   const float distance2 = heap.distance2[root];
   const uint32_t index = heap.index[root];
@@ -27,7 +27,7 @@ void sift_down(PointTree::Neighbours& heap, int root) {
   heap.index[root] = index;
 }
 
-/// The axis that a normal turns to most, and its sign: twice the axis, plus one where it is against it.
+/// The axis direction that is closest to a normal: twice the axis, plus 1 for the negative direction.
 int facing(Vec3 n) {
   const Vec3 a = glm::abs(n);
   const int axis = a.x >= a.y && a.x >= a.z ? 0 : (a.y >= a.z ? 1 : 2);
@@ -41,7 +41,7 @@ float cosine_to(int facing, Vec3 n) {
   const float b = std::abs(n[(axis + 1) % 3]), c = std::abs(n[(axis + 2) % 3]), across = std::max(b, c),
               least = std::min(b, c);
   if (along >= across) return 1.0f;
-  // On the border `along = across`; beyond its end `along = across = least`.
+  // The nearest direction is on the border `along = across`, or on its end `along = across = least`.
   const float middle = 0.5f * (along + across);
   return middle >= least ? std::sqrt(2.0f * middle * middle + least * least)
                          : (along + across + least) / std::sqrt(3.0f);
@@ -49,7 +49,7 @@ float cosine_to(int facing, Vec3 n) {
 
 float sign_not_zero(float x) { return x < 0.0f ? -1.0f : 1.0f; }
 
-/// The packed direction, its length between 1/sqrt(3) and 1.
+/// The packed direction with a length between 1/sqrt(3) and 1.
 inline Vec3 unpack_unnormalised(uint32_t packed) {
   const float x = float(int(packed & 0x7fffu) - 16383) / 16383.0f,
               y = float(int(packed >> 15 & 0x7fffu) - 16383) / 16383.0f;
@@ -71,7 +71,7 @@ uint32_t pack_direction(Vec3 d) {
     x = fold_x;
     y = fold_y;
   }
-  // An even number of steps, so that the axes are represented exactly.
+  // The number of steps is even, so that the axes are represented exactly.
   const auto quantise = [](float v) { return uint32_t(std::lround((std::clamp(v, -1.0f, 1.0f) + 1.0f) * 16383.0f)); };
   return quantise(x) | quantise(y) << 15;
 }
@@ -95,7 +95,7 @@ struct Builder {
     const Vec3 extent = upper - lower;
     const int a = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
     const uint32_t middle = begin + (end - begin) / 2;
-    // Ties go by index: one order only, whatever the algorithm and the threads do.
+    // Equal coordinates are ordered by index, so that the order depends neither on the algorithm nor on the threads.
     std::nth_element(order + begin, order + middle, order + end, [&](uint32_t i, uint32_t j) {
       const float x = points[i].position[a], y = points[j].position[a];
       return x < y || (x == y && i < j);
@@ -132,12 +132,12 @@ void PointTree::build(std::vector<SurfacePoint> points, std::vector<uint32_t>& o
   }
 }
 
-/// Calls `visit(index, distance2)` for every point nearer than radius2, which visit may shrink.
+/// Calls `visit(index, distance2)` for every point nearer than radius2. `visit` may reduce radius2.
 template <class Visit>
 void PointTree::search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const {
   struct Range {
     uint32_t begin, end;
-    Vec3 offset;  // from p to the box that splitting planes leave of space, by axes
+    Vec3 offset;  // from p to the box between the splitting planes, for each axis
   };
   Range stack[40 + kFacings];
   int depth = 0;
@@ -186,7 +186,7 @@ void PointTree::nearest(Vec3 p, Vec3 normal, int k, float radius, Neighbours& fo
       found.index[found.count] = i;
       found.distance2[found.count++] = distance2;
       if (found.count < k) return;
-      // Full: from now on a heap, its root the furthest.
+      // The list is full. From here on it is a heap with the furthest point as its root.
       for (int root = k / 2 - 1; root >= 0; --root) sift_down(found, root);
     } else {
       found.index[0] = i;
@@ -196,7 +196,7 @@ void PointTree::nearest(Vec3 p, Vec3 normal, int k, float radius, Neighbours& fo
     found.radius2 = found.distance2[0];
   });
   if (found.count == k) {
-    // The k-th marks the edge and is not inside.
+    // The k-th point defines the radius and is excluded.
     --found.count;
     found.index[0] = found.index[found.count];
     found.distance2[0] = found.distance2[found.count];

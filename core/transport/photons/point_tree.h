@@ -1,14 +1,15 @@
-// Points on surfaces, found again by nearness: a kd-tree laid out flat in one array.
+// Nearest-neighbour search for points on surfaces: a kd-tree in one flat array.
 //
-// One tree for each of the six axes that normals turn to most: a lookup leaves those alone that it could not see. In
-// each, the point at the middle of a range splits it; what lies before is on its low side, what lies after on its high
-// side, so the tree needs no pointers and no nodes: 16 bytes a point. Ranges of a few points are searched in order.
-// Built in parallel; equal input gives an equal tree for any number of threads.
+// There is one tree for each of the six axis directions. A point belongs to the tree of the direction that is closest
+// to its normal, and a lookup skips the trees whose points cannot match its normal. In each tree the point in the
+// middle of a range splits it: the points before it are on the low side, the points after it on the high side. The tree
+// therefore needs no pointers and no nodes, and takes 16 bytes per point. Ranges of a few points are searched in order.
+// The trees are built in parallel. Equal input gives an equal tree for any number of threads.
 //
-// Nearness is measured in a disc rather than in a ball: distance along the query's normal counts `kFlatness` times
-// [Jensen 2001, section 7.2.2], and points whose geometric normal turns away from the query's by more than about
-// 37 degrees are not seen at all. A thin wall's other side faces away, so its light does not bleed through; what
-// remains is light on a floor or ceiling that continues below the wall.
+// Distance is measured in a disc instead of a ball: the distance along the query's normal counts `kFlatness` times
+// [Jensen 2001, section 7.2.2]. Points whose geometric normal differs from the query's by more than about 37 degrees
+// are ignored. The other side of a thin wall faces away, so its light does not leak through. Light on a floor or
+// ceiling that continues below the wall can still leak.
 #pragma once
 
 #include <cstdint>
@@ -18,13 +19,14 @@
 
 namespace ajar {
 
-/// Unit vector in 30 bits: octahedral map (Cigolle et al. 2014), 15 bits a coordinate, in the low bits.
+/// Unit vector in the low 30 bits: octahedral map (Cigolle et al. 2014), 15 bits for each coordinate.
 uint32_t pack_direction(Vec3 direction);
 Vec3 unpack_direction(uint32_t packed);
 
 struct SurfacePoint {
   Vec3 position;
-  uint32_t packed_normal;  ///< geometric, on the side that counts; the two high bits are the tree's
+  /// Geometric, on the side that the light arrives at. The two high bits store the tree's splitting axis.
+  uint32_t packed_normal;
 };
 
 class PointTree {
@@ -32,7 +34,7 @@ class PointTree {
   static constexpr int kMaxNeighbours = 128;
   static constexpr float kFlatness = 4.0f, kMinNormalCosine = 0.8f;
 
-  /// Takes the points; `order[i]` is the index that tree point i had in `points`.
+  /// `order[i]` becomes the index in `points` of tree point i.
   void build(std::vector<SurfacePoint> points, std::vector<uint32_t>& order);
 
   size_t size() const { return points_.size(); }
@@ -41,12 +43,12 @@ class PointTree {
 
   struct Neighbours {
     int count = 0;
-    float radius2;  ///< all points nearer than this, in the disc's distance, are among them
+    float radius2;  ///< squared, in the disc's distance; all points that are nearer are in the list
     uint32_t index[kMaxNeighbours];
-    float distance2[kMaxNeighbours];  ///< a heap, the furthest first, once it is full
+    float distance2[kMaxNeighbours];  ///< a heap with the furthest point first, once it is full
   };
-  /// At most `k` points nearest to p within `radius`. When there are more, `radius2` is that of the k-th, and it is
-  /// left out: (k - 1) / (pi r_k^2) is the unbiased estimate of a density, k / (pi r_k^2) is not.
+  /// Up to `k` points nearest to p within `radius`. When there are k or more, `radius2` is that of the k-th point, and
+  /// this point is excluded: (k - 1) / (pi r_k^2) is the unbiased estimate of a density, and k / (pi r_k^2) is biased.
   void nearest(Vec3 p, Vec3 normal, int k, float radius, Neighbours& found) const;
   /// The nearest point within `radius`, or -1.
   int nearest(Vec3 p, Vec3 normal, float radius) const;
@@ -56,7 +58,7 @@ class PointTree {
   void search(Vec3 p, Vec3 normal, float& radius2, Visit&& visit) const;
   static constexpr int kFacings = 6;
   std::vector<SurfacePoint> points_;
-  uint32_t begin_[kFacings + 1] = {};  ///< of the tree of each facing, and the end
+  uint32_t begin_[kFacings + 1] = {};  ///< start of the tree of each axis direction, and the end of the last
 };
 
 }  // namespace ajar
