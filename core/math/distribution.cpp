@@ -12,8 +12,8 @@ DiscreteDistribution::DiscreteDistribution(const std::vector<double>& weights) {
   }
   cdf_.resize(weights.size(), 0.0f);
   if (!(total_ > 0.0)) return;
-  // In units of 2^-24: one for every positive weight, the rest in proportion. Beyond 2^24
-  // entries the first unit is given up; some are then never chosen.
+  // In units of 2^-24: every positive weight gets one unit, and the others are divided in proportion to the weights.
+  // With more than 2^24 positive weights, no unit is reserved, and some entries are never chosen.
   constexpr double kUnits = 0x1p24;
   const bool floor = double(positive) <= kUnits;
   const double shared = floor ? kUnits - double(positive) : kUnits;

@@ -1,6 +1,5 @@
-// Tabulated distributions: discrete choices, and piecewise-constant densities on [0,1]^2.
-// All tables accept non-negative finite weights; a table whose weights sum to
-// zero is empty and must not be sampled.
+// Tabulated distributions: discrete choices, and piecewise-constant densities on [0, 1]^2. All tables accept
+// non-negative finite weights. A table whose weights sum to zero is empty and must not be sampled.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +9,11 @@
 
 namespace ajar {
 
-/// Discrete distribution over {0..n-1} sampled by inverting the cumulative sum;
-/// keeps the stratification of u, and returns u rescaled to [0,1) for reuse.
-/// The cumulative sum is rounded to multiples of 2^-24, as random floats are, and pmf is its
-/// difference: exactly the probability of the entry, never zero for a positive weight (up to 2^24 of them: a
-/// million entries share 6 % of the probabilities evenly).
+/// Discrete distribution over {0..n-1}, sampled by inversion of the cumulative sum. It keeps the stratification of u
+/// and returns u rescaled to [0, 1) for reuse.
+/// The cumulative sum is rounded to multiples of 2^-24, as random floats are. The pmf is its difference and so exactly
+/// the probability of the entry. No positive weight gets probability zero (with up to 2^24 of them); a million entries
+/// share 6 % of the probability evenly for this.
 class DiscreteDistribution {
  public:
   DiscreteDistribution() = default;
@@ -33,16 +32,16 @@ class DiscreteDistribution {
   Choice sample(float u) const;
 
  private:
-  std::vector<float> cdf_;  // cdf_[i] = sum of pmf(0..i); last is 1
+  std::vector<float> cdf_;  // cdf_[i] = sum of pmf(0..i); the last is 1
   double total_ = 0.0;
 };
 
-/// Piecewise-constant density over the unit square, rows by marginal then
-/// column by conditional. Density is with respect to area of the unit square.
+/// Piecewise-constant density over the unit square. The row is chosen by the marginal distribution, then the column by
+/// the conditional one. The density is with respect to the area of the unit square.
 class Distribution2D {
  public:
   Distribution2D() = default;
-  /// `values` row-major, row 0 first, width*height non-negative numbers.
+  /// `values`: width * height non-negative numbers, row by row, row 0 first.
   Distribution2D(const std::vector<float>& values, int width, int height);
   bool empty() const { return marginal_.empty(); }
   int width() const { return width_; }
@@ -52,7 +51,7 @@ class Distribution2D {
     for (const DiscreteDistribution& row : conditional_) bytes += row.memory_bytes();
     return bytes;
   }
-  /// Point (x along the width, y along the height) in [0,1)^2 and its density.
+  /// A point in [0, 1)^2 (x along the width, y along the height) and its density.
   Vec2 sample(Vec2 u, float& pdf_square) const;
   float pdf_square(Vec2 point) const;
 

@@ -1,7 +1,7 @@
 // An orthonormal basis around a normal: local z is the normal.
-// Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited"; its seam, where the basis turns from one normal
-// to the next, is moved off the equator, on which the normals of all upright walls lie but for rounding. Normals of
-// floors, walls and ceilings are away from it.
+// Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited". The basis is discontinuous where n.z passes a
+// limit. The paper has this seam at n.z = 0, where the normals of vertical walls are up to rounding. Here it is away
+// from the normals of floors, walls and ceilings.
 #pragma once
 
 #include <algorithm>
@@ -22,8 +22,8 @@ struct Frame {
     s = Vec3(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x);
     t = Vec3(b, sign + n.y * n.y * a, -n.y);
   }
-  /// Basis whose s lies in the plane of `normal` and `tangent`, which may have any length; falls back to
-  /// the arbitrary basis where the two are parallel or the tangent is zero.
+  /// Basis whose s is in the plane of `normal` and `tangent`. The tangent may have any length. If it is zero or
+  /// parallel to the normal, the basis is that of the normal alone.
   Frame(Vec3 normal, Vec3 tangent) : n(normal) {
     tangent /= std::max(max_component(glm::abs(tangent)), std::numeric_limits<float>::min());
     Vec3 projected = tangent - normal * glm::dot(normal, tangent);
@@ -31,7 +31,8 @@ struct Frame {
       *this = Frame(normal);
       return;
     }
-    // Twice, as the first leaves of a tangent near the normal mostly what was rounded off (Parlett, "twice is enough").
+    // Project twice: if the tangent is nearly parallel to the normal, the first result is mostly rounding error
+    // (Parlett, "twice is enough").
     projected /= glm::length(projected);
     projected -= normal * glm::dot(normal, projected);
     s = projected / glm::length(projected);

@@ -1,6 +1,6 @@
-// Hashes whose values Blender's procedural textures are made of: Bob Jenkins' lookup3 (public domain), and the permuted
-// congruential generators in two to four dimensions of Jarzynski and Olano ("Hash Functions for GPU Rendering", JCGT
-// 9(3), 2020) in signed arithmetic, which the cells of Voronoi textures use since Blender 5.0.
+// The hashes of Blender's procedural textures: Bob Jenkins' lookup3 (public domain), and the permuted congruential
+// generators in two to four dimensions of Jarzynski and Olano ("Hash Functions for GPU Rendering", JCGT 9(3), 2020).
+// The latter are in signed arithmetic; the cells of Voronoi textures use them since Blender 5.0.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace ajar::nodes {
 
-/// texture space of N dimensions
+/// A point of a texture space of N dimensions.
 template <int N>
 using Point = glm::vec<N, float>;
 
@@ -41,14 +41,14 @@ constexpr uint32_t hash_words(const uint32_t (&key)[N]) {
   return c;
 }
 
-/// A number in [0, 1] from the bits of numbers.
+/// A number in [0, 1] from the bits of floats.
 template <class... Numbers>
 float hash_unit(Numbers... numbers) {
   const uint32_t key[] = {std::bit_cast<uint32_t>(float(numbers))...};
   return float(hash_words(key)) * 0x1p-32f;
 }
 
-/// Three independent numbers per point; the first is the point's own hash.
+/// Three independent numbers per point; the first is the hash of the point itself.
 inline Color hash_color(Point<1> p) { return {hash_unit(p.x), hash_unit(p.x, 1), hash_unit(p.x, 2)}; }
 inline Color hash_color(Point<2> p) { return {hash_unit(p.x, p.y), hash_unit(p.x, p.y, 1), hash_unit(p.x, p.y, 2)}; }
 inline Color hash_color(Point<3> p) {
@@ -58,7 +58,7 @@ inline Color hash_color(Point<4> p) {
   return {hash_unit(p.x, p.y, p.z, p.w), hash_unit(p.z, p.x, p.w, p.y), hash_unit(p.w, p.z, p.y, p.x)};
 }
 
-/// A point of the unit cube that belongs to a cell.
+/// A point of the unit cube for each cell.
 inline Point<1> hash_point(Point<1> p) { return Point<1>(hash_unit(p.x)); }
 inline Point<2> hash_point(Point<2> p) { return {hash_unit(p.x, p.y), hash_unit(p.x, p.y, 1)}; }
 inline Point<3> hash_point(Point<3> p) { return hash_color(p); }
@@ -67,8 +67,8 @@ inline Point<4> hash_point(Point<4> p) {
           hash_unit(p.y, p.z, p.w, p.x)};
 }
 
-/// PCG in N dimensions of a cell of whole numbers: N independent numbers in [0, 1]. Words wrap; the shift keeps their
-/// sign.
+/// PCG in N dimensions of a cell with integer coordinates: N independent numbers in [0, 1]. Words wrap around; the
+/// right shift is arithmetic and keeps their sign.
 template <int N>
 Point<N> hash_cell(Point<N> cell) {
   static_assert(N >= 2 && N <= 4);
@@ -91,7 +91,7 @@ Point<N> hash_cell(Point<N> cell) {
   return unit;
 }
 
-/// What the texture nodes with a choice of dimensions see: W alone, XY, XYZ, or all.
+/// Calls `f` with the coordinates that a texture node uses in each number of dimensions: W, XY, XYZ, or XYZW.
 template <class F>
 auto with_dimensions(int dimensions, Vec3 p, float w, F&& f) {
   switch (dimensions) {

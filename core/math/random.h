@@ -1,5 +1,4 @@
-// Integer hashes and a small generator, all fixed for ever: a seed is a promise
-// that the same image comes out.
+// Integer hashes and a small generator. They must never change: a seed always gives the same image.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +7,7 @@
 
 namespace ajar {
 
-/// Finaliser of good avalanche for 32 bits (Wellons 2018, "lowbias32").
+/// Finaliser for 32 bits with good avalanche behaviour (Wellons 2018, "lowbias32").
 inline uint32_t hash32(uint32_t x) {
   x ^= x >> 16;
   x *= 0x7feb352dU;
@@ -17,7 +16,7 @@ inline uint32_t hash32(uint32_t x) {
   x ^= x >> 16;
   return x;
 }
-/// Both sides are hashed before they meet: small seeds and values must not cancel.
+/// Both sides are hashed before they are combined, so that small seeds and values do not cancel.
 inline uint32_t hash_combine(uint32_t seed, uint32_t value) {
   return hash32(hash32(seed + 0x9e3779b9U) ^ hash32(value + 0x85ebca6bU));
 }
@@ -33,7 +32,7 @@ inline uint64_t hash64(uint64_t x) {
 /// The top 24 bits as a float in [0, 1).
 inline float to_unit_float(uint32_t x) { return float(x >> 8) * 0x1p-24f; }
 
-/// PCG32 (O'Neill 2014): independent streams by `sequence`.
+/// PCG32 (O'Neill 2014); each `sequence` is an independent stream.
 class Pcg32 {
  public:
   explicit Pcg32(uint64_t seed = 0, uint64_t sequence = 0) : increment_((hash64(sequence) << 1) | 1) {

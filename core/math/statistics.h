@@ -1,4 +1,4 @@
-// Running statistics that survive millions of samples.
+// Running statistics that stay accurate over millions of samples.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,7 @@ class RunningMoments {
   }
   uint64_t count() const { return count_; }
   double mean() const { return mean_; }
-  /// Variance of one sample; 0 with fewer than two samples.
+  /// Variance of one sample; 0 for fewer than two samples.
   double variance() const { return count_ > 1 ? m2_ / double(count_ - 1) : 0.0; }
   double variance_of_mean() const { return count_ > 1 ? variance() / double(count_) : 0.0; }
 
@@ -42,7 +42,7 @@ class RunningMoments {
   double mean_ = 0.0, m2_ = 0.0;
 };
 
-/// The upper median; reorders `values`. `otherwise` where there are none.
+/// The upper median, or `otherwise` if `values` is empty. Reorders `values`.
 inline float median(std::vector<float>& values, float otherwise) {
   if (values.empty()) return otherwise;
   std::nth_element(values.begin(), values.begin() + std::ptrdiff_t(values.size() / 2), values.end());

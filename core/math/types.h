@@ -1,8 +1,7 @@
-// Vector, colour and matrix types of the whole library: GLM under the field's names.
+// Vector, colour and matrix types of the whole library: GLM under the names of the field.
 //
-// Conventions: right-handed, Z up, metres (Blender's own axes and units, never
-// changed). Colours are linear RGB in the scene's working space (Rec. 709
-// primaries unless Blender's configuration says otherwise). Transforms are
+// Conventions: right-handed, Z up, metres (the axes and units of Blender, never converted). Colours are linear RGB in
+// the working space of the scene (Rec. 709 primaries unless Blender's configuration says otherwise). Transforms are
 // named destination first: world_from_object * p_object = p_world.
 #pragma once
 
@@ -42,7 +41,7 @@ inline float abs_dot(Vec3 a, Vec3 b) { return std::abs(glm::dot(a, b)); }
 inline bool is_black(Color c) { return c.x == 0.0f && c.y == 0.0f && c.z == 0.0f; }
 inline bool is_finite(Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-/// CIE Y of a linear Rec. 709 colour; the scalar behind every decision about colours.
+/// CIE Y of a linear Rec. 709 colour; code decides about colours by this scalar.
 inline float luminance(Color c) { return 0.2126729f * c.x + 0.7151522f * c.y + 0.0721750f * c.z; }
 
 inline Vec3 transform_point(const Mat4& m, Vec3 p) { return Vec3(m * Vec4(p, 1.0f)); }

@@ -1,6 +1,5 @@
-// Maps from the unit square to the domains a renderer samples, each beside its
-// density. Every density names its measure; zero means "cannot be sampled".
-// Tested by chi-square, by integration and by the Jacobian of the map.
+// Maps from the unit square to the domains that a renderer samples, each with its density. The name of a density states
+// its measure; zero means "cannot be sampled". The tests are chi-square, integration and the Jacobian of the map.
 #pragma once
 
 #include <algorithm>
@@ -45,8 +44,8 @@ inline Vec3 square_to_hemisphere(Vec2 u) {
 }
 inline float hemisphere_pdf_solid_angle() { return 0.5f * kInvPi; }
 
-/// Uniform in solid angle inside the cone around +z. `one_minus_cos` is
-/// 1 - cos(half angle), kept in this form because it does not cancel for small cones.
+/// Uniform in solid angle inside the cone around +z. `one_minus_cos` is 1 - cos(half-angle), which does not cancel for
+/// small cones.
 inline Vec3 square_to_cone(Vec2 u, float one_minus_cos) {
   const float h = u.x * one_minus_cos;  // 1 - cos theta
   const float r = safe_sqrt(h * (2.0f - h)), phi = 2.0f * kPi * u.y;

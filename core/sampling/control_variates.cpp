@@ -8,9 +8,11 @@ namespace {
 
 constexpr double kLuminance[3] = {0.2126729, 0.7151522, 0.0721750};
 
+/// Index of element (i, j) of a symmetric matrix of which the lower triangle is stored.
 constexpr int packed(int i, int j) { return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i; }
 
-/// In-place Cholesky factor of a packed symmetric matrix; false when it is not positive definite to working precision.
+/// In-place Cholesky factorisation of a packed symmetric matrix. Returns false if a pivot is not above `smallest`: the
+/// matrix is not positive definite to working precision.
 bool factor(double* a, int n, double smallest) {
   for (int j = 0; j < n; ++j) {
     for (int i = j; i < n; ++i) {
@@ -27,6 +29,7 @@ bool factor(double* a, int n, double smallest) {
   return true;
 }
 
+/// Solves L L^T x = right with the packed factor L.
 void solve(const double* l, int n, const double* right, double* x) {
   for (int i = 0; i < n; ++i) {
     double sum = right[i];
@@ -73,8 +76,8 @@ ControlCoefficients NormalEquations::fit(double relative_ridge, int min_samples)
   const int columns = m_ - 1;
   if (columns < 1 || n_ < double(min_samples)) return none;
 
-  // Centring takes the intercept out of the system, and out of the penalty.
-  // Columns that never varied are none: nothing is known of them, and nothing is to be corrected by them.
+  // Centring removes the intercept from the system, and so from the penalty. Columns that never varied are not counted:
+  // nothing is known about them, and their coefficients become 0.
   double centred[kColumns * (kColumns + 1) / 2], matrix[kColumns * (kColumns + 1) / 2], trace = 0.0;
   int varying = 0;
   for (int i = 0; i < columns; ++i) {
@@ -89,7 +92,8 @@ ControlCoefficients NormalEquations::fit(double relative_ridge, int min_samples)
   }
   if (!factor(matrix, columns, 1e-12 * trace)) return none;
 
-  // One factor, three channels; the sums of squares say whether anything is gained.
+  // One factorisation serves the three channels. The residual sums of squares show whether the fit reduces the
+  // variance.
   ControlCoefficients fitted;
   fitted.count = m_;
   double before = 0.0, after = 0.0;
@@ -107,8 +111,8 @@ ControlCoefficients NormalEquations::fit(double relative_ridge, int min_samples)
     }
     after += kLuminance[c] * residual;
   }
-  // Every coefficient costs a degree of freedom here and adds its own error there: twice, as in Akaike's final
-  // prediction error.
+  // The fit of every coefficient uses a degree of freedom, and the error of the coefficient adds to the error of the
+  // estimate. The test counts both, as Akaike's final prediction error does.
   const double k = double(varying);
   if (n_ - 1.0 - k < 1.0 || !(after * (n_ + k) / (n_ - 1.0 - k) < before * n_ / (n_ - 1.0))) return none;
   return fitted;
@@ -118,6 +122,7 @@ Color control_estimate(std::span<const ControlSample> samples, const ControlCoef
   if (samples.empty()) return Color(0.0f);
   Color sum(0.0f);
   for (const ControlSample& s : samples) sum += s.y;
+  // Eq. 6.7.
   Color estimate = sum / float(samples.size());
   for (int j = 0; j < coefficients.count; ++j) {
     float z = 0.0f;
@@ -150,12 +155,14 @@ Color ocv_paper(std::span<const ControlSample> samples, int components, double l
       for (int c = 0; c < 3; ++c) right[c][i] += row[i] * double(s.y[c]);
     }
   }
+  // Eq. 6.11: lambda on all coefficients.
   for (int i = 0; i < n; ++i) matrix[packed(i, i)] += lambda;
   if (!factor(matrix, n, 0.0)) return control_estimate(samples, {});
   Color estimate(0.0f);
   for (int c = 0; c < 3; ++c) {
     double beta[kMaxControls];
     solve(matrix, n, right[c], beta);
+    // Eq. 6.10: the sum of all coefficients.
     double sum = 0.0;
     for (int i = 0; i < n; ++i) sum += beta[i];
     estimate[c] = float(sum);

@@ -1,10 +1,13 @@
-// Populations of weighted members that stand for an unnormalised target f: properly weighted when E[sum_i w_i h(x_i)]
-// is the integral of h f for every h [Liu and Chen 1998; Del Moral, Doucet and Jasra 2006].
+// Populations of weighted members that stand for an unnormalised target f. A population is properly weighted if E[sum_i
+// w_i h(x_i)] is the integral of h f for every h [Liu and Chen 1998; Del Moral, Doucet and Jasra 2006].
 //
-// What keeps a population so: moving members by kernels that leave f as it is (Metropolis-Hastings), with weights
-// unchanged; drawing members again with expected numbers of copies in proportion to any positive preference, weights
-// divided by that number; mixing two such populations with weights a and 1 - a fixed beforehand. A kernel may not be
-// chosen by what the member it moves, or those it is drawn with, have done before.
+// Three operations keep a population properly weighted:
+// - moving members by kernels that leave f invariant (Metropolis-Hastings), with unchanged weights;
+// - resampling members so that their expected numbers of copies are proportional to any positive preference, with
+//   weights divided by these numbers;
+// - mixing two such populations with weights a and 1 - a that are fixed beforehand.
+// The choice of a kernel must not depend on the past of the member that it moves, nor on the past of the members with
+// which this member is resampled.
 #pragma once
 
 #include <cmath>
@@ -13,9 +16,10 @@
 
 namespace ajar {
 
-/// Systematic resampling: `parents[k]` is the k-th of the members drawn, in order. Member i is drawn n w_i / W times on
-/// average and never a whole time more or less than that; so is every run of members in a row, which makes neighbours
-/// in a well chosen order stand for one another. `u` in [0, 1). Returns W; when it is not positive nothing is drawn.
+/// Systematic resampling: `parents[k]` is the index of the k-th drawn member, in ascending order. The mean number of
+/// copies of member i is n w_i / W, and the actual number differs from it by less than 1. The same holds for every run
+/// of consecutive members, so that neighbours represent each other if the order puts similar members side by side. `u`
+/// is in [0, 1). Returns W, the sum of the weights; if it is not positive, nothing is drawn.
 inline double systematic_resample(std::span<const double> weights, double u, std::span<uint32_t> parents) {
   double total = 0.0;
   for (double w : weights) total += w;
@@ -27,20 +31,21 @@ inline double systematic_resample(std::span<const double> weights, double u, std
     const double at = (double(k) + u) * step;
     while (at >= end && i + 1 < weights.size()) end += weights[++i];
     size_t drawn = i;
-    while (!(weights[drawn] > 0.0)) --drawn;  // rounding of the very last end
+    while (!(weights[drawn] > 0.0)) --drawn;  // rounding can leave the last end below the last position
     parents[k] = uint32_t(drawn);
   }
   return total;
 }
 
-/// Share of the energy that n new samples take from a population that stands for n_before samples, so that all count
-/// alike; never less than `least`, which forgets the oldest. Fixed beforehand, so the mixture stays unbiased.
+/// Share of n new samples in a mixture with a population that stands for n_before samples, so that all samples have
+/// equal weight. It is at least `least`, so that old samples are forgotten in time. It is fixed beforehand, so the
+/// mixture stays unbiased.
 inline double new_share(double n, double n_before, double least) {
   return n_before > 0.0 ? std::fmax(n / (n + n_before), least) : 1.0;
 }
 
-/// Place along a Hilbert curve through the unit square (4^16 cells): members near each other in this order are near in
-/// the plane.
+/// Position along a Hilbert curve through the unit square (4^16 cells). Members that are near each other in this order
+/// are near each other in the plane.
 inline uint32_t hilbert_index(float x, float y) {
   const auto cell = [](float v) { return uint32_t(std::fmin(std::fmax(v, 0.0f) * 65536.0f, 65535.0f)); };
   uint32_t column = cell(x), row = cell(y), index = 0;

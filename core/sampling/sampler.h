@@ -1,12 +1,11 @@
-// Random numbers of one path: Owen-scrambled Sobol points padded in pairs, or
-// independent numbers, behind one face.
+// Random numbers of one path: Owen-scrambled Sobol points padded in pairs, or independent numbers, behind one
+// interface.
 //
-// Each pair of dimensions is the two-dimensional Sobol sequence with its index
-// shuffled and its points scrambled by a nested uniform (Owen) scramble; both
-// depend on pixel and dimension, so pixels and pairs are decorrelated while
-// every pair stays a (0,2)-sequence over the samples of a pixel.
-// Source: Burley 2020, "Practical Hash-based Owen Scrambling"; the scramble's
-// hash is Laine and Karras 2011 with Vegdahl's constants.
+// Each pair of dimensions is the two-dimensional Sobol sequence. Its index is shuffled, and its points are scrambled by
+// a nested uniform (Owen) scramble. Both depend on the pixel and the dimension, so pixels and pairs are decorrelated,
+// and every pair stays a (0,2)-sequence over the samples of a pixel.
+// Source: Burley 2020, "Practical Hash-based Owen Scrambling". The hash of the scramble is that of Laine and Karras
+// 2011 with Vegdahl's constants.
 #pragma once
 
 #include "math/random.h"
@@ -23,7 +22,7 @@ inline uint32_t reverse_bits(uint32_t x) {
   return ((x & 0x55555555U) << 1) | ((x >> 1) & 0x55555555U);
 }
 
-/// Both halves reversed, and exchanged, in half the work of one after the other.
+/// Reverses the bits of both 32-bit halves and swaps the halves. It costs half as much as two calls of `reverse_bits`.
 inline uint64_t reverse_bits_64(uint64_t x) {
   x = __builtin_bswap64(x);
   x = ((x & 0x0f0f0f0f0f0f0f0fU) << 4) | ((x >> 4) & 0x0f0f0f0f0f0f0f0fU);
@@ -42,8 +41,8 @@ inline uint32_t laine_karras_permutation(uint32_t x, uint32_t seed) {
   return x;
 }
 
-/// Second Sobol dimension of `index`, bit-reversed: multiplication by Pascal's
-/// triangle modulo 2, which factors into five butterfly steps.
+/// Second Sobol dimension of `index`, bit-reversed: multiplication by Pascal's triangle modulo 2, which factors into
+/// five butterfly steps.
 inline uint32_t second_dimension_reversed(uint32_t x) {
   x ^= (x >> 16) & 0x0000ffffU;
   x ^= (x >> 8) & 0x00ff00ffU;
@@ -61,7 +60,7 @@ class Sampler {
 
   Sampler(Kind kind, uint32_t seed) : kind_(kind), seed_(seed) {}
 
-  /// Begin sample `index` of the unit (pixel or chain) `unit`; dimension restarts at 0.
+  /// Starts sample `index` of the unit (pixel or chain) `unit` at dimension 0.
   void start(uint32_t unit, uint32_t index) {
     unit_seed_ = hash_combine(seed_, unit);
     index_ = index;
@@ -69,11 +68,11 @@ class Sampler {
     dimension_ = 0;
     if (kind_ == Kind::Independent) rng_ = Pcg32((uint64_t(unit_seed_) << 32) | index, unit);
   }
-  /// Continue at a fixed dimension, so that paths that branch stay aligned.
+  /// Continues at a fixed dimension, so that paths that branched use the same dimensions again.
   void set_dimension(uint32_t dimension) { dimension_ = dimension; }
   uint32_t dimension() const { return dimension_; }
-  /// Numbers for sample `i` of the `count` that the current sample branches into here, stratified with those of the
-  /// other samples (best when count is a power of two).
+  /// The sampler of branch `i` of the `count` branches of the current sample. It is stratified with the branches of the
+  /// other samples (best if `count` is a power of two).
   Sampler branch(uint32_t i, uint32_t count) const {
     Sampler child = *this;
     child.start(hash_combine(unit_seed_, dimension_ ^ 0x5bd1e995U), index_ * count + i);
