@@ -11,8 +11,8 @@
 
 namespace ajar {
 
-// Emission and transparency have closure lists and code of their own, because light sampling and shadow rays
-// ask for nothing else. All codes share one numbering of registers.
+// Emission and transparency have closure lists and code of their own, because light sampling and shadow rays need
+// nothing else. All pieces of code use the same register numbers.
 struct ShaderProgram::Data {
   std::vector<Closure> scattering, emission, transparency, holdout;
   std::vector<VolumeClosure> volumes;
@@ -20,9 +20,9 @@ struct ShaderProgram::Data {
   ProgramTables tables;
   bool reflective_caustics = true, refractive_caustics = true;
   BumpTerminator bump_terminator = BumpTerminator::Cubic;
-  Operand displaced_normal = kNoOperand;  // of the surface; none: the smooth one
+  Operand displaced_normal = kNoOperand;  // normal of the displaced surface; kNoOperand: the smooth normal is used
 
-  bool plain_diffuse = false;  // nothing scatters but one Lambert closure around the surface's own normal
+  bool plain_diffuse = false;  // the only scattering closure is a Lambert closure with the surface's own normal
   bool may_be_transparent = false, depends_on_view = false;
   bool has_surface = false, has_volume = false, medium_varies = false;
   int register_count = 0;
@@ -32,7 +32,7 @@ namespace {
 
 using Closures = std::vector<Closure>;
 
-/// The instructions that these operands need, in order.
+/// The instructions on which these operands depend, in the order of the program.
 std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int register_count,
                                      const std::vector<Operand>& operands) {
   std::vector<bool> live(size_t(register_count), false);
@@ -40,7 +40,8 @@ std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int r
     if (o >= 0 && o != kNoOperand) live[o] = true;
   };
   for (const Operand o : operands) mark(o);
-  // An operand always lies within the output of one instruction, so that any live register keeps its writer.
+  // An operand always lies within the output of one instruction. So the instruction that writes a live register is
+  // kept.
   std::vector<Instruction> needed;
   for (auto i = code.rbegin(); i != code.rend(); ++i) {
     bool is_live = false;
@@ -66,7 +67,7 @@ Color color_of(const Closure& closure, const float* registers, const float* cons
   return glm::max(color, 0.0f) * *operand(closure.weight, registers, constants);
 }
 
-/// Sum of coloured closures (emission, transparency) that have their colour as only input.
+/// The sum of coloured closures (emission, transparency), whose only input is their colour.
 Color sum(const Closures& closures, const float* registers, const float* constants) {
   Color total(0.0f);
   for (const Closure& closure : closures) {
@@ -76,7 +77,7 @@ Color sum(const Closures& closures, const float* registers, const float* constan
   return total;
 }
 
-/// A Lambert closure of constant or computed colour and nothing else that varies.
+/// A Lambert closure of which at most the colour is computed at the hit.
 bool is_plain_diffuse(const Closure& closure) {
   if (closure.kind != ClosureKind::Diffuse || closure.normal != kNoOperand || closure.inputs.roughness != 0.0f)
     return false;
@@ -128,8 +129,8 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.has_volume = graph.volume.node >= 0;
   data.volumes = flatten_volumes(builder);
   if (builder.overflowed())
-    report_once(diagnostics,
-                {Diagnostic::Severity::Warning, owner, "its node graph is too large; what exceeds the limit is grey"});
+    report_once(diagnostics, {Diagnostic::Severity::Warning, owner,
+                              "its node graph is too large; values beyond the limit are grey"});
 
   data.register_count = builder.register_count();
   if (!data.scattering.empty()) data.displaced_normal = builder.displaced_normal();
@@ -191,8 +192,8 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
   };
   out.bsdf.bump_terminator = d.bump_terminator;
   const bool after_diffuse = point.ray_kind & kRayDiffuse;
-  // Seen after a diffuse bounce, light leaves where it enters, as in Cycles; and so it does for a second medium on the
-  // same surface.
+  // After a diffuse bounce, light leaves where it enters, as in Cycles. The same holds for the second medium of a
+  // surface.
   const auto may_enter = [&] { return point.diffuse_depth == 0 && !out.bsdf.has_subsurface(); };
   const bool reflective = d.reflective_caustics || !after_diffuse, refractive = d.refractive_caustics || !after_diffuse;
 
@@ -253,7 +254,7 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
         break;
       case ClosureKind::Emission:
       case ClosureKind::Transparent:
-      case ClosureKind::Holdout: break;  // in lists of their own
+      case ClosureKind::Holdout: break;  // these are in lists of their own
     }
   }
   for (const Closure& closure : d.transparency)
@@ -325,7 +326,7 @@ bool ShaderProgram::may_be_rough(float roughness) const {
 bool ShaderProgram::may_be_smooth(float roughness) const {
   const bool reflective = data_->reflective_caustics, refractive = data_->refractive_caustics;
   return std::any_of(data_->scattering.begin(), data_->scattering.end(), [=](const Closure& c) {
-    // A colour that varies is patched as well; looking closer would gain little.
+    // A colour that varies is a patch as well. Checking which inputs are patched would gain little.
     const bool smooth = !c.patches.empty() || c.inputs.roughness < roughness ||
                         c.inputs.distribution == closures::Distribution::Sharp;
     switch (c.kind) {
@@ -352,7 +353,7 @@ std::vector<SkyDisc> ShaderProgram::sky_discs() const {
   for (const Instruction& sky : d.emission_code) {
     if (sky.op != Op::Sky) continue;
     const auto sun = d.tables.skies[sky.data].sun();
-    // A sky that is turned has its sun somewhere else.
+    // The node knows the direction of the sun only if the coordinates of the sky are not rotated.
     const bool as_it_is = std::any_of(d.emission_code.begin(), d.emission_code.end(), [&](const Instruction& i) {
       return i.op == Op::Generated && i.out == sky.in[0];
     });

@@ -1,11 +1,11 @@
-// A shader node graph compiled once into a short register program, and evaluated at every hit.
+// A shader node graph that is compiled once into a short register program and evaluated at every hit.
 //
-// Compilation walks back from the output sockets (so dead nodes never appear), folds
-// every subgraph that depends on constants only, and leaves the rest as instructions
-// over a small file of float registers. A graph whose surface is constant keeps its finished closures
-// and runs no instruction per hit.
-// A node type the compiler does not know takes a documented fallback and is reported once per
-// material in `Diagnostics`, by node name and material.
+// Compilation starts at the output sockets and follows the links backwards, so unused nodes are never compiled. It
+// folds every subgraph that depends only on constants. The rest becomes instructions over a small file of float
+// registers. A graph with a constant surface keeps its finished closures and executes no instruction per hit.
+//
+// An unknown node type is replaced by a documented fallback. `Diagnostics` reports it once per material, with the names
+// of the node and of the material.
 #pragma once
 
 #include <memory>
@@ -25,12 +25,12 @@ namespace ajar {
 class Texture;
 class TextureStore;
 
-/// What a shader gives back. `bsdf.prepare(wo)` has been called.
+/// The result of a shader. `bsdf.prepare(wo)` has been called.
 struct SurfaceShading {
   Bsdf bsdf;
   Color emission{0.0f};     ///< radiance towards wo
-  float holdout = 0.0f;     ///< fraction that cuts a hole in the film
-  SubsurfaceMedium medium;  ///< when bsdf.has_subsurface()
+  float holdout = 0.0f;     ///< fraction of the surface that is a hole in the film
+  SubsurfaceMedium medium;  ///< valid if bsdf.has_subsurface()
 };
 
 struct SkyDisc {
@@ -40,8 +40,8 @@ struct SkyDisc {
 
 class ShaderProgram {
  public:
-  /// Compile `graph` of the material (or world, or lamp) `owner`. Textures are
-  /// registered in `textures`. Never throws for bad graphs: falls back and reports.
+  /// Compiles `graph` of the material, world or lamp `owner`. Textures are registered in `textures`. Never throws for a
+  /// broken graph: it uses fallbacks and reports them.
   static ShaderProgram compile(const NodeGraph& graph, const std::string& owner, TextureStore& textures,
                                Diagnostics& diagnostics, const ShaderContext& context = {});
   ShaderProgram();
@@ -49,38 +49,38 @@ class ShaderProgram {
   ShaderProgram& operator=(ShaderProgram&&) noexcept;
   ~ShaderProgram();
 
-  /// Surface closures at `point`; what `out` held before is forgotten. Sets out.bsdf.ng and .n (safe shading normals)
-  /// first.
+  /// Computes the surface closures at `point` and overwrites `out`. Sets out.bsdf.ng and out.bsdf.n (the safe shading
+  /// normal) first.
   void evaluate_surface(const ShadingPoint& point, SurfaceShading& out) const;
-  /// Only the emitted radiance (for lights and the world; cheaper than the above).
+  /// Computes only the emitted radiance, for lights and the world. This is cheaper than evaluate_surface.
   Color evaluate_emission(const ShadingPoint& point) const;
-  /// Only what a shadow ray needs: the fraction let straight through.
+  /// Computes only the fraction of light that passes straight through, for shadow rays.
   Color evaluate_transparency(const ShadingPoint& point) const;
-  /// What the volume adds to the medium at `point`, whose `primitive` is kInsideVolume.
+  /// Adds the contribution of the volume to the medium at `point`, whose `primitive` is kInsideVolume.
   void add_medium(const ShadingPoint& point, MediumPoint& medium) const;
 
-  bool is_constant() const;  ///< no instruction at a hit
-  bool emits() const;        ///< emission may be non-zero
+  bool is_constant() const;  ///< no instruction is executed at a hit
+  bool emits() const;        ///< the emission can be non-zero
   bool emission_is_constant() const;
-  bool may_be_transparent() const;  ///< has a Transparent closure with non-zero weight
-  bool scatters() const;            ///< has any closure beyond emission and transparency
-  bool has_subsurface() const;      ///< light may enter the surface
-  bool has_volume() const;          ///< encloses a volume, be it an empty one
-  bool has_surface() const;         ///< false: what only encloses a volume is not seen itself
-  bool medium_varies() const;       ///< from place to place within one object
-  /// Whether some lobe may be diffuse or at least as rough as this; whether some lobe may be smoother. Transparency is
-  /// neither.
+  bool may_be_transparent() const;  ///< has a Transparent closure with a non-zero weight
+  bool scatters() const;            ///< has a closure other than emission and transparency
+  bool has_subsurface() const;      ///< light can enter the surface
+  bool has_volume() const;          ///< encloses a volume, which may be empty
+  bool has_surface() const;         ///< false for an object that only encloses a volume: its surface is invisible
+  bool medium_varies() const;       ///< the medium varies within one object
+  /// may_be_rough: some lobe can be diffuse or have at least this roughness. may_be_smooth: some lobe can have less.
+  /// Transparent lobes do not count.
   bool may_be_rough(float roughness) const;
   bool may_be_smooth(float roughness) const;
-  /// The lobes may differ with the direction they are made for, beyond what Bsdf accounts for when
-  /// directions are swapped (Fresnel and Layer Weight nodes, bumped normals, coats, which side is seen).
+  /// The lobes can depend on the direction for which they are made, in ways that Bsdf does not account for when
+  /// directions are swapped: Fresnel and Layer Weight nodes, bumped normals, coats, the visible side.
   bool depends_on_view() const;
-  /// Small parts of the sky, as seen by the world's program, that may hold most of its light.
+  /// Small parts of the sky that can emit most of its light. Only the world's program has them.
   std::vector<SkyDisc> sky_discs() const;
-  /// Images it looks up, by their index in the scene's list, and their textures.
+  /// The images that the program looks up: their indices in the scene's list, and their textures.
   std::vector<std::pair<int, const Texture*>> images() const;
   int instruction_count() const;
-  std::string listing() const;  ///< the program as text, for tests and people
+  std::string listing() const;  ///< the program as text, for tests and for debugging
 
  private:
   struct Data;

@@ -10,7 +10,7 @@
 namespace ajar::albedo_table {
 namespace {
 
-/// Mean of `value(m)` over visible normals of GGX seen under `cosine`, by a rank-1 lattice.
+/// The mean of `value(m)` over the normals of GGX that are visible under `cosine`, by a rank-1 lattice.
 template <typename Value>
 float mean_over_visible(float cosine, float alpha, int count, Value value) {
   const Vec3 wo(safe_sqrt(1.0f - cosine * cosine), 0.0f, cosine);
@@ -43,7 +43,7 @@ float transmitted(Vec3 wo, Vec3 m, float alpha, float eta) {
   return fresnel::refract(wo, m, eta, wi) && wi.z < 0.0f ? masking(wi, alpha) : 0.0f;
 }
 
-// Both axes are uniform in cos and in roughness = sqrt(alpha); the first cosine is kept off zero.
+// Both axes are uniform in cos and in roughness = sqrt(alpha). The first cosine is above zero.
 constexpr float kSmallestCosine = 1e-3f;
 
 struct Position {
@@ -100,7 +100,8 @@ float lookup_mean(const MirrorTable& t, float alpha) {
 
 struct GlassTable {
   static constexpr int kCosines = 24, kRoughnesses = 16, kEtas = 16, kLattice = 89;
-  // Third axis: sqrt(|eta - 1| / (eta + 1)), the fourth root of f0; first half eta >= 1, second its inverse.
+  // Third axis: sqrt(|eta - 1| / (eta + 1)), the fourth root of f0. The first half is for eta >= 1, the second for its
+  // inverse.
   using Row = std::array<float, kCosines>;
   std::array<std::array<std::array<Row, kRoughnesses>, kEtas>, 2> albedo;
   std::array<std::array<std::array<float, kRoughnesses>, kEtas>, 2> mean;

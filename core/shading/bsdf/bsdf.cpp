@@ -89,7 +89,8 @@ void Bsdf::prepare(Vec3 wo) {
   for (int i = 0; i < count_; ++i) lobes()[i].selection = selection[i];
 }
 
-/// Lobes are chosen in proportion to the light they scatter for this wo, none with less than a hundredth of its weight.
+/// Selection probabilities are proportional to the light that a lobe scatters for this wo, with a minimum of one
+/// hundredth of the lobe's weight.
 void Bsdf::select(Vec3 wo, float (&selection)[kMaxLobes]) const {
   const bool flipped = glm::dot(ng, wo) < 0.0f;
   float sum = 0.0f;
@@ -105,14 +106,14 @@ void Bsdf::select(Vec3 wo, float (&selection)[kMaxLobes]) const {
   for (int i = 0; i < count_; ++i) selection[i] *= scale;
 }
 
-/// Turns f |cos(wi, n_lobe)| into what importance transport needs before shading_normal_correction.
+/// Converts f |cos(wi, n_lobe)| to the value that importance transport needs before shading_normal_correction.
 float Bsdf::importance_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const {
   if (lobe.frame.n == n) return 1.0f;
   const float denominator = glm::dot(wi, lobe.frame.n) * glm::dot(wo, n);
   return denominator != 0.0f ? std::abs(glm::dot(wo, lobe.frame.n) * glm::dot(wi, n) / denominator) : 0.0f;
 }
 
-/// The weights hold the dimming by layers for the wo of the makers; importance needs it for the eye at wi.
+/// The weights contain the dimming by the layers for the wo of the makers. Importance needs it for the eye at wi.
 Color Bsdf::layer_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const {
   Color factor(1.0f);
   for (int i = 0; i < layer_count_; ++i) {
@@ -125,7 +126,7 @@ Color Bsdf::layer_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const {
 
 template <bool kWithCosine>
 Bsdf::Evaluation Bsdf::sum_lobes(Vec3 wo, Vec3 wi, TransportMode mode) const {
-  // Seen from behind, everything is mirrored through the point: the same lobes on the other side.
+  // If the surface is seen from behind, the lobes are mirrored to the other side.
   const bool flipped = glm::dot(ng, wo) < 0.0f;
   float recomputed_storage[kMaxLobes];
   const float* recomputed = nullptr;
@@ -202,7 +203,7 @@ std::optional<BsdfSample> Bsdf::sample_lobes(Vec3 wo, float u_lobe, Vec2 u, Tran
     recomputed = recomputed_storage;
   }
 
-  // Choose a lobe, and stretch u_lobe to [0, 1) for its own choices.
+  // Choose a lobe, and stretch u_lobe to [0, 1) for the choices inside the lobe.
   int chosen = 0;
   float probability = selection_for(0, recomputed);
   while (u_lobe >= probability && chosen + 1 < count_) {
@@ -274,14 +275,15 @@ void Bsdf::keep_lobes(Vec3 wo, Wanted&& wanted) {
   prepare(wo);
 }
 
-/// Rounding moves directions near the critical angle by far more than one unit.
+/// Cosine above which two specular directions are the same. Rounding moves directions near the critical angle by far
+/// more than one unit in the last place.
 static constexpr float kSameDirection = 0.9998f;
 
 bool is_same_specular_direction(const BsdfSample& a, const BsdfSample& b) {
   return ((a.flags ^ b.flags) & (kReflection | kTransmission)) == 0 && glm::dot(a.wi, b.wi) > kSameDirection;
 }
 
-/// Every delta event but transparency: visit(event, probability).
+/// Calls visit(event, probability) for every delta event except transparency.
 template <class F>
 void Bsdf::for_each_specular(Vec3 wo, TransportMode mode, F&& visit) const {
   const bool flipped = glm::dot(ng, wo) < 0.0f;
@@ -297,7 +299,7 @@ void Bsdf::for_each_specular(Vec3 wo, TransportMode mode, F&& visit) const {
     if (!lobe.is_delta() || lobe.kind == LobeKind::Transparent) continue;
     const float selection = selection_for(i, recomputed);
     uint32_t seen = 0;
-    // The two ends of u_branch reach both branches of glass.
+    // The two ends of u_branch select both branches of a glass lobe.
     for (const float u_branch : {0.0f, kOneMinusEpsilon}) {
       LobeSample drawn;
       if (!sample_lobe(lobe, wo_front, u_branch, Vec2(0.5f), mode, flipped, drawn)) continue;
@@ -437,7 +439,7 @@ std::array<Color, 3> Bsdf::albedo_of_kinds() const {
     if (is_diffuse(lobe.kind)) {
       kinds[0] += albedo;
     } else if (lobe.kind == LobeKind::MicrofacetGlass) {
-      // As a smooth interface splits it; what is transmitted has the tint too.
+      // Split as by a smooth interface. The transmitted part has the tint too.
       const float reflected = fresnel::dielectric(cosine, lobe.eta);
       kinds[1] += albedo * reflected;
       kinds[2] += albedo * (1.0f - reflected);

@@ -42,7 +42,7 @@ Microfacet microfacet_of(Distribution distribution) {
 void compensate(Lobe& lobe, Compensation compensation, Color mean_fresnel) {
   if (lobe.is_delta()) return;
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
-  // For glass the mean of the side from outside serves both, so that light sees the same lobe as the eye.
+  // For glass, the mean for the outer side is used for both sides, so that light and eye see the same lobe.
   const float mean = lobe.kind == LobeKind::MicrofacetGlass
                          ? albedo_table::ggx_glass_mean(alpha, std::max(lobe.eta, 1.0f / lobe.eta))
                      : compensation == Compensation::Mixed ? albedo_table::ggx_correlated_mean(alpha)
@@ -50,7 +50,7 @@ void compensate(Lobe& lobe, Compensation compensation, Color mean_fresnel) {
   mean_fresnel = glm::clamp(mean_fresnel, 0.0f, 1.0f);
   lobe.compensation = compensation;
   lobe.multiple_scattering = mean_fresnel * mean / (1.0f - mean_fresnel * (1.0f - mean));
-  if (lobe.fresnel != FresnelKind::None) lobe.mean_fresnel = mean_fresnel;  // else the weight holds it
+  if (lobe.fresnel != FresnelKind::None) lobe.mean_fresnel = mean_fresnel;  // otherwise the weight contains it
 }
 
 float eta_from_ior(const Surface& surface, float ior) {
@@ -98,8 +98,8 @@ void add_subsurface(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, const
 
 namespace {
 
-/// Albedo of single scattering at which a dipole reflects `reflectance` [Jensen et al. 2001, eq. 15], by bisection as
-/// often as Cycles does.
+/// The albedo of single scattering for which a dipole reflects `reflectance` [Jensen et al. 2001, eq. 15], by bisection
+/// with as many steps as in Cycles.
 float dipole_albedo(float reflectance, float boundary) {
   if (reflectance < 1e-4f) return 0.0f;
   if (reflectance >= 0.995f) return 0.999999f;
@@ -120,7 +120,7 @@ SubsurfaceMedium make_medium(Color albedo, Color radius, float anisotropy, float
   medium.albedo = albedo;
   medium.anisotropy = std::clamp(anisotropy, 0.0f, 0.9f);
   const float eta = std::clamp(ior, 1.01f, 3.8f), inside = 1.0f / eta;
-  // Diffuse reflectance of the boundary from inside, by the rational fit of Egan and Hilgeman.
+  // Diffuse reflectance of the boundary from inside: the rational fit of Egan and Hilgeman.
   const float fdr = inside * (-1.440f * inside + 0.710f) + 0.668f + 0.0636f * eta;
   const float boundary = (4.0f / 3.0f) * (1.0f + fdr) / (1.0f - fdr);
   for (int i = 0; i < 3; ++i)
@@ -180,8 +180,8 @@ void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Di
   bsdf.add(lobe);
 }
 
-// The mirror direction of wo lies at cosine r cos(2 a - d) from ng when the normal stands at angle a from ng in the
-// plane of ng and ns; (r, d) are the polar coordinates of wo in that plane. Solved for the largest a not beyond ns.
+// If the normal is at angle a from ng in the plane of ng and ns, the mirror direction of wo has the cosine r cos(2 a -
+// d) to ng, where (r, d) are the polar coordinates of wo in that plane. Solved for the largest a that is not beyond ns.
 Vec3 bend_shading_normal(Vec3 ng, Vec3 wo, Vec3 ns) {
   const float cos_ng = glm::dot(ng, wo);
   const float lowest = std::min(0.9f * cos_ng, 0.01f);

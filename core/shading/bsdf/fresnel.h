@@ -1,6 +1,5 @@
-// Fresnel reflectance, and the curves derived from it.
-// Cosines are on the incident side and not negative; eta is the index of refraction of the transmitted side
-// over that of the incident side.
+// Fresnel reflectance and the curves that are derived from it. Cosines are on the incident side and not negative. eta
+// is the index of refraction of the transmitted side divided by that of the incident side.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +9,7 @@
 
 namespace ajar::fresnel {
 
-/// Unpolarised dielectric reflectance; 1 beyond the critical angle.
+/// The reflectance of a dielectric for unpolarised light; 1 beyond the critical angle.
 inline float dielectric(float cos_incident, float eta) {
   const float sin2_transmitted = (1.0f - cos_incident * cos_incident) / (eta * eta);
   if (!(sin2_transmitted < 1.0f)) return 1.0f;
@@ -20,7 +19,7 @@ inline float dielectric(float cos_incident, float eta) {
   return 0.5f * (perpendicular * perpendicular + parallel * parallel);
 }
 
-/// At normal incidence.
+/// Reflectance at normal incidence.
 inline float f0_from_eta(float eta) { return sqr((eta - 1.0f) / (eta + 1.0f)); }
 inline float eta_from_f0(float f0) {
   const float root = std::sqrt(std::min(std::max(f0, 0.0f), 0.99f));
@@ -33,31 +32,31 @@ inline float schlick(float cosine) {
   return m2 * m2 * m;
 }
 
-/// Where the exact dielectric curve stands between its value at normal incidence (0) and 1.
+/// The relative position of the exact dielectric curve between its value at normal incidence (0) and 1 (1).
 inline float dielectric_position(float cos_incident, float eta) {
   const float f0 = f0_from_eta(eta);
   return f0 < 1.0f ? saturate((dielectric(cos_incident, eta) - f0) / (1.0f - f0)) : 0.0f;
 }
 
 /// Schlick's curve with a dip at 82 degrees, whose cosine is 1/7 (Kutz et al. 2021, "Novel aspects of the Adobe
-/// Standard Material"); `b` from f82_coefficient.
+/// Standard Material"). `b` is the result of f82_coefficient.
 inline Color f82(float cos_incident, Color f0, Color b) {
   const float m = saturate(1.0f - cos_incident), m5 = sqr(sqr(m)) * m;
   return glm::clamp(f0 + (1.0f - f0) * m5 - b * (cos_incident * m5 * m), 0.0f, 1.0f);
 }
-/// `tint` is the reflectance at 82 degrees as a fraction of Schlick's there.
+/// `tint` is the reflectance at 82 degrees, as a fraction of the value of Schlick's curve at this angle.
 inline Color f82_coefficient(Color f0, Color tint) {
   constexpr float kCos = 1.0f / 7.0f, kM = 6.0f / 7.0f, kM5 = kM * kM * kM * kM * kM;
   return (f0 + (1.0f - f0) * kM5) * (1.0f - tint) / (kCos * kM5 * kM);
 }
 
-/// Cosine-weighted mean of `dielectric` over the hemisphere (fits of Kulla and Conty 2017, within 0.006).
+/// The cosine-weighted mean of `dielectric` over the hemisphere (fits of Kulla and Conty 2017, within 0.006).
 inline float dielectric_mean(float eta) {
   if (eta >= 1.0f) return (eta - 1.0f) / (4.08567f + 1.00071f * eta);
   return 0.997118f + eta * (0.1014f - eta * (0.965241f + eta * 0.130607f));
 }
 
-/// Refract w (pointing away from the surface, on m's side) at m; false beyond the critical angle.
+/// Refracts w (which points away from the surface, on m's side) at m. Returns false beyond the critical angle.
 inline bool refract(Vec3 w, Vec3 m, float eta, Vec3& transmitted) {
   const float cos_incident = glm::dot(w, m), inverse = 1.0f / eta;
   const float sin2_transmitted = (1.0f - cos_incident * cos_incident) * inverse * inverse;

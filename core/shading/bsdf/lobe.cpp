@@ -15,7 +15,7 @@ namespace {
 
 bool is_delta_roughness(const Lobe& lobe) { return lobe.alpha_x * lobe.alpha_y <= kDeltaAlphaProduct; }
 
-/// The index for a wo on the other side of the surface is the inverse, except where it only shapes a reflection.
+/// For a wo on the other side of the surface, the index is inverted, unless it only shapes a reflection.
 float eta_from(const Lobe& lobe, bool flipped) {
   const bool shapes_reflection = lobe.kind == LobeKind::MicrofacetReflection &&
                                  lobe.normal_fresnel == NormalFresnel::None;
@@ -24,7 +24,7 @@ float eta_from(const Lobe& lobe, bool flipped) {
 
 bool is_index_matched(float eta) { return std::abs(eta - 1.0f) < 1e-4f; }
 
-/// Oren-Nayar in Fujii's form, which Cycles uses.
+/// The Oren-Nayar model in Fujii's form, which Cycles uses.
 float oren_nayar(float sigma, float cos_o, float cos_i, float cos_between) {
   const float scale = 1.0f / (kPi + ((3.0f * kPi - 4.0f) / 6.0f) * sigma);
   float t = cos_between - cos_o * cos_i;
@@ -32,14 +32,14 @@ float oren_nayar(float sigma, float cos_o, float cos_i, float cos_between) {
   return scale * (1.0f + sigma * t);
 }
 
-/// Burley 2015, section 2.2 (Lambert with Fresnel) and 2.3 (retro-reflection).
+/// Burley 2015, sections 2.2 (Lambert with Fresnel) and 2.3 (retro-reflection).
 float principled_diffuse(float roughness, float cos_o, float cos_i, float cos_between) {
   const float fo = fresnel::schlick(cos_o), fi = fresnel::schlick(cos_i);
   const float rr = roughness * (cos_between + 1.0f);
   return kInvPi * ((1.0f - 0.5f * fo) * (1.0f - 0.5f * fi) + rr * (fo + fi + fo * fi * (rr - 1.0f)));
 }
 
-/// The second part alone.
+/// The second summand of principled_diffuse (retro-reflection) alone.
 float principled_retro(float roughness, float cos_o, float cos_i, float cos_between) {
   const float fo = fresnel::schlick(cos_o), fi = fresnel::schlick(cos_i);
   const float rr = roughness * (cos_between + 1.0f);
@@ -56,7 +56,8 @@ Color fresnel_color(const Lobe& lobe, float cosine, float eta) {
   return Color(1.0f);
 }
 
-/// What a glass lobe reflects and transmits; depends on the facet, or on n only when split there.
+/// The reflected and transmitted fractions of a glass lobe. They depend on the facet, or only on n if light is split
+/// there.
 struct Split {
   Color reflected, transmitted;
   float probability_reflected;
@@ -67,14 +68,15 @@ Split split_glass(const Lobe& lobe, float cos_facet, float cos_normal, float eta
   Split split;
   if (at_normal || lobe.fresnel != FresnelKind::DielectricTint) {
     split = {Color(f), (1.0f - f) * lobe.transmission_tint, f};
-    // Split at n, importance weighs both parts by the reflectance that the eye sees, where either may be large.
+    // If light is split at n, importance weights both parts by the reflectance that the eye sees. Either part can then
+    // be large.
     if (at_normal && !lobe.delta) split.probability_reflected = std::clamp(f, 0.02f, 0.95f);
   } else {
     split.reflected = glm::mix(lobe.f0, lobe.f90, fresnel::dielectric_position(cos_facet, eta));
     split.transmitted = f < 1.0f ? glm::max(1.0f - split.reflected, 0.0f) * lobe.transmission_tint : Color(0.0f);
   }
   const float r = luminance(split.reflected), t = luminance(split.transmitted);
-  // Either part keeps a share, so that no colour makes the other rare and bright.
+  // Both parts keep a minimum share, so that no colour makes one of them rare with large weights.
   if (!at_normal && f < 1.0f && r + t > 0.0f)
     split.probability_reflected = std::clamp(r / (r + t), 0.5f * f, 0.5f + 0.5f * f);
   if (!at_normal && f >= 1.0f) split.probability_reflected = 1.0f;
@@ -94,7 +96,7 @@ float density_of_normal(const Lobe& lobe, Vec3 m) {
 float masking_over_cos(const Lobe& lobe, Vec3 w) {
   switch (lobe.microfacet) {
     case Microfacet::Beckmann: return microfacet::beckmann_masking_over_cos(w, lobe.alpha_x, lobe.alpha_y);
-    case Microfacet::Gtr1: return microfacet::ggx_masking_over_cos(w, 0.25f, 0.25f);  // fixed in Burley 2012
+    case Microfacet::Gtr1: return microfacet::ggx_masking_over_cos(w, 0.25f, 0.25f);  // fixed value of Burley 2012
     default: return microfacet::ggx_masking_over_cos(w, lobe.alpha_x, lobe.alpha_y);
   }
 }
@@ -109,7 +111,8 @@ Vec3 sample_normal(const Lobe& lobe, Vec3 wo, Vec2 u) {
   return microfacet::ggx_sample_visible(wo, lobe.alpha_x, lobe.alpha_y, u);
 }
 
-/// Light lost between facets, put back in the shape of single scattering (Turquin 2019), for the eye's direction.
+/// Compensation of the light that is lost between facets, in the shape of single scattering (Turquin 2019), for the
+/// eye's direction.
 Color scaled_compensation(const Lobe& lobe, float cos_eye, float eta_eye) {
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
   const float albedo = lobe.kind == LobeKind::MicrofacetGlass ? albedo_table::ggx_glass(cos_eye, alpha, eta_eye)
@@ -117,12 +120,13 @@ Color scaled_compensation(const Lobe& lobe, float cos_eye, float eta_eye) {
   return 1.0f + lobe.multiple_scattering * ((1.0f - albedo) / albedo);
 }
 
-/// The same light split by roughness between that shape and a nearly diffuse, reciprocal one (Kulla and Conty 2017):
-/// what bounces between smooth facets stays near the mirror direction, between rough ones it goes anywhere.
+/// The same light, divided by roughness between that shape and a nearly diffuse, reciprocal one (Kulla and Conty 2017).
+/// Light that bounces between smooth facets stays near the mirror direction; between rough facets it leaves in any
+/// direction.
 struct MixedCompensation {
-  float scale;          ///< on single scattering, less 1
+  float scale;          ///< factor on single scattering, minus 1
   float diffuse;        ///< value of the diffuse part times the cosine
-  float diffuse_share;  ///< of the samples
+  float diffuse_share;  ///< fraction of the samples that are drawn from the diffuse part
 };
 MixedCompensation mixed_compensation(const Lobe& lobe, float cos_o, float cos_i, float cos_eye) {
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y), diffuse = std::sqrt(alpha);
@@ -177,7 +181,7 @@ LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
   return {color, pdf};
 }
 
-/// Walter et al. 2007, eq. 21 and 17, with the numerator of the adjoint: see bsdf.h on refraction.
+/// Walter et al. 2007, eq. 21 and 17, with the numerator of the adjoint (see the section on refraction in bsdf.h).
 LobeValue refract_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode, float eta) {
   Vec3 sum = wo + eta * wi;
   const float length2 = length_squared(sum);
@@ -206,7 +210,7 @@ LobeValue refract_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
 
 uint32_t glossy_or_specular(const Lobe& lobe) { return lobe.delta ? kSpecular : kGlossy; }
 
-/// Reflect at facet m (local), or at n for delta lobes.
+/// Reflects wo at the facet m (local frame), or at n for delta lobes.
 bool sample_reflection(const Lobe& lobe, Vec3 wo, Vec3 m, LobeSample& sample) {
   const float cos_facet = glm::dot(wo, m);
   if (!(cos_facet > 0.0f)) return false;
@@ -302,7 +306,8 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
     case LobeKind::ToonDiffuse:
     case LobeKind::ToonGlossy: {
       if (!reflection) return {};
-      // The light's cosine to the axis. Importance comes from it, and needs f times the other direction's cosine.
+      // The cosine between the light's direction and the axis of the cone. For importance, the light is at wo, and f is
+      // multiplied by the cosine of the other direction.
       const bool glossy = lobe.kind == LobeKind::ToonGlossy, radiance = mode == TransportMode::Radiance;
       const float mirrored = 2.0f * cos_o * cos_i - glm::dot(wo, wi);
       const float value = toon::value(glossy     ? mirrored
@@ -347,7 +352,7 @@ bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMod
       sample.flags = kReflection | kDiffuse;
       return true;
     case LobeKind::ToonDiffuse:
-      // Half of the cosine, so that importance, which may leave in any direction, is sampled everywhere.
+      // Half of the samples are cosine-distributed, because importance may leave in any direction.
       sample.wi = lobe.frame.to_world(u_branch < 0.5f ? warp::square_to_cone(u, toon::cone(lobe.alpha_x, lobe.alpha_y))
                                                       : warp::square_to_cosine_hemisphere(u));
       sample.flags = kReflection | kDiffuse;
@@ -381,7 +386,7 @@ Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped) {
     default: return lobe.weight;
   }
   const float eta = eta_from(lobe, flipped);
-  // Facets are seen under a mean cosine that roughness draws from the eye's towards 2/3.
+  // The mean cosine under which facets are seen. It moves from the eye's cosine towards 2/3 as the roughness increases.
   const float cos_facet = cos_wo + (2.0f / 3.0f - cos_wo) * std::sqrt(lobe.alpha_x * lobe.alpha_y);
   if (lobe.kind == LobeKind::MicrofacetGlass) {
     const Split split = split_glass(lobe, cos_facet, cos_wo, eta);
@@ -407,10 +412,10 @@ Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped) {
 namespace {
 
 /// [Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem",
-/// section 12.3]: GGX of the width at which the bumped normal is one in eight shadows the light.
+/// section 12.3]: the light is shadowed by a GGX distribution whose width makes the bumped normal one in eight.
 float microfacet_bump_shadowing(Vec3 n, Vec3 bumped, Vec3 light) {
   const float cos_light = glm::dot(n, light), cos_bump = glm::dot(n, bumped);
-  // Light that reaches the bumped surface from the other side of the smooth one would shine through it.
+  // Without this test, light from the other side of the smooth surface would pass through it.
   if (cos_light * cos_bump * glm::dot(bumped, light) < 0.0f) return 0.0f;
   const float c2 = sqr(cos_light), d2 = sqr(cos_bump);
   if (c2 >= 1.0f || d2 >= 1.0f) return 1.0f;

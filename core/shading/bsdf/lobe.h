@@ -1,6 +1,6 @@
-// One lobe by itself: value, density, sampling, albedo. bsdf.cpp sums them; nothing else should need this.
-// Directions are in world space with wo on the side of the lobe's normal; `eta` is the index to use (the lobe's own, or
-// its inverse when the surface is seen from the other side).
+// A single lobe: value, density, sampling, albedo. bsdf.cpp sums the lobes; no other code should need this file.
+// Directions are in world space, with wo on the side of the lobe's normal. `eta` is the index to use: the lobe's own,
+// or its inverse if the surface is seen from the other side.
 #pragma once
 
 #include "shading/bsdf/bsdf.h"
@@ -15,23 +15,25 @@ struct LobeValue {
 struct LobeSample {
   Vec3 wi;
   Color weight;       ///< delta lobes only
-  float probability;  ///< delta lobes only: of the branch taken inside the lobe
+  float probability;  ///< delta lobes only: probability of the branch that was chosen inside the lobe
   uint32_t flags;
   float eta = 1.0f, roughness = 1.0f;
 };
 
-/// Non-delta lobes. `reflection`: wi is on wo's side of the geometric normal. The layers above are not included.
+/// Value and density of a non-delta lobe, without the layers above it. `reflection`: wi is on wo's side of the
+/// geometric normal.
 LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, TransportMode mode, bool flipped);
-/// Any lobe; false when no direction results. u_branch chooses inside glass.
+/// Samples any lobe. Returns false if there is no direction for these random numbers. `u_branch` chooses between the
+/// branches of a glass lobe.
 bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMode mode, bool flipped,
                  LobeSample& sample);
-/// Fraction scattered, weight included, seen under this cosine, as far as weight and Fresnel tell: enough to
-/// choose a lobe by.
+/// The fraction of light that is scattered for this cosine, from the lobe's weight and its Fresnel reflectance. It is
+/// accurate enough to choose a lobe.
 Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped = false);
-/// The same less what is lost between facets: an estimate of the albedo.
+/// The same without the light that is lost between facets: an estimate of the albedo.
 Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped = false);
-/// Factor on a diffuse lobe that is bumped away from the surface's normal n; `light` is the direction to the light's
-/// side.
+/// Factor on a diffuse lobe whose normal `bumped` differs from the surface's normal `n`. `light` is the direction
+/// towards the light.
 float bump_shadowing(BumpTerminator terminator, Vec3 n, Vec3 bumped, Vec3 light);
 
 }  // namespace ajar

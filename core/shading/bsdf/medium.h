@@ -1,7 +1,7 @@
-// A participating medium at one point: what happens to light per metre travelled.
+// A participating medium at one point: its coefficients per metre.
 //
-// Scattering is a sum of lobes after Henyey and Greenstein, coloured; extinction is scattering plus absorption. Media
-// that overlap are added up [Fong, Wrenninge, Kulla and Habel 2017, "Production Volume Rendering"].
+// Scattering is a sum of coloured Henyey-Greenstein lobes. Extinction is scattering plus absorption. The coefficients
+// of overlapping media are added [Fong, Wrenninge, Kulla and Habel 2017, "Production Volume Rendering"].
 #pragma once
 
 #include <array>
@@ -22,12 +22,13 @@ struct MediumPoint {
   Color emission{0.0f};                      ///< radiance per metre
   std::array<MediumLobe, kMaxMixtureLobes> lobes;
   int lobe_count = 0;
-  int refused = 0;  ///< values that were no numbers, and count as 0
+  int refused = 0;  ///< number of values that were not numbers; they count as 0
 
   bool empty() const { return is_black(extinction) && is_black(emission); }
   bool scatters() const { return !is_black(scattering); }
 
-  /// Lobes of one anisotropy are one; with too many different ones, the new one joins that of the nearest anisotropy.
+  /// Lobes of equal anisotropy are joined. If there are too many different ones, the new lobe joins the one with the
+  /// nearest anisotropy.
   void add_scattering(Color amount, float anisotropy) {
     if (is_black(amount)) return;
     extinction += amount;

@@ -15,10 +15,10 @@ float erf_positive(float x, float exp_minus_x2) {
                     exp_minus_x2;
 }
 
-/// Inverse of erf. As in Giles 2012 ("Approximating the erfinv function"), erfinv(x) / x is approximated as a function
-/// of w = -log(1 - x^2), in which it is smooth at 0 and grows like sqrt(w) at the ends. Here one ratio of polynomials
-/// covers all floats below 1 (w < 16). It was fitted for the least relative error, which is 1.4e-8 before rounding to
-/// floats. All coefficients are positive, so that no digits cancel.
+/// The inverse of erf. As in Giles 2012 ("Approximating the erfinv function"), erfinv(x) / x is approximated as a
+/// function of w = -log(1 - x^2), in which it is smooth at 0 and grows like sqrt(w) at the ends. Here one ratio of
+/// polynomials covers all floats below 1 (w < 16). It was fitted for the minimum relative error, which is 1.4e-8 before
+/// rounding to floats. All coefficients are positive, so there is no cancellation.
 float inverse_erf(float x) {
   x = std::clamp(x, -kOneMinusEpsilon, kOneMinusEpsilon);
   const float w = -std::log((1.0f - x) * (1.0f + x));
@@ -30,9 +30,9 @@ float inverse_erf(float x) {
   return x * (above / below);
 }
 
-/// Slope along the direction of view, of the facets visible from an angle of tangent `tan_theta` (alpha = 1).
-/// Inverts 1 + erf(x) + tan(theta) exp(-x^2) / sqrt(pi) over x < cot(theta) in b = erf(x), by Newton's method kept
-/// inside a shrinking bracket.
+/// Samples the slope, along the direction of view, of the facets that are visible from an angle of tangent `tan_theta`
+/// (alpha = 1). Solves b = erf(x) of 1 + erf(x) + tan(theta) exp(-x^2) / sqrt(pi) over x < cot(theta), by Newton's
+/// method inside a shrinking bracket.
 float beckmann_visible_slope(float tan_theta, float u) {
   const float cot_theta = 1.0f / tan_theta, k = tan_theta * kInvSqrtPi;
   const float exp_cot = std::exp(-cot_theta * cot_theta), erf_cot = erf_positive(cot_theta, exp_cot);
@@ -65,7 +65,7 @@ float beckmann_density(Vec3 m, float alpha_x, float alpha_y) {
 
 float beckmann_masking_over_cos(Vec3 w, float alpha_x, float alpha_y) {
   const float a = std::sqrt(sqr(alpha_x * w.x) + sqr(alpha_y * w.y));
-  if (w.z > 4.0f * a) return 1.0f / w.z;  // 1 + lambda is 1 in single precision
+  if (w.z > 4.0f * a) return 1.0f / w.z;  // 1 + lambda rounds to 1 in single precision
   const float c = w.z / a;
   const float exp_c = std::exp(-c * c);
   return 1.0f / (0.5f * w.z * (1.0f + erf_positive(c, exp_c)) + 0.5f * kInvSqrtPi * a * exp_c);
@@ -113,7 +113,7 @@ float ashikhmin_shirley_density(Vec3 m, float alpha_x, float alpha_y) {
 
 Vec3 ashikhmin_shirley_sample(float alpha_x, float alpha_y, Vec2 u) {
   const float nx = phong_exponent(alpha_x), ny = phong_exponent(alpha_y);
-  // The four quadrants are alike; atan2 of the scaled angle maps each onto itself.
+  // The four quadrants are equal; atan2 of the scaled angle maps each quadrant onto itself.
   const float t = 2.0f * kPi * u.x;
   const float phi = std::atan2(std::sqrt(nx + 1.0f) * std::sin(t), std::sqrt(ny + 1.0f) * std::cos(t));
   const float c = std::cos(phi), s = std::sin(phi);

@@ -1,9 +1,9 @@
-// Distributions of microfacet normals under Smith's masking, in the local frame of the lobe
-// (z is the macroscopic normal). Sources: Walter et al. 2007, Heitz 2014 (anisotropy, masking), Dupuy and Benyoub
-// 2023 (visible normals of GGX by spherical caps), Jakob 2014 (visible normals of Beckmann).
+// Distributions of microfacet normals under Smith's masking, in the local frame of the lobe (z is the macroscopic
+// normal). Sources: Walter et al. 2007, Heitz 2014 (anisotropy, masking), Dupuy and Benyoub 2023 (visible normals of
+// GGX by spherical caps), Jakob 2014 (visible normals of Beckmann).
 //
-// Masking and shadowing are independent, G(wo, wi) = G1(wo) G1(wi), as in Cycles, unless said otherwise. Everything
-// stays finite at grazing angles because G1(w) / cos(w) is computed as one quantity.
+// Masking and shadowing are independent, G(wo, wi) = G1(wo) G1(wi), as in Cycles, unless a comment says otherwise. All
+// values stay finite at grazing angles because G1(w) / cos(w) is computed as one quantity.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace ajar {
 
-/// Below this product of the two alphas a lobe is a delta distribution (Cycles has the same threshold).
+/// A lobe whose product of the two alphas is at most this is a delta distribution (Cycles has the same threshold).
 constexpr float kDeltaAlphaProduct = 1e-7f;
 
 namespace microfacet {
@@ -30,14 +30,14 @@ inline float ggx_masking_over_cos(Vec3 w, float alpha_x, float alpha_y) {
   return 2.0f / (w.z + std::sqrt(w.z * w.z + a2));
 }
 
-/// G(wo, wi) / (cos(wo) cos(wi)) when masking and shadowing are correlated by height (Heitz 2014, eq. 99).
+/// G(wo, wi) / (cos(wo) cos(wi)) for height-correlated masking and shadowing (Heitz 2014, eq. 99).
 inline float ggx_correlated_over_cosines(Vec3 wo, Vec3 wi, float alpha_x, float alpha_y) {
   const float ro = std::sqrt(wo.z * wo.z + sqr(alpha_x * wo.x) + sqr(alpha_y * wo.y));
   const float ri = std::sqrt(wi.z * wi.z + sqr(alpha_x * wi.x) + sqr(alpha_y * wi.y));
   return 2.0f / (ro * wi.z + ri * wo.z);
 }
 
-/// Normal distributed as those that w sees; density G1(w) (w.m) D(m) / cos(w) per solid angle.
+/// Samples a normal that is visible from w. The density is G1(w) (w.m) D(m) / cos(w) per solid angle.
 inline Vec3 ggx_sample_visible(Vec3 w, float alpha_x, float alpha_y, Vec2 u) {
   const Vec3 stretched = glm::normalize(Vec3(alpha_x * w.x, alpha_y * w.y, w.z));
   const float phi = 2.0f * kPi * u.x;
@@ -55,8 +55,8 @@ Vec3 beckmann_sample_visible(Vec3 w, float alpha_x, float alpha_y, Vec2 u);
 float gtr1_density(Vec3 m, float alpha);
 Vec3 gtr1_sample(float alpha, Vec2 u);
 
-/// Anisotropic Phong of Ashikhmin and Shirley 2000: (cos m)^n with exponents 2 / alpha^2 - 2, normalised as a
-/// density of m. Sampled exactly.
+/// Anisotropic Phong of Ashikhmin and Shirley 2000: (cos m)^n with the exponents 2 / alpha^2 - 2, normalised as a
+/// density of m. The sampling is exact.
 float ashikhmin_shirley_density(Vec3 m, float alpha_x, float alpha_y);
 Vec3 ashikhmin_shirley_sample(float alpha_x, float alpha_y, Vec2 u);
 

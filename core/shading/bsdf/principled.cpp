@@ -1,4 +1,4 @@
-// The Principled BSDF in its two generations, as sums of lobes.
+// The two versions of the Principled BSDF, as sums of lobes.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace ajar::closures {
 namespace {
 
-/// Colour of unit luminance and the same hue and saturation.
+/// A colour of luminance 1 with the same hue and saturation.
 Color hue_of(Color color, float luminance) { return luminance > 0.0f ? color / luminance : Color(1.0f); }
 
 void set_anisotropy(Lobe& lobe, const PrincipledInputs& in) {
@@ -18,7 +18,7 @@ void set_anisotropy(Lobe& lobe, const PrincipledInputs& in) {
   if (lobe.alpha_x != lobe.alpha_y) set_tangent(lobe, in.tangent, in.anisotropic_rotation);
 }
 
-/// Mean over the hemisphere of a reflectance that goes from f0 to f90 along the dielectric curve of eta.
+/// The mean over the hemisphere of a reflectance that goes from f0 to f90 along the dielectric curve of eta.
 Color mean_dielectric_tint(Color f0, Color f90, float eta) {
   const float at_normal = fresnel::f0_from_eta(eta);
   return glm::mix(f0, f90, saturate((fresnel::dielectric_mean(eta) - at_normal) / (1.0f - at_normal)));
@@ -30,7 +30,7 @@ Color diffuse_color_v1(const PrincipledInputs& in) {
   return glm::mix(in.base_color, in.subsurface_color, saturate(in.subsurface));
 }
 
-/// Where light does not enter, subsurface scattering is diffuse reflection of the mixed colour.
+/// If light does not enter, subsurface scattering is approximated by diffuse reflection of the mixed colour.
 void add_diffuse_v1(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& in) {
   const Color color = diffuse_color_v1(in);
   const bool enters = in.enters && in.subsurface > kWeightCutoff;
@@ -45,7 +45,7 @@ void add_diffuse_v1(Bsdf& bsdf, const Surface& surface, Color weight, const Prin
 }
 
 void add_specular_v1(Bsdf& bsdf, Color weight, const PrincipledInputs& in) {
-  // Burley's own luminance for the tint; the index of refraction is the one whose f0 is 0.08 specular.
+  // The tint uses Burley's own luminance. The index of refraction is the one whose f0 is 0.08 specular.
   const float rough_luminance = glm::dot(in.base_color, Color(0.3f, 0.6f, 0.1f));
   const Color tint = glm::mix(Color(1.0f), hue_of(in.base_color, rough_luminance), in.specular_tint);
   Lobe lobe = make_lobe(LobeKind::MicrofacetReflection, weight, in.normal);
@@ -114,10 +114,9 @@ void add_principled_v1(Bsdf& bsdf, const Surface& surface, Color weight, const P
   if (in.reflective_caustics && in.clearcoat > kWeightCutoff) add_clearcoat_v1(bsdf, weight, in);
 }
 
-// ---- Version 2: Blender 4.x, layers that dim what lies below by their albedo
-// ------------------------------------------
+// ---- Version 2: Blender 4.x. The albedo of a layer dims the lobes below it -----------------------------------------
 
-/// What is still to be built: the light that gets there, and the layers it went through.
+/// The state for the lobes that are still to be added: the weight of the light that reaches them, and the layers above.
 struct Below {
   Color weight;
   uint8_t layers = 0;
@@ -128,11 +127,11 @@ void add_below(Bsdf& bsdf, const Below& below, Lobe& lobe) {
   bsdf.add(lobe);
 }
 
-/// Add the lobe, and let it cover what follows.
+/// Adds the lobe as a layer that covers the lobes added after it.
 void add_covering(Bsdf& bsdf, const Surface& surface, Below& below, Lobe& lobe, float tint_share, Color tint) {
   add_below(bsdf, below, lobe);
   Layer layer{lobe, tint_share, tint};
-  // What a layer takes is a fraction of the light that reaches it.
+  // The weight of a layer is relative to the light that reaches it.
   for (int i = 0; i < 3; ++i) layer.lobe.weight[i] = below.weight[i] > 0.0f ? lobe.weight[i] / below.weight[i] : 0.0f;
   below.layers |= bsdf.add_layer(layer);
   below.weight *= layer.transmittance(surface.wo);
@@ -163,7 +162,7 @@ void add_metal_v2(Bsdf& bsdf, const Below& below, float metallic, const Principl
   lobe.f0 = glm::clamp(in.base_color, 0.0f, 1.0f);
   lobe.f90 = fresnel::f82_coefficient(lobe.f0, glm::clamp(in.specular_tint_color, 0.0f, 1.0f));
   set_anisotropy(lobe, in);
-  // Means over the hemisphere: 1/21 of Schlick's rise, 1/126 of the dip.
+  // Means over the hemisphere: 1/21 of the rise of Schlick's curve, 1/126 of the dip.
   if (compensated_v2(in))
     compensate(lobe, Compensation::Scaled, glm::mix(lobe.f0, Color(1.0f), 1.0f / 21.0f) - lobe.f90 / 126.0f);
   add_below(bsdf, below, lobe);
@@ -175,7 +174,7 @@ void add_transmission_v2(Bsdf& bsdf, const Surface& surface, const Below& below,
   lobe.fresnel = FresnelKind::DielectricTint;
   lobe.eta = eta_from_ior(surface, in.ior);
   lobe.f0 = fresnel::f0_from_eta(std::max(in.ior, 1e-5f)) * glm::max(in.specular_tint_color, 0.0f);
-  // Light passes twice, in and out: the square root of the colour each time.
+  // Light passes the surface twice, in and out. Each time the factor is the square root of the colour.
   lobe.transmission_tint = glm::sqrt(glm::clamp(in.base_color, 0.0f, 1.0f));
   if (!in.refractive_caustics) lobe.transmission_tint = Color(0.0f);
   set_roughness(lobe, sqr(saturate(in.roughness)), sqr(saturate(in.roughness)));
@@ -214,7 +213,8 @@ void add_principled_v2(Bsdf& bsdf, const Surface& surface, Color weight, const P
   below.weight *= 1.0f - transmission;
   if (!(max_component(below.weight) > kWeightCutoff)) return;
   add_specular_v2(bsdf, surface, below, in);
-  // Subsurface scattering is approximated by diffuse reflection of the base colour, which is also its colour in 4.x.
+  // Subsurface scattering is approximated by diffuse reflection of the base colour. In Blender 4.x its colour is the
+  // base colour too.
   Lobe diffuse = make_lobe(LobeKind::Diffuse, below.weight * glm::clamp(in.base_color, 0.0f, 1.0f), in.normal);
   diffuse.roughness = saturate(in.diffuse_roughness);
   add_below(bsdf, below, diffuse);

@@ -1,5 +1,5 @@
-// Everything a shader may ask about the point it shades. Made by Scene::shading_point from a hit;
-// world, lamps and background fill only what they have.
+// The data that a shader can read about the point that it shades. Scene::shading_point creates it from a hit. World,
+// lamps and background fill only the members that they have.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace ajar {
 
-/// What kind of ray arrived: bits, as Blender's Light Path node tells them.
+/// Type of the ray that arrived, as bits with the meaning of Blender's Light Path node.
 enum RayKindBits : uint32_t {
   kRayCamera = 1,
   kRayDiffuse = 2,
@@ -20,8 +20,8 @@ enum RayKindBits : uint32_t {
   kRayVolumeScatter = 128
 };
 
-/// ShadingPoint::primitive of points inside a volume, away from all triangles: what triangles interpolate is zero
-/// there.
+/// Value of ShadingPoint::primitive for points inside a volume, away from all triangles. All values that triangles
+/// interpolate are zero there.
 constexpr uint32_t kInsideVolume = ~0u;
 
 class Scene;
@@ -31,18 +31,20 @@ struct ObjectDescription;
 
 struct ShadingPoint {
   Vec3 position{0.0f};        ///< world space
-  Vec3 position_error{0.0f};  ///< bound on its rounding error, per axis
-  Vec3 wo{0, 0, 1};           ///< towards where the ray came from
+  Vec3 position_error{0.0f};  ///< bound on the rounding error of the position, per axis
+  Vec3 wo{0, 0, 1};           ///< direction towards the origin of the ray
   Vec3 ng{0, 0, 1};           ///< geometric normal, turned towards wo
-  Vec3 ns{0, 0, 1};           ///< smooth normal, turned with ng, not yet made safe
+  Vec3 ns{0, 0, 1};           ///< smooth normal, turned together with ng; not yet made safe
   bool backfacing = false;    ///< whether ng was turned
-  Vec2 barycentric{0.0f};  ///< weights of the triangle's second and third vertex; along and across a strand's segment
-  uint32_t primitive = 0;  ///< triangle of the mesh, or segment of its strands
+  /// weights of the second and third vertex of the triangle; for strands, positions along and across the segment
+  Vec2 barycentric{0.0f};
+  uint32_t primitive = 0;           ///< triangle of the mesh, or segment of its strands
   const BuiltMesh* mesh = nullptr;  ///< null for world and lamps
   const BuiltInstance* instance = nullptr;
-  const Scene* scene = nullptr;               ///< null for world and lamps, and while a scene is built
-  const ObjectDescription* object = nullptr;  ///< for Object Info; may be null
-  Vec3 dpdu{0.0f}, dpdv{0.0f};  ///< world-space edge vectors p1-p0, p2-p0 of the triangle; along and across a strand
+  const Scene* scene = nullptr;               ///< null for world and lamps, and while a scene is being built
+  const ObjectDescription* object = nullptr;  ///< for the node Object Info; may be null
+  /// world-space edge vectors p1-p0 and p2-p0 of the triangle; for strands, vectors along and across
+  Vec3 dpdu{0.0f}, dpdv{0.0f};
   float ray_length = 0.0f;
   float time = 0.0f;
   uint32_t ray_kind = kRayCamera;

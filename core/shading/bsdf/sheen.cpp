@@ -20,7 +20,7 @@ float upright_fibres(float alpha, Vec3 n, Vec3 wo, Vec3 wi) {
   return density / (4.0f * (cos_o + cos_i - cos_o * cos_i));
 }
 
-/// Directional albedo of upright_fibres: what the shape is divided by.
+/// The directional albedo of upright_fibres, by which the shape is divided.
 struct Table {
   static constexpr int kCosines = 32, kRoughnesses = 16, kLattice = 987;
   std::array<std::array<float, kCosines>, kRoughnesses> albedo;
@@ -72,7 +72,7 @@ float velvet(float sigma, Vec3 n, Vec3 wo, Vec3 wi) {
               cos_oh = std::abs(glm::dot(wo, half));
   if (!(std::abs(cos_h) < 1.0f - 1e-5f && cos_oh > 1e-5f && cos_o > 0.0f && cos_i > 0.0f)) return 0.0f;
   const float inverse_variance = 1.0f / sqr(std::max(sigma, 0.01f)), sin2 = 1.0f - cos_h * cos_h;
-  // A Gaussian of the inverse of the half vector's slope, and the masking of V-grooves.
+  // The density is a Gaussian of the inverse of the half vector's slope; the masking is that of V-grooves.
   const float density = std::exp(-inverse_variance * cos_h * cos_h / sin2) * inverse_variance * kInvPi / (sin2 * sin2);
   const float grooves = 2.0f * std::max(cos_h / cos_oh, 1e-5f);
   const float masking = std::min({1.0f, grooves * cos_o, grooves * cos_i});
