@@ -10,14 +10,15 @@ namespace ajar {
 
 namespace {
 
-/// Dimensions of the sampler by walk, so that both walks and the connections stay aligned from path to path.
+/// Dimensions of the sampler for each walk. They are fixed, so that both walks and the connections stay aligned from
+/// path to path.
 constexpr uint32_t kEyeDimensions = 4, kLightDimensions = 1024, kConnectionDimensions = 2048, kPerVertex = 16;
 constexpr uint32_t kThrough = 4096, kLobe = 4, kDirection = 5, kRoulette = 7;
 constexpr int kRouletteAfter = 3;
-/// Stands for the density of what walks never start from, where it divides.
+/// Replaces a density of zero in divisions, for lights at which no walk starts.
 constexpr float kNever = 1e-30f;
 
-/// A direction that no lobe has drawn.
+/// A sample for a direction that was drawn by a hint and not by a lobe.
 BsdfSample drawn_by_hint(const PathVertex& vertex, Vec3 wi) {
   BsdfSample sample{};
   sample.wi = wi;
@@ -27,18 +28,18 @@ BsdfSample drawn_by_hint(const PathVertex& vertex, Vec3 wi) {
 
 }  // namespace
 
-/// Densities of a complete path's vertices in path order, from either side; weights by the power heuristic with
+/// Densities of the vertices of a complete path from both sides, in path order. Weights follow the power heuristic with
 /// exponent 2 over all strategies [Veach, section 10.2].
 struct BidirectionalWalks::Densities {
   int count;
   double from_light[kMaxPathVertices], from_eye[kMaxPathVertices];
   bool joinable[kMaxPathVertices];  ///< not specular in this path
-  double sampled = 0.0;             ///< of vertex 0 by light sampling
+  double sampled = 0.0;             ///< density of vertex 0 by light sampling
 
   double weight(int s, double light_walks) const {
-    if (count == 2) return 1.0;  // emission seen directly is only found by hitting it
-    // What a strategy's density has besides the product of its vertices': light sampling, light walks, no joint at
-    // mirrors.
+    if (count == 2) return 1.0;  // emission that is seen directly is found only by hitting it
+    // Factors of a strategy's density besides those of its vertices: light sampling, the number of light walks, and
+    // zero for a connection at a specular vertex.
     const auto factor = [&](int k) {
       if (k == 0) return 1.0;
       if (k == 1) return joinable[1] ? sampled / from_light[0] : 0.0;
@@ -109,7 +110,7 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
   Color beta(1.0f);
   while (eye_count_ + 1 <= max_vertices_) {
     const int i = eye_count_;
-    // The last vertex a path may have can only be a light.
+    // The last possible vertex of a path can only be a light.
     WalkVertex& next = eye_[size_t(i)];
     const WalkVertex& previous = eye_[size_t(i - 1)];
     next.vertex.point = start;
@@ -209,8 +210,8 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
   if (for_photons_ && !sends_photons(scene_, light_[0].vertex)) return;
   ShadingPoint start;
   start.ray_kind = kLightWalkKind;
-  Color factor(1.0f);  // what the next vertex's throughput needs besides the cosines of its edge
-  Color gained(1.0f);  // throughput relative to the first vertex, for roulette
+  Color factor(1.0f);  // the throughput of the next vertex without the cosines of its edge
+  Color gained(1.0f);  // throughput relative to the first vertex, for Russian roulette
   float pdf_direction = 0.0f;
   while (light_count_ + 1 < max_vertices_) {
     const int i = light_count_ == 0 ? 1 : light_count_;
@@ -277,10 +278,10 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
 
 float BidirectionalWalks::limits_factor(int s, int t, const PathEdge& edge) const {
   const BounceLimits& limits = scene_.settings().bounces;
-  const int count = s + t + (s == 0);  // hits have their light besides
+  const int count = s + t + (s == 0);  // for s = 0 the light is an additional vertex
   if (!BounceCount::matters(limits, count - 3)) return 1.0f;
   BounceCount bounces(limits);
-  // The vertex next to the light does not count. Where the walks are joined nothing is specular.
+  // The vertex next to the light does not count. The two vertices of the connection are not specular.
   for (int j = 2; j <= s - 1; ++j) {
     const PathVertex& v = light_[size_t(j)].vertex;
     const bool joint = j == s - 1;
@@ -327,7 +328,8 @@ void BidirectionalWalks::find_by_hit(int index) {
       d.joinable[j] = k == 0 || !eye_[size_t(k)].vertex.specular;
     }
     weight = d.weight(0, light_walks_);
-    // Not every hit of a hidden emitter may be weighed: what cannot be found otherwise counts fully.
+    // Walks from the eye must not hit lights whose multiple importance sampling is off. The other strategies count such
+    // lights fully.
     if (!(d.from_eye[0] > 0.0)) weight = 0.0;
   }
   connections_.push_back(hit.edge);
@@ -470,7 +472,7 @@ void BidirectionalWalks::find_by_lens(int s) {
 bool BidirectionalWalks::is_direct(const FoundPath& path) const {
   if (path.t == 1 && path.s > 0) return path.s == 2;
   if (path.s >= 2) return false;
-  // The eye walk's end is the light's neighbour, whatever it does.
+  // The last vertex of the eye walk is next to the light, so it can scatter in any way.
   for (int k = 1; k <= path.t - 2; ++k)
     if (!eye_[size_t(k)].vertex.specular) return false;
   return true;

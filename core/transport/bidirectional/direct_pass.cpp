@@ -12,7 +12,7 @@ namespace ajar {
 
 namespace {
 constexpr int kTile = 16;
-/// Chains bring most of the light and of its noise, so further ones take no more than a sixth of the rays again.
+/// Most of the light and of its noise comes from chains, so further samples add at most 15% of the rays.
 constexpr FurtherSamples::Limits kFurther{1, 0.15};
 }  // namespace
 
@@ -28,7 +28,7 @@ void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::a
   wanted_ += uint32_t(steps);
   const uint32_t end = (wanted_ + kShare - 1) / kShare;
   while (done_ < end) {
-    // All samples up to the next lesson know as much, unless each has photons of its own.
+    // All samples up to the next update use the same k, unless each sample has its own photons.
     const uint32_t next = merging_.active() ? done_ + 1 : std::min(end, std::bit_ceil(done_ + 1));
     if (merging_.active() && !merging_.begin_pass(done_, stop)) break;
     add_samples(film, space, done_, next, stop);

@@ -1,6 +1,6 @@
-// Direct light of the whole film (direct_paths.h), for integrators whose chains or populations leave it out; with it,
-// where merging is active, the light of paths that only photons find. Pixels with highlights and mirrored lamps smaller
-// than a pixel get further samples (further_samples.h).
+// Direct light of the whole film (direct_paths.h), for integrators whose chains or populations leave it out. Where
+// merging is active, it also adds the light of paths that only photons find. Pixels with highlights and reflected lamps
+// smaller than a pixel get further samples (further_samples.h).
 #pragma once
 
 #include <atomic>
@@ -14,24 +14,24 @@ namespace ajar {
 
 class DirectPass {
  public:
-  /// `merges`: with vertex merging.
+  /// `merges`: use vertex merging.
   void prepare(const Scene& scene, bool merges, uint32_t seed);
   VertexMerging& merging() { return merging_; }
   const VertexMerging& merging() const { return merging_; }
 
-  /// The samples of every pixel that belong to so many more steps of chains for each, with alpha and passes: one for
-  /// kShare. Pixels that `stop` leaves out have had none. Where merging is active each sample has a pass of its
-  /// photons.
+  /// Adds the direct samples that belong to `steps` more chain steps per pixel, one for kShare steps, with alpha and
+  /// passes. When `stop` is set, the remaining pixels get no samples. Where merging is active, each sample has its own
+  /// photon pass.
   void add(Film& film, const PathSpace& space, int steps, const std::atomic<bool>& stop);
-  /// Without those of merging's photons.
+  /// Without the rays of merging's photons.
   uint64_t rays() const { return rays_ + further_rays_; }
 
-  static constexpr uint32_t kShare = 4;  ///< steps of chains in a pixel for each direct sample
+  static constexpr uint32_t kShare = 4;  ///< chain steps in a pixel for each direct sample
 
  private:
   void add_samples(Film& film, const PathSpace& space, uint32_t first, uint32_t end, const std::atomic<bool>& stop);
 
-  uint32_t seed_ = 0, wanted_ = 0, done_ = 0;  ///< steps; samples
+  uint32_t seed_ = 0, wanted_ = 0, done_ = 0;  ///< wanted_: chain steps; done_: samples
   uint64_t rays_ = 0, further_rays_ = 0;
   VertexMerging merging_;
   FurtherSamples further_;

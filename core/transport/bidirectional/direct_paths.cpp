@@ -10,7 +10,7 @@ namespace {
 
 constexpr uint32_t kFirst = 4, kPerVertex = 16, kThrough = 8, kLight = 0, kLobe = 3;
 
-/// Of specular bounces only, up to a ray that is to meet vertex `i` (1: the first from the eye).
+/// A walk of specular bounces. Its ray will find vertex number `i` (1: the first from the eye).
 struct Walk {
   Ray ray;
   ShadingPoint start;
@@ -18,7 +18,7 @@ struct Walk {
   int i;
 };
 
-/// One sample in the making.
+/// The state of one sample.
 class DirectTracer {
  public:
   DirectTracer(const Scene& scene, Sampler& sampler, SampleAux* aux, uint64_t& rays, const VertexMerging* merging)
@@ -75,7 +75,7 @@ class DirectTracer {
         make_light_vertex(vertex_, light_);
         meet(beta);
       }
-      const bool last = pdf_to_light_ > 0.0f;  // the bounce before was not specular
+      const bool last = pdf_to_light_ > 0.0f;  // the previous bounce was not specular
       const bool exceeded = vertex_.point.glossy_depth > limits_.glossy ||
                             vertex_.point.transmission_depth > limits_.transmission;
       const Bsdf& bsdf = vertex_.shading.bsdf;
@@ -114,7 +114,7 @@ class DirectTracer {
     }
   }
 
-  /// Light met, at light_.
+  /// The walk hit a light, which is in light_.
   void meet(Color carried) {
     float weight = 1.0f;
     if (pdf_to_light_ > 0.0f) {
@@ -125,7 +125,7 @@ class DirectTracer {
     found_.radiance += carried * light_.shading.emission * weight;
   }
 
-  /// Light sampled at vertex_.
+  /// Samples a light at vertex_.
   void look_for_light(Color beta) {
     const Vec2 u = sampler_.get_2d();
     if (!sample_light(scene_, vertex_, sampler_.get_1d(), u, light_)) return;
@@ -152,7 +152,7 @@ class DirectTracer {
   const VertexMerging* merging_;
   DirectSample found_;
   PathVertex previous_, vertex_, light_;
-  /// of the direction travelled, where light sampling competes: after a bounce that is not specular
+  /// Density of the walk's direction after a bounce that is not specular, for MIS with light sampling; 0 otherwise.
   float pdf_to_light_ = 0.0f;
 };
 

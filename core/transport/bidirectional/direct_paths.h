@@ -1,6 +1,6 @@
-// The paths LS*E and L(D)S*E by themselves: light seen directly or after specular bounces, and light
-// that the first other surface scatters, weighted between light and BSDF sampling (Veach 1997, section 9.2). What
-// PathSpace leaves out when it is made `without_direct`. Specular bounces branch (specular_branches.h).
+// The paths LS*E and L(D)S*E alone: light that is seen directly or after specular bounces, and light that the first
+// other surface scatters, weighted between light and BSDF sampling (Veach 1997, section 9.2). A PathSpace that is
+// `without_direct` leaves them out. Specular bounces branch (specular_branches.h).
 #pragma once
 
 #include "transport/bidirectional/vertex_merging.h"
@@ -10,13 +10,13 @@ namespace ajar {
 
 /// Estimates at a point of the film.
 struct DirectSample {
-  Color radiance{0.0f};  ///< by those paths
-  Color merged{0.0f};    ///< by unconnectable ones (vertex_merging.h), which begin alike
+  Color radiance{0.0f};  ///< by direct paths
+  Color merged{0.0f};    ///< by unconnectable paths (vertex_merging.h), which start in the same way
   float alpha = 0.0f;
-  bool polished = false;  ///< came to delta or sharp lobes
+  bool polished = false;  ///< the sample reached delta or sharp lobes
 };
 
-/// Everything it draws comes from `sampler`, by fixed dimensions. `merging`: null where nothing shall be merged.
+/// All random numbers come from fixed dimensions of `sampler`. `merging`: null for no merging.
 DirectSample trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays,
                                 const VertexMerging* merging);
 

@@ -8,10 +8,10 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kStream = 0x7365656eU;  // its numbers are not those of the samples
+constexpr uint32_t kStream = 0x7365656eU;  // separates the random numbers from those of the samples
 constexpr int kAround = 2;                 // pixels to each side
-constexpr int kBisections = 48;            // to keep below the most further rays
-/// Probability that something polished shows a lamp too small to have been met yet where nothing around has met one.
+constexpr int kBisections = 48;            // for the limit of further rays
+/// Prior probability that a polished surface shows a small lamp that no sample in the pixels around has hit yet.
 constexpr double kUnseen = 1.0 / 32.0;
 
 double variance(float sum, float sum_squared, uint32_t count) {
@@ -61,7 +61,7 @@ void FurtherSamples::learn(uint32_t samples, uint64_t rays_of_rest, uint64_t fur
   }
   on_polished /= double(std::max<uint64_t>(1, polished));
   std::vector<double> wanted(pixels_.size());
-  double deviation = 0.0;  // mean over pixels: outliers in a few samples count less than in variances
+  double deviation = 0.0;  // mean of deviations over the pixels: outliers in a few samples count less than in variances
   for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
       double part, rest;

@@ -1,13 +1,14 @@
-// A part of every sample taken more often than the rest of it, in the pixels where that pays. Beside the edge of a
-// lamp, or of its image in polished metal, one sample of many meets it and outshines all others, while what only looks
-// for lamps costs little of a sample that goes on to gather or to mutate paths.
+// Draws a part of a sample more often than the rest, in the pixels where this is efficient. At the edge of a lamp, or
+// of its image in a polished surface, few samples hit the lamp, and they have large values. A sample that only looks
+// for lamps is cheap compared with one that also gathers light or mutates paths.
 //
-// Each sample's own finding is replaced by its mean with those of k - 1 further ones, drawn alike. The k of a pixel
-// follows from the samples before it alone, and every sample keeps the same weight in the picture, so its mean is
-// unchanged. What makes the product of the picture's relMSE and its cost least is k_i = sqrt(w_i V_part,i / <w V_rest>
-// * C_rest / C_part), as for splitting [Arvo and Kirk 1990]: variances V of one sample, from pixels around and a little
-// from all that show polished things; w = 1 / (mean^2 + 0.01); costs C in rays. Further rays stay below a share of the
-// rest's. Decided after 2, 4, 8, ... samples.
+// The part of each sample is replaced by its mean with k - 1 further samples of the same distribution. The k of a pixel
+// depends only on earlier samples, and all samples have equal weights in the image, so the expectation does not change.
+// The k that minimizes the product of the image's relMSE and its cost is
+//   k_i = sqrt(w_i V_part,i / <w V_rest> * C_rest / C_part),
+// as for splitting [Arvo and Kirk 1990]. V are variances of one sample, from the pixels around and, with a small
+// weight, from all pixels that show polished surfaces. w = 1 / (mean^2 + 0.01). C are costs in rays. The number of
+// further rays is at most a given share of the rest's rays. The k are updated after 2, 4, 8, ... samples.
 #pragma once
 
 #include <cmath>
@@ -23,16 +24,16 @@ namespace ajar {
 class FurtherSamples {
  public:
   struct Limits {
-    uint16_t first;    ///< how often a sample takes the part before anything is known
-    double max_share;  ///< further rays over those of the rest
+    uint16_t first;    ///< k before the first update
+    double max_share;  ///< maximum number of further rays, relative to the rays of the rest
   };
   /// For the pixels of `film`, whose samples are drawn from `filter`.
   void prepare(const Scene& scene, const Film& film, const PixelFilter& filter, uint32_t seed, Limits limits);
-  /// Not in scenes with media, nor where nothing shines.
+  /// False in scenes with media and in scenes without lights.
   bool active() const { return !pixels_.empty(); }
-  /// Mean of `found`, what a sample of this pixel of the full frame has found of the part, and of further ones:
-  /// draw(film, sampler) is one at a place on the film. `polished`: the sample came to delta or sharp lobes; `rest`:
-  /// luminance of its other light. From any thread that has the pixel to itself.
+  /// Returns the mean of `found`, the part of a sample of this pixel of the full frame, and of further samples of the
+  /// part. draw(film, sampler) draws one at a position on the film. `polished`: the sample reached delta or sharp
+  /// lobes. `rest`: luminance of its other light. Only one thread at a time may call this for the same pixel.
   template <class Draw>
   Color mean_with(Color found, bool polished, float rest, int x, int y, Draw&& draw) {
     Pixel& pixel = pixels_[index_of(x, y)];
@@ -53,20 +54,20 @@ class FurtherSamples {
     }
     return sum / float(pixel.taken);
   }
-  /// Between samples, when every pixel has had `samples`, which took so many rays altogether: their own, and those of
-  /// further ones.
+  /// Called between samples, when every pixel has `samples` of them. `rays_of_rest` and `further_rays`: rays so far of
+  /// the samples and of the further samples.
   void learn(uint32_t samples, uint64_t rays_of_rest, uint64_t further_rays);
-  /// How often a sample of this pixel of the full frame takes the part, once for itself.
+  /// The k of this pixel of the full frame: how often a sample draws the part, including its own.
   int taken_at(int x, int y) const { return pixels_[index_of(x, y)].taken; }
 
   static uint64_t bytes_per_pixel() { return sizeof(Pixel); }
 
  private:
   static constexpr uint16_t kMax = 64;
-  /// Sums over takings of the part, and over samples.
+  /// Sums over draws of the part, and over samples.
   struct Pixel {
     float part = 0.0f, part_squared = 0.0f, rest = 0.0f,
-          rest_squared = 0.0f;  ///< non-finite ones left out: the film refuses and counts them
+          rest_squared = 0.0f;  ///< sums without non-finite values, which the film refuses and counts
     uint32_t looked = 0, samples = 0;
     uint16_t taken = 1;
     bool polished = false;
@@ -78,14 +79,14 @@ class FurtherSamples {
     }
   };
   size_t index_of(int x, int y) const { return size_t(y - y0_) * size_t(width_) + size_t(x - x0_); }
-  /// Variances of one taking of the part and of one sample's rest, over squared luminance + 0.01: all means over the
-  /// pixels around. `on_polished`: the part's, over all pixels that show polished things.
+  /// Variance of one draw of the part and of one sample of the rest, over squared luminance + 0.01. All are means over
+  /// the pixels around. `on_polished`: variance of the part, as a mean over all pixels that show polished surfaces.
   void relative_variances(int x, int y, double on_polished, double& part, double& rest) const;
 
   PixelFilter filter_;
   uint32_t seed_ = 0;
   int x0_ = 0, y0_ = 0, width_ = 0, height_ = 0, full_width_ = 0;
-  float exposure_ = 1.0f;  ///< what is dim in the picture shown is no matter of units
+  float exposure_ = 1.0f;  ///< luminances are compared as displayed, so that units do not matter
   double max_share_ = 0.0;
   std::vector<Pixel> pixels_;
 };

@@ -20,7 +20,7 @@ double PathSeeds::sample(Sampler& sampler) {
       left_out_light_ += double(luminance(path.contribution)) * (path.t > 1 ? space_.film_area() : 1.0);
       continue;
     }
-    // Walks from the eye have density 1 per pixel^2; those that end on the lens cover the whole film.
+    // Walks from the eye have density 1 per pixel^2. Walks that end on the lens cover the whole film.
     const double area = path.t > 1 ? space_.film_area() : 1.0;
     const double energy = double(luminance(path.contribution)) * double(space_.weight(path.film)) * area;
     if (!(energy > 0.0) || !std::isfinite(energy)) continue;

@@ -1,7 +1,7 @@
-// Bidirectional samples as starts of chains and members of populations: complete paths with energy.
+// Bidirectional samples as starts of chains and members of populations: complete paths with energies.
 //
-// One sample finds several paths x_j; their energies y_j >= 0 are such that E[sum_j y_j h(x_j)] is the integral of h
-// times the target of the space, for every h. Paths the space leaves out are not among them.
+// One sample finds several paths x_j. Their energies y_j >= 0 satisfy, for every function h, that E[sum_j y_j h(x_j)]
+// is the integral of h times the target of the space. Paths that the space leaves out are not among them.
 #pragma once
 
 #include <optional>
@@ -11,23 +11,24 @@
 
 namespace ajar {
 
-/// Walks that find the paths of a space, and those it leaves out as direct.
+/// Walks that find the paths of a space, and the direct paths that it leaves out.
 BidirectionalWalks walks_over(const PathSpace& space);
 
 class PathSeeds {
  public:
   explicit PathSeeds(const PathSpace& space) : space_(space), walks_(walks_over(space)) {}
 
-  /// Walks through a point of the film taken from `sampler`; returns the energy of all paths found together.
+  /// Walks through a point of the film taken from `sampler`. Returns the sum of the energies of all paths found.
   double sample(Sampler& sampler);
-  /// The path found where the cumulative energy passes `u` times the whole, complete. False (and counted) when rounding
-  /// makes it carry nothing after all.
+  /// Completes the path at which the cumulative energy exceeds `u` times the sum. Returns false and counts a failure if
+  /// rounding makes its contribution zero.
   bool take(double u, Path& path);
 
-  /// Luminance arriving by paths the space leaves out, as estimated by the last sample, where it went through the film.
+  /// Position of the last sample on the film, and its estimate of the luminance there by paths that the space leaves
+  /// out.
   Vec2 film() const { return film_; }
   double left_out() const { return left_out_; }
-  /// The same for the whole film, with what light walks bring to the lens.
+  /// The same for the whole film, including paths from light walks that reach the lens.
   double left_out_light() const { return left_out_light_; }
 
   const Scene& scene() const { return space_.scene; }

@@ -13,7 +13,8 @@ constexpr uint32_t kFirstDimension = 4, kVertexDimensions = 4, kLobe = 0, kDirec
 
 bool goes_on(const Lobe& lobe) { return lobe.is_delta() || lobe.kind == LobeKind::Transparent; }
 
-/// The lobes of `bsdf` that light is followed through; null when there are none. `storage`: where it has others, too.
+/// The specular and transparent lobes of `bsdf`; null when there are none. `storage` holds them if `bsdf` has other
+/// lobes too.
 const Bsdf* specular_part(const Bsdf& bsdf, Vec3 wo, Bsdf& storage) {
   int count = 0;
   for (int i = 0; i < bsdf.lobe_count(); ++i) count += goes_on(bsdf.lobe(i)) ? 1 : 0;
@@ -24,7 +25,7 @@ const Bsdf* specular_part(const Bsdf& bsdf, Vec3 wo, Bsdf& storage) {
   return &storage;
 }
 
-/// Up to a ray that is to meet surface `vertex` of its path; `point` holds what that knows of the bounces before.
+/// A walk whose ray will find surface number `vertex` of its path. `point` holds the bounces before.
 struct Walk {
   Ray ray;
   ShadingPoint point;
@@ -32,7 +33,7 @@ struct Walk {
   uint32_t vertex;
 };
 
-/// What the walk meets until it ends; sets aside other walks in `branches`.
+/// Light that the walk finds until it ends. Other walks are stored in `branches`.
 Color follow(const Scene& scene, const Walk& walk, SpecularBranches<Walk>& branches, Sampler& sampler, uint64_t& rays) {
   Color radiance(0.0f), beta = walk.beta;
   EyeWalk eye(scene, walk.ray, rays, walk.point);

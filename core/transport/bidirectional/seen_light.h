@@ -1,5 +1,5 @@
-// Light that the eye sees directly or by way of specular surfaces alone, the paths L S* E, for integrators that take it
-// apart from the rest of a sample, to look for it more often (further_samples.h). Specular bounces branch
+// Light that the eye sees directly or through specular surfaces only: the paths L S* E. Integrators that separate it
+// from the rest of a sample can sample it more often (further_samples.h). Specular bounces branch
 // (specular_branches.h).
 #pragma once
 
@@ -8,8 +8,8 @@
 
 namespace ajar {
 
-/// Light found by one camera ray that goes on at delta lobes only; W / (sr m^2). Nothing in a scene with media. Draws
-/// from dimension 4 of `sampler`.
+/// Radiance along one camera ray that continues at delta lobes only, in W / (sr m^2). Zero in a scene with media. Uses
+/// the dimensions of `sampler` from number 4.
 Color trace_seen_light(const Scene& scene, Ray ray, Sampler& sampler, uint64_t& rays);
 
 }  // namespace ajar

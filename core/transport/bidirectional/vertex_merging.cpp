@@ -15,11 +15,11 @@ namespace ajar {
 namespace {
 
 constexpr uint32_t kPhotonStream = 0x6d657267u, kProbeStream = 0x6d657268u;
-constexpr uint32_t kBlock = 512;  // photon paths in one unit of work
-constexpr int kNeighbours = 60;   // in density estimates, at most
-constexpr int kReach = 20;        // photons in a disc of the first pass, where the picture looks
+constexpr uint32_t kBlock = 512;  // photon paths in a task
+constexpr int kNeighbours = 60;   // maximum in a density estimate
+constexpr int kReach = 20;        // photons in a disc of the first pass at the points that the image looks up
 constexpr int kProbes = 48;       // per axis of the film, to choose the radius
-/// Roughness below which lobes are deltas is a little less than this (microfacet.h).
+/// Slightly more than the roughness below which lobes are deltas (microfacet.h).
 constexpr float kDeltaRoughness = 0.02f;
 
 }  // namespace
@@ -47,11 +47,11 @@ MergingPlan plan_merging(const Scene& scene) {
   bool finite = false;
   for (uint32_t i = 0; i < lights.size() && !finite; ++i)
     finite = !is_distant(lights.flags(i).type) && lights.power_pmf(i) > 0.0f;
-  // E S D S L has three bounces.
+  // The shortest path E S D S L has three bounces, of which the limit counts two.
   if (scene.settings().bounces.total < 2) return {false, "the bounce limits leave nothing to merge"};
   if (!specular) return {false, "no specular material"};
-  if (!rough) return {false, "no surface scatters otherwise than by mirrors and clear glass"};
-  if (!finite) return {false, "no lamp is at a finite place"};
+  if (!rough) return {false, "all surfaces are mirrors or clear glass"};
+  if (!finite) return {false, "no light is at a finite distance"};
   return {true, "caustics may be seen in mirrors or through glass"};
 }
 
@@ -123,7 +123,7 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
   return true;
 }
 
-/// The median reach of the neighbours sought, over where the picture will look the map up.
+/// The median distance to photon number kReach, over the points at which the image will look up the map.
 float VertexMerging::choose_first_radius() const {
   const RenderSettings& settings = scene_->settings();
   if (settings.photon_radius > 0.0f) return settings.photon_radius;

@@ -1,18 +1,18 @@
-// What no connection finds is found by merging: photons for the paths that bidirectional walks cannot join.
+// Vertex merging: photons find the paths that bidirectional walks cannot connect.
 //
-// Paths E S+ (D S+)+ L and E S+ (D S+)+ D L (is_unconnectable, path_vertex.h): caustics seen in mirrors and through
-// glass, of the lamp or of something that it lights. S are events of delta lobes, which connect to nothing, and no two
-// of the other vertices are neighbours but those at the light. A walk from the eye finds them only by coming upon the
-// lamp, or what shines beside it, by chance: rare samples of enormous weight; from lamps that cannot be hit, nothing.
-// Integrators that leave these paths out of their integrand (BidirectionalWalks::leaves_unconnectable,
-// PathSpace::without_unconnectable) get them back from here: photons walk L [D] S+ (D S+)* and lie where D may come
-// next, and the eye's walk E S+ D merges with those around its *first* D [Jensen 2001; vertex merging of Georgiev et
-// al. 2012]. A path has one first D from the eye, so each is counted once.
+// These are the paths E S+ (D S+)+ L and E S+ (D S+)+ D L (is_unconnectable, path_vertex.h): caustics of a lamp, or of
+// a surface that it lights, seen in mirrors and through glass. S are events of delta lobes, which cannot be connected.
+// No two of the other vertices are neighbours, except those at the light. A walk from the eye finds such a path only by
+// hitting the lamp or the surface beside it: a rare sample with a very large weight. If lamps cannot be hit, it finds
+// none. Integrators that leave these paths out of their integrand (BidirectionalWalks::leaves_unconnectable,
+// PathSpace::without_unconnectable) get their light from here. Photons walk L [D] S+ (D S+)* and are stored where D may
+// come next. The walk E S+ D from the eye merges with the photons around its *first* D [Jensen 2001; vertex merging of
+// Georgiev et al. 2012]. A path has one first D from the eye, so each path is counted once.
 //
-// Consistent: each pass has photons of its own, and radii shrink from pass to pass [Knaus and Zwicker 2011]. Only lamps
-// and emissive triangles at finite places send photons; under a sky or a sun such paths stay with the walks from the
-// eye. Limits of bounces hold for the whole path; at surfaces that mix kinds of lobes the photon's side counts the lobe
-// it drew.
+// The estimate is consistent: each pass has its own photons, and radii decrease from pass to pass [Knaus and Zwicker
+// 2011]. Only lamps and emissive triangles at finite distances send photons. With environment light or sun lamps, such
+// paths are left to the walks from the eye. Limits of bounces apply to the whole path. At surfaces that mix kinds of
+// lobes, the photon counts as the kind of the lobe that it drew.
 #pragma once
 
 #include <atomic>
@@ -29,7 +29,8 @@ struct MergingPlan {
   bool used = false;
   const char* reason = "";
 };
-/// Whether there may be such paths that photons find; by materials and lights alone, whatever the settings ask for.
+/// Whether there may be unconnectable paths that photons find. The answer depends on materials, lights and bounce
+/// limits alone.
 MergingPlan plan_merging(const Scene& scene);
 
 class VertexMerging {
@@ -39,15 +40,16 @@ class VertexMerging {
   VertexMerging(const VertexMerging&) = delete;
   VertexMerging& operator=(const VertexMerging&) = delete;
 
-  /// Where it is not `active` it costs nothing.
+  /// Has no cost if not `active`.
   void prepare(const Scene& scene, bool active, uint32_t seed);
   bool active() const { return active_; }
-  /// Photons follow hints from now on. After prepare, before the first pass.
+  /// From now on photons follow hints. Call it after prepare and before the first pass.
   void follow(const LightWalkGuide* guide) { guide_ = guide; }
-  /// Photons of pass `index` (from 0), and the radius they have. False when stopped. Not while others look up.
+  /// Traces the photons of pass `index` (from 0) and sets their radius. Returns false when stopped. Must not run at the
+  /// same time as lookups.
   bool begin_pass(uint32_t index, const std::atomic<bool>& stop);
-  /// Light by unconnectable paths that leaves vertex `place` of a walk from the eye (1: the first it meets) towards
-  /// where it came from. All vertices before it must have been specular, and there must be one.
+  /// Light by unconnectable paths that leaves vertex number `place` of a walk from the eye (1: the first) towards the
+  /// vertex before. There must be at least one vertex before it, and all of them must be specular.
   Color radiance(const PathVertex& vertex, int place) const;
 
   uint64_t rays() const;
@@ -56,14 +58,14 @@ class VertexMerging {
   float radius() const { return radius_; }
 
  private:
-  /// Vertices of a photon's path before the photon, and its scatterings by kind but for the one next to the light.
+  /// Vertices before the photon in its path, and its scattering events by kind without the one next to the light.
   struct Behind {
     uint8_t vertices, diffuse, glossy, transmission;
   };
   struct Workers;
 
  public:
-  /// Of a photon, besides the photon, in the map and in the list that the next map is made from.
+  /// Memory of a photon in addition to the photon itself: in the map, and in the list from which the next map is built.
   static constexpr size_t kBytesBehind = 2 * sizeof(Behind);
 
  private:

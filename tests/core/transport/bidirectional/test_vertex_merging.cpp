@@ -194,7 +194,7 @@ TEST(VertexMerging, the_plan_says_why_not) {
   d = pane_and_mirror();
   d.lights.clear();
   set_world(d, Color(1.0f));
-  EXPECT_STREQ(plan_merging(*build(d)).reason, "no lamp is at a finite place");
+  EXPECT_STREQ(plan_merging(*build(d)).reason, "no light is at a finite distance");
 }
 
 }  // namespace ajar::test_vertex_merging
