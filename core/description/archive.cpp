@@ -15,7 +15,7 @@ namespace {
 constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'C'};
 constexpr char kOldestVersion = '2';
 
-/// Types whose bytes are their value.
+/// Types that are stored as their bytes.
 template <class T>
 struct IsPlain : std::bool_constant<std::is_arithmetic_v<T> || std::is_enum_v<T>> {};
 template <>
@@ -49,7 +49,7 @@ class Writer {
   }
 };
 
-/// Takes what would be written, and keeps 64 bits of it.
+/// Receives the bytes that a Writer would write and keeps a 64-bit hash of them.
 class Hasher {
  public:
   bool has(char) const { return true; }
@@ -72,7 +72,7 @@ class Hasher {
   }
 };
 
-/// Counts the bytes that a value takes at the least: as the oldest version has it, with every list empty.
+/// Counts the minimum number of bytes of a value: the oldest version, with every list empty.
 class Least {
  public:
   bool has(char) const { return false; }
@@ -89,7 +89,7 @@ class Reader {
  public:
   explicit Reader(const std::vector<char>& bytes) : bytes_(bytes) {}
   char version = kMagic[7];
-  /// Whether the file has the fields that came with this version. Those it lacks keep their defaults.
+  /// Whether the file has the fields that this version added. Missing fields keep their defaults.
   bool has(char since) const { return version >= since; }
   void raw(void* data, size_t size) {
     if (size > bytes_.size() - position_) throw SceneError("The scene file ends too early.");
@@ -113,7 +113,7 @@ class Reader {
 template <class A, class T>
 void visit(A& a, T& value);
 
-/// Bytes of an element in a file: as many as its type has where they are its value, else no fewer than this.
+/// Minimum number of bytes of an element in a file; exact for types that are stored as their bytes.
 template <class T>
 size_t min_bytes() {
   if constexpr (IsPlain<T>::value) {
@@ -143,7 +143,7 @@ void visit(A& a, std::string& text) {
   a.resize(text, 1);
   if (!text.empty()) a.raw(text.data(), text.size());
 }
-/// A byte that is neither 0 nor 1 must not become a bool.
+/// A byte that is neither 0 nor 1 must not be copied into a bool.
 template <class A>
 void visit(A& a, bool& value) {
   uint8_t byte = value;
@@ -195,7 +195,7 @@ void fields(A& a, MeshDescription& mesh) {
     a.raw(&shared, sizeof shared);
     if (shared) return;
   }
-  // A shared mesh is written, never read; writing changes nothing.
+  // A shared mesh is only written, and writing changes nothing.
   MeshDescription& v = mesh.shared ? const_cast<MeshDescription&>(*mesh.shared) : mesh;
   all(a, v.name, v.positions, v.triangles, v.material_slots, v.normal_domain, v.normals, v.attributes, v.active_uv,
       v.texture_space_location, v.texture_space_size);
@@ -276,7 +276,7 @@ void visit(A& a, T& value) {
   }
 }
 
-/// Enums arrive from files as bytes; one outside its list must not survive.
+/// A file stores enums as bytes; a value outside the list is refused.
 template <class E>
 void check_enum(E value, E last) {
   if (uint8_t(value) > uint8_t(last)) throw SceneError("The scene file is damaged.");
@@ -325,7 +325,7 @@ std::vector<char> to_bytes(const SceneDescription& description, char version) {
   Writer writer;
   if (version != 0) writer.version = version;
   writer.raw(kMagic, sizeof kMagic);
-  // The visitor takes references for both directions; writing changes nothing.
+  // The visitor takes mutable references, because it also reads; writing changes nothing.
   visit(writer, const_cast<SceneDescription&>(description));
   writer.bytes[7] = writer.version;
   return std::move(writer.bytes);
@@ -357,7 +357,7 @@ SceneDescription load_description(const std::string& path) {
   if (!file) throw SceneError("Cannot open the scene file '" + path + "'.");
   const std::streamoff size = file.tellg();
   file.seekg(0);
-  // Of a folder or a pipe the size is no size.
+  // The size of a folder or a pipe has no meaning.
   std::error_code unknown;
   if (!file || !std::filesystem::is_regular_file(path, unknown))
     throw SceneError("Cannot read the scene file '" + path + "'.");

@@ -1,8 +1,9 @@
-// A SceneDescription in one file: the bug report, the benchmark input and the unit of distribution.
+// A SceneDescription in one file, for bug reports and benchmarks and to distribute a render.
 //
-// Little-endian binary: magic "AJARSCN" and the version, then every field in the order of scene_description.h, arrays
-// as a 64-bit count followed by their elements. Reading checks every count against what is left of the file and what
-// its elements take there at the least, so a damaged file gives SceneError, never a crash or a huge allocation.
+// The format is little-endian binary: the magic "AJARSCN" and the version, then every field in the order of
+// scene_description.h. An array is a 64-bit count followed by its elements. Reading compares every count with the rest
+// of the file and the minimum size of the elements, so a damaged file gives a SceneError, never a crash or a huge
+// allocation.
 #pragma once
 
 #include <string>
@@ -15,13 +16,13 @@ namespace ajar {
 void save_description(const SceneDescription& description, const std::string& path);
 SceneDescription load_description(const std::string& path);
 
-/// A number for everything but camera and settings, save those of caustics: scenes of equal number render alike through
-/// one camera. Shared meshes count by identity.
+/// A hash of everything but the camera and the settings; the settings of caustics and of the bump terminator are
+/// included. Scenes with equal hashes give equal images with the same camera. A shared mesh is hashed by its address.
 uint64_t fingerprint(const SceneDescription& description);
 uint64_t fingerprint(const NodeGraph& graph);
 uint64_t fingerprint(const MaterialDescription& material);
 
-/// `version`: as an older program reads it, without the fields that came later; 0 is the newest.
+/// `version` selects an older format, without the fields that were added later; 0 is the newest.
 std::vector<char> to_bytes(const SceneDescription& description, char version = 0);
 SceneDescription from_bytes(const std::vector<char>& bytes);
 

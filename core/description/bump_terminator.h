@@ -1,5 +1,5 @@
-// How light fades where it grazes a surface whose normal is bumped. Diffuse light on a bumped normal would shine from
-// below the smooth surface and end there in a hard edge.
+// How light fades at grazing angles on a surface with a bumped normal. Without this, diffuse light on a bumped normal
+// would also arrive from below the smooth surface and end there in a hard edge.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 namespace ajar {
 
 enum class BumpTerminator : uint8_t {
-  Cubic,  ///< a cubic of the cosines [Chiang, Li and Burley 2019, "Taming the Shadow Terminator"]; Blender until 4.4
+  Cubic,      ///< cubic of the cosines [Chiang, Li and Burley 2019, "Taming the Shadow Terminator"]; Blender until 4.4
   Microfacet  ///< GGX shadowing [Conty Estevez, Lecocq and Stein 2019]; Blender since 4.5
 };
 

@@ -1,9 +1,8 @@
-// The only door into the engine: a scene as plain data, in Blender's axes and
-// units, with the artist's names. Nothing of Blender survives past here.
+// A scene as plain data, in Blender's axes and units, with the artist's names. It is the only input of the engine,
+// which uses no objects of Blender.
 //
-// A description can be built by any program, saved, loaded and rendered. It
-// holds indices, never pointers. `validate` (validate.h) says what is wrong
-// with it before anything is built; `Scene::build` consumes it.
+// Any program can build, save, load and render a description. It holds indices, never pointers. `validate` (validate.h)
+// reports its errors before anything is built; `Scene::build` consumes it.
 #pragma once
 
 #include <array>
@@ -18,30 +17,30 @@ namespace ajar {
 
 // ---- Shader node graphs -----------------------------------------------------------
 
-/// Which output of which node; node < 0 means "nothing connected".
+/// An output of a node; node < 0: nothing is connected.
 struct NodeLink {
   int node = -1;
   std::string socket;
 };
 
-/// One input socket: its Blender identifier, what feeds it, and the value used when nothing does
-/// (a number in x; colours and vectors in xyz[w]).
+/// An input socket: its Blender identifier, the output that is linked to it, and its value without a link (a number in
+/// x; colours and vectors in xyz[w]).
 struct NodeInput {
   std::string socket;
   NodeLink link;
   Vec4 value{0.0f};
 };
 
-/// Anything a node has besides sockets: enums and paths as text, numbers and
-/// baked curves as numbers. Names are Blender's RNA identifiers.
+/// Data of a node that is not a socket: enums and paths as text, numbers and baked curves as numbers. Names are
+/// Blender's RNA identifiers.
 struct NodeProperty {
   std::string name;
   std::string text;
   std::vector<float> numbers;
 };
 
-/// `type` is Blender's bl_idname ("ShaderNodeBsdfPrincipled"); groups, reroutes
-/// and muted nodes have been resolved by the exporter.
+/// `type` is Blender's bl_idname ("ShaderNodeBsdfPrincipled"). The exporter has resolved groups, reroutes and muted
+/// nodes.
 struct Node {
   std::string type;
   std::string name;
@@ -63,9 +62,8 @@ struct MaterialDescription {
 
 enum class AlphaMode : uint8_t { Straight, Premultiplied, ChannelPacked, None };
 
-/// A picture for textures. Exactly one source: `path`, `packed` (bytes of an
-/// image file) or `pixels` (float RGBA rows from the bottom up). An image with no source, or one that
-/// cannot be read, renders magenta and is reported by name.
+/// An image for textures. It has exactly one source: `path`, `packed` (bytes of an image file) or `pixels` (float RGBA,
+/// rows from the bottom up). An image that has no source or cannot be read renders magenta and is reported by its name.
 struct ImageDescription {
   std::string name;
   std::string path;
@@ -80,8 +78,8 @@ struct ImageDescription {
 
 enum class Domain : uint8_t { Vertex, Corner, Face };
 
-/// A named attribute: `components` floats per element of its domain. UV maps have 2 per
-/// corner; colours 4 (linear RGBA).
+/// A named attribute: `components` floats for each element of its domain. UV maps have 2 per corner, colours 4 (linear
+/// RGBA).
 struct Attribute {
   std::string name;
   Domain domain = Domain::Corner;
@@ -89,17 +87,17 @@ struct Attribute {
   std::vector<float> values;
 };
 
-/// Name of the vertex attribute (3 components) that says where vertices were before modifiers moved them; Generated
-/// coordinates follow it. Where there is none, they follow the positions.
+/// Name of the vertex attribute (3 components) that holds the positions before modifiers moved the vertices. Generated
+/// coordinates follow it; without it, they follow the positions.
 inline constexpr const char* kUndeformedPosition = ".undeformed_position";
 
 enum class StrandShape : uint8_t {
-  Ribbon,  ///< flat, turned to each ray, shaded as if it were round
+  Ribbon,  ///< flat, faces each ray, shaded as if it were round
   Round    ///< a tube
 };
 
-/// Triangles in object space. A corner is one vertex of one triangle, 3*t+k. Or strands of hair, which have no
-/// triangles.
+/// Triangles in object space, or strands of hair, which have no triangles. A corner is one vertex of one triangle, with
+/// the index 3*t+k.
 struct MeshDescription {
   std::string name;
   std::vector<Vec3> positions;
@@ -108,20 +106,20 @@ struct MeshDescription {
   Domain normal_domain = Domain::Corner;  ///< Vertex or Corner
   std::vector<Vec3> normals;              ///< shading normals; empty means flat everywhere
   std::vector<Attribute> attributes;
-  std::string active_uv;                                        ///< name of the UV map used where none is named
+  std::string active_uv;                                        ///< name of the default UV map
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};  ///< for Generated coordinates
-  /// Where each strand begins among the positions, ascending from 0; it ends where the next begins. What is said here
-  /// per vertex is then per point, and what is said per triangle or face is per strand.
+  /// Index of the first position of each strand, ascending from 0; a strand ends where the next one begins. In a mesh
+  /// of strands, data per vertex are per point, and data per triangle or face are per strand.
   std::vector<uint32_t> strands;
-  std::vector<float> radii;  ///< of strands, per position
+  std::vector<float> radii;  ///< of strands, for each position
   StrandShape strand_shape = StrandShape::Ribbon;
-  int strand_subdivisions = 2;  ///< each segment of a ribbon is made of 2 to this power straight pieces
-  /// When set, the mesh is that one and nothing else here is read. A scene that is built after another one takes over
-  /// the meshes both share, with their structures, instead of copying and building them.
+  int strand_subdivisions = 2;  ///< each segment of a ribbon has 2^strand_subdivisions straight pieces
+  /// If set, that mesh is used and no other field is read. A scene that is built after another one takes over the
+  /// meshes that both share, with their structures, instead of copying and building them.
   std::shared_ptr<const MeshDescription> shared;
 };
 
-/// Which kinds of ray see an object. Bits of `ObjectDescription::visibility`.
+/// The kinds of rays that see an object. Bits of `ObjectDescription::visibility`.
 enum VisibilityBits : uint32_t {
   kVisibleCamera = 1,
   kVisibleDiffuse = 2,
@@ -132,14 +130,14 @@ enum VisibilityBits : uint32_t {
   kVisibleAll = 63
 };
 
-/// A number or colour that Attribute nodes ask for by name, of the object or of what makes its instances.
+/// A number or colour that Attribute nodes read by name, from the object or from its instancer.
 struct ObjectProperty {
   std::string name;
   bool of_instancer = false;
   Vec4 value{0.0f};
 };
 
-/// What instances share: a mesh with materials for its slots.
+/// The data that instances share: a mesh and the materials of its slots.
 struct ObjectDescription {
   std::string name;
   int mesh = -1;
@@ -147,21 +145,22 @@ struct ObjectDescription {
   uint32_t visibility = kVisibleAll;
   bool holdout = false, shadow_catcher = false;
   int pass_index = 0;
-  Vec4 color{1.0f};         ///< Object Info > Color
-  float importance = 1.0f;  ///< of the pixels that show it, where samples follow the noise; never changes the mean
-  /// Cosine to the light below which shadow rays leave smooth triangles from the curved surface they stand for; 0:
-  /// never (transport/paths/shadow_terminator.h).
+  Vec4 color{1.0f};  ///< Object Info > Color
+  /// of the pixels that show it, for adaptive sampling; the mean of the image does not depend on it
+  float importance = 1.0f;
+  /// Shadow rays from smooth triangles start at the curved surface that the triangles approximate if the cosine to the
+  /// light is below this value; 0: never (transport/paths/shadow_terminator.h).
   float shadow_terminator_offset = 0.0f;
-  float light_importance = 1.0f;  ///< where it emits: of the part of a pixel's brightness that is its light, likewise
-  std::vector<ObjectProperty> properties;  ///< those that materials ask for
+  float light_importance = 1.0f;           ///< if it emits: importance of its light (render/importance_map.h)
+  std::vector<ObjectProperty> properties;  ///< the properties that materials read
 };
 
 struct InstanceDescription {
   int object = -1;
   std::array<float, 12> world_from_object{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< three rows of four
   float random = 0.0f;                                                          ///< Object Info > Random
-  /// Where it is at evenly spaced times while the shutter is open: SceneDescription::motion_keys from here on; none: it
-  /// is still.
+  /// Transforms at evenly spaced times while the shutter is open: a range of SceneDescription::motion_keys. Count 0:
+  /// the instance does not move.
   int first_motion_key = 0, motion_key_count = 0;
 };
 
@@ -170,21 +169,21 @@ struct InstanceDescription {
 enum class LightKind : uint8_t { Point, Spot, Sun, Area };
 enum class AreaShape : uint8_t { Rectangle, Ellipse };
 
-/// A Blender lamp. It shines along its local -z. `color` * `energy` is in Blender's units:
-/// watts for point, spot and area, W/m^2 for sun; their meaning is Cycles'.
+/// A Blender lamp. It emits along its local -z. `color` * `energy` is in Blender's units: watts for point, spot and
+/// area, W/m^2 for sun, with the same meaning as in Cycles.
 struct LightDescription {
   std::string name;
   LightKind kind = LightKind::Point;
   std::array<float, 12> world_from_light{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   Color color{1.0f};
   float energy = 1.0f;
-  float radius = 0.0f;                               ///< point, spot: of the sphere
+  float radius = 0.0f;                               ///< point, spot: of the sphere, in metres
   float spot_angle = 0.785398f, spot_blend = 0.15f;  ///< full angle in radians
   float sun_angle = 0.0f;                            ///< full angle in radians
   AreaShape area_shape = AreaShape::Rectangle;
   Vec2 area_size{1.0f};  ///< full extents along local x and y
   float spread = kPi;    ///< area: full angle of the beam
-  NodeGraph graph;       ///< optional; its Emission multiplies the lamp's own
+  NodeGraph graph;       ///< optional; its Emission multiplies the emission of the lamp
   uint32_t visibility = kVisibleAll;
   bool cast_shadow = true, multiple_importance = true;
   float light_importance = 1.0f;  ///< see ObjectDescription
@@ -192,7 +191,7 @@ struct LightDescription {
 
 struct WorldDescription {
   std::string name;
-  NodeGraph graph;  ///< empty: the constant `color`
+  NodeGraph graph;  ///< empty: `color` in all directions
   Color color{0.0f};
   uint32_t visibility = kVisibleAll;
   float light_importance = 1.0f;  ///< see ObjectDescription
@@ -208,15 +207,15 @@ enum class PanoramaKind : uint8_t {
   CubemapFace
 };
 
-/// How a panoramic camera lays directions out on its film (geometry/panorama.h).
+/// The map of a panoramic camera from directions to its film (geometry/panorama.h).
 struct PanoramaDescription {
   PanoramaKind kind = PanoramaKind::Equirectangular;
-  Vec4 limits{-kPi, kPi, -0.5f * kPi,
-              0.5f * kPi};     ///< equirectangular: least and greatest longitude, least and greatest latitude
+  /// Equirectangular: minimum and maximum longitude, minimum and maximum latitude, in radians.
+  Vec4 limits{-kPi, kPi, -0.5f * kPi, 0.5f * kPi};
   float fisheye_fov = kPi;     ///< full angle in radians
   float fisheye_lens = 10.5f;  ///< equisolid: focal length in mm
   Vec2 sensor{36.0f, 24.0f};   ///< equisolid, polynomial: in mm
-  /// angle from the axis in radians = -sum of k_i r^i, r in mm from the middle of the sensor
+  /// Angle from the axis in radians = -sum of k_i r^i, with r in mm from the centre of the sensor.
   std::array<float, 5> polynomial{};
   bool operator==(const PanoramaDescription&) const = default;
 };
@@ -227,31 +226,29 @@ struct CameraDescription {
   bool present = false;
   CameraKind kind = CameraKind::Perspective;
   std::array<float, 12> world_from_camera{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-  Vec4 screen_window{
-      -1, 1, -0.75f,
-      /// left, right, bottom, top on the plane z = -1 (in metres for orthographic; of the whole panorama 0, 1, 0, 1)
-      0.75f};
+  /// Left, right, bottom, top on the plane z = -1; in metres for orthographic cameras; 0, 1, 0, 1 for a whole panorama.
+  Vec4 screen_window{-1, 1, -0.75f, 0.75f};
   float clip_start = 0.1f, clip_end = 1000.0f;
   float aperture_radius = 0.0f, focus_distance = 10.0f;
   int blades = 0;
   float blade_rotation = 0.0f, aperture_ratio = 1.0f;
   PanoramaDescription panorama;
-  /// world_from_camera at evenly spaced times while the shutter is open; empty: it is still.
+  /// world_from_camera at evenly spaced times while the shutter is open; empty: the camera does not move.
   std::vector<std::array<float, 12>> motion;
-  /// Times in [0, 1] at which equal shares of the light have arrived, the first 0 and the last 1; empty: the shutter
-  /// opens at once.
+  /// Times in [0, 1] at which equal shares of the light have arrived; the first is 0 and the last is 1. Empty: the
+  /// shutter opens and closes instantly.
   std::vector<float> shutter;
   bool operator==(const CameraDescription&) const = default;
 };
 
 // ---- Hints --------------------------------------------------------------------------------
 
-/// A curve the artist drew: from a light, over the surfaces light should bounce on, to something the camera sees. It
-/// only proposes; see transport/hints/hints.h for how its points are attached.
+/// A curve drawn by the artist: from a light, over the surfaces on which light should bounce, to something that the
+/// camera sees. It only adds proposals; transport/hints/hints.h describes how its points are attached.
 struct HintDescription {
   std::string name;
-  std::vector<Vec3> points;    ///< world space; the first near a light
-  std::vector<float> spreads;  ///< half-angle of the cone of each segment in radians; missing ones are `spread`
+  std::vector<Vec3> points;    ///< in world space; the first is near a light
+  std::vector<float> spreads;  ///< half-angle of the cone of each segment in radians; `spread` replaces missing ones
   float spread = 0.0872665f, weight = 1.0f;
   bool enabled = true;
 };

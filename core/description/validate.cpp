@@ -23,7 +23,7 @@ uint64_t replace_non_finite(Container& values, float replacement) {
   return replaced;
 }
 
-/// Elements an attribute must have in its domain.
+/// Number of elements that an attribute must have in its domain.
 size_t domain_size(const MeshDescription& mesh, Domain domain) {
   switch (domain) {
     case Domain::Vertex: return mesh.positions.size();
@@ -33,7 +33,7 @@ size_t domain_size(const MeshDescription& mesh, Domain domain) {
   return 0;
 }
 
-/// Remove triangles from every per-triangle and per-corner array; `keep` has one flag each.
+/// Removes triangles from every per-triangle and per-corner array; `keep` has one flag for each triangle.
 void compact_triangles(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
   const auto compact = [&](auto& array, size_t per_triangle) {
     if (array.empty()) return;
@@ -53,7 +53,7 @@ void compact_triangles(MeshDescription& mesh, const std::vector<uint8_t>& keep) 
   compact(mesh.triangles, 1);
 }
 
-/// Leave out attributes whose length does not match the mesh; returns how many values of the others had to be replaced.
+/// Removes attributes whose length does not match the mesh. Returns the number of replaced values in the others.
 uint64_t validate_attributes(MeshDescription& mesh, Diagnostics& diagnostics) {
   std::erase_if(mesh.attributes, [&](const Attribute& attribute) {
     const bool bad = attribute.components < 1 || attribute.components > 4 ||
@@ -69,7 +69,7 @@ uint64_t validate_attributes(MeshDescription& mesh, Diagnostics& diagnostics) {
   return repaired;
 }
 
-/// Keep these strands, and what belongs to them.
+/// Removes strands and their data; `keep` has one flag for each strand.
 void compact_strands(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
   const auto end_of = [&](size_t strand) {
     return strand + 1 < mesh.strands.size() ? size_t(mesh.strands[strand + 1]) : mesh.positions.size();
@@ -101,15 +101,15 @@ void compact_strands(MeshDescription& mesh, const std::vector<uint8_t>& keep) {
 
 void validate_strands(MeshDescription& mesh, ValidationCounts& counts, Diagnostics& diagnostics) {
   const auto warn = [&](const std::string& text) { report_once(diagnostics, {Severity::Warning, mesh.name, text}); };
-  constexpr int kMaxSubdivisions = 4;  // of Embree: 16 pieces
-  constexpr float kFarthest = 1e18f;   // that Embree computes with
+  constexpr int kMaxSubdivisions = 4;  // limit of Embree: 16 pieces
+  constexpr float kFarthest = 1e18f;   // limit of Embree
   mesh.strand_subdivisions = std::clamp(mesh.strand_subdivisions, 0, kMaxSubdivisions);
   mesh.normals.clear();
   const bool ordered = mesh.strands[0] == 0 && mesh.strands.back() < mesh.positions.size() &&
                        std::is_sorted(mesh.strands.begin(), mesh.strands.end());
   if (!ordered || mesh.radii.size() != mesh.positions.size() || !mesh.triangles.empty() ||
       mesh.positions.size() > 0x3fffffffu) {
-    warn("Its strands do not match its points; they are left out.");
+    warn("The strands do not match the points; they are left out.");
     const std::string name = mesh.name;
     mesh = MeshDescription();
     mesh.name = name;
@@ -154,7 +154,7 @@ void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics&
   const size_t triangle_count = mesh.triangles.size();
   const auto warn = [&](const std::string& text) { report_once(diagnostics, {Severity::Warning, mesh.name, text}); };
 
-  // Arrays of the wrong length cannot be trusted at all.
+  // Arrays of the wrong length cannot be trusted.
   if (!mesh.material_slots.empty() && mesh.material_slots.size() != triangle_count) {
     warn("Material slots do not match the triangles; slot 0 is used everywhere.");
     mesh.material_slots.clear();
@@ -196,7 +196,7 @@ void validate_mesh(MeshDescription& mesh, ValidationCounts& counts, Diagnostics&
 
   for (Vec3& n : mesh.normals) {
     if (is_finite(n)) continue;
-    n = Vec3(0.0f);  // a zero normal means "use the triangle's own"
+    n = Vec3(0.0f);  // a zero normal means "use the normal of the triangle"
     ++repaired;
   }
   if (repaired > 0) warn(count_of(repaired, "invalid normal or attribute value") + " replaced.");
@@ -207,7 +207,7 @@ bool finite(const std::array<float, 12>& rows) {
   return std::all_of(rows.begin(), rows.end(), [](float x) { return std::isfinite(x); });
 }
 
-/// Whether the transform leaves surfaces an area, be it flattened, so that they can be seen.
+/// Whether surfaces keep an area under the transform. A transform that flattens them does.
 bool leaves_area(const std::array<float, 12>& rows) {
   Mat3 linear(to_matrix(rows));
   const float largest = std::max(
@@ -243,7 +243,7 @@ void validate_camera(const CameraDescription& camera) {
     throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
 }
 
-/// What is still after all, or has keys that cannot be used.
+/// Removes the motion of instances whose keys cannot be used.
 void validate_motion(SceneDescription& d, Diagnostics& diagnostics) {
   const auto usable = [&](int first, int count) {
     if (first < 0 || count < 2 || count > 129 || count > int(d.motion_keys.size()) ||
@@ -255,7 +255,7 @@ void validate_motion(SceneDescription& d, Diagnostics& diagnostics) {
     if (instance.motion_key_count == 0 || usable(instance.first_motion_key, instance.motion_key_count)) continue;
     instance.motion_key_count = 0;
     report_once(diagnostics, {Severity::Warning, d.objects[instance.object].name,
-                              "The object's motion is invalid; it is rendered still."});
+                              "The object's motion is invalid; the object is rendered without motion."});
   }
 }
 
@@ -268,17 +268,17 @@ void validate_settings(RenderSettings& s) {
   if (r[0] < 0 || r[1] < 0 || r[2] > s.width || r[3] > s.height || r[0] >= r[2] || r[1] >= r[3])
     throw SceneError("The render region is empty or outside the frame.");
   if (s.samples <= 0 && !(s.seconds > 0.0) && !(s.target_error > 0.0))
-    throw SceneError("Nothing says when to stop: set samples, a time limit or a noise target.");
+    throw SceneError("The render would never end: set samples, a time limit or a noise target.");
   if (!std::isfinite(s.exposure)) throw SceneError("The exposure is not a number.");
   constexpr int kMaxRays = 1 << 16;
   if (s.direct_samples > kMaxRays || s.gather_rays > kMaxRays)
     throw SceneError("There are more than " + std::to_string(kMaxRays) + " direct samples or gather rays.");
-  // More bounces than any path has are as many as it likes.
+  // No path has more bounces than this, so a higher limit has no effect.
   constexpr int kMaxBounces = 1 << 20;
   for (int* limit : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission,
                      &s.bounces.transparent, &s.bounces.volume})
     *limit = std::min(*limit, kMaxBounces);
-  constexpr float kMinFilter = 0.01f, kMaxFilter = 1000.0f;  // the least is Blender's
+  constexpr float kMinFilter = 0.01f, kMaxFilter = 1000.0f;  // the minimum is Blender's
   if (s.filter_width > kMaxFilter)
     throw SceneError("The pixel filter is more than " + std::to_string(int(kMaxFilter)) + " pixels wide.");
   if (!(s.filter_width >= kMinFilter)) s.filter_width = kMinFilter;

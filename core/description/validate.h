@@ -1,9 +1,10 @@
-// What is wrong with a description, found before anything is built.
+// Finds errors in a description before anything is built.
 //
-// Whatever can be rendered without guessing is repaired, counted and reported by the artist's name:
-// triangles with bad indices or non-finite vertices are left out, non-finite normals and attribute values
-// replaced, instances with non-finite transforms left out, as are those shrunk to a line or a point. What cannot be
-// rendered throws SceneError: no camera, a camera or settings that make no picture.
+// Errors that can be repaired without guessing are repaired, counted and reported by the artist's name:
+// - Triangles with bad indices or non-finite vertices are left out.
+// - Non-finite normals and attribute values are replaced.
+// - Instances with non-finite transforms are left out, as are those that are shrunk to a line or a point.
+// A scene that cannot be rendered throws SceneError: it has no camera, or a camera or settings that give no image.
 #pragma once
 
 #include "description/diagnostics.h"
@@ -16,7 +17,7 @@ struct ValidationCounts {
 };
 
 ValidationCounts validate(SceneDescription& description, Diagnostics& diagnostics);
-/// The part of it that concerns how the scene is looked at.
+/// Validates the camera and the settings only.
 void validate_view(const CameraDescription& camera, RenderSettings& settings);
 
 }  // namespace ajar

@@ -8,7 +8,7 @@ namespace ajar {
 
 namespace {
 
-/// A camera's scale does not change its picture: keep rotation and position only.
+/// Removes the scale: the scale of a camera does not change its image.
 Mat4 without_scale(Mat4 matrix) {
   for (int axis = 0; axis < 3; ++axis) {
     const float len = glm::length(Vec3(matrix[axis]));
@@ -34,7 +34,7 @@ Camera::Camera(const CameraDescription& description, int width, int height)
       blades_(description.blades),
       blade_rotation_(description.blade_rotation),
       aperture_ratio_(description.aperture_ratio) {
-  // Times outside the shutter interval, or none at all, cannot be meant.
+  // A curve with a time outside the shutter interval, or with NaN, is ignored.
   if (!std::all_of(shutter_.begin(), shutter_.end(), [](float t) { return t >= 0.0f && t <= 1.0f; })) shutter_.clear();
   if (description.motion.size() > 1)
     for (const auto& rows : description.motion) motion_.push_back(split(without_scale(to_matrix(rows))));
@@ -54,7 +54,7 @@ float Camera::time_of(float u) const {
   return shutter_[first] + (place - float(first)) * (shutter_[first + 1] - shutter_[first]);
 }
 
-/// From the camera's own space at the ray's time.
+/// Transforms a ray from camera space at the time of the ray.
 Ray Camera::to_world(Ray ray) const {
   Mat4 moved;
   if (moves()) moved = interpolate(motion_, ray.time);
@@ -69,8 +69,8 @@ Vec2 Camera::sample_lens(Vec2 u) const {
   if (blades_ < 3) {
     p = warp::square_to_disk(u);
   } else {
-    // A regular polygon: choose a blade's triangle, then a point uniform in it. The first blade is at the rotation, as
-    // in Cycles.
+    // A regular polygon: choose the triangle of a blade, then a uniform point in it. The rotation is the angle of the
+    // first blade, as in Cycles.
     const float scaled = u.x * float(blades_);
     const int blade = std::min(int(scaled), blades_ - 1);
     const Vec2 b = warp::square_to_triangle({std::min(scaled - float(blade), kOneMinusEpsilon), u.y});
@@ -103,7 +103,7 @@ std::optional<Vec2> Camera::film_of(Vec3 lens_point, Vec3 p) const {
   if (!(depth >= clip_start_ && depth <= clip_end_ && depth > 0.0f)) return std::nullopt;
   Vec2 window(local);
   if (has_lens()) {
-    // Through the point in focus, whose place on the window every lens point shares.
+    // The ray passes through the point in focus, whose position on the window is the same for all lens points.
     const Vec2 lens(transform_point(camera_from_world_, lens_point));
     window = lens + (window - lens) * (focus_distance_ / depth);
     if (is_orthographic())
@@ -139,8 +139,8 @@ Ray Camera::ray_through(Vec2 film, Vec3 lens_point, float time) const {
   return ray_from_lens(film, has_lens() ? Vec2(transform_point(camera_from_world_, lens_point)) : Vec2(0.0f), time);
 }
 
-/// The lens faces each direction; its first axis is the one nearest to that of the camera, or to x for mirror balls, as
-/// in Cycles.
+/// The lens is perpendicular to each direction. Its first axis is the projection of the camera's axis on it, or that of
+/// x for mirror balls, as in Cycles.
 Ray Camera::panoramic_ray(Vec2 film, Vec2 lens, float time) const {
   Ray ray;
   ray.time = time;

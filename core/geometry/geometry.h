@@ -1,4 +1,4 @@
-// Meshes and instances as the renderer holds them after the build.
+// Meshes and instances in the built scene.
 #pragma once
 
 #include <memory>
@@ -11,28 +11,28 @@
 
 namespace ajar {
 
-/// A triangle mesh, or strands, shared by its instances. When only one instance uses it, its positions and
-/// normals may have been moved to world space (`baked`), which saves Embree an instance.
+/// A triangle mesh, or strands, shared by its instances. If only one instance uses it, its positions and normals can be
+/// in world space (`baked`), which saves Embree an instance.
 struct BuiltMesh {
   std::string name;
-  std::vector<Vec3> positions;  ///< padded by one element, as Embree reads 16 bytes
+  std::vector<Vec3> positions;  ///< padded by one element, because Embree reads 16 bytes
   std::vector<UVec3> triangles;
   std::vector<uint16_t> material_slots;
   Domain normal_domain = Domain::Corner;
-  std::vector<Vec3> normals;  ///< empty: flat
+  std::vector<Vec3> normals;  ///< empty: flat shading
   std::vector<Attribute> attributes;
   int active_uv = -1;            ///< index into attributes
-  int undeformed_position = -1;  ///< the same
+  int undeformed_position = -1;  ///< index into attributes
   Vec3 texture_space_location{0.0f}, texture_space_size{1.0f};
   bool baked = false;  ///< positions are in world space
-  /// null: triangles. Otherwise there are neither positions nor normals, and slots are per segment
+  /// Null: triangles. Otherwise there are neither positions nor normals, and slots are per segment.
   std::shared_ptr<const Strands> strands;
-  std::shared_ptr<const MeshDescription> source;  ///< what it was built from, when that may come again
-  std::shared_ptr<void> structure;                ///< Embree's, of meshes that are not baked; accel.cpp knows its type
+  std::shared_ptr<const MeshDescription> source;  ///< the description it was built from, if later scenes can share it
+  std::shared_ptr<void> structure;  ///< Embree's structure of a mesh that is not baked; accel.cpp knows its type
   size_t memory_bytes() const;
   bool empty() const { return triangles.empty() && !strands; }
 
-  /// Attribute of this name, or -1.
+  /// Index of the attribute with this name, or -1.
   int find_attribute(const std::string& attribute_name) const;
   /// Value at a point of a triangle or segment; missing components are 0 (alpha 1).
   Vec4 interpolate(const Attribute& attribute, uint32_t triangle, Vec2 barycentric) const;
@@ -42,17 +42,18 @@ struct BuiltInstance {
   Mat4 world_from_object{1.0f}, object_from_world{1.0f};
   uint32_t mesh = 0;
   uint32_t object = 0;          ///< index into SceneDescription::objects
-  uint32_t first_material = 0;  ///< into Scene's table of slots
+  uint32_t first_material = 0;  ///< index into the slot table of Scene
   uint32_t material_count = 0;
   uint32_t first_light = ~0u;  ///< of its emissive triangles, or ~0
   uint32_t visibility = kVisibleAll;
   float random = 0.0f;
   bool flips_orientation = false;  ///< negative determinant
-  const Mat4* motion = nullptr;    ///< world_from_object at evenly spaced times while the shutter is open; null: still
+  /// world_from_object at evenly spaced times while the shutter is open; null: no motion
+  const Mat4* motion = nullptr;
   uint32_t motion_count = 0;
 };
 
-/// At a time of the shutter interval; `moved` holds what does not stand still.
+/// The transform at a time of the shutter interval; `moved` is the storage for the transform of a moving instance.
 inline const Mat4& world_from_object(const BuiltInstance& instance, float time, Mat4& moved) {
   if (!instance.motion) return instance.world_from_object;
   interpolate_straight(instance.motion, instance.motion_count, time, moved);

@@ -11,8 +11,7 @@
 namespace ajar {
 namespace {
 
-/// Sets that grow together (union by rank, paths halved). Which member stands for a set depends on the order of
-/// joining.
+/// Disjoint sets (union by rank, path halving). The representative of a set depends on the order of the joins.
 class DisjointSets {
  public:
   explicit DisjointSets(size_t count) : parent_(count), rank_(count, 0) {
@@ -35,12 +34,12 @@ class DisjointSets {
   std::vector<uint8_t> rank_;
 };
 
-/// Vertices are one when they are this close, squared, and the sums of their coordinates closer still.
+/// Two vertices are welded if their squared distance and the difference of their sums of coordinates are below these.
 constexpr float kSamePlaceSquared = FLT_EPSILON, kSameSum = 3.0f * FLT_EPSILON;
 
 float sum_of(Vec3 p) { return p.x + p.y + p.z; }
 
-/// For each vertex the one that stands for all in its place.
+/// For each vertex the representative of all vertices at its position.
 std::vector<uint32_t> welded(std::span<const Vec3> positions) {
   const float reach = std::sqrt(kSamePlaceSquared);
   std::vector<uint32_t> order(positions.size());
@@ -50,7 +49,8 @@ std::vector<uint32_t> welded(std::span<const Vec3> positions) {
   });
   DisjointSets places(positions.size());
   for (size_t begin = 0, end; begin < order.size(); begin = end) {
-    // As far as sums follow each other closely; in there by x, so that walls of equal sums cost little.
+    // A range of vertices whose sums follow each other closely. It is sorted by x, so that many vertices with equal
+    // sums cost little.
     for (end = begin + 1;
          end < order.size() && sum_of(positions[order[end]]) - sum_of(positions[order[end - 1]]) <= kSameSum;)
       ++end;
@@ -70,7 +70,7 @@ std::vector<uint32_t> welded(std::span<const Vec3> positions) {
   return standing;
 }
 
-/// Each pair of welded vertices once.
+/// Each pair of connected welded vertices once.
 std::vector<std::pair<uint32_t, uint32_t>> distinct(std::span<const MeshEdge> edges,
                                                     const std::vector<uint32_t>& standing) {
   std::vector<std::pair<uint32_t, uint32_t>> pairs;

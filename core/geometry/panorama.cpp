@@ -7,7 +7,7 @@ namespace ajar {
 
 namespace {
 
-/// At angle `theta` from the axis, on the side of the film that `offset` points to.
+/// Direction at angle `theta` from the axis, on the side of the film that `offset` points to.
 Vec3 at_angle(float theta, Vec2 offset) {
   const float r = glm::length(offset);
   const Vec2 side = r > 0.0f ? offset / r : Vec2(1.0f, 0.0f);
@@ -54,7 +54,7 @@ std::optional<Vec3> Panorama::direction_of(Vec2 uv) const {
       return at_angle(theta, offset);
     }
     case PanoramaKind::MirrorBall: {
-      // The view along -z mirrored by a unit sphere.
+      // The direction -z reflected by a unit sphere.
       const Vec2 n = 2.0f * uv - 1.0f;
       const float square = glm::dot(n, n);
       if (square > 1.0f) return std::nullopt;
@@ -112,7 +112,7 @@ float Panorama::density(Vec3 direction) const {
     }
     case PanoramaKind::FisheyeEquisolid: return sqr(d_.fisheye_lens) / (d_.sensor.x * d_.sensor.y);
     case PanoramaKind::FisheyePolynomial: {
-      // Without an inverse nobody joins paths to it.
+      // Without an inverse, no path is connected to the camera.
       return 0.0f;
     }
     case PanoramaKind::MirrorBall: return 1.0f / 16.0f;

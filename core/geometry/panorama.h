@@ -1,9 +1,9 @@
-// Panoramic projections: where on the unit square of the film a direction lies, and back.
+// Panoramic projections between directions and the unit square of the film.
 //
-// Directions are the camera's own: it looks along -z, y is up, x to the right; (u, v) are in [0, 1], v up. The
-// definitions are Cycles' (intern/cycles/kernel/camera/projection.h), so that pictures lie on each other. `density` is
-// what joins paths to the film: |d(u, v) / d(solid angle)|. Radial projections r(theta) have r (dr/dtheta) /
-// sin(theta).
+// Directions are in camera space: the camera looks along -z, y is up, x is to the right. (u, v) are in [0, 1], v up.
+// The definitions are those of Cycles (intern/cycles/kernel/camera/projection.h), so that images match. `density` is
+// needed to connect paths to the film: |d(u, v) / d(solid angle)|. For a radial projection r(theta) it is r (dr/dtheta)
+// / sin(theta).
 #pragma once
 
 #include <optional>
@@ -18,14 +18,14 @@ class Panorama {
   explicit Panorama(const PanoramaDescription& description) : d_(description) {}
 
   bool is_mirror_ball() const { return d_.kind == PanoramaKind::MirrorBall; }
-  /// Unit direction seen at a point of the film; empty where the projection ends.
+  /// Unit direction that a point of the film sees; empty outside the projection.
   std::optional<Vec3> direction_of(Vec2 uv) const;
-  /// Where a unit direction is seen; empty where nowhere. Of kinds without `has_inverse`, empty always.
+  /// Film point that sees a unit direction; empty if there is none. Always empty for kinds without `has_inverse`.
   std::optional<Vec2> film_of(Vec3 direction) const;
   /// Area of (u, v) per steradian.
   float density(Vec3 direction) const;
-  /// Is every direction seen at no more than one point of the film, enlarged by `margin` (in u, v) on each side, and
-  /// does film_of find it?
+  /// Whether every direction is seen at no more than one point of the film, enlarged by `margin` (in u, v) on each
+  /// side, and film_of finds that point.
   bool has_inverse(Vec2 margin) const;
 
  private:

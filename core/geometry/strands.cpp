@@ -30,7 +30,7 @@ Vec3 Strands::tangent(uint32_t segment, float u) const {
   const Vec4* const k = &keys[first_key[segment]];
   const Vec3 along(sum(k, catmull_rom_derivative(u)));
   if (length_squared(along) > 0.0f) return along;
-  // Where points coincide, as the neighbours go.
+  // Where points coincide, use the direction between their neighbours.
   const Vec3 neighbours(k[3] - k[0]);
   return length_squared(neighbours) > 0.0f ? neighbours : Vec3(0, 0, 1);
 }

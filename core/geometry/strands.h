@@ -1,10 +1,9 @@
 // Hair: curves with a width, many in one geometry.
 //
-// A strand is a Catmull-Rom curve through its points, whose ends count twice; its radius is interpolated likewise. A
-// segment lies between two points that follow each other, and is what a ray hits (Hit::primitive), at a place u in [0,
-// 1] along it and v in [-1, 1] across. Ribbons turn to each ray that meets them, and are shaded as the tubes they stand
-// for: a ray that leaves one begins where it is out of the tube (Scene::spawn_ray), so that light reaches it from all
-// around.
+// A strand is a Catmull-Rom curve through its points; its first and last keys are repeated. A segment lies between two
+// consecutive points. A ray hits a segment (Hit::primitive) at a position u in [0, 1] along it and v in [-1, 1] across
+// it. A ribbon faces each ray that hits it and is shaded as a tube. A ray that leaves it therefore starts outside the
+// tube (Scene::spawn_ray), so that light arrives from all sides.
 #pragma once
 
 #include <memory>
@@ -15,33 +14,36 @@
 namespace ajar {
 
 struct Strands {
-  std::vector<Vec4> keys;           ///< places and radii, each strand's first and last twice: what Embree reads
-  std::vector<uint32_t> first_key;  ///< of each segment: of four keys, it runs from the second to the third
-  std::vector<uint32_t> roots;      ///< of each strand: the key of its first point
-  /// of each point: its distance from the root along straight lines, as a part of the length
+  std::vector<Vec4> keys;  ///< positions and radii for Embree; the first and the last of each strand are repeated
+  /// of each segment: the first of its four keys; the segment runs from the second to the third
+  std::vector<uint32_t> first_key;
+  std::vector<uint32_t> roots;  ///< of each strand: the key of its first point
+  /// of each point: its distance from the root along straight lines, as a fraction of the length
   std::vector<float> intercepts;
-  std::vector<float> lengths;  ///< of each strand, in the object's space
+  std::vector<float> lengths;  ///< of each strand, in object space
   StrandShape shape = StrandShape::Ribbon;
-  int subdivisions = 2;  ///< of segments of ribbons: 2 to this power straight pieces, as Cycles has them
+  int subdivisions = 2;  ///< each segment of a ribbon has 2^subdivisions straight pieces, as in Cycles
 
   size_t segment_count() const { return first_key.size(); }
   size_t strand_count() const { return lengths.size(); }
-  /// Every strand has three keys more than segments, and one point more.
+  /// Every strand has three more keys than segments, and one more point than segments.
   uint32_t strand_of(uint32_t segment) const { return (first_key[segment] - segment) / 3; }
   uint32_t point_of(uint32_t segment) const { return segment + strand_of(segment); }
 
   Vec3 center(uint32_t segment, float u) const;
-  /// Along the strand, of any length but 0.
+  /// Direction along the strand, not normalised and never zero.
   Vec3 tangent(uint32_t segment, float u) const;
+  /// Linear between the points.
   float radius(uint32_t segment, float u) const;
-  /// Where its strand begins.
+  /// Position of the first point of the strand.
   Vec3 root(uint32_t segment) const { return Vec3(keys[roots[strand_of(segment)]]); }
   size_t memory_bytes() const;
 };
 
-/// Of a mesh that is strands and valid.
+/// `mesh` must be a valid mesh of strands.
 std::shared_ptr<const Strands> make_strands(const MeshDescription& mesh);
-/// The same elsewhere; radii grow as lengths do on average over the directions (the cube root of the volume's growth).
+/// A transformed copy. Radii are scaled by the mean scale of lengths over the directions (the cube root of the scale of
+/// volumes).
 std::shared_ptr<const Strands> transformed(const Strands& strands, const Mat4& matrix);
 
 }  // namespace ajar
