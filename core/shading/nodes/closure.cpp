@@ -14,7 +14,7 @@ std::string_view name_of(ClosureKind kind) {
 
 namespace {
 
-/// What one input, or each channel of a colour, may be.
+/// The valid range of one input, or of each channel of a colour.
 struct InputLimits {
   size_t offset;
   float low, high;

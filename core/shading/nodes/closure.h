@@ -1,4 +1,4 @@
-// One closure of a shader graph: its kind, and where its inputs come from.
+// One closure of a shader graph: its kind and the sources of its inputs.
 #pragma once
 
 #include <cmath>
@@ -27,11 +27,11 @@ enum class ClosureKind : uint8_t {
   Holdout
 };
 
-/// An input, or a channel of one, in the range in which closures are defined, as Cycles does; what is no finite number
-/// is 0. Node graphs can compute anything.
+/// Clamps an input, or a channel of one, to the range in which closures are defined, as Cycles does. Node graphs can
+/// compute any value; values that are not finite become 0.
 inline float valid_input(float x, float low, float high) { return std::isfinite(x) ? glm::clamp(x, low, high) : 0.0f; }
 
-/// Copy `count` floats from registers into the closure's inputs before use, made valid.
+/// Copies `count` floats from registers into the closure's inputs before use, clamped to the valid range.
 struct InputPatch {
   InputPatch(size_t offset, uint8_t count, Operand from);
   uint16_t offset;  ///< bytes into PrincipledInputs
@@ -40,19 +40,20 @@ struct InputPatch {
   float low = -std::numeric_limits<float>::max(), high = std::numeric_limits<float>::max();
 };
 
-/// A closure with its constant inputs filled in. All kinds share the Principled inputs: the simple ones use base_color,
-/// roughness, ior, anisotropic, anisotropic_rotation and distribution; emission has its strength in base_color.
+/// A closure with its constant inputs. All kinds use the inputs of the Principled BSDF. The simple kinds use
+/// base_color, roughness, ior, anisotropic, anisotropic_rotation and distribution. Emission has its strength in
+/// base_color.
 struct Closure {
   ClosureKind kind = ClosureKind::Diffuse;
   Operand weight = 0;
-  Operand normal = kNoOperand, coat_normal = kNoOperand, tangent = kNoOperand;  ///< none: the surface's own
+  Operand normal = kNoOperand, coat_normal = kNoOperand, tangent = kNoOperand;  ///< kNoOperand: that of the surface
   closures::PrincipledInputs inputs;
   std::vector<InputPatch> patches;
 };
 
 std::string_view name_of(ClosureKind kind);
 
-/// Brings the constant inputs into the range in which closures are defined.
+/// Clamps the constant inputs to the range in which closures are defined.
 void make_valid(closures::PrincipledInputs& inputs);
 
 }  // namespace ajar

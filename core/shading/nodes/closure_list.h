@@ -1,5 +1,5 @@
-// A tree of mixed closures, flattened: each closure once, with the product of the mix factors above it
-// as its weight (summed when several ways lead to it). Closures whose weight is the constant 0 do not appear.
+// The closures of a tree of mixes, as a list. Each closure occurs once; its weight is the product of the mix factors
+// above it, summed over all paths of links that lead to it. Closures with a constant weight of 0 are left out.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace ajar {
 
-/// All closures under the graph's surface output.
+/// All closures below the graph's surface output.
 std::vector<Closure> flatten_closures(ProgramBuilder& builder);
 
 }  // namespace ajar

@@ -14,7 +14,7 @@ constexpr SocketType Float = SocketType::Float, Vector = SocketType::Vector, Col
 using Inputs = closures::PrincipledInputs;
 using closures::Distribution;
 
-/// Fills a closure's inputs: constants at once, the rest by patches.
+/// Sets a closure's inputs: constants directly, all others by patches.
 class ClosureWriter {
  public:
   ClosureWriter(ProgramBuilder& builder, int node, ClosureKind kind, Value weight) : b_(builder), node_(node) {
@@ -32,7 +32,7 @@ class ClosureWriter {
       closure.patches.push_back({offset, uint8_t(count), value.at});
     }
   }
-  /// Take a number or colour from the socket; a socket that is missing keeps `fallback`.
+  /// Reads a number or colour from the socket. If the socket is missing, the input becomes `fallback`.
   Value number(size_t offset, const char* socket, float fallback) {
     const Value value = b_.input(node_, socket, Float, Vec4(fallback));
     set(offset, value, 1);
@@ -46,7 +46,7 @@ class ClosureWriter {
   void normal(const char* socket, Operand& target) {
     if (b_.is_linked(node_, socket)) target = b_.input(node_, socket, Vector).at;
   }
-  /// Only anisotropic closures ask for a tangent.
+  /// Only anisotropic closures need a tangent.
   void tangent(Value anisotropy) {
     if (anisotropy.is_constant() && b_.constant_value(anisotropy) == 0.0f) return;
     closure.tangent = b_.is_linked(node_, "Tangent") ? b_.input(node_, "Tangent", Vector).at
@@ -123,7 +123,7 @@ void toon(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) 
   out.push_back(std::move(w.closure));
 }
 
-/// Burley's profile has no walk of its own: one of the same radius stands for it.
+/// Burley's profile is approximated by a random walk with the same radius.
 closures::SubsurfaceMethod subsurface_method(ProgramBuilder& b, int node, std::string_view property) {
   const int choice = b.choice(node, property, {"RANDOM_WALK", "RANDOM_WALK_FIXED_RADIUS", "BURLEY"});
   return choice == 0 ? closures::SubsurfaceMethod::RandomWalk : closures::SubsurfaceMethod::FixedRadius;
@@ -170,11 +170,11 @@ bool is_second_generation(const Node& node) {
   return false;
 }
 
-/// Blender 4.0 renamed half of the sockets and changed what some mean.
+/// Blender 4.0 renamed half of the sockets and changed the meaning of some.
 void principled(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
   const bool v2 = is_second_generation(b.node(node));
 
-  // Alpha mixes the whole with transparency; emission is added below it.
+  // Alpha mixes the whole node, including its emission, with transparency.
   const Value alpha = b.clamped(b.input(node, "Alpha", Float, Vec4(1.0f)));
   const Value through = b.emit(Op::ProductInverse, Float, {weight, alpha});
   if (!through.is_constant() || b.constant_value(through) > 0.0f)
@@ -251,7 +251,7 @@ constexpr ClosureType kNodes[] = {
     {"ShaderNodeHoldout", holdout},
 };
 
-/// Diffuse of the closest thing to a colour that the node has.
+/// A diffuse closure with the colour socket of the node, or grey.
 void unknown_closure(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
   const char* socket = nullptr;
   for (const NodeInput& input : b.node(node).inputs)
@@ -283,7 +283,7 @@ void add_closures(ProgramBuilder& b, int node, const std::string& output, Value 
     if (value.type != SocketType::Closure)
       add_colored(b, ClosureKind::Emission, node, b.convert(value, Color), weight, closures);
   } else if (is_volume_node(b.node(node).type)) {
-    b.report(node, "is a volume shader; it does nothing on a surface");
+    b.report(node, "is a volume shader; it has no effect on a surface");
   } else {
     unknown_closure(b, node, weight, closures);
   }

@@ -1,4 +1,4 @@
-// Closure nodes: which closures a shader node stands for and where their inputs come from.
+// Closure nodes: the closures that each shader node contributes, and the sources of their inputs.
 #pragma once
 
 #include "shading/nodes/closure.h"
@@ -7,10 +7,10 @@ namespace ajar::nodes {
 
 using ClosureFunction = void (*)(ProgramBuilder& builder, int node, Value weight, std::vector<Closure>& closures);
 
-/// Null for a type that is not a closure we know.
+/// Returns null for a type that is not a known closure.
 ClosureFunction find_closure_node(std::string_view type);
 
-/// Append what `node` contributes at a closure socket. A value node emits its `output`; an unknown one
+/// Appends the closures that `node` contributes at a closure socket. A value node emits its `output`. An unknown node
 /// becomes diffuse and is reported.
 void add_closures(ProgramBuilder& builder, int node, const std::string& output, Value weight,
                   std::vector<Closure>& closures);

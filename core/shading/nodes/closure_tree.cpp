@@ -18,8 +18,8 @@ bool is_branch(std::string_view type) { return type == kMix || type == kAdd; }
 
 namespace {
 
-/// The mix and add nodes below the output, parents before children, so that one sweep can sum the weights of
-/// all ways to a node (their number may grow exponentially; a sweep does not).
+/// The mix and add nodes below the output, parents before children. So one pass over them can sum the weights of all
+/// paths of links to a node. The number of such paths can be exponential; the cost of the pass is linear.
 class ClosureTree {
  public:
   ClosureTree(ProgramBuilder& builder) : b_(builder), state_(builder.graph().nodes.size(), State::New) {}
@@ -43,7 +43,7 @@ class ClosureTree {
       const NodeLink* link = b_.link(parent, kBranches[branch]);
       if (!link) continue;
       if (state_[link->node] == State::Open) {
-        b_.report(parent, "feeds itself; the loop is cut");
+        b_.report(parent, "is linked to itself through other nodes; the loop is cut");
         cut_.push_back({parent, branch});
       } else if (state_[link->node] == State::New) {
         state_[link->node] = State::Open;
@@ -74,7 +74,7 @@ void for_each_closure(ProgramBuilder& b, const NodeLink& root, const char* what,
     return;
   }
 
-  // A node reached as a value emits; its outputs differ, so the socket is part of the key.
+  // A node that is linked as a value emits. Its outputs differ, so the socket is part of the key.
   const auto key = [&](const NodeLink& link) {
     return std::pair{link.node, b.catalog().value(b.node(link.node).type) ? link.socket : std::string()};
   };

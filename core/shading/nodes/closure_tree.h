@@ -1,4 +1,4 @@
-// The mix and add nodes between a shader graph's output and its closures.
+// The mix and add nodes between the output of a shader graph and its closures.
 #pragma once
 
 #include <functional>
@@ -9,11 +9,11 @@
 
 namespace ajar {
 
-/// Is it a Mix Shader or an Add Shader?
+/// Returns true for a Mix Shader or an Add Shader.
 bool is_branch(std::string_view node_type);
 
-/// Calls `visit` for every node below `root` (the `what` output) that is neither a mix nor a sum, with the output
-/// socket if it is a value.
+/// Calls `visit` for every node below `root` that is neither a mix nor an add node. If the node is a value, `output` is
+/// its output socket. `what` is the name of the root output, for messages.
 using ClosureVisitor = std::function<void(int node, const std::string& output, Value weight)>;
 void for_each_closure(ProgramBuilder& builder, const NodeLink& root, const char* what, const ClosureVisitor& visit);
 

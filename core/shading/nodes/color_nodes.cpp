@@ -1,4 +1,4 @@
-// Colour nodes: mixing, ramps and curves, corrections, splitting and joining.
+// Colour nodes: mixing, ramps, curves, corrections, separating and combining.
 #include "shading/functions/color_functions.h"
 #include "shading/nodes/curve_tables.h"
 #include "shading/nodes/node_type.h"
@@ -15,7 +15,7 @@ int blend_mode(ProgramBuilder& b, int node) {
        "LINEAR_LIGHT", "DIFFERENCE", "EXCLUSION", "SUBTRACT", "DIVIDE", "HUE", "SATURATION", "COLOR", "VALUE"});
 }
 
-/// A plain mix whose factor is a constant 0 or 1 never looks at the other side.
+/// A plain mix whose factor is a constant 0 or 1 uses only one of its inputs.
 bool one_side(ProgramBuilder& b, Value t, int& side) {
   if (!t.is_constant()) return false;
   const float constant = b.constant_value(t);

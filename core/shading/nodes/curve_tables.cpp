@@ -7,7 +7,7 @@ bool add_table(ProgramBuilder& b, int node, std::string_view property, CurveTabl
   if (const auto found = b.node_data.find(node); found != b.node_data.end()) return index = found->second, true;
   const std::vector<float>* numbers = b.numbers(node, property);
   if (!numbers || numbers->size() < 8) {
-    b.report(node, "comes without its " + std::string(property) + "; its input is used");
+    b.report(node, "has no " + std::string(property) + " data; its input is used");
     return false;
   }
   const auto at = [&](size_t i) { return std::isfinite((*numbers)[i]) ? (*numbers)[i] : 0.0f; };

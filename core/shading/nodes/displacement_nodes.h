@@ -1,11 +1,12 @@
-// Displacement, shown as bump: the surface stays where it is and its normal is that of the displaced one.
+// Displacement, rendered as bump: the surface does not move; its normal is that of the displaced surface.
 #pragma once
 
 #include "shading/program/program_builder.h"
 
 namespace ajar::nodes {
 
-/// Make the graph's displacement, if any, the surface's normal. Before anything else asks for normals.
+/// Sets the normal of the surface to that of the graph's displacement, if there is one. Call it before any other code
+/// uses normals.
 void add_displacement(ProgramBuilder& builder);
 
 }  // namespace ajar::nodes

@@ -1,4 +1,4 @@
-// Input nodes: values, geometry, coordinates, attributes, the object, the ray.
+// Input nodes: values, geometry, coordinates, attributes, properties of the object and of the ray.
 #include <algorithm>
 
 #include "geometry/mesh_analysis.h"
@@ -28,7 +28,7 @@ Value window_point(ProgramBuilder& b, int node) {
     return b.constant(Vec3(0.0f), Vector);
   }
   const uint32_t matrix = b.add_matrix(glm::affineInverse(to_matrix(camera->world_from_camera)));
-  Mat4 screen(0.0f);  // the window in the first column, perspective or not in the second
+  Mat4 screen(0.0f);  // first column: the window; second column: 1 for a perspective camera, else 0
   screen[0] = camera->screen_window;
   screen[1][0] = camera->kind == CameraKind::Perspective ? 1.0f : 0.0f;
   return b.emit(Op::WindowPosition, Vector, {}, 0, matrix << 16 | b.add_matrix(screen));
@@ -81,7 +81,7 @@ bool uv_map(ProgramBuilder& b, int node, std::string_view output, Value& value) 
 bool attribute_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   enum { Geometry, Object, Instancer, ViewLayer };
   const int type = b.choice(node, "attribute_type", {"GEOMETRY", "OBJECT", "INSTANCER", "VIEW_LAYER"});
-  if (type == ViewLayer) {  // the same everywhere: the exporter has looked it up
+  if (type == ViewLayer) {  // the value is equal everywhere and was looked up by the exporter
     const std::vector<float>* found = b.numbers(node, "value");
     const Vec4 v = found && found->size() >= 4 ? Vec4((*found)[0], (*found)[1], (*found)[2], (*found)[3]) : Vec4(0.0f);
     value = output == "Alpha" ? b.constant(v.w) : b.constant(Vec3(v), output == "Color" ? Color : Vector);
@@ -209,7 +209,7 @@ bool layer_weight(ProgramBuilder& b, int node, std::string_view output, Value& v
 
 bool ambient_occlusion(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   constexpr int kMaxSamples = 128;
-  // Without a distance of its own, that of the world counts.
+  // If the node has no distance, the distance of the world is used.
   const Value distance = b.is_linked(node, "Distance") ? b.input(node, "Distance", Float)
                                                        : own_or_world_distance(b, node);
   const int samples = std::clamp(int(b.number(node, "samples", 16.0f)), 0, kMaxSamples);
@@ -230,7 +230,7 @@ bool tangent_node(ProgramBuilder& b, int node, std::string_view output, Value& v
 bool normal_map_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int space = b.choice(node, "space", {"TANGENT", "OBJECT", "WORLD", "BLENDER_OBJECT", "BLENDER_WORLD"});
   Value color = b.input(node, "Color", Color, Vec4(0.5f, 0.5f, 1.0f, 1.0f));
-  if (b.choice(node, "convention", {"OPENGL", "DIRECTX"}) == 1) {  // green points down: 1 - green
+  if (b.choice(node, "convention", {"OPENGL", "DIRECTX"}) == 1) {  // green points down, so it is replaced by 1 - green
     const Value green = b.emit(Op::ProductInverse, Float, {b.constant(1.0f), b.part(color, 1)});
     const Value turned = b.emit(Op::Combine, Vector, {b.part(color, 0), green, b.part(color, 2)});
     color = {Color, turned.at};
@@ -249,7 +249,7 @@ bool wireframe(ProgramBuilder& b, int node, std::string_view output, Value& valu
 
 bool hair_info_node(ProgramBuilder& b, int, std::string_view output, Value& value) {
   static constexpr std::string_view kOutputs[] = {"Is Strand", "Intercept", "Length", "Thickness",
-                                                  "Random"};  // as HairOutput
+                                                  "Random"};  // in the order of HairOutput
   if (output == "Tangent Normal") {
     value = b.emit(Op::HairTangentNormal, Vector, {});
     return true;
@@ -262,7 +262,7 @@ bool hair_info_node(ProgramBuilder& b, int, std::string_view output, Value& valu
   return false;
 }
 
-/// What surfaces have of points and grids: nothing.
+/// On surfaces, properties of points and grids are zero.
 bool nothing_of_surfaces(ProgramBuilder& b, int, std::string_view output, Value& value) {
   if (output == "Color")
     value = b.constant(Vec3(0.0f), Color);

@@ -1,4 +1,4 @@
-// Converter nodes on numbers: Math, Clamp, Map Range, Mix of numbers, Float Curve.
+// Converter nodes for numbers: Math, Clamp, Map Range, Float Curve.
 #include "shading/functions/math_functions.h"
 #include "shading/nodes/curve_tables.h"
 #include "shading/nodes/node_type.h"
@@ -33,7 +33,7 @@ bool clamp_node(ProgramBuilder& b, int node, std::string_view output, Value& val
 
 bool map_range_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const int kind = b.choice(node, "interpolation_type", {"LINEAR", "STEPPED", "SMOOTHSTEP", "SMOOTHERSTEP"});
-  const bool clamp = b.number(node, "clamp", 1.0f) != 0.0f && kind < 2;  // the smooth ones stay in range by themselves
+  const bool clamp = b.number(node, "clamp", 1.0f) != 0.0f && kind < 2;  // the smooth interpolations need no clamping
   if (output == "Result") {
     const auto in = [&](const char* socket, float fallback) { return b.input(node, socket, Float, Vec4(fallback)); };
     const Value to_min = in("To Min", 0.0f), to_max = in("To Max", 1.0f);

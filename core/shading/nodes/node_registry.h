@@ -1,7 +1,8 @@
-// Which function compiles which node type. A node family is one file under nodes/, which lists its own.
+// The functions that compile each node type. A family of nodes is one file in nodes/, which lists its nodes.
 //
-// To add a node: write its function beside its relatives and name it in that file's table; if no instruction does what
-// it needs, add an Op with its arithmetic in register_program and a pure function it calls.
+// To add a node, write its function in the file of similar nodes and add it to the table of that file. If no
+// instruction does what the node needs, add an Op with its arithmetic in register_program, and a pure function that it
+// calls.
 #pragma once
 
 #include <span>
@@ -21,9 +22,9 @@ std::span<const NodeType> color_nodes();
 std::span<const NodeType> displacement_nodes();
 }  // namespace nodes
 
-/// Null for a type that is not a value node we know.
+/// Returns null for a type that is not a known value node.
 NodeFunction find_value_node(std::string_view type);
-/// All node types there are.
+/// The catalogue of all node types.
 const NodeCatalog& node_catalog();
 
 }  // namespace ajar

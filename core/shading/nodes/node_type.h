@@ -1,4 +1,4 @@
-// A node family is one file, which lists its nodes as rows of this table.
+// One row of the table in which the file of a node family lists its nodes.
 #pragma once
 
 #include <span>

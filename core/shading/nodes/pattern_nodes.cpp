@@ -1,5 +1,5 @@
-// Procedural textures: Noise, Musgrave, White Noise, Voronoi, Wave, Magic, Brick. Their small inputs travel in threes,
-// so that any of them may be linked without the instruction growing.
+// Procedural textures: Noise, Musgrave, White Noise, Voronoi, Wave, Magic, Brick. Their scalar inputs are packed three
+// to a vector, so that each of them can be linked without more operands per instruction.
 #include "shading/functions/noise.h"
 #include "shading/functions/patterns.h"
 #include "shading/functions/voronoi.h"
@@ -10,7 +10,8 @@ namespace {
 
 using enum SocketType;
 
-/// Inputs shared by the texture nodes: the place, in generated coordinates unless linked, and W, both times Scale.
+/// Inputs shared by the texture nodes: the position (generated coordinates unless linked) and W, both multiplied by
+/// Scale.
 class TextureInputs {
  public:
   TextureInputs(ProgramBuilder& builder, int node) : b_(builder), node_(node) {}

@@ -1,4 +1,4 @@
-// Texture nodes. An unlinked Vector means: UV for pictures, the direction or position for environments,
+// Texture nodes. An unlinked Vector is replaced by UV for images, by the direction or position for environments, and by
 // generated coordinates for patterns.
 #include "shading/functions/texture_functions.h"
 #include "shading/nodes/node_type.h"
@@ -71,7 +71,7 @@ bool sky_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
     index = found->second;
   } else {
     const auto number = [&](const char* property, float fallback) { return b.number(node, property, fallback); };
-    // Blender 5 renamed Nishita's model and added one with more than one bounce.
+    // Blender 5 renamed Nishita's model and added one with multiple scattering.
     const int model = b.choice(node, "sky_type",
                                {"PREETHAM", "HOSEK_WILKIE", "NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING"}, 2);
     if (model == 4) b.report(node, "multiple scattering is not supported yet; single scattering is used");
@@ -101,7 +101,7 @@ bool sky_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
   return output == "Color";
 }
 
-/// Files that cannot be used shine evenly, as in Cycles.
+/// Files that cannot be used emit evenly in all directions, as in Cycles.
 bool ies_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   constexpr uint32_t kNoProfile = ~0u;
   if (!b.node_data.contains(node)) {
@@ -114,7 +114,7 @@ bool ies_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
     else
       problem = "it has no IES file";
     if (profile.empty()) {
-      b.report(node, "its IES file cannot be used (" + problem + "); it shines evenly");
+      b.report(node, "its IES file cannot be used (" + problem + "); the light is equal in all directions");
       b.node_data[node] = kNoProfile;
     } else {
       b.tables.ies_profiles.push_back(std::move(profile));

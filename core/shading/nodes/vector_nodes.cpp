@@ -1,4 +1,4 @@
-// Nodes on vectors: Vector Math, Mapping, rotations and transforms, splitting and joining, curves.
+// Vector nodes: Vector Math, Mapping, rotations, transforms, separating and combining, curves.
 #include "shading/functions/math_functions.h"
 #include "shading/functions/point_functions.h"
 #include "shading/nodes/curve_tables.h"
@@ -31,7 +31,7 @@ bool mapping_node(ProgramBuilder& b, int node, std::string_view output, Value& v
   const Value vector = b.input(node, "Vector", Vector), location = b.input(node, "Location", Vector),
               rotation = b.input(node, "Rotation", Vector), scale = b.input(node, "Scale", Vector, Vec4(1.0f));
   const bool fixed = location.is_constant() && rotation.is_constant() && scale.is_constant();
-  if (fixed && kind != MappingKind::Normal) {  // one matrix instead of six sines at every hit
+  if (fixed && kind != MappingKind::Normal) {  // one matrix replaces six sines per hit
     const auto map = [&](Vec3 v) {
       return mapping(kind, v, b.constant_vector(location), b.constant_vector(rotation), b.constant_vector(scale));
     };

@@ -13,9 +13,9 @@ constexpr std::string_view kScatter = "ShaderNodeVolumeScatter", kAbsorption = "
                            kPrincipled = "ShaderNodeVolumePrincipled", kEmission = "ShaderNodeEmission";
 constexpr SocketType Float = SocketType::Float, Vector = SocketType::Color;
 constexpr float kMaxExtinction = 1e12f;
-constexpr float kMaxAnisotropy = 1.0f - 1e-3f;  // of Cycles
-constexpr float kMin = 1e-5f;                   // densities and strengths below are none, in Cycles
-/// Stefan and Boltzmann's constant over pi, a millionth of it: Cycles' scale of fire.
+constexpr float kMaxAnisotropy = 1.0f - 1e-3f;  // value of Cycles
+constexpr float kMin = 1e-5f;                   // smaller densities and strengths count as 0, as in Cycles
+/// The Stefan-Boltzmann constant divided by pi, times 1e-6: the scale that Cycles uses for fire.
 constexpr float kBlackbodyScale = 5.670373e-8f * 1e-6f * kInvPi;
 
 class VolumeReader {
@@ -37,7 +37,7 @@ class VolumeReader {
     else if (type.starts_with("ShaderNodeVolume"))
       b_.report(node, "is not supported yet; this part of the volume is left out");
     else
-      b_.report(node, "is no volume shader; it does nothing in a volume");
+      b_.report(node, "is not a volume shader; it has no effect in a volume");
   }
 
  private:
@@ -129,7 +129,7 @@ void add_volumes(const std::vector<VolumeClosure>& closures, const float* regist
     }
     return c;
   };
-  // Numbers may have products that are none: nothing times more than floats hold.
+  // The product of two numbers can be NaN: 0 times infinity.
   const auto limit = [&](Color c) {
     for (int i = 0; i < 3; ++i)
       if (std::isnan(c[i])) ++medium.refused, c[i] = 0.0f;

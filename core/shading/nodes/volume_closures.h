@@ -1,10 +1,14 @@
-// The volume output of a graph, flattened: each volume node once, with the product of the mix factors above it as its
-// weight.
+// The volume output of a graph, as a list. Each volume node occurs once; its weight is the product of the mix factors
+// above it.
 //
-// Definitions are Cycles': Scatter is density * colour, Absorption density * (1 - colour), Principled both, with an
-// absorption of density * max(0, 1 - colour) * max(0, 1 - sqrt(absorption colour)), and emission that does not depend
-// on density. Blackbody radiance is that of a surface of one millionth of its strength, per metre. Grids (smoke,
-// OpenVDB) and what reads them are not known.
+// The definitions are those of Cycles:
+// - Scatter: scattering of density * colour.
+// - Absorption: absorption of density * (1 - colour).
+// - Principled: scattering of density * colour, absorption of density * max(0, 1 - colour) * max(0, 1 - sqrt(absorption
+//   colour)), and emission that does not depend on the density.
+// - Blackbody: the radiance per metre is that of a surface, times 1e-6 and the strength.
+//
+// Grids (smoke, OpenVDB) and the nodes that read them are not supported.
 #pragma once
 
 #include "shading/bsdf/medium.h"
@@ -14,12 +18,12 @@ namespace ajar {
 
 enum class VolumeKind : uint8_t { Scatter, Absorption, Principled, Emission, Blackbody };
 
-/// Inputs are operands, constants or not; what a kind does not have is kNoOperand.
+/// The inputs are operands, constant or not. Inputs that a kind does not have are kNoOperand.
 struct VolumeClosure {
   VolumeKind kind = VolumeKind::Scatter;
   Operand weight = kNoOperand;
-  Operand color = kNoOperand;       ///< scattering; absorption; emitted radiance per metre; tint of the blackbody
-  Operand second = kNoOperand;      ///< Principled: absorption colour; Blackbody: colour of the temperature
+  Operand color = kNoOperand;       ///< of scattering or absorption; emitted radiance per metre; tint of the blackbody
+  Operand second = kNoOperand;      ///< Principled: absorption colour; Blackbody: colour for the temperature
   Operand density = kNoOperand;     ///< Blackbody: intensity
   Operand anisotropy = kNoOperand;  ///< Blackbody: temperature
   std::array<Operand, 5> operands() const { return {weight, color, second, density, anisotropy}; }
@@ -27,10 +31,11 @@ struct VolumeClosure {
 
 bool is_volume_node(std::string_view type);
 
-/// All closures under the graph's volume output.
+/// All closures below the graph's volume output.
 std::vector<VolumeClosure> flatten_volumes(ProgramBuilder& builder);
 
-/// Does the instruction read where in the volume it is, and not only in whose, or along which ray?
+/// Returns true if the instruction reads the position inside the volume. Instructions that read only the object or the
+/// ray return false.
 bool varies_inside(Op op);
 
 void add_volumes(const std::vector<VolumeClosure>& closures, const float* registers, const float* constants,

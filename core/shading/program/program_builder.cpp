@@ -10,7 +10,7 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMaxDepth = 1000;  ///< nodes on one way from the output; bounds the recursion
+constexpr int kMaxDepth = 1000;  ///< maximum number of nodes on a path of links; bounds the recursion
 
 float finite_or_zero(float x) { return std::isfinite(x) ? x : 0.0f; }
 
@@ -37,7 +37,7 @@ ProgramBuilder::ProgramBuilder(const NodeCatalog& catalog, const NodeGraph& grap
       diagnostics_(diagnostics),
       context_(context),
       on_stack_(graph.nodes.size(), false) {
-  // Which outputs are read by nodes that the outputs can see.
+  // Find the outputs that are read by nodes from which a path of links leads to the output.
   std::vector<bool> seen(graph.nodes.size(), false);
   std::vector<int> open;
   const auto visit = [&](const NodeLink& link) {
@@ -123,14 +123,14 @@ Value ProgramBuilder::input(int node, std::string_view socket, SocketType type, 
   return type == SocketType::Float ? constant(value.x) : constant(Vec3(value), type);
 }
 
-// A Value of type Closure means "nothing usable"; the caller takes its own default.
+// A Value of type Closure means that there is no usable value; the caller uses its own default.
 Value ProgramBuilder::value_of(const NodeLink& link) {
   const Value nothing{SocketType::Closure, 0};
   const auto key = std::make_pair(link.node, link.socket);
   auto& values = values_[size_t(shift_)];
   if (const auto found = values.find(key); found != values.end()) return found->second;
   if (on_stack_[link.node]) {
-    report(link.node, "feeds itself; the loop is cut");
+    report(link.node, "is linked to itself through other nodes; the loop is cut");
     return nothing;
   }
   if (depth_ >= kMaxDepth) {
@@ -294,7 +294,7 @@ Value ProgramBuilder::object_normal() {
 void ProgramBuilder::measure_pixels() {
   BumpFootprint& bump = tables.bump;
   if (std::exchange(bump.measured, true)) return;
-  const CameraDescription* camera = this->camera();  // the program depends on it
+  const CameraDescription* camera = this->camera();  // records that the program depends on the camera
   if (!camera) return;
   bump.camera = camera->kind;
   bump.camera_from_world = glm::affineInverse(to_matrix(camera->world_from_camera));

@@ -1,8 +1,8 @@
-// Turns values of a node graph into instructions, one value at a time and only those asked for.
+// Converts values of a node graph to instructions, one value at a time, and only the values that are read.
 //
-// `value_of` walks back from an output: constants fold at once, equal instructions are shared,
-// conversions between socket types are inserted. Broken graphs never throw: see docs/developer/node_contract.md for
-// what each defect becomes.
+// `value_of` follows the links backwards from an output. Constants are folded, equal instructions are shared, and
+// conversions between socket types are inserted. Broken graphs never throw. docs/developer/node_contract.md states the
+// result of each defect.
 #pragma once
 
 #include <map>
@@ -18,7 +18,7 @@ namespace ajar {
 
 enum class SocketType : uint8_t { Float, Vector, Color, Closure };
 
-/// What a socket is worth: a constant or registers, with its type.
+/// The value of a socket: a constant or registers, and its type.
 struct Value {
   SocketType type = SocketType::Float;
   Operand at = 0;
@@ -27,10 +27,10 @@ struct Value {
 
 class ProgramBuilder;
 
-/// Value of `output` of node `node`. Returns false for an output the node does not have.
+/// Computes the value of `output` of node `node`. Returns false if the node does not have this output.
 using NodeFunction = bool (*)(ProgramBuilder& builder, int node, std::string_view output, Value& value);
 
-/// What the builder knows of node types. `value` gives null for a type that is not a known value node.
+/// The node types that the builder knows. `value` returns null for a type that is not a known value node.
 struct NodeCatalog {
   NodeFunction (*value)(std::string_view type);
   bool (*is_closure)(std::string_view type);
@@ -41,23 +41,24 @@ class ProgramBuilder {
   ProgramBuilder(const NodeCatalog& catalog, const NodeGraph& graph, const std::string& owner, TextureStore& textures,
                  Diagnostics& diagnostics, const ShaderContext& context);
 
-  // ---- What node compilers ask ----
-  /// The input `socket` of `node`, converted to `type`; `fallback` when the node lacks it.
+  // ---- For node compilers: the graph ----
+  /// The input `socket` of `node`, converted to `type`. The value is `fallback` if the node does not have the socket.
   Value input(int node, std::string_view socket, SocketType type, Vec4 fallback = Vec4(0.0f));
-  /// What comes out of `output` of `node`; its type is Closure when there is nothing usable.
+  /// The value of `output` of `node`. Its type is Closure if there is no usable value.
   Value output(int node, const std::string& output) { return value_of({node, output}); }
-  /// Is something connected that can be used as a value?
+  /// Returns true if the socket is linked to a node that can be used as a value.
   bool is_linked(int node, std::string_view socket) const;
-  /// Does any node read this output?
+  /// Returns true if any node reads this output.
   bool is_read(int node, std::string_view output) const;
   const Node& node(int index) const { return graph_.nodes[index]; }
   std::string_view text(int node, std::string_view property, std::string_view fallback = {}) const;
   float number(int node, std::string_view property, float fallback = 0.0f) const;
   const std::vector<float>* numbers(int node, std::string_view property) const;
-  /// Index of the property's text in `names`, or of `fallback` (reported) when it is none of them.
+  /// The index of the property's text in `names`. If the text is not in the list, it is reported and `fallback` is
+  /// returned.
   int choice(int node, std::string_view property, std::initializer_list<std::string_view> names, int fallback = 0);
 
-  // ---- What node compilers give ----
+  // ---- For node compilers: instructions ----
   Value constant(float value);
   Value constant(Vec3 value, SocketType type);
   Value emit(Op op, SocketType type, std::initializer_list<Value> inputs, int variant = 0, uint32_t data = 0);
@@ -72,16 +73,17 @@ class ProgramBuilder {
     return {constant_value(value), constant_value(value, 1), constant_value(value, 2)};
   }
 
-  /// The normal of the surface before closures and nodes choose another: the smooth one, or the displaced one once it
-  /// is set.
+  /// The normal of the surface before closures and nodes replace it: the smooth normal, or the normal of the displaced
+  /// surface after set_displaced_normal.
   Value surface_normal() {
     return surface_normal_ ? *surface_normal_ : emit(Op::ShadingNormal, SocketType::Vector, {});
   }
-  /// The smooth normal in the space of the object or the lamp.
+  /// The smooth normal in the space of the object or of the lamp.
   Value object_normal();
   Operand displaced_normal() const { return surface_normal_ ? surface_normal_->at : kNoOperand; }
   void set_displaced_normal(Value normal) { surface_normal_ = normal; }
-  /// A normal turned by the heights of `height(shift)`, which is asked for the point and the two beside it.
+  /// A normal that is tilted by a height field. `height()` is called for the point and for the two points beside it,
+  /// which are selected by shift_.
   template <class Height>
   Value bumped(Height&& height, Value strength, Value distance, Value normal) {
     const Shift outer = shift_;
@@ -97,18 +99,18 @@ class ProgramBuilder {
     return emit(Op::Bump, SocketType::Vector, {h[0], h[1], h[2], strength, distance, normal});
   }
 
-  /// Let instructions know how wide a pixel of the camera is at a point.
+  /// Gives instructions access to the width of a camera pixel at a point.
   void measure_pixels();
 
   uint32_t add_name(std::string_view name);
   uint32_t add_matrix(const Mat4& matrix);
   void report(int node, const std::string& message);
 
-  /// The link of an input when it leads to an existing node, else null.
+  /// The link of an input, or null if it does not lead to an existing node.
   const NodeLink* link(int node, std::string_view socket) const;
   const NodeGraph& graph() const { return graph_; }
   const ShaderContext& context() const { return context_; }
-  /// The camera, for programs that depend on it; null when there is none.
+  /// The camera, for programs that depend on it. Null if there is none.
   const CameraDescription* camera() const {
     if (context_.sees_camera) *context_.sees_camera = true;
     return context_.camera && context_.camera->present ? context_.camera : nullptr;
@@ -122,13 +124,13 @@ class ProgramBuilder {
 
   std::vector<Instruction> code;
   ProgramTables tables;
-  std::map<int, uint32_t> node_data;  ///< curve or image a node has added already, for its other outputs
+  std::map<int, uint32_t> node_data;  ///< curve or image that a node has already added, for its other outputs
 
  private:
   Value value_of(const NodeLink& link);
   Value unknown_value(int node, std::string_view output);
   Operand add_constant(const float* values, int count);
-  /// a * 1, a * 0, a + 0 and the like need no instruction.
+  /// Simplifies a * 1, a * 0, a + 0 and similar expressions to values without an instruction.
   bool simplify(Op op, std::initializer_list<Value> inputs, Value& result);
 
   const NodeCatalog& catalog_;
@@ -137,10 +139,10 @@ class ProgramBuilder {
   TextureStore& textures_;
   Diagnostics& diagnostics_;
   const ShaderContext& context_;
-  std::map<std::pair<int, std::string>, Value, std::less<>> values_[3];  // by shift
+  std::map<std::pair<int, std::string>, Value, std::less<>> values_[3];  // one map per shift
   Shift shift_ = Shift::None;
   std::optional<Value> surface_normal_;
-  std::unordered_map<std::string, Operand> constants_, instructions_;  // keyed by their bytes
+  std::unordered_map<std::string, Operand> constants_, instructions_;  // the keys are their bytes
   std::vector<bool> on_stack_;
   std::map<std::pair<int, std::string>, bool> read_;
   int depth_ = 0, register_count_ = 0;

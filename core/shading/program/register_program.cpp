@@ -43,7 +43,7 @@ bool can_shift(Op op) {
 
 namespace {
 
-/// The world is infinitely far: what it has for a position turns with the camera but does not move.
+/// The world is at infinity: the camera rotates its position but does not translate it.
 Vec3 seen_by_camera(const ShadingPoint& point, const Mat4& camera_from_world) {
   const Vec3 p = point.position;
   return point.instance ? transform_point(camera_from_world, p) : transform_vector(camera_from_world, p);
@@ -57,7 +57,7 @@ Vec3 window_position(const ShadingPoint& point, const Mat4& camera_from_world, c
   return {(p.x * scale - window.x) / (window.y - window.x), (p.y * scale - window.z) / (window.w - window.z), 0.0f};
 }
 
-/// Blender's camera space: z grows away from the camera.
+/// Position in Blender's camera space, where z grows away from the camera.
 Vec3 camera_position(const ShadingPoint& point, const Mat4& camera_from_world) {
   const Vec3 p = seen_by_camera(point, camera_from_world);
   return {p.x, p.y, -p.z};
@@ -79,7 +79,7 @@ Vec3 vector_transform(const ShadingPoint& point, uint8_t variant, const Mat4& ca
   return (variant & 3) == 2 ? nodes::normalize_or_zero(v) : v;
 }
 
-/// Octaves beyond the first, as far as Blender goes; 0 for NaN.
+/// The number of octaves after the first, at most 15 as in Blender; 0 for NaN.
 float detail_of(float x) { return x > 0.0f ? std::min(x, 15.0f) : 0.0f; }
 
 // variant: dimensions - 1, kind of fractal << 2, normalised << 5
@@ -102,7 +102,7 @@ nodes::NoiseParameters noise_parameters(const Instruction& i, Vec3 octaves, Vec3
   return n;
 }
 
-// variant: dimensions - 1, feature << 2, metric << 5, normalised << 7; data: Blender 3.x
+// variant: dimensions - 1, feature << 2, metric << 5, normalised << 7; data: VoronoiGeneration
 nodes::VoronoiParameters voronoi_parameters(const Instruction& i, float scale, Vec3 shape, Vec3 octaves) {
   nodes::VoronoiParameters v;
   v.dimensions = (i.variant & 3) + 1;
@@ -135,7 +135,7 @@ nodes::WaveParameters wave_parameters(uint8_t variant, Vec3 distortion, Vec3 sha
 
 namespace {
 
-/// `points` are the point itself and those beside it; all the same when nothing is bumped.
+/// `points` are the point and the two points beside it. All three are equal if there is no bump mapping.
 void run_at(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint* const (&points)[3],
             float* registers) {
   const float* constants = tables.constants.data();
@@ -233,7 +233,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       }
       case Op::Wave: *out = nodes::wave(wave_parameters(i->variant, v(1), v(2)), v(0)); break;
       case Op::Magic: store3(nodes::magic(v(0), f(1), i->variant, f(2))); break;
-      case Op::Brick: {  // place, (mortar size, smoothness, bias), (width, height, 0), (offset, squash, 0)
+      case Op::Brick: {  // position, (mortar size, smoothness, bias), (width, height, 0), (offset, squash, 0)
         const Vec3 mortar = v(1), size = v(2), rows = v(3);
         nodes::BrickParameters b{mortar.x, mortar.y, mortar.z, size.x, size.y, rows.x, rows.y};
         b.offset_frequency = int(i->data & 0xffff), b.squash_frequency = int(i->data >> 16);
@@ -289,7 +289,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::ObjectRandom: *out = point.instance ? point.instance->random : 0.0f; break;
       case Op::ObjectProperty: store4(nodes::object_property(point, tables.names[i->data], i->variant != 0)); break;
       case Op::LightPath: *out = nodes::light_path(point, nodes::LightPathOutput(i->variant)); break;
-      case Op::LightFalloff: {  // strength, smooth; variant is the power of the distance: 0, 1, 2
+      case Op::LightFalloff: {  // strength, smooth; variant: power of the distance (0, 1 or 2)
         const float r2 = sqr(point.ray_length), smooth = f(1);
         float strength = f(0) * (i->variant == 0 ? 1.0f : i->variant == 1 ? point.ray_length : r2);
         if (smooth > 0.0f && std::isfinite(r2)) strength *= r2 / (smooth + r2);
@@ -320,7 +320,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::NormalMap:
         store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant), tables.names[i->data], f(0), v(1)));
         break;
-      case Op::Bump:  // heights here and beside, strength, distance, normal
+      case Op::Bump:  // height at the point, heights beside it, strength, distance, normal
         store3(nodes::bump(point, tables.bump, f(0), f(1), f(2), f(3), f(4), v(5)));
         break;
       case Op::Displacement:

@@ -1,9 +1,9 @@
 // A shader as a list of instructions over a file of float registers.
 //
-// Single assignment: every instruction writes registers that no other one writes, in an order in which
-// operands are ready. An operand is an integer: >= 0 is the index of a register, < 0 is a
-// constant (index -1 - operand). Vectors and colours are three neighbouring floats, textures' results four, so a
-// component is the operand of the whole plus 0, 1, 2 (minus for constants).
+// Single assignment: each register is written by one instruction only, and operands are ready before they are read. An
+// operand is an integer. If it is >= 0, it is the index of a register. If it is < 0, it is a constant with the index -1
+// - operand. Vectors and colours are three consecutive floats, results of textures four. So component i has the operand
+// of the whole plus i (minus i for constants).
 #pragma once
 
 #include <array>
@@ -27,12 +27,13 @@ using Operand = int16_t;
 constexpr Operand kNoOperand = INT16_MAX;
 constexpr int kMaxRegisters = 1024;
 constexpr int kMaxConstants = 16384;
-constexpr int kMaxWidth = 8;  ///< floats that one instruction writes
+constexpr int kMaxWidth = 8;  ///< maximum number of floats that one instruction writes
 
-/// Operand of component `i` of a vector operand.
+/// The operand of component `i` of a vector operand.
 constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 ? vector + i : vector - i); }
 
-// name, floats written, depends on the shading point (otherwise it folds when its operands are constant)
+// Name, number of floats written, depends on the shading point. Instructions that do not depend on the point are folded
+// if their operands are constant.
 // clang-format off
 #define AJAR_SHADER_OPS(OP)                                                                                           \
   OP(Splat, 3, false) OP(Luminance, 1, false) OP(Average, 1, false) OP(Combine, 3, false)                             \
@@ -76,14 +77,14 @@ struct OpInfo {
   bool needs_point;
 };
 const OpInfo& info(Op op);
-/// Reads a place on the surface, so that it can also be evaluated a little beside it.
+/// Returns true if the instruction reads a position on the surface, so that it can also be evaluated beside the point.
 bool can_shift(Op op);
 
-/// Where an instruction evaluates: bump mapping compares heights at the point itself with those beside it.
+/// Where an instruction is evaluated. Bump mapping compares the height at the point with the heights beside it.
 enum class Shift : uint8_t { None, X, Y };
 
-/// One step. `variant` selects an operation within the family (a blend type, a light path output);
-/// `data` is an index into the table, texture, name or matrix lists, or packed flags.
+/// One step. `variant` selects an operation within the family (a blend type, an output of Light Path). `data` is an
+/// index into the lists of tables, textures, names or matrices, or holds packed flags.
 struct Instruction {
   Op op = Op::Splat;
   uint8_t variant = 0;
@@ -93,7 +94,7 @@ struct Instruction {
   uint32_t data = 0;
 };
 
-/// Everything instructions refer to.
+/// All data to which instructions refer.
 struct ProgramTables {
   std::vector<float> constants;
   std::vector<CurveTable> curves;
@@ -105,11 +106,11 @@ struct ProgramTables {
   BumpFootprint bump;
 };
 
-/// Run `count` instructions. `registers` needs no initialisation.
+/// Executes `count` instructions. `registers` need not be initialised.
 void run(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
          float* registers);
 
-/// The same for a point inside a volume, beside which there is no surface to compare heights on.
+/// The same for a point inside a volume. There is no surface beside it, so there is no bump mapping.
 void run_inside(const Instruction* code, size_t count, const ProgramTables& tables, const ShadingPoint& point,
                 float* registers);
 

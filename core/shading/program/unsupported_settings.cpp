@@ -7,8 +7,8 @@ namespace {
 
 struct UnsupportedSetting {
   std::string_view node, name;     ///< bl_idname, and the identifier of an input or a property
-  float harmless_number;           ///< the value of an input or a number that asks for nothing
-  std::string_view harmless_text;  ///< the choice that asks for nothing; empty where the setting is a number
+  float harmless_number;           ///< neutral value of an input or of a number
+  std::string_view harmless_text;  ///< neutral choice; empty if the setting is a number
   const char* message;
 };
 
