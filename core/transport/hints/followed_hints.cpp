@@ -12,16 +12,16 @@ namespace ajar {
 
 namespace {
 
-/// Walks that set out along hints, over the part of the light that did: what hints hold is found easily once it is
-/// looked for, the rest is not.
+/// Walks that start along hints, relative to the part of the light along hints. This light is easy to find once hints
+/// are followed; the rest of the light is harder to find.
 constexpr double kFollowed = 0.3;
-constexpr double kMinShare = 0.01;  // of a hint: what brings less is not followed
-/// Samples that try hints: one for eight pixels, within these bounds.
+constexpr double kMinShare = 0.01;  // of a hint; hints with less are not followed
+/// Number of samples that try hints: one for eight pixels, within these bounds.
 constexpr double kMinSamples = 512, kMaxSamples = 2048;
 constexpr uint32_t kBatch = 64;
-constexpr uint32_t kStream = 0x61696d00u;  // shares no numbers with pilots, seeds and chains
-constexpr double kLargestSample = 32.0;    // of the mean: rare bright samples say little about shares
-constexpr double kUsefulLight = 0.3;       // of the image, at which mutations by hints have their usual share
+constexpr uint32_t kStream = 0x61696d00u;  // separates the random numbers from those of pilots, seeds and chains
+constexpr double kLargestSample = 32.0;    // relative to the mean: rare bright samples say little about shares
+constexpr double kUsefulLight = 0.3;  // part of the image's light at which mutations by hints have their usual share
 constexpr float kMinUse = 0.05f;
 
 }  // namespace
@@ -48,12 +48,13 @@ void FollowedHints::begin(std::shared_ptr<const AttachedHints> attached, PathSpa
   space.guide = guide();
 }
 
-/// What one sample tells, by one of its paths, chosen by energy: the parts of each component in the density with which
-/// a walk from the light would take it.
+/// What a sample measures by one of its paths, which is chosen by energy: the part of each component in the density
+/// with which a walk from the light takes this path.
 struct FollowedHints::Trial {
   double energy = 0.0, left_out = 0.0;
-  std::vector<double> starts, whole;  // of each hint; whole: 1 shared among those that could have proposed the path
-  std::vector<double> bounces;        // -1: the path is not there
+  // For each hint; whole: 1, divided among the hints that could have proposed the path.
+  std::vector<double> starts, whole;
+  std::vector<double> bounces;  // -1: the path does not pass this bounce
 };
 
 FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Sampler& sampler) const {
@@ -69,7 +70,7 @@ FollowedHints::Trial FollowedHints::try_hints(PathSeeds& seeds, Path& path, Samp
   trial.starts.assign(hints().size(), 0.0);
   const PathVertex& light = path.vertices[0];
   if (!light.distant && path.light.pdf_by_power > 0.0f) {
-    // In units of the place's probability by power.
+    // In units of the probability of the position by power.
     const double all = double(path.light.pdf_direction) * double(path.light.pdf_origin) /
                        double(path.light.pdf_by_power);
     const LightType type = lights.flags(uint32_t(light.light)).type;
@@ -119,7 +120,7 @@ void FollowedHints::learn(const PathSpace& space, uint32_t seed, const std::atom
 
   double all = 0.0, left_out = 0.0, counted = 0.0, whole = 0.0;
   for (const Trial& trial : trials) all += trial.energy, left_out += trial.left_out;
-  if (!(all > 0.0)) return;  // nothing known, nothing changed
+  if (!(all > 0.0)) return;  // nothing was found, so the shares stay as they are
   std::vector<double> starts(hints().size(), 0.0), bounces(guide_.bounces_.size(), 0.0), reached = bounces;
   for (const Trial& trial : trials) {
     if (!(trial.energy > 0.0)) continue;

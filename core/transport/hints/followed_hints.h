@@ -1,9 +1,10 @@
-// The artist's light hints in one render: attached, tried, followed as far as they pay.
+// The artist's light hints in one render: attached, tried, and followed as far as this is efficient.
 //
-// Shares are learned once, from bidirectional samples that are used for nothing else: one step of population Monte
-// Carlo for mixtures from a defensive start [Cappe, Douc, Guillin, Marin and Robert 2008]. Each component gets a share
-// in proportion to the part of all light that went its way, however it was found; of the walks that set out, less than
-// that (docs/benchmarks/thesis.md). What brings nothing is followed no further, and costs nothing.
+// Shares are learned once, from bidirectional samples that are used for nothing else. The method is one step of
+// population Monte Carlo for mixtures from a defensive start [Cappe, Douc, Guillin, Marin and Robert 2008]. The share
+// of a component is in proportion to the part of all light that its directions contain, by whichever component the
+// light was found. Only a fraction of this share of the walks starts along hints (docs/benchmarks/thesis.md).
+// Components without light are removed and cost nothing.
 #pragma once
 
 #include <atomic>
@@ -20,20 +21,20 @@ struct Path;
 
 class FollowedHints {
  public:
-  /// Learn what the hints bring, and let the walks of `space` follow them. Costs nothing where there are none.
-  /// This must outlive the space, and stay where it is.
+  /// Learns the shares of the hints and lets the walks of `space` follow them. Has no cost without hints. This object
+  /// must outlive the space and must not move.
   void begin(std::shared_ptr<const AttachedHints> attached, PathSpace& space, uint32_t seed,
              const std::atomic<bool>& stop);
   void clear();
 
   const Hints& hints() const { return attached_->hints; }
   const std::vector<HintReport>& reports() const { return attached_->reports; }
-  /// Null where no hint is worth following.
+  /// Null if no hint is followed.
   const HintGuide* guide() const { return guide_.active() ? &guide_ : nullptr; }
-  /// How much of their usual share mutations by hints deserve, at most 1: by the light of paths that hints could have
-  /// proposed whole.
+  /// Factor of the usual share of mutations by hints, at most 1. It follows from the light of paths that hints could
+  /// have proposed completely.
   float mutation_use() const { return mutation_use_; }
-  /// For integrators without chains: light as learned; proposed are the samples that learned it.
+  /// For integrators without chains. The light is that of the learning samples, and `proposed` counts those samples.
   std::vector<HintStatistics> statistics() const;
   uint64_t rays() const { return rays_; }
 
@@ -44,7 +45,7 @@ class FollowedHints {
 
   std::shared_ptr<const AttachedHints> attached_ = std::make_shared<const AttachedHints>();
   HintGuide guide_;
-  std::vector<double> light_;  ///< of each hint: part of the image's
+  std::vector<double> light_;  ///< of each hint: its part of the light in the image
   std::vector<uint64_t> proposed_, useful_;
   float mutation_use_ = 1.0f;
   uint64_t rays_ = 0;

@@ -21,7 +21,7 @@ std::vector<HintStatistics> HintAccount::statistics(const std::vector<HintReport
                                                     double other_light) const {
   const double light = light_ * per_weight + other_light;
   std::vector<HintStatistics> all;
-  size_t hint = 0;  // the reports are in the hints' order, with those not attached in between
+  size_t hint = 0;  // reports are in the order of the hints, with failed ones in between
   for (const HintReport& report : reports) {
     all.push_back({report});
     if (!report.attached) continue;

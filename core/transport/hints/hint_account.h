@@ -1,5 +1,5 @@
-// What hints have brought to chains or populations: how often they proposed and were followed, and the light of paths
-// that they could have made. Accounts add up, so every chain or thread may keep its own.
+// Statistics of hints in chains or populations: the numbers of proposals and acceptances, and the light of paths that
+// the hints could have proposed. Accounts can be added, so each chain or thread can have its own.
 #pragma once
 
 #include "transport/hints/hint_shares.h"
@@ -7,17 +7,17 @@
 
 namespace ajar {
 
-/// Of one hint's proposals.
+/// Of the proposals of one hint.
 struct HintCounts {
   uint64_t proposed = 0, accepted = 0;
 };
 
 class HintAccount {
  public:
-  /// One state in so many is looked at, and counts for all of them.
+  /// One state in this many is examined, and counts for all of them.
   static constexpr uint64_t kStride = 8;
 
-  /// A state that carries `weight`, in units without the importance of places on the film.
+  /// Adds a state with `weight`, in units without the importance of positions on the film.
   void add_state(const LightSet& lights, const Hints& hints, const Path& path, double weight) {
     if (of_hints_.size() < hints.size()) of_hints_.resize(hints.size());
     light_ += weight;
@@ -25,8 +25,8 @@ class HintAccount {
   }
   void add_proposals(const std::vector<HintCounts>& counts);
   void add(const HintAccount& other);
-  /// Of all hints, attached (and then counted here in the same order) or not. Light is `per_weight` times the weights
-  /// of states, beside `other_light` in the image.
+  /// For all hints, attached or not. The attached ones are counted here in the same order. Light is `per_weight` times
+  /// the weights of states, plus `other_light` for the rest of the image.
   std::vector<HintStatistics> statistics(const std::vector<HintReport>& reports, double per_weight,
                                          double other_light) const;
 

@@ -7,9 +7,9 @@ namespace ajar {
 
 namespace {
 
-constexpr double kFirstShare = 0.5;  // of walks that follow hints before anything is known
-constexpr double kMaxShare = 0.75;   // some walks stay free, wherever cones meet
-constexpr float kSteepest = 1.7f;    // slope of a cone's side, at most, for the reach of a bounce
+constexpr double kFirstShare = 0.5;  // of walks that follow hints before learning
+constexpr double kMaxShare = 0.75;   // upper bound where cones overlap, so that some walks do not follow hints
+constexpr float kSteepest = 1.7f;    // upper bound of the slope of a cone's side, for the radius of a bounce
 
 float slope_of(float one_minus_cos) {
   const float cosine = 1.0f - one_minus_cos, sine = safe_sqrt(one_minus_cos * (2.0f - one_minus_cos));

@@ -1,13 +1,13 @@
-// Walks from lights that follow the artist's light paths: every technique that walks from lights finds what was pointed
-// at.
+// Walks from lights that follow the artist's light hints. All techniques with walks from lights then find the light
+// that the hints mark.
 //
-// A hint is a row of cones (hints.h). A walk sets out inside the first cone of some hint with a learned probability,
-// else by power and emission; near a rough vertex of a hint it goes on inside the next cone with a learned probability,
-// else by the BSDF. Both are mixtures over one direction, whose densities depend on place and direction alone, so that
-// everything that weighs walks from lights (balance heuristics, mutations, photons) sees the density of the mixture,
-// and no hint changes the mean of an image.
+// A hint is a sequence of cones (hints.h). A walk starts inside the first cone of a hint with a learned probability,
+// and otherwise by power and emission. Near a rough vertex of a hint it continues inside the next cone with a learned
+// probability, and otherwise by the BSDF. Both are mixtures over one direction whose densities depend on position and
+// direction alone. Balance heuristics, mutations and photons use the density of the mixture, so hints do not change the
+// expectation of an image.
 //
-// The shares are learned by FollowedHints (followed_hints.h).
+// FollowedHints learns the shares (followed_hints.h).
 #pragma once
 
 #include "transport/hints/hints.h"
@@ -19,8 +19,8 @@ namespace ajar {
 class HintGuide final : public LightWalkGuide {
  public:
   HintGuide() = default;
-  /// Before anything is learned: half of the walks set out along hints, by the hints' shares. The hints must outlive
-  /// it.
+  /// The shares before learning: half of the walks start along hints, in proportion to the hints' shares. The hints
+  /// must outlive this object.
   explicit HintGuide(const Hints& hints);
   bool active() const { return start_share_ > 0.0 || !bounces_.empty(); }
 
@@ -34,20 +34,20 @@ class HintGuide final : public LightWalkGuide {
 
  private:
   friend class FollowedHints;
-  /// A rough vertex of a hint between its ends, and what is near enough to belong to it.
+  /// A rough vertex of a hint between its ends, and the sphere of positions that belong to it.
   struct Bounce {
     uint32_t hint, vertex;
     Vec3 position;
     float radius2;
     double share;
   };
-  /// Sum of the shares there, and the factor that keeps some walks free.
+  /// Sum of the shares at a position. `factor` scales them so that some walks do not follow hints.
   double shares_at(Vec3 position, double& factor) const;
-  /// Probability of the place on the light by one hint, over its probability by power.
+  /// Probability of the position on the light by one hint, relative to its probability by power.
   double probability_of_place(size_t hint, uint32_t light, LightType type, Vec3 normal) const;
 
   const Hints* hints_ = nullptr;
-  std::vector<double> starts_;  ///< probabilities of setting out along each hint
+  std::vector<double> starts_;  ///< probability of starting along each hint
   double start_share_ = 0.0;    ///< their sum
   std::vector<Bounce> bounces_;
 };

@@ -1,4 +1,4 @@
-// Which hints could have made a whole path, and with what density.
+// The hints that could have proposed a given path, and their densities.
 #pragma once
 
 #include <vector>
@@ -8,11 +8,11 @@
 
 namespace ajar {
 
-/// Density with which `hint` proposes vertices 0 to end - 1 of `path`: per area at each vertex. 0 when the hint could
-/// not have made them.
+/// Density with which `hint` proposes vertices 0 to end - 1 of `path`, per area at each vertex; 0 when the hint cannot
+/// propose them.
 double pdf_of_hint(const LightSet& lights, const Hints::Hint& hint, const Path& path, int end);
 
-/// Credit `weight` to the hints that could have made `path`, in equal parts.
+/// Adds `weight` to the hints that could have proposed `path`, in equal parts.
 void add_hint_shares(const LightSet& lights, const Hints& hints, const Path& path, double weight,
                      std::vector<double>& sums);
 

@@ -10,17 +10,17 @@ namespace ajar {
 
 namespace {
 
-constexpr int kBlock = 256;       // samples of one unit of work
-constexpr size_t kMaxPoints = 5;  // a light and four surfaces; further bounces spread anyway
-constexpr size_t kChosen = 600;   // paths that are compared with each other
-constexpr double kBound = 0.98;   // quantile that bounds f/p
-constexpr double kHard = 4.0;     // second moment of path tracing over the squared mean: below it does well
-constexpr float kNear = 0.12f;    // of the scene's radius: vertices that near are the same place
+constexpr int kBlock = 256;       // samples in a task
+constexpr size_t kMaxPoints = 5;  // a light and four surfaces; later bounces spread anyway
+constexpr size_t kChosen = 600;   // number of paths that are compared with each other
+constexpr double kBound = 0.98;   // quantile of f/p that bounds it
+constexpr double kHard = 4.0;     // second moment of path tracing over the squared mean, from which hints help
+constexpr float kNear = 0.12f;    // relative to the scene's radius: distance within which vertices count as equal
 constexpr double kMinShare = 0.02;
 
 struct Candidate {
   std::vector<Vec3> points;
-  uint32_t bounces = 0;                   // a bit for each specular one
+  uint32_t bounces = 0;                   // one bit for each vertex: set if specular
   double energy = 0.0, difficulty = 0.0;  // difficulty: f / p
 };
 
@@ -32,7 +32,8 @@ double path_tracing_density(const Path& path, float pdf_lens_area) {
   return density;
 }
 
-/// From the light over at most kMaxPoints - 1 surfaces, the last of them rough. Empty for paths that need no curve.
+/// A curve from the light over at most kMaxPoints - 1 surfaces, of which the last is rough. Empty for paths that need
+/// no curve.
 Candidate candidate_of(const Path& path, double energy, float pdf_lens_area) {
   Candidate candidate;
   if (path.vertices[0].distant) return candidate;
@@ -56,7 +57,8 @@ bool near(const Candidate& a, const Candidate& b, float distance) {
   return true;
 }
 
-/// `count` of them with probabilities proportional to energy times difficulty; the same one may come twice.
+/// Chooses `count` of them with probabilities in proportion to energy times difficulty. A candidate can be chosen
+/// several times.
 std::vector<const Candidate*> choose(const std::vector<Candidate>& candidates, size_t count, double offset) {
   double total = 0.0;
   for (const Candidate& c : candidates) total += c.energy * c.difficulty;
@@ -118,7 +120,7 @@ std::vector<HintSuggestion> suggest_hints(const Scene& scene, int count, int sam
     if (c.difficulty < double(kInfinity)) difficulties.push_back(c.difficulty);
   std::sort(difficulties.begin(), difficulties.end());
   const double drawn = double(blocks.size() * kBlock), mean = energy / drawn / space.film_area();
-  // Where path tracing finds nothing at all, everything is as hard as ten of its hardest.
+  // A path that path tracing cannot find has ten times the difficulty of the most difficult path that it can find.
   const double bound = difficulties.empty() ? 1.0 : difficulties[size_t(kBound * double(difficulties.size() - 1))];
   double second_moment = 0.0;
   bool some_never_found = false;

@@ -12,12 +12,12 @@ namespace ajar {
 
 namespace {
 
-constexpr size_t kMaxPoints = 32;       // more bounces than that no path has
-constexpr float kBlockedShare = 0.75f;  // of the way to a point: what is hit earlier stands in the way
-constexpr float kNearShare = 0.35f;     // of the way to a point: a specular surface that near is what the point means
+constexpr size_t kMaxPoints = 32;       // no path has more bounces
+constexpr float kBlockedShare = 0.75f;  // of the distance to a point: a surface that is hit earlier blocks the segment
+constexpr float kNearShare = 0.35f;     // of the distance to a point: the point belongs to a specular surface within it
 constexpr float kSmallestSpread = 1e-4f;
 
-/// Nearest point of a light that is somewhere.
+/// Nearest point of a light at a finite distance.
 std::optional<Vec3> nearest_on(const Light& light, Vec3 p) {
   switch (light.type) {
     case LightType::Point:
@@ -37,7 +37,7 @@ std::optional<Vec3> nearest_on(const Light& light, Vec3 p) {
       return light.position + d.x * light.edge1 + d.y * light.edge2;
     }
     case LightType::Triangle: {
-      // Barycentric coordinates of the projection, pushed into the triangle: exact inside, close enough beside.
+      // Barycentric coordinates of the projection, clamped to the triangle: exact inside, and close enough outside.
       const Vec3 out = p - light.position;
       const float a = glm::dot(light.edge1, light.edge1), b = glm::dot(light.edge1, light.edge2),
                   c = glm::dot(light.edge2, light.edge2);
@@ -70,11 +70,11 @@ class Attacher {
   bool is_usable() {
     if (d_.points.size() < 2) return fail("it needs at least two points, the first at a light");
     if (d_.points.size() > kMaxPoints)
-      return fail("it has " + std::to_string(d_.points.size()) + " points; no path has more than " +
+      return fail("it has " + std::to_string(d_.points.size()) + " points; the maximum is " +
                   std::to_string(kMaxPoints));
     for (const Vec3& p : d_.points)
-      if (!is_finite(p)) return fail("one of its points is not a number");
-    if (!(d_.spread > 0.0f) || !std::isfinite(d_.weight)) return fail("its spread or weight is not usable");
+      if (!is_finite(p)) return fail("a coordinate of its points is not a number");
+    if (!(d_.spread > 0.0f) || !std::isfinite(d_.weight)) return fail("its spread or weight is not valid");
     return true;
   }
 
@@ -100,7 +100,7 @@ class Attacher {
       for (uint32_t i = 0; i < source.count; ++i)
         hint_.light_probabilities.push_back(sum += double(lights.power_pmf(source.first + i)));
     }
-    return !hint_.light_probabilities.empty() || fail("the light near its first point is dark");
+    return !hint_.light_probabilities.empty() || fail("the light near its first point has no power");
   }
 
   void add(Vec3 position, HintSegmentState way) {
@@ -109,7 +109,7 @@ class Attacher {
     hint_.vertices.push_back({position, false, false});
   }
 
-  /// Spread of the way to point `next` of the curve.
+  /// Adds the spread of the segment to point `next` of the curve.
   void add_cone(size_t next) {
     float spread = next - 1 < d_.spreads.size() ? d_.spreads[next - 1] : d_.spread;
     if (!(spread > kSmallestSpread)) spread = kSmallestSpread;
@@ -148,9 +148,9 @@ class Attacher {
       const bool rough = shading.bsdf.has_non_delta();
       if (!rough && shading.bsdf.empty())
         return stop(point.position, where + " '" + point.object->name + "' reflects nothing");
-      // A ray that was aimed must get there; one that was bounced goes where it goes.
+      // An aimed ray must come near its point. A ray after a specular bounce may end anywhere.
       if (!bounced && rough && hit.t < kBlockedShare * way && miss > kNearShare * way)
-        return stop(point.position, where + " '" + point.object->name + "' is in the way");
+        return stop(point.position, where + " '" + point.object->name + "' blocks the segment");
       add(point.position, bounced ? HintSegmentState::Bounced : HintSegmentState::Attached);
       if (rough) {
         if (next + 1 == d_.points.size()) break;
@@ -169,8 +169,8 @@ class Attacher {
       bounced = true;
     }
     if (hint_.vertices.back().specular)
-      return fail("its last point is on a mirror or on glass, where nothing can be joined to it");
-    if (hint_.vertices.size() > kMaxPoints) return fail("it bounces without end");
+      return fail("its last point is on a mirror or on glass, to which paths cannot be connected");
+    if (hint_.vertices.size() > kMaxPoints) return fail("it has too many bounces");
     hint_.name = d_.name;
     hint_.axis = glm::normalize(hint_.vertices[1].position - hint_.vertices[0].position);
     return true;
@@ -182,12 +182,12 @@ class Attacher {
     return fail(std::move(reason));
   }
 
-  /// The specular bounce that goes most nearly towards `target`.
+  /// The specular bounce whose direction is closest to `target`.
   bool bounce(const ShadingPoint& point, const Bsdf& bsdf, Vec3 target, Ray& ray) {
     const Vec3 wanted = glm::normalize(target - point.position);
     std::optional<BsdfSample> best;
     for (int i = 0; i < 18; ++i) {
-      // Evenly, and close to both ends, where rare branches (a weak reflection) are.
+      // Evenly spaced, and close to both ends, where branches of small probability are (a weak reflection).
       const float u_lobe = i < 16 ? (float(i) + 0.5f) / 16.0f : (i == 16 ? 0.999f : 0.001f);
       const auto sample = bsdf.sample(point.wo, u_lobe, Vec2(0.5f), TransportMode::Importance);
       if (sample && sample->specular && !(sample->flags & kTransparent) && !is_black(sample->f_cos) &&
@@ -275,7 +275,7 @@ Vec3 Hints::sample_direction(const Hint& hint, size_t j, Vec3 position, Vec2 u) 
 }
 
 float Hints::pdf_solid_angle(const Hint& hint, size_t j, Vec3 position, Vec3 direction) {
-  // 1 - cos as half the squared chord: no cancellation in cones of a milliradian.
+  // 1 - cos as half the squared chord, which avoids cancellation in cones of a milliradian.
   const Vec3 axis = glm::normalize(hint.vertices[j + 1].position - position);
   const float one_minus_cos = 0.5f * length_squared(direction - axis);
   return one_minus_cos <= hint.one_minus_cos[j] ? warp::cone_pdf_solid_angle(hint.one_minus_cos[j]) : 0.0f;

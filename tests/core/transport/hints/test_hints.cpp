@@ -86,7 +86,7 @@ TEST(Hints, malformed_ones_are_reported_by_name_and_skipped) {
     EXPECT_EQ(report.attached, report.name == "Good") << report.name;
     EXPECT_EQ(report.reason.empty(), report.attached) << report.name;
   }
-  EXPECT_NE(reports[2].reason.find("'Wall' is in the way"), std::string::npos) << reports[2].reason;
+  EXPECT_NE(reports[2].reason.find("'Wall' blocks the segment"), std::string::npos) << reports[2].reason;
   EXPECT_EQ(reports[2].segments.back(), HintSegmentState::Failed);
 }
 
