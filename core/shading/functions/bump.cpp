@@ -13,8 +13,8 @@ float pixel_width(const ShadingPoint& point, const BumpFootprint& footprint) {
   const float distance = std::sqrt(length_squared(p));
   if (!(distance > 0.0f)) return footprint.pixel;
   if (footprint.camera != CameraKind::Perspective) return footprint.pixel * distance;
-  // A pixel far from the middle of the image spans a smaller angle. Behind the camera and far off its image nothing is
-  // known.
+  // A pixel far from the centre of the image spans a smaller angle. The minimum of the cosine is for points behind the
+  // camera or far outside its image, where the width is unknown.
   const Vec3 d = p / distance;
   const float cosine = std::max(-d.z, 0.3f);
   return 0.5f * footprint.pixel * distance * cosine * (safe_sqrt(1.0f - d.x * d.x) + safe_sqrt(1.0f - d.y * d.y));
@@ -22,7 +22,8 @@ float pixel_width(const ShadingPoint& point, const BumpFootprint& footprint) {
 
 BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footprint) {
   const Vec3 n = point.ng;
-  // Any direction in the plane would do but for rounding and the size of the step; this is the one that Cycles takes.
+  // Apart from rounding and the size of the step, any direction in the plane is equally good. This is the direction
+  // that Cycles uses.
   Vec3 x = n.x != n.y || n.x != n.z ? Vec3(n.z - n.y, n.x - n.z, n.y - n.x) : Vec3(n.z - n.y, n.x + n.z, -n.y - n.x);
   x = normalize_or_zero(x);
   const float size = pixel_width(point, footprint);

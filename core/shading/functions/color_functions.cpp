@@ -68,7 +68,7 @@ Color each(float t, Color a, Color b) {
   return {Function(t, a.x, b.x), Function(t, a.y, b.y), Function(t, a.z, b.z)};
 }
 
-/// Blends that take hue, saturation or value from `b`; grey `b` has no hue and leaves `a` alone.
+/// Blends that take hue, saturation or value from `b`. A grey `b` has no hue and does not change `a`.
 Color blend_hsv(Blend mode, float t, Color a, Color b) {
   Color hsv = rgb_to_hsv(a);
   const Color other = rgb_to_hsv(b);
@@ -124,8 +124,8 @@ Color blend(Blend mode, float t, Color a, Color b) {
   return a;
 }
 
-// Piecewise fit of the Planckian locus in Rec. 709 used by Blender's Blackbody node (Cycles, kernel/tables.h): red and
-// green as a / T + b T + c, blue as a cubic.
+// Piecewise fit of the Planckian locus in Rec. 709, which Blender's Blackbody node uses (Cycles, kernel/tables.h): red
+// and green as a / T + b T + c, blue as a cubic.
 Color blackbody(float kelvin) {
   static constexpr float kUpper[6] = {965, 1167, 1449, 1902, 3315, 6365};
   static constexpr float kRed[7][3] = {
@@ -166,7 +166,7 @@ Vec4 table_lookup(const CurveTable& table, float x) {
   if (last < 1) return last == 0 ? values[0] : Vec4(0.0f);
   if (table.extrapolate && x < 0.0f) return values[0] + (values[0] - values[1]) * (-x * last);
   if (table.extrapolate && x > 1.0f) return values[last] + (values[last] - values[last - 1]) * ((x - 1.0f) * last);
-  const float position = x > 0.0f ? std::min(x, 1.0f) * last : 0.0f;  // also for NaN
+  const float position = x > 0.0f ? std::min(x, 1.0f) * last : 0.0f;  // NaN becomes 0
   const int i = int(position);
   const float t = position - i;
   return table.interpolate && t > 0.0f ? (1.0f - t) * values[i] + t * values[i + 1] : values[i];

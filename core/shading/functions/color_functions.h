@@ -1,5 +1,5 @@
-// What the colour nodes compute: blending, HSV and HSL, ramps, corrections.
-// Blend formulas are Blender's; those with a case distinction follow Cycles (Apache-2.0) in what they do at 0.
+// The functions of the colour nodes: blending, HSV and HSL, ramps, corrections. The blend formulas are Blender's.
+// Formulas with special cases at 0 follow Cycles (Apache-2.0) there.
 #pragma once
 
 #include <cmath>
@@ -45,10 +45,10 @@ Color rgb_to_hsv(Color rgb);
 Color hsv_to_rgb(Color hsv);
 Color rgb_to_hsl(Color rgb);
 Color hsl_to_rgb(Color hsl);
-/// `t` is not clamped here.
+/// Blends `a` and `b`. `t` is not clamped.
 Color blend(Blend mode, float t, Color a, Color b);
 Color blackbody(float kelvin);
-/// CIE XYZ relative to D65 in the working space, Rec. 709; not clamped.
+/// Converts CIE XYZ relative to D65 to the working space, Rec. 709. The result is not clamped.
 inline Color xyz_to_rgb(Color xyz) {
   return {3.2404542f * xyz.x - 1.5371385f * xyz.y - 0.4985314f * xyz.z,
           -0.9692660f * xyz.x + 1.8760108f * xyz.y + 0.0415560f * xyz.z,
@@ -81,7 +81,7 @@ inline Color hue_saturation(Color c, float hue, float saturation, float value, f
   return glm::max(t * hsv_to_rgb(hsv) + (1.0f - t) * c, 0.0f);
 }
 
-/// Value of a table at `x` in [0, 1] over the table, extrapolated on request.
+/// The value of a table. `x` in [0, 1] covers the table; beyond it the table is extrapolated if it asks for this.
 Vec4 table_lookup(const CurveTable& table, float x);
 
 }  // namespace ajar::nodes

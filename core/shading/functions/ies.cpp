@@ -17,7 +17,7 @@ bool is_same(double a, double b) { return std::abs(a - b) < kSameAngle; }
 
 // ---- The file (ANSI/IES LM-63-02) ---------------------------------------------------------------------------
 
-/// The thirteen numbers between the tilt and the angles, in their order.
+/// The thirteen numbers between the tilt and the angles, in the order of the file.
 enum Field : size_t {
   Lamps,
   LumensPerLamp,
@@ -37,14 +37,14 @@ enum Field : size_t {
 
 enum class PhotometricSystem { C = 1, B = 2, A = 3 };
 
-/// What a file holds, as it is written there. Angles are in degrees.
+/// The content of a file, unchanged. Angles are in degrees.
 struct Measurement {
   PhotometricSystem system = PhotometricSystem::C;
   std::vector<double> vertical, horizontal;
-  std::vector<double> watts;  ///< all vertical angles of the first horizontal angle, then those of the next
+  std::vector<double> watts;  ///< all values of the first horizontal angle, then those of the next
 };
 
-/// Numbers separated by white space or commas. After the first that cannot be read, all others are 0.
+/// Reads numbers that are separated by white space or commas. After the first error, all numbers are 0.
 class NumberReader {
  public:
   explicit NumberReader(std::string_view text) : rest_(text) {}
@@ -57,7 +57,7 @@ class NumberReader {
       return 0.0;
     }
     const std::string_view word = rest_.substr(0, rest_.find_first_of(kSeparators));
-    const char* digits = word.data() + (word[0] == '+' ? 1 : 0);  // from_chars refuses the sign
+    const char* digits = word.data() + (word[0] == '+' ? 1 : 0);  // from_chars does not accept the sign
     double value = 0.0;
     const auto [end, status] = std::from_chars(digits, word.data() + word.size(), value);
     if (status != std::errc() || !std::isfinite(value)) {
@@ -72,7 +72,7 @@ class NumberReader {
     for (double& number : numbers) number = next();
     return numbers;
   }
-  /// Empty as long as all numbers could be read.
+  /// Empty if all numbers could be read.
   const std::string& problem() const { return problem_; }
   size_t characters_left() const { return rest_.size(); }
 
@@ -82,10 +82,10 @@ class NumberReader {
   std::string problem_;
 };
 
-/// A count from 0 to a thousand million, or -1.
+/// Converts a number to a count from 0 to 10^9. Returns -1 if it is not one.
 int whole(double number) { return number >= 0.0 && number < 1e9 && number == std::floor(number) ? int(number) : -1; }
 
-/// The line TILT= ends the keywords. Returns the position of that line, or npos.
+/// Finds the line TILT=, which ends the keywords. Returns its position, or npos.
 size_t find_tilt_line(std::string_view text) {
   constexpr std::string_view kKeyword = "TILT=";
   size_t at = text.find(kKeyword);
@@ -94,7 +94,7 @@ size_t find_tilt_line(std::string_view text) {
   return at;
 }
 
-/// Returns what is wrong with the file, or nothing.
+/// Parses the file. Returns a description of the first error, or an empty string.
 std::string parse(std::string_view text, Measurement& m) {
   const size_t tilt = find_tilt_line(text);
   if (tilt == std::string_view::npos) return "it has no line TILT=";
@@ -102,7 +102,7 @@ std::string parse(std::string_view text, Measurement& m) {
   const std::string_view tilt_line = text.substr(tilt, line_end - tilt);
   NumberReader numbers(text.substr(line_end));
 
-  // TILT=INCLUDE: the orientation of the lamp, a count, and as many angles and factors.
+  // TILT=INCLUDE is followed by the orientation of the lamp, a count, and this number of angles and of factors.
   if (tilt_line.starts_with("TILT=INCLUDE")) {
     numbers.next();
     const int count = whole(numbers.next());
@@ -116,12 +116,12 @@ std::string parse(std::string_view text, Measurement& m) {
   if (!numbers.problem().empty()) return numbers.problem();
   const int type = whole(header[PhotometricType]), rows = whole(header[VerticalAngles]),
             planes = whole(header[HorizontalAngles]);
-  if (type < 1 || type > 3) return "its photometric type is none of 1 (C), 2 (B) and 3 (A)";
-  if (rows < 2 || planes < 1) return "it needs two vertical angles and a horizontal one at least";
-  // A number takes one character at least, so memory is only used for values that can be there.
+  if (type < 1 || type > 3) return "its photometric type is not 1 (C), 2 (B) or 3 (A)";
+  if (rows < 2 || planes < 1) return "it has fewer than two vertical angles or no horizontal angle";
+  // A number takes at least one character. This check avoids allocating memory for values that the file cannot contain.
   if (size_t(rows) * size_t(planes) > numbers.characters_left())
-    return "it names " + std::to_string(rows) + " vertical and " + std::to_string(planes) +
-           " horizontal angles, for which it does not hold the values";
+    return "it announces " + std::to_string(rows) + " vertical and " + std::to_string(planes) +
+           " horizontal angles but does not hold the values for them";
 
   m.system = PhotometricSystem(type);
   m.vertical = numbers.next(size_t(rows));
@@ -137,16 +137,15 @@ std::string parse(std::string_view text, Measurement& m) {
   return "";
 }
 
-// ---- From the three coordinate systems of the standard to one
-// ----------------------------------------------------------
+// ---- Conversion of the three coordinate systems of the standard to one --------------------------------------------
 
-/// An angle in degrees, and the number of the angle in the file whose values hold there.
+/// An angle in degrees, and the index of the angle in the file whose values are valid there.
 struct Knot {
   double angle;
   size_t source;
 };
 
-/// An axis of the table under construction, ascending. Symmetry adds knots and never values.
+/// An axis of the table under construction, ascending. Symmetry adds knots but no values.
 class Axis {
  public:
   explicit Axis(const std::vector<double>& angles) {
@@ -161,12 +160,12 @@ class Axis {
   void shift(double degrees) {
     for (Knot& knot : knots_) knot.angle += degrees;
   }
-  /// Counts the other way: an angle a becomes `sum` - a.
+  /// Reverses the direction: an angle a becomes `sum` - a.
   void reverse(double sum) {
     for (Knot& knot : knots_) knot.angle = sum - knot.angle;
     std::reverse(knots_.begin(), knots_.end());
   }
-  /// Adds for each knot a its mirror image `sum` - a. Of two knots at one angle, the one that was there stays.
+  /// Adds the mirror image `sum` - a of each knot a. If two knots have equal angles, the original one is kept.
   void mirror(double sum) {
     Axis image = *this;
     image.reverse(sum);
@@ -182,8 +181,8 @@ class Axis {
   std::vector<Knot> knots_;
 };
 
-/// Type C: vertical angles from the nadir, horizontal ones around the vertical axis. The last horizontal angle names
-/// the symmetry: 0 is rotation, 90 is four equal quadrants, 180 two equal halves.
+/// Type C: vertical angles start at the nadir, horizontal angles turn around the vertical axis. The last horizontal
+/// angle determines the symmetry: 0 is rotation, 90 is four equal quadrants, 180 is two equal halves.
 void complete_type_c(Axis& turn) {
   if (is_same(turn.first(), 90.0)) turn.shift(-90.0);  // 90 to 270: symmetric about the other plane
   if (turn.size() == 1) {
@@ -194,7 +193,8 @@ void complete_type_c(Axis& turn) {
   }
   if (is_same(turn.last(), 90.0)) turn.mirror(180.0);
   if (is_same(turn.last(), 180.0)) turn.mirror(360.0);
-  // Some files leave out 360, which is 0 again. That is so if the gap is as wide as the first interval or the last.
+  // Some files leave out 360, which is equal to 0. This is assumed if the gap is as wide as the first or the last
+  // interval.
   const size_t n = turn.size();
   const double gap = 360.0 - turn.last();
   const bool continues = is_same(gap, turn[1].angle - turn[0].angle) ||
@@ -202,8 +202,8 @@ void complete_type_c(Axis& turn) {
   if (is_same(turn.first(), 0.0) && continues) turn.add(360.0, turn[0].source);
 }
 
-/// Type B: the poles of the system lie on the horizon, so its vertical angles are turns and its horizontal ones go up
-/// and down. An axis that begins at 0 stands for both sides.
+/// Type B: the poles of the system are on the horizon, so vertical angles turn and horizontal angles go up and down. An
+/// axis that starts at 0 is valid for both sides.
 void complete_type_b(Axis& turn, Axis& from_nadir) {
   for (Axis* axis : {&turn, &from_nadir})
     if (is_same(axis->first(), 0.0)) axis->mirror(0.0);
@@ -211,8 +211,8 @@ void complete_type_b(Axis& turn, Axis& from_nadir) {
   from_nadir.shift(90.0);
 }
 
-/// Type A: vertical angles from the horizon, horizontal ones from the front and the other way around than in type C. A
-/// file that begins at 0 stands for both sides.
+/// Type A: vertical angles start at the horizon. Horizontal angles start at the front and turn in the opposite
+/// direction to type C. A file that starts at 0 is valid for both sides.
 void complete_type_a(Axis& turn, Axis& from_nadir) {
   const bool one_side = is_same(turn.first(), 0.0);
   from_nadir.shift(90.0);
@@ -220,22 +220,22 @@ void complete_type_a(Axis& turn, Axis& from_nadir) {
   if (one_side) turn.mirror(360.0);
 }
 
-// ---- Interpolation
-// -----------------------------------------------------------------------------------------------------
+// ---- Interpolation ------------------------------------------------------------------------------------------------
 
-/// Four neighbouring entries of an axis and their weights.
+/// Four neighbouring entries of an axis, with their weights.
 struct Support {
   std::array<size_t, 4> entries;
   std::array<float, 4> weights;
 };
 
-/// Catmull and Rom 1974: a cubic through the two entries in the middle, with the slopes between their neighbours.
+/// Catmull and Rom 1974: a cubic through the two middle entries. Its slopes are the differences between their
+/// neighbours.
 std::array<float, 4> catmull_rom(float t) {
   const float s = 1.0f - t;
   return {-0.5f * t * s * s, s * (1.0f + t - 1.5f * t * t), t * (1.0f + s - 1.5f * s * s), -0.5f * s * t * t};
 }
 
-/// The interval of `angles` in which x lies.
+/// The index of the interval of `angles` that contains x.
 size_t interval(const std::vector<float>& angles, float x) {
   return size_t(std::lower_bound(angles.begin() + 1, angles.end() - 1, x) - angles.begin()) - 1;
 }
@@ -244,17 +244,17 @@ std::array<float, 4> weights_at(const std::vector<float>& angles, size_t i, floa
   return catmull_rom((x - angles[i]) / (angles[i + 1] - angles[i]));
 }
 
-/// From the nadir: the first row is followed by the second on its other side, if it is the nadir itself. The last row
-/// is repeated.
+/// Rows, from the nadir. If the first row is the nadir itself, its neighbour on the other side is the second row. The
+/// last row is repeated.
 Support support_of_rows(const std::vector<float>& angles, float x) {
   const size_t i = interval(angles, x), last = angles.size() - 1;
   const size_t beyond_first = angles[0] < 1e-6f ? 1 : 0;
   return {{i > 0 ? i - 1 : beyond_first, i, i + 1, std::min(i + 2, last)}, weights_at(angles, i, x)};
 }
 
-/// Around the axis: where the planes are closed, the last is the first again. Where they are open, Blender repeats the
-/// first plane before the first interval, and takes the plane at the beginning of the last interval again after its
-/// end.
+/// Planes, around the axis. If the planes are closed, the last is the first. If they are open, Blender repeats the
+/// first plane before the first interval; after the last interval it uses the plane at the start of this interval
+/// again.
 Support support_of_planes(const std::vector<float>& angles, float x, bool closed) {
   const size_t i = interval(angles, x), last = angles.size() - 1;
   const size_t before = i > 0 ? i - 1 : closed ? last - 1 : 0;
@@ -277,7 +277,7 @@ IesProfile IesProfile::read(std::string_view text, std::string& error) {
     case PhotometricSystem::A: complete_type_a(turn, from_nadir); break;
   }
   if (turn.size() < 2 || from_nadir.size() < 2) {
-    error = "it holds a single plane, which only type C may";
+    error = "it holds a single plane, which only type C allows";
     return {};
   }
 
@@ -311,7 +311,7 @@ float IesProfile::towards(Vec3 direction) const {
     for (size_t v = 0; v < 4; ++v) along_plane += rows.weights[v] * plane[rows.entries[v]];
     sum += planes.weights[h] * along_plane;
   }
-  return std::max(0.0f, sum);  // the cubic may fall below the values it connects
+  return std::max(0.0f, sum);  // the cubic can be lower than the values that it connects
 }
 
 }  // namespace ajar::nodes

@@ -1,13 +1,16 @@
-// Measured lamps: files of IES LM-63 (1986 to 2002) as the IES Texture node reads them.
+// Measured lamps: IES LM-63 files (1986 to 2002), as the IES Texture node reads them.
 //
-// Meaning: Cycles' of Blender 3.4. Candela times the file's factors become Cycles' watts by 4 pi / 177.83 (the efficacy
-// of D65). A direction is looked up by its angle from -z and its turn about z, angles between rows and columns are
-// interpolated by Catmull-Rom splines in their number, what lies beyond the last row is dark. Type C: one plane stands
-// for all, 0-90 and 0-180 are mirrored, 90-270 is turned to 0-180. Types A and B, files that leave out part of the
-// circle, and those that begin above the nadir, are read as Blender 5.2 reads them: 3.4 refuses them or shows them
-// dark.
+// The meaning is that of Cycles in Blender 3.4:
+// - Candela times the factors of the file are converted to Cycles' watts by 4 pi / 177.83 (the efficacy of D65).
+// - A direction is looked up by its angle from -z and its angle about z.
+// - Values between rows and columns are interpolated by Catmull-Rom splines over their indices.
+// - Beyond the last row the lamp is dark.
+// - Type C: a single plane is used for all angles, 0-90 and 0-180 are mirrored, 90-270 is rotated to 0-180.
 //
-// Tilt tables and the sizes of the opening are passed over, as there.
+// Types A and B, files that leave out part of the circle, and files that start above the nadir are read as in Blender
+// 5.2. Blender 3.4 rejects them or renders them dark.
+//
+// Tilt tables and the size of the opening are ignored, as in Cycles.
 #pragma once
 
 #include <string>
@@ -18,16 +21,16 @@
 
 namespace ajar::nodes {
 
-/// What a node without a usable file shows, as in Cycles.
+/// The value of a node without a usable file, as in Cycles.
 inline constexpr float kWithoutIes = 100.0f;
 
 class IesProfile {
  public:
-  /// Reads a file's text. When it is none, `error` says what is wrong with it, and the profile stays empty.
+  /// Reads the text of a file. If it is not valid, `error` describes the problem and the profile is empty.
   static IesProfile read(std::string_view text, std::string& error);
 
   bool empty() const { return values_.empty(); }
-  /// Strength towards `direction`, of any length.
+  /// The strength towards `direction`, which may have any length.
   float towards(Vec3 direction) const;
 
   const std::vector<float>& horizontal() const { return horizontal_; }  ///< radians, ascending
@@ -35,8 +38,8 @@ class IesProfile {
 
  private:
   std::vector<float> horizontal_, vertical_;
-  std::vector<float> values_;  ///< by horizontal angle, then vertical
-  bool closed_ = false;        ///< the planes go all the way round, the last is the first again
+  std::vector<float> values_;  ///< ordered by horizontal angle, then by vertical angle
+  bool closed_ = false;        ///< the planes cover the full circle; the last is the first
 };
 
 }  // namespace ajar::nodes

@@ -1,6 +1,6 @@
-// What the Math, Vector Math, Clamp, Map Range, Mapping and Vector Rotate nodes compute.
-// Definitions are Blender's (manual, "Converter Nodes"), with Cycles' guards against division by zero and
-// arguments outside a function's domain, which give 0.
+// The functions of the nodes Math, Vector Math, Clamp, Map Range, Mapping and Vector Rotate. The definitions are
+// Blender's (manual, "Converter Nodes"). As in Cycles, division by zero and arguments outside a function's domain give
+// 0.
 #pragma once
 
 #include <cmath>
@@ -218,7 +218,7 @@ inline float vector_math_value(VectorOperation operation, Vec3 a, Vec3 b) {
   }
 }
 
-/// `sorted` swaps min and max when they are the wrong way round (Clamp Type: Range).
+/// If `sorted`, min and max are swapped if min is greater than max (Clamp Type: Range).
 inline float clamp_between(float value, float min, float max, bool sorted) {
   if (sorted && min > max) std::swap(min, max);
   return std::min(std::max(value, min), max);
@@ -238,13 +238,13 @@ inline float map_range(RangeInterpolation kind, float value, float from_min, flo
   }
   return to_min + t * (to_max - to_min);
 }
-/// A vector's component where from_min equals from_max maps to to_min.
+/// A component of a vector for which from_min equals from_max is mapped to to_min.
 inline float map_range_component(RangeInterpolation kind, float value, float from_min, float from_max, float to_min,
                                  float to_max, float steps) {
   return from_max == from_min ? to_min : map_range(kind, value, from_min, from_max, to_min, to_max, steps);
 }
 
-/// Rotation by Euler angles in radians, x first, as Blender's XYZ order.
+/// Rotation by Euler angles in radians in Blender's order XYZ: x is applied first.
 inline Mat3 euler_rotation(Vec3 angles) {
   const float cx = std::cos(angles.x), cy = std::cos(angles.y), cz = std::cos(angles.z);
   const float sx = std::sin(angles.x), sy = std::sin(angles.y), sz = std::sin(angles.z);

@@ -8,19 +8,20 @@
 namespace ajar::nodes {
 namespace {
 
-// The hash of a lattice point numbers its gradient g, and the lattice point contributes the dot product of g with the
+// The hash of a lattice point selects its gradient g. The lattice point contributes the dot product of g and the
 // distance d from it. In three dimensions the gradients are those of Perlin 2002 ("Improving Noise"): the directions to
-// the middles of the twelve edges of a cube. In four, one component is zero and the others are 1 or -1. Two and one
-// dimensions are Blender's: (1, 2) and (2, 1) with all signs, and slopes from 1 to 8 with both. The numbering is part
-// of the definition. There are no tables, so that the compiler can compute all corners of a cell at once.
+// the centres of the twelve edges of a cube. In four dimensions one component is zero and the others are 1 or -1. In
+// one and two dimensions the gradients are Blender's: slopes from 1 to 8 with both signs, and (1, 2) and (2, 1) with
+// all signs. The numbering is part of the definition. There are no tables, so the compiler can vectorise over the
+// corners of a cell.
 
-/// x or -x, as this bit of the number says.
+/// x or -x; the given bit of the number is the sign.
 inline float with_sign(float x, uint32_t number, int bit) {
   return std::bit_cast<float>(std::bit_cast<uint32_t>(x) ^ (number >> bit << 31));
 }
 
-/// Dot product with the gradient that is 0 along one axis and has the lowest bits of `number` as signs along the
-/// others.
+/// Dot product with the gradient that is 0 along one axis. Its signs along the other axes are the lowest bits of
+/// `number`.
 template <int N>
 float along_edge(uint32_t number, uint32_t zero_axis, const float (&d)[N]) {
   float sum = 0.0f;
@@ -32,18 +33,18 @@ inline float contribution(uint32_t hash, const float (&d)[1]) {
   return with_sign(float(int(hash % 8) + 1) * d[0], hash, 3);
 }
 inline float contribution(uint32_t hash, const float (&d)[2]) {
-  const bool along_y = hash % 8 < 4;  // the component of 2
+  const bool along_y = hash % 8 < 4;  // the axis of the component 2
   return with_sign(along_y ? d[0] : d[1], hash, 0) + 2.0f * with_sign(along_y ? d[1] : d[0], hash, 1);
 }
 inline float contribution(uint32_t hash, const float (&d)[3]) {
-  // Perlin fills up sixteen numbers with four of the edges again, which form a tetrahedron: 12 to 15 stand for 0, 9, 1
+  // Perlin extends the twelve edges to sixteen numbers by repeating four that form a tetrahedron: 12 to 15 are 0, 9, 1
   // and 11, the digits of the constant.
   const uint32_t low = hash % 16, number = low < 12 ? low : 0xb190u >> 4 * (low - 12) & 15;
   return along_edge(number, 2 - number / 4, d);
 }
 inline float contribution(uint32_t hash, const float (&d)[4]) { return along_edge(hash, 3 - hash % 32 / 8, d); }
 
-/// Makes the range about [-1, 1]; found by experiment by the authors of Open Shading Language.
+/// Scales the range to about [-1, 1]. The authors of Open Shading Language found these values by experiment.
 template <int N>
 constexpr float kRange = N == 1   ? 0.2500f
                          : N == 2 ? 0.6616f
@@ -62,7 +63,7 @@ float signed_noise(Point<N> p) {
     const float t = fraction[axis] = p[axis] - low;
     fade[axis] = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
   }
-  // Bit k of a corner's number tells its side along axis k.
+  // Bit k of the index of a corner is its side along axis k.
   float value[kCorners];
   for (int corner = 0; corner < kCorners; ++corner) {
     uint32_t key[N];
@@ -92,7 +93,7 @@ float fbm(const NoiseParameters& n, Point<N> p) {
   const float part = n.octaves - std::floor(n.octaves);
   if (part == 0.0f) return scaled(sum, total);
   const float more = sum + amplitude * signed_noise(frequency * p);
-  // Without a whole octave there is nothing to divide by: only the part counts.
+  // Without a whole octave the divisor would be 0, so only the fractional octave counts.
   return (total > 0.0f || !n.normalize ? (1.0f - part) * scaled(sum, total) : 0.0f) +
          part * scaled(more, total + amplitude);
 }
@@ -116,12 +117,12 @@ float hetero_terrain(const NoiseParameters& n, Point<N> p) {
   return part == 0.0f ? value : value + part * increment();
 }
 
-// Musgrave (Texturing and Modeling, 3rd ed., chapter 16): where the octaves before gave little, later ones count less,
+// Musgrave (Texturing and Modeling, 3rd ed., chapter 16): an octave counts less where the octaves before it were small,
 // so that valleys stay smooth. The weight of an octave is the product of gain * signal over the octaves before it, and
 // at most 1.
 template <int N>
 float hybrid_multifractal(const NoiseParameters& n, Point<N> p) {
-  constexpr float kInvisible = 0.001f;  // octaves of a lower weight are left out, as in Blender
+  constexpr float kInvisible = 0.001f;  // octaves with a smaller weight are left out, as in Blender
   float sum = 0.0f, weight = 1.0f, amplitude = 1.0f;
   for (float left = n.octaves; left > 0.0f && weight > kInvisible; left -= 1.0f) {
     const float signal = amplitude * (signed_noise(p) + n.offset), share = std::min(left, 1.0f);
@@ -158,7 +159,7 @@ float fractal(const NoiseParameters& n, Point<N> p) {
   return 0.0f;
 }
 
-/// A place between 100 and 200 on every axis, by which noises of one node are kept apart.
+/// An offset between 100 and 200 on every axis, which separates the noises of one node.
 template <int N>
 Point<N> apart(int seed) {
   Point<N> offset;

@@ -1,4 +1,4 @@
-// How much of the surroundings a point sees: the Ambient Occlusion node (Zhukov et al. 1998).
+// The unoccluded fraction of the directions around a point: the Ambient Occlusion node (Zhukov et al. 1998).
 #pragma once
 
 #include "shading/bsdf/shading_point.h"
@@ -6,13 +6,14 @@
 namespace ajar::nodes {
 
 struct OcclusionParameters {
-  float distance;  ///< metres that the rays go
+  float distance;  ///< length of the rays in metres
   int samples;
-  bool inside, only_local;  ///< below the surface; only the object itself is in the way
+  bool inside, only_local;  ///< inside: the rays start below the surface; only_local: only the object itself occludes
 };
 
-/// Share of so many rays, by the cosine around `normal`, that meet nothing. Which rays, the place alone decides: paths
-/// that find it from either end agree, and every place has its own. 1 where there is no scene.
+/// The fraction of `samples` cosine-distributed rays around `normal` that hit nothing. The rays depend only on the
+/// position, so that paths from the eye and from lights get the same value, and every position has its own rays. 1 if
+/// there is no scene.
 float openness(const ShadingPoint& point, const OcclusionParameters& parameters, Vec3 normal);
 
 }  // namespace ajar::nodes

@@ -9,7 +9,7 @@
 namespace ajar::nodes {
 
 float wave(const WaveParameters& w, Vec3 p) {
-  p = (p + 0.000001f) * 0.999999f;  // faces that lie on whole numbers stay in one band
+  p = (p + 0.000001f) * 0.999999f;  // faces at integer coordinates stay in one band
   const Vec3 place = p;
   float phase;
   if (w.rings) {
@@ -36,7 +36,7 @@ Color magic(Vec3 p, float scale, int depth, float distortion) {
   for (int i = 0; i < 3; ++i) p[i] = std::fmod(p[i], 2.0f * kPi);
   Vec3 v(std::sin((p.x + p.y + p.z) * 5.0f * scale), std::cos((-p.x + p.y - p.z) * 5.0f * scale),
          -std::cos((-p.x - p.y + p.z) * 5.0f * scale));
-  // Each step replaces one component by the sine or cosine of a signed sum of all three.
+  // Each step replaces one component by the sine or cosine of a signed sum of all three components.
   struct Step {
     int target;
     float (*function)(float);
@@ -58,7 +58,7 @@ Color magic(Vec3 p, float scale, int depth, float distortion) {
 
 namespace {
 
-/// Noise of a whole number in [0, 1], the one of Blender's bricks.
+/// A hash of an integer to [0, 1], the one of Blender's Brick Texture.
 float brick_noise(uint32_t n) {
   n = (n + 1013u) & 0x7fffffffu;
   n ^= n >> 13;
@@ -89,7 +89,7 @@ Vec2 brick(const BrickParameters& b, Vec3 p) {
 }
 
 Color wavelength(float nanometres) {
-  // Colour matching functions of the CIE 1931 observer, from 380 nm in steps of 5 nm.
+  // The colour matching functions of the CIE 1931 observer, from 380 nm in steps of 5 nm.
   static constexpr int kCount = 81;
   static constexpr float kObserver[kCount][3] = {{0.0014f, 0, 0.0065f},
                                                  {0.0022f, 0.0001f, 0.0105f},
@@ -178,7 +178,7 @@ Color wavelength(float nanometres) {
   const float t = place - float(i);
   Color xyz;
   for (int k = 0; k < 3; ++k) xyz[k] = (1.0f - t) * kObserver[i][k] + t * kObserver[i + 1][k];
-  return glm::max(xyz_to_rgb(xyz) / 2.52f, 0.0f);  // the scale keeps all components below 1
+  return glm::max(xyz_to_rgb(xyz) / 2.52f, 0.0f);  // this scale keeps all components below 1
 }
 
 }  // namespace ajar::nodes

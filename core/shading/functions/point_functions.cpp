@@ -42,7 +42,7 @@ Vec3 hair_tangent_normal(const ShadingPoint& point) {
   return normalize_or_zero(point.wo - point.dpdu * (glm::dot(point.dpdu, point.wo) / length_squared(point.dpdu)));
 }
 
-/// Normals transform by the transpose of the inverse.
+/// Normals are transformed by the transpose of the inverse matrix.
 Vec3 normal_to_object(const BuiltInstance& instance, float time, Vec3 n) {
   Mat4 moved;
   return normalize_or_zero(Vec3(glm::transpose(Mat3(world_from_object(instance, time, moved))) * n));
@@ -55,7 +55,7 @@ Vec3 normal_to_world(const BuiltInstance& instance, float time, Vec3 n) {
   return normalize_or_zero(Vec3(glm::transpose(Mat3(object_from_world(instance, time, moved))) * n));
 }
 
-/// `tangent` projected to the plane of `normal`.
+/// `tangent`, projected to the plane of `normal`.
 Vec3 tangent_of(Vec3 normal, Vec3 tangent) {
   return glm::cross(normal, normalize_or_zero(glm::cross(tangent, normal)));
 }
@@ -74,7 +74,7 @@ Vec3 generated(const ShadingPoint& point) {
   if (!point.mesh) return point.position;
   const BuiltMesh& mesh = *point.mesh;
   Mat4 moved;
-  // All of a strand is where it begins, as in Cycles.
+  // All points of a strand have the coordinates of its root, as in Cycles.
   const Vec3 position = is_strand(point) && mesh.undeformed_position < 0
                             ? (mesh.baked && point.instance
                                    ? transform_point(object_from_world(*point.instance, point.time, moved),
@@ -133,7 +133,7 @@ Vec3 radial_tangent(const ShadingPoint& point, Axis axis) {
 
 namespace {
 
-/// Unit tangent of the triangle along u in world space; `sign` is -1 on mirrored islands.
+/// The unit tangent of the triangle along u, in world space. `sign` is -1 on mirrored islands.
 bool triangle_tangent(const ShadingPoint& point, const std::string& name, Vec3& tangent, float& sign) {
   if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
   const int index = name.empty() ? point.mesh->active_uv : point.mesh->find_attribute(name);

@@ -14,33 +14,32 @@ namespace {
 
 float safe_acos(float x) { return std::acos(std::clamp(x, -1.0f, 1.0f)); }
 
-/// Angle from the zenith, and azimuth from y towards x.
+/// The angle from the zenith, and the azimuth from y towards x.
 Vec2 spherical(Vec3 d) { return {safe_acos(d.z), std::atan2(d.x, d.y)}; }
 
-// ---- Single scattering [Nishita et al. 1993] with ozone, at 21 wavelengths from 380 to 780 nm
-// ------------------------
+// ---- Single scattering [Nishita et al. 1993] with ozone, at 21 wavelengths from 380 to 780 nm ---------------------
 //
-// A ray collects, from each of its points, the sunlight that is scattered there towards the eye:
-//   L = E integral T(eye, p) (beta_air rho_air(p) P_air + beta_dust rho_dust(p) P_dust) T(p, sun) dt,   T = exp(-sum of
-//   columns * coefficients).
-// The Earth is a sphere, so a point needs no coordinates: its altitude and the cosine between the vertical and a
-// direction determine what lies in that direction. Constants and quadratures are those of Blender, since its pictures
-// depend on them.
+// The radiance along a ray is the sunlight that each of its points scatters towards the eye:
+//   L = E integral T(eye, p) (beta_air rho_air(p) P_air + beta_dust rho_dust(p) P_dust) T(p, sun) dt,
+//   T = exp(-sum of columns * coefficients).
+// The Earth is a sphere, so a point needs no coordinates: its altitude, and the cosine between the vertical and a
+// direction, determine everything along that direction. Constants and quadratures are those of Blender, because its
+// images depend on them.
 
 constexpr int kWavelengths = 21;
 constexpr float kWavelengthStep = 20.0f;
-constexpr int kWidth = 512, kHeight = 128;  // of the table: azimuth, elevation (closer towards the horizon)
+constexpr int kWidth = 512, kHeight = 128;  // size of the table: azimuth, elevation (denser near the horizon)
 constexpr int kViewSteps = 32;
-constexpr float kEarthRadius = 6360e3f, kAtmosphere = 60e3f;  // metres; the atmosphere ends at this altitude
+constexpr float kEarthRadius = 6360e3f, kAtmosphere = 60e3f;  // metres; kAtmosphere is the altitude of its end
 constexpr float kDustScattering = 2e-5f, kDustExtinction = 1.11f * kDustScattering;  // Mie, per metre
 constexpr float kDustAnisotropy = 0.76f;
 
-/// W m^-2 nm^-1 above the atmosphere.
+/// Irradiance above the atmosphere in W m^-2 nm^-1.
 constexpr float kSunIrradiance[kWavelengths] = {
     1.4575683f, 1.565963f,   1.6514845f, 1.71496243f, 1.75797984f, 1.782564f,   1.7909511f,
     1.7854155f, 1.76815555f, 1.7412207f, 1.7064713f,  1.6655609f,  1.61993437f, 1.570836f,
     1.5193234f, 1.466285f,   1.4124585f, 1.3584496f,  1.3047491f,  1.2517496f,  1.19976f};
-/// Scattering by air and absorption by ozone per metre at their densest.
+/// Scattering by air and absorption by ozone per metre, at their maximum densities.
 constexpr float kAirScattering[kWavelengths] = {
     5.42482e-05f,    4.4185499e-05f, 3.6351519e-05f,  3.017929e-05f,  2.5263202e-05f, 2.1308593e-05f, 1.809838e-05f,
     1.54705713e-05f, 1.330285e-05f,  1.15018478e-05f, 9.995574e-06f,  8.728e-06f,     7.655137e-06f,  6.742172e-06f,
@@ -49,7 +48,7 @@ constexpr float kOzoneAbsorption[kWavelengths] = {
     3.2512685e-09f, 5.8539537e-09f, 1.9771912e-08f, 7.30956876e-08f, 2.0084562e-07f,  4.0383958e-07f,  6.3551336e-07f,
     9.670704e-07f,  1.547974e-06f,  2.0903865e-06f, 2.46128056e-06f, 2.735513e-06f,   2.15125863e-06f, 1.5905184e-06f,
     1.123562e-06f,  7.3527551e-07f, 4.645013e-07f,  3.309608e-07f,   2.25126123e-07f, 1.4879129e-07f,  1.6828623e-07f};
-/// CIE 1931.
+/// The colour matching functions of the CIE 1931 observer.
 constexpr float kObserver[kWavelengths][3] = {{0.001368f, 3.9e-05f, 0.006450001f},
                                               {0.01431f, 0.000396f, 0.06785001f},
                                               {0.13438f, 0.004f, 0.6456f},
@@ -81,8 +80,7 @@ Vec3 to_xyz(const Spectrum& spectrum) {
   return xyz * kWavelengthStep;
 }
 
-/// Amounts of the three constituents: densities relative to the densest place of each, or columns, which are densities
-/// times metres.
+/// Amounts of the three constituents: densities relative to their maxima, or columns, which are densities times metres.
 struct Constituents {
   float air = 0.0f, dust = 0.0f, ozone = 0.0f;
 
@@ -90,15 +88,15 @@ struct Constituents {
     air += other.air * factor, dust += other.dust * factor, ozone += other.ozone * factor;
     return *this;
   }
-  /// For a column, the part of the light of a wavelength that comes through it.
+  /// For a column: the fraction of the light of a wavelength that passes it.
   float transmittance(int wavelength) const {
     return std::exp(
         -(air * kAirScattering[wavelength] + dust * kDustExtinction + ozone * kOzoneAbsorption[wavelength]));
   }
 };
 
-/// Air and dust thin out exponentially, with scale heights of 8 and 1.2 km. Ozone is a layer around 25 km, from 10 to
-/// 40 km.
+/// The densities of air and dust decrease exponentially, with scale heights of 8 and 1.2 km. Ozone is a layer around 25
+/// km, from 10 to 40 km.
 Constituents densities_at(float altitude) {
   return {std::exp(-altitude / 8e3f), std::exp(-altitude / 1.2e3f),
           std::max(1.0f - std::abs(altitude - 25e3f) / 15e3f, 0.0f)};
@@ -107,7 +105,7 @@ Constituents scaled(const Constituents& c, const Atmosphere& a) {
   return {c.air * a.air_density, c.dust * a.dust_density, c.ozone * a.ozone_density};
 }
 
-/// A ray from an altitude, at an angle to the vertical of which `cosine` is known.
+/// A ray from a given altitude. `cosine` is the cosine between the ray and the vertical.
 class AtmosphericRay {
  public:
   AtmosphericRay(float altitude, float cosine)
@@ -118,8 +116,8 @@ class AtmosphericRay {
   /// Distance to the end of the atmosphere.
   float length() const { return length_; }
 
-  /// Altitude at distance t: of the squared radius only the part beyond that of the Earth is used, so that metres are
-  /// not lost in thousands of kilometres.
+  /// The altitude at distance t. It uses only the part of the squared radius beyond that of the Earth, because
+  /// subtracting radii of thousands of kilometres would lose the metres.
   float altitude_at(float t) const {
     const float excess = excess_ + t * (t + 2.0f * rise_);
     return excess / (std::sqrt(sqr(kEarthRadius) + excess) + kEarthRadius);
@@ -128,9 +126,9 @@ class AtmosphericRay {
   /// True if the line of the ray, in both directions, passes through the Earth.
   bool line_meets_earth() const { return sqr(rise_) >= excess_; }
 
-  /// Densities, integrated over the ray by Gauss-Laguerre quadrature, which suits what falls off exponentially. The
-  /// nodes (Abramowitz and Stegun, table 25.9, n = 8) are divided by 25, so that the last one is still inside the
-  /// atmosphere; the weights are those of the table that contain exp(x).
+  /// The densities, integrated over the ray by Gauss-Laguerre quadrature, which suits functions that decrease
+  /// exponentially. The nodes (Abramowitz and Stegun, table 25.9, n = 8) are divided by 25, so that the last node is
+  /// still inside the atmosphere. The weights are those of the table that contain exp(x).
   Constituents column() const {
     static constexpr float kNodes[8] = {0.170279632305f, 0.903701776799f, 2.251086629866f,  4.266700170288f,
                                         7.045905402393f, 10.75851601018f, 15.740678641278f, 22.863131736889f};
@@ -151,21 +149,21 @@ class AtmosphericRay {
     return rise_ > 0.0f ? gain / (root + rise_) : root - rise_;
   }
 
-  float rise_;    ///< radius times cosine: half the growth of the squared radius per metre at the start
-  float excess_;  ///< of the start
+  float rise_;    ///< radius times cosine: half of the increase of the squared radius per metre at the start
+  float excess_;  ///< excess_of the altitude at the start
   float length_;
 };
 
 float rayleigh_phase(float cosine) { return 3.0f / (16.0f * kPi) * (1.0f + sqr(cosine)); }
 
-/// Cornette and Shanks 1992, as Nishita et al. use it for dust.
+/// Cornette and Shanks 1992, which Nishita et al. use for dust.
 float dust_phase(float cosine) {
   const float g = kDustAnisotropy, normalization = 3.0f * (1.0f - g * g) / (8.0f * kPi * (2.0f + g * g));
   return normalization * (1.0f + sqr(cosine)) / std::pow(1.0f + g * g - 2.0f * g * cosine, 1.5f);
 }
 
-/// Radiance of the sky in XYZ. The directions are given by what matters of them: sines of the elevations of view and
-/// sun, and the cosine between the two.
+/// The radiance of the sky in XYZ. Only three numbers of the directions are needed: the sines of the elevations of the
+/// ray and of the sun, and the cosine between both.
 Vec3 scattered(const Atmosphere& a, float view_sine, float sun_sine, float view_sun_cosine) {
   const AtmosphericRay view(a.altitude, view_sine);
   const float step = view.length() / kViewSteps, air_phase = rayleigh_phase(view_sun_cosine),
@@ -176,11 +174,11 @@ Vec3 scattered(const Atmosphere& a, float view_sine, float sun_sine, float view_
     const float t = (float(i) + 0.5f) * step, altitude = view.altitude_at(t);
     const Constituents here = scaled(densities_at(altitude), a);
     seen_through.add(here, step);
-    // Projections on the direction to the sun add up along the ray.
+    // The projections on the direction of the sun are summed along the ray.
     const float sun_cosine = ((kEarthRadius + a.altitude) * sun_sine + t * view_sun_cosine) / (kEarthRadius + altitude);
     const AtmosphericRay to_sun(altitude, sun_cosine);
-    // As in Blender, there is no shadow while the sun is above the eye's horizontal plane. Otherwise it is enough that
-    // the Earth is on the line to the sun, in front of the point or behind it.
+    // As in Blender, there is no shadow while the sun is above the eye's horizontal plane. Otherwise a point is in
+    // shadow if the Earth is on the line to the sun, in front of the point or behind it.
     if (sun_sine < 0.0f && to_sun.line_meets_earth()) continue;
     const Constituents through = scaled(to_sun.column(), a).add(seen_through, 1.0f);
     for (int k = 0; k < kWavelengths; ++k) {
@@ -191,7 +189,7 @@ Vec3 scattered(const Atmosphere& a, float view_sine, float sun_sine, float view_
   return to_xyz(radiance);
 }
 
-/// Radiance of the sun seen at an elevation, XYZ. Ozone does not dim it, as in Blender.
+/// The radiance of the sun at an elevation, in XYZ. Ozone does not dim it, as in Blender.
 Vec3 sun_radiance(const Atmosphere& a, float elevation) {
   Constituents through = scaled(AtmosphericRay(a.altitude, std::sin(elevation)).column(), a);
   through.ozone = 0.0f;
@@ -202,17 +200,16 @@ Vec3 sun_radiance(const Atmosphere& a, float elevation) {
   return to_xyz(radiance);
 }
 
-// ---- Analytic models
-// ---------------------------------------------------------------------------------------------------
+// ---- Analytic models ----------------------------------------------------------------------------------------------
 
-/// Perez et al. (1993): darkening towards the horizon times brightening towards the sun.
+/// Perez et al. (1993): a factor that darkens towards the horizon, times a factor that brightens towards the sun.
 float perez(const float* k, float theta, float gamma) {
   const float cosine = std::cos(gamma);
   return (1.0f + k[0] * std::exp(k[1] / std::cos(theta))) *
          (1.0f + k[2] * std::exp(k[3] * gamma) + k[4] * cosine * cosine);
 }
 
-/// Hosek and Wilkie (2012), equation 8.
+/// Hosek and Wilkie (2012), eq. 8.
 float hosek(const float* k, float theta, float gamma) {
   const float ct = std::cos(theta), cg = std::cos(gamma);
   const float mie = (1.0f + cg * cg) / std::pow(1.0f + k[8] * k[8] - 2.0f * k[8] * cg, 1.5f);
@@ -220,7 +217,8 @@ float hosek(const float* k, float theta, float gamma) {
          (k[2] + k[3] * std::exp(k[4] * gamma) + k[5] * cg * cg + k[6] * mie + k[7] * std::sqrt(ct));
 }
 
-/// Quintic Bézier curve over the cube root of the sun's elevation, linear in turbidity and ground albedo.
+/// A quintic Bézier curve over the cube root of the sun's elevation, interpolated linearly in turbidity and ground
+/// albedo.
 double hosek_coefficient(const float* table, int parameters, int parameter, double turbidity, double albedo,
                          double elevation) {
   const double t = std::cbrt(elevation / (0.5 * M_PI)), s = 1.0 - t;
@@ -248,7 +246,7 @@ Sky Sky::preetham(Vec3 to_sun, float turbidity) {
   sky.sun_theta_ = sun.x;
   sky.sun_phi_ = sun.y;
   const float T = turbidity, t = sun.x;
-  // Tables 2 of the paper's appendix, for luminance Y and chromaticity x and y.
+  // Table 2 of the paper's appendix, for the luminance Y and the chromaticities x and y.
   static constexpr float kSlope[3][5] = {{0.1787f, -0.3554f, -0.0227f, 0.1206f, -0.0670f},
                                          {-0.0193f, -0.0665f, -0.0004f, -0.0641f, -0.0033f},
                                          {-0.0167f, -0.0950f, -0.0079f, -0.0441f, -0.0109f}};
@@ -288,7 +286,7 @@ Sky Sky::nishita(const Atmosphere& given) {
   Sky sky;
   sky.model_ = Model::Nishita;
   Atmosphere& a = sky.atmosphere_ = given;
-  a.altitude = std::clamp(a.altitude, 1.0f, 59999.0f);  // neither underground nor in space
+  a.altitude = std::clamp(a.altitude, 1.0f, 59999.0f);  // above the ground and below the end of the atmosphere
   a.sun_size = std::max(a.sun_size, 0.0005f);
   a.sun_rotation = std::fmod(a.sun_rotation, 2.0f * kPi);
   if (a.sun_rotation < 0.0f) a.sun_rotation += 2.0f * kPi;
@@ -301,15 +299,15 @@ Sky Sky::nishita(const Atmosphere& given) {
   sky.sun_bottom_ = sun_radiance(a, std::max(a.sun_elevation - radius, 0.0f));
   sky.sun_top_ = sun_radiance(a, std::max(a.sun_elevation + radius, 0.0f));
 
-  // The sky is the same on both sides of the sun, so half of each row is computed. A row's elevation grows with the
-  // square of its number.
+  // The sky is symmetric about the sun, so half of each row is computed. The elevation of a row grows with the square
+  // of its index.
   sky.table_.resize(size_t(kWidth) * kHeight);
   tbb::parallel_for(0, kHeight, [&](int y) {
     const float elevation = 0.5f * kPi * (1.0f + 0.5f / kHeight) * sqr(float(y) / kHeight);
     const float view_sine = std::sin(elevation), view_cosine = std::cos(elevation);
     Vec3* row = sky.table_.data() + size_t(y) * kWidth;
     for (int x = 0; x < kWidth / 2; ++x) {
-      const float azimuth = 2.0f * kPi * float(x) / kWidth - kPi;  // from the sun
+      const float azimuth = 2.0f * kPi * float(x) / kWidth - kPi;  // relative to the sun
       const float view_sun_cosine = view_sine * sun_sine + view_cosine * sun_cosine * std::cos(azimuth);
       row[x] = row[kWidth - 1 - x] = scattered(a, view_sine, sun_sine, view_sun_cosine);
     }
@@ -333,7 +331,7 @@ Color Sky::analytic(Vec3 direction) const {
   const Vec2 d = spherical(direction);
   const float gamma = safe_acos(std::sin(d.x) * std::sin(sun_theta_) * std::cos(sun_phi_ - d.y) +
                                 std::cos(d.x) * std::cos(sun_theta_));
-  const float theta = std::min(d.x, 0.5f * kPi - 0.001f);  // below the horizon it goes on
+  const float theta = std::min(d.x, 0.5f * kPi - 0.001f);  // stays at the horizon below it
   Vec3 v;
   for (int c = 0; c < 3; ++c)
     v[c] = zenith_[c] * (model_ == Model::Preetham ? perez(shape_[c], theta, gamma) : hosek(shape_[c], theta, gamma));
@@ -361,14 +359,14 @@ Color Sky::atmospheric(Vec3 direction) const {
   const Vec2 d = spherical(direction);
   float x = (d.y + kPi + a.sun_rotation) / (2.0f * kPi);
   if (x > 1.0f) x -= 1.0f;
-  if (direction.z < 0.0f) {  // a black ground that fades in
+  if (direction.z < 0.0f) {  // below the horizon the sky fades to black
     if (direction.z < -0.4f) return Color(0.0f);
     const float fade = 1.0f + 2.5f * direction.z;
     return glm::max(xyz_to_rgb(lookup(x, -0.5f) * fade * fade * fade), 0.0f);
   }
   const float elevation = 0.5f * kPi - d.x, radius = 0.5f * a.sun_size;
   if (a.sun_disc) {
-    // Half angles by chords: exact where cosines are not.
+    // The half angle from two chords is accurate where cosines are not.
     const float angle = 2.0f *
                         std::atan2(glm::length(direction - sun_direction_), glm::length(direction + sun_direction_));
     if (angle < radius && a.sun_elevation + radius > 0.0f) {

@@ -1,6 +1,6 @@
-// Clear skies, as Blender's Sky Texture has them: the analytic models of Preetham et al. (1999) and of Hosek and Wilkie
-// (2012), and single scattering in an atmosphere (Nishita et al. 1993) with a sun disc, computed once into a table.
-// Directions have z up.
+// Clear skies, as in Blender's Sky Texture: the analytic models of Preetham et al. (1999) and of Hosek and Wilkie
+// (2012), and single scattering in an atmosphere (Nishita et al. 1993) with a sun disc, which is computed once and
+// stored in a table. Directions have z up.
 #pragma once
 
 #include <memory>
@@ -11,13 +11,13 @@
 
 namespace ajar::nodes {
 
-/// What an atmosphere is made of; densities relative to the Earth's, angles in radians.
+/// The constituents of an atmosphere. Densities are relative to the Earth's, angles are in radians.
 struct Atmosphere {
   float sun_elevation = 0.261799f, sun_rotation = 0.0f;
   float altitude = 0.0f;  ///< metres
   float air_density = 1.0f, dust_density = 1.0f, ozone_density = 1.0f;
   bool sun_disc = true;
-  float sun_size = 0.009512f;  ///< angle of its diameter
+  float sun_size = 0.009512f;  ///< angle of the sun's diameter
   float sun_intensity = 1.0f;
 };
 
@@ -29,7 +29,7 @@ class Sky {
 
   Color radiance(Vec3 direction) const;
 
-  /// The sun where it shows: a small part of the sky that holds most of its light.
+  /// The sun disc, if it is visible: a small part of the sky that emits most of its light.
   struct Disc {
     Vec3 direction;
     float angular_radius;
@@ -39,13 +39,13 @@ class Sky {
  private:
   enum class Model : uint8_t { Preetham, HosekWilkie, Nishita } model_ = Model::Preetham;
   float sun_theta_ = 0.0f, sun_phi_ = 0.0f;  // phi from y to x
-  Vec3 zenith_{0.0f};                        // of the components of the model's colour space
+  Vec3 zenith_{0.0f};                        // components in the model's colour space
   float shape_[3][9] = {};
   // Nishita
   Atmosphere atmosphere_;
   Vec3 sun_direction_{0, 0, 1};
   Color sun_bottom_{0.0f}, sun_top_{0.0f};
-  std::vector<Vec3> table_;  // XYZ; rows from the horizon up
+  std::vector<Vec3> table_;  // XYZ; rows go up from the horizon
 
   Color analytic(Vec3 direction) const;
   Color atmospheric(Vec3 direction) const;

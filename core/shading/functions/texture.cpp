@@ -15,7 +15,7 @@ float srgb_to_linear(float x) {
   return std::pow((x + 0.055f) / 1.055f, 2.4f);
 }
 
-/// The curve at 1025 points; linear interpolation between them is off by less than 4e-7.
+/// The curve at 1025 points. The error of linear interpolation between them is less than 4e-7.
 struct SrgbTable {
   float values[1026];
   SrgbTable() {
@@ -40,7 +40,7 @@ constexpr float kScale<uint8_t> = 1.0f / 255.0f;
 template <>
 constexpr float kScale<uint16_t> = 1.0f / 65535.0f;
 
-/// Four floats in one register; sums of texels are the whole cost of a lookup.
+/// Four floats in one register. The sums of texels are the main cost of a lookup.
 using Float4 = float __attribute__((vector_size(16)));
 
 template <typename T>
@@ -58,7 +58,8 @@ Float4 fetch<uint8_t>(const uint8_t* texels, int64_t index) {
 
 Vec4 to_vec4(Float4 f) { return {f[0], f[1], f[2], f[3]}; }
 
-/// Integer and fractional part of a texel position; far away coordinates and NaN stay in the range of int.
+/// Integer and fractional part of a texel position. Large coordinates and NaN are set to 0, so that the result fits an
+/// int.
 int split(float x, float& fraction) {
   if (!(std::abs(x) < 1e9f)) x = 0.0f;
   const float floor = std::floor(x);
@@ -66,7 +67,7 @@ int split(float x, float& fraction) {
   return int(floor);
 }
 
-/// Index of texel `i` in an image `n` wide, or -1 where clipping shows nothing.
+/// The index of texel `i` in an image of width `n`, or -1 where the image is clipped.
 int extend(int i, int n, Extension extension) {
   if (uint32_t(i) < uint32_t(n)) return i;
   switch (extension) {
@@ -86,7 +87,7 @@ int extend(int i, int n, Extension extension) {
   return -1;
 }
 
-/// Uniform cubic B-spline at fraction t.
+/// Weights of a uniform cubic B-spline at fraction t.
 void cubic_weights(float t, float w[4]) {
   const float t2 = t * t, t3 = t2 * t;
   w[0] = (1.0f - 3.0f * t + 3.0f * t2 - t3) / 6.0f;
@@ -106,7 +107,7 @@ Vec4 Texture::interpolate(Vec2 uv, Interpolation interpolation, Extension extens
     if (associate_) t *= Float4{t[3], t[3], t[3], 1.0f};
     return t;
   };
-  if (extension == Extension::Repeat) uv -= glm::floor(uv);  // keeps precision far from the origin
+  if (extension == Extension::Repeat) uv -= glm::floor(uv);  // keeps the precision far from the origin
   float tx, ty;
   const float offset = interpolation == Interpolation::Closest ? 0.0f : 0.5f;
   const int x = split(uv.x * width_ - offset, tx), y = split(uv.y * height_ - offset, ty);

@@ -1,8 +1,8 @@
-// Images as textures. texture_store.cpp reads them, and alone includes OpenImageIO.
+// Images as textures. texture_store.cpp reads them. It is the only file that includes OpenImageIO.
 //
-// Texels are decoded when first asked for by a visible material at build time and stored as the file has them (8 or 16
-// bits, half, float). As in Cycles, interpolation happens on the encoded, alpha-associated values;
-// sRGB becomes linear after it. A missing or unreadable image is magenta, and reported.
+// An image is decoded at build time, when a visible material first uses it, and stored in the format of its file (8 or
+// 16 bits, half, float). As in Cycles, values are interpolated while they are encoded and multiplied by alpha; sRGB is
+// converted to linear afterwards. A missing or unreadable image is magenta and is reported.
 #pragma once
 
 #include <memory>
@@ -21,18 +21,18 @@ class Texture;
 
 class TextureStore {
  public:
-  /// What `previous` decoded of the same images is taken over from it.
+  /// Textures that `previous` has decoded from the same images are moved to this store.
   explicit TextureStore(std::vector<ImageDescription> images, TextureStore* previous = nullptr);
   TextureStore(TextureStore&&) noexcept;
   ~TextureStore();
 
-  /// Decode image `index` (once) and return its handle; the handle lives as long as the store.
-  /// Out-of-range or broken images give the magenta texture and a diagnostic.
+  /// Decodes image `index` once and returns its handle, which is valid as long as the store. An index out of range or a
+  /// broken image gives the magenta texture and a diagnostic.
   const Texture* load(int index, const std::string& color_space_override, std::vector<Diagnostic>& diagnostics);
   size_t memory_bytes() const;
-  int decoded_count() const;  ///< images in use that could be read
-  int kept_count() const;     ///< of these, taken over
-  /// All images have been asked for: free what was not taken over.
+  int decoded_count() const;  ///< number of images in use that could be read
+  int kept_count() const;     ///< number of these that came from the previous store
+  /// Frees the textures of the previous store that are not in use. Call it after all images have been loaded.
   void forget_previous();
 
  private:
@@ -40,19 +40,19 @@ class TextureStore {
   std::unique_ptr<Data> data_;
 };
 
-/// What the image takes as a texture, from its file's header; 0 for one that cannot be read.
+/// The memory of the image as a texture, from the header of its file; 0 if the file cannot be read.
 uint64_t texture_bytes(const ImageDescription& image);
 
 class Texture {
  public:
   enum class Storage : uint8_t { Byte, Short, Half, Float };
 
-  /// Linear RGBA at `uv` (v up). Colour is unassociated (straight), what Blender's Image Texture node gives when its
-  /// alpha output is used.
+  /// Linear RGBA at `uv` (v points up). The colour is unassociated (straight), as from Blender's Image Texture node if
+  /// its alpha output is used.
   Vec4 lookup(Vec2 uv, Interpolation interpolation, Extension extension) const {
     return sample(uv, interpolation, extension, true);
   }
-  /// The same with colour left multiplied by alpha unless `unassociate`.
+  /// The same, with the colour multiplied by alpha unless `unassociate` is set.
   Vec4 sample(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const;
   int width() const { return width_; }
   int height() const { return height_; }
@@ -65,20 +65,20 @@ class Texture {
 
   int width_ = 0, height_ = 0;
   Storage storage_ = Storage::Byte;
-  bool srgb_ = false;            ///< decoded after interpolation
-  bool has_alpha_ = false;       ///< some alpha is not 1, and colour belongs to it (not a data or channel-packed image)
-  bool associate_ = false;       ///< texels are straight and multiplied by alpha when fetched
+  bool srgb_ = false;            ///< sRGB is decoded after interpolation
+  bool has_alpha_ = false;       ///< some alpha is not 1 and applies to the colour (not a data or channel-packed image)
+  bool associate_ = false;       ///< texels have straight alpha and are multiplied by it when they are fetched
   std::vector<uint8_t> texels_;  ///< RGBA, rows from the bottom up
 };
 
-/// What an image instruction looks up.
+/// The parameters of an image instruction.
 struct ImageLookup {
   const Texture* texture = nullptr;
-  int image = -1;  ///< in the scene's list
+  int image = -1;  ///< index in the scene's list
   Interpolation interpolation = Interpolation::Linear;
   Extension extension = Extension::Repeat;
-  bool unassociate = false;  ///< the alpha output is used, so colour is divided by it
-  float blend = 0.0f;        ///< box projection
+  bool unassociate = false;  ///< the alpha output is used, so the colour is divided by alpha
+  float blend = 0.0f;        ///< blending of box projection
 };
 
 }  // namespace ajar

@@ -8,19 +8,19 @@ Vec4 image(const ImageLookup& lookup, Vec2 uv) {
   return lookup.texture->sample(uv, lookup.interpolation, lookup.extension, lookup.unassociate);
 }
 
-// Definition: the manual of Blender (Image Texture, Box) with the widths of Cycles. Among n pictures whose axes have
-// the shares p_i of the normal's absolute components, the weights are
+// Definition: Blender's manual (Image Texture, Box) with the widths of Cycles. For n images whose axes have the shares
+// p_i of the normal's absolute components, the weights are
 //   w_i = ((1 + (n - 2) m) p_i - m) / blend,  m = (1 - blend) / 2.
-// They sum to 1. While one is negative, the picture of the smallest component is left out and the weights of the others
-// are computed again: three pictures meet around the diagonals, two along the edges of the box, one is alone around
-// each axis. Leaving out happens where a weight is 0, so the weights are continuous.
+// They sum to 1. While one weight is negative, the image of the smallest component is left out and the weights of the
+// others are computed again. Three images blend around the diagonals, two along the edges of the box, and one is used
+// around each axis. An image is left out where its weight is 0, so the weights are continuous.
 Vec3 box_weights(Vec3 object_normal, float blend) {
   const Vec3 n = glm::abs(object_normal);
   constexpr Vec3 kAxes[3] = {{1.0f, 0.0f, 0.0f}, {0.0f, 1.0f, 0.0f}, {0.0f, 0.0f, 1.0f}};
   int order[3] = {0, 1, 2};
   std::sort(order, order + 3, [&](int i, int j) { return n[i] > n[j]; });
   if (!(n[order[0]] > 0.0f)) return kAxes[0];
-  // A sharp border: where two components are equal, Cycles shows the picture of x.
+  // A sharp border. If two components are equal, Cycles uses the image of x.
   if (!(blend > 0.0f)) return n[order[0]] > n[order[1]] ? kAxes[order[0]] : kAxes[0];
   const float margin = 0.5f * (1.0f - blend);
   for (int count = 3; count > 1; --count) {
@@ -36,8 +36,8 @@ Vec3 box_weights(Vec3 object_normal, float blend) {
 }
 
 Vec4 image_box(const ImageLookup& lookup, Vec3 p, Vec3 n) {
-  // The coordinates along the picture's width and height, and the sign of the normal on the side where the picture is
-  // mirrored, so that no side reads backwards. Blender's choice.
+  // The coordinates along the width and the height of the image, and the sign of the normal on the side where the image
+  // is mirrored, so that it is not reversed on any side. As in Blender.
   static constexpr struct {
     int width, height;
     float mirrored;

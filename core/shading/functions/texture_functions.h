@@ -1,4 +1,4 @@
-// Texture patterns and the projections that bring points to pictures. Definitions: Blender's, as in Cycles.
+// Texture patterns, and projections from points to image coordinates. The definitions are Blender's, as in Cycles.
 #pragma once
 
 #include <cmath>
@@ -11,7 +11,7 @@ namespace ajar::nodes {
 enum class GradientKind : uint8_t { Linear, Quadratic, Easing, Diagonal, Spherical, QuadraticSphere, Radial };
 enum class EnvironmentProjection : uint8_t { Equirectangular, MirrorBall };
 
-/// 1 in the cells of the first colour. The nudge keeps faces that lie on cell borders in one cell.
+/// 1 in the cells of the first colour. The small offset keeps faces that lie on cell borders in one cell.
 inline float checker(Vec3 p) {
   p = (p + 1e-6f) * 0.999999f;
   const auto odd = [](float x) { return std::fmod(std::abs(std::floor(x)), 2.0f) == 1.0f; };
@@ -33,7 +33,7 @@ inline float gradient(GradientKind kind, Vec3 p) {
   return saturate(f);
 }
 
-/// Texture coordinates in [0, 1]^3 wrapped around a sphere or a tube about z.
+/// Texture coordinates in [0, 1]^3, projected to a sphere or to a tube about z.
 inline Vec2 project_sphere(Vec3 coordinate) {
   const Vec3 p = (coordinate - 0.5f) * 2.0f;
   const float length = std::sqrt(length_squared(p));
@@ -47,13 +47,14 @@ inline Vec2 project_tube(Vec3 coordinate) {
   return {0.5f * (1.0f - std::atan2(p.x, p.y) * kInvPi), 0.5f * (p.z + 1.0f)};
 }
 
-/// Direction to picture: u = 1/2 is +x, growing u turns towards -y; v grows with z.
+/// Maps a direction to image coordinates: u = 1/2 is +x, and with growing u the direction turns towards -y. v grows
+/// with z.
 inline Vec2 equirectangular(Vec3 d) {
   const float length = std::sqrt(length_squared(d));
   if (!(length > 0.0f)) return Vec2(0.0f);
   return {0.5f - std::atan2(d.y, d.x) / (2.0f * kPi), 1.0f - std::acos(glm::clamp(d.z / length, -1.0f, 1.0f)) * kInvPi};
 }
-/// A mirror ball photographed from -y.
+/// The image of a mirror ball that was photographed from -y.
 inline Vec2 mirror_ball(Vec3 unit_direction) {
   Vec3 half = unit_direction - Vec3(0.0f, 1.0f, 0.0f);
   const float length = 2.0f * safe_sqrt(-0.5f * half.y);
@@ -62,10 +63,10 @@ inline Vec2 mirror_ball(Vec3 unit_direction) {
 }
 
 Vec4 image(const ImageLookup& lookup, Vec2 uv);
-/// Three pictures projected along the axes of the object, weighted by its normal.
+/// Three images, projected along the axes of the object and weighted by its normal.
 Vec4 image_box(const ImageLookup& lookup, Vec3 coordinate, Vec3 object_normal);
-/// Weights of the pictures along x, y and z, which sum to 1. `blend` is in [0, 1]: 0 gives sharp borders, 1 mixes every
-/// picture whose component of the normal is not 0.
+/// The weights of the images along x, y and z, which sum to 1. `blend` is in [0, 1]: 0 gives sharp borders, 1 mixes all
+/// images whose component of the normal is not 0.
 Vec3 box_weights(Vec3 object_normal, float blend);
 
 }  // namespace ajar::nodes

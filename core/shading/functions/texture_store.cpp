@@ -17,12 +17,12 @@ namespace ajar {
 
 namespace {
 
-constexpr int64_t kMaxTexels = int64_t(1) << 28;  ///< 16384 squared; more is taken for an error
+constexpr int64_t kMaxTexels = int64_t(1) << 28;  ///< 16384 squared; larger images are treated as errors
 constexpr int kMaxSide = 65536;
 
 enum class ColorSpace : uint8_t { Data, Linear, Srgb };
 
-/// What we do with a colour space of Blender's configuration; `approximate` when it is another one really.
+/// How a colour space of Blender's configuration is decoded. `approximate` is set if it is a different one.
 ColorSpace color_space_of(const std::string& name, bool is_float, bool& approximate) {
   approximate = false;
   for (const char* data : {"Non-Color", "Non-Colour Data", "Raw", "Generic Data"})
@@ -38,8 +38,8 @@ ColorSpace color_space_of(const std::string& name, bool is_float, bool& approxim
 struct Decoded {
   int width = 0, height = 0, channels = 0;
   Texture::Storage storage = Texture::Storage::Byte;
-  bool straight_alpha = false;  ///< colour is not yet multiplied by alpha
-  std::vector<uint8_t> values;  ///< `channels` per texel, rows from the bottom up
+  bool straight_alpha = false;  ///< the colour is not yet multiplied by alpha
+  std::vector<uint8_t> values;  ///< `channels` per texel; rows go up from the bottom
   std::string error;
 };
 
@@ -85,7 +85,7 @@ Decoded read(OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
     image.straight_alpha = spec.get_int_attribute("targa:alpha_type", -1) != 4;
   if (format == "dds") image.straight_alpha = true;
 
-  // The file's rows go from the top down: a negative stride turns them.
+  // The file's rows go from top to bottom; a negative stride reverses them.
   const size_t row = size_t(image.width) * image.channels * value_size(image.storage);
   image.values.resize(row * image.height);
   if (!input.read_image(0, 0, 0, image.channels, type_of(image.storage), image.values.data() + row * (image.height - 1),
@@ -94,7 +94,7 @@ Decoded read(OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
   return image;
 }
 
-/// A name with the ending that fits the bytes, so that the right reader is tried first.
+/// A file name whose extension matches the bytes, so that the right reader is tried first.
 const char* name_for(const std::vector<uint8_t>& bytes) {
   const auto starts = [&](std::initializer_list<uint8_t> magic) {
     return bytes.size() >= magic.size() && std::equal(magic.begin(), magic.end(), bytes.begin());
@@ -111,7 +111,7 @@ const char* name_for(const std::vector<uint8_t>& bytes) {
   return "packed.tga";
 }
 
-/// The bytes as a file that is gone at the end of the scope, for readers that want one.
+/// A file with the given bytes, which is deleted at the end of the scope, for readers that need a file.
 class TemporaryFile {
  public:
   TemporaryFile(const std::vector<uint8_t>& bytes, const std::string& ending) {
@@ -135,7 +135,7 @@ class TemporaryFile {
   std::string path_;
 };
 
-/// What `use(reader)` makes of the image's file or bytes, or what is wrong with them.
+/// Returns the result of `use(reader)` for the image's file or bytes, or an error.
 template <class Use>
 Decoded with_reader(const ImageDescription& image, Use&& use) {
   Decoded decoded;
@@ -154,7 +154,7 @@ Decoded with_reader(const ImageDescription& image, Use&& use) {
     OIIO::Filesystem::IOMemReader memory(image.packed.data(), image.packed.size());
     const auto reader = OIIO::ImageInput::create(name, false, &config, &memory);
     if (reader && reader->supports("ioproxy")) {
-      // Set on the reader itself: the convenience open() looks for a file of that name first.
+      // Set on the reader itself, because the function open() first looks for a file of that name.
       OIIO::ImageSpec spec;
       if (reader->set_ioproxy(&memory) && reader->open(name, spec, config)) return use(*reader);
     } else if (reader) {
@@ -170,7 +170,7 @@ Decoded decode(const ImageDescription& image) {
   return with_reader(image, [](OIIO::ImageInput& input) { return read(input, input.spec()); });
 }
 
-/// Values given directly: floats, kept as bytes when they are.
+/// Values that were given directly as floats. They are stored as bytes if all of them are bytes.
 Decoded from_pixels(const ImageDescription& image) {
   Decoded decoded;
   const int64_t count = int64_t(image.width) * image.height;
@@ -199,7 +199,7 @@ Decoded from_pixels(const ImageDescription& image) {
   return decoded;
 }
 
-/// Grey, grey and alpha, RGB or RGBA to RGBA; returns whether any alpha differs from 1.
+/// Converts grey, grey with alpha, RGB or RGBA to RGBA. Returns whether any alpha differs from 1.
 template <typename T>
 bool to_rgba(const Decoded& image, AlphaMode alpha_mode, T one, std::vector<uint8_t>& texels) {
   const int64_t count = int64_t(image.width) * image.height;
@@ -218,7 +218,7 @@ bool to_rgba(const Decoded& image, AlphaMode alpha_mode, T one, std::vector<uint
   return has_alpha;
 }
 
-/// Texels with NaN or infinity become 0; returns how many there were.
+/// Sets texels with NaN or infinity to 0. Returns their number.
 template <typename T>
 int64_t repair(std::vector<uint8_t>& texels) {
   T* values = reinterpret_cast<T*>(texels.data());
@@ -237,7 +237,7 @@ int64_t repair(std::vector<uint8_t>& texels) {
 
 namespace {
 
-/// Texels of an image that is not too large to be one.
+/// The size of an image, if it is within the limits.
 Decoded header_of(OIIO::ImageInput& input) {
   Decoded header;
   const OIIO::ImageSpec& spec = input.spec();
@@ -250,7 +250,7 @@ Decoded header_of(OIIO::ImageInput& input) {
   return header;
 }
 
-/// When the file was last written; nothing when it cannot be asked.
+/// The time when the file was last written; the default value if it cannot be read.
 std::filesystem::file_time_type file_time(const ImageDescription& image) {
   std::error_code error;
   if (image.path.empty()) return {};
@@ -284,7 +284,7 @@ struct TextureStore::Data {
   Texture magenta;
   int decoded = 0, kept = 0;
 
-  /// The texture that `previous` made of this image, or nothing.
+  /// The texture that `previous` made of this image, or null.
   std::unique_ptr<Texture> take(const ImageDescription& image, const std::string& color_space_override,
                                 std::filesystem::file_time_type time) {
     if (!previous) return nullptr;
@@ -312,7 +312,7 @@ TextureStore::~TextureStore() = default;
 
 const Texture* TextureStore::load(int index, const std::string& color_space_override,
                                   std::vector<Diagnostic>& diagnostics) {
-  if (index < 0) return &data_->magenta;  // the node that has no image says so itself
+  if (index < 0) return &data_->magenta;  // the node that has no image reports it
   if (index >= int(data_->images.size())) {
     report_once(diagnostics,
                 {Diagnostic::Severity::Warning, "image " + std::to_string(index), "does not exist; magenta is used"});

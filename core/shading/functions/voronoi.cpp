@@ -7,7 +7,7 @@
 namespace ajar::nodes {
 namespace {
 
-/// Visit the cells up to `reach` away on every axis, x fastest (ties go to the first).
+/// Visits the cells up to `reach` away on every axis, x fastest. On ties the first cell wins.
 template <int N, class F>
 void for_each_cell(int reach, F&& visit) {
   int count = 1;
@@ -39,7 +39,7 @@ float distance(const VoronoiParameters& v, Point<N> d) {
   return 0.0f;
 }
 
-/// A random point of the unit cube, and a colour, that belong to a cell.
+/// The random point of a cell in its unit cube.
 template <int N>
 Point<N> random_point(const VoronoiParameters& v, Point<N> cell) {
   if constexpr (N > 1)
@@ -60,7 +60,7 @@ Color random_color(const VoronoiParameters& v, Point<N> cell) {
   return hash_color(cell);
 }
 
-/// The unit cell of a place and the random points of the cells around, relative to that cell.
+/// The unit cell of a position, and the random points of the surrounding cells relative to it.
 template <int N>
 struct Cells {
   const VoronoiParameters& v;
@@ -82,7 +82,7 @@ Vec4 padded(Point<N> p) {
 
 float farthest(const VoronoiParameters& v) { return v.generation == VoronoiGeneration::First ? 8.0f : kInfinity; }
 
-/// The nearest point, or the second nearest.
+/// The nearest or the second nearest point.
 template <int N>
 VoronoiResult nearest(const VoronoiParameters& v, Point<N> p, bool second) {
   const Cells<N> cells(v, p);
@@ -144,7 +144,7 @@ float distance_to_edge(const VoronoiParameters& v, Point<N> p) {
       if (d2 < least) least = d2, nearest = to_point;
     });
     least = farthest(v);
-    for_each_cell<N>(1, [&](Point<N> offset) {  // half way to every other point
+    for_each_cell<N>(1, [&](Point<N> offset) {  // the middle between the nearest point and every other point
       const Point<N> to_point = cells.point(offset) - cells.local, across = to_point - nearest;
       if (glm::dot(across, across) > 0.0001f)
         least = std::min(least, glm::dot(0.5f * (nearest + to_point), glm::normalize(across)));
@@ -153,7 +153,7 @@ float distance_to_edge(const VoronoiParameters& v, Point<N> p) {
   }
 }
 
-/// Half the distance from the nearest point to the one nearest to it.
+/// Half the distance between the nearest point and its own nearest neighbour.
 template <int N>
 float sphere_radius(const VoronoiParameters& v, Point<N> p) {
   const Cells<N> cells(v, p);
@@ -182,7 +182,7 @@ VoronoiResult octave(const VoronoiParameters& v, Point<N> p) {
   return nearest<N>(v, p, v.feature == VoronoiFeature::F2);
 }
 
-// Octaves add distances and colours; positions and distances to edges are mixed instead.
+// Distances and colours of octaves are summed; positions and distances to edges are mixed.
 template <int N>
 VoronoiResult octaves(const VoronoiParameters& v, Point<N> p) {
   const auto mix = [](auto a, auto b, float t) { return a * (1.0f - t) + b * t; };
