@@ -146,7 +146,7 @@ struct ObjectDescription {
   bool holdout = false, shadow_catcher = false;
   int pass_index = 0;
   Vec4 color{1.0f};  ///< Object Info > Color
-  /// of the pixels that show it, for adaptive sampling; the mean of the image does not depend on it
+  /// Importance of the pixels that show it, for adaptive sampling. The mean of the image does not depend on it.
   float importance = 1.0f;
   /// Shadow rays from smooth triangles start at the curved surface that the triangles approximate if the cosine to the
   /// light is below this value; 0: never (transport/paths/shadow_terminator.h).

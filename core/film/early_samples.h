@@ -1,8 +1,8 @@
-// Moments of the first 2^k samples of every pixel, for every k that may still be asked for.
+// Moments of the first 2^k samples of every pixel, for every k that can still be needed.
 //
-// What adapts to a picture must know which of a pixel's samples it looked at; "the first b" is a set that does not
-// depend on how many the pixel was given later. Samples are summed by octave of their index (0; 1; 2-3; 4-7; ...), so
-// that b can grow although pixels are far beyond it. Different pixels may be written by different threads.
+// Adaptive sampling must know which samples of a pixel it uses. "The first b" is a set that does not depend on how many
+// samples the pixel gets later. Samples are summed by octave of their index (0; 1; 2-3; 4-7; ...), so that b can grow
+// after pixels have passed it. Different pixels may be written by different threads.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ class EarlySamples {
   };
 
   bool enabled() const { return !octaves_.empty(); }
-  /// Make room for samples with indices below `end`. No other thread may write meanwhile.
+  /// Allocates memory for samples with indices below `end`. No other thread may write at the same time.
   void reserve(size_t pixels, uint32_t end) {
     const size_t wanted = size_t(std::bit_width(std::max(1u, end) - 1)) + 1;
     while (octaves_.size() < wanted) octaves_.emplace_back(pixels);
@@ -28,12 +28,13 @@ class EarlySamples {
   void add(size_t pixel, uint32_t index, float y) {
     const size_t octave = size_t(std::bit_width(index));
     if (octave >= octaves_.size() || octaves_[octave].empty()) return;
-    y = std::clamp(y, -1e15f, 1e15f);  // whose square is still a number
+    y = std::clamp(y, -1e15f, 1e15f);  // so that its square is finite
     Moments& m = octaves_[octave][pixel];
     m.sum += y;
     m.sum_squared += y * y;
   }
-  /// Join the octaves below `end`, a power of two that all pixels have reached: `first` then has them, and room is won.
+  /// Joins the octaves below `end`, a power of two that all pixels have reached. `first` then returns their sum, and
+  /// memory is freed.
   void join(uint32_t end) {
     const size_t last = size_t(std::bit_width(end - 1));
     for (; joined_ < last; ++joined_) {
@@ -45,7 +46,7 @@ class EarlySamples {
       std::vector<Moments>().swap(from);
     }
   }
-  /// Of the samples below the `end` last joined.
+  /// Moments of the samples below the `end` of the last join.
   const Moments& first(size_t pixel) const { return octaves_[joined_][pixel]; }
 
  private:

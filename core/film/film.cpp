@@ -11,30 +11,30 @@
 namespace ajar {
 
 namespace {
-/// Splats are added up as multiples of a unit, which is that of their size: none has more than 2^52 units.
+/// Splats are summed as multiples of a unit that depends on their magnitude: none has more than 2^52 units.
 struct SplatRange {
   float below;
   double units;
 };
 constexpr SplatRange kSplatRanges[] = {{0x1p-20f, 0x1p60}, {0x1p20f, 0x1p32}, {0x1p52f, 1.0}};
-/// A sum that has grown beyond this is carried; every thread may add a thousand splats before it is.
+/// A sum beyond this is moved to the carry table. Before that, a thousand more splats fit into the integer.
 constexpr int64_t kCarried = int64_t(1) << 62;
-constexpr uint32_t kSettledSamples = 16;  // of the average pixel, when an adaptive render has found its shares
+constexpr uint32_t kSettledSamples = 16;  // for the average pixel; by then, an adaptive render has found its shares
 constexpr int kErrorBlock = 8;            // pixels, along each side
-// samples of an image, over those of the latest picture that its error is estimated from
+// minimum ratio of the present sample count to that of the image with which the present image is compared
 constexpr double kFirstStep = 4.0 / 3.0;
-// standard deviations by which errors must be seen to fall faster than those of independent samples
+// number of standard deviations by which errors must fall faster than those of independent samples
 constexpr double kErrorConfidence = 2.0;
 
-/// Passes that come from what a sample tells besides its radiance.
+/// Passes that are made from SampleAux.
 bool is_aux_pass(const std::string& pass) {
   return pass == "Mist" || pass == "IndexOB" || pass == "IndexMA" || pass == "Depth" || pass == "Normal" ||
          pass == "Position" || pass == "UV" || pass == "Albedo" || pass.starts_with("Share ");
 }
 
-/// A picture whose samples extend those of an earlier one differs from it by the variance it has lost. With a variance
-/// of c n^-p after n samples, the differences from n2 to n1 and from n1 to n tell p and c. p is 1 for independent
-/// samples and more for stratified ones.
+/// An image whose samples extend those of an earlier image differs from it by the variance that it has lost. With a
+/// variance of c n^-p after n samples, the differences from n2 to n1 and from n1 to n determine p and c. p is 1 for
+/// independent samples and more for stratified ones.
 double error_from_steps(double before, double recent, double n2, double n1, double n) {
   double low = 1.0, high = 2.5;
   for (int i = 0; i < 40; ++i) {
@@ -133,7 +133,7 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
   Pixel& pixel = pixels_[index];
   const uint32_t number = pixel.count;
   const bool odd = number & 1;
-  ++pixel.count;  // a refused sample still was one: leaving it out would bias the mean
+  ++pixel.count;  // a refused sample counts as a black one; leaving it out would bias the mean
   if (odd) ++pixel.half_count;
   if (!is_finite(radiance)) {
     refused_.fetch_add(1, std::memory_order_relaxed);
@@ -149,7 +149,7 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
   if (early_.enabled()) early_.add(index, number, float(y_luminance));
   if (aux && wants_aux_) {
     AuxPixel& a = aux_[index];
-    // Depth and position cannot be averaged across an edge: the first sample stands for the pixel, as in Cycles.
+    // Depth and position cannot be averaged across an edge. The first sample is used for the pixel, as in Cycles.
     if (!a.has_first) {
       a.depth = double(aux->depth);
       for (int c = 0; c < 3; ++c) a.position[c] = double(aux->position[c]);
@@ -200,8 +200,8 @@ Film::PendingSplats& Film::pending_of(float largest, double& units) {
   return splats;
 }
 
-/// Moves 2^62 from a sum that is about to overflow to where there is room. Sum and carried part together stay what they
-/// are, whoever comes first.
+/// Moves 2^62 from a sum that is about to overflow to the carry table. The total does not depend on the order of
+/// threads.
 void Film::carry(PendingSplats& splats, size_t index, bool odd, int channel) {
   std::lock_guard lock(splats.carrying);
   std::atomic<int64_t>& sum = splats.pixels[index].sum[odd][channel];
@@ -238,7 +238,7 @@ void Film::end_splats(double scale) {
     for (size_t i = 0; i < pixels_.size(); ++i)
       for (int half = 0; half < 2; ++half)
         for (int c = 0; c < 3; ++c) {
-          // One rounding of the whole: how much of it was carried depends on the threads.
+          // Round only the total: how much of it was carried depends on the threads.
           __int128 sum = pending.pixels[i].sum[half][c].exchange(0, std::memory_order_relaxed);
           if (!pending.carried.empty())
             if (const auto carried = pending.carried.find((2 * i + size_t(half)) * 3 + size_t(c));
@@ -289,7 +289,7 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
     } else if (pass == "Variance") {
       o[0] = variance[i];
     } else if (pass == "Error" || pass == "Perceptual Error") {
-      // Standard deviation of the mean's luminance: relative, or in differences that an eye can just see.
+      // Standard deviation of the luminance of the mean: relative, or in units of the visibility threshold.
       double mean[3];
       for (int c = 0; c < 3; ++c) mean[c] = p.sum[c] * scale + splatted(i, c);
       const double y = luminance_of(mean);
@@ -332,16 +332,15 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   return out;
 }
 
-/// Variance of the mean of a pixel's luminance, as if its samples were independent; being stratified, they do a little
-/// better.
+/// Variance of the mean luminance of a pixel for independent samples. Stratified samples have slightly less.
 double Film::scatter_variance(const Pixel& p) {
   if (p.count < 2) return 0.0;
   const double mean = luminance_of(p.sum) / double(p.count);
   return std::max(0.0, p.sum_luminance_squared / double(p.count) - mean * mean) / double(p.count - 1);
 }
 
-/// Of the luminance of each pixel: from the scatter of its samples, and, of splats, from the difference of their
-/// halves, averaged over a neighbourhood because one difference says next to nothing.
+/// Variance of the mean luminance of each pixel. For samples it follows from their scatter. For splats it follows from
+/// the difference of their halves, averaged over a neighbourhood, because a single difference is too noisy.
 std::vector<float> Film::variance_of_mean() const {
   constexpr int kReach = 2;
   std::vector<float> variance(pixels_.size(), 0.0f), splat_variance(splats_ ? pixels_.size() : 0);
@@ -371,7 +370,7 @@ bool Film::has_halves(const Pixel& p) const {
   return (p.half_count > 0 && p.half_count < p.count) || (splats_ && p.count == 0);
 }
 
-/// Mean of a pixel, and the difference between the means of its two halves; false where there are too few samples.
+/// Mean of a pixel and the difference between the means of its two halves. Returns false if there are too few samples.
 bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
   const Pixel& p = pixels_[index];
   const uint32_t even = p.count - p.half_count;
@@ -388,10 +387,10 @@ bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
   return true;
 }
 
-/// The true value of a pixel, as far as it can be told, for the denominator of a relative error: its mean, but where a
-/// channel of that is above those around it by no more than the scatter of its samples explains, it is likely to be a
-/// stray sample's doing, and what is around it is nearer the truth [after James and Stein 1961]. `value` holds the
-/// pixel's own and `around` the mean of its neighbours.
+/// An estimate of the true value of a pixel, for the denominator of a relative error. `value` holds the mean of the
+/// pixel and `around` the mean of its neighbours. If a channel of the pixel is above its neighbours by no more than the
+/// scatter of its samples explains, the cause is probably a firefly. Its value is then moved towards the neighbours
+/// [after James and Stein 1961].
 void Film::make_likely(size_t index, const double around[3], double value[3]) const {
   double above[3];
   bool any_above = false;
@@ -405,12 +404,12 @@ void Film::make_likely(size_t index, const double around[3], double value[3]) co
   const double variance = scatter_variance(pixels_[index]) + (splats_ ? y_half * y_half : 0.0);
   for (int c = 0; c < 3; ++c) {
     if (!(above[c] > 0.0)) continue;
-    const double part = y_own > 0.0 ? value[c] / y_own : 1.0;  // the channel's, of the luminance
+    const double part = y_own > 0.0 ? value[c] / y_own : 1.0;  // ratio of the channel to the luminance
     value[c] = around[c] + above[c] * std::max(0.0, 1.0 - variance * part * part / (above[c] * above[c]));
   }
 }
 
-/// Sums over the pixels up to one away in each direction, for row y of `image`; `columns` is room for them.
+/// Sums over the pixels at most one away in each direction, for row y of `image`; `columns` is temporary memory.
 void Film::sums_around(const std::vector<float>& image, int y, std::vector<double>& columns,
                        std::vector<double>& sums) const {
   const size_t w = size_t(width());
@@ -463,14 +462,14 @@ void Film::remember(uint32_t samples) {
 }
 
 Film::ErrorEstimate Film::estimated_error(uint32_t samples) const {
-  // The latest picture remembered that is well behind.
+  // The latest remembered image that has sufficiently fewer samples.
   size_t k = remembered_.size();
   while (k > 0 && kFirstStep * double(remembered_[k - 1].samples) > double(samples)) --k;
   if (k < 2 || !std::all_of(pixels_.begin(), pixels_.end(), [&](const Pixel& p) { return has_halves(p); }))
     return estimated_error_of_few();
   const ErrorEstimate latest = error_from_pictures(remembered_[k - 1], remembered_[k - 2], samples);
-  // A picture becomes the latest at 4/3 of its samples, where the difference to it is small and uncertain. Until twice
-  // its samples, the estimate moves from the picture before it to this one, without a jump.
+  // An image is used from 4/3 of its samples on, where the difference to it is small and uncertain. Until twice its
+  // samples, the estimate moves from the image before it to this one, without a jump.
   const double part = std::clamp(
       (double(samples) / double(remembered_[k - 1].samples) - kFirstStep) / (2.0 - kFirstStep), 0.0, 1.0);
   if (k < 3 || part == 1.0 || !(latest.relmse > 0.0) || !(latest.perceptual > 0.0)) return latest;
@@ -480,7 +479,8 @@ Film::ErrorEstimate Film::estimated_error(uint32_t samples) const {
           std::pow(before.perceptual, 1.0 - part) * std::pow(latest.perceptual, part)};
 }
 
-/// Error of the present image from how it differs from `one`, and that from `two`, which has half its samples.
+/// Error of the present image from its difference to `one`, and from the difference of `one` to `two`, which has half
+/// the samples of `one`.
 Film::ErrorEstimate Film::error_from_pictures(const Remembered& one, const Remembered& two, uint32_t samples) const {
   const std::array<std::vector<float>, 3> now = means();
   const size_t columns = size_t((width() + kErrorBlock - 1) / kErrorBlock);
@@ -519,15 +519,15 @@ Film::ErrorEstimate Film::error_from_pictures(const Remembered& one, const Remem
     before.add(block[0]);
     recent.add(block[1]);
   }
-  // How surely errors fall faster than 1/n, the blocks tell: where a few of them make most of the error it is not
-  // known.
+  // The blocks show how certain it is that errors fall faster than 1/n. If a few blocks have most of the error, it is
+  // uncertain.
   double deviation = 0.0;
   if (recent.value() > 0.0 && before.value() > 0.0)
     for (const std::array<double, 2>& block : blocks) {
       const double d = block[0] / before.value() - block[1] / recent.value();
       deviation += d * d;
     }
-  // While counts still move to where the noise is, errors fall faster than they will.
+  // While the counts still adapt to the noise, errors fall faster than they will later.
   const bool is_settled = goals_.empty() || two.samples >= kSettledSamples;
   const double surely = !is_settled ? 0.0 : std::exp(-kErrorConfidence * std::sqrt(deviation));
   const double pixels = double(pixels_.size());

@@ -1,15 +1,14 @@
-// The film: what every sample leaves behind, pixel by pixel.
+// The film: sums of all samples for each pixel.
 //
-// Samples are drawn from the pixel filter (importance sampling), so each belongs to one pixel with
-// weight 1 and the mean over a pixel's samples is the filtered image. Paths that arrive
-// from lights are splatted instead: from any thread, in any order. Sums are double; non-finite samples are refused and
-// counted.
+// Samples are drawn from the pixel filter (importance sampling). Each sample therefore belongs to one pixel with weight
+// 1, and the mean of a pixel's samples is the filtered image. Paths that arrive from lights are splatted instead, from
+// any thread and in any order. Sums are double. Non-finite samples are refused and counted.
 //
-// Splats are summed in 64-bit integers, so that their sum does not depend on the order of threads, after which
-// `end_splats` moves it to doubles. Their unit is 2^-60 for those below 2^-20, 1 for those above 2^20, 2^-32 for
-// others; what exceeds 2^52 is refused. Any number of them may arrive: what would not fit is carried. The image is the
-// mean of the samples plus the sum of splats times the splat scale. Pixels are rows from the bottom up over the render
-// region.
+// Splats are summed in 64-bit integers, so that their sum does not depend on the order of threads; `end_splats` then
+// adds it to doubles. The unit is 2^-60 for splats below 2^-20, 2^-32 for those below 2^20, and 1 for those below 2^52.
+// Larger splats are refused. Any number of splats may arrive: a sum that would overflow is moved to a carry table. The
+// image is the mean of the samples plus the sum of the splats times the splat scale. Pixels are rows from the bottom up
+// over the render region.
 #pragma once
 
 #include <array>
@@ -26,45 +25,46 @@
 
 namespace ajar {
 
-/// Passes as Blender names them, with the channels the film keeps for each.
+/// A pass with Blender's name and the number of channels that the film keeps for it.
 struct PassInfo {
   std::string name;
   int channels;
 };
-/// All passes the film knows; asking for another is an error that lists these.
+/// All passes of the film. A request for another pass is an error whose message lists these.
 const std::vector<PassInfo>& known_passes();
 
-/// What one sample contributes besides its radiance; filled at the first hit.
+/// Values of one sample besides its radiance; filled at the first hit.
 struct SampleAux {
   float depth = 1e10f;
   Vec3 normal{0.0f}, position{0.0f}, uv{0.0f};
   Color albedo{0.0f};
-  float mist = 1.0f;  ///< 0 near, 1 far
+  float mist = 1.0f;  ///< 0: near, 1: far
   float object_index = 0.0f, material_index = 0.0f;
-  /// Of a learned mixture: BSDF, first and second light or half of the light tree, cone, and the BSDF's lobes from the
-  /// widest to the sharpest.
+  /// Shares of a learned mixture: BSDF, first and second light or half of the light tree, cone, and the lobes of the
+  /// BSDF from the widest to the sharpest.
   std::array<float, 7> shares{};
 };
 
-/// A sample's radiance taken apart, as Blender's passes have it: what is seen directly, and what the first surface
-/// scatters by each kind of lobe (diffuse, glossy, transmission), or a volume before it, of light that arrives there
-/// directly or indirectly. All parts together are its radiance.
+/// The radiance of a sample in the parts of Blender's passes: emission that is seen directly, and light that the first
+/// surface scatters by each kind of lobe (diffuse, glossy, transmission) or that a volume in front of it scatters.
+/// Scattered light is separated into direct and indirect light. The sum of all parts is the radiance.
 struct SampleParts {
   Color emission{0.0f}, environment{0.0f};
   std::array<Color, 3> direct{Color(0.0f), Color(0.0f), Color(0.0f)}, indirect{Color(0.0f), Color(0.0f), Color(0.0f)};
-  std::array<Color, 3> color{Color(0.0f), Color(0.0f), Color(0.0f)};  ///< albedo, by which Blender divides the others
-  std::array<Color, 2> volume{Color(0.0f), Color(0.0f)};  ///< direct and indirect light that a volume scatters first
+  /// albedo by which Blender divides the direct and the indirect light
+  std::array<Color, 3> color{Color(0.0f), Color(0.0f), Color(0.0f)};
+  std::array<Color, 2> volume{Color(0.0f), Color(0.0f)};  ///< direct and indirect light that a volume scatters
 };
-/// Whether a pass is made of SampleParts, which not all integrators can tell.
+/// Whether a pass is made from SampleParts, which not all integrators provide.
 bool is_part_pass(const std::string& pass);
 
 class Film {
  public:
   Film() = default;
-  /// x0..y1 is the region of the full frame that is rendered.
+  /// (x0, y0) to (x1, y1) is the rendered region of the full frame.
   Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passes);
 
-  /// What a film with these passes takes, at most; `splats`: with light that arrives from anywhere.
+  /// Maximum memory of a film with these passes, in bytes per pixel; `splats`: including memory for splats.
   static uint64_t bytes_per_pixel(const std::vector<std::string>& passes, bool splats);
   uint64_t memory_bytes() const;
   int width() const { return x1_ - x0_; }
@@ -74,29 +74,29 @@ class Film {
   bool wants_aux() const { return wants_aux_; }
   bool wants_parts() const { return !parts_.empty(); }
 
-  /// One sample of pixel (x, y) of the full frame. Different pixels may be written by different threads.
-  /// Returns false (and counts) when the sample is not finite.
+  /// Adds one sample of pixel (x, y) of the full frame. Different pixels may be written by different threads. Returns
+  /// false, and counts the sample as refused, if it is not finite.
   bool add_sample(int x, int y, Color radiance, float alpha, const SampleAux* aux);
-  /// The parts of the sample just added to this pixel.
+  /// Adds the parts of the latest sample of this pixel.
   void add_parts(int x, int y, const SampleParts& parts);
-  /// Samples of this pixel of the full frame so far: the index of its next one.
+  /// Number of samples of this pixel of the full frame so far; it is the index of the next sample.
   uint32_t samples_of(int x, int y) const { return pixels_[index_of(x, y)].count; }
-  /// How many samples each pixel shall have, in the film's order; none: the same for all. Luminances of samples
-  /// up to there are remembered as `early_samples`.
+  /// Sets the goal of each pixel, in the order of the film; empty: the same for all. The luminances of samples up to
+  /// the maximum goal are summed in `early_samples`.
   void set_goals(std::vector<uint32_t> goals);
   const std::vector<uint32_t>& goals() const { return goals_; }
-  /// What this pixel shall have, where all others shall have `uniform` if nobody set goals.
+  /// Goal of this pixel; `uniform` if no goals are set.
   uint32_t goal_of(int x, int y, uint32_t uniform) const { return goals_.empty() ? uniform : goals_[index_of(x, y)]; }
   EarlySamples& early_samples() { return early_; }
-  /// Make room for splats; once, before the first.
+  /// Allocates memory for splats. Must be called before the first splat.
   void enable_splats();
-  /// What arrives at pixel (x, y) of the full frame from a light, from any thread; outside the region it is ignored.
-  /// `odd` tells apart two independent halves of all splats, for the estimate of the error.
+  /// Adds a splat to pixel (x, y) of the full frame, from any thread; splats outside the region are ignored. `odd`
+  /// selects one of two independent halves of all splats, for the estimate of the error.
   void add_splat(int x, int y, Color value, bool odd);
-  /// Between iterations: everything splatted so far, times `scale`, is the splatted part of the image
-  /// (scale: one over the number of light paths a pixel, say).
+  /// Called between iterations: adds the splats since the last call to the image. `scale` is the factor of the sum of
+  /// all splats so far, such as one over the number of light paths per pixel.
   void end_splats(double scale);
-  /// Samples so far: mean over the film, least and most of any pixel.
+  /// Samples so far: the mean over the film, and the minimum and maximum of the pixels.
   struct SampleCounts {
     double mean;
     uint32_t least, most;
@@ -104,23 +104,24 @@ class Film {
   SampleCounts sample_counts() const;
   uint64_t refused() const { return refused_.load(); }
 
-  /// Channels of a pass, resolved: width*height*channels floats.
+  /// The resolved channels of a pass: width * height * channels floats.
   std::vector<float> resolve(const std::string& pass, float exposure) const;
-  /// Keep the image as it is with `samples` for the average pixel: from how it changes, errors are estimated.
+  /// Stores the present image of `samples` samples for the average pixel. Errors are estimated from changes of the
+  /// image.
   void remember(uint32_t samples);
-  /// Of the present image of `samples` for the average pixel: relative mean squared error, and mean of e^2 / tvi(M) in
-  /// cd/m^2 (film/tvi.h). Negative when there are too few samples. Good to some 15 % where samples are many enough to
-  /// have seen what there is to see; rare bright paths that nobody has found yet are in no estimate.
+  /// Error of the present image of `samples` samples for the average pixel: relative mean squared error, and mean of
+  /// e^2 / tvi(M) in cd/m^2 (film/tvi.h). Negative if there are too few samples. It is accurate to some 15 % once the
+  /// samples have found all light; rare bright paths that no sample has found are in no estimate.
   struct ErrorEstimate {
     double relmse, perceptual;
   };
   ErrorEstimate estimated_error(uint32_t samples) const;
-  /// For few samples: relative mean squared error of the present image, estimated: mean of variance / (M^2 + 0.01) over
-  /// pixels and channels, the variance from two half buffers, (A-B)^2 / 4, scaled as a whole to the scatter of
-  /// luminances where there are no splats: halves of a stratified sequence differ more than independent ones would.
-  /// Negative when there are too few samples.
+  /// An estimate of the relative mean squared error of the present image for few samples: the mean of variance / (M^2 +
+  /// 0.01) over pixels and channels. The variance is that of two half buffers, (A-B)^2 / 4. Without splats, the result
+  /// is scaled as a whole to the scatter of luminances, because halves of a stratified sequence differ more than
+  /// independent ones. Negative if there are too few samples.
   double estimated_relmse() const { return estimated_error_of_few().relmse; }
-  /// The same of luminance against what an eye can see.
+  /// The same for the luminance, relative to the visibility threshold (film/tvi.h).
   double estimated_perceptual_error() const { return estimated_error_of_few().perceptual; }
 
  private:
@@ -147,12 +148,12 @@ class Film {
   struct PendingPixel {
     std::atomic<int64_t> sum[2][3]{};  ///< even, odd; in units of their range
   };
-  /// Splats of one range of sizes, made when there is the first.
+  /// Splats of one range of magnitudes; allocated at the first of them.
   struct PendingSplats {
     std::once_flag made;
     std::unique_ptr<PendingPixel[]> pixels;
     std::mutex carrying;
-    std::map<size_t, int64_t> carried;  ///< by number of the sum: how often 2^62 was taken out of it
+    std::map<size_t, int64_t> carried;  ///< carry table: the index of a sum, and how often 2^62 was moved out of it
   };
   PendingSplats& pending_of(float largest, double& units);
   static void carry(PendingSplats& splats, size_t index, bool odd, int channel);
@@ -183,7 +184,7 @@ class Film {
   std::vector<AuxPixel> aux_;
   std::vector<PartsPixel> parts_;
   static constexpr size_t kMaxRemembered = 3;
-  std::vector<Remembered> remembered_;  // the latest last
+  std::vector<Remembered> remembered_;  // in the order of time
   std::vector<uint32_t> goals_;
   EarlySamples early_;
   std::atomic<uint64_t> refused_{0};

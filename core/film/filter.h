@@ -1,9 +1,10 @@
-// Pixel reconstruction filters by importance sampling: every sample belongs to one pixel and is displaced
-// by a draw from the filter, so that the plain mean is the filtered image (Ernst et al. 2006).
-// What arrives from lights at a point of the film belongs to every pixel whose filter covers it: `place` picks one of
-// them in proportion, and says how much the filters of all sum to there, so that splats have the same mean as samples.
-// All filters here are non-negative and separable. Their width is Blender's number, which Cycles stretches for
-// filters that fall off smoothly, so that equal numbers look equally sharp: see full_width.
+// Pixel reconstruction filters by importance sampling. Every sample belongs to one pixel and is displaced by a draw
+// from the filter, so that the plain mean is the filtered image (Ernst et al. 2006).
+// A path from a light that arrives at a point of the film belongs to every pixel whose filter covers the point. `place`
+// picks one of them in proportion to the filters. It returns the sum of these filters at the point, so that splats have
+// the same mean as samples.
+// All filters are non-negative and separable. Their width is Blender's value. Cycles stretches filters that fall off
+// smoothly, so that equal values look equally sharp: see full_width.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +30,7 @@ class PixelFilter {
                   (kDensityEntries - 1);
     }
     for (float& d : density_) d = float(double(d) / integral);
-    // Inverse of the cumulative filter, tabulated; piecewise linear between entries.
+    // The inverse of the cumulative filter as a table, piecewise linear between entries.
     constexpr int kFine = 32768;
     std::vector<double> cumulative(kFine + 1, 0.0);
     for (int i = 0; i < kFine; ++i) {
@@ -47,7 +48,7 @@ class PixelFilter {
     }
   }
 
-  /// Pixels from end to end of a filter whose width in Blender is `width`.
+  /// Full width in pixels of a filter whose width in Blender is `width`.
   static float full_width(FilterKind kind, float width) {
     switch (kind) {
       case FilterKind::Box: return 1.0f;
@@ -57,7 +58,7 @@ class PixelFilter {
     return width;
   }
 
-  /// Displacement from the pixel's centre, in pixels.
+  /// Displacement from the centre of the pixel, in pixels.
   Vec2 sample(Vec2 u) const { return {sample_1d(u.x), sample_1d(u.y)}; }
 
   float half_width() const { return 0.5f * width_; }
@@ -69,8 +70,8 @@ class PixelFilter {
     const int i = int(place);
     return density_[size_t(i)] + (place - float(i)) * (density_[size_t(i) + 1] - density_[size_t(i)]);
   }
-  /// Which of the pixels lower <= i < upper a point of the film is splatted to, and the sum of all their filters there
-  /// (0: it belongs to none).
+  /// The pixel (lower <= pixel < upper) to which a point of the film is splatted, and the sum of the filters of all
+  /// pixels there (0: no filter covers the point).
   struct Place {
     int pixel;
     float weight;
@@ -110,7 +111,7 @@ class PixelFilter {
 
  private:
   static constexpr int kDensityEntries = 2049;
-  static constexpr int kEntries = 4096;  ///< tails of the Gaussian need them
+  static constexpr int kEntries = 4096;  ///< needed by the tails of the Gaussian
   float sample_1d(float u) const {
     if (box_) return u - 0.5f;
     const float x = u * float(kEntries);

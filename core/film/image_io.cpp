@@ -27,7 +27,7 @@ std::string ending_of(const std::string& path) {
   throw std::runtime_error(what + " \"" + path + "\"" + (why.empty() ? "" : ": " + why));
 }
 
-// Films are associated (premultiplied); files of 8 bits are straight.
+// Film images are associated (premultiplied); 8-bit files are straight.
 std::vector<uint8_t> encode_srgb8(const Image& image) {
   std::vector<uint8_t> bytes(image.pixels.size());
   const int n = image.channels;
@@ -36,7 +36,7 @@ std::vector<uint8_t> encode_srgb8(const Image& image) {
     const float alpha = colors < n ? std::clamp(image.pixels[i + colors], 0.0f, 1.0f) : 1.0f;
     for (int c = 0; c < colors; ++c) {
       const float x = alpha > 0.0f ? image.pixels[i + c] / alpha : 0.0f;
-      // !(x > 0) also sends NaN to black.
+      // !(x > 0) also maps NaN to black.
       bytes[i + c] = !(x > 0.0f) ? 0 : uint8_t(std::lround(255.0f * srgb_from_linear(std::min(x, 1.0f))));
     }
     if (colors < n) bytes[i + colors] = uint8_t(std::lround(255.0f * alpha));
@@ -64,7 +64,7 @@ Image read_image(const std::string& path) {
   Image image{spec.width, spec.height, spec.nchannels, {}, spec.channelnames};
   const size_t row = size_t(spec.width) * spec.nchannels;
   image.pixels.resize(row * spec.height);
-  // A negative stride fills from the last row, so that the first is the bottom one.
+  // A negative stride fills the memory from the last row, so that the bottom row is the first.
   float* last_row = image.pixels.data() + row * (spec.height - 1);
   if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, last_row, OIIO::AutoStride,
                          -OIIO::stride_t(row * sizeof(float))))
@@ -76,7 +76,7 @@ Image read_image(const std::string& path) {
 void write_image(const std::string& path, const Image& image, const std::map<std::string, std::string>& metadata) {
   if (image.width < 1 || image.height < 1 || image.channels < 1 ||
       image.pixels.size() != size_t(image.width) * image.height * image.channels)
-    fail("cannot write image", path, "it has no pixels, or not as many as its size says");
+    fail("cannot write image", path, "it has no pixels, or their number does not match its size");
   const std::string ending = ending_of(path);
   if (ending != "exr" && ending != "png") fail("cannot write image", path, "the name must end in .exr or .png");
   if (ending == "png" && image.channels > 4) fail("cannot write image", path, "PNG holds 1 to 4 channels");

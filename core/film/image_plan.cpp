@@ -18,29 +18,29 @@ namespace ajar {
 
 namespace {
 
-/// Of the average pixel's samples, what every pixel has for certain. It bounds what a wrong guess can cost, and is
-/// the past that later decisions look at.
+/// Fraction of the average count that every pixel gets. It bounds the cost of a wrong prediction, and later decisions
+/// use these samples.
 constexpr float kFloor = 0.25f;
-/// Errors that fall like 1/C^p are least in sum with shares to the power 1/(1+p): p is 1 for independent samples, and
-/// 1.5 or so where the low-discrepancy sequence has a smooth or an edge to integrate.
+/// If errors fall like 1/C^p, their sum is minimal with shares to the power 1/(1+p). p is 1 for independent samples,
+/// and about 1.5 where a low-discrepancy sequence integrates a smooth function or an edge.
 constexpr float kExponent = 0.4f;
-/// No pixel gets more than so many times the average: beyond, it is a stray sample that speaks.
+/// Maximum count of a pixel, relative to the average. A prediction above it is probably due to a firefly.
 constexpr float kMax = 16.0f;
-/// Counts keep this many binary digits below their first: low-discrepancy sequences are best cut at round numbers.
+/// Number of binary digits of a count after the first one: low-discrepancy sequences are best at round counts.
 constexpr int kRoundDigits = 2, kAllDigits = 31;
-/// Standard deviations, in pixels, of the neighbourhoods over which noise is averaged, and parts of the samples that
-/// may be shared out equally besides. Which are best, the samples tell.
+/// Standard deviations, in pixels, of the neighbourhoods over which noise is averaged, and fractions of the samples
+/// that are distributed equally. The samples decide which of them are best.
 constexpr float kReaches[] = {0.7f, 1.5f, 3.0f};
 constexpr float kUniformParts[] = {0.01f, 0.1f, 0.25f, 0.5f};
-/// All is shared out equally unless error falls by this part of it, and by so many standard deviations of what is known
-/// about that: where few bright samples make nearly all the noise, whether they were foretold is probability, at about
-/// one standard deviation.
+/// All samples are distributed equally unless this reduces the error by more than this fraction, and by more than this
+/// number of standard deviations of the reduction. If few bright samples make nearly all the noise, a prediction can be
+/// right by accident; the reduction is then about one standard deviation.
 constexpr double kMinGain = 0.05, kGainConfidence = 1.5;
-constexpr float kNearPixels = 4.0f;  // that a neighbourhood of the narrowest reach amounts to
-constexpr float kMinWeight = 1e-6f;  // of neighbours, in all
+constexpr float kNearPixels = 4.0f;  // effective number of pixels in a neighbourhood of the narrowest reach
+constexpr float kMinWeight = 1e-6f;  // minimum sum of the weights of neighbours
 constexpr int kBand = 32;            // rows that one task smooths
 
-/// What the first samples of a pixel tell, of one sample's luminance; or weighted sums of that over pixels.
+/// Estimates from the first samples of a pixel, for the luminance of one sample; or weighted sums of these over pixels.
 struct Noise {
   float weight = 1.0f, mean = 0.0f, variance = 0.0f;
   void add(const Noise& n, float w) {
@@ -61,8 +61,8 @@ std::vector<Noise> noise_of_first(EarlySamples& early, size_t pixels, uint32_t c
   return noise;
 }
 
-/// Calls visit(pixel, own, other) for each pixel, in parallel: sums around it, with Gaussian weights, over the pixels
-/// of its own colour but itself, and of the other colour.
+/// Calls visit(pixel, own, other) for each pixel, in parallel. `own` and `other` are sums with Gaussian weights over
+/// the neighbours of the pixel's colour, without the pixel, and of the other colour.
 template <class Visit>
 void for_each_neighbourhood(const std::vector<Noise>& noise, int width, float reach, Visit&& visit) {
   const int height = int(noise.size() / size_t(width)), radius = int(std::ceil(2.0f * reach));
@@ -96,14 +96,14 @@ void for_each_neighbourhood(const std::vector<Noise>& noise, int width, float re
       });
 }
 
-/// Threshold at which a pixel's leftover fraction becomes samples: spread evenly over the plane [Roberts 2018, the R2
-/// sequence].
+/// Threshold at which a fraction of a sample becomes a sample of this pixel, spread evenly over the plane [Roberts
+/// 2018, the R2 sequence].
 float threshold(int x, int y, float offset) {
   const double t = 0.7548776662466927 * x + 0.5698402909980532 * y + double(offset);
   return std::min(float(t - std::floor(t)), 0x1.fffffep-1f);
 }
 
-/// A round number next to y, such that its mean over all thresholds is y.
+/// A round number near y. Its mean over all thresholds is y.
 uint32_t round_count(float y, float threshold, int digits) {
   const uint32_t whole = uint32_t(y);
   const int drop = int(std::bit_width(whole)) - 1 - digits;
@@ -148,11 +148,11 @@ void ImagePlan::decide(Film& film) {
       for (int x = (y + color) & 1; x < width; x += 2) visit(size_t(y) * size_t(width) + size_t(x));
   };
 
-  // What pixels of each colour tell about a pixel: its own, but itself, by which shares are tried, and the other, by
-  // which they are made.
+  // Predictions for each pixel: from its own colour without itself, to test shares, and from the other colour, to set
+  // them.
   struct Told {
     float mean = 0.0f, variance = 0.0f;  ///< over the widest reach
-    float unit = -1.0f, share = 1.0f;    ///< negative: there is none to tell
+    float unit = -1.0f, share = 1.0f;    ///< unit: negative if there is no prediction
   };
   std::vector<Told> told[2] = {std::vector<Told>(noise.size()), std::vector<Told>(noise.size())};
   for_each_neighbourhood(noise, width, kReaches[2], [&](size_t i, const Noise& own, const Noise& other) {
@@ -162,8 +162,8 @@ void ImagePlan::decide(Film& film) {
         told[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
   });
   const auto unit = [&](const Noise& near, const Told& wide) {
-    // Nearest neighbours tell the brightness, as far as they differ from those around by more than their noise [James
-    // and Stein 1961].
+    // The luminance is that of the nearest neighbours, as far as it differs from the wider neighbourhood by more than
+    // the noise [James and Stein 1961].
     const float difference = near.mean / near.weight - wide.mean,
                 noise_of_near = wide.variance / (kNearPixels * float(early_));
     const float kept = difference * difference > noise_of_near ? 1.0f - noise_of_near / (difference * difference)
@@ -192,8 +192,8 @@ void ImagePlan::decide(Film& film) {
         }
       });
     }
-    // Pixels of the other colour tell which reach is best, and which part to share out equally: each is foretold by its
-    // like and has samples of its own, independent of theirs.
+    // Pixels of the other colour decide which reach and which equal fraction are best. Each of them is predicted by its
+    // own colour, and its own samples are independent of this prediction.
     for (int color = 0; color < 2; ++color) {
       double sum_own = 0.0, sum_other = 0.0;
       size_t seen = 0, pixels = 0;
@@ -236,7 +236,7 @@ void ImagePlan::decide(Film& film) {
   for (size_t i = 0; i < importance_.size(); ++i) shares_[i] *= importance_[i];
 }
 
-/// Goals of the pixels of one colour: `samples` for each on average, none below what it has, nor below the floor.
+/// Goals of the pixels of one colour: `samples` on average, but at least the decided goal of each pixel and the floor.
 void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<uint32_t>& goals) const {
   struct Place {
     size_t pixel;
@@ -255,7 +255,7 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
     places.push_back({i, shares_[i], t, std::max(decided_goals_[i], round_count(floor, t, digits_))});
     sum_of_shares += double(shares_[i]);
   }
-  if (!(sum_of_shares > 0.0) || !std::isfinite(sum_of_shares)) {  // nothing varies
+  if (!(sum_of_shares > 0.0) || !std::isfinite(sum_of_shares)) {  // no pixel varies
     for (const Place& p : places) goals[p.pixel] = std::max(samples, decided_goals_[p.pixel]);
     return;
   }
@@ -272,7 +272,7 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
         },
         std::plus<>());
   };
-  // The largest lambda for which the samples suffice: by secants and bisections in turn.
+  // The maximum lambda that needs no more than the available samples, by secant and bisection steps in turn.
   const uint64_t wanted = uint64_t(samples) * places.size();
   float low = 0.0f, high = float(double(wanted) / sum_of_shares);
   uint64_t at_low = total(low), at_high = total(high);
@@ -287,7 +287,7 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
     else
       high = middle, at_high = at_middle;
   }
-  // Samples that are left go to those whose turn is next; they have equal claims.
+  // The remaining samples go to the pixels that would get more with a slightly larger lambda.
   uint64_t left = wanted - std::min(wanted, at_low);
   for (const Place& p : places) {
     goals[p.pixel] = count(p, low);
