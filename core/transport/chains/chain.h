@@ -1,11 +1,11 @@
-// One Metropolis-Hastings chain over paths: the only place with an acceptance ratio [Veach 1997, chapter 11].
+// A Metropolis-Hastings chain over paths. No other file computes an acceptance probability [Veach 1997, chapter 11].
 //
-// A step chooses a mutation in proportion to its share among those that suit the path, proposes, and moves with
-// probability
-//   a = min(1, target(y) T(y -> x) / (target(x) T(x -> y))),
-// T including the probability of choosing the mutation from either path. The old path leaves 1 - a of a splat of
-// luminance 1 and the new one a: the expectation over the decision. A chain is numbered: its random numbers depend on
-// seed, number and step alone.
+// A step chooses a mutation in proportion to its share among those that suit the path, draws a proposal, and moves to
+// it with probability
+//   a = min(1, target(y) T(y -> x) / (target(x) T(x -> y))).
+// T includes the probability of choosing the mutation from the path. The old path x contributes 1 - a of a splat of
+// luminance 1, and the proposal y contributes a: the expectation over the decision. Chains are numbered. The random
+// numbers of a chain depend on seed, number and step alone.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ namespace ajar {
 class Chain {
  public:
   struct Counts {
-    uint64_t proposed = 0, accepted = 0, empty = 0;  ///< empty: proposals that carry nothing
+    uint64_t proposed = 0, accepted = 0, empty = 0;  ///< empty: proposals without a contribution
     double acceptance = 0.0;                         ///< sum of a
     void add(const Counts& other) {
       proposed += other.proposed;
@@ -31,7 +31,7 @@ class Chain {
   Chain(const PathSpace& space, const std::vector<MutationShare>& mutations)
       : space_(&space), mutations_(&mutations), counts_(mutations.size()) {}
 
-  /// Start from a path with positive target.
+  /// Starts from a path with positive target.
   void start(const Path& path) {
     if (!current_) current_ = std::make_unique<Path>(), proposal_ = std::make_unique<Path>();
     *current_ = path;
@@ -39,12 +39,12 @@ class Chain {
   const Path& path() const { return *current_; }
   bool started() const { return current_ != nullptr; }
   const std::vector<Counts>& counts() const { return counts_; }
-  /// By hint, as far as any was proposed.
+  /// Indexed by hint, up to the last hint that was proposed.
   const std::vector<HintCounts>& hint_counts() const { return hint_counts_; }
   uint64_t rays() const { return rays_; }
 
-  /// What a step did: which mutation it proposed by, how likely the proposal was to be taken, how far that would have
-  /// moved what is seen (in pixels), and its rays.
+  /// The result of a step: the mutation of its proposal, the acceptance probability, the distance between the two paths
+  /// on the film in pixels (0 if the acceptance probability is 0), and the number of rays.
   struct Step {
     size_t mutation = 0;
     double acceptance = 0.0;
@@ -52,7 +52,7 @@ class Chain {
     uint32_t rays = 0;
   };
 
-  /// One step; visit(path, weight) for both states with the weights of their splats, which sum to 1.
+  /// Does one step. Calls visit(path, weight) for both states with the weights of their splats, which sum to 1.
   template <class Visit>
   Step step(Sampler& sampler, Visit&& visit) {
     const Path& x = *current_;

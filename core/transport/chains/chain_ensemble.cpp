@@ -10,11 +10,11 @@ namespace ajar {
 
 namespace {
 constexpr uint32_t kSeedBatch = 256;
-/// Units of random numbers: seeds and chains must not share any.
+/// Streams of random numbers: seeds and chains must not share any.
 constexpr uint32_t kSeedStream = 0x5eed0000u, kChainStream = 0xc4a10000u;
 }  // namespace
 
-/// Estimate of the whole film's luminance, from one bidirectional sample.
+/// Returns an estimate of the luminance of the whole film from one bidirectional sample.
 template <class Visit>
 double ChainEnsemble::visit_seed(BidirectionalWalks& walks, uint32_t index, Visit&& visit) const {
   Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kSeedStream));

@@ -1,8 +1,8 @@
-// Numbered chains over paths that start from bidirectional samples, and the brightness that scales what they visit.
+// Numbered chains over paths that start from bidirectional samples, and the brightness that scales their splats.
 //
-// Starts are drawn in proportion to their luminance from a first set of samples, evenly spaced along its cumulative
-// sum; the brightness is refined from further samples that start no chain. Chains are numbered, so results do not
-// depend on the number of threads.
+// Starting paths are drawn from a first set of samples in proportion to their luminance, evenly spaced along its
+// cumulative sum. Further samples, from which no chain starts, improve the estimate of the brightness. Chains are
+// numbered, so results do not depend on the number of threads.
 #pragma once
 
 #include <atomic>
@@ -22,26 +22,26 @@ class ChainEnsemble {
  public:
   static constexpr int kChains = 96;
 
-  /// Keep account of what these hints bring; they must outlive the ensemble. Before begin.
+  /// Also collects statistics of these hints, which must outlive the ensemble. Called before begin.
   void watch(const Hints& hints) { hints_ = &hints; }
-  /// Draw chains from `seeds` bidirectional samples. False when stopped; without light no chain starts.
+  /// Starts the chains from `seeds` bidirectional samples. Returns false when stopped. Without light no chain starts.
   bool begin(const PathSpace& space, const std::vector<MutationShare>& mutations, uint32_t seed, uint32_t seeds,
              const std::atomic<bool>& stop);
   bool empty() const { return chains_.empty(); }
   size_t size() const { return chains_.size(); }
-  /// Integral of the target over all paths; without importance what all splats of a film sum up to.
+  /// Integral of the target over all paths. Without importance it is the sum of all splats of a film.
   double brightness() const { return brightness_.mean(); }
   uint64_t steps() const { return steps_done_; }
   uint64_t seeds() const { return seeds_done_; }
   uint64_t rays() const;
-  /// Steps, brightness, and how each mutation fared.
+  /// Adds the number of steps, the brightness, and the counts of each mutation.
   void add_statistics(std::map<std::string, double>& extra) const;
-  /// Of the hints watched. `other_light`: in the image besides what the chains carry, in units of the brightness
+  /// For the hints of watch. `other_light`: light of the image that is not in the chains, in units of the brightness
   /// without importance.
   std::vector<HintStatistics> hint_statistics(const std::vector<HintReport>& reports, double other_light) const;
 
-  /// Further steps, shared evenly among the chains: `visit(chain, path, weight, sampler)` is called from the chain's
-  /// own task. Then further samples of the brightness.
+  /// Does further steps, evenly divided among the chains, and calls `visit(chain, path, weight, sampler)` in the task
+  /// of the chain. Then draws further samples for the brightness.
   template <class Visit>
   void run(uint64_t steps, const std::atomic<bool>& stop, Visit&& visit) {
     steps_wanted_ += steps;
@@ -67,7 +67,7 @@ class ChainEnsemble {
   }
 
  private:
-  static constexpr uint64_t kStepsPerSeed = 24;  ///< for each further sample of the brightness
+  static constexpr uint64_t kStepsPerSeed = 24;  ///< chain steps for each further sample of the brightness
   struct Numbered {
     Chain chain;
     Sampler sampler;

@@ -17,12 +17,12 @@ namespace {
 
 constexpr uint32_t kSeedStream = 0x5eed0002u, kDrawStream = 0xd4a30002u, kMoveStream = 0xc4a10002u;
 constexpr uint32_t kBatch = 32;
-/// of the energy, for the new samples of a generation: members live some hundred steps
+/// Minimum part of the energy for the new samples of a generation: members live some hundred steps.
 constexpr double kMinNewShare = 0.16;
-constexpr float kBidirectional = 0.05f;  ///< share of bidirectional mutations: new samples do what they would
+constexpr float kBidirectional = 0.05f;  ///< share of bidirectional mutations; new samples have the same purpose
 constexpr float kMinShare = 0.05f;       ///< of a mutation
 constexpr double kGainUnits = 0x1p24;
-/// Moves that shift what is seen by this many pixels are worth nearly as much as a path from elsewhere.
+/// A move by this many pixels on the film is as useful as a new path elsewhere.
 constexpr float kUsefulDistance = 4.0f;
 
 }  // namespace
@@ -53,8 +53,7 @@ PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed,
   });
 }
 
-/// Numbers of a new sample. Populations have scrambles of their own: points shared between them would make them depend
-/// on one another.
+/// Random numbers of a new sample. Each population has its own scramble: shared points would correlate the populations.
 Sampler PathPopulation::seed_sampler(uint64_t sample) const {
   Sampler sampler(Sampler::Kind::Sobol, hash_combine(seed_, kSeedStream));
   sampler.start(number_, uint32_t(sample));
@@ -116,7 +115,7 @@ bool PathPopulation::fetch(Worker& worker, uint32_t slot) {
     members_[parent].path.unpack(worker.path);
     return true;
   }
-  // Copies of one sample stand in a row, and take its paths in turn.
+  // Copies of one sample are adjacent. They take its paths at equal distances along the cumulative energy.
   uint32_t copies = 1, copy = 0;
   for (uint32_t i = slot; i > 0 && parents_[i - 1] == parent; --i) ++copy, ++copies;
   for (uint32_t i = slot; i + 1 < parents_.size() && parents_[i + 1] == parent; ++i) ++copies;
@@ -186,7 +185,7 @@ double PathPopulation::run_generation(Film& film, double emphasis, const std::at
 
 PathPopulation::Learned PathPopulation::learned() const {
   Learned learned;
-  // Gain for the work done, drawn towards what the mutations began with.
+  // The share is the prior share times the relative gain per ray.
   double best = 0.0;
   for (const MutationGain& f : mutation_gains_)
     best = std::max(best, double(f.gain.load()) / std::max<double>(1.0, double(f.rays.load())));
@@ -208,7 +207,7 @@ void PathPopulation::begin_with(const Learned& learned) {
 void PathPopulation::set_learned(const Learned& learned) {
   learning_ = false;
   for (size_t m = 0; m < mutations_.size(); ++m) mutations_[m].share = learned.shares[m];
-  // Energies w f / target stay as they are: weights change as the target does.
+  // The energies w f / target stay the same: weights are scaled by the same factor as the target.
   const auto importance = [this](Vec2 film) { return space_.importance.at(film); };
   std::vector<float> before(members_.size());
   for (size_t i = 0; i < members_.size(); ++i) before[i] = importance(members_[i].path.film());

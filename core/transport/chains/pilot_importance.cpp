@@ -11,12 +11,12 @@
 namespace ajar {
 
 namespace {
-constexpr uint32_t kPilotStream = 0x91107000u;  // shares no numbers with seeds and chains
+constexpr uint32_t kPilotStream = 0x91107000u;  // separates the random numbers from those of seeds and chains
 constexpr uint32_t kBlocks = 16;
 constexpr uint32_t kSamplesPerCell = 32;
 constexpr int kMaxCells = 1024;
-constexpr double kLargestSample = 20.0;  // of the mean: rare bright samples say little about a cell
-constexpr double kFloor = 0.3;           // of the mean: darker cells are not followed further
+constexpr double kLargestSample = 20.0;  // relative to the mean: rare bright samples say little about a cell
+constexpr double kFloor = 0.3;           // relative to the mean: bounds the importance of dark cells
 }  // namespace
 
 Pilot look_ahead(const PathSpace& space, uint32_t seed, uint32_t samples, const std::atomic<bool>& stop) {
@@ -63,7 +63,7 @@ Pilot look_ahead(const PathSpace& space, uint32_t seed, uint32_t samples, const 
   std::vector<double> light(count, 0.0);
   for (const auto& block : arrivals)
     for (const Arrival& a : block) light[a.cell] += std::min(a.light, kLargestSample * total / double(samples));
-  // In units of the film's mean, each cell with half of its neighbours' weight.
+  // In units of the mean over the film. Each cell is averaged with its neighbours, which have half the weight per axis.
   std::vector<float> values(count);
   const double mean = std::accumulate(light.begin(), light.end(), 0.0) / double(count);
   for (int y = 0; y < rows; ++y) {

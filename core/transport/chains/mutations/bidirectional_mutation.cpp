@@ -15,7 +15,7 @@ double weight_of_removed(int removed) {
 
 }  // namespace
 
-/// Where a gap of `removed` vertices can be: with none removed, an edge is chosen.
+/// Number of positions of a gap of `removed` vertices. With none removed, the gap is an edge.
 int BidirectionalMutation::places_of_gap(int removed, int count) const {
   return removed == 0 ? count - 1 : count - min_eye() - removed + 1;
 }
@@ -44,10 +44,11 @@ std::array<double, 5> BidirectionalMutation::probabilities_of_growth(int removed
 
 bool BidirectionalMutation::possible(const Path& path, Gap gap, int grown, int s) const {
   const int t = grown - s;
-  if (gap.eye == 0 && t < 1) return false;                        // the lens is a vertex of the eye's side
-  if (gap.light == 1 && s > 0) return false;                      // rays leave light vertices only together with them
-  if (gap.light == 0 && s == 0) return t - (gap.eye == 0) >= 1;   // the light is hit
-  if (gap.light == 0 && s == 1 && gap.eye + t < 2) return false;  // light is sampled for a surface
+  if (gap.eye == 0 && t < 1) return false;  // the lens is a vertex of the eye's side
+  // A kept light vertex has no outgoing ray; rays start only with a new light vertex.
+  if (gap.light == 1 && s > 0) return false;
+  if (gap.light == 0 && s == 0) return t - (gap.eye == 0) >= 1;   // the walk from the eye hits the light
+  if (gap.light == 0 && s == 1 && gap.eye + t < 2) return false;  // light is sampled at a surface
   const PathVertex& last_light = path.vertices[size_t(std::max(0, gap.light - 1))];
   const PathVertex& last_eye = path.vertices[size_t(path.count - std::max(1, gap.eye))];
   if (gap.light >= 1 && s == 0 && !last_light.connectable()) return false;
@@ -56,7 +57,7 @@ bool BidirectionalMutation::possible(const Path& path, Gap gap, int grown, int s
 }
 
 bool BidirectionalMutation::sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
-  // The gap.
+  // Choose the gap.
   const int n = from.count, most = n - min_eye();
   float u = sampler.get_1d();
   int removed = 0;
@@ -95,7 +96,7 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
     while (!possible(from, gap, grown, s));
   const int t = grown - s, count = gap.light + gap.eye + grown;
 
-  // What stays.
+  // Copy the kept vertices.
   to.count = count;
   to.film = from.film;
   std::copy_n(from.vertices.begin(), gap.light, to.vertices.begin());
@@ -106,7 +107,7 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
   std::copy_n(from.scattering.begin() + n - gap.eye, gap.eye, to.scattering.begin() + count - gap.eye);
   const int first_new = gap.light, end_new = count - gap.eye;  // new: first_new .. end_new - 1
 
-  // From the eye.
+  // Grow from the eye.
   const int eye_end = end_new - t;  // index of the last vertex on the eye's side
   if (gap.eye == 0) make_lens_vertex(scene, sampler.get_2d(), to.vertices[size_t(count - 1)]);
   const bool hits_light = gap.light == 0 && s == 0;
@@ -131,7 +132,7 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
       if (to.vertices[size_t(i)].shading.bsdf.empty()) return false;
     }
   }
-  // From the light.
+  // Grow from the light.
   const int light_end = first_new + s - 1;  // index of the last vertex on the light's side
   if (gap.light == 0 && s == 1) {
     const float u_choice = sampler.get_1d();
@@ -157,7 +158,7 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
       if (to.vertices[size_t(i)].shading.bsdf.empty()) return false;
     }
   }
-  // The joint.
+  // Connect both sides.
   if (!hits_light) {
     PathVertex &a = to.vertices[size_t(light_end)], &b = to.vertices[size_t(light_end + 1)];
     if (!a.connectable() || !b.connectable()) return false;
@@ -166,7 +167,8 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
     if (light_end + 1 == count - 1 && !arrive_on_film(space_, to)) return false;
   }
   if (!space_.complete(to, first_new - 1, end_new)) return false;
-  // A mirror sends a new walk the old way: what grew is then what was forgotten, and belongs to a smaller gap.
+  // If a specular surface leads a new walk along the old path, a new vertex equals a removed one. The proposal then
+  // belongs to a smaller gap.
   const SharedEnds shared = shared_ends(from, to);
   return shared.eye == gap.eye &&
          (shared.light == gap.light || (gap.light == 0 && shared.light == 1 && to.vertices[0].delta));
@@ -184,7 +186,7 @@ double BidirectionalMutation::pdf_of_growth(const Path& from, const Path& to, Ga
   const int grown = to.count - gap.light - gap.eye;
   if (grown < 0) return 0.0;
   const int first_new = gap.light, end_new = to.count - gap.eye;
-  // from_eye[i]: of all new vertices i .. found from the eye.
+  // from_eye[i]: density of finding all new vertices from i on from the eye.
   std::array<double, kMaxPathVertices + 1> from_eye;
   from_eye[size_t(end_new)] = 1.0;
   for (int i = end_new - 1; i >= first_new; --i) {
@@ -213,7 +215,7 @@ double BidirectionalMutation::pdf_of_growth(const Path& from, const Path& to, Ga
 double BidirectionalMutation::pdf(const Path& from, const Path& to) const {
   const SharedEnds shared = shared_ends(from, to);
   double pdf = pdf_given_gap(from, to, {shared.light, shared.eye});
-  // A light without extent may have been forgotten and found again at the same place.
+  // A light without extent may have been removed and found again at the same position.
   if (shared.light == 1 && to.vertices[0].delta) pdf += pdf_given_gap(from, to, {0, shared.eye});
   return pdf;
 }

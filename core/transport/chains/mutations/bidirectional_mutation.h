@@ -1,9 +1,9 @@
-// Bidirectional mutation [Veach 1997, section 11.4.2]: forget some vertices in a row and grow new ones from
-// both sides of the gap, not always as many. Reaches every path from every other.
+// Bidirectional mutation [Veach 1997, section 11.4.2]: removes consecutive vertices and grows new ones, not always the
+// same number, from both sides of the gap. It can reach every path from every other one.
 //
-// The part forgotten is short more often than long; how many new vertices grow from the light's side is chosen evenly
-// among what is possible. Proposals that grow again what they forgot are none. A new light end is found by hitting
-// emission, by light sampling, or by a walk from a light.
+// The removed part is usually short. The number of new vertices that grow from the light's side is uniform among the
+// possible numbers. A proposal that regrows a removed vertex is rejected as empty, because it belongs to a smaller gap.
+// A new light end is found by hitting emission, by light sampling, or by a walk from a light.
 #pragma once
 
 #include "transport/chains/mutations/mutation.h"
@@ -18,23 +18,23 @@ class BidirectionalMutation final : public Mutation {
   bool sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const override;
   double pdf(const Path& from, const Path& to) const override;
 
-  /// `light`, `eye`: vertices kept at either end.
+  /// `light`, `eye`: number of vertices that are kept at either end.
   struct Gap {
     int light, eye;
   };
-  /// Only the growing: a given number of new vertices into a given gap. False, too, when the path then shares more than
-  /// was kept.
+  /// Only the second part of the mutation: grows a given number of new vertices into a given gap. Also returns false
+  /// when the path then shares more vertices than were kept.
   bool grow_into(const Path& from, Gap gap, int grown, Sampler& sampler, Path& to, uint64_t& rays) const;
-  /// Its density, whatever the two paths share.
+  /// The density of grow_into, whichever vertices the two paths share.
   double pdf_of_growth(const Path& from, const Path& to, Gap gap) const;
 
  private:
   int min_eye() const { return space_.scene.camera().has_lens() ? 0 : 1; }
   int places_of_gap(int removed, int count) const;
   double probability_of_gap(int removed, int count) const;
-  /// Probabilities of growing 0 .. removed + 2 vertices (index: new count - removed + 2), given what is kept.
+  /// Probabilities of growing removed - 2 to removed + 2 vertices (index: grown - removed + 2), given the kept ones.
   std::array<double, 5> probabilities_of_growth(int removed, int kept) const;
-  /// Can `s` of `grown` new vertices be found from the light's side?
+  /// Whether `s` of `grown` new vertices can be found from the light's side.
   bool possible(const Path& path, Gap gap, int grown, int s) const;
   double pdf_given_gap(const Path& from, const Path& to, Gap gap) const;
 

@@ -19,13 +19,13 @@ int CausticPerturbation::turned(const Path& path) {
 
 bool CausticPerturbation::suits(const Path& from) const {
   if (from.count < 3 || !from.rough(from.count - 2)) return false;
-  // A delta sun has one direction, but its rays can be shifted as any distant light's.
+  // A delta sun has only one direction, but its rays can be shifted like those of any distant light.
   return true;
 }
 
 float CausticPerturbation::per_pixel(const Path& path, int vertex) const {
   const auto length = [&](int edge) { return 1.0f / std::sqrt(path.edges[size_t(edge)].inverse_square); };
-  float size = 1.0f / std::sqrt(path.film_density);  // of a pixel where the eye looks
+  float size = 1.0f / std::sqrt(path.film_density);  // of a pixel at the vertex next to the eye
   if (!path.vertices[size_t(path.count - 1)].distant) size *= length(path.count - 2);
   if (path.vertices[size_t(vertex)].distant) return size;
   float travelled = 0.0f;
@@ -50,7 +50,7 @@ bool CausticPerturbation::sample(const Path& from, Sampler& sampler, Path& to, u
     const float phi = 2.0f * kPi * u.y;
     ray.direction = start.point.ng;
     ray.origin = from.vertices[1].position() + step * (std::cos(phi) * frame.s + std::sin(phi) * frame.t);
-    // From outside the scene, as light walks start.
+    // The ray starts outside the scene, as light walks do.
     ray.origin -= ray.direction * (scene.radius() + glm::dot(ray.origin - scene.center(), ray.direction));
   } else {
     if (!(step < kLargestAngle)) return false;

@@ -1,7 +1,7 @@
-// Caustic perturbation [Veach 1997, section 11.4.3.2]: the vertex the eye sees is rough (Path::rough); from the last
-// vertex before it that is rough too (or the light), turn the direction a little, follow the same kinds of specular
-// bounces, draw sharp ones anew, and join what is reached to the lens. Rays of a distant light are shifted instead of
-// turned.
+// Caustic perturbation [Veach 1997, section 11.4.3.2] of a path whose vertex next to the eye is rough (Path::rough).
+// The perturbation starts at the last rough vertex before it, or at the light. It turns the direction there by a small
+// angle, follows the same kinds of specular bounces, draws sharp bounces again, and connects the vertex that it reaches
+// to the lens. Rays of a distant light are shifted instead of turned.
 #pragma once
 
 #include "transport/chains/mutations/mutation.h"
@@ -18,9 +18,9 @@ class CausticPerturbation final : public Mutation {
   double pdf(const Path& from, const Path& to) const override;
 
  private:
-  /// The vertex whose direction is turned.
+  /// The vertex at which the direction is turned.
   static int turned(const Path& path);
-  /// Radians (metres for distant lights) that move what is seen by about a pixel.
+  /// Step in radians (metres for distant lights) that moves the path by about one pixel on the film.
   float per_pixel(const Path& path, int vertex) const;
 
   const PathSpace& space_;

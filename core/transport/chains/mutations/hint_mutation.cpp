@@ -8,7 +8,7 @@ namespace ajar {
 
 namespace {
 
-/// How much less often one more vertex grows.
+/// Ratio of the probabilities of growing n + 1 and n vertices.
 constexpr double kLonger = 0.65;
 
 }  // namespace
@@ -33,7 +33,7 @@ bool HintMutation::sample_hint(const Path& from, Sampler& sampler, Path& to, uin
   const int joint = first_joinable_from_eye(from), end = int(hint.vertices.size());
   const bool to_lens = sampler.get_1d() < lens_probability(hint, joint > 0);
   if (joint <= 0 && !to_lens) return false;
-  // What stays.
+  // Copy the kept vertices.
   const int kept = to_lens ? 1 : from.count - joint;
   to.count = end + kept;
   if (to.count > space_.max_vertices) return false;
@@ -41,7 +41,7 @@ bool HintMutation::sample_hint(const Path& from, Sampler& sampler, Path& to, uin
   std::copy_n(from.vertices.begin() + from.count - kept, kept, to.vertices.begin() + end);
   std::copy_n(from.edges.begin() + from.count - kept, kept - 1, to.edges.begin() + end);
   std::copy_n(from.scattering.begin() + from.count - kept, kept, to.scattering.begin() + end);
-  // From the light.
+  // Build the hint's vertices from the light.
   const uint32_t light = Hints::choose_light(hint, sampler.get_1d());
   Vec3 position, normal;
   Hints::sample_position(hint, scene.lights().light(light), sampler.get_2d(), position, normal);
@@ -68,7 +68,7 @@ bool HintMutation::sample_hint(const Path& from, Sampler& sampler, Path& to, uin
   if (!join_at(scene, to, end - 1, rays)) return false;
   if (to_lens && !arrive_on_film(space_, to)) return false;
   if (!space_.complete(to, 0, end)) return false;
-  // Exactly what was to change has changed.
+  // The proposal must differ in exactly the vertices that were to change.
   const SharedEnds shared = shared_ends(from, to);
   return shared.eye == kept && (shared.light == 0 || (shared.light == 1 && start.delta));
 }
@@ -93,7 +93,7 @@ double HintMutation::pdf_of_hints(const Path& from, const Path& to) const {
 bool HintMutation::regrow(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
   const int joint = first_joinable_from_eye(from), kept = from.count - joint, longest = most(kept);
   if (joint <= 0 || longest < fewest()) return false;
-  // Lengths fall off geometrically.
+  // The number of vertices has a truncated geometric distribution.
   const double u = double(sampler.get_1d()) * (1.0 - std::pow(kLonger, longest - fewest() + 1));
   const int grown = std::min(fewest() + int(std::log1p(-u) / std::log(kLonger)), longest);
   return bidirectional_.grow_into(from, {0, kept}, grown, sampler, to, rays);

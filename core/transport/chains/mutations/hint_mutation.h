@@ -1,13 +1,13 @@
-// User path proposals [Fan 2006, section 4.4]: rebuild an artist's hint from the light inside its cones, and join its
-// end to what the eye sees: to the first vertex of the current path that is not specular, with the way from there to
-// the lens kept, or to the lens itself (a departure from the thesis: without it no hint can propose a caustic that is
-// looked at).
+// User path proposals [Fan 2006, section 4.4]: build a path from the light inside the cones of an artist's hint, and
+// connect its end to the eye's part of the current path: either to the first vertex from the eye that is not specular,
+// with the vertices from there to the lens kept, or to the lens itself. The thesis does not connect to the lens.
+// Without this, no hint could propose a caustic that the eye sees directly.
 //
-// A path that a hint proposes is hardly ever near the path it replaces, so no hint could propose the way back. Hints
-// and bidirectional mutation are therefore one kernel: either proposes, and both densities count in both directions
-// [eq. 4.7]. A bidirectional mutation seldom forgets just what a hint replaced and grows just as many vertices as there
-// were, and ways back that are rare keep hints from being accepted. So some proposals of the kernel regrow all that a
-// hint would replace, by any number of vertices.
+// A path that a hint proposes is usually far from the path that it replaces, so no hint could propose the reverse move.
+// Hints and bidirectional mutation are therefore one kernel: either one draws the proposal, and both densities count in
+// both directions [eq. 4.7]. A bidirectional mutation rarely removes exactly the vertices that a hint replaced and
+// grows exactly as many as there were before. If reverse moves are rare, hints are rarely accepted. Therefore some
+// proposals of the kernel regrow everything that a hint would replace, with any number of vertices.
 #pragma once
 
 #include "transport/chains/mutations/bidirectional_mutation.h"
@@ -17,8 +17,8 @@ namespace ajar {
 
 class HintMutation final : public Mutation {
  public:
-  /// `hint_probability`: of a proposal to come from a hint; `regrow_probability`: to regrow what hints replace. The
-  /// hints must outlive the mutation.
+  /// `hint_probability`: of a proposal by a hint. `regrow_probability`: of a proposal that regrows what hints replace.
+  /// The hints must outlive the mutation.
   HintMutation(const PathSpace& space, const Hints& hints, float hint_probability, float regrow_probability)
       : space_(space),
         hints_(hints),
@@ -35,11 +35,11 @@ class HintMutation final : public Mutation {
   double pdf_of_hints(const Path& from, const Path& to) const;
   bool regrow(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const;
   double pdf_of_regrowth(const Path& from, const Path& to) const;
-  /// Fewest and most vertices that may grow in place of a hint's, `kept` being kept.
+  /// Minimum and maximum number of vertices that may grow in place of a hint's, with `kept` vertices kept.
   int fewest() const { return space_.without_direct ? 2 : 1; }
   int most(int kept) const { return space_.max_vertices - kept; }
-  /// Probability that this hint's end is joined to the lens, for a path with or without a vertex it could be joined to
-  /// instead.
+  /// Probability that this hint's end is connected to the lens. `has_joinable`: the path has a vertex to which it could
+  /// be connected instead.
   float lens_probability(const Hints::Hint& hint, bool has_joinable) const;
 
   const PathSpace& space_;

@@ -5,8 +5,8 @@
 namespace ajar {
 
 namespace {
-/// Edges shorter than ten pixels are wide where the eye looks are too near to be joined: light along them changes with
-/// every step.
+/// Edges shorter than ten widths of a pixel at their eye end are not connected if a longer one can be: the light along
+/// them changes with every step.
 constexpr float kNear = 0.01f;
 }  // namespace
 
@@ -17,7 +17,7 @@ LensPerturbation::LensPerturbation(const PathSpace& space, const char* name, Log
     : space_(space), name_(name), film_step_(film_step), angle_step_{0.0005f, 0.2f} {}
 
 int LensPerturbation::first_changed(const Path& path) {
-  // Distance from the eye, over chains of bounces too.
+  // Distance from the eye along the path, over specular chains too.
   float travelled = path.vertices[size_t(path.count - 1)].distant ? 1.0f : 0.0f;
   int near = 0;
   for (int i = path.count - 2; i > 0; --i) {

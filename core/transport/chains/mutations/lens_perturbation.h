@@ -1,10 +1,12 @@
-// Lens and multi-chain perturbation [Veach 1997, sections 11.4.3.1 and 11.4.3.3]: move the point on the film a
-// little, follow the same kinds of specular bounces to the first vertex that is not specular, and join it to the
-// rest of the path. Where what comes next is specular again, the direction there is perturbed too and the next
-// chain followed, until two vertices in a row can be joined or the chain ends on a light. Bounces that are not specular
-// but sharp (Path::rough) are drawn anew from the BSDF, for joining there would hardly ever carry light.
+// Lens and multi-chain perturbation [Veach 1997, sections 11.4.3.1 and 11.4.3.3]: moves the point on the film by a
+// small step, follows the same kinds of specular bounces to the first vertex that is not specular, and connects it to
+// the rest of the path. If the next vertex is specular again, the direction at this vertex is perturbed as well and the
+// next chain is followed, until two consecutive vertices can be connected or the chain ends on a light. Bounces that
+// are sharp but not specular (Path::rough) are drawn again from the BSDF, because a connection there would hardly ever
+// contribute.
 //
-// One kernel for both: a path has only one such way to the vertex it is joined to.
+// One kernel is enough for both perturbations, because the configuration of a path determines the vertex that is
+// connected.
 #pragma once
 
 #include "transport/chains/mutations/mutation.h"
@@ -15,7 +17,7 @@ namespace ajar {
 class LensPerturbation final : public Mutation {
  public:
   explicit LensPerturbation(const PathSpace& space);
-  /// Steps on the film of smallest to largest pixels.
+  /// `film_step`: steps on the film, in pixels.
   LensPerturbation(const PathSpace& space, const char* name, LogarithmicStep film_step);
   const char* name() const override { return name_; }
   bool suits(const Path& from) const override;
@@ -23,7 +25,7 @@ class LensPerturbation final : public Mutation {
   double pdf(const Path& from, const Path& to) const override;
 
  private:
-  /// First vertex (from the light) that changes; 0 when the light end itself is found anew.
+  /// First vertex (from the light) that changes; 0 when the light end is also found again.
   static int first_changed(const Path& path);
 
   const PathSpace& space_;

@@ -1,4 +1,4 @@
-// Parts of walks that mutations share: growing a path from either end, and joining.
+// Parts of walks that mutations share: growing a path from either end, and connecting.
 #pragma once
 
 #include <algorithm>
@@ -9,37 +9,37 @@
 
 namespace ajar {
 
-/// Random displacement whose length is spread evenly over orders of magnitude [Veach 1997, section 11.4.3].
+/// Random displacement whose length has a uniform logarithm [Veach 1997, section 11.4.3].
 struct LogarithmicStep {
   float smallest, largest;
-  /// In pixels: up to a circle of a twentieth of the film. Steps inside a pixel find nothing new, so the smallest is a
-  /// pixel, less on tiny films.
+  /// In pixels, up to the radius of a circle with a twentieth of the film's area. Steps inside a pixel find nothing
+  /// new, so the smallest step is one pixel, and less for small films.
   static LogarithmicStep on_film(const PathSpace& space) {
     const float largest = std::max(1.0f, float(std::sqrt(0.05 * space.film_area() / M_PI)));
     return {std::clamp(largest / 12.0f, 0.1f, 1.0f), largest};
   }
   float sample(float u) const { return smallest * std::pow(largest / smallest, u); }
-  /// Of the length r, per unit of length.
+  /// Density of the length r, per unit of length.
   double pdf_length(double r) const {
     return r >= double(smallest) && r <= double(largest) ? 1.0 / (r * std::log(double(largest) / double(smallest)))
                                                          : 0.0;
   }
-  /// Per unit of area around the centre, and per solid angle when r is an angle.
+  /// Density per unit of area around the centre, and per solid angle when r is an angle.
   double pdf_area(double r) const { return pdf_length(r) / (2.0 * M_PI * r); }
   double pdf_solid_angle(double angle) const { return pdf_length(angle) / (2.0 * M_PI * std::sin(angle)); }
 };
 
-/// Angle between unit vectors, exact for small ones.
+/// Angle between unit vectors, exact for small angles.
 inline double angle_between(Vec3 a, Vec3 b) { return 2.0 * std::asin(std::min(1.0, 0.5 * double(glm::length(a - b)))); }
 
-/// `direction` turned by `angle` to the side `u` of a full turn.
+/// `direction` turned by `angle` towards the azimuth 2 pi u.
 inline Vec3 turn(Vec3 direction, float angle, float u) {
   const float phi = 2.0f * kPi * u, s = std::sin(angle);
   return glm::normalize(Frame(direction).to_world(Vec3(s * std::cos(phi), s * std::sin(phi), std::cos(angle))));
 }
 
-/// Find the surface vertex `index` along a ray that leaves its neighbour, towards the light (from vertex index + 1) or
-/// towards the eye (from index - 1), and fill the edge between them.
+/// Finds the surface vertex `index` along a ray from its neighbour, towards the light (from vertex index + 1) or
+/// towards the eye (from index - 1), and fills the edge between them.
 inline bool grow(const Scene& scene, const Ray& ray, bool towards_light, bool from_lens, Path& path, int index,
                  Sampler& sampler, uint64_t& rays) {
   PathVertex& vertex = path.vertices[size_t(index)];
@@ -65,7 +65,7 @@ inline bool grow_light(const Scene& scene, const Ray& ray, Path& path, Sampler& 
   return path.edges[0].inverse_square > 0.0f;
 }
 
-/// Join vertices index and index + 1 by a straight edge, if they see each other.
+/// Connects vertices index and index + 1 by a straight edge. Returns false if they do not see each other.
 inline bool join_at(const Scene& scene, Path& path, int index, uint64_t& rays) {
   PathEdge& edge = path.edges[size_t(index)];
   edge = join(path.vertices[size_t(index)], path.vertices[size_t(index + 1)]);
@@ -73,7 +73,7 @@ inline bool join_at(const Scene& scene, Path& path, int index, uint64_t& rays) {
   return look_along(scene, path.vertices[size_t(index)], path.vertices[size_t(index + 1)], edge, rays);
 }
 
-/// Film point seen along the last edge; false when it is off the film.
+/// Sets the point on the film that the last edge reaches. Returns false when it is outside the film.
 inline bool arrive_on_film(const PathSpace& space, Path& path) {
   const auto film = space.scene.camera().film_of(path.vertices[size_t(path.count - 1)].position(),
                                                  path.vertices[size_t(path.count - 2)].position());
@@ -83,13 +83,13 @@ inline bool arrive_on_film(const PathSpace& space, Path& path) {
   return seen.kind != VertexKind::Surface || shows_on_film(seen.point);
 }
 
-/// A sharp reflection is repeated about the same half vector (in the frame of the normal) with this probability, turned
-/// a little; else the BSDF draws it.
+/// Probability that a sharp reflection is repeated about the same half vector (in the frame of the normal), turned by a
+/// small angle. Otherwise the BSDF draws the direction.
 constexpr float kSameHalfVector = 0.7f;
 constexpr LogarithmicStep kHalfVectorStep{0.0005f, 0.1f};
 
-/// Where light would go on from `vertex`, which it meets from `wo`, if reflected about the half vector that `like` has
-/// at this index.
+/// The direction of the reflection at `vertex` of light that arrives from `wo`, about the half vector that the path
+/// `like` has at this index.
 inline Vec3 reflect_alike(const Path& like, int index, const PathVertex& vertex, Vec3 wo) {
   const Vec3 half = Frame(vertex.point.ns)
                         .to_world(Frame(like.vertices[size_t(index)].point.ns)
@@ -97,7 +97,7 @@ inline Vec3 reflect_alike(const Path& like, int index, const PathVertex& vertex,
   return 2.0f * glm::dot(wo, half) * half - wo;
 }
 
-/// Where a walk from the light goes on: along a hint, or by the BSDF.
+/// The next direction of a walk from the light, drawn by a hint or by the BSDF.
 struct WalkDirection {
   bool found = false, specular = false;
   Vec3 direction{0.0f};
@@ -113,7 +113,7 @@ inline WalkDirection sample_walk_direction(const LightWalkGuide* guide, const Pa
   return {true, drawn->specular, drawn->wi};
 }
 
-/// The next direction of a walk that goes on from `vertex` as light does in `like` at the same place: it follows
+/// The next direction of a walk at `vertex` that repeats the bounce of the path `like` at this index: it follows
 /// specular lobes of the same kind and repeats sharp reflections.
 inline std::optional<Vec3> repeat_bounce(const Path& like, int index, const PathVertex& vertex, Vec3 wo,
                                          Sampler& sampler) {
@@ -132,7 +132,7 @@ inline std::optional<Vec3> repeat_bounce(const Path& like, int index, const Path
   return drawn->wi;
 }
 
-/// Its density, per solid angle (discrete when specular), for walks towards the light or towards the eye.
+/// Density of repeat_bounce, per solid angle (discrete when specular), for walks towards the light or towards the eye.
 inline double pdf_of_repeated(const Path& like, const Path& to, int index, bool towards_light) {
   const Scattering& s = to.scattering[size_t(index)];
   if (!to.joinable(index)) return double(towards_light ? s.follow_to_light : s.follow_to_eye);
@@ -145,7 +145,7 @@ inline double pdf_of_repeated(const Path& like, const Path& to, int index, bool 
   return double(kSameHalfVector) * repeated + double(1.0f - kSameHalfVector) * drawn;
 }
 
-/// Do two paths have the same kind of bounce at each vertex: specular (and to which side), sharp, or rough?
+/// Whether two paths have the same kind of bounce at each vertex: specular (and to which side), sharp, or rough.
 inline bool same_configuration(const Path& a, const Path& b) {
   if (a.count != b.count) return false;
   for (int i = 1; i < a.count - 1; ++i)

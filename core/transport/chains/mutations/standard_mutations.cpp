@@ -10,10 +10,10 @@
 namespace ajar {
 
 namespace {
-// The optimum is flat: fewer bidirectional mutations help `room` and `lantern` a little and hurt caustics with few
-// steps.
-constexpr float kLens = 0.35f, kCaustic = 0.25f;  // beside kBidirectionalShare
-constexpr float kHint = 0.1f, kRegrow = 0.05f;    // besides, when there are hints
+// The efficiency depends little on these shares. Fewer bidirectional mutations improve `room` and `lantern` a little
+// and make caustics with few steps worse.
+constexpr float kLens = 0.35f, kCaustic = 0.25f;  // in addition to kBidirectionalShare
+constexpr float kHint = 0.1f, kRegrow = 0.05f;    // also in addition, when there are hints
 constexpr float kSharpRoughness = 0.05f;
 }  // namespace
 
