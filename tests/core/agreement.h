@@ -1,4 +1,4 @@
-// Pictures that must have the same mean: an integrator against the path tracer, over independent replicates.
+// Tests that an integrator renders images of the same mean as the path tracer, over independent replicates.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ inline std::vector<float> render(SceneDescription d, const std::string& integrat
   return session.snapshot("Combined");
 }
 
-/// Means of 3 x 3 blocks of the picture over independent seeds, colours and alpha.
+/// Means of 3 x 3 blocks of the image, for three colours and alpha. The moments are over independent seeds.
 inline constexpr int kBlocks = 3, kValues = kBlocks * kBlocks * 4;
 inline std::vector<RunningMoments> blocks(const SceneDescription& d, const std::string& integrator, int samples,
                                           int seeds, uint32_t first_seed) {
@@ -42,20 +42,21 @@ inline std::vector<RunningMoments> blocks(const SceneDescription& d, const std::
   return moments;
 }
 
-/// One of `tests` such tests, together at level 0.01.
+/// Welch's tests of all blocks. All `tests` calls together have the level 0.01.
 inline void expect_agreement(const TransportScene& scene, const std::string& integrator, int samples, int tests) {
   const auto expected = blocks(scene.description, "path", 64, 16, 100),
              actual = blocks(scene.description, integrator, samples, 16, 200);
   for (int i = 0; i < kValues; ++i) {
     if (i % 4 == 3 && std::abs(expected[size_t(i)].mean() - actual[size_t(i)].mean()) < 1e-5)
-      continue;  // alpha: rounding
+      continue;  // alpha differs by rounding
     EXPECT_TRUE(statistical::means_agree(expected[size_t(i)], actual[size_t(i)], {0.01, kValues * tests}))
         << "block " << i / 4 << " channel " << i % 4 << ": path " << expected[size_t(i)].mean() << ", " << integrator
         << " " << actual[size_t(i)].mean();
   }
 }
 
-/// Mean of all pixels and channels over independent seeds, of an integrator that renders `samples` at once.
+/// Moments over independent seeds of the mean of all pixels and colours. The integrator renders `samples` samples in
+/// one iteration.
 inline RunningMoments whole(const SceneDescription& d, const std::string& name, int samples, int seeds,
                             uint32_t first_seed) {
   const auto scene = build(d);

@@ -1,4 +1,4 @@
-// Every closure at several settings, as the tests of test_bsdf.cpp and test_closures.cpp walk through them.
+// Every closure at several settings, for the tests in test_bsdf.cpp and test_closures.cpp.
 #pragma once
 
 #include <functional>
@@ -12,20 +12,20 @@ namespace ajar::fixtures {
 
 struct Material {
   std::string name;
-  std::function<void(Bsdf&, const closures::Surface&)> add;  ///< its normal is surface.ng
-  bool conserves_all = false;                                ///< white: scatters exactly what arrives
+  std::function<void(Bsdf&, const closures::Surface&)> add;  ///< its normal shall be surface.ng
+  bool conserves_all = false;                                ///< white: scatters all light that arrives
   bool has_fresnel_at_normal = false;
-  float largest_weight = 4.0f;  ///< of a sample, over a grid of directions
+  float largest_weight = 4.0f;  ///< maximum weight of a sample over a grid of directions
 };
 inline std::ostream& operator<<(std::ostream& out, const Material& m) { return out << m.name; }
 
-/// wo at this cosine and azimuth around ng = z.
+/// The direction with this cosine to ng = z and this azimuth around it, in radians.
 inline Vec3 direction(float cosine, float azimuth = 0.4f) {
   const float s = safe_sqrt(1.0f - cosine * cosine);
   return {s * std::cos(azimuth), s * std::sin(azimuth), cosine};
 }
 
-/// The material lit and seen from above (wo.z >= 0) or from below, as the shader would build it for a hit from there.
+/// The BSDF that a shader builds for a hit from above (wo.z >= 0) or from below.
 inline Bsdf make_bsdf(const Material& material, Vec3 wo) {
   const bool below = wo.z < 0.0f;
   closures::Surface surface{wo, Vec3(0, 0, below ? -1.0f : 1.0f), below};

@@ -1,4 +1,4 @@
-// Small node graphs for tests, written as they would come from the exporter.
+// Small node graphs for tests, in the form in which the exporter sends them.
 #pragma once
 
 #include <initializer_list>
@@ -22,7 +22,7 @@ struct GraphBuilder {
     graph.nodes.push_back(n);
     return int(graph.nodes.size()) - 1;
   }
-  /// Emission of this socket on the surface, so that a value can be read as radiance.
+  /// Makes the surface emit the value of this socket, so that a test can read it as radiance.
   void emit(int from, const std::string& socket) {
     const int emission = node("ShaderNodeEmission",
                               {{"Color", {from, socket}, Vec4(0.0f)}, {"Strength", {}, Vec4(1.0f)}});
@@ -40,7 +40,7 @@ inline NodeProperty number_property(const std::string& name, std::vector<float> 
 
 inline ShaderProgram compile(const NodeGraph& graph, Diagnostics* diagnostics = nullptr,
                              TextureStore* textures = nullptr, const ShaderContext& context = {}) {
-  static TextureStore none({});  // outlives the program, which may show its magenta
+  static TextureStore none({});  // must outlive the program, which can refer to its magenta image
   Diagnostics ignored;
   return ShaderProgram::compile(graph, "Material", textures ? *textures : none, diagnostics ? *diagnostics : ignored,
                                 context);

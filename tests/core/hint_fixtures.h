@@ -1,4 +1,4 @@
-// Rooms that light enters by a hole, light paths through it, and renders with them.
+// Rooms that light enters through a hole, light hints through this hole, and renders with these hints.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -27,9 +27,9 @@ inline SceneDescription scene_named(const std::string& name) {
   return {};
 }
 
-/// A closed room whose lamp is above a floor with a small hole: what lies below is lit through it, mostly after bounces
-/// above. In the dark one the floor is black above and below, and the lamp shines on little else, so that all light
-/// comes straight through the hole.
+/// A closed room whose lamp is above a floor with a small hole. The part below the floor is lit through the hole,
+/// mostly after bounces above the floor. With `dark`, the floor is black on both sides and the lamp illuminates little
+/// else, so that all light comes straight through the hole.
 inline SceneDescription keyhole(bool dark = false) {
   SceneDescription d = grey_room();
   const int floor = dark ? add_diffuse(d, Color(0.0f)) : 0;
@@ -48,9 +48,9 @@ inline SceneDescription keyhole(bool dark = false) {
 }
 
 struct Rendered {
-  std::vector<RunningMoments> blocks;   ///< 3 x 3, three colours
-  nlohmann::json statistics;            ///< of the last one
-  uint64_t proposed = 0, accepted = 0;  ///< from hints, in all
+  std::vector<RunningMoments> blocks;   ///< 3 x 3 blocks with three colours
+  nlohmann::json statistics;            ///< of the last render
+  uint64_t proposed = 0, accepted = 0;  ///< mutations of hints in all renders
 };
 
 inline Rendered render_hinted(SceneDescription d, const std::vector<HintDescription>& hints, int seeds,

@@ -1,6 +1,5 @@
-// Runs the tests with a line of progress for each hundredth, and ends with one line that counts them.
-//
-// AJAR_THREADS=N runs everything, scenes built outside of sessions included, with N threads.
+// Runs the tests. Prints a line of progress for each five per cent of them, and their counts at the end. AJAR_THREADS=N
+// runs everything with N threads, including scenes that are built outside of sessions.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

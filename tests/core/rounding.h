@@ -1,13 +1,13 @@
-// How much of a picture's error is the rounding of floats, against its noise.
-//
-// The same samples are rendered with every operation of the renderer, Embree's included, rounded to nearest, up and
-// towards zero [Vignes 1993, "A stochastic arithmetic for reliable scientific computation"; Parker 1997, "Monte Carlo
-// Arithmetic"]. Where pictures differ, floats made the difference: nearest rounding errs by half a unit at most and
-// either way, the directed ones by up to a whole one and always the same way, so what they change is an upper estimate
-// of what doubles would. Two things are told apart over independent seeds: samples that go another way (a ray passes an
-// edge on the other side), whose difference is noise and falls with their number as all noise does, and what remains of
-// the mean. The scene is built once, rounding to nearest. Not seen: what no operation rounds, as margins that rays keep
-// from surfaces.
+// Measures the error of an image by rounding of floats, relative to its noise. The same samples are rendered three
+// times: every operation of the renderer and of Embree is rounded to nearest, up, or towards zero [Vignes 1993, "A
+// stochastic arithmetic for reliable scientific computation"; Parker 1997, "Monte Carlo Arithmetic"]. Rounding is the
+// only cause of differences between these images. Rounding to nearest has an error of at most half a unit in both
+// directions. Directed rounding has an error of up to one unit, always in the same direction. The change by directed
+// rounding is therefore an upper estimate of the change by doubles. Independent seeds separate two parts. The first
+// part are samples whose path changes, for example where a ray passes an edge on the other side; this difference is
+// noise and falls with the number of samples. The second part is the remaining change of the mean. The scene is built
+// once, with rounding to nearest. The measurement does not include what no operation rounds, such as the margins that
+// rays keep from surfaces.
 #pragma once
 
 #include <algorithm>
@@ -29,24 +29,24 @@ struct Mode {
   const char* name;
   int mode;
 };
-/// Together they round positive and negative numbers both ways. Rounding down is left out: then x - x is -0, and a
-/// frame around a normal with z = -0 is another one than with 0, as good but with other samples; that is no rounding
-/// error.
+/// Together, these modes round positive and negative numbers in both directions. Rounding down is not used: x - x would
+/// then be -0, and the frame around a normal with z = -0 differs from that with 0. Both frames are correct but give
+/// different samples, which is not a rounding error.
 inline constexpr Mode kDirected[] = {{"up", FE_UPWARD}, {"towards zero", FE_TOWARDZERO}};
-constexpr double kSamples = 4096.0;  ///< that noise is compared at
+constexpr double kSamples = 4096.0;  ///< number of samples whose noise is the unit
 
-/// In standard deviations of the noise: square root of the mean square over pixels and channels, over that of the noise
-/// of as many samples.
+/// The effect of a rounding mode in standard deviations of the noise: the root mean square over pixels and channels,
+/// divided by that of the noise of as many samples.
 struct Share {
   const char* mode;
-  double straying;                        ///< samples that go another way; the same for any number of samples
-  double shift;                           ///< of the mean, at 4096 samples a pixel
-  double resolution;                      ///< shifts below this cannot be told from what straying samples leave
-  double mean_change, mean_change_error;  ///< of the mean of the whole picture, relative, and its standard error
+  double straying;                        ///< samples whose path changes; independent of the sample count
+  double shift;                           ///< change of the mean, at 4096 samples per pixel
+  double resolution;                      ///< smaller shifts cannot be separated from the noise of straying samples
+  double mean_change, mean_change_error;  ///< relative change of the mean of the image; its standard error
   double total() const { return std::sqrt(straying * straying + shift * shift); }
 };
 
-/// Pictures of `seeds` seeds, a row each. `obeyed`: whether all threads rounded so.
+/// One image for each seed. `obeyed` is set to true if all threads used the rounding mode.
 inline std::vector<std::vector<float>> pictures(const std::shared_ptr<const Scene>& scene,
                                                 const std::string& integrator, int samples, int seeds, int mode,
                                                 int threads, bool& obeyed) {
@@ -56,7 +56,7 @@ inline std::vector<std::vector<float>> pictures(const std::shared_ptr<const Scen
   std::atomic<int> wrong{0};
   std::fesetround(mode);
   {
-    tbb::task_arena arena(threads);  // takes over how the thread that makes it rounds, and its workers do
+    tbb::task_arena arena(threads);  // its workers inherit the rounding mode of the thread that creates it
     arena.execute([&] {
       const auto technique = make_integrator(integrator);
       for (int seed = 0; seed < seeds; ++seed) {
@@ -74,7 +74,7 @@ inline std::vector<std::vector<float>> pictures(const std::shared_ptr<const Scen
   return rows;
 }
 
-/// One share for each directed rounding; none where threads would not round so.
+/// Returns one share for each directed mode, or none if a thread did not use the mode.
 inline std::vector<Share> measure(const std::shared_ptr<const Scene>& scene, const std::string& integrator, int samples,
                                   int seeds, int threads = 1) {
   bool obeyed;
@@ -95,7 +95,7 @@ inline std::vector<Share> measure(const std::shared_ptr<const Scene>& scene, con
       }
       noise += value.variance();
       straying += difference.variance();
-      // Without what the straying samples leave in a mean.
+      // The variance of the straying samples in the mean is subtracted.
       shift += difference.mean() * difference.mean() - difference.variance_of_mean();
       sum += value.mean();
     }

@@ -1,4 +1,4 @@
-// Small scenes for tests, as descriptions: built in code, so that their answers are known.
+// Descriptions of small scenes for tests, built in code so that the correct results are known.
 #pragma once
 
 #include <cmath>
@@ -62,7 +62,7 @@ inline int add_diffuse(SceneDescription& d, Color albedo, Color emission = Color
 
 inline void set_world(SceneDescription& d, Color color) { d.world.color = color; }
 
-/// A world of checkers: bright, dim and black directions.
+/// A world with a checker texture of colours `a` and `b`.
 inline void set_checker_world(SceneDescription& d, Color a, Color b, float scale) {
   Node checker;
   checker.type = checker.name = "ShaderNodeTexChecker";
@@ -107,7 +107,7 @@ inline MeshDescription cube(bool inwards = false) {
   return mesh;
 }
 
-/// Strands with these points each, all of one radius at the root and one at the tip.
+/// Strands through these points. All strands have the radius `root` at the root and `tip` at the tip.
 inline MeshDescription hair(const std::vector<std::vector<Vec3>>& strands, float root, float tip,
                             StrandShape shape = StrandShape::Ribbon) {
   MeshDescription mesh;

@@ -1,24 +1,20 @@
-// Hypothesis tests for everything that is sampled: does `sample` draw from `pdf`?
-//
-// A density lives on a domain that the tests walk through an equal-area map from
-// the unit square, so one pdf value times `domain_measure` is a density over the
-// square. Points of all domains are Vec3 (z = 0 on the square and the disk).
-// `sample` draws its own numbers from a Pcg32 (wrap a map of the square with
-// `from_square`) and may refuse (std::nullopt): the refused fraction must be the
-// mass that is missing from the integral of the pdf.
+// Hypothesis tests for sampling functions: does `sample` draw from `pdf`? A density is defined on a domain. An
+// equal-area map from the unit square parametrizes the domain, so that a pdf value times `domain_measure` is a density
+// over the square. Points of all domains are Vec3 (z = 0 on the square and the disk). `sample` draws its random numbers
+// from a Pcg32 (`from_square` converts a map of the square). It may refuse (std::nullopt); the refused fraction must
+// then be the mass that is missing from the integral of the pdf.
 //
 // * chi_square_agrees: Pearson's test on bins that follow a pilot set of samples,
 //   so that a peak of 1e-4 rad gets as many bins as a uniform density. Expected
 //   counts are integrated adaptively. Bins of small expectation are merged: below
 //   about five the chi-square distribution is no longer that of the statistic.
 // * integral_agrees: the integral of the pdf is the stated mass.
-// * jacobian_agrees: 1 / |det| of the sampling map equals the pdf, by central
-//   differences [lajolla's test]. No bins, works in the tails.
+// * jacobian_agrees: 1 / |det| of the sampling map equals the pdf, by central differences [lajolla's test]. It needs no
+// bins and works in the tails.
 // * means_agree (Welch) and mean_agrees (one sample): t-tests.
-//
-// A test repeated `test_count` times at `significance` uses Šidák's threshold
-// 1 - (1 - significance)^(1 / test_count), so that the whole family raises a
-// false alarm with probability `significance`. Seeds are fixed: what passes today passes tomorrow.
+// A test that is repeated `test_count` times at `significance` uses Šidák's threshold 1 - (1 - significance)^(1 /
+// test_count), so that the whole family raises a false alarm with probability `significance`. Seeds are fixed, so that
+// results do not change from run to run.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -43,8 +39,8 @@ inline double sidak_threshold(double significance, int test_count) {
   return -std::expm1(std::log1p(-significance) / std::max(1, test_count));
 }
 
-/// Q(a, x), the regularised upper incomplete gamma function: series of 1 - Q below a + 1, Lentz's continued fraction
-/// above.
+/// Q(a, x), the regularised upper incomplete gamma function: the series of 1 - Q for x < a + 1, Lentz's continued
+/// fraction otherwise.
 inline double regularized_gamma_upper(double a, double x) {
   if (x <= 0.0) return 1.0;
   const double front = std::exp(a * std::log(x) - x - std::lgamma(a));
@@ -104,7 +100,7 @@ struct Significance {
   double threshold() const { return sidak_threshold(significance, test_count); }
 };
 
-/// Welch's test: two sets of samples, their variances unknown and different, have one mean.
+/// Welch's test: two sets of samples with unknown and different variances have the same mean.
 inline testing::AssertionResult means_agree(const RunningMoments& a, const RunningMoments& b, Significance level = {}) {
   const double va = a.variance_of_mean(), vb = b.variance_of_mean(), v = va + vb;
   if (v == 0.0) {
@@ -121,8 +117,8 @@ inline testing::AssertionResult means_agree(const RunningMoments& a, const Runni
                                      << ", p = " << p << " below " << level.threshold();
 }
 
-/// One-sample test: the samples have mean `expected`. `relative_slack` forgives that
-/// much error of `expected` itself (floats, a truncated integral).
+/// One-sample test: the samples have the mean `expected`. `relative_slack` is the allowed relative error of `expected`
+/// itself (floats, a truncated integral).
 inline testing::AssertionResult mean_agrees(const RunningMoments& a, double expected, Significance level = {},
                                             double relative_slack = 1e-5) {
   const double difference = std::max(0.0, std::abs(a.mean() - expected) - relative_slack * std::abs(expected));
@@ -150,7 +146,7 @@ inline double domain_measure(SampleDomain domain) {
 inline Vec3 domain_point(SampleDomain domain, double u, double v) {
   if (domain == SampleDomain::Square) return {float(u), float(v), 0.0f};
   const double phi = 2.0 * M_PI * v;
-  const double z = domain == SampleDomain::Sphere ? 1.0 - 2.0 * u : 1.0 - u;  // the pole +z at u = 0
+  const double z = domain == SampleDomain::Sphere ? 1.0 - 2.0 * u : 1.0 - u;  // the pole +z is at u = 0
   const double r = domain == SampleDomain::Disk ? std::sqrt(u) : std::sqrt(std::max(0.0, (1.0 - z) * (1.0 + z)));
   return {float(r * std::cos(phi)), float(r * std::sin(phi)), domain == SampleDomain::Disk ? 0.0f : float(z)};
 }
@@ -180,9 +176,9 @@ struct DensityTest {
   SampleDomain domain = SampleDomain::Sphere;
   int sample_count = 100000;
   int bin_count = 256;               ///< before merging
-  double minimum_expected = 5.0;     ///< below it, bins are merged
-  double integral_tolerance = 3e-3;  ///< of the numerical integral, absolute
-  double outside_fraction = 1e-4;    ///< samples allowed where the pdf is 0 (rounding at an edge)
+  double minimum_expected = 5.0;     ///< bins with a smaller expected count are merged
+  double integral_tolerance = 3e-3;  ///< absolute, of the numerical integral
+  double outside_fraction = 1e-4;    ///< allowed fraction of samples where the pdf is 0 (rounding at an edge)
   Significance level{};
   uint64_t seed = 1;
 };
@@ -194,9 +190,9 @@ struct Cell {
 };
 using SquarePoint = std::array<double, 2>;
 
-/// Integral of the density over cells of the square. A cell is halved at the median of its
-/// pilot samples down to a few of them, then cut into strips that grow away from their bounding box (so
-/// that no peak is stepped over, however small), each refined until Simpson's 3x3 rule agrees with its quarters.
+/// Integral of the density over cells of the square. A cell is halved at the median of its pilot samples until it has
+/// few of them. It is then cut into strips that become wider with the distance from the bounding box of the samples, so
+/// that no small peak is missed. Each piece is refined until Simpson's 3x3 rule agrees with that of its quarters.
 class Integrator {
  public:
   Integrator(const Density& pdf, SampleDomain domain, double tolerance)
@@ -222,8 +218,8 @@ class Integrator {
   }
 
  private:
-  /// Cuts of [low, high] along `axis`: steps that double away from the samples' extent, and into
-  /// a gap that parts them in two (the tails of two peaks may share a cell).
+  /// Cuts of [low, high] along `axis`. The steps double with the distance from the range of the samples. A gap that
+  /// divides the samples in two gets such steps as well, since the tails of two peaks may share a cell.
   static std::vector<double> graded(double low, double high, const SquarePoint* first, const SquarePoint* last,
                                     int axis) {
     if (first == last) return {low, 0.5 * (low + high), high};
@@ -253,7 +249,8 @@ class Integrator {
     return cuts;
   }
   double rule(const Cell& c) const {
-    // Simpson's rule with its ends a hair inside: a jump next to an edge is seen, one on the edge is not.
+    // Simpson's rule with end points slightly inside the cell: a jump next to an edge counts, a jump on the edge does
+    // not.
     constexpr double a = 1.0 - 2e-4, x[3] = {0.5 - 0.5 * a, 0.5, 0.5 + 0.5 * a};
     constexpr double w[3] = {1.0 / (6.0 * a * a), 1.0 - 1.0 / (3.0 * a * a), 1.0 / (6.0 * a * a)};
     double sum = 0.0;
@@ -281,10 +278,10 @@ class Integrator {
 
 struct Bin {
   Cell cell;
-  int first, last;  // of the pilot samples
+  int first, last;  // range of the pilot samples
 };
 
-/// Halve the pilot samples at their median until there are `count` bins; the bins tile the square.
+/// Halves the pilot samples at their median until there are `count` bins. The bins cover the square without overlap.
 inline void make_bins(std::vector<SquarePoint>& points, const Bin& bin, int count, int axis, std::vector<Bin>& bins) {
   if (count <= 1 || bin.last - bin.first < 2) {
     bins.push_back(bin);
@@ -309,7 +306,7 @@ inline bool contains(const Cell& c, const SquarePoint& p) {
 struct Tally {
   std::vector<double> expected, observed;
   double integral = 0.0;
-  int outside = 0;  // samples at pdf <= 0 or not finite
+  int outside = 0;  // samples whose pdf is <= 0 or not finite
   std::string complaint;
 };
 
@@ -354,7 +351,7 @@ inline Tally tally(const Sample& sample, const Density& pdf, const DensityTest& 
 
 }  // namespace detail
 
-/// Samples fall where the pdf says, and the pdf integrates to the fraction of samples not refused.
+/// The samples follow the pdf, and the integral of the pdf is the fraction of samples that are not refused.
 inline testing::AssertionResult chi_square_agrees(const Sample& sample, const Density& pdf, const DensityTest& test) {
   detail::Tally tally = detail::tally(sample, pdf, test);
   if (!tally.complaint.empty()) return testing::AssertionFailure() << tally.complaint << " (seed " << test.seed << ")";
@@ -363,7 +360,7 @@ inline testing::AssertionResult chi_square_agrees(const Sample& sample, const De
   if (tally.outside > test.outside_fraction * test.sample_count)
     return testing::AssertionFailure() << tally.outside << " of " << test.sample_count
                                        << " samples have no density (seed " << test.seed << ")";
-  // The bin of refused samples takes the error of the integral; compare it on its own terms.
+  // The expected count of refused samples contains the error of the integral, so it is compared separately.
   const double refused = tally.observed.back() / test.sample_count, missing = 1.0 - tally.integral;
   if (std::abs(refused - missing) >
       test.integral_tolerance + 5.0 * std::sqrt(refused * (1.0 - refused) / test.sample_count))
@@ -371,7 +368,7 @@ inline testing::AssertionResult chi_square_agrees(const Sample& sample, const De
                                        << " of the samples are refused (seed " << test.seed << ")";
   tally.expected.pop_back();
   tally.observed.pop_back();
-  // Given the number of accepted samples, the rest is multinomial with these shares.
+  // Given the number of accepted samples, the counts of the bins are multinomial.
   const double accepted = std::accumulate(tally.observed.begin(), tally.observed.end(), 0.0);
   const double scale = tally.integral > 0.0 ? accepted / (tally.integral * test.sample_count) : 0.0;
   std::vector<size_t> order(tally.expected.size());
@@ -397,7 +394,7 @@ inline testing::AssertionResult chi_square_agrees(const Sample& sample, const De
                                      << ", integral " << tally.integral << " (seed " << test.seed << ")";
 }
 
-/// The pdf integrates to `mass`. `sample` only shows where the density is.
+/// The pdf integrates to `mass`. `sample` is used only to find where the density is large.
 inline testing::AssertionResult integral_agrees(const Sample& sample, const Density& pdf, double mass,
                                                 const DensityTest& test) {
   DensityTest short_test = test;
@@ -409,14 +406,14 @@ inline testing::AssertionResult integral_agrees(const Sample& sample, const Dens
 
 struct JacobianTest {
   int grid = 24;                 ///< grid x grid points of the square, jittered
-  double step = 1.0 / 512.0;     ///< of the central difference; wider for narrow peaks in floats
+  double step = 1.0 / 512.0;     ///< step of the central difference; larger for narrow peaks in floats
   double tolerance = 0.02;       ///< relative
-  double smooth_fraction = 0.7;  ///< of the points must lie where the map is smooth
+  double smooth_fraction = 0.7;  ///< minimum fraction of the points at which the map is smooth
   uint64_t seed = 1;
 };
 
-/// |d map / du x d map / dv| * pdf(map(u)) = 1 wherever the map is smooth: where the one-sided
-/// determinants on the four sides agree. Holds for surfaces in space, so for all domains.
+/// |d map / du x d map / dv| * pdf(map(u)) = 1 wherever the map is smooth, that is where the one-sided determinants on
+/// the four sides agree. This holds for surfaces in space and therefore for all domains.
 inline testing::AssertionResult jacobian_agrees(const Map& map, const Density& pdf, const JacobianTest& test = {}) {
   Pcg32 rng(test.seed, 3);
   int smooth = 0;

@@ -1,4 +1,4 @@
-// The tests' own instruments: they must accept the truth and refuse near misses.
+// The hypothesis tests of statistical.h must accept correct densities and refuse slightly wrong ones.
 #include "statistical.h"
 
 #include "math/warps.h"
@@ -21,14 +21,14 @@ Sample cone(float one_minus_cos) {
   return from_square([=](Vec2 u) { return std::optional(warp::square_to_cone(u, one_minus_cos)); });
 }
 Density cone_density(float one_minus_cos, float factor) {
-  // z rounds near the pole; the sine does not.
+  // Near the pole, z has a rounding error and the sine has none.
   return [=](Vec3 w) {
     const float h = w.z > 0.0f ? (w.x * w.x + w.y * w.y) / (1.0f + w.z) : 1.0f - w.z;
     return h <= one_minus_cos * 1.00001f ? factor * warp::cone_pdf_solid_angle(one_minus_cos) : 0.0f;
   };
 }
 
-TEST(Statistical, chi_square_accepts_the_truth_and_refuses_near_misses) {
+TEST(Statistical, chi_square_accepts_the_correct_density_and_refuses_slightly_wrong_ones) {
   for (float size : {1.5f, 0.1f, 1e-4f, 1e-8f}) {
     DensityTest test{.level = {.test_count = 4}};
     EXPECT_TRUE(chi_square_agrees(cone(size), cone_density(size, 1.0f), test)) << size;
@@ -55,7 +55,7 @@ TEST(Statistical, jacobian_refuses_a_wrong_measure) {
   EXPECT_FALSE(jacobian_agrees(map, [](Vec3) { return kInvPi; }));
 }
 
-TEST(Statistical, t_tests_tell_means_apart) {
+TEST(Statistical, t_tests_separate_different_means) {
   Pcg32 rng(7);
   RunningMoments a, b, c;
   for (int i = 0; i < 20000; ++i) {

@@ -1,4 +1,4 @@
-// A one-dimensional stand-in for direct light: a "BSDF" and two "lights", one of them half hidden.
+// A one-dimensional model of direct light: a "BSDF" and two "lights", one of which is half occluded.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace ajar::toy {
 
-/// Uniform over an interval of [0, 1), or rising linearly over all of it.
+/// A density that is uniform over an interval of [0, 1), or that rises linearly over all of [0, 1).
 struct Component {
   using State = float;
   float begin, end;
@@ -41,7 +41,7 @@ class Mixture {
     for (size_t k = 0; k < size(); ++k) sum += shares_[k] * components_[k].pdf(x);
     return sum;
   }
-  /// Draw n samples, calling visit(state, component) for each; `next_1d` and `next_2d` give random numbers.
+  /// Draws n samples and calls visit(state, component) for each. `next_1d` and `next_2d` return random numbers.
   template <class Next1d, class Next2d, class Visit>
   void draw(int n, Next1d&& next_1d, Next2d&& next_2d, Visit&& visit) const {
     std::vector<int> counts(size());
@@ -58,7 +58,8 @@ class Mixture {
 
 inline Mixture<Component> mixture() { return Mixture<Component>({{0, 1, true}, {0.1f, 0.3f}, {0.6f, 0.7f}}); }
 
-/// Emission is 1 on the first light and `second` on the other, of which [0.65, 0.7) is occluded; times the "BSDF" 2x.
+/// Emission times the "BSDF" 2x. The emission is 1 on the first light and `second` on the other, whose part [0.65, 0.7)
+/// is occluded.
 inline float integrand(float x, float second = 8.0f) {
   if (x >= 0.1f && x < 0.3f) return 2.0f * x;
   return x >= 0.6f && x < 0.65f ? second * 2.0f * x : 0.0f;
@@ -66,7 +67,7 @@ inline float integrand(float x, float second = 8.0f) {
 constexpr double integral(double second = 8.0) { return (0.09 - 0.01) + second * (0.65 * 0.65 - 0.36); }
 constexpr double kIntegral = integral();
 
-/// 1/n sum f / p; `sums` collects the weights per component.
+/// The estimate 1/n sum f / p. `sums` collects the weights for each component.
 inline double plain_estimate(const Mixture<Component>& m, int n, Pcg32& rng, std::vector<double>* sums = nullptr,
                              float second = 8.0f) {
   double sum = 0.0;
@@ -80,7 +81,7 @@ inline double plain_estimate(const Mixture<Component>& m, int n, Pcg32& rng, std
   return sum / n;
 }
 
-/// The same samples with the ratios of densities. Channels have different scales, so that each needs its own
+/// The same samples with the ratios of densities. The channels have different scales, so that each needs its own
 /// coefficients.
 inline std::vector<ControlSample> control_samples(const Mixture<Component>& m, int n, Pcg32& rng) {
   std::vector<ControlSample> samples;

@@ -1,4 +1,4 @@
-// Small scenes that every transport algorithm must agree on, one for each kind of light, surface and camera.
+// Small scenes on which all transport algorithms must agree, one for each type of light, surface and camera.
 #pragma once
 
 #include <functional>
@@ -34,7 +34,7 @@ inline int add_glossy(SceneDescription& d, float roughness, Color color = Color(
                      {value_input("Color", Vec4(color, 1.0f)), value_input("Roughness", roughness)},
                      {text_property("distribution", "GGX")});
 }
-/// Half `a`, half diffuse.
+/// An equal mix of a diffuse closure and a closure of this type.
 inline int add_half_diffuse(SceneDescription& d, const std::string& type, float roughness) {
   GraphBuilder b;
   const int diffuse = b.node("ShaderNodeBsdfDiffuse",
@@ -49,7 +49,7 @@ inline int add_half_diffuse(SceneDescription& d, const std::string& type, float 
 inline Mat4 moved(Vec3 position, float scale = 1.0f) {
   return Mat4(Vec4(scale, 0, 0, 0), Vec4(0, scale, 0, 0), Vec4(0, 0, scale, 0), Vec4(position, 1));
 }
-/// Its local -z along `direction`.
+/// The transform of a lamp: its local -z axis points along `direction`.
 inline Mat4 shining(Vec3 position, Vec3 direction) {
   const Frame frame(-glm::normalize(direction));
   return Mat4(Vec4(frame.s, 0), Vec4(frame.t, 0), Vec4(frame.n, 0), Vec4(position, 1));
@@ -85,7 +85,7 @@ inline std::vector<TransportScene> transport_scenes() {
     fill(d);
     scenes.push_back({name, std::move(d)});
   };
-  /// Open floor instead of the room.
+  /// The same with an open floor instead of the room.
   const auto add_open = [&](const char* name, const std::function<void(SceneDescription&)>& fill) {
     SceneDescription d;
     add_object(d, plane(3.0f), add_diffuse(d, Color(0.6f, 0.5f, 0.7f)), moved(Vec3(0, 0, -0.5f)));

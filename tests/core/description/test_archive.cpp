@@ -27,7 +27,7 @@ SceneDescription rich_description() {
   return d;
 }
 
-/// The same with what only newer files have.
+/// The same with data that only newer versions of the file format have.
 SceneDescription hairy_description() {
   SceneDescription d = rich_description();
   MeshDescription mesh = fixtures::hair({{{0, 0, 0}, {0, 0, 1}, {0, 1, 2}}, {{1, 0, 0}, {1, 0, 2}}}, 0.1f, 0.05f,
@@ -53,7 +53,7 @@ TEST(Archive, round_trip_keeps_every_byte) {
 
 TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   const SceneDescription d = rich_description();
-  SceneDescription panorama = d, moving = d;  // what files before version 4, 5, 6, 7, 8, 9 and A cannot say
+  SceneDescription panorama = d, moving = d;  // data that files before version 4, 5, 6, 7, 8, 9 and A lack
   panorama.camera.panorama.fisheye_fov = 3.0f;
   moving.motion_keys = {d.camera.world_from_camera};
   moving.camera.shutter = {0.0f, 1.0f};
@@ -119,9 +119,9 @@ TEST(Archive, truncated_files_are_refused_at_every_length) {
         << length;
 }
 
-/// A count must not make room for more than the file's bytes can fill: meshes of three hundred bytes for each byte left
-/// of it.
-TEST(Archive, lists_longer_than_the_file_can_hold_are_refused_before_there_is_room_for_them) {
+/// A count must not allocate more memory than the rest of the file can fill. This count would allocate a mesh of about
+/// 300 bytes for each remaining byte of the file.
+TEST(Archive, lists_longer_than_the_file_are_refused_before_memory_is_allocated) {
   std::vector<char> bytes = to_bytes(SceneDescription{});
   bytes.resize(16);
   bytes.resize(1 << 16, 0);
@@ -132,9 +132,9 @@ TEST(Archive, lists_longer_than_the_file_can_hold_are_refused_before_there_is_ro
     FAIL();
   } catch (const SceneError& error) {
     EXPECT_STREQ(error.what(),
-                 "The scene file is damaged.");  // not "ends too early", which it would find when reading them
+                 "The scene file is damaged.");  // reading the meshes would give "ends too early"
   }
-  // As many as fit are read: a mesh without anything takes no fewer bytes than is thought.
+  // Lists of empty elements are read: the reader's minimum size of an element is not too large.
   SceneDescription empty;
   empty.meshes.resize(1000);
   empty.materials.resize(1000);
@@ -172,12 +172,12 @@ TEST(Archive, missing_file_names_the_path) {
   }
 }
 
-TEST(Archive, folders_are_no_files) {
+TEST(Archive, folders_and_devices_are_refused) {
   EXPECT_THROW(load_description("/tmp"), SceneError);
   EXPECT_THROW(load_description("/dev/null"), SceneError);
 }
 
-TEST(Archive, shared_meshes_are_written_out_like_any_other) {
+TEST(Archive, shared_meshes_are_written_like_other_meshes) {
   const SceneDescription d = rich_description();
   SceneDescription sharing = d;
   sharing.meshes[0] = {};

@@ -9,7 +9,7 @@
 
 namespace ajar::test_film {
 
-TEST(Film, refuses_and_counts_non_finite_samples_without_losing_the_rest) {
+TEST(Film, refuses_and_counts_non_finite_samples_and_keeps_the_others) {
   Film film(0, 0, 2, 1, {"Combined"});
   EXPECT_TRUE(film.add_sample(0, 0, Color(1.0f), 1.0f, nullptr));
   EXPECT_FALSE(film.add_sample(0, 0, Color(std::nanf("")), 1.0f, nullptr));
@@ -29,7 +29,7 @@ TEST(Film, ten_million_samples_do_not_drift) {
 }
 
 TEST(Film, estimated_relmse_is_the_variance_of_the_mean) {
-  // Independent noise of known variance around a bright mean.
+  // Independent noise of known variance around a large mean.
   Film film(0, 0, 64, 64, {"Combined"});
   Pcg32 rng(11);
   const int samples = 64;
@@ -44,7 +44,7 @@ TEST(Film, estimated_relmse_is_the_variance_of_the_mean) {
   EXPECT_NEAR(mean / ((1.0 / 12.0) / samples), 1.0, 0.05);
 }
 
-TEST(Film, unknown_pass_names_the_known_ones) {
+TEST(Film, the_error_for_an_unknown_pass_lists_the_known_ones) {
   try {
     Film film(0, 0, 1, 1, {"Kombiniert"});
     FAIL();
@@ -81,7 +81,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Filters,
                                            std::pair(FilterKind::BlackmanHarris, 1.5f),
                                            std::pair(FilterKind::BlackmanHarris, 4.0f)));
 
-TEST(Film, splats_add_to_the_mean_of_samples_whatever_their_order) {
+TEST(Film, splats_add_to_the_mean_of_samples_in_any_order) {
   Film film(2, 3, 4, 5, {"Combined"}), other(2, 3, 4, 5, {"Combined"});
   film.enable_splats();
   other.enable_splats();
@@ -90,7 +90,7 @@ TEST(Film, splats_add_to_the_mean_of_samples_whatever_their_order) {
   for (int i = 0; i < 1000; ++i) values.push_back(Color(rng.next_float() * 1000.0f, rng.next_float() * 1e-3f, 1.0f));
   for (size_t i = 0; i < values.size(); ++i) film.add_splat(3, 4, values[i], i & 1);
   for (size_t i = values.size(); i-- > 0;) other.add_splat(3, 4, values[i], i & 1);
-  film.add_splat(0, 0, Color(1e6f), false);  // outside: ignored
+  film.add_splat(0, 0, Color(1e6f), false);  // outside the film: ignored
   for (Film* f : {&film, &other}) {
     f->add_sample(3, 4, Color(2.0f), 1.0f, nullptr);
     f->add_sample(3, 4, Color(4.0f), 1.0f, nullptr);
@@ -105,7 +105,7 @@ TEST(Film, splats_add_to_the_mean_of_samples_whatever_their_order) {
   EXPECT_EQ(image[0], 0.0f);
 }
 
-TEST(Film, splats_that_are_not_usable_numbers_are_refused_and_counted) {
+TEST(Film, splats_that_are_not_finite_or_too_large_are_refused_and_counted) {
   Film film(0, 0, 1, 1, {"Combined"});
   film.enable_splats();
   for (float bad : {std::nanf(""), kInfinity, 5e15f}) film.add_splat(0, 0, Color(bad, 0.0f, 0.0f), false);
@@ -114,8 +114,8 @@ TEST(Film, splats_that_are_not_usable_numbers_are_refused_and_counted) {
   EXPECT_EQ(film.resolve("Combined", 1.0f)[0], 0.0f);
 }
 
-TEST(Film, places_of_splats_follow_the_pixel_filters) {
-  // The pixel's own mean over points drawn from its filter is what splats of uniform points must give it.
+TEST(Film, pixels_of_splats_follow_the_pixel_filters) {
+  // Splats of uniform points must give a pixel the same mean as samples from its filter.
   for (const FilterKind kind : {FilterKind::Box, FilterKind::Gaussian, FilterKind::BlackmanHarris}) {
     const PixelFilter filter(kind, 1.5f);
     RunningMoments splatted;
@@ -132,7 +132,7 @@ TEST(Film, places_of_splats_follow_the_pixel_filters) {
   }
 }
 
-TEST(Film, thresholds_of_the_eye_are_continuous_and_have_known_ends) {
+TEST(Film, thresholds_of_vision_are_continuous_and_have_the_known_end_values) {
   EXPECT_NEAR(std::log10(tvi(1e-6)), -2.86, 1e-9);
   EXPECT_NEAR(std::log10(tvi(1e4)), 4.0 - 1.255, 1e-9);
   for (double joint : {-3.94, -1.44, -0.0184, 1.9})
@@ -140,7 +140,7 @@ TEST(Film, thresholds_of_the_eye_are_continuous_and_have_known_ends) {
         << joint;
 }
 
-TEST(Film, error_passes_and_estimates_are_the_deviation_of_the_mean_in_their_units) {
+TEST(Film, error_passes_and_estimates_are_the_standard_deviation_of_the_mean_in_their_units) {
   Film film(0, 0, 48, 48, {"Error", "Perceptual Error"});
   Pcg32 rng(5);
   const int samples = 100;
@@ -158,8 +158,9 @@ TEST(Film, error_passes_and_estimates_are_the_deviation_of_the_mean_in_their_uni
   EXPECT_NEAR(film.estimated_perceptual_error() / (1e4 * deviation * deviation / threshold), 1.0, 0.1);
 }
 
-TEST(Film, error_pass_of_splats_is_their_deviation) {
-  // Poisson splats of value 1, eight of each half in a pixel: variance of the sum is the number.
+TEST(Film, the_error_pass_of_splats_is_their_standard_deviation) {
+  // Poisson splats of value 1, on average eight of each half in a pixel. The variance of the sum is the number of
+  // splats.
   Film film(0, 0, 64, 64, {"Error"});
   film.enable_splats();
   Pcg32 rng(6);
@@ -168,12 +169,12 @@ TEST(Film, error_pass_of_splats_is_their_deviation) {
   film.end_splats(1.0);
   double sum = 0.0;
   for (float v : film.resolve("Error", 1.0f)) sum += double(v) * double(v) / (64.0 * 64.0);
-  EXPECT_NEAR(sum, 16.0 * (1.0 + 3.0 / 16.0) / (16.0 * 16.0), 0.006);  // E 1/M^2 of Poisson M to second order
+  EXPECT_NEAR(sum, 16.0 * (1.0 + 3.0 / 16.0) / (16.0 * 16.0), 0.006);  // E 1/M^2 for Poisson M, to second order
 }
 
-TEST(Film, estimated_error_is_right_for_independent_and_for_stratified_samples) {
-  // An edge in every pixel: the quarter disc of radius t covers pi t^2 / 4 of it. Stratified samples err several times
-  // less.
+TEST(Film, estimated_error_is_correct_for_independent_and_for_stratified_samples) {
+  // Every pixel has an edge: a quarter disc of radius t covers pi t^2 / 4 of it. The error of stratified samples is
+  // several times smaller.
   for (const Sampler::Kind kind : {Sampler::Kind::Independent, Sampler::Kind::Sobol}) {
     RunningMoments ratio, visible_ratio, scatter_ratio;
     for (uint32_t seed = 0; seed < 10; ++seed) {
@@ -215,9 +216,9 @@ TEST(Film, estimated_error_is_right_for_independent_and_for_stratified_samples) 
   }
 }
 
-TEST(Film, estimated_error_is_right_where_few_bright_samples_make_it) {
-  // Grey of 0.2, and one sample in fifty brings 10: pixels that have met more of those than others seem bright, and
-  // must not hide their error by that.
+TEST(Film, estimated_error_is_correct_where_few_bright_samples_cause_it) {
+  // One sample in fifty is 10, the others are 0.2. Pixels with more bright samples than others have a larger mean,
+  // which must not reduce their estimated error.
   RunningMoments ratio, visible_ratio;
   for (uint32_t seed = 0; seed < 20; ++seed) {
     Film film(0, 0, 48, 48, {"Combined"});
@@ -245,7 +246,7 @@ TEST(Film, estimated_error_is_right_where_few_bright_samples_make_it) {
 }
 
 namespace {
-/// Grey of 0.2, and one sample in fifty brings 10: up to `end` samples for each pixel.
+/// Adds samples to each pixel until it has `end`. One sample in fifty is 10, the others are 0.2.
 void add_rare_bright_samples(Film& film, uint32_t seed, uint32_t end) {
   for (int y = 0; y < film.height(); ++y)
     for (int x = 0; x < film.width(); ++x)
@@ -258,7 +259,7 @@ void add_rare_bright_samples(Film& film, uint32_t seed, uint32_t end) {
 }
 }  // namespace
 
-TEST(Film, estimated_error_does_not_jump_where_another_picture_becomes_the_latest) {
+TEST(Film, estimated_error_does_not_jump_where_another_stored_image_is_used) {
   RunningMoments jump;
   for (uint32_t seed = 0; seed < 10; ++seed) {
     Film film(0, 0, 48, 48, {"Combined"});
@@ -268,14 +269,14 @@ TEST(Film, estimated_error_does_not_jump_where_another_picture_becomes_the_lates
     }
     add_rare_bright_samples(film, seed, 42);
     const double before = film.estimated_error(42).relmse;
-    add_rare_bright_samples(film, seed, 43);  // 32 is less than three quarters of it
+    add_rare_bright_samples(film, seed, 43);  // 32 is less than three quarters of 43
     jump.add(std::abs(std::log(film.estimated_error(43).relmse * 43.0 / (before * 42.0))));
   }
   EXPECT_LT(jump.mean(), 0.02);
 }
 
-TEST(Film, estimated_error_of_few_samples_is_not_far_below_where_counts_differ) {
-  // The first samples of an adaptive render have not found their shares, and most pixels have not met a bright sample.
+TEST(Film, estimated_error_of_few_samples_is_not_far_too_small_where_counts_differ) {
+  // In an adaptive render, the first samples have no learned distribution, and most pixels have no bright sample yet.
   RunningMoments ratio;
   for (uint32_t seed = 0; seed < 10; ++seed) {
     Film film(0, 0, 48, 48, {"Combined"});

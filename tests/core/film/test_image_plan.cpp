@@ -27,7 +27,7 @@ void add_missing_samples(Film& film, uint32_t uniform, const Toy& toy) {
         film.add_sample(x, y, Color(toy(x, y, index)), 1.0f, nullptr);
 }
 
-/// Up to `samples` of the average pixel, stopping where the plan wants to look and at `stops`.
+/// Renders until the average pixel has `samples` samples. Iterations end where the plan decides and at `stops`.
 void follow_plan(ImagePlan& plan, Film& film, uint32_t samples, const Toy& toy, std::vector<uint32_t> stops = {}) {
   for (uint32_t done = 0; done < samples;) {
     uint32_t next = std::min(samples, plan.next_decision(done));
@@ -42,16 +42,16 @@ void follow_plan(ImagePlan& plan, Film& film, uint32_t samples, const Toy& toy, 
 float random_number(uint32_t seed, int x, int y, uint32_t index) {
   return to_unit_float(hash_combine(hash_combine(seed, uint32_t(y) * 1000u + uint32_t(x)), index));
 }
-/// A black block before the left half of the picture, where there is no noise then.
+/// Adds a black block before the left half of the image, so that this half has no noise.
 void hide_the_left(SceneDescription& d) {
   add_object(d, cube(false), add_diffuse(d, Color(0.0f)), moved(Vec3(-0.25f, -0.5f, 0.0f), 0.3f));
 }
 
-/// Mean 1, bright in one sample of eight only: what a pilot most easily misjudges.
+/// A sample of mean 1 that is non-zero in one of eight cases. A pilot is most likely to misjudge such pixels.
 float rare(uint32_t seed, int x, int y, uint32_t index) {
   return random_number(seed, x, y, index) < 0.125f ? 8.0f : 0.0f;
 }
-/// The same, nearly all of it left of `middle`.
+/// The same with nearly all of the light left of `middle`.
 float rare_left(uint32_t seed, int x, int y, uint32_t index, int middle) {
   return (x < middle ? 1.9f : 0.1f) * rare(seed, x, y, index);
 }
@@ -63,8 +63,8 @@ double mean_of(const Film& film) {
   return sum / double(image.size() / 4);
 }
 
-/// The scheme that algorithms.md, section 1, warns of: each pixel's own early samples decide how many more they are
-/// averaged with.
+/// The biased scheme that algorithms.md, section 1, describes: the early samples of a pixel decide how many more it
+/// gets, and are part of the mean.
 std::vector<uint32_t> naive_goals(Film& film, uint32_t early, uint32_t samples) {
   film.early_samples().join(early);
   std::vector<double> deviation;
@@ -85,14 +85,14 @@ constexpr int kSize = 8;
 
 }  // namespace
 
-TEST(ImagePlan, mean_of_an_adaptive_picture_is_that_of_a_uniform_one_and_the_naive_scheme_is_caught) {
+TEST(ImagePlan, adaptive_images_have_the_mean_of_uniform_ones_and_the_bias_of_the_naive_scheme_is_detected) {
   RunningMoments planned, naive;
   int uneven = 0;
   for (uint32_t seed = 0; seed < 1500; ++seed) {
     const Toy toy = [&](int x, int y, uint32_t index) { return rare_left(seed, x, y, index, kSize / 2); };
     Film film(0, 0, kSize, kSize, {"Combined"}), other(0, 0, kSize, kSize, {"Combined"});
     ImagePlan plan(ErrorMeasure::Relative, 2, seed);
-    follow_plan(plan, film, 40, toy);  // looks after 2, 16 and 32 samples
+    follow_plan(plan, film, 40, toy);  // decisions after 2, 16 and 32 samples
     planned.add(mean_of(film));
     uneven += film.sample_counts().most >= 60;
     other.set_goals(std::vector<uint32_t>(kSize * kSize, 2));
@@ -107,7 +107,7 @@ TEST(ImagePlan, mean_of_an_adaptive_picture_is_that_of_a_uniform_one_and_the_nai
   EXPECT_GT(uneven, 1000);
 }
 
-TEST(ImagePlan, rendered_scene_keeps_its_mean_and_the_naive_scheme_does_not) {
+TEST(ImagePlan, the_plan_keeps_the_mean_of_a_rendered_scene_and_the_naive_scheme_does_not) {
   constexpr int kSide = 16;
   SceneDescription d = grey_room(kSide);
   add_object(d, sphere(8), add_glass(d, 0.0f), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
@@ -146,8 +146,9 @@ TEST(ImagePlan, rendered_scene_keeps_its_mean_and_the_naive_scheme_does_not) {
   EXPECT_GT(uneven, 10);
 }
 
-TEST(ImagePlan, counts_of_a_colour_do_not_depend_on_its_own_samples_nor_on_late_ones_of_the_other) {
-  // Two pictures that share only what white's counts may look at: the first samples of black pixels.
+TEST(ImagePlan, counts_of_a_colour_do_not_depend_on_its_own_samples_or_on_late_ones_of_the_other) {
+  // Two images that have only the first samples of black pixels in common. Only these may decide the counts of white
+  // pixels.
   const auto looked_at = [](uint32_t done) { return done < 32 ? 4u : done < 64 ? 8u : 16u; };
   for (uint32_t seed = 0; seed < 8; ++seed) {
     Film one(0, 0, 16, 13, {"Combined"}), two(0, 0, 16, 13, {"Combined"});
@@ -175,7 +176,7 @@ TEST(ImagePlan, counts_of_a_colour_do_not_depend_on_its_own_samples_nor_on_late_
   }
 }
 
-TEST(ImagePlan, goals_sum_to_the_budget_and_keep_a_floor_however_the_render_is_cut) {
+TEST(ImagePlan, goals_sum_to_the_budget_and_keep_a_minimum_for_any_division_into_iterations) {
   const Toy toy = [](int x, int y, uint32_t index) {
     return (x < 5 ? 10.0f : 0.1f) * random_number(3, x, y, index) + 1.0f;
   };
@@ -190,9 +191,10 @@ TEST(ImagePlan, goals_sum_to_the_budget_and_keep_a_floor_however_the_render_is_c
   EXPECT_EQ(film.resolve("Combined", 1.0f), other.resolve("Combined", 1.0f));
 }
 
-TEST(ImagePlan, error_falls_as_theory_says_for_noise_in_a_corner) {
-  // One pixel in sixteen has standard deviation s, the others s / 20: the least sum of variances is (mean deviation)^2,
-  // here a seventh of what equal counts give. Smoothing, the floor and the first samples may cost half of that gain.
+TEST(ImagePlan, error_falls_as_predicted_for_noise_in_a_corner) {
+  // One pixel in sixteen has the standard deviation s, the others s / 20. The minimum sum of variances is (mean
+  // deviation)^2, a seventh of the sum with equal counts. Smoothing, the minimum count and the first samples may cost
+  // half of this gain.
   RunningMoments planned, uniform;
   for (uint32_t seed = 0; seed < 60; ++seed) {
     const Toy toy = [&](int x, int y, uint32_t index) {
@@ -213,7 +215,8 @@ TEST(ImagePlan, error_falls_as_theory_says_for_noise_in_a_corner) {
 }
 
 TEST(ImagePlan, noise_that_cannot_be_predicted_leaves_counts_unchanged) {
-  // One bright sample in a thousand: nearly all pixels look black, and those that do not say nothing about others.
+  // One sample in a thousand is bright. Nearly all pixels are black, and the others predict nothing about their
+  // neighbours.
   int uneven = 0;
   for (uint32_t seed = 0; seed < 60; ++seed) {
     const Toy toy = [&](int x, int y, uint32_t index) {
@@ -227,7 +230,7 @@ TEST(ImagePlan, noise_that_cannot_be_predicted_leaves_counts_unchanged) {
   EXPECT_LT(uneven, 6);
 }
 
-TEST(ImagePlan, importance_moves_samples_and_not_the_mean) {
+TEST(ImagePlan, importance_moves_samples_and_keeps_the_mean) {
   std::vector<float> importance(32 * 32, 1.0f);
   for (size_t i = 0; i < importance.size(); i += 32)
     for (size_t x = 0; x < 16; ++x) importance[i + x] = 4.0f;
@@ -245,7 +248,7 @@ TEST(ImagePlan, importance_moves_samples_and_not_the_mean) {
   EXPECT_NEAR(left / right, 4.0, 0.8);
 }
 
-TEST(ImagePlan, pictures_without_noise_and_of_one_pixel_get_equal_counts) {
+TEST(ImagePlan, images_without_noise_and_of_one_pixel_get_equal_counts) {
   for (int size : {1, 2, 9}) {
     Film film(0, 0, size, size, {"Combined"});
     ImagePlan plan(ErrorMeasure::Perceptual, 4, 1);
@@ -255,7 +258,7 @@ TEST(ImagePlan, pictures_without_noise_and_of_one_pixel_get_equal_counts) {
   }
 }
 
-TEST(ImagePlan, early_samples_are_the_first_whatever_follows) {
+TEST(ImagePlan, early_samples_do_not_include_later_ones) {
   Film film(0, 0, 1, 1, {"Combined"});
   film.set_goals({1000});
   for (int i = 0; i < 1000; ++i) film.add_sample(0, 0, Color(float(i)), 1.0f, nullptr);
@@ -314,7 +317,7 @@ TEST(ImageSampling, same_seed_same_image_for_any_number_of_threads) {
   }
 }
 
-TEST(ImageSampling, regions_and_objects_of_importance_get_their_samples) {
+TEST(ImageSampling, important_regions_and_objects_get_more_samples) {
   SceneDescription d = lit_room(20);
   const auto odds_of_the_right = [](const std::vector<float>& counts) {
     double sum[2] = {0.0, 0.0};
@@ -326,7 +329,7 @@ TEST(ImageSampling, regions_and_objects_of_importance_get_their_samples) {
   d.settings.importance_factor = 8.0f;
   EXPECT_GT(odds_of_the_right(render(d, 2).counts), 2.0 * before);
   EXPECT_TRUE(importance_map(build(lit_room(20)), 1, kGoOn).empty());
-  d.objects.back().importance = 0.5f;  // the ball, right of the middle
+  d.objects.back().importance = 0.5f;  // the ball, to the right of the centre
   const std::vector<float> map = importance_map(build(d), 1, kGoOn);
   ASSERT_EQ(map.size(), 400u);
   EXPECT_EQ(map[0], 1.0f);
@@ -334,8 +337,8 @@ TEST(ImageSampling, regions_and_objects_of_importance_get_their_samples) {
   EXPECT_GT(std::count(map.begin(), map.end(), 4.0f), 10);
 }
 
-TEST(ImageSampling, means_stay_where_samples_of_a_pass_share_photons) {
-  // Eight times the samples on the right; both halves of the picture must stay what they are.
+TEST(ImageSampling, the_mean_does_not_change_where_samples_of_a_pass_share_photons) {
+  // The right half gets eight times the samples. Both halves of the image must keep their means.
   {
     RunningMoments uneven[2], even[2];
     for (uint32_t seed = 0; seed < 12; ++seed) {
@@ -363,7 +366,7 @@ TEST(ImageSampling, means_stay_where_samples_of_a_pass_share_photons) {
   }
 }
 
-TEST(ImageSampling, integrators_that_cannot_share_samples_out_say_so) {
+TEST(ImageSampling, integrators_that_cannot_distribute_samples_report_it) {
   SceneDescription d = lit_room(8);
   d.settings.integrator = "metropolis";
   d.settings.samples = 2;

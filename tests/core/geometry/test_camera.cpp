@@ -19,7 +19,7 @@ Camera looking_down_y(CameraKind kind, float aperture) {
 
 }  // namespace
 
-TEST(Camera, centre_and_corner_of_the_film_look_where_the_screen_window_says) {
+TEST(Camera, centre_and_corner_of_the_film_follow_the_screen_window) {
   const Camera camera = looking_down_y(CameraKind::Perspective, 0.0f);
   const Ray centre = camera.generate_ray({50, 50}, {0.5f, 0.5f}, 0.0f);
   EXPECT_NEAR(centre.direction.y, 1.0f, 1e-6f);
@@ -28,7 +28,7 @@ TEST(Camera, centre_and_corner_of_the_film_look_where_the_screen_window_says) {
   EXPECT_NEAR(corner.direction.z / corner.direction.y, 0.5f, 1e-5f);
 }
 
-TEST(Camera, every_ray_of_a_pixel_meets_in_the_plane_of_focus) {
+TEST(Camera, all_rays_of_a_pixel_meet_in_the_plane_of_focus) {
   const Camera camera = looking_down_y(CameraKind::Perspective, 0.4f);
   const Ray reference = looking_down_y(CameraKind::Perspective, 0.0f).generate_ray({80, 30}, {0.5f, 0.5f}, 0.0f);
   const Vec3 focus = reference.origin + reference.direction * (3.0f / reference.direction.y);
@@ -62,7 +62,7 @@ TEST(Camera, scale_of_the_camera_object_changes_nothing) {
 
 class CameraImportance : public ::testing::TestWithParam<std::pair<CameraKind, float>> {};
 
-TEST_P(CameraImportance, film_of_finds_where_a_ray_came_from) {
+TEST_P(CameraImportance, film_of_returns_the_film_point_of_a_ray) {
   const Camera camera = looking_down_y(GetParam().first, GetParam().second);
   Pcg32 rng(7);
   for (int i = 0; i < 200; ++i) {
@@ -84,7 +84,7 @@ TEST_P(CameraImportance, film_density_is_the_jacobian_of_the_ray) {
   for (int i = 0; i < 50; ++i) {
     const Vec2 film(5.0f + 90.0f * rng.next_float(), 5.0f + 90.0f * rng.next_float()),
         u_lens(rng.next_float(), rng.next_float());
-    // Directions of rays, or where parallel ones cross a plane perpendicular to them.
+    // The direction of a ray, or the point at which a parallel ray crosses a plane perpendicular to it.
     const auto at = [&](float dx, float dy) {
       const Ray ray = camera.generate_ray(film + Vec2(dx, dy), u_lens, 0.0f);
       return parallel ? ray.origin - glm::dot(ray.origin, ray.direction) * ray.direction : ray.direction;
@@ -114,7 +114,7 @@ TEST(Camera, density_on_the_lens_is_one_over_its_area) {
 
 class PanoramicCamera : public ::testing::TestWithParam<PanoramaKind> {
  protected:
-  /// Of the kind, with limits and a frame that leave no direction to be seen twice.
+  /// A camera of this kind, whose limits and frame show no direction twice.
   static SceneDescription scene() {
     SceneDescription d;
     fixtures::set_camera(d, Vec3(0.3f, -5, 1), Vec3(0.1f, 0.4f, -0.2f), 100);
@@ -129,7 +129,7 @@ class PanoramicCamera : public ::testing::TestWithParam<PanoramaKind> {
   }
 };
 
-TEST_P(PanoramicCamera, film_of_finds_where_a_ray_came_from) {
+TEST_P(PanoramicCamera, film_of_returns_the_film_point_of_a_ray) {
   const Camera camera(scene().camera, 100, 80);
   EXPECT_TRUE(camera.finds_film(2.0f));
   Pcg32 rng(7);
@@ -164,8 +164,8 @@ TEST_P(PanoramicCamera, film_density_is_the_jacobian_of_the_ray) {
   }
 }
 
-/// The film's area is the sphere's: what splats can reach is all that rays see.
-TEST_P(PanoramicCamera, density_integrates_to_what_is_seen_of_the_film) {
+/// The integral of the density over the sphere is the visible area of the film, so that splats reach all that rays see.
+TEST_P(PanoramicCamera, density_integrates_to_the_visible_area_of_the_film) {
   const Camera camera(scene().camera, 100, 80);
   Pcg32 rng(9);
   double by_direction = 0.0, by_film = 0.0;
@@ -185,16 +185,16 @@ INSTANTIATE_TEST_SUITE_P(Kinds, PanoramicCamera,
                                            PanoramaKind::FisheyeEquisolid, PanoramaKind::MirrorBall,
                                            PanoramaKind::CubemapFace));
 
-TEST(Camera, paths_are_not_joined_to_panoramas_that_see_a_direction_twice) {
+TEST(Camera, paths_are_not_connected_to_panoramas_that_see_a_direction_twice) {
   SceneDescription d;
   fixtures::set_camera(d, Vec3(0), Vec3(0, 1, 0), 100);
   d.camera.kind = CameraKind::Panorama;
   d.camera.screen_window = Vec4(0, 1, 0, 1);
   const auto finds = [&] { return Camera(d.camera, 100, 50).finds_film(1.5f); };
-  EXPECT_FALSE(finds());  // the whole sphere, and a little beyond its seam
+  EXPECT_FALSE(finds());  // the image shows the whole sphere and a little more at the seam
   d.camera.panorama.limits = Vec4(-3, 3, -1.4f, 1.4f);
   EXPECT_TRUE(finds());
-  d.camera.aperture_radius = 0.1f;  // the lens turns with the view
+  d.camera.aperture_radius = 0.1f;  // the lens turns with the direction of view
   EXPECT_FALSE(finds());
   d.camera.aperture_radius = 0.0f;
   d.camera.panorama.kind = PanoramaKind::FisheyeEquidistant;
@@ -204,7 +204,7 @@ TEST(Camera, paths_are_not_joined_to_panoramas_that_see_a_direction_twice) {
   EXPECT_FALSE(finds());
 }
 
-TEST(Camera, a_polynomial_lens_that_is_linear_is_an_equidistant_one) {
+TEST(Camera, a_linear_polynomial_lens_equals_an_equidistant_one) {
   SceneDescription d;
   fixtures::set_camera(d, Vec3(0), Vec3(0, 1, 0), 100);
   d.camera.kind = CameraKind::Panorama;
@@ -222,7 +222,7 @@ TEST(Camera, a_polynomial_lens_that_is_linear_is_an_equidistant_one) {
   EXPECT_TRUE(sees_nothing(polynomial.generate_ray({2, 2}, Vec2(0.5f), 0)));
 }
 
-TEST(Camera, every_ray_of_a_panorama_with_a_lens_meets_at_the_distance_of_focus) {
+TEST(Camera, all_rays_of_a_panorama_with_a_lens_meet_at_the_distance_of_focus) {
   SceneDescription d;
   fixtures::set_camera(d, Vec3(0), Vec3(0, 1, 0), 100);
   d.camera.kind = CameraKind::Panorama;
@@ -254,7 +254,7 @@ TEST(Camera, the_first_blade_is_perpendicular_to_the_rotation) {
       most = std::max(most, glm::dot(Vec2(camera.sample_lens_point({rng.next_float(), rng.next_float()})), along));
     return most;
   };
-  EXPECT_NEAR(furthest({1, 0}), std::sqrt(0.5f), 0.02f);  // the edge of a blade, not a corner
+  EXPECT_NEAR(furthest({1, 0}), std::sqrt(0.5f), 0.02f);  // an edge of the aperture, not a corner
   d.camera.blade_rotation = 0.25f * kPi;
   EXPECT_NEAR(furthest({1, 0}), 1.0f, 0.04f);
 }
@@ -273,8 +273,7 @@ TEST(Camera, an_orthographic_lens_is_at_the_near_clipping_plane) {
     const Ray ray = camera.generate_ray({50, 50}, u_lens, 0.0f);
     EXPECT_NEAR(ray.origin.y, -3.5f, 1e-5f);
     EXPECT_NEAR(ray.t_min, 0.0f, 1e-6f);
-    const Vec3 met = ray.origin +
-                     ray.direction * ((-1.5f - ray.origin.y) / ray.direction.y);  // in focus: 2 beyond the lens
+    const Vec3 met = ray.origin + ray.direction * ((-1.5f - ray.origin.y) / ray.direction.y);  // in focus at distance 2
     EXPECT_LT(glm::length(met - Vec3(0, -1.5f, 0)), 1e-4f);
     const auto found = camera.film_of(camera.sample_lens_point(u_lens), ray.origin + 4.0f * ray.direction);
     ASSERT_TRUE(found);

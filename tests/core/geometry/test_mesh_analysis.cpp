@@ -8,7 +8,8 @@ namespace ajar::test_mesh_analysis {
 
 namespace {
 
-// Six squares of four triangles each, as Blender 3.4.1 listed their edges, and what its Cycles showed.
+// Six squares of four triangles each. The edges are in the order of Blender 3.4.1; the expected values are those of its
+// Cycles.
 TEST(MeshAnalysis, islands_have_the_random_numbers_of_cycles) {
   const std::vector<MeshEdge> edges = {{0, 1},   {1, 2},   {2, 3},   {0, 4},   {5, 6},   {6, 7},   {7, 8},   {5, 9},
                                        {10, 11}, {11, 12}, {12, 13}, {10, 14}, {0, 3},   {16, 17}, {10, 13}, {15, 19},
@@ -22,7 +23,7 @@ TEST(MeshAnalysis, islands_have_the_random_numbers_of_cycles) {
   for (size_t v = 0; v < 30; ++v) EXPECT_FLOAT_EQ(random[v], expected[v / 5]) << v;
 }
 
-TEST(MeshAnalysis, edges_to_nowhere_are_ignored) {
+TEST(MeshAnalysis, edges_with_invalid_indices_are_ignored) {
   const std::vector<MeshEdge> edges = {{0, 7}, {9, 1}, {0, 0}};
   const std::vector<float> random = random_per_island(2, edges);
   EXPECT_NE(random[0], random[1]);
@@ -32,7 +33,7 @@ TEST(MeshAnalysis, edges_to_nowhere_are_ignored) {
   EXPECT_TRUE(pointiness({}, {}, {}).empty());
 }
 
-/// A cube, corners numbered by bits; `split`: four vertices of its own for every face.
+/// A cube whose corner numbers have one bit for each axis. With `split`, every face has four vertices of its own.
 struct Cube {
   std::vector<Vec3> positions, normals;
   std::vector<MeshEdge> edges;
@@ -62,13 +63,13 @@ struct Cube {
 };
 
 TEST(MeshAnalysis, corners_of_a_cube_point_out_however_it_is_split) {
-  // The mean of the three edges is (-1, -1, -1) / 3 of the corner's signs: its cosine to the normal is -1 / sqrt(3).
+  // The mean of the three edges is -1/3 of the signs of the corner: its cosine to the normal is -1 / sqrt(3).
   const float expected = float(std::acos(-1.0 / std::sqrt(3.0)) / M_PI);
   for (const bool split : {false, true}) {
     const Cube cube(split);
     for (const float value : pointiness(cube.positions, cube.normals, cube.edges)) EXPECT_NEAR(value, expected, 1e-6f);
   }
-  // Turned inside out it is hollow.
+  // With inverted normals, the corners are concave.
   Cube hollow(true);
   for (Vec3& n : hollow.normals) n = -n;
   for (const float value : pointiness(hollow.positions, hollow.normals, hollow.edges))
@@ -76,19 +77,21 @@ TEST(MeshAnalysis, corners_of_a_cube_point_out_however_it_is_split) {
 }
 
 TEST(MeshAnalysis, a_bump_in_a_plane_is_shared_with_its_neighbours) {
-  // A cross of five vertices, the middle raised by 1: its edges fall at 45 degrees, those of the tips rise.
+  // A cross of five vertices, the middle raised by 1. From the middle, the edges fall at 45 degrees; from the tips,
+  // they rise.
   const std::vector<Vec3> positions = {{0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}},
                           normals(5, Vec3(0, 0, 1));
-  const std::vector<MeshEdge> edges = {{0, 1}, {0, 2}, {3, 0}, {0, 4}, {4, 0}};  // the last one twice
+  const std::vector<MeshEdge> edges = {{0, 1}, {0, 2}, {3, 0}, {0, 4}, {4, 0}};  // the last edge is there twice
   const std::vector<float> found = pointiness(positions, normals, edges);
-  const float middle = 0.75f, tip = 0.25f;  // before they are averaged: 135 and 45 degrees
-  // The mean of the middle's edges is shorter than one: its angle is that of a cosine of -1 / sqrt(2) all the same.
+  const float middle = 0.75f, tip = 0.25f;  // before averaging: 135 and 45 degrees
+  // The mean of the edges of the middle is shorter than one, but its angle is that of the cosine -1 / sqrt(2).
   EXPECT_NEAR(found[0], (middle + 4.0f * tip) / 5.0f, 1e-6f);
   for (int i = 1; i < 5; ++i) EXPECT_NEAR(found[size_t(i)], (tip + middle) / 2.0f, 1e-6f);
 }
 
-TEST(MeshAnalysis, walls_in_which_all_sums_are_alike_take_no_time) {
-  // Across (1, 1, 1), where no order by sums tells vertices apart: all pairs would be 2e10.
+TEST(MeshAnalysis, walls_with_equal_coordinate_sums_do_not_compare_all_pairs) {
+  // A wall perpendicular to (1, 1, 1): all sums of coordinates are equal, so that sorting by them separates no
+  // vertices. There are 2e10 pairs.
   constexpr int kSide = 450;
   const Vec3 u = glm::normalize(Vec3(1, -1, 0)), v = glm::normalize(Vec3(1, 1, -2));
   std::vector<Vec3> positions, normals;

@@ -25,8 +25,8 @@ void move(SceneDescription& d, size_t instance, std::initializer_list<Mat4> keys
   for (const Mat4& key : keys) d.motion_keys.push_back(rows(key));
 }
 
-/// A shining square of side 1 that slides from x = -2 to 2 before a camera that looks along +y with parallel rays, 16
-/// pixels for 4 metres.
+/// An emissive square of side 1 before an orthographic camera that looks along +y and shows 4 metres with 16 pixels.
+/// Tests move the square from x = -2 to 2.
 SceneDescription sliding_square() {
   SceneDescription d;
   add_object(d, plane(0.5f), add_diffuse(d, Color(0.0f), Color(1.0f)), shining(Vec3(0), Vec3(0, 1, 0)));
@@ -47,14 +47,15 @@ std::vector<float> rendered(const SceneDescription& d, int samples) {
   return film.resolve("Combined", 1.0f);
 }
 
-/// Green of the pixels in the middle row.
+/// The green values of the middle row of pixels.
 std::vector<float> middle_row(const std::vector<float>& image) {
   std::vector<float> row;
   for (size_t x = 0; x < 16; ++x) row.push_back(image[(8 * 16 + x) * 4 + 1]);
   return row;
 }
 
-/// Share of the time in which [-0.5, 0.5] + x(t) covers a place, x(t) from -2 to 2; the mean over a pixel.
+/// The fraction of the time during which [-0.5, 0.5] + x(t) covers a point, for x(t) from -2 to 2; the mean over a
+/// pixel.
 float covered(int pixel) {
   double sum = 0.0;
   for (int i = 0; i < 100; ++i) {
@@ -77,13 +78,13 @@ TEST(Motion, rotations_follow_the_circle) {
     Mat4 near;
     interpolate_straight(straight.data(), uint32_t(straight.size()), t, near);
     const Mat4 exact = interpolate(keys, t);
-    // Halfway, at most angle^2 / 8 of the radius and a quarter of angle times growth (Taylor; steps of 0.084 radians
-    // and 0.105).
+    // Maximum error, halfway between keys, by Taylor series: angle^2 / 8 of the radius plus a quarter of angle times
+    // growth, for steps of 0.084 radians and a growth of 0.105.
     for (int c = 0; c < 3; ++c) EXPECT_LT(glm::length(near[c] - exact[c]), 0.00089f * 4.0f + 0.0023f);
   }
 }
 
-TEST(Motion, mirrored_and_sheared_matrices_come_back_from_their_parts) {
+TEST(Motion, mirrored_and_sheared_matrices_are_split_and_joined_without_loss) {
   Pcg32 rng(4);
   for (int i = 0; i < 100; ++i) {
     Mat4 m(1.0f);
@@ -99,10 +100,10 @@ TEST(Motion, a_sliding_square_is_blurred_by_the_time_it_covers_each_pixel) {
   move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(2, 0, 0), Vec3(0, 1, 0))});
   const auto row = middle_row(rendered(d, 1024));
   for (int x = 0; x < 16; ++x)
-    EXPECT_NEAR(row[size_t(x)], covered(x), 0.01f) << x;  // 0.0044 is the largest deviation of stratified times
+    EXPECT_NEAR(row[size_t(x)], covered(x), 0.01f) << x;  // the maximum deviation of stratified times is 0.0044
 }
 
-TEST(Motion, a_camera_that_moves_the_other_way_takes_the_same_picture) {
+TEST(Motion, a_camera_that_moves_in_the_opposite_direction_renders_the_same_image) {
   SceneDescription d = sliding_square();
   const auto at = [&](float x) {
     auto matrix = d.camera.world_from_camera;
@@ -114,10 +115,10 @@ TEST(Motion, a_camera_that_moves_the_other_way_takes_the_same_picture) {
   for (int x = 0; x < 16; ++x) EXPECT_NEAR(row[size_t(x)], covered(x), 0.01f) << x;
 }
 
-TEST(Motion, the_shutter_says_when_light_arrives) {
+TEST(Motion, the_shutter_curve_weights_the_time) {
   SceneDescription d = sliding_square();
   move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(2, 0, 0), Vec3(0, 1, 0))});
-  d.camera.shutter = {0.0f, 1e-4f, 2e-4f, 1.0f};  // two thirds of the light while the square is on the left
+  d.camera.shutter = {0.0f, 1e-4f, 2e-4f, 1.0f};  // two thirds of the light arrive while the square is on the left
   const auto row = middle_row(rendered(d, 1024));
   EXPECT_NEAR(row[0], 2.0f / 3.0f + covered(0) / 3.0f, 0.02f);
   EXPECT_NEAR(row[8], covered(8) / 3.0f, 0.01f);
@@ -154,7 +155,7 @@ TEST(Motion, rays_that_leave_moving_surfaces_do_not_hit_them_again) {
   }
 }
 
-TEST(Motion, what_stands_still_has_no_keys_and_stays_baked) {
+TEST(Motion, objects_at_rest_have_no_keys_and_stay_baked) {
   SceneDescription d = sliding_square();
   const auto line = [&](const Scene& scene) {
     for (const PlanStep& step : make_render_plan(scene).steps)
@@ -173,7 +174,7 @@ TEST(Motion, what_stands_still_has_no_keys_and_stays_baked) {
   EXPECT_FALSE(moving->meshes()[0].baked);
 }
 
-TEST(Motion, integrators_without_motion_leave_it_to_path_tracing_and_say_so) {
+TEST(Motion, integrators_without_motion_use_path_tracing_and_report_it) {
   SceneDescription d = sliding_square();
   move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(2, 0, 0), Vec3(0, 1, 0))});
   d.settings.samples = 4;
@@ -194,7 +195,7 @@ TEST(Motion, integrators_without_motion_leave_it_to_path_tracing_and_say_so) {
   }
 }
 
-TEST(Motion, keys_that_are_not_numbers_leave_the_object_still_and_are_reported) {
+TEST(Motion, keys_that_are_not_finite_are_ignored_and_reported) {
   SceneDescription d = sliding_square();
   move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(NAN, 0, 0), Vec3(0, 1, 0))});
   Diagnostics diagnostics;

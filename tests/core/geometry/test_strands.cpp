@@ -1,4 +1,4 @@
-// Strands of hair: where rays meet them, what is found there, and that rays leave them.
+// Strands of hair: intersections with rays, the shading point at a hit, and rays that leave strands.
 #include "geometry/strands.h"
 
 #include <gtest/gtest.h>
@@ -55,7 +55,7 @@ const Diagnostic* find(const Diagnostics& diagnostics, const std::string& text) 
 
 }  // namespace
 
-TEST(Strands, catmull_rom_goes_through_the_points_and_its_tangent_is_its_derivative) {
+TEST(Strands, catmull_rom_interpolates_the_points_and_the_tangent_is_the_derivative) {
   MeshDescription mesh = hair({{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {3, 1, 2}}, {{5, 5, 5}, {6, 5, 5}}}, 0.2f, 0.1f);
   const auto strands = make_strands(mesh);
   ASSERT_EQ(strands->segment_count(), 4u);
@@ -78,7 +78,7 @@ TEST(Strands, catmull_rom_goes_through_the_points_and_its_tangent_is_its_derivat
   EXPECT_FLOAT_EQ(strands->radius(3, 0.5f), 0.15f);
 }
 
-TEST(Strands, are_met_where_a_tube_would_be_seen_and_have_its_normals) {
+TEST(Strands, hits_and_normals_are_those_of_a_tube) {
   for (const StrandShape shape : kShapes) {
     SceneDescription d = empty_scene();
     add_object(d, straight(shape), add_diffuse(d, Color(0.5f)));
@@ -102,7 +102,7 @@ TEST(Strands, are_met_where_a_tube_would_be_seen_and_have_its_normals) {
   }
 }
 
-TEST(Strands, instances_see_what_baked_ones_do) {
+TEST(Strands, instanced_and_baked_strands_give_the_same_hits) {
   const Mat4 matrix(Vec4(0, 2, 0, 0), Vec4(-2, 0, 0, 0), Vec4(0, 0, 2, 0), Vec4(0.5f, 0.25f, 1, 1));
   for (const StrandShape shape : kShapes) {
     SceneDescription d = empty_scene();
@@ -131,15 +131,15 @@ TEST(Strands, instances_see_what_baked_ones_do) {
                         glm::dot(glm::normalize(p.dpdu), glm::normalize(q.dpdu)) > 0.999f;
       alike += same ? 1 : 0;
     }
-    // Rays that graze may go either way.
+    // Grazing rays may hit or miss.
     EXPECT_GT(both, 1000);
     EXPECT_LT(one, both / 100);
     EXPECT_GT(alike, both * 98 / 100);
   }
 }
 
-TEST(Strands, rays_that_leave_do_not_meet_the_strand_where_they_start) {
-  // A single straight strand is convex: from a tube's outside, and from a ribbon to all sides, no ray meets it again.
+TEST(Strands, rays_that_leave_a_strand_do_not_hit_it_at_their_origin) {
+  // A single straight strand is convex. No ray that leaves a tube outwards or a ribbon in any direction hits it again.
   for (const StrandShape shape : kShapes) {
     for (const float scale : {1e-3f, 1.0f, 100.0f}) {
       SceneDescription d = empty_scene();
@@ -171,8 +171,8 @@ TEST(Strands, rays_that_leave_do_not_meet_the_strand_where_they_start) {
   }
 }
 
-TEST(Strands, white_ones_cannot_be_seen_in_a_white_world) {
-  // Light comes to a single strand from everywhere: as bright as the world.
+TEST(Strands, white_strands_are_invisible_in_a_white_world) {
+  // Light arrives at a single strand from all directions, so that its radiance is that of the world.
   for (const StrandShape shape : kShapes) {
     SceneDescription d = empty_scene();
     set_camera(d, Vec3(0, -4, 2), Vec3(0, 0, 2), 24, 0.1f);
@@ -187,7 +187,7 @@ TEST(Strands, white_ones_cannot_be_seen_in_a_white_world) {
   }
 }
 
-TEST(Strands, hair_info_knows_where_on_which_strand_a_point_is) {
+TEST(Strands, hair_info_returns_the_strand_and_the_position_on_it) {
   MeshDescription mesh = hair({{{-1, 0, 0}, {-1, 0, 1}, {-1, 0, 4}}, {{1, 0, 0}, {1, 0, 2}}}, 0.2f, 0.1f);
   mesh.material_slots = {0, 1};
   mesh.attributes.push_back({"UVMap", Domain::Face, 2, {0.25f, 0.5f, 0.75f, 1.0f}});
@@ -218,7 +218,7 @@ TEST(Strands, hair_info_knows_where_on_which_strand_a_point_is) {
   EXPECT_EQ(nodes::true_normal(point), point.wo);
 }
 
-TEST(Strands, triangles_have_nothing_of_hair_info) {
+TEST(Strands, hair_info_is_zero_on_triangles) {
   SceneDescription d = empty_scene();
   add_object(d, cube(), add_diffuse(d, Color(0.5f)));
   const auto scene = build(d);
@@ -230,7 +230,7 @@ TEST(Strands, triangles_have_nothing_of_hair_info) {
   EXPECT_EQ(nodes::hair_tangent_normal(point), Vec3(0.0f));
 }
 
-TEST(Strands, what_does_not_fit_is_left_out_by_name) {
+TEST(Strands, invalid_strands_are_omitted_and_reported_with_the_object_name) {
   const auto built = [](MeshDescription mesh, const char* text) {
     SceneDescription d = empty_scene();
     const int material = add_diffuse(d, Color(0.5f));
@@ -267,7 +267,7 @@ TEST(Strands, what_does_not_fit_is_left_out_by_name) {
   EXPECT_EQ(built(bad, "Attribute 'uv' does not match"), 2u);
 }
 
-TEST(Strands, without_length_are_no_strands) {
+TEST(Strands, strands_without_length_are_omitted) {
   MeshDescription mesh = hair({{{0, 0, 0}, {0, 0, 0}}, {{1, 0, 0}, {1, 0, 1}}, {{2, 0, 0}, {2, 0, 0}, {2, 0, 1}}}, 0.1f,
                               0.1f);
   mesh.attributes.push_back({"number", Domain::Face, 1, {1, 2, 3}});
@@ -287,7 +287,7 @@ TEST(Strands, without_length_are_no_strands) {
   EXPECT_NEAR(glm::length(point.ns), 1.0f, 1e-5f);
 }
 
-TEST(Strands, emit_without_being_lights_and_the_artist_is_told) {
+TEST(Strands, emissive_strands_are_not_lights_and_are_reported) {
   SceneDescription d = empty_scene();
   add_object(d, straight(StrandShape::Ribbon), add_diffuse(d, Color(0.5f), Color(2.0f)));
   Diagnostics diagnostics;
@@ -297,7 +297,7 @@ TEST(Strands, emit_without_being_lights_and_the_artist_is_told) {
   ASSERT_TRUE(find(diagnostics, "found by chance"));
 }
 
-TEST(Strands, are_rendered_by_path_tracing_whoever_was_asked) {
+TEST(Strands, all_integrators_but_path_tracing_refuse_strands) {
   SceneDescription d = empty_scene();
   add_object(d, straight(StrandShape::Ribbon), add_diffuse(d, Color(0.5f)));
   const auto scene = build(d);

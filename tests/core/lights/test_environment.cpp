@@ -7,7 +7,7 @@ namespace ajar::test_environment {
 
 using namespace fixtures;
 
-// The sun disc stands in the middle of a cell of the map, smaller than it: no corner of the map sees it.
+// The sun disc is smaller than a cell of the map and at its centre, so that no corner of the map lies in it.
 TEST(Environment, a_sun_between_the_corners_of_the_map_is_sampled) {
   const float pi = kPi, azimuth = 100.5f * 2.0f * pi / 1024.0f, elevation = 0.5f * pi - 150.5f * pi / 512.0f;
   GraphBuilder g;
@@ -23,7 +23,8 @@ TEST(Environment, a_sun_between_the_corners_of_the_map_is_sampled) {
   ASSERT_EQ(discs.size(), 1u);
   const Environment environment(program, kVisibleAll);
 
-  // Irradiance on a plane that faces the sun, from the sun alone: by the density, and by quadrature over the disc.
+  // The irradiance by the sun alone on a plane that faces it: estimated by samples of the density, and by quadrature
+  // over the disc.
   constexpr int kSide = 256, kRings = 200;
   double sampled = 0.0;
   int near = 0;
@@ -42,7 +43,7 @@ TEST(Environment, a_sun_between_the_corners_of_the_map_is_sampled) {
     exact += luminance(environment.radiance(glm::normalize(discs[0].direction + r * side), 0)) * 2.0f * pi * r *
              discs[0].angular_radius / kRings;
   }
-  EXPECT_GT(near, kSide * kSide / 5);  // most of the light comes from there
+  EXPECT_GT(near, kSide * kSide / 5);  // most of the light comes from the sun
   EXPECT_NEAR(sampled, exact, 0.02 * exact);
 }
 

@@ -1,4 +1,5 @@
-// Every light against its own density, against analytic irradiance, and against itself run backwards.
+// Tests of every light: its samples against its density, its irradiance against closed forms, and its rays against
+// samples from receivers.
 #include "statistical.h"
 
 #include "lights/lamp.h"
@@ -54,7 +55,7 @@ LightDescription sun(Vec3 shines, float angle, float energy = 3.0f) {
 
 Vec3 panel_x(const LightDescription& light) { return Vec3(to_matrix(light.world_from_light)[0]); }
 
-/// Something small and dark, so that there is a scene.
+/// A scene with one small dark object.
 SceneDescription dark() {
   SceneDescription d;
   add_object(d, plane(0.01f), add_diffuse(d, Color(0.5f)), placed(Vec3(0, 0, -5), Vec3(0, 0, -1)));
@@ -75,13 +76,13 @@ MeshDescription triangle(Vec3 a, Vec3 b, Vec3 c) {
   return mesh;
 }
 
-// ---- The light as a density of directions ---------------------------------------------
+// ---- Densities of directions towards lights ------------------------------------------
 
 struct Crossing {
   float distance;
   Vec3 normal;
 };
-/// Where the ray from p along w meets light `index`, by a way of its own.
+/// The intersection of light `index` with the ray from p along w, computed independently of the scene.
 std::optional<Crossing> crossing(const LightSet& lights, uint32_t index, Vec3 p, Vec3 w) {
   const Light light = lights.light(index);
   switch (light.type) {
@@ -186,7 +187,7 @@ TEST(LightSet, directions_follow_their_density) {
   for (const Case& c : cases) {
     const LightSet& lights = c.scene->lights();
     ASSERT_EQ(lights.size(), 1u) << c.name;
-    // Edges of far lights are resolved to a float's direction only.
+    // The edges of distant lights are only as precise as a direction of floats.
     DensityTest test{
         .sample_count = 30000, .bin_count = 64, .outside_fraction = 3e-3, .level = {.test_count = int(cases.size())}};
     if (std::string(c.name) == "checkered world") test.bin_count = 600;
@@ -196,15 +197,15 @@ TEST(LightSet, directions_follow_their_density) {
 
 TEST(LightSet, jacobian_of_directions_is_one_over_their_density) {
   for (const Case& c : extended_lights()) {
-    if (std::string(c.name) == "checkered world") continue;  // a step leaves the cell
+    if (std::string(c.name) == "checkered world") continue;  // a step would leave the cell of the checker
     const LightSet& lights = c.scene->lights();
     JacobianTest test{.step = 1.0 / 256.0, .tolerance = 0.05, .smooth_fraction = 0.2};
-    // The density sample_li reports is that of pdf_li in the middle of the light.
+    // Inside the light, the density that sample_li reports is that of pdf_li.
     EXPECT_TRUE(jacobian_agrees(map_of(lights, 0, c.p), density_of(lights, 0, c.p), test)) << c.name;
   }
 }
 
-TEST(LightSet, samples_report_what_pdf_and_radiance_say) {
+TEST(LightSet, samples_report_the_values_of_pdf_li_and_radiance) {
   for (const Case& c : extended_lights()) {
     const LightSet& lights = c.scene->lights();
     Pcg32 rng(3);
@@ -219,7 +220,7 @@ TEST(LightSet, samples_report_what_pdf_and_radiance_say) {
         ASSERT_LT(glm::length(c.p + s->wi * s->distance - s->position), 1e-5f * (1.0f + s->distance)) << c.name;
       }
       const float pdf = lights.pdf_li(0, c.p, s->wi, s->distance, s->normal);
-      if (pdf > 0.0f) {  // else rounded over an edge
+      if (pdf > 0.0f) {  // zero where the sample was rounded over an edge
         ASSERT_NEAR(s->pdf_solid_angle / pdf, 1.0f, 2e-3f) << c.name;
       }
       const LightType type = lights.flags(0).type;
@@ -232,9 +233,9 @@ TEST(LightSet, samples_report_what_pdf_and_radiance_say) {
   }
 }
 
-// ---- Known answers -------------------------------------------------------------------
+// ---- Closed forms --------------------------------------------------------------------
 
-/// Irradiance (first channel) at p with normal n, by sampling all lights.
+/// The irradiance (first channel) at p with the normal n, estimated by samples of all lights.
 RunningMoments irradiance(const LightSet& lights, Vec3 p, Vec3 n, int count, uint64_t seed = 1) {
   Pcg32 rng(seed);
   RunningMoments moments;
@@ -248,7 +249,7 @@ RunningMoments irradiance(const LightSet& lights, Vec3 p, Vec3 n, int count, uin
   }
   return moments;
 }
-/// Form factor of a rectangle [0, a] x [0, b] at height c seen from under its corner (Howell, C-3).
+/// Form factor of a rectangle [0, a] x [0, b] at height c for a point under its corner (Howell, C-3).
 double corner_factor(double a, double b, double c) {
   const double x = a / c, y = b / c;
   return (x / std::sqrt(1 + x * x) * std::atan(y / std::sqrt(1 + x * x)) +
@@ -256,7 +257,7 @@ double corner_factor(double a, double b, double c) {
          (2.0 * M_PI);
 }
 
-TEST(LightSet, irradiance_is_what_the_books_say) {
+TEST(LightSet, irradiance_agrees_with_closed_forms) {
   const Vec3 up(0, 0, 1), origin(0.0f);
   const double w = 10.0;
   const Mat4 above = placed({0, 0, 2}, {0, 0, -1});
@@ -266,13 +267,13 @@ TEST(LightSet, irradiance_is_what_the_books_say) {
   };
 
   EXPECT_TRUE(mean_agrees(e(point_light({0, 0, 2}, 10.0f)), w / (4.0 * M_PI) / 4.0, level));
-  // A sphere wholly above the horizon shines like its centre.
+  // A sphere that is completely above the horizon gives the irradiance of a point light at its centre.
   EXPECT_TRUE(mean_agrees(e(point_light({1, 0, 2}, 10.0f, 0.7f)), w / (4.0 * M_PI) * 2.0 / std::pow(5.0, 1.5), level));
-  // On the axis of a spot; its profile is the cosine, here 1.
+  // On the axis of a spot, whose profile is the cosine, here 1.
   EXPECT_TRUE(mean_agrees(e(spot(above, 0.0f)), w / (4.0 * M_PI) / 4.0, level));
   EXPECT_TRUE(mean_agrees(e(spot(placed({0, 0, 2}, {1, 0, -1}), 0.0f, 2.0f, 0.0f)),
                           w / (4.0 * M_PI) / 4.0 * std::sqrt(0.5), level));
-  // Halfway into the blend, smoothstep is one half.
+  // In the middle of the blend, smoothstep is one half.
   const float outer = std::cos(0.5f), middle = outer + 0.5f * (1.0f - outer) * 0.4f;
   const Vec3 axis(std::sqrt(1.0f - middle * middle), 0.0f, -middle);
   EXPECT_TRUE(mean_agrees(e(spot(placed({0, 0, 2}, axis), 0.0f, 1.0f, 0.4f)), w / (4.0 * M_PI) / 4.0 * 0.5 * middle,
@@ -294,7 +295,7 @@ TEST(LightSet, irradiance_is_what_the_books_say) {
                           2.0 * M_PI * 4.0 * corner_factor(1.0, 1.0, 2.0), level));
 }
 
-TEST(LightSet, one_sided_lamps_and_the_outside_of_cones_are_dark) {
+TEST(LightSet, one_sided_lamps_emit_nothing_backwards_and_spots_nothing_outside_their_cones) {
   const Vec3 origin(0.0f);
   for (const LightDescription& light :
        {area_lamp(AreaShape::Rectangle, {2, 1}, placed({0, 0, 2}, {0, 0, 1})),
@@ -306,7 +307,7 @@ TEST(LightSet, one_sided_lamps_and_the_outside_of_cones_are_dark) {
   }
 }
 
-TEST(LightSet, shaders_multiply_a_lamps_own_light) {
+TEST(LightSet, shaders_multiply_the_emission_of_a_lamp) {
   LightDescription light = point_light({0, 0, 2}, 10.0f);
   Node emission = closure_node("ShaderNodeEmission", Color(0.5f, 1.0f, 1.0f));
   emission.inputs.push_back({"Strength", {}, Vec4(3.0f)});
@@ -316,7 +317,8 @@ TEST(LightSet, shaders_multiply_a_lamps_own_light) {
               1e-5);
 }
 
-/// Radiance or intensity of a lamp whose emission is this output of this node, over its own.
+/// The radiance or intensity of a lamp whose emission shader is this output of this node, divided by that without a
+/// shader.
 Color shown_by(LightDescription light, const std::string& node, const std::string& output, Vec3 position, Vec3 wo,
                std::initializer_list<NodeProperty> properties = {}) {
   const Color own = with_lamp(light)->lights().lamp_radiance(0, position, wo, 0.0f, 1.0f);
@@ -334,9 +336,9 @@ void expect_close(Color a, Color b) {
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[i], b[i], 1e-5f) << i;
 }
 
-TEST(LightSet, shaders_of_lamps_see_their_own_space) {
-  // x, y and z of the lamp are world z, x and y: what leaves along +y leaves along the lamp's +z. Colours are clamped
-  // below at 0.
+TEST(LightSet, shaders_of_lamps_use_the_space_of_the_lamp) {
+  // The axes x, y and z of the lamp are z, x and y of the world, so that +y of the world is +z of the lamp. Negative
+  // colours are clamped to 0.
   const Mat4 turned(Vec4(0, 0, 1, 0), Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(4, 5, 6, 1));
   const Vec3 wo = glm::normalize(Vec3(0.2f, 0.9f, 0.3f)), at(4, 5, 6);
   const LightDescription bulb = lamp(LightKind::Point, turned),
@@ -353,8 +355,8 @@ TEST(LightSet, shaders_of_lamps_see_their_own_space) {
   expect_close(shown_by(sun(-wo, 0.0f), "ShaderNodeNewGeometry", "Position", Vec3(0.0f), wo), wo);
 }
 
-TEST(LightSet, measured_lamps_turn_with_the_lamp) {
-  // Bright below the lamp, dark above its horizon, twice as bright to one side.
+TEST(LightSet, ies_profiles_rotate_with_the_lamp) {
+  // The profile is bright below the lamp, dark above its horizon, and twice as bright to one side.
   const NodeProperty file{"ies",
                           "TILT=NONE\n1 -1 1 3 5 1 1 0 0 0\n1 1 1\n0 45 90\n0 90 180 270 360\n"
                           "100 60 20\n100 60 20\n100 120 40\n100 60 20\n100 60 20\n",
@@ -377,8 +379,8 @@ TEST(LightSet, measured_lamps_turn_with_the_lamp) {
   EXPECT_GT(profile.towards({0, 0.6f, -0.8f}), 1.5f * profile.towards({0, -0.6f, -0.8f}));
 }
 
-TEST(LightSet, emission_knows_the_object_it_is_of) {
-  // Two squares of one material, which asks the objects for colour and strength.
+TEST(LightSet, emission_can_depend_on_the_object) {
+  // Two squares of one material, which reads the colour and the strength from the object.
   SceneDescription d = dark();
   const int material = add_diffuse(d, Color(0.0f), Color(1.0f));
   NodeGraph& graph = d.materials.back().graph;
@@ -410,7 +412,7 @@ TEST(LightSet, emission_knows_the_object_it_is_of) {
     const auto leaving = lights.sample_le(i, {0.3f, 0.6f}, {0.2f, 0.7f}, 0.0f);
     ASSERT_TRUE(leaving);
     expect_close(leaving->radiance, colors[object] * (2.0f + float(object)));
-    // Chosen by its own power, not by that of a white object.
+    // The choice uses the power of this object, not that of a white one.
     EXPECT_NEAR(lights.power_pmf(i),
                 luminance(colors[object]) * (2.0f + float(object)) /
                     (4.0f * luminance(colors[0]) + 6.0f * luminance(colors[1])),
@@ -418,7 +420,7 @@ TEST(LightSet, emission_knows_the_object_it_is_of) {
   }
 }
 
-// ---- Rays that leave ---------------------------------------------------------------------
+// ---- Emitted rays ------------------------------------------------------------------------
 
 std::vector<std::pair<const char*, SceneDescription>> all_kinds() {
   std::vector<std::pair<const char*, SceneDescription>> all;
@@ -447,7 +449,7 @@ std::vector<std::pair<const char*, SceneDescription>> all_kinds() {
   return all;
 }
 
-TEST(LightSet, rays_that_leave_carry_the_power_and_report_their_density) {
+TEST(LightSet, emitted_rays_have_the_total_power_and_report_their_density) {
   const auto kinds = all_kinds();
   for (const auto& [name, description] : kinds) {
     const auto scene = build(description);
@@ -472,21 +474,21 @@ TEST(LightSet, rays_that_leave_carry_the_power_and_report_their_density) {
         ASSERT_NEAR(pdf.pdf_solid_angle / r->pdf_solid_angle, 1.0f, 1e-3f) << name;
       }
     }
-    // The world's power is estimated on its grid.
+    // The power of the world is estimated on its grid.
     EXPECT_TRUE(mean_agrees(power, lights.total_power(), {.test_count = int(kinds.size())},
                             std::string(name) == "world" ? 0.03 : 1e-3))
         << name;
   }
 }
 
-TEST(LightSet, directions_that_leave_follow_their_density) {
+TEST(LightSet, directions_of_emitted_rays_follow_their_density) {
   const auto kinds = all_kinds();
   for (const auto& [name, description] : kinds) {
     const auto scene = build(description);
     const LightSet& lights = scene->lights();
     if (lights.flags(0).type == LightType::DistantDelta) continue;
     const uint32_t index = lights.choose_by_power(0.4f).light;
-    const Vec2 u(0.85f, 0.1f);  // on spheres a point that the spot's cone leaves from
+    const Vec2 u(0.85f, 0.1f);  // on a sphere: a point from which the cone of the spot leaves
     const auto map = [&](Vec2 v) -> std::optional<Vec3> {
       const auto r = lights.sample_le(index, u, v, 0.0f);
       if (!r) return std::nullopt;
@@ -507,11 +509,11 @@ TEST(LightSet, directions_that_leave_follow_their_density) {
   }
 }
 
-TEST(LightSet, light_sent_equals_light_received) {
-  // Flux through a square, by rays that leave the lights and by sampling the lights from the square.
+TEST(LightSet, emitted_rays_and_light_samples_give_the_same_flux) {
+  // The flux through a square, estimated by rays from the lights and by light samples from the square.
   const auto kinds = all_kinds();
   for (const auto& [name, description] : kinds) {
-    // The scene's sphere must hold the square.
+    // The bounding sphere of the scene must contain the square.
     SceneDescription d = description;
     add_object(d, plane(4.0f), add_diffuse(d, Color(0.5f)), placed({0, 0, -0.5f}, {0, 0, -1}));
     const auto scene = build(d);
@@ -537,18 +539,18 @@ TEST(LightSet, light_sent_equals_light_received) {
       const Vec3 p(2.0f * rng.next_float() - 1.0f, 2.0f * rng.next_float() - 1.0f, 0.0f);
       const float x = rng.next_float();
       const auto s = lights.sample_li(from.light, p, {x, rng.next_float()}, 0.0f);
-      // A closed mesh hides its far side.
+      // A closed mesh occludes its far side.
       const bool mesh = lights.flags(from.light).type == LightType::Triangle;
       const bool hidden = mesh && s && glm::dot(s->normal, s->wi) > 0.0f;
       received.add(
           s && !hidden ? 4.0 * s->radiance.y * std::max(0.0f, s->wi.z) / (double(s->pdf_solid_angle) * from.pmf) : 0.0);
     }
-    if (std::string(name) == "mesh") continue;  // rays of its inner side cross the square as well
+    if (std::string(name) == "mesh") continue;  // rays from its inner side cross the square as well
     EXPECT_TRUE(means_agree(sent, received, {.test_count = int(kinds.size())})) << name;
   }
 }
 
-// ---- Choosing ------------------------------------------------------------------------------
+// ---- Choice of a light ---------------------------------------------------------------------
 
 SceneDescription mixed_lights() {
   SceneDescription d = dark();
@@ -580,10 +582,10 @@ TEST(LightSet, probabilities_sum_to_one_and_dark_lights_are_never_chosen) {
   }
   EXPECT_NEAR(sum, 1.0, 1e-6);
   EXPECT_NEAR(power_sum, 1.0, 1e-6);
-  EXPECT_EQ(lights.choice_pmf(p, n, 1), 0.0f);   // a lamp of no watts
+  EXPECT_EQ(lights.choice_pmf(p, n, 1), 0.0f);   // a lamp without power
   EXPECT_EQ(lights.choice_pmf(p, n, 4), 0.0f);   // a grey triangle
-  EXPECT_GT(lights.choice_pmf(p, n, 6), 0.0f);   // a glowing one
-  EXPECT_GT(lights.choice_pmf(p, n, 15), 0.0f);  // of a slot that is not there: the last
+  EXPECT_GT(lights.choice_pmf(p, n, 6), 0.0f);   // an emissive triangle
+  EXPECT_GT(lights.choice_pmf(p, n, 15), 0.0f);  // a slot that does not exist: the last one is used
   std::vector<int> counts(lights.size(), 0);
   std::vector<RunningMoments> remapped(lights.size());
   const int total = 1 << 20;
@@ -602,7 +604,7 @@ TEST(LightSet, probabilities_sum_to_one_and_dark_lights_are_never_chosen) {
   }
 }
 
-TEST(LightSet, where_there_are_media_each_of_few_lights_has_an_even_probability_half_the_time) {
+TEST(LightSet, with_media_half_of_the_choices_among_few_lights_are_uniform) {
   SceneDescription clear = dark();
   clear.lights = {point_light({0, 0, 3}, 1e6f, 0.1f), point_light({0, 1, 3}, 1.0f, 0.1f), point_light({1, 1, 3}, 0.0f)};
   set_checker_world(clear, Color(0.2f), Color(0.0f), 4.0f);
@@ -630,7 +632,7 @@ TEST(LightSet, where_there_are_media_each_of_few_lights_has_an_even_probability_
       for (uint32_t i = 0; i < lights.size(); ++i) {
         sum += lights.choice_pmf(p, n, i);
         const float estimate = without->lights().choice_pmf(p, n, i),
-                    even = i == 2 ? 0.0f : 1.0f / 3.0f;  // two lamps and the sky; one has no watts
+                    even = i == 2 ? 0.0f : 1.0f / 3.0f;  // two lamps and the world; the third lamp has no power
         EXPECT_FLOAT_EQ(lights.choice_pmf(p, n, i), d == &clear ? 0.5f * even + 0.5f * estimate : estimate) << i;
       }
       EXPECT_NEAR(sum, 1.0, 1e-6);
@@ -673,7 +675,7 @@ TEST(LightSet, hits_find_their_light) {
       EXPECT_EQ(light.type, LightType::Triangle);
       EXPECT_EQ(light.instance, hit.instance);
       EXPECT_EQ(light.primitive, hit.primitive);
-      // The hit lies in the light's triangle, and its outside is the mesh's also when mirrored.
+      // The hit lies in the triangle of the light, and both have the same outside, also when mirrored.
       ShadingPoint point;
       Ray ray;
       ray.origin = Vec3(-3.01f, y + 0.02f, 0.03f) - 5.0f * direction;
@@ -685,22 +687,22 @@ TEST(LightSet, hits_find_their_light) {
     }
 }
 
-TEST(LightSet, no_source_is_starved) {
-  // A sun, a sky and a weak lamp in a vast scene.
+TEST(LightSet, every_light_has_a_minimum_probability) {
+  // A sun, a world and a weak lamp in a very large scene.
   SceneDescription d = dark();
   add_object(d, plane(1000.0f), add_diffuse(d, Color(0.5f)), placed({0, 0, -6}, {0, 0, -1}));
   d.lights = {sun({0, 0, -1}, 0.01f, 1000.0f), point_light({0, 0, 2}, 1.0f)};
-  set_checker_world(d, Color(0.02f), Color(0.0f), 4.0f);  // exceeds its mean by half of it
+  set_checker_world(d, Color(0.02f), Color(0.0f), 4.0f);  // its bright half exceeds the mean
   const auto scene = build(d);
   for (Vec3 normal : {Vec3(0.0f), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
     EXPECT_GE(scene->lights().choice_pmf(Vec3(0.0f), normal, 1), 0.1999f);
     EXPECT_GE(scene->lights().choice_pmf(Vec3(0.0f), normal, 2),
-              0.1f);  // the sky, beside a sun of a thousand times its irradiance
+              0.1f);  // the world, whose irradiance is a thousandth of that of the sun
   }
   EXPECT_GE(scene->lights().choice_pmf(Vec3(0.0f), Vec3(0, 0, 1), 0), 0.5f);
 }
 
-TEST(LightSet, a_constant_world_is_left_to_the_bsdf) {
+TEST(LightSet, a_constant_world_is_not_sampled_as_a_light) {
   SceneDescription d = dark();
   set_world(d, Color(1.0f));
   auto scene = build(d);
@@ -735,7 +737,7 @@ TEST(LightSet, unusable_strength_is_reported_by_name) {
   EXPECT_EQ(scene->lights().choice_pmf(Vec3(0.0f), Vec3(0.0f), 1), 1.0f);
 }
 
-TEST(LightSet, awkward_points_give_finite_samples_or_none) {
+TEST(LightSet, extreme_points_and_lights_give_finite_samples_or_none) {
   std::vector<std::pair<std::shared_ptr<const Scene>, std::vector<Vec3>>> cases;
   const Mat4 down = placed({0, 0, 1}, {0, 0, -1});
   const std::vector<Vec3> around{{0, 0, 1},          {0.5f, 0.5f, 1},     {0.5f, 0.5f, 0.99999f}, {7, 0, 1},
@@ -772,24 +774,24 @@ TEST(LightSet, awkward_points_give_finite_samples_or_none) {
   }
 }
 
-TEST(LightSet, many_lamps_and_triangles_light_a_point_as_their_sum) {
+TEST(LightSet, the_irradiance_of_many_lamps_and_triangles_is_their_sum) {
   SceneDescription d = dark();
   Pcg32 rng(1);
   for (int i = 0; i < 10000; ++i)
     d.lights.push_back(point_light({rng.next_float(), rng.next_float(), rng.next_float()}, rng.next_float() + 0.1f));
   const int glowing = add_diffuse(d, Color(0.0f), Color(1.0f));
-  add_object(d, sphere(250), glowing);  // a quarter of a million triangles
+  add_object(d, sphere(250), glowing);  // 250,000 triangles
   const auto scene = build(d);
   const LightSet& lights = scene->lights();
   EXPECT_EQ(lights.size(), 10000u + scene->statistics().triangles - 2u);
-  // The lamps and the sphere together light a point as their sum.
+  // The irradiance of all is that of the lamps plus that of the sphere.
   const Vec3 p(0, 0, 3), down(0, 0, -1);
   double expected = 0.0;
   for (uint32_t i = 0; i < 10000; ++i) {
     const auto s = lights.sample_li(i, p, Vec2(0.5f), 0.0f);
     expected += s->radiance.x * std::max(0.0f, glm::dot(s->wi, down));
   }
-  // The sphere's far side shines through nothing here: count it twice where both sides face p.
+  // Nothing occludes the far side of the sphere in this test, so that the sphere counts twice.
   RunningMoments all = irradiance(lights, p, down, 200000, 5);
   RunningMoments sphere_only;
   for (int i = 0; i < 200000; ++i) {
@@ -801,7 +803,7 @@ TEST(LightSet, many_lamps_and_triangles_light_a_point_as_their_sum) {
                         ? s->radiance.x * std::max(0.0f, glm::dot(s->wi, down)) / (s->pdf_solid_angle * choice.pmf)
                         : 0.0);
   }
-  // Both sides of the sphere, front and back seen through each other: 2 pi (r / d)^2.
+  // The near and the far side of the sphere without occlusion: 2 pi (r / d)^2.
   EXPECT_TRUE(mean_agrees(sphere_only, 2.0 * M_PI / 9.0, {.test_count = 2}, 1e-3));
   EXPECT_TRUE(mean_agrees(all, expected + 2.0 * M_PI / 9.0, {.test_count = 2}, 1e-3));
 }
@@ -824,7 +826,7 @@ TEST(LightSet, every_direction_of_a_textured_world_can_be_sampled) {
   EXPECT_TRUE(means_agree(brute, sampled));
 }
 
-TEST(LightSet, the_world_hides_from_rays_it_is_not_visible_to) {
+TEST(LightSet, the_world_is_black_for_rays_to_which_it_is_invisible) {
   SceneDescription d = dark();
   set_world(d, Color(0.3f));
   d.world.visibility = kVisibleAll & ~uint32_t(kVisibleCamera);
@@ -833,7 +835,7 @@ TEST(LightSet, the_world_hides_from_rays_it_is_not_visible_to) {
   EXPECT_EQ(scene->lights().environment_radiance(Vec3(0, 0, 1), kRayDiffuse), Color(0.3f));
 }
 
-TEST(LampShape, a_ray_sees_a_sphere_lamp_once) {
+TEST(LampShape, a_ray_hits_a_sphere_lamp_once) {
   const auto scene = with_lamp(point_light({0, 0, 0}, 10.0f, 1.0f));
   const Light light = scene->lights().light(0);
   Ray ray;
@@ -854,7 +856,7 @@ TEST(LampShape, a_ray_sees_a_sphere_lamp_once) {
   }
 }
 
-TEST(LightSet, shaders_of_lamps_know_how_far_their_light_goes) {
+TEST(LightSet, shaders_of_lamps_can_depend_on_the_distance) {
   SceneDescription d;
   add_object(d, plane(1.0f), add_diffuse(d, Color(0.5f)));
   set_camera(d, Vec3(0, 0, 3), Vec3(0), 4);
@@ -870,7 +872,7 @@ TEST(LightSet, shaders_of_lamps_know_how_far_their_light_goes) {
   const auto near = scene->lights().sample_li(0, Vec3(0, 0, 1), {0.5f, 0.5f}, 0.0f),
              far = scene->lights().sample_li(0, Vec3(0, 0, 3), {0.5f, 0.5f}, 0.0f);
   ASSERT_TRUE(near && far);
-  // Linear falloff: the intensity grows with the distance, against one of its two powers.
+  // With linear falloff, the intensity is proportional to the distance, which cancels one of its two powers.
   EXPECT_GT(near->radiance.x, 0.0f);
   EXPECT_NEAR(far->radiance.x / near->radiance.x, 3.0f / 9.0f, 1e-5f);
 }

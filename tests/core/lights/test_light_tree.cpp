@@ -1,4 +1,4 @@
-// Lights chosen by a tree: exact probabilities, bounds that hold, and less variance where power misleads.
+// The choice of a light by a tree: exact probabilities, correct bounds, and less variance than a choice by power.
 #include "statistical.h"
 
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ TEST(LightTree, probabilities_are_exact_and_sum_to_one) {
     for (uint32_t light = 0; light < 600; ++light) expected[light] = double(tree.pmf(p, n, light)) * kDraws;
     for (int i = 0; i < kDraws; ++i) {
       const auto choice = tree.choose(p, n, (float(i) + rng.next_float()) / kDraws);
-      if (choice.pmf == 0.0f) {  // a branch whose bounds promised more than its lights keep
+      if (choice.pmf == 0.0f) {  // the bounds of a branch are positive, but its lights do not reach p
         nothing += 1.0 / kDraws;
         continue;
       }
@@ -73,12 +73,12 @@ TEST(LightTree, probabilities_are_exact_and_sum_to_one) {
       ++seen[choice.light];
     }
     EXPECT_NEAR(sum + nothing, 1.0, 2e-3);
-    // One stratified draw for each interval: counts are within two of what is expected.
+    // Draws are stratified, so that a count differs from its expectation by at most two.
     for (uint32_t light = 0; light < 600; ++light) EXPECT_NEAR(seen[light], expected[light], 2.0) << light;
   }
 }
 
-TEST(LightTree, joined_bounds_hold_every_light) {
+TEST(LightTree, joined_bounds_contain_every_light) {
   Pcg32 rng(11);
   for (int trial = 0; trial < 300; ++trial) {
     const auto entries = random_lights(6, 100 + uint64_t(trial));
@@ -99,8 +99,8 @@ TEST(LightTree, joined_bounds_hold_every_light) {
   }
 }
 
-TEST(LightTree, whoever_shines_on_a_point_may_be_chosen) {
-  // Flat lights and spots: the tree may leave out only what sends nothing.
+TEST(LightTree, every_light_that_reaches_a_point_can_be_chosen) {
+  // Flat lights and spots. The tree may omit only lights that do not reach the point.
   Pcg32 rng(5);
   std::vector<LightTree::Entry> entries;
   for (uint32_t i = 0; i < 64; ++i)
@@ -123,8 +123,8 @@ TEST(LightTree, whoever_shines_on_a_point_may_be_chosen) {
   EXPECT_GT(dark, 10000) << "flat lights seen from behind cost no samples";
 }
 
-TEST(LightTree, near_lights_come_first_and_variance_falls) {
-  // A street of equal lamps; irradiance of a point by one sample, by the tree and by power.
+TEST(LightTree, near_lights_have_larger_probabilities_and_the_variance_falls) {
+  // A row of equal lamps. One sample estimates the irradiance at a point, with a choice by the tree and by power.
   Pcg32 rng(17);
   std::vector<LightTree::Entry> entries;
   constexpr int kLamps = 1000;
@@ -151,9 +151,9 @@ TEST(LightTree, near_lights_come_first_and_variance_falls) {
   EXPECT_LT(by_tree.variance() * 100.0, by_power.variance());
 }
 
-TEST(LightTree, awkward_lights_and_points_keep_probabilities_finite) {
+TEST(LightTree, probabilities_are_finite_for_extreme_lights_and_points) {
   std::vector<LightTree::Entry> entries;
-  for (uint32_t i = 0; i < 40; ++i) {  // many in one place: no split by cost exists
+  for (uint32_t i = 0; i < 40; ++i) {  // many lights at the same point, so that no split by cost exists
     LightBounds b = small_light(Vec3(1.0f), Vec3(0, 0, 1), 1.0f, 0.0f, i % 2 == 0 ? 1e-30f : 1e20f);
     b.two_sided = true;
     entries.push_back({i, b});
@@ -168,7 +168,7 @@ TEST(LightTree, awkward_lights_and_points_keep_probabilities_finite) {
       }
 }
 
-TEST(LightTree, lights_as_far_apart_as_floats_reach_are_split) {
+TEST(LightTree, lights_at_the_limits_of_floats_are_split) {
   std::vector<LightTree::Entry> entries;
   for (uint32_t i = 0; i < 64; ++i)
     entries.push_back({i, small_light(Vec3(float(i) * 5e36f, 0, 0), Vec3(0, 0, 1), -1.0f, 1.0f, 1.0f)});
@@ -177,7 +177,7 @@ TEST(LightTree, lights_as_far_apart_as_floats_reach_are_split) {
   EXPECT_TRUE(std::isfinite(choice.pmf) && choice.pmf >= 0.0f && choice.light < 64);
 }
 
-TEST(LightTree, the_same_tree_for_any_number_of_threads) {
+TEST(LightTree, the_tree_does_not_depend_on_the_number_of_threads) {
   const LightTree a(random_lights(20000, 23), 40000), b(random_lights(20000, 23), 40000);
   Pcg32 rng(1);
   for (int i = 0; i < 1000; ++i) {

@@ -8,7 +8,8 @@ namespace ajar::test_spherical_rectangle {
 
 namespace {
 
-/// Rectangles in the plane at `height` over the point, with coordinates from the foot of the perpendicular.
+/// Rectangles in the plane at `height` above the point. The origin of their coordinates is the foot of the
+/// perpendicular.
 struct Case {
   const char* name;
   double left, right, bottom, top, height;
@@ -27,8 +28,8 @@ double solid_angle(double left, double right, double bottom, double top, double 
          quadrant(left, bottom, height);
 }
 
-/// The rectangle on either side of its plane. Its axes are axes of space, so that reading the coordinates of a vector
-/// back adds no rounding error.
+/// The rectangle on one side of its plane. Its axes are coordinate axes, so that the coordinates of a vector have no
+/// additional rounding error.
 struct Placed {
   Vec3 x{0.0f, 0.0f, 1.0f}, y{1.0f, 0.0f, 0.0f}, normal;
   SphericalRectangle rectangle;
@@ -46,13 +47,13 @@ TEST(SphericalRectangle, solid_angle_is_the_sum_of_its_quadrants) {
       const double expected = solid_angle(c.left, c.right, c.bottom, c.top, c.height);
       EXPECT_NEAR(Placed(c, side).rectangle.solid_angle(), expected, 3e-6 + 1e-5 * expected) << c.name;
     }
-  // Seen from the centre of a cube, each face is a sixth of the sphere.
+  // From the centre of a cube, each face has a sixth of the sphere.
   EXPECT_NEAR(Placed(kCases[0], 1.0f).rectangle.solid_angle(), 2.0 * M_PI / 3.0, 1e-5);
 }
 
-// Area-preserving: the part of the rectangle left of the sample has the share u.x of the solid angle, and in its column
-// the sine of the elevation is linear in u.y.
-TEST(SphericalRectangle, samples_divide_the_solid_angle_as_their_numbers_do) {
+// The map preserves area: the part of the rectangle to the left of the sample has the fraction u.x of the solid angle,
+// and the sine of the elevation in its column is linear in u.y.
+TEST(SphericalRectangle, samples_divide_the_solid_angle_in_proportion_to_their_random_numbers) {
   for (const Case& c : kCases)
     for (const float side : {1.0f, -1.0f}) {
       const Placed placed(c, side);
@@ -70,7 +71,7 @@ TEST(SphericalRectangle, samples_divide_the_solid_angle_as_their_numbers_do) {
           EXPECT_LE(x, c.right + size);
           EXPECT_GE(y, c.bottom - size);
           EXPECT_LE(y, c.top + size);
-          // Absolute errors in steradians: floats resolve small rectangles less well, relative to their size.
+          // The errors are absolute, in steradians, since the relative error of floats is larger for small rectangles.
           EXPECT_NEAR(solid_angle(c.left, x, c.bottom, c.top, c.height), u.x * whole, 1e-5)
               << c.name << " at " << u.x << ", " << u.y;
           const auto sine = [&](double at) { return at / std::sqrt(x * x + at * at + c.height * c.height); };
@@ -80,7 +81,7 @@ TEST(SphericalRectangle, samples_divide_the_solid_angle_as_their_numbers_do) {
     }
 }
 
-TEST(SphericalRectangle, in_its_own_plane_it_is_not_visible) {
+TEST(SphericalRectangle, a_rectangle_is_invisible_from_its_plane) {
   const SphericalRectangle rectangle(Vec3(0), Vec3(1, 1, 0), Vec3(1, 0, 0), Vec3(0, 1, 0), 2.0f, 3.0f);
   EXPECT_EQ(rectangle.solid_angle(), 0.0f);
   EXPECT_FALSE(rectangle.usable());

@@ -8,7 +8,7 @@ namespace {
 
 using namespace statistical;
 
-/// How many of the 2^24 numbers a generator can return choose each entry.
+/// For each entry, how many of the 2^24 numbers that a generator can return choose it.
 std::vector<uint32_t> counts_over_all_floats(const DiscreteDistribution& distribution) {
   std::vector<uint32_t> counts(distribution.size(), 0);
   for (uint32_t i = 0; i < (1u << 24); ++i) ++counts[distribution.sample(float(i) * 0x1p-24f).index];
@@ -16,7 +16,7 @@ std::vector<uint32_t> counts_over_all_floats(const DiscreteDistribution& distrib
 }
 
 TEST(DiscreteDistribution, pmf_is_exactly_the_probability_of_every_entry) {
-  // Ten orders of magnitude, zeros at the ends and inside.
+  // Weights over ten orders of magnitude, with zeros at the ends and inside.
   const std::vector<double> weights{0.0, 1.0, 1e-10, 0.0, 5.0, 3e-4, 1e-3, 0.0};
   const DiscreteDistribution distribution(weights);
   const auto counts = counts_over_all_floats(distribution);
@@ -43,8 +43,8 @@ TEST(DiscreteDistribution, a_million_entries_keep_their_probabilities) {
   EXPECT_NEAR(sum, 1.0, 1e-12);
 }
 
-TEST(DiscreteDistribution, many_faint_entries_do_not_starve_their_neighbours) {
-  // A quarter of a million entries, together one hundredth of the weight, after and before ten bright ones.
+TEST(DiscreteDistribution, many_small_entries_do_not_change_the_probabilities_of_large_ones) {
+  // 250,000 entries with one hundredth of the total weight, after and before ten large ones.
   for (bool last : {false, true}) {
     std::vector<double> weights(250010, 0.01 / 250000.0);
     for (int i = 0; i < 10; ++i) weights[size_t(last ? 250000 + i : i)] = 0.099;
@@ -68,7 +68,7 @@ TEST(DiscreteDistribution, remapped_number_is_uniform_within_each_entry) {
   }
 }
 
-TEST(DiscreteDistribution, without_weight_it_is_empty) {
+TEST(DiscreteDistribution, a_distribution_without_weight_is_empty) {
   EXPECT_TRUE(DiscreteDistribution().empty());
   EXPECT_TRUE(DiscreteDistribution(std::vector<double>{}).empty());
   EXPECT_TRUE(DiscreteDistribution({0.0, 0.0}).empty());
@@ -105,7 +105,7 @@ TEST(Distribution2D, sample_returns_the_density_of_its_point) {
     const Vec2 p = distribution.sample({x, rng.next_float()}, pdf);
     ASSERT_GT(pdf, 0.0f);
     ASSERT_TRUE(p.x < 1.0f && p.y < 1.0f);
-    if (distribution.pdf_square(p) != pdf) ++at_edges;  // rounding to the next cell
+    if (distribution.pdf_square(p) != pdf) ++at_edges;  // a point that was rounded into the next cell
   }
   EXPECT_LE(at_edges, 2);
 }

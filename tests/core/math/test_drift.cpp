@@ -1,4 +1,4 @@
-// What is summed up over a long render: ten million terms are added without drift, in any order of threads.
+// Sums over a long render: ten million terms are added without drift, in any order of threads.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kTerms = 10'000'000;
 
-/// Pixels that get splats of one size each, all in one iteration.
+/// Renders one pixel for each size. Each pixel gets splats of its size, all in one iteration.
 std::vector<float> splatted(const std::vector<float>& sizes, int threads, int terms) {
   Film film(0, 0, int(sizes.size()), 1, {"Combined"});
   film.enable_splats();
@@ -34,8 +34,7 @@ std::vector<float> splatted(const std::vector<float>& sizes, int threads, int te
 }
 
 TEST(Drift, ten_million_splats_in_a_pixel_are_their_mean) {
-  const std::vector<float> sizes{0.1f, 7e5f, 3e-7f,
-                                 1e12f};  // of each range; those near the end of one would overflow a plain sum
+  const std::vector<float> sizes{0.1f, 7e5f, 3e-7f, 1e12f};  // one of each range; some would overflow a plain sum
   const std::vector<float> rgba = splatted(sizes, 2, kTerms);
   for (size_t x = 0; x < sizes.size(); ++x) {
     EXPECT_FLOAT_EQ(rgba[4 * x], sizes[x]);
@@ -43,12 +42,12 @@ TEST(Drift, ten_million_splats_in_a_pixel_are_their_mean) {
   }
 }
 
-TEST(Drift, splats_beyond_a_sum_of_integers_are_the_same_for_any_number_of_threads) {
-  const std::vector<float> sizes{1.0471e6f, 4.4e15f};  // nearly all that their range allows
+TEST(Drift, splats_beyond_an_integer_sum_do_not_depend_on_the_number_of_threads) {
+  const std::vector<float> sizes{1.0471e6f, 4.4e15f};  // nearly the maximum of their range
   EXPECT_EQ(splatted(sizes, 1, 100'001), splatted(sizes, 2, 100'001));
 }
 
-TEST(Drift, moments_of_ten_million_values_far_from_zero) {
+TEST(Drift, moments_of_ten_million_values_far_from_zero_are_accurate) {
   RunningMoments moments;
   CompensatedSum sum;
   Pcg32 rng(1);
@@ -68,7 +67,7 @@ TEST(Drift, shares_after_ten_million_samples_in_a_cell_are_those_of_a_thousand) 
     for (int i = 0; i < samples; ++i) {
       cache.count(3);
       cache.add_square(3, 10.0f);
-      cache.add_moment(3, 0, 9.0f);  // three times the root mean square of the other
+      cache.add_moment(3, 0, 9.0f);  // its root mean square is three times that of the other
       cache.add_moment(3, 1, 1.0f);
     }
     cache.publish();

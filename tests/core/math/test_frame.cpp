@@ -1,4 +1,4 @@
-// The basis around a normal: orthonormal, right-handed, and the same for normals that only rounding tells apart.
+// The basis around a normal is orthonormal and right-handed. It is the same for normals that differ by rounding only.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -37,8 +37,9 @@ TEST(Frame, is_orthonormal_and_right_handed_around_every_normal) {
   }
 }
 
-/// The normals of upright walls have a z of zero but for rounding, which must not turn what is sampled around them.
-TEST(Frame, around_upright_walls_does_not_hang_on_the_sign_of_zero) {
+/// The normals of upright walls have z = 0 up to rounding. Rounding must not rotate the frame, since sampled directions
+/// would rotate with it.
+TEST(Frame, of_upright_walls_does_not_depend_on_the_sign_of_zero) {
   for (int i = 0; i < 64; ++i) {
     const float phi = float(i) * (kPi / 32.0f);
     const Frame upright(Vec3(std::cos(phi), std::sin(phi), 0.0f));
@@ -50,9 +51,9 @@ TEST(Frame, around_upright_walls_does_not_hang_on_the_sign_of_zero) {
   }
 }
 
-/// What of the tangent is left across a normal that it nearly is cancels to few digits, none of which may be along the
-/// normal.
-TEST(Frame, along_a_tangent_is_orthonormal_however_near_the_normal_it_is_and_however_long) {
+/// If the tangent is nearly the normal, its part perpendicular to the normal has few correct digits. The frame must
+/// still be perpendicular to the normal.
+TEST(Frame, along_a_tangent_is_orthonormal_for_tangents_near_the_normal_and_of_any_length) {
   Pcg32 rng(2);
   for (const float apart : {1.0f, 1e-2f, 1e-4f, 1e-5f, 2e-6f, 1e-7f, 0.0f}) {
     for (const float length : {1.0f, 1e-10f, 1e10f}) {
@@ -61,7 +62,7 @@ TEST(Frame, along_a_tangent_is_orthonormal_however_near_the_normal_it_is_and_how
         const Vec3 across = Frame(n).to_world(Vec3(warp::square_to_disk({rng.next_float(), rng.next_float()}), 0.0f));
         const Frame f(n, length * glm::normalize(n + apart * across));
         expect_basis(f, n);
-        // Its s is where the tangent points.
+        // s points along the tangent.
         if (apart == 1.0f && glm::length(across) > 0.1f) {
           EXPECT_GT(glm::dot(f.s, glm::normalize(across)), 0.9999f);
         }

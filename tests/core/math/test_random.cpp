@@ -47,7 +47,7 @@ TEST(Hash, combining_is_not_symmetric_and_rarely_collides) {
   std::set<uint32_t> seen;
   for (uint32_t a = 0; a < 256; ++a)
     for (uint32_t b = 0; b < 256; ++b) seen.insert(hash_combine(a, b));
-  EXPECT_GE(seen.size(), 65536u - 4u);  // a random function would lose about half an element
+  EXPECT_GE(seen.size(), 65536u - 4u);  // a random function has about half a collision here
 }
 
 TEST(UnitFloat, stays_below_one) {
@@ -56,7 +56,7 @@ TEST(UnitFloat, stays_below_one) {
   EXPECT_EQ(to_unit_float(0x80000000u), 0.5f);
 }
 
-TEST(Pcg32, numbers_and_pairs_are_uniform) {
+TEST(Pcg32, numbers_and_consecutive_pairs_are_uniform) {
   Pcg32 rng(42, 7);
   std::vector<int> singles(1024, 0), pairs(4096, 0);
   float previous = rng.next_float();
@@ -70,10 +70,10 @@ TEST(Pcg32, numbers_and_pairs_are_uniform) {
   EXPECT_GT(chi_square_of(pairs, double(1 << 18) / 4096.0), 1e-3);
 }
 
-TEST(Pcg32, streams_repeat_and_do_not_resemble_each_other) {
+TEST(Pcg32, streams_are_repeatable_and_independent) {
   Pcg32 a(1, 2), same(1, 2);
   for (int i = 0; i < 10; ++i) EXPECT_EQ(a.next(), same.next());
-  // First numbers of neighbouring seeds and sequences are uniform as well.
+  // The first numbers of neighbouring seeds and sequences are also uniform.
   std::vector<int> seeds(64, 0), sequences(64, 0);
   for (uint64_t i = 0; i < 65536; ++i) {
     ++seeds[int(Pcg32(i, 0).next_float() * 64.0f)];

@@ -1,4 +1,5 @@
-// Floats are enough: what their rounding changes is at most a tenth of the noise at 4096 samples a pixel.
+// The precision of floats is sufficient: their rounding changes images by at most a tenth of the noise at 4096 samples
+// per pixel.
 #include <gtest/gtest.h>
 
 #include "rounding.h"
@@ -40,11 +41,11 @@ TEST_P(RoundingIn, of_floats_is_at_most_a_tenth_of_the_noise_at_4096_samples) {
   const std::string name = GetParam().scene;
   const auto shares = rounding::measure(build(name == "fog" ? foggy() : scene_named(name)), GetParam().integrator,
                                         kImageSamples, kSeeds);
-  ASSERT_EQ(shares.size(), std::size(rounding::kDirected)) << "threads round as they like";
+  ASSERT_EQ(shares.size(), std::size(rounding::kDirected)) << "a thread did not use the rounding mode";
   for (const rounding::Share& share : shares) {
     EXPECT_LT(share.total(), kMaxShareOfNoise)
         << share.mode << ": straying " << share.straying << ", shift " << share.shift;
-    EXPECT_GT(share.total(), 0.0) << share.mode << " changed nothing: it cannot have been in force";
+    EXPECT_GT(share.total(), 0.0) << share.mode << " changed nothing, so the rounding mode was not active";
   }
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, RoundingIn,
@@ -52,8 +53,9 @@ INSTANTIATE_TEST_SUITE_P(Scenes, RoundingIn,
                                          Case{"path", "sun"}, Case{"path", "fog"}, Case{"bdpt", "glossy"}),
                          [](const auto& info) { return std::string(info.param.integrator) + "_" + info.param.scene; });
 
-/// A room of two metres at a million metres, where a float's step is six centimetres: there rounding is what one sees.
-TEST(Rounding, that_matters_is_seen) {
+/// A room of two metres at a distance of a million metres from the origin, where the step of floats is six centimetres.
+/// Rounding dominates this image.
+TEST(Rounding, that_dominates_the_image_is_detected) {
   SceneDescription d = scene_named("area_lamp");
   const auto move = [](std::array<float, 12>& m) {
     for (size_t i = 0; i < 3; ++i) m[4 * i + 3] += 1e6f;

@@ -23,7 +23,7 @@ TEST(CompensatedSum, a_million_tenths_are_exact_to_the_last_digits) {
   EXPECT_NEAR(sum.value(), 100000.0, 1e-10);
 }
 
-TEST(RunningMoments, agree_with_two_passes_far_from_zero) {
+TEST(RunningMoments, agree_with_a_two_pass_computation_far_from_zero) {
   Pcg32 rng(1);
   std::vector<double> values(1000);
   RunningMoments moments;

@@ -1,4 +1,4 @@
-// Every map of warps.h draws from the density beside it.
+// Every map of warps.h draws from the density that is declared with it.
 #include "statistical.h"
 
 #include "math/warps.h"

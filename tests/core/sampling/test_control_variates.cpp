@@ -16,7 +16,7 @@ toy::Mixture<toy::Component> half_bsdf() {
   return m;
 }
 
-/// Moments per channel of many independent estimates.
+/// Moments of many independent estimates, for each channel.
 template <class Estimate>
 std::array<RunningMoments, 3> replicate(int replicates, Estimate&& estimate) {
   std::array<RunningMoments, 3> moments;
@@ -61,7 +61,7 @@ TEST(ControlVariates, coefficients_of_earlier_iterations_are_unbiased) {
     EXPECT_TRUE(statistical::mean_agrees(moments[c], kMeans[c], {0.0003})) << "channel " << c;
 }
 
-TEST(ControlVariates, the_published_estimator_is_biased_and_the_test_sees_it) {
+TEST(ControlVariates, the_test_detects_the_bias_of_the_published_estimator) {
   const auto m = half_bsdf();
   const auto moments = replicate(
       20000, [&](Pcg32& rng) { return ocv_paper(toy::control_samples(m, 16, rng), int(m.size())); });
@@ -70,7 +70,7 @@ TEST(ControlVariates, the_published_estimator_is_biased_and_the_test_sees_it) {
   EXPECT_FALSE(statistical::mean_agrees(moments[0], toy::kIntegral, {0.001}));
 }
 
-TEST(ControlVariates, fitting_on_the_samples_corrected_is_biased_even_without_the_ridge_on_the_intercept) {
+TEST(ControlVariates, fitting_on_the_corrected_samples_is_biased_even_without_a_ridge_on_the_intercept) {
   const auto m = half_bsdf();
   const auto moments = replicate(40000, [&](Pcg32& rng) {
     const auto samples = toy::control_samples(m, 8, rng);
@@ -81,7 +81,7 @@ TEST(ControlVariates, fitting_on_the_samples_corrected_is_biased_even_without_th
   EXPECT_FALSE(statistical::mean_agrees(moments[0], toy::kIntegral, {0.001}));
 }
 
-TEST(ControlVariates, the_bias_of_the_published_estimator_falls_with_the_samples) {
+TEST(ControlVariates, the_bias_of_the_published_estimator_falls_with_the_number_of_samples) {
   const auto m = half_bsdf();
   const auto bias = [&](int n) {
     const auto moments = replicate(
@@ -105,7 +105,7 @@ TEST(ControlVariates, an_integrand_in_the_span_of_the_components_is_integrated_w
   for (int i = 0; i < 100; ++i) EXPECT_NEAR(control_estimate(linear(4), beta).x, 10.5f, 1e-3f);
 }
 
-TEST(ControlVariates, well_fitted_coefficients_beat_the_plain_mixture) {
+TEST(ControlVariates, well_fitted_coefficients_have_less_variance_than_the_plain_mixture) {
   const auto m = half_bsdf();
   NormalEquations past(3);
   Pcg32 learning(99);
@@ -124,7 +124,7 @@ TEST(ControlVariates, well_fitted_coefficients_beat_the_plain_mixture) {
 }
 
 TEST(ControlVariates, degenerate_systems_fall_back_to_the_plain_mixture) {
-  // No variation at all, two identical columns, and all-zero samples.
+  // Samples without variation, two identical columns, and samples of value zero.
   NormalEquations constant(3), twins(3), dark(3);
   Pcg32 rng(3);
   for (int i = 0; i < 64; ++i) {
@@ -135,7 +135,7 @@ TEST(ControlVariates, degenerate_systems_fall_back_to_the_plain_mixture) {
   }
   EXPECT_EQ(constant.fit(kRidgeFew, 6).count, 0);
   EXPECT_EQ(dark.fit(kRidgeFew, 6).count, 0);
-  // The ridge shares the coefficient out between twins; without it there is no unique answer.
+  // The ridge divides the coefficient between identical columns. Without a ridge there is no unique solution.
   const ControlCoefficients shared = twins.fit(kRidgeMany, 6);
   ASSERT_EQ(shared.count, 3);
   EXPECT_NEAR(shared.beta[0].x, 0.5f, 0.05f);
@@ -143,9 +143,9 @@ TEST(ControlVariates, degenerate_systems_fall_back_to_the_plain_mixture) {
   EXPECT_EQ(twins.fit(0.0, 6).count, 0);
 }
 
-/// Components that are nearly the same, of integrands of any size: no coefficients, or some that do not make other
-/// samples worse.
-TEST(ControlVariates, systems_close_to_singular_amplify_nothing) {
+/// For nearly identical components and integrands of any scale, the fit returns no coefficients or coefficients that do
+/// not increase the variance of other samples.
+TEST(ControlVariates, nearly_singular_systems_do_not_increase_the_variance) {
   constexpr int kComponents = 8;
   for (const float apart : {0.0f, 1e-7f, 1e-5f, 1e-3f, 0.1f}) {
     for (const float scale : {1e-18f, 1.0f, 1e15f}) {
@@ -155,7 +155,7 @@ TEST(ControlVariates, systems_close_to_singular_amplify_nothing) {
           const float shared = 2.0f * rng.next_float();
           float sum = 0.0f;
           for (int j = 0; j + 1 < kComponents; ++j) sum += s.z[j] = shared + apart * (rng.next_float() - 0.5f);
-          s.z[kComponents - 1] = float(kComponents) - sum;  // equal shares: their mean is 1
+          s.z[kComponents - 1] = float(kComponents) - sum;  // the mean is 1, as for equal shares
           s.y = Color(scale * shared * (0.5f + rng.next_float()), scale * rng.next_float(), 0.0f);
         }
         return samples;
@@ -179,7 +179,7 @@ TEST(ControlVariates, systems_close_to_singular_amplify_nothing) {
   }
 }
 
-TEST(ControlVariates, sums_may_be_made_in_parts) {
+TEST(ControlVariates, normal_equations_can_be_merged) {
   const auto m = half_bsdf();
   Pcg32 rng(17);
   NormalEquations whole(3), first(3), second(3);

@@ -6,7 +6,7 @@
 
 namespace ajar::test_mixture {
 
-TEST(Mixture, shares_are_exact_in_expectation_and_every_count_is_next_to_its_share) {
+TEST(Mixture, counts_have_the_expectation_of_their_shares_and_differ_from_it_by_less_than_one) {
   const std::vector<std::vector<float>> cases{
       {0.5f, 0.25f, 0.25f}, {0.013f, 0.3f, 0.687f}, {0.2f, 0.2f, 0.2f, 0.2f, 0.2f}, {1.0f}};
   for (const auto& shares : cases) {
@@ -22,7 +22,7 @@ TEST(Mixture, shares_are_exact_in_expectation_and_every_count_is_next_to_its_sha
           mean[k] += double(counts[k]) / kOffsets;
         }
       }
-      // Offsets on a grid: the mean is exact up to the grid.
+      // The offsets are on a grid, and the error of the mean is at most that of the grid.
       for (size_t k = 0; k < shares.size(); ++k) EXPECT_NEAR(mean[k], n * double(shares[k]), 2.0 / kOffsets + 1e-5);
     }
   }
@@ -45,7 +45,7 @@ TEST(Mixture, shares_never_fall_below_the_floor) {
   }
 }
 
-TEST(Mixture, shares_that_are_no_numbers_or_all_zero_become_equal) {
+TEST(Mixture, shares_that_are_not_finite_or_all_zero_become_equal) {
   for (float bad : {0.0f, std::nanf(""), HUGE_VALF}) {
     std::vector<float> shares{bad, 0.0f};
     apply_floor(shares, 0.01f);
@@ -66,18 +66,18 @@ TEST(Mixture, one_sample_of_unequal_shares_is_already_unbiased) {
 }
 
 TEST(Mixture, shares_learned_in_earlier_iterations_keep_the_mean_and_lower_the_variance) {
-  // The second light is dark: a third of equal shares is wasted on it.
+  // The second light is dark, so that equal shares waste a third of the samples.
   RunningMoments adapted, equal;
   for (int r = 0; r < 20000; ++r) {
     Pcg32 rng(5, uint64_t(r));
     auto mixture = toy::mixture();
     equal.add(toy::plain_estimate(mixture, 18, rng, nullptr, 0.0f));
-    // Three iterations of six samples, each with the shares that the ones before found.
+    // Three iterations of six samples. Each uses the shares from the iterations before it.
     double sum = 0.0;
     for (int iteration = 0; iteration < 3; ++iteration) {
       std::vector<double> sums(mixture.size(), 0.0);
       sum += toy::plain_estimate(mixture, 6, rng, &sums, 0.0f) / 3.0;
-      // Drawn towards the shares of before, as if three samples had brought just these.
+      // The previous shares are a prior with the weight of three samples.
       const double total = sums[0] + sums[1] + sums[2];
       std::vector<float> shares(mixture.shares().begin(), mixture.shares().end());
       for (size_t k = 0; total > 0.0 && k < shares.size(); ++k)

@@ -13,7 +13,8 @@ namespace {
 
 const std::vector<TransportScene> kScenes = transport_scenes();
 
-/// f on the integers 0 .. 9, with known sums, and a walk to a neighbour that leaves f as it is.
+/// A target on the integers 0 .. 9 with known sums, and a Metropolis step to a neighbour that keeps the target
+/// stationary.
 constexpr int kStates = 10;
 double target(int x) { return double((x * 7) % kStates) + (x == 3 ? 20.0 : 0.5); }
 double importance(int x) { return x < 5 ? 1.0 : 4.0; }
@@ -26,7 +27,8 @@ struct ToyMember {
   int x;
   double weight;
 };
-/// Sum of weights at each state over many replicates of what `run` makes of a population; expected is f.
+/// Tests over many replicates that the sum of weights at each state has the expectation `target`. `run` creates the
+/// population.
 template <class Run>
 void expect_properly_weighted(Run&& run) {
   std::array<RunningMoments, kStates> sums;
@@ -43,7 +45,7 @@ void expect_properly_weighted(Run&& run) {
     EXPECT_NEAR(sums[size_t(x)].mean(), target(x), 4.0 * error) << "state " << x;
   }
 }
-/// Uniform draws with weights f / p.
+/// Uniform draws with the weights f / p.
 std::vector<ToyMember> fresh(int n, Pcg32& rng) {
   std::vector<ToyMember> members;
   for (int i = 0; i < n; ++i) {
@@ -64,10 +66,10 @@ std::vector<ToyMember> resampled(const std::vector<ToyMember>& members, size_t n
 
 }  // namespace
 
-TEST(Population, drawing_again_keeps_every_expectation) {
+TEST(Population, resampling_keeps_every_expectation) {
   expect_properly_weighted([](Pcg32& rng) { return resampled(resampled(fresh(6, rng), 9, rng), 4, rng); });
 }
-TEST(Population, moving_keeps_every_expectation) {
+TEST(Population, mutation_keeps_every_expectation) {
   expect_properly_weighted([](Pcg32& rng) {
     auto members = fresh(6, rng);
     for (ToyMember& m : members)
@@ -90,7 +92,7 @@ TEST(Population, new_members_mixed_in_keep_every_expectation) {
     return members;
   });
 }
-TEST(Population, another_importance_for_the_moves_keeps_every_expectation) {
+TEST(Population, another_target_for_the_mutations_keeps_every_expectation) {
   expect_properly_weighted([](Pcg32& rng) {
     auto members = fresh(6, rng);
     for (ToyMember& m : members) m.weight *= importance(m.x);
@@ -102,7 +104,7 @@ TEST(Population, another_importance_for_the_moves_keeps_every_expectation) {
   });
 }
 
-TEST(Population, systematic_draws_are_never_a_whole_copy_off) {
+TEST(Population, systematic_resampling_differs_from_the_expected_count_by_less_than_one) {
   Pcg32 rng(3);
   for (int trial = 0; trial < 500; ++trial) {
     std::vector<double> weights(20);
@@ -137,7 +139,7 @@ TEST(Population, neighbours_along_the_hilbert_curve_are_neighbours_in_the_plane)
     EXPECT_NEAR(glm::length(cells[i].second - cells[i - 1].second), 1.0f / kSide, 1e-5f);
 }
 
-TEST(CompactPath, comes_back_as_it_was) {
+TEST(CompactPath, unpacks_to_the_path_that_was_packed) {
   for (const char* name : {"polished", "see_through", "environment", "textured_emission"}) {
     const auto named = std::find_if(kScenes.begin(), kScenes.end(),
                                     [&](const TransportScene& s) { return s.name == name; });
@@ -157,7 +159,7 @@ TEST(CompactPath, comes_back_as_it_was) {
       compact.unpack(*back);
       EXPECT_EQ(back->target, path->target);
       EXPECT_EQ(shared_ends(*path, *back).light, path->count);
-      // What follows from the vertices, their surfaces above all, is the same to the last bit.
+      // All quantities that are computed from the vertices, above all their surfaces, are bitwise equal.
       ASSERT_TRUE(space.complete(*path, 1, path->count - 2));
       ASSERT_TRUE(space.complete(*back, 1, back->count - 2)) << name;
       EXPECT_EQ(back->target, path->target) << name;
@@ -166,7 +168,7 @@ TEST(CompactPath, comes_back_as_it_was) {
   }
 }
 
-TEST(FilmLuminance, importance_falls_with_all_light) {
+TEST(FilmLuminance, importance_falls_with_the_total_luminance) {
   FilmLuminance film(Vec2(0.0f), Vec2(64.0f, 32.0f));
   for (int y = 0; y < 32; ++y)
     for (int x = 0; x < 64; ++x) {
@@ -186,8 +188,8 @@ TEST(FilmLuminance, importance_falls_with_all_light) {
   EXPECT_EQ(FilmImportance().at(Vec2(3.0f)), 1.0f);
 }
 
-/// As lamps of negative power leave; beyond the range of the sums, too.
-TEST(FilmLuminance, takes_light_away_as_it_adds_it) {
+/// Lamps of negative power give negative samples. This includes values beyond the range of the sums.
+TEST(FilmLuminance, negative_samples_give_the_same_importance_as_positive_ones) {
   float seen[2];
   for (int side = 0; side < 2; ++side) {
     FilmLuminance film(Vec2(0.0f), Vec2(8.0f, 8.0f));
@@ -208,7 +210,8 @@ INSTANTIATE_TEST_SUITE_P(Scenes, PopulationPathsOf, ::testing::Range<size_t>(0, 
                          [](const auto& info) { return kScenes[info.param].name; });
 
 TEST(PopulationPaths, learning_in_tiny_populations_does_not_move_the_mean) {
-  // 64 members, 12 generations, the shares and the importance taken over after four: a bias of 6 % would show.
+  // 64 members and 12 generations; the shares and the importance are used after four. The test would detect a bias of 6
+  // %.
   const SceneDescription& d = kScenes[0].description;
   const RunningMoments expected = whole(d, "path", 64, 16, 1000), actual = whole(d, "pmc_pt", 10, 200, 2000);
   EXPECT_LT(std::sqrt(expected.variance_of_mean() + actual.variance_of_mean()), 0.018 * expected.mean());
@@ -216,7 +219,7 @@ TEST(PopulationPaths, learning_in_tiny_populations_does_not_move_the_mean) {
       << "path " << expected.mean() << ", pmc_pt " << actual.mean();
 }
 
-TEST(PopulationPaths, same_seed_same_image_for_any_number_of_threads_and_cuts) {
+TEST(PopulationPaths, the_image_does_not_depend_on_threads_or_the_division_into_iterations) {
   SceneDescription d = kScenes[1].description;
   d.settings.width = 40;
   d.settings.height = 33;
@@ -224,7 +227,7 @@ TEST(PopulationPaths, same_seed_same_image_for_any_number_of_threads_and_cuts) {
   EXPECT_EQ(one, render(d, "pmc_pt", 12, 5, 2));
   EXPECT_EQ(one, render(d, "pmc_pt", 12, 5, 8));
   EXPECT_NE(one, render(d, "pmc_pt", 12, 6, 2));
-  // A session begins with single samples; all at once is the same.
+  // A session starts with single samples. One iteration with all samples gives the same image.
   const std::atomic<bool> stop{false};
   const auto integrator = make_integrator("pmc_pt");
   d.settings.seed = 5;

@@ -1,4 +1,4 @@
-// The promises of the Sampler, each a property of its points.
+// Properties that the points of Sampler must have.
 #include "statistical.h"
 
 #include "sampling/sampler.h"
@@ -11,7 +11,7 @@ using namespace statistical;
 
 constexpr uint32_t kSeeds[] = {0u, 1u, 0xdeadbeefu};
 
-/// True when every elementary interval of area 2^-k, in all k + 1 shapes, holds exactly one of 2^k points.
+/// True if every elementary interval of area 2^-k, in all k + 1 shapes, contains exactly one of the 2^k points.
 bool is_net(const std::vector<Vec2>& points, int k) {
   for (int a = 0; a <= k; ++a) {
     std::vector<bool> taken(points.size(), false);
@@ -41,7 +41,7 @@ TEST(Sampler, every_pair_is_a_02_sequence) {
       for (uint32_t dimension : {0u, 2u, 3u, 100u})
         for (int k = 0; k <= 12; ++k) {
           const uint32_t n = 1u << k;
-          for (uint32_t block : {0u, 1u, 5u})  // aligned blocks anywhere, not only the first
+          for (uint32_t block : {0u, 1u, 5u})  // not only the first aligned block
             EXPECT_TRUE(is_net(pairs_of(seed, unit, dimension, block * n, n), k))
                 << "seed " << seed << " unit " << unit << " dimension " << dimension << " block " << block << " of 2^"
                 << k;
@@ -64,7 +64,7 @@ TEST(Sampler, single_numbers_are_stratified) {
       }
 }
 
-TEST(Sampler, numbers_are_below_one_and_not_stuck) {
+TEST(Sampler, numbers_are_below_one_and_have_uniform_moments) {
   for (auto kind : {Sampler::Kind::Sobol, Sampler::Kind::Independent}) {
     Sampler sampler(kind, 9);
     RunningMoments moments;
@@ -82,7 +82,7 @@ TEST(Sampler, numbers_are_below_one_and_not_stuck) {
   }
 }
 
-/// Chi-square p-value of two numbers over many units, on an 8 x 8 grid.
+/// The p-value of a chi-square test on an 8 x 8 grid that pairs of numbers are uniform over many units.
 double pair_p_value(const std::function<Vec2(uint32_t)>& pair_of) {
   const uint32_t count = 1u << 16;
   std::vector<int> counts(64, 0);
@@ -96,7 +96,7 @@ double pair_p_value(const std::function<Vec2(uint32_t)>& pair_of) {
 }
 
 TEST(Sampler, dimensions_are_independent_over_pixels) {
-  // Sample 0 (and another) of every pixel, two dimensions of different pairs and of one pair.
+  // Samples 0, 1 and 6 of every pixel, with dimensions of different pairs and of one pair.
   const double threshold = sidak_threshold(0.01, 24);
   for (auto kind : {Sampler::Kind::Sobol, Sampler::Kind::Independent})
     for (uint32_t index : {0u, 1u, 6u})
@@ -127,8 +127,8 @@ TEST(Sampler, neighbouring_pixels_and_seeds_are_independent) {
     }
 }
 
-TEST(Sampler, consecutive_samples_of_different_pairs_do_not_line_up) {
-  // Inside one pixel: product of two pairs over 2^14 samples, correlation of the centred numbers.
+TEST(Sampler, samples_of_different_pairs_are_uncorrelated) {
+  // The correlation of numbers of two pairs over 2^14 samples of one pixel.
   for (uint32_t other = 2; other <= 32; other += 2) {
     double sum = 0.0;
     const uint32_t count = 1u << 14;
@@ -143,8 +143,8 @@ TEST(Sampler, consecutive_samples_of_different_pairs_do_not_line_up) {
   }
 }
 
-TEST(Sampler, means_over_pixels_are_unbiased_and_better_than_chance) {
-  // A disk's area from 16 samples a pixel.
+TEST(Sampler, means_over_pixels_are_unbiased_and_have_less_variance_than_independent_samples) {
+  // The area of a disk, from 16 samples per pixel.
   RunningMoments sobol, independent;
   for (auto kind : {Sampler::Kind::Sobol, Sampler::Kind::Independent})
     for (uint32_t unit = 0; unit < 20000; ++unit) {
@@ -162,7 +162,7 @@ TEST(Sampler, means_over_pixels_are_unbiased_and_better_than_chance) {
   EXPECT_LT(sobol.variance(), 0.45 * independent.variance());
 }
 
-TEST(Sampler, restarts_repeat_exactly) {
+TEST(Sampler, restarts_repeat_the_same_numbers) {
   for (auto kind : {Sampler::Kind::Sobol, Sampler::Kind::Independent}) {
     Sampler a(kind, 7), b(kind, 7);
     a.start(1, 1);

@@ -27,7 +27,7 @@ Mat4 scaled_and_moved(float scale, Vec3 position) {
 
 class SelfIntersection : public ::testing::TestWithParam<std::tuple<float, float, bool>> {};
 
-TEST_P(SelfIntersection, rays_leaving_a_convex_body_never_hit_it_and_rays_inside_always_do) {
+TEST_P(SelfIntersection, rays_that_leave_a_convex_body_never_hit_it_and_rays_inside_always_do) {
   const auto [scale, distance, baked] = GetParam();
   const Vec3 centre = Vec3(0.3f, -0.7f, 0.2f) * distance;
   const auto scene = build(one_object(cube(), scaled_and_moved(scale, centre)), nullptr, baked);
@@ -47,8 +47,10 @@ TEST_P(SelfIntersection, rays_leaving_a_convex_body_never_hit_it_and_rays_inside
     EXPECT_GT(glm::dot(point.ng, point.wo), 0.0f);
     const Vec3 local = warp::square_to_hemisphere({rng.next_float(), rng.next_float()});
     const Vec3 out = Frame(point.ng).to_world(local);
-    EXPECT_FALSE(scene->intersect(scene->spawn_ray(point, out), kRayDiffuse).found()) << "left the surface at " << i;
-    EXPECT_TRUE(scene->intersect(scene->spawn_ray(point, -out), kRayTransmission).found()) << "fell through at " << i;
+    EXPECT_FALSE(scene->intersect(scene->spawn_ray(point, out), kRayDiffuse).found())
+        << "hit the surface that it left, ray " << i;
+    EXPECT_TRUE(scene->intersect(scene->spawn_ray(point, -out), kRayTransmission).found())
+        << "passed the body, ray " << i;
   }
   EXPECT_GT(hits, 15000);
 }
@@ -59,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Scales, SelfIntersection,
                                            std::tuple(1e6f, 0.0f, true), std::tuple(1e6f, 0.0f, false),
                                            std::tuple(1.0f, 1e3f, true), std::tuple(1.0f, 1e3f, false)));
 
-TEST(Scene, rays_leaving_a_floor_at_zero_height_never_hit_it) {
+TEST(Scene, rays_that_leave_a_floor_at_zero_height_never_hit_it) {
   for (const bool bake : {true, false}) {
     const auto scene = build(one_object(plane(3.0f), Mat4(1.0f)), nullptr, bake);
     Pcg32 rng(4);
@@ -84,7 +86,7 @@ TEST(Scene, rays_leaving_a_floor_at_zero_height_never_hit_it) {
 
 namespace {
 
-/// The point of the floor below `from`, which light reaches from above.
+/// The point of the floor below `from`, seen from above.
 ShadingPoint floor_below(const Scene& scene, Vec3 from) {
   Ray ray;
   ray.origin = from;
@@ -101,9 +103,9 @@ bool lit(const Scene& scene, const ShadingPoint& point, const LightSample& sampl
 
 }  // namespace
 
-/// Shades stand before lamps by any small part of the distance from which they are seen: a hundred-thousandth here,
-/// from a millimetre's scene to a kilometre's.
-TEST(ShadowRays, what_stands_just_before_a_light_blocks_it) {
+/// A lampshade can be very close to its lamp. Here the gap is a hundred-thousandth of the distance to the receiver, in
+/// scenes from a millimetre to a kilometre.
+TEST(ShadowRays, an_object_just_before_a_light_blocks_it) {
   for (const float scale : {1e-3f, 1.0f, 1e3f}) {
     for (const std::string kind : {"point", "sphere", "rectangle", "ellipse", "triangles"}) {
       SceneDescription d;
@@ -125,7 +127,7 @@ TEST(ShadowRays, what_stands_just_before_a_light_blocks_it) {
       Pcg32 rng(5);
       int asked = 0, arrived = 0;
       for (int i = 0; i < 1000; ++i) {
-        // Not so far to the side that light would pass between shade and lamp.
+        // Points further to the side would get light between the shade and the lamp.
         const ShadingPoint point = floor_below(
             *scene, scale * Vec3(10.0f * rng.next_float() - 5.0f, 10.0f * rng.next_float() - 5.0f, 1.0f));
         const auto sample = scene->lights().sample_li(uint32_t(i) % uint32_t(scene->lights().size()), point.position,
@@ -140,9 +142,9 @@ TEST(ShadowRays, what_stands_just_before_a_light_blocks_it) {
   }
 }
 
-/// From all sides, edge-on ones included: no emissive triangle stands in its own way, nor does the ceiling that a lamp
-/// is flush with.
-TEST(ShadowRays, lights_do_not_stand_in_their_own_way) {
+/// From all directions, also nearly in its plane: an emissive triangle does not block its own light, and a ceiling does
+/// not block a lamp in its plane.
+TEST(ShadowRays, lights_do_not_block_themselves) {
   Pcg32 rng(6);
   for (const bool lamp : {false, true}) {
     for (const float away : {0.0f, 1.0f, 300.0f}) {
@@ -162,7 +164,7 @@ TEST(ShadowRays, lights_do_not_stand_in_their_own_way) {
         set_camera(d, centre + Vec3(0, -1, 1), centre, 8);
         const auto scene = build(std::move(d), nullptr, turn % 2 == 0);
         for (int i = 0; i < 400; ++i) {
-          // Close to the plane of the lamp every other time.
+          // Every second point is close to the plane of the lamp.
           const float x = 6.0f * rng.next_float() - 3.0f, y = 6.0f * rng.next_float() - 3.0f;
           Vec3 from = centre + Vec3(x, y, 0.5f);
           if (i % 2 && std::abs(frame.n.x) > 0.2f)
@@ -208,7 +210,7 @@ TEST(Scene, instances_and_baked_meshes_give_the_same_shading_points) {
   EXPECT_GT(compared, 1000);
 }
 
-TEST(Scene, mirrored_objects_keep_their_outside) {
+TEST(Scene, mirrored_objects_keep_the_direction_of_their_normals) {
   const auto scene = build(
       one_object(cube(), Mat4(Vec4(-1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, 0, 1))));
   Ray ray;
@@ -262,8 +264,8 @@ TEST(Scene, bad_meshes_are_repaired_and_reported_by_name) {
   EXPECT_EQ(named, 2);
 }
 
-/// Shading knows normals of vertices and of corners, and would read others beyond their end.
-TEST(Scene, normals_of_faces_are_refused_by_name) {
+/// Shading supports normals of vertices and of corners. It would read other normals beyond their end.
+TEST(Scene, normals_of_faces_are_refused_and_reported_by_name) {
   SceneDescription d = one_object(cube(), Mat4(1.0f));
   d.meshes[0].name = "Faces";
   d.meshes[0].normal_domain = Domain::Face;
@@ -275,7 +277,7 @@ TEST(Scene, normals_of_faces_are_refused_by_name) {
   EXPECT_TRUE(scene->meshes()[0].normals.empty());
 }
 
-TEST(Scene, lamps_whose_shape_is_no_number_are_left_out_by_name) {
+TEST(Scene, lamps_with_a_non_finite_shape_are_omitted_and_reported_by_name) {
   for (float LightDescription::*field : {&LightDescription::spot_angle, &LightDescription::spot_blend,
                                          &LightDescription::sun_angle, &LightDescription::spread}) {
     SceneDescription d = one_object(cube(), Mat4(1.0f));
@@ -290,9 +292,9 @@ TEST(Scene, lamps_whose_shape_is_no_number_are_left_out_by_name) {
   }
 }
 
-/// What has no inverse gets a mesh of its own in world space: a swarm of particles that have shrunk to points must not,
-/// nor to lines.
-TEST(Scene, objects_shrunk_to_a_point_or_a_line_take_no_room) {
+/// An instance whose transform has no inverse gets a mesh of its own in world space. Particles that have shrunk to
+/// points or lines must not get one.
+TEST(Scene, objects_shrunk_to_a_point_or_a_line_use_no_memory) {
   SceneDescription d = one_object(sphere(), Mat4(1.0f));
   Mat4 point(0.0f), line(0.0f), flat(1.0f);
   line[1][2] = 1e-3f;
@@ -305,7 +307,7 @@ TEST(Scene, objects_shrunk_to_a_point_or_a_line_take_no_room) {
   EXPECT_EQ(scene->meshes().size(), 2u);
 }
 
-TEST(Scene, a_scene_without_camera_is_refused_in_words) {
+TEST(Scene, a_scene_without_camera_is_refused_with_a_message) {
   SceneDescription d = one_object(cube(), Mat4(1.0f));
   d.camera.present = false;
   try {
@@ -316,12 +318,12 @@ TEST(Scene, a_scene_without_camera_is_refused_in_words) {
   }
 }
 
-/// Embree with assertions, as Debian's is, ends the program over a ray of these.
-TEST(Scene, what_is_no_ray_hits_nothing_and_lets_no_light_through) {
+/// An Embree with assertions, as that of Debian, terminates the program for any of these rays.
+TEST(Scene, invalid_rays_hit_nothing_and_have_no_transmittance) {
   SceneDescription d;
   add_object(d, cube(), add_diffuse(d, Color(0.5f)));
   for (int i = 0; i < 30; ++i)
-    d.lights.push_back(point_light(Vec3(float(i), 3, 0), 10.0f, 0.1f));  // enough for a structure
+    d.lights.push_back(point_light(Vec3(float(i), 3, 0), 10.0f, 0.1f));  // enough lamps for a search structure
   set_camera(d, Vec3(0, -5, 0), Vec3(0), 8);
   const auto scene = build(d, nullptr, false);  // the cube has a structure of its own
   Ray good;
@@ -344,8 +346,8 @@ TEST(Scene, what_is_no_ray_hits_nothing_and_lets_no_light_through) {
   }
 }
 
-/// In the space of an instance a ray may be none, though it was one outside.
-TEST(Scene, instances_that_stretch_rays_beyond_numbers_end_no_program) {
+/// A valid ray can become invalid in the space of an instance.
+TEST(Scene, instances_that_make_rays_infinite_do_not_terminate_the_program) {
   const auto shoot = [](const Scene& scene, Vec3 from, float time) {
     Ray ray;
     ray.origin = from;
@@ -355,11 +357,11 @@ TEST(Scene, instances_that_stretch_rays_beyond_numbers_end_no_program) {
     return scene.intersect(ray, kRayCamera);
   };
   SceneDescription small = one_object(cube(), scaled_and_moved(1e-10f, Vec3(0.0f)));
-  small.instances.push_back({0, rows(Mat4(1.0f))});  // shared, so that it has a space of its own
+  small.instances.push_back({0, rows(Mat4(1.0f))});  // a second instance, so that the mesh is not baked
   const auto tiny = build(std::move(small));
   EXPECT_NEAR(shoot(*tiny, Vec3(0, -5, 0), 0.0f).t, 4.0f, 1e-5f);
   EXPECT_FALSE(shoot(*tiny, Vec3(0, -1e10f, 0), 0.0f).found());
-  // A shear without end between two keys; the object stays where it is.
+  // An unbounded shear between two keys. The object must stay at rest.
   SceneDescription sheared = one_object(cube(), Mat4(1.0f));
   Mat4 key(1.0f);
   key[0][1] = -3.5e16f;
@@ -378,7 +380,7 @@ TEST(Scene, empty_scenes_build) {
   EXPECT_FALSE(scene->intersect({}, kRayCamera).found());
 }
 
-TEST(Scene, nan_transforms_leave_the_object_out_and_say_so) {
+TEST(Scene, objects_with_nan_transforms_are_omitted_and_reported) {
   SceneDescription d = one_object(cube(), Mat4(1.0f));
   d.objects[0].name = "Verirrt";
   d.instances[0].world_from_object[5] = std::nanf("");

@@ -9,7 +9,7 @@ namespace {
 constexpr uint32_t kNotDiffuse = kVisibleAll & ~kVisibleDiffuse,
                    kOnlyDiffuse = kVisibleAll & ~(kVisibleGlossy | kVisibleTransmission);
 
-/// A floor that is half diffuse and half glossy, and a rough glass ball above it, in light that bounces once.
+/// A floor that is half diffuse and half glossy, with a rough glass ball above it. Light has one bounce.
 SceneDescription lit(const std::string& kind, uint32_t visibility) {
   SceneDescription d;
   add_object(d, plane(3.0f), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.4f), moved(Vec3(0, 0, -0.5f)));
@@ -40,9 +40,9 @@ SceneDescription lit(const std::string& kind, uint32_t visibility) {
 
 class LightVisibility : public ::testing::TestWithParam<const char*> {};
 
-/// Each kind of lobe is lit or not: both ways together are all light. Four tests, each beyond four standard errors by
-/// chance with p = 6e-5.
-TEST_P(LightVisibility, light_for_diffuse_and_light_for_the_others_are_all_light) {
+/// The light of diffuse lobes plus the light of other lobes is all light. Four tests; each exceeds four standard errors
+/// with the probability 6e-5.
+TEST_P(LightVisibility, light_of_diffuse_and_of_other_lobes_sums_to_all_light) {
   const auto mean = [](uint32_t visibility) { return whole(lit(GetParam(), visibility), "path", 64, 16, 300); };
   const RunningMoments all = mean(kVisibleAll), others = mean(kNotDiffuse), diffuse = mean(kOnlyDiffuse);
   const double error = std::sqrt((all.variance() + others.variance() + diffuse.variance()) / 16.0);
@@ -55,14 +55,14 @@ TEST_P(LightVisibility, light_for_diffuse_and_light_for_the_others_are_all_light
 INSTANTIATE_TEST_SUITE_P(Kinds, LightVisibility, ::testing::Values("lamp", "sun", "emitter", "world"),
                          [](const auto& info) { return std::string(info.param); });
 
-TEST(LightVisibility, integrators_that_do_not_know_kinds_leave_it_to_path_tracing) {
+TEST(LightVisibility, integrators_without_light_visibility_use_path_tracing) {
   const SceneDescription some = lit("lamp", kNotDiffuse), all = lit("lamp", kVisibleAll);
   EXPECT_TRUE(reason_against(find_integrator("path"), *build(some)).empty());
   EXPECT_FALSE(reason_against(find_integrator("bdpt"), *build(some)).empty());
   EXPECT_TRUE(reason_against(find_integrator("bdpt"), *build(all)).empty());
 }
 
-TEST(Holdout, objects_cut_holes_that_other_objects_still_see) {
+TEST(Holdout, holdout_objects_are_holes_for_the_camera_and_visible_to_other_objects) {
   for (const char* integrator : {"path", "bdpt", "photon_map", "metropolis"}) {
     SceneDescription d = lit("lamp", kVisibleAll);
     d.settings.bounces = {4, 4, 4, 4, 8, 0};
@@ -76,7 +76,7 @@ TEST(Holdout, objects_cut_holes_that_other_objects_still_see) {
       for (size_t x = 1; x < 11; ++x) {
         const size_t i = 4 * (12 * y + x);
         EXPECT_NEAR(before[i + 3], 1.0f, 1e-5f);
-        bool inside = true;  // pixels around a hole spread into it by their filters
+        bool inside = true;  // the pixel filter spreads the surroundings into pixels at the border of the hole
         for (size_t k : {i - 52, i - 48, i - 44, i - 4, i, i + 4, i + 44, i + 48, i + 52})
           inside &= after[k + 3] == 0.0f;
         if (!inside) continue;

@@ -15,7 +15,7 @@ using closures::Distribution;
 
 namespace {
 
-/// Mean weight of samples: the directional albedo, straight from the lobe.
+/// The directional albedo of the lobe: the mean weight of its samples.
 double sampled_albedo(const Material& material, Vec3 wo) {
   const Bsdf bsdf = make_bsdf(material, wo);
   Pcg32 rng(17);
@@ -42,7 +42,7 @@ TEST(AlbedoTable, mirror_albedo_is_that_of_the_single_scattering_lobe) {
     }
 }
 
-TEST(AlbedoTable, means_are_cosine_weighted_and_correlation_loses_less) {
+TEST(AlbedoTable, means_are_cosine_weighted_and_correlated_masking_loses_less) {
   for (float alpha : {0.05f, 0.4f, 1.0f}) {
     double sum = 0.0;
     for (int i = 0; i < 200; ++i) sum += 2.0 * (i + 0.5) / 200 * albedo_table::ggx(float((i + 0.5) / 200), alpha) / 200;

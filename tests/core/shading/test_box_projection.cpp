@@ -27,7 +27,7 @@ TEST(BoxProjection, weights_are_those_of_cycles) {
                {{-0.5f, 0.6f, 0.1f}, 0.8f, {0.4431818f, 0.5568181f, 0.0f}},
                {{0.5f, -0.6f, -0.45f}, 0.8f, {0.3185484f, 0.4072581f, 0.2741935f}},
                {{0.1f, 0.7f, 0.6f}, 0.0f, {0.0f, 1.0f, 0.0f}},
-               {{0.0f, 0.5f, 0.5f}, 0.0f, {1.0f, 0.0f, 0.0f}},  // no picture wins
+               {{0.0f, 0.5f, 0.5f}, 0.0f, {1.0f, 0.0f, 0.0f}},  // equal weights: the first axis is used
                {{0.0f, 0.0f, 0.0f}, 0.5f, {1.0f, 0.0f, 0.0f}}};
   for (const auto& c : cases) {
     const Vec3 w = nodes::box_weights(c.normal, c.blend);
@@ -36,7 +36,7 @@ TEST(BoxProjection, weights_are_those_of_cycles) {
   }
 }
 
-TEST(BoxProjection, weights_are_continuous_and_treat_the_axes_alike) {
+TEST(BoxProjection, weights_are_continuous_and_symmetric_in_the_axes) {
   std::mt19937 engine(3);
   std::normal_distribution<float> normal;
   for (const float blend : {0.2f, 0.6f, 1.0f})
@@ -51,8 +51,8 @@ TEST(BoxProjection, weights_are_continuous_and_treat_the_axes_alike) {
     }
 }
 
-TEST(BoxProjection, each_side_shows_the_picture_as_in_blender) {
-  // Red grows along the width and green along the height: four columns and four rows.
+TEST(BoxProjection, each_side_shows_the_image_as_in_blender) {
+  // Four columns and four rows. Red is the number of the column, green that of the row.
   ImageDescription description;
   description.name = "Grid";
   description.width = description.height = 4;
@@ -66,7 +66,7 @@ TEST(BoxProjection, each_side_shows_the_picture_as_in_blender) {
   lookup.texture = store.load(0, "", diagnostics);
   lookup.interpolation = Interpolation::Closest;
   ASSERT_TRUE(diagnostics.empty());
-  const Vec3 p(0.1f, 0.3f, 0.6f);  // columns and rows 0, 1 and 2
+  const Vec3 p(0.1f, 0.3f, 0.6f);  // in columns and rows 0, 1 and 2
   const struct {
     Vec3 normal;
     float column, row;
@@ -78,7 +78,7 @@ TEST(BoxProjection, each_side_shows_the_picture_as_in_blender) {
       EXPECT_EQ(nodes::image_box(lookup, p, side.normal), Vec4(side.column, side.row, 0.0f, 1.0f))
           << side.normal.x << ' ' << side.normal.y << ' ' << side.normal.z;
     }
-  // Halfway between the sides of x and y, half of each.
+  // For a normal halfway between x and y, the mean of both sides.
   EXPECT_LT(glm::length(nodes::image_box(lookup, p, {1, 1, 0}) - Vec4(2.0f, 2.0f, 0.0f, 1.0f)), 1e-5f);
 }
 

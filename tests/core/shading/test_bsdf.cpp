@@ -22,7 +22,7 @@ std::string printable(const testing::TestParamInfo<Material>& info) { return inf
 std::vector<Vec3> eye_directions() {
   std::vector<Vec3> list;
   for (float c : kCosines) list.push_back(direction(c));
-  list.push_back(-direction(0.8f));  // light may enter from below
+  list.push_back(-direction(0.8f));  // light that arrives from below
   return list;
 }
 
@@ -48,7 +48,7 @@ TEST_P(EveryMaterial, is_sampled_with_the_density_it_states) {
   for (Vec3 wo : eye_directions()) {
     const Bsdf bsdf = make_bsdf(GetParam(), wo);
     DensityTest test;
-    if (wo.z < 0.0f && !transmits(bsdf)) continue;  // the mirror image of above
+    if (wo.z < 0.0f && !transmits(bsdf)) continue;  // symmetric to the direction from above
     test.sample_count = 20000;
     test.bin_count = 64;
     test.integral_tolerance = 0.01;
@@ -64,7 +64,7 @@ TEST_P(EveryMaterial, is_sampled_with_the_density_it_states) {
   }
 }
 
-TEST_P(EveryMaterial, samples_carry_what_evaluate_says_with_bounded_weight) {
+TEST_P(EveryMaterial, samples_agree_with_evaluate_and_have_bounded_weights) {
   Pcg32 rng(7);
   for (Vec3 wo : eye_directions())
     for (TransportMode mode : kModes) {
@@ -97,7 +97,7 @@ TEST_P(EveryMaterial, conserves_energy) {
       const auto s = bsdf.sample(wo, u_lobe, {ux, rng.next_float()});
       moments.add(s ? s->f_cos.x / s->pdf_solid_angle : 0.0);
     }
-    // Disney's diffuse and sheen and its unweighted specular add up to more than arrives; Cycles shows the same.
+    // The sum of Disney's diffuse, sheen and unweighted specular lobes exceeds 1, as in Cycles.
     const bool disney = GetParam().name.starts_with("principled_1");
     if (GetParam().conserves_all) {
       EXPECT_TRUE(mean_agrees(moments, 1.0, {0.01, 400}, 0.012)) << c;
@@ -116,7 +116,7 @@ TEST_P(EveryMaterial, importance_is_the_adjoint_of_radiance) {
     const float u_lobe = rng.next_float(), ux = rng.next_float();
     const auto sampled = bsdf_direction(at_eye, eye, u_lobe, {ux, rng.next_float()});
     const Vec3 light = i % 2 == 0 && sampled ? *sampled : uniform_direction(rng);
-    if (std::min(std::abs(eye.z), std::abs(light.z)) < 0.05f) continue;  // half vectors lose their digits
+    if (std::min(std::abs(eye.z), std::abs(light.z)) < 0.05f) continue;  // half vectors have few correct digits
     const Bsdf at_light = make_bsdf(GetParam(), light);
     const Color radiance = at_eye.f(eye, light), importance = at_light.f(light, eye, TransportMode::Importance);
     if (max_component(radiance) < 1e-3f) continue;
@@ -127,7 +127,7 @@ TEST_P(EveryMaterial, importance_is_the_adjoint_of_radiance) {
 }
 
 TEST_P(EveryMaterial, swapped_arguments_give_the_density_of_the_reverse_step) {
-  // With v2 layers the lobes themselves depend on the maker's wo, hence the looser bound.
+  // The lobes of version 2 depend on the wo with which the layers were built, so that the bound is larger.
   const float tolerance = GetParam().name.starts_with("principled_2") ? 0.6f : 2e-3f;
   Pcg32 rng(13);
   for (int i = 0; i < 400; ++i) {
@@ -138,7 +138,7 @@ TEST_P(EveryMaterial, swapped_arguments_give_the_density_of_the_reverse_step) {
   }
 }
 
-TEST_P(EveryMaterial, is_finite_at_the_edges) {
+TEST_P(EveryMaterial, is_finite_at_extreme_directions_and_random_numbers) {
   const float edges[] = {0.0f, 1e-7f, 0.5f, kOneMinusEpsilon};
   std::vector<Vec3> directions = eye_directions();
   for (Vec3 d : {Vec3(1, 0, 0), Vec3(0, -1, 0), direction(1e-6f), direction(-1e-6f), Vec3(0, 0, 1), Vec3(0, 0, -1)})
@@ -166,8 +166,7 @@ TEST_P(EveryMaterial, is_finite_at_the_edges) {
   }
 }
 
-// ---- One lobe, one map: the Jacobian
-// ----------------------------------------------------------------------------------
+// ---- Closures with a single sampling map ------------------------------------------------------
 
 class SingleMap : public testing::TestWithParam<Material> {};
 INSTANTIATE_TEST_SUITE_P(Closures, SingleMap, testing::ValuesIn([] {
@@ -198,10 +197,9 @@ TEST_P(SingleMap, has_the_jacobian_of_its_density) {
   }
 }
 
-// ---- Single claims
-// -------------------------------------------------------------------------------------------------------
+// ---- Single properties ------------------------------------------------------------------------
 
-TEST(Bsdf, reflection_is_reciprocal_and_refraction_is_up_to_the_squared_index) {
+TEST(Bsdf, reflection_is_reciprocal_and_refraction_is_reciprocal_up_to_the_squared_index) {
   Pcg32 rng(5);
   for (const Material& m : all_materials()) {
     const bool reflection = m.name.starts_with("glossy") && m.name.find("multi") == std::string::npos;
@@ -217,7 +215,7 @@ TEST(Bsdf, reflection_is_reciprocal_and_refraction_is_up_to_the_squared_index) {
   }
 }
 
-TEST(Bsdf, sharp_glass_obeys_snell_and_fresnel_and_keeps_all_light) {
+TEST(Bsdf, sharp_glass_obeys_snell_and_fresnel_and_loses_no_light) {
   for (bool below : {false, true})
     for (float c : {1.0f, 0.8f, 0.5f}) {
       const Vec3 wo = below ? -direction(c) : direction(c);
@@ -243,13 +241,13 @@ TEST(Bsdf, sharp_glass_obeys_snell_and_fresnel_and_keeps_all_light) {
       EXPECT_FLOAT_EQ(refracted->eta, eta);
       EXPECT_NEAR(refracted->f_cos.x, refracted->pdf_solid_angle, 1e-6f);
       EXPECT_NEAR(reflected->pdf_solid_angle + refracted->pdf_solid_angle, 1.0f, 1e-6f);
-      // Particles carry flux; in units of basic radiance they are scaled where they enter.
+      // In importance mode the flux is in units of basic radiance, so that it is scaled at a refraction.
       const auto importance = bsdf.sample(wo, kOneMinusEpsilon, {0.5f, 0.5f}, TransportMode::Importance);
       EXPECT_NEAR(importance->f_cos.x, refracted->f_cos.x / (eta * eta), 1e-5f);
     }
 }
 
-TEST(Bsdf, tiny_roughness_becomes_a_delta_lobe_where_cycles_makes_it_one) {
+TEST(Bsdf, a_small_roughness_becomes_a_delta_lobe_at_the_limit_of_cycles) {
   for (float alpha : {3.0e-4f, 3.3e-4f}) {
     Bsdf bsdf;
     closures::Surface surface{direction(0.5f), {0, 0, 1}, false};
@@ -263,7 +261,7 @@ TEST(Bsdf, tiny_roughness_becomes_a_delta_lobe_where_cycles_makes_it_one) {
   }
 }
 
-TEST(Bsdf, delta_and_smooth_lobes_share_the_samples_but_not_the_density) {
+TEST(Bsdf, delta_lobes_take_part_in_sampling_and_not_in_the_density) {
   const Vec3 wo = direction(0.6f);
   Bsdf bsdf;
   closures::Surface surface{wo, {0, 0, 1}, false};
@@ -292,7 +290,7 @@ TEST(Bsdf, delta_and_smooth_lobes_share_the_samples_but_not_the_density) {
   EXPECT_TRUE(mean_agrees(straight, 0.25));
 }
 
-TEST(Bsdf, nothing_leaks_through_where_shading_and_geometric_normal_disagree) {
+TEST(Bsdf, no_light_passes_where_shading_and_geometric_normals_differ) {
   Pcg32 rng(2);
   for (const Material& m : all_materials()) {
     const bool transmits = m.name.starts_with("translucent") || m.name.starts_with("glass") ||
@@ -321,8 +319,9 @@ TEST(Bsdf, nothing_leaks_through_where_shading_and_geometric_normal_disagree) {
   }
 }
 
-TEST(Bsdf, importance_through_bent_normals_times_the_correction_is_the_flux_of_radiance) {
-  // f |cos(light, n_lobe)| |cos(eye, ng)| / |cos(light, ng)|: what the eye's path measures, seen from the light.
+TEST(Bsdf, importance_with_shading_normals_times_the_correction_equals_radiance) {
+  // f |cos(light, n_lobe)| |cos(eye, ng)| / |cos(light, ng)|: the contribution of the path from the eye, as computed
+  // from the light.
   Pcg32 rng(4);
   const Vec3 ng(0, 0, 1);
   for (int i = 0; i < 300; ++i) {
@@ -343,7 +342,7 @@ TEST(Bsdf, importance_through_bent_normals_times_the_correction_is_the_flux_of_r
   }
 }
 
-TEST(Bsdf, full_storage_gives_up_the_weakest_lobe_and_counts_it) {
+TEST(Bsdf, full_storage_drops_the_weakest_lobe_and_counts_it) {
   Bsdf bsdf;
   Lobe lobe;
   for (int i = 0; i < Bsdf::kMaxLobes + 2; ++i) {
@@ -355,7 +354,7 @@ TEST(Bsdf, full_storage_gives_up_the_weakest_lobe_and_counts_it) {
   for (int i = 0; i < bsdf.lobe_count(); ++i) EXPECT_GT(bsdf.lobe(i).weight.x, 0.115f);
 }
 
-TEST(Bsdf, black_and_broken_weights_are_ignored) {
+TEST(Bsdf, black_negative_and_non_finite_weights_are_ignored) {
   Bsdf bsdf;
   Lobe lobe;
   for (Color w : {Color(0.0f), Color(-1.0f), Color(NAN, 1, 1), Color(1, INFINITY, 1)}) {
@@ -369,7 +368,7 @@ TEST(Bsdf, black_and_broken_weights_are_ignored) {
   EXPECT_EQ(bsdf.lobe(0).weight.x, 0.0f);
 }
 
-TEST(Bsdf, copies_hold_the_lobes_in_use) {
+TEST(Bsdf, copies_contain_the_lobes_in_use) {
   const Bsdf original = make_bsdf(all_materials().back(), direction(0.4f));
   const Bsdf copy = original;
   const Vec3 wo = direction(0.4f), wi = direction(0.7f, 2.0f);

@@ -17,10 +17,11 @@ using closures::Surface;
 
 namespace {
 
-/// The frame in which Cycles was measured: camera along +z, a quad tilted about y, a sun from (theta, phi).
+/// A measurement of Cycles: the camera is on +z, a quad is tilted about y, and a sun shines from (theta, phi), in
+/// degrees.
 struct Measured {
   float tilt, sun_theta, sun_phi;
-  Color radiance;  ///< of a sun of irradiance pi
+  Color radiance;  ///< for a sun of irradiance pi
 };
 
 Color ours(const std::function<void(Bsdf&, const Surface&)>& add, const Measured& m, bool backfacing = false) {
@@ -50,8 +51,8 @@ RunningMoments furnace(const std::function<void(Bsdf&, const Surface&)>& add, fl
 }  // namespace
 
 TEST(Closures, agree_with_pixels_of_cycles) {
-  // Cycles 3.4.1, direct light of a sun without extent on tilted quads, 2048 samples a pixel. Cycles comes out 0.16 %
-  // low on every closure, Lambert included; Beckmann differs by its fitted masking (0.3 %).
+  // Cycles 3.4.1: direct light of a sun without extent on tilted quads, 2048 samples per pixel. The values of Cycles
+  // are 0.16 % too low for every closure, also for Lambert. Its Beckmann differs by a fitted masking function (0.3 %).
   const Vec3 tangent(1.0f, 0.3f, 0.2f);
   const auto check = [](const char* what, std::initializer_list<Measured> measured,
                         const std::function<void(Bsdf&, const Surface&)>& add, bool backfacing = false) {
@@ -198,7 +199,7 @@ TEST(Closures, agree_with_pixels_of_cycles) {
 }
 
 TEST(Closures, white_furnace_agrees_with_cycles) {
-  // Mean radiance of a plane in a white world, Cycles 3.4.1, 131072 samples, seen at 0, 45 and 80 degrees.
+  // Mean radiance of a plane in a white world at 0, 45 and 80 degrees: Cycles 3.4.1, 131072 samples.
   const auto check = [](const char* what, std::array<double, 3> expected,
                         const std::function<void(Bsdf&, const Surface&)>& add) {
     const float degrees[] = {0.01f, 45.0f, 80.0f};
@@ -220,7 +221,7 @@ TEST(Closures, white_furnace_agrees_with_cycles) {
   });
 }
 
-TEST(Closures, glossy_is_symmetric_under_half_a_turn_of_its_tangent_and_swaps_axes_under_a_quarter) {
+TEST(Closures, glossy_is_symmetric_under_a_tangent_rotation_of_180_degrees_and_swaps_axes_under_90) {
   const auto value = [](float anisotropy, float rotation) {
     Bsdf b;
     const Surface s{direction(0.6f), {0, 0, 1}, false};
@@ -253,7 +254,7 @@ TEST(Closures, specular_of_principled_has_the_reflectance_of_its_socket_at_norma
   }
 }
 
-TEST(Closures, caustics_switches_leave_out_their_lobes) {
+TEST(Closures, caustics_switches_remove_their_lobes) {
   PrincipledInputs in;
   in.transmission = 0.5f;
   for (int version : {1, 2})
@@ -280,7 +281,7 @@ TEST(Closures, caustics_switches_leave_out_their_lobes) {
       }
 }
 
-TEST(Closures, caustics_switches_leave_out_half_of_glass) {
+TEST(Closures, caustics_switches_remove_reflection_or_refraction_of_glass) {
   for (const Distribution distribution :
        {Distribution::Sharp, Distribution::Ggx, Distribution::Beckmann, Distribution::MultiGgx})
     for (const bool reflects : {false, true})
@@ -305,16 +306,16 @@ TEST(Closures, caustics_switches_leave_out_half_of_glass) {
           const bool kept = part == kReflection ? reflects : refracts;
           const double whole = light_of(true, true, part), found = light_of(reflects, refracts, part);
           EXPECT_GT(whole, 0.01);
-          // What bounces between facets is put back by the whole lobe of Multiscatter GGX alone.
+          // Only the complete lobe of Multiscatter GGX contains the light that bounces between facets.
           EXPECT_NEAR(found, kept ? whole : 0.0, distribution == Distribution::MultiGgx ? 0.08 * whole : 0.03 * whole)
               << int(distribution) << reflects << refracts << part;
         }
       }
 }
 
-TEST(Closures, bumped_light_fades_as_behind_microfacets) {
+TEST(Closures, light_at_bumps_falls_off_as_with_microfacets) {
   const Vec3 n(0, 0, 1);
-  const auto at = [&](float bump, float light) {  // angles from n, on opposite sides
+  const auto at = [&](float bump, float light) {  // angles to n, on opposite sides
     return bump_shadowing(BumpTerminator::Microfacet, n, {-std::sin(bump), 0, std::cos(bump)},
                           {std::sin(light), 0, std::cos(light)});
   };
@@ -326,14 +327,14 @@ TEST(Closures, bumped_light_fades_as_behind_microfacets) {
   EXPECT_GT(at(0.3f, 0.9f), at(0.6f, 0.9f));
   EXPECT_GT(at(0.5f, 0.5f), at(0.5f, 0.9f));
   EXPECT_LT(at(0.5f, 1.5f), 0.6f);
-  // From below the smooth surface nothing arrives, although the bumped one faces it.
+  // No light arrives from below the smooth surface, even if the bumped surface faces it.
   const Vec3 bumped = glm::normalize(Vec3(1, 0, 0.3f)), below = glm::normalize(Vec3(1, 0, -0.1f));
   ASSERT_GT(glm::dot(bumped, below), 0.0f);
   EXPECT_EQ(bump_shadowing(BumpTerminator::Microfacet, n, bumped, below), 0.0f);
-  EXPECT_GT(bump_shadowing(BumpTerminator::Microfacet, n, bumped, -bumped), 0.0f);  // through a translucent one
+  EXPECT_GT(bump_shadowing(BumpTerminator::Microfacet, n, bumped, -bumped), 0.0f);  // translucent
 }
 
-TEST(Closures, the_scene_says_how_bumped_light_fades) {
+TEST(Closures, the_scene_setting_selects_the_falloff_at_bumps) {
   GraphBuilder g;
   const int map = g.node("ShaderNodeNormalMap",
                          {value_input("Color", Vec4(0.7f, 0.5f, 0.95f, 1.0f)), value_input("Strength", 1.0f)},
@@ -359,7 +360,7 @@ TEST(Closures, the_scene_says_how_bumped_light_fades) {
   EXPECT_GT(std::abs(seen[0].x - seen[1].x), 0.005f);
 }
 
-TEST(Closures, layers_of_version_2_conserve_energy_and_dim_what_is_below) {
+TEST(Closures, layers_of_version_2_conserve_energy_and_attenuate_lower_layers) {
   PrincipledInputs in;
   in.version = 2, in.base_color = Color(1.0f);
   const auto total = [&](float degrees) {
@@ -378,7 +379,7 @@ TEST(Closures, layers_of_version_2_conserve_energy_and_dim_what_is_below) {
   EXPECT_LT(total(60.0f), 0.75);
 }
 
-TEST(Closures, safe_shading_normal_lets_the_mirror_direction_rise_and_changes_nothing_else) {
+TEST(Closures, safe_shading_normal_only_raises_the_mirror_direction_above_the_surface) {
   Pcg32 rng(9);
   const Vec3 ng(0, 0, 1);
   int bent = 0;
@@ -395,7 +396,7 @@ TEST(Closures, safe_shading_normal_lets_the_mirror_direction_rise_and_changes_no
       EXPECT_EQ(safe, ns);
     } else {
       ++bent;
-      // As little as needed: just at the threshold, in the plane of ng and ns.
+      // The smallest correction: exactly at the threshold, in the plane of ng and ns.
       EXPECT_NEAR(rise(safe), threshold, 1e-3f);
       EXPECT_NEAR(glm::dot(safe, glm::cross(ng, ns)), 0.0f, 1e-5f);
     }

@@ -4,18 +4,18 @@
 
 namespace ajar::test_fresnel {
 
-TEST(Fresnel, known_values_at_normal_incidence_at_brewsters_angle_and_beyond_the_critical_angle) {
+TEST(Fresnel, values_at_normal_incidence_brewsters_angle_and_beyond_the_critical_angle_are_correct) {
   EXPECT_NEAR(fresnel::dielectric(1.0f, 1.5f), 0.04f, 1e-6f);
   EXPECT_NEAR(fresnel::f0_from_eta(1.5f), 0.04f, 1e-6f);
   EXPECT_NEAR(fresnel::eta_from_f0(0.04f), 1.5f, 1e-5f);
-  // At Brewster's angle only the perpendicular part reflects: half of ((eta^2 - 1) / (eta^2 + 1))^2.
+  // At Brewster's angle only the perpendicular component is reflected: half of ((eta^2 - 1) / (eta^2 + 1))^2.
   EXPECT_NEAR(fresnel::dielectric(1.0f / std::sqrt(1.0f + 2.25f), 1.5f), 0.5f * sqr(1.25f / 3.25f), 1e-6f);
   EXPECT_EQ(fresnel::dielectric(0.7f, 1.0f / 1.5f), 1.0f);
   EXPECT_NEAR(fresnel::dielectric(0.0f, 1.5f), 1.0f, 1e-6f);
   EXPECT_NEAR(fresnel::dielectric(0.3f, 1.0f), 0.0f, 1e-12f);
 }
 
-TEST(Fresnel, both_sides_of_a_boundary_reflect_alike) {
+TEST(Fresnel, both_sides_of_a_boundary_have_the_same_reflectance) {
   for (float eta : {1.1f, 1.5f, 2.4f})
     for (float c = 0.05f; c <= 1.0f; c += 0.05f) {
       const float cos_t = std::sqrt(1.0f - (1.0f - c * c) / (eta * eta));

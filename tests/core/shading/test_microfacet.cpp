@@ -27,9 +27,9 @@ constexpr std::pair<float, float> kAlphas[] = {{0.01f, 0.01f}, {0.3f, 0.3f}, {1.
 
 }  // namespace
 
-TEST(Microfacet, projected_area_of_the_facets_is_that_of_the_surface_from_every_direction) {
-  // Integral of G1(w) max(0, w.m) D(m) dm = cos(w), sampled over slopes (Heitz 2014, eq. 23); w = z is the case of D
-  // alone.
+TEST(Microfacet, the_projected_area_of_the_facets_is_that_of_the_surface) {
+  // The integral of G1(w) max(0, w.m) D(m) dm is cos(w), by quadrature over slopes (Heitz 2014, eq. 23). For w = z it
+  // tests D alone.
   for (const auto& d : kVisible)
     for (const auto& [ax, ay] : kAlphas)
       for (float c : {1.0f, 0.5f, 0.1f}) {
@@ -38,8 +38,8 @@ TEST(Microfacet, projected_area_of_the_facets_is_that_of_the_surface_from_every_
         constexpr int kRadii = 2000, kAngles = 64;
         for (int i = 0; i < kRadii; ++i)
           for (int j = 0; j < kAngles; ++j) {
-            // Radius of the stretched slope on (0, inf) by tan; area element of slopes is r dr dphi ax ay, dm = cos^3
-            // dslope.
+            // tan maps to the radius of the stretched slope on (0, inf). The area element of slopes is r dr dphi ax ay;
+            // dm = cos^3 dslope.
             const double t = (i + 0.5) / kRadii * M_PI_2, r = std::tan(t), phi = 2.0 * M_PI * (j + 0.5) / kAngles;
             const double sx = ax * r * std::cos(phi), sy = ay * r * std::sin(phi),
                          length = std::sqrt(1.0 + sx * sx + sy * sy);
@@ -77,9 +77,9 @@ TEST(Microfacet, visible_normals_are_sampled_with_their_density) {
       }
 }
 
-// At alpha = 1 the slope across the direction of view follows exp(-y^2) / sqrt(pi) whatever that direction is, so it
-// inverts erf. Along a grazing direction of view, the visible slopes have the cumulative distribution of Heitz and
-// d'Eon 2014.
+// At alpha = 1, the slope perpendicular to the direction of view has the density exp(-y^2) / sqrt(pi) for all
+// directions of view, so that sampling inverts erf. Along a grazing direction of view, the visible slopes have the
+// cumulative distribution of Heitz and d'Eon 2014.
 TEST(Microfacet, slopes_of_beckmann_invert_their_cumulative_distributions) {
   const float c = 0.6f, s = 0.8f;
   const double cot = double(c) / double(s), k = 1.0 / (cot * std::sqrt(M_PI));
@@ -91,7 +91,7 @@ TEST(Microfacet, slopes_of_beckmann_invert_their_cumulative_distributions) {
     EXPECT_NEAR(std::erf(across), 1.0 - 2.0 * double(u), 4e-7) << u;
     EXPECT_NEAR(cumulative(along) / cumulative(cot), double(u), 2e-6) << u;
   }
-  // The ends, where erf is flat: erfc keeps the digits.
+  // At the ends, erf is flat; erfc is precise there.
   for (int exponent = 8; exponent <= 23; ++exponent) {
     const float v = 1.0f - std::ldexp(1.0f, -exponent);
     const Vec3 m = beckmann_sample_visible(Vec3(s, 0.0f, c), 1.0f, 1.0f, Vec2(0.5f, v));
@@ -119,7 +119,7 @@ TEST(Microfacet, distributions_of_all_normals_are_sampled_with_their_density) {
           "ashikhmin_shirley " + std::to_string(ax));
 }
 
-TEST(Microfacet, correlated_masking_lets_more_light_through_than_independent_masking) {
+TEST(Microfacet, correlated_masking_masks_less_than_independent_masking) {
   for (float c : {0.9f, 0.3f, 0.05f}) {
     const Vec3 wo = direction(c), wi = direction(0.5f, 3.0f);
     const float independent = ggx_masking_over_cos(wo, 0.5f, 0.5f) * ggx_masking_over_cos(wi, 0.5f, 0.5f);

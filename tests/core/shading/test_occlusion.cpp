@@ -11,7 +11,7 @@ using namespace statistical;
 
 namespace {
 
-/// What the node shows on the floor around the origin, looked at from above.
+/// The values of the node on the floor near the origin, seen from above.
 RunningMoments openness(SceneDescription d, bool bake, float distance, int samples, bool inside = false,
                         bool only_local = false) {
   GraphBuilder g;
@@ -37,8 +37,7 @@ RunningMoments openness(SceneDescription d, bool bake, float distance, int sampl
 
 Mat4 at(Vec3 place) { return Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(place, 1)); }
 
-/// A floor, and a wall in the plane x = 0.11 that is as good as endless: half of the cosine-weighted directions meet
-/// it.
+/// A floor and a practically infinite wall in the plane x = 0.11, which half of the cosine-weighted directions hit.
 SceneDescription corner(bool one_mesh) {
   SceneDescription d;
   const int grey = add_diffuse(d, Color(0.5f));
@@ -59,7 +58,7 @@ SceneDescription corner(bool one_mesh) {
 
 }  // namespace
 
-TEST(Occlusion, half_of_the_light_comes_past_an_endless_wall) {
+TEST(Occlusion, an_infinite_wall_occludes_half_of_the_light) {
   for (const bool bake : {false, true}) {
     for (const int samples : {1, 16}) {
       EXPECT_TRUE(mean_agrees(openness(corner(false), bake, 1e5f, samples), 0.5, {.test_count = 16}))
@@ -67,32 +66,33 @@ TEST(Occlusion, half_of_the_light_comes_past_an_endless_wall) {
       EXPECT_TRUE(mean_agrees(openness(corner(true), bake, 1e5f, samples, false, true), 0.5, {.test_count = 16}))
           << bake << samples;
     }
-    EXPECT_EQ(openness(corner(false), bake, 1e5f, 16, false, true).mean(), 1.0);  // the wall is another object
-    EXPECT_EQ(openness(corner(false), bake, 0.1f * 0.9f, 16).mean(), 1.0);        // and farther away than that
-    // No distance: that of the world.
+    EXPECT_EQ(openness(corner(false), bake, 1e5f, 16, false, true).mean(), 1.0);  // the wall is a different object
+    EXPECT_EQ(openness(corner(false), bake, 0.1f * 0.9f, 16).mean(), 1.0);        // the wall is at a larger distance
+    // Without a distance, that of the world is used.
     EXPECT_TRUE(mean_agrees(openness(corner(false), bake, 0.0f, 16), 0.5, {.test_count = 16}, 1e-3));
   }
 }
 
-TEST(Occlusion, inside_a_thing_rays_go_below_its_surface) {
+TEST(Occlusion, the_inside_option_traces_rays_below_the_surface) {
   SceneDescription d;
   const int grey = add_diffuse(d, Color(0.5f));
   add_object(d, cube(), grey, at({0, 0, -1}));        // its top is the floor
-  add_object(d, plane(50.0f), grey, at({0, 0, -2}));  // another object where its bottom is
+  add_object(d, plane(50.0f), grey, at({0, 0, -2}));  // another object at its bottom
   set_camera(d, Vec3(0, 0, 5), Vec3(0.001f, 0, 0), 8);
   for (const bool bake : {false, true}) {
     EXPECT_EQ(openness(d, bake, 10.0f, 8).mean(), 1.0);
     EXPECT_EQ(openness(d, bake, 10.0f, 8, true).mean(), 0.0);
     EXPECT_EQ(openness(d, bake, 10.0f, 8, true, true).mean(), 0.0);
     EXPECT_EQ(openness(d, bake, 0.5f, 8, true).mean(), 1.0);
-    // Rays that are shorter than the cube is deep meet its walls at times: less than a unit away sideways none is.
+    // The walls are one unit away and the edges at the bottom are farther than 2.05, so that most rays of this length
+    // hit the cube and some do not.
     const RunningMoments some = openness(d, bake, 2.05f, 8, true);
     EXPECT_GT(some.mean(), 0.0);
     EXPECT_LT(some.mean(), 0.6);
   }
 }
 
-TEST(Occlusion, the_node_is_open_where_there_is_no_scene_and_its_colour_is_dimmed) {
+TEST(Occlusion, without_a_scene_nothing_is_occluded_and_the_colour_is_returned) {
   GraphBuilder g;
   const int node = g.node("ShaderNodeAmbientOcclusion",
                           {value_input("Distance", 1.0f), value_input("Color", Vec4(0.25f, 0.5f, 0.75f, 1.0f))},

@@ -17,9 +17,9 @@ using namespace fixtures;
 
 namespace {
 
-constexpr float kOffset = 256.0f;  ///< keeps negative results visible as emission
+constexpr float kOffset = 256.0f;  ///< added to results, since negative emission is clamped
 
-/// Compile an emission of `socket` of node `from` and read it back.
+/// Compiles an emission of `socket` of the node `from` and returns its value.
 Color value_of(GraphBuilder g, int from, const std::string& socket, const ShadingPoint& point = {},
                bool* constant = nullptr, TextureStore* textures = nullptr, const ShaderContext& context = {}) {
   const int shifted = g.node("ShaderNodeVectorMath",
@@ -38,7 +38,7 @@ void expect_near(Color actual, Color expected, float tolerance, const std::strin
     EXPECT_NEAR(actual[i], expected[i], tolerance * std::max(1.0f, std::abs(expected[i]))) << what << " [" << i << "]";
 }
 
-/// One triangle in the xy plane with a UV map, an instance that moves and stretches it, and a point on it.
+/// A triangle in the xy plane with a UV map, an instance that moves and scales it, and a point on it.
 struct Surface {
   BuiltMesh mesh;
   BuiltInstance instance;
@@ -62,7 +62,7 @@ struct Surface {
     point.mesh = &mesh;
     point.instance = &instance;
     point.object = &object;
-    point.barycentric = Vec2(0.25f, 0.5f);  // object space (0.5, 1, 0)
+    point.barycentric = Vec2(0.25f, 0.5f);  // (0.5, 1, 0) in object space
     point.position = Vec3(11, 21, 30);
     point.dpdu = Vec3(4, 0, 0);
     point.dpdv = Vec3(0, 2, 0);
@@ -91,7 +91,7 @@ std::vector<std::string> split(const std::string& text, char at) {
   return parts;
 }
 
-Vec4 vector_of(const std::string& text) {  // a single number counts for all components
+Vec4 vector_of(const std::string& text) {  // a single number is used for all components
   const std::vector<std::string> parts = split(text, ',');
   Vec4 v(std::stof(parts[0]));
   for (size_t i = 0; i < parts.size(); ++i) v[int(i)] = std::stof(parts[i]);
@@ -106,7 +106,7 @@ std::string text_of_file(const std::string& path) {
   return text.str();
 }
 
-/// name=1,2,3 or name=TEXT, or ies=the name of a file
+/// Parses name=1,2,3, name=TEXT or ies=FILE.
 NodeProperty property_of(const std::string& text) {
   const std::vector<std::string> parts = split(text, '=');
   if (parts[0] == "ies") return text_property(parts[0], text_of_file(AJAR_TEST_DIRECTORY "/ies/" + parts[1]));
@@ -120,7 +120,7 @@ NodeProperty property_of(const std::string& text) {
 
 namespace {
 
-/// Compares each recorded node with what it folds to; returns how many there were.
+/// Compares each recorded node with its folded constant. Returns the number of nodes.
 int compare_with(const char* recorded) {
   std::ifstream file(std::string(AJAR_TEST_DIRECTORY "/") + recorded);
   int cases = 0;
@@ -135,7 +135,8 @@ int compare_with(const char* recorded) {
     for (const std::string& input : split(columns[3], ';')) {
       const std::vector<std::string> parts = split(input, '=');
       const Vec4 v = vector_of(parts[1]);
-      if (parts[0] == "Vector" && n.type.find("Tex") != std::string::npos) {  // unlinked it would mean coordinates
+      if (parts[0] == "Vector" &&
+          n.type.find("Tex") != std::string::npos) {  // an unlinked vector would be the texture coordinates
         const int xyz = g.node("ShaderNodeCombineXYZ",
                                {value_input("X", v.x), value_input("Y", v.y), value_input("Z", v.z)});
         n.inputs.push_back(linked_input("Vector", xyz, "Vector"));
@@ -155,13 +156,13 @@ int compare_with(const char* recorded) {
 
 }  // namespace
 
-TEST(ShaderNodes, constant_nodes_fold_to_what_cycles_gives) { EXPECT_GT(compare_with("node_values.txt"), 300); }
+TEST(ShaderNodes, constant_nodes_fold_to_the_values_of_cycles) { EXPECT_GT(compare_with("node_values.txt"), 300); }
 
-TEST(ShaderNodes, what_blender_5_defines_otherwise_folds_to_what_its_cycles_gives) {
+TEST(ShaderNodes, nodes_that_blender_5_changed_fold_to_the_values_of_its_cycles) {
   EXPECT_GE(compare_with("node_values_5.txt"), 60);
 }
 
-TEST(ShaderNodes, broken_ies_files_are_named_and_shine_evenly) {
+TEST(ShaderNodes, broken_ies_files_are_reported_and_emit_uniformly) {
   const std::string good = text_of_file(AJAR_TEST_DIRECTORY "/ies/quadrant_tilted_1995.ies");
   const auto changed = [&](const std::string& from, const std::string& to) {
     std::string text = good;
@@ -203,7 +204,7 @@ TEST(ShaderNodes, broken_ies_files_are_named_and_shine_evenly) {
   }
 }
 
-TEST(ShaderNodes, no_prefix_of_an_ies_file_breaks_its_reader) {
+TEST(ShaderNodes, truncated_ies_files_are_read_safely) {
   const std::string good = text_of_file(AJAR_TEST_DIRECTORY "/ies/one_plane_2002.ies");
   std::string problem;
   int read = 0;
@@ -216,11 +217,11 @@ TEST(ShaderNodes, no_prefix_of_an_ies_file_breaks_its_reader) {
       EXPECT_GE(profile.towards(direction), 0.0f);
   }
   EXPECT_GT(read, 0);
-  EXPECT_LT(read, 8);  // the last number cut short, and the end of its line
+  EXPECT_LT(read, 8);  // files that end within the last number or after it
 }
 
-// What Cycles of Blender 3.4 does not read, as that of 5.2 reads it.
-TEST(ShaderNodes, ies_files_of_types_a_and_b_and_parts_of_the_sphere) {
+// Cycles of Blender 3.4 does not read these files. The expected values are those of Blender 5.2.
+TEST(ShaderNodes, ies_files_of_types_a_and_b_and_of_parts_of_the_sphere_are_read) {
   const Vec3 down(0.3f, 0.4f, -0.9f), aside(-0.8f, 0.1f, -0.3f), up(0.2f, -0.9f, 0.4f);
   const struct {
     int type;
@@ -255,7 +256,7 @@ TEST(ShaderNodes, ies_files_of_types_a_and_b_and_parts_of_the_sphere) {
         << text.str();
     EXPECT_EQ(problem, "");
   }
-  // One horizontal angle, of which only type C can make a whole.
+  // With a single horizontal angle, only type C describes all directions.
   for (const char* type_and_angle :
        {"2 1 0 0 0\n1 1 1\n-90 0 90\n0\n", "2 1 0 0 0\n1 1 1\n-90 0 90\n20\n", "3 1 0 0 0\n1 1 1\n-90 0 90\n0\n"}) {
     std::string problem;
@@ -265,7 +266,7 @@ TEST(ShaderNodes, ies_files_of_types_a_and_b_and_parts_of_the_sphere) {
   }
 }
 
-TEST(ShaderNodes, wires_are_as_wide_as_their_size_and_half_of_that_on_each_side) {
+TEST(ShaderNodes, wires_extend_half_of_their_size_from_each_edge) {
   Surface s;
   const auto wire = [&](float size, Vec2 barycentric, bool in_pixels = false, const ShaderContext& context = {}) {
     s.point.barycentric = barycentric;
@@ -273,7 +274,7 @@ TEST(ShaderNodes, wires_are_as_wide_as_their_size_and_half_of_that_on_each_side)
                 {number_property("use_pixel_size", {float(in_pixels)})}, context)
         .x;
   };
-  // Metres to the edges: along u, along v, and the third one.
+  // Distances in metres to the edges: along u, along v, and to the third edge.
   const struct {
     Vec2 barycentric;
     float distance;
@@ -290,14 +291,14 @@ TEST(ShaderNodes, wires_are_as_wide_as_their_size_and_half_of_that_on_each_side)
   ShaderContext context;
   context.camera = &camera;
   context.image_width = 8;
-  EXPECT_EQ(wire(1.61f, {0.05f, 0.5f}, true, context), 1.0f);  // of a quarter of a metre each
+  EXPECT_EQ(wire(1.61f, {0.05f, 0.5f}, true, context), 1.0f);  // pixels of a quarter of a metre
   EXPECT_EQ(wire(1.59f, {0.05f, 0.5f}, true, context), 0.0f);
   s.point.mesh = nullptr;
   EXPECT_EQ(wire(9.0f, {0.5f, 0.1f}), 0.0f);
 }
 
-// A tilted plane under an orthographic camera whose pixels are a quarter of a metre wide: the normal depends on how far
-// the heights are apart.
+// A tilted plane below an orthographic camera whose pixels are a quarter of a metre wide. The normal depends on the
+// distance between the evaluated heights.
 TEST(ShaderNodes, bumped_normals_are_those_of_cycles) {
   const Vec2 slope(0.3f, -0.2f);
   std::ifstream file(AJAR_TEST_DIRECTORY "/node_values.txt");
@@ -344,18 +345,18 @@ TEST(ShaderNodes, bumped_normals_are_those_of_cycles) {
   EXPECT_EQ(cases, 5);
 }
 
-TEST(ShaderNodes, a_constant_height_bumps_nothing_and_costs_nothing) {
+TEST(ShaderNodes, a_constant_height_changes_no_normal_and_needs_no_instruction) {
   GraphBuilder g;
   const int bump = g.node("ShaderNodeBump", {value_input("Height", 0.7f)});
   const int diffuse = g.node("ShaderNodeBsdfDiffuse",
                              {value_input("Color", 0.5f), linked_input("Normal", bump, "Normal")});
   g.graph.surface = {diffuse, "BSDF"};
-  EXPECT_EQ(compile(g.graph).instruction_count(), 1);  // reads the surface's own normal
+  EXPECT_EQ(compile(g.graph).instruction_count(), 1);  // the instruction that reads the normal of the surface
 }
 
-// Blender 4.1 merged Musgrave into Noise: the same pattern with an octave less and the amplitude of an octave in place
-// of its exponent.
-TEST(ShaderNodes, second_generation_noise_contains_musgrave) {
+// Blender 4.1 merged Musgrave into Noise. The pattern is the same with one octave less, and with the amplitude of an
+// octave instead of its exponent.
+TEST(ShaderNodes, noise_of_blender_4_1_contains_musgrave) {
   const float lacunarity = 2.2f, dimension = 0.6f, detail = 4.3f;
   for (const char* kind : {"MULTIFRACTAL", "FBM", "HYBRID_MULTIFRACTAL", "RIDGED_MULTIFRACTAL", "HETERO_TERRAIN"}) {
     GraphBuilder g;
@@ -376,14 +377,14 @@ TEST(ShaderNodes, second_generation_noise_contains_musgrave) {
   }
 }
 
-// An octave counts by gain times the signals before it, and by 1 at most.
-TEST(ShaderNodes, octaves_of_hybrid_multifractals_count_by_those_before) {
+// The weight of an octave is gain times the signals before it, and at most 1.
+TEST(ShaderNodes, octaves_of_hybrid_multifractals_are_weighted_by_previous_octaves) {
   const Vec3 p(0.37f, -1.24f, 2.71f);
   for (int dimensions = 1; dimensions <= 4; ++dimensions) {
     nodes::NoiseParameters n;
     n.dimensions = dimensions;
     n.fractal = nodes::Fractal::HybridMultifractal;
-    n.offset = 1.5f;  // all signals are positive
+    n.offset = 1.5f;  // makes all signals positive
     n.persistence = 0.6f;
     n.lacunarity = 2.1f;
     const auto at = [&](float octaves, float gain, float frequency) {
@@ -395,13 +396,13 @@ TEST(ShaderNodes, octaves_of_hybrid_multifractals_count_by_those_before) {
     EXPECT_NEAR(at(2.0f, 50.0f, 1.0f), first + second, 1e-5f) << dimensions;
     EXPECT_NEAR(at(1.4f, 50.0f, 1.0f), first + 0.4f * second, 1e-5f) << dimensions;
     EXPECT_NEAR(at(2.0f, 0.1f, 1.0f), first + 0.1f * first * second, 1e-5f) << dimensions;
-    EXPECT_EQ(at(9.0f, 1e-4f, 1.0f), first) << dimensions;  // too little to be seen
+    EXPECT_EQ(at(9.0f, 1e-4f, 1.0f), first) << dimensions;  // the others have no weight
   }
 }
 
-// The highest air over the eye, at 60 km, is in the Earth's shadow when the sun is acos(6360 / 6420) = 0.137 below the
-// horizon.
-TEST(ShaderNodes, the_night_sky_is_dark_where_the_earth_hides_the_sun) {
+// The top of the atmosphere above the eye, at 60 km, is in the shadow of the Earth when the sun is acos(6360 / 6420) =
+// 0.137 radians below the horizon.
+TEST(ShaderNodes, the_sky_is_black_in_the_shadow_of_the_earth) {
   const auto overhead = [](float elevation) {
     nodes::Atmosphere atmosphere;
     atmosphere.sun_elevation = elevation;
@@ -413,7 +414,7 @@ TEST(ShaderNodes, the_night_sky_is_dark_where_the_earth_hides_the_sun) {
   EXPECT_EQ(overhead(-0.15f), Color(0.0f));
 }
 
-TEST(ShaderNodes, second_generation_voronoi_sums_octaves) {
+TEST(ShaderNodes, voronoi_of_blender_4_sums_octaves) {
   const auto at = [&](float detail, float scale, float normalize) {
     GraphBuilder g;
     const int xyz = g.node("ShaderNodeCombineXYZ",
@@ -431,7 +432,7 @@ TEST(ShaderNodes, second_generation_voronoi_sums_octaves) {
   EXPECT_NEAR(at(1, 1.7f, 1), (first + 0.5f * second) / (1.5f * std::sqrt(3.0f)), 1e-4f);
 }
 
-TEST(ShaderNodes, texture_coordinates_of_a_moved_and_stretched_object) {
+TEST(ShaderNodes, texture_coordinates_of_a_moved_and_scaled_object_are_correct) {
   Surface s;
   expect_near(read(s, "ShaderNodeTexCoord", "UV"), Color(0.25f, 0.5f, 0.0f), 5e-5f);
   expect_near(read(s, "ShaderNodeTexCoord", "Object"), Color(0.5f, 1.0f, 0.0f), 5e-5f);
@@ -440,11 +441,11 @@ TEST(ShaderNodes, texture_coordinates_of_a_moved_and_stretched_object) {
   expect_near(read(s, "ShaderNodeUVMap", "UV", {}, {text_property("uv_map", "UVMap")}), Color(0.25f, 0.5f, 0.0f),
               5e-5f);
   expect_near(read(s, "ShaderNodeUVMap", "UV", {}, {text_property("uv_map", "None")}), Color(0.0f), 5e-5f);
-  // Object space of another object, half as large and one metre up.
+  // The space of another object, which is scaled by one half and one metre higher.
   expect_near(
       read(s, "ShaderNodeTexCoord", "Object", {}, {number_property("object", {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, -2})}),
       Color(22.0f, 42.0f, 58.0f), 5e-5f);
-  // A normal on the stretched side keeps pointing off the surface.
+  // A normal stays perpendicular to the surface under non-uniform scale.
   s.point.ns = glm::normalize(Vec3(1, 2, 0));
   expect_near(read(s, "ShaderNodeTexCoord", "Normal"), Color(std::sqrt(0.5f), std::sqrt(0.5f), 0.0f), 5e-5f);
 }
@@ -453,7 +454,7 @@ TEST(ShaderNodes, camera_and_window_coordinates_follow_the_camera) {
   const Surface s;
   CameraDescription camera;
   camera.present = true;
-  camera.world_from_camera = {1, 0, 0, 11, 0, 1, 0, 20, 0, 0, 1, 34};  // four metres above, looking down
+  camera.world_from_camera = {1, 0, 0, 11, 0, 1, 0, 20, 0, 0, 1, 34};  // four metres above the point, looking down
   ShaderContext context;
   context.camera = &camera;
   expect_near(read(s, "ShaderNodeTexCoord", "Camera", {}, {}, context), Color(0.0f, 1.0f, 4.0f), 5e-5f);
@@ -463,7 +464,7 @@ TEST(ShaderNodes, camera_and_window_coordinates_follow_the_camera) {
   expect_near(read(s, "ShaderNodeCameraData", "View Distance", {}, {}, context), Color(std::sqrt(17.0f)), 5e-5f);
 }
 
-TEST(ShaderNodes, attributes_geometry_and_object_reach_the_graph) {
+TEST(ShaderNodes, attributes_and_data_of_geometry_and_object_reach_the_graph) {
   Surface s;
   const auto name = [](const char* n) { return text_property("attribute_name", n); };
   expect_near(read(s, "ShaderNodeAttribute", "Fac", {}, {name("Weight")}), Color(1.25f), 5e-5f);
@@ -502,7 +503,7 @@ TEST(ShaderNodes, attributes_geometry_and_object_reach_the_graph) {
   expect_near(read(s, "ShaderNodeObjectInfo", "Random"), Color(0.625f), 5e-5f);
 }
 
-TEST(ShaderNodes, fresnel_turns_around_inside) {
+TEST(ShaderNodes, fresnel_inverts_the_index_inside) {
   Surface s;
   s.point.wo = Vec3(0, 0, 1);
   const float outside = sqr(0.5f / 2.5f);
@@ -556,8 +557,8 @@ TEST(ShaderNodes, environment_directions_are_those_of_cycles) {
   near(nodes::mirror_ball({1, 0, 0}), {0.5f + 0.5f * std::sqrt(0.5f), 0.5f});
 }
 
-TEST(ShaderNodes, the_world_is_textured_by_direction) {
-  // A picture of four columns around the horizon; +x is the middle of the picture.
+TEST(ShaderNodes, textures_of_the_world_are_mapped_by_direction) {
+  // An image of four columns around the horizon, with +x at its centre.
   ImageDescription image;
   image.name = "Sky";
   image.width = 4;
@@ -581,7 +582,7 @@ TEST(ShaderNodes, the_world_is_textured_by_direction) {
   EXPECT_NEAR(at({-1, -0.1f, 0.2f}), 4.0f, 1e-4f);
 }
 
-TEST(ShaderNodes, box_projection_weights_sum_to_one_and_single_out_axes) {
+TEST(ShaderNodes, box_projection_weights_sum_to_one_and_are_one_along_axes) {
   for (const float blend : {0.0f, 0.2f, 0.7f, 1.0f})
     for (int i = 0; i < 500; ++i) {
       const float z = 1.0f - 2.0f * (i + 0.5f) / 500, phi = 2.4f * i;
@@ -599,7 +600,7 @@ TEST(ShaderNodes, normal_map_of_the_neutral_color_keeps_the_normal) {
   expect_near(read(s, "ShaderNodeNormalMap", "Normal",
                    {value_input("Color", Vec4(0.5f, 0.5f, 1, 1)), value_input("Strength", 1.0f)}),
               s.point.ns, 5e-5f);
-  s.point.ns = Vec3(0, 0, 1);  // red leans along u, green along v
+  s.point.ns = Vec3(0, 0, 1);  // red tilts the normal along u, green along v
   const Color leaning = read(s, "ShaderNodeNormalMap", "Normal",
                              {value_input("Color", Vec4(1, 0.5f, 1, 1)), value_input("Strength", 1.0f)});
   expect_near(leaning, Color(std::sqrt(0.5f), 0.0f, std::sqrt(0.5f)), 5e-5f);
@@ -619,7 +620,7 @@ TEST(ShaderNodes, green_of_a_directx_normal_map_points_down) {
                 5e-6f, space);
 }
 
-TEST(ShaderNodes, what_a_known_node_asks_for_and_does_not_get_is_said) {
+TEST(ShaderNodes, unsupported_settings_of_known_nodes_are_reported) {
   const auto said = [](const char* type, std::initializer_list<NodeInput> inputs,
                        std::initializer_list<NodeProperty> properties = {}, bool volume = false) {
     GraphBuilder g;
@@ -643,7 +644,7 @@ TEST(ShaderNodes, what_a_known_node_asks_for_and_does_not_get_is_said) {
                 .find("is not supported yet; this part of the volume is left out"),
             std::string::npos);
 
-  GraphBuilder g;  // linked, an input may be anything
+  GraphBuilder g;  // a linked input can have any value
   const int thickness = g.node("ShaderNodeValue", {}, {number_property("value", {0.0f})});
   const int glass = g.node("ShaderNodeBsdfGlass", {linked_input("Thin Film Thickness", thickness, "Value")});
   g.graph.surface = {glass, "BSDF"};

@@ -13,7 +13,7 @@ namespace {
 
 using namespace fixtures;
 
-/// Emission of mix(black, white, facing): something that no compiler can fold.
+/// A node whose value the compiler cannot fold to a constant.
 int varying_value(GraphBuilder& g) { return g.node("ShaderNodeLightPath"); }
 
 }  // namespace
@@ -28,7 +28,7 @@ TEST(ShaderProgram, empty_graph_is_black_and_opaque) {
   EXPECT_FALSE(program.emits() || program.scatters() || program.may_be_transparent());
 }
 
-TEST(ShaderProgram, constant_graphs_run_no_instruction) {
+TEST(ShaderProgram, constant_graphs_have_no_instructions) {
   GraphBuilder g;
   const int a = g.node("ShaderNodeMath", {value_input("Value", 2.0f), value_input("Value_001", 3.0f)},
                        {text_property("operation", "MULTIPLY")});
@@ -46,7 +46,7 @@ TEST(ShaderProgram, constant_graphs_run_no_instruction) {
   EXPECT_FLOAT_EQ(e.z, 0.9f);
 }
 
-TEST(ShaderProgram, dead_nodes_and_pruned_sides_never_appear) {
+TEST(ShaderProgram, unused_nodes_and_mixes_with_weight_zero_are_removed) {
   GraphBuilder g;
   const int ray = varying_value(g);
   const int dead = g.node("ShaderNodeEmission", {linked_input("Strength", ray, "Ray Length")});
@@ -71,7 +71,8 @@ TEST(ShaderProgram, shared_subexpressions_are_evaluated_once) {
                          {linked_input("Value", doubled(), "Value"), linked_input("Value_001", doubled(), "Value")});
   g.emit(sum, "Value");
   const ShaderProgram program = compile(g.graph);
-  EXPECT_EQ(program.instruction_count(), 4) << program.listing();  // length, twice it, sum, to colour
+  EXPECT_EQ(program.instruction_count(), 4)
+      << program.listing();  // ray length, its double, the sum, the conversion to a colour
   ShadingPoint point;
   point.ray_length = 1.5f;
   EXPECT_FLOAT_EQ(program.evaluate_emission(point).y, 6.0f);
@@ -109,7 +110,7 @@ TEST(ShaderProgram, principled_alpha_and_emission_become_closures) {
   EXPECT_FLOAT_EQ(shading.bsdf.transparency().z, 0.75f);
 }
 
-TEST(ShaderProgram, second_generation_principled_reads_its_own_sockets) {
+TEST(ShaderProgram, principled_of_blender_4_reads_its_own_sockets) {
   GraphBuilder g;
   const int principled = g.node("ShaderNodeBsdfPrincipled",
                                 {value_input("Base Color", 0.8f), value_input("Emission Color", Vec4(1, 1, 1, 1)),
@@ -135,7 +136,7 @@ TEST(ShaderProgram, diffuse_closure_reaches_the_bsdf) {
   EXPECT_NEAR(f.z, 0.6f * kInvPi, 1e-6f);
 }
 
-TEST(ShaderProgram, emission_code_leaves_out_what_scattering_needs) {
+TEST(ShaderProgram, emission_code_does_not_contain_code_for_scattering) {
   GraphBuilder g;
   const int ray = varying_value(g);
   const int diffuse = g.node("ShaderNodeBsdfDiffuse", {linked_input("Color", ray, "Ray Length")});
@@ -148,15 +149,15 @@ TEST(ShaderProgram, emission_code_leaves_out_what_scattering_needs) {
   EXPECT_TRUE(program.emission_is_constant());
 }
 
-TEST(ShaderProgram, a_color_linked_as_a_closure_emits) {
+TEST(ShaderProgram, a_color_that_is_linked_as_a_closure_is_emission) {
   GraphBuilder g;
   g.graph.surface = {g.node("ShaderNodeRGB", {}, {number_property("value", {1, 2, 3, 1})}), "Color"};
   EXPECT_FLOAT_EQ(compile(g.graph).evaluate_emission(ShadingPoint()).z, 3.0f);
 }
 
-// ---- What is broken or unknown ---------------------------------------------------------------
+// ---- Broken and unknown nodes ----------------------------------------------------------------
 
-TEST(ShaderProgram, unknown_closure_is_diffuse_of_its_color_and_reported_once) {
+TEST(ShaderProgram, an_unknown_closure_is_replaced_by_diffuse_and_reported_once) {
   GraphBuilder g;
   const int hair = g.node("ShaderNodeBsdfHair", {value_input("Color", Vec4(1, 0, 0, 1))});
   const int mix = g.node("ShaderNodeAddShader",
@@ -171,7 +172,7 @@ TEST(ShaderProgram, unknown_closure_is_diffuse_of_its_color_and_reported_once) {
   EXPECT_TRUE(program.scatters());
 }
 
-TEST(ShaderProgram, unknown_value_nodes_pass_their_first_link_through) {
+TEST(ShaderProgram, unknown_value_nodes_return_their_first_link) {
   GraphBuilder g;
   const int rgb = g.node("ShaderNodeRGB", {}, {number_property("value", {0.25f, 0.5f, 1, 1})});
   const int unknown = g.node("ShaderNodeFromTheFuture",
@@ -185,13 +186,13 @@ TEST(ShaderProgram, unknown_value_nodes_pass_their_first_link_through) {
 
 TEST(ShaderProgram, malformed_graphs_fall_back_without_crashing) {
   Diagnostics diagnostics;
-  GraphBuilder loop;  // two Math nodes feeding each other
+  GraphBuilder loop;  // two Math nodes that are linked to each other
   loop.node("ShaderNodeMath", {linked_input("Value", 1, "Value"), value_input("Value_001", 1.0f)});
   loop.node("ShaderNodeMath", {linked_input("Value", 0, "Value"), value_input("Value_001", 1.0f)});
   loop.emit(0, "Value");
   EXPECT_TRUE(is_finite(compile(loop.graph, &diagnostics).evaluate_emission(ShadingPoint())));
 
-  GraphBuilder closures;  // a mix shader feeding itself
+  GraphBuilder closures;  // a Mix Shader that is linked to itself
   closures.node("ShaderNodeMixShader", {linked_input("Shader", 0, "Shader"), linked_input("Shader_001", 0, "Shader")});
   closures.graph.surface = {0, "Shader"};
   compile(closures.graph, &diagnostics);
@@ -221,7 +222,7 @@ TEST(ShaderProgram, very_deep_and_very_wide_graphs_are_bounded) {
   compile(deep.graph, &diagnostics);
   EXPECT_FALSE(diagnostics.empty());
 
-  GraphBuilder wide;  // every node uses the previous one twice: 2^60 ways through the tree
+  GraphBuilder wide;  // every node uses the previous one twice: 2^60 paths through the graph
   last = wide.node("ShaderNodeEmission", {value_input("Color", 1.0f), value_input("Strength", 1.0f)});
   for (int i = 0; i < 60; ++i)
     last = wide.node("ShaderNodeMixShader", {value_input("Fac", 0.5f), linked_input("Shader", last, "Shader"),

@@ -16,7 +16,7 @@ namespace {
 
 double srgb_to_linear(double x) { return x < 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4); }
 
-/// A directory that is gone at the end of the test.
+/// A directory that is deleted at the end of the test.
 struct Directory {
   std::filesystem::path path = std::filesystem::temp_directory_path() / ("ajar-test-" + std::to_string(::getpid()));
   Directory() { std::filesystem::create_directories(path); }
@@ -24,14 +24,14 @@ struct Directory {
   std::string file(const std::string& name) const { return (path / name).string(); }
 };
 
-/// Writes rows from the top down.
+/// Writes an image whose rows are ordered from top to bottom.
 template <typename T>
 void write(const std::string& path, int width, int height, int channels, OIIO::TypeDesc type,
            const std::vector<T>& values) {
   const auto out = OIIO::ImageOutput::create(path);
   ASSERT_TRUE(out) << OIIO::geterror();
   OIIO::ImageSpec spec(width, height, channels, type);
-  spec.attribute("oiio:UnassociatedAlpha", 1);  // what PNG and TGA hold
+  spec.attribute("oiio:UnassociatedAlpha", 1);  // as PNG and TGA store it
   ASSERT_TRUE(out->open(path, spec)) << out->geterror();
   ASSERT_TRUE(out->write_image(OIIO::BaseTypeFromC<T>::value, values.data()));
   out->close();
@@ -63,12 +63,12 @@ TextureStore store_of(ImageDescription image) {
   return TextureStore(std::move(images));
 }
 
-/// Two by two: red channel 0 1 below, 2 3 above.
+/// 2 x 2 pixels: the red channel is 0 and 1 in the lower row, 2 and 3 in the upper one.
 ImageDescription quad() { return linear_pixels(2, 2, {0, 0, 0, 1, 1, 0, 0, 1, 2, 0, 0, 1, 3, 0, 0, 1}); }
 
 }  // namespace
 
-TEST(Texture, texel_centres_are_at_half_and_rows_go_up) {
+TEST(Texture, texel_centres_are_at_one_half_and_rows_are_ordered_upwards) {
   TextureStore store = store_of(quad());
   const Texture* t = load(store);
   for (const Interpolation i : {Interpolation::Linear, Interpolation::Closest}) {
@@ -79,7 +79,7 @@ TEST(Texture, texel_centres_are_at_half_and_rows_go_up) {
   EXPECT_FLOAT_EQ(t->lookup({0.5f, 0.25f}, Interpolation::Linear, Extension::Repeat).x, 0.5f);
 }
 
-TEST(Texture, extensions_differ_outside_only) {
+TEST(Texture, extension_modes_differ_outside_the_image_only) {
   TextureStore store = store_of(quad());
   const Texture* t = load(store);
   const auto at = [&](float u, float v, Extension e) { return t->lookup({u, v}, Interpolation::Closest, e); };
@@ -90,7 +90,7 @@ TEST(Texture, extensions_differ_outside_only) {
   EXPECT_EQ(at(1.25f, 0.25f, Extension::Clip), Vec4(0.0f));
   EXPECT_FLOAT_EQ(at(1.25f, 0.25f, Extension::Mirror).x, 1.0f);
   EXPECT_FLOAT_EQ(at(-0.25f, 0.25f, Extension::Mirror).x, 0.0f);
-  // Half a texel beyond the border clipping has faded half way.
+  // At the border, linear interpolation has blended half of the way to the clipped outside.
   EXPECT_FLOAT_EQ(t->lookup({1.0f, 0.25f}, Interpolation::Linear, Extension::Clip).w, 0.5f);
 }
 
@@ -102,10 +102,10 @@ TEST(Texture, cubic_lookup_is_the_b_spline) {
   EXPECT_NEAR(t->lookup({3.5f / 8, 0.5f}, Interpolation::Cubic, Extension::Extend).x, 4.0f, 1e-5f);
   EXPECT_NEAR(t->lookup({4.5f / 8, 0.5f}, Interpolation::Cubic, Extension::Extend).x, 1.0f, 1e-5f);
   EXPECT_NEAR(t->lookup({4.7f / 8, 0.5f}, Interpolation::Cubic, Extension::Extend).y, 4.2f,
-              1e-5f);  // linear functions stay
+              1e-5f);  // reproduces linear functions
 }
 
-TEST(Texture, any_coordinate_is_safe) {
+TEST(Texture, lookups_accept_any_coordinate) {
   TextureStore store = store_of(quad());
   const Texture* t = load(store);
   for (const float bad : {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, 3e9f})
@@ -116,14 +116,14 @@ TEST(Texture, any_coordinate_is_safe) {
       }
 }
 
-TEST(Texture, eight_bit_srgb_is_interpolated_encoded_and_decoded_to_six_digits) {
+TEST(Texture, eight_bit_srgb_is_interpolated_in_encoded_form_and_decoded_to_six_digits) {
   std::vector<float> ramp;
   for (int i = 0; i < 256; ++i) ramp.insert(ramp.end(), {i / 255.0f, 0, 0, 1});
   ImageDescription image = linear_pixels(256, 1, ramp);
   image.color_space = "sRGB";
   TextureStore store = store_of(image);
   const Texture* t = load(store);
-  EXPECT_EQ(t->memory_bytes(), 256u * 4u);  // recognised as bytes
+  EXPECT_EQ(t->memory_bytes(), 256u * 4u);  // stored as bytes
   for (int i = 0; i < 255; ++i) {
     EXPECT_NEAR(t->lookup({(i + 0.5f) / 256, 0.5f}, Interpolation::Linear, Extension::Extend).x,
                 srgb_to_linear(i / 255.0), 1e-6);
@@ -132,9 +132,9 @@ TEST(Texture, eight_bit_srgb_is_interpolated_encoded_and_decoded_to_six_digits) 
   }
 }
 
-TEST(Texture, files_and_packed_files_of_every_format_decode_alike) {
+TEST(Texture, files_and_packed_files_of_every_format_give_the_same_image) {
   const Directory directory;
-  // Three by two squares of 16 pixels, top first, so that JPEG's blocks keep to one colour.
+  // Three by two squares of 16 pixels, from top to bottom. Each block of a JPEG has a single colour.
   const uint8_t colors[6][3] = {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {128, 128, 128}, {64, 64, 64}, {255, 255, 255}};
   std::vector<uint8_t> pixels;
   for (int y = 0; y < 32; ++y)
@@ -166,7 +166,7 @@ TEST(Texture, files_and_packed_files_of_every_format_decode_alike) {
   }
 }
 
-TEST(Texture, high_dynamic_range_keeps_its_values) {
+TEST(Texture, high_dynamic_range_images_keep_their_values) {
   const Directory directory;
   const std::vector<float> pixels = {1000.0f, 0.5f, 0.001f, 0.25f, 2.0f, 8.0f};
   for (const char* name : {"a.exr", "a.hdr"}) {
@@ -188,7 +188,7 @@ TEST(Texture, high_dynamic_range_keeps_its_values) {
   }
 }
 
-TEST(Texture, alpha_modes_decide_what_happens_to_color) {
+TEST(Texture, alpha_modes_define_the_association_of_color) {
   const Directory directory;
   const std::string path = directory.file("alpha.png");
   write(path, 1, 1, 4, OIIO::TypeDesc::UINT8, std::vector<uint8_t>{204, 102, 51, 51});
@@ -201,7 +201,7 @@ TEST(Texture, alpha_modes_decide_what_happens_to_color) {
   const Vec4 file(204 * k, 102 * k, 51 * k, 0.2f);
   const Vec4 times_alpha(Vec3(file) * 0.2f, 0.2f);
   for (const Case& c : {Case{AlphaMode::Straight, "Linear", file, times_alpha},
-                        Case{AlphaMode::Straight, "Non-Color", file, file},  // data are never multiplied
+                        Case{AlphaMode::Straight, "Non-Color", file, file},  // data are not multiplied by alpha
                         Case{AlphaMode::ChannelPacked, "Linear", file, file},
                         Case{AlphaMode::None, "Linear", Vec4(Vec3(file), 1.0f), Vec4(Vec3(file), 1.0f)}}) {
     ImageDescription image;
@@ -247,7 +247,7 @@ TEST(Texture, broken_images_are_magenta_and_reported_once) {
   EXPECT_EQ(diagnostics.size(), 7u);
 }
 
-TEST(Texture, absurd_sizes_are_refused_before_any_memory_is_taken) {
+TEST(Texture, too_large_sizes_are_refused_before_memory_is_allocated) {
   const Directory directory;
   const std::string path = directory.file("bomb.tga");
   std::vector<uint8_t> header(18 + 64, 0);  // run-length encoded, 65535 x 65535
@@ -273,7 +273,7 @@ TEST(Texture, pixels_that_are_not_finite_become_zero_and_are_counted) {
   EXPECT_NE(diagnostics[0].message.find("2 pixels"), std::string::npos);
 }
 
-TEST(Texture, each_image_is_decoded_once_and_only_when_asked_for) {
+TEST(Texture, each_image_is_decoded_once_and_only_when_needed) {
   std::vector<ImageDescription> images = {quad(), quad()};
   TextureStore store(std::move(images));
   EXPECT_EQ(store.decoded_count(), 0);
@@ -283,7 +283,7 @@ TEST(Texture, each_image_is_decoded_once_and_only_when_asked_for) {
   EXPECT_EQ(store.decoded_count(), 1);
 }
 
-TEST(Texture, unknown_color_spaces_are_approximated_aloud) {
+TEST(Texture, unknown_color_spaces_are_approximated_and_reported) {
   ImageDescription image = quad();
   image.color_space = "Filmic sRGB";
   Diagnostics diagnostics;
