@@ -1,4 +1,5 @@
-// A path as populations keep it: a quarter of a kilobyte a vertex. Surfaces are shaded again when it is unpacked.
+// A path in compact form, in which populations store it: a quarter of a kilobyte per vertex. Unpacking shades the
+// surfaces again.
 #pragma once
 
 #include <vector>
@@ -10,12 +11,12 @@ namespace ajar {
 class CompactPath {
  public:
   void pack(const Path& path);
-  /// The same path, bit for bit.
+  /// Restores the same path, bit for bit.
   void unpack(Path& path) const;
   bool empty() const { return vertices_.empty(); }
   void clear() { vertices_.clear(); }
   Vec2 film() const { return film_; }
-  /// For a target that is `factor` times the one it was packed with.
+  /// Multiplies the stored target. Use it when the target function is multiplied by `factor`.
   void scale_target(double factor) { target_ *= factor; }
   size_t bytes() const { return sizeof(*this) + vertices_.capacity() * sizeof(Vertex); }
 

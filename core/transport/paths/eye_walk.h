@@ -1,10 +1,10 @@
-// One step after another of a walk from the eye, for all integrators: the next surface, the lamps and the distant light
-// that the ray meets on the way, holes in the film, the weight of emission, straight continuation through transparent
-// surfaces, roulette.
+// The steps of a walk from the eye, for all integrators: the next surface, the lamps and the distant light that the ray
+// meets on the way, holes in the film, the weight of emission, straight continuation through transparent surfaces,
+// Russian roulette.
 //
-// A caller traces, meets lamps, then either leaves the scene or arrives at a surface, and chooses how the walk goes on.
-// Media and the choice of directions are the caller's. What a step does not need is not done: all functions are inline
-// and none allocates.
+// A caller traces the ray and meets the lamps on it. Then it either leaves the scene or arrives at a surface, and
+// chooses the continuation. Media and the choice of directions belong to the caller. Each step does only its own work:
+// all functions are inline and none allocates memory.
 #pragma once
 
 #include <algorithm>
@@ -15,8 +15,8 @@
 
 namespace ajar {
 
-/// Russian roulette: false when the walk ends, else throughputs become those of the walks that survive. `survival` is a
-/// probability; at 1 no number is drawn.
+/// Russian roulette. Returns false if the walk ends. Otherwise the throughputs are divided by `survival`, which is a
+/// probability. If it is 1, no random number is used.
 template <class... Throughputs>
 bool survives(float survival, Sampler& sampler, uint32_t dimension, Throughputs&... throughputs) {
   if (!(survival < 1.0f)) return true;
@@ -33,8 +33,8 @@ class EyeWalk {
 
   Ray ray;
   Hit hit;
-  ShadingPoint point;      ///< kind and depths of the ray; from `arrive` on, the surface it has met
-  SurfaceShading shading;  ///< of that surface
+  ShadingPoint point;      ///< type and depths of the ray; after `arrive`, the surface
+  SurfaceShading shading;  ///< the result of shading that surface
 
   /// Finds the closest surface along the ray.
   void trace() {
@@ -42,34 +42,34 @@ class EyeWalk {
     ++rays_;
   }
   bool found() const { return hit.found(); }
-  /// meet(LightMet) for each lamp with extent between here and the surface.
+  /// Calls meet(LightMet) for each lamp with extent between the start of the ray and the surface.
   template <class Meet>
   void meet_lamps(Meet&& meet) const {
     if (scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, ray, hit.t, point.ray_kind, meet);
   }
-  /// meet(LightMet) for the environment and each sun in the direction of a ray that leaves the scene. A transparent
-  /// film does not show the environment.
+  /// Calls meet(LightMet) for the environment and for each sun in the direction of a ray that leaves the scene. A
+  /// transparent film does not show the environment.
   template <class Meet>
   void meet_distant(Meet&& meet) const {
     for_each_distant_light(scene_, ray, point.ray_kind, !(seen_directly() && scene_.settings().transparent_film), meet);
   }
-  /// Goes to the surface. False at a hole in the film.
+  /// Moves to the surface. Returns false at a hole in the film.
   bool arrive() {
     scene_.shading_point(ray, hit, point);
     return !(point.object->holdout && seen_directly());
   }
   void shade() { scene_.material(hit).evaluate_surface(point, shading); }
-  /// Nothing has scattered the ray since the camera.
+  /// True if the ray has not been scattered since the camera.
   bool seen_directly() const { return point.ray_depth == 0; }
-  /// Weight of the surface's emission: weight(light, position, normal) for one that is known as a light, 1 for others,
-  /// which only walks find.
+  /// The weight of the surface's emission: weight(light, position, normal) if the surface is in the list of lights.
+  /// Otherwise only walks find it, and the weight is 1.
   template <class Weight>
   float emission_weight(Weight&& weight) const {
     const int light = scene_.light_of(hit);
     return light >= 0 ? weight(uint32_t(light), point.position, point.ng) : 1.0f;
   }
-  /// Alpha that the film gets from a surface that is seen directly, of throughput `beta`; from a ray that leaves the
-  /// scene, of all of it.
+  /// Alpha of the film. alpha_of_surface: from a surface that is seen directly, for the throughput `beta`.
+  /// alpha_of_nothing: from a ray that leaves the scene.
   float alpha_of_surface(Color beta, Color transparency) const {
     return luminance(beta * (Color(1.0f) - transparency)) * (1.0f - shading.holdout);
   }
@@ -77,15 +77,16 @@ class EyeWalk {
     return seen_directly() && !scene_.settings().transparent_film ? luminance(beta) : 0.0f;
   }
 
-  /// Straight on through the surface: bounces are not counted. False when that is once too often.
+  /// Continues straight through the surface, which is not counted as a bounce. Returns false if the limit of
+  /// transparent surfaces is exceeded.
   bool pass_through() {
     if (++point.transparent_depth > scene_.settings().bounces.transparent) return false;
     ray = scene_.straight_on(point, ray, hit.t);
     return true;
   }
-  /// Straight on through a surface that only encloses a volume, which is not counted at all.
+  /// Continues straight through a surface that only encloses a volume. It is not counted at all.
   void pass_uncounted() { ray = scene_.straight_on(point, ray, hit.t); }
-  /// Along a sampled direction; `count_bounce` has been called.
+  /// Continues in a sampled direction. `count_bounce` has been called before.
   void leave_along(Vec3 direction) { ray = scene_.spawn_ray(point, direction); }
 
  private:

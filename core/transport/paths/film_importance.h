@@ -1,5 +1,5 @@
-// How much an image profits from a path by where the path arrives: chains follow luminance times this, and it is
-// divided out of what they leave on the film [Veach 1997, section 11.3.2].
+// The importance of a position on the film. Chains follow luminance times importance, and their splats are divided by
+// it [Veach 1997, section 11.3.2].
 #pragma once
 
 #include <algorithm>
@@ -12,9 +12,9 @@ namespace ajar {
 
 class FilmImportance {
  public:
-  /// The same everywhere: 1.
+  /// Importance 1 everywhere.
   FilmImportance() = default;
-  /// Values at the centres of cells, bilinear in between.
+  /// Values at the centres of cells, interpolated bilinearly.
   FilmImportance(Vec2 film_min, Vec2 film_max, int columns, int rows, std::vector<float> values)
       : columns_(columns),
         rows_(rows),

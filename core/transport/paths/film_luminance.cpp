@@ -25,7 +25,7 @@ FilmImportance FilmLuminance::importance(double times, float exposure) const {
       double flux = 0.0, sum = 0.0, count = 0.0, area = 0.0;
       for (int j = std::max(0, row - 1); j <= std::min(rows_ - 1, row + 1); ++j) {
         for (int i = std::max(0, column - 1); i <= std::min(columns_ - 1, column + 1); ++i) {
-          // The cell itself counts double along each axis.
+          // Along each axis, the weight is 2 for the cell itself and 1 for its neighbours.
           const double weight = (j == row ? 2.0 : 1.0) * (i == column ? 2.0 : 1.0);
           const size_t k = size_t(j * columns_ + i);
           flux += weight * double(flux_[k].load()) / kUnits;

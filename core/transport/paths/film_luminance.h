@@ -1,9 +1,9 @@
-// A picture of the whole film at low resolution, and the importance that follows from it.
+// The luminance of the whole film at low resolution, and the importance that is derived from it.
 //
-// Chains that follow luminance give a pixel samples in proportion to its brightness L_c, and relative errors that grow
-// where it is dark. What minimises the sum of relMSE terms, L_c^2 / (n (L^2 + 0.01)), is n in proportion to L_c /
-// sqrt(L^2 + 0.01), L being all light and L_c what the chains carry: luminance times 1 / sqrt(L^2 + 0.01) (compare
-// Hoberock and Hart 2010).
+// Chains that follow luminance give a pixel samples in proportion to its luminance L_c, so relative errors are large
+// where the image is dark. The sum of the relMSE terms L_c^2 / (n (L^2 + 0.01)) is minimal for n proportional to L_c /
+// sqrt(L^2 + 0.01), where L is the luminance of all light and L_c that of the light that chains find. So the target is
+// luminance times 1 / sqrt(L^2 + 0.01) (compare Hoberock and Hart 2010).
 #pragma once
 
 #include <atomic>
@@ -13,29 +13,30 @@
 
 namespace ajar {
 
-/// Luminance of the film in cells of some pixels, summed by any number of threads with the same result.
+/// The luminance of the film in cells of 8 x 8 pixels or more. Any number of threads can add to it, with the same
+/// result.
 class FilmLuminance {
  public:
   FilmLuminance(Vec2 film_min, Vec2 film_max);
   int columns() const { return columns_; }
   int rows() const { return rows_; }
-  /// Flux of chains (luminance times pixels^2), and samples of the luminance they leave out.
+  /// add_flux: flux of chains (luminance times pixels^2). add_sample: a sample of the luminance that chains leave out.
   void add_flux(Vec2 film, double flux) { add(flux_[cell(film)], flux); }
   void add_sample(Vec2 film, double luminance) {
     add(sum_[cell(film)], luminance);
     count_[cell(film)].fetch_add(1, std::memory_order_relaxed);
   }
-  /// 1 / sqrt(L^2 + 0.01), L being `exposure` times the luminance smoothed over neighbours; the flux added stands for
-  /// `times` the film's.
+  /// The importance 1 / sqrt(L^2 + 0.01), where L is `exposure` times the luminance, smoothed over neighbouring cells.
+  /// The sum of the added flux is `times` the flux of the film.
   FilmImportance importance(double times, float exposure) const;
-  /// All flux added, times `importance` at the centres of the cells it was added to.
+  /// The sum of all added flux, each multiplied by `importance` at the centre of its cell.
   double flux(const FilmImportance& importance) const;
 
  private:
   static constexpr double kUnits = 0x1p20;
-  static constexpr int kCell = 8, kMaxCells = 64;  ///< pixels a cell; cells in a row
+  static constexpr int kCell = 8, kMaxCells = 64;  ///< pixels per cell; maximum number of cells per row
   static void add(std::atomic<int64_t>& to, double value) {
-    // Lamps that take light away may be as strong as others; what is no number is refused elsewhere.
+    // Lamps with negative light can be as strong as others. NaN counts as 0 here; it is refused elsewhere.
     const double bounded = value == value ? std::clamp(value, -0x1p30, 0x1p30) : 0.0;
     to.fetch_add(int64_t(std::floor(bounded * kUnits + 0.5)), std::memory_order_relaxed);
   }

@@ -1,7 +1,7 @@
-// What may lead walks from lights besides power, emission and BSDFs: a mixture over starts and over directions at
-// surfaces, whose densities depend on place and direction alone. Everything that weighs walks from lights asks for
-// these densities, so a guide never changes the mean of an image. The artist's hints are one
-// (transport/paths/light_walk_guide.h).
+// A guide for walks from lights, in addition to power, emission and BSDFs: a mixture over starts and over directions at
+// surfaces. Its densities depend only on position and direction. All code that weights walks from lights uses these
+// densities, so a guide does not change the mean of an image. Light hints are such a guide
+// (transport/hints/hint_guide.h).
 #pragma once
 
 #include <optional>
@@ -17,23 +17,23 @@ class LightWalkGuide {
  public:
   virtual ~LightWalkGuide() = default;
 
-  /// Does a walk with this number set out along the guide? Then `u_choice` is fit for `start`, else for choosing a
-  /// light by power.
+  /// Whether a walk with this random number starts along the guide. If so, `u_choice` is rescaled for `start`;
+  /// otherwise it is rescaled for the choice of a light by power.
   virtual bool sets_out(float& u_choice) const = 0;
   struct Start {
     uint32_t light;
     Vec3 position, normal, direction;
   };
   virtual Start start(const LightSet& lights, float u_choice, Vec2 u_position, Vec2 u_direction) const = 0;
-  /// Densities of a walk that starts so, in place of those that `end` has of walks without a guide.
+  /// Sets the densities of a walk with this start. They replace the densities without a guide in `end`.
   virtual void mix(const LightSet& lights, uint32_t light, Vec3 position, Vec3 normal, Vec3 direction,
                    LightEnd& end) const = 0;
 
-  /// The probability that a walk from a light which has come to this place on a surface goes on along the guide.
+  /// The probability that a walk from a light follows the guide at this position on a surface.
   virtual float share_at(Vec3 position) const = 0;
-  /// Does it? Then its direction, else `u` is fit for use again.
+  /// The direction, if the walk follows the guide. Otherwise `u` is rescaled so that it can be used again.
   virtual std::optional<Vec3> direction_at(Vec3 position, float& u, Vec2 u_direction) const = 0;
-  /// Of the guide's directions, per solid angle, their probability included.
+  /// The density of the guide's directions per solid angle, times the probability of following the guide.
   virtual float pdf_at(Vec3 position, Vec3 direction) const = 0;
 };
 

@@ -1,7 +1,7 @@
-// A complete light path: a value that chains and populations keep, mutate and weigh.
+// A complete path: a value that chains and populations store, mutate and weight.
 //
-// Its contribution f and the densities of its vertices are functions of the path alone, whichever way it was found
-// (path_vertex.h). `specular` flags are part of the path: two paths are compared only when they have the same ones.
+// Its contribution f and the densities of its vertices depend only on the path, not on how it was found
+// (path_vertex.h). The `specular` flags are part of the path: two paths are compared only if their flags are equal.
 #pragma once
 
 #include <algorithm>
@@ -16,19 +16,19 @@ namespace ajar {
 inline double luminance(const glm::dvec3& c) { return 0.2126729 * c.x + 0.7151522 * c.y + 0.0721750 * c.z; }
 
 struct Path {
-  int count = 0;    ///< vertices, light and lens included; at least 2
-  int hint = -1;    ///< which hint proposed it, for statistics; -1: none
-  Vec2 film{0.0f};  ///< where it arrives, in pixels of the full frame
+  int count = 0;    ///< number of vertices with light and lens; at least 2
+  int hint = -1;    ///< index of the hint that proposed the path, for statistics; -1: none
+  Vec2 film{0.0f};  ///< position on the film in pixels of the full frame
   LightEnd light;
-  float hit_choice = 1.0f;    ///< probability that a walk from the eye takes this light among those its last ray meets
+  float hit_choice = 1.0f;    ///< probability that a walk from the eye takes this light among those on its last ray
   float film_density = 0.0f;  ///< pixels^2 per solid angle along the last edge
-  /// Measurement contribution, before the pixel filters. In doubles, as the target: squares of small distances
-  /// multiply.
+  /// Measurement contribution before the pixel filters. It is a double, as is the target, because squares of small
+  /// distances are multiplied.
   glm::dvec3 f{0.0};
-  double target = 0.0;  ///< luminance of f times PathSpace::weight at `film`: what chains follow
+  double target = 0.0;  ///< luminance of f times PathSpace::weight at `film`, which chains follow
   std::array<PathVertex, kMaxPathVertices> vertices;
-  std::array<PathEdge, kMaxPathVertices> edges;         ///< i joins vertices i and i + 1
-  std::array<Scattering, kMaxPathVertices> scattering;  ///< of vertices 1 .. count - 2
+  std::array<PathEdge, kMaxPathVertices> edges;         ///< edge i joins vertices i and i + 1
+  std::array<Scattering, kMaxPathVertices> scattering;  ///< at the vertices 1 .. count - 2
 
   Path() = default;
   Path(const Path& other) { *this = other; }
@@ -36,28 +36,30 @@ struct Path {
 
   Vec3 to_light(int i) const { return -edges[size_t(i - 1)].to_eye; }
   Vec3 to_eye(int i) const { return edges[size_t(i)].to_eye; }
-  /// At an inner vertex: does light pass to the other side?
+  /// Whether light is transmitted to the other side at an inner vertex.
   bool transmits(int i) const {
     const Vec3 ng = vertices[size_t(i)].point.ng;
     return glm::dot(ng, to_light(i)) * glm::dot(ng, to_eye(i)) < 0.0f;
   }
-  /// What the path splats when it carries `weight` of target.
+  /// The splat of the path if its weight, as a multiple of the target, is `weight`.
   Color splat(double weight) const { return Color(f * (weight / target)); }
   bool joinable(int i) const { return !vertices[size_t(i)].specular; }
-  /// Does light scatter widely enough here that its path may be joined anew at this vertex? Where it does not,
-  /// mutations follow the lobe as they follow a mirror.
+  /// Whether the scattering at this vertex is rough enough to join the path anew. Where it is not, mutations follow the
+  /// lobe as if it were specular.
   bool rough(int i) const {
-    constexpr float kSharp = 5.0f;  // per solid angle: a cone of about 15 degrees
+    constexpr float kSharp = 5.0f;  // limit of the density per solid angle: a cone of about 15 degrees
     if (i == 0 || i == count - 1) return joinable(i);
     const Scattering& s = scattering[size_t(i)];
     return joinable(i) && std::max(s.pdf_to_light, s.pdf_to_eye) < kSharp;
   }
 
-  /// Density of vertex i by a walk that has reached its neighbour; per area (solid angle for a light at infinity). For
-  /// i = count - 2 the film point has density 1 per pixel^2; for count - 1 it is the lens's own.
+  /// The density of vertex i for a walk that has reached its neighbour: per area, or per solid angle for a light at
+  /// infinity. For i = count - 2, the film point has density 1 per pixel^2. For i = count - 1, the density is that of
+  /// the lens.
   double pdf_from_eye(int i, float pdf_lens_area) const;
   double pdf_from_light(int i) const;
-  /// What densities of vertex i per solid angle at its neighbour are multiplied with (passing surfaces included).
+  /// The factor from the density of vertex i per solid angle at its neighbour to that per area. It includes the
+  /// probability of passing the surfaces on the edge.
   double eye_step(int i) const {
     return double(edges[size_t(i)].to_light_area()) * edges[size_t(i)].pass * (1.0f - vertices[size_t(i)].pass);
   }
@@ -66,7 +68,7 @@ struct Path {
   }
 };
 
-/// How many vertices two paths share at their light and eye ends.
+/// The numbers of vertices that two paths share at their light and eye ends.
 struct SharedEnds {
   int light, eye;
 };
@@ -74,26 +76,27 @@ SharedEnds shared_ends(const Path& a, const Path& b);
 
 bool is_unconnectable(const Path& path);
 
-/// Index of the first vertex from the eye that is not specular (0: there is none before the light).
+/// Index of the first vertex from the eye that is not specular; 0 if there is none before the light.
 int first_joinable_from_eye(const Path& path);
 
 class Film;
 
-/// The paths that count: which film, how long, with or without those that other means find better.
+/// The paths that contribute: the film, the maximum length, and whether paths that other methods find better are
+/// excluded.
 class PathSpace {
  public:
-  /// `without_direct`: paths LS*E and L(D)S*E count nothing.
+  /// `without_direct`: the paths LS*E and L(D)S*E contribute nothing.
   PathSpace(const Scene& scene, int x0, int y0, int x1, int y1, bool without_direct);
-  /// Of a film whose direct light is found apart.
+  /// The space of a film whose direct light is computed separately.
   PathSpace(const Scene& scene, const Film& film);
 
   const Scene& scene;
   PixelFilter filter;
   int max_vertices;
   bool without_direct;
-  bool without_unconnectable = false;     ///< paths that merging finds (vertex_merging.h) count nothing
-  const LightWalkGuide* guide = nullptr;  ///< of walks from lights; must outlive the space
-  /// Everywhere on the film that belongs to a pixel.
+  bool without_unconnectable = false;     ///< paths that merging finds (vertex_merging.h) contribute nothing
+  const LightWalkGuide* guide = nullptr;  ///< guide of walks from lights; it must outlive the space
+  /// The bounds of all film positions that contribute to a pixel.
   Vec2 film_min, film_max;
   double film_area() const { return double(film_max.x - film_min.x) * double(film_max.y - film_min.y); }
   bool on_film(Vec2 film) const {
@@ -103,19 +106,20 @@ class PathSpace {
   Vec2 film_at(Vec2 u) const { return film_min + u * (film_max - film_min); }
   float pdf_lens_area() const { return scene.camera().pdf_lens_area(); }
 
-  /// The pixel a path is splatted to, and the sum of all filters there.
+  /// The pixel to which a path is splatted, and the sum of all filters there.
   struct Place {
     int x, y;
     float weight;
   };
   Place place(Vec2 film, Vec2 u) const;
   float filter_sum(Vec2 film) const;
-  FilmImportance importance;  ///< where chains shall dwell more
-  /// Sum of the filters times importance.
+  FilmImportance importance;  ///< importance of film positions for chains
+  /// The sum of the filters times the importance.
   float weight(Vec2 film) const { return filter_sum(film) * importance.at(film); }
 
-  /// Fill in everything that follows from vertices, flags, edges (with transmittance) and film: scattering for the
-  /// vertices first .. last (those of other vertices are kept), light end, f, target. False when nothing arrives.
+  /// Computes all data that follow from vertices, flags, edges (with transmittance) and film: the scattering at the
+  /// vertices first .. last (that of other vertices is kept), the light end, f and the target. Returns false if the
+  /// contribution is zero.
   bool complete(Path& path, int first, int last) const;
 
  private:

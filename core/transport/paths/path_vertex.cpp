@@ -40,14 +40,14 @@ ShadingPoint turned_towards(const ShadingPoint& point, Vec3 wo) {
   return p;
 }
 
-/// Would the surface's own normal be bent for this direction?
+/// Whether safe_shading_normal changes the surface's own normal for this direction.
 bool bends_normal(const ShadingPoint& point, Vec3 wo) {
   const float side = glm::dot(point.ng, wo) < 0.0f ? -1.0f : 1.0f;
   const Vec3 ns = side * point.ns;
   return closures::safe_shading_normal(side * point.ng, wo, ns) != ns;
 }
 
-/// The lobes as made for `wo`.
+/// The lobes of the vertex, made for the direction `wo`.
 class BsdfFor {
  public:
   BsdfFor(const PathVertex& vertex, Vec3 wo, bool depends_on_view) : bsdf_(&vertex.shading.bsdf) {
@@ -64,18 +64,18 @@ class BsdfFor {
   SurfaceShading shading_;
 };
 
-/// May the lobes differ when made for `wo`?
+/// Whether the lobes can differ if they are made for `wo`.
 bool depends_on_view(const PathVertex& vertex, Vec3 wo) {
   return vertex.program->depends_on_view() ||
          (vertex.point.ns != vertex.point.ng &&
           (bends_normal(vertex.point, wo) || vertex.shading.bsdf.n != vertex.point.ns));
 }
 
-/// d(to_light) / d(to_eye) of a refraction whose index grows by eta from the eye's side to the light's:
-/// n^2 cos dw is the same on both sides. 1 for reflection.
+/// d(to_light) / d(to_eye) of a refraction with the relative index eta from the eye's side to the light's: n^2 cos dw
+/// is equal on both sides. 1 for reflection.
 float refraction_jacobian(Vec3 to_eye, Vec3 to_light, float eta) {
   if (eta == 1.0f) return 1.0f;
-  const Vec3 m = to_eye + eta * to_light;  // along the normal [Walter et al. 2007, eq. 16]
+  const Vec3 m = to_eye + eta * to_light;  // parallel to the normal [Walter et al. 2007, eq. 16]
   const float cos_light = abs_dot(m, to_light);
   return cos_light > 0.0f ? abs_dot(m, to_eye) / (eta * eta * cos_light) : 0.0f;
 }
@@ -118,7 +118,7 @@ Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool sp
 float pass_probability(const ShaderProgram& program, Color transparency) {
   const float y = luminance(transparency);
   if (!(y > 0.0f)) return 0.0f;
-  // Where there is something to stop for, some walks stop.
+  // If the surface scatters or emits, some walks must stop at it.
   return program.scatters() || program.emits() ? std::min(y, 0.9f) : 1.0f;
 }
 
@@ -137,12 +137,12 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   } else {
     end.radiance = lights.lamp_radiance(uint32_t(light.light), light.position(), edge.to_eye, light.point.time,
                                         light.distant ? 0.0f : 1.0f / std::sqrt(edge.inverse_square));
-    // The far side of a sphere shines away, through the sphere.
+    // The far side of a sphere emits away from the vertex, so the sphere itself blocks it.
     const LightFlags flags = lights.flags(uint32_t(light.light));
     if (is_sphere(flags.type) && !(glm::dot(light.point.ng, edge.to_eye) > 0.0f)) end.radiance = Color(0.0f);
     end.can_be_hit = !light.delta && flags.mis;
   }
-  if (light.light < 0) return end;  // emits without being known as a light
+  if (light.light < 0) return end;  // it emits but is not in the list of lights
   const uint32_t index = uint32_t(light.light);
   const LightSet::LePdf le = lights.pdf_le(index, light.position(), light.point.ng, edge.to_eye);
   const float probability = lights.power_pmf(index);
@@ -164,7 +164,7 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   return end;
 }
 
-/// The light or surface of `to`, as seen along `direction`.
+/// The point on the light or surface of `to`, as it is seen along `direction`.
 static LightPlace place_of(const PathVertex& to, Vec3 direction, float distance) {
   return {direction, distance, to.position(), to.delta ? -direction : to.point.ng,
           max_component(to.point.position_error)};
@@ -178,7 +178,8 @@ bool look_along(const Scene& scene, const PathVertex& light_end, const PathVerte
       light_end.light != scene.lights().environment_index() &&
       !scene.lights().flags(uint32_t(light_end.light)).cast_shadow)
     return true;
-  // From a surface, whose rounding error is known; towards the camera only as far as its clipping plane.
+  // Start at a surface if there is one, because its rounding error is known. A ray towards the camera ends at the
+  // clipping plane.
   const bool from_eye_end = eye_end.kind == VertexKind::Surface;
   const PathVertex& from = from_eye_end ? eye_end : light_end;
   const PathVertex& to = from_eye_end ? light_end : eye_end;

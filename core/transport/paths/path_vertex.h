@@ -1,25 +1,25 @@
-// What light paths are made of: vertices, the edges between them, and scattering, with their densities.
+// The elements of paths: vertices, the edges between them, and scattering, with their densities.
 //
-// A path's vertices go from the light (0) to the eye (count - 1).
-// Everything is written for light that travels to the eye. At a vertex, `to_light` and `to_eye` are the directions to
-// its neighbours, and its scattering is the radiance form f |cos(to_light)| whichever side the vertex was found from,
-// so that a path has one contribution and no adjoint appears (shading normals included; Veach 1997, section 5.3).
+// The vertices of a path go from the light (0) to the eye (count - 1). All quantities are those of light that travels
+// to the eye. At a vertex, `to_light` and `to_eye` are the directions to its neighbours. Its scattering is the radiance
+// form f |cos(to_light)|, no matter from which end the vertex was found. So a path has one contribution and no adjoint
+// is needed, also with shading normals (Veach 1997, section 5.3).
 //
-// Measures [Veach 1997, section 8.2]. Densities of vertices are per area; of a light at infinity per solid angle of
-// its direction. Edge i joins vertices i and i + 1. With to_light_area(i) = |cos at the light end| / d^2,
+// Measures [Veach 1997, section 8.2]: densities of vertices are per area; for a light at infinity they are per solid
+// angle of its direction. Edge i joins vertices i and i + 1. With to_light_area(i) = |cos at the light end| / d^2,
 //
 //   f(x) = Le  prod_i scattering[i].f  prod_i transmittance[i] to_light_area[i]  W,
 //
-// W being pixels^2 per solid angle, averaged over the lens: the integral of f is the sum of all pixels (before their
-// filters). A walk from the eye has density pdf_to_light * to_light_area for its next vertex, one from the light
+// where W is pixels^2 per solid angle, averaged over the lens. The integral of f is the sum of all pixels before their
+// filters. A walk from the eye has the density pdf_to_light * to_light_area for its next vertex, a walk from the light
 // pdf_to_eye * to_eye_area.
 //
-// Specular vertices: f, pdf_to_light and pdf_to_eye are the factors of one delta function, the one over
-// to_light given to_eye; they cancel in every ratio [Veach, section 8.3.3]. pdf_to_eye therefore holds the Jacobian
-// d(to_light) / d(to_eye) of refraction.
+// Specular vertices: f, pdf_to_light and pdf_to_eye are the factors of one delta function, over to_light for a given
+// to_eye. They cancel in every ratio [Veach 1997, section 8.3.3]. So pdf_to_eye contains the Jacobian d(to_light) /
+// d(to_eye) of refraction.
 //
-// Surfaces that let light straight through are no vertices there. A walk passes each with a probability that depends on
-// the surface only; an edge carries the product of those probabilities beside its transmittance.
+// Surfaces through which light passes straight on are not vertices. A walk passes each with a probability that depends
+// only on the surface. An edge stores the product of these probabilities and its transmittance.
 #pragma once
 
 #include <optional>
@@ -36,13 +36,13 @@ enum class VertexKind : uint8_t { Surface, Light, Lens };
 
 struct PathVertex {
   VertexKind kind = VertexKind::Surface;
-  bool specular = false;                   ///< scatters by a delta lobe in its path
-  bool distant = false;                    ///< light at infinity, or the lens of an orthographic camera
-  bool delta = false;                      ///< light that no ray can hit
-  int light = -1;                          ///< Light: which. Surface: its own, when it emits
-  float pass = 0.0f;                       ///< probability that a walk goes straight through instead of stopping here
+  bool specular = false;                   ///< the path scatters by a delta lobe here
+  bool distant = false;                    ///< a light at infinity, or the lens of an orthographic camera
+  bool delta = false;                      ///< a light that no ray can hit
+  int light = -1;                          ///< Light: its index. Surface: its index as a light, if it emits
+  float pass = 0.0f;                       ///< probability that a walk passes straight through instead of stopping here
   const ShaderProgram* program = nullptr;  ///< of surfaces and emissive triangles
-  /// Surface: as shaded. Light, Lens: position and ng (outward; for distant ones the direction away from it).
+  /// Surface: the shading point. Light, Lens: position and ng (outward; for distant ones the direction away from them).
   ShadingPoint point;
   SurfaceShading shading;  ///< made for point.wo; lobes without transparency
 
@@ -53,54 +53,56 @@ struct PathVertex {
 
 struct PathEdge {
   Vec3 to_eye{0.0f};                               ///< unit direction from the light end to the eye end
-  float inverse_square = 1.0f;                     ///< 1 / d^2; 1 when one end is at infinity
-  float cos_light_end = 1.0f, cos_eye_end = 1.0f;  ///< |ng . direction|; 1 where there is no surface
-  float pass = 1.0f;                               ///< probability that a walk passes all surfaces in between
+  float inverse_square = 1.0f;                     ///< 1 / d^2; 1 if one end is at infinity
+  float cos_light_end = 1.0f, cos_eye_end = 1.0f;  ///< |ng . direction|; 1 if there is no surface
+  float pass = 1.0f;                               ///< probability that a walk passes all surfaces between the ends
   Color transmittance{1.0f};
 
-  /// Solid angle at one end to area at the other.
+  /// Factors from the solid angle at one end to the area at the other.
   float to_light_area() const { return cos_light_end * inverse_square; }
   float to_eye_area() const { return cos_eye_end * inverse_square; }
 };
 
-/// What happens at an inner vertex for one pair of directions; densities per solid angle.
+/// Scattering at an inner vertex for one pair of directions. Densities are per solid angle.
 struct Scattering {
-  Color f{0.0f};                 ///< f |cos(to_light)|; the weight when specular
-  float pdf_to_light = 0.0f;     ///< of a walk from the eye, over to_light
-  float pdf_to_eye = 0.0f;       ///< of a walk from the light by the BSDF, over to_eye
-  float pdf_walk_to_eye = 0.0f;  ///< the same of one that may follow hints (light_walk_guide.h)
-  /// Specular only: the same for walks that keep the kind of bounce (Bsdf::follow_specular).
+  Color f{0.0f};                 ///< f |cos(to_light)|; the weight if specular
+  float pdf_to_light = 0.0f;     ///< density of to_light for a walk from the eye
+  float pdf_to_eye = 0.0f;       ///< density of to_eye for a walk from the light that samples the BSDF
+  float pdf_walk_to_eye = 0.0f;  ///< the same for a walk that can follow hints (light_walk_guide.h)
+  /// Specular only: the same for walks that keep the type of bounce (Bsdf::follow_specular).
   float follow_to_light = 0.0f, follow_to_eye = 0.0f;
 };
 
-/// Geometry of the edge between two vertices, visibility not looked at.
+/// The geometry of the edge between two vertices, without visibility.
 PathEdge join(const PathVertex& light_end, const PathVertex& eye_end);
 
-/// Scattering at a surface vertex, exact for both directions of travel whichever the vertex was found from.
+/// The scattering at a surface vertex. It is exact for both directions of travel, no matter from which end the vertex
+/// was found.
 Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular, const LightWalkGuide* guide);
 
-/// A direction for a walk that arrives from `wo`, from the lobes as made for it.
+/// Samples a direction for a walk that arrives from `wo`, with the lobes made for `wo`.
 std::optional<BsdfSample> sample_direction(const PathVertex& vertex, Vec3 wo, float u_lobe, Vec2 u);
-/// The same for a walk that repeats a specular bounce of this kind.
+/// The same for a walk that repeats a specular bounce of this type.
 std::optional<BsdfSample> follow_direction(const PathVertex& vertex, Vec3 wo, bool transmitted, float u_lobe);
 
-/// Probability with which walks pass a surface that lets `transparency` through.
+/// The probability with which walks pass a surface of this `transparency`.
 float pass_probability(const ShaderProgram& program, Color transparency);
 
-/// Whether photons leave from here. Paths from other lights are nobody's but the walk's.
+/// Whether photons start here. Paths from other lights can be found only by walks from the eye.
 inline bool sends_photons(const Scene& scene, const PathVertex& light) {
   return light.light >= 0 && !light.distant && scene.lights().power_pmf(uint32_t(light.light)) > 0.0f;
 }
 
-/// What light end and camera contribute to a path, and with what densities they are found.
+/// The contributions of the light end and of the camera to a path, and the densities with which they are found.
 struct LightEnd {
-  Color radiance{0.0f};       ///< emitted along the first edge
-  float pdf_origin = 0.0f;    ///< of vertex 0 for walks from lights, probability of the light included
-  float pdf_by_power = 0.0f;  ///< the same for walks that know no hints
-  /// of the first edge for such walks: per solid angle; per area across it for distant lights
+  Color radiance{0.0f};       ///< radiance emitted along the first edge
+  float pdf_origin = 0.0f;    ///< density of vertex 0 for walks from lights, times the probability of the light
+  float pdf_by_power = 0.0f;  ///< the same for walks that do not use hints
+  /// Density of the first edge for walks that do not use hints: per solid angle; per area across the edge for distant
+  /// lights.
   float pdf_direction = 0.0f;
-  float pdf_sampled = 0.0f;  ///< of vertex 0 for light sampling at vertex 1
-  bool can_be_hit = false;   ///< by walks from the eye
+  float pdf_sampled = 0.0f;  ///< density of vertex 0 for light sampling at vertex 1
+  bool can_be_hit = false;   ///< walks from the eye can hit the light
 };
 LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge,
                    const LightWalkGuide* guide);
@@ -110,25 +112,28 @@ inline float lens_density(const Scene& scene, const PathEdge& last) {
   return scene.camera().film_density(-last.to_eye);
 }
 
-/// Surfaces between the two ends: fills transmittance and pass; false when nothing gets through. Counts its rays.
+/// Finds the surfaces between the two ends and sets transmittance and pass. Returns false if the edge is blocked.
+/// Counts its rays.
 bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge,
                 uint64_t& rays);
-/// What look_along found blocked, or black by `f_cos`, between a light and the vertex that sampled it, but lies beyond
-/// the terminator: f |cos| times radiance, transmittance and the edge's geometry.
+/// Light between a light and the vertex that sampled it, where look_along found a blocked edge or `f_cos` is black, but
+/// the light is beyond the shadow terminator (shadow_terminator.h). Returns f |cos| times radiance, transmittance and
+/// the geometry of the edge.
 Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const PathVertex& vertex,
                               const PathEdge& edge, const LightEnd& end, Color f_cos, uint64_t& rays);
 
-constexpr int kMaxPathVertices = 34;  ///< longer paths are left out by all integrators that work on whole paths
+constexpr int kMaxPathVertices = 34;  ///< integrators that work on whole paths leave out longer ones
 
-/// Vertices a path may have under the scene's limits.
+/// The maximum number of vertices of a path under the limits of the scene.
 inline int max_path_vertices(const BounceLimits& limits) {
   return std::min(kMaxPathVertices, std::max(0, limits.total) + 3);
 }
 
-/// Can a walk from the eye be joined to nothing but the light, if at all? True when no two neighbours among the path's
-/// vertices scatter otherwise than by delta lobes, the lens counted among those that do, but for the light and its
-/// neighbour: E S+ (D S+)+ L and E S+ (D S+)+ D L, S being a delta lobe. E S+ L and E S+ D L, which the eye finds at
-/// once, are not counted. `specular(i)` tells of inner vertex i from the light, 1 to count - 2.
+/// Whether a walk from the eye can be joined to nothing but the light. This is so if no two neighbouring vertices of
+/// the path are both non-specular. The lens counts as non-specular; the light and its neighbour are ignored as a pair.
+/// The paths are E S+ (D S+)+ L and E S+ (D S+)+ D L, where S is a delta lobe. E S+ L and E S+ D L are not included,
+/// because the eye finds them directly. `specular(i)` is the flag of inner vertex i, counted from the light, 1 to count
+/// - 2.
 template <class Specular>
 bool is_unconnectable(int count, Specular&& specular) {
   if (count < 5 || !specular(count - 2)) return false;
@@ -142,14 +147,15 @@ bool is_unconnectable(int count, Specular&& specular) {
   return any_rough;
 }
 
-/// Whether a path respects the limits for each kind of bounce, as a factor in [0, 1]: the path tracer counts the kinds
-/// of the lobes it draws, so a vertex with several kinds of lobes passes with the probability of having drawn the right
-/// ones. Every scattering counts but the one next to the light. (`total` limits the number of vertices.)
+/// Whether a path respects the limits for each type of bounce, as a factor in [0, 1]. The path tracer counts the types
+/// of the lobes that it samples. So a vertex with several types of lobes passes with the probability that the path
+/// tracer would sample the right ones. All scattering is counted except that at the neighbour of the light. (`total`
+/// limits the number of vertices.)
 class BounceCount {
  public:
   explicit BounceCount(const BounceLimits& limits, int diffuse = 0, int glossy = 0, int transmission = 0)
       : limits_(limits), states_{{diffuse, glossy, transmission, 1.0f}} {}
-  /// Do the limits need counting for this many counted scatterings?
+  /// Whether the limits matter for this number of counted bounces.
   static bool matters(const BounceLimits& limits, int bounces) {
     return bounces > limits.diffuse || bounces > limits.glossy || bounces > limits.transmission;
   }

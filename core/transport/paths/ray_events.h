@@ -1,5 +1,5 @@
-// What every walk from the eye does with a ray: the kind it has for visibility and the Light Path node, the light it
-// meets besides surfaces, and what its first hit leaves in the passes.
+// The events on the rays of a walk from the eye: the type of the ray for visibility and for the Light Path node, the
+// lights that it meets besides surfaces, and the passes of its first hit.
 #pragma once
 
 #include <array>
@@ -10,13 +10,13 @@
 
 namespace ajar {
 
-/// Kind of ray that leaves a surface after the sampled lobe, as Blender tells them apart.
+/// The type of the ray that leaves a surface after the sampled lobe, with Blender's distinctions.
 constexpr uint32_t ray_kind_after(uint32_t lobe_flags) {
   uint32_t kind = (lobe_flags & kTransmission) ? uint32_t(kRayTransmission) : uint32_t(kRayReflection);
   if (lobe_flags & kDiffuse) kind |= kRayDiffuse;
   if (lobe_flags & (kGlossy | kSpecular)) kind |= kRayGlossy;
   if (lobe_flags & kSpecular) kind |= kRaySingular;
-  // A transmitted ray is seen as such, not also as a glossy one.
+  // A transmitted ray is not also a glossy one.
   if ((lobe_flags & kTransmission) && !(lobe_flags & kDiffuse)) kind &= ~uint32_t(kRayGlossy);
   return kind;
 }
@@ -30,8 +30,8 @@ inline uint32_t ray_kind_after(const BsdfSample& sample) {
   return kKinds[sample.flags & kAllFlags];
 }
 
-/// Before the ray of `sample` leaves `from`: what `next`, the vertex it comes to, knows of the bounces so far. Both may
-/// be the same.
+/// Updates the ray data before the ray of `sample` leaves `from`: `next`, the next vertex, gets its type and its
+/// depths. Both may be the same object.
 [[gnu::always_inline]] inline void count_bounce(const BsdfSample& sample, const ShadingPoint& from,
                                                 ShadingPoint& next) {
   const bool diffuse = sample.flags & kDiffuse, transmitted = sample.flags & kTransmission;
@@ -44,20 +44,20 @@ inline uint32_t ray_kind_after(const BsdfSample& sample) {
   next.time = from.time;
 }
 
-/// Whether a limit is passed: only what the next surface emits still counts.
+/// Whether a limit is exceeded. Then only the emission of the next surface still counts.
 inline bool past_limits(const ShadingPoint& point, const BounceLimits& limits) {
   return point.ray_depth > limits.total || point.diffuse_depth > limits.diffuse || point.glossy_depth > limits.glossy ||
          point.transmission_depth > limits.transmission;
 }
 
-/// Light met by a ray that is not a surface: `position` is kInfinity in all components for distant light.
+/// A light that a ray meets and that is not a surface. For distant light, all components of `position` are kInfinity.
 struct LightMet {
   uint32_t light;
   Color radiance;
   Vec3 position, normal;
 };
 
-/// Lamps with extent crossed before t_end; they emit and let the ray pass. Calls back with each that shines.
+/// Calls visit for each emitting lamp with extent that the ray crosses before t_end. Lamps do not block the ray.
 template <class F>
 void for_each_lamp_crossed(const Scene& scene, const Ray& ray, float t_end, uint32_t ray_kind, F&& visit) {
   Ray segment = ray;
@@ -72,7 +72,7 @@ void for_each_lamp_crossed(const Scene& scene, const Ray& ray, float t_end, uint
   }
 }
 
-/// Environment and suns met by a ray that leaves the scene.
+/// Calls visit for the environment and for the suns that a ray meets when it leaves the scene.
 template <class F>
 void for_each_distant_light(const Scene& scene, const Ray& ray, uint32_t ray_kind, bool with_environment, F&& visit) {
   const LightSet& lights = scene.lights();

@@ -7,9 +7,9 @@ namespace ajar {
 
 namespace {
 
-/// From the flat triangle to the curved surface through its vertices: a parabola along the interpolated normal, and at
-/// the least the lower envelope of the planes at the vertices, each raised above its neighbours. World space; `ng` is
-/// on the light's side.
+/// The vector from the flat triangle to the curved surface through its vertices, along the interpolated normal, in
+/// world space. Its length is the maximum of a parabola and the lower envelope of the planes at the vertices, where
+/// each plane is raised until it is above the neighbouring vertices. `ng` is on the light's side.
 Vec3 to_curved_surface(const ShadingPoint& point, Vec3 ng) {
   const BuiltMesh& mesh = *point.mesh;
   const UVec3 triangle = mesh.triangles[point.primitive];

@@ -1,10 +1,11 @@
-// At surfaces with delta lobes, walks from the eye go on in all directions of these that carry enough, instead of one
-// that is drawn: a tree of rays [Whitted 1980], heaviest branches first. The image of a lamp in a pane of glass, a
-// twenty-fifth of the light, is then in every sample, instead of in every twenty-fifth with its whole weight.
+// Splitting at delta lobes. At surfaces with delta lobes, walks from the eye continue in all their directions with
+// enough throughput, instead of in one sampled direction: a tree of rays [Whitted 1980], heaviest branches first. For
+// example, the reflection of a lamp in a pane of glass, 1/25 of the light, is then in every sample, instead of in one
+// of 25 with its full weight.
 //
-// Unbiased: a direction is followed with the weight of its lobes for certain, or not at all here, by what is known
-// before anything is drawn at the surface; what is drawn there counts unless it is one of those followed. Branches may
-// share their random numbers: their contributions are summed, never multiplied.
+// The estimate is unbiased. Before any random number is used at the surface, it is decided whether a direction is
+// followed. A followed direction has the weight of its lobes. A sampled direction counts unless it is one of the
+// followed ones. Branches can share random numbers, because their contributions are summed and never multiplied.
 #pragma once
 
 #include <algorithm>
@@ -14,13 +15,13 @@
 
 namespace ajar {
 
-/// Walks still to be made for one sample. `Walk` holds where it begins, and its throughput as `beta`.
+/// The walks that remain for one sample. `Walk` stores its start, and its throughput as `beta`.
 template <class Walk>
 class SpecularBranches {
  public:
   explicit SpecularBranches(const Walk& first) : waiting_{first}, count_(1) {}
 
-  /// The heaviest of those that wait; false when there is none.
+  /// Takes the heaviest of the remaining walks. Returns false if there is none.
   bool next(Walk& walk) {
     if (count_ == 0) return false;
     int heaviest = 0;
@@ -31,9 +32,9 @@ class SpecularBranches {
     return true;
   }
 
-  /// A walk with throughput `beta` to `wo` comes to this surface: make(event) is the walk that goes on by the delta
-  /// event, in whose f_cos and pdf_solid_angle are those of all lobes of its direction. Called for each direction that
-  /// shall be followed.
+  /// Splits a walk with throughput `beta` that arrives at this surface from `wo`. Calls make(event) for each direction
+  /// that is followed; it returns the walk that continues by the delta event. The f_cos and pdf_solid_angle of an event
+  /// are those of all lobes of its direction.
   template <class Make>
   void split(const Bsdf& bsdf, Vec3 wo, Color beta, Make&& make) {
     followed_ = 0;
@@ -41,7 +42,7 @@ class SpecularBranches {
     const int found = bsdf.specular_directions(wo, events_);
     for (int i = 0; i < found; ++i) {
       const BsdfSample& event = events_[size_t(i)];
-      // What is drawn nearly always needs no branch.
+      // A direction that is sampled nearly always needs no branch.
       if (event.pdf_solid_angle > kNearlyCertain || !(max_component(beta * event.f_cos) >= kMin) || made_ == kMax)
         continue;
       probability_ += event.pdf_solid_angle;
@@ -50,20 +51,20 @@ class SpecularBranches {
       ++made_;
     }
   }
-  /// Whether the last split follows this event, drawn at the same surface.
+  /// Whether the last split follows this event, which was sampled at the same surface.
   bool follows(const BsdfSample& drawn) const {
     return drawn.specular && !(drawn.flags & kTransparent) &&
            std::any_of(events_.begin(), events_.begin() + followed_,
                        [&](const BsdfSample& event) { return is_same_specular_direction(event, drawn); });
   }
-  /// Whether it follows all that could be drawn.
+  /// Whether the last split follows all events that can be sampled.
   bool follows_all() const { return probability_ > kNearlyCertain; }
 
-  /// Throughput below which directions are left to chance; walks with less may be ended by roulette.
+  /// Throughput below which directions are only sampled. Roulette may end walks with less.
   static constexpr float kMin = 1.0f / 256.0f;
 
  private:
-  static constexpr int kMax = 8;  ///< branches of one sample
+  static constexpr int kMax = 8;  ///< maximum number of branches per sample
   static constexpr float kNearlyCertain = 0.999f;
   std::array<Walk, kMax + 1> waiting_;
   int count_, made_ = 0, followed_ = 0;

@@ -6,7 +6,7 @@ namespace ajar {
 
 namespace {
 
-/// Where p lies in the triangle.
+/// Barycentric coordinates of p in the triangle.
 Vec2 barycentric_of(const Light& triangle, Vec3 p) {
   const Vec3 d = p - triangle.position;
   const float d11 = glm::dot(triangle.edge1, triangle.edge1), d12 = glm::dot(triangle.edge1, triangle.edge2),
@@ -163,7 +163,7 @@ bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampl
     make_light_vertex(surface, light);
     return true;
   }
-  if (!escaped) return false;  // too many surfaces passed
+  if (!escaped) return false;  // the walk passed too many surfaces
   through = before_light;
   int met_count = 0;
   const auto count = [&](const LightMet&) { ++met_count; };

@@ -1,8 +1,8 @@
-// Walks: how vertices are found one after another, from the eye or from a light.
+// Walks: vertices are found one after another, from the eye or from a light.
 //
-// A walk passes a surface that lets light straight through with `pass_probability`, else the surface is its next
-// vertex and PathVertex::pass keeps that probability; what was passed is in `Through`. Nothing here ends a walk but
-// leaving the scene or absorption; roulette and limits belong to the caller.
+// A walk passes a transparent surface with `pass_probability`. Otherwise the surface is its next vertex, and
+// PathVertex::pass stores that probability. `Through` describes the surfaces that were passed. A walk ends here only if
+// it leaves the scene or is absorbed. Roulette and limits belong to the caller.
 #pragma once
 
 #include "transport/paths/path_vertex.h"
@@ -10,10 +10,10 @@
 
 namespace ajar {
 
-/// Rays that leave lights see surfaces as those that leave a diffuse surface do.
+/// For rays from lights, surfaces have the visibility that they have for rays from diffuse surfaces.
 constexpr uint32_t kLightWalkKind = kRayDiffuse | kRayReflection;
 
-/// Surfaces a walk has passed since its last vertex.
+/// The surfaces that a walk has passed since its last vertex.
 struct Through {
   Color transmittance{1.0f};
   float pass = 1.0f;
@@ -24,9 +24,10 @@ struct NoRayWatcher {
   void operator()(const Ray&, float, bool, const Through&) const {}
 };
 
-/// The next vertex along `ray`; false when the ray leaves the scene or passes more surfaces than the scene's limit.
-/// `watch(ray, t_end, found, through)` sees every stretch between surfaces: lamps with extent are met there, and
-/// distant light where nothing was found. `vertex.point` holds the kind and the depths of the ray when called.
+/// Finds the next vertex along `ray`. Returns false if the ray leaves the scene or passes more surfaces than the scene
+/// allows. Calls `watch(ray, t_end, found, through)` for every part of the ray between surfaces; lamps with extent are
+/// met there, and distant light if no surface was found. On entry, `vertex.point` has the type and the depths of the
+/// ray.
 template <class Watch = NoRayWatcher>
 bool find_vertex(const Scene& scene, Ray ray, Sampler& sampler, PathVertex& vertex, Through& through, uint64_t& rays,
                  Watch&& watch = {}) {
@@ -64,40 +65,42 @@ bool find_vertex(const Scene& scene, Ray ray, Sampler& sampler, PathVertex& vert
   }
 }
 
-/// Whether the camera sees light that comes from this surface.
+/// Whether the camera can see light that comes from this surface.
 inline bool shows_on_film(const ShadingPoint& point) {
   return !point.instance || ((point.instance->visibility & kVisibleCamera) && !point.object->holdout);
 }
 
-/// The vertex of a lens point, and the ray through a film point. `density` is that of the ray: per solid angle (per
-/// area across it for an orthographic camera) when the film point has density 1 per pixel^2; 0 where nothing is seen.
+/// Makes the vertex of a lens point. Returns the ray through a film point. `density` is that of the ray if the film
+/// point has density 1 per pixel^2: per solid angle, or per area across the ray for an orthographic camera. It is 0 if
+/// the camera sees nothing at the film point.
 Ray start_at_lens(const Scene& scene, Vec2 film, Vec2 u_lens, PathVertex& lens, float& density);
-/// The same vertex without a ray, to connect to.
+/// The same vertex without a ray, for connections.
 void make_lens_vertex(const Scene& scene, Vec2 u_lens, PathVertex& lens);
 
-/// Kind of the rough lobes that most likely draw this direction.
+/// The flags of the rough lobes with the highest probability of sampling this direction.
 uint32_t likely_flags(const Bsdf& bsdf, Vec3 wo, Vec3 wi);
 
-/// A light and a ray that leaves it, by power and emission or along a hint. False when the numbers lead nowhere.
-/// Densities and radiance follow from light_end once the next vertex is known.
+/// Samples a light and a ray that leaves it, by power and emission or along a hint. Returns false if there is none for
+/// these random numbers. Densities and radiance follow from light_end when the next vertex is known.
 bool start_at_light(const Scene& scene, const LightWalkGuide* guide, float u_choice, Vec2 u_position, Vec2 u_direction,
                     PathVertex& light, Ray& ray);
 
-/// The ray that leaves a light made for `to_eye` as a vertex.
+/// The ray that leaves a light, whose vertex was made for `to_eye`.
 Ray leave_light(const Scene& scene, const PathVertex& light, Vec3 to_eye);
 
-/// Vertex on light `index`, which shines along `to_eye`. `normal`: on the light (direction of travel for distant ones).
+/// Makes a vertex on light `index` that emits along `to_eye`. `normal` is that of the light (for distant lights the
+/// direction of travel).
 void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 normal, Vec3 to_eye, PathVertex& light);
-/// The end of a path that hit emission: a surface that emits, or a light met by a ray.
+/// Makes the end of a path that hit emission: a surface that emits, or a light that a ray met.
 void make_light_vertex(const PathVertex& surface, PathVertex& light);
 void make_light_vertex(const Scene& scene, const LightMet& met, Vec3 to_eye, PathVertex& light);
-/// Light sampling at a surface: a vertex on a chosen light. False when it cannot shine there.
+/// Light sampling at a surface: makes a vertex on a sampled light. Returns false if the light cannot contribute there.
 bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2 u, PathVertex& light);
 
-/// A walk from the eye that must end on a light takes one of those its ray meets: each lamp in front
-/// with this probability, then the surface that stops it, or one of the distant lights of its direction.
+/// A walk from the eye that must end on a light takes one of the lights that its ray meets: each lamp on the way with
+/// this probability, then the surface at the end of the ray or one of the distant lights in its direction.
 constexpr float kLampStop = 0.9f;
-/// False when it meets none. `through` is what lies before the light.
+/// Returns false if the ray meets no light. `through` describes the surfaces before the light.
 bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampler& sampler, PathVertex& light,
                     Through& through, uint64_t& rays);
 
