@@ -65,12 +65,12 @@ class Bdpt final : public Integrator {
           });
     };
     if (!merging_.active()) add_samples(samples_per_pixel);
-    // A pass of photons for each sample of a pixel, so that pictures do not depend on how a render is cut into
+    // One photon pass for each sample of a pixel, so that images do not depend on the division of a render into
     // iterations.
     for (int i = 0; merging_.active() && i < samples_per_pixel && merging_.begin_pass(samples_done_, stop); ++i)
       add_samples(1);
     for (const BidirectionalWalks& w : walks) statistics_.rays += w.rays();
-    // Each sample walks from a light too, whichever pixel it belongs to.
+    // Each sample also has a walk from a light.
     const double samples = film.sample_counts().mean;
     statistics_.paths = 2 * uint64_t(std::llround(samples * light_walks));
     film.end_splats(samples > 0.0 ? 1.0 / samples : 0.0);
@@ -100,7 +100,8 @@ class Bdpt final : public Integrator {
     SampleAux aux;
     Color radiance(0.0f);
     uint32_t splats = 0;
-    const bool odd = (index + uint32_t(px + py)) & 1;  // as many of either half, whatever the counts of pixels
+    // The two halves get equally many splats, whatever the sample counts are.
+    const bool odd = (index + uint32_t(px + py)) & 1;
     for (const FoundPath& path :
          walks.sample(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, sampler, film.wants_aux() ? &aux : nullptr)) {
       if (path.t > 1 || path.s == 0) {
@@ -122,7 +123,7 @@ class Bdpt final : public Integrator {
   VertexMerging merging_;
   std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
-  std::unique_ptr<PathSpace> space_;  ///< of the paths that tell what hints bring
+  std::unique_ptr<PathSpace> space_;  ///< of the paths from which the shares of hints are learned
   PixelFilter filter_;
   IntegratorStatistics statistics_;
 };

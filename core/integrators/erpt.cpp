@@ -18,13 +18,14 @@ namespace {
 
 constexpr int kChainSteps = 100;     ///< of every chain
 constexpr int kStepsPerSample = 25;  ///< on average: a quarter of the samples start a chain
-constexpr int kMaxChains = 64;       ///< of one sample; beyond, each carries more
-/// a pixel, before the importance of the film is learned; learned again whenever all has doubled
+constexpr int kMaxChains = 64;       ///< of one sample; above this number, each chain deposits more
+/// Chain steps per pixel before the importance of the film is learned. It is learned again whenever the number has
+/// doubled.
 constexpr int kFirstSteps = 1;
-/// Samples the quantum is taken from: one for eight pixels, within these bounds; more while they find nothing.
+/// Samples for the quantum: one for eight pixels, within these bounds. More are drawn while they find nothing.
 constexpr uint32_t kMinPilot = 1u << 8, kMaxPilot = 1u << 14, kPilotLimit = 1u << 17;
 constexpr uint32_t kBatch = 64;
-/// Units of random numbers: pixels, pilot, samples and chains must not share any.
+/// Streams of random numbers: pixels, pilot, samples and chains must not share any.
 constexpr uint32_t kPilotStream = 0x9a1e7000u, kSampleStream = 0x5eed0001u, kChainStream = 0xc4a10001u;
 
 class EnergyRedistribution final : public Integrator {
@@ -113,8 +114,8 @@ class EnergyRedistribution final : public Integrator {
     find_quantum(uint32_t(std::clamp<int64_t>(int64_t(film.width()) * film.height() / 8, kMinPilot, kMaxPilot)), stop);
   }
 
-  /// Mean energy of a sample over the steps it shall have. Any positive number is right, so a dark pilot only costs
-  /// time.
+  /// The mean energy of a sample over its number of steps. Any positive number gives a correct image, so a pilot
+  /// without light only costs time.
   void find_quantum(uint32_t pilot, const std::atomic<bool>& stop) {
     quantum_ = 0.0;
     std::vector<double> energies;
@@ -140,8 +141,8 @@ class EnergyRedistribution final : public Integrator {
     first_quantum_ = quantum_;
   }
 
-  /// What is used from here on follows from samples before, and these stay as they are: given the past, each sample's
-  /// expectation is the picture.
+  /// Later samples depend on earlier ones, which do not change: given the earlier samples, the expectation of each
+  /// sample is the image.
   void learn() {
     next_learning_ *= 2;
     const double films = double(samples_done_) / first_quantum_;
@@ -177,7 +178,7 @@ class EnergyRedistribution final : public Integrator {
     samples_done_ += finished;
   }
 
-  /// Chains from sample i, whose paths have this energy together. Deposits are counted in first quanta.
+  /// Runs chains from sample i, whose paths have this sum of energies. The unit of deposits is the first quantum.
   void spread(Film& film, Worker& worker, double energy, uint32_t i) {
     Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream));
     sampler.start(i, 0);

@@ -18,15 +18,16 @@ namespace {
 
 constexpr int kTile = 16;
 constexpr uint32_t kLearnedPasses = 8;      // the guide of gather rays learns after 1, 2, 4 and 8 passes
-constexpr uint32_t kFirstWarmTraining = 8;  // where it begins with the guide of an earlier frame
-constexpr double kLearnedRays = 2e5;        // that are written down between two lessons
+constexpr uint32_t kFirstWarmTraining = 8;  // first training step if it starts with the guide of an earlier frame
+constexpr double kLearnedRays = 2e5;        // gather rays recorded between two training steps, at most
 constexpr int kProbes = 24;                 // per axis of the film, to choose radii
-/// Photons in a disc of the first pass, where the picture looks. Lookups at the ends of gather rays are averaged over
-/// those rays, so they may be noisy for the sake of a smaller radius; caustics are seen directly.
+/// Photons in a disc of the first pass at the points that the image looks up. Lookups at the ends of gather rays are
+/// averaged over these rays, so they may be noisy in exchange for a smaller radius. Caustics are seen directly.
 constexpr int kReach = 10, kCausticReach = 60;
-/// Light seen without gathering is looked for four times, until more is known; by a quarter of the rays at most.
+/// Light that is seen without gathering is sampled four times before the first update. It gets at most a quarter of the
+/// rays.
 constexpr FurtherSamples::Limits kFurtherSeen{4, 0.25};
-constexpr double kLookupPilotShare = 4.0;  // lookups noted before the first pass, for each photon
+constexpr double kLookupPilotShare = 4.0;  // lookups logged before the first pass, per photon
 
 struct Counters {
   uint64_t rays = 0, gathered = 0, from_sites = 0;
@@ -41,8 +42,8 @@ void GatherPasses::prepare(const Scene& scene, uint32_t seed, ArrivalMap* arriva
   seed_ = seed;
   filter_ = PixelFilter(scene.settings().filter, scene.settings().filter_width);
   gather_.rays = std::max(1, scene.settings().gather_rays);
-  // Photons weighed by lookups around them need lookups as wide as that: narrower ones, where photons crowd, would find
-  // too much.
+  // If photons are weighted by the lookups around them, both need equally wide discs. Narrower lookups in regions of
+  // high photon density would overestimate.
   if (arrivals) gather_.neighbours = gather_.gather_neighbours = PointTree::kMaxNeighbours;
 }
 
@@ -86,8 +87,8 @@ void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> ca
   maps_.sites.build(sites_, maps_.global, {gather_.gather_neighbours, maps_.global_radius});
 }
 
-/// The radii of the first pass: the median reach of the neighbours sought, over where the picture will look the maps
-/// up. Photons crowd where light is, which need not be where it is looked for.
+/// Sets the radii of the first pass: the median distance to the kReach-th photon, over the points at which the image
+/// will look up the maps. Photons are dense where there is much light, and the image may look elsewhere.
 void GatherPasses::choose_first_radii() {
   const RenderSettings& settings = scene_->settings();
   const float most = kLargestPhotonRadius * scene_->radius();
@@ -110,8 +111,8 @@ void GatherPasses::choose_first_radii() {
   first_caustic_radius_ = std::min(first_global_radius_, median(caustic, most));
 }
 
-/// Calls visit(gatherer, x, y, ray), in parallel tiles, for the samples that each pixel lacks to its goal of this pass;
-/// when `only_arrivals`, for sample number `sample` of each.
+/// Calls visit(gatherer, x, y, ray), in parallel tiles, for the samples that each pixel needs to reach its goal of this
+/// pass. With `only_arrivals`, for sample number `sample` of each pixel.
 template <class Visit>
 void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t sample, bool only_arrivals,
                                   const std::atomic<bool>& stop, Visit&& visit) {
@@ -164,7 +165,7 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
 }
 
 void GatherPasses::scout(const Film& film, const std::atomic<bool>& stop) {
-  // Several times over where pixels are few for the photons.
+  // Several samples per pixel if there are few pixels compared with photons.
   const double lookups = double(film.width()) * film.height() * gather_.rays;
   const auto samples = uint32_t(
       std::ceil(std::min(double(ArrivalMap::kMaxLookups), kLookupPilotShare * double(photon_count())) / lookups));
@@ -178,7 +179,7 @@ void GatherPasses::scout(const Film& film, const std::atomic<bool>& stop) {
   lookup_pilot_rays_ = rays_;
 }
 
-/// From what the passes since the last lesson have gathered.
+/// Training step with the results of gather rays since the last one.
 void GatherPasses::learn(float past_share) {
   std::vector<GuideSample> samples;
   for (std::vector<GuideSample>& tile : guide_samples_) {
@@ -222,8 +223,8 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
 
 PhotonPoints GatherPasses::photons(uint64_t most) const {
   PhotonPoints points;
-  const uint32_t flags = arrivals_ ? Photon::kOfChain : 0;  // plain ones beside them are where they always are
-  // One rounds up in each of the two maps, so both together must not need the last.
+  const uint32_t flags = arrivals_ ? Photon::kOfChain : 0;  // plain photons do not depend on the camera
+  // The selection rounds up in each of the two maps, so the sum can exceed the limit by one.
   const uint64_t stride = PhotonPoints::stride(maps_.global.count(flags) + maps_.caustic.count(flags),
                                                most > 1 ? most - 1 : most);
   maps_.global.add_to(points, stride, flags);

@@ -1,5 +1,5 @@
-// What integrators that fill photon maps do alike: a pass for each sample of every pixel, its maps built with radii
-// that shrink from pass to pass, and the film rendered from them.
+// The common part of integrators that fill photon maps: one pass for each sample of every pixel, maps whose radii
+// shrink from pass to pass, and the film rendered from them.
 #pragma once
 
 #include "film/filter.h"
@@ -12,30 +12,30 @@ namespace ajar {
 
 class GatherPasses {
  public:
-  /// `arrivals`: where lookups of all passes are to be noted.
+  /// `arrivals`: receives the lookups of all passes if not null.
   void prepare(const Scene& scene, uint32_t seed, ArrivalMap* arrivals = nullptr);
   uint32_t pass() const { return pass_; }
-  /// As an integrator's: the guide of gather rays.
+  /// As the functions of Integrator: for the guide of gather rays.
   std::vector<LearnedPart> begin_with(const Learned& learned);
   void hand_on(Learned& learned);
-  /// What the settings ask for, else photons_of_a_pass.
+  /// The number in the settings, or photons_of_a_pass if it is 0.
   uint32_t photon_count() const;
-  /// Stored photons for each irradiance site, so that sites pay: several gather rays use each.
+  /// Number of stored photons per irradiance site, chosen so that several gather rays use each site.
   uint32_t site_stride(uint32_t photons) const;
-  /// Sites are used by the *next* pass, whose photons they do not know.
+  /// Sites are used by the *next* pass, because they must not depend on the photons of its maps.
   void add_sites(std::vector<IrradianceSite> sites) { sites_ = std::move(sites); }
-  /// Radii of this pass; those of the first are chosen by where photons lie, whatever their power.
+  /// Sets the radii of this pass. Those of the first pass follow from the positions of photons, without their flux.
   void choose_radii(const std::vector<Photon>& global, const std::vector<Photon>& caustic);
   void build_maps(std::vector<Photon> global, std::vector<Photon> caustic);
-  /// Before the first pass: note where passes will look maps up.
+  /// Called before the first pass: logs where passes will look up the maps.
   void scout(const Film& film, const std::atomic<bool>& stop);
-  /// One sample of the average pixel, by the film's goals if any are set; ends the pass.
+  /// Renders one sample of the average pixel, by the film's goals if any are set, and ends the pass.
   void render(Film& film, const std::atomic<bool>& stop);
 
   float global_radius() const { return maps_.global_radius; }
   float caustic_radius() const { return maps_.caustic_radius; }
   void add_statistics(IntegratorStatistics& statistics) const;
-  /// Of the last pass, at most so many; those of chains alone where there are chains.
+  /// At most `most` photons of the last pass; only those of chains if there are chains.
   PhotonPoints photons(uint64_t most) const;
 
  private:
@@ -55,7 +55,7 @@ class GatherPasses {
   ArrivalMap* arrivals_ = nullptr;
   FurtherSamples further_;
   GuideTree guide_;
-  std::vector<std::vector<GuideSample>> guide_samples_;  ///< of the tiles, since the guide has learned last
+  std::vector<std::vector<GuideSample>> guide_samples_;  ///< for each tile, since the last training step of the guide
   uint64_t rays_ = 0, seen_rays_ = 0, lookup_pilot_rays_ = 0, paths_ = 0, gathered_ = 0, from_sites_ = 0;
 };
 

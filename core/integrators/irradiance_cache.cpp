@@ -19,21 +19,21 @@ namespace ajar {
 
 namespace {
 
-/// Dimensions of the sampler: the camera's (of a record: the direction's), then a fixed number for each vertex.
+/// Dimensions of the sampler: those of the camera (for records: of the direction), then a fixed number for each vertex.
 constexpr uint32_t kFirstDimensions = 6, kVertexDimensions = 8;
 constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6;
-constexpr int kRaysPerGatherRay = 10;  ///< of a record, for each of the setting
-/// Pixels where places for records are looked for: every so many, then those between.
+constexpr int kRaysPerGatherRay = 10;  ///< of a record, per gather ray of the setting
+/// Spacing of the pixels at which records are placed. It is halved in each step.
 constexpr int kCoarsestStride = 16, kFinestStride = 2;
 constexpr float kMinRadius = 3.0f, kMaxRadius = 32.0f;  ///< of records, in pixels
-constexpr float kEnough = 0.4f;                         ///< coverage at which no further record is made
-constexpr int kMaxVertices = 64;                        ///< on the way to a place for a record
+constexpr float kEnough = 0.4f;                         ///< coverage from which no further record is placed
+constexpr int kMaxVertices = 64;                        ///< on the path to the position of a record
 
 struct Counters {
   uint64_t rays = 0, paths = 0, lookups = 0, found = 0;
 };
 
-/// The lobes whose light from other surfaces the cache holds: diffuse reflection around the surface's normal.
+/// The lobes whose indirect light is cached: diffuse reflection about the surface's normal.
 class CachedPart {
  public:
   CachedPart(const Bsdf& bsdf, Vec3 wo) {
@@ -55,13 +55,13 @@ class CachedPart {
   CachedPart(const CachedPart&) = delete;
 
   explicit operator bool() const { return bsdf_; }
-  /// Of what the whole surface scatters, the part of other lobes.
+  /// The part of the surface's scattering that comes from other lobes.
   Color others(Vec3 wo, const BsdfSample& sample) const {
     if (sample.specular) return sample.f_cos;
     return all_ ? Color(0.0f) : glm::max(sample.f_cos - bsdf_->evaluate(wo, sample.wi).f_cos, Color(0.0f));
   }
-  /// Factor on irradiance over pi. Lobes that are not quite Lambert's are what they are along a direction drawn by the
-  /// cosine.
+  /// Factor of irradiance over pi. For lobes that are not exactly Lambertian, it is estimated along a direction drawn
+  /// by the cosine.
   Color albedo(Vec3 wo, Vec2 u) const {
     const Vec3 wi = Frame(bsdf_->n).to_world(warp::square_to_cosine_hemisphere(u));
     const Bsdf::Evaluation scattered = bsdf_->evaluate(wo, wi);
@@ -74,7 +74,7 @@ class CachedPart {
   Bsdf storage_;
 };
 
-/// Whether light from other surfaces may arrive by a diffuse lobe here.
+/// Whether diffuse lobes can receive indirect light here.
 bool bounces_diffusely(const ShadingPoint& point, const BounceLimits& limits) {
   return point.ray_depth < limits.total && point.diffuse_depth < limits.diffuse;
 }
@@ -105,7 +105,7 @@ class IrradianceCache final : public Integrator {
   }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
-    // Every sample of a pixel is a pass of its own, so that the picture does not depend on how a render is cut into
+    // Every sample of a pixel is a separate pass, so that the image does not depend on the division of a render into
     // iterations.
     for (int i = 0; i < samples_per_pixel && !stop.load(std::memory_order_relaxed); ++i) {
       if (mixture_)
@@ -157,7 +157,7 @@ class IrradianceCache final : public Integrator {
       lookups_ += c.lookups;
       found_ += c.found;
     });
-    // Methods that learn do so from whole passes; the pictures of the first ones count like the others.
+    // Methods that learn use whole passes. The images of the first passes have the same weight as the others.
     if constexpr (std::is_same_v<DirectLight, DirectEstimator>) {
       if (!stop.load(std::memory_order_relaxed) &&
           (mixture_->wants_pilot() || (mixture_->learns() && std::has_single_bit(pass_))))
@@ -177,8 +177,9 @@ class IrradianceCache final : public Integrator {
 
   // ---- Records -------------------------------------------------------------------------------
 
-  /// Records of this pass, from coarse to fine: a pixel's sample of this pass gets one where those of coarser steps,
-  /// and of its own tile, do not cover it. Tiles of one step do not see each other, so threads make no difference.
+  /// Places the records of this pass, from coarse to fine. A pixel's sample of this pass gets a record where the
+  /// records of coarser steps and of its own tile do not cover it. Tiles of one step do not see each other's records,
+  /// so the number of threads does not matter.
   template <class DirectLight>
   void make_records(const DirectLight& direct_light, const Film& film, const std::atomic<bool>& stop,
                     tbb::combinable<Counters>& counters) {
@@ -213,7 +214,7 @@ class IrradianceCache final : public Integrator {
     }
   }
 
-  /// The coarsest stride by which these coordinates are reached.
+  /// The coarsest stride whose grid contains these coordinates.
   static int stride_of(int x, int y) {
     return std::min(kCoarsestStride, 1 << std::countr_zero(uint32_t(x | y | kCoarsestStride)));
   }
@@ -232,7 +233,8 @@ class IrradianceCache final : public Integrator {
     for (const IrradianceRecord& other : made) covered += other.weight(p, n);
     if (covered >= kEnough) return;
 
-    // One path for each stratum. What its first ray meets of lamps and emission is direct light, which others count.
+    // One path for each stratum. Lamps and emission that its first ray hits are direct light, which is counted
+    // elsewhere.
     const Frame frame(n);
     const int strata = grid_.strata();
     std::vector<Color> radiance(size_t(strata), Color(0.0f));
@@ -257,7 +259,7 @@ class IrradianceCache final : public Integrator {
     made.push_back(record);
   }
 
-  /// Follow a sample to the first surface that would read the cache. `length`: of the way there.
+  /// Follows a sample to the first surface that would use the cache. `length`: distance along the path.
   bool find_place(Ray ray, Sampler& sampler, ShadingPoint& point, SurfaceShading& shading, float& length,
                   Counters& counter) const {
     const BounceLimits& limits = scene_->settings().bounces;
@@ -299,17 +301,16 @@ class IrradianceCache final : public Integrator {
 
   // ---- Paths ---------------------------------------------------------------------------------
 
-  /// How a path begins: at the eye, or at a record.
+  /// The start of a path: at the eye, or at a record.
   struct Start {
     Ray ray;
-    Color to_lights{1.0f};              ///< throughput to lights that the first ray meets
+    Color to_lights{1.0f};              ///< throughput to lights that the first ray hits
     ShadingPoint from{};                ///< kind and depths of the first ray
-    float* inverse_distance = nullptr;  ///< of the first surface; set for records, which do not read the cache
+    float* inverse_distance = nullptr;  ///< to the first surface; set for records, which do not use the cache
   };
 
-  /// Radiance along a path. It has two throughputs: `to_lights` to the lights that its ray meets, by all lobes it was
-  /// scattered by, and `beta` to what surfaces scatter towards it, without the lobes whose part in that the cache has
-  /// answered for.
+  /// Radiance along a path. It has two throughputs. `to_lights` applies to lights that its ray hits and includes all
+  /// lobes. `beta` applies to light that surfaces scatter and excludes the lobes whose part comes from the cache.
   template <class DirectLight>
   Color trace(const DirectLight& direct_light, const Start& start, int pixel_x, int pixel_y, Sampler& sampler,
               SampleAux* aux, float& alpha, Counters& counter) const {
@@ -322,7 +323,7 @@ class IrradianceCache final : public Integrator {
     const SurfaceShading& shading = walk.shading;
     Color radiance(0.0f), beta(1.0f), to_lights = start.to_lights;
     DirectVertex previous;
-    bool at_bounce_limit = past_limits(point, settings.bounces);  // only what the next surface emits still counts
+    bool at_bounce_limit = past_limits(point, settings.bounces);  // only the emission of the next surface still counts
     alpha = 0.0f;
     for (uint32_t vertex = 0;; ++vertex) {
       walk.trace();
@@ -370,7 +371,7 @@ class IrradianceCache final : public Integrator {
       }
       const auto sample = sample_direction(bsdf, point, sampler, base);
 
-      Color after = beta;  // to what surfaces scatter, by the lobes that the cache does not answer for
+      Color after = beta;  // throughput to scattered light, by the lobes that are not cached
       if (sample) after *= sample->f_cos;
       if (reads_cache && !passes_only && bounces_diffusely(point, settings.bounces)) {
         const CachedPart cached(bsdf, point.wo);
@@ -397,7 +398,7 @@ class IrradianceCache final : public Integrator {
       if (!(max_component(to_lights) > 0.0f)) break;
       count_bounce(*sample, point, point);
       at_bounce_limit = past_limits(point, settings.bounces);
-      // Nothing is left to find where only lights would count, and they are counted already.
+      // Beyond this vertex only lights would count, and light sampling has counted them already.
       if ((at_bounce_limit || is_black(beta)) && here.complete && !sample->specular && !scene.emission_without_lights())
         break;
       if (point.ray_depth > 2 &&
@@ -417,7 +418,7 @@ class IrradianceCache final : public Integrator {
   PixelFilter filter_;
   HemisphereGrid grid_{1};
   IrradianceRecords records_;
-  std::unique_ptr<DirectEstimator> mixture_;  // none: the default method
+  std::unique_ptr<DirectEstimator> mixture_;  // null: the default method
   float pixel_size_ = 0.0f, pixel_angle_ = 0.0f;
   uint64_t records_made_ = 0, lookups_ = 0, found_ = 0;
   IntegratorStatistics statistics_;

@@ -1,13 +1,13 @@
-// What a render has learned that holds in another frame of an animation, too.
+// What a render has learned that is also valid in another frame of an animation.
 //
-// Everything here only proposes: where a guide sends paths, in which order lights are tried, which technique is asked.
-// Estimates are made anew in every frame, with random numbers that no frame before has used; so each frame is as
-// unbiased as if it had been rendered alone, and its error is not correlated with the error of those before, however
-// wrong what it was handed (a wrong guide costs time).
+// All of it affects proposals only: the directions of a guide, the order in which lights are tried, the choice of a
+// technique. Every frame computes its estimates from new random numbers that no earlier frame has used. Each frame is
+// therefore as unbiased as if it had been rendered alone, and its error is not correlated with the errors of earlier
+// frames, even if the learned data is wrong (a wrong guide costs time).
 //
-// Not carried is what is an estimate itself: weights of members of a population, chains that go on, normalisations,
-// irradiance records, photons. It would bring the error of one frame into the next. Nor what belongs to blocks of
-// pixels and is wrong as soon as others are seen there: coefficients of control variates.
+// Estimates are not passed on: weights of population members, running chains, brightness, irradiance records, photons.
+// They would bring the error of one frame into the next. Data of blocks of pixels is not passed on either (coefficients
+// of control variates), because it is wrong when the pixels show something else.
 #pragma once
 
 #include <memory>
@@ -21,30 +21,30 @@
 namespace ajar {
 
 struct Learned {
-  /// By `auto`: from where it was made, and how many frames have relied on it.
+  /// The choice of `auto`: the camera for which it was made, and the number of frames that have used it.
   struct Choice {
     Vec3 eye, direction;
     uint32_t age;
   };
-  static constexpr uint32_t kMaxAge = 24;  ///< of the choice
-  /// A guide with more cells is not handed on, so that a long flight through a large scene does not fill the memory:
-  /// about 60 MB.
+  static constexpr uint32_t kMaxAge = 24;  ///< of the choice, in frames
+  /// A guide with more cells (about 60 MB) is not passed on, so that a long flight through a large scene does not fill
+  /// the memory.
   static constexpr size_t kMaxCells = 100'000;
 
-  // Of the render that learned it; these are the session's.
+  // Describes the render that learned it. The session sets these.
   std::string integrator;
-  uint32_t frames = 0;  ///< of the animation so far, this one included: each has random numbers of its own
+  uint32_t frames = 0;  ///< of the animation so far, including this one: each has its own random numbers
   Vec3 center{0.0f};    ///< of the scene
   float radius = 0.0f;
 
   std::optional<Choice> choice;  ///< of the integrator
 
-  // By integrators. Null: nothing.
+  // Set by integrators. Null: nothing learned.
   std::shared_ptr<const PathGuide::Past> guide;   ///< of paths
   std::shared_ptr<const GuideTree> gather_guide;  ///< of gather rays
-  /// how mutations fare, and how bright the film is where: it divides out
+  /// Efficiency of mutations, and the importance of the film, by which contributions are divided.
   std::shared_ptr<const PathPopulation::Learned> population;
-  std::shared_ptr<const LearnedLights> direct;  ///< which lights to choose, as long as they are the same
+  std::shared_ptr<const LearnedLights> direct;  ///< probabilities of lights, valid while the lights are the same
 };
 
 }  // namespace ajar

@@ -10,7 +10,7 @@ namespace ajar {
 
 namespace {
 
-/// Bidirectional samples among which chains start: one for eight pixels, within these bounds.
+/// Bidirectional samples from which chains start: one for eight pixels, within these bounds.
 constexpr uint32_t kMinSeeds = 1u << 12, kMaxSeeds = 1u << 16;
 
 class Metropolis final : public Integrator {

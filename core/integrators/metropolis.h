@@ -1,15 +1,16 @@
-// Metropolis light transport in path space [Veach 1997, chapter 11; Veach and Guibas 1997]: chains of
-// mutations visit complete light paths in proportion to the luminance they bring to the film, relative to how bright
-// the film is there (pilot_importance.h). The artist's light paths are among the mutations (mutations/hint_mutation.h).
+// Metropolis light transport in path space [Veach 1997, chapter 11; Veach and Guibas 1997]: chains visit complete paths
+// in proportion to their luminance on the film, relative to the luminance of the film at that position
+// (pilot_importance.h). The mutations include the artist's light hints (mutations/hint_mutation.h).
 //
-// Consistent: the starting paths are drawn in proportion to their luminance from bidirectional samples, which makes a
-// chain's expectation exact given the brightness of those samples; the brightness goes on being refined by more
-// of them, so what remains is of the order of one over their number and vanishes with time. Light seen or scattered
-// once on its way (LS*E, L(D)S*E) is sampled apart, without chains; with vertex merging also what no connection finds
-// (transport/bidirectional/vertex_merging.h).
+// Consistent: starting paths are drawn from bidirectional samples in proportion to their luminance, which makes the
+// expectation of a chain exact for the brightness of these samples. Further samples continue to improve the brightness.
+// The remaining bias is of the order of one over the number of samples and vanishes with time. Light that is seen
+// directly or scattered once (LS*E, L(D)S*E) is sampled separately, without chains. With vertex merging this also
+// applies to paths that cannot be connected (transport/bidirectional/vertex_merging.h).
 //
-// Best where a few hard paths matter (light through a door ajar, caustics, glass lamps); in easily lit scenes path
-// tracing has less noise for the time. Limits, clamping and kinds of rays as in bdpt.h. No volumes.
+// Prefer it where a few difficult paths matter (light through a door ajar, caustics, glass lamps). In scenes with
+// simple lighting, path tracing has less noise in the same time. Limits, clamping and kinds of rays are as in bdpt.h.
+// No volumes.
 #pragma once
 
 #include "integrators/integrator.h"

@@ -13,12 +13,12 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kSeeds = 4096;  ///< bidirectional samples that chains may start from
-/// Successive states of a chain are alike: so many of them count as one photon that knows nothing of the others, where
-/// radii are chosen and the two kinds of photons weighed.
+constexpr uint32_t kSeeds = 4096;  ///< bidirectional samples from which chains can start
+/// Successive states of a chain are correlated. This number of them counts as one independent photon in the choice of
+/// radii and in the weights of the two kinds of photons.
 constexpr uint32_t kStatesAlike = 20;
 
-/// Photons a chain has left in this pass; power still to be scaled.
+/// Photons that a chain has stored in this pass, with flux before scaling.
 struct Deposit {
   struct Entry {
     Photon photon;
@@ -29,8 +29,8 @@ struct Deposit {
 
   void add(const PathPhoton& found, float weight) {
     std::vector<Entry>& list = entries[found.place == ArrivalMap::kSeen ? 1 : 0];
-    // Repeated states and paths that differ elsewhere only: power goes to the photon that is there already, a state or
-    // two ago.
+    // For repeated states, and for paths that differ elsewhere only, the flux is added to the photon that was stored
+    // one or two states before.
     for (size_t back = 1; back <= 4 && back <= list.size(); ++back) {
       Photon& known = list[list.size() - back].photon;
       if (known.point.position != found.photon.point.position ||
@@ -47,7 +47,8 @@ struct Deposit {
 
 class Mps final : public Integrator {
  public:
-  /// No goals: powers of photons follow from where lookups lie, which must be those of all pixels alike.
+  /// Goals are not supported: the flux of photons follows from the density of lookups, which must be equal for all
+  /// pixels.
   Bias bias() const override { return Bias::Consistent; }
 
   using Integrator::prepare;
@@ -98,8 +99,8 @@ class Mps final : public Integrator {
     if (!followed_.hints().empty()) ensemble_.watch(followed_.hints());
   }
 
-  /// Photons of chains and plain ones, each weighed by its share in the density of both where it lies (balance
-  /// heuristic).
+  /// Builds the maps from photons of chains and plain photons. Each is weighted by the share of its kind in the density
+  /// of both at its position (balance heuristic).
   void make_maps(const Film& film, const std::atomic<bool>& stop) {
     const uint32_t pass = passes_.pass(), steps = passes_.photon_count();
     if (pass == 0) {
@@ -138,7 +139,7 @@ class Mps final : public Integrator {
       for (size_t i = 0; i < entries[kind].size(); i += kStatesAlike) independent[kind].push_back(photons[kind][i]);
     }
     passes_.choose_radii(independent[0], independent[1]);
-    // Photons a watt: `per_lookup` times W of chains, and the plain ones.
+    // Photons per watt: `per_lookup` times W for chains, and `plain_density` for plain photons.
     const double watts = double(luminance(Color(Vec3(plain.emitted[0], plain.emitted[1], plain.emitted[2]))));
     const double plain_density = watts > 0.0 ? double(emission.count) / watts : 0.0;
     const double per_lookup = ensemble_.brightness() > 0.0 ? double(steps) / kStatesAlike / ensemble_.brightness()

@@ -1,18 +1,18 @@
 // Metropolis photon sampling [Fan 2006, chapter 4; Fan, Chenney and Lai 2005].
 //
-// Chains of mutations sample complete paths from the lights to the eye in proportion to their luminance, and leave a
-// photon on each where the final gather looks (path_photons.h): photons only where the picture needs them. As many
-// plain photons are traced, and both weighed by their densities. Direct light is sampled, caustics come from a caustic
-// map, all else from a final gather, as in photon mapping.
+// Markov chains sample complete paths from the lights to the eye in proportion to their luminance. Each path stores
+// photons where final gathering looks them up (path_photons.h), so photons are only where the image needs them. The
+// same number of plain photons is traced, and both kinds are weighted by their densities. Direct light is sampled,
+// caustics come from a caustic map, and all other light from final gathering, as in photon mapping.
 //
-// Consistent: runs in passes with maps of their own whose radii shrink [Knaus and Zwicker 2011], with an error of the
-// order of passes^(-1/3). Prefer it to photon mapping where most light never reaches the camera; what noise it leaves
-// is the final gather's. Does not handle volumes.
+// Consistent: passes have their own maps with shrinking radii [Knaus and Zwicker 2011], and the error is of the order
+// of passes^(-1/3). Prefer it to photon mapping where most light never reaches the camera. The remaining noise is that
+// of final gathering. It does not handle volumes.
 //
-// Departures from the thesis: photons carry the share of their path's way to the eye among all ways from their place
-// (arrival_map.h), without which their powers are wrong; and plain photons stand in where few lookups are known, so
-// that no power grows beyond theirs and no light is lost [after Veach 1997, section 9.2, the balance heuristic, by
-// place].
+// Differences from the thesis: the flux of a photon contains the share of its eye subpath among all eye subpaths from
+// its position (arrival_map.h); without this factor the flux is wrong. Plain photons replace those of chains where few
+// lookups are known, so that no flux exceeds that of a plain photon and no light is lost [after Veach 1997, section
+// 9.2, the balance heuristic for each position].
 #pragma once
 
 #include "integrators/integrator.h"

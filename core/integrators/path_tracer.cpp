@@ -54,11 +54,11 @@ class PathTracer final : public Integrator {
     pilot_samples_ = direct.pilot_samples;
     pilot_rays_ = 0;
     bias_ = direct.biased ? Bias::Biased : Bias::Unbiased;
-    // The default has its own copy of the loop, free of what the others need.
+    // The default method has its own copy of the loop without the code of the other methods.
     mixture_.reset();
     if (direct.method != DirectMethod::Mis || direct.samples > 1)
       mixture_ = make_direct_estimator(*scene_, direct.method, {.samples = direct.samples});
-    // With nothing to choose among, one sample of the learned mixture is one of the default.
+    // If there is only one choice, one sample of the learned mixture equals one of the default method.
     if (mixture_ && direct.method == DirectMethod::PmcHi && direct.samples <= 1 && !mixture_->wants_pilot())
       mixture_.reset();
     ends_early_ = plan.ends_early;
@@ -79,7 +79,7 @@ class PathTracer final : public Integrator {
     const bool adaptive = mixture_ && mixture_->wants_pilot();
     if (learned.direct || adaptive)
       parts.push_back({"choice of lights", !adaptive         ? "lights are not learned"
-                                           : !learned.direct ? "the frame before has learned none"
+                                           : !learned.direct ? "the frame before has not learned lights"
                                                              : mixture_->begin_with(*learned.direct)});
     return parts;
   }
@@ -96,7 +96,7 @@ class PathTracer final : public Integrator {
       guide_ = std::make_unique<PathGuide>(mode, film.width(), film.height(), kTile, guide_past_.get());
       guide_past_.reset();
     }
-    // What learns does so after 1, 2, 4, 8 ... samples, wherever iterations end, which depends on the clock.
+    // Training steps happen after 1, 2, 4, 8 ... samples and not at the end of iterations, which depends on the clock.
     while (samples_per_pixel > 0) {
       int samples = samples_per_pixel;
       if (guide_) samples = guide_->begin(samples_done_, samples, statistics_.rays);
@@ -152,9 +152,9 @@ class PathTracer final : public Integrator {
  private:
   bool wants_guide() const { return guiding_ != Guiding::Off; }
 
-  /// Samples to learn from that leave no trace in the picture. They end before its first sample, so that all its
-  /// samples choose by the same shares: a sequence that is cut into pieces with different shares is stratified in
-  /// pieces only, and loses more than later learning gains.
+  /// Draws training samples that are not part of the image. They end before its first sample, so that all its samples
+  /// use the same shares. If the shares changed within a sequence, only the pieces would be stratified, and this loses
+  /// more than later training gains.
   bool run_pilot(const Film& film, const std::atomic<bool>& stop) {
     Film discarded(film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), {"Combined"});
     const uint32_t seed = seed_;
@@ -264,14 +264,14 @@ class PathTracer final : public Integrator {
   uint32_t seed_ = 0, samples_done_ = 0;
   PixelFilter filter_;
   Bias bias_ = Bias::Unbiased;
-  std::unique_ptr<DirectEstimator> mixture_;           // none: the default method
-  std::unique_ptr<PathGuide> guide_;                   // none: directions by the BSDF alone
-  std::shared_ptr<const PathGuide::Past> guide_past_;  // to begin with
-  std::unique_ptr<Media> media_;                       // none: nothing between surfaces
+  std::unique_ptr<DirectEstimator> mixture_;           // null: the default method
+  std::unique_ptr<PathGuide> guide_;                   // null: directions by the BSDF alone
+  std::shared_ptr<const PathGuide::Past> guide_past_;  // from which the guide starts
+  std::unique_ptr<Media> media_;                       // null: no media
   MediaCounters media_counters_;
   bool ends_early_ = false;
   Guiding guiding_ = Guiding::Off;
-  float pilot_samples_ = 1.0f;  // of a pixel, in each iteration of the pilot of direct light
+  float pilot_samples_ = 1.0f;  // per pixel, in each iteration of the pilot of direct light
   uint64_t pilot_rays_ = 0;
   IntegratorStatistics statistics_;
 };

@@ -1,8 +1,10 @@
-// One path of the path tracer from the camera to its end: the loop, compiled once for each combination of what differs.
-//
-// DirectLight: MisDirectLight or DirectEstimator. Guide: Unguided or Guided (transport/guiding/path_guide.h). Medium:
-// NoMedia or InMedia. Parts: NoParts, SampleParts (what the passes of parts of light are made of) or ImportantLight.
-// What a combination lacks is not compiled.
+// One path of the path tracer from the camera to its end. The loop is compiled once for each combination of these
+// template parameters:
+//   DirectLight: MisDirectLight or DirectEstimator
+//   Guide:       Unguided or Guided (transport/guiding/path_guide.h)
+//   Medium:      NoMedia or InMedia
+//   Parts:       NoParts, SampleParts (the data of light passes) or ImportantLight
+// Code that a combination does not need is not compiled.
 #pragma once
 
 #include <algorithm>
@@ -19,13 +21,14 @@
 
 namespace ajar {
 
-/// Dimensions of the path tracer's sampler: the camera's, then a fixed number for each vertex, at these places.
+/// Dimensions of the path tracer's sampler: those of the camera, then a fixed number for each vertex with these
+/// offsets.
 struct PathDimensions {
   static constexpr uint32_t kTime = 4, kCamera = 6, kVertex = 8;
   static constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kGuide = 7;
-  static constexpr uint32_t kEnter = 8192;  ///< and the vertex: whether light goes below the surface
+  static constexpr uint32_t kEnter = 8192;  ///< plus the vertex: whether light enters the subsurface
   static constexpr uint32_t kScatter = 12288,
-                            kStretch = 2 + kMediumLightDimensions;  ///< for each stretch of a ray through media
+                            kStretch = 2 + kMediumLightDimensions;  ///< for each segment of a ray through media
 };
 
 struct PathCounters {
@@ -33,11 +36,11 @@ struct PathCounters {
   MediaCounters media;
 };
 
-/// Where there are no media, their code is not there either.
+/// For scenes without media.
 struct NoMedia {
   static constexpr bool kThere = false;
 };
-/// A path's state in media.
+/// State of a path in media.
 struct InMedia {
   static constexpr bool kThere = true;
   const Media& media;
@@ -45,30 +48,30 @@ struct InMedia {
   Pcg32 rng;
   MediaStack stack;
   int depth = 0, stretch = 0, bounds = 0;
-  bool pass = false;       ///< light was first scattered by a medium
-  bool chose = false;      ///< the direction travelled was chosen by a phase function
-  Vec3 chosen_from{0.0f};  ///< and lights for there
+  bool pass = false;       ///< a medium was the first to scatter the light
+  bool chose = false;      ///< a phase function chose the present direction
+  Vec3 chosen_from{0.0f};  ///< the point for which lights were then chosen
 };
 
 struct NoParts {};
-/// Of a sample's luminance: that of each source times its importance. What glows in media is no source.
+/// Luminance of a sample with the light of each source times its importance. Emission of media is not a source.
 struct ImportantLight {
   float luminance = 0.0f;
-  float of_source = 1.0f;  ///< of the light to be added next
+  float of_source = 1.0f;  ///< importance of the light that is added next
 };
 
-/// Shares of diffuse, glossy and transmission in what is scattered; the sum is 1.
+/// Shares of diffuse, glossy and transmitted light in the scattered light; the sum is 1.
 using PathShares = std::array<Color, 3>;
 /// Where nothing is scattered (light beyond the terminator), the shares are those of the albedo.
 PathShares shares_of(const Bsdf& bsdf, const PathShares& scattered);
 
-/// What a path must know to begin.
+/// Input of a path.
 struct PathStart {
   const Scene& scene;
   Ray ray;
   int pixel_x, pixel_y;  ///< of the full frame
   Sampler& sampler;
-  SampleAux* aux;  ///< null where no pass asks for the first hit
+  SampleAux* aux;  ///< null if no pass needs the first hit
   PathCounters& counters;
   bool ends_early;  ///< RenderPlan::ends_early
 };
@@ -106,7 +109,7 @@ class PathWalk {
   }
 
  private:
-  /// From one surface to the next; false at the end of the path.
+  /// Continues from one surface to the next. Returns false at the end of the path.
   [[gnu::always_inline]] bool step() {
     walk_.trace();
     const auto meet = [&](const LightMet& met) { add_met(met); };
@@ -132,9 +135,8 @@ class PathWalk {
 
   // ---- Light that is found -------------------------------------------------------------------
 
-  /// `bounces` is how often the light was scattered before; the optional clamp tells direct from indirect by it. A call
-  /// of its own, so that no copy of the loop fuses its sum with the product before it: all copies make the same
-  /// picture.
+  /// `bounces`: number of scattering events before. Clamping distinguishes direct and indirect light by it. Not
+  /// inlined, so that no copy of the loop fuses this sum with the product before it: all copies give the same image.
   [[gnu::noinline]] void add(Color contribution, int bounces) {
     const float limit = bounces > 1 ? settings_.clamp_indirect : settings_.clamp_direct;
     if (limit > 0.0f) {
@@ -160,7 +162,7 @@ class PathWalk {
     for (size_t k = 0; k < 3; ++k) (bounces == 1 ? parts_.direct : parts_.indirect)[k] += contribution * shares_[k];
   }
 
-  /// Weight of light found by following the BSDF, against having sampled that light.
+  /// MIS weight of light that was hit, against sampling this light.
   [[gnu::always_inline]] float weight_of_hit(uint32_t light, Vec3 position, Vec3 normal) const {
     const Vec3 wi = walk_.ray.direction;
     if constexpr (kMedia)
@@ -193,8 +195,8 @@ class PathWalk {
 
   // ---- Media ---------------------------------------------------------------------------------
 
-  /// Along a stretch of the ray through media: what they emit, scatter and take away. Traced where the path was
-  /// scattered.
+  /// Adds what media emit and scatter along a segment of the ray, and attenuates the throughput. Returns Traced if the
+  /// path was scattered.
   Step pass_media() {
     const Ray& ray = walk_.ray;
     const Hit& hit = walk_.hit;
@@ -241,7 +243,7 @@ class PathWalk {
     return scatter_in_medium(at, phase, place) ? Step::Traced : Step::End;
   }
 
-  /// The path goes on by the phase function.
+  /// Continues the path by the phase function.
   bool scatter_in_medium(const MediumPoint& at, const PhaseFunction& phase, Vec3 place) {
     ShadingPoint& point = walk_.point;
     const uint32_t base = D::kCamera + D::kVertex * uint32_t(vertex_++);
@@ -269,7 +271,7 @@ class PathWalk {
     return true;
   }
 
-  /// Straight on through a surface that only encloses a volume.
+  /// Continues straight through a surface that only encloses a volume.
   bool cross_boundary() {
     if (++medium_.bounds > kMaxBounds) return false;
     medium_.media.cross(walk_.hit, !walk_.point.backfacing, medium_.stack, medium_.counters);
@@ -279,7 +281,7 @@ class PathWalk {
 
   // ---- Surfaces ------------------------------------------------------------------------------
 
-  /// What the surface emits, and what it leaves in the passes. False where the path ends.
+  /// Adds the emission of the surface and records passes. Returns false where the path ends.
   [[gnu::always_inline]] bool meet_surface() {
     const ShadingPoint& point = walk_.point;
     const Bsdf& bsdf = walk_.shading.bsdf;
@@ -300,21 +302,22 @@ class PathWalk {
         for (size_t k = 0; k < 3; ++k) parts_.color[k] += beta_ * color[k];
       }
     }
-    // Only what is seen directly, and the last vertex, need the transparency.
+    // The transparency is needed only at surfaces that are seen directly and at the last vertex.
     const Color transparency = point.ray_depth == 0 || at_bounce_limit_ ? bsdf.transparency() : Color(0.0f);
     if (point.ray_depth == 0) alpha_ += walk_.alpha_of_surface(beta_, transparency);
     if (bsdf.empty()) return false;
     return !at_bounce_limit_ || !is_black(transparency);
   }
 
-  /// Below a surface with subsurface scattering, or on with its other lobes. False when the path is lost there.
+  /// Enters a surface with subsurface scattering, or continues with its other lobes. Returns false when the path is
+  /// lost.
   [[gnu::always_inline]] bool enter_surface() {
     ShadingPoint& point = walk_.point;
     SurfaceShading& shading = walk_.shading;
     if constexpr (kGuided) guided_.note_distance(walk_.hit.t);
     base_ = D::kCamera + D::kVertex * uint32_t(vertex_++);
     if (!shading.bsdf.has_subsurface() || at_bounce_limit_ || point.mesh->strands)
-      return true;  // in hair there is nowhere to walk: it is diffuse
+      return true;  // hair has no interior: subsurface scattering is diffuse there
     [[maybe_unused]] const float before = max_component(beta_);
     sampler_.set_dimension(D::kEnter + uint32_t(vertex_));
     const uint32_t stream = hash_combine(
@@ -324,8 +327,8 @@ class PathWalk {
     return true;
   }
 
-  /// Either walks below the surface, and the point becomes that where the walk leaves, or goes on with the other lobes
-  /// alone. False when the walk is lost.
+  /// Either walks below the surface, and the point becomes the exit point, or continues with the other lobes alone.
+  /// Returns false when the walk is lost.
   bool walk_below_or_stay(uint32_t stream, float u) {
     SurfaceShading& shading = walk_.shading;
     const Bsdf::SubsurfacePart part = shading.bsdf.subsurface_part();
@@ -343,7 +346,7 @@ class PathWalk {
     return true;
   }
 
-  /// Direct light at the surface. `here` remembers how it was sampled.
+  /// Adds direct light at the surface. `here` receives how it was sampled.
   [[gnu::always_inline]] void sample_direct_light(DirectVertex& here) {
     const ShadingPoint& point = walk_.point;
     const Bsdf& bsdf = walk_.shading.bsdf;
@@ -368,12 +371,12 @@ class PathWalk {
     if (!is_black(direct)) add(beta_ * direct, point.ray_depth + 1);
   }
 
-  /// Direct light, then a direction by which the path goes on. False where it ends.
+  /// Adds direct light, then chooses the next direction of the path. Returns false where the path ends.
   [[gnu::always_inline]] bool scatter() {
     ShadingPoint& point = walk_.point;
     const Bsdf& bsdf = walk_.shading.bsdf;
     const bool lit = bsdf.has_non_delta() && !at_bounce_limit_;
-    // By what scatters where light leaves, if it went below the surface.
+    // If light went below the surface, the lobes are those of the exit point.
     if constexpr (kGuided) guided_.bsdf.start(lit ? guide_.tree : nullptr, bsdf, point.position, 1.0f - guided_.plain);
     DirectVertex here;
     if (lit && lights_.can_choose()) sample_direct_light(here);
@@ -385,14 +388,14 @@ class PathWalk {
     if constexpr (kMedia)
       if (glm::dot(sample->wi, point.ng) < 0.0f)
         medium_.media.cross(walk_.hit, !point.backfacing, medium_.stack, medium_.counters);
-    // Straight on: the light sampled from the vertex before still competes.
+    // Straight on: MIS still uses the light sample of the vertex before.
     if (sample->flags & kTransparent) return walk_.pass_through();
     if (at_bounce_limit_) return false;
 
     if constexpr (kParts) share_first_scattering(*sample);
     count_bounce(*sample, point, point);
     at_bounce_limit_ = past_limits(point, settings_.bounces);
-    // Nothing is left to find where only lights would count, and they are counted already.
+    // At the limit only lights would count, and light sampling has counted them already.
     if (at_bounce_limit_ && here.complete && !sample->specular && start_.ends_early) return false;
     if (point.ray_depth > kSafeBounces && !survives_roulette()) return false;
     if constexpr (kMedia) medium_.chose = false;
@@ -429,8 +432,8 @@ class PathWalk {
       shares_ = shares_of(bsdf, bsdf.f_cos_of_kinds(walk_.point.wo, sample.wi));
   }
 
-  /// Survival in proportion to what the path can still carry. A direction that the guide likes has a high density and
-  /// so a low throughput, just because much light comes from there: the guide must not count.
+  /// The survival probability follows from the throughput without the guide. A direction that the guide prefers has a
+  /// high density and therefore a low throughput, although much light comes from it.
   [[gnu::always_inline]] bool survives_roulette() {
     if constexpr (kGuided)
       return survives(std::min(1.0f, std::sqrt(guided_.unguided_beta)), sampler_, base_ + D::kRoulette, beta_,
@@ -439,7 +442,7 @@ class PathWalk {
       return survives(std::min(1.0f, std::sqrt(largest(beta_))), sampler_, base_ + D::kRoulette, beta_);
   }
 
-  /// Where majorants were exceeded, weights are negative.
+  /// Weights are negative where majorants are exceeded.
   static float largest(Color c) { return max_component(kMedia ? glm::abs(c) : c); }
 
   // ---- Guiding -------------------------------------------------------------------------------
@@ -448,7 +451,7 @@ class PathWalk {
   struct GuidedPath {
     GuidedBsdf bsdf;
     float plain = Guided::kPlainShare;  ///< probability that the BSDF alone chooses all directions, given those so far
-    float unguided_beta = 1.0f;         ///< the throughput, had it done so
+    float unguided_beta = 1.0f;         ///< the throughput in that case
     OpenVertex open[kMaxOpenVertices];
     int open_count = 0;
     void note_distance(float t) {
@@ -484,7 +487,7 @@ class PathWalk {
     return sample;
   }
 
-  /// What came along each direction is what was found after it was chosen.
+  /// The light along a direction is all light that was found after it was chosen.
   void hand_in_samples() {
     for (int i = 0; guide_.samples && i < guided_.open_count; ++i) {
       OpenVertex& o = guided_.open[i];
@@ -493,8 +496,9 @@ class PathWalk {
     }
   }
 
-  static constexpr int kSafeBounces = 2;   ///< before roulette
-  static constexpr int kMaxBounds = 1024;  ///< surfaces that only enclose volumes along one path, as in Cycles
+  static constexpr int kSafeBounces = 2;  ///< without Russian roulette
+  /// Maximum number of surfaces along a path that only enclose volumes, as in Cycles.
+  static constexpr int kMaxBounds = 1024;
 
   const DirectLight& direct_light_;
   const Guide& guide_;
@@ -505,17 +509,17 @@ class PathWalk {
   const RenderSettings& settings_;
   const PathStart& start_;
   Sampler& sampler_;
-  SampleAux* aux_;                   ///< until the first hit is recorded
-  SampleAux* vertex_aux_ = nullptr;  ///< at the first hit only
+  SampleAux* aux_;                   ///< null after the first hit
+  SampleAux* vertex_aux_ = nullptr;  ///< set at the first hit only
   EyeWalk walk_;
   Color radiance_{0.0f}, beta_{1.0f};
   float alpha_ = 0.0f;
-  DirectVertex previous_;         ///< that chose the direction travelled
-  bool at_bounce_limit_ = false;  ///< a bounce limit is reached: only what the next surface emits still counts
+  DirectVertex previous_;         ///< the vertex at which the present direction was chosen
+  bool at_bounce_limit_ = false;  ///< a bounce limit is reached: only the emission of the next surface still counts
   int vertex_ = 0, material_ = 0;
   uint32_t base_ = 0;  ///< first dimension of the vertex
   [[no_unique_address]] std::conditional_t<kParts, PathShares, NoParts>
-      shares_;  ///< of kinds of lobes in the first scattering
+      shares_;  ///< of kinds of lobes in the first scattering event
   [[no_unique_address]] std::conditional_t<kGuided, GuidedPath, NoGuidedPath> guided_;
 };
 

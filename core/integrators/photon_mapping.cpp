@@ -10,7 +10,7 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kSitesOnly = ~0u;  // number of the emission that only places sites for the first pass
+constexpr uint32_t kSitesOnly = ~0u;  // pass number of the emission that only places sites for the first pass
 
 class PhotonMapping final : public Integrator {
  public:
@@ -33,7 +33,7 @@ class PhotonMapping final : public Integrator {
   void hand_on(Learned& learned) override { passes_.hand_on(learned); }
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
-    // Every sample of a pixel is a pass of its own, so that the picture does not depend on how a render is cut into
+    // Every sample of a pixel is a separate pass, so that the image does not depend on the division of a render into
     // iterations.
     if (!space_ && (plan_.global || plan_.caustic)) begin(film, stop);
     for (int i = 0; i < samples_per_pixel && !stop.load(std::memory_order_relaxed); ++i) {
@@ -91,7 +91,7 @@ class PhotonMapping final : public Integrator {
   PhotonPlan plan_;
   std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;
-  std::unique_ptr<PathSpace> space_;  ///< of the paths that tell what hints bring
+  std::unique_ptr<PathSpace> space_;  ///< of the paths from which the shares of hints are learned
   GatherPasses passes_;
   uint64_t photon_rays_ = 0;
 };

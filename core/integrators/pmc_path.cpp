@@ -11,12 +11,12 @@ namespace ajar {
 namespace {
 
 /// Members of both populations together: one for sixteen pixels, within these bounds. A generation takes about one step
-/// a pixel.
+/// per pixel.
 constexpr int64_t kMinMembers = 64, kMaxMembers = 10000, kPixelsPerMember = 16, kMaxSteps = 40;
-constexpr uint32_t kStepsPerSample = 24;  ///< steps of members for each bidirectional sample
-constexpr uint32_t kFirstSamples = 4;     ///< the first generation has this many times as many samples
+constexpr uint32_t kStepsPerSample = 24;  ///< chain steps of members for each bidirectional sample
+constexpr uint32_t kFirstSamples = 4;     ///< factor of the number of samples in the first generation
 constexpr uint32_t kLearnGenerations = 4;
-constexpr double kRamp = 8.0;  ///< generations until they count fully: the first know few samples
+constexpr double kRamp = 8.0;  ///< generations until they have full weight: the first ones have few samples
 
 class PopulationPaths final : public Integrator {
  public:
@@ -96,7 +96,8 @@ class PopulationPaths final : public Integrator {
     }
   }
 
-  /// Each goes on with what the other has learned. Once: later the other's past would hold something of its own.
+  /// Each population continues with what the other one has learned. Only once: later, the past of the other would
+  /// depend on this one.
   void exchange() {
     learned_ = std::make_shared<const PathPopulation::Learned>(populations_[0]->learned());
     populations_[0]->set_learned(populations_[1]->learned());
@@ -111,7 +112,7 @@ class PopulationPaths final : public Integrator {
   PathPopulation::Size size_{};
   std::unique_ptr<PathPopulation> populations_[2];
   uint32_t generations_ = 0;
-  std::shared_ptr<const PathPopulation::Learned> past_, learned_;  ///< of another frame; of this one, for the next
+  std::shared_ptr<const PathPopulation::Learned> past_, learned_;  ///< of an earlier frame; of this frame, for the next
   double total_emphasis_ = 0.0;
   uint64_t steps_wanted_ = 0;
 };

@@ -14,7 +14,7 @@ namespace ajar {
 
 const std::vector<IntegratorInfo>& integrator_list() {
   static const std::vector<IntegratorInfo> list{
-      // Who renders for others asks render/technique_choice.h which it shall be; by itself it is path tracing.
+      // The session replaces "auto" by the choice of render/technique_choice.h. Made directly, it is path tracing.
       {.name = "auto",
        .label = "Auto",
        .bias = Bias::Consistent,
@@ -122,8 +122,8 @@ std::string reason_against(const IntegratorInfo& integrator, const Scene& scene)
   const RenderSettings& s = scene.settings();
   if (scene.camera().finds_film(PixelFilter(s.filter, s.filter_width).half_width())) return "";
   return scene.camera().has_lens()
-             ? "it cannot join light paths to a panoramic camera with depth of field"
-             : "it cannot join light paths to a panorama that sees some directions twice, as at its seam";
+             ? "it cannot connect light paths to a panoramic camera with depth of field"
+             : "it cannot connect light paths to a panorama that sees some directions twice, as at its seam";
 }
 
 }  // namespace ajar

@@ -11,11 +11,11 @@ namespace ajar {
 
 namespace {
 
-/// The pilot of direct light may take this share of the samples asked for, the same in each iteration: places that the
-/// first has not found learn nothing. Samples of a pixel in an iteration: below the least the pilot is not made; one
-/// where the number of samples is not known.
+/// Maximum share of the samples for the pilot of direct light, the same in each iteration, because cells that the first
+/// iteration does not reach learn nothing. The bounds are samples per pixel and iteration. The pilot is skipped below
+/// the minimum. It has one sample if the number of samples is not known.
 constexpr float kPilotShare = 0.08f, kMinPilot = 0.15f, kMaxPilot = 4.0f;
-/// Few samples are spent before a measurement could tell whether guiding pays.
+/// A render with at most this many samples ends before a measurement could decide whether guiding is efficient.
 constexpr int kMinSamplesToMeasure = 16;
 
 std::string number(uint64_t n) { return std::to_string(n); }
@@ -28,7 +28,7 @@ std::string memory(uint64_t bytes) {
   return text;
 }
 
-/// Decisions and their lines, one function for each.
+/// Decisions and their plan steps, one function for each.
 class Planner {
  public:
   Planner(const Scene& scene, const IntegratorInfo& integrator)
@@ -62,7 +62,7 @@ class Planner {
         : lights.can_choose()
             ? (lights.size() == 1 ? std::string("one light or emissive triangle")
                                   : number(lights.size()) + " lights and emissive triangles, chosen by a light tree")
-            : "only the world emits, alike in all directions: scattered rays find it better",
+            : "only the world emits, equally in all directions: scattered rays sample it better",
         "a shadow ray at each rough surface; light tree: " + memory(built.light_tree_bytes));
     const bool environment = lights.environment_index() >= 0;
     add("environment", environment, environment ? "the world emits light" : "the world is black",
@@ -119,8 +119,8 @@ class Planner {
     DirectPlan& direct = plan_.direct;
     direct = {asked.method, std::max(1, settings_.direct_samples), asked.biased, 1.0f};
     std::string instead;
-    // Only the default method tells in which direction its light is, by which passes and lights of some kinds of lobes
-    // are told apart, and knows media.
+    // Passes of light parts, and lights that are hidden from some kinds of lobes, need the direction of the sampled
+    // light. Only the default method gives it, and only the default method supports media.
     const bool partial = scene_.lights().any_partial();
     if (plan_.media)
       instead = "there are volumes";
@@ -135,7 +135,7 @@ class Planner {
           kMaxPilot, kPilotShare * float(settings_.samples) / float(LightCutCache::iterations(scene_.lights())));
     else
       direct.pilot_samples = 1.0f;
-    // Only the path tracer learns by a pilot; the irradiance cache learns from its passes.
+    // Only the path tracer has a pilot. The irradiance cache learns from its passes.
     if (direct.method == DirectMethod::PmcHi && integrator_.knows_parts && direct.pilot_samples < kMinPilot) {
       direct.method = DirectMethod::Mis;
       instead = "too few samples to learn from";
@@ -165,7 +165,7 @@ class Planner {
         !asked                               ? "not asked for"
         : plan_.media                        ? "there are volumes"
         : plan_.guiding == Guiding::Off      ? "too few samples to learn from"
-        : plan_.guiding == Guiding::Measured ? "a measurement tells whether it pays"
+        : plan_.guiding == Guiding::Measured ? "a measurement during the render decides"
                                              : "asked for",
         "a tree over the scene, and a mixture of lobes at each surface");
     if (plan_.media && settings_.guiding == "on")
@@ -181,25 +181,25 @@ class Planner {
     const MergingPlan merging = plan_merging(scene_);
     plan_.merging = wanted && merging.used;
     add("vertex merging", merges && plan_.merging,
-        !merges                   ? "this integrator joins no paths, or merges them all"
+        !merges                   ? "this integrator does not connect paths, or merges all of them"
         : !merging.used || wanted ? merging.reason
-                                  : std::string("switched off, though ") + merging.reason,
+                                  : std::string("switched off, although ") + merging.reason,
         photons);
   }
 
   void look_at_passes() {
     const bool aux = settings_.passes.size() > 1;
     add("passes beyond Combined", aux,
-        aux ? number(settings_.passes.size() - 1) + " asked for" : "nobody asked for one",
+        aux ? number(settings_.passes.size() - 1) + " asked for" : "no pass is asked for",
         memory(uint64_t(settings_.width) * uint64_t(settings_.height) * 16 * (settings_.passes.size() - 1)) +
-            " at the most");
+            " at most");
     std::string parts;
     for (const std::string& pass : settings_.passes)
       if (is_part_pass(pass)) parts += (parts.empty() ? "" : ", ") + pass;
     if (parts.empty()) return;
     if (!integrator_.knows_parts)
-      plan_.warnings.emplace_back(std::string(integrator_.label) + " cannot tell the passes " + parts +
-                                  " apart: they stay black. Path Tracing can.");
+      plan_.warnings.emplace_back(std::string(integrator_.label) + " does not render the passes " + parts +
+                                  ": they stay black. Path Tracing renders them.");
     else if (settings_.direct != "mis")
       plan_.warnings.emplace_back("For the passes " + parts + ", direct light is sampled by the default method.");
   }

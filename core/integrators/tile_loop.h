@@ -1,7 +1,9 @@
-// The loop over samples that integrators from the eye share: tiles in parallel, each pixel's samples one after another.
+// The loop over samples of integrators with paths from the eye: tiles in parallel, and the samples of a pixel one after
+// another.
 //
-// A pixel gets as many samples as the film's goals say (film/image_plan.h), or all the same number. A sample's index is
-// its number within its pixel, so pictures do not depend on how a render is cut into iterations, nor on the threads.
+// A pixel gets the number of samples of its goal (film/image_plan.h), or the same number as all pixels. The index of a
+// sample is its number within its pixel, so images depend neither on the division of a render into iterations nor on
+// the threads.
 #pragma once
 
 #include <algorithm>
@@ -14,12 +16,12 @@
 
 namespace ajar {
 
-/// Edge of a tile in pixels; a tile belongs to one thread.
+/// Edge of a tile in pixels. One thread renders a tile.
 constexpr int kTile = 16;
 
-/// Calls `sample(tile_state, pixel x, pixel y, index)` for each sample that a pixel of the film lacks to its goal, or
-/// to `uniform` where no goals are set; `begin_tile()` gives the state. Each sample must be added to the film. Ends
-/// early when `stop` is raised.
+/// Calls `sample(tile_state, pixel x, pixel y, index)` for each sample that a pixel of the film needs to reach its
+/// goal, or `uniform` where no goals are set. `begin_tile()` returns the state. Each sample must be added to the film.
+/// Returns early when `stop` is set.
 template <class BeginTile, class Sample>
 void for_each_sample(const Film& film, uint32_t uniform, const std::atomic<bool>& stop, BeginTile&& begin_tile,
                      Sample&& sample) {
