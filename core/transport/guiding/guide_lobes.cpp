@@ -10,12 +10,14 @@ namespace ajar {
 
 namespace {
 
-/// Pseudo-samples: of uniform direction for each lobe's width, and split evenly for the shares.
+/// Pseudo-samples of the priors: kWidthPrior of uniform directions for the width of each lobe, kSharePrior with equal
+/// shares for guide and BSDF, kWeightPrior for the weight of each lobe.
 constexpr float kWidthPrior = 1.5f, kSharePrior = 8.0f, kWeightPrior = 0.02f;
-/// The BSDF keeps at least this share of a single direction (of whole paths: Guided::kPlainShare).
+/// Minimum share of the BSDF for a single direction (for whole paths: Guided::kPlainShare).
 constexpr float kMinBsdfShare = 0.5f;
 constexpr float kFirstKappa = 10.0f, kSharpestKappa = 2000.0f;
-/// No sample counts for more than this times the square root of their number, in mean weights.
+/// The weight of a sample is limited to this times the square root of the number of samples, in units of the mean
+/// weight.
 constexpr float kMaxWeight = 4.0f;
 
 }  // namespace
@@ -25,7 +27,7 @@ void GuideDistribution::move_to(Vec3 center) {
   for (int k = 0; k < kCount; ++k) {
     const Vec3 mean = glm::normalize(this->mean(k) + d * inverse_distance_[k] + Vec3(1e-9f));
     if (!is_finite(mean)) continue;
-    // The sums turn with the lobes.
+    // The sums rotate with the lobes.
     const float length = glm::length(Vec3(past_.x[k], past_.y[k], past_.z[k]));
     past_.x[k] = length * mean.x;
     past_.y[k] = length * mean.y;
@@ -37,13 +39,13 @@ void GuideDistribution::move_to(Vec3 center) {
   center_ = center;
 }
 
-/// Means far from each other and from what the BSDF covers: each is the sample with the greatest weight times squared
-/// chord to the nearest mean so far (as k-means++ would draw them, but without a draw).
+/// The means of the lobes are far from each other and from the directions that the BSDF covers. Each mean is the sample
+/// with the maximum of weight times squared chord to the nearest mean so far (as in k-means++, but deterministic).
 void GuideDistribution::start(Vec3 center, std::span<const GuideSample* const> samples) {
   center_ = center;
   std::memset(&past_, 0, sizeof past_);
   for (float& share : share_) share = 0.5f;
-  // A few are enough to see how they lie.
+  // A subset of the samples is enough to find their distribution.
   constexpr size_t kMaxInspected = 256;
   const size_t stride = std::max<size_t>(1, samples.size() / kMaxInspected);
   float nearest[2 * kMaxInspected];
@@ -72,13 +74,13 @@ void GuideDistribution::start(Vec3 center, std::span<const GuideSample* const> s
   }
 }
 
-/// The E step: each component's share in each sample.
+/// The E step: the share of each component in each sample.
 void GuideDistribution::accumulate(std::span<const GuideSample* const> samples, float unit, float most,
                                    Sums& sums) const {
   std::memset(&sums, 0, sizeof sums);
   for (const GuideSample* const s : samples) {
     const float w = std::min(s->weight * unit, most);
-    // As the center sees it.
+    // The direction as seen from the centre of the cell.
     const Vec3 wi = glm::normalize(s->wi + (s->position - center_) * s->inverse_distance);
     if (!(w > 0.0f) || !is_finite(wi)) continue;
     const size_t kind = size_t(s->kind);
@@ -132,7 +134,7 @@ void GuideDistribution::fit(std::span<const GuideSample* const> samples, float p
   double sum = 0.0;
   for (const GuideSample* const s : samples) sum += double(s->weight);
   if (!(sum > 0.0) || !std::isfinite(sum)) return;
-  // No sample may outweigh the others: one that is so lucky says more about the luck than about the place.
+  // The weights are limited, so that a single sample with a rare large weight does not determine the fit.
   const float n = float(samples.size()), unit = float(double(n) / sum),
               most = std::max(1.0f, kMaxWeight * std::sqrt(n));
   Sums sums;

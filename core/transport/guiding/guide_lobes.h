@@ -1,10 +1,12 @@
-// A learned density over directions at one place: eight von Mises-Fisher lobes, to be mixed with the BSDF's own
-// density.
+// A learned density over directions at one position: eight von Mises-Fisher lobes, which are mixed with the density of
+// the BSDF.
 //
-// Fitted by population Monte Carlo for mixtures (M-PMC, Cappé et al. 2008): samples drawn from anything, with weights
-// w = f / p, pull each lobe by the share it has in them; the BSDF is one more component, whose shape is fixed and known
-// at each sample. So lobes go where the BSDF leaves light behind, and the BSDF's share falls as far as they cover it
-// (never below a floor). Each lobe remembers how far away its light comes from and is turned accordingly where the
+// It is fitted by population Monte Carlo for mixtures (M-PMC, Cappé et al. 2008). The samples can come from any
+// density. Their weights are w = f / p. Each sample moves each lobe in proportion to the share that the lobe has in the
+// sample. The BSDF is one more component, with a fixed density that is known at each sample. So the lobes cover light
+// that the BSDF samples badly, and the share of the BSDF decreases, down to a floor, with the light that they cover.
+// Each lobe stores the distance from which its light comes and is rotated accordingly where the density is used
+// (Ruppert et al. 2020).
 // density is used (Ruppert et al. 2020).
 #pragma once
 
@@ -15,46 +17,48 @@
 
 namespace ajar {
 
-/// Surfaces differ in how much of their light the BSDF finds by itself; each kind has its own share.
+/// Class of a surface. Surfaces differ in how well their BSDF alone samples the light, so each class has its own share.
 enum class GuideKind : uint8_t { Diffuse, Rough, Glossy };
 constexpr int kGuideKinds = 3;
 
-/// Light that came to a place from direction wi. Only such as brought any; what the density does not know does not
-/// count.
+/// Light that arrived at a position from direction wi. Directions without light are not stored. Light that the density
+/// cannot represent does not count.
 struct GuideSample {
   Vec3 position, normal, wi;
-  float inverse_distance;  ///< of what sent it
+  float inverse_distance;  ///< 1 / distance to the point that sent the light
   float weight;            ///< luminance of f_cos L / pdf
-  float pdf_bsdf;          ///< of wi, without delta lobes
+  float pdf_bsdf;          ///< density of wi by the BSDF, without delta lobes
   GuideKind kind;
-  uint32_t pixel = 0, index = 0;  ///< of the path that found it
+  uint32_t pixel = 0, index = 0;  ///< pixel and number of the path that found it
 };
 
-/// Ready to be evaluated: kept by cells, and once more by the vertex that has turned the lobes towards itself.
+/// The lobes in the form in which they are evaluated. A cell stores them; a vertex keeps a copy that is rotated for its
+/// position.
 struct alignas(32) GuideLobes {
   static constexpr int kCount = 8;
   float x[kCount], y[kCount], z[kCount];  ///< unit means
   float half_kappa[kCount];
-  float peak[kCount];  ///< weight times the lobe's density at its mean
+  float peak[kCount];  ///< weight times the density of the lobe at its mean
 };
 
 inline float pdf_solid_angle(const GuideLobes& lobes, Vec3 w);
 
-/// What one cell knows.
+/// The learned distribution of one cell.
 class GuideDistribution {
  public:
   static constexpr int kCount = GuideLobes::kCount;
   static constexpr float kMinShare = 0.1f;
 
-  /// Forget everything and spread the lobes over what these samples show.
+  /// Discards everything and distributes the lobes over these samples.
   void start(Vec3 center, std::span<const GuideSample* const> samples);
-  /// Move to what the samples and `past_share` of what was known before say.
+  /// Fits the distribution to the samples. The earlier samples count with the factor `past_share`.
   void fit(std::span<const GuideSample* const> samples, float past_share, int iterations);
-  /// Another center, when a cell is divided.
+  /// Changes the centre, when a cell is divided.
   void move_to(Vec3 center);
 
   Vec3 center() const { return center_; }
-  /// Of the guide; the rest belongs to the BSDF. Zero where so little is left to the guide that asking it does not pay.
+  /// The share of the guide; the rest is that of the BSDF. It is 0 if it is so small that the cost of the guide does
+  /// not pay.
   float share(GuideKind kind) const { return share_[size_t(kind)] < kMinShare ? 0.0f : share_[size_t(kind)]; }
   std::span<const float> weights() const { return weight_; }
   Vec3 mean(int lobe) const { return Vec3(lobes_.x[lobe], lobes_.y[lobe], lobes_.z[lobe]); }
@@ -62,7 +66,7 @@ class GuideDistribution {
 
   /// The lobes as seen from p.
   void aim(Vec3 p, GuideLobes& out) const;
-  /// u chooses the lobe.
+  /// Samples a direction; u_lobe chooses the lobe.
   Vec3 sample(const GuideLobes& aimed, float u_lobe, Vec2 u) const;
 
  private:

@@ -8,10 +8,10 @@ namespace ajar {
 
 namespace {
 
-/// A cell with more samples is divided; one with fewer is not begun.
+/// A cell with more than kMaxSamples is divided. A cell is only started with at least kMinSamples.
 constexpr size_t kMaxSamples = 400, kMinSamples = 48;
 constexpr int kMaxDepth = 40, kFirstIterations = 6, kIterations = 3;
-/// Variance of normals, along their most different axis, up to which they see alike.
+/// Maximum variance of normals, along their axis of largest variance, in a cell that is not divided by normals.
 constexpr float kNormalVariance = 0.05f;
 
 float coordinate(const GuideSample& s, int axis) { return axis < 3 ? s.position[axis] : s.normal[axis - 3]; }
@@ -50,7 +50,7 @@ void GuideTree::divide(uint32_t leaf, const GuideSample** begin, const GuideSamp
       nodes_[leaf].split = split;
       nodes_[leaf].child = child;
       if (cell != 0) {
-        // Both halves begin with what the whole knew; the second takes a new place.
+        // Both halves start with the distribution of the whole cell. The second half gets a new index.
         cells_[cell - 1].past_share *= 0.5f;
         cells_.push_back(cells_[cell - 1]);
         nodes_[child].child = cell;
@@ -72,7 +72,7 @@ void GuideTree::divide(uint32_t leaf, const GuideSample** begin, const GuideSamp
 
 void GuideTree::learn(const std::vector<GuideSample>& samples, float past_share) {
   if (samples.empty()) return;
-  // To their leaves, in their order.
+  // Assign the samples to their leaves, in their order.
   std::vector<uint32_t> leaf_of(samples.size());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, samples.size(), 4096), [&](const tbb::blocked_range<size_t>& range) {
     for (size_t i = range.begin(); i != range.end(); ++i) {

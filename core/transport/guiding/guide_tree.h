@@ -1,9 +1,9 @@
-// Where which learned density holds: a binary tree over positions and normals, refined where samples are many.
+// The learned distributions by position and normal: a binary tree, refined where there are many samples.
 //
-// A cell is a box in space and in normals, so that it holds places that see alike: what is learned there may contain
-// the cosine. Cells are divided at the mean of their samples, across normals while these differ much, else across the
-// widest axis of space. Learning happens between iterations, from samples in a fixed order, each cell by itself: any
-// number of threads, the same tree.
+// A cell is a box in position and normal. All its points receive similar light, so the distribution can include the
+// cosine. Cells are divided at the mean of their samples: by normals as long as these differ much, otherwise by the
+// widest axis of position. The guide is trained between iterations, from samples in a fixed order, each cell
+// separately. So the tree does not depend on the number of threads.
 #pragma once
 
 #include <vector>
@@ -14,10 +14,11 @@ namespace ajar {
 
 class GuideTree {
  public:
-  /// What the past counts in a lesson, and in the one at the end of a frame, from which the next frame begins.
+  /// Factors on the past samples: in a training step, and in the step at the end of a frame, from which the next frame
+  /// starts.
   static constexpr float kPastShare = 0.5f, kPastShareAtEnd = 0.75f;
 
-  /// Null where nothing is known.
+  /// Returns null if nothing is known.
   const GuideDistribution* find(Vec3 position, Vec3 normal) const {
     const float at[6] = {position.x, position.y, position.z, normal.x, normal.y, normal.z};
     const Node* node = nodes_.data();
@@ -25,7 +26,7 @@ class GuideTree {
     return node->child != 0 ? &cells_[node->child - 1].distribution : nullptr;
   }
 
-  /// Everything in `samples` becomes the past; of what was the past before, such a share counts.
+  /// A training step from `samples`. Earlier samples count with the factor `past_share`.
   void learn(const std::vector<GuideSample>& samples, float past_share = kPastShare);
   size_t cell_count() const { return cells_.size(); }
   size_t memory_bytes() const { return nodes_.capacity() * sizeof(Node) + cells_.capacity() * sizeof(Cell); }
@@ -33,8 +34,8 @@ class GuideTree {
  private:
   struct Node {
     float split = 0.0f;
-    int32_t axis = -1;   ///< 0 to 2: position, 3 to 5: normal; -1: a leaf
-    uint32_t child = 0;  ///< the first of two; of a leaf: its cell + 1, 0 for none
+    int32_t axis = -1;   ///< 0 to 2: position; 3 to 5: normal; -1: a leaf
+    uint32_t child = 0;  ///< index of the first of two children; for a leaf: index of its cell + 1, 0 for none
   };
   struct Cell {
     GuideDistribution distribution;
@@ -44,7 +45,7 @@ class GuideTree {
 
  public:
   static constexpr size_t kBytesPerCell = sizeof(Cell) + 2 * sizeof(Node);
-  /// While it learns, of each sample besides the sample.
+  /// Memory per sample during a training step, without the sample itself.
   static constexpr size_t kBytesPerSample = sizeof(uint32_t) + sizeof(const GuideSample*);
 
  private:

@@ -1,18 +1,21 @@
-// The path tracer's directional kernel where a guide is known: a mixture of the BSDF and the guide, one density over
-// directions.
+// The directional sampling of the path tracer with a guide: a mixture of BSDF and guide, with one density over
+// directions:
 //
 //   pdf(wi) = (1 - c) p_bsdf(wi) + c (1 - q) p_guide(wi)
-// q is the probability of a delta lobe, which the guide leaves alone; p_bsdf has the mass 1 - q. The share c is the
-// cell's, less where lobes are too sharp to be helped, and times the trust that the path has in the guide:
 //
-// Whole paths are a mixture as well. With the probability e_0 a path would be drawn by the BSDF alone at all its
-// vertices, and the probability that this is such a path, given the directions so far, follows by Bayes: e_k+1 = e_k
-// p_bsdf / pdf. Drawing every direction with c (1 - e_k) is the same mixture without the choice at the start. So no
-// path has less than e_0 times the density that plain path tracing gives it; shares at single vertices alone would
-// bound it by their product only, and rare bright paths of many vertices would weigh that much more.
+// q is the probability of a delta lobe, which the guide does not change; the integral of p_bsdf is 1 - q. The share c
+// is that of the cell, reduced where lobes are too sharp for the guide, and multiplied by the trust 1 - e_k of the
+// path.
 //
-// Which kind of bounce a direction is counted as is drawn from the lobes' shares in p_bsdf, as the BSDF's own sampling
-// does, so limits of bounces mean the same with and without.
+// Whole paths are a mixture as well. With the probability e_0, all vertices of a path are sampled by the BSDF alone.
+// The probability that the present path is such a path, given its directions so far, follows from Bayes' rule: e_k+1 =
+// e_k p_bsdf / pdf. Sampling every direction with the share c (1 - e_k) gives the same mixture without a choice at the
+// start. So the density of every path is at least e_0 times its density in plain path tracing. Shares at single
+// vertices would bound it only by their product, and rare bright paths with many vertices would have accordingly larger
+// weights.
+//
+// The type of bounce of a direction is sampled from the shares of the lobes in p_bsdf, as in the BSDF's own sampling.
+// So limits of bounces have the same meaning with and without the guide.
 #pragma once
 
 #include <bit>
@@ -26,7 +29,7 @@ namespace ajar {
 
 class GuidedBsdf {
  public:
-  /// Nothing is guided while `tree` is null or knows nothing here. `trust` is 1 - e_k.
+  /// Prepares the mixture. There is no guide if `tree` is null or knows nothing here. `trust` is 1 - e_k.
   void start(const GuideTree* tree, const Bsdf& bsdf, Vec3 position, float trust) {
     bsdf_ = &bsdf;
     share_ = 0.0f;
@@ -53,7 +56,7 @@ class GuidedBsdf {
                : pdf_bsdf;
   }
 
-  /// `pdf_bsdf` becomes the BSDF's part of the density, for learning; 0 for delta lobes.
+  /// Samples a direction. `pdf_bsdf` is set to the density of the BSDF alone, for training; 0 for delta lobes.
   std::optional<BsdfSample> sample(Vec3 wo, float u_guide, float u_lobe, Vec2 u, float& pdf_bsdf) const {
     std::optional<BsdfSample> sample;
     if (share_ > 0.0f && u_guide < share_ && !chooses_delta(u_lobe)) {
@@ -73,7 +76,7 @@ class GuidedBsdf {
   }
 
  private:
-  /// Lobes below this roughness find their light themselves; shares below the other are not worth a look.
+  /// Lobes with a smaller alpha sample their light well by themselves. Guides with a smaller share are not used.
   static constexpr float kSharpAlpha = 0.04f, kMinShare = 0.02f;
 
   void look(const Bsdf& bsdf) {
@@ -109,7 +112,7 @@ class GuidedBsdf {
     const uint32_t side = glm::dot(bsdf_->ng, wo) * glm::dot(bsdf_->ng, wi) > 0.0f ? kReflection : kTransmission;
     if (all_diffuse_) return side | kDiffuse;
     const Bsdf::KindShares shares = bsdf_->kind_shares(wo, wi, false);
-    // What is left of u once a lobe is chosen would do; a hash of it is as good and simpler.
+    // The rest of u after the choice of the lobe would be valid. A hash of u is equally good and simpler.
     const float v = to_unit_float(hash32(std::bit_cast<uint32_t>(u)));
     return side | (v < shares.diffuse + shares.diffuse_transmission ? kDiffuse : kGlossy);
   }

@@ -12,19 +12,19 @@ namespace ajar {
 
 namespace {
 
-/// An iteration with as many paths is the last that is learned from.
+/// Training ends after an iteration with at least this number of paths.
 constexpr uint64_t kEnoughPaths = 1'500'000;
 constexpr double kMaxVertices = 2.5e6;
-/// Later iterations are learned from by few or no more.
+/// Minimum sample count of each pixel when training ends.
 constexpr uint32_t kLearnedSamples = 16;
-/// Samples before the first lesson of a frame that begins with a guide.
+/// Samples before the first training step of a frame that starts with a guide.
 constexpr uint32_t kFirstWarmTraining = 16;
-/// Samples of each measurement, and when the two with the guide begin.
+/// Samples of each measurement, and the sample counts at which the two measurements with the guide start.
 constexpr uint32_t kMeasured = 4, kFirstMeasurement = 4, kSecondMeasurement = 12;
 static_assert(PathGuide::kEqualSamples == kSecondMeasurement + kMeasured && PathGuide::kEqualSamples == 4 * kMeasured);
-/// What must have been gained to go on after each.
+/// Minimum gain to continue after each measurement.
 constexpr double kFirstGain = 0.75, kSecondGain = 1.25;
-/// Cost of asking the guide, per ray: measured, between `rooms` and `box` (docs/benchmarks/guiding.md).
+/// Cost of guiding per ray, measured; between `rooms` and `box` (docs/benchmarks/guiding.md).
 constexpr double kCostOfGuide = 1.25;
 
 }  // namespace
@@ -84,7 +84,7 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
       rays_at_start_ = rays;
     }
   }
-  // Up to where something is learned or measured next.
+  // Up to the next training step or measurement.
   int samples = learning_ ? std::min(wanted, int(std::max(std::bit_ceil(done + 1), first_training_) - done)) : wanted;
   if (measures_ && done < kSecondMeasurement + kMeasured)
     samples = std::min(samples, int((done / kMeasured + 1) * kMeasured - done));
@@ -98,7 +98,8 @@ int PathGuide::begin(uint32_t done, int wanted, uint64_t rays) {
 }
 
 uint64_t PathGuide::estimated_bytes(uint64_t pixels, uint64_t samples) {
-  // Twelve vertices of a path are many; the last iteration that is learned from has half of the samples so far.
+  // Twelve vertices per path is a high estimate. The last iteration that is used for training has half of the samples
+  // so far.
   const double paths = double(pixels) * double(std::clamp<uint64_t>(samples / 2, 1, kLearnedSamples / 2)),
                vertices = std::min(kMaxVertices, 12.0 * paths);
   const double cells = vertices / 100.0;
@@ -111,8 +112,8 @@ bool PathGuide::records(uint32_t pixel, uint32_t index) const {
 }
 
 void PathGuide::learn(float past_share) {
-  // Tiles in their order, whichever thread rendered them, and paths in theirs, however the clock cut the iteration into
-  // pieces.
+  // Order tiles and paths, so that the result does not depend on the threads or on how the time limit divides an
+  // iteration.
   tbb::parallel_for(size_t(0), tile_samples_.size(), [&](size_t tile) {
     std::stable_sort(tile_samples_[tile].begin(), tile_samples_[tile].end(),
                      [](const GuideSample& a, const GuideSample& b) {
@@ -137,8 +138,8 @@ void PathGuide::learn(float past_share) {
   vertices_per_path_ = std::clamp(double(count) / std::max(1.0, recorded), 0.5, 24.0);
 }
 
-/// Weighted mean over blocks of the logarithm of the ratio of their variances; a block's weight is its relative
-/// variance by both.
+/// The mean over blocks of the logarithm of the ratio of their variances. The weight of a block is its relative
+/// variance, from both measurements.
 double PathGuide::gain(uint64_t rays_guided) const {
   constexpr int kBlock = 16;
   const double n = double(kMeasured);

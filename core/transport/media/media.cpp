@@ -9,32 +9,33 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMaxBounds = 1024;  ///< surfaces that only enclose volumes along one ray, as in Cycles
+constexpr int kMaxBounds = 1024;  ///< maximum number of surfaces along one ray that only enclose volumes, as in Cycles
 constexpr int kSamplesPerCell = 16;
-constexpr float kLargestExtent = 1e18f;  ///< of a volume that varies
+constexpr float kLargestExtent = 1e18f;  ///< of a volume that varies, in metres
 constexpr uint64_t kMaxMajorants = 8 * 16 * 16 * 16;
-constexpr float kMargin = 1.1f, kMinShare = 0.02f,
-                kLargest = 1e13f;     ///< of a majorant over what was seen; of the largest; per metre
-constexpr float kFaint = 0.05f;       ///< part of a weight below which roulette decides
-constexpr float kMinChannel = 0.25f;  ///< probability of channels that do not scatter
+/// kMargin: majorant over the largest sample around it. kMinShare: minimum majorant over the largest one. kLargest:
+/// maximum majorant per metre.
+constexpr float kMargin = 1.1f, kMinShare = 0.02f, kLargest = 1e13f;
+constexpr float kFaint = 0.05f;       ///< weight below which roulette decides, as a fraction of the weight before
+constexpr float kMinChannel = 0.25f;  ///< minimum probability of channels that do not scatter
 
-/// Of emission along a distance, dimmed by the medium it comes from.
+/// Emission along a distance, attenuated by the medium that emits it.
 Color emitted_along(const MediumPoint& medium, Color transmittance, float distance) {
   Color result(0.0f);
   for (int c = 0; c < 3; ++c) {
     if (!(medium.emission[c] > 0.0f)) continue;
     const float depth = medium.extinction[c] * distance;
-    // The quotient loses its digits where the medium is thin.
+    // The quotient loses its digits if the medium is thin.
     if (depth < 1e-3f)
       result[c] = medium.emission[c] * distance * (1.0f - 0.5f * depth);
     else
       result[c] = medium.emission[c] * (1.0f - transmittance[c]) / medium.extinction[c];
-    if (!std::isfinite(result[c])) result[c] = 0.0f;  // an endless medium that only emits
+    if (!std::isfinite(result[c])) result[c] = 0.0f;  // an infinite medium that only emits
   }
   return result;
 }
 
-/// Roulette among what has become fainter than `faint`.
+/// Russian roulette if the weight is below `faint`.
 bool outlives(float faint, Pcg32& rng, Color& weight) {
   const float most = max_component(glm::abs(weight));
   if (most >= faint) return true;
@@ -60,7 +61,8 @@ ShadingPoint inside_of(const MediaRay& along) {
   return inside;
 }
 
-/// Cells along the longest axis of each of so many grids: all together have at most kMaxMajorants, or one each.
+/// Number of cells along the longest axis of each of `varying` grids. All grids together have at most kMaxMajorants
+/// cells, or one cell each.
 int cells_of(size_t varying) { return varying <= 8 ? 16 : varying <= 64 ? 8 : varying <= 512 ? 4 : 1; }
 
 void grow(Vec3 p, Vec3& lower, Vec3& upper) {
@@ -68,7 +70,7 @@ void grow(Vec3 p, Vec3& lower, Vec3& upper) {
   upper = glm::max(upper, p);
 }
 
-/// World-space bounds of an instance over the whole shutter.
+/// World-space bounds of an instance over the whole shutter interval.
 void bounds_of(const BuiltMesh& mesh, const BuiltInstance& instance, Vec3& lower, Vec3& upper) {
   Vec3 low(kInfinity), high(-kInfinity);
   for (size_t i = 0; i + 1 < mesh.positions.size(); ++i) grow(mesh.positions[i], low, high);
@@ -132,7 +134,7 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
   size_t varying = 0;
   for (uint32_t i = 0; i < scene.instances().size(); ++i) {
     const BuiltInstance& instance = scene.instances()[i];
-    if (scene.meshes()[instance.mesh].strands) continue;  // enclose nothing
+    if (scene.meshes()[instance.mesh].strands) continue;  // strands enclose no volume
     Vec3 lower(kInfinity), upper(-kInfinity);
     for (const uint32_t material : scene.materials_of(instance)) {
       const ShaderProgram& program = scene.programs()[material];
@@ -146,7 +148,7 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
       const bool known = std::any_of(media_.begin() + first_of_instance_[i], media_.end(),
                                      [&](const Medium& m) { return m.material == material; });
       if (known) continue;
-      // Beyond what rays reach nothing can be told apart, and lengths of cells would overflow.
+      // Larger volumes are treated as uniform, because the lengths of cells would overflow.
       const bool varies = program.medium_varies() && max_component(upper - lower) < kLargestExtent;
       varying += varies ? 1 : 0;
       media_.push_back({i, material, &program, varies, lower, upper - lower, {}, {}, 0, 0.0f});
@@ -158,7 +160,7 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
 }
 
 uint64_t Media::max_bytes(uint64_t volumes, uint64_t instances) {
-  // Vectors that grow have up to twice what is in them.
+  // The capacity of a growing vector is at most twice its size.
   return 2 * (volumes * sizeof(Medium) + (kMaxMajorants + volumes) * sizeof(float)) + instances * sizeof(uint32_t);
 }
 
@@ -192,7 +194,7 @@ void Media::find_majorants(Medium& medium, int cells_along) {
       MediumPoint point;
       add(medium, inside, point, ignored);
       seen[index] = std::max(seen[index], max_component(point.extinction));
-      // Emission is found at collisions: there must be some.
+      // Emission is found at collisions, so the majorant must not be zero.
       if (!is_black(point.emission)) seen[index] = std::max(seen[index], 1.0f / glm::length(medium.size));
     }
   });
@@ -201,7 +203,7 @@ void Media::find_majorants(Medium& medium, int cells_along) {
   for (int z = 0; z < nz; ++z)
     for (int y = 0; y < ny; ++y)
       for (int x = 0; x < nx; ++x) {
-        // The neighbours know of peaks that lie between.
+        // The neighbouring cells are included for peaks between the samples.
         float most = least;
         for (int w = std::max(z - 1, 0); w <= std::min(z + 1, nz - 1); ++w)
           for (int v = std::max(y - 1, 0); v <= std::min(y + 1, ny - 1); ++v)
@@ -217,10 +219,10 @@ float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float
   for (int axis = 0; axis < 3; ++axis) {
     const int count = medium.cells[size_t(axis)];
     const float d = direction[axis], place = (position[axis] - medium.lower[axis]) * medium.inverse_size[axis];
-    int border;  // the next one on the way
+    int border;  // the next border of a cell on the ray
     if (!(place >= 0.0f && place < float(count))) {
       inside = false;
-      if (place < 0.0f ? !(d > 0.0f) : !(d < 0.0f)) return 0.0f;  // it never comes there
+      if (place < 0.0f ? !(d > 0.0f) : !(d < 0.0f)) return 0.0f;  // the ray never enters the grid
       border = place < 0.0f ? 0 : count;
     } else {
       cell[size_t(axis)] = std::min(int(place), count - 1);
@@ -235,7 +237,7 @@ float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float
                 : 0.0f;
 }
 
-/// Media that vary end at their bounds, should a ray have missed their surface.
+/// Media that vary end at their bounds, in case a ray has missed their surface.
 bool Media::reaches(const Medium& medium, Vec3 position) const {
   for (int axis = 0; axis < 3; ++axis) {
     const float place = (position[axis] - medium.lower[axis]) * medium.inverse_size[axis];
@@ -299,7 +301,8 @@ void Media::add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, 
     inside.instance = nullptr;
     inside.mesh = nullptr;
     inside.object = nullptr;
-    // The world's place is a direction: that of the middle of the scene, wherever one is.
+    // The position of a point of the world is a direction. The volume of the world is evaluated in the direction of the
+    // centre of the scene.
     ShadingPoint middle = inside;
     middle.position = scene_.center();
     middle.wo = middle.ng = middle.ns = -scene_.center();
@@ -346,7 +349,7 @@ bool Media::varies(const MediaStack& stack) const {
 template <class Collide>
 void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Collide&& collide) const {
   ShadingPoint inside = inside_of(along);
-  float constant = 0.0f;  // majorant of those that do not vary
+  float constant = 0.0f;  // majorant of the media that do not vary
   for (int i = 0; i < along.stack.size(); ++i) {
     const Medium& medium = media_[along.stack[i]];
     if (medium.varies) continue;
@@ -356,7 +359,7 @@ void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Co
     constant += max_component(point.extinction);
     if (!is_black(point.emission)) constant += 1.0f;
   }
-  // Small media far away: at least the next number.
+  // The distance must increase, by at least one representable number, also for small media far away.
   const auto advanced = [](float t, float step) { return t + step > t ? t + step : t * (1.0f + 1e-6f) + 1e-30f; };
   for (float t = along.ray.t_min; t < along.t_end;) {
     const Vec3 position = along.ray.origin + t * along.ray.direction;
@@ -366,7 +369,7 @@ void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Co
         rate += majorant(medium, position, along.ray.direction, reach);
     const float step = -std::log(1.0f - rng.next_float()) / rate;
     if (!(step < reach)) {
-      // The next cell; an exponential distance has no memory.
+      // Continue in the next cell; exponential distances have no memory.
       t = advanced(t, reach);
       continue;
     }

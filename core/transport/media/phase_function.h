@@ -1,6 +1,6 @@
-// Where media scatter light to: a mixture of lobes after Henyey and Greenstein [1941].
+// Phase functions: a mixture of Henyey-Greenstein lobes [Henyey and Greenstein 1941].
 //
-// The cosine is between the directions of travel before and after; densities are per solid angle.
+// The cosine is between the directions of travel before and after scattering. Densities are per solid angle.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace ajar {
 
 float henyey_greenstein(float cosine, float anisotropy);
-/// A cosine, by that density.
+/// Samples a cosine with that density.
 float sample_henyey_greenstein(float anisotropy, float u);
 
 /// The phase function of a point that scatters.
@@ -22,7 +22,8 @@ class PhaseFunction {
     for (int i = 0; i < medium.lobe_count; ++i) sum_ += share(i);
   }
 
-  /// Fraction of what is scattered that goes there per solid angle; each colour has its own mixture.
+  /// The fraction of the scattered light that goes in this direction, per solid angle. Each channel has its own
+  /// mixture.
   Color evaluate(float cosine) const {
     Color value(0.0f);
     for (int i = 0; i < medium_.lobe_count; ++i)

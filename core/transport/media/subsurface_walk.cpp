@@ -16,11 +16,11 @@ namespace {
 
 constexpr int kMaxSteps = 256;
 constexpr float kMinAlbedo = 0.2f, kNothingLeft = 1e-6f;
-/// Whoever it is hidden from, an object is there for light inside it.
+/// For light inside an object, the object's visibility by type of ray does not matter.
 constexpr uint32_t kEveryKind = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow |
                                 kRayVolumeScatter;
 
-/// Coefficients of a polynomial in the anisotropy, the constant one first.
+/// Coefficients of a polynomial in the anisotropy, constant term first.
 using Polynomial = std::array<float, 8>;
 
 float evaluate(const Polynomial& coefficients, float g) {
@@ -42,7 +42,7 @@ struct ArcTangentTerm {
   }
 };
 
-// The numbers of the fit that Blender uses.
+// The coefficients of the fit that Blender uses.
 constexpr ArcTangentTerm kDark = {{1.8260523782f, -1.28451056436f, -1.79904629312f, 9.19393289202f, -22.8215585862f,
                                    32.0234874259f, -23.6264803333f, 7.21067002658f},
                                   4.98511194385f,
@@ -60,15 +60,15 @@ constexpr ArcTangentTerm kBright = {{0.496310210422f, 0.360146581622f, -2.151393
                                     {2.40602999408f, -2.51814844609f, 9.18494908356f, -79.2191708682f, 259.082868209f,
                                      -403.613804597f, 302.85712436f, -87.4370473567f}};
 
-/// Albedo of single scattering that gives a half-space this albedo. The method is that of Chiang, Kutz and Burley 2016
+/// The single scattering albedo that gives a half-space this albedo. The method is that of Chiang, Kutz and Burley 2016
 /// ("Practical and Controllable Subsurface Scattering for Production Path Tracing"): half-spaces are simulated, and a
-/// curve is fitted to the inverse. This curve, of Kulla and Chiang, has a term for dark and a term for bright albedos,
+/// curve is fitted to the inverse. This curve, by Kulla and Chiang, has one term for dark and one for bright albedos,
 /// which are mixed by the fourth root of the albedo.
 float single_scattering_albedo(float albedo, float g) {
   return std::clamp(glm::mix(kDark.at(albedo, g), kBright.at(albedo, g), std::pow(albedo, 0.25f)), 0.0f, 0.999999f);
 }
 
-/// First surface of this instance along the ray; others are looked through.
+/// Finds the first surface of this instance along the ray. Surfaces of other instances are ignored.
 Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& rays) {
   float travelled = 0.0f;
   ShadingPoint other;
@@ -122,14 +122,14 @@ bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, con
     const Color transmittance = glm::exp(-inside.extinction * (hit.found() ? hit.t : ray.t_max));
     if (hit.found()) {
       carried *= transmittance / glm::dot(probability, transmittance);
-      ray.direction = -ray.direction;  // as if seen from outside
+      ray.direction = -ray.direction;  // as if the surface were seen from outside
       scene.shading_point(ray, hit, point);
       if (!(glm::dot(point.ns, point.ng) > 0.0f)) point.ns = point.ng;
       point.wo = point.ns;
       weight *= carried;
       bsdf.start(point.ng, point.ns);
       if (medium.fresnel) {
-        // Without roughness and seen along the normal, it is dimmed by the way out alone.
+        // For roughness 0 and a view along the normal, the lobe has only the Fresnel factor of the exit direction.
         bsdf.add(closures::make_lobe(LobeKind::PrincipledDiffuse, Color(1.0f), point.ns));
         bsdf.prepare(point.wo);
       } else {

@@ -1,10 +1,10 @@
-// Light below the surface by a random walk: from where a path enters an object to where it leaves [Chiang, Kutz and
-// Burley 2016].
+// Subsurface scattering by a random walk, from the point where a path enters an object to the point where it leaves
+// [Chiang, Kutz and Burley 2016].
 //
-// The medium's albedo of single scattering follows from the surface albedo that the artist asks for, by the fit of
-// Kulla and Chiang (with anisotropy; Blender's numbers). Distances are drawn for one channel and weighed by the balance
-// heuristic over all three. Walks of more than 256 steps, and those that leave the object through a hole in it, are
-// lost, as in Cycles.
+// The single scattering albedo of the medium is computed from the surface albedo that the artist sets, by the fit of
+// Kulla and Chiang (with anisotropy; Blender's coefficients). Distances are sampled for one channel and weighted by the
+// balance heuristic over all three channels. Walks of more than 256 steps, and walks that leave the object through a
+// hole, contribute nothing, as in Cycles.
 #pragma once
 
 #include "math/random.h"
@@ -12,17 +12,17 @@
 
 namespace ajar {
 
-/// Coefficients of the medium inside, from the surface albedo and the mean free path of the reduced medium.
+/// Coefficients of the medium below the surface, from the surface albedo and the mean free path of the reduced medium.
 struct WalkMedium {
   Color extinction{0.0f};  ///< per metre
-  Color albedo{0.0f};      ///< of single scattering
-  Color factor{1.0f};      ///< on what the walk brings back; less than 1 where `albedo` had to be raised
+  Color albedo{0.0f};      ///< single scattering albedo
+  Color factor{1.0f};      ///< factor on the result of the walk; less than 1 if `albedo` had to be raised
 };
 WalkMedium walk_medium(const SubsurfaceMedium& medium);
 
-/// From `point` on `entered`, whose lobes have this normal, through the inside of the same instance. True when the walk
-/// leaves: `point` is then the exit, turned outwards, `bsdf` lets the light out, and `weight` is multiplied with what
-/// it brings per unit of the subsurface lobes' weight over `medium.albedo`.
+/// A walk inside the instance of `entered`, from `point`, where the lobes have this normal. Returns true if the walk
+/// leaves the object. Then `point` is the exit, with normals outwards, `bsdf` is the lobe by which the light leaves,
+/// and `weight` is multiplied by the throughput of the walk per weight of the subsurface lobes over `medium.albedo`.
 bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, const SubsurfaceMedium& medium, Pcg32& rng,
                         ShadingPoint& point, Bsdf& bsdf, Color& weight, uint64_t& rays);
 
