@@ -20,7 +20,7 @@ Color evaluate(const ShaderProgram& program, Vec3 wi, uint32_t ray_kind) {
   return program.evaluate_emission(point);
 }
 
-/// Weight of a radiance for sampling: never negative, never infinite.
+/// Weight of a radiance for sampling: non-negative and finite.
 float weight(Color radiance) {
   const float y = luminance(glm::abs(radiance));
   return std::isfinite(y) ? y : 0.0f;
@@ -69,7 +69,7 @@ void Environment::build_map() {
     }
   });
 
-  const auto solid_angle = [&](int y) {  // of one cell, 1 for the sphere
+  const auto solid_angle = [&](int y) {  // of one cell; the sphere has 1
     return 0.5f * (cos_rows_[size_t(y)] - cos_rows_[size_t(y) + 1]) / float(kWidth);
   };
   std::vector<float> cells(size_t(kWidth) * kHeight);
@@ -84,7 +84,8 @@ void Environment::build_map() {
       sum += double(mean) * solid_angle(y);
     }
   }
-  // A sun is about as large as a cell: corners would miss it, or take it for whole cells. It is added by what it sends.
+  // A sun is about as large as a cell. Corners would miss it, or count it for whole cells. Its light is therefore added
+  // to the cells that it covers.
   constexpr int kAcross = 32;
   for (const SkyDisc& disc : discs) {
     const Frame frame(disc.direction);
@@ -101,7 +102,7 @@ void Environment::build_map() {
       sum += double(sent);
     }
   }
-  // Nothing at the corners may still be something between them: then the floor is all there is.
+  // If all corners are black, there can still be radiance between them. The density then has only the floor.
   mean_luminance_ = sum > 0.0 ? float(sum) : 1e-6f;
   double excess = 0.0;
   for (int y = 0; y < kHeight; ++y) {
@@ -146,7 +147,7 @@ Vec3 Environment::sample(Vec2 u, float& pdf) const {
 
 float Environment::pdf_solid_angle(Vec3 wi) const {
   if (constant_) return warp::sphere_pdf_solid_angle();
-  // The row by its cosine's inverse; atan2 keeps the poles exact.
+  // The polar angle gives the row; atan2 keeps it exact at the poles.
   const float theta = std::atan2(std::sqrt(wi.x * wi.x + wi.y * wi.y), wi.z);
   float phi = std::atan2(wi.y, wi.x);
   if (phi < 0.0f) phi += 2.0f * kPi;

@@ -1,13 +1,13 @@
-// The light that comes from infinitely far away in every direction: the world's program.
+// The light that arrives from infinity in every direction: the program of the world.
 //
-// Importance sampling by luminance on an equirectangular grid (z up; rows of equal polar
-// angle). The density is constant over each cell's solid angle, so poles need no care. The program is evaluated at the
-// corners of the cells. Light sampling is always combined with BSDF sampling, which finds an even sky better: so the
-// density follows what exceeds the mean luminance (MIS compensation, Karlik et al. 2019), above a floor of
-// kFloor of the mean: wherever there may be radiance the density is positive. A constant world is
-// sampled uniformly over the sphere, has no grid, and exceeds its mean nowhere.
+// Importance sampling by luminance on an equirectangular grid (z up; rows of equal polar angle). The density is
+// constant over the solid angle of each cell, so poles need no special case. The program is evaluated at the corners of
+// the cells. Light sampling is always combined with BSDF sampling, which is better for an even sky. The density
+// therefore follows the luminance above the mean (MIS compensation, Karlik et al. 2019), plus a floor of kFloor of the
+// mean, so that it is positive wherever there can be radiance. A constant world has no grid, is sampled uniformly over
+// the sphere and never exceeds its mean.
 //
-// The program sees `position` = unit direction looked at, and `ng` = `ns` = `wo` = its negative.
+// The program sees `position` = the unit direction that is looked at, and `ng` = `ns` = `wo` = its negative.
 #pragma once
 
 #include "math/distribution.h"
@@ -19,19 +19,19 @@ class Environment {
  public:
   Environment() = default;
   Environment(const ShaderProgram& program, uint32_t visibility);
-  /// For a program that emits exactly what that of `same` does: its tables are taken over.
+  /// For a program that emits exactly the same as that of `same`: takes over its tables.
   Environment(Environment&& same, const ShaderProgram& program, uint32_t visibility);
 
   bool has_map() const { return program_ && !constant_; }
   bool black() const { return !(mean_luminance_ > 0.0f); }
-  /// Radiance from direction `wi` as a ray of `ray_kind` sees it; zero where the world is not visible to it.
+  /// Radiance from direction `wi` for a ray of `ray_kind`; zero if the world is not visible to it.
   Color radiance(Vec3 wi, uint32_t ray_kind) const;
   Vec3 sample(Vec2 u, float& pdf_solid_angle) const;
   float pdf_solid_angle(Vec3 wi) const;
-  /// Averages over the sphere: of the luminance, and of what exceeds that mean.
+  /// Averages over the sphere: of the luminance, and of the luminance above that mean.
   float mean_luminance() const { return mean_luminance_; }
   float excess_luminance() const { return excess_luminance_; }
-  /// Of the grid; none of a constant world.
+  /// Memory of the grid; 0 for a constant world.
   size_t table_bytes() const { return map_.memory_bytes() + cos_rows_.size() * sizeof(float); }
 
  private:

@@ -18,7 +18,7 @@ float spot_profile(const Light& light, float cos_theta) {
   return cos_theta * t * t * (3.0f - 2.0f * t);
 }
 
-/// Soft-box grid in front of an area lamp: the part of the light its slats let through.
+/// Soft-box grid in front of an area lamp: the fraction of the light that passes its slats.
 float spread_profile(const Light& light, float cos_theta) {
   if (!(cos_theta > 0.0f)) return 0.0f;
   if (light.spread_tan == 0.0f) return 1.0f;
@@ -26,16 +26,16 @@ float spread_profile(const Light& light, float cos_theta) {
   return std::max(0.0f, (1.0f - light.spread_tan * tan_theta) * light.spread_norm);
 }
 
-/// sin^2 of the half angle beyond which the spread lets nothing through.
+/// sin^2 of the angle to the axis beyond which the spread lets no light pass.
 float spread_sin2(const Light& light) { return 1.0f / (1.0f + sqr(light.spread_tan)); }
 
-/// 1 - cos of the cone in which a sphere is seen from distance^2 `d2` > r2.
+/// 1 - cos of the cone of a sphere that is seen from the squared distance `d2` > r2.
 float sphere_one_minus_cos(float r2, float d2) {
   const float sin2 = std::min(1.0f, r2 / d2);
   return sin2 / (1.0f + safe_sqrt(1.0f - sin2));
 }
 
-/// The part of a rectangle that can shine on p: all of it, or what the spread's beam can reach.
+/// The part of a rectangle that can illuminate p: all of it, or the part from which the beam of the spread reaches p.
 struct LitRectangle {
   Vec3 corner;
   float length_x, length_y;
@@ -53,8 +53,8 @@ LitRectangle lit_part(const Light& light, Vec3 p) {
   return {light.position + low.x * light.frame.s + low.y * light.frame.t, high.x - low.x, high.y - low.y};
 }
 
-/// Small and distant enough that the area may be sampled as if it were the solid angle: cosine and distance vary
-/// little over it, and the map of a spherical rectangle costs more than it saves.
+/// Whether the rectangle is so small and distant that its area is sampled instead of its solid angle. Cosine and
+/// distance then vary little over it, and the map of a spherical rectangle costs more than it saves.
 bool looks_small(const LitRectangle& lit, const Light& light, Vec3 p) {
   return sqr(lit.length_x) + sqr(lit.length_y) < 0.1f * length_squared(light.position - p);
 }
@@ -81,7 +81,7 @@ std::optional<LightSample> sample_sphere(const Light& light, Vec3 p, Vec2 u) {
     const float d = std::sqrt(d2), size = sphere_one_minus_cos(r2, d2);
     const Vec3 local = warp::square_to_cone(u, size);
     s.wi = Frame(to_center / d).to_world(local);
-    // Entry point; sin^2 from the sampled sine keeps small cones exact.
+    // The ray enters the sphere here. sin^2 from the sampled sine keeps small cones accurate.
     const float sin2 = local.x * local.x + local.y * local.y;
     s.distance = d * local.z - safe_sqrt(r2 - d2 * sin2);
     s.pdf_solid_angle = warp::cone_pdf_solid_angle(size);
@@ -91,7 +91,7 @@ std::optional<LightSample> sample_sphere(const Light& light, Vec3 p, Vec2 u) {
     s.distance = b + safe_sqrt(b * b - d2 + r2);
     s.pdf_solid_angle = warp::sphere_pdf_solid_angle();
   }
-  if (!std::isfinite(s.pdf_solid_angle)) return std::nullopt;  // smaller than floats can say
+  if (!std::isfinite(s.pdf_solid_angle)) return std::nullopt;  // the solid angle is too small for floats
   s.position = p + s.wi * s.distance;
   s.normal = glm::normalize(s.position - light.position);
   s.radiance = light.radiance * lamp_profile(light, -s.wi);
@@ -143,7 +143,7 @@ float pdf_flat(const Light& light, Vec3 p, Vec3 wi, float distance) {
   return sqr(distance) / (lit.length_x * lit.length_y * cos_light);
 }
 
-/// Direction from the surface of the lamp around its axis `n` (spots: around the cone's axis).
+/// Direction of a ray that leaves the lamp, around the axis `n` (for spots, the axis of the cone).
 Vec3 sample_le_direction(const Light& light, Vec3 n, Vec2 u) {
   switch (light.type) {
     case LightType::Point: return warp::square_to_sphere(u);
@@ -151,7 +151,7 @@ Vec3 sample_le_direction(const Light& light, Vec3 n, Vec2 u) {
     case LightType::SpotSphere: return light.frame.to_world(warp::square_to_cone(u, 1.0f - light.cos_outer));
     case LightType::Rectangle:
     case LightType::Ellipse: {
-      // Cosine-weighted inside the cone the spread lets through.
+      // Cosine-weighted inside the cone that passes the spread.
       const Vec2 d = warp::square_to_disk(u) * std::sqrt(spread_sin2(light));
       return light.frame.to_world({d.x, d.y, safe_sqrt(1.0f - d.x * d.x - d.y * d.y)});
     }
@@ -219,7 +219,7 @@ Light make_lamp(const LightDescription& d) {
     case LightKind::Area: {
       const bool ellipse = d.area_shape == AreaShape::Ellipse;
       light.type = ellipse ? LightType::Ellipse : LightType::Rectangle;
-      // Orthogonal axes in the plane of the lamp: sheared lamps are not a thing of Blender's.
+      // Orthogonal axes in the plane of the lamp: Blender has no sheared lamps.
       const float half_x = 0.5f * std::abs(d.area_size.x) * glm::length(x),
                   half_y = 0.5f * std::abs(d.area_size.y) * glm::length(y);
       if (glm::dot(light.frame.t, y) < 0.0f) {
@@ -230,7 +230,7 @@ Light make_lamp(const LightDescription& d) {
       light.edge2 = half_y * light.frame.t;
       light.area = (ellipse ? kPi : 4.0f) * half_x * half_y;
       light.radiance = light.area > 0.0f ? power / (4.0f * light.area) : Color(0.0f);
-      // Spread below one degree is one degree, as in Cycles; the norm is half the integral of cos(x) (1 - tan(x)
+      // A spread below one degree is one degree, as in Cycles. The norm is half the integral of cos(x) (1 - tan(x)
       // tan(slats)).
       const double slats = 0.5 * (M_PI - std::clamp(double(d.spread), M_PI / 180.0, M_PI));
       if (slats > 1e-6) {
@@ -250,7 +250,8 @@ Color lamp_flux(const Light& light, float scene_radius) {
     case LightType::Sphere: return light.radiance * (kPi * light.area);
     case LightType::Spot:
     case LightType::SpotSphere: {
-      // Integral of the profile over the cone, in cos(theta); a sphere shows pi r^2 to every direction.
+      // Integral of the profile over the cone in cos(theta). The projected area of a sphere is pi r^2 in every
+      // direction.
       constexpr int kSteps = 256;
       double sum = 0.0;
       for (int i = 0; i < kSteps; ++i)
@@ -395,7 +396,7 @@ std::optional<LampCrossing> intersect_lamp_shape(const Light& light, const Ray& 
   const Vec3 to_center = light.position - ray.origin;
   if (light.type == LightType::Sphere || light.type == LightType::SpotSphere) {
     const float b = glm::dot(to_center, ray.direction), d2 = length_squared(to_center), r2 = sqr(light.radius);
-    // Distance of the centre from the ray, without cancellation (Haines et al. 2019).
+    // Squared distance of the centre from the ray, without cancellation (Haines et al. 2019).
     const float h2 = r2 - length_squared(to_center - b * ray.direction);
     if (!(h2 >= 0.0f)) return std::nullopt;
     const float t = d2 > r2 ? b - std::sqrt(h2) : b + std::sqrt(h2);
@@ -404,7 +405,7 @@ std::optional<LampCrossing> intersect_lamp_shape(const Light& light, const Ray& 
   }
   if (light.type == LightType::Rectangle || light.type == LightType::Ellipse) {
     const float cosine = glm::dot(ray.direction, light.frame.n);
-    if (!(cosine < 0.0f)) return std::nullopt;  // its back is dark
+    if (!(cosine < 0.0f)) return std::nullopt;  // the back does not emit
     const float t = glm::dot(to_center, light.frame.n) / cosine;
     if (!(t > ray.t_min && t < ray.t_max)) return std::nullopt;
     const Vec3 on_plane = ray.direction * t - to_center;

@@ -31,7 +31,7 @@ LightBounds join(const LightBounds& a, const LightBounds& b) {
   sum.cos_beyond = std::min(a.cos_beyond, b.cos_beyond);
   const LightBounds& wide = a.cos_normals <= b.cos_normals ? a : b;
   const LightBounds& narrow = a.cos_normals <= b.cos_normals ? b : a;
-  // A normal of what shines to both sides may be turned.
+  // For two-sided emission, a normal may be reversed.
   float cosine = std::clamp(glm::dot(wide.axis, narrow.axis), -1.0f, 1.0f);
   Vec3 other = narrow.axis;
   if (sum.two_sided && cosine < 0.0f) {
@@ -58,13 +58,13 @@ LightBounds join(const LightBounds& a, const LightBounds& b) {
 LightBounds lamp_bounds(const Light& lamp, float watts) {
   LightBounds b;
   Vec3 half(0.0f);
-  float peak = 1.0f;  // intensity of the lamp without its shader, where it shines most
+  float peak = 1.0f;  // intensity of the lamp without its shader, in the direction of maximum emission
   switch (lamp.type) {
     case LightType::Rectangle:
     case LightType::Ellipse:
       half = glm::abs(lamp.edge1) + glm::abs(lamp.edge2);
       b.axis = lamp.frame.n;
-      // The edge of the spread's beam.
+      // The edge of the beam by the spread.
       b.cos_beyond = lamp.spread_tan > 0.0f ? 0.999f * lamp.spread_tan / std::sqrt(1.0f + sqr(lamp.spread_tan)) : 0.0f;
       peak = lamp.area * lamp_profile(lamp, lamp.frame.n);
       break;

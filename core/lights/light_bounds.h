@@ -1,4 +1,4 @@
-// Where a light is and where it shines to, as bounds that can be joined: what a tree of lights knows of its nodes.
+// Bounds of the positions and directions of lights. They can be joined; the nodes of the light tree use them.
 #pragma once
 
 #include "lights/light.h"
@@ -6,22 +6,23 @@
 
 namespace ajar {
 
-/// What the tree knows of a light, or of many.
+/// Bounds of one light or of several.
 struct LightBounds {
-  Vec3 lower{kInfinity}, upper{-kInfinity};  ///< where it is, world space
-  Vec3 axis{0, 0, 1};                        ///< unit; of the cone of normals
-  float cos_normals = 1.0f;                  ///< half-angle of that cone
-  float cos_beyond = 0.0f;                   ///< how far from a normal light still goes: 0 for a flat diffuse light
+  Vec3 lower{kInfinity}, upper{-kInfinity};  ///< box of the positions, world space
+  Vec3 axis{0, 0, 1};                        ///< unit; axis of the cone of normals
+  float cos_normals = 1.0f;                  ///< cosine of the half-angle of that cone
+  /// cosine of the angle to a normal up to which light is emitted: 0 for a flat diffuse light
+  float cos_beyond = 0.0f;
   bool two_sided = false;
-  float intensity = 0.0f;  ///< luminance, W/sr, where it shines most
+  float intensity = 0.0f;  ///< luminance in W/sr, in the direction of maximum emission
 };
-/// Bounds of both together.
+/// Bounds of both.
 LightBounds join(const LightBounds& a, const LightBounds& b);
-/// Of a lamp near by that emits `watts` (luminance), which may differ from its own by a shader's factor.
+/// Bounds of a local lamp that emits `watts` (luminance), which can differ from its own power by a factor of a shader.
 LightBounds lamp_bounds(const Light& lamp, float watts);
-/// Of a triangle that emits `watts` from both sides.
+/// Bounds of a triangle that emits `watts` from both sides.
 LightBounds triangle_bounds(const WorldTriangle& triangle, float watts);
-/// Measure of the directions it shines to [Conty Estevez and Kulla 2018, eq. 1].
+/// Measure of the directions of emission [Conty Estevez and Kulla 2018, eq. 1].
 float orientation_measure(const LightBounds& bounds);
 
 }  // namespace ajar

@@ -18,23 +18,23 @@ namespace ajar {
 
 namespace {
 
-/// Triangles of textured emission keep this part of their instance's mean.
+/// Triangles with varying emission also get this fraction of the mean of their instance.
 constexpr float kTriangleFloor = 0.05f;
-/// Least and most of the probabilities that all distant lights get together where there are others: nothing is known of
-/// walls.
+/// Minimum and maximum probability of all distant lights together if there are other lights: occlusion is not known.
 constexpr float kMinDistant = 0.1f, kMaxDistant = 0.8f;
-/// Least cosine at the receiver of a sun: shading normals bend.
+/// Minimum cosine at the receiver of a sun: shading normals differ from geometric ones.
 constexpr float kMinSunCosine = 0.02f;
-/// Share of choices that are even where there are media and no more lights than these.
+/// Share of uniform choices in scenes with media that have at most this many lights.
 constexpr float kEvenShare = 0.5f;
 constexpr size_t kMaxLightsForEven = 8;
-/// Share of distant light's probabilities that goes to all of it alike: a sky matters wherever the sun is hidden.
+/// Share of the probability of distant lights that is divided equally among them: a sky matters where the sun is
+/// hidden.
 constexpr float kEqualDistant = 0.25f;
 
 struct SlotEmission {
-  const ShaderProgram* program = nullptr;  // null: does not emit
+  const ShaderProgram* program = nullptr;  // null: no emission
   bool constant = true;
-  Color radiance{0.0f};  // when constant
+  Color radiance{0.0f};  // if constant
 };
 
 /// All triangles of one emissive instance: lights first .. first + count - 1.
@@ -43,18 +43,18 @@ struct TriangleBlock {
   std::vector<SlotEmission> slots;
 };
 
-/// A lamp, an emissive instance or the environment, as a candidate for choice.
+/// A lamp, an emissive instance or the environment, for the tables of choice.
 struct Source {
   uint32_t first, count;
-  double power;         // 0: may emit though the estimate found nothing
-  double chosen = 1.0;  // part of the power that choosing counts
+  double power;         // 0: may emit although the estimate found nothing
+  double chosen = 1.0;  // fraction of the power that counts for the choice
 };
 
-/// A sun or the environment, as a candidate for choice.
+/// A sun or the environment, for the choice.
 struct DistantLight {
   uint32_t light;
-  float irradiance;          // on a surface that faces it; of the environment: that exceeds its mean
-  Vec3 direction;            // towards it; 0: all around
+  float irradiance;          // on a surface that faces it; for the environment, of the radiance above its mean
+  Vec3 direction;            // towards it; 0: all directions
   float cos_size, sin_size;  // of its disk
   float importance(Vec3 n) const {
     if (n == Vec3(0.0f) || direction == Vec3(0.0f)) return irradiance;
@@ -82,9 +82,9 @@ struct LightSet::Data {
   Vec3 scene_center{0.0f};
   float scene_radius = 1.0f;
   DiscreteDistribution by_power;
-  LightTree tree;  // of all that is not distant
+  LightTree tree;  // of all local lights
   std::vector<DistantLight> distant;
-  // lights that have an even probability besides; none where there are no media, or many lights
+  // lights with an additional uniform probability; empty without media or with many lights
   std::vector<uint32_t> even;
   uint32_t size = 0;
 
@@ -96,7 +96,7 @@ struct LightSet::Data {
   const SlotEmission& emission_of(const TriangleBlock& block, uint32_t primitive) const {
     const BuiltMesh& mesh = meshes[instances[block.instance].mesh];
     const size_t slot = mesh.material_slots.empty() ? 0 : mesh.material_slots[primitive];
-    return block.slots[std::min(slot, block.slots.size() - 1)];  // removed slots: the last one
+    return block.slots[std::min(slot, block.slots.size() - 1)];  // removed slots use the last one
   }
   bool can_choose(uint32_t index) const {
     return tree.contains(index) ||
@@ -177,8 +177,8 @@ struct LightSet::Data {
   }
   Color shader_factor(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
     ShadingPoint point;
-    // What Cycles' lamps show nodes: suns for a position the direction of their light, and all but area lamps a normal
-    // that follows it.
+    // The inputs that nodes of lamps have in Cycles: the position of a sun is the direction of its light, and the
+    // normal of all lamps but area lamps is that direction.
     point.position = is_distant(light.type) ? wo : position;
     point.wo = wo;
     point.ng = point.ns = light.type == LightType::Rectangle || light.type == LightType::Ellipse ? light.frame.n : wo;
@@ -204,7 +204,7 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
         light.radiance *= program.evaluate_emission(ShadingPoint());
       } else if (may_emit) {
         light.shader = int(i);
-        // Mean of the shader over directions, from the centre.
+        // Mean of the shader over directions, at the centre.
         factor = 0.0;
         for (int k = 0; k < 64; ++k) {
           const Vec3 wo = warp::square_to_sphere({(float(k % 8) + 0.5f) / 8.0f, (float(k / 8) + 0.5f) / 8.0f});
@@ -217,7 +217,7 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
     const double power = luminous(lamp_flux(light, scene_radius));
     if (!is_finite(light.radiance) || !std::isfinite(power)) {
       report_once(diagnostics, {Diagnostic::Severity::Error, description.name,
-                                "The light's strength or size is not a usable number; it is left dark."});
+                                "The strength or size of the light is not a usable number; the light does not emit."});
       light.radiance = Color(0.0f);
     } else if (power > 0.0) {
       light.power = float(power * factor);
@@ -261,8 +261,8 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
     }
     if (emits && mesh.strands)
       report_once(diagnostics, {Diagnostic::Severity::Warning, in.objects[instance.object].name,
-                                "Its hair emits light, which is found by chance alone: expect noise."});
-    // Where the triangles of a moving object are, only a ray at its time finds out.
+                                "The object's hair emits light, which only random rays find: expect noise."});
+    // Only a ray at its time finds the positions of the triangles of a moving object.
     if (!emits || count == 0 || instance.motion) continue;
     if (uint64_t(block.first) + count > 0x7fffffffu) {
       report_once(diagnostics, {Diagnostic::Severity::Error, in.objects[instance.object].name,
@@ -270,7 +270,7 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
       continue;
     }
 
-    // Watts of every triangle, both sides; where emission varies, part of the mean besides.
+    // Watts of every triangle, both sides. Where the emission varies, a fraction of the mean is added.
     weights.resize(block.first + size_t(count), 0.0);
     double* const power = weights.data() + block.first;
     std::vector<float> areas(constant ? 0 : count, 0.0f);
@@ -314,13 +314,13 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
   if (environment.black()) return;
   if (!std::isfinite(environment.mean_luminance())) {
     report_once(diagnostics, {Diagnostic::Severity::Error, in.description.world.name,
-                              "The world's strength is not a finite number; it is left dark."});
+                              "The strength of the world is not a finite number; the world does not emit."});
     environment = Environment();
     return;
   }
   environment_visibility = in.description.world.visibility;
   environment_index = int(weights.size());
-  // Radiance over the sphere times the area of the scene's disk.
+  // Radiance integrated over the sphere, times the area of the scene's disk.
   const double power = 4.0 * M_PI * double(environment.mean_luminance()) * M_PI * double(scene_radius) *
                        double(scene_radius);
   const bool partial = LightFlags{LightType::Environment, environment_visibility}.partial();
@@ -330,7 +330,7 @@ void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& dia
   weights.push_back(1.0);
 }
 
-/// `inside`: shares of the lights of each source in its power.
+/// `inside`: power of each light relative to the others of its source.
 void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::vector<double>& inside,
                                  bool has_media) {
   double total = 0.0;
@@ -338,7 +338,7 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
   std::vector<double> watts(inside.size(), 0.0);
   std::vector<LightTree::Entry> entries;
   for (const Source& s : sources) {
-    // A source of unknown power must be chosen and leave rays as well.
+    // A source of unknown power must also be chosen and emit rays.
     const double power = s.power > 0.0 ? s.power : std::max(total, 1.0) * 0.01 / double(sources.size());
     double sum = 0.0;
     for (uint32_t i = s.first; i < s.first + s.count; ++i) sum += inside[i];
@@ -370,7 +370,7 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
   for (const DistantLight& l : distant) all_distant += l.irradiance;
   for (DistantLight& l : distant)
     l.irradiance = (1.0f - kEqualDistant) * l.irradiance + kEqualDistant * all_distant / float(distant.size());
-  // Lights too weak for floats cannot be weighed against others.
+  // Lights that are too weak for floats cannot be compared with others.
   std::erase_if(entries, [](const LightTree::Entry& e) {
     return !(e.bounds.intensity > 0.0f && std::isfinite(e.bounds.intensity) && is_finite(e.bounds.lower) &&
              is_finite(e.bounds.upper));
@@ -411,7 +411,7 @@ LightSet::LightSet(const LightBuildInput& in, Diagnostics& diagnostics) : LightS
   d.make_tables(sources, weights, in.has_media);
 }
 
-// ---- Asking ---------------------------------------------------------------------------
+// ---- Queries --------------------------------------------------------------------------
 
 size_t LightSet::size() const { return data_->size; }
 uint32_t LightSet::lamp_count() const { return uint32_t(data_->lamps.size()); }
@@ -491,7 +491,7 @@ float LightSet::choice_pmf(Vec3 p, Vec3 n, uint32_t light) const {
   return (is_even ? kEvenShare / float(d.even.size()) : 0.0f) + (1.0f - kEvenShare) * pmf;
 }
 
-// Ids of branches: nodes of the tree, above them distant lights by number, or all of those as the first.
+// Ids of branches: nodes of the tree, then one id per distant light, or a single one if there are many.
 constexpr uint32_t kDistantBranch = 0x80000000u;
 constexpr size_t kMaxDistantBranches = 8;
 
@@ -550,7 +550,7 @@ std::vector<LightSet::SourceRange> LightSet::sources() const {
     sources.push_back({i, 1, distant ? d.scene_center : d.lamps[i].position, distant});
   }
   for (const TriangleBlock& block : d.blocks) {
-    // A few triangles spread over the mesh tell where it is.
+    // A few triangles spread over the mesh approximate its centre.
     Vec3 center(0.0f);
     const uint32_t step = std::max(1u, block.count / 64);
     uint32_t counted = 0;
@@ -633,7 +633,7 @@ Color LightSet::environment_radiance(Vec3 wi, uint32_t ray_kind) const {
 
 bool LightSet::distant_disk_contains(uint32_t index, Vec3 wi) const {
   const Light& sun = data_->lamps[index];
-  // Tangents rather than cosines, which do not resolve half a degree.
+  // Compare tangents: cosines do not resolve half a degree.
   const Vec3 local = sun.frame.to_local(-wi);
   return local.z > 0.0f && local.x * local.x + local.y * local.y <= sqr(sun.radius * local.z);
 }
@@ -668,7 +668,7 @@ std::optional<LightRay> LightSet::sample_le(uint32_t index, Vec2 u_position, Vec
   const WorldTriangle triangle = world_triangle(mesh, instance, primitive);
   if (!(triangle.area > 0.0f)) return std::nullopt;
   const Vec2 barycentric = warp::square_to_triangle(u_position);
-  // One half of the numbers for each side.
+  // Half of the random numbers for each side.
   const bool front = u_direction.x < 0.5f;
   u_direction.x = front ? 2.0f * u_direction.x : 2.0f * u_direction.x - 1.0f;
   const Vec3 side = front ? triangle.normal : -triangle.normal;

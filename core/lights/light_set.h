@@ -1,22 +1,24 @@
-// All lights of a scene: chosen by power, sampled, and found again when a ray hits them.
+// All lights of a scene: their choice by power or by importance, their sampling, and the light that a ray hits.
 //
-// The order of lights is fixed by the description: lamps first (light i is lamp i, also
-// when it emits nothing), then the triangles of emissive instances, then the environment. An instance with any emissive
-// material owns one index for *every* of its triangles, so that a hit's light is first_light + primitive; those that do
-// not emit have no power and are never chosen. A triangle costs four bytes a table, its vertices stay in the mesh.
-// A set in which nothing emits is empty. Nothing here traces rays.
+// The description fixes the order of lights: lamps first (light i is lamp i, also if it emits nothing), then the
+// triangles of emissive instances, then the environment. An instance with any emissive material has one index for
+// *every* one of its triangles, so that the light of a hit is first_light + primitive. Triangles that do not emit have
+// no power and are never chosen. A triangle costs four bytes per table; its vertices stay in the mesh. A set is empty
+// if nothing emits. No function here traces rays.
 //
-// Choosing is for light sampling combined with BSDF sampling (MIS), for a point and its normal: lamps and triangles by
-// a light tree (light_tree.h), which estimates the irradiance each sends there; suns and environment, of which there
-// are few, by their own irradiance; the share between the two by the same estimates, within bounds, since neither knows
-// of walls. Of the environment only what exceeds its mean counts: BSDF sampling finds the rest better (environment.h),
-// and a constant world is never chosen. Measured on nine spheres, leaving a constant world out divides the variance by
-// 1.2 alone, by 5.6 beside a sun, by 2.8 beside a lamp. Light sampling alone must use choose_by_power, which covers
-// everything. Where there are media, and up to eight lights, half of the choices are even: fog is lit from all around,
-// there is no cosine that would tell lights apart, and where a strong lamp stands behind a wall nearly all choices
-// would go to it.
+// `choose` is for light sampling that is combined with BSDF sampling (MIS), for a point and its normal:
+// - Lamps and triangles are chosen by a light tree (light_tree.h), which estimates the irradiance that each sends
+//   there.
+// - Suns and the environment are few and are chosen by their own irradiance.
+// - The share of each of these groups follows the same estimates, within bounds, because neither considers occlusion.
+// - Of the environment, only the luminance above its mean counts. BSDF sampling is better for the rest (environment.h),
+//   and a constant world is never chosen. Measured on nine spheres, leaving a constant world out divides the variance
+//   by 1.2 if it is the only light, by 5.6 with a sun, and by 2.8 with a lamp.
+// - In scenes with media and up to eight lights, half of the choices are uniform: fog is lit from all sides, no cosine
+//   separates the lights, and with a strong lamp behind a wall nearly all choices would go to it.
+// Light sampling without BSDF sampling must use choose_by_power, which covers everything.
 //
-// The meshes, instances and programs it was built from must outlive it and stay where they are.
+// The meshes, instances and programs from which a set is built must outlive it and must not move.
 #pragma once
 
 #include <memory>
@@ -30,21 +32,21 @@ namespace ajar {
 
 class LightSet;
 
-/// What LightSet needs to know of the built geometry and shaders.
+/// The built geometry and shaders from which a LightSet is made.
 struct LightBuildInput {
-  const SceneDescription& description;  ///< of its lights and its world
+  const SceneDescription& description;  ///< for its lights and its world
   const std::vector<ObjectDescription>& objects;
   const std::vector<BuiltMesh>& meshes;
-  std::vector<BuiltInstance>& instances;            ///< first_light is filled in
+  std::vector<BuiltInstance>& instances;            ///< first_light is set
   const std::vector<uint32_t>& material_table;      ///< first_material + slot -> program
   const std::vector<ShaderProgram>& programs;       ///< materials, in order
-  const std::vector<ShaderProgram>& lamp_programs;  ///< one per LightDescription; of an empty graph: unused
+  const std::vector<ShaderProgram>& lamp_programs;  ///< one per LightDescription; unused if its graph is empty
   const ShaderProgram& world_program;
   Vec3 scene_center{0.0f};
   float scene_radius = 1.0f;
   bool has_media = false;
-  LightSet*
-      same_world = nullptr;  ///< of a scene before whose world emitted exactly the same: its tables are taken over
+  /// Lights of an earlier scene whose world emits exactly the same; its tables are taken over.
+  LightSet* same_world = nullptr;
 };
 
 class LightSet {
@@ -59,47 +61,47 @@ class LightSet {
   bool empty() const { return size() == 0; }
   /// Lamps are the lights below this index.
   uint32_t lamp_count() const;
-  /// Made on demand for triangles; ask `flags` at every sample.
+  /// Made on request for triangles; use `flags` at every sample.
   Light light(uint32_t index) const;
   LightFlags flags(uint32_t index) const;
   int environment_index() const;  ///< -1 when the world is black
   bool has_distant_disks() const { return !distant_disks().empty(); }
-  /// Luminance of all watts emitted.
+  /// Luminance of all emitted watts.
   double total_power() const;
-  /// Of the tree that local lights are chosen by, and of the table that directions to the environment are: 0 where
-  /// there is none.
+  /// Memory of the tree by which local lights are chosen, and of the table by which directions to the environment are
+  /// chosen; 0 without them.
   size_t tree_bytes() const;
   size_t environment_bytes() const;
 
-  /// A lamp, the triangles of an emissive instance, or the environment: lights first .. first + count - 1. Dark lamps
-  /// are left out.
+  /// A lamp, the triangles of an emissive instance, or the environment: lights first .. first + count - 1. Lamps that
+  /// do not emit are left out.
   struct SourceRange {
     uint32_t first, count;
-    Vec3 center;  ///< of the scene, for distant sources
+    Vec3 center;  ///< of the scene for distant sources
     bool distant;
   };
   std::vector<SourceRange> sources() const;
 
-  /// Choose a light for a point that light reaches from the side of its normal n; n = 0 where it may come from all
-  /// around (volumes, surfaces that transmit). The pmf is 0 when there is none to choose.
+  /// A light chosen for a point that receives light on the side of its normal n; n = 0 if it receives light from all
+  /// sides (volumes, surfaces that transmit). The pmf is 0 if there is no light to choose.
   struct Choice {
     uint32_t light;
     float pmf;
-    float u_remapped;  ///< few bits left when there are many lights
+    float u_remapped;  ///< has few random bits if there are many lights
   };
   bool can_choose() const;
-  /// Of everything that choosing depends on: sets with the same one choose alike, and branches mean the same lights in
-  /// both.
+  /// Hash of everything that the choice depends on. Sets with equal hashes make equal choices, and their branches hold
+  /// the same lights.
   uint64_t fingerprint() const;
-  /// Is there a light that only some kinds of lobes see?
+  /// Whether there is a light that only some kinds of lobes see.
   bool any_partial() const;
   bool took_environment_over() const;
   Choice choose(Vec3 p, Vec3 n, float u) const;
   float choice_pmf(Vec3 p, Vec3 n, uint32_t light) const;
 
-  /// The same choice in two steps, the first of which may be learned: branches that together hold every light once, in
-  /// ascending order, with their shares for a neighbourhood of p; then a light of one of them, for p itself. Every
-  /// distant light is a branch of its own while there are few.
+  /// The same choice in two steps, of which the first can be learned. `cut` gives branches that together hold every
+  /// light once, in ascending order, with their shares for a neighbourhood of p. `choose_in` chooses a light of one
+  /// branch for p itself. If there are few distant lights, each of them is a branch.
   struct Branch {
     uint32_t id;
     float share;
@@ -108,23 +110,23 @@ class LightSet {
   Choice choose_in(uint32_t branch, Vec3 p, Vec3 n, float u) const;
   /// 0 for lights of other branches.
   float pmf_in(uint32_t branch, Vec3 p, Vec3 n, uint32_t light) const;
-  /// The branch that holds a light that can be chosen is the last one whose id is not above this.
+  /// Position of a light among the branches: the last branch whose id is not above this holds the light.
   uint32_t place_of(uint32_t light) const;
 
-  /// A direction towards light `index` seen from p. Empty when p cannot receive from it. Shaders see
-  /// `ray_kind`; by default none of Light Path's kinds, as Cycles does when it samples a light.
+  /// A direction towards light `index`, seen from p. Empty if p cannot receive light from it. Shaders see `ray_kind`;
+  /// the default has none of the kinds of Light Path, as in Cycles when it samples a light.
   std::optional<LightSample> sample_li(uint32_t index, Vec3 p, Vec2 u, float time, uint32_t ray_kind = 0) const;
-  /// Density with which sample_li would have chosen the direction `wi` that reaches
-  /// the light at `distance` with the light's geometric normal `light_normal`.
+  /// Density with which sample_li chooses the direction `wi` that reaches the light at `distance`, where its geometric
+  /// normal is `light_normal`.
   float pdf_li(uint32_t index, Vec3 p, Vec3 wi, float distance, Vec3 light_normal) const;
-  /// Radiance leaving lamp `index` from `position` towards `wo` (spot cone, spread and shader included); for suns
-  /// `position` does not matter. `distance` is how far the light goes, which shaders may ask (Light Falloff); suns' do
-  /// not.
+  /// Radiance that leaves lamp `index` from `position` towards `wo` (with spot cone, spread and shader). `position` is
+  /// not used for suns. `distance` is the distance to the lit point, which shaders can read (Light Falloff), except
+  /// those of suns.
   Color lamp_radiance(uint32_t index, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind = 0) const;
 
   /// Radiance of the environment (without suns) from direction `wi`, as a ray of this kind sees it.
   Color environment_radiance(Vec3 wi, uint32_t ray_kind) const;
-  /// Suns with extent around direction `wi`: calls back for each (there are few).
+  /// Calls `visit` for each sun with extent that covers direction `wi` (there are few).
   template <class F>
   void for_each_distant_disk(Vec3 wi, F&& visit) const {
     for (uint32_t index : distant_disks()) {
@@ -134,7 +136,7 @@ class LightSet {
   const std::vector<uint32_t>& distant_disks() const;
   bool distant_disk_contains(uint32_t index, Vec3 wi) const;
 
-  /// Rays that leave lights; for photons and bidirectional paths. They start from the outside of spheres only.
+  /// Rays that leave lights, for photons and bidirectional paths. They start only from the outside of spheres.
   Choice choose_by_power(float u) const;
   float power_pmf(uint32_t light) const;
   std::optional<LightRay> sample_le(uint32_t index, Vec2 u_position, Vec2 u_direction, float time) const;

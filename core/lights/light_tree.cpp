@@ -14,9 +14,9 @@ namespace ajar {
 namespace {
 
 constexpr int kBins = 12;
-constexpr int kDeepestByCost = 32;  ///< below, halves by number: a trail has 63 branches
+constexpr int kDeepestByCost = 32;  ///< below this depth, nodes are halved by number: a trail has at most 63 branches
 constexpr uint32_t kParallelBuild = 8192;
-/// Least cosine at the receiver: shading normals bend, and coats have normals of their own.
+/// Minimum cosine at the receiver: shading normals differ from geometric ones, and coats have normals of their own.
 constexpr float kMinReceiverCosine = 0.02f;
 
 float area_measure(const LightBounds& b) {
@@ -27,7 +27,7 @@ float area_measure(const LightBounds& b) {
 /// Cosine of max(0, a - b) from the cosines of a and b and the sine of b; a is at most 180 degrees.
 float cos_of_rest(float cos_a, float cos_b, float sin_b) {
   if (cos_a >= cos_b) return 1.0f;
-  const float sin_a = std::sqrt(std::abs(1.0f - cos_a * cos_a));  // at 180 degrees rounding may go below zero
+  const float sin_a = std::sqrt(std::abs(1.0f - cos_a * cos_a));  // rounding at 180 degrees can make this negative
   return cos_a * cos_b + sin_a * sin_b;
 }
 
@@ -80,7 +80,7 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
     return;
   }
 
-  // The cheapest of the splits between bins of centres: intensity, times where it shines to, times how large it is.
+  // Take the cheapest split between bins of centres. Its cost is intensity times measure of directions times area.
   const Vec3 extent = upper - lower;
   const float longest = std::max({extent.x, extent.y, extent.z});
   int depth = 0;
@@ -89,7 +89,7 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
   int best_axis = -1, best_bin = 0;
   const auto bin_of = [&](const Entry& e, int axis) {
     const float along = (center_of(e.bounds)[axis] - lower[axis]) /
-                        extent[axis];  // first: bins times metres may overflow
+                        extent[axis];  // divide first: bins times metres can overflow
     return std::min(int(kBins * along), kBins - 1);
   };
   if (depth < kDeepestByCost) {
@@ -107,7 +107,7 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
         below = join(below, bins[size_t(b)]);
         const LightBounds& rest = above[size_t(b) + 1];
         if (!(below.intensity > 0.0f) || !(rest.intensity > 0.0f)) continue;
-        // Thin slices make needles of nodes: charged by their longest side.
+        // Thin slices make needle-shaped nodes, so their cost is scaled by their longest side.
         const float cost = longest / extent[axis] *
                            (below.intensity * orientation_measure(below) * area_measure(below) +
                             rest.intensity * orientation_measure(rest) * area_measure(rest));
@@ -151,11 +151,11 @@ float LightTree::importance(const Node& node, const Vec3& p, const Vec3& n) {
   const float distance2 = glm::dot(d, d);
   if (!(distance2 > node.radius_squared)) return node.intensity / std::max(node.radius_squared, 1e-30f);
   const float inverse = 1.0f / std::sqrt(distance2);
-  // The sphere around the lights is seen under the angle `size`.
+  // `size` is the half-angle of the sphere around the lights, seen from p.
   const float sin2_size = node.radius_squared / distance2;
   const float cos_size = std::sqrt(1.0f - sin2_size), sin_size = std::sqrt(sin2_size);
   float result = node.intensity / distance2;
-  // Where there are normals in all directions, one of them points to p.
+  // If there are normals in all directions, one of them points to p.
   if (node.cos_normals > -1.0f) {
     float cos_axis = -glm::dot(node.axis, d) * inverse;
     if (node.two_sided) cos_axis = std::abs(cos_axis);
@@ -220,7 +220,7 @@ uint32_t LightTree::leaf_of(uint32_t light) const {
   return node;
 }
 
-/// Favourable for any point within `radius` of p whose normal is half a radian from n at most.
+/// Importance for the most favourable point within `radius` of p with a normal at most half a radian from n.
 float LightTree::importance_nearby(const Node& node, Vec3 p, float radius, Vec3 n) {
   constexpr float kBend = 0.5f;
   Node wide = node;
@@ -250,7 +250,7 @@ void LightTree::cut(Vec3 p, float radius, Vec3 n, int most, std::vector<CutNode>
     nodes[size_t(next)] = node(split + 1);
     nodes.insert(nodes.begin() + next + 1, node(nodes_[split].second));
   }
-  // Infinite importance is that of lights of no extent at p itself.
+  // The importance of lights without extent at p itself is infinite.
   double sum = 0.0;
   for (CutNode& c : nodes) {
     if (!(c.share < 1e30f)) c.share = 1e30f;

@@ -1,8 +1,8 @@
 // Uniform sampling of the solid angle of a rectangle seen from a point.
 //
-// Task and two-step scheme: Ureña, Fajardo, King 2013, "An Area-Preserving Parametrization for Spherical Rectangles".
-// First a column of the rectangle is drawn, then a point in it. The inversion for the column is derived here from
-// quadrants.
+// Problem and two-step scheme: Ureña, Fajardo, King 2013, "An Area-Preserving Parametrization for Spherical
+// Rectangles". First a column of the rectangle is drawn, then a point in it. The inversion for the column is derived
+// here from quadrants.
 //
 // Frame: the point is the origin, the plane of the rectangle is at distance h, and (x, y) are the coordinates in the
 // plane, measured from the foot of the perpendicular. beta(y) = atan(y / h) is the angle of a row.
@@ -16,7 +16,7 @@
 // T is drawn uniformly between T(x0) and T(x1). In a column, solid angle is proportional to the sine of the elevation
 // (Archimedes).
 //
-// Below kMinSolidAngle floats do not resolve the map, and the caller samples the area instead.
+// Below kMinSolidAngle, floats do not resolve the map, and the caller samples the area instead.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,7 @@ class SphericalRectangle {
     right_ = left_ + length_x;
     bottom_ = glm::dot(to_corner, y);
     top_ = bottom_ + length_y;
-    // From a point in the plane, or so near it that h^2 is 0 in floats, nothing is visible.
+    // Nothing is visible from a point in the plane, or so near it that h^2 underflows.
     if (!(sqr(height_) > 0.0f)) return;
     strip_left_ = quadrant(left_, top_) - quadrant(left_, bottom_);
     solid_angle_ = std::max(quadrant(right_, top_) - quadrant(right_, bottom_) - strip_left_, 0.0f);

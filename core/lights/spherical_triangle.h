@@ -1,8 +1,8 @@
 // Uniform sampling of the solid angle of a triangle seen from a point.
 //
-// Sources: Arvo 1995, "Stratified Sampling of Spherical Triangles"; the solid angle after van Oosterom
-// and Strackee 1983, which does not cancel for small triangles. Below kMinSolidAngle sampling the area is as
-// good and cheaper, and the caller does so.
+// Sources: Arvo 1995, "Stratified Sampling of Spherical Triangles". The solid angle follows van Oosterom and Strackee
+// 1983, which does not cancel for small triangles. Below kMinSolidAngle, the caller samples the area, which is as good
+// and cheaper.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ class SphericalTriangle {
   float solid_angle() const { return solid_angle_; }
   bool usable() const { return solid_angle_ >= kMinSolidAngle; }
 
-  /// Direction uniform in the triangle; may be not finite at degenerate corners.
+  /// Direction uniform in the triangle; can be non-finite at degenerate corners.
   Vec3 sample(Vec2 u) const {
     // Angle at a between the planes ab and ac.
     const Vec3 n_ab = glm::normalize(glm::cross(a_, b_)), n_ac = glm::normalize(glm::cross(a_, c_));

@@ -16,7 +16,7 @@ WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instanc
     t.e1 = transform_vector(instance.world_from_object, t.e1);
     t.e2 = transform_vector(instance.world_from_object, t.e2);
   }
-  // Scaled so that neither tiny nor huge triangles leave the range of floats.
+  // Scaled so that tiny and huge triangles stay in the range of floats.
   const float scale = std::max(max_component(glm::abs(t.e1)), max_component(glm::abs(t.e2)));
   t.normal = Vec3(0.0f);
   t.area = 0.0f;
@@ -48,7 +48,7 @@ TriangleSample sample_triangle_li(const WorldTriangle& t, Vec3 p, Vec2 u) {
   if (spherical.usable()) {
     s.wi = spherical.sample(u);
     s.distance = glm::dot(t.normal, to_p0) / glm::dot(t.normal, s.wi);
-    // Barycentric coordinates of the point in the plane (Cramer), kept inside the triangle.
+    // Barycentric coordinates of the point in the plane (Cramer), clamped to the triangle.
     const Vec3 local = s.wi * s.distance - to_p0, n = glm::cross(t.e1, t.e2);
     const float n2 = length_squared(n);
     const float b1 = saturate(glm::dot(glm::cross(local, t.e2), n) / n2);

@@ -1,8 +1,8 @@
-// Emissive triangles: their place in the world, and what their shader emits.
+// Emissive triangles: their geometry in world space, and the emission of their shader.
 //
-// A triangle shines from both sides, as in Cycles; a shader may tell the sides apart by
-// Backfacing. Vertices stay in the mesh, shared by its instances. Sampling is uniform in solid angle where
-// the triangle looks large and uniform over the area where it looks small.
+// A triangle emits from both sides, as in Cycles; a shader can distinguish the sides by Backfacing. Vertices stay in
+// the mesh, which its instances share. Sampling is uniform in solid angle if the triangle looks large, and uniform over
+// the area if it looks small.
 #pragma once
 
 #include "geometry/geometry.h"
@@ -13,15 +13,15 @@ namespace ajar {
 
 struct WorldTriangle {
   Vec3 p0, e1, e2;  ///< world space
-  Vec3 normal;      ///< unit, to the outside of the mesh also when mirrored; zero for a degenerate triangle
+  Vec3 normal;      ///< unit; points out of the mesh, also if mirrored; zero for a degenerate triangle
   float area;
 };
 WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive);
 
-/// By which rounding may have moved a place on it off its plane, as shading_point finds it (scene.h).
+/// Bound of the rounding error that moves a point of the triangle off its plane, as in shading_point (scene.h).
 float triangle_position_error(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive);
 
-/// A point of the triangle for p, and the density of its direction at p. Zero density: none.
+/// A point of the triangle sampled for p, and the density of its direction at p. Density 0: no sample.
 struct TriangleSample {
   Vec2 barycentric;
   Vec3 wi;
@@ -31,7 +31,7 @@ struct TriangleSample {
 TriangleSample sample_triangle_li(const WorldTriangle& triangle, Vec3 p, Vec2 u);
 float pdf_triangle_li(const WorldTriangle& triangle, Vec3 p, Vec3 wi, float distance);
 
-/// Everything a shader may ask, at `barycentric` of the triangle seen from direction `wo`.
+/// All inputs of a shader at `barycentric` of the triangle, seen from direction `wo`.
 ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance,
                             uint32_t primitive, const WorldTriangle& triangle, Vec2 barycentric, Vec3 wo);
 

@@ -294,7 +294,7 @@ TEST(Strands, emissive_strands_are_not_lights_and_are_reported) {
   const auto scene = build(d, &diagnostics);
   EXPECT_TRUE(scene->emission_without_lights());
   EXPECT_EQ(scene->lights().size(), 0u);
-  ASSERT_TRUE(find(diagnostics, "found by chance"));
+  ASSERT_TRUE(find(diagnostics, "only random rays find"));
 }
 
 TEST(Strands, all_integrators_but_path_tracing_refuse_strands) {
