@@ -53,12 +53,12 @@ void GuideDistribution::start(Vec3 center, std::span<const GuideSample* const> s
   double sum = 0.0;
   for (size_t i = 0; i < samples.size() && looked < 2 * kMaxInspected; i += stride)
     sum += double(samples[i]->weight), nearest[looked++] = 4.0f;
-  const float most = 4.0f * float(sum / double(std::max<size_t>(1, looked)));
+  const float max_weight = 4.0f * float(sum / double(std::max<size_t>(1, looked)));
   for (int k = 0; k < kCount; ++k) {
     size_t best = 0;
     float best_score = -1.0f;
     for (size_t i = 0; i < looked; ++i) {
-      const float score = std::min(samples[i * stride]->weight, most) * nearest[i];
+      const float score = std::min(samples[i * stride]->weight, max_weight) * nearest[i];
       if (score > best_score) best_score = score, best = i;
     }
     const Vec3 mean = looked > 0 ? samples[best * stride]->wi : Vec3(0, 0, 1);
@@ -75,11 +75,11 @@ void GuideDistribution::start(Vec3 center, std::span<const GuideSample* const> s
 }
 
 /// The E step: the share of each component in each sample.
-void GuideDistribution::accumulate(std::span<const GuideSample* const> samples, float unit, float most,
+void GuideDistribution::accumulate(std::span<const GuideSample* const> samples, float unit, float max_weight,
                                    Sums& sums) const {
   std::memset(&sums, 0, sizeof sums);
   for (const GuideSample* const s : samples) {
-    const float w = std::min(s->weight * unit, most);
+    const float w = std::min(s->weight * unit, max_weight);
     // The direction as seen from the centre of the cell.
     const Vec3 wi = glm::normalize(s->wi + (s->position - center_) * s->inverse_distance);
     if (!(w > 0.0f) || !is_finite(wi)) continue;
@@ -136,10 +136,10 @@ void GuideDistribution::fit(std::span<const GuideSample* const> samples, float p
   if (!(sum > 0.0) || !std::isfinite(sum)) return;
   // The weights are limited, so that a single sample with a rare large weight does not determine the fit.
   const float n = float(samples.size()), unit = float(double(n) / sum),
-              most = std::max(1.0f, kMaxWeight * std::sqrt(n));
+              max_weight = std::max(1.0f, kMaxWeight * std::sqrt(n));
   Sums sums;
   for (int i = 0; i < iterations; ++i) {
-    accumulate(samples, unit, most, sums);
+    accumulate(samples, unit, max_weight, sums);
     for (size_t j = 0; j < sizeof(Sums) / sizeof(float); ++j)
       reinterpret_cast<float*>(&sums)[j] += past_share * reinterpret_cast<const float*>(&past_)[j];
     maximize(sums);

@@ -75,7 +75,7 @@ class GuideDistribution {
     float weight[kCount], x[kCount], y[kCount], z[kCount], inverse_distance[kCount];
     float bsdf[kGuideKinds], total[kGuideKinds];
   };
-  void accumulate(std::span<const GuideSample* const> samples, float unit, float most, Sums& sums) const;
+  void accumulate(std::span<const GuideSample* const> samples, float unit, float max_weight, Sums& sums) const;
   void maximize(const Sums& sums);
 
   Vec3 center_{0.0f};
