@@ -17,9 +17,9 @@ namespace ajar {
 
 namespace {
 
-constexpr float kFarthest = 1.8e18f;  // of any coordinate that Embree computes with
+constexpr float kFarthest = 1.8e18f;  // maximum coordinate with which Embree computes
 
-/// From where rays may come so that in an instance's space they are no farther out than that.
+/// Maximum distance of the origins of rays for which these stay within kFarthest in the space of an instance.
 float farthest_through(const Mat4& object_from_world) {
   float farthest = kFarthest;
   for (int row = 0; row < 3; ++row) {
@@ -39,7 +39,7 @@ std::string device_options() {
   return options;
 }
 
-/// What the structures of several scenes in succession share.
+/// The device that the structures of consecutive scenes share.
 struct Device {
   RTCDevice handle = nullptr;
   std::atomic<int64_t> bytes{0};
@@ -74,7 +74,7 @@ struct Device {
 
 namespace {
 
-/// Tubes are seen from outside alone, as in Cycles: light goes through them as their closures say.
+/// Tubes are visible from outside only, as in Cycles. Their closures describe how light passes through them.
 void reject_from_inside(const RTCFilterFunctionNArguments* args) {
   const unsigned n = args->N;
   for (unsigned i = 0; i < n; ++i) {
@@ -92,12 +92,13 @@ struct Accel::Data {
   std::shared_ptr<Device> shared_device;
   RTCDevice device = nullptr;
   RTCScene top = nullptr, lamps = nullptr;
-  std::vector<void*> mesh_structures;  // by mesh, as their instances in `top` have them; of baked and empty meshes null
-  bool only_still_instances = false;   // in `top`
+  // by mesh, as used by the instances in `top`; null for baked and empty meshes
+  std::vector<void*> mesh_structures;
+  bool only_still_instances = false;  // in `top`
   size_t placed = 0;
-  float farthest = kFarthest;  // that rays may come from: see farthest_through
+  float farthest = kFarthest;  // maximum distance of the origins of rays: see farthest_through
   std::vector<uint32_t> lamp_of_geometry;
-  std::vector<Light> few_lamps;  // when there are few, a loop over them is quicker than a structure
+  std::vector<Light> few_lamps;  // a loop over few lamps is faster than a structure
   std::vector<uint32_t> few_lamp_indices;
   std::vector<Vec4> lamp_spheres;  // centre and radius, for their filter; never reallocated
   const std::atomic<bool>* stop = nullptr;
@@ -122,7 +123,7 @@ struct Accel::Data {
     return scene;
   }
 
-  /// Let its next build be stopped.
+  /// Lets the next build of the scene be stopped.
   void watch(RTCScene scene) {
     rtcSetSceneProgressMonitorFunction(
         scene,
@@ -130,7 +131,7 @@ struct Accel::Data {
         this);
   }
 
-  /// Build it. What is kept longer than this object no longer asks it whether to stop.
+  /// Builds the scene. Its progress monitor is then removed, because the scene can outlive this object.
   static void commit(RTCScene scene) {
     rtcCommitScene(scene);
     rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
@@ -141,7 +142,8 @@ struct Accel::Data {
 
   RTCGeometry new_geometry(const BuiltMesh& mesh) {
     RTCGeometry geometry = mesh.strands ? new_strands(*mesh.strands) : new_triangles(mesh);
-    rtcSetGeometryMask(geometry, ~0u);  // of Embree 3; since 4 it is 1. What rays see is the instance's to say
+    // The default of Embree 3; that of Embree 4 is 1. The mask of the instance decides which rays see it.
+    rtcSetGeometryMask(geometry, ~0u);
     return geometry;
   }
 
@@ -162,7 +164,7 @@ struct Accel::Data {
                                sizeof(Vec4), strands.keys.size());
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT, strands.first_key.data(), 0,
                                sizeof(uint32_t), strands.first_key.size());
-    rtcSetGeometryTessellationRate(geometry, float((1 << strands.subdivisions) + 1));  // as Cycles asks for
+    rtcSetGeometryTessellationRate(geometry, float((1 << strands.subdivisions) + 1));  // the same rate as in Cycles
     if (!ribbons) {
       rtcSetGeometryIntersectFilterFunction(geometry, reject_from_inside);
       rtcSetGeometryOccludedFilterFunction(geometry, reject_from_inside);
@@ -173,7 +175,7 @@ struct Accel::Data {
 
 namespace {
 
-/// What differs between two instances that the structure over all knows of.
+/// Whether two instances are equal in the top-level structure.
 bool is_placed_alike(const BuiltInstance& a, const BuiltInstance& b) {
   return a.visibility == b.visibility && a.world_from_object == b.world_from_object;
 }
@@ -198,7 +200,7 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
   tbb::parallel_for(size_t(0), meshes.size(), [&](size_t i) {
     if (meshes[i].baked || meshes[i].empty() || meshes[i].structure || (stop && stop->load())) return;
     RTCScene scene = d.new_scene();
-    // The device outlives its scenes, by Embree's count; our record of it must too.
+    // The device outlives its scenes by Embree's reference count; our Device object must outlive them as well.
     meshes[i].structure = std::shared_ptr<void>(
         scene, [device = d.shared_device](void* old) { rtcReleaseScene(static_cast<RTCScene>(old)); });
     RTCGeometry geometry = d.new_geometry(meshes[i]);
@@ -245,13 +247,14 @@ Accel::Accel(std::vector<BuiltMesh>& meshes, const std::vector<BuiltInstance>& i
   d.check();
 }
 
-/// The structure over all of `previous`, with what has changed put right; false where a new one is the better choice.
+/// Takes over the top-level structure of `previous` and updates the changed instances. Returns false if a new structure
+/// is better.
 bool Accel::Data::take_top(Data& previous, const std::vector<BuiltInstance>& instances,
                            const std::vector<BuiltInstance>& previous_instances) {
   if (!previous.top || !only_still_instances || !previous.only_still_instances ||
       instances.size() != previous_instances.size())
     return false;
-  // Embree counts the instances of a scene as its owners: where the address is the same, so is the scene.
+  // The instances of an Embree scene own it. An equal address therefore means the same scene.
   std::vector<uint32_t> changed;
   for (size_t i = 0; i < instances.size(); ++i) {
     const BuiltInstance &now = instances[i], &before = previous_instances[i];
@@ -281,7 +284,7 @@ Accel::~Accel() = default;
 
 namespace {
 
-/// Ellipses are quads whose corners are cut away.
+/// Ellipses are quads without their corners.
 void reject_outside_ellipse(const RTCFilterFunctionNArguments* args) {
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] != -1) continue;
@@ -290,7 +293,7 @@ void reject_outside_ellipse(const RTCFilterFunctionNArguments* args) {
   }
 }
 
-/// A sphere shines once on every ray: where it enters or, for an origin inside, where it leaves.
+/// A ray sees a sphere once: where it enters or, with an origin inside, where it leaves.
 void accept_one_side_of_sphere(const RTCFilterFunctionNArguments* args) {
   const Vec4& sphere = *static_cast<const Vec4*>(args->geometryUserPtr);
   const unsigned n = args->N;
@@ -377,8 +380,9 @@ inline void fill(RTCRay& r, const Ray& ray, uint32_t mask) {
   r.flags = 0;
 }
 
-/// What Embree calls a ray: of numbers, and not farther out than it can compute with, where `farthest` leaves room for
-/// the spaces of instances. Builds of it with assertions, as Debian's, end the program over any other.
+/// Whether Embree can trace the ray: it has no NaN and is not farther out than Embree can compute, where `farthest`
+/// leaves room for the spaces of instances. Builds of Embree with assertions, such as Debian's, end the program for
+/// other rays.
 inline bool is_traceable(const Ray& ray, float farthest = kFarthest) {
   return length_squared(ray.origin) + length_squared(ray.direction) <= farthest * farthest && ray.t_min >= 0.0f &&
          ray.t_max <= kInfinity && ray.time >= 0.0f && ray.time <= 1.0f;

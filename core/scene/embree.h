@@ -1,4 +1,4 @@
-// The one place that knows which Embree this is. Included by accel.cpp only.
+// The differences between Embree 3 and 4. Only accel.cpp includes this file.
 #pragma once
 
 #if AJAR_EMBREE_MAJOR >= 4

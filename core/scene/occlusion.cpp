@@ -20,7 +20,7 @@ float openness(const ShadingPoint& point, const OcclusionParameters& parameters,
   const Vec2 offset(rng.next_float(), rng.next_float());
   int open = 0;
   for (int i = 0; i < parameters.samples; ++i) {
-    // A rank-1 lattice of the plastic number, moved as a whole: each of its points is uniform.
+    // A rank-1 lattice of the plastic number with a random offset: each of its points is uniform.
     const float x = offset.x + float(double(i) * 0.7548776662466927 - std::floor(double(i) * 0.7548776662466927));
     const float y = offset.y + float(double(i) * 0.5698402909980532 - std::floor(double(i) * 0.5698402909980532));
     const Vec2 u(std::min(x - std::floor(x), kOneMinusEpsilon), std::min(y - std::floor(y), kOneMinusEpsilon));

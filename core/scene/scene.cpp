@@ -8,7 +8,7 @@ namespace ajar {
 
 namespace {
 
-/// Without the comparisons of glm::abs.
+/// Absolute values without the comparisons of glm::abs.
 Vec3 absolute(Vec3 v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 Mat3 absolute(const Mat3& m) { return Mat3(glm::abs(m[0]), glm::abs(m[1]), glm::abs(m[2])); }
 
@@ -99,14 +99,14 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
     point.dpdv = linear * point.dpdv;
     ng = glm::cross(point.dpdu, point.dpdv);
     if (instance.motion) {
-      // The interpolated matrix has rounding errors of its own.
+      // The interpolated matrix has its own rounding errors.
       point.position_error += gamma_bound(4) * (absolute_linear * glm::abs(on_mesh) + glm::abs(Vec3(m[3])));
       ns = ns * glm::inverse(linear);
     } else {
       ns = ns * Mat3(instance.object_from_world);  // row vector times inverse = inverse transpose times column
     }
   }
-  // A cross product of tiny edges may underflow: scale before normalising.
+  // A cross product of tiny edges can underflow: scale before normalising.
   float len2 = length_squared(ng);
   if (!(len2 > 1e-30f) || !(len2 < 1e30f)) {
     const float scale = 1.0f / std::max(max_component(glm::abs(point.dpdu)), max_component(glm::abs(point.dpdv)));
@@ -137,7 +137,7 @@ void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) co
   }
   Vec3 ns;
   if (strands.shape == StrandShape::Ribbon) {
-    // Of the tube that the ribbon stands for, where an orthographic look at it would see this place.
+    // The normal of the tube at the point that an orthographic view along the ray would see here.
     const Vec3 across = glm::cross(along, to_ray), outwards = glm::cross(across, along);
     const float width = glm::length(across), height = glm::length(outwards);
     const float sine = glm::clamp(hit.barycentric.y, -1.0f, 1.0f);
@@ -152,13 +152,13 @@ void Scene::strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) co
   }
   const float length = glm::length(ns);
   point.ns = length > 0.0f && length < kInfinity ? ns / length : point.wo;
-  // At the rim the normal is perpendicular to the ray, and rounding decides on which side of it.
+  // At the rim, the normal is perpendicular to the ray, and rounding could put it on the wrong side.
   if (!(glm::dot(point.ns, point.wo) > 1e-4f))
     point.ns = glm::normalize(point.ns + (1e-4f - glm::dot(point.ns, point.wo)) * point.wo);
   point.ng = point.ns;
   point.backfacing = false;
   point.position = position;
-  // Embree turns curves into a space around the ray, where places are as exact as they are near.
+  // Embree transforms curves into a space around the ray, where the error grows with the distance.
   point.position_error = Vec3(gamma_bound(8) * (max_component(glm::abs(ray.origin)) + hit.t));
   point.dpdu = along;
   point.dpdv = glm::cross(along, point.ng);
@@ -168,7 +168,7 @@ int Scene::material_index(const Hit& hit) const {
   const BuiltInstance& instance = instances_[hit.instance];
   const BuiltMesh& mesh = meshes_[instance.mesh];
   uint32_t slot = mesh.material_slots.empty() ? 0 : mesh.material_slots[hit.primitive];
-  // Blender shows the last slot for faces whose slot was removed.
+  // Blender uses the last slot for faces whose slot was removed.
   slot = std::min(slot, instance.material_count - 1);
   return int(material_table_[instance.first_material + slot]);
 }
@@ -216,7 +216,7 @@ bool Scene::any_light_importance() const {
 }
 
 float way_out_of_strand(const ShadingPoint& point, Vec3 direction) {
-  constexpr float kMaxRadii = 20.0f;  // nearly along the strand the way is long, and others are in it
+  constexpr float kMaxRadii = 20.0f;  // nearly along the strand, the way is long and can cross other strands
   const Strands& strands = *point.mesh->strands;
   if (strands.shape != StrandShape::Ribbon) return 0.0f;
   const Mat3 linear = point.mesh->baked ? Mat3(1.0f) : Mat3(point.instance->world_from_object);

@@ -1,5 +1,5 @@
-// The scene, built: geometry in Embree, shaders compiled, lights gathered. Immutable
-// while it renders and shared by all threads; no globals.
+// The built scene: geometry in Embree, compiled shaders, and lights. It is constant during a render and shared by all
+// threads. There are no globals.
 #pragma once
 
 #include <atomic>
@@ -22,9 +22,9 @@ namespace ajar {
 
 class Accel;
 
-/// VisibilityBits that a ray of this kind (bits of ShadingPoint::ray_kind) needs an object to have.
+/// VisibilityBits of which an object needs one to be seen by a ray of this kind (bits of ShadingPoint::ray_kind).
 inline uint32_t visibility_mask(uint32_t ray_kind) {
-  // Most are the same bits.
+  // Most kinds have the same bits.
   constexpr uint32_t kSame = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission;
   static_assert(kSame == (kVisibleCamera | kVisibleDiffuse | kVisibleGlossy | kVisibleTransmission) &&
                 uint32_t(kRayCamera) == kVisibleCamera && uint32_t(kRayDiffuse) == kVisibleDiffuse &&
@@ -33,7 +33,7 @@ inline uint32_t visibility_mask(uint32_t ray_kind) {
          (ray_kind & kRayShadow ? kVisibleShadow : 0u);
 }
 
-/// Closest surface found along a ray.
+/// The closest surface along a ray.
 struct Hit {
   float t = kInfinity;
   uint32_t instance = ~0u;
@@ -42,7 +42,7 @@ struct Hit {
   bool found() const { return instance != ~0u; }
 };
 
-/// A lamp with extent crossed by a ray. Lamps never block rays.
+/// A lamp with extent that a ray hits. Lamps never block rays.
 struct LampHit {
   float t = kInfinity;
   uint32_t light = ~0u;
@@ -56,19 +56,20 @@ struct BuildStatistics {
   uint64_t skipped_triangles = 0, repaired_values = 0;
   uint64_t moving_instances = 0;
   bool transparent_shadows = false;
-  uint64_t kept_meshes = 0, kept_textures = 0;  ///< taken over from the scene before, neither copied nor built again
+  /// taken over from the previous scene, neither copied nor built again
+  uint64_t kept_meshes = 0, kept_textures = 0;
   uint64_t compiled_programs = 0, kept_programs = 0;  ///< of materials
-  /// put into the structure over all, which may be that of before; the others were there
+  /// put into the top-level structure, which can be that of the previous scene; the others were there
   uint64_t placed_instances = 0;
   bool kept_environment = false;
 };
 
-/// `ray`, on its way to a place, up to just before it: to a point moved off the surface there, to the ray's side, like
-/// the origin of a ray that leaves it. A margin along the ray itself would be too little where it grazes, and where it
-/// does not it would let light through what stands just before the end: the other wall of a corner, the shade of a lamp
-/// far away. Unchanged on its way to what is at infinity.
+/// `ray`, directed at `place`, shortened so that it ends just before it. It ends at a point moved off the surface
+/// there, to the side of the ray, like the origin of a ray that leaves the surface. A margin along the ray would be too
+/// small at grazing angles. At other angles it would let light pass what is just before the end: the other wall of a
+/// corner, or the shade of a distant lamp. Rays to infinity are unchanged.
 inline Ray end_before(Ray ray, const LightPlace& place) {
-  // Of its length, what a ray may miss a plane by.
+  // Bound of the distance by which a ray misses a plane, as a fraction of its length.
   constexpr float kRelativeError = 1e-6f;
   if (!(place.distance < kInfinity)) return ray;
   const float off = 2.0f * place.position_error + kRelativeError * place.distance;
@@ -87,55 +88,55 @@ class Scene {
     const std::atomic<bool>* stop = nullptr;
     std::function<void(const char* step, float fraction)> progress;
   };
-  /// Throws SceneError when there is nothing sensible to render, Cancelled when stopped.
-  /// What the description shares with `previous` (MeshDescription::shared, images) is taken over from it and not built
-  /// again; `previous` is of no more use.
+  /// Throws SceneError if the scene cannot be rendered, Cancelled if stopped.
+  /// Data that the description shares with `previous` (MeshDescription::shared, images) are taken over and not built
+  /// again. `previous` cannot be used after that.
   static std::shared_ptr<Scene> build(SceneDescription description, const Options& options, Diagnostics& diagnostics,
                                       std::shared_ptr<Scene> previous = nullptr);
-  /// Look at the scene through another camera, at another size. For the sole owner, between renders. Shaders that
-  /// depend on the camera are compiled again, nothing else is. Caustics stay as they were compiled. Throws SceneError,
-  /// changing nothing, when there would be no picture.
+  /// Changes the camera and the resolution. Only the sole owner may call this, between renders. Only shaders that
+  /// depend on the camera are compiled again. The settings of caustics stay as they were compiled. Throws SceneError,
+  /// without a change, if there would be no image.
   void change_view(const CameraDescription& camera, RenderSettings settings);
   ~Scene();
 
   Hit intersect(const Ray& ray, uint32_t ray_kind) const;
-  /// Nearest lamp with extent before t_max that rays of this kind see.
+  /// Nearest lamp with extent before t_max that is visible to rays of this kind.
   LampHit intersect_lamp(const Ray& ray, uint32_t ray_kind) const;
   bool has_lamp_shapes() const;
-  /// Does anything that casts shadows lie on the ray, be it transparent? Does a surface of this instance?
+  /// Whether the ray hits anything that casts shadows, even if it is transparent.
   bool is_blocked(const Ray& ray) const;
+  /// Whether the ray hits this instance.
   bool is_blocked_by(const BuiltInstance& instance, const Ray& ray) const;
-  /// Fraction of light let through along the segment (0 when blocked); evaluates
-  /// transparent surfaces, at most `max_transparent` of them.
+  /// Transmittance along the segment (0 if blocked). Evaluates transparent surfaces, at most `max_transparent` of them.
   Color transmittance(const Ray& ray, int max_transparent) const;
 
-  /// Fill `point` for shading at `hit`. The position on a triangle comes from it, not from t, for precision.
+  /// Fills `point` for shading at `hit`. The position on a triangle comes from the barycentric coordinates, not from t,
+  /// for precision.
   void shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;
   const ShaderProgram& material(const Hit& hit) const;
   /// Index of the light of an emissive triangle, or -1.
   int light_of(const Hit& hit) const;
-  /// Whether some object or the world is filled with a volume, be it an empty one.
+  /// Whether an object or the world has a volume, even an empty one.
   bool has_media() const { return has_media_; }
   bool has_transparent_shadows() const { return any_transparent_; }
   bool has_strands() const { return statistics_.strands > 0; }
-  /// Whether some surface may emit that no light stands for.
+  /// Whether a surface may emit that is not among the lights.
   bool emission_without_lights() const;
-  /// Of one light, and whether that of any source is not 1 (ObjectDescription::light_importance and its like).
+  /// Importance of one light, and whether that of any source is not 1 (see ObjectDescription::light_importance).
   float light_importance(uint32_t light) const;
   bool any_light_importance() const;
 
-  /// Ray from a surface point towards `direction`, its origin moved off the surface
-  /// to the side of `direction` by the error bound of the point.
+  /// Ray from a surface point towards `direction`. Its origin is moved off the surface, to the side of `direction`, by
+  /// the error bound of the point.
   Ray spawn_ray(const ShadingPoint& point, Vec3 direction) const;
-  /// The rest of `ray` beyond the surface at `point`, which it has met at distance t and which lets it straight
-  /// through.
+  /// The rest of `ray` beyond the surface at `point`, which it has hit at distance t and passes straight.
   Ray straight_on(const ShadingPoint& point, const Ray& ray, float t) const {
     const float left = ray.t_max - t;
     Ray next = spawn_ray(point, ray.direction);
     next.t_max = left;
     return next;
   }
-  /// The same of a shadow ray: what is left to its end is measured from the new origin. t_max is not positive where
+  /// The same for a shadow ray: the distance to its end is measured from the new origin. t_max is not positive if
   /// nothing is left.
   Ray straight_on_to_end(const ShadingPoint& point, const Ray& ray) const {
     const Vec3 end = ray.origin + ray.direction * ray.t_max;
@@ -143,13 +144,13 @@ class Scene {
     if (ray.t_max < kInfinity) next.t_max = glm::dot(end - next.origin, ray.direction);
     return next;
   }
-  /// Ray to just before a place on another surface or a light.
+  /// Ray that ends just before a place on another surface or a light.
   Ray spawn_segment(const ShadingPoint& point, const LightPlace& place) const {
     return end_before(spawn_ray(point, place.wi), place);
   }
 
   const Camera& camera() const { return camera_; }
-  /// Does anything move while the shutter is open? Then rays have times of their own.
+  /// Whether anything moves while the shutter is open. Rays then have different times.
   bool moves() const { return statistics_.moving_instances > 0 || camera_.moves(); }
   const LightSet& lights() const { return lights_; }
   const std::vector<HintDescription>& hints() const { return hints_; }
@@ -172,17 +173,17 @@ class Scene {
   const std::vector<int>& material_pass_indices() const { return material_pass_indices_; }
 
  private:
-  /// What is needed to compile a program for another camera.
+  /// The data from which a program is compiled for another camera.
   struct CameraShader {
     enum class Of : uint8_t { Material, Lamp, World } of;
     size_t index;
     std::string owner;
     NodeGraph graph;
     int material_pass_index;
-    std::array<float, 12> world_from_lamp;  ///< of lamps
+    std::array<float, 12> world_from_lamp;  ///< for lamps
   };
   Scene();
-  /// What shading_point does where strands are hit.
+  /// shading_point for hits on strands.
   void strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;
   bool shows_the_world_of(const Scene& previous) const;
   void compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context,
@@ -193,11 +194,11 @@ class Scene {
   Camera camera_;
   std::vector<BuiltMesh> meshes_;
   std::vector<BuiltInstance> instances_;
-  std::vector<Mat4> motion_;  // of the instances that move
+  std::vector<Mat4> motion_;  // of moving instances
   std::vector<ObjectDescription> objects_;
   std::vector<uint32_t> material_table_;
   std::vector<ShaderProgram> programs_, lamp_programs_;
-  std::vector<uint64_t> material_fingerprints_;  // of those whose program may serve the next scene, else 0
+  std::vector<uint64_t> material_fingerprints_;  // 0 if the program cannot be taken over by the next scene
   std::vector<Diagnostics> material_diagnostics_;
   std::vector<int> material_pass_indices_;
   std::vector<HintDescription> hints_;
@@ -215,13 +216,13 @@ class Scene {
   float radius_ = 1.0f;
 };
 
-/// How far a ray that leaves goes before it can meet anything: ribbons turn to it and may lie across its way up to
-/// where it is out of the tube they stand for.
+/// Distance from its origin before which a leaving ray must not hit anything: ribbons face each ray and can lie across
+/// it up to where it is outside the tube that they stand for.
 float way_out_of_strand(const ShadingPoint& point, Vec3 direction);
 
 [[gnu::always_inline]] inline Ray Scene::spawn_ray(const ShadingPoint& point, Vec3 direction) const {
-  // Twice the bound of the point itself covers the intersection's own error on the surface left behind. That error
-  // grows with the largest coordinate, not only the one along the normal: a floor at z = 0 has no error in z.
+  // Twice the error bound of the point also covers the error of the intersection on this surface. That error grows with
+  // the largest coordinate, not only with the one along the normal: a floor at z = 0 has no error in z.
   const float distance = 2.0f * max_component(point.position_error);
   const Vec3 offset = point.ng * (glm::dot(direction, point.ng) < 0.0f ? -distance : distance);
   Ray ray;

@@ -14,10 +14,10 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMaxMotionKeys = 129;  // of Embree
+constexpr int kMaxMotionKeys = 129;  // limit of Embree
 
-/// True for transforms that flatten space, which have no inverse, and for those that shrink it so far that rays in it
-/// would not be told apart.
+/// Whether a transform flattens space, so that it has no inverse, or shrinks it so far that rays in it could not be
+/// distinguished.
 bool is_singular(const Mat4& m) {
   constexpr float kSmallest = 1e-12f;
   const Mat3 linear(m);
@@ -27,7 +27,7 @@ bool is_singular(const Mat4& m) {
   return !(std::abs(det) > 1e-9f * scale) || !std::isfinite(1.0f / det);
 }
 
-/// Grey surface of objects without a material, as Blender shows them.
+/// Grey surface of objects without a material, as in Blender.
 NodeGraph default_surface() {
   NodeGraph graph;
   Node diffuse;
@@ -40,7 +40,7 @@ NodeGraph default_surface() {
   return graph;
 }
 
-/// Does the material trace rays at its object alone? Then the mesh needs a structure of its own.
+/// Whether the material traces rays at its own object only. The mesh then needs its own structure.
 bool asks_for_itself(const MaterialDescription& material) {
   return std::any_of(material.graph.nodes.begin(), material.graph.nodes.end(), [](const Node& node) {
     return node.type == "ShaderNodeAmbientOcclusion" &&
@@ -50,7 +50,7 @@ bool asks_for_itself(const MaterialDescription& material) {
   });
 }
 
-/// Move a mesh's vertices and normals to world space.
+/// Moves the vertices and normals of a mesh to world space.
 void bake(BuiltMesh& mesh, const Mat4& world_from_object) {
   for (size_t i = 0; i + 1 < mesh.positions.size(); ++i)
     mesh.positions[i] = transform_point(world_from_object, mesh.positions[i]);
@@ -115,8 +115,8 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
                                context.world_from_lamp ? *context.world_from_lamp : std::array<float, 12>{}});
 }
 
-/// Those of `used`. Programs of materials that `previous` has just the same are taken over with what was said about
-/// them.
+/// Compiles the materials in `used`. Programs of materials that are equal in `previous` are taken over, with their
+/// diagnostics.
 void Scene::compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context,
                               Scene* previous, Diagnostics& diagnostics) {
   std::map<uint64_t, size_t> at_hand;
@@ -155,7 +155,7 @@ void Scene::compile_materials(const SceneDescription& d, const std::vector<uint8
   }
 }
 
-/// Whether the world emits exactly what that of `previous` does.
+/// Whether the world emits exactly the same as that of `previous`.
 bool Scene::shows_the_world_of(const Scene& previous) const {
   for (const Scene* scene : {this, &previous})
     for (const CameraShader& shader : scene->camera_shaders_)
@@ -172,7 +172,7 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
   context.reflective_caustics = settings.reflective_caustics = settings_.reflective_caustics;
   context.refractive_caustics = settings.refractive_caustics = settings_.refractive_caustics;
   context.bump_terminator = settings.bump_terminator = settings_.bump_terminator;
-  Diagnostics repeated;  // everything there is to say was said at the build
+  Diagnostics repeated;  // the build has reported these
   for (const CameraShader& shader : std::exchange(camera_shaders_, {})) {
     context.material_pass_index = shader.material_pass_index;
     context.world_from_lamp = shader.of == CameraShader::Of::Lamp ? &shader.world_from_lamp : nullptr;
@@ -190,7 +190,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     if (options.progress) options.progress(name, fraction);
   };
   step("Checking the scene", 0.0f);
-  // Shared meshes that the scene before has are left empty here, and taken over below.
+  // Shared meshes that the previous scene has are left empty here and taken over below.
   std::vector<BuiltMesh*> kept(d.meshes.size(), nullptr);
   std::map<const MeshDescription*, BuiltMesh*> at_hand;
   if (previous) {
@@ -218,7 +218,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   s.statistics_.skipped_triangles = counts.skipped_triangles;
   s.statistics_.repaired_values = counts.repaired_values;
 
-  // Meshes: those used once (or flattened by a transform without an inverse) are moved to world space.
+  // Meshes that are used once, or that a singular transform flattens, are moved to world space.
   step("Preparing geometry", 0.1f);
   std::vector<uint32_t> users(d.meshes.size(), 0);
   for (const InstanceDescription& instance : d.instances) ++users[d.objects[instance.object].mesh];
@@ -246,7 +246,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     const bool singular = is_singular(instance.world_from_object);
     instance.object_from_world = singular ? Mat4(1.0f) : glm::inverse(instance.world_from_object);
     instance.flips_orientation = glm::determinant(Mat3(instance.world_from_object)) < 0.0f;
-    const bool stays = s.meshes_[instance.mesh].source != nullptr ||  // as the artist made it, for the next scene
+    const bool stays = s.meshes_[instance.mesh].source != nullptr ||  // in object space, for the next scene
                        std::any_of(object.materials.begin(), object.materials.end(),
                                    [&](int m) { return m >= 0 && asks_for_itself(d.materials[size_t(m)]); });
     if (singular && (users[instance.mesh] > 1 || stays)) {
@@ -257,18 +257,18 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
       s.meshes_.push_back(std::move(copy));
       users.push_back(1);
     }
-    // A flat object stays where it is at the frame: flattening its mesh leaves no matrix to move.
+    // A flat object does not move: its mesh is flattened, so there is no matrix to move it.
     if (in.motion_key_count > 1 && !singular) {
       std::vector<SplitTransform> keys;
       for (int k = 0; k < in.motion_key_count; ++k)
         keys.push_back(split(to_matrix(d.motion_keys[size_t(in.first_motion_key + k)])));
       std::vector<Mat4> matrices = straightened(keys, kMaxMotionKeys);
-      // What is flat for a while, or nothing, is nearly so.
+      // A matrix that is singular at some keys is replaced by a nearly singular one.
       for (Mat4& matrix : matrices) {
         if (!is_singular(matrix)) continue;
         for (int axis = 0; axis < 3; ++axis) matrix[axis] += 1e-5f * instance.world_from_object[axis];
       }
-      // What is sheared beyond that stays where it is at the frame.
+      // If that is still singular, the object does not move.
       if (std::none_of(matrices.begin(), matrices.end(), is_singular)) {
         instance.motion_count = uint32_t(matrices.size());
         first_motion.push_back({s.instances_.size(), s.motion_.size()});
@@ -297,7 +297,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
     s.statistics_.geometry_bytes += mesh.memory_bytes();
   }
 
-  // Shaders: only those somebody can see.
+  // Shaders: only those that are used.
   step("Compiling shaders", 0.3f);
   s.textures_ = std::make_unique<TextureStore>(std::move(d.images), previous ? previous->textures_.get() : nullptr);
   ShaderContext context;
@@ -337,7 +337,7 @@ std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, 
   s.has_media_ = s.world_program_.has_volume();
   if (s.world_program_.medium_varies())
     report_once(diagnostics, {Diagnostic::Severity::Warning, d.world.name,
-                              "its volume varies from place to place; all of it is as in the middle of the scene"});
+                              "its volume varies from place to place; it is rendered as in the centre of the scene"});
   for (size_t i = 0; i < used.size(); ++i) s.has_media_ |= used[i] && s.programs_[i].has_volume();
   s.textures_->forget_previous();
   s.statistics_.kept_textures = uint64_t(s.textures_->kept_count());
