@@ -1,10 +1,10 @@
-// A method for direct light other than the default: how one vertex of a path is lit, by one sample of a light or by
-// several of the mixture.
+// Estimators of direct light other than the default: the light at one vertex of a path, from one light sample or from
+// several samples of the mixture.
 //
-// One sample a vertex (`direct_samples` 1, and always after the first surfaces): a light sample now, and the path's own
-// BSDF sample later, weighted against each other [Veach 1997, section 9.2]. More samples: N of the mixture with
-// deterministic shares, lobes included (light_mixture.h); the path's BSDF sample then finds no more light. Each
-// estimator is one file of the folder estimators.
+// One sample per vertex (`direct_samples` 1, and always beyond the first surfaces): a light sample at the vertex and
+// the path's own BSDF sample at the next one, weighted against each other [Veach 1997, section 9.2]. Several samples: N
+// samples of the mixture with deterministic shares, which includes the lobes (light_mixture.h). The path's BSDF sample
+// then contributes no more direct light. Each estimator is one file of the folder estimators.
 #pragma once
 
 #include <memory>
@@ -18,21 +18,21 @@ namespace ajar {
 
 struct LearnedLights;  // pmc_hi.h
 
-/// What is asked of a method.
+/// The options of an estimator.
 struct DirectRequest {
-  int samples = 1;  ///< of an estimate at what the eye sees, and after up to `deepest` bounces; one elsewhere
+  int samples = 1;  ///< per estimate, after at most `deepest` bounces; elsewhere one sample
   int deepest = 0;
-  /// lobes that differ are components of their own, where the method knows them; false is for comparison
+  /// Lobes that differ are separate components, if the estimator supports it. False is for comparison.
   bool lobes_apart = true;
 };
 
-/// Methods that learn within one estimate need as many samples as this.
+/// Minimum number of samples for estimators that learn within one estimate.
 constexpr int kMinEstimateSamples = 8;
 inline DirectRequest with_enough_samples(DirectRequest request) {
   request.samples = std::max(request.samples, kMinEstimateSamples);
   return request;
 }
-/// The lights in groups, where any can be chosen.
+/// The groups of the lights; no groups if no light can be chosen.
 inline LightGroups groups_to_choose(const Scene& scene) {
   return scene.lights().can_choose() ? LightGroups(scene.lights(), LightMixture::kMaxGroups, scene.center())
                                      : LightGroups();
@@ -43,27 +43,28 @@ class DirectEstimator {
   virtual ~DirectEstimator() = default;
   DirectEstimator(const DirectEstimator&) = delete;
 
-  /// Light that arrives at the vertex and is scattered towards wo. `vertex` remembers what `weight_of_hit` must know;
+  /// The light that arrives at the vertex and is scattered towards wo. `vertex` stores the data for `weight_of_hit`.
   /// `rays` counts shadow rays.
   Color estimate(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex, SampleAux* aux,
                  uint64_t& rays) const {
     if (samples_ > 1 && c.point.ray_depth <= deepest_) return many_samples(c, sampler, vertex, aux, rays);
     return one_sample(c, sampler, first, vertex, aux, rays);
   }
-  /// Of light that the path's BSDF sample from the vertex happened to hit.
+  /// The weight of light that the path's BSDF sample from the vertex has hit.
   virtual float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position,
                               Vec3 normal) const;
 
-  /// Everything rendered so far becomes the past.
+  /// Updates the learned data from all samples so far.
   virtual void learn() {}
-  /// During the render, whenever `learn` is called.
+  /// Whether the estimator learns during the render, whenever `learn` is called.
   virtual bool learns() const { return false; }
-  /// Before it, from samples of its own; `learn` ends each iteration of them.
+  /// Whether it learns before the render, from pilot samples. `learn` ends each iteration of them.
   virtual bool wants_pilot() const { return false; }
-  /// What another frame may go on from; null where nothing is learned that belongs to places of the scene. Not to be
-  /// used while it lasts.
+  /// The data with which another frame can start. Null if nothing is learned that depends on position. The estimator
+  /// must not be used while the result exists.
   virtual std::shared_ptr<const LearnedLights> past() const { return nullptr; }
-  /// Before the first sample. Returns why not, as a clause; empty when it is used.
+  /// Starts with the learned data of another frame, before the first sample. Returns empty if they are used, otherwise
+  /// the reason against it, as a clause.
   virtual std::string begin_with(const LearnedLights&) { return "there are no lights to choose among"; }
 
  protected:
@@ -73,15 +74,15 @@ class DirectEstimator {
         samples_(std::max(1, request.samples)),
         deepest_(request.deepest) {}
 
-  /// How a light sample is weighted against the path's BSDF sample.
+  /// The heuristic by which a light sample is weighted against the path's BSDF sample.
   enum class Heuristic : uint8_t { Power, Balance, LightsOnly };
   virtual Color one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex& vertex,
                            SampleAux* aux, uint64_t& rays) const;
   virtual Color many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
                              uint64_t& rays) const = 0;
 
-  /// Chooses a light by the shares of a cell, and what it brings; `chosen` has pmf 0 when there is none.
-  /// `wanted(flags)` refuses lights.
+  /// Chooses a light by the shares of a cell. Returns its contribution. `chosen` has pmf 0 if there is no light. Lights
+  /// for which `wanted(flags)` is false are skipped.
   template <class Wanted>
   Color sample_light(const DirectLightContext& c, Sampler& sampler, uint32_t first, uint32_t cell,
                      LightCutCache::Choice& chosen, uint64_t& rays, Wanted&& wanted) const {
@@ -106,10 +107,10 @@ class DirectEstimator {
   }
   Color weight_sample(const DirectLightContext& c, const LightSet::Choice& chosen, LightFlags light,
                       const LightSample& sample, uint64_t& rays) const;
-  /// Of a hit with the density that light sampling has for it.
+  /// The density of light sampling for a light that was hit.
   float light_pdf_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position,
                          Vec3 normal) const;
-  /// All samples of a mixture whose shares are fixed, each weighted by f / K or by the power heuristic.
+  /// The mean of all samples of a mixture with fixed shares, each weighted by f / K or by the power heuristic.
   Color mean_of_draws(const DirectLightContext& c, const LightMixture::Kernel& k, Sampler& sampler, bool power,
                       uint64_t& rays) const;
 

@@ -1,8 +1,8 @@
-// Direct light at the vertices of a path: what all methods share, and the default one.
+// Direct light at the vertices of a path: the code that all methods share, and the default method.
 //
-// Every method answers two questions of the path tracer. At a vertex: an estimate of the light that arrives directly
-// and is scattered towards wo. At the next one: with what weight emission counts that the BSDF's sample happened to
-// hit. Together the two are one unbiased estimate of direct light (but for what is called biased).
+// Every method computes two results for the path tracer. At a vertex, it estimates the light that arrives directly and
+// is scattered towards wo. At the next vertex, it computes the weight of emission that the BSDF sample has hit.
+// Together, both are an unbiased estimate of direct light (except for methods that are marked as biased).
 #pragma once
 
 #include "film/film.h"
@@ -14,7 +14,7 @@
 namespace ajar {
 
 struct SampledLight {
-  Vec3 wi{0.0f};  ///< towards it
+  Vec3 wi{0.0f};  ///< direction towards the light
   uint32_t light = 0;
 };
 
@@ -22,49 +22,50 @@ struct DirectLightContext {
   const Scene& scene;
   const ShadingPoint& point;
   const Bsdf& bsdf;
-  uint32_t material = 0;              ///< index that tells materials apart
-  int pixel_x = 0, pixel_y = 0;       ///< of the full frame
-  const GuidedBsdf* guide = nullptr;  ///< chooses the path's direction together with the BSDF
-  SampledLight* sampled = nullptr;    ///< where asked for: the light that was
+  uint32_t material = 0;              ///< index of the material
+  int pixel_x = 0, pixel_y = 0;       ///< in the full frame
+  const GuidedBsdf* guide = nullptr;  ///< if not null, it samples the path's direction together with the BSDF
+  SampledLight* sampled = nullptr;    ///< if not null, it receives the sampled light
 
-  /// With the density by which the path's own sample will be drawn: what light samples compete with.
+  /// Evaluates the BSDF. The density is that of the path's own sample, against which light samples are weighted.
   Bsdf::Evaluation evaluate(Vec3 wi) const {
     Bsdf::Evaluation value = bsdf.evaluate(point.wo, wi);
     if (guide) value.pdf_solid_angle = guide->pdf_solid_angle(value.pdf_solid_angle, wi);
     return value;
   }
-  /// Along the way to a light.
+  /// Transmittance of a ray to a light.
   Color transmittance(const Ray& ray) const { return scene.transmittance(ray, scene.settings().bounces.transparent); }
   Color beyond(const LightPlace& light, Color f_cos, bool shadows, uint64_t& rays) const {
     return beyond_terminator(scene, point, bsdf, light, f_cos, shadows, rays);
   }
 };
 
-/// What a vertex remembers for the weight of what its BSDF sample hits.
+/// The data that a vertex stores for the weight of light that its BSDF sample hits.
 struct DirectVertex {
   Vec3 position{0.0f}, normal{0.0f};  ///< Bsdf::receiving_normal
-  /// of the direction travelled, by BSDF and guide; 0 when no light sampling could have found it
+  /// Density of the sampled direction by BSDF and guide. 0 if light sampling cannot find the light.
   float bsdf_pdf = 0.0f;
-  bool complete = false;  ///< the estimate at the vertex left nothing for its BSDF sample
-  uint32_t cell = ~0u;    ///< of learned shares
+  bool complete = false;  ///< the estimate at the vertex includes all light, so its BSDF sample contributes none
+  uint32_t cell = ~0u;    ///< cell of the learned shares
 };
 
-/// Dimensions of a path's sampler that belong to direct light, from `first` on: one for the choice, two for the point.
+/// Number of dimensions of a path's sampler for direct light, starting at `first`: one for the choice, two for the
+/// point.
 constexpr uint32_t kDirectDimensions = 3;
 
 /// Power heuristic with exponent 2 for two densities of the same measure [Veach 1997, eq. 9.13].
 inline float power_heuristic(float pdf_a, float pdf_b) {
-  // Ratio first: squares of large densities overflow.
+  // Compute the ratio first, because squares of large densities overflow.
   if (!(pdf_a > 0.0f)) return 0.0f;
   const float ratio = pdf_b / pdf_a;
   return 1.0f / (1.0f + ratio * ratio);
 }
 
-/// Below as many lights, the number that chooses one is used again for the point on it: points that are stratified
-/// together stay so on each light. With many, too few bits are left.
+/// With fewer lights, the random number that chooses a light is used again for the point on it. So points that are
+/// stratified together stay stratified on each light. With more lights, too few bits would remain.
 constexpr size_t kFewLights = 64;
 
-/// What the lobes scatter that a light of this visibility shines on.
+/// The part of f_cos of the lobes that a light with this visibility illuminates.
 inline Color visible_to(uint32_t visibility, const Bsdf& bsdf, Vec3 wo, Vec3 wi) {
   const std::array<Color, 3> kinds = bsdf.f_cos_of_kinds(wo, wi);
   Color sum(0.0f);
@@ -74,9 +75,9 @@ inline Color visible_to(uint32_t visibility, const Bsdf& bsdf, Vec3 wo, Vec3 wi)
   return sum;
 }
 
-/// One sample of one light, weighted against the BSDF's own probability of finding it, and with what lies beyond the
-/// terminator. `rays` counts shadow rays. `kOnlyBeyond`: nothing but the latter, which methods that sample light in
-/// other ways add to theirs.
+/// One sample of one light, weighted against the BSDF's density of the same direction, with light beyond the shadow
+/// terminator. `rays` counts shadow rays. `kOnlyBeyond`: only the light beyond the terminator; methods that sample
+/// light in other ways add it to their estimate.
 template <bool kOnlyBeyond = false, class Context>
 inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, Vec2 u, uint64_t& rays) {
   const LightSet& lights = c.scene.lights();
@@ -128,7 +129,7 @@ inline Color estimate_direct(const Context& c, Sampler& sampler, uint32_t first,
   return estimate_direct<kOnlyBeyond>(c, sampler.get_1d(), u, rays);
 }
 
-/// The default: one sample of one light and the path's own BSDF sample, by the power heuristic
+/// The default method: one sample of one light and the path's own BSDF sample, weighted by the power heuristic
 /// (multiple importance sampling, Veach 1997, section 9.2).
 class MisDirectLight {
  public:
@@ -137,8 +138,8 @@ class MisDirectLight {
     return estimate_direct(c, sampler, first, rays);
   }
 
-  /// `position` is where the light was hit, infinite for distant light. Distances are measured from the vertex that
-  /// chose the direction: transparent surfaces in between do not count.
+  /// `position` is the point of the light that was hit, infinite for distant light. Distances are measured from the
+  /// vertex that sampled the direction, regardless of transparent surfaces in between.
   float weight_of_hit(const Scene& scene, const DirectVertex& v, uint32_t light, Vec3 wi, Vec3 position,
                       Vec3 normal) const {
     if (v.bsdf_pdf == 0.0f) return 1.0f;

@@ -1,4 +1,4 @@
-// Which methods for direct light there are.
+// The list of the methods for direct light.
 #pragma once
 
 #include <cstdint>
@@ -24,13 +24,13 @@ enum class DirectMethod : uint8_t {
 struct DirectMethodInfo {
   DirectMethod method;
   const char* name;
-  const char* label;  ///< in the UI
+  const char* label;  ///< name in the UI
   bool biased;
-  const char* sentence;  ///< one sentence for the artist
+  const char* sentence;  ///< one sentence, shown to the artist
 };
-/// The one list of methods, in the order of the UI.
+/// The list of methods, in the order of the UI.
 const std::vector<DirectMethodInfo>& direct_method_list();
-/// Throws SceneError naming the valid ones.
+/// Throws SceneError with the valid names if the name is unknown.
 const DirectMethodInfo& find_direct_method(const std::string& name);
 const DirectMethodInfo& find_direct_method(DirectMethod method);
 

@@ -14,15 +14,15 @@ namespace {
 
 constexpr uint32_t kSlotsLog2 = 16, kSlots = 1u << kSlotsLog2;
 constexpr uint64_t kFree = ~uint64_t(0);
-constexpr float kPriorFloor = 0.15f, kEqualFloor = 0.05f;  ///< of the tree's share; of equal shares
-constexpr float kPriorCount = 16.0f;                       ///< samples that the prior is worth
-/// Unit of the integer sums, relative to the typical second moment, and the most one sample may add.
+constexpr float kPriorFloor = 0.15f, kEqualFloor = 0.05f;  ///< minimum of a share: over the tree's; over an equal one
+constexpr float kPriorCount = 16.0f;                       ///< weight of the prior in samples
+/// Unit of the integer sums, relative to the typical second moment, and maximum that one sample adds.
 constexpr float kQuantum = 0x1p-34f, kMax = 0x1p14f;
-constexpr float kMinAngle = 1.0f / 900.0f;  ///< places have 12 bits an axis
-constexpr size_t kFewLights = 8;            ///< among which one iteration learns enough
+constexpr float kMinAngle = 1.0f / 900.0f;  ///< positions have 12 bits per axis
+constexpr size_t kFewLights = 8;            ///< number of lights up to which one iteration learns enough
 constexpr int kPlaceBits = 12, kLevelBits = 8, kNormalBits = 3;
 
-/// `size` sums, those that there are divided by a power of two.
+/// A copy with `size` sums. The existing ones are divided by a power of two.
 std::vector<std::atomic<uint64_t>> copy(const std::vector<std::atomic<uint64_t>>& sums, size_t size, int shift) {
   std::vector<std::atomic<uint64_t>> result(size);
   for (size_t i = 0; i < sums.size(); ++i)
@@ -59,7 +59,7 @@ LightCutCache::LightCutCache(const LightCutCache& before, const LightSet& lights
       squares_(copy(before.squares_, before.squares_.size(), 1)),
       moments_(copy(before.moments_, before.moments_.size(), 1)) {
   for (uint32_t i = 0; i < kSlots; ++i) {
-    // Claims of an iteration that was the last are no cells.
+    // Claims of a last iteration have not become cells.
     const bool known = cell_of_slot_[i] != kNone;
     claims_[i].store(known ? before.claims_[i].load(std::memory_order_relaxed) : kFree, std::memory_order_relaxed);
   }
@@ -75,7 +75,7 @@ int LightCutCache::iterations(const LightSet& lights) {
 
 uint64_t LightCutCache::key(Vec3 p, Vec3 n, uint32_t material, uint32_t jitter) const {
   const Vec3 from_eye = p - eye_;
-  // Largest power of two below: the exponent.
+  // The exponent gives the largest power of two below.
   const int level = int(std::bit_cast<uint32_t>(glm::clamp(angle_ * glm::length(from_eye), 1e-30f, 1e30f)) >> 23) - 127;
   const uint32_t j2 = hash32(jitter + 1);
   const Vec3 at = glm::floor(from_eye * std::bit_cast<float>(uint32_t(127 - level) << 23) +
@@ -98,7 +98,7 @@ void LightCutCache::place_of_key(uint64_t key, Vec3& center, float& size, Vec3& 
   for (int axis = 2; axis >= 0; --axis) normal[axis] = take(kNormalBits) - 2.0f;
   if (normal != Vec3(0.0f)) normal = glm::normalize(normal);
   size = std::exp2(take(kLevelBits) - 128.0f);
-  // The jitter is half a cell on average: that of the middle is none.
+  // The jitter is half a cell on average, so the centre of the cell needs no offset for it.
   for (int axis = 2; axis >= 0; --axis) center[axis] = take(kPlaceBits) - 2048.0f + 0.5f;
   center = eye_ + size * center;
 }
@@ -161,7 +161,7 @@ void LightCutCache::publish() {
       if (!(squares > 0.0)) continue;
       double roots[kBranches], sum = 0.0;
       const size_t first = cell * kBranches;
-      // The prior speaks as samples whose second moment is the mean one, split as the prior's shares say.
+      // The prior has the effect of samples whose second moment is the mean one, divided by the shares of the prior.
       for (int k = 0; k < counts_[cell]; ++k) {
         const double prior = double(priors_[first + size_t(k)]);
         roots[k] = std::sqrt(double(moments_[first + size_t(k)].load(std::memory_order_relaxed)) +
@@ -218,7 +218,7 @@ void LightCutCache::record(uint32_t cell, const Choice& choice, float y) const {
   if (cell == kNone || !learning()) return;
   samples_[cell].fetch_add(1, std::memory_order_relaxed);
   if (!(y > 0.0f)) return;
-  // Alone, the branch would have brought share * y; it was drawn with this share.
+  // Alone, the branch would have contributed share * y. It was chosen with the probability share.
   const float relative = y * y * inverse_scale_squared_;
   const auto fixed_point = [](float x) { return uint64_t(std::min(x, kMax) / kQuantum); };
   squares_[cell].fetch_add(fixed_point(relative), std::memory_order_relaxed);

@@ -1,18 +1,20 @@
-// Which lights to sample, learned per place over cuts of the light tree: PMC-HI's shares for one sample a vertex.
+// Learned choice of lights by position, over cuts of the light tree: the shares of PMC-HI for one sample per vertex.
 //
-// A cell is a small cube of space, a rounded normal and a material. Its cut (light_set.h) splits the tree finely where
-// it promises much to this place and coarsely elsewhere; each branch has a share, from which one branch is drawn and
-// then, by the tree, a light for the point itself [adaptive cuts with learned visibility: Vevoda, Kondapaneni and
-// Krivanek 2018, "Bayesian online regression for adaptive direct illumination sampling"]. Shares follow the second
-// moments of what branches brought,
-//   alpha_k proportional to sqrt(E[(f / p_k)^2]), the optimum for parts that do not overlap,
-// with a prior of a few samples that behave as the tree expects, and floors: every light that the tree can reach keeps
-// a probability. One random number is inverted through shares and tree alike, so that stratified numbers stay so.
+// A cell is a small cube of space, a rounded normal and a material. Its cut (light_set.h) divides the tree finely where
+// it expects much light at the cell and coarsely elsewhere. Each branch of the cut has a share. A sample chooses a
+// branch by these shares, and then a light of the branch by the tree, for the point itself [adaptive cuts with learned
+// visibility: Vevoda, Kondapaneni and Krivanek 2018, "Bayesian online regression for adaptive direct illumination
+// sampling"]. The shares follow the second moments of the contributions of the branches,
+//   alpha_k proportional to sqrt(E[(f / p_k)^2]),
+// which is the optimum for components that do not overlap. A prior of a few samples with the expectation of the tree,
+// and floors, keep a positive probability for every light that the tree can reach. One random number is inverted
+// through shares and tree, so stratified numbers stay stratified.
 //
-// First iteration: vertices claim slots of a table (the smaller key wins, in any order of threads; losers choose by the
-// plain tree). Then cuts are made and shares learned for up to `kLearningIterations`, from integer sums. After them
-// nothing changes. Unbiased at every stage. Another frame of an animation goes on from there: one iteration, in which
-// places not seen before claim slots that are free, and the others learn; what is older counts half.
+// In the first iteration, vertices claim the slots of a table. The smallest key gets the slot, whatever the order of
+// the threads; vertices with other keys choose by the tree alone. Then cuts are made, and the shares are learned for up
+// to `kLearningIterations` from sums of integers. After that, nothing changes. The estimates are unbiased in all
+// iterations. Another frame of an animation continues from there with one iteration: new positions claim free slots,
+// known cells learn, and older sums count half.
 #pragma once
 
 #include <atomic>
@@ -27,45 +29,47 @@ class LightCutCache {
  public:
   static constexpr uint32_t kNone = ~0u;
   static constexpr int kBranches = 64, kLearningIterations = 2;
-  /// Numbers, priors, shares and sums of each branch, and the cell's own; without its slot.
+  /// Memory of a cell without its slot: number, prior, share and sum of each branch, and the sums of the cell.
   static constexpr size_t kBytesPerCell = kBranches * (sizeof(uint32_t) + 2 * sizeof(float) + sizeof(uint64_t)) +
                                           sizeof(uint8_t) + 2 * sizeof(uint64_t);
 
-  /// Cells are `angle` times as large as their distance from the eye. `scale` is a typical luminance of what samples
-  /// bring.
+  /// The size of a cell is `angle` times its distance from the eye. `scale` is a typical luminance of the contribution
+  /// of a sample.
   LightCutCache(const LightSet& lights, Vec3 eye, float angle, float scale);
 
-  /// Go on from the cache of an earlier frame, whose lights had the same fingerprint.
+  /// Continues from the cache of an earlier frame, whose lights had the same fingerprint.
   LightCutCache(const LightCutCache& before, const LightSet& lights);
-  /// Whether cells of that size, seen from there, are much like this cache's; the eye looks at things at `reach`.
+  /// Whether the cells of this cache can be used for this eye and this `angle`. `reach` is the typical distance of
+  /// visible surfaces.
   bool suits(Vec3 eye, float angle, float reach) const;
 
-  /// Calls of `publish` until it has learned; the first ends the claims.
+  /// The number of calls of `publish` until learning ends. The first call ends the claims.
   static int iterations(const LightSet& lights);
   bool learning() const { return iterations_left_ > 0; }
-  /// Everything recorded becomes the past.
+  /// Updates the shares from all recorded samples.
   void publish();
 
-  /// `jitter` blends neighbours: samples with the same one agree about the borders of cells.
+  /// The key of a cell. `jitter` shifts the borders of cells, which blends neighbouring cells. Samples with the same
+  /// jitter have the same borders.
   uint64_t key(Vec3 p, Vec3 n, uint32_t material, uint32_t jitter) const;
   uint32_t cell(uint64_t key) const;
 
   struct Choice {
-    LightSet::Choice choice;  ///< pmf of light and branch
+    LightSet::Choice choice;  ///< its pmf is that of branch and light
     uint32_t branch;
     float share;
   };
   Choice choose(uint32_t cell, Vec3 p, Vec3 n, float u) const;
   float pmf(uint32_t cell, Vec3 p, Vec3 n, uint32_t light) const;
-  /// A sample of a learned cell brought y.
+  /// Records a sample of a learned cell whose contribution has the luminance y.
   void record(uint32_t cell, const Choice& choice, float y) const;
 
   size_t cells() const { return samples_.size(); }
-  /// Least share that a branch keeps, and the one it has.
+  /// floor: the minimum share of a branch. share: its present share.
   float floor(uint32_t cell, int branch) const;
   float share(uint32_t cell, int branch) const;
   int branches(uint32_t cell) const { return counts_[cell]; }
-  /// Sum of the shares of branches whose ids are in [first, end).
+  /// The sum of the shares of the branches whose ids are in [first, end).
   float share_between(uint32_t cell, uint32_t first, uint32_t end) const;
 
  private:
@@ -77,9 +81,9 @@ class LightCutCache {
   float angle_, inverse_scale_squared_;
   int iterations_left_;
   bool claiming_ = true;
-  std::unique_ptr<std::atomic<uint64_t>[]> claims_;  // key per slot
-  std::vector<uint32_t> cell_of_slot_;               // kNone: not yet
-  // Per cell and branch:
+  std::unique_ptr<std::atomic<uint64_t>[]> claims_;  // the key of each slot
+  std::vector<uint32_t> cell_of_slot_;               // kNone: not yet a cell
+  // By cell and branch:
   std::vector<uint32_t> ids_;
   std::vector<float> priors_, cumulative_;
   std::vector<uint8_t> counts_;

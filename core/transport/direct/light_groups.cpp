@@ -7,7 +7,8 @@ namespace ajar {
 
 namespace {
 
-/// Of an equal share: lamps that turn their back on the scene's centre may light all that is seen.
+/// Minimum prior relative to an equal share. Lamps that face away from the scene's centre can still light the visible
+/// part.
 constexpr float kMinPrior = 0.25f;
 
 struct Cluster {
@@ -38,7 +39,7 @@ Cluster make_cluster(const LightSet& lights, std::vector<LightSet::SourceRange> 
   return cluster;
 }
 
-/// Halves of about equal number along the longest axis; the order of the description breaks ties.
+/// Splits a cluster into two of about equal size, along its longest axis. Ties keep the order of the description.
 std::pair<Cluster, Cluster> split(const LightSet& lights, Cluster cluster) {
   const Vec3 extent = cluster.upper - cluster.lower;
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
@@ -66,7 +67,7 @@ LightGroups::LightGroups(const LightSet& lights, int max_groups, Vec3 scene_cent
     *next = std::move(low);
     clusters.push_back(std::move(high));
   }
-  // Few groups keep the order of the description, which debug passes rely on.
+  // Few groups keep the order of the description, which the debug passes need.
   std::stable_sort(clusters.begin(), clusters.end(), [](const Cluster& a, const Cluster& b) {
     return a.sources.front().first < b.sources.front().first;
   });

@@ -1,9 +1,9 @@
-// The lights of a scene in a few groups, the components among which direct light learns to choose.
+// The lights of a scene in a few groups, which are the components from which direct light learns to choose.
 //
-// A lamp, an emissive instance and the environment each are a group while there are few; many are gathered by
-// place: the group of largest power times extent is split at its middle until there are enough. Distant lights stay
-// apart. Inside a group a light is chosen by power. Fixed by the scene, so that groups mean the same in every
-// iteration.
+// If there are few, each lamp, each emissive instance and the environment is a group. Otherwise they are clustered by
+// position: the group with the largest power times extent is split in the middle until there are enough groups. Distant
+// lights have groups of their own. Inside a group, a light is chosen by power. The groups depend only on the scene, so
+// they have the same meaning in every iteration.
 #pragma once
 
 #include <vector>
@@ -19,13 +19,14 @@ class LightGroups {
   LightGroups(const LightSet& lights, int max_groups, Vec3 scene_center);
 
   int size() const { return int(groups_.size()); }
-  /// About the share of a group in LightSet::choose for a point amid the scene; never nothing, and 1 in all.
+  /// The approximate share of a group in LightSet::choose for a point in the middle of the scene. It is always
+  /// positive. The sum is 1.
   float prior(int group) const { return groups_[size_t(group)].prior; }
-  /// -1 for lights that belong to none: nothing is known of their power.
+  /// -1 for lights of unknown power, which are in no group
   int group_of(uint32_t light) const { return group_of_[light]; }
   float pmf_in_group(uint32_t light) const { return pmf_[light]; }
   uint32_t choose(int group, float u) const;
-  /// What choosing leaves of u, uniform again.
+  /// The rest of u after the choice, which is uniform again.
   float remapped(int group, float u) const;
   const std::vector<uint32_t>& lights(int group) const { return groups_[size_t(group)].lights; }
 

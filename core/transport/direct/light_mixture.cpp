@@ -7,7 +7,7 @@ namespace ajar {
 
 namespace {
 
-/// Lights visible along a ray until something opaque: visit(light, radiance, normal, distance).
+/// Calls visit(light, radiance, normal, distance) for each light along a ray, up to the first opaque surface.
 template <class Visit>
 void for_each_light_along(const Scene& scene, const ShadingPoint& from, Vec3 wi, uint32_t ray_kind, uint64_t& rays,
                           Visit&& visit) {
@@ -76,12 +76,12 @@ LightMixture::Densities LightMixture::densities(const DirectLightContext& c, con
   return d;
 }
 
-/// Add light f found at a point of densities d. By the power heuristic BSDF and lights are told apart.
+/// Adds light f that was found at a sample with densities d. The power heuristic distinguishes BSDF and lights.
 void LightMixture::add_found(const Densities& d, Color f, bool power, bool from_bsdf, Draw& out) const {
   const float total = d.total();
   if (!(total > 0.0f)) return;
   if (power) {
-    // w / a with w = a^2 / (a^2 + b^2), of the technique that drew it.
+    // w / a with w = a^2 / (a^2 + b^2), where a belongs to the technique that drew the sample.
     const float lights = d.any + d.group, a = from_bsdf ? d.bsdf : lights, b = from_bsdf ? lights : d.bsdf;
     out.y += f * (power_heuristic(a, b) / a);
     return;
@@ -135,7 +135,7 @@ void LightMixture::draw_direction(const DirectLightContext& c, const Kernel& k, 
   uint32_t kind;
   if (component < kMaxMixtureLobes) {
     const auto sample = k.lobes.sample(component, c.point.wo, u_choice, u);
-    // Mirrors and transparency are left to the path.
+    // Delta lobes and transparency are left to the path.
     if (!sample) return;
     wi = sample->wi;
     f_cos = sample->value.f_cos;

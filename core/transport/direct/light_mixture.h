@@ -1,14 +1,14 @@
-// The mixture by which direct light is sampled: of the lobes of the BSDF, a cone, any light, and groups of lights
-// [Fan 2006, sections 2.4.4 and 5.4]. Estimators of several samples a vertex differ in how they choose its shares and
-// in what they make of its samples.
+// The mixture by which direct light is sampled. Its components are the lobes of the BSDF, a cone, any light, and groups
+// of lights [Fan 2006, sections 2.4.4 and 5.4]. Estimators with several samples per vertex differ in the choice of its
+// shares and in the use of its samples.
 //
-// A sample is a light together with a direction, so that the density K of the mixture at (light l, direction wi) needs
-// nothing but that light:
-//   K = sum_i a_i p_i(wi) + a_cone p_cone(wi) + (a_any pmf(l) + a_g pmf(l | g)) p_l(wi),    i the lobes, g the group of
-//   l
-// Lobes and the cone draw directions and count for every light seen along them. Delta lights fit in without exception
-// (the first two terms are zero for them); so do lights that only sampling can find. The numbers of samples of each
-// component are deterministic (sampling/mixture.h).
+// A sample is a light together with a direction. So the density K of the mixture at (light l, direction wi) needs only
+// that light:
+//   K = sum_i a_i p_i(wi) + a_cone p_cone(wi) + (a_any pmf(l) + a_g pmf(l | g)) p_l(wi),
+//       where i are the lobes and g is the group of l.
+// Lobes and the cone sample directions; such a sample counts for every light along the direction. Delta lights need no
+// special case, because their first two terms are zero. The same holds for lights that only sampling can find. The
+// numbers of samples of the components are deterministic (sampling/mixture.h).
 #pragma once
 
 #include <algorithm>
@@ -24,70 +24,71 @@
 
 namespace ajar {
 
-/// Dimensions of the sampler that estimates of several samples draw from: `kStreamStride` for each stream of them.
+/// First dimension of the sampler for estimates with several samples. Each stream of samples has `kStreamStride`
+/// dimensions.
 constexpr uint32_t kBranchDimension = 4096, kStreamStride = 64;
 
-/// What a sample counts for in everything that is learned from it.
+/// The value of a sample in everything that is learned from it.
 inline float luminance_of(Color c) { return std::max(0.0f, luminance(c)); }
 
 class LightMixture {
  public:
   static constexpr int kMaxGroups = 5, kMaxMixtureLobes = LobeComponents::kMax;
-  /// Lobes come first.
+  /// The indices of the components. Lobes come first.
   static constexpr int kCone = kMaxMixtureLobes, kAny = kCone + 1, kFirstGroup = kAny + 1,
                        kMaxComponents = kFirstGroup + kMaxGroups;
 
-  /// Shares of one estimate and its cone.
+  /// The shares of one estimate, and its cone.
   struct Kernel {
     const LobeComponents& lobes;
     int count = 0;
-    uint32_t cell = LightCutCache::kNone;  ///< by which any light is chosen
+    uint32_t cell = LightCutCache::kNone;  ///< cell whose shares choose any light
     std::array<float, kMaxComponents> alpha;
     Frame cone;
     float one_minus_cos = 0.0f;
-    /// Of all lobes together.
+    /// The sum of the shares of all lobes.
     float bsdf_share() const {
       float sum = alpha[0];
       for (int i = 1; i < lobes.count(); ++i) sum += alpha[size_t(i)];
       return sum;
     }
   };
-  /// One sample of the mixture: its weight y = f / K and, where asked for, how much each component is responsible for.
+  /// One sample of the mixture: its weight y = f / K and the responsibility of each component for it.
   struct Draw {
     Color y{0.0f};
     Vec3 wi{0.0f};  ///< zero: no direction, or a light that only sampling finds
     std::array<float, kMaxMixtureLobes> pdf_lobes{};
-    LightCutCache::Choice choice{};                 ///< of any light
+    LightCutCache::Choice choice{};                 ///< for samples of any light
     std::array<float, kMaxComponents> responsible;  ///< luminance of y times rho_k
   };
   explicit LightMixture(const Scene& scene, LightGroups groups = {}) : scene_(scene), groups_(std::move(groups)) {}
 
   const LightGroups& groups() const { return groups_; }
-  /// Learned choices of any light; null: those of the light tree. They must outlive their use.
+  /// Sets the learned choices of any light. Null: those of the light tree. They must outlive the mixture.
   void set_choices(const LightCutCache* cuts) { cuts_ = cuts; }
 
-  /// Which components share what the lobes leave: any light, or the groups, alike or by their priors.
+  /// The components that share the rest after the lobes: any light, or the groups, equally or by their priors.
   enum class Lights : uint8_t { Any, GroupsAlike, GroupsByPrior };
-  /// Lobes have `bsdf_share` in proportion to their priors.
+  /// A kernel whose lobes have the total share `bsdf_share`, divided in proportion to their priors.
   Kernel kernel(const LobeComponents& lobes, float bsdf_share, Lights lights) const;
 
   LightCutCache::Choice choose_light(uint32_t cell, const DirectLightContext& c, float u) const;
-  /// Probability of a light by the shares of a cell.
+  /// The probability of a light by the shares of a cell.
   float choice_pmf(uint32_t cell, Vec3 position, Vec3 normal, uint32_t light) const;
 
-  /// n samples with deterministic shares: visit(component, draw). `power`: their weights are those of the power
-  /// heuristic between the BSDF and the lights, else f / K.
+  /// Draws n samples with deterministic shares and calls visit(component, draw). `power`: their weights are those of
+  /// the power heuristic between BSDF and lights; otherwise f / K.
   template <class Visit>
   void for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler, bool power,
                      uint64_t& rays, Visit&& visit) const;
 
-  /// Shares for the debug passes.
+  /// Writes the shares to the debug passes.
   void record_shares(const Kernel& k, SampleAux* aux) const;
 
  private:
   struct Densities {
-    std::array<float, kMaxMixtureLobes> lobes;  ///< these and the others times their shares
-    float bsdf, cone, any, group;               ///< bsdf: all lobes
+    std::array<float, kMaxMixtureLobes> lobes;  ///< densities are multiplied by the shares
+    float bsdf, cone, any, group;               ///< bsdf: all lobes together
     int group_index;
     float total() const { return bsdf + cone + any + group; }
   };
@@ -117,7 +118,7 @@ void LightMixture::for_each_draw(const DirectLightContext& c, const Kernel& k, i
   const bool few = scene_.lights().size() < kFewLights;
   for (int component = 0; component < k.count; ++component) {
     sampler.set_dimension(base + 1 + uint32_t(component));
-    // Successive estimates of a pixel continue each component's own sequence.
+    // Successive estimates of a pixel continue the sequence of each component.
     const uint32_t block = uint32_t(std::ceil(float(n) * k.alpha[size_t(component)] - 1e-4f));
     for (int i = 0; i < counts[component]; ++i) {
       Sampler numbers = sampler.branch(uint32_t(i), block);

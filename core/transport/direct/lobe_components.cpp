@@ -9,17 +9,17 @@ namespace ajar {
 
 namespace {
 
-// Ratio of widths. Diffuse and glossy lobes of Blender's roughness 0.5 (widths 1 and 0.25) kept apart had 0.7 to 1.7
-// times the variance of the two together, median 1.0; with 0.2 it was 0.05 to 0.5 times (a point below a large and a
-// small lamp, all methods).
+// Maximum ratio of widths in one component. With separate components for diffuse lobes and glossy lobes of Blender's
+// roughness 0.5 (widths 1 and 0.25), the variance was 0.7 to 1.7 times that of one component, median 1.0. With
+// roughness 0.2 it was 0.05 to 0.5 times (a point below a large and a small lamp, all methods).
 constexpr float kAlikeWidths = 4.0f;
-constexpr float kAlikeNormals = 0.98f;  // cosine between them
+constexpr float kAlikeNormals = 0.98f;  // minimum cosine between normals in one component
 
 enum Side : uint8_t { kSameSide = 1, kOtherSide = 2 };
 
-/// How a lobe is sampled: to which sides, around which normal, how widely.
+/// How a lobe is sampled: its sides, its normal, its width.
 struct Shape {
-  float width = 1.0f;  // as a microfacet lobe's alpha; diffuse lobes have 1
+  float width = 1.0f;  // alpha of a microfacet lobe; 1 for diffuse lobes
   uint8_t sides = kSameSide;
   Vec3 normal{0.0f};
 };

@@ -1,10 +1,10 @@
-// A surface's lobes as components of a mixture: each is sampled alone, with the density of its own.
+// The lobes of a surface as components of a mixture. Each component is sampled separately, with a density of its own.
 //
-// Lobes that would be sampled much alike are one component (diffuse and sheen; diffuse and gloss of roughness 0.5; on
-// the same side, with nearly the same normal), and there are at most three: further ones join the one of the nearest
-// width. Components go from the widest to the sharpest. Mirrors and straight-through transparency belong to none: no
-// light is sampled by way of them. Surfaces whose lobes are all alike have one component, the Bsdf itself, and nothing
-// is copied.
+// Lobes with nearly equal sampling are one component: those on the same side, with nearly the same normal and similar
+// widths (diffuse and sheen; diffuse and glossy of roughness 0.5). There are at most three components; further lobes
+// join the component with the nearest width. Components are ordered from the widest to the sharpest. Delta lobes and
+// transparency belong to no component, because no light is sampled through them. A surface with a single component uses
+// the Bsdf itself, and nothing is copied.
 #pragma once
 
 #include <array>
@@ -18,15 +18,15 @@ class LobeComponents {
  public:
   static constexpr int kMax = 3;
 
-  /// Refers to `bsdf`, which stays as prepared for `wo`. `apart` false: one component, whatever the lobes.
+  /// Refers to `bsdf`, which must stay prepared for `wo`. If `apart` is false, there is one component for all lobes.
   LobeComponents(const Bsdf& bsdf, Vec3 wo, bool apart);
   LobeComponents(const LobeComponents&) = delete;
 
   int count() const { return count_; }
-  /// Of the components' shares when nothing is known: half alike, half as sampling the whole Bsdf chooses its lobes.
-  /// Sum 1.
+  /// The prior share of a component: half of it is equal for all, half is the selection probability of its lobes. The
+  /// sum is 1.
   float prior(int i) const { return prior_[size_t(i)]; }
-  /// Tells apart surfaces whose components mean different things; 0 where there is one.
+  /// Differs between surfaces whose components have different meanings. 0 for a single component.
   uint32_t signature() const { return signature_; }
 
   struct Evaluation {
@@ -39,7 +39,7 @@ class LobeComponents {
     uint32_t flags;  ///< LobeFlags
     Evaluation value;
   };
-  /// Nothing where the random numbers lead nowhere, or to a mirror.
+  /// Returns nothing if the random numbers give no direction or select a delta lobe.
   std::optional<Sample> sample(int i, Vec3 wo, float u_lobe, Vec2 u) const;
 
  private:

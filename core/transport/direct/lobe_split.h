@@ -1,14 +1,14 @@
-// A surface's lobes in two parts: rough ones, on which photons are stored and light is gathered, and sharp ones, which
-// are followed ray by ray. Every scattering event is of exactly one part, f = f_rough + f_sharp, so the classes of
-// paths that maps, gather and direct light answer for (L S+ D, L (S|D)* D D, ...) neither overlap nor leave gaps, also
-// on surfaces that have both parts. Straight-through transparency counts as sharp; its samples say kTransparent.
+// The lobes of a surface in two parts: rough lobes, on which photons are stored and light is gathered, and sharp lobes,
+// which are followed ray by ray. Every scattering event belongs to exactly one part, f = f_rough + f_sharp. So the
+// classes of paths of maps, gather and direct light (L S+ D, L (S|D)* D D, ...) neither overlap nor leave gaps, also on
+// surfaces that have both parts. Transparency counts as sharp; its samples have the flag kTransparent.
 #pragma once
 
 #include "shading/bsdf/bsdf.h"
 
 namespace ajar {
 
-/// Blender's roughness at which a glossy lobe is gathered rather than followed.
+/// Minimum of Blender's roughness for a glossy lobe that is gathered and not followed.
 constexpr float kSharpRoughness = 0.25f;
 
 inline bool is_rough(const Lobe& lobe) {
@@ -18,7 +18,7 @@ inline bool is_rough(const Lobe& lobe) {
   return !microfacet || lobe.alpha_x * lobe.alpha_y >= sqr(sqr(kSharpRoughness));
 }
 
-/// Radiance by way of these lobes is their weight over pi times the irradiance at bsdf.n.
+/// Whether the radiance from these lobes is their weight over pi times the irradiance at bsdf.n.
 inline bool is_plain_lambert(const Bsdf& bsdf) {
   return bsdf.lobe_count() == 1 && bsdf.lobe(0).kind == LobeKind::Diffuse && bsdf.lobe(0).roughness == 0.0f &&
          bsdf.lobe(0).frame.n == bsdf.n;
@@ -30,14 +30,14 @@ inline bool has_rough_lobe(const Bsdf& bsdf) {
   return false;
 }
 
-/// Transparency, which is followed as sharp lobes are, does not count.
+/// Transparency does not count here, although it is followed like sharp lobes.
 inline bool has_sharp_lobe(const Bsdf& bsdf) {
   for (int i = 0; i < bsdf.lobe_count(); ++i)
     if (!is_rough(bsdf.lobe(i)) && bsdf.lobe(i).kind != LobeKind::Transparent) return true;
   return false;
 }
 
-/// Refers to `bsdf` where it has one part only; copies lobes only where it has both.
+/// Refers to `bsdf` if it has one part only. Copies lobes only if it has both.
 class LobeSplit {
  public:
   LobeSplit(const Bsdf& bsdf, Vec3 wo) {
@@ -58,7 +58,7 @@ class LobeSplit {
   }
   LobeSplit(const LobeSplit&) = delete;
 
-  const Bsdf* rough() const { return rough_; }  ///< null when there is none
+  const Bsdf* rough() const { return rough_; }  ///< null if there are none
   const Bsdf* sharp() const { return sharp_; }
 
  private:

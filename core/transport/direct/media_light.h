@@ -1,11 +1,11 @@
-// Direct light where there are media: at points that scatter, and at surfaces seen through them.
+// Direct light in scenes with media: at points that scatter, and at surfaces that are seen through media.
 //
-// One sample of one light, by the power heuristic against the phase function (or the BSDF), dimmed by all that lies on
-// the way [Veach 1997, section 9.2; Fong et al. 2017]. Where nothing varies along a stretch, its light is estimated
-// whether the path scatters there or not, at a distance of its own: by transmittance or towards the light, so that
-// lamps near the ray do no harm [Kulla and Fajardo 2012, "Importance Sampling Techniques for Path Tracing in
-// Participating Media"]. Else it is estimated where the path scatters. `State` is a path's: media, counters, random
-// numbers, stack.
+// One sample of one light, weighted by the power heuristic against the phase function (or the BSDF) and multiplied by
+// the transmittance [Veach 1997, section 9.2; Fong et al. 2017]. For a part of a ray where no medium varies, direct
+// light is estimated whether or not the path scatters there. The estimate samples its own distance, by transmittance or
+// by the angle at the light, so that lamps near the ray do not cause noise [Kulla and Fajardo 2012, "Importance
+// Sampling Techniques for Path Tracing in Participating Media"]. Otherwise it is estimated at the point where the path
+// scatters. `State` is the state of a path: media, counters, random numbers, stack.
 #pragma once
 
 #include "transport/direct/direct_light.h"
@@ -14,7 +14,7 @@
 
 namespace ajar {
 
-/// At a surface: the light may come from its other side, through the volume it encloses.
+/// For surfaces. The light can come from the other side, through the volume that the surface encloses.
 template <class State>
 struct MediaDirectContext : DirectLightContext {
   State& state;
@@ -37,8 +37,8 @@ struct MediaDirectContext : DirectLightContext {
   }
 };
 
-/// Of the light that reaches `place` by a choice made for `chosen_from`, what is scattered from `direction` (of travel)
-/// to there.
+/// The light that reaches `place` from the chosen light and is scattered there. `direction` is the direction of travel
+/// of the path's ray.
 template <class State>
 Color light_scattered(const Scene& scene, State& state, const LightSet::Choice& choice, LightFlags light, Vec3 place,
                       Vec3 direction, float time, const ShadingPoint& path, const PhaseFunction& phase, Vec2 u,
@@ -61,7 +61,8 @@ Color light_scattered(const Scene& scene, State& state, const LightSet::Choice& 
   return contribution;
 }
 
-/// Weight of light that the phase function's sample found at `place`, where lights were chosen for `chosen_from`.
+/// The weight of light that the sample of the phase function at `place` has found, where lights were chosen for
+/// `chosen_from`.
 inline float weight_of_hit_in_medium(const Scene& scene, float phase_pdf, Vec3 chosen_from, Vec3 place, uint32_t light,
                                      Vec3 wi, Vec3 position, Vec3 normal) {
   const LightSet& lights = scene.lights();
@@ -71,10 +72,10 @@ inline float weight_of_hit_in_medium(const Scene& scene, float phase_pdf, Vec3 c
       phase_pdf, lights.choice_pmf(chosen_from, Vec3(0.0f), light) * lights.pdf_li(light, place, wi, distance, normal));
 }
 
-/// Dimensions from `first` on that each of the following takes. Both tell which light it was.
+/// Number of dimensions, starting at `first`, of each of the following functions. Both report the sampled light.
 constexpr uint32_t kMediumLightDimensions = 6;
 
-/// At a place where the path scatters.
+/// Direct light at a point where the path scatters.
 template <class State>
 Color estimate_direct_at(const Scene& scene, State& state, Vec3 place, const Ray& ray, const ShadingPoint& path,
                          const PhaseFunction& phase, Sampler& sampler, uint32_t first, uint32_t& sampled_light,
@@ -89,9 +90,9 @@ Color estimate_direct_at(const Scene& scene, State& state, Vec3 place, const Ray
   return light_scattered(scene, state, choice, light, place, ray.direction, ray.time, path, phase, u, rays);
 }
 
-/// Along the whole of a stretch of one medium, beginning with `beta`. The light is chosen for a place that is drawn by
-/// transmittance, and found again at a distance drawn by transmittance or by the angle at the light, as one mixture. A
-/// path's own scattering competes given that place.
+/// Direct light along a part of a ray in one medium. `beta` is the throughput at its start. The light is chosen for a
+/// point that is sampled by transmittance. The distance is sampled by a mixture of transmittance and the angle at the
+/// light. The path's own scattering is weighted against this estimate for the same point.
 template <class State>
 Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& along, const MediumPoint& medium,
                             const PhaseFunction& phase, Color beta, Sampler& sampler, uint32_t first, Vec3& chosen_from,
@@ -124,7 +125,7 @@ Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& al
   const LightFlags light = scene.lights().flags(choice.light);
   if (!(light.visibility & kVisibleVolumeScatter)) return Color(0.0f);
 
-  // Distances towards a place on the light.
+  // Distances towards a point on the light.
   const auto towards = scene.lights().sample_li(choice.light, chosen_from, u, ray.time);
   float share = 0.0f, nearest = 0.0f, apart = 0.0f, angle_begin = 0.0f, angles = 0.0f;
   if (towards && towards->distance < kInfinity) {

@@ -11,7 +11,7 @@ namespace ajar {
 
 namespace {
 
-/// Unit of the integer sums, relative to the typical second moment, and the most one sample may add.
+/// Unit of the integer sums, relative to the typical second moment, and maximum that one sample adds.
 constexpr float kQuantum = 0x1p-34f, kMax = 0x1p20f;
 
 }  // namespace
@@ -47,7 +47,7 @@ void ShareCache::shares(uint32_t cell, std::span<const float> prior, std::span<c
     std::copy(prior.begin(), prior.end(), shares.begin());
     return;
   }
-  // The prior speaks as samples whose second moment is the mean one, split as the prior's shares say.
+  // The prior has the effect of samples whose second moment is the mean one, divided by the shares of the prior.
   float sum = 0.0f, floor_sum = 0.0f;
   for (size_t k = 0; k < shares.size(); ++k) {
     shares[k] = prior[k] > 0.0f ? std::sqrt(past[k] + prior_weight * prior[k] * prior[k]) : 0.0f;
@@ -92,7 +92,7 @@ uint64_t cell_key(Vec3 position, float size, Vec3 normal, uint32_t material) {
   const auto rounded = [](float x) { return uint64_t(int64_t(std::floor(x))) & 0xffffff; };
   const Vec3 p = position / size;
   uint64_t key = hash64(rounded(p.x) | (rounded(p.y) << 24) | (uint64_t(material) << 48));
-  // Cells of different size never mean the same place.
+  // The size is part of the key, so cells of different sizes are different.
   key = hash64(key ^ rounded(p.z) ^ (uint64_t(std::lround(std::log2(size)) + 128) << 24) ^
                (uint64_t(material >> 16) << 32));
   const Vec3 n = glm::round(1.5f * normal) + 2.0f;

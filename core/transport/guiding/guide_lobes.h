@@ -7,7 +7,6 @@
 // that the BSDF samples badly, and the share of the BSDF decreases, down to a floor, with the light that they cover.
 // Each lobe stores the distance from which its light comes and is rotated accordingly where the density is used
 // (Ruppert et al. 2020).
-// density is used (Ruppert et al. 2020).
 #pragma once
 
 #include <array>

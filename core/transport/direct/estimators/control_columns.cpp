@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t kMaxControlledLights = 32;
 
-/// Whether every light that LightSet would choose belongs to a group.
+/// Whether every light that LightSet can choose belongs to a group.
 bool groups_cover(const LightSet& lights, const LightGroups& groups, Vec3 center) {
   for (const LightSet::SourceRange& source : lights.sources()) {
     for (uint32_t light = source.first; light < source.first + source.count; ++light) {
@@ -37,7 +37,7 @@ ControlColumns::ControlColumns(const Scene& scene, const LightGroups& groups, bo
   }
 }
 
-/// Where a direction crosses a light that rays can hit, hidden or not.
+/// The point where a direction crosses a light that rays can hit, visible or occluded.
 std::optional<ControlColumns::Crossing> ControlColumns::cross(const Light& light, Vec3 position, Vec3 wi) {
   if (light.type == LightType::Triangle) {
     // Möller and Trumbore 1997.
@@ -61,7 +61,7 @@ std::optional<ControlColumns::Crossing> ControlColumns::cross(const Light& light
   return Crossing{crossing->t, crossing->normal};
 }
 
-/// Samples that are no direction, and those of delta lights, are atoms of their own component.
+/// Samples without a direction, and those of delta lights, are atoms of their own component.
 ControlSample ControlColumns::sample(const DirectLightContext& c, const LightMixture::Kernel& k, int columns,
                                      int component, const LightMixture::Draw& draw) const {
   constexpr int kMaxMixtureLobes = LightMixture::kMaxMixtureLobes, kFirstGroup = LightMixture::kFirstGroup;
@@ -95,7 +95,7 @@ ControlSample ControlColumns::sample(const DirectLightContext& c, const LightMix
     if (!(pdf > 0.0f)) continue;
     const float alpha = k.alpha[size_t(kFirstGroup + g)];
     mixture += alpha * pdf;
-    // The lump of all lights is a mixture of the groups by their shares.
+    // The single column of all lights is the mixture of the groups by their shares.
     sample.z[lump_ ? columns : columns + g] += lump_ ? pdf * alpha / (1.0f - k.bsdf_share()) : pdf;
   }
   if (!(mixture > 0.0f)) return sample;

@@ -1,10 +1,10 @@
 // The columns of the control variates: for each sample of a mixture, the ratios z_j = p_j / K of the densities of its
-// components [Fan 2006, section 6.3]. Ratios are over directions: the sum over all lights crossed, hidden or not,
-// because their integrals are then 1.
+// components [Fan 2006, section 6.3]. The densities are over directions: they are summed over all lights along the
+// direction, visible or occluded, because their integrals are then 1.
 //
-// Columns: the lobes, those that the surface does not have with the ratio 1, which corrects nothing; then the groups of
-// lights. Every light that could be chosen must be intersected at every sample, so this is possible for few lights
-// only.
+// The columns are the lobes, then the groups of lights. Lobes that the surface does not have are columns with the ratio
+// 1, which correct nothing. Every light that can be chosen must be intersected for every sample, so this is possible
+// only for few lights.
 #pragma once
 
 #include <optional>
@@ -15,18 +15,18 @@
 
 namespace ajar {
 
-constexpr int kMaxControlSamples = 256;  ///< of an estimate
+constexpr int kMaxControlSamples = 256;  ///< of one estimate
 
 class ControlColumns {
  public:
-  /// `lump`: all lights are one column, for a single control variate.
+  /// `lump`: all lights together are one column, for a single control variate.
   ControlColumns(const Scene& scene, const LightGroups& groups, bool lump);
 
-  /// Are there few enough lights?
+  /// Whether the scene has few enough lights.
   bool possible() const { return possible_; }
-  /// Columns for lights.
+  /// Number of columns for lights.
   int light_columns() const { return light_columns_; }
-  /// `lobe_columns`: at least as many as the surface has lobes.
+  /// `lobe_columns`: at least the number of lobe components of the surface.
   ControlSample sample(const DirectLightContext& c, const LightMixture::Kernel& k, int lobe_columns, int component,
                        const LightMixture::Draw& draw) const;
 
@@ -41,7 +41,7 @@ class ControlColumns {
   const LightGroups& groups_;
   bool lump_, possible_ = false;
   int light_columns_;
-  std::vector<Light> lights_;  // those of the groups, for intersection
+  std::vector<Light> lights_;  // lights of the groups, for intersection
   std::vector<uint32_t> light_indices_;
 };
 

@@ -15,7 +15,7 @@ float FixedShares::weight_of_hit(const Scene& scene, const DirectVertex& v, uint
   return DirectEstimator::weight_of_hit(scene, v, light, wi, position, normal);
 }
 
-/// Surfaces alone leave to light sampling the lights that no ray can hit.
+/// If only surfaces are sampled, light sampling covers the lights that no ray can hit.
 Color FixedShares::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t first, DirectVertex&, SampleAux*,
                               uint64_t& rays) const {
   LightCutCache::Choice chosen;
@@ -26,7 +26,7 @@ Color FixedShares::one_sample(const DirectLightContext& c, Sampler& sampler, uin
 
 Color FixedShares::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
                                 uint64_t& rays) const {
-  // Lights alone leave to the path what LightSet leaves to the BSDF.
+  // If only lights are sampled, the path covers the lights that LightSet leaves to BSDF sampling.
   vertex.complete = method_ != DirectMethod::Light;
   const LobeComponents lobes(c.bsdf, c.point.wo, false);
   const float bsdf_share = method_ == DirectMethod::Light ? 0.0f : method_ == DirectMethod::Bsdf ? 1.0f : 0.5f;

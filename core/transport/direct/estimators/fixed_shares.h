@@ -1,8 +1,8 @@
 // Multiple importance sampling with fixed shares: half of the samples for the BSDF and half for lights, by the power or
-// the balance heuristic [Veach 1997, section 9.2]; or all of one of them. Unbiased. Multiple importance sampling with
-// one sample a vertex is the default and has its own copy of the path tracer's loop (MisDirectLight). The others are
-// baselines for comparison: surfaces alone find no small light, lights alone are noisy in mirrors. What only sampling
-// can find (delta lights) is sampled by all of them.
+// the balance heuristic [Veach 1997, section 9.2]. Or all samples for one of them. Unbiased. Multiple importance
+// sampling with one sample per vertex is the default and has its own copy of the path tracer's loop (MisDirectLight).
+// The other methods are baselines for comparison: surfaces alone do not find small lights, lights alone are noisy in
+// mirrors. All of them sample lights that only sampling can find (delta lights).
 #pragma once
 
 #include "transport/direct/direct_estimator.h"

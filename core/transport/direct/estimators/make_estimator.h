@@ -1,4 +1,4 @@
-// The estimator of a method for direct light.
+// Makes the estimator of a method for direct light.
 #pragma once
 
 #include <memory>

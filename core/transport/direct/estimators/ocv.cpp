@@ -29,7 +29,7 @@ Color Ocv::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVer
   static thread_local std::vector<ControlSample> samples;
   const int n = std::min(samples_, kMaxControlSamples);
   samples.resize(size_t(n));
-  // Two folds, each with the same shares.
+  // Two folds with equal shares.
   const int folds = method_ == DirectMethod::OcvPaper ? 1 : 2;
   int filled = 0, first_fold = 0;
   for (int fold = 0; fold < folds; ++fold) {

@@ -1,13 +1,17 @@
-// Optimizing control variates: of the samples of a mixture, the linear combination whose variance is least [Fan 2006,
+// Optimizing control variates: the linear combination of the samples of a mixture with minimum variance [Fan 2006,
 // chapter 6].
 //
 //   I(beta) = 1/N sum_i [y_i - sum_j beta_j z_ij] + sum_j beta_j,   y = f / K, z_j = p_j / K    (eq. 6.7)
-// beta is the least-squares fit of y on the z_j. Three forms:
-// - Ocv: two folds of the samples, each corrected by the other's beta (cross-fitting). Unbiased.
-// - OcvPaper: beta_0 + sum beta_j with a ridge, fitted on the samples it corrects (eqs. 6.10 and 6.11). Biased: darkens
-// the picture. For comparison. - Correlated: one control variate for all lights together [Szecsi, Sbert and
-// Szirmay-Kalos 2004; section 3.4.2], cross-fitted. Unbiased. For comparison. Use 16 or more direct samples; one sample
-// a vertex is multiple importance sampling. Many lights (control_columns.h): plain means of the mixture.
+//
+// beta is the least-squares fit of y on the z_j. There are three forms:
+// - Ocv: two folds of the samples, each corrected by the beta of the other (cross-fitting). Unbiased.
+// - OcvPaper: beta_0 + sum beta_j with a ridge, fitted to the samples that it corrects (eqs. 6.10 and 6.11). Biased:
+//   the image is too dark. For comparison.
+// - Correlated: one control variate for all lights together [Szecsi, Sbert and Szirmay-Kalos 2004; Fan 2006, section
+//   3.4.2], cross-fitted. Unbiased. For comparison.
+//
+// Use 16 or more direct samples. With one sample per vertex, this is multiple importance sampling. With many lights
+// (control_columns.h), it is the plain mean of the mixture.
 #pragma once
 
 #include <optional>
@@ -28,7 +32,7 @@ class Ocv final : public DirectEstimator {
 
   DirectMethod method_;
   bool lobes_apart_;
-  std::optional<ControlColumns> columns_;  ///< none: no light can be chosen
+  std::optional<ControlColumns> columns_;  ///< none if no light can be chosen
 };
 
 }  // namespace ajar

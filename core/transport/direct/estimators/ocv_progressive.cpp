@@ -31,7 +31,7 @@ void OcvProgressive::learn() {
   for (Slot& slot : slots_) slot.coefficients = slot.past.fit(kRidgeMany, 4 * (1 + columns_->light_columns()));
 }
 
-/// Coefficients that outlive an estimate are for any surface, so each has the columns of all lobes.
+/// Coefficients are used by later estimates on any surface, so they have the columns of all lobes.
 Color OcvProgressive::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVertex& vertex, SampleAux* aux,
                                    uint64_t& rays) const {
   vertex.complete = true;

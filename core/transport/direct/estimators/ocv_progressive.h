@@ -1,7 +1,7 @@
-// Optimizing control variates whose coefficients come from earlier iterations [Fan 2006, chapter 6, eq. 6.7]: the
-// normal equations are summed up per block of pixels and material, and every estimate is corrected by the beta of the
-// iterations before. Unbiased, needs few samples an estimate, and tends to optimal multiple importance sampling
-// [Kondapaneni et al. 2019]. Columns and limits are those of ocv.h. It learns while it renders.
+// Optimizing control variates with coefficients from earlier iterations [Fan 2006, chapter 6, eq. 6.7]. The normal
+// equations are summed by block of pixels and material. Every estimate is corrected by the beta of the earlier
+// iterations. Unbiased. It needs few samples per estimate and converges to optimal multiple importance sampling
+// [Kondapaneni et al. 2019]. Columns and limits are those of ocv.h. It learns during the render.
 #pragma once
 
 #include <optional>
@@ -29,9 +29,9 @@ class OcvProgressive final : public DirectEstimator {
   Slot& slot(const DirectLightContext& c) const;
 
   bool lobes_apart_;
-  std::optional<ControlColumns> columns_;    ///< none: no light can be chosen
-  int x0_ = 0, y0_ = 0, block_columns_ = 0;  ///< of the region that is rendered: its tiles are whole blocks
-  /// From earlier iterations; the block's thread alone touches them within an iteration.
+  std::optional<ControlColumns> columns_;    ///< none if no light can be chosen
+  int x0_ = 0, y0_ = 0, block_columns_ = 0;  ///< of the rendered region, whose tiles consist of whole blocks
+  /// From earlier iterations. Within an iteration, only the thread of the block accesses them.
   mutable std::vector<Slot> slots_;
 };
 

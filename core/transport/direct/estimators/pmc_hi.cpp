@@ -9,27 +9,28 @@ namespace {
 
 using M = LightMixture;
 
-constexpr float kFloor = 0.04f;       ///< of components that alone may cover part of the integrand
-constexpr float kPriorCount = 16.0f;  ///< pseudo-samples of the prior of shares
-constexpr float kCellPixels = 16.0f;  ///< edge of a cell as the camera sees it
+constexpr float kFloor = 0.04f;       ///< minimum share of components that alone may cover part of the integrand
+constexpr float kPriorCount = 16.0f;  ///< pseudo-samples of the prior of the shares
+constexpr float kCellPixels = 16.0f;  ///< edge of a cell in pixels of the camera
 constexpr uint32_t kCellsLog2 = 16;
-constexpr int kMaxPilotSamples = 4;    ///< of an estimate while it learns
-constexpr int kShownBranches = 16;     ///< of the light tree, to show its halves where nothing was learned
-constexpr uint32_t kScaleRays = 1024;  ///< of the camera, which tell the scale of what will be recorded
+constexpr int kMaxPilotSamples = 4;    ///< maximum number of samples per estimate while it learns
+constexpr int kShownBranches = 16;     ///< branches of the light tree, for showing its halves where nothing was learned
+constexpr uint32_t kScaleRays = 1024;  ///< camera rays that determine the scale of the recorded values
 
-/// Ids of branches where the two halves of the light tree begin and where the second ends; empty when it has but one
-/// light.
+/// The ids of the branches at which the two halves of the light tree begin, and at which the second half ends. Empty if
+/// the tree has only one light.
 std::vector<uint32_t> halves_of(const LightSet& lights, Vec3 center) {
   std::vector<LightSet::Branch> branches;
   lights.cut(center, 0.0f, Vec3(0.0f), 1, branches);
-  // The tree is one branch there, before the distant lights.
+  // For this cut, the tree is one branch, before the distant lights.
   const size_t split = branches.size() + 1;
   lights.cut(center, 0.0f, Vec3(0.0f), int(split), branches);
   if (branches.size() != split) return {};
   return {branches[0].id, branches[1].id, split > 2 ? branches[2].id : ~0u};
 }
 
-/// Mean luminance of direct light where there is any, by a few camera rays. `reach`: mean distance of what they hit.
+/// The mean luminance of direct light where there is any, from a few camera rays. `reach` becomes the mean distance of
+/// their hits.
 float typical_luminance(const Scene& scene, float& reach) {
   const Camera& camera = scene.camera();
   double sum = 0.0;
@@ -64,7 +65,7 @@ PmcHi::PmcHi(const Scene& scene, const DirectRequest& request)
     : DirectEstimator(scene, request), lobes_apart_(request.lobes_apart) {
   const LightSet& lights = scene.lights();
   if (!lights.can_choose()) return;
-  // Among one light there is nothing to choose.
+  // With a single light, there is no choice.
   size_t choices = 0;
   for (const LightSet::SourceRange& source : lights.sources()) {
     choices += source.count;
@@ -94,9 +95,9 @@ std::shared_ptr<const LearnedLights> PmcHi::past() const {
 std::string PmcHi::begin_with(const LearnedLights& past) {
   if (!cuts_) return "there are no lights to choose among";
   if (past.lights != scene_.lights().fingerprint()) return "the lights have changed";
-  if (past.many.components() != many_.components()) return "direct light takes another number of samples";
+  if (past.many.components() != many_.components()) return "the number of direct samples has changed";
   if (!past.cuts->suits(scene_.camera().position(), angle_, reach_))
-    return "the camera has moved far since it was begun";
+    return "the camera has moved far since the learning began";
   cuts_ = std::make_shared<LightCutCache>(*past.cuts, scene_.lights());
   mixture_.set_choices(cuts_.get());
   many_ = past.many.copied(1);
@@ -108,8 +109,9 @@ void PmcHi::learn() {
   if (many_.components() > 0) many_.publish();
 }
 
-/// Floors of the lobes sum to what one BSDF would have: dividing it among them leaves no part of it less covered than
-/// by half.
+/// The floors of the lobes sum to the floor of a single component for the BSDF. The prior of a lobe is at least half of
+/// its selection probability, so each lobe keeps at least half of the coverage that it would have in the single
+/// component.
 M::Kernel PmcHi::learned_kernel(const LobeComponents& lobes, uint32_t cell) const {
   M::Kernel k{lobes};
   k.count = M::kFirstGroup;
@@ -124,9 +126,9 @@ M::Kernel PmcHi::learned_kernel(const LobeComponents& lobes, uint32_t cell) cons
   return k;
 }
 
-/// Places are jittered by half a cell, which blends neighbours: the same way for all samples of a pixel at what the
-/// camera sees, for samples that choose by different shares are no longer stratified together, and that can cost more
-/// than learning gains.
+/// Positions are jittered by half a cell, which blends neighbouring cells. For points that the camera sees, all samples
+/// of a pixel have the same jitter. Samples that choose by different shares are not stratified together, which can cost
+/// more than learning gains.
 uint64_t PmcHi::cell_key(const DirectLightContext& c) const {
   const Vec3 p = c.point.position;
   const uint32_t jitter = c.point.ray_depth == 0
@@ -175,7 +177,7 @@ Color PmcHi::many_samples(const DirectLightContext& c, Sampler& sampler, DirectV
   return sum / float(n);
 }
 
-/// `share` as it is split between the two lights, or the two halves of the light tree.
+/// `share`, divided between the two lights or between the two halves of the light tree.
 void PmcHi::record_light_shares(const DirectLightContext& c, uint32_t cell, float share, SampleAux* aux) const {
   if (!aux) return;
   const Vec3 p = c.point.position, n = c.bsdf.receiving_normal();

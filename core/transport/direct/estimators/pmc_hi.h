@@ -1,13 +1,15 @@
-// PMC-HI with memory: a mixture whose shares are learned per place and kept for the picture [Fan 2006, section 5.4, and
-// 5.6.3, which names the memory as open].
+// PMC-HI with memory: a mixture whose shares are learned by position and used for the whole image [Fan 2006, section
+// 5.4; section 5.6.3 states the memory as an open problem].
 //
-// Which light to choose: shares over branches of the light tree (light_cut_cache.h), used by one sample a vertex and by
-// many. With several samples an estimate, the shares of the lobes and of any light, too (share_cache.h):
-//   alpha_k <- prior and floor, + sqrt(sum_i alpha_k rho_k(x_i) y_i^2),  rho_k = alpha_k p_k / K    (eq. 5.8 with
-//   second moments)
-// All is learned by a pilot whose samples are in no picture, so that no sample chooses by what it found, and all
-// samples of a picture choose by the same shares. Unbiased. Prefer it where lights differ in use from place to place
-// (occlusion, many lights). It knows no media.
+// The choice of a light has shares over branches of the light tree (light_cut_cache.h), for one sample per vertex and
+// for several. With several samples per estimate, the shares of the lobes and of any light are learned too
+// (share_cache.h):
+//   alpha_k <- prior and floor, + sqrt(sum_i alpha_k rho_k(x_i) y_i^2),  rho_k = alpha_k p_k / K
+//       (eq. 5.8 with second moments)
+//
+// A pilot learns everything. Its samples are in no image, so that no sample is chosen by its own value, and all samples
+// of an image use the same shares. Unbiased. Prefer it if the best lights differ from place to place (occlusion, many
+// lights). It does not support media.
 #pragma once
 
 #include "transport/direct/direct_estimator.h"
@@ -15,11 +17,11 @@
 
 namespace ajar {
 
-/// What another frame may go on from.
+/// The learned data with which another frame can start.
 struct LearnedLights {
   std::shared_ptr<const LightCutCache> cuts;
   ShareCache many;
-  uint64_t lights;  ///< their fingerprint
+  uint64_t lights;  ///< fingerprint of the lights
 };
 
 class PmcHi final : public DirectEstimator {
@@ -40,12 +42,12 @@ class PmcHi final : public DirectEstimator {
   void record_light_shares(const DirectLightContext& c, uint32_t cell, float share, SampleAux* aux) const;
 
   bool lobes_apart_;
-  std::shared_ptr<LightCutCache> cuts_;  ///< which lights to choose; null where there is nothing to choose among
-  float angle_ = 0.0f, reach_ = 0.0f;    ///< of its cells, and how far what the camera sees is, on average
-  /// What debug passes show the shares of: the only two lights, else ids of branches where each half of the light tree
-  /// begins and where it ends.
+  std::shared_ptr<LightCutCache> cuts_;  ///< choice of lights; null if there is no choice
+  float angle_ = 0.0f, reach_ = 0.0f;    ///< size of the cells as an angle; mean distance of visible points
+  /// For the debug passes: the only two lights, or the ids of the branches at which the halves of the light tree begin
+  /// and end.
   std::vector<uint32_t> shown_lights_, shown_branches_;
-  ShareCache many_;  ///< shares of lobes and lights among many samples of an estimate
+  ShareCache many_;  ///< shares of lobes and lights for estimates with several samples
 };
 
 }  // namespace ajar

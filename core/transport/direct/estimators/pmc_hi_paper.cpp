@@ -10,8 +10,8 @@ namespace {
 
 using M = LightMixture;
 
-constexpr float kFloor = 0.04f;     ///< of components that alone may cover part of the integrand
-constexpr float kConeShare = 0.2f;  ///< thesis, section 5.4.2
+constexpr float kFloor = 0.04f;     ///< minimum share of components that alone may cover part of the integrand
+constexpr float kConeShare = 0.2f;  ///< [Fan 2006, section 5.4.2]
 
 }  // namespace
 
@@ -25,7 +25,7 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
   const LobeComponents lobes(c.bsdf, c.point.wo, lobes_apart_);
   const LightGroups& groups = mixture_.groups();
   M::Kernel k = mixture_.kernel(lobes, 0.5f, groups.size() > 0 ? M::Lights::GroupsAlike : M::Lights::Any);
-  // Any light is a component where lights have no groups.
+  // If the lights have no groups, any light is a component.
   const auto used = [&](int i) {
     return i < lobes.count() || (groups.size() > 0 ? i >= M::kFirstGroup : i == M::kAny);
   };
@@ -52,7 +52,7 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
     done += n;
     if (t + 1 == iterations) break;
 
-    // The cone: weighted mean direction and weighted angular deviation from it.
+    // Step 3, the cone: the weighted mean direction, and the weighted angular deviation from it.
     Vec3 axis(0.0f);
     float total = 0.0f, spread = 0.0f;
     for (const Past& p : past) axis += p.w * p.wi, total += p.w;
@@ -64,7 +64,8 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
       k.cone = Frame(axis);
       k.one_minus_cos = warp::one_minus_cos(glm::clamp(std::sqrt(spread / total), 0.02f, 0.5f * kPi));
     }
-    // Shares of the others after their weights, drawn towards equal ones; the cone appears with a fifth.
+    // Step 4, the shares: those of the other components by their weights, shrunk towards equal shares. The cone starts
+    // with 1/5.
     double others = 0.0;
     for (int i = 0; i < k.count; ++i) others += i == M::kCone ? 0.0 : sums[size_t(i)];
     const float kept = others > 0.0 ? float(done) / (float(done) + float(m)) : 0.0f;

@@ -35,7 +35,7 @@ Color Ris::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t fi
     const float target = luminance_of(value);
     if (!(target > 0.0f)) continue;
     sum += target;
-    // Keep this one with probability target / sum; one random number serves all, rescaled each time.
+    // Keep this candidate with probability target / sum. One random number is enough for all; it is rescaled each time.
     const float keep = target / sum;
     if (u_keep < keep) {
       u_keep /= keep;
