@@ -91,7 +91,7 @@ void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> ca
 /// will look up the maps. Photons are dense where there is much light, and the image may look elsewhere.
 void GatherPasses::choose_first_radii() {
   const RenderSettings& settings = scene_->settings();
-  const float most = kLargestPhotonRadius * scene_->radius();
+  const float max_radius = kLargestPhotonRadius * scene_->radius();
   first_global_radius_ = first_caustic_radius_ = settings.photon_radius;
   if (settings.photon_radius > 0.0f) return;
   std::vector<float> global, caustic;
@@ -103,12 +103,12 @@ void GatherPasses::choose_first_radii() {
     SurfacePoint seen, gathered;
     const Ray ray = scene_->camera().generate_ray(on_film, Vec2(0.5f), 0.0f);
     if (sees_nothing(ray) || !gatherer.probe(ray, seen, gathered)) continue;
-    global.push_back(maps_.global.reach(gathered, kReach, most));
-    const float reach = maps_.caustic.reach(seen, kCausticReach, most);
-    if (reach < most) caustic.push_back(reach);
+    global.push_back(maps_.global.reach(gathered, kReach, max_radius));
+    const float reach = maps_.caustic.reach(seen, kCausticReach, max_radius);
+    if (reach < max_radius) caustic.push_back(reach);
   }
-  first_global_radius_ = median(global, most);
-  first_caustic_radius_ = std::min(first_global_radius_, median(caustic, most));
+  first_global_radius_ = median(global, max_radius);
+  first_caustic_radius_ = std::min(first_global_radius_, median(caustic, max_radius));
 }
 
 /// Calls visit(gatherer, x, y, ray), in parallel tiles, for the samples that each pixel needs to reach its goal of this
@@ -164,7 +164,7 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
   if (arrivals_ && !stop.load(std::memory_order_relaxed)) arrivals_->add(logs);
 }
 
-void GatherPasses::scout(const Film& film, const std::atomic<bool>& stop) {
+void GatherPasses::log_lookups(const Film& film, const std::atomic<bool>& stop) {
   // Several samples per pixel if there are few pixels compared with photons.
   const double lookups = double(film.width()) * film.height() * gather_.rays;
   const auto samples = uint32_t(
@@ -221,12 +221,12 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
   if (pass_ >= kLearnedPasses) guide_samples_.clear();
 }
 
-PhotonPoints GatherPasses::photons(uint64_t most) const {
+PhotonPoints GatherPasses::photons(uint64_t max_count) const {
   PhotonPoints points;
   const uint32_t flags = arrivals_ ? Photon::kOfChain : 0;  // plain photons do not depend on the camera
   // The selection rounds up in each of the two maps, so the sum can exceed the limit by one.
   const uint64_t stride = PhotonPoints::stride(maps_.global.count(flags) + maps_.caustic.count(flags),
-                                               most > 1 ? most - 1 : most);
+                                               max_count > 1 ? max_count - 1 : max_count);
   maps_.global.add_to(points, stride, flags);
   maps_.caustic.add_to(points, stride, flags);
   return points;

@@ -28,15 +28,15 @@ class GatherPasses {
   void choose_radii(const std::vector<Photon>& global, const std::vector<Photon>& caustic);
   void build_maps(std::vector<Photon> global, std::vector<Photon> caustic);
   /// Called before the first pass: logs where passes will look up the maps.
-  void scout(const Film& film, const std::atomic<bool>& stop);
+  void log_lookups(const Film& film, const std::atomic<bool>& stop);
   /// Renders one sample of the average pixel, by the film's goals if any are set, and ends the pass.
   void render(Film& film, const std::atomic<bool>& stop);
 
   float global_radius() const { return maps_.global_radius; }
   float caustic_radius() const { return maps_.caustic_radius; }
   void add_statistics(IntegratorStatistics& statistics) const;
-  /// At most `most` photons of the last pass; only those of chains if there are chains.
-  PhotonPoints photons(uint64_t most) const;
+  /// At most `max_count` photons of the last pass; only those of chains if there are chains.
+  PhotonPoints photons(uint64_t max_count) const;
 
  private:
   void choose_first_radii();

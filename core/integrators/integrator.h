@@ -73,9 +73,9 @@ class Integrator {
   /// then has whole samples only.
   virtual void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) = 0;
   virtual IntegratorStatistics statistics() const = 0;
-  /// At most `most` photons of the last pass, for display. Empty for integrators that store none. Called between
+  /// At most `max_count` photons of the last pass, for display. Empty for integrators that store none. Called between
   /// iterations.
-  virtual PhotonPoints photons(uint64_t /*most*/) const { return {}; }
+  virtual PhotonPoints photons(uint64_t /*max_count*/) const { return {}; }
 };
 
 /// Adds the rays of all passes and the sizes of the last one. These are rays of photons, of which a small image has

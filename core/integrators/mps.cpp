@@ -88,7 +88,7 @@ class Mps final : public Integrator {
     return s;
   }
 
-  PhotonPoints photons(uint64_t most) const override { return passes_.photons(most); }
+  PhotonPoints photons(uint64_t max_count) const override { return passes_.photons(max_count); }
 
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
@@ -104,7 +104,7 @@ class Mps final : public Integrator {
   void make_maps(const Film& film, const std::atomic<bool>& stop) {
     const uint32_t pass = passes_.pass(), steps = passes_.photon_count();
     if (pass == 0) {
-      passes_.scout(film, stop);
+      passes_.log_lookups(film, stop);
       if (!ensemble_.begin(*space_, mutations_, seed_, kSeeds, stop)) return;
     }
     std::vector<Deposit> deposits(ensemble_.size());

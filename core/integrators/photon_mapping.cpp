@@ -52,7 +52,7 @@ class PhotonMapping final : public Integrator {
     return s;
   }
 
-  PhotonPoints photons(uint64_t most) const override { return passes_.photons(most); }
+  PhotonPoints photons(uint64_t max_count) const override { return passes_.photons(max_count); }
 
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {

@@ -73,18 +73,18 @@ void FurtherSamples::learn(uint32_t samples, uint64_t rays_of_rest, uint64_t fur
   const double rest_rays = double(rays_of_rest) / (double(pixels_.size()) * samples),
                part_rays = double(further_rays) / double(std::max<uint64_t>(1, further));
   const double unit = std::sqrt(rest_rays / std::max(part_rays, 1.0)) / std::max(deviation, 1e-9);
-  const double most = max_share_ * rest_rays / std::max(part_rays, 1.0) * double(pixels_.size());
+  const double max_further = max_share_ * rest_rays / std::max(part_rays, 1.0) * double(pixels_.size());
   const auto taken = [&](size_t i, double scale) { return std::clamp(scale * wanted[i], 1.0, double(kMax)); };
   const auto further_of = [&](double scale) {
     double sum = 0.0;
     for (size_t i = 0; i < pixels_.size(); ++i) sum += taken(i, scale) - 1.0;
     return sum;
   };
-  double scale = unit, least = 0.0;
-  if (further_of(unit) > most)
+  double scale = unit, min_scale = 0.0;
+  if (further_of(unit) > max_further)
     for (int step = 0; step < kBisections; ++step) {
-      const double middle = 0.5 * (least + scale);
-      (further_of(middle) > most ? scale : least) = middle;
+      const double middle = 0.5 * (min_scale + scale);
+      (further_of(middle) > max_further ? scale : min_scale) = middle;
     }
   for (size_t i = 0; i < pixels_.size(); ++i) pixels_[i].taken = uint16_t(std::lround(taken(i, scale)));
 }

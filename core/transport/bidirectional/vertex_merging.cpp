@@ -127,7 +127,7 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
 float VertexMerging::choose_first_radius() const {
   const RenderSettings& settings = scene_->settings();
   if (settings.photon_radius > 0.0f) return settings.photon_radius;
-  const float most = kLargestPhotonRadius * scene_->radius();
+  const float max_radius = kLargestPhotonRadius * scene_->radius();
   std::vector<float> reaches;
   BidirectionalWalks walks(*scene_, 1.0);
   Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kProbeStream));
@@ -137,10 +137,10 @@ float VertexMerging::choose_first_radius() const {
                     (float(i / kProbes) + 0.5f) / kProbes * float(settings.height));
     const PathVertex* vertex = walks.find_merging_vertex(film, sampler);
     if (!vertex) continue;
-    const float reach = map_.reach({vertex->position(), pack_direction(vertex->point.ng)}, kReach, most);
-    if (reach < most) reaches.push_back(reach);
+    const float reach = map_.reach({vertex->position(), pack_direction(vertex->point.ng)}, kReach, max_radius);
+    if (reach < max_radius) reaches.push_back(reach);
   }
-  return median(reaches, most);
+  return median(reaches, max_radius);
 }
 
 float VertexMerging::counted(const PathVertex& vertex, int place, const Behind& behind, Vec3 to_light) const {

@@ -138,13 +138,13 @@ std::vector<HintSuggestion> suggest_hints(const Scene& scene, int count, int sam
   std::vector<HintSuggestion> suggestions;
   while (int(suggestions.size()) < count && !chosen.empty()) {
     const Candidate* best = nullptr;
-    size_t most = 0;
+    size_t max_neighbours = 0;
     for (const Candidate* c : chosen) {
       const size_t neighbours = size_t(
           std::count_if(chosen.begin(), chosen.end(), [&](auto* other) { return near(*c, *other, distance); }));
-      if (neighbours > most) most = neighbours, best = c;
+      if (neighbours > max_neighbours) max_neighbours = neighbours, best = c;
     }
-    const HintSuggestion suggestion{best->points, double(most) / double(all)};
+    const HintSuggestion suggestion{best->points, double(max_neighbours) / double(all)};
     if (suggestion.share < kMinShare) break;
     std::erase_if(chosen, [&](auto* other) { return near(*best, *other, distance); });
     if (attaches(scene, suggestion)) suggestions.push_back(suggestion);

@@ -40,10 +40,10 @@ Color PhotonMap::irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& looku
   return found.count > 0 ? sum / (kPi * found.radius2) : sum;
 }
 
-float PhotonMap::reach(const SurfacePoint& point, int k, float most) const {
-  if (empty()) return most;
+float PhotonMap::reach(const SurfacePoint& point, int k, float max_distance) const {
+  if (empty()) return max_distance;
   PointTree::Neighbours found;
-  tree_.nearest(point.position, unpack_direction(point.packed_normal), k, most, found);
+  tree_.nearest(point.position, unpack_direction(point.packed_normal), k, max_distance, found);
   return std::sqrt(found.radius2);
 }
 

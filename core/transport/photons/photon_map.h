@@ -79,8 +79,8 @@ class PhotonMap {
   }
   /// Irradiance on the side of `ng`, with the cosine at `ns`.
   Color irradiance(Vec3 position, Vec3 ng, Vec3 ns, const Lookup& lookup) const;
-  /// Distance from `point` to the k-th photon; `most` if there are fewer photons within that distance.
-  float reach(const SurfacePoint& point, int k, float most) const;
+  /// Distance from `point` to the k-th photon; `max_distance` if there are fewer photons within that distance.
+  float reach(const SurfacePoint& point, int k, float max_distance) const;
   /// Adds every `stride`-th photon that has these flags, for display.
   void add_to(PhotonPoints& points, uint64_t stride, uint32_t flags = 0) const;
   size_t count(uint32_t flags) const;

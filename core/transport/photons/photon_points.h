@@ -13,8 +13,10 @@ struct PhotonPoints {
   std::vector<Color> powers;    ///< flux of each photon in watts
   uint64_t stored = 0;          ///< photons of the pass; the listed ones are an even selection of them
 
-  /// With more than `most` photons, only every n-th is shown. Returns n.
-  static uint64_t stride(uint64_t stored, uint64_t most) { return most > 0 ? stored / most + (stored % most != 0) : 0; }
+  /// With more than `max_count` photons, only every n-th is shown. Returns n.
+  static uint64_t stride(uint64_t stored, uint64_t max_count) {
+    return max_count > 0 ? stored / max_count + (stored % max_count != 0) : 0;
+  }
 };
 
 }  // namespace ajar

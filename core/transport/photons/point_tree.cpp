@@ -39,12 +39,12 @@ float cosine_to(int facing, Vec3 n) {
   const int axis = facing / 2;
   const float along = (facing & 1) ? -n[axis] : n[axis];
   const float b = std::abs(n[(axis + 1) % 3]), c = std::abs(n[(axis + 2) % 3]), across = std::max(b, c),
-              least = std::min(b, c);
+              min_across = std::min(b, c);
   if (along >= across) return 1.0f;
-  // The nearest direction is on the border `along = across`, or on its end `along = across = least`.
+  // The nearest direction is on the border `along = across`, or on its end `along = across = min_across`.
   const float middle = 0.5f * (along + across);
-  return middle >= least ? std::sqrt(2.0f * middle * middle + least * least)
-                         : (along + across + least) / std::sqrt(3.0f);
+  return middle >= min_across ? std::sqrt(2.0f * middle * middle + min_across * min_across)
+                              : (along + across + min_across) / std::sqrt(3.0f);
 }
 
 float sign_not_zero(float x) { return x < 0.0f ? -1.0f : 1.0f; }

@@ -21,10 +21,10 @@ int BidirectionalMutation::places_of_gap(int removed, int count) const {
 }
 
 double BidirectionalMutation::probability_of_gap(int removed, int count) const {
-  const int most = count - min_eye();
-  if (removed < 0 || removed > most) return 0.0;
+  const int max_removed = count - min_eye();
+  if (removed < 0 || removed > max_removed) return 0.0;
   double sum = 0.0;
-  for (int r = 0; r <= most; ++r) sum += weight_of_removed(r);
+  for (int r = 0; r <= max_removed; ++r) sum += weight_of_removed(r);
   return weight_of_removed(removed) / sum / double(places_of_gap(removed, count));
 }
 
@@ -58,10 +58,10 @@ bool BidirectionalMutation::possible(const Path& path, Gap gap, int grown, int s
 
 bool BidirectionalMutation::sample(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
   // Choose the gap.
-  const int n = from.count, most = n - min_eye();
+  const int n = from.count, max_removed = n - min_eye();
   float u = sampler.get_1d();
   int removed = 0;
-  for (double left = double(u); removed < most; ++removed) {
+  for (double left = double(u); removed < max_removed; ++removed) {
     left -= probability_of_gap(removed, n) * double(places_of_gap(removed, n));
     if (left < 0.0) break;
   }

@@ -91,23 +91,23 @@ double HintMutation::pdf_of_hints(const Path& from, const Path& to) const {
 }
 
 bool HintMutation::regrow(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const {
-  const int joint = first_joinable_from_eye(from), kept = from.count - joint, longest = most(kept);
-  if (joint <= 0 || longest < fewest()) return false;
+  const int joint = first_joinable_from_eye(from), kept = from.count - joint, longest = max_grown(kept);
+  if (joint <= 0 || longest < min_grown()) return false;
   // The number of vertices has a truncated geometric distribution.
-  const double u = double(sampler.get_1d()) * (1.0 - std::pow(kLonger, longest - fewest() + 1));
-  const int grown = std::min(fewest() + int(std::log1p(-u) / std::log(kLonger)), longest);
+  const double u = double(sampler.get_1d()) * (1.0 - std::pow(kLonger, longest - min_grown() + 1));
+  const int grown = std::min(min_grown() + int(std::log1p(-u) / std::log(kLonger)), longest);
   return bidirectional_.grow_into(from, {0, kept}, grown, sampler, to, rays);
 }
 
 double HintMutation::pdf_of_regrowth(const Path& from, const Path& to) const {
   const SharedEnds shared = shared_ends(from, to);
   const int joint = first_joinable_from_eye(from), kept = from.count - joint, grown = to.count - kept,
-            longest = most(kept);
-  if (joint <= 0 || shared.eye != kept || shared.light > (to.vertices[0].delta ? 1 : 0) || grown < fewest() ||
+            longest = max_grown(kept);
+  if (joint <= 0 || shared.eye != kept || shared.light > (to.vertices[0].delta ? 1 : 0) || grown < min_grown() ||
       grown > longest)
     return 0.0;
-  const double probability = std::pow(kLonger, grown - fewest()) * (1.0 - kLonger) /
-                             (1.0 - std::pow(kLonger, longest - fewest() + 1));
+  const double probability = std::pow(kLonger, grown - min_grown()) * (1.0 - kLonger) /
+                             (1.0 - std::pow(kLonger, longest - min_grown() + 1));
   return probability * bidirectional_.pdf_of_growth(from, to, {0, kept});
 }
 

@@ -36,8 +36,8 @@ class HintMutation final : public Mutation {
   bool regrow(const Path& from, Sampler& sampler, Path& to, uint64_t& rays) const;
   double pdf_of_regrowth(const Path& from, const Path& to) const;
   /// Minimum and maximum number of vertices that may grow in place of a hint's, with `kept` vertices kept.
-  int fewest() const { return space_.without_direct ? 2 : 1; }
-  int most(int kept) const { return space_.max_vertices - kept; }
+  int min_grown() const { return space_.without_direct ? 2 : 1; }
+  int max_grown(int kept) const { return space_.max_vertices - kept; }
   /// Probability that this hint's end is connected to the lens. `has_joinable`: the path has a vertex to which it could
   /// be connected instead.
   float lens_probability(const Hints::Hint& hint, bool has_joinable) const;
