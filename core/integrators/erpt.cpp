@@ -211,9 +211,9 @@ class EnergyRedistribution final : public Integrator {
   std::unique_ptr<PathSpace> space_;
   std::vector<MutationShare> mutations_;
   std::unique_ptr<Workers> workers_;
-  std::unique_ptr<FilmLuminance> luminance_;    ///< of all samples so far; flux in first quanta
-  uint64_t next_learning_ = 0;                  ///< when so many samples are done
-  double quantum_ = 1.0, first_quantum_ = 1.0;  ///< what a step deposits, in luminance times importance
+  std::unique_ptr<FilmLuminance> luminance_;    ///< of all samples so far; the unit of flux is the first quantum
+  uint64_t next_learning_ = 0;                  ///< number of samples at the next update
+  double quantum_ = 1.0, first_quantum_ = 1.0;  ///< energy that a step deposits, in luminance times importance
   uint32_t samples_done_ = 0;
   uint64_t steps_wanted_ = 0;
 };

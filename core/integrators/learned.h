@@ -40,8 +40,8 @@ struct Learned {
   std::optional<Choice> choice;  ///< of the integrator
 
   // Set by integrators. Null: nothing learned.
-  std::shared_ptr<const PathGuide::Past> guide;   ///< of paths
-  std::shared_ptr<const GuideTree> gather_guide;  ///< of gather rays
+  std::shared_ptr<const PathGuide::Past> guide;   ///< guide of paths
+  std::shared_ptr<const GuideTree> gather_guide;  ///< guide of gather rays
   /// Efficiency of mutations, and the importance of the film, by which contributions are divided.
   std::shared_ptr<const PathPopulation::Learned> population;
   std::shared_ptr<const LearnedLights> direct;  ///< probabilities of lights, valid while the lights are the same

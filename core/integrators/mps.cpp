@@ -82,8 +82,8 @@ class Mps final : public Integrator {
     add_statistics_of(followed_, s);
     passes_.add_statistics(s);
     ensemble_.add_statistics(s.extra);
-    s.hints = ensemble_.hint_statistics(followed_.reports(),
-                                        0.0);  // shares of what the chains carry: direct light is not known here
+    // Shares of the light of chains, because direct light is not known here.
+    s.hints = ensemble_.hint_statistics(followed_.reports(), 0.0);
     s.extra["arrival_bytes"] = double(arrivals_.memory_bytes());
     return s;
   }

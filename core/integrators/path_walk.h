@@ -450,7 +450,7 @@ class PathWalk {
   struct NoGuidedPath {};
   struct GuidedPath {
     GuidedBsdf bsdf;
-    float plain = Guided::kPlainShare;  ///< probability that the BSDF alone chooses all directions, given those so far
+    float plain = Guided::kPlainShare;  ///< probability that the BSDF alone chose the directions, given the directions
     float unguided_beta = 1.0f;         ///< the throughput in that case
     OpenVertex open[kMaxOpenVertices];
     int open_count = 0;

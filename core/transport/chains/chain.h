@@ -76,6 +76,7 @@ class Chain {
     double acceptance = 0.0;
     if (mutation.sample(x, sampler, y, rays_) && mutation.suits(y)) {
       const double there = mutation.pdf(x, y) / total, back = mutation.pdf(y, x) / suiting_share(y);
+      // [Fan 2006, eq. 2.26 and 4.3]
       if (there > 0.0) acceptance = std::min(1.0, y.target * back / (x.target * there));
       if (!(acceptance >= 0.0)) acceptance = 0.0;
     } else {

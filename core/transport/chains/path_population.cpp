@@ -20,7 +20,7 @@ constexpr uint32_t kBatch = 32;
 /// Minimum part of the energy for the new samples of a generation: members live some hundred steps.
 constexpr double kMinNewShare = 0.16;
 constexpr float kBidirectional = 0.05f;  ///< share of bidirectional mutations; new samples have the same purpose
-constexpr float kMinShare = 0.05f;       ///< of a mutation
+constexpr float kMinShare = 0.05f;       ///< minimum share of a mutation
 constexpr double kGainUnits = 0x1p24;
 /// A move by this many pixels on the film is as useful as a new path elsewhere.
 constexpr float kUsefulDistance = 4.0f;

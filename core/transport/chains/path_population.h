@@ -31,7 +31,7 @@ class PathPopulation {
  public:
   struct Size {
     uint32_t members, steps;          ///< chain steps of a member in a generation
-    uint32_t first_samples, samples;  ///< bidirectional samples of the first and of every other generation
+    uint32_t first_samples, samples;  ///< bidirectional samples in the first generation and in each later one
   };
   struct Learned {
     std::vector<float> shares;  ///< of the mutations
@@ -99,7 +99,7 @@ class PathPopulation {
   std::unique_ptr<Workers> workers_;
 
   struct Member {
-    CompactPath path;  ///< empty where rounding lost it
+    CompactPath path;  ///< empty if rounding made its contribution zero
     double weight = 0.0;
   };
   std::vector<Member> members_, moved_;  ///< before and after a generation

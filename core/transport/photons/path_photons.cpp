@@ -62,6 +62,7 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
     gathered *= through;
     const PathVertex& vertex = path.vertices[size_t(i)];
     const auto leave = [&](ArrivalMap::Place place, const glm::dvec3& flux, const glm::dvec3& throughput) {
+      // Phi [Fan 2006, section 4.2.2]
       const Color power(flux * (limits * luminance(throughput) / double(path.target)));
       if (!(max_component(power) > 0.0f) || !is_finite(power)) return;
       const Vec3 to_light = path.to_light(i), ng = vertex.point.ng;

@@ -73,6 +73,7 @@ bool HintMutation::sample_hint(const Path& from, Sampler& sampler, Path& to, uin
   return shared.eye == kept && (shared.light == 0 || (shared.light == 1 && start.delta));
 }
 
+/// The densities of all hints [Fan 2006, eq. 4.6, per solid angle].
 double HintMutation::pdf_of_hints(const Path& from, const Path& to) const {
   const SharedEnds shared = shared_ends(from, to);
   if (shared.light > (to.vertices[0].delta ? 1 : 0)) return 0.0;
@@ -111,6 +112,7 @@ double HintMutation::pdf_of_regrowth(const Path& from, const Path& to) const {
   return probability * bidirectional_.pdf_of_growth(from, to, {0, kept});
 }
 
+/// All three parts count, whichever of them drew the proposal [Fan 2006, eq. 4.7].
 double HintMutation::pdf(const Path& from, const Path& to) const {
   double pdf = double(1.0f - hint_probability_ - regrow_probability_) * bidirectional_.pdf(from, to);
   if (hint_probability_ > 0.0f) pdf += double(hint_probability_) * pdf_of_hints(from, to);
