@@ -41,7 +41,7 @@ class Sky {
   float sun_theta_ = 0.0f, sun_phi_ = 0.0f;  // phi from y to x
   Vec3 zenith_{0.0f};                        // components in the model's colour space
   float shape_[3][9] = {};
-  // Nishita
+  // Only for the model of Nishita et al.:
   Atmosphere atmosphere_;
   Vec3 sun_direction_{0, 0, 1};
   Color sun_bottom_{0.0f}, sun_top_{0.0f};

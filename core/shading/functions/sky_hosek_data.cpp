@@ -1,5 +1,5 @@
-// Coefficients of the sky model of Hosek and Wilkie ("An Analytic Model for Full Spectral Sky-Dome Radiance", SIGGRAPH 2012), version 1.4a,
-// for CIE XYZ. Data of its authors, in single precision:
+// Coefficients of the sky model of Hosek and Wilkie ("An Analytic Model for Full Spectral Sky-Dome Radiance", SIGGRAPH
+// 2012), version 1.4a, for CIE XYZ. The data are those of the authors, in single precision:
 //
 // This source is published under the following 3-clause BSD license.
 //

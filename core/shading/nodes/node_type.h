@@ -9,7 +9,7 @@
 namespace ajar {
 
 struct NodeType {
-  std::string_view name;  ///< bl_idname
+  std::string_view name;  ///< Blender's bl_idname
   NodeFunction function;
 };
 

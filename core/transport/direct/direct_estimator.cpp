@@ -14,6 +14,7 @@ Color DirectEstimator::weight_sample(const DirectLightContext& c, const LightSet
   if (is_black(scattered.f_cos)) return Color(0.0f);
   const float pdf = chosen.pmf * sample.pdf_solid_angle;
   float weight = 1.0f / pdf;
+  // Balance heuristic [Veach 1997, eq. 9.8; Fan 2006, eq. 2.23] or power heuristic [Veach 1997, eq. 9.13].
   if (!sample.delta && light.mis && heuristic_ != Heuristic::LightsOnly)
     weight *= heuristic_ == Heuristic::Balance ? pdf / (pdf + scattered.pdf_solid_angle)
                                                : power_heuristic(pdf, scattered.pdf_solid_angle);
@@ -44,6 +45,7 @@ float DirectEstimator::weight_of_hit(const Scene& scene, const DirectVertex& v, 
 
 Color DirectEstimator::mean_of_draws(const DirectLightContext& c, const LightMixture::Kernel& k, Sampler& sampler,
                                      bool power, uint64_t& rays) const {
+  // The mixture estimator 1 / N sum_i f(x_i) / K(x_i) [Fan 2006, eq. 6.6].
   Color sum(0.0f);
   mixture_.for_each_draw(c, k, samples_, 0, sampler, power, rays,
                          [&](int, const LightMixture::Draw& draw) { sum += draw.y; });

@@ -102,6 +102,7 @@ inline Color estimate_direct(const Context& c, const LightSet::Choice& choice, V
     if (!is_black(through)) {
       if (kOnlyBeyond) return Color(0.0f);
       Color contribution = scattered.f_cos * arriving * through;
+      // The BSDF sample can find the light too: power heuristic [Veach 1997, eq. 9.13].
       if (!sample->delta && light.mis && !light.partial())
         contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, scattered.pdf_solid_angle);
       return contribution;

@@ -161,7 +161,8 @@ void LightCutCache::publish() {
       if (!(squares > 0.0)) continue;
       double roots[kBranches], sum = 0.0;
       const size_t first = cell * kBranches;
-      // The prior has the effect of samples whose second moment is the mean one, divided by the shares of the prior.
+      // alpha_k proportional to sqrt(E[(f / p_k)^2]), with floors. The prior has the effect of samples whose
+      // second moment is the mean one, divided by the shares of the prior.
       for (int k = 0; k < counts_[cell]; ++k) {
         const double prior = double(priors_[first + size_t(k)]);
         roots[k] = std::sqrt(double(moments_[first + size_t(k)].load(std::memory_order_relaxed)) +

@@ -60,6 +60,7 @@ LightMixture::Kernel LightMixture::kernel(const LobeComponents& lobes, float bsd
 LightMixture::Densities LightMixture::densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi,
                                                 const std::array<float, kMaxMixtureLobes>& pdf_lobes, float pdf_light,
                                                 bool mis, float known_pmf) const {
+  // The summands of the kernel K_HI [Fan 2006, eq. 5.6].
   Densities d{{}, 0.0f, 0.0f, 0.0f, 0.0f, -1};
   if (mis) {
     for (int i = 0; i < k.lobes.count(); ++i) d.bsdf += d.lobes[size_t(i)] = k.alpha[size_t(i)] * pdf_lobes[size_t(i)];
@@ -86,8 +87,10 @@ void LightMixture::add_found(const Densities& d, Color f, bool power, bool from_
     out.y += f * (power_heuristic(a, b) / a);
     return;
   }
+  // y = f / K [Fan 2006, eq. 5.7], which is the balance heuristic (eq. 6.4).
   const Color y = f / total;
   out.y += y;
+  // Luminance of y times rho_k = alpha_k p_k / K, from which the shares are learned (eq. 5.8).
   const float luminous = luminance_of(y) / total;
   for (int i = 0; i < kMaxMixtureLobes; ++i) out.responsible[size_t(i)] += luminous * d.lobes[size_t(i)];
   out.responsible[kCone] += luminous * d.cone;

@@ -143,6 +143,7 @@ Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& al
   else
     distance = distance_of(std::min((u_distance - share) / (1.0f - share), kOneMinusEpsilon));
   if (!(distance < kInfinity)) return Color(0.0f);
+  // The density of the mixture: transmittance for each channel, and the angle at the light [Kulla and Fajardo 2012].
   const Color reaching = transmittance_of(medium.extinction, distance);
   float pdf = 0.0f;
   for (int c = 0; c < 3; ++c)

@@ -47,7 +47,8 @@ void ShareCache::shares(uint32_t cell, std::span<const float> prior, std::span<c
     std::copy(prior.begin(), prior.end(), shares.begin());
     return;
   }
-  // The prior has the effect of samples whose second moment is the mean one, divided by the shares of the prior.
+  // alpha_k: square roots of the second moments [Fan 2006, eq. 5.8 with second moments], with floors. The prior has the
+  // effect of samples whose second moment is the mean one, divided by the shares of the prior.
   float sum = 0.0f, floor_sum = 0.0f;
   for (size_t k = 0; k < shares.size(); ++k) {
     shares[k] = prior[k] > 0.0f ? std::sqrt(past[k] + prior_weight * prior[k] * prior[k]) : 0.0f;

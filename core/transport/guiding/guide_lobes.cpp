@@ -74,7 +74,7 @@ void GuideDistribution::start(Vec3 center, std::span<const GuideSample* const> s
   }
 }
 
-/// The E step: the share of each component in each sample.
+/// The E step: the share of each component in each sample, summed with the weights of the samples [Cappé et al. 2008].
 void GuideDistribution::accumulate(std::span<const GuideSample* const> samples, float unit, float max_weight,
                                    Sums& sums) const {
   std::memset(&sums, 0, sizeof sums);
@@ -106,6 +106,7 @@ void GuideDistribution::accumulate(std::span<const GuideSample* const> samples, 
   }
 }
 
+/// The M step: weights, means and widths of the lobes and shares of the guide from these sums and the priors.
 void GuideDistribution::maximize(const Sums& sums) {
   float total = 0.0f;
   for (int k = 0; k < kCount; ++k) total += sums.weight[k] + kWeightPrior;

@@ -50,6 +50,7 @@ class GuidedBsdf {
   float delta_probability() const { return delta_probability_; }
   bool guided() const { return share_ > 0.0f; }
 
+  /// The density of the mixture: a defensive mixture [Fan 2006, eq. 2.15 and 2.16].
   float pdf_solid_angle(float pdf_bsdf, Vec3 wi) const {
     return share_ > 0.0f
                ? (1.0f - share_) * pdf_bsdf + share_ * (1.0f - delta_probability_) * ajar::pdf_solid_angle(lobes_, wi)

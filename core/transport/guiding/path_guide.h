@@ -110,7 +110,7 @@ class PathGuide {
   bool measures_, measured_ = false;  ///< measures_: whether to measure if the guide pays; otherwise it is known
   int width_, pixels_, tile_, columns_;
   bool learning_ = true, follows_ = false, starts_warm_ = false;
-  uint32_t age_ = 0, first_training_ = 1;  ///< frames; samples
+  uint32_t age_ = 0, first_training_ = 1;  ///< age in frames; sample count before the first training step
   uint32_t keep_ = ~0u;                    ///< paths with larger hashes are not recorded
   uint64_t paths_ = 0;                     ///< paths of the present iteration
   double vertices_per_path_ = 4.0;         ///< recorded vertices per path of the previous iteration

@@ -401,6 +401,7 @@ bool Media::scatter_uniform(const MediaRay& along, const MediumPoint& at, bool m
   if (may_scatter && at.scatters()) {
     for (int c = 0; c < 3; ++c) {
       const float albedo = at.extinction[c] > 0.0f ? at.scattering[c] / at.extinction[c] : 0.0f;
+      // A channel is chosen with a probability proportional to its throughput, and larger if it scatters much.
       probability[c] = std::abs(beta[c]) * (kMinChannel + (1.0f - kMinChannel) * albedo);
     }
     const float sum = probability.x + probability.y + probability.z;
@@ -413,6 +414,8 @@ bool Media::scatter_uniform(const MediaRay& along, const MediumPoint& at, bool m
   const int channel = u.y < probability.x ? 0 : u.y < probability.x + probability.y ? 1 : 2;
   const float distance = at.extinction[channel] > 0.0f ? -std::log(1.0f - u.x) / at.extinction[channel] : kInfinity;
   if (!(distance < length)) {
+    // Transmittance over the probability of no scattering: balance heuristic over the channels [Veach 1997, section
+    // 9.2.4].
     beta *= through / glm::dot(probability, through);
     return false;
   }
@@ -427,6 +430,7 @@ bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng,
   bool scattered = false;
   const float faint = kFaint * max_component(glm::abs(beta));
   track(along, rng, counters, [&](const MediumPoint& point, float rate, float place) {
+    // Collision estimator of emission.
     emitted += beta * point.emission / rate;
     const Color null = Color(rate) - point.extinction;
     float scatters = 0.0f, passes = 0.0f;
@@ -438,6 +442,7 @@ bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng,
       beta = Color(0.0f);
       return false;
     }
+    // Spectral tracking [Kutz et al. 2017]: the probability of scattering is proportional to the weighted coefficients.
     const float probability = scatters / (scatters + passes);
     if (probability > 0.0f && rng.next_float() < probability) {
       beta *= point.scattering / (rate * probability);
@@ -458,6 +463,7 @@ Color Media::transmittance(const MediaRay& along, Pcg32& rng, MediaCounters& cou
     return transmittance_of(medium.extinction, along.t_end - along.ray.t_min);
   Color through(1.0f);
   track(along, rng, counters, [&](const MediumPoint& point, float rate, float) {
+    // Ratio tracking [Novák, Selle and Jarosz 2014].
     through *= (Color(rate) - point.extinction) / rate;
     return outlives(kFaint, rng, through);
   });

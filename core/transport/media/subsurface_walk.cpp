@@ -111,6 +111,7 @@ bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, con
   if (!(glm::dot(direction, point.ng) < 0.0f)) return false;
   Ray ray = scene.spawn_ray(point, direction);
   for (int step = 0; step < kMaxSteps; ++step) {
+    // A channel is chosen with a probability proportional to its throughput.
     Color probability = carried * inside.albedo * weight;
     const float sum = probability.x + probability.y + probability.z;
     if (!(sum > 0.0f)) return false;
@@ -137,6 +138,7 @@ bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, con
       }
       return is_finite(weight);
     }
+    // Balance heuristic over the channels [Veach 1997, section 9.2.4].
     const Color density = inside.extinction * transmittance;
     carried *= inside.albedo * density / glm::dot(probability, density);
     if (!(max_component(carried) > kNothingLeft)) return false;

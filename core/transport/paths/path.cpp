@@ -99,6 +99,7 @@ bool PathSpace::complete(Path& path, int first, int last) const {
     if (is_black(s.f)) return false;
   }
   path.light = light_end(scene, path.vertices[0], path.vertices[1], path.edges[0], guide);
+  // The contribution f [Fan 2006, eq. 3.15], in the form of path_vertex.h.
   glm::dvec3& f = path.f;
   f = glm::dvec3(path.light.radiance);
   f *= double(path.film_density) * pdf_lens_area();

@@ -58,7 +58,8 @@ struct PathEdge {
   float pass = 1.0f;                               ///< probability that a walk passes all surfaces between the ends
   Color transmittance{1.0f};
 
-  /// Factors from the solid angle at one end to the area at the other.
+  /// Factors from the solid angle at one end to the area at the other. With the cosine of the scattering, they are the
+  /// geometry term [Fan 2006, eq. 3.16].
   float to_light_area() const { return cos_light_end * inverse_square; }
   float to_eye_area() const { return cos_eye_end * inverse_square; }
 };

@@ -99,6 +99,7 @@ ControlSample ControlColumns::sample(const DirectLightContext& c, const LightMix
     sample.z[lump_ ? columns : columns + g] += lump_ ? pdf * alpha / (1.0f - k.bsdf_share()) : pdf;
   }
   if (!(mixture > 0.0f)) return sample;
+  // z_j = p_j / K [Fan 2006, eq. 6.7].
   for (int j = 0; j < columns + light_columns_; ++j)
     if (j < lobes || j >= columns) sample.z[j] /= mixture;
   return sample;

@@ -46,6 +46,8 @@ Color Ocv::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVer
   const std::span<const ControlSample> all(samples.data(), size_t(filled));
   if (!possible) return control_estimate(all, {});
   const int components = lobes.count() + columns_->light_columns();
+  // The published form fits and corrects with the same samples [Fan 2006, eq. 6.10 and 6.11]. The unbiased form
+  // corrects each fold by the beta of the other (eq. 6.7).
   if (method_ == DirectMethod::OcvPaper) return ocv_paper(all, components);
   return ocv_cross_fitted(all.subspan(0, size_t(first_fold)), all.subspan(size_t(first_fold)), components);
 }

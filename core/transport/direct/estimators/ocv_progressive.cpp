@@ -28,6 +28,7 @@ OcvProgressive::Slot& OcvProgressive::slot(const DirectLightContext& c) const {
 }
 
 void OcvProgressive::learn() {
+  // beta: penalised least squares [Fan 2006, eq. 6.11], with a relative penalty and without the intercept.
   for (Slot& slot : slots_) slot.coefficients = slot.past.fit(kRidgeMany, 4 * (1 + columns_->light_columns()));
 }
 
@@ -51,6 +52,8 @@ Color OcvProgressive::many_samples(const DirectLightContext& c, Sampler& sampler
                          });
   if (!possible) return control_estimate(samples, {});
   Slot& here = slot(c);
+  // I(beta) with the beta of earlier iterations [Fan 2006, eq. 6.7]. The samples are added afterwards, so none corrects
+  // itself.
   const Color estimate = control_estimate(samples, here.coefficients);
   for (const ControlSample& sample : samples) here.past.add(sample);
   return estimate;

@@ -169,6 +169,7 @@ Color PmcHi::many_samples(const DirectLightContext& c, Sampler& sampler, DirectV
     if (component == M::kAny && draw.choice.share > 0.0f) cuts_->record(k.cell, draw.choice, y);
     many_.count(cell);
     many_.add_square(cell, y * y);
+    // alpha_k rho_k y^2 [Fan 2006, eq. 5.8 with second moments].
     for (int i = 0; y > 0.0f && i < k.count; ++i)
       many_.add_moment(cell, i, k.alpha[size_t(i)] * draw.responsible[size_t(i)] * y);
   });

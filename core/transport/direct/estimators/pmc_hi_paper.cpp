@@ -29,6 +29,7 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
   const auto used = [&](int i) {
     return i < lobes.count() || (groups.size() > 0 ? i >= M::kFirstGroup : i == M::kAny);
   };
+  // Step 1: equal shares without the cone.
   const int m = lobes.count() + std::max(1, groups.size());
   for (int i = 0; i < k.count; ++i) k.alpha[size_t(i)] = used(i) ? 1.0f / float(m) : 0.0f;
   const int iterations = std::clamp(samples_ / (2 * m), 2, 4);
@@ -42,6 +43,7 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
   past.reserve(size_t(samples_));
   std::array<double, M::kMaxComponents> sums{};
   for (int t = 0; t < iterations; ++t) {
+    // Step 2: samples with the weights w = f / K [Fan 2006, eq. 5.7].
     const int n = (samples_ * (t + 1)) / iterations - done;
     mixture_.for_each_draw(c, k, n, t, sampler, false, rays, [&](int, const M::Draw& draw) {
       sum += draw.y;
@@ -64,8 +66,8 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
       k.cone = Frame(axis);
       k.one_minus_cos = warp::one_minus_cos(glm::clamp(std::sqrt(spread / total), 0.02f, 0.5f * kPi));
     }
-    // Step 4, the shares: those of the other components by their weights, shrunk towards equal shares. The cone starts
-    // with 1/5.
+    // Step 4, the shares [Fan 2006, eq. 5.8]: those of the other components by their weights, shrunk towards equal
+    // shares. The cone starts with 1/5.
     double others = 0.0;
     for (int i = 0; i < k.count; ++i) others += i == M::kCone ? 0.0 : sums[size_t(i)];
     const float kept = others > 0.0 ? float(done) / (float(done) + float(m)) : 0.0f;
@@ -86,6 +88,7 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
     k.alpha[M::kCone] = cone_share;
   }
   mixture_.record_shares(k, aux);
+  // The population Monte Carlo estimator [Fan 2006, eq. 2.32].
   return sum / float(samples_);
 }
 

@@ -32,6 +32,7 @@ Color Ris::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t fi
     float weight = 1.0f / pdf;
     if (!sample->delta && light.mis) weight *= power_heuristic(pdf, scattered.pdf_solid_angle);
     const Color value = scattered.f_cos * sample->radiance * weight;
+    // g(x_i) / p_i: the contribution of the candidate without visibility.
     const float target = luminance_of(value);
     if (!(target > 0.0f)) continue;
     sum += target;
@@ -49,6 +50,7 @@ Color Ris::one_sample(const DirectLightContext& c, Sampler& sampler, uint32_t fi
     u_keep = std::min(u_keep, kOneMinusEpsilon);
   }
   if (!(sum > 0.0f)) return Color(0.0f);
+  // f / g * (1 / M) sum_i g(x_i) / p_i [Fan 2006, eq. 3.18]. `kept` is f / p_i without visibility.
   Color estimate = kept * (sum / (kept_target * float(kRisCandidates)));
   if (kept_shadow) {
     ++rays;
