@@ -77,7 +77,7 @@ Checkpoint load_checkpoint(const std::string& path) {
   file.read(magic, sizeof magic);
   file.read(reinterpret_cast<char*>(&length), sizeof length);
   if (!file || std::memcmp(magic, kMagic, sizeof kMagic) != 0 || length > kLongestHeader)
-    fail(path, "is not one of Ajar's");
+    fail(path, "is not an Ajar checkpoint");
   std::string text(length, '\0');
   file.read(text.data(), std::streamsize(length));
   Checkpoint c;
@@ -98,7 +98,7 @@ Checkpoint load_checkpoint(const std::string& path) {
     if (!(r[0] >= 0 && r[1] >= 0 && r[2] > r[0] && r[3] > r[1] && r[2] <= c.frame[0] && r[3] <= c.frame[1] &&
           c.samples > 0.0))
       fail(path, "is damaged");
-    // Sizes are checked against the file before anything is allocated.
+    // Sizes are compared with the file before anything is allocated.
     const std::streamoff here = file.tellg();
     const auto left = std::filesystem::file_size(path) - uint64_t(here);
     uint64_t wanted = 0;
@@ -122,25 +122,25 @@ Checkpoint load_checkpoint(const std::string& path) {
 std::string reason_against_merging(const Checkpoint& a, const Checkpoint& b) {
   const auto size = [](const Checkpoint& c) {
     return std::to_string(c.region[2] - c.region[0]) + " x " + std::to_string(c.region[3] - c.region[1]) +
-           " pixels of " + std::to_string(c.frame[0]) + " x " + std::to_string(c.frame[1]);
+           " pixels of a frame of " + std::to_string(c.frame[0]) + " x " + std::to_string(c.frame[1]);
   };
-  if (a.frame != b.frame || a.region != b.region) return "one is of " + size(a) + ", the other of " + size(b);
+  if (a.frame != b.frame || a.region != b.region) return "one has " + size(a) + ", the other " + size(b);
   if (a.exposure != b.exposure) return "their exposures differ";
   if (a.scene != 0 && b.scene != 0 && a.scene != b.scene) return "they are of different scenes or frames";
   for (uint32_t seed : a.seeds)
     if (std::find(b.seeds.begin(), b.seeds.end(), seed) != b.seeds.end())
-      return "both hold the samples of seed " + std::to_string(seed);
+      return "both contain the samples of seed " + std::to_string(seed);
   return "";
 }
 
 std::vector<float> merge_pass(const std::string& pass, const std::vector<float>& a, double samples_a,
                               const std::vector<float>& b, double samples_b) {
-  if (a.size() != b.size()) throw SceneError("The pass \"" + pass + "\" differs in size.");
-  // What belongs to the first sample of a pixel stays that of the first render.
+  if (a.size() != b.size()) throw SceneError("The sizes of the pass \"" + pass + "\" differ.");
+  // Values of the first sample of a pixel stay those of the first render.
   if (pass == "Depth" || pass == "Position" || pass == "IndexOB" || pass == "IndexMA") return a;
   double wa = samples_a / (samples_a + samples_b), wb = 1.0 - wa;
   if (pass == "Sample Count") wa = wb = 1.0;
-  if (pass == "Variance") wa *= wa, wb *= wb;  // of the mean of independent estimates
+  if (pass == "Variance") wa *= wa, wb *= wb;  // variance of the mean of independent estimates
   std::vector<float> merged(a.size());
   for (size_t i = 0; i < a.size(); ++i) merged[i] = float(wa * double(a[i]) + wb * double(b[i]));
   return merged;
@@ -148,7 +148,7 @@ std::vector<float> merge_pass(const std::string& pass, const std::vector<float>&
 
 Checkpoint merge(const Checkpoint& a, const Checkpoint& b) {
   if (const std::string why = reason_against_merging(a, b); !why.empty())
-    throw SceneError("These renders cannot be one: " + why + ".");
+    throw SceneError("These renders cannot be merged: " + why + ".");
   Checkpoint c = a;
   c.passes.clear();
   for (const auto& [name, values] : a.passes)

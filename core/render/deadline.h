@@ -1,4 +1,4 @@
-// A flag that is raised at a moment.
+// A flag that is set at a given time.
 #pragma once
 
 #include <atomic>
@@ -10,11 +10,11 @@
 
 namespace ajar {
 
-/// Raises a flag at a moment, or when the render is stopped before. Needs a thread, so that whoever looks at the flag
-/// need not look at a clock.
+/// Sets a flag at a given time, or when the render is stopped before that. It uses a thread, so that code that reads
+/// the flag need not read a clock.
 class Deadline {
  public:
-  /// `state` is notified whenever `stop` is raised.
+  /// `state` must be notified whenever `stop` is set.
   Deadline(Clock::time_point at, const Synchronized<SessionState>& state, const std::atomic<bool>& stop)
       : state_(state), thread_([this, at, &stop] {
           state_.lock().wait_until(at, [&](const SessionState&) { return over_.load() || stop.load(); });

@@ -12,9 +12,9 @@ namespace ajar {
 
 namespace {
 
-/// Samples of a pixel in the pilot: a part of the picture's, within bounds; one where the number of those is not known.
+/// Samples per pixel of the pilot: a fraction of those of the image, within bounds; 1 if that number is unknown.
 constexpr float kPilotShare = 0.06f, kMinPilot = 0.25f, kMaxPilot = 4.0f;
-/// Standard deviation in pixels of the neighbourhoods over which the pilot's light is averaged, and where they end.
+/// Standard deviation, in pixels, of the Gaussian over which the light of the pilot is averaged, and its radius.
 constexpr float kReach = 1.5f;
 constexpr int kRadius = 3;
 
@@ -23,8 +23,8 @@ bool objects_matter(const Scene& scene) {
                      [&](const BuiltInstance& instance) { return scene.object(instance.object).importance != 1.0f; });
 }
 
-/// Sums around each pixel with Gaussian weights, along one axis: pixels are `step` apart, and rows of `length` of them
-/// begin at each of `begins`.
+/// Sums around each pixel with Gaussian weights, along one axis. Pixels are `step` apart; each row of `length` pixels
+/// begins at one of `begins`.
 std::vector<Vec2> smoothed(const std::vector<Vec2>& light, const std::vector<size_t>& begins, int length, size_t step) {
   std::vector<Vec2> sums(light.size(), Vec2(0.0f));
   tbb::parallel_for(size_t(0), begins.size(), [&](size_t row) {
@@ -48,7 +48,7 @@ void multiply_by_light(const std::shared_ptr<const Scene>& scene, uint32_t seed,
   for (int x = 0; x < width; ++x) columns.push_back(size_t(x));
   light = smoothed(smoothed(light, rows, width, 1), columns, height, size_t(width));
   for (size_t i = 0; i < map.size(); ++i)
-    if (light[i].x > 0.0f && light[i].y >= 0.0f) map[i] *= light[i].y / light[i].x;  // weights of media may be negative
+    if (light[i].x > 0.0f && light[i].y >= 0.0f) map[i] *= light[i].y / light[i].x;  // weights of media can be negative
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ namespace ajar {
 
 namespace {
 
-/// Of its strands.
+/// Number of segments of its strands.
 uint64_t segments_of(const MeshDescription& mesh) {
   return mesh.positions.size() > mesh.strands.size() ? mesh.positions.size() - mesh.strands.size() : 0;
 }
@@ -30,8 +30,8 @@ uint64_t bytes_of(const MeshDescription& mesh) {
   const size_t points = mesh.positions.size(), strands = mesh.strands.size(), segments = segments_of(mesh);
   bytes += (points + 2 * strands) * sizeof(Vec4) + points * sizeof(float) +
            strands * (sizeof(uint32_t) + sizeof(float)) + segments * sizeof(uint32_t);
-  if (!mesh.material_slots.empty()) bytes += segments * sizeof(uint16_t);  // of them, not of strands
-  return bytes - points * sizeof(Vec3);                                    // the keys are made of them
+  if (!mesh.material_slots.empty()) bytes += segments * sizeof(uint16_t);  // per segment, not per strand
+  return bytes - points * sizeof(Vec3);                                    // the keys replace the positions
 }
 
 void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
@@ -53,7 +53,7 @@ bool takes_further_samples(const RenderSettings& s) {
 
 bool may_store_photons(const RenderSettings& s) { return gathers_photons(s) || may_merge(s); }
 
-/// Volumes of instances and the world, and what they take; nothing where there are none.
+/// Maximum memory of the volumes of instances and of the world; 0 without volumes.
 uint64_t bytes_of_volumes(const SceneDescription& d) {
   const auto has_volume = [&](int material) {
     return material >= 0 && material < int(d.materials.size()) && d.materials[size_t(material)].graph.volume.node >= 0;
@@ -67,14 +67,14 @@ uint64_t bytes_of_volumes(const SceneDescription& d) {
   return volumes > 0 ? Media::max_bytes(volumes, d.instances.size()) : 0;
 }
 
-/// 1,234 MiB, rounded up.
+/// Text such as "1,234 MiB", rounded up.
 std::string mebibytes(uint64_t bytes) {
   std::string digits = std::to_string((bytes + (1 << 20) - 1) >> 20);
   for (int at = int(digits.size()) - 3; at > 0; at -= 3) digits.insert(size_t(at), ",");
   return digits + " MiB";
 }
 
-/// Whether a pilot will be rendered besides (importance_map.h).
+/// Whether an additional pilot is rendered (importance_map.h).
 bool measures_important_light(const SceneDescription& d) {
   const auto matters = [](const auto& source) { return source.light_importance != 1.0f; };
   return d.settings.image == "pmc_ip" && (matters(d.world) || std::any_of(d.lights.begin(), d.lights.end(), matters) ||
@@ -114,7 +114,7 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
                                 : uint64_t(std::max(0, r[2] - r[0])) * uint64_t(std::max(0, r[3] - r[1]));
   if (s.guiding != "off" && (s.integrator == "path" || s.integrator == kAutomatic))
     guide.bytes = PathGuide::estimated_bytes(pixels, s.samples > 0 ? uint64_t(s.samples) : ~uint64_t(0));
-  // One for four pixels at most.
+  // At most one record for four pixels.
   if (s.integrator == "irradiance_cache") records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
   film.bytes = pixels * Film::bytes_per_pixel(s.passes, s.integrator != "path" && s.integrator != "photon_map");
   if (takes_further_samples(s)) film.bytes += pixels * FurtherSamples::bytes_per_pixel();

@@ -9,11 +9,11 @@ namespace ajar {
 namespace {
 
 constexpr int kBlur = 3;            // pixels to each side
-constexpr double kWorst = 1e-3;     // of the pixels
+constexpr double kWorst = 1e-3;     // fraction of the pixels
 constexpr double kDarkest = 0.01;   // added to squares of light
-constexpr double kHopeless = 1.25;  // times the noise
+constexpr double kHopeless = 1.25;  // times the noise of the first technique
 
-/// Of each pixel, the mean of its channels.
+/// Mean over the channels of each pixel.
 std::vector<double> squared_differences(const std::vector<float>& a, const std::vector<float>& b,
                                         const std::vector<float>& light) {
   std::vector<double> result(light.size() / 4, 0.0);
@@ -39,7 +39,7 @@ double squared_difference(const std::vector<float>& a, const std::vector<float>&
 
 std::vector<float> blurred(const std::vector<float>& image, int width, int height) {
   const size_t row = 4 * size_t(width);
-  std::vector<float> result(image.size()), columns(row);  // columns: sums of the rows that a pixel's square covers
+  std::vector<float> result(image.size()), columns(row);  // columns: sums of the rows in the square around a pixel
   for (int y = 0; y < height; ++y) {
     const int top = std::max(0, y - kBlur), bottom = std::min(height - 1, y + kBlur);
     std::fill(columns.begin(), columns.end(), 0.0f);
@@ -101,8 +101,8 @@ double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const
   for (size_t i = 0; i < light.size(); ++i) {
     if (i % 4 == 3) continue;
     const double missed[2] = {double(there[0][i]) - double(found[0][i]), double(there[1][i]) - double(found[1][i])};
-    // The product of two independent estimates of what is missed has no noise of its own in the mean; halves of
-    // opposite sign belong as well to what is found too much.
+    // The product of two independent estimates of the missed light has no noise in the mean. Half of a negative product
+    // belongs to light that is found in excess.
     const double square = missed[0] * missed[1];
     if (square > 0.0 && missed[0] < 0.0) continue;
     total += (square > 0.0 ? square : 0.5 * square) / (double(light[i]) * double(light[i]) + kDarkest) / 3.0;

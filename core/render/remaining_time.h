@@ -1,9 +1,9 @@
-// How long a render still takes, from how long its latest samples took.
+// The remaining time of a render, predicted from the time of its latest samples.
 //
-// The pace is that of the second half of the samples so far, so that choosing a technique, first iterations and
-// learning do not slow it. The error is expected to fall as n^-kErrorExponent with the number of samples: independent
-// samples have the exponent 1, stratified ones a larger one. A fit of the exponent to each render predicts its end less
-// well than this constant (docs/benchmarks/remaining_time.md).
+// The time per sample is that of the second half of the samples so far, so that the choice of a technique, the first
+// iterations and learning do not count. The error is expected to fall as n^-kErrorExponent with the number of samples:
+// independent samples have the exponent 1, stratified ones a larger one. A fit of the exponent to each render predicts
+// its end less well than this constant (docs/benchmarks/remaining_time.md).
 #pragma once
 
 #include <cstddef>
@@ -14,24 +14,24 @@ namespace ajar {
 class RemainingTime {
  public:
   static constexpr double kErrorExponent = 1.12;
-  static constexpr double kMinSamples = 16.0;  ///< for an error to end a render
+  static constexpr double kMinSamples = 16.0;  ///< minimum number of samples after which an error can end a render
 
-  /// A new render: `seconds` have passed before its first sample.
+  /// Starts a new render: `seconds` have passed before its first sample.
   void begin(double seconds);
-  /// An iteration has ended: `samples` of this render in all, after `seconds`.
+  /// Records the end of an iteration: `samples` of this render in total, after `seconds`.
   void add(double seconds, double samples);
-  /// Negative before the first iteration.
+  /// Negative before the end of the first iteration.
   double seconds_per_sample() const;
-  /// Until there are `samples` in all; negative: not known.
+  /// Seconds until there are `samples` in total; negative: unknown.
   double until_samples(double samples) const;
-  /// Until the error, which is now `error`, is `target`; negative: not known.
+  /// Seconds until the error, which is now `error`, is `target`; negative: unknown.
   double until_error(double error, double target) const;
 
  private:
   struct Moment {
     double seconds, samples;
   };
-  std::vector<Moment> moments_;  // the first has at most half of the last one's samples
+  std::vector<Moment> moments_;  // the first has at most half of the samples of the last
 };
 
 }  // namespace ajar

@@ -63,7 +63,7 @@ void add_render(const SessionState& d, json& j) {
   }
 }
 
-/// What the integrator counted, samples, and whether the picture is unbiased.
+/// Counts of the integrator, samples, and the bias of the image.
 void add_samples(const SessionState& d, json& j) {
   for (const auto& [key, value] : d.statistics.extra) j[key] = value;
   if (d.film) {
@@ -78,7 +78,7 @@ void add_samples(const SessionState& d, json& j) {
   }
 }
 
-/// The scene, as it was built.
+/// The built scene.
 void add_scene(const SessionState& d, json& j) {
   if (d.scene) {
     const BuildStatistics& b = d.scene->statistics();
@@ -104,7 +104,7 @@ void add_scene(const SessionState& d, json& j) {
   }
 }
 
-/// Light hints: how they were attached, and what they brought.
+/// Light hints: how they were attached, and their contribution.
 void add_hints(const SessionState& d, json& j) {
   j["hints"] = json::array();
   for (const HintStatistics& hint : d.statistics.hints) {
@@ -126,7 +126,7 @@ void add_hints(const SessionState& d, json& j) {
   }
 }
 
-/// Of mutations.
+/// Acceptance rates of mutations.
 void add_acceptance_rates(const SessionState& d, json& j) {
   j["acceptance_rates"] = json::object();
   for (const auto& [key, proposed] : d.statistics.extra) {
@@ -172,7 +172,7 @@ std::string statistics_json(const SessionState& d) {
   add_acceptance_rates(d, j);
   add_errors(d, j);
   add_diagnostics(d, j);
-  // Names may hold bytes that are not UTF-8; they are replaced, not fatal.
+  // Names can contain bytes that are not UTF-8. They are replaced and are not an error.
   return j.dump(1, ' ', false, json::error_handler_t::replace);
 }
 

@@ -1,4 +1,4 @@
-// The statistics of a render as JSON text: everything that `--ajar-stats` promises.
+// The statistics of a render as JSON text: all values of `--ajar-stats`.
 #pragma once
 
 #include <string>

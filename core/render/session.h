@@ -1,11 +1,11 @@
-// One render from start to finish in its own threads. Final render, viewport and
-// command line are the same loop with another stopping rule.
+// One render from start to finish in its own threads. Final render, viewport and command line are the same loop with
+// different stopping rules.
 //
-// A viewport goes on: `update` gives the session its scene as it is now, `change_view` another camera. Both return at
-// once and end what runs by themselves. Of several that come while a scene is being built, the latest counts.
+// In a viewport, `update` gives the session the present scene, and `change_view` another camera. Both return
+// immediately and end the running job. If several requests arrive while a scene is being built, the latest counts.
 //
-// The owner polls: `wait`, `snapshot`, `progress`, `error`. Nothing calls back into
-// the owner. An exception in a thread surfaces once, as text, through `error`.
+// The owner polls: `wait`, `snapshot`, `progress`, `take_error`. Nothing calls back into the owner. An exception in a
+// thread is reported once, as text, by `take_error`.
 #pragma once
 
 #include <atomic>
@@ -28,16 +28,16 @@ namespace ajar {
 struct Progress {
   enum class Phase : uint8_t { Idle, Building, Rendering, Done, Cancelled, Failed } phase = Phase::Idle;
   std::string step;
-  float fraction = 0.0f;   ///< of the whole, in [0, 1]
+  float fraction = 0.0f;   ///< of the whole render, in [0, 1]
   double samples = 0.0;    ///< per pixel, mean
-  uint64_t iteration = 0;  ///< of this render; from the first on there is a picture
-  uint64_t render = 0;     ///< the number that `start`, `update` or `change_view` gave
+  uint64_t iteration = 0;  ///< of this render; there is an image after the first
+  uint64_t render = 0;     ///< the number that `start`, `update` or `change_view` returned
   double build_seconds = 0.0, render_seconds = 0.0;
-  double remaining_seconds = -1.0;  ///< until the first of the ends that the settings name; below 0: not known
-  double estimated_relmse = -1.0, estimated_perceptual_error = -1.0;  ///< as the film estimates them
+  double remaining_seconds = -1.0;  ///< until the first end in the settings; negative: unknown
+  double estimated_relmse = -1.0, estimated_perceptual_error = -1.0;  ///< estimated by the film
 };
 
-/// An estimate of the error, and when it was made.
+/// An estimate of the error, and its time.
 struct ErrorPoint {
   double seconds, samples, relmse, perceptual;
 };
@@ -48,52 +48,53 @@ class Session {
   ~Session();  ///< cancels and joins
   Session(const Session&) = delete;
 
-  /// Build the description and render it. Returns at once, with the number of this render.
+  /// Builds the description and renders it. Returns immediately, with the number of this render.
   uint64_t start(SceneDescription description);
-  /// The same for a scene that will be edited: meshes stay apart from their transforms, and what the description shares
-  /// with the scene of before (MeshDescription::shared, images) is neither copied nor built again.
+  /// The same for a scene that will be edited: meshes stay separate from their transforms, and data that the
+  /// description shares with the previous scene (MeshDescription::shared, images) are neither copied nor built again.
   uint64_t update(SceneDescription description);
-  /// The scene at hand seen otherwise: nothing is built again. Of the settings, all but those of caustics.
+  /// Renders the present scene with another camera and other settings, except those of caustics. Nothing is built
+  /// again.
   uint64_t change_view(const CameraDescription& camera, const RenderSettings& settings);
-  /// Before `start`: go on from here. Its samples count towards those asked for.
-  /// `scene` is the fingerprint of what will be rendered, 0 when it is not known; another than the checkpoint's is
+  /// Before `start`: continue from this checkpoint. Its samples count towards the requested ones. `scene` is the
+  /// fingerprint of the scene that will be rendered, 0 if it is unknown. A checkpoint with another fingerprint is
   /// refused.
   void resume(Checkpoint from, uint64_t scene = 0);
-  /// Before `start`: begin with what the frame before has learned. What does not suit is left aside; the plan says
-  /// which and why. The render takes random numbers of its own, whatever its seed.
+  /// Before `start`: begin with what the previous frame has learned. Parts that do not fit are not used; the plan lists
+  /// them with the reason. The render uses its own random numbers, whatever its seed.
   void begin_with(std::shared_ptr<const Learned> learned);
-  /// What the next frame may begin with, once a render is done; else null.
+  /// What the next frame can begin with, once a render is done; null before that.
   std::shared_ptr<const Learned> learned() const;
-  /// Everything found so far, at the last iteration boundary; nothing before the first. Asking once makes later ones be
-  /// kept.
+  /// Everything so far, at the last iteration boundary; empty before the first. After the first call, later checkpoints
+  /// are kept.
   std::optional<Checkpoint> checkpoint() const;
   void cancel();
-  /// Let the render wait after the iteration it is in, or go on. A time limit does not count the time it waits. A
-  /// cancel ends the wait.
+  /// Lets the render wait after the present iteration, or continue. The time limit does not count this time. A cancel
+  /// ends the wait.
   void pause(bool paused);
   bool is_paused() const;
-  /// Wait until done or `seconds` have passed; true when done, cancelled or failed.
+  /// Waits until the render is done or `seconds` have passed. Returns true if it is done, cancelled or failed.
   bool wait(double seconds);
   Progress progress() const;
-  /// The text of what went wrong, empty when nothing has; given once.
+  /// The text of an error, empty if there is none. It is returned only once.
   std::string take_error();
   Diagnostics diagnostics() const;
-  /// How the artist's light paths were attached; empty before the scene is built.
+  /// How the artist's light hints were attached; empty before the scene is built.
   std::vector<HintReport> hint_reports() const;
 
-  /// Pass as floats at the last iteration boundary; empty before the first. Rows bottom up.
+  /// A pass as floats at the last iteration boundary; empty before the first. Rows from the bottom up.
   std::vector<float> snapshot(const std::string& pass) const;
-  /// At most so many photons of the last pass at the last iteration boundary, and how many there were; none from
-  /// integrators without photons. While it renders, those of the boundary after one was asked: nothing is kept unless
-  /// somebody asks.
+  /// Up to `most` photons of the last pass at the last iteration boundary, and their total number; empty for
+  /// integrators without photons. Photons are kept only on request, so during a render the result is that of the first
+  /// boundary after a request.
   PhotonPoints photons(uint64_t most) const;
   int width() const;
   int height() const;
 
-  /// The estimates of the error so far, the oldest first.
+  /// The estimates of the error so far, in the order of time.
   std::vector<ErrorPoint> error_over_time() const;
 
-  /// Everything `--ajar-stats` promises, as JSON text.
+  /// The statistics of `--ajar-stats`, as JSON text.
   std::string statistics_json() const;
 
  private:

@@ -8,9 +8,9 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMaxThreads = 1024;  // of Blender
+constexpr int kMaxThreads = 1024;  // limit of Blender
 
-/// Where the settings name no number of threads: AJAR_THREADS, or all of the machine.
+/// The number of threads if the settings have none: AJAR_THREADS, or all of the machine.
 int default_threads() {
   const char* named = std::getenv("AJAR_THREADS");
   const int threads = named ? std::atoi(named) : 0;
@@ -26,7 +26,7 @@ void SessionState::begin(const Job& job) {
   progress.render = job.number;
   error.clear();
   settings = job.description ? job.description->settings : job.settings;
-  integrator.reset();  // before the scene it holds is changed
+  integrator.reset();  // before the scene that it holds changes
   film.reset();
   image_plan.reset();
   film_idle = false;

@@ -1,5 +1,5 @@
-// What a session's worker and its owner share: what was asked, and what has been found so far. Guarded by one lock
-// (synchronized.h); functions that take a `SessionState&` need it.
+// The state that the worker and the owner of a session share: requests, and results so far. One lock guards it
+// (synchronized.h). Functions that take a `SessionState&` need the lock.
 #pragma once
 
 #include <map>
@@ -20,12 +20,12 @@
 
 namespace ajar {
 
-/// What the owner asked for and the worker has not begun.
+/// A request of the owner that the worker has not started.
 struct Job {
   uint64_t number = 0;
-  std::optional<SceneDescription> description;  ///< else the scene at hand
-  bool keep = false;                            ///< what is shared with the scene of before
-  CameraDescription camera;                     ///< these two when there is no description
+  std::optional<SceneDescription> description;  ///< none: the present scene
+  bool keep = false;                            ///< keep what the description shares with the previous scene
+  CameraDescription camera;                     ///< used with `settings` if there is no description
   RenderSettings settings;
 };
 
@@ -37,19 +37,19 @@ struct SessionState {
   bool busy = false;                         ///< the worker has a job
   bool checkpoint_wanted = false;            ///< keep one at every iteration boundary
   std::set<std::string> wanted{"Combined"};  ///< passes to resolve at the next boundary
-  uint64_t wanted_photons = 0;               ///< that somebody looks at
-  std::optional<Checkpoint> base;            ///< what this render goes on from
+  uint64_t wanted_photons = 0;               ///< number of photons that the owner has requested
+  std::optional<Checkpoint> base;            ///< the checkpoint from which this render continues
   uint64_t scene_fingerprint = 0;
-  std::shared_ptr<const Learned> learned;  ///< in the frame before
+  std::shared_ptr<const Learned> learned;  ///< in the previous frame
 
   // ---- Of the render -------------------------------------------------------------------------
   RenderSettings settings;
   int threads = 0;
-  std::shared_ptr<Scene> scene;                ///< changed by the worker alone, while nothing renders
+  std::shared_ptr<Scene> scene;                ///< changed only by the worker, while nothing renders
   std::shared_ptr<const AttachedHints> hints;  ///< of the scene
-  std::unique_ptr<Integrator> integrator;      ///< the worker's, while it renders
-  std::unique_ptr<Film> film;                  ///< the worker's, until it is idle
-  std::unique_ptr<ImagePlan> image_plan;       ///< none: all pixels get the same number of samples
+  std::unique_ptr<Integrator> integrator;      ///< belongs to the worker while it renders
+  std::unique_ptr<Film> film;                  ///< belongs to the worker until it is idle
+  std::unique_ptr<ImagePlan> image_plan;       ///< null: all pixels get the same number of samples
   bool film_idle = false;                      ///< no thread writes to the film: it may be resolved directly
   uint32_t seed = 0;                           ///< in use: a resumed render has its own
   std::string integrator_name;
@@ -59,7 +59,7 @@ struct SessionState {
   double pilot_seconds = 0.0;
   StoppingPolicy policy;
 
-  // ---- Found so far --------------------------------------------------------------------------
+  // ---- Results so far ------------------------------------------------------------------------
   Progress progress;
   std::string error;
   Diagnostics diagnostics;
@@ -74,11 +74,11 @@ struct SessionState {
   bool finished() const { return !next && !busy; }
   double samples_before() const { return base ? base->samples : 0.0; }
 
-  /// A new render: nothing of the one before is shown as this one's.
+  /// Starts a new render. Results of the previous one are not shown as its results.
   void begin(const Job& job);
   void warn(const std::string& message) { report_once(diagnostics, {Diagnostic::Severity::Warning, "", message}); }
   void measure_film();
-  /// A pass of everything so far, that of a render resumed included. While nothing writes to the film.
+  /// A pass of all samples so far, including those of a checkpoint. Only while nothing writes to the film.
   std::vector<float> resolve(const std::string& pass) const;
   Checkpoint checkpoint() const;
 };

@@ -16,10 +16,10 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kImportancePilot = 0x6c676874u;  // makes a seed of its own
-constexpr double kPilotTimeShare = 0.25;            // of a time limit at most goes into choosing a technique
+constexpr uint32_t kImportancePilot = 0x6c676874u;  // for a separate seed
+constexpr double kPilotTimeShare = 0.25;            // maximum share of a time limit for the choice of a technique
 
-/// Throws SceneError with the valid names.
+/// Throws SceneError with the valid names if `value` is none of them.
 void check_choice(const char* option, const std::string& value, std::initializer_list<const char*> valid) {
   std::string names;
   for (const char* name : valid) {
@@ -29,14 +29,14 @@ void check_choice(const char* option, const std::string& value, std::initializer
   throw SceneError("Unknown " + std::string(option) + " '" + value + "'. Valid names: " + names + ".");
 }
 
-/// Much the same place, not necessarily with the same things in it.
+/// Whether the scene has about the same place and size. Its objects may differ.
 bool is_scene_of(const Scene& scene, const Learned& before) {
   const float ratio = scene.radius() / before.radius;
   return glm::length(scene.center() - before.center) < 0.5f * before.radius && ratio < 2.0f && ratio > 0.5f;
 }
 
-/// Whether the technique chosen for frames before is likely to suit this one, too. Not for a render that goes on from a
-/// checkpoint.
+/// Whether the technique that was chosen for earlier frames probably suits this one. Not for a render that continues
+/// from a checkpoint.
 bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::Choice& here) {
   const Learned::Choice& there = *before.choice;
   return there.age < Learned::kMaxAge && is_scene_of(scene, before) &&
@@ -44,29 +44,31 @@ bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::C
          glm::length(here.eye - there.eye) < 0.1f * before.radius && glm::dot(here.direction, there.direction) > 0.9f;
 }
 
-/// Hand the integrator what the frame before has learned, and say what is used of it.
+/// Gives the integrator what the previous frame has learned, and reports what it uses.
 PlanSteps use_learned(const SessionState& state, Integrator& chosen) {
   if (!state.learned) return {};
   const Learned& learned = *state.learned;
-  const std::string why_not = state.base ? "this one goes on from a checkpoint"
+  const std::string why_not = state.base ? "this render continues from a checkpoint"
                               : learned.integrator != state.integrator_name
-                                  ? "that was rendered by " + std::string(find_integrator(learned.integrator).label)
-                              : !is_scene_of(*state.scene, learned) ? "that shows a scene of another size or elsewhere"
-                                                                    : "";
+                                  ? "that frame was rendered by " +
+                                        std::string(find_integrator(learned.integrator).label)
+                              : !is_scene_of(*state.scene, learned)
+                                  ? "that frame shows a scene of another size or place"
+                                  : "";
   if (!why_not.empty()) return {{"learned in the frame before", false, why_not, ""}};
   PlanSteps steps;
   for (LearnedPart& part : chosen.begin_with(learned)) {
     const bool used = part.why_not.empty();
-    steps.push_back({"learned in the frame before: " + part.name, used,
-                     used ? "it goes on learning from there" : part.why_not, ""});
+    steps.push_back(
+        {"learned in the frame before: " + part.name, used, used ? "learning continues from it" : part.why_not, ""});
   }
   if (steps.empty())
     steps.push_back({"learned in the frame before", false,
-                     "with these settings nothing is learned that holds in another frame", ""});
+                     "with these settings, nothing is learned that can be used in another frame", ""});
   return steps;
 }
 
-/// Throws SceneError when the render cannot go on from the checkpoint.
+/// Throws SceneError if the render cannot continue from the checkpoint.
 void check_base(const SessionState& state, const RenderSettings& s) {
   if (!state.base) return;
   Checkpoint here;
@@ -78,7 +80,7 @@ void check_base(const SessionState& state, const RenderSettings& s) {
     throw SceneError("The checkpoint does not fit this render: " + why + ".");
 }
 
-/// While nothing writes to the film.
+/// Only while nothing writes to the film.
 void estimate_error(SessionState& state, double seconds, uint64_t done) {
   const auto start = Clock::now();
   const Film::ErrorEstimate estimate = state.film->estimated_error(uint32_t(done));
@@ -96,7 +98,7 @@ uint64_t SessionWorker::ask(Job job, bool abort_building) {
   const auto state = state_.lock();
   job.number = ++state->last_number;
   if (state->next && state->next->description && !job.description) {
-    // A scene not yet begun is looked at from the newer place.
+    // The scene is not built yet: it gets the newer view.
     state->next->description->camera = job.camera;
     state->next->description->settings = job.settings;
     state->next->number = job.number;
@@ -130,7 +132,7 @@ void SessionWorker::quit() {
   if (thread_.joinable()) thread_.join();
 }
 
-/// The worker's life: one job after another.
+/// The thread: does one job after another.
 void SessionWorker::work() {
   for (;;) {
     Job job;
@@ -149,7 +151,7 @@ void SessionWorker::work() {
     Progress::Phase end = Progress::Phase::Done;
     std::string what;
     try {
-      // The session's own arena: several sessions share the machine without sharing queues.
+      // The session has its own arena: several sessions share the machine, but not their queues.
       tbb::task_arena arena(threads);
       arena.execute([&] { run(std::move(job)); });
       if (stop_.load()) end = Progress::Phase::Cancelled;
@@ -175,7 +177,7 @@ void SessionWorker::work() {
 
 void SessionWorker::run(Job job) {
   const auto start = Clock::now();
-  // What cannot be rendered is refused before anything is built.
+  // Invalid settings are refused before anything is built.
   const RenderSettings asked = job.description ? job.description->settings : job.settings;
   auto chosen = make_integrator(asked.integrator);
   find_direct_method(asked.direct);
@@ -190,12 +192,12 @@ void SessionWorker::run(Job job) {
     build(job);
   } else {
     const auto state = state_.lock();
-    if (!state->scene) throw SceneError("There is no scene to look at.");
+    if (!state->scene) throw SceneError("There is no scene to render.");
     state->scene->change_view(job.camera, std::move(job.settings));
   }
   if (stop_.load()) return;
   limit_start_ = Clock::now();
-  // While the artist moves about there is no time for a pilot.
+  // While the artist navigates, there is no time for a pilot.
   if (final_render && asked.integrator == kAutomatic) chosen = choose(camera);
   if (stop_.load()) return;
   fall_back(chosen);
@@ -230,7 +232,7 @@ void SessionWorker::build(Job& job) {
   state->scene = std::move(built);
 }
 
-/// The technique that suits the scene best, by a pilot that the plan then tells of.
+/// Chooses the technique for the scene by a pilot, which the plan then lists.
 std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camera) {
   std::shared_ptr<Scene> scene;
   std::shared_ptr<const Learned> learned;
@@ -255,7 +257,7 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
     made.settings.integrator = learned->integrator;
     here = *learned->choice;
     ++here.age;
-    const std::string age = here.age == 1 ? "a frame" : std::to_string(here.age) + " frames";
+    const std::string age = here.age == 1 ? "one frame" : std::to_string(here.age) + " frames";
     steps = {{"technique", true,
               std::string(find_integrator(learned->integrator).label) + ": as chosen " + age + " before", ""}};
   } else {
@@ -274,7 +276,7 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
   return chosen;
 }
 
-/// Path tracing renders what the integrator asked for cannot, and the artist is told.
+/// Path tracing renders a scene that the requested integrator cannot render; the artist gets a message.
 void SessionWorker::fall_back(std::unique_ptr<Integrator>& chosen) {
   const auto state = state_.lock();
   const IntegratorInfo& asked = find_integrator(state->integrator_name);
@@ -287,7 +289,7 @@ void SessionWorker::fall_back(std::unique_ptr<Integrator>& chosen) {
   state->warn(std::string(asked.label) + " does not render this scene: " + why + ". " + path.label + " renders it.");
 }
 
-/// A seed whose numbers neither the render of before has used, nor the frame that taught what this one begins with.
+/// A seed that neither the renders of the checkpoint nor the frame that has trained the learned data have used.
 uint32_t SessionWorker::own_seed(const RenderSettings& s) {
   const auto state = state_.lock();
   uint32_t seed = s.seed;
@@ -331,20 +333,21 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
   const auto state = state_.lock();
   if (s.image == "pmc_ip" && !adapts && has_importance(*scene))
     state->warn(std::string(find_integrator(state->integrator_name).label) +
-                " cannot give pixels different numbers of samples: what is more important gets no more of them.");
+                " cannot give pixels different numbers of samples: their importance has no effect.");
   PlanSteps& steps = state->plan;
   steps = std::move(plan.steps);
   steps.insert(steps.begin(), state->technique_steps.begin(), state->technique_steps.end());
   steps.insert(steps.end(), learned_steps.begin(), learned_steps.end());
   steps.push_back({"image sampling", adapts,
-                   adapts                ? "pixels get samples by their noise"
+                   adapts                ? "the number of samples of each pixel depends on its noise"
                    : s.image == "pmc_ip" ? "this integrator cannot give pixels different numbers of samples"
                                          : "all pixels get the same number of samples",
-                   adapts ? "a few numbers for each pixel, looked at now and then" : ""});
+                   adapts ? "a few numbers for each pixel, read from time to time" : ""});
   if (adapts && scene->any_light_importance())
-    steps.push_back({"importance of light", true,
-                     "a pilot of path tracing measures where the light of groups that matter more or less arrives",
-                     "the pilot"});
+    steps.push_back(
+        {"importance of light", true,
+         "a pilot of path tracing measures where the light of groups with an importance other than 1 arrives",
+         "the pilot"});
   state->image_plan = std::move(image_plan);
   state->settings = s;
   state->seed = seed;
@@ -356,7 +359,7 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
   state->progress.build_seconds = seconds_since(start);
 }
 
-/// Wait while the owner wants it; the time is not counted.
+/// Waits while the owner has paused the render. The time limit does not count this time.
 void SessionWorker::wait_while_paused() {
   const auto start = Clock::now();
   auto state = state_.lock();
@@ -365,12 +368,12 @@ void SessionWorker::wait_while_paused() {
   limit_start_ += Clock::now() - start;
 }
 
-/// A time limit ends an iteration where it stands: pixels keep the samples they have, and chains are weighed by the
-/// steps they took. When it ends does not depend on what the samples found, except that those begun are finished. The
-/// first sample of each pixel is always taken: a picture has no holes.
+/// A time limit can end an iteration at any point. Pixels keep the samples that they have, and chains are weighted by
+/// the steps that they took. This end does not depend on the values of samples, except that started samples are
+/// finished. The first sample of each pixel is always taken, so that the image has no holes.
 void SessionWorker::render_all() {
   uint64_t done = 0;
-  double rendering;  // time of iterations and what chose them, without publishing
+  double rendering;  // time of the iterations and of the choice of a technique, without publishing
   const auto owned = [this, &rendering] {
     const auto state = state_.lock();
     rendering = state->pilot_seconds;
@@ -379,7 +382,7 @@ void SessionWorker::render_all() {
   };
   const Render render = owned();
   const double limit = render.settings.seconds;
-  // A time limit is of all that the artist waits for.
+  // A time limit counts all the time since the build.
   const auto elapsed = [&] { return limit > 0.0 ? seconds_since(limit_start_) : rendering; };
   while (!stop_.load()) {
     wait_while_paused();

@@ -1,7 +1,8 @@
-// The thread of a session: it does one job after another, each a build and a render, or a render of the scene at hand.
+// The thread of a session. It does one job after another. A job is a build and a render, or a render of the present
+// scene.
 //
-// What it shares with the owner is in SessionState, locked for each use. While it renders, the integrator, the film and
-// the scene are its own; the owner touches them only when the film is idle.
+// The data that it shares with the owner are in SessionState, locked for each use. While it renders, the integrator,
+// the film and the scene belong to it; the owner uses them only while the film is idle.
 #pragma once
 
 #include <atomic>
@@ -17,15 +18,15 @@ class SessionWorker {
   ~SessionWorker() { quit(); }
 
   Synchronized<SessionState>::Access state() const { return state_.lock(); }
-  /// Ends what runs and does this next; `abort_building`: even while the scene is being built. Returns the job's
-  /// number.
+  /// Ends the running job and does this one next; `abort_building`: even while the scene is being built. Returns the
+  /// number of the job.
   uint64_t ask(Job job, bool abort_building);
   void cancel();
   /// Ends the thread.
   void quit();
 
  private:
-  /// A render in progress, as the worker alone has it.
+  /// The data of a render in progress that only the worker uses.
   struct Render {
     Integrator& integrator;
     Film& film;
@@ -43,14 +44,14 @@ class SessionWorker {
   void prepare(std::unique_ptr<Integrator> chosen, Clock::time_point start);
   void render_all();
   void wait_while_paused();
-  /// `cut`: the time limit has ended an iteration, after which pixels have different numbers of samples and their error
-  /// is not estimated again.
+  /// `cut`: the time limit has ended an iteration. Pixels then have different numbers of samples, and their error is
+  /// not estimated again.
   void publish(double seconds, uint64_t done, bool cut);
 
   Synchronized<SessionState> state_;
   std::atomic<bool> stop_{false};  // stop rendering
   std::atomic<bool> stop_building_{false};
-  Clock::time_point limit_start_;  // of the time limit: the scene is built
+  Clock::time_point limit_start_;  // start of the time limit: the end of the build
   std::thread thread_;
 };
 

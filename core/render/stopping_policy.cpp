@@ -8,7 +8,7 @@ namespace ajar {
 
 namespace {
 
-constexpr double kErrorShare = 0.02;  // of a render's time goes into looking at its error
+constexpr double kErrorShare = 0.02;  // maximum share of the time of a render for estimates of its error
 
 }  // namespace
 
@@ -33,10 +33,10 @@ int StoppingPolicy::next_samples(double seconds, uint64_t done, const ImagePlan*
     next = std::min(next, double(image_plan->next_decision(uint32_t(done))) - double(done));
     if (done < support.equal) next = std::min(next, double(support.equal / 4 - done % (support.equal / 4)));
   }
-  // Pictures of 2^k samples are what errors are estimated from.
+  // Errors are estimated from images with 2^k samples.
   next = std::min(next, double(std::bit_ceil(done + 1)) - double(done));
-  // A render that stops by its error looks at it after fixed numbers of samples, so that the clock has no say in the
-  // picture.
+  // If an error ends the render, it is estimated after fixed numbers of samples, so that the image does not depend on
+  // the clock.
   if (settings_.target_error > 0.0) {
     const uint64_t step = std::max<uint64_t>(1, std::bit_floor(std::max<uint64_t>(1, done)) / 8);
     next = std::min(next, double(step - done % step));

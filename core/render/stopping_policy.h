@@ -1,7 +1,7 @@
-// When a render ends, how many samples its next iteration takes, and when its error is looked at.
+// When a render ends, how many samples its next iteration has, and when its error is estimated.
 //
-// A render ends after so many samples, after a time, or at an error, whichever comes first. With an error as its end it
-// looks at it after fixed numbers of samples, so that the clock has no say in the picture.
+// A render ends after a number of samples, after a time, or at an error, whichever is first. If an error ends it, the
+// error is estimated after fixed numbers of samples, so that the image does not depend on the clock.
 #pragma once
 
 #include "description/settings.h"
@@ -15,23 +15,23 @@ namespace ajar {
 class StoppingPolicy {
  public:
   StoppingPolicy() = default;
-  /// `samples_before`: of the render that this one goes on from.
+  /// `samples_before`: samples of the checkpoint from which this render continues.
   StoppingPolicy(const RenderSettings& settings, double samples_before)
       : settings_(settings), samples_before_(samples_before) {}
 
-  /// Whether the render may end. `samples` of this render; `relmse` as estimated, negative when it is not known.
+  /// Whether the render may end. `samples` are those of this render; `relmse` is estimated, negative if unknown.
   bool enough(double seconds, double samples, double relmse) const;
-  /// Samples a pixel for the next iteration: first single ones for a quick picture, then as many as last about a third
+  /// Samples per pixel of the next iteration: first single ones for a quick image, then as many as take about a third
   /// of a second.
   int next_samples(double seconds, uint64_t done, const ImagePlan* image_plan, const GoalSupport& support) const;
-  /// Whether to look at the error again: the render may stop by it, it may be the last time, or looking takes a small
-  /// share of the time since.
+  /// Whether to estimate the error again: because it can end the render, because the render ends now, or because the
+  /// estimate takes a small share of the time since the last one.
   bool error_due(double seconds, uint64_t done) const;
-  /// The error was looked at, from `start` on.
+  /// Records that the error was estimated, beginning at `start`.
   void error_looked_at(Clock::time_point start);
-  /// Share of the render that is done by samples or time, in [0, 1].
+  /// Fraction of the render that is done, by samples or time, in [0, 1].
   float fraction(double seconds, uint64_t done) const;
-  /// Until the first of the ends; negative: not known.
+  /// Seconds until the first of the ends; negative: unknown.
   double remaining_seconds(double seconds, double relmse) const;
 
   RemainingTime remaining_time;
@@ -40,7 +40,7 @@ class StoppingPolicy {
   RenderSettings settings_;
   double samples_before_ = 0.0;
   Clock::time_point last_error_look_;
-  double error_look_seconds_ = 0.0;  // what the last look took
+  double error_look_seconds_ = 0.0;  // duration of the last estimate
 };
 
 }  // namespace ajar

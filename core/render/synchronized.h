@@ -1,4 +1,4 @@
-// A value with the lock that guards it: who has not locked it cannot reach it.
+// A value with the lock that guards it. Only code that holds the lock can access the value.
 #pragma once
 
 #include <chrono>
@@ -10,20 +10,21 @@ namespace ajar {
 template <class T>
 class Synchronized {
  public:
-  /// The value while it is locked.
+  /// Access to the value while it is locked.
   class Access {
    public:
     Access(T& value, std::mutex& mutex, std::condition_variable& changed)
         : value_(value), lock_(mutex), changed_(changed) {}
     T* operator->() const { return &value_; }
     T& operator*() const { return value_; }
-    /// Wakes all that wait for a change of the value.
+    /// Wakes all threads that wait for a change of the value.
     void notify() const { changed_.notify_all(); }
-    /// Waits, unlocked, until `done(value)`. With a time: returns whether it is.
+    /// Releases the lock and waits until `done(value)`. The versions with a time end at that time as well.
     template <class Done>
     void wait(Done&& done) {
       changed_.wait(lock_, [&] { return done(value_); });
     }
+    /// Returns whether `done(value)`.
     template <class Done>
     bool wait_for(double seconds, Done&& done) {
       return changed_.wait_for(lock_, std::chrono::duration<double>(seconds), [&] { return done(value_); });

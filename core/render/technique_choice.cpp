@@ -15,36 +15,36 @@ namespace {
 struct Candidate {
   const char* name;
   const char* integrator;
-  double ray_cost;  ///< of one ray and what belongs to it, in path tracing's (docs/benchmarks/auto.md)
-  /// relMSE of long renders over what short ones foretell: rare bright starts that none of these had (same page)
+  double ray_cost;  ///< of one ray and its work, relative to path tracing (docs/benchmarks/auto.md)
+  /// relMSE of long renders over the prediction from short ones: rare bright starts that no pilot had (same page)
   double tail;
-  bool unbiased;  ///< but for what vertex merging blurs, which is left out of account
-  bool spreads;   ///< chains spread light over pixels of a size of their own
-  int samples;    ///< of each of the pilot's two pictures: fewer where a sample brings photons for the whole picture
-  /// of each sample of the pilot at most, unless 0: with fewer, discs grow until they hold as many, so that bias grows
-  /// and noise does not
+  bool unbiased;  ///< except for the blur of vertex merging, which is ignored
+  bool spreads;   ///< a chain spreads light over neighbouring pixels
+  int samples;    ///< of each of the pilot's two images: fewer if a sample brings photons for the whole image
+  /// maximum for each sample of the pilot, unless 0: with fewer, discs grow until they hold this number, so that bias
+  /// grows and noise does not
   int photons;
 };
-/// The first is the one to stay with.
+/// The first is the default.
 constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0},
                                      {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0},
                                      {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000}};
 constexpr int kPilotPixels = 12288, kMinPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;  // of path tracing
-/// The pilot may take this share of the samples asked for.
+/// Maximum share of the pilot in the requested samples.
 constexpr double kPilotShare = 0.06;
-/// Error that is no noise falls with the passes to this power: photon radii shrink as passes^(-1/6) [Knaus and Zwicker
-/// 2011].
+/// Error that is not noise falls with the number of passes to this power: photon radii shrink as passes^(-1/6) [Knaus
+/// and Zwicker 2011].
 constexpr double kBiasRate = -2.0 / 3.0;
-/// Samples a pixel that a render is taken to have which is told neither samples nor time.
+/// Samples per pixel that are assumed for a render without a limit of samples or time.
 constexpr double kUsualSamples = 512.0;
-/// Work of all candidates for a pixel and sample of path tracing in the pilot, in its own: measured on `room`, in CPU
-/// time, but for what photons take.
+/// Work of all candidates per pixel and sample of path tracing in the pilot, relative to path tracing: measured on
+/// `room` in CPU time, without the work for photons.
 constexpr double kPilotWork = 4.0;
-/// How fast path tracing is, where a time limit asks: tried with so many pixels and samples.
+/// Number of pixels and samples per pixel that measure the speed of path tracing if there is a time limit.
 constexpr int kTimedPixels = 1024, kTimedSamples = 4;
-/// relMSE after the pilot's samples at which path tracing does well. Where it has found nothing at all, its error may
-/// be all there is.
+/// Path tracing does well if its relMSE after the pilot, plus the share of unlit pixels, is below this. The share
+/// counts because the error of a pixel without any light can be its whole value.
 constexpr double kEasyRelmse = 0.05;
 
 std::string text(double value) {
@@ -53,7 +53,7 @@ std::string text(double value) {
   return buffer;
 }
 
-/// The same picture with about so many pixels, not more than it has.
+/// Settings of the same image with about this many pixels, but not more than it has.
 RenderSettings smaller(const RenderSettings& asked, double pixels) {
   RenderSettings small = asked;
   const double scale = std::min(1.0, std::sqrt(pixels / (double(asked.width) * asked.height)));
@@ -65,14 +65,14 @@ RenderSettings smaller(const RenderSettings& asked, double pixels) {
   return small;
 }
 
-/// What the pilots render.
+/// The scene and the settings of the pilots.
 struct Tried {
   const std::shared_ptr<Scene>& scene;
   const CameraDescription& camera;
   const RenderSettings& asked;
   std::shared_ptr<const AttachedHints> hints;  // of the scene; null: not attached yet
 
-  /// The integrator, ready to render a picture with these settings. Leaves the scene's view changed.
+  /// The integrator, ready to render an image with these settings. Changes the view of the scene.
   std::unique_ptr<Integrator> prepared(const char* name, const RenderSettings& settings, uint32_t seed) const {
     scene->change_view(camera, settings);
     const IntegratorInfo& info = find_integrator(name);
@@ -82,7 +82,7 @@ struct Tried {
   }
 };
 
-/// Samples a second by path tracing, all threads together. Leaves the scene's view changed.
+/// Samples per second of path tracing with all threads. Changes the view of the scene.
 double samples_per_second(const Tried& tried, const std::atomic<bool>& stop) {
   const RenderSettings small = smaller(tried.asked, kTimedPixels);
   const auto integrator = tried.prepared(kCandidates[0].integrator, small, tried.asked.seed);
@@ -93,7 +93,7 @@ double samples_per_second(const Tried& tried, const std::atomic<bool>& stop) {
   return kTimedSamples * double(small.width) * small.height / std::max(seconds, 1e-6);
 }
 
-/// Samples of path tracing that the render may take, in all pixels. `rate`: a second.
+/// Samples of path tracing that the render may take, in all pixels. `rate`: samples per second.
 double samples_of_render(const RenderSettings& s, double rate) {
   const double pixels = double(s.width) * s.height;
   double samples = s.samples > 0 ? s.samples * pixels : 1e18;
@@ -102,20 +102,21 @@ double samples_of_render(const RenderSettings& s, double rate) {
 }
 
 struct Pilot : PilotImages {
-  double rays = 0.0;  // as if the picture had its share of the render's photons; without those that learn once
+  /// Counted as if the image had its share of the render's photons, and without rays that learn only once.
+  double rays = 0.0;
 };
 
-/// relMSE of chains in a picture of so many pixels, over that in a large one: the fewer there are, the fewer chains
-/// does each see (docs/benchmarks/auto.md).
+/// relMSE of chains in an image with this many pixels, relative to that in a large one: the fewer pixels there are, the
+/// fewer chains reach each of them (docs/benchmarks/auto.md).
 double crowding(double pixels) { return 1.0 + std::pow(2300.0 / pixels, 2.0 / 3.0); }
 
-/// Photons for a pixel of the render over those for a pixel of a pilot: a small picture has more than its share.
+/// Photons per pixel of the render over photons per pixel of a pilot: a small image has more than its share.
 double photon_share(const RenderSettings& asked, const RenderSettings& small) {
   const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
   return photons_of_a_pass(asked) / pixels * few / photons_of_a_pass(small);
 }
 
-/// Leaves the scene's view changed. `small`: of the picture.
+/// Renders both images of a pilot with the settings `small`. Changes the view of the scene.
 Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings small, const std::atomic<bool>& stop) {
   if (candidate.photons > 0 && (small.photons == 0 || small.photons > candidate.photons))
     small.photons = candidate.photons;
@@ -132,7 +133,7 @@ Pilot run_pilot(const Candidate& candidate, const Tried& tried, RenderSettings s
   return pilot;
 }
 
-/// Share of the pixels that show a surface, and in neither picture any light. The scene is looked at as it was for the
+/// Share of the pixels that show a surface and have no light in either image. The scene must have the view of the
 /// pilot.
 double unlit_share(const Scene& scene, const PilotImages& pilot) {
   const int width = scene.settings().width, height = scene.settings().height;
@@ -151,7 +152,7 @@ double unlit_share(const Scene& scene, const PilotImages& pilot) {
   return double(unlit) / (double(width) * double(height));
 }
 
-/// What the pilots foretell of a render of so many samples: those of the first so many candidates.
+/// Predictions for a render with `samples_asked` samples. The pilots are those of the first candidates.
 std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const RenderSettings& asked,
                                       const RenderSettings& small, double samples_asked) {
   std::vector<const PilotImages*> pictures;
@@ -160,10 +161,10 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
   const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
   std::vector<TechniqueTrial> trials;
   std::vector<PilotNoise> noises;
-  size_t calmest = 0;  // of those that are unbiased
+  size_t calmest = 0;  // the unbiased one with the minimum noise
   for (size_t k = 0; k < pilots.size(); ++k) {
     noises.push_back(noise_of(pilots[k], light));
-    // What chains have missed is no such measure of theirs, as neighbours share them.
+    // Missed light is not a measure of the noise of chains, because neighbouring pixels share it.
     for (size_t j = 0; j < pilots.size() && kCandidates[k].unbiased && !kCandidates[k].spreads; ++j) {
       if (j == k || !kCandidates[j].unbiased) continue;
       const double unseen = unseen_noise_of(pilots[k], pilots[j], light, small.width, small.height);
@@ -173,7 +174,7 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
     trials.push_back({kCandidates[k].name, noises[k].whole, pilots[k].rays});
     if (kCandidates[k].unbiased && noises[k].whole < noises[calmest].whole) calmest = k;
   }
-  // Noise falls with the samples that the render's rays pay for, bias more slowly.
+  // Noise falls with the samples that the rays of the render pay for, bias more slowly.
   const double rays_asked = samples_asked * pilots[0].rays / (kPilotSamples * few);
   for (size_t k = 0; k < pilots.size(); ++k) {
     const Candidate& candidate = kCandidates[k];
@@ -214,11 +215,11 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   choice.settings.integrator = kCandidates[0].integrator;
   choice.name = kCandidates[0].name;
   if (scene->lights().empty()) {
-    choice.reason = "nothing is known to emit light";
+    choice.reason = "no lights are known";
     return choice;
   }
   if (asked.bounces.total < 1) {
-    choice.reason = "light does not bounce";
+    choice.reason = "the limit of bounces is 0";
     return choice;
   }
   for (const Candidate& candidate : kCandidates) {
@@ -227,12 +228,12 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   }
   const Tried tried{scene, camera, asked, std::move(hints)};
   const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(tried, stop) : 0.0);
-  // A pilot costs no more than its share of the render.
+  // The pilot costs at most its share of the render.
   const double pixels = std::min({kPilotShare * samples_asked / (kPilotSamples * kPilotWork), double(kPilotPixels),
                                   double(asked.width) * asked.height});
   if (pixels < kMinPixels) {
     scene->change_view(camera, asked);
-    choice.reason = "too few samples to pay for a pilot";
+    choice.reason = "too few samples for a pilot";
     return choice;
   }
 
@@ -242,7 +243,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
     pilots.push_back(run_pilot(candidate, tried, small, stop));
     if (stop.load()) break;
     choice.trials = trials_of(pilots, asked, small, samples_asked);
-    // Photon mapping is not tried where chains are hopeless: both pay where light is hard to find from the eye.
+    // Photon mapping is not tried if chains are hopeless: both are efficient if light is hard to find from the eye.
     if (pilots.size() == 1 ? choice.trials[0].relmse + unlit_share(*scene, pilots[0]) < kEasyRelmse
                            : is_hopeless(choice.trials[1].cost, choice.trials[0].cost))
       break;
@@ -250,7 +251,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   scene->change_view(camera, asked);
   if (stop.load()) {
     choice.trials.clear();
-    choice.reason = "the pilot was stopped before it could tell";
+    choice.reason = "the pilot was stopped before its end";
     return choice;
   }
   std::vector<PilotNoise> costs;
@@ -258,7 +259,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   const size_t best = clearly_best(costs);
   choice.settings.integrator = kCandidates[best].integrator;
   choice.name = kCandidates[best].name;
-  choice.reason = costs.size() == 1 ? "it finds the light well"
+  choice.reason = costs.size() == 1 ? "its error in the pilot is small"
                   : best == 0       ? "no other technique is clearly better"
                                     : text(costs[0].whole / costs[best].whole) +
                                     " times the efficiency of path tracing in a small picture";

@@ -1,14 +1,14 @@
-// `auto`: the technique with which this scene is rendered, chosen by a pilot.
+// `auto`: a pilot chooses the technique for a scene.
 //
-// Every technique that could pay renders the same small picture of the scene twice, with a few samples and independent
-// seeds. From the two follow its noise and, by another's pictures, its bias (render/pilot_comparison.h), and from these
-// the error that the render asked for would end with, if noise falls with the rays and bias as its radii shrink. Rays
-// are counted, not timed, and weighed by what a ray costs in that technique: the same seed chooses the same. The
-// pilot's pictures are thrown away: a choice that looked at samples it keeps would prefer those that missed something
-// bright.
+// Every technique that could be efficient renders the same small image of the scene twice, with few samples and
+// independent seeds. The two images give its noise and, compared with the images of others, its bias
+// (render/pilot_comparison.h). From these follows the error with which the requested render would end, if noise falls
+// with the rays and bias as its radii shrink. Rays are counted, not timed, and weighted by the cost of a ray in that
+// technique, so that the same seed gives the same choice. The images of the pilot are discarded: a choice by samples
+// that it keeps would prefer those that missed something bright.
 //
-// The pilot is skipped where it could not pay, when nothing can bounce or few samples are asked for, and ends early
-// where path tracing is found to do well.
+// The pilot is skipped if it cannot be efficient, because nothing can bounce or few samples are requested. It ends
+// early if path tracing has a small error.
 #pragma once
 
 #include <atomic>
@@ -22,27 +22,27 @@
 
 namespace ajar {
 
-/// The integrator's name in settings that asks for a choice. While an artist moves about in a viewport it is path
-/// tracing.
+/// The name of the integrator in the settings that requests a choice. While an artist navigates in a viewport, it is
+/// path tracing.
 inline constexpr const char* kAutomatic = "auto";
 
 struct TechniqueTrial {
-  const char* name;                 ///< in the plan
-  double relmse = 0.0, rays = 0.0;  ///< of the pilot; relMSE is that of its noise
-  double bias = 0.0;                ///< relMSE of the pilot that is no noise
-  PilotNoise cost;                  ///< relMSE that the render asked for would end with; smaller is better
+  const char* name;                 ///< as in the plan
+  double relmse = 0.0, rays = 0.0;  ///< of the pilot; relmse is that of its noise
+  double bias = 0.0;                ///< relMSE of the pilot that is not noise
+  PilotNoise cost;                  ///< predicted relMSE at the end of the requested render; smaller is better
 };
 
 struct TechniqueChoice {
-  RenderSettings settings;  ///< with the integrator that was chosen
+  RenderSettings settings;  ///< with the chosen integrator
   std::string name, reason;
   std::vector<TechniqueTrial> trials;
   double seconds = 0.0;
   PlanSteps plan() const;
 };
 
-/// Choose for `scene`, whose sole owner the caller is; it is looked at with small pictures meanwhile and left as it
-/// was. `camera` is the one it has.
+/// Chooses the technique for `scene`, of which the caller must be the sole owner. Pilots change the view of the scene;
+/// it is restored at the end. `camera` is the present camera of the scene.
 TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const CameraDescription& camera,
                                  const std::atomic<bool>& stop, std::shared_ptr<const AttachedHints> hints = nullptr);
 
