@@ -81,7 +81,7 @@ inline Color hue_saturation(Color c, float hue, float saturation, float value, f
   return glm::max(t * hsv_to_rgb(hsv) + (1.0f - t) * c, 0.0f);
 }
 
-/// The value of a table. `x` in [0, 1] covers the table; beyond it the table is extrapolated if it asks for this.
+/// The value of a table. `x` in [0, 1] covers the table; beyond it, `table.extrapolate` decides.
 Vec4 table_lookup(const CurveTable& table, float x);
 
 }  // namespace ajar::nodes

@@ -10,7 +10,7 @@
 // and floors, keep a positive probability for every light that the tree can reach. One random number is inverted
 // through shares and tree, so stratified numbers stay stratified.
 //
-// In the first iteration, vertices claim the slots of a table. The smallest key gets the slot, whatever the order of
+// In the first iteration, vertices claim the slots of a table. The smallest key gets the slot, for any order of
 // the threads; vertices with other keys choose by the tree alone. Then cuts are made, and the shares are learned for up
 // to `kLearningIterations` from sums of integers. After that, nothing changes. The estimates are unbiased in all
 // iterations. Another frame of an animation continues from there with one iteration: new positions claim free slots,

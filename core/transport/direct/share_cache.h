@@ -3,7 +3,7 @@
 // A cell is a small cube of space, a rounded normal and a material (and a rounded direction of view on glossy
 // surfaces). Its shares follow the second moments of the contributions of the components:
 //   alpha_k proportional to sqrt(sum_i alpha_k rho_k(x_i) y_i^2),  rho_k = alpha_k p_k / p
-// For components that do not overlap, this is the optimum alpha_k ~ sqrt(E[(f/p_k)^2]), whatever the shares with which
+// For components that do not overlap, this is the optimum alpha_k ~ sqrt(E[(f/p_k)^2]), for any shares with which
 // the samples were drawn. So all past samples count. For components that overlap, the fixed point is that of minimum
 // variance (all E[y^2 p_k/p] are equal), a damped form of the population Monte Carlo update for variance [Douc et al.
 // 2007]. A prior of a few pseudo-samples regularises cells with few samples.
