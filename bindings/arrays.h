@@ -1,4 +1,4 @@
-// NumPy arrays to the vectors of a description, and back: shapes checked, one copy each.
+// Converts between NumPy arrays and the vectors of a description, with a check of the shape and one copy.
 #pragma once
 
 #include <cstring>
@@ -16,10 +16,10 @@ template <typename T>
 using Array = py::array_t<T, py::array::c_style | py::array::forcecast>;
 using Floats = Array<float>;
 
-/// "float32[n, 3]" for messages.
+/// Text such as "float32[n, 3]", for messages.
 std::string shape_text(const py::array& array);
 
-/// Throws ValueError unless `array` is [n, columns], or flat of that many numbers (columns 1: [n]).
+/// Returns n. Throws ValueError unless `array` is [n, columns] or a flat array of n * columns numbers.
 template <typename T>
 size_t check_rows(const Array<T>& array, size_t columns, const std::string& what) {
   const bool flat = array.ndim() == 1 && array.size() % columns == 0;
@@ -41,7 +41,7 @@ std::vector<Element> copy_rows(const Array<T>& array, const std::string& what) {
   return std::vector<Element>(first, first + rows);
 }
 
-/// All numbers of `array`, whatever its shape.
+/// All numbers of `array`, which can have any shape.
 inline std::vector<float> copy_numbers(const Floats& array) {
   const float* first = array.data();
   const size_t count = array.size();

@@ -1,6 +1,7 @@
-// SceneDescription: geometry in bulk by NumPy arrays, everything else field by field.
+// SceneDescription: geometry as NumPy arrays, other data field by field.
 //
-// `add_*` return the index that other parts refer to. Lists read from a description are copies.
+// The `add_*` functions return the index by which other parts refer to an item. Lists that are read from a description
+// are copies.
 #include "arrays.h"
 #include "bind.h"
 #include "description/archive.h"
@@ -86,7 +87,7 @@ std::vector<MeshDescription> meshes_of(const SceneDescription& description) {
   return meshes;
 }
 
-/// Define `function`, whose last arguments are those of make_strands.
+/// Defines `function`, whose last arguments are those of make_strands.
 template <class Target, class Function>
 void def_strands(Target& target, const char* name, Function function, const char* text) {
   target.def(name, function, py::kw_only(), py::arg("name"), py::arg("positions"), py::arg("radii"), py::arg("strands"),
@@ -103,7 +104,7 @@ auto strands_adder(std::shared_ptr<MeshDescription> (*make)(Arguments...)) {
   };
 }
 
-/// Define `function`, whose last arguments are those of read_mesh.
+/// Defines `function`, whose last arguments are those of read_mesh.
 template <class Target, class Function>
 void def_mesh(Target& target, const char* name, Function function, const char* text) {
   target.def(name, function, py::kw_only(), py::arg("name"), py::arg("positions"), py::arg("triangles"),
@@ -166,7 +167,7 @@ void add_instances(SceneDescription& description, const Array<int32_t>& objects,
   }
 }
 
-/// Keys of instances that move while the shutter is open.
+/// Sets the keys of instances that move while the shutter is open.
 void set_motion(SceneDescription& description, const Array<int32_t>& instances, const Floats& world_from_object) {
   const size_t count = check_rows(instances, 1, "instances");
   const size_t keys = world_from_object.size() / 12;
@@ -209,17 +210,17 @@ int add_image(SceneDescription& description, const std::string& name, const std:
 }
 
 void bind_enums(py::module_& module) {
-  py::enum_<AlphaMode>(module, "AlphaMode", "How colours and alpha of an image belong together.")
+  py::enum_<AlphaMode>(module, "AlphaMode", "How the colours and the alpha of an image are related.")
       .value("Straight", AlphaMode::Straight, "Colours are not multiplied by alpha.")
       .value("Premultiplied", AlphaMode::Premultiplied, "Colours are multiplied by alpha.")
-      .value("ChannelPacked", AlphaMode::ChannelPacked, "Alpha is a channel of its own; colours are read as they are.")
+      .value("ChannelPacked", AlphaMode::ChannelPacked, "Alpha is a separate channel; colours are read unchanged.")
       .value("None_", AlphaMode::None, "Alpha is ignored and read as 1.");
   py::enum_<Domain>(module, "Domain", "The elements of a mesh that values belong to.")
       .value("Vertex", Domain::Vertex, "A vertex, or a point of a strand.")
       .value("Corner", Domain::Corner, "A corner of a triangle.")
       .value("Face", Domain::Face, "A triangle, or a strand.");
   py::enum_<StrandShape>(module, "StrandShape", "The shape of hair.")
-      .value("Ribbon", StrandShape::Ribbon, "Flat and turned towards each ray, shaded as a tube.")
+      .value("Ribbon", StrandShape::Ribbon, "Flat, faces each ray, shaded as a tube.")
       .value("Round", StrandShape::Round, "A tube.");
   py::enum_<LightKind>(module, "LightKind", "The kind of a lamp.")
       .value("Point", LightKind::Point, "A sphere, or a point.")
@@ -261,7 +262,7 @@ void bind_enums(py::module_& module) {
 
 void bind_geometry(py::module_& module) {
   py::class_<Attribute>(module, "Attribute", "A named attribute of a mesh.")
-      .def_readonly("name", &Attribute::name, "str. The name that nodes ask for.")
+      .def_readonly("name", &Attribute::name, "str. The name by which nodes read it.")
       .def_readonly("domain", &Attribute::domain, "Domain. The elements that the values belong to.")
       .def_readonly("components", &Attribute::components, "int, 1 to 4. The number of floats for each element.")
       .def_property_readonly(
@@ -290,7 +291,7 @@ void bind_geometry(py::module_& module) {
       .def_readonly("attributes", &MeshDescription::attributes,
                     "list of Attribute. The named attributes: UV maps, colours and the like.")
       .def_readonly("active_uv", &MeshDescription::active_uv,
-                    "str. The name of the UV map that is used where a node names none.")
+                    "str. The name of the UV map that is used if a node names none.")
       .def_property_readonly(
           "strands", [](const MeshDescription& m) { return to_array<uint32_t>(m.strands); },
           "uint32[s], ascending, the first 0. The index of the first point of each strand. Empty for a mesh of "
@@ -301,13 +302,13 @@ void bind_geometry(py::module_& module) {
       .def_readonly("strand_shape", &MeshDescription::strand_shape,
                     "StrandShape. The shape of all strands of the mesh.")
       .def_readonly("strand_subdivisions", &MeshDescription::strand_subdivisions,
-                    "int, 0 to 4. Each segment of a ribbon consists of 2 to this power straight pieces.")
+                    "int, 0 to 4. Each segment of a ribbon has 2^strand_subdivisions straight pieces.")
       .def_readonly("texture_space_location", &MeshDescription::texture_space_location,
                     "tuple of 3 floats, metres in object space. The centre of the box of Generated coordinates.")
       .def_readonly("texture_space_size", &MeshDescription::texture_space_size,
                     "tuple of 3 floats, metres. Half the extent of the box of Generated coordinates.");
   py::class_<ObjectDescription>(module, "ObjectDescription",
-                                "What instances share: a mesh with the materials of its slots.")
+                                "The data that instances share: a mesh and the materials of its slots.")
       .def_readonly("name", &ObjectDescription::name, "str. The name in Blender, used in messages.")
       .def_readonly("mesh", &ObjectDescription::mesh,
                     "int. The index of the mesh. -1 means no mesh, so that instances of the object are skipped.")
@@ -326,17 +327,15 @@ void bind_geometry(py::module_& module) {
                     "tuple of 4 floats, linear RGBA. The value of Object Info > Color.")
       .def_readonly("importance", &ObjectDescription::importance,
                     "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that show the object. It "
-                    "is used with `RenderSettings.image` \"pmc_ip\" "
-                    "and never changes the mean of the image. Negative and non-finite values are read as 1.")
+                    "is used with `RenderSettings.image` \"pmc_ip\" and never changes the mean of the image. Negative "
+                    "and non-finite values are read as 1.")
       .def_readonly("shadow_terminator_offset", &ObjectDescription::shadow_terminator_offset,
-                    "float, 0 to 1. The cosine to the light below which shadow rays leave smooth triangles from the "
-                    "curved surface that they approximate. 0 switches "
-                    "this off.")
+                    "float, 0 to 1. The cosine to the light below which shadow rays from smooth triangles start at the "
+                    "curved surface that the triangles approximate. 0 switches this off.")
       .def_readonly("light_importance", &ObjectDescription::light_importance,
                     "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by emission "
-                    "of the object. It is used with "
-                    "`RenderSettings.image` \"pmc_ip\" and never changes the mean of the image. Negative and "
-                    "non-finite values are read as 1.")
+                    "of the object. It is used with `RenderSettings.image` \"pmc_ip\" and never changes the mean of "
+                    "the image. Negative and non-finite values are read as 1.")
       .def_property_readonly(
           "properties",
           [](const ObjectDescription& o) {
@@ -352,9 +351,9 @@ void bind_geometry(py::module_& module) {
       .def_readonly("world_from_object", &InstanceDescription::world_from_object,
                     "list of 12 floats, three rows of four. The affine transform from object space to world space, "
                     "lengths in metres.")
-      .def_readonly(
-          "motion_key_count", &InstanceDescription::motion_key_count,
-          "int, 0 or 2 to 129. The number of transforms while the shutter is open. 0 means that the instance is still.")
+      .def_readonly("motion_key_count", &InstanceDescription::motion_key_count,
+                    "int, 0 or 2 to 129. The number of transforms while the shutter is open. 0 means that the instance "
+                    "does not move.")
       .def_readonly("random", &InstanceDescription::random, "float, 0 to 1. The value of Object Info > Random.");
   py::class_<ImageDescription>(module, "ImageDescription",
                                "An image for textures. Its source is a path, a packed file or pixels. An image that "
@@ -376,22 +375,22 @@ void bind_geometry(py::module_& module) {
                     "str. Blender's name of the colour space: \"sRGB\", \"Non-Color\", \"Linear\" and others. Linear "
                     "Rec. 709 results.")
       .def_readonly("alpha_mode", &ImageDescription::alpha_mode,
-                    "AlphaMode. How colours and alpha of the image belong together.");
+                    "AlphaMode. How the colours and the alpha of the image are related.");
 }
 
 void bind_light_world_camera(py::module_& module) {
   py::class_<LightDescription>(module, "LightDescription", "A lamp of Blender.")
       .def(py::init<>(), "Make one with default values.")
       .def_readwrite("name", &LightDescription::name, "str. The name in Blender, used in messages.")
-      .def_readwrite("kind", &LightDescription::kind, "LightKind. The kind of lamp. It shines along its local -z axis.")
+      .def_readwrite("kind", &LightDescription::kind, "LightKind. The kind of lamp. It emits along its local -z axis.")
       .def_readwrite("world_from_light", &LightDescription::world_from_light,
                      "list of 12 floats, three rows of four. The affine transform from lamp space to world space, "
                      "lengths in metres.")
       .def_readwrite("color", &LightDescription::color,
-                     "tuple of 3 floats, linear RGB, no unit. A factor on `energy`. Negative values take light away.")
+                     "tuple of 3 floats, linear RGB, no unit. A factor on `energy`. Negative values remove light.")
       .def_readwrite("energy", &LightDescription::energy,
                      "float, W for point, spot and area lamps, W/m^2 for a sun. The power as in Cycles. Negative "
-                     "values take light away.")
+                     "values remove light.")
       .def_readwrite("radius", &LightDescription::radius,
                      "float, metres, >= 0. The radius of the sphere of a point or spot lamp. 0 is a delta light.")
       .def_readwrite("spot_angle", &LightDescription::spot_angle,
@@ -415,25 +414,23 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("multiple_importance", &LightDescription::multiple_importance,
                      "bool. Whether rays can hit the lamp, so that light samples and BSDF samples are combined. It has "
                      "no effect on delta lights.")
-      .def_readwrite(
-          "light_importance", &LightDescription::light_importance,
-          "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the lamp. It is "
-          "used with `RenderSettings.image` "
-          "\"pmc_ip\" and never changes the mean of the image. Negative and non-finite values are read as 1.");
+      .def_readwrite("light_importance", &LightDescription::light_importance,
+                     "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the "
+                     "lamp. It is used with `RenderSettings.image` \"pmc_ip\" and never changes the mean of the image. "
+                     "Negative and non-finite values are read as 1.");
   py::class_<WorldDescription>(module, "WorldDescription", "The environment of the scene.")
       .def_readwrite("name", &WorldDescription::name, "str. The name in Blender, used in messages.")
       .def_readwrite("graph", &WorldDescription::graph,
                      "NodeGraph. The shader of the world. An empty graph means the constant `color`.")
       .def_readwrite(
           "color", &WorldDescription::color,
-          "tuple of 3 floats, linear RGB radiance in W/(m^2 sr). The constant background where `graph` is empty.")
+          "tuple of 3 floats, linear RGB radiance in W/(m^2 sr). The constant background if `graph` is empty.")
       .def_readwrite("visibility", &WorldDescription::visibility,
                      "int, a sum of VISIBLE_* bits, 0 to VISIBLE_ALL. The kinds of ray that see the world.")
-      .def_readwrite(
-          "light_importance", &WorldDescription::light_importance,
-          "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the world. It is "
-          "used with `RenderSettings.image` "
-          "\"pmc_ip\" and never changes the mean of the image. Negative and non-finite values are read as 1.");
+      .def_readwrite("light_importance", &WorldDescription::light_importance,
+                     "float, >= 0, 1 is neutral. A factor for the number of samples of pixels that are lit by the "
+                     "world. It is used with `RenderSettings.image` \"pmc_ip\" and never changes the mean of the "
+                     "image. Negative and non-finite values are read as 1.");
   py::class_<PanoramaDescription>(
       module, "PanoramaDescription",
       "The projection of a panoramic camera. Two descriptions are equal when all fields are equal.")
@@ -452,8 +449,7 @@ void bind_light_world_camera(py::module_& module) {
           "tuple of 2 floats, millimetres, > 0. FisheyeEquisolid and FisheyePolynomial only: the size of the sensor.")
       .def_readwrite("polynomial", &PanoramaDescription::polynomial,
                      "list of 5 floats. FisheyePolynomial only: the coefficients k_i of the angle from the axis in "
-                     "radians, -(k_0 + k_1 r + ... + k_4 r^4), r in "
-                     "millimetres from the centre of the sensor.");
+                     "radians, -(k_0 + k_1 r + ... + k_4 r^4), r in millimetres from the centre of the sensor.");
   py::class_<CameraDescription>(module, "CameraDescription",
                                 "The camera. Two descriptions are equal when all fields are equal.")
       .def(py::init<>(), "Make one with default values.")
@@ -464,12 +460,11 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("kind", &CameraDescription::kind, "CameraKind. The projection.")
       .def_readwrite("world_from_camera", &CameraDescription::world_from_camera,
                      "list of 12 floats, three rows of four. The affine transform from camera space to world space, "
-                     "lengths in metres. The camera looks along its "
-                     "local -z axis, +y is up.")
-      .def_readwrite("screen_window", &CameraDescription::screen_window,
-                     "tuple of 4 floats: left, right, bottom, top. The visible part of the plane z = -1 for a "
-                     "perspective camera, metres for an orthographic one, "
-                     "fractions of the whole panorama (0, 1, 0, 1) for a panoramic one.")
+                     "lengths in metres. The camera looks along its local -z axis, +y is up.")
+      .def_readwrite(
+          "screen_window", &CameraDescription::screen_window,
+          "tuple of 4 floats: left, right, bottom, top. The visible part of the plane z = -1 for a perspective camera, "
+          "metres for an orthographic one, fractions of the whole panorama (0, 1, 0, 1) for a panoramic one.")
       .def_readwrite("clip_start", &CameraDescription::clip_start,
                      "float, metres. Surfaces that are nearer are not seen by camera rays.")
       .def_readwrite("clip_end", &CameraDescription::clip_end,
@@ -487,11 +482,10 @@ void bind_light_world_camera(py::module_& module) {
       .def_readwrite("panorama", &CameraDescription::panorama, "PanoramaDescription. Used when `kind` is Panorama.")
       .def_readwrite("motion", &CameraDescription::motion,
                      "list of lists of 12 floats. `world_from_camera` at evenly spaced times while the shutter is "
-                     "open. An empty list means that the camera is still.")
+                     "open. An empty list means that the camera does not move.")
       .def_readwrite("shutter", &CameraDescription::shutter,
                      "list of floats, ascending from 0 to 1. The times at which equal shares of the light have "
-                     "arrived. An empty list means that the shutter opens at "
-                     "once.");
+                     "arrived. An empty list means that the shutter opens and closes instantly.");
 }
 
 void bind_settings(py::module_& module) {
@@ -518,20 +512,17 @@ void bind_settings(py::module_& module) {
       .def_readwrite("filter", &RenderSettings::filter, "FilterKind. The pixel filter.")
       .def_readwrite("filter_width", &RenderSettings::filter_width,
                      "float, pixels, 0.01 to 1000, as in Blender. A box is always 1 pixel wide. A Gaussian covers 3 "
-                     "times and Blackman-Harris 2 times this width, as "
-                     "in Cycles.")
+                     "times and Blackman-Harris 2 times this width, as in Cycles.")
       .def_readwrite("exposure", &RenderSettings::exposure, "float. A factor on the image.")
       .def_readwrite("transparent_film", &RenderSettings::transparent_film,
                      "bool. Whether the world is hidden from the camera, so that alpha is 0 there.")
       .def_readwrite("bounces", &RenderSettings::bounces, "BounceLimits. The limits on path length.")
       .def_readwrite("clamp_direct", &RenderSettings::clamp_direct,
                      "float, radiance, >= 0; 0 is off. The maximum of the mean of R, G and B of a contribution that "
-                     "was scattered at most once. Clamping is a bias. "
-                     "Only path tracing follows it.")
+                     "was scattered at most once. Clamping is a bias. Only path tracing follows it.")
       .def_readwrite("clamp_indirect", &RenderSettings::clamp_indirect,
                      "float, radiance, >= 0; 0 is off. The maximum of the mean of R, G and B of a contribution that "
-                     "was scattered more than once. Clamping is a bias. "
-                     "Only path tracing follows it.")
+                     "was scattered more than once. Clamping is a bias. Only path tracing follows it.")
       .def_readwrite("reflective_caustics", &RenderSettings::reflective_caustics,
                      "bool. Whether light reaches diffuse surfaces by glossy reflection.")
       .def_readwrite("refractive_caustics", &RenderSettings::refractive_caustics,
@@ -548,9 +539,8 @@ void bind_settings(py::module_& module) {
                      "str: \"off\", \"on\" or \"auto\". Path guiding of the path tracer. \"auto\" measures first "
                      "whether guiding is faster.")
       .def_readwrite("vertex_merging", &RenderSettings::vertex_merging,
-                     "str: \"off\" or \"on\". Whether bdpt, erpt, pmc_pt and metropolis take caustics seen in mirrors "
-                     "from photons. The image is then consistent and no "
-                     "longer unbiased.")
+                     "str: \"off\" or \"on\". Whether bdpt, erpt, pmc_pt and metropolis compute caustics that are seen "
+                     "in mirrors from photons. The image is then consistent and no longer unbiased.")
       .def_readwrite("image", &RenderSettings::image,
                      "str: \"uniform\" or \"pmc_ip\". How samples are distributed over the pixels: equally, or by the "
                      "noise of the pixels.")
@@ -561,8 +551,7 @@ void bind_settings(py::module_& module) {
                      "`importance_factor` applies.")
       .def_readwrite("importance_factor", &RenderSettings::importance_factor,
                      "float, >= 0, 1 is neutral. A factor for the number of samples of pixels in `importance_region`. "
-                     "Used with `image` \"pmc_ip\". Negative and non-"
-                     "finite values are read as 1.")
+                     "Used with `image` \"pmc_ip\". Negative and non-finite values are read as 1.")
       .def_readwrite("samples", &RenderSettings::samples,
                      "int, samples per pixel, >= 0. The render stops after this number. 0 is no limit.")
       .def_readwrite("seconds", &RenderSettings::seconds,
@@ -570,8 +559,7 @@ void bind_settings(py::module_& module) {
                      "the building of the scene. 0 is no limit.")
       .def_readwrite("target_error", &RenderSettings::target_error,
                      "float, relMSE, >= 0. The render stops when the estimated relative mean squared error is at most "
-                     "this, after 16 samples per pixel at the "
-                     "earliest. 0 is no limit.")
+                     "this, after 16 samples per pixel at the earliest. 0 is no limit.")
       .def_readwrite("photons", &RenderSettings::photons,
                      "int, >= 0. The number of photon paths that are emitted for each sample per pixel. 0 chooses it "
                      "by the size of the frame.")
@@ -595,8 +583,7 @@ void bind_settings(py::module_& module) {
             s.mist = {mist.x, mist.y, mist.z};
           },
           "tuple of 3 floats: start in metres, depth in metres (> 0), exponent. The pass Mist is ((distance - start) / "
-          "depth)^exponent, "
-          "where the base is limited to 0 and 1.")
+          "depth)^exponent, where the base is clamped to the range 0 to 1.")
       .def_readwrite(
           "passes", &RenderSettings::passes,
           "list of str. The names of the passes to render, from `known_passes()`. Assign a new list to change it.");
@@ -627,40 +614,33 @@ void bind_description(py::module_& module) {
       .def_readwrite("enabled", &HintDescription::enabled, "bool. Whether the hint is used.");
   py::class_<SceneDescription> scene(
       module, "SceneDescription",
-      "A scene as plain data, in Blender's axes (z up) and units (metres). The `add_*` methods return the index "
-      "that other parts refer to. Lists that are read from a description are copies.");
+      "A scene as plain data, in Blender's axes (z up) and units (metres). The `add_*` methods return the index that "
+      "other parts refer to. Lists that are read from a description are copies.");
   constexpr MeshArguments* mesh_arguments = nullptr;
   def_mesh(scene, "add_mesh", adder(mesh_arguments),
            "Add a mesh and return its index. Arrays are copied once. positions: float32[n, 3] in metres, object space. "
-           "triangles: uint32[t, 3] "
-           "of vertices. material_slots: uint16[t], or None for slot 0 everywhere. normals: float32[m, 3], m being n "
-           "for Domain.Vertex and 3 t for "
-           "Domain.Corner, or None for flat shading. attributes: tuples (name, Domain, values), values being "
-           "float32[m, c] with 1 to 4 "
-           "components c. active_uv: the name of the UV map that is used where a node names none. "
-           "texture_space_location and texture_space_size: the centre and "
-           "half the extent of the box of Generated coordinates. Raises ValueError, which names the mesh, for an array "
-           "of the wrong shape. Indices and lengths are checked "
-           "when the scene is built.");
+           "triangles: uint32[t, 3] of vertices. material_slots: uint16[t], or None for slot 0 everywhere. normals: "
+           "float32[m, 3], m being n for Domain.Vertex and 3 t for Domain.Corner, or None for flat shading. "
+           "attributes: tuples (name, Domain, values), values being float32[m, c] with 1 to 4 components c. active_uv: "
+           "the name of the UV map that is used if a node names none. texture_space_location and texture_space_size: "
+           "the centre and half the extent of the box of Generated coordinates. Raises ValueError, which names the "
+           "mesh, for an array of the wrong shape. Indices and lengths are checked when the scene is built.");
   def_mesh(module, "make_mesh", maker(mesh_arguments),
            "Make a mesh for any number of descriptions and return a MeshDescription for add_shared_mesh. Arguments and "
-           "errors are those of "
-           "SceneDescription.add_mesh.");
-  def_strands(module, "make_strands", &make_strands,
-              "Make hair and return a MeshDescription for add_shared_mesh. positions: float32[n, 3] in metres, the "
-              "points of all strands. radii: float32[n] in "
-              "metres. strands: uint32[s], the first point of each strand, ascending from 0. material_slots: uint16[s] "
-              "or None. attributes: tuples (name, "
-              "Domain, values), for points (Domain.Vertex) or strands (Domain.Face). subdivisions: 0 to 4, each "
-              "segment of a ribbon consists of 2 to this "
-              "power straight pieces. Raises ValueError, which names the strands, for an array of the wrong shape.");
+           "errors are those of SceneDescription.add_mesh.");
+  def_strands(
+      module, "make_strands", &make_strands,
+      "Make hair and return a MeshDescription for add_shared_mesh. positions: float32[n, 3] in metres, the points of "
+      "all strands. radii: float32[n] in metres. strands: uint32[s], the first point of each strand, ascending from 0. "
+      "material_slots: uint16[s] or None. attributes: tuples (name, Domain, values), for points (Domain.Vertex) or "
+      "strands (Domain.Face). subdivisions: 0 to 4, each segment of a ribbon has 2^subdivisions straight pieces. "
+      "Raises ValueError, which names the strands, for an array of the wrong shape.");
   def_strands(scene, "add_strands", strands_adder(&make_strands),
               "Add hair and return the index of its mesh. Arguments and errors are those of make_strands.");
   scene.def(py::init<>(), "Make one with default values.")
       .def("add_shared_mesh", &add_shared_mesh, py::arg("mesh"),
            "Add a mesh that make_mesh or make_strands has made, without a copy, and return its index. Session.update "
-           "keeps the structures of a mesh that the "
-           "next description contains again.")
+           "keeps the structures of a mesh that the next description contains again.")
       .def("add_object", &add_object, py::kw_only(), py::arg("name"), py::arg("mesh"),
            py::arg("materials") = std::vector<int>{}, py::arg("visibility") = uint32_t(kVisibleAll),
            py::arg("holdout") = false, py::arg("shadow_catcher") = false, py::arg("pass_index") = 0,
@@ -668,30 +648,26 @@ void bind_description(py::module_& module) {
            py::arg("light_importance") = 1.0f,
            py::arg("properties") = std::vector<std::tuple<std::string, bool, Vec4>>{},
            "Add an object and return its index. mesh: an index from add_mesh. materials: indices from add_material for "
-           "the slots, -1 for the default "
-           "grey. visibility: a sum of VISIBLE_* bits. properties: the values for Attribute nodes, tuples (name, "
-           "whether the value belongs to the instancer, four numbers). The "
-           "other arguments are the fields of ObjectDescription. Indices are checked when the scene is built.")
+           "the slots, -1 for the default grey. visibility: a sum of VISIBLE_* bits. properties: the values for "
+           "Attribute nodes, tuples (name, whether the value belongs to the instancer, four numbers). The other "
+           "arguments are the fields of ObjectDescription. Indices are checked when the scene is built.")
       .def("add_instances", &add_instances, py::arg("objects"), py::arg("world_from_object"),
            py::arg("random") = py::none(),
            "Add n instances. objects: int32[n], indices from add_object. world_from_object: float32[n, 12], three rows "
-           "of four of each affine transform, lengths in "
-           "metres. random: float32[n] in 0 to 1 for Object Info > Random, or None for 0. Raises ValueError for an "
-           "array of the wrong shape or length.")
+           "of four of each affine transform, lengths in metres. random: float32[n] in 0 to 1 for Object Info > "
+           "Random, or None for 0. Raises ValueError for an array of the wrong shape or length.")
       .def("set_motion", &set_motion, py::arg("instances"), py::arg("world_from_object"),
            "Set the transforms of m moving instances at k evenly spaced times while the shutter is open. instances: "
-           "int32[m], numbers in the order of "
-           "add_instances. world_from_object: float32[m, k, 12], k from 2 to 129. Raises ValueError when the second "
-           "array is not a whole number of transforms for each "
-           "instance, and IndexError for an instance that does not exist.")
+           "int32[m], numbers in the order of add_instances. world_from_object: float32[m, k, 12], k from 2 to 129. "
+           "Raises ValueError when the second array is not a whole number of transforms for each instance, and "
+           "IndexError for an instance that does not exist.")
       .def("add_image", &add_image, py::kw_only(), py::arg("name"), py::arg("path") = "",
            py::arg("packed") = py::bytes(), py::arg("pixels") = py::none(), py::arg("width") = 0, py::arg("height") = 0,
            py::arg("color_space") = "sRGB", py::arg("alpha_mode") = AlphaMode::Straight,
            "Add an image and return its index. It has one source. path: a file. packed: the bytes of a file. pixels: "
-           "float32[height, width, 4] or flat, RGBA, rows "
-           "from the bottom up, with width and height in pixels. Raises ValueError, which names the image, when pixels "
-           "does not have width * height * 4 numbers. "
-           "An image that cannot be read renders magenta and is reported by name.")
+           "float32[height, width, 4] or flat, RGBA, rows from the bottom up, with width and height in pixels. Raises "
+           "ValueError, which names the image, when pixels does not have width * height * 4 numbers. An image that "
+           "cannot be read renders magenta and is reported by name.")
       .def(
           "add_material",
           [](SceneDescription& description, std::string name, const NodeGraph& graph, int pass_index) {
@@ -726,11 +702,10 @@ void bind_description(py::module_& module) {
           py::kw_only(), py::arg("name"), py::arg("points"), py::arg("spread") = 0.0872665f,
           py::arg("spreads") = std::vector<float>(), py::arg("weight") = 1.0f, py::arg("enabled") = true,
           "Add a light hint and return its index. points: float32[n, 3] in metres, world space, from a light towards "
-          "what the camera sees, n >= 2. spread: the "
-          "half-angle of the cone around each of the n - 1 segments, radians, > 0 to pi. spreads: the half-angles of "
-          "the first segments. weight: >= 0, relative "
-          "to other hints. Raises ValueError, which names the hint, when points has the wrong shape. A hint that "
-          "cannot be attached is reported and not used.")
+          "what the camera sees, n >= 2. spread: the half-angle of the cone around each of the n - 1 segments, "
+          "radians, > 0 to pi. spreads: the half-angles of the first segments. weight: >= 0, relative to other hints. "
+          "Raises ValueError, which names the hint, when points has the wrong shape. A hint that cannot be attached is "
+          "reported and not used.")
       .def_property_readonly("meshes", &meshes_of, "list of MeshDescription. Copies of the meshes.")
       .def_readonly("objects", &SceneDescription::objects, "list of ObjectDescription. Copies of the objects.")
       .def_readonly("instances", &SceneDescription::instances, "list of InstanceDescription. Copies of the instances.")
@@ -749,9 +724,9 @@ void bind_description(py::module_& module) {
                      "RenderSettings. The settings. Changes of its fields apply to this description.")
       .def("fingerprint", py::overload_cast<const SceneDescription&>(&fingerprint),
            py::call_guard<py::gil_scoped_release>(),
-           "Return a 64-bit number of everything except camera and settings. Descriptions with the same number render "
-           "alike. Two settings count: those of "
-           "caustics. Shared meshes count by identity.");
+           "Return a 64-bit hash of everything except the camera and the settings. The settings of caustics and of the "
+           "bump terminator are included. Descriptions with equal hashes give equal images with the same camera. "
+           "Shared meshes are hashed by identity.");
 
   module.def(
       "random_per_island",
@@ -766,8 +741,8 @@ void bind_description(py::module_& module) {
       },
       py::arg("vertex_count"), py::arg("edges"),
       "Return float32[vertex_count]: a random number in 0 to 1 for each vertex, the same for all connected vertices, "
-      "as in Cycles. edges: uint32[e, 2] of vertices; edges of "
-      "vertices that do not exist are ignored. Raises ValueError for an array of the wrong shape.");
+      "as in Cycles. edges: uint32[e, 2] of vertices; edges with invalid vertices are ignored. Raises ValueError for "
+      "an array of the wrong shape.");
   module.def(
       "pointiness",
       [](const Floats& positions, const Floats& normals, const Array<uint32_t>& edges) {
@@ -782,14 +757,14 @@ void bind_description(py::module_& module) {
       },
       py::arg("positions"), py::arg("normals"), py::arg("edges"),
       "Return float32[n]: the pointiness of each vertex, 0 to 1, 0.5 where the mesh is flat, as in Cycles. positions "
-      "and normals: float32[n, 3]. edges: uint32[e, 2] of "
-      "vertices. Raises ValueError for an array of the wrong shape.");
+      "and normals: float32[n, 3]. edges: uint32[e, 2] of vertices. Raises ValueError for an array of the wrong "
+      "shape.");
   module.def("save_description", &save_description, py::arg("description"), py::arg("path"),
              py::call_guard<py::gil_scoped_release>(),
              "Write a description to a file. Raises SceneError, which names the file, when it cannot be written.");
   module.def("load_description", &load_description, py::arg("path"), py::call_guard<py::gil_scoped_release>(),
              "Read a description from a file. Files of older versions are read. Raises SceneError when the file cannot "
-             "be read, is damaged, or is no scene file.");
+             "be read, is damaged, or is not a scene file.");
 }
 
 }  // namespace ajar::python

@@ -1,4 +1,4 @@
-// Pictures from and to files, as arrays [height, width, channels] of linear floats, rows bottom up.
+// Image files as arrays [height, width, channels] of linear floats, rows from the bottom up.
 #include "arrays.h"
 #include "bind.h"
 #include "film/image_io.h"
@@ -19,9 +19,8 @@ void bind_image(py::module_& module) {
       },
       py::arg("path"),
       "Read an image file and return float32[height, width, channels], rows from the bottom up. 8-bit files are "
-      "decoded from sRGB and their colours are multiplied by "
-      "alpha, so that values are linear. Float files are returned as they are. Raises RuntimeError, which names the "
-      "file, when it cannot be read.");
+      "decoded from sRGB and their colours are multiplied by alpha, so that values are linear. Float files are "
+      "returned as they are. Raises RuntimeError, which names the file, when it cannot be read.");
   module.def(
       "read_channels",
       [](const std::string& path) {
@@ -41,8 +40,8 @@ void bind_image(py::module_& module) {
       },
       py::arg("path"),
       "Read an image file and return a dict from the name of each channel to float32[height, width], rows from the "
-      "bottom up, such as the channels of a multilayer "
-      "EXR file. Values are those of read_image. Raises RuntimeError, which names the file, when it cannot be read.");
+      "bottom up, such as the channels of a multilayer EXR file. Values are those of read_image. Raises RuntimeError, "
+      "which names the file, when it cannot be read.");
   module.def(
       "write_image",
       [](const std::string& path, const Floats& pixels, const std::map<std::string, std::string>& metadata) {
@@ -55,10 +54,9 @@ void bind_image(py::module_& module) {
       },
       py::arg("path"), py::arg("pixels"), py::arg("metadata") = std::map<std::string, std::string>{},
       "Write pixels, float32[height, width, channels] or float32[height, width], linear, rows from the bottom up, to a "
-      "file. The ending of the path chooses the format: "
-      ".exr stores the floats, .png 8 bits in sRGB with straight alpha, 1 to 4 channels. metadata: texts to store by "
-      "name. Raises ValueError for an array of another "
-      "number of dimensions, and RuntimeError, which names the file, when it cannot be written.");
+      "file. The file extension selects the format: .exr stores the floats, .png 8 bits in sRGB with straight alpha, 1 "
+      "to 4 channels. metadata: texts to store by name. Raises ValueError for an array of another number of "
+      "dimensions, and RuntimeError, which names the file, when it cannot be written.");
 }
 
 }  // namespace ajar::python

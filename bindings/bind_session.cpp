@@ -1,4 +1,4 @@
-// Session, what it reports, and the lists of what this build can do.
+// Session, its reports, and the lists of integrators, methods and passes.
 #include <utility>
 
 #include "arrays.h"
@@ -13,7 +13,7 @@
 namespace ajar::python {
 namespace {
 
-/// Destroying a session waits for its threads; Python may go on meanwhile.
+/// Destroying a session waits for its threads. Python code can run meanwhile.
 struct DeleteWithoutLock {
   void operator()(Session* session) const {
     py::gil_scoped_release release;
@@ -30,7 +30,7 @@ int channels_of(const std::string& pass) {
   throw py::value_error("unknown pass \"" + pass + "\"; valid: " + valid);
 }
 
-/// (positions, powers, stored)
+/// Returns (positions, powers, stored).
 py::tuple photons(const Session& session, uint64_t most) {
   PhotonPoints points;
   {
@@ -71,7 +71,7 @@ py::object snapshot(const Session& session, const std::string& pass) {
 }
 
 void bind_reports(py::module_& module) {
-  py::class_<Progress> progress(module, "Progress", "How far a render is.");
+  py::class_<Progress> progress(module, "Progress", "The progress of a render.");
   py::enum_<Progress::Phase>(progress, "Phase", "The state of a session.")
       .value("Idle", Progress::Phase::Idle, "Nothing was started.")
       .value("Building", Progress::Phase::Building, "The scene is being built.")
@@ -80,7 +80,7 @@ void bind_reports(py::module_& module) {
       .value("Cancelled", Progress::Phase::Cancelled, "`cancel` ended the render.")
       .value("Failed", Progress::Phase::Failed, "An error ended the render; `take_error` has its text.");
   progress.def_readonly("phase", &Progress::phase, "Progress.Phase. The state of the session.")
-      .def_readonly("step", &Progress::step, "str. What the session does now, for the artist.")
+      .def_readonly("step", &Progress::step, "str. The present step of the session, for the artist.")
       .def_readonly("fraction", &Progress::fraction, "float, 0 to 1. The part of the render that is done.")
       .def_readonly("samples", &Progress::samples, "float, samples per pixel. The mean over the image.")
       .def_readonly("iteration", &Progress::iteration,
@@ -148,7 +148,7 @@ void bind_session(py::module_& module) {
   bind_reports(module);
   py::class_<Learned, std::shared_ptr<Learned>>(
       module, "Learned",
-      "What a frame of an animation has learned, for the next frame. It guides samples and is no part of an image.")
+      "What a frame of an animation has learned, for the next frame. It guides samples and is not part of an image.")
       .def_readonly("integrator", &Learned::integrator, "str. The name of the integrator that learned.")
       .def_readonly("frames", &Learned::frames, "int, >= 1. The number of frames of the animation so far.");
   using Release = py::call_guard<py::gil_scoped_release>;
@@ -164,9 +164,8 @@ void bind_session(py::module_& module) {
           },
           py::arg("description"), py::arg("keep") = false, Release(),
           "Build the scene, render it, and return the number of the render at once. Without `keep` the description is "
-          "empty afterwards; with it the description is "
-          "copied. Errors, for example an unknown integrator or a missing camera, end the render with "
-          "Progress.Phase.Failed and are returned by take_error.")
+          "empty afterwards; with it the description is copied. Errors, for example an unknown integrator or a missing "
+          "camera, end the render with Progress.Phase.Failed and are returned by take_error.")
       .def(
           "update",
           [](Session& session, SceneDescription& description) {
@@ -174,12 +173,12 @@ void bind_session(py::module_& module) {
           },
           py::arg("description"), Release(),
           "Render an edited scene and return the number of the render at once. Meshes from add_shared_mesh and images "
-          "that the scene before contained are not built "
-          "again. A render in progress ends. The description is empty afterwards. Errors are those of start.")
+          "that the previous scene contained are not built again. A render in progress ends. The description is empty "
+          "afterwards. Errors are those of start.")
       .def("change_view", &Session::change_view, py::arg("camera"), py::arg("settings"), Release(),
            "Render the present scene with another camera and other settings, and return the number of the render at "
-           "once. Nothing is built again. The settings of "
-           "caustics keep their values. Without a scene the render fails, see take_error.")
+           "once. Nothing is built again. The settings of caustics keep their values. Without a scene the render "
+           "fails, see take_error.")
       .def(
           "resume",
           [](Session& session, const std::string& path, uint64_t scene) {
@@ -187,17 +186,15 @@ void bind_session(py::module_& module) {
           },
           py::arg("path"), py::arg("scene") = 0, Release(),
           "Continue from a checkpoint file. To be called before start. Its samples count towards "
-          "`RenderSettings.samples`. scene: SceneDescription.fingerprint(), or 0 "
-          "to skip the comparison of scenes. Raises SceneError, which names the file, when it cannot be read. The "
-          "render fails, see take_error, when the checkpoint is of another scene or "
-          "frame.")
+          "`RenderSettings.samples`. scene: SceneDescription.fingerprint(), or 0 to skip the comparison of scenes. "
+          "Raises SceneError, which names the file, when it cannot be read. The render fails, see take_error, when the "
+          "checkpoint is of another scene or frame.")
       .def(
           "begin_with",
           [](Session& session, std::shared_ptr<Learned> learned) { session.begin_with(std::move(learned)); },
           py::arg("learned"), Release(),
           "Begin with what the previous frame of an animation has learned, or with nothing (None). To be called before "
-          "start. The render plan in statistics_json states "
-          "which parts are used.")
+          "start. The render plan in statistics_json states which parts are used.")
       .def(
           "learned", [](const Session& session) { return std::const_pointer_cast<Learned>(session.learned()); },
           Release(), "Return a Learned for the next frame, or None unless the render is done.")
@@ -212,8 +209,8 @@ void bind_session(py::module_& module) {
           },
           py::arg("path"), py::arg("scene") = 0, Release(),
           "Write everything rendered so far to a file and return True, or return False before the first iteration has "
-          "ended. scene: SceneDescription.fingerprint(), or 0. "
-          "Raises SceneError, which names the file, when it cannot be written.")
+          "ended. scene: SceneDescription.fingerprint(), or 0. Raises SceneError, which names the file, when it cannot "
+          "be written.")
       .def("cancel", &Session::cancel, Release(),
            "End the render. Returns at once; wait returns True when the threads have stopped.")
       .def("pause", &Session::pause, py::arg("paused"), Release(),
@@ -231,16 +228,14 @@ void bind_session(py::module_& module) {
            "Return a list of HintReport, one for each light hint. Empty before the scene is built.")
       .def("snapshot", &snapshot, py::arg("pass_name"),
            "Return a pass as float32[height, width, channels], rows from the bottom up, as it was after the last "
-           "iteration, or None before the first. The number of channels is "
-           "known_passes()[pass_name]. While the session renders, a pass is kept from the first call on, so that the "
-           "first call can return None. Raises ValueError, which lists "
-           "the valid names, for an unknown pass.")
+           "iteration, or None before the first. The number of channels is known_passes()[pass_name]. While the "
+           "session renders, a pass is kept from the first call on, so that the first call can return None. Raises "
+           "ValueError, which lists the valid names, for an unknown pass.")
       .def("photons", &photons, py::arg("most") = 50000,
            "Return (positions, powers, stored) of the last photon pass, for display: float32[n, 3] in metres, world "
-           "space; float32[n, 3] in watts; and the "
-           "number of photons that were stored. n is at most `most`; the photons are spread evenly over space. n is 0 "
-           "for integrators without photons, and while "
-           "the session renders, before the first iteration that ends after the first call.")
+           "space; float32[n, 3] in watts; and the number of photons that were stored. n is at most `most`; the "
+           "photons are spread evenly over space. n is 0 for integrators without photons, and while the session "
+           "renders, before the first iteration that ends after the first call.")
       .def("error_over_time", &error_over_time,
            "Return the estimates of the error so far as float64[n, 4], the oldest first: seconds, samples per pixel, "
            "relative mean squared error, perceptual error.")
@@ -250,8 +245,7 @@ void bind_session(py::module_& module) {
                              "int, pixels. The height of the rendered region. 0 before the scene is built.")
       .def("statistics_json", &Session::statistics_json, Release(),
            "Return the statistics of the render as JSON text: samples, seconds, rays, bytes, the render plan, the "
-           "hints, the errors over time and the diagnostics. "
-           "Names end in their unit.");
+           "hints, the errors over time and the diagnostics. Names end in their unit.");
 
   module.def(
       "attach_hints",
@@ -276,10 +270,9 @@ void bind_session(py::module_& module) {
       },
       py::arg("description"), py::arg("count") = 6, py::arg("samples") = 40000, py::arg("seed") = 0, Release(),
       "Return at most `count` suggestions for light hints as a list of (points, share), the most useful first: a list "
-      "of tuples of 3 floats in metres, world space, and "
-      "the part (0 to 1) of the error of path tracing that paths near this one cause. samples: the number of "
-      "bidirectional samples of the pilot. The description is "
-      "empty afterwards. Raises SceneError when the scene cannot be built.");
+      "of tuples of 3 floats in metres, world space, and the part (0 to 1) of the error of path tracing that paths "
+      "near this one cause. samples: the number of bidirectional samples of the pilot. The description is empty "
+      "afterwards. Raises SceneError when the scene cannot be built.");
   module.def("integrator_list", &integrator_list, py::return_value_policy::reference,
              "Return the integrators as a list of IntegratorInfo, in the order of the user interface.");
   py::class_<DirectMethodInfo>(module, "DirectMethodInfo", "An entry of `direct_method_list()`.")

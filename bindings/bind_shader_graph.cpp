@@ -1,4 +1,4 @@
-// Node graphs and materials. The form of a graph: docs/developer/node_contract.md.
+// Node graphs and materials. docs/developer/node_contract.md defines the form of a graph.
 #include "bind.h"
 #include "casters.h"
 #include "description/scene_description.h"
@@ -14,7 +14,7 @@ void bind_shader_graph(py::module_& module) {
              return NodeLink{node, std::move(socket)};
            }),
            py::arg("node") = -1, py::arg("socket") = "",
-           "Make a link to an output socket. Without arguments it is no link.")
+           "Make a link to an output socket. Without arguments nothing is linked.")
       .def_readwrite("node", &NodeLink::node,
                      "int. The index of the node in the graph. -1 means that nothing is linked.")
       .def_readwrite("socket", &NodeLink::socket, "str. The identifier of the output socket.");
@@ -23,10 +23,10 @@ void bind_shader_graph(py::module_& module) {
       .def_readwrite("socket", &NodeInput::socket, "str. The identifier of the input socket.")
       .def_readwrite("link", &NodeInput::link, "NodeLink. The socket that is linked to the input.")
       .def_readwrite("value", &NodeInput::value,
-                     "tuple of 4 floats. The value where nothing is linked: a number in x, a vector in xyz, a linear "
+                     "tuple of 4 floats. The value if nothing is linked: a number in x, a vector in xyz, a linear "
                      "colour in xyzw.");
 
-  py::class_<NodeProperty>(module, "NodeProperty", "A setting of a node that is no socket.")
+  py::class_<NodeProperty>(module, "NodeProperty", "A setting of a node that is not a socket.")
       .def_readwrite("name", &NodeProperty::name, "str. The RNA identifier of the property.")
       .def_readwrite("text", &NodeProperty::text, "str. The value of an enum or a path.")
       .def_readwrite("numbers", &NodeProperty::numbers, "list of floats. The value of numbers and of baked curves.");
@@ -36,7 +36,7 @@ void bind_shader_graph(py::module_& module) {
       .def_readwrite("name", &Node::name, "str. The name of the node, used in messages.")
       .def_readonly("inputs", &Node::inputs, "list of NodeInput. Copies of the inputs.")
       .def_readonly("properties", &Node::properties,
-                    "list of NodeProperty. Copies of the properties that are no sockets.");
+                    "list of NodeProperty. Copies of the properties that are not sockets.");
 
   py::class_<NodeGraph>(module, "NodeGraph", "A shader graph. The form of a graph: docs/developer/node_contract.md.")
       .def(py::init<>(), "Make one with default values.")
@@ -65,8 +65,7 @@ void bind_shader_graph(py::module_& module) {
           },
           py::arg("node"), py::arg("socket"), py::arg("value") = Vec4(0.0f), py::arg("link") = NodeLink{},
           "Add an input socket to a node. node: an index from add_node. socket: the identifier of the input. value: "
-          "four floats that are used where link is not set. "
-          "Raises IndexError for a node that does not exist.")
+          "four floats that are used if link is not set. Raises IndexError for a node that does not exist.")
       .def(
           "add_property",
           [](NodeGraph& graph, size_t node, std::string name, std::string text, std::vector<float> numbers) {
@@ -74,8 +73,7 @@ void bind_shader_graph(py::module_& module) {
           },
           py::arg("node"), py::arg("name"), py::arg("text") = "", py::arg("numbers") = std::vector<float>{},
           "Add a setting to a node. node: an index from add_node. name: the RNA identifier. text: an enum or a path. "
-          "numbers: floats. Raises IndexError for a node that "
-          "does not exist.");
+          "numbers: floats. Raises IndexError for a node that does not exist.");
 
   py::class_<MaterialDescription>(module, "MaterialDescription", "A material: a shader graph with a name.")
       .def_readwrite("name", &MaterialDescription::name, "str. The name in Blender, used in messages.")

@@ -1,4 +1,4 @@
-// GLM vectors and affine transforms as Python sees them: tuples out, any sequence of numbers in.
+// GLM vectors in Python: results are tuples, arguments are any sequences of numbers.
 #pragma once
 
 #include <pybind11/numpy.h>

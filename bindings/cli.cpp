@@ -1,5 +1,5 @@
 // ajar-render SCENE.ajar OUTPUT.exr|png [--samples N] [--seconds S] [--seed N] [--threads N] [--stats FILE.json]
-// Renders a saved SceneDescription without Blender; or merges checkpoints of one frame into one.
+// Renders a saved SceneDescription without Blender, or merges checkpoints of one frame.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -23,7 +23,7 @@ int usage() {
   return 2;
 }
 
-/// A whole non-negative number, or exit with the reason.
+/// A non-negative number. Exits with a message if `text` is none.
 double number(const char* option, const char* text) {
   char* end = nullptr;
   const double value = std::strtod(text, &end);
@@ -34,7 +34,7 @@ double number(const char* option, const char* text) {
   return value;
 }
 
-/// Renders of one frame from several machines, as one.
+/// Merges renders of one frame from several machines.
 int merge_files(int argc, char** argv) {
   if (argc < 6) return usage();
   ajar::Checkpoint all = ajar::load_checkpoint(argv[4]);

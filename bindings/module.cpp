@@ -1,7 +1,7 @@
 // The Python module `_ajar`; the package `ajar` re-exports it.
 //
-// Python never holds a pointer into a description's arrays: what it reads is copied, what it
-// gives is copied once. Calls that may take long release the interpreter lock; nothing in the core calls Python.
+// Python never holds a pointer into the arrays of a description: values that it reads are copies, and values that it
+// passes are copied once. Calls that can take long release the interpreter lock. Nothing in the core calls Python.
 #include "arrays.h"
 #include "bind.h"
 #include "film/image_io.h"
@@ -32,23 +32,21 @@ PYBIND11_MODULE(_ajar, module) {
   namespace py = pybind11;
   module.doc() =
       "Ajar's renderer: scene descriptions, sessions, images.\n\n"
-      "Arrays are NumPy arrays. What a function receives is copied once, what it returns is a copy. Arrays of another "
-      "type are converted. Calls that take long "
-      "release the interpreter lock.\n\n"
+      "Arrays are NumPy arrays. Arguments are copied once, and results are copies. Arrays of another type are "
+      "converted. Calls that take long release the interpreter lock.\n\n"
       "Constants: `VISIBLE_CAMERA`, `VISIBLE_DIFFUSE`, `VISIBLE_GLOSSY`, `VISIBLE_TRANSMISSION`, "
-      "`VISIBLE_VOLUME_SCATTER`, `VISIBLE_SHADOW` and their sum `VISIBLE_ALL` are the bits of "
-      "`visibility`: the kinds of ray that see an object. Three constants are names of attributes of a mesh: "
-      "`UNDEFORMED_POSITION` for the positions before modifiers "
-      "(Domain.Vertex, 3 components), `RANDOM_PER_ISLAND` for results of `random_per_island` (Domain.Face, 1 "
-      "component) and `POINTINESS` for results of `pointiness` "
-      "(Domain.Vertex, 1 component). `version` and `__version__` are the version of Ajar, `instruction_set` is the "
-      "instruction set that the module was compiled for.";
+      "`VISIBLE_VOLUME_SCATTER`, `VISIBLE_SHADOW` and their sum `VISIBLE_ALL` are the bits of `visibility`: the kinds "
+      "of ray that see an object. Three constants are names of attributes of a mesh: `UNDEFORMED_POSITION` for the "
+      "positions before modifiers (Domain.Vertex, 3 components), `RANDOM_PER_ISLAND` for results of "
+      "`random_per_island` (Domain.Face, 1 component) and `POINTINESS` for results of `pointiness` (Domain.Vertex, 1 "
+      "component). `version` and `__version__` are the version of Ajar, `instruction_set` is the instruction set that "
+      "the module was compiled for.";
   module.attr("__version__") = AJAR_VERSION;
   module.attr("version") = AJAR_VERSION;
   module.attr("instruction_set") = AJAR_ARCH;
   module.def("library_versions", &ajar::python::library_versions,
-             "Return a dict from the name of each library to the version that was found at run time.");
-  // All are RuntimeError with the core's own text, which names the artist's object.
+             "Return a dict from the name of each library to the version that is loaded at run time.");
+  // All exceptions are RuntimeErrors with the text of the core, which names the artist's object.
   py::register_exception<ajar::SceneError>(module, "SceneError", PyExc_RuntimeError)
       .doc() = "A scene, a file or a setting cannot be used. The message names the object.";
   py::register_exception<ajar::Cancelled>(module, "Cancelled", PyExc_RuntimeError)

@@ -1,4 +1,4 @@
-// What the static libstdc++ of the compiler takes from a newer glibc than an extension may ask for.
+// A function of a newer glibc that the static libstdc++ of the compiler needs and an extension must not require.
 #include <sys/random.h>
 
 #include <cstdint>

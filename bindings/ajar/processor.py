@@ -1,4 +1,4 @@
-"""Which of the compiled modules this processor runs: an extension carries one for each level of x86-64 that matters."""
+"""Chooses the compiled module for this processor: an extension contains one for each supported level of x86-64."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 VARIABLE = "AJAR_INSTRUCTION_SET"
-# What each level adds to the one below (System V ABI for AMD64, 3.1.1), by the names of /proc/cpuinfo. The first that runs is taken.
+# The flags that each level adds to the one below (System V ABI for AMD64, 3.1.1), with the names of /proc/cpuinfo. The first level that runs is used.
 LEVELS = {
     "x86-64-v3": {"avx", "avx2", "bmi1", "bmi2", "f16c", "fma", "abm", "movbe", "xsave"},
     "x86-64-v2": {"cx16", "lahf_lm", "popcnt", "sse4_1", "sse4_2", "ssse3"},
@@ -21,7 +21,7 @@ def flags_of_processor(cpuinfo: Path = Path("/proc/cpuinfo")) -> set[str]:
 
 
 def choose(available: set[str], flags: set[str], wanted: str | None = None) -> str:
-    """The best level of those `available` for a processor with `flags`, or the one `wanted`; ImportError when there is none."""
+    """Returns the best of the `available` levels for a processor with `flags`, or `wanted`. Raises ImportError if there is none."""
     runs, missing = [], set()
     for level in reversed(LEVELS):
         missing |= LEVELS[level] - flags
@@ -39,6 +39,6 @@ def choose(available: set[str], flags: set[str], wanted: str | None = None) -> s
 
 
 def folder_of(package: Path) -> Path:
-    """Where the compiled module lies: the package itself when it was built for one machine."""
+    """Returns the folder of the compiled module: the package itself if it was built for one machine."""
     available = {level for level in LEVELS if (package / level).is_dir()}
     return package / choose(available, flags_of_processor(), os.environ.get(VARIABLE)) if available else package
