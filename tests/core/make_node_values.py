@@ -1,11 +1,12 @@
-"""What Cycles gives for single nodes with constant inputs, as a table for test_shader_nodes.cpp.
+"""Records the values that Cycles computes for single nodes with constant inputs, as a table for test_shader_nodes.cpp.
 
     blender -b --factory-startup --python tests/core/make_node_values.py -- tests/core/node_values.txt
     python tests/core/make_node_values.py -- tests/core/node_values_5.txt        (in the environment of a bpy wheel of Blender 5)
 
-The second holds what Blender 5 defines otherwise than Blender 3.
+The second table has the nodes that Blender 5 defines differently from Blender 3.
 
-Every case is a small plane that emits the node's output, seen by one pixel and more; Cycles renders it once without light transport.
+Every case is a small plane that emits the output of the node and covers at least one pixel. Cycles renders all cases in one image without light
+transport.
 """
 
 import math
@@ -16,7 +17,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-PIXELS = 4      # per case and side
+PIXELS = 4      # per side of a case
 IES_FILES = Path(__file__).resolve().parent / "ies"
 
 CASES: list[tuple[str, str, dict, dict]] = []      # type, output, properties, inputs
@@ -108,7 +109,7 @@ def define_patterns() -> None:
     case("TexNoise", "Fac", {"noise_dimensions": "3D"}, Vector=p, Scale=5.0, Detail=15.0, Roughness=1.6)
     for metric in enum("TexVoronoi", "distance"):
         case("TexVoronoi", "Distance", {"distance": metric, "feature": "F2"}, Vector=p, Scale=2.3, Exponent=0.6, Randomness=1.0)
-    case("TexVoronoi", "Distance", {"distance": "MINKOWSKI"}, Vector=(0.4, 0.5, 0.6), Scale=3.0, Exponent=0.25, Randomness=1.0)   # beyond 8
+    case("TexVoronoi", "Distance", {"distance": "MINKOWSKI"}, Vector=(0.4, 0.5, 0.6), Scale=3.0, Exponent=0.25, Randomness=1.0)   # distances above 8
     for profile in enum("TexWave", "wave_profile"):
         for direction in enum("TexWave", "bands_direction"):
             case("TexWave", "Fac", {"wave_type": "BANDS", "bands_direction": direction, "wave_profile": profile}, Vector=p, Scale=0.9,
@@ -134,7 +135,7 @@ def define_patterns() -> None:
     high = {"sky_type": "NISHITA", "sun_elevation": 0.7, "sun_rotation": 2.0, "altitude": 300.0, "air_density": 1.5, "dust_density": 2.0,
             "ozone_density": 3.0, "sun_disc": False}
     low = {**high, "sun_elevation": -0.01, "sun_rotation": -1.0, "dust_density": 0.3}
-    # With a sun the node takes no vector: the middle of the picture's pixel, in generated coordinates, then lies in the disc.
+    # With a sun disc, the vector of the node is not linked; the centre of the pixel, in generated coordinates, must lie in the disc.
     sun = {"sky_type": "NISHITA", "sun_elevation": 0.5, "sun_rotation": 0.8, "sun_size": 0.3, "sun_intensity": 0.003, "sun_disc": True}
     case("TexSky", "Color", sun, Vector=(0.625, 0.625, 0.5))
     for properties, elevation, azimuth in ((high, 1.1, 0.3), (low, 0.04, 2.7), (low, -0.2, 2.0)):
@@ -142,9 +143,9 @@ def define_patterns() -> None:
                                                     math.sin(elevation)))
     for node, outputs in (("PointInfo", ("Position", "Radius", "Random")),
                           ("VolumeInfo", ("Color", "Density", "Flame", "Temperature"))):
-        for output in outputs:   # of a mesh
+        for output in outputs:   # evaluated on a mesh
             case(node, output)
-    for i, file in enumerate(sorted(IES_FILES.glob("*.ies"))):   # half of them as texts
+    for i, file in enumerate(sorted(IES_FILES.glob("*.ies"))):   # half of the files as internal texts
         for z, turn in ((-1.0, 0.0), (-0.999, 1.0), (-0.93, 6.1), (-0.8, 2.0), (-0.6, 3.3), (-0.5, 4.9), (-0.2, 5.2), (-0.05, 0.7), (0.0, 1.6), (0.3, 2.9),
                         (0.9, 4.0), (-0.7, 0.0), (-0.7, -math.pi / 2)):
             across = 2.3 * math.sqrt(1.0 - z * z)
@@ -167,7 +168,7 @@ def define_voronoi_of_blender_5() -> None:
                     case("TexVoronoi", output, {"voronoi_dimensions": dimensions, "feature": feature, "cells": "PCG"}, Detail=detail, **common)
 
 
-# How far the picture's plane is tilted where a normal is bumped: z = SLOPE * (x, y).
+# The slope of the plane in tests of bumped normals: z = SLOPE * (x, y).
 SLOPE = (0.3, -0.2)
 BUMPS: list[tuple[str, dict]] = []     # node, inputs and properties
 
@@ -180,7 +181,7 @@ def define_bumps() -> None:
 
 
 def add_bump(index: int, corner: tuple[float, float]) -> None:
-    """A tilted square that shows the normal, turned by waves over the position."""
+    """Adds a tilted square that emits its normal, which a wave texture over the position changes."""
     kind, settings = BUMPS[index]
     mesh = bpy.data.meshes.new(f"bump {index}")
     points = [(corner[0] + x, corner[1] + y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
@@ -246,7 +247,7 @@ def build_scene(side: int) -> None:
         for name, value in properties.items():
             if name == "ies":
                 set_ies(node, IES_FILES / value)
-            elif name != "cells":      # which the exporter adds
+            elif name != "cells":      # a property that the exporter adds
                 setattr(node, name, value)
         set_inputs(node, inputs, links, nodes)
         emission, end = nodes.new("ShaderNodeEmission"), nodes.new("ShaderNodeOutputMaterial")
@@ -306,7 +307,7 @@ def main(path: str) -> None:
             listed = ";".join(f"{name}={content if isinstance(content, str) else text_of(content)}" for name, content in properties.items())
             sockets = ";".join(f"{name}={text_of(content)}" for name, content in inputs.items())
             file.write("\t".join((kind, output, listed, sockets, text_of(value))) + "\n")
-        # Bumped normals, with the middle of the pixel they are seen in.
+        # Bumped normals, with the centre of the pixel at which they are evaluated.
         for i, (kind, settings) in enumerate(BUMPS):
             x, y = (len(CASES) + i) % side, (len(CASES) + i) // side
             middle = (PIXELS // 2 + 0.5) / PIXELS

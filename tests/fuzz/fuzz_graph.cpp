@@ -1,5 +1,5 @@
-// Any bytes as a shader graph of nodes that exist, joined anyhow, with any numbers: it compiles, and evaluates to
-// numbers.
+// Interprets arbitrary bytes as a shader graph of existing nodes with arbitrary links and numbers. The graph must
+// compile, and it must evaluate to valid numbers.
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -152,7 +152,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       input.socket = in.one_of(kSockets);
       const uint8_t link = in.byte();
       if (link > 100)
-        input.link = {int(link % (count + 2)) - 1, in.one_of(kSockets)};  // also to itself, in circles, to nothing
+        input.link = {int(link % (count + 2)) - 1,
+                      in.one_of(kSockets)};  // can be a link to itself, a cycle, or an invalid link
       input.value = Vec4(in.number(), in.number(), in.number(), in.number());
       node.inputs.push_back(input);
     }
@@ -171,7 +172,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   SurfaceShading shading;
   program.evaluate_surface(point, shading);
   const Color emission = program.evaluate_emission(point), transparency = program.evaluate_transparency(point);
-  (void)emission, (void)transparency;  // NaN numbers in, NaN out: the film refuses and counts them
+  (void)emission, (void)transparency;  // NaN inputs may give NaN, which the film refuses and counts
   if (!shading.bsdf.empty()) {
     const auto sample = shading.bsdf.sample(Vec3(0, 0, 1), 0.3f, Vec2(0.4f, 0.7f));
     if (sample) check(!(sample->pdf_solid_angle < 0.0f));

@@ -1,5 +1,5 @@
-// Any bytes as a scene file: it is refused in words, or it renders to numbers. Its seed says by which integrator and
-// how.
+// Interprets arbitrary bytes as a scene file. The file is refused with a message, or it renders to finite numbers. Its
+// seed selects the integrator and its settings.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -26,14 +26,14 @@ namespace {
 constexpr uint32_t kPilotSeed = 17;
 const std::atomic<bool> kGoOn{false};
 
-/// Beyond what the settings say.
+/// Options of the render that are not part of the settings.
 struct Extras {
-  bool adapts = false;  ///< to the noise of pixels and to what matters
+  bool adapts = false;  ///< sample counts follow noise and importance
   bool all_passes = false;
-  bool next_frame = false;  ///< renders another that begins with what this one has learned
+  bool next_frame = false;  ///< renders a second frame that starts with the learned data
 };
 
-/// Digits of the seed, each of what is left of it.
+/// Takes digits from the seed, each with its own base.
 Extras choose_technique(RenderSettings& s) {
   uint32_t left = s.seed;
   const auto digit = [&](size_t base) {
@@ -52,7 +52,7 @@ Extras choose_technique(RenderSettings& s) {
   return extras;
 }
 
-/// What a user may ask for takes long, and is no fault.
+/// Limits settings that are valid but take a long time.
 void limit(RenderSettings& s) {
   if (s.width > 8 || s.height > 8) s.region = {0, 0, 0, 0};
   s.width = std::min(s.width, 8);
@@ -91,7 +91,8 @@ void render(const std::shared_ptr<const Scene>& scene, const Extras& extras, Lea
       done = next;
     }
   } else {
-    for (int samples : {1, 1}) technique->run_iteration(film, samples, kGoOn);  // what learns does so in between
+    for (int samples : {1, 1})
+      technique->run_iteration(film, samples, kGoOn);  // two iterations, so that integrators learn in between
   }
   technique->statistics();
   technique->photons(100);
@@ -131,7 +132,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const Extras extras = choose_technique(d.settings);
     check_memory_limit(d);
     limit(d.settings);
-    for (ImageDescription& image : d.images) image.path.clear();  // not this machine's files
+    for (ImageDescription& image : d.images) image.path.clear();  // no files of the machine are read
     Diagnostics diagnostics;
     const auto scene = Scene::build(std::move(d), {}, diagnostics);
     std::vector<HintReport> reports;

@@ -1,5 +1,5 @@
-// Valid scenes for fuzz_scene to start from, in turn by every integrator and every method of direct light, some as
-// older programs wrote them: make_corpus FOLDER.
+// Writes valid scenes as the initial corpus of fuzz_scene, for all integrators and all methods of direct light. Some
+// are written in older versions of the format. Usage: make_corpus FOLDER.
 #include <cstdio>
 #include <fstream>
 
@@ -17,8 +17,8 @@ SceneDescription lit_room() {
   return d;
 }
 
-/// By pixel, by object and by light, so that pixels get samples by it; with lamps that only some lobes see, holes and
-/// catchers of shadows.
+/// Scenes with importance of pixels, objects and lights, which adaptive sample counts follow. They also have lamps that
+/// only some lobes see, holdouts and shadow catchers.
 std::vector<SceneDescription> matters_more() {
   SceneDescription d = lit_room();
   d.settings.image = "pmc_ip";
@@ -43,7 +43,7 @@ std::vector<SceneDescription> matters_more() {
   return {d, partial};
 }
 
-/// Four kinds of lobes on one surface, before which they are told apart; a lamp with a graph of its own.
+/// A surface with four types of lobes, which are sampled separately, and a lamp with a shader graph.
 SceneDescription many_lobes() {
   SceneDescription d = lit_room();
   add_object(
@@ -64,7 +64,7 @@ SceneDescription many_lobes() {
   return d;
 }
 
-/// What light does between and below surfaces, and what moves, has attributes, images and hints.
+/// Scenes with volumes, subsurface scattering, motion, attributes, images and hints.
 std::vector<TransportScene> further_scenes() {
   std::vector<TransportScene> scenes;
   const Mat4 ball = moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f);
@@ -159,12 +159,13 @@ int main(int argc, char** argv) {
   std::vector<TransportScene> scenes = transport_scenes();
   for (TransportScene& scene : further_scenes()) scenes.push_back(std::move(scene));
   constexpr uint32_t kIntegrators = 9,
-                     kTechniques = kIntegrators * 11 * 4 * 27;  // as fuzz_scene reads the seed, or near enough
+                     kTechniques = kIntegrators * 11 * 4 *
+                                   27;  // approximately the number of techniques that fuzz_scene reads from the seed
   uint32_t number = 0;
   for (TransportScene& scene : scenes)
     for (uint32_t i = 0; i < kIntegrators; ++i, ++number) {
       SceneDescription& d = scene.description;
-      // Few vertices leave most bytes to what is more than vertices.
+      // With few vertices, most bytes of the file are other data.
       for (MeshDescription& mesh : d.meshes)
         if (mesh.positions.size() > 200) mesh = sphere(4);
       d.settings.seed = (number * 37 / kIntegrators * kIntegrators + i) % kTechniques;

@@ -26,7 +26,7 @@ template <class T>
 T* any_of(std::vector<T>& list, Random& random) {
   return list.empty() ? nullptr : &list[size_t(below(random, list.size()))];
 }
-/// One more, one fewer, or another order.
+/// Adds, removes or swaps an element.
 template <class T>
 void rearrange(std::vector<T>& list, Random& random) {
   if (list.empty()) list.emplace_back();

@@ -1,5 +1,5 @@
-// A scene with one thing about it changed: what random bytes in a file, most of which are of vertices and names, seldom
-// reach.
+// Changes one property of a scene. Random changes of bytes rarely reach most properties, since most bytes of a file are
+// vertices and names.
 #pragma once
 
 #include <random>

@@ -1,4 +1,4 @@
-// What instances take of the heap, where Embree keeps objects that it does not count.
+// The heap memory of instances, which includes objects that Embree does not count.
 #include <gtest/gtest.h>
 #include <malloc.h>
 
@@ -10,7 +10,7 @@ using namespace ajar::fixtures;
 
 namespace {
 
-/// Bytes of the main arena in use. Set MALLOC_ARENA_MAX=1, so that it holds what all threads allocate.
+/// The bytes in use in the main arena. MALLOC_ARENA_MAX must be 1, so that it contains the allocations of all threads.
 double allocated() {
   const struct mallinfo2 info = mallinfo2();
   return double(info.uordblks) + double(info.hblkhd);
@@ -18,7 +18,7 @@ double allocated() {
 
 }  // namespace
 
-TEST(MemoryEstimate, of_instances_is_what_they_take) {
+TEST(MemoryEstimate, of_instances_is_close_to_their_memory) {
   constexpr int kCount = 20000;
   const SceneDescription d = many_instances(kCount);
   double estimated = 0.0;
@@ -26,7 +26,7 @@ TEST(MemoryEstimate, of_instances_is_what_they_take) {
     if (part.what == "instances") estimated = double(part.bytes) / kCount;
   const double before = allocated();
   const auto scene = build(d);
-  // Embree has its trees from the system: they are in its own count, not on the heap.
+  // Embree allocates its trees from the system. They are in its own count and not on the heap.
   const double heap = (allocated() - before) / kCount, counted = double(scene->statistics().accel_bytes) / kCount;
   RecordProperty("heap_bytes", int(heap));
   EXPECT_GT(estimated, heap) << counted;

@@ -1,4 +1,4 @@
-// Promises of time: how soon a render stops when it is asked to, and how long large sets of lights take to build.
+// Limits of time: how soon a render stops after a request, and how long large sets of lights take to build.
 #include <chrono>
 #include <cstdio>
 
@@ -40,8 +40,8 @@ TEST(Session, cancel_returns_within_a_fifth_of_a_second) {
             0.2);
 }
 
-// In a picture whose samples take long: iterations of one sample a pixel are cut. Pilot and learning are within the
-// limit.
+// One sample of every pixel of this image takes long, so that iterations must be interrupted. The pilot and learning
+// are within the limit.
 TEST(Session, a_time_limit_is_kept) {
   for (const char* integrator : {"auto", "path", "bdpt", "metropolis", "erpt", "pmc_pt", "photon_map", "mps"}) {
     SceneDescription d = lit_room(512);
@@ -65,6 +65,6 @@ TEST(LightSet, many_lamps_and_triangles_build_within_five_seconds) {
   Pcg32 rng(1);
   for (int i = 0; i < 10000; ++i)
     d.lights.push_back(point_light({rng.next_float(), rng.next_float(), rng.next_float()}, rng.next_float() + 0.1f));
-  add_object(d, sphere(250), add_diffuse(d, Color(0.0f), Color(1.0f)));  // a quarter of a million triangles
+  add_object(d, sphere(250), add_diffuse(d, Color(0.0f), Color(1.0f)));  // 250,000 triangles
   EXPECT_LT(build(d)->statistics().seconds, 5.0);
 }

@@ -18,8 +18,8 @@ TEST_P(RedistributionOf, energy_has_the_mean_of_path_tracing) {
 INSTANTIATE_TEST_SUITE_P(Scenes, RedistributionOf, ::testing::Range<size_t>(0, kScenes.size()),
                          [](const auto& info) { return kScenes[info.param].name; });
 
-TEST(EnergyRedistribution, renders_too_short_for_a_chain_a_pixel_have_the_same_mean) {
-  // Four steps a pixel: 24 samples and about six chains. A bias of 4 % would show.
+TEST(EnergyRedistribution, short_renders_with_few_chains_have_the_same_mean) {
+  // Four steps per pixel: 24 samples and about six chains. The test would detect a bias of 4 %.
   const SceneDescription& d = kScenes[0].description;
   const RunningMoments expected = whole(d, "path", 64, 16, 1000), actual = whole(d, "erpt", 4, 300, 2000);
   EXPECT_LT(std::sqrt(expected.variance_of_mean() + actual.variance_of_mean()), 0.012 * expected.mean());
@@ -27,8 +27,9 @@ TEST(EnergyRedistribution, renders_too_short_for_a_chain_a_pixel_have_the_same_m
       << "path " << expected.mean() << ", erpt " << actual.mean();
 }
 
-TEST(EnergyRedistribution, learning_from_a_handful_of_samples_does_not_move_the_mean) {
-  // 69 samples, the importance and the quantum taken from the first 6, 12, 24 and 48: a bias of 5 % would show.
+TEST(EnergyRedistribution, learning_from_few_samples_does_not_change_the_mean) {
+  // 69 samples; the importance and the quantum are computed from the first 6, 12, 24 and 48. The test would detect a
+  // bias of 5 %.
   SceneDescription d = kScenes[0].description;
   d.settings.exposure = 4.0f;
   const RunningMoments expected = whole(d, "path", 64, 16, 1000), actual = whole(d, "erpt", 12, 200, 3000);
@@ -37,7 +38,7 @@ TEST(EnergyRedistribution, learning_from_a_handful_of_samples_does_not_move_the_
       << "path " << expected.mean() << ", erpt " << actual.mean();
 }
 
-TEST(EnergyRedistribution, same_seed_same_image_for_any_number_of_threads_and_cuts) {
+TEST(EnergyRedistribution, the_image_does_not_depend_on_threads_or_the_division_into_iterations) {
   SceneDescription d = kScenes[1].description;
   d.settings.width = 40;
   d.settings.height = 33;
@@ -45,7 +46,7 @@ TEST(EnergyRedistribution, same_seed_same_image_for_any_number_of_threads_and_cu
   EXPECT_EQ(one, render(d, "erpt", 12, 5, 2));
   EXPECT_EQ(one, render(d, "erpt", 12, 5, 8));
   EXPECT_NE(one, render(d, "erpt", 12, 6, 2));
-  // A session begins with single samples; all at once is the same, what is learned on the way too.
+  // A session starts with single samples. One iteration with all samples learns the same and gives the same image.
   const std::atomic<bool> stop{false};
   const auto integrator = make_integrator("erpt");
   Film film(0, 0, 40, 33, {"Combined"});
@@ -67,7 +68,8 @@ TEST(PathSeeds, paths_are_taken_in_proportion_to_their_energy) {
   PathSeeds seeds(space);
   Sampler sampler(Sampler::Kind::Independent, 3);
   auto path = std::make_unique<Path>();
-  // Whether one path is long, less the share of long ones in the energy (offsets evenly spaced see it up to one in 64).
+  // 1 if the path is long, minus the energy share of long paths. 64 equidistant offsets estimate this share with an
+  // error of at most 1/64.
   RunningMoments difference;
   for (uint32_t i = 0; i < 800; ++i) {
     sampler.start(i, 0);

@@ -1,5 +1,5 @@
-// Irradiance caching: records and their gradients against known answers, pictures against path tracing within the bias
-// that is stated.
+// Irradiance caching. Records and their gradients are tested against closed forms, images against path tracing within
+// the stated bias.
 #include "agreement.h"
 #include "transport/photons/irradiance_records.h"
 
@@ -9,7 +9,7 @@ using namespace fixtures;
 
 namespace {
 
-/// The record at p of what `radiance(direction, distance)` says, along the middles of fine strata.
+/// The record at p for `radiance(direction, distance)`, evaluated at the centres of the strata.
 template <class Radiance>
 IrradianceRecord record_of(Vec3 p, const Frame& frame, int strata, Radiance&& radiance) {
   const HemisphereGrid grid(strata);
@@ -47,8 +47,8 @@ RunningMoments mean_by(SceneDescription d, const char* method, int direct_sample
 
 }  // namespace
 
-TEST(IrradianceRecord, of_a_distant_sky_knows_its_irradiance_and_how_it_turns) {
-  // L = 2 + a.w gives E(n) = 2 pi + 2 pi / 3 a.n, and nothing changes with the place.
+TEST(IrradianceRecord, has_the_irradiance_and_rotation_gradient_of_a_distant_sky) {
+  // L = 2 + a.w gives E(n) = 2 pi + 2 pi / 3 a.n, independent of the position.
   const Vec3 a(0.7f, -0.4f, 0.3f);
   const Frame frame(glm::normalize(Vec3(0.3f, 0.5f, 0.8f)));
   const IrradianceRecord r = record_of(Vec3(1, 2, 3), frame, 4000,
@@ -63,11 +63,11 @@ TEST(IrradianceRecord, of_a_distant_sky_knows_its_irradiance_and_how_it_turns) {
   EXPECT_NEAR(r.at(r.position, tilted).x, 2.0f * kPi + 2.0f * kPi / 3.0f * glm::dot(a, tilted), 0.03f);
 }
 
-TEST(IrradianceRecord, below_a_ceiling_knows_how_it_changes_with_the_place) {
+TEST(IrradianceRecord, has_the_translation_gradient_below_a_ceiling) {
   const Frame frame(Vec3(0, 0, 1));
   const auto at = [&](Vec3 p) {
     return record_of(p, frame, 40000, [&](Vec3 w, float& distance) {
-      distance = 1.0f / w.z;  // a ceiling one metre above that glows in a stripe
+      distance = 1.0f / w.z;  // a ceiling one metre above, which emits in a stripe
       const float x = p.x + distance * w.x;
       return std::exp(-sqr(x - 0.8f));
     });
@@ -77,11 +77,11 @@ TEST(IrradianceRecord, below_a_ceiling_knows_how_it_changes_with_the_place) {
   const float slope = (at(Vec3(step, 0, 0)).irradiance.x - at(Vec3(-step, 0, 0)).irradiance.x) / (2.0f * step);
   EXPECT_NEAR(r.by_translation[0].x, slope, 0.03f * std::abs(slope));
   EXPECT_NEAR(r.by_translation[0].y, 0.0f, 0.01f * std::abs(slope));
-  // The mean of cos(theta) under the cosine's density.
+  // The harmonic mean of the distance 1 / cos(theta): the mean of cos(theta) is 2 / 3 with a cosine-weighted density.
   EXPECT_NEAR(r.radius, 1.5f, 0.01f);
 }
 
-TEST(IrradianceRecords, speak_for_their_own_surroundings_and_nothing_behind_them) {
+TEST(IrradianceRecords, are_used_near_them_and_not_behind_them) {
   const IrradianceRecord r = made(Vec3(0.0f), Vec3(0, 0, 1), 1.0f, 1.0f);
   EXPECT_EQ(r.weight(Vec3(0.0f), Vec3(0, 0, 1)), 1.0f);
   EXPECT_NEAR(r.weight(Vec3(0.6f, 0, 0), Vec3(0, 0, 1)), 0.4f, 1e-6f);
@@ -91,7 +91,7 @@ TEST(IrradianceRecords, speak_for_their_own_surroundings_and_nothing_behind_them
   EXPECT_EQ(r.weight(Vec3(0.1f, 0, 0), glm::normalize(Vec3(1, 0, 2))), 0.0f);
 }
 
-TEST(IrradianceRecords, are_all_found_where_they_speak_and_limit_each_other) {
+TEST(IrradianceRecords, are_found_within_their_radii_and_limit_the_radii_of_neighbours) {
   Pcg32 rng(3);
   std::vector<IrradianceRecord> list;
   for (int i = 0; i < 500; ++i)
@@ -129,7 +129,7 @@ TEST(IrradianceRecords, are_all_found_where_they_speak_and_limit_each_other) {
   }
 }
 
-TEST(IrradianceCache, says_that_it_is_biased_and_what_it_cannot_render) {
+TEST(IrradianceCache, reports_its_bias_and_scenes_that_it_cannot_render) {
   const IntegratorInfo& info = find_integrator("irradiance_cache");
   EXPECT_EQ(info.bias, Bias::Biased);
   EXPECT_EQ(info.make()->bias(), Bias::Biased);
@@ -139,12 +139,12 @@ TEST(IrradianceCache, says_that_it_is_biased_and_what_it_cannot_render) {
   EXPECT_NE(reason_against(info, *build(d)).find("light"), std::string::npos);
 }
 
-TEST(IrradianceCache, furnace_is_one) {
+TEST(IrradianceCache, a_furnace_has_radiance_one) {
   SceneDescription d;
   add_object(d, cube(true), add_diffuse(d, Color(0.6f), Color(0.4f)));
   set_camera(d, Vec3(0.1f, -0.5f, 0.2f), Vec3(0.3f, 0.5f, -0.1f), 8);
   d.settings.bounces = {1000, 1000, 1000, 1000, 1000, 0};
-  // Of red, green, blue and nothing.
+  // The mean of red, green, blue and zero.
   const RunningMoments cached = whole(d, "irradiance_cache", 8, 16, 1), paths = whole(d, "path", 8, 16, 1);
   EXPECT_NEAR(cached.mean(), 0.75, 4.0 * std::sqrt(cached.variance_of_mean()));
   EXPECT_LT(std::sqrt(cached.variance_of_mean()), 1.5e-3);
@@ -157,7 +157,7 @@ TEST(IrradianceCache, agrees_with_path_tracing_in_a_diffuse_room_within_its_bias
   double sum_expected = 0.0, sum_actual = 0.0;
   for (size_t i = 0; i < expected.size(); ++i) {
     const double error = std::sqrt(expected[i].variance_of_mean() + actual[i].variance_of_mean());
-    EXPECT_LT(error, 0.01 * expected[i].mean()) << "too noisy to tell";
+    EXPECT_LT(error, 0.01 * expected[i].mean()) << "too noisy for the test";
     EXPECT_NEAR(actual[i].mean(), expected[i].mean(), 0.02 * expected[i].mean() + 4.0 * error) << "block " << i / 4;
     if (i % 4 == 3) continue;
     sum_expected += expected[i].mean();
@@ -166,11 +166,11 @@ TEST(IrradianceCache, agrees_with_path_tracing_in_a_diffuse_room_within_its_bias
   EXPECT_NEAR(sum_actual / sum_expected, 1.0, 0.012);
 }
 
-TEST(IrradianceCache, has_a_fraction_of_the_noise_of_as_many_paths) {
+TEST(IrradianceCache, has_a_fraction_of_the_noise_of_path_tracing) {
   SceneDescription d = lit_room(32);
   d.lights[0].world_from_light = rows(
       shining(Vec3(0.1f, 0.1f, 0.5f), Vec3(0, 0, 1)));  // all light comes from the ceiling
-  // The noise of pixels, and of pictures as a whole: what is left of the one is not blotches.
+  // The variance of pixels between seeds also contains the errors that neighbouring pixels share.
   const auto variance_of = [&](const char* integrator, int samples) {
     std::vector<RunningMoments> pixels(32 * 32);
     for (uint32_t seed = 1; seed <= 6; ++seed) {
@@ -185,10 +185,10 @@ TEST(IrradianceCache, has_a_fraction_of_the_noise_of_as_many_paths) {
   const double once = variance_of("irradiance_cache", 1), later = variance_of("irradiance_cache", 8),
                paths = variance_of("path", 8);
   EXPECT_LT(later, 0.1 * paths);
-  EXPECT_LT(later, 0.25 * once);  // records of every pass are new: noise falls as 1 / n
+  EXPECT_LT(later, 0.25 * once);  // each pass has new records, so that the variance falls as 1 / n
 }
 
-TEST(IrradianceCache, control_variates_and_multiple_importance_sampling_have_one_mean) {
+TEST(IrradianceCache, control_variates_and_multiple_importance_sampling_have_the_same_mean) {
   SceneDescription d = lit_room(8);
   d.settings.gather_rays = 2;
   const RunningMoments mis = mean_by(d, "mis", 1);
@@ -197,7 +197,7 @@ TEST(IrradianceCache, control_variates_and_multiple_importance_sampling_have_one
 }
 
 TEST(IrradianceCache, glossy_and_transparent_surfaces_agree_with_path_tracing) {
-  // By the mean over the picture; caustics of the glass are blurred.
+  // The mean over the image is compared, since caustics of the glass are blurred.
   for (const TransportScene& scene : transport_scenes()) {
     if (scene.name != "glossy" && scene.name != "see_through" && scene.name != "environment") continue;
     const RunningMoments paths = whole(scene.description, "path", 64, 12, 100),
@@ -208,7 +208,7 @@ TEST(IrradianceCache, glossy_and_transparent_surfaces_agree_with_path_tracing) {
   }
 }
 
-TEST(IrradianceCache, same_seed_same_image_for_any_number_of_threads_and_iterations) {
+TEST(IrradianceCache, the_image_does_not_depend_on_threads_or_the_division_into_iterations) {
   for (const char* method : {"mis", "ocv_progressive", "pmc_hi"}) {
     SceneDescription d = lit_room(33);
     add_object(d, sphere(12), add_glossy(d, 0.2f), moved(Vec3(-0.4f, 0.4f, -0.6f), 0.3f));
@@ -231,7 +231,7 @@ TEST(IrradianceCache, same_seed_same_image_for_any_number_of_threads_and_iterati
   EXPECT_EQ(together.resolve("Combined", 1.0f), apart.resolve("Combined", 1.0f));
 }
 
-TEST(IrradianceCache, nothing_is_recorded_where_no_light_bounces) {
+TEST(IrradianceCache, no_records_are_stored_without_indirect_light) {
   SceneDescription dark = lit_room(8), unbounced = lit_room(8);
   dark.lights.clear();
   unbounced.settings.bounces.total = 0;

@@ -1,4 +1,5 @@
-// What one frame of an animation hands to the next: it may make a picture smoother, never another one.
+// Learned data that one frame of an animation passes to the next. It reduces the noise of the image and must not change
+// its expectation.
 #include "agreement.h"
 
 #include <nlohmann/json.hpp>
@@ -29,7 +30,7 @@ Frame frame(SceneDescription d, std::shared_ptr<const Learned> before, uint32_t 
   return {session.snapshot("Combined"), session.learned(), nlohmann::json::parse(session.statistics_json())};
 }
 
-/// The plan's words on what was learned before: for each part, why it is not used; "used" where it is.
+/// The plan's entries for learned data: for each part "used", or the reason why it is not used.
 std::map<std::string, std::string> parts(const Frame& f) {
   const std::string prefix = "learned in the frame before";
   std::map<std::string, std::string> found;
@@ -41,7 +42,7 @@ std::map<std::string, std::string> parts(const Frame& f) {
   return found;
 }
 
-/// Lit only by what a screened lamp throws on a wall.
+/// A room that is lit only by the wall at which its lamp points.
 SceneDescription screened_room(int size, Vec3 lamp = Vec3(0.9f, 0.0f, 0.5f), Vec3 towards = Vec3(1, 0, 0)) {
   SceneDescription d = grey_room(size);
   add_object(d, sphere(8), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.3f), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
@@ -52,7 +53,7 @@ SceneDescription screened_room(int size, Vec3 lamp = Vec3(0.9f, 0.0f, 0.5f), Vec
   return d;
 }
 
-/// Four lamps, of which a screen hides some from most of the room; lights are chosen by what was learned of them.
+/// Four lamps, some of which a screen occludes for most of the room. The choice of lights is learned.
 SceneDescription four_lamps(int size, Vec3 screen, Vec3 towards) {
   SceneDescription d = grey_room(size);
   for (const float x : {-0.8f, 0.8f})
@@ -69,13 +70,13 @@ SceneDescription four_lamps(int size) { return four_lamps(size, Vec3(0.6f, 0.4f,
 
 SceneDescription wrongly_lit_room(int size) { return screened_room(size, Vec3(-0.9f, 0.2f, -0.5f), Vec3(-1, 0, 0)); }
 
-/// Means of blocks of the picture over frames that each begin with what `teacher` has taught.
+/// Means of blocks of the image, over frames that start with the data learned in a frame of `teacher`.
 std::vector<RunningMoments> taught_blocks(const SceneDescription& d, const SceneDescription& teacher, int frames,
                                           uint32_t first_seed, const std::string& part) {
   std::vector<RunningMoments> moments(kValues);
   const int size = d.settings.width;
   for (uint32_t seed = first_seed; seed < first_seed + uint32_t(frames); ++seed) {
-    // The same seed for both, as an animation has it.
+    // Both frames have the same seed, as in an animation.
     const Frame taught = frame(d, frame(teacher, nullptr, seed).learned, seed);
     EXPECT_EQ(parts(taught)[part], "used");
     std::vector<double> sums(kValues, 0.0);
@@ -98,7 +99,7 @@ void expect_same_means(const std::vector<RunningMoments>& expected, const std::v
   }
 }
 
-TEST(Learned, guide_of_the_frame_before_keeps_the_means_even_of_another_light) {
+TEST(Learned, path_guide_of_the_previous_frame_keeps_the_means_also_with_another_light) {
   const SceneDescription d = screened_room(12);
   SceneDescription plain = d;
   plain.settings.guiding = "off";
@@ -107,7 +108,7 @@ TEST(Learned, guide_of_the_frame_before_keeps_the_means_even_of_another_light) {
   expect_same_means(expected, taught_blocks(d, wrongly_lit_room(12), 40, 300, "path guide"), "another light", 2);
 }
 
-TEST(Learned, choice_of_lights_keeps_the_means_even_where_others_were_hidden) {
+TEST(Learned, choice_of_lights_keeps_the_means_also_with_other_occluders) {
   const SceneDescription d = four_lamps(12);
   SceneDescription plain = d;
   plain.settings.direct = "mis";
@@ -118,7 +119,7 @@ TEST(Learned, choice_of_lights_keeps_the_means_even_where_others_were_hidden) {
       "another screen", 2);
 }
 
-TEST(Learned, importance_of_another_picture_keeps_the_means_of_populations) {
+TEST(Learned, importance_of_another_image_keeps_the_means_of_populations) {
   SceneDescription d = screened_room(12);
   d.settings.guiding = "off";
   d.settings.vertex_merging = "off";
@@ -128,12 +129,13 @@ TEST(Learned, importance_of_another_picture_keeps_the_means_of_populations) {
   other.settings.integrator = "pmc_pt";
   other.settings.vertex_merging = "off";
   const std::string part = "shares of mutations, importance of the film";
-  // Of many frames: few populations find the brightest paths, and too few of them look darker and surer than they are.
+  // Many frames are needed: few populations find the brightest paths, so that the mean and the error of few frames are
+  // too small.
   expect_same_means(expected, taught_blocks(d, d, 100, 1000, part), "same scene", 2);
   expect_same_means(expected, taught_blocks(d, other, 100, 2000, part), "another light", 2);
 }
 
-TEST(Learned, choice_of_lights_is_carried_with_the_same_lights_and_a_camera_nearby) {
+TEST(Learned, choice_of_lights_is_kept_with_the_same_lights_and_a_near_camera) {
   SceneDescription d = four_lamps(16);
   const Frame first = frame(d, nullptr, 1);
   const auto why_not = [&](const SceneDescription& next) {
@@ -152,11 +154,11 @@ TEST(Learned, choice_of_lights_is_carried_with_the_same_lights_and_a_camera_near
   other = d;
   other.settings.direct = "mis";
   EXPECT_EQ(why_not(other), "lights are not learned");
-  // Its pilot is shorter.
+  // The pilot is shorter than without learned data.
   EXPECT_LT(double(frame(d, first.learned, 1).statistics["pilot_rays"]), 0.7 * double(first.statistics["pilot_rays"]));
 }
 
-TEST(Learned, frames_in_a_row_are_the_same_for_any_number_of_threads) {
+TEST(Learned, consecutive_frames_do_not_depend_on_the_number_of_threads) {
   const auto rows = [](SceneDescription d, const char* integrator, int threads) {
     d.settings.integrator = integrator;
     std::vector<std::vector<float>> images;
@@ -193,7 +195,7 @@ TEST(Learned, frames_in_a_row_are_the_same_for_any_number_of_threads) {
   }
 }
 
-TEST(Learned, warm_frame_is_smoother_than_a_cold_one) {
+TEST(Learned, a_frame_with_learned_data_has_less_noise) {
   const SceneDescription d = screened_room(24);
   Frame before = frame(d, nullptr, 1);
   for (uint32_t i = 0; i < 3; ++i) before = frame(d, before.learned, 1);
@@ -212,7 +214,7 @@ TEST(Learned, warm_frame_is_smoother_than_a_cold_one) {
   EXPECT_LT(sum_warm, 0.8 * sum_cold);
 }
 
-TEST(Learned, what_does_not_suit_is_left_aside_and_said) {
+TEST(Learned, unsuitable_data_are_ignored_and_reported) {
   SceneDescription d = screened_room(12);
   const Frame first = frame(d, nullptr, 1);
   EXPECT_TRUE(parts(first).empty());
@@ -228,18 +230,18 @@ TEST(Learned, what_does_not_suit_is_left_aside_and_said) {
   unguided.settings.integrator = "bdpt";
   EXPECT_NE(parts(frame(unguided, frame(unguided, nullptr, 1).learned, 1))[""].find("nothing is learned"),
             std::string::npos);
-  // With nothing used, the picture is that of the new frame's random numbers alone; and a frame that follows has others
-  // again.
+  // If no data are used, the image depends only on the random numbers of the frame, and the next frame has other random
+  // numbers.
   const Frame a = frame(other, first.learned, 1), b = frame(other, a.learned, 1);
   EXPECT_NE(a.image, b.image);
 }
 
-TEST(Learned, technique_is_not_chosen_again_until_the_view_is_another) {
+TEST(Learned, technique_is_chosen_again_only_if_the_view_has_changed) {
   SceneDescription d = screened_room(32);
   d.settings.integrator = "auto";
   d.settings.guiding = "off";
-  d.settings.samples = 4096;       // worth a pilot
-  d.settings.target_error = 1e6f;  // and over after 16
+  d.settings.samples = 4096;       // enough samples for a pilot
+  d.settings.target_error = 1e6f;  // reached after 16 samples
   const auto trials = [](const Frame& f) {
     int count = 0;
     for (const auto& step : f.statistics["plan"]) count += std::string(step["step"]).starts_with("trial") ? 1 : 0;
@@ -254,7 +256,7 @@ TEST(Learned, technique_is_not_chosen_again_until_the_view_is_another) {
   EXPECT_GT(trials(frame(d, second.learned, 1)), 0);
 }
 
-TEST(Learned, automatic_guide_is_not_measured_again_for_eight_frames) {
+TEST(Learned, automatic_guiding_is_measured_again_after_eight_frames) {
   SceneDescription d = screened_room(24);
   d.settings.guiding = "auto";
   d.settings.samples = 24;

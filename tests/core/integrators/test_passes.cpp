@@ -12,7 +12,7 @@ namespace {
 const std::vector<std::string> kParts{"Emit",     "Env",      "DiffDir",  "DiffInd",  "DiffCol", "GlossDir",
                                       "GlossInd", "GlossCol", "TransDir", "TransInd", "TransCol"};
 
-/// Every kind of lobe, something that shines, something to see through, and a world behind.
+/// A scene with every type of lobe, an emissive object, a transparent object, and a world.
 SceneDescription everything() {
   SceneDescription d;
   add_object(d, plane(3.0f), add_diffuse(d, Color(0.6f, 0.5f, 0.0f)), moved(Vec3(0, 0, -0.5f)));
@@ -54,7 +54,7 @@ Rendered render_passes(SceneDescription d, std::vector<std::string> passes, cons
 
 }  // namespace
 
-TEST(Passes, colours_times_light_plus_what_shines_is_the_picture_in_every_pixel) {
+TEST(Passes, colours_times_light_plus_emission_is_the_image_in_every_pixel) {
   for (const bool clamped : {false, true}) {
     SceneDescription d = everything();
     if (clamped) d.settings.clamp_indirect = 0.3f;
@@ -77,12 +77,12 @@ TEST(Passes, colours_times_light_plus_what_shines_is_the_picture_in_every_pixel)
     for (const std::string& name : kParts) {
       double sum = 0.0;
       for (float value : passes[name]) sum += double(value);
-      EXPECT_GT(sum, 0.1) << name;  // the scene has some of everything
+      EXPECT_GT(sum, 0.1) << name;  // the scene has light in every pass
     }
   }
 }
 
-TEST(Passes, asking_for_parts_changes_nothing_in_the_picture) {
+TEST(Passes, light_passes_do_not_change_the_image) {
   const SceneDescription d = everything();
   EXPECT_EQ(render_passes(d, kParts).passes["Combined"], render_passes(d, {}).passes["Combined"]);
   const Film plain(0, 0, 8, 8, {"Combined", "Depth"}), parts(0, 0, 8, 8, {"Combined", "DiffDir"});
@@ -91,7 +91,7 @@ TEST(Passes, asking_for_parts_changes_nothing_in_the_picture) {
   EXPECT_FALSE(parts.wants_aux());
 }
 
-TEST(Passes, a_white_floor_under_the_sky_is_diffuse_and_direct_alone) {
+TEST(Passes, a_diffuse_floor_in_a_constant_world_has_only_direct_diffuse_light) {
   SceneDescription d;
   add_object(d, plane(3.0f), add_diffuse(d, Color(0.5f, 0.25f, 1.0f)));
   set_world(d, Color(2.0f));
@@ -99,14 +99,14 @@ TEST(Passes, a_white_floor_under_the_sky_is_diffuse_and_direct_alone) {
   d.settings.samples = 16;
   auto passes = render_passes(d, kParts).passes;
   for (size_t i = 0; i < 3 * 64; ++i) {
-    EXPECT_NEAR(passes["DiffDir"][i], 2.0f, 1e-4f);  // radiance of a white diffuse surface under a sky of 2
+    EXPECT_NEAR(passes["DiffDir"][i], 2.0f, 1e-4f);  // radiance of a white diffuse surface in a world of radiance 2
     EXPECT_NEAR(passes["DiffCol"][i], (i % 3 == 0 ? 0.5f : i % 3 == 1 ? 0.25f : 1.0f), 1e-6f);
     for (const char* name : {"Emit", "Env", "DiffInd", "GlossDir", "GlossInd", "TransDir", "TransInd"})
       EXPECT_EQ(passes[name][i], 0.0f) << name;
   }
 }
 
-TEST(Passes, indices_and_mist) {
+TEST(Passes, indices_and_mist_are_correct) {
   SceneDescription d = everything();
   d.settings.mist = {2.0f, 2.0f, 1.0f};
   auto passes = render_passes(d, {"IndexOB", "IndexMA", "Mist", "Position", "Depth"}).passes;
@@ -128,7 +128,7 @@ TEST(Passes, indices_and_mist) {
   EXPECT_NEAR(passes["Mist"][12], (glm::length(seen - Vec3(0.1f, -3.0f, 1.2f)) - 2.0f) / 2.0f, 0.05f);
 }
 
-TEST(Passes, integrators_that_cannot_tell_parts_say_so) {
+TEST(Passes, integrators_without_light_passes_report_it) {
   SceneDescription d = everything();
   d.settings.samples = 1;
   const auto said = [](const Rendered& r) {

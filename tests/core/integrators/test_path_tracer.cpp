@@ -24,7 +24,7 @@ std::vector<float> render(SceneDescription d, int samples, uint32_t seed = 1, in
   return session.snapshot("Combined");
 }
 
-/// Mean over the image of one channel and the standard error of that mean from independent seeds.
+/// The mean of one channel over the image, and the standard error of this mean from independent seeds.
 struct Estimate {
   double mean, standard_error;
 };
@@ -51,15 +51,15 @@ SceneDescription closed_furnace(float albedo) {
 
 class Furnace : public ::testing::TestWithParam<float> {};
 
-TEST_P(Furnace, closed_room_of_albedo_a_and_emission_one_minus_a_is_one_everywhere) {
+TEST_P(Furnace, a_closed_room_with_emission_one_minus_albedo_has_radiance_one) {
   const Estimate e = estimate(closed_furnace(GetParam()), 64, 16);
   EXPECT_NEAR(e.mean, 1.0, 4.0 * e.standard_error + 1e-5);
   EXPECT_LT(e.standard_error, 0.01);
 }
 INSTANTIATE_TEST_SUITE_P(Albedos, Furnace, ::testing::Values(0.0f, 0.2f, 0.5f, 0.8f, 0.95f));
 
-TEST(PathTracer, white_object_in_a_white_world_vanishes) {
-  // Flat: smooth normals send a ten-thousandth of the light below the facets.
+TEST(PathTracer, a_white_object_is_invisible_in_a_white_world) {
+  // Flat facets, since smooth normals scatter a ten-thousandth of the light below the facets.
   SceneDescription d;
   MeshDescription facets = sphere();
   facets.normals.clear();
@@ -71,7 +71,7 @@ TEST(PathTracer, white_object_in_a_white_world_vanishes) {
   EXPECT_NEAR(e.mean, 1.0, 4.0 * e.standard_error + 1e-5);
 }
 
-TEST(PathTracer, irradiance_under_a_point_light_is_analytic) {
+TEST(PathTracer, irradiance_below_a_point_light_agrees_with_the_closed_form) {
   // A lamp of P watts is an isotropic source of radiant intensity P / (4 pi), as measured in Cycles 3.4.
   SceneDescription d;
   add_object(d, plane(100.0f), add_diffuse(d, Color(0.5f)));
@@ -83,7 +83,7 @@ TEST(PathTracer, irradiance_under_a_point_light_is_analytic) {
   EXPECT_NEAR(image[0], 0.5 / 3.14159265 * intensity / 4.0, 1e-5);
 }
 
-TEST(PathTracer, same_seed_same_image_for_any_number_of_threads) {
+TEST(PathTracer, the_image_does_not_depend_on_the_number_of_threads) {
   SceneDescription d = closed_furnace(0.7f);
   d.settings.width = 40;
   d.settings.height = 33;
@@ -108,13 +108,13 @@ TEST(PathTracer, rendering_a_region_gives_the_same_pixels_as_the_full_frame) {
 TEST(PathTracer, bounce_limit_zero_is_direct_light_only) {
   SceneDescription d = closed_furnace(0.5f);
   d.settings.bounces.total = 0;
-  // Emission seen directly (0.5), and light emitted by the walls scattered once (0.5 * 0.5).
+  // Emission that is seen directly (0.5), and emission of the walls that is scattered once (0.5 * 0.5).
   const Estimate e = estimate(d, 64, 16);
   EXPECT_NEAR(e.mean, 0.75, 4.0 * e.standard_error);
 }
 
-// How soon is measured by tests/timing: here only that a render without end stops, and keeps its picture.
-TEST(Session, cancel_stops_a_render_and_keeps_its_picture) {
+// tests/timing measures how soon a render stops. This test checks that it stops and keeps its image.
+TEST(Session, cancel_stops_a_render_and_keeps_its_image) {
   SceneDescription d = closed_furnace(0.95f);
   d.settings.width = d.settings.height = 64;
   d.settings.samples = 1 << 24;
@@ -127,7 +127,7 @@ TEST(Session, cancel_stops_a_render_and_keeps_its_picture) {
   EXPECT_FALSE(session.snapshot("Combined").empty());
 }
 
-// What makes a cancel quick: after `stop` is raised no thread begins another sample.
+// Cancelling is fast because no thread starts a sample after `stop` is set.
 TEST(TileLoop, stops_before_the_next_sample) {
   Film film(0, 0, 64, 64, {"Combined"});
   std::atomic<bool> stop{false};
@@ -142,7 +142,7 @@ TEST(TileLoop, stops_before_the_next_sample) {
         });
   });
   EXPECT_GE(begun, 100);
-  // A thread may have looked at `stop` just before it was raised.
+  // A thread may have read `stop` just before it was set.
   EXPECT_LT(begun_after_stop, kThreads);
 }
 
@@ -163,9 +163,9 @@ TEST(Session, stops_at_the_time_limit_and_at_the_error_target) {
   EXPECT_LE(precise.progress().estimated_relmse, 1e-4);
 }
 
-// Each render is cut in its second iteration or later, wherever the clock has it. In a closed furnace all radiance is
-// 1.
-TEST(Session, a_time_limit_that_cuts_an_iteration_keeps_the_mean) {
+// Each render is stopped by the clock at an arbitrary point of its second or a later iteration. In a closed furnace,
+// all radiance is 1.
+TEST(Session, a_time_limit_within_an_iteration_keeps_the_mean) {
   for (const char* integrator : {"path", "bdpt", "metropolis", "erpt", "pmc_pt", "photon_map", "mps"}) {
     RunningMoments means;
     for (uint32_t seed = 1; seed <= 8; ++seed) {
@@ -187,14 +187,14 @@ TEST(Session, a_time_limit_that_cuts_an_iteration_keeps_the_mean) {
       EXPECT_GE(smallest, 1.0) << integrator;
       means.add(sum / double(image.size() / 4));
     }
-    // Photon mapping blurs at edges; its error is bounded by a hundredth here.
+    // Photon mapping has a bias at edges, here of at most 2 %.
     const double bias = std::string(integrator) == "photon_map" || std::string(integrator) == "mps" ? 0.02 : 0.0;
     EXPECT_NEAR(means.mean(), 1.0, bias + 4.0 * std::sqrt(means.variance_of_mean()) + 1e-3) << integrator;
-    EXPECT_LT(std::sqrt(means.variance_of_mean()), 0.01) << integrator << ": too noisy to tell";
+    EXPECT_LT(std::sqrt(means.variance_of_mean()), 0.01) << integrator << ": too noisy for the test";
   }
 }
 
-TEST(Session, errors_surface_once_and_name_the_valid_choices) {
+TEST(Session, errors_are_reported_once_and_list_the_valid_choices) {
   SceneDescription d = closed_furnace(0.5f);
   d.settings.integrator = "warp";
   Session session;
@@ -205,7 +205,7 @@ TEST(Session, errors_surface_once_and_name_the_valid_choices) {
   EXPECT_EQ(session.take_error(), "");
 }
 
-TEST(Session, statistics_hold_what_the_command_line_promises) {
+TEST(Session, statistics_have_the_keys_that_the_command_line_documents) {
   SceneDescription d = closed_furnace(0.5f);
   d.settings.samples = 4;
   Session session;

@@ -1,4 +1,4 @@
-// What renders photon maps, whatever fills them, has the path tracer's mean but for the bias of density estimates.
+// Integrators with photon maps have the mean of path tracing, up to the bias of density estimates.
 #include "integrators/integrator.h"
 
 #include <gtest/gtest.h>
@@ -38,13 +38,13 @@ RunningMoments mean_over_seeds(const SceneDescription& d, const char* integrator
   return moments;
 }
 
-/// The two integrators have one mean, but for `bias` (relative) of the photon maps and four standard errors.
+/// Both integrators have the same mean, up to the relative `bias` of photon maps and four standard errors.
 void expect_agreement(const char* integrator, const SceneDescription& d, int samples, int reference_samples, int seeds,
                       double bias, double precision = 0.01) {
   const RunningMoments photons = mean_over_seeds(d, integrator, samples, seeds);
   const RunningMoments paths = mean_over_seeds(d, "path", reference_samples, seeds);
   const double error = std::sqrt(photons.variance_of_mean() + paths.variance_of_mean());
-  EXPECT_LT(error, precision * paths.mean()) << "too few samples to tell";
+  EXPECT_LT(error, precision * paths.mean()) << "too few samples for the test";
   EXPECT_NEAR(photons.mean() / paths.mean(), 1.0, bias + 4.0 * error / paths.mean());
 }
 
@@ -78,14 +78,14 @@ class PhotonMapping : public ::testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(By, PhotonMapping, ::testing::Values("photon_map", "mps"),
                          [](const auto& info) { return std::string(info.param); });
 
-TEST_P(PhotonMapping, furnace_is_one_but_for_two_percent) {
+TEST_P(PhotonMapping, a_furnace_has_radiance_one_within_two_per_cent) {
   SceneDescription d;
   add_object(d, cube(true), add_diffuse(d, Color(0.6f), Color(0.4f)));
   set_camera(d, Vec3(0.1f, -0.5f, 0.2f), Vec3(0.3f, 0.5f, -0.1f), 8);
   d.settings.bounces = {1000, 1000, 1000, 1000, 1000, 0};
   d.settings.photons = 5000;
   const RunningMoments moments = mean_over_seeds(d, GetParam(), 16, 8);
-  // Discs that reach over an edge miss light: the price of 5000 photons in this room.
+  // Discs that reach beyond an edge of the room contain too few photons. The bias is that of 5000 photons.
   EXPECT_NEAR(moments.mean(), 1.0, 0.02 + 4.0 * std::sqrt(moments.variance_of_mean()));
 }
 
@@ -93,7 +93,7 @@ TEST_P(PhotonMapping, agrees_with_the_path_tracer_in_a_room_of_diffuse_walls) {
   expect_agreement(GetParam(), lit_room(12), 16, 64, 8, 0.02);
 }
 
-TEST_P(PhotonMapping, agrees_with_the_path_tracer_among_rough_and_sharp_gloss) {
+TEST_P(PhotonMapping, agrees_with_the_path_tracer_with_rough_and_sharp_glossy_surfaces) {
   SceneDescription d = lit_room(12);
   add_object(d, sphere(), add_material(d, "ShaderNodeBsdfPrincipled", Color(0.6f), 0.3f),
              placed(Vec3(0.3f, 0.3f, -0.6f), 0.4f));
@@ -103,7 +103,8 @@ TEST_P(PhotonMapping, agrees_with_the_path_tracer_among_rough_and_sharp_gloss) {
 }
 
 TEST_P(PhotonMapping, agrees_with_the_path_tracer_on_coarse_smooth_shaded_meshes) {
-  // Normals far from the facets': wrong without the adjoint correction.
+  // The shading normals differ much from the geometric ones, so that the result is wrong without the adjoint
+  // correction.
   SceneDescription d = lit_room(12);
   add_object(d, sphere(5), 0, placed(Vec3(0.1f, 0.3f, -0.3f), 0.6f));
   expect_agreement(GetParam(), d, 32, 128, 8, 0.025);
@@ -114,16 +115,16 @@ TEST_P(PhotonMapping, caustic_of_a_glass_ball_agrees_with_the_path_tracer) {
   add_object(d, plane(2.0f), add_diffuse(d, Color(0.8f)));
   add_object(d, sphere(48), add_material(d, "ShaderNodeBsdfGlass", Color(1.0f), 0.0f), placed(Vec3(0, 0, 0.6f), 0.5f));
   d.lights.push_back(point_light(Vec3(0, 0, 2.5f), 100.0f, 0.5f));
-  // Looking at the focus from the side, below the ball.
+  // The camera looks at the focus from the side, below the ball.
   set_camera(d, Vec3(0, -2.0f, 0.4f), Vec3(0, 0, 0), 16, 0.3f);
   d.settings.photons = 20000;
-  // Chains seldom pass from one part of the caustic to another.
+  // Chains rarely move from one part of the caustic to another and need more samples.
   expect_agreement(GetParam(), d, std::string(GetParam()) == "mps" ? 100 : 24, 1024, 4, 0.02, 0.01);
 }
 
-TEST(PhotonMap, bias_falls_with_the_passes_at_the_stated_rate) {
-  // A lamp below a mirror shines on the floor as from its image at height h = 3: over a disc of radius r below it the
-  // mean irradiance is 2 (1 - h / sqrt(h^2 + r^2)) / r^2 times the intensity, where h^-2 is right.
+TEST(PhotonMap, bias_falls_with_the_number_of_passes_at_the_stated_rate) {
+  // A lamp below a mirror illuminates the floor as if from its mirror image at height h = 3. The mean irradiance over a
+  // disc of radius r below it is 2 (1 - h / sqrt(h^2 + r^2)) / r^2 times the intensity; the correct value is h^-2.
   SceneDescription d;
   add_object(d, plane(6.0f), add_diffuse(d, Color(0.5f)));
   const int mirror = add_material(d, "ShaderNodeBsdfGlossy", Color(1.0f), 0.0f);
@@ -131,13 +132,14 @@ TEST(PhotonMap, bias_falls_with_the_passes_at_the_stated_rate) {
   d.lights.push_back(point_light(Vec3(0, 0, 1), 100.0f));
   set_camera(d, Vec3(0, -0.001f, 0.5f), Vec3(0), 1, 1e-4f);
   d.settings.bounces = {1, 0, 1, 0, 0, 0};  // direct light and one reflection
-  d.settings.photons = 600;  // fewer than the 60 neighbours in any disc, so that the radius alone decides
+  d.settings.photons =
+      600;  // each disc contains fewer than the 60 neighbours of a lookup, so that the radius alone defines it
   const double h = 3.0, r0 = 1.6;
   d.settings.photon_radius = float(r0);
   const auto scene = build(d);
   constexpr int kSteps = 4;
   const int passes[kSteps] = {1, 4, 16, 64};
-  // The lamp itself, at height 1, is direct light and exact.
+  // The direct light of the lamp at height 1 is exact.
   double direct = 0.0;
   {
     SceneDescription only = d;
@@ -175,17 +177,17 @@ TEST(PhotonMap, bias_falls_with_the_passes_at_the_stated_rate) {
       expected[s] += (2.0 * (1.0 - h / std::sqrt(h * h + r2)) / r2 * h * h - 1.0) / passes[s];
     }
     EXPECT_NEAR(measured[s], expected[s], 4.0 * std::sqrt(bias[s].variance_of_mean())) << passes[s] << " passes";
-    EXPECT_LT(std::sqrt(bias[s].variance_of_mean()), -0.15 * expected[s]) << "too noisy to tell";
+    EXPECT_LT(std::sqrt(bias[s].variance_of_mean()), -0.15 * expected[s]) << "too noisy for the test";
   }
-  // The law's slope is -1/3 in the limit (see test_photon_map) and flatter over the first passes.
+  // The slope is -1/3 in the limit (test_photon_map.cpp) and smaller over the first passes.
   EXPECT_NEAR(slope(measured), slope(expected), 0.03);
   EXPECT_LT(slope(measured), -0.15);
 }
 
-TEST_P(PhotonMapping, error_falls_with_the_passes_towards_the_path_tracer) {
+TEST_P(PhotonMapping, the_error_against_path_tracing_falls_with_the_number_of_passes) {
   SceneDescription d = lit_room(10);
   d.lights[0].visibility &= ~uint32_t(
-      kVisibleCamera);  // its edge has less noise with every pass (transport/bidirectional/further_samples.h): not the rate meant here
+      kVisibleCamera);  // further samples (transport/bidirectional/further_samples.h) change the rate at its edge
   d.settings.photons = 1000;
   const std::vector<float> exact = render(d, "path", 4096, 1);
   const auto scene = build(d);
@@ -204,8 +206,8 @@ TEST_P(PhotonMapping, error_falls_with_the_passes_towards_the_path_tracer) {
         if (i % 4 < 3) square[s].add(sqr(double(image[i]) / exact[i] - 1.0));
     }
   }
-  // Squared error falls as passes^(-2/3) in the limit, where noise prevails as passes^(-1). Over these passes the
-  // square of the mean of r^2 falls with a slope of -0.51, which is what bias prevailing gives.
+  // The squared error falls as passes^(-2/3) in the limit, and as passes^(-1) where noise dominates. Over these passes,
+  // the square of the mean of r^2 falls with a slope of -0.51, which is the slope where bias dominates.
   const double slope = std::log(square[kSteps - 1].mean() / square[0].mean()) /
                        std::log(double(passes[kSteps - 1]) / passes[0]);
   EXPECT_LT(slope, -0.4);
@@ -213,7 +215,7 @@ TEST_P(PhotonMapping, error_falls_with_the_passes_towards_the_path_tracer) {
   EXPECT_LT(std::sqrt(square[kSteps - 1].mean()), 0.1);
 }
 
-TEST_P(PhotonMapping, same_seed_same_image_for_any_number_of_threads) {
+TEST_P(PhotonMapping, the_image_does_not_depend_on_the_number_of_threads) {
   SceneDescription d = lit_room(33);
   add_object(d, sphere(), add_material(d, "ShaderNodeBsdfGlass", Color(1.0f), 0.0f),
              placed(Vec3(0.1f, 0.3f, -0.3f), 0.4f));
@@ -223,7 +225,7 @@ TEST_P(PhotonMapping, same_seed_same_image_for_any_number_of_threads) {
   EXPECT_NE(one, render(d, GetParam(), 3, 6, 2));
 }
 
-TEST_P(PhotonMapping, cutting_a_render_into_other_iterations_changes_nothing) {
+TEST_P(PhotonMapping, the_image_does_not_depend_on_the_division_into_iterations) {
   const auto scene = build(lit_room(8));
   const std::atomic<bool> go{false};
   Film together(0, 0, 8, 8, {"Combined"}), apart(0, 0, 8, 8, {"Combined"});
@@ -235,7 +237,7 @@ TEST_P(PhotonMapping, cutting_a_render_into_other_iterations_changes_nothing) {
   EXPECT_EQ(together.resolve("Combined", 1.0f), apart.resolve("Combined", 1.0f));
 }
 
-TEST_P(PhotonMapping, nothing_is_stored_in_scenes_without_light_or_surfaces) {
+TEST_P(PhotonMapping, no_photons_are_stored_in_scenes_without_light_or_surfaces) {
   SceneDescription dark = lit_room(8);
   dark.lights.clear();
   SceneDescription empty;
@@ -255,7 +257,7 @@ TEST_P(PhotonMapping, nothing_is_stored_in_scenes_without_light_or_surfaces) {
   }
 }
 
-TEST_P(PhotonMapping, photons_to_look_at_lie_on_the_walls_and_are_no_more_than_asked) {
+TEST_P(PhotonMapping, displayed_photons_lie_on_the_walls_and_respect_the_maximum) {
   SceneDescription d = lit_room(12);
   d.settings.integrator = GetParam();
   d.settings.samples = 2;
@@ -277,7 +279,7 @@ TEST_P(PhotonMapping, photons_to_look_at_lie_on_the_walls_and_are_no_more_than_a
   EXPECT_EQ(none.stored, all.stored);
 }
 
-TEST_P(PhotonMapping, photons_to_look_at_come_with_a_later_iteration_while_it_renders) {
+TEST_P(PhotonMapping, displayed_photons_are_available_during_a_render) {
   SceneDescription d = lit_room(12);
   d.settings.integrator = GetParam();
   d.settings.samples = 1 << 24;
@@ -291,7 +293,7 @@ TEST_P(PhotonMapping, photons_to_look_at_come_with_a_later_iteration_while_it_re
   EXPECT_LE(shown, 50u);
 }
 
-TEST(ShownPhotons, photons_to_look_at_bring_what_the_walls_receive) {
+TEST(ShownPhotons, displayed_photons_have_the_power_that_the_walls_receive) {
   SceneDescription d = lit_room(4);
   const float albedo = 0.5f;
   d.materials.clear();
@@ -309,13 +311,13 @@ TEST(ShownPhotons, photons_to_look_at_bring_what_the_walls_receive) {
     for (const Color& power : points.powers) sum += double(luminance(power));
     watts.add(sum * double(points.stored) / double(points.powers.size()));
   }
-  // What arrives, arrives again after each bounce.
+  // The sum over all bounces is a geometric series of the albedo.
   const double expected = build(d)->lights().total_power() / (1.0 - albedo);
   EXPECT_NEAR(watts.mean() / expected, 1.0, 4.0 * std::sqrt(watts.variance_of_mean()) / expected);
-  EXPECT_LT(std::sqrt(watts.variance_of_mean()), 0.01 * expected) << "too few to tell";
+  EXPECT_LT(std::sqrt(watts.variance_of_mean()), 0.01 * expected) << "too noisy for the test";
 }
 
-TEST(ShownPhotons, path_tracing_has_no_photons_to_look_at) {
+TEST(ShownPhotons, path_tracing_has_no_displayed_photons) {
   SceneDescription d = lit_room(4);
   d.settings.samples = 1;
   Session session;

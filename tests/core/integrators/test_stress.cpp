@@ -1,5 +1,5 @@
-// Scenes made to break things, by every integrator: what comes out is finite, not negative, nothing refused; what only
-// differs in units is the same picture.
+// Extreme scenes, rendered by every integrator. All pixels are finite and not negative, and no sample is refused.
+// Scenes that differ only in their units give the same image.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,7 +32,7 @@ SceneDescription lit_room() {
   return d;
 }
 
-/// Every integrator, and what the settings make of some: each estimator of direct light, a path guide, merged photons.
+/// An integrator, with settings of direct light, guiding and vertex merging.
 struct Technique {
   std::string name, integrator;
   std::string direct = "mis", guiding = "off", merging = "off";
@@ -51,7 +51,7 @@ std::vector<Technique> techniques() {
   return all;
 }
 
-/// By path tracing, where the technique cannot, as a session does.
+/// The image by this technique, or by path tracing where the technique cannot render the scene, as in a session.
 std::vector<float> picture(const Technique& by, SceneDescription d, uint32_t seed = 1, uint64_t* refused = nullptr) {
   d.settings.direct = by.direct;
   d.settings.guiding = by.guiding;
@@ -227,12 +227,12 @@ const Stress kStresses[] = {
                     moved(Vec3(0.2f * float(i), 0.3f, -0.4f), 0.4f));
        add_object(d, cube(), add_glossy(d, 0.3f), moved(Vec3(0.0f, 0.3f, -1.0f), 0.3f));  // half below the floor
      }},
-    {"a_lamp_in_a_closed_box",  // chains start from samples that carry nothing
+    {"a_lamp_in_a_closed_box",  // chains would start from samples without light
      [](SceneDescription& d) {
        d.lights[0] = area_lamp(Vec3(0.1f, 0.1f, 0.7f), Vec3(0, 0, -1), 0.4f, 8.0f);
        add_object(d, cube(), add_diffuse(d, Color(0.5f)), moved(Vec3(0.1f, 0.1f, 0.6f), 0.3f));
      }},
-    {"a_lamp_in_a_tiny_box",  // a hundred-thousandth of the way to it: the shade of a street lamp
+    {"a_lamp_in_a_tiny_box",  // its size is a hundred-thousandth of the distance, as for the shade of a street lamp
      [](SceneDescription& d) {
        d.lights[0] = point_light(Vec3(0.1f, 0.1f, 0.7f), 8.0f);
        add_object(d, cube(), add_diffuse(d, Color(0.0f)), moved(Vec3(0.1f, 0.1f, 0.7f), 2e-5f));
@@ -251,7 +251,7 @@ const Stress kStresses[] = {
     {"a_lamp_behind_a_keyhole",
      [](SceneDescription& d) {
        MeshDescription box = cube();
-       box.positions[0] += Vec3(0.02f, 0.0f, 0.0f);  // a corner stands open by a hundredth
+       box.positions[0] += Vec3(0.02f, 0.0f, 0.0f);  // one corner has an opening of 0.02
        box.triangles[0] = UVec3(8, 2, 3);
        box.positions.push_back(Vec3(-0.98f, -1.0f, -1.0f));
        d.lights[0] = area_lamp(Vec3(0.1f, 0.1f, 0.7f), Vec3(0, 0, -1), 0.4f, 8.0f);
@@ -295,7 +295,7 @@ const Stress kStresses[] = {
        for (const float density : {0.0f, 1e-9f, 1.0f, 1e12f, -1.0f, kNan, kInfinity}) {
          add(density, 0.99999f, 0.0f, false);
          add(density, -1.0f, 0.1f, true);
-         x += 0.25f;  // each reaches into the next
+         x += 0.25f;  // neighbours overlap
        }
        d.settings.bounces.volume = 8;
      }},
@@ -319,16 +319,16 @@ const Stress kStresses[] = {
          d.motion_keys.insert(d.motion_keys.end(), {rows(from), rows(to)});
        };
        add(moved(Vec3(-0.5f, 0.3f, -0.5f), 0.2f), moved(Vec3(1e6f, 0.3f, -0.5f), 0.2f));
-       add(moved(Vec3(0.0f, 0.3f, -0.5f), 0.2f), moved(Vec3(0.0f, 0.3f, -0.5f), -0.2f));  // through zero
+       add(moved(Vec3(0.0f, 0.3f, -0.5f), 0.2f), moved(Vec3(0.0f, 0.3f, -0.5f), -0.2f));  // the scale passes zero
        add(moved(Vec3(0.5f, 0.3f, -0.5f), 0.2f), moved(Vec3(0.5f, 0.3f, -0.5f), 0.0f));
        Mat4 flat = moved(Vec3(0.8f, 0.3f, 0.0f), 0.2f);
        flat[2] = Vec4(0.0f);
-       for (const Mat4& to : {moved(Vec3(0.5f, 0.3f, 0.0f), 0.0f), flat}) {  // and stays so
+       for (const Mat4& to : {moved(Vec3(0.5f, 0.3f, 0.0f), 0.0f), flat}) {  // a third key is equal to the second
          add(moved(Vec3(0.5f, 0.3f, 0.0f), 0.2f), to);
          d.motion_keys.push_back(rows(to));
          ++d.instances.back().motion_key_count;
        }
-       const int shared = d.instances.back().object;  // instances of one mesh, some next to nothing
+       const int shared = d.instances.back().object;  // instances of one mesh with very small scales
        for (const float scale : {1e-6f, 1e-11f, 1e-13f, 1e-20f, 1e-38f}) {
          InstanceDescription instance;
          instance.object = shared;
@@ -346,14 +346,14 @@ const Stress kStresses[] = {
      }},
 };
 
-/// Scenes that differ from the plain one in units only.
+/// Factors of length and power in a scene that otherwise equals the plain one.
 struct Units {
   const char* name;
   float length, watts;
 };
 std::ostream& operator<<(std::ostream& out, const Units& units) { return out << units.name; }
-// Powers of two: floats scale without rounding, so that nothing but a constant with a length or a power in it can make
-// a difference.
+// Floats are scaled by powers of two without rounding, so that only a constant with the unit of a length or a power can
+// cause a difference.
 const Units kUnits[] = {{"hundredths_of_a_millimetre", 0x1p-17f, 1.0f},
                         {"thousand_kilometres", 0x1p20f, 1.0f},
                         {"dim", 1.0f, 0x1p-20f},
@@ -375,19 +375,19 @@ SceneDescription in_units(const Units& units) {
   scale(d.camera.world_from_camera, false);
   d.camera.clip_start *= units.length;
   d.camera.clip_end *= units.length;
-  d.settings.exposure = 1.0f / units.watts;  // what is dim in the picture shown is no matter of units
+  d.settings.exposure = 1.0f / units.watts;  // the brightness of the displayed image is the same
   return d;
 }
 
 using Case = std::tuple<Technique, Stress>;
 class StressTest : public testing::TestWithParam<Case> {};
 
-TEST_P(StressTest, is_a_picture) {
+TEST_P(StressTest, gives_a_valid_image) {
   const auto& [technique, stress] = GetParam();
   SceneDescription d = lit_room();
   stress.change(d);
   const std::string name = stress.name;
-  // Control variates, and media denser than was thought, take away what they must; the mean is positive.
+  // Control variates and media above their majorant give negative samples; the mean is positive.
   const bool signed_samples = technique.direct.starts_with("ocv") || technique.direct == "correlated" ||
                               name == "every_volume";
   uint64_t refused = 1;
@@ -404,9 +404,10 @@ TEST_P(StressTest, is_a_picture) {
                                    "a_lamp_in_a_closed_box",
                                    "a_lamp_in_a_tiny_box",
                                    "a_lamp_in_a_tiny_box_in_fog"};
-  if (name == "a_lamp_behind_a_keyhole" || technique.direct == "bsdf") return;  // so few samples may find it or not
-  // Two points of one wall, on either side, see each other edge-on, as far as floats can tell: cosines of 1e-8 let
-  // 1e-14 through.
+  if (name == "a_lamp_behind_a_keyhole" || technique.direct == "bsdf")
+    return;  // few samples may or may not find the lamp
+  // By rounding, two points on different sides of a wall can see each other at grazing angles: cosines of 1e-8 give a
+  // radiance of 1e-14.
   EXPECT_EQ(mean(image) > 1e-10, !dark.count(name)) << "mean " << mean(image);
 }
 
@@ -419,14 +420,14 @@ INSTANTIATE_TEST_SUITE_P(Scenes, StressTest,
 using UnitsCase = std::tuple<Technique, Units>;
 class UnitsTest : public testing::TestWithParam<UnitsCase> {};
 
-TEST_P(UnitsTest, make_the_same_picture) {
+TEST_P(UnitsTest, give_the_same_image) {
   const auto& [technique, units] = GetParam();
   uint64_t refused = 1;
   const std::vector<float> plain = picture(technique, in_units({"plain", 1.0f, 1.0f})),
                            image = picture(technique, in_units(units), 1, &refused);
   EXPECT_EQ(refused, 0u);
   EXPECT_NEAR(mean(image) / double(units.watts), mean(plain), 0.01 * mean(plain));
-  // One ray that passes an edge on the other side sends a chain elsewhere for good.
+  // If one ray passes an edge on the other side, the rest of a chain is different.
   const std::set<std::string> of_chains{"mps", "metropolis", "erpt", "pmc_pt"};
   if (of_chains.count(technique.integrator)) return;
   double difference = 0.0;
@@ -441,7 +442,7 @@ std::string units_name(const testing::TestParamInfo<UnitsCase>& info) {
 INSTANTIATE_TEST_SUITE_P(Scenes, UnitsTest,
                          testing::Combine(testing::ValuesIn(techniques()), testing::ValuesIn(kUnits)), units_name);
 
-TEST(Stress, what_cannot_be_rendered_is_refused_by_name) {
+TEST(Stress, invalid_scenes_are_refused_with_a_message) {
   const auto refusal = [](void (*change)(SceneDescription&)) -> std::string {
     SceneDescription d = lit_room();
     change(d);
@@ -484,8 +485,8 @@ TEST(Stress, what_cannot_be_rendered_is_refused_by_name) {
             std::string::npos);
 }
 
-/// Sums of limits must not run over: "without limit" is a number to some.
-TEST(Stress, the_largest_limits_are_no_limits) {
+/// Sums of limits must not overflow, since some users enter the maximum integer for "no limit".
+TEST(Stress, limits_of_the_maximum_integer_do_not_overflow) {
   SceneDescription d = lit_room();
   constexpr int kMax = std::numeric_limits<int>::max();
   d.settings.bounces = {kMax, kMax, kMax, kMax, kMax, kMax};
@@ -502,7 +503,7 @@ TEST(Stress, the_largest_limits_are_no_limits) {
   }
 }
 
-TEST(Stress, filters_are_as_wide_as_pictures_can_be) {
+TEST(Stress, filter_widths_are_limited_to_the_image_size) {
   SceneDescription d = lit_room();
   d.settings.width = d.settings.height = 8;
   d.settings.filter = FilterKind::Gaussian;
@@ -516,7 +517,7 @@ TEST(Stress, filters_are_as_wide_as_pictures_can_be) {
       ASSERT_TRUE(session.wait(kHang));
       EXPECT_NE(session.take_error().find("filter"), std::string::npos) << integrator << ", " << width;
     }
-    // Of one pixel, far from the corner, nearly nothing is left.
+    // A region of one pixel, far from the corner of the image, with very small filter widths.
     SceneDescription pixel = d;
     pixel.settings.width = 65536;
     pixel.settings.region = {60001, 3, 60002, 4};
@@ -532,7 +533,7 @@ TEST(Stress, filters_are_as_wide_as_pictures_can_be) {
   }
 }
 
-TEST(Stress, a_million_instances) {
+TEST(Stress, a_million_instances_are_rendered) {
   constexpr int kSide = 1000;
   SceneDescription d = lit_room();
   const int object = add_object(d, plane(0.4f / kSide), add_diffuse(d, Color(0.5f)));
@@ -550,7 +551,7 @@ TEST(Stress, a_million_instances) {
   EXPECT_GT(mean(image), 0.0);
 }
 
-/// Ten million samples of 0.1 in one pixel: a float's sum would stand still at 2^24 ulps; the mean must not drift.
+/// Ten million samples of 0.1 in one pixel. A sum in floats would not grow beyond 2^24 ulps; the mean must not drift.
 TEST(Stress, ten_million_samples_in_a_pixel_do_not_drift) {
   Film film(0, 0, 1, 1, {"Combined"});
   for (int i = 0; i < 10'000'000; ++i) film.add_sample(0, 0, Color(0.1f, 1e-3f, 12345.678f), 1.0f, nullptr);

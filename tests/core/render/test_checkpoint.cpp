@@ -1,4 +1,4 @@
-// What a render has found survives its process, and several renders of a frame are one.
+// Checkpoints are saved, loaded and resumed. Checkpoints of one frame with different seeds are merged.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -51,7 +51,7 @@ std::string failure(const std::function<void()>& act) {
   return "";
 }
 
-TEST_F(CheckpointFile, holds_everything) {
+TEST_F(CheckpointFile, stores_all_data) {
   Checkpoint c = rendered(3, 4);
   c.scene = 0x123456789abcdef0u;
   save_checkpoint(c, path_);
@@ -68,7 +68,7 @@ TEST_F(CheckpointFile, holds_everything) {
   EXPECT_EQ(read.passes.size(), 4u) << "Combined, Normal, Sample Count, Variance";
 }
 
-TEST_F(CheckpointFile, damage_is_told_and_never_a_crash) {
+TEST_F(CheckpointFile, damaged_files_are_refused_without_a_crash) {
   save_checkpoint(rendered(3, 1), path_);
   std::ifstream in(path_, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(in)), {});
@@ -77,7 +77,7 @@ TEST_F(CheckpointFile, damage_is_told_and_never_a_crash) {
     std::ofstream(path_, std::ios::binary).write(bytes.data(), std::streamsize(length));
     EXPECT_NE(failure([&] { load_checkpoint(path_); }), "") << length;
   }
-  for (size_t at = 0; at < 200; ++at) {  // in the header
+  for (size_t at = 0; at < 200; ++at) {  // bytes of the header
     std::string changed = bytes;
     changed[at] = char(changed[at] ^ 0x15);
     std::ofstream(path_, std::ios::binary).write(changed.data(), std::streamsize(changed.size()));
@@ -85,7 +85,7 @@ TEST_F(CheckpointFile, damage_is_told_and_never_a_crash) {
   }
 }
 
-TEST(Checkpoint, merging_weighs_by_samples) {
+TEST(Checkpoint, merging_weights_by_samples) {
   const Checkpoint a = rendered(1, 2), b = rendered(2, 6), c = merge(a, b);
   EXPECT_EQ(c.samples, 8.0);
   EXPECT_EQ(c.seeds, (std::vector<uint32_t>{1, 2}));
@@ -97,9 +97,9 @@ TEST(Checkpoint, merging_weighs_by_samples) {
               a.passes.at("Variance")[40] / 16.0f + b.passes.at("Variance")[40] * 9.0f / 16.0f, 1e-6f);
 }
 
-TEST(Checkpoint, what_is_not_one_frame_is_refused_with_the_reason) {
+TEST(Checkpoint, checkpoints_of_different_frames_are_refused_with_the_reason) {
   const Checkpoint a = rendered(1, 1);
-  EXPECT_NE(failure([&] { merge(a, a); }).find("seed 1"), std::string::npos) << "the same samples twice";
+  EXPECT_NE(failure([&] { merge(a, a); }).find("seed 1"), std::string::npos) << "the samples are the same";
   Checkpoint b = rendered(2, 1);
   b.region[2] -= 1;
   EXPECT_NE(failure([&] { merge(a, b); }).find("pixels"), std::string::npos);
@@ -113,7 +113,7 @@ TEST(Checkpoint, what_is_not_one_frame_is_refused_with_the_reason) {
   EXPECT_NE(failure([&] { merge(known, b); }).find("different scenes"), std::string::npos);
 }
 
-TEST(Checkpoint, a_resumed_render_goes_on_with_new_samples) {
+TEST(Checkpoint, a_resumed_render_continues_with_new_samples) {
   const Checkpoint first = rendered(9, 3);
   Session session;
   session.resume(first);
@@ -121,11 +121,11 @@ TEST(Checkpoint, a_resumed_render_goes_on_with_new_samples) {
   EXPECT_TRUE(session.wait(kHang));
   ASSERT_EQ(session.take_error(), "");
   const Checkpoint all = session.checkpoint().value();
-  EXPECT_EQ(all.samples, 8.0) << "five more";
+  EXPECT_EQ(all.samples, 8.0) << "three resumed samples and five new ones";
   ASSERT_EQ(all.seeds.size(), 2u);
   EXPECT_NE(all.seeds[0], all.seeds[1]);
   EXPECT_EQ(session.snapshot("Combined"), all.passes.at("Combined"));
-  // The five are not the first five again.
+  // The five samples are not the first five of the same seed.
   Session alone;
   alone.start(lit_room(9, 5));
   EXPECT_TRUE(alone.wait(kHang));
@@ -134,7 +134,7 @@ TEST(Checkpoint, a_resumed_render_goes_on_with_new_samples) {
   EXPECT_EQ(session.progress().samples, 8.0);
 }
 
-TEST(Checkpoint, resumed_renders_have_the_mean_of_whole_ones) {
+TEST(Checkpoint, resumed_renders_have_the_mean_of_uninterrupted_ones) {
   RunningMoments whole, resumed;
   const auto mean_of = [](const std::vector<float>& image) {
     double sum = 0.0;
@@ -151,10 +151,10 @@ TEST(Checkpoint, resumed_renders_have_the_mean_of_whole_ones) {
   }
   EXPECT_TRUE(statistical::means_agree(whole, resumed, {0.01, 1}));
   EXPECT_LT(std::sqrt(whole.variance_of_mean() + resumed.variance_of_mean()), 0.01 * whole.mean())
-      << "else the test says nothing";
+      << "too noisy for the test";
 }
 
-TEST(Checkpoint, one_that_does_not_fit_ends_the_render_with_the_reason) {
+TEST(Checkpoint, a_checkpoint_of_another_scene_stops_the_render_with_the_reason) {
   Checkpoint other = rendered(1, 1);
   other.scene = 7;
   Session session;

@@ -18,14 +18,14 @@ namespace {
 
 const std::atomic<bool> kGoOn{false};
 
-/// One source of each kind: a lamp, a triangle mesh, one that no light stands for, a sun, the world.
+/// One source of each type: a lamp, a triangle mesh, a mesh whose emission is no light, a sun, and the world.
 SceneDescription all_sources(bool fog) {
   SceneDescription d;
   d.settings.bounces = {6, 6, 6, 6, 6, 6};
   add_object(d, plane(3.0f), add_diffuse(d, Color(0.6f, 0.5f, 0.7f)), moved(Vec3(0, 0, -0.5f)));
   add_object(d, sphere(6), add_diffuse(d, Color(0.3f), Color(0.9f, 0.5f, 0.2f)),
              moved(Vec3(-0.5f, 0.2f, -0.2f), 0.25f));
-  GraphBuilder incidence;  // how bright it is depends on where it is seen from
+  GraphBuilder incidence;  // its emission depends on the direction of view
   const int weight = incidence.node("ShaderNodeLayerWeight", {value_input("Blend", 0.5f)});
   incidence.graph.surface = {incidence.node("ShaderNodeEmission", {value_input("Color", Vec4(1.0f)),
                                                                    linked_input("Strength", weight, "Facing")}),
@@ -46,7 +46,7 @@ SceneDescription all_sources(bool fog) {
   return d;
 }
 
-/// Lamps over both sides of a floor, each lighting its own.
+/// Two lamps above the two sides of a floor. Each illuminates its own side.
 SceneDescription two_lamps(int size) {
   SceneDescription d;
   add_object(d, plane(3.0f), add_diffuse(d, Color(0.6f)), moved(Vec3(0, 0, -0.5f)));
@@ -83,8 +83,8 @@ Halves render(const SceneDescription& d) {
 
 }  // namespace
 
-TEST(ImportantLight, is_light_of_sources_that_are_as_much_brighter) {
-  // Light adds up: multiplying what sources send must be the same as multiplying what arrives of each.
+TEST(ImportantLight, equals_the_light_of_sources_with_a_higher_emission) {
+  // Light is linear: multiplying the emission of a source equals multiplying the light that arrives from it.
   const auto sum = [](const std::vector<Vec2>& light) {
     return std::accumulate(light.begin(), light.end(), Vec2(0.0f));
   };
@@ -138,18 +138,18 @@ TEST(ImportanceMap, is_the_mean_importance_of_the_light) {
   EXPECT_EQ(importance_map(scene, 7, kGoOn), map);
 }
 
-TEST(ImportanceMap, is_not_made_where_no_light_matters_more) {
+TEST(ImportanceMap, is_not_computed_if_no_light_is_more_important) {
   SceneDescription d = two_lamps(8);
-  d.objects[0].light_importance = 3.0f;  // does not emit
+  d.objects[0].light_importance = 3.0f;  // has no emission
   d.world.light_importance = 3.0f;       // black
   EXPECT_FALSE(has_importance(*build(d)));
   EXPECT_TRUE(importance_map(build(d), 1, kGoOn).empty());
   EXPECT_EQ(render(d).statistics.find("importance of light"), std::string::npos);
-  d.lights[1].light_importance = NAN;  // repaired
+  d.lights[1].light_importance = NAN;  // validation replaces it
   EXPECT_FALSE(has_importance(*build(d)));
 }
 
-TEST(ImportanceMap, samples_go_where_important_light_does_and_means_stay) {
+TEST(ImportanceMap, pixels_with_important_light_get_more_samples_and_keep_their_mean) {
   for (const char* integrator : {"path", "bdpt"}) {
     SCOPED_TRACE(integrator);
     RunningMoments mean[2][2];
@@ -171,7 +171,7 @@ TEST(ImportanceMap, samples_go_where_important_light_does_and_means_stay) {
   }
 }
 
-TEST(ImportanceMap, chains_say_that_nothing_gets_more_samples) {
+TEST(ImportanceMap, chains_report_that_importance_is_ignored) {
   SceneDescription d = two_lamps(8);
   d.settings.integrator = "metropolis";
   d.settings.samples = 2;

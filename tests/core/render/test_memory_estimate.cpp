@@ -1,4 +1,4 @@
-// What a render needs is told before anything is built, near enough to what it then takes.
+// The memory of a render is estimated before anything is built. The estimate must be close to the memory that it uses.
 #include "render/memory_estimate.h"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ nlohmann::json rendered(SceneDescription d) {
   return nlohmann::json::parse(session.statistics_json());
 }
 
-/// The part of the estimate of `d`'s geometry that is not an acceleration structure.
+/// The estimate of the geometry of `d` without its acceleration structures, in bytes.
 double estimated_arrays(const SceneDescription& d) {
   double structures = 0.0;
   for (const MeshDescription& mesh : d.meshes) {
@@ -52,8 +52,8 @@ double estimated_arrays(const SceneDescription& d) {
   return double(part(estimate_memory(d), "geometry").bytes) - structures;
 }
 
-/// Triangles of edge `size` at random places of the unit cube. Few of them share a leaf, so their structure is the
-/// largest.
+/// Triangles of edge length `size` at random points of the unit cube. Few of them share a leaf, so that their structure
+/// has the maximum size.
 MeshDescription separate_triangles(int count, float size) {
   MeshDescription mesh;
   mesh.name = "Triangles";
@@ -69,10 +69,10 @@ MeshDescription separate_triangles(int count, float size) {
 
 }  // namespace
 
-TEST(MemoryEstimate, of_our_own_arrays_of_a_mesh_is_exact) {
+TEST(MemoryEstimate, of_the_arrays_of_a_mesh_is_exact) {
   std::vector<MeshDescription> meshes;
   for (const bool smooth : {false, true}) {
-    MeshDescription mesh = separate_triangles(500, 0.1f);  // none without area, which would be left out
+    MeshDescription mesh = separate_triangles(500, 0.1f);  // each has an area, since others are omitted
     mesh.material_slots.assign(mesh.triangles.size(), 0);
     if (smooth) {
       mesh.normals.assign(mesh.positions.size(), Vec3(0, 0, 1));
@@ -88,9 +88,9 @@ TEST(MemoryEstimate, of_our_own_arrays_of_a_mesh_is_exact) {
   }
 }
 
-// The upper bound of twice holds because the least that was seen (memory_estimate.h) is 54 bytes of the 96 for a
-// triangle and 116 of the 144 for a segment.
-TEST(MemoryEstimate, of_structures_is_no_less_than_they_take_and_not_twice_as_much) {
+// The upper bound is twice the memory, because the minimum that was measured (memory_estimate.h) is 54 of 96 bytes for
+// a triangle and 116 of 144 bytes for a segment.
+TEST(MemoryEstimate, of_structures_is_between_their_memory_and_twice_of_it) {
   std::vector<MeshDescription> meshes{sphere(60), sphere(200)};
   for (const float size : {0.001f, 0.02f, 0.3f}) meshes.push_back(separate_triangles(20000, size));
   for (const StrandShape shape : {StrandShape::Ribbon, StrandShape::Round})
@@ -105,15 +105,15 @@ TEST(MemoryEstimate, of_structures_is_no_less_than_they_take_and_not_twice_as_mu
   }
 }
 
-// Embree counts the tree, not its objects for instances; those are on the heap (timing/test_heap.cpp).
-TEST(MemoryEstimate, of_instances_is_no_less_than_what_is_counted) {
+// Embree counts its tree, but not its objects for instances, which are on the heap (timing/test_heap.cpp).
+TEST(MemoryEstimate, of_instances_is_at_least_the_counted_memory) {
   constexpr int kCount = 20000;
   const SceneDescription d = many_instances(kCount);
   const double estimated = double(part(estimate_memory(d), "instances").bytes) / kCount;
   EXPECT_GT(estimated, double(sizeof(BuiltInstance)) + double(build(d)->statistics().accel_bytes) / kCount);
 }
 
-TEST(MemoryEstimate, of_textures_is_no_less_than_they_take) {
+TEST(MemoryEstimate, of_textures_is_at_least_their_memory) {
   SceneDescription d = lit(16);
   ImageDescription image;
   image.name = "Noise";
@@ -132,7 +132,7 @@ TEST(MemoryEstimate, of_textures_is_no_less_than_they_take) {
   EXPECT_EQ(store.memory_bytes(), 64u * 32u * 16u);
 }
 
-TEST(MemoryEstimate, of_the_film_is_no_less_than_it_takes_and_not_twice_as_much) {
+TEST(MemoryEstimate, of_the_film_is_between_its_memory_and_twice_of_it) {
   for (const char* integrator : {"path", "bdpt"}) {
     for (const std::vector<std::string>& passes :
          {std::vector<std::string>{"Combined"}, {"Combined", "Normal", "DiffDir"}}) {
@@ -148,7 +148,7 @@ TEST(MemoryEstimate, of_the_film_is_no_less_than_it_takes_and_not_twice_as_much)
   }
 }
 
-TEST(MemoryEstimate, of_the_film_has_room_for_the_pilot_of_important_light) {
+TEST(MemoryEstimate, of_the_film_includes_the_pilot_of_important_light) {
   SceneDescription d = lit(64);
   d.settings.image = "pmc_ip";
   const uint64_t before = part(estimate_memory(d), "the picture").bytes;
@@ -159,7 +159,7 @@ TEST(MemoryEstimate, of_the_film_has_room_for_the_pilot_of_important_light) {
   EXPECT_EQ(part(estimate_memory(d), "the picture").bytes, before);
 }
 
-TEST(MemoryEstimate, of_photons_is_no_less_than_their_maps_take) {
+TEST(MemoryEstimate, of_photons_is_at_least_the_memory_of_their_maps) {
   SceneDescription d = lit(16);
   add_object(d, cube(true), add_diffuse(d, Color(0.7f)));
   d.lights[0].world_from_light = rows(Mat4(1.0f));
@@ -175,7 +175,7 @@ TEST(MemoryEstimate, of_photons_is_no_less_than_their_maps_take) {
   EXPECT_EQ(part(estimate_memory(d), "photons").bytes, 0u);
 }
 
-TEST(MemoryEstimate, of_merged_photons_is_no_less_than_they_take) {
+TEST(MemoryEstimate, of_merged_photons_is_at_least_their_memory) {
   SceneDescription d = lit(32);
   add_object(d, cube(true), add_diffuse(d, Color(0.7f)));
   add_object(d, sphere(), add_glass(d, 0.0f), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
@@ -191,7 +191,7 @@ TEST(MemoryEstimate, of_merged_photons_is_no_less_than_they_take) {
   EXPECT_EQ(uint64_t(estimated), 20000u * 4u * (84u + 8u));
 }
 
-TEST(MemoryEstimate, of_volumes_is_no_less_than_they_take_and_not_much_more) {
+TEST(MemoryEstimate, of_volumes_is_at_least_their_memory_and_not_much_more) {
   const auto with_volumes = [](int count) {
     SceneDescription d = lit(16);
     GraphBuilder b;
@@ -218,7 +218,7 @@ TEST(MemoryEstimate, of_volumes_is_no_less_than_they_take_and_not_much_more) {
   EXPECT_EQ(part(estimate_memory(clear), "volumes").bytes, 0u);
 }
 
-TEST(MemoryEstimate, of_the_path_guide_is_no_less_than_it_takes) {
+TEST(MemoryEstimate, of_the_path_guide_is_at_least_its_memory) {
   SceneDescription d = lit(64);
   add_object(d, cube(true), add_diffuse(d, Color(0.7f)));
   d.lights[0].world_from_light = rows(Mat4(1.0f));
@@ -232,14 +232,14 @@ TEST(MemoryEstimate, of_the_path_guide_is_no_less_than_it_takes) {
   EXPECT_LT(estimated, 8.0 * taken);
   d.settings.width = d.settings.height = 4000;
   EXPECT_LT(part(estimate_memory(d), "path guide").bytes, uint64_t(1) << 30)
-      << "pictures however large are learned from by some paths only";
+      << "in large images, only some paths are training samples";
 }
 
-TEST(MemoryEstimate, of_irradiance_records_is_no_less_than_they_take) {
+TEST(MemoryEstimate, of_irradiance_records_is_at_least_their_memory) {
   SceneDescription d = lit(64);
   add_object(d, cube(true), add_diffuse(d, Color(0.7f)));
   for (int i = 0; i < 20; ++i)
-    add_object(d, sphere(8), 0, moved(Vec3(0.08f * float(i) - 0.8f, 0.3f, -0.8f), 0.05f));  // corners want records
+    add_object(d, sphere(8), 0, moved(Vec3(0.08f * float(i) - 0.8f, 0.3f, -0.8f), 0.05f));  // corners need records
   d.lights[0].world_from_light = rows(Mat4(1.0f));
   set_camera(d, Vec3(0, -0.9f, 0), Vec3(0, 0.5f, -0.4f), 64);
   d.settings.integrator = "irradiance_cache";
@@ -251,7 +251,7 @@ TEST(MemoryEstimate, of_irradiance_records_is_no_less_than_they_take) {
   EXPECT_LT(taken / double(told["records"]), double(IrradianceRecords::kBytesPerRecord));
 }
 
-TEST(MemoryEstimate, sizes_are_those_that_the_manual_states) {
+TEST(MemoryEstimate, sizes_are_those_in_the_manual) {
   EXPECT_EQ(sizeof(Photon), 32u);
   EXPECT_EQ(sizeof(BuiltInstance), 176u);
   EXPECT_EQ(Film::bytes_per_pixel({"Combined"}, false), 72u + 36u);
@@ -264,7 +264,7 @@ TEST(MemoryEstimate, sizes_are_those_that_the_manual_states) {
   EXPECT_EQ(LightCutCache::kBytesPerCell, 1297u);
 }
 
-TEST(MemoryLimit, is_respected_before_anything_is_built_and_says_what_is_largest) {
+TEST(MemoryLimit, is_checked_before_anything_is_built_and_names_the_largest_part) {
   SceneDescription d = lit(16);
   MeshDescription ball = sphere(120);
   ball.name = "Cathedral";

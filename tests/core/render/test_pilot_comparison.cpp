@@ -1,4 +1,5 @@
-// Pictures of pilots: a technique is left for another when that is better everywhere, not when a few pixels say so.
+// The comparison of pilot images. Another technique is chosen if it is better in most pixels, not if it is better in a
+// few.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +14,7 @@ namespace {
 constexpr int kWidth = 64, kHeight = 48;
 constexpr size_t kPixels = size_t(kWidth) * kHeight;
 
-/// Grey pictures of 0.5 with noise of this standard deviation.
+/// Images of the value 0.5 with noise of this standard deviation.
 PilotImages noisy(float deviation, uint32_t seed) {
   PilotImages pilot;
   for (std::vector<float>* picture : {&pilot.first, &pilot.second}) {
@@ -24,7 +25,7 @@ PilotImages noisy(float deviation, uint32_t seed) {
   }
   return pilot;
 }
-/// Light in one pixel of the first picture.
+/// Adds a firefly to one pixel of the first image.
 void add_firefly(PilotImages& pilot, size_t pixel, float brightness) {
   for (size_t c = 0; c < 3; ++c) pilot.first[4 * pixel + c] += brightness;
 }
@@ -39,38 +40,37 @@ std::vector<PilotNoise> noises_of(const std::vector<const PilotImages*>& pilots)
 TEST(PilotComparison, noise_is_the_variance_of_the_mean) {
   const PilotImages pilot = noisy(0.1f, 1);
   const PilotNoise noise = noises_of({&pilot})[0];
-  const double expected = 0.5 * 0.1 * 0.1 / (0.25 + 0.01);  // of the mean of two pictures
+  const double expected = 0.5 * 0.1 * 0.1 / (0.25 + 0.01);  // of the mean of two images
   EXPECT_NEAR(noise.whole, expected, 0.1 * expected);
   EXPECT_LT(noise.typical, noise.whole);
-  EXPECT_GT(noise.typical, 0.9 * noise.whole) << "no pixel stands out";
+  EXPECT_GT(noise.typical, 0.9 * noise.whole) << "no pixel is an outlier";
 }
 
-TEST(PilotComparison, an_advantage_in_three_pixels_is_none) {
+TEST(PilotComparison, an_advantage_in_three_pixels_is_ignored) {
   PilotImages path = noisy(0.1f, 1);
   for (const size_t pixel : {size_t(500), size_t(1500), size_t(2500)}) add_firefly(path, pixel, 50.0f);
   const PilotImages chains = noisy(0.1f, 2), photons = noisy(0.12f, 3);
   const std::vector<PilotNoise> noises = noises_of({&path, &chains, &photons});
-  EXPECT_GT(noises[0].whole, 10.0 * noises[1].whole) << "taken whole, path tracing looks bad";
+  EXPECT_GT(noises[0].whole, 10.0 * noises[1].whole) << "over all pixels, path tracing is much noisier";
   EXPECT_GT(noises[0].whole, 10.0 * noises[2].whole);
-  // What a ray costs in the others, as it is weighed before they are compared.
+  // The factors are the relative costs of the other techniques, which are applied before the comparison.
   EXPECT_EQ(clearly_best({noises[0],
                           {1.4 * noises[1].whole, 1.4 * noises[1].typical},
                           {2.5 * noises[2].whole, 2.5 * noises[2].typical}}),
             0u);
 }
 
-TEST(PilotComparison, an_advantage_everywhere_is_one) {
+TEST(PilotComparison, an_advantage_in_all_pixels_counts) {
   const PilotImages path = noisy(0.3f, 1);
   PilotImages chains = noisy(0.1f, 2);
   const PilotImages photons = noisy(0.15f, 3);
   EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 1u);
   EXPECT_EQ(clearly_best(noises_of({&path, &photons, &chains})), 2u);
   for (const size_t pixel : {size_t(500), size_t(1500)}) add_firefly(chains, pixel, 50.0f);
-  EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 2u)
-      << "and one that has fireflies itself is not taken for them";
+  EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 2u) << "a technique with fireflies is not chosen";
 }
 
-TEST(PilotComparison, blurs_by_the_pixels_that_are_there) {
+TEST(PilotComparison, the_blur_uses_only_pixels_inside_the_image) {
   std::vector<float> image(4 * 9 * 10, 0.0f);
   image[4 * (1 * 9 + 2) + 1] = 20.0f;  // at (2, 1)
   const std::vector<float> result = blurred(image, 9, 10);
@@ -84,63 +84,63 @@ TEST(PilotComparison, blurs_by_the_pixels_that_are_there) {
     }
 }
 
-TEST(PilotComparison, a_firefly_is_measured_against_its_own_light) {
+TEST(PilotComparison, the_error_of_a_firefly_is_relative_to_its_own_value) {
   const PilotImages others = noisy(0.1f, 2);
   const auto noise_with = [&](float brightness) {
     PilotImages path = noisy(0.1f, 1);
     add_firefly(path, 1500, brightness);
     return noises_of({&path, &others})[0].whole;
   };
-  EXPECT_LT(noise_with(1e6f), 1.1 * noise_with(1e4f)) << "it is no worse for being brighter";
+  EXPECT_LT(noise_with(1e6f), 1.1 * noise_with(1e4f)) << "the brightness of the firefly does not matter";
 }
 
-TEST(PilotComparison, one_that_found_nothing_is_not_chosen) {
+TEST(PilotComparison, a_technique_that_found_no_light_is_not_chosen) {
   const PilotImages path = noisy(0.3f, 1),
                     dark{std::vector<float>(4 * kPixels, 0.0f), std::vector<float>(4 * kPixels, 0.0f)};
   EXPECT_EQ(clearly_best(noises_of({&path, &dark})), 0u);
   EXPECT_EQ(clearly_best({{1.0, 1.0}}), 0u);
-  EXPECT_EQ(clearly_best({{1.0, 1.0}, {0.7, 0.7}}), 0u) << "not clearly better";
+  EXPECT_EQ(clearly_best({{1.0, 1.0}, {0.7, 0.7}}), 0u) << "the advantage is too small";
 }
 
-TEST(PilotComparison, one_that_is_worse_by_a_few_pixels_is_not_hopeless) {
+TEST(PilotComparison, a_technique_with_a_few_bad_pixels_is_not_hopeless) {
   const PilotImages path = noisy(0.1f, 1), bad = noisy(0.3f, 2);
-  PilotImages unlucky = noisy(0.1f, 3);
-  for (const size_t pixel : {size_t(500), size_t(1500), size_t(2500)}) add_firefly(unlucky, pixel, 50.0f);
-  const std::vector<PilotNoise> noises = noises_of({&path, &bad, &unlucky});
+  PilotImages with_firefly = noisy(0.1f, 3);
+  for (const size_t pixel : {size_t(500), size_t(1500), size_t(2500)}) add_firefly(with_firefly, pixel, 50.0f);
+  const std::vector<PilotNoise> noises = noises_of({&path, &bad, &with_firefly});
   EXPECT_TRUE(is_hopeless(noises[1], noises[0]));
   EXPECT_FALSE(is_hopeless(noises[2], noises[0]));
   EXPECT_FALSE(is_hopeless(noises[0], noises[1]));
 }
 
-TEST(PilotComparison, light_that_is_never_met_counts_as_noise) {
+TEST(PilotComparison, light_that_is_not_found_counts_as_noise) {
   PilotImages path = noisy(0.1f, 1), chains = noisy(0.2f, 2);
   const auto unseen = [&](const PilotImages& pilot, const PilotImages& other) {
     return unseen_noise_of(pilot, other, max_light({&pilot, &other}, kWidth, kHeight), kWidth, kHeight);
   };
-  EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole) << "they differ by noise alone";
+  EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole) << "the images differ by noise only";
   EXPECT_LT(unseen(chains, path), 0.05 * noises_of({&path, &chains})[1].whole);
   add_firefly(chains, 1500, 500.0f);
   EXPECT_LT(unseen(path, chains), 0.05 * noises_of({&path, &chains})[0].whole)
-      << "what one picture alone has may be probability";
+      << "light in a single image may be random";
 
-  for (std::vector<float>* picture : {&path.first, &path.second})  // it misses the right half
+  for (std::vector<float>* picture : {&path.first, &path.second})  // path tracing does not find the right half
     for (size_t i = 0; i < kPixels; ++i)
       if (int(i) % kWidth >= kWidth / 2)
         for (size_t c = 0; c < 3; ++c) (*picture)[4 * i + c] = 0.0f;
   chains = noisy(0.2f, 2);
-  // Of 49 pixels not one found 0.5: one in so many may have 49 times that.
+  // None of 49 pixels found the value 0.5, so that one pixel in 49 may have 49 times this value.
   EXPECT_NEAR(unseen(path, chains), 49.0 * 0.5 * 0.25 / (0.25 + 0.01), 1.5);
   EXPECT_LT(unseen(chains, path), 0.05);
 }
 
-TEST(PilotComparison, bias_is_what_noise_does_not_explain) {
-  const PilotImages honest = noisy(0.1f, 1);
+TEST(PilotComparison, bias_is_the_difference_beyond_the_noise) {
+  const PilotImages unbiased = noisy(0.1f, 1);
   PilotImages other = noisy(0.1f, 2);
-  const std::vector<float> light = max_light({&honest}, kWidth, kHeight);
-  EXPECT_LT(bias_of(other, honest, light, kWidth, kHeight), 5e-4);
+  const std::vector<float> light = max_light({&unbiased}, kWidth, kHeight);
+  EXPECT_LT(bias_of(other, unbiased, light, kWidth, kHeight), 5e-4);
   for (std::vector<float>* picture : {&other.first, &other.second})
     for (float& value : *picture) value *= 0.8f;
-  EXPECT_NEAR(bias_of(other, honest, light, kWidth, kHeight), 0.01 / (0.25 + 0.01), 4e-3);
+  EXPECT_NEAR(bias_of(other, unbiased, light, kWidth, kHeight), 0.01 / (0.25 + 0.01), 4e-3);
 }
 
 }  // namespace

@@ -4,7 +4,8 @@
 
 namespace ajar::test_remaining_time {
 
-/// A render that takes `pace` seconds a sample after `start` seconds, as far as `samples`, an iteration for each.
+/// A render that starts after `start` seconds and takes `pace` seconds for each sample, after `samples` samples of one
+/// iteration each.
 RemainingTime after(double samples, double pace, double start) {
   RemainingTime time;
   time.begin(start);
@@ -12,7 +13,7 @@ RemainingTime after(double samples, double pace, double start) {
   return time;
 }
 
-TEST(RemainingTime, nothing_is_known_before_the_first_iteration) {
+TEST(RemainingTime, is_unknown_before_the_first_iteration) {
   RemainingTime time;
   EXPECT_LT(time.until_samples(100), 0.0);
   time.begin(3.0);
@@ -23,18 +24,18 @@ TEST(RemainingTime, nothing_is_known_before_the_first_iteration) {
   EXPECT_DOUBLE_EQ(time.until_samples(100), 48.0);
 }
 
-TEST(RemainingTime, samples_left_take_as_long_as_the_latest_ones) {
+TEST(RemainingTime, remaining_samples_take_as_long_as_the_latest_ones) {
   EXPECT_NEAR(after(25, 2.0, 0.0).until_samples(100), 150.0, 1e-9);
   EXPECT_EQ(after(25, 2.0, 0.0).until_samples(25), 0.0);
   EXPECT_EQ(after(25, 2.0, 0.0).until_samples(10), 0.0);
 }
 
-TEST(RemainingTime, what_came_before_the_first_sample_is_not_expected_again) {
+TEST(RemainingTime, time_before_the_first_sample_is_not_extrapolated) {
   for (const double samples : {1.0, 10.0, 64.0})
     EXPECT_NEAR(after(samples, 0.5, 1000.0).until_samples(100), 0.5 * (100 - samples), 1e-9);
 }
 
-TEST(RemainingTime, slow_first_samples_are_forgotten) {
+TEST(RemainingTime, slow_first_samples_are_ignored_later) {
   RemainingTime time;
   time.begin(0.0);
   double seconds = 0.0;
@@ -42,7 +43,7 @@ TEST(RemainingTime, slow_first_samples_are_forgotten) {
   EXPECT_NEAR(time.until_samples(100), 36.0, 1e-9);
 }
 
-TEST(RemainingTime, an_error_that_falls_by_its_law_ends_when_it_was_said) {
+TEST(RemainingTime, an_error_with_the_expected_exponent_gives_the_correct_time) {
   for (const double exponent : {1.0, RemainingTime::kErrorExponent, 1.3}) {
     const double end = 1000.0, target = 1e-3;
     for (const double part : {0.1, 0.25, 0.5, 0.75}) {
@@ -58,13 +59,13 @@ TEST(RemainingTime, an_error_that_falls_by_its_law_ends_when_it_was_said) {
   }
 }
 
-TEST(RemainingTime, an_error_ends_no_render_of_few_samples) {
+TEST(RemainingTime, an_error_target_does_not_stop_renders_of_few_samples) {
   EXPECT_NEAR(after(4, 1.0, 0.0).until_error(1e-6, 1e-3), 12.0, 1e-9);
   EXPECT_EQ(after(20, 1.0, 0.0).until_error(1e-6, 1e-3), 0.0);
   EXPECT_LT(after(20, 1.0, 0.0).until_error(-1.0, 1e-3), 0.0);
 }
 
-TEST(RemainingTime, a_render_without_end_keeps_few_moments_and_its_pace) {
+TEST(RemainingTime, a_long_render_stores_few_times_and_keeps_its_pace) {
   RemainingTime time;
   time.begin(0.0);
   for (double n = 1.0; n < 1e6; n *= 1.001) time.add(3.0 * n, n);

@@ -1,4 +1,4 @@
-// What a scene does not need is not done: counted, not promised.
+// A render does no work that its scene does not need. The tests count the work.
 #include "integrators/render_plan.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ using namespace fixtures;
 constexpr int kSize = 16;
 constexpr uint64_t kPixels = kSize * kSize;
 
-/// As Blender starts: a grey cube, one lamp, an even grey world.
+/// Blender's default scene: a grey cube, one lamp, and a constant grey world.
 SceneDescription default_cube() {
   SceneDescription d;
   GraphBuilder b;
@@ -68,7 +68,7 @@ TEST(RenderPlan, of_the_default_cube_is_light_sampling_of_one_lamp) {
   for (const char* step : {"light sampling", "lamp shapes", "environment"}) EXPECT_TRUE(uses(told, step)) << step;
 }
 
-TEST(RenderPlan, says_when_too_few_samples_are_asked_for_to_learn_which_lights_to_choose) {
+TEST(RenderPlan, reports_when_there_are_too_few_samples_to_learn_the_choice_of_lights) {
   SceneDescription d = default_cube();
   d.settings.integrator = "path";
   d.settings.direct = "pmc_hi";
@@ -78,12 +78,12 @@ TEST(RenderPlan, says_when_too_few_samples_are_asked_for_to_learn_which_lights_t
   EXPECT_TRUE(uses(rendered(d), "direct light method"));
 }
 
-TEST(RenderPlan, no_photon_is_traced_by_who_stores_none) {
-  // Every ray is one of a path: towards its next surface, or towards a light from one that scatters.
+TEST(RenderPlan, integrators_without_photon_maps_trace_no_photons) {
+  // Every ray belongs to a path: it goes to the next surface, or from a surface that scatters to a light.
   SceneDescription d = default_cube();
   for (const char* integrator : {"path", "bdpt", "erpt", "pmc_pt", "metropolis"}) {
     d.settings.integrator = integrator;
-    d.settings.vertex_merging = "on";  // nothing to merge here
+    d.settings.vertex_merging = "on";  // the scene has nothing to merge
     const auto told = rendered(d);
     for (const char* key : {"photon_rays", "photons", "photon_bytes"})
       EXPECT_FALSE(told.contains(key)) << integrator << " " << key;
@@ -93,11 +93,11 @@ TEST(RenderPlan, no_photon_is_traced_by_who_stores_none) {
   const auto told = rendered(d);
   const uint64_t paths = told["paths"], rays = told["rays"];
   EXPECT_EQ(paths, 2 * kPixels);
-  // One ray of the camera and at most one to the lamp, as what its scattering meets is not looked at beyond the lamp.
+  // One ray from the camera, one to the lamp, and one of BSDF sampling, which hits the lamp or is not continued.
   EXPECT_LE(rays, 3 * paths);
 }
 
-TEST(RenderPlan, photons_are_traced_where_maps_are_of_use_and_only_there) {
+TEST(RenderPlan, photons_are_traced_only_where_maps_are_needed) {
   SceneDescription d = default_cube();
   d.settings.integrator = "photon_map";
   d.settings.photons = 500;
@@ -109,7 +109,7 @@ TEST(RenderPlan, photons_are_traced_where_maps_are_of_use_and_only_there) {
   EXPECT_EQ(double(dark["photon_bytes"]), 0.0);
 }
 
-TEST(RenderPlan, a_table_is_made_of_worlds_that_vary_only) {
+TEST(RenderPlan, a_table_is_built_only_for_worlds_that_vary) {
   SceneDescription d = default_cube();
   EXPECT_EQ(build(d)->statistics().environment_bytes, 0u);
   GraphBuilder b;
@@ -121,7 +121,7 @@ TEST(RenderPlan, a_table_is_made_of_worlds_that_vary_only) {
   EXPECT_GT(build(d)->statistics().environment_bytes, 1u << 20);
 }
 
-TEST(RenderPlan, no_tree_of_lights_where_nothing_local_shines) {
+TEST(RenderPlan, no_light_tree_is_built_without_local_lights) {
   SceneDescription d = default_cube();
   const uint64_t of_one = build(d)->statistics().light_tree_bytes;
   EXPECT_LT(of_one, 100u);
@@ -134,12 +134,12 @@ TEST(RenderPlan, no_tree_of_lights_where_nothing_local_shines) {
   sun.kind = LightKind::Sun;
   sun.energy = 1.0f;
   d.lights = {sun, sun};
-  EXPECT_EQ(build(d)->statistics().light_tree_bytes, 0u) << "suns are few, and chosen by themselves";
+  EXPECT_EQ(build(d)->statistics().light_tree_bytes, 0u) << "suns are chosen without a tree";
   d.lights.assign(50, point_light(Vec3(0, 0, 3), 10.0f));
   EXPECT_GT(build(d)->statistics().light_tree_bytes, 50 * of_one);
 }
 
-TEST(RenderPlan, no_tangent_is_worked_out_for_who_has_no_use_of_it) {
+TEST(RenderPlan, tangents_are_computed_only_where_they_are_used) {
   const auto with = [](float anisotropic) {
     SceneDescription d = default_cube();
     GraphBuilder b;
@@ -155,7 +155,7 @@ TEST(RenderPlan, no_tangent_is_worked_out_for_who_has_no_use_of_it) {
   EXPECT_GT(with(0.5f), 0);
 }
 
-TEST(RenderPlan, still_things_have_no_keys) {
+TEST(RenderPlan, objects_at_rest_have_no_motion_keys) {
   SceneDescription d = default_cube();
   const auto still = build(d);
   EXPECT_FALSE(still->moves());
@@ -169,7 +169,7 @@ TEST(RenderPlan, still_things_have_no_keys) {
   EXPECT_NE(build(d)->instances()[0].motion, nullptr);
 }
 
-TEST(RenderPlan, images_that_nobody_sees_are_not_decoded) {
+TEST(RenderPlan, unused_images_are_not_decoded) {
   SceneDescription d = default_cube();
   ImageDescription image;
   image.name = "Big";
@@ -187,20 +187,20 @@ TEST(RenderPlan, images_that_nobody_sees_are_not_decoded) {
   EXPECT_EQ(build(d)->textures().decoded_count(), 1);
 }
 
-TEST(RenderPlan, the_film_has_what_was_asked_for_only) {
+TEST(RenderPlan, the_film_stores_only_the_requested_passes) {
   SceneDescription d = default_cube();
   const uint64_t plain = rendered(d)["film_bytes"];
   EXPECT_EQ(
       plain,
-      kPixels * (72 + 2 * 12));  // sums, and the pictures after one and two samples that errors are estimated from
+      kPixels * (72 + 2 * 12));  // the sums, and the images after one and two samples, from which errors are estimated
   d.settings.passes = {"Combined", "Normal"};
   EXPECT_EQ(uint64_t(rendered(d)["film_bytes"]), plain + kPixels * 184);
 }
 
-TEST(RenderPlan, constant_materials_run_nothing_at_a_hit) {
+TEST(RenderPlan, constant_materials_run_no_instructions_at_a_hit) {
   SceneDescription d = default_cube();
   EXPECT_EQ(instructions(*build(d)), 0);
-  GraphBuilder b;  // arithmetic among constants is done once
+  GraphBuilder b;  // arithmetic of constants is folded
   const int sum = b.node("ShaderNodeMath", {value_input("Value", 0.2f), value_input("Value_001", 0.3f)},
                          {text_property("operation", "ADD")});
   b.graph.surface = {b.node("ShaderNodeBsdfPrincipled", {linked_input("Roughness", sum, "Value")}), "BSDF"};
@@ -215,7 +215,7 @@ TEST(RenderPlan, constant_materials_run_nothing_at_a_hit) {
   EXPECT_TRUE(uses(rendered(d), "shader programs"));
 }
 
-TEST(RenderPlan, no_medium_is_looked_up_where_there_is_none) {
+TEST(RenderPlan, scenes_without_media_look_up_no_medium) {
   SceneDescription d = default_cube();
   EXPECT_FALSE(rendered(d).contains("media_lookups"));
   GraphBuilder b;

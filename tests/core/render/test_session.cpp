@@ -10,7 +10,7 @@ using namespace fixtures;
 
 namespace {
 
-/// A shared sphere above a shared floor under a lamp.
+/// A shared sphere above a shared floor, below a lamp.
 struct Stage {
   std::shared_ptr<const MeshDescription> floor = std::make_shared<MeshDescription>(plane(3.0f));
   std::shared_ptr<const MeshDescription> ball = std::make_shared<MeshDescription>(sphere(12));
@@ -34,7 +34,7 @@ struct Stage {
   }
 };
 
-/// Reflects by where the frame shows it: red from left to right.
+/// A diffuse material whose colour is the window coordinate.
 int add_window_coloured(SceneDescription& d) {
   MaterialDescription material;
   material.name = "Window";
@@ -72,7 +72,7 @@ std::shared_ptr<Scene> build_again(SceneDescription d, std::shared_ptr<Scene> pr
 
 }  // namespace
 
-TEST(Session, path_tracing_renders_panoramas_that_paths_cannot_be_joined_to_and_says_so) {
+TEST(Session, path_tracing_renders_panoramas_that_paths_cannot_be_connected_to_and_reports_it) {
   SceneDescription d = Stage().scene(1.0f);
   d.camera.kind = CameraKind::Panorama;
   d.camera.screen_window = Vec4(0, 1, 0, 1);
@@ -101,7 +101,7 @@ TEST(Session, path_tracing_renders_panoramas_that_paths_cannot_be_joined_to_and_
   EXPECT_FALSE(said);
 }
 
-TEST(Session, another_view_of_a_scene_is_the_picture_of_a_scene_built_for_it) {
+TEST(Session, a_changed_view_gives_the_image_of_a_new_scene) {
   const Stage stage;
   SceneDescription here = stage.scene(1.0f), there = stage.scene(1.0f, Vec3(4, -4, 3));
   for (SceneDescription* d : {&here, &there}) {
@@ -119,7 +119,7 @@ TEST(Session, another_view_of_a_scene_is_the_picture_of_a_scene_built_for_it) {
   EXPECT_EQ(picture(session, session.change_view(here.camera, here.settings)), first);
 }
 
-TEST(Session, an_edited_scene_is_the_picture_of_one_built_anew) {
+TEST(Session, an_edited_scene_gives_the_image_of_a_new_scene) {
   const Stage stage;
   Session session;
   std::vector<float> before;
@@ -131,7 +131,7 @@ TEST(Session, an_edited_scene_is_the_picture_of_one_built_anew) {
   }
 }
 
-TEST(Session, random_edits_end_in_the_picture_of_a_scene_built_anew) {
+TEST(Session, random_edits_give_the_image_of_a_new_scene) {
   const Stage stage;
   const auto other = std::make_shared<MeshDescription>(cube());
   Pcg32 dice(7);
@@ -145,7 +145,7 @@ TEST(Session, random_edits_end_in_the_picture_of_a_scene_built_anew) {
       case 0: instance.world_from_object[3] = 4.0f * dice.next_float() - 2.0f; break;
       case 1:
         instance.world_from_object[10] = dice.next_float() < 0.3f ? 0.0f : dice.next_float();
-        break;  // flat things are baked
+        break;  // flat instances are baked
       case 2: instance.object = int(dice.next() % d.objects.size()); break;
       case 3:
         d.objects[dice.next() % d.objects.size()].visibility = dice.next_float() < 0.5f ? kVisibleAll : kVisibleShadow;
@@ -168,7 +168,7 @@ TEST(Session, random_edits_end_in_the_picture_of_a_scene_built_anew) {
   }
 }
 
-TEST(Scene, an_edit_builds_what_it_changed_and_nothing_else) {
+TEST(Scene, an_edit_builds_only_what_it_changed) {
   const Stage stage;
   SceneDescription d = stage.scene(1.0f);
   set_checker_world(d, Color(0.5f), Color(0.1f), 3.0f);
@@ -204,14 +204,14 @@ TEST(Scene, an_edit_builds_what_it_changed_and_nothing_else) {
   set_checker_world(d, Color(0.5f), Color(0.2f), 3.0f);
   edited(0, false, 0);
   Stage::add(d, std::make_shared<MeshDescription>(plane(9.0f)), 0, -1.0f);
-  edited(11, true, 0);  // another number of instances
+  edited(11, true, 0);  // the number of instances has changed
   for (InstanceDescription& instance : d.instances) instance.world_from_object[3] += 0.1f;
-  edited(11, true, 0);  // more than half
+  edited(11, true, 0);  // more than half have moved
   d.instances[0].world_from_object[10] = 0.0f;
-  edited(11, true, 0);  // flattened, and so baked
+  edited(11, true, 0);  // flat, and therefore baked
   d.instances[0].world_from_object[10] = 1.0f;
   edited(11, true, 0);
-  // A world and a material that show the frame's place change with the camera.
+  // A world and a material that use window coordinates depend on the camera.
   Node coordinates;
   coordinates.type = coordinates.name = "ShaderNodeTexCoord";
   d.world.graph.nodes.push_back(coordinates);
@@ -223,7 +223,7 @@ TEST(Scene, an_edit_builds_what_it_changed_and_nothing_else) {
   edited(0, false, 1);
 }
 
-TEST(Scene, what_is_said_of_a_kept_material_is_said_again) {
+TEST(Scene, diagnostics_of_a_kept_material_are_repeated) {
   SceneDescription d = Stage().scene(1.0f);
   Node strange;
   strange.type = strange.name = "ShaderNodeOfTomorrow";
@@ -240,7 +240,7 @@ TEST(Scene, what_is_said_of_a_kept_material_is_said_again) {
   EXPECT_EQ(first[0].message, second[0].message);
 }
 
-TEST(Session, the_latest_of_many_requests_is_what_renders) {
+TEST(Session, the_latest_of_many_requests_is_rendered) {
   const Stage stage;
   Session session;
   session.update(stage.scene(1.0f));
@@ -254,7 +254,7 @@ TEST(Session, the_latest_of_many_requests_is_what_renders) {
   EXPECT_EQ(picture(session, last), fresh_image(stage.scene(0.1f * float(57 % 7), Vec3(5.9f, -6, 4))));
 }
 
-TEST(Session, a_view_without_a_picture_is_refused_and_the_scene_stays) {
+TEST(Session, an_invalid_view_is_refused_and_the_scene_is_kept) {
   const Stage stage;
   SceneDescription d = stage.scene(1.0f);
   Session session;
@@ -268,26 +268,27 @@ TEST(Session, a_view_without_a_picture_is_refused_and_the_scene_stays) {
   EXPECT_EQ(picture(session, session.change_view(d.camera, d.settings)), first);
 }
 
-/// What is told while it renders is counted where no thread writes: every pixel then has the same number of samples.
-TEST(Session, statistics_asked_for_while_it_renders_are_those_of_an_iteration_boundary) {
+/// Statistics during a render are those after an iteration, when no thread writes, so that every pixel has the same
+/// number of samples.
+TEST(Session, statistics_during_a_render_are_those_after_an_iteration) {
   SceneDescription d = Stage().scene(1.0f);
   d.settings.width = d.settings.height = 160;
-  d.settings.samples = 1 << 24;  // no end: it is stopped when enough was asked
+  d.settings.samples = 1 << 24;  // no end; the test cancels the render
   Session session;
   session.start(d);
   for (int answered = 0; answered < 50;) {
     const auto told = nlohmann::json::parse(session.statistics_json());
     if (!told.contains("samples_per_pixel")) continue;
     ++answered;
-    ASSERT_EQ(told["samples_per_pixel"]["min"], told["samples_per_pixel"]["max"]) << "question " << answered;
+    ASSERT_EQ(told["samples_per_pixel"]["min"], told["samples_per_pixel"]["max"]) << "answer " << answered;
   }
   session.cancel();
   EXPECT_TRUE(session.wait(kHang));
 }
 
-/// Samples that an integrator counts in its own way (ERPT takes a quarter of them from the eye) do not confuse how much
-/// is left.
-TEST(Session, tells_how_much_is_left) {
+/// An integrator can count samples differently: ERPT takes a quarter of them from the eye. The remaining time must
+/// still be correct.
+TEST(Session, reports_the_remaining_time) {
   for (const char* integrator : {"path", "erpt"}) {
     SceneDescription d = Stage().scene(1.0f);
     d.settings.integrator = integrator;
@@ -303,14 +304,14 @@ TEST(Session, tells_how_much_is_left) {
     const Progress progress = longer.progress();
     longer.cancel();
     EXPECT_TRUE(longer.wait(kHang));
-    // Nearly all of it: as many times what it took as there are samples, give or take what the samples of this
-    // integrator are.
+    // Nearly all of the render remains: about the number of samples times the time for one sample, which depends on the
+    // integrator.
     EXPECT_GT(progress.remaining_seconds, progress.render_seconds * 1e4) << integrator;
     EXPECT_LT(progress.fraction, 0.06) << integrator;
   }
 }
 
-TEST(Session, a_pause_waits_and_changes_no_pixel) {
+TEST(Session, a_pause_stops_the_render_and_changes_no_pixel) {
   SceneDescription d = Stage().scene(1.0f);
   d.settings.samples = 16;
   const auto expected = fresh_image(d);
@@ -318,7 +319,7 @@ TEST(Session, a_pause_waits_and_changes_no_pixel) {
   session.pause(true);
   session.start(d);
   while (session.progress().phase == Progress::Phase::Building) session.wait(0.01);
-  EXPECT_FALSE(session.wait(0.1)) << "it renders while it is paused";
+  EXPECT_FALSE(session.wait(0.1)) << "the paused render continued";
   EXPECT_TRUE(session.is_paused());
   EXPECT_EQ(session.progress().samples, 0.0);
   session.pause(false);
@@ -335,7 +336,7 @@ TEST(Session, a_paused_render_can_be_cancelled) {
   EXPECT_EQ(session.progress().phase, Progress::Phase::Cancelled);
 }
 
-TEST(Scene, meshes_and_images_that_come_again_are_kept) {
+TEST(Scene, unchanged_meshes_and_images_are_kept) {
   const Stage stage;
   const auto textured = [&](float height, float shade) {
     SceneDescription d = stage.scene(height);
@@ -360,7 +361,7 @@ TEST(Scene, meshes_and_images_that_come_again_are_kept) {
   EXPECT_EQ(scene->statistics().kept_textures, 1u);
   EXPECT_EQ(scene->statistics().kept_programs, 1u);
   EXPECT_EQ(scene->textures().decoded_count(), 1);
-  // Another mesh and other pixels are not what was there before.
+  // A different mesh and different pixels are not kept.
   Stage other = stage;
   other.ball = std::make_shared<MeshDescription>(sphere(10));
   SceneDescription d = textured(2.0f, 0.5f);
@@ -372,7 +373,7 @@ TEST(Scene, meshes_and_images_that_come_again_are_kept) {
   EXPECT_EQ(scene->meshes()[1].source, other.ball);
 }
 
-TEST(Scene, a_shared_mesh_flattened_once_is_whole_again_afterwards) {
+TEST(Scene, a_shared_mesh_is_correct_after_it_was_flattened_once) {
   const Stage stage;
   SceneDescription flat = stage.scene(1.0f);
   flat.instances[1].world_from_object = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1};

@@ -1,4 +1,5 @@
-// `auto` chooses what pays, says why, leaves the scene as it was, and chooses alike for a seed.
+// `auto` chooses an efficient technique and gives the reason. It does not change the scene, and its choice depends only
+// on the seed.
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
@@ -14,7 +15,7 @@ using namespace fixtures;
 
 const std::atomic<bool> kGoOn{false};
 
-/// A floor under an open lamp.
+/// A floor below an unoccluded lamp.
 SceneDescription open_scene() {
   SceneDescription d;
   add_object(d, plane(4.0f), add_diffuse(d, Color(0.5f)));
@@ -22,18 +23,18 @@ SceneDescription open_scene() {
   set_camera(d, Vec3(0.1f, -3.0f, 3.0f), Vec3(0.0f), 200);
   return d;
 }
-/// A room lit by a lamp behind a screen, which faces away into a corner.
+/// A room that is lit by a lamp in a box with a small opening.
 SceneDescription hidden_lamp() {
   SceneDescription d = grey_room(200);
   add_object(d, cube(true), 0, moved(Vec3(0.7f, 0.7f, 0.7f), 0.28f));
-  d.instances.back().world_from_object[10] = 0.2799f;  // a box about the lamp ...
+  d.instances.back().world_from_object[10] = 0.2799f;  // a box around the lamp ...
   d.lights.push_back(area_lamp(Vec3(0.7f, 0.7f, 0.75f), Vec3(0, 0, 1), 0.05f, 50.0f));
   MeshDescription& box = d.meshes[size_t(d.objects.back().mesh)];
-  box.triangles.resize(box.triangles.size() - 1);  // ... with one triangle open
+  box.triangles.resize(box.triangles.size() - 1);  // ... without one triangle
   return d;
 }
 
-/// A bulb in a glass ball: neither light sampling nor, but by a rare probability, a path from the eye finds it.
+/// A bulb in a glass ball. Light sampling does not find it, and paths from the eye rarely do.
 SceneDescription bulb_in_glass() {
   SceneDescription d = grey_room(200);
   const Vec3 at(0.5f, 0.3f, 0.3f);
@@ -53,20 +54,20 @@ TechniqueChoice choose(SceneDescription d, int threads = 1) {
     const std::shared_ptr<Scene> scene = Scene::build(std::move(d), {}, diagnostics);
     const RenderSettings before = scene->settings();
     choice = choose_technique(scene, camera, kGoOn);
-    EXPECT_TRUE(scene->settings() == before) << "the scene is looked at as before";
-    EXPECT_EQ(scene.use_count(), 1) << "nobody keeps it";
+    EXPECT_TRUE(scene->settings() == before) << "the settings have not changed";
+    EXPECT_EQ(scene.use_count(), 1) << "no reference to the scene remains";
   });
   return choice;
 }
 
-TEST(TechniqueChoice, open_light_is_left_to_path_tracing) {
+TEST(TechniqueChoice, path_tracing_is_chosen_for_unoccluded_light) {
   const TechniqueChoice choice = choose(open_scene());
   EXPECT_EQ(choice.settings.integrator, "path");
-  EXPECT_EQ(choice.trials.size(), 1u) << "the others are not even tried";
+  EXPECT_EQ(choice.trials.size(), 1u) << "no other technique is tried";
   EXPECT_EQ(choice.settings.width, 200);
 }
 
-TEST(TechniqueChoice, brighter_light_shown_darker_is_the_same) {
+TEST(TechniqueChoice, does_not_depend_on_light_power_times_exposure) {
   SceneDescription bright = hidden_lamp();
   constexpr float kTimes = 4096.0f;
   bright.lights[0].energy *= kTimes;
@@ -77,7 +78,7 @@ TEST(TechniqueChoice, brighter_light_shown_darker_is_the_same) {
   EXPECT_NEAR(plain.trials[0].relmse, scaled.trials[0].relmse, 0.01 * plain.trials[0].relmse);
 }
 
-TEST(TechniqueChoice, hidden_light_is_not) {
+TEST(TechniqueChoice, path_tracing_is_not_chosen_for_occluded_light) {
   const TechniqueChoice choice = choose(hidden_lamp());
   EXPECT_NE(choice.settings.integrator, "path");
   ASSERT_GT(choice.trials.size(), 1u);
@@ -90,7 +91,7 @@ TEST(TechniqueChoice, hidden_light_is_not) {
   EXPECT_EQ(used, 2) << "the technique and its trial";
 }
 
-TEST(TechniqueChoice, darkness_is_not_taken_for_quiet) {
+TEST(TechniqueChoice, an_image_without_light_is_not_taken_for_one_without_noise) {
   for (uint32_t seed = 1; seed <= 2; ++seed) {
     SceneDescription d = bulb_in_glass();
     d.settings.seed = seed;
@@ -101,14 +102,14 @@ TEST(TechniqueChoice, darkness_is_not_taken_for_quiet) {
   }
 }
 
-TEST(TechniqueChoice, a_seed_chooses_alike_for_any_number_of_threads) {
+TEST(TechniqueChoice, does_not_depend_on_the_number_of_threads) {
   const TechniqueChoice one = choose(hidden_lamp(), 1), many = choose(hidden_lamp(), 4);
   ASSERT_EQ(one.trials.size(), many.trials.size());
   for (size_t i = 0; i < one.trials.size(); ++i)
     EXPECT_EQ(one.trials[i].cost.whole, many.trials[i].cost.whole) << one.trials[i].name;
 }
 
-TEST(TechniqueChoice, no_pilot_where_it_cannot_pay) {
+TEST(TechniqueChoice, no_pilot_is_rendered_where_it_cannot_be_efficient) {
   SceneDescription few = hidden_lamp();
   few.settings.width = few.settings.height = 20;
   EXPECT_EQ(choose(few).trials.size(), 0u);
@@ -125,7 +126,7 @@ TEST(TechniqueChoice, no_pilot_where_it_cannot_pay) {
   for (const SceneDescription& d : {few, dark, direct, hasty}) EXPECT_EQ(choose(d).settings.integrator, "path");
 }
 
-TEST(TechniqueChoice, a_stop_ends_the_pilot_at_once) {
+TEST(TechniqueChoice, a_stop_ends_the_pilot_immediately) {
   SceneDescription d = hidden_lamp();
   Diagnostics diagnostics;
   const CameraDescription camera = d.camera;

@@ -21,7 +21,7 @@ TEST_P(Agreement, metropolis_has_the_mean_of_path_tracing) {
 INSTANTIATE_TEST_SUITE_P(Scenes, Agreement, ::testing::Range<size_t>(0, kScenes.size()),
                          [](const auto& info) { return kScenes[info.param].name; });
 
-TEST(Bidirectional, same_seed_same_image_for_any_number_of_threads) {
+TEST(Bidirectional, the_image_does_not_depend_on_the_number_of_threads) {
   SceneDescription d = kScenes[1].description;
   d.settings.width = 40;
   d.settings.height = 33;

@@ -1,5 +1,5 @@
-// Parts of samples taken more often than the rest, and branches at delta lobes: the same mean, less noise where it
-// pays, nothing where it does not.
+// Further samples of the light that the eye sees directly, and branches at delta lobes. They keep the mean and reduce
+// the noise; further samples are taken only where this is efficient.
 #include "transport/bidirectional/further_samples.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ std::shared_ptr<const Scene> build(SceneDescription d) {
   return Scene::build(std::move(d), {}, diagnostics);
 }
 
-/// A small glowing plate beside a mirror ball and a glass one, in a room of walls that reflect `albedo`.
+/// A small emissive plate beside a mirror ball and a glass ball, in a room with walls of this albedo.
 SceneDescription plate_and_balls(float albedo, int size) {
   SceneDescription d;
   add_object(d, cube(true), add_diffuse(d, Color(albedo)));
@@ -47,8 +47,8 @@ double mean_luminance(const Film& film) {
   return sum / double(image.size() / 4);
 }
 
-TEST(SeenLight, a_ray_finds_what_path_tracing_sees) {
-  // All that black walls leave is light seen directly, in the mirror, and through glass.
+TEST(SeenLight, has_the_mean_of_path_tracing) {
+  // With black walls, all light is seen directly, in the mirror, or through glass.
   constexpr int kSize = 16, kSamples = 64, kReplicates = 16;
   SceneDescription d = plate_and_balls(0.0f, kSize);
   const std::vector<int> limits{0, 1, 2, 8};
@@ -77,12 +77,12 @@ TEST(SeenLight, a_ray_finds_what_path_tracing_sees) {
       traced.add(mean_luminance(film));
     }
     EXPECT_GT(traced.mean(), 0.01);
-    EXPECT_LT(std::sqrt(seen.variance_of_mean()), 0.01 * seen.mean()) << "too few samples to tell";
+    EXPECT_LT(std::sqrt(seen.variance_of_mean()), 0.01 * seen.mean()) << "too few samples for the test";
     EXPECT_TRUE(means_agree(seen, traced, {0.01, int(limits.size())})) << limit << " bounces";
   }
 }
 
-/// A picture whose left half a glowing plate fills. Every sample's rest is 1 plus noise.
+/// An image whose left half shows an emissive plate. The rest of each sample is 1 plus noise.
 class FurtherSamplesTest : public ::testing::Test {
  protected:
   static constexpr int kSize = 24, kBorder = 12;
@@ -93,7 +93,7 @@ class FurtherSamplesTest : public ::testing::Test {
     scene_ = build(d);
     filter_ = PixelFilter(scene_->settings().filter, scene_->settings().filter_width);
   }
-  /// One sample of every pixel, whose rest is noise of this deviation.
+  /// Takes one sample of every pixel. The noise of its rest has this standard deviation.
   void sample(FurtherSamples& further, uint32_t index, float deviation, RunningMoments* at_border = nullptr) {
     Sampler sampler(Sampler::Kind::Sobol, 5);
     for (int y = 0; y < kSize; ++y)
@@ -110,7 +110,7 @@ class FurtherSamplesTest : public ::testing::Test {
                                              });
         if (at_border && x == kBorder) at_border->add(double(mean.x));
       }
-    rest_rays_ += 10 * kSize * kSize;  // what lighting the surfaces would take
+    rest_rays_ += 10 * kSize * kSize;  // an assumed cost of the light at surfaces
   }
   std::shared_ptr<const Scene> scene_;
   Film film_{0, 0, kSize, kSize, {"Combined"}};
@@ -118,7 +118,7 @@ class FurtherSamplesTest : public ::testing::Test {
   uint64_t rest_rays_ = 0, further_rays_ = 0;
 };
 
-TEST_F(FurtherSamplesTest, rays_go_to_the_edge_of_the_lamp) {
+TEST_F(FurtherSamplesTest, further_rays_are_taken_at_the_edge_of_the_lamp) {
   FurtherSamples further;
   further.prepare(*scene_, film_, filter_, 1, {4, 0.25});
   ASSERT_TRUE(further.active());
@@ -128,12 +128,12 @@ TEST_F(FurtherSamplesTest, rays_go_to_the_edge_of_the_lamp) {
   }
   for (int y = 4; y < kSize - 4; ++y) {
     EXPECT_GE(further.taken_at(kBorder, y), 3);
-    EXPECT_EQ(further.taken_at(2, y), 1) << "inside the lamp all rays are alike";
-    EXPECT_EQ(further.taken_at(kSize - 3, y), 1) << "nothing is seen there";
+    EXPECT_EQ(further.taken_at(2, y), 1) << "inside the lamp, all rays have the same value";
+    EXPECT_EQ(further.taken_at(kSize - 3, y), 1) << "outside the lamp, all rays are black";
   }
 }
 
-TEST_F(FurtherSamplesTest, the_mean_stays_and_noise_falls) {
+TEST_F(FurtherSamplesTest, the_mean_does_not_change_and_the_noise_falls) {
   FurtherSamples further;
   further.prepare(*scene_, film_, filter_, 1, {4, 0.25});
   RunningMoments first, later, plain;
@@ -153,11 +153,11 @@ TEST_F(FurtherSamplesTest, the_mean_stays_and_noise_falls) {
   EXPECT_LT(later.variance(), plain.variance() / 4.0);
 }
 
-TEST_F(FurtherSamplesTest, further_rays_stay_below_their_share) {
+TEST_F(FurtherSamplesTest, further_rays_stay_below_their_limit) {
   FurtherSamples further;
   further.prepare(*scene_, film_, filter_, 1, {4, 0.25});
   for (uint32_t i = 0; i < 2; ++i) {
-    sample(further, i, 0.0f);  // no noise but that of the lamp's edge: as many rays as there may be
+    sample(further, i, 0.0f);  // only the edge of the lamp has noise: the maximum number of further rays
     further.learn(i + 1, rest_rays_, further_rays_);
   }
   const uint64_t before = further_rays_, rest_before = rest_rays_;
@@ -166,9 +166,8 @@ TEST_F(FurtherSamplesTest, further_rays_stay_below_their_share) {
   EXPECT_LT(double(further_rays_ - before), 0.3 * double(rest_rays_ - rest_before));
 }
 
-TEST(SpecularBranches, a_lamp_in_a_pane_of_glass_is_in_every_sample) {
-  // Seen under 45 degrees, a pane that reflects some five per cent of a lamp that fills its image; nothing else is
-  // bright.
+TEST(SpecularBranches, every_sample_contains_the_reflection_of_a_lamp_in_glass) {
+  // A pane, seen at 45 degrees, reflects about five per cent of a lamp that fills the image. There is no other light.
   constexpr int kRays = 256;
   SceneDescription d;
   add_object(d, plane(4.0f), add_glass(d, 0.0f));
@@ -196,7 +195,7 @@ TEST(SpecularBranches, a_lamp_in_a_pane_of_glass_is_in_every_sample) {
   EXPECT_LT(seen.variance() + direct.variance(), 1e-6 * seen.mean() * seen.mean());
 }
 
-TEST(DirectPass, is_the_same_however_its_samples_are_shared_out) {
+TEST(DirectPass, does_not_depend_on_the_division_into_iterations) {
   SceneDescription d = plate_and_balls(0.3f, 12);
   d.settings.vertex_merging = "off";
   const std::shared_ptr<const Scene> scene = build(d);
@@ -242,7 +241,7 @@ TEST(DirectPass, further_samples_and_branches_keep_the_mean) {
     further += pass.rays() - rays;
   }
   EXPECT_TRUE(means_agree(passes, plain));
-  EXPECT_LT(std::sqrt(plain.variance_of_mean()), 0.01 * plain.mean()) << "too few samples to tell";
+  EXPECT_LT(std::sqrt(plain.variance_of_mean()), 0.01 * plain.mean()) << "too few samples for the test";
   EXPECT_LT(passes.variance(), plain.variance());
   EXPECT_GT(further, 0u);
 }

@@ -1,4 +1,4 @@
-// Unconnectable paths are counted once: left out by the walks, found by photons, with the same mean.
+// Unconnectable paths count once: the walks omit them, and photons find them with the same mean.
 #include "agreement.h"
 #include "integrators/render_plan.h"
 #include "transport/bidirectional/bidirectional.h"
@@ -13,8 +13,8 @@ namespace {
 
 const std::atomic<bool> kGoOn{false};
 
-/// A mirror fills most of what the camera sees of a grey room, and a pane of glass hangs below a wide lamp: most of the
-/// light that the mirror shows comes by unconnectable paths, and walks from the eye find the lamp easily.
+/// In a grey room, a mirror fills most of the image, and a pane of glass is below a wide lamp. Most of the light in the
+/// mirror comes by unconnectable paths, and walks from the eye often hit the lamp.
 SceneDescription pane_and_mirror(float photon_radius = 0.04f) {
   SceneDescription d = grey_room();
   MeshDescription pane = cube();
@@ -27,7 +27,8 @@ SceneDescription pane_and_mirror(float photon_radius = 0.04f) {
   d.settings.photons = 2000;
   return d;
 }
-/// The mirror of that scene half diffuse, the walls half mirrors: events of both kinds at one surface.
+/// The same scene with surfaces that are half mirrors and half diffuse, so that both types of events occur at one
+/// surface.
 SceneDescription mixed_surfaces() {
   SceneDescription d = pane_and_mirror();
   d.objects.back().materials = {add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.0f)};
@@ -35,8 +36,8 @@ SceneDescription mixed_surfaces() {
   return d;
 }
 
-/// Mean over the film of light by unconnectable paths, over independent replicates: by walks that hit the lamp or join
-/// it, and by merging.
+/// Moments over independent replicates of the film's mean of the light by unconnectable paths: by walks that hit the
+/// lamp or connect to it, and by merging.
 struct BothWays {
   RunningMoments hit, merged;
 };
@@ -54,7 +55,7 @@ BothWays unconnectable_light(const SceneDescription& d, int replicates, uint32_t
     Sampler sampler(Sampler::Kind::Sobol, seed);
     double hit = 0.0, merged = 0.0;
     for (uint32_t pass = 0; pass < passes; ++pass) {
-      // The radius stays as it is: pass 0 with other seeds.
+      // Each pass is pass 0 with another seed, so that the radius is constant.
       if (pass > 0) merging.prepare(*scene, true, hash_combine(seed, pass));
       EXPECT_TRUE(merging.begin_pass(0, kGoOn));
       for (uint32_t i = 0; i < samples; ++i) {
@@ -87,27 +88,29 @@ void expect_same(const BothWays& light, int tests) {
   EXPECT_GT(light.hit.mean(), 0.0);
   EXPECT_TRUE(statistical::means_agree(light.hit, light.merged, {0.01, tests}))
       << "hit " << light.hit.mean() << ", merged " << light.merged.mean();
-  // So that a bias of a tenth would be seen.
+  // The test detects a bias of a tenth.
   EXPECT_LT(std::sqrt(light.hit.variance_of_mean() + light.merged.variance_of_mean()), 0.05 * light.hit.mean());
 }
 
 }  // namespace
 
-TEST(VertexMerging, paths_that_connect_to_nothing_but_the_light_are_unconnectable) {
-  // From the light to the eye.
+TEST(VertexMerging, paths_without_a_connection_other_than_to_the_light_are_unconnectable) {
+  // The events are in the order from the light to the eye.
   for (const char* yes : {"SDS", "SSDS", "SDSS", "SDSDS", "SSDSSDSS", "SDSDSDS", "DSDS", "DSSDSS", "DSDSDS"})
     EXPECT_TRUE(is_unconnectable(yes)) << yes;
-  // Directly seen or lit, or joined at the lens or in between.
+  // Paths of light that is seen directly or is direct light, or with a connection at the lens or in between.
   for (const char* no :
        {"", "S", "D", "SS", "SSS", "DS", "DSS", "SD", "SDD", "DD", "SDSD", "DSDSD", "SDDS", "DDS", "DDSDS", "SDSDDS"})
     EXPECT_FALSE(is_unconnectable(no)) << no;
 }
 
-TEST(VertexMerging, finds_what_hits_find) { expect_same(unconnectable_light(pane_and_mirror(), 16, 4, 500), 4); }
-TEST(VertexMerging, finds_it_on_surfaces_of_both_kinds) {
+TEST(VertexMerging, agrees_with_paths_that_hit_the_lamp) {
+  expect_same(unconnectable_light(pane_and_mirror(), 16, 4, 500), 4);
+}
+TEST(VertexMerging, agrees_on_surfaces_with_specular_and_diffuse_lobes) {
   expect_same(unconnectable_light(mixed_surfaces(), 16, 4, 500), 4);
 }
-TEST(VertexMerging, limits_hold_for_the_whole_path) {
+TEST(VertexMerging, bounce_limits_apply_to_the_whole_path) {
   const BounceLimits limits[] = {{3, 16, 16, 16, 16, 0}, {16, 1, 1, 3, 16, 0}};
   for (const BounceLimits& bounces : limits) {
     SceneDescription d = pane_and_mirror();
@@ -130,7 +133,7 @@ TEST_P(MergingWith, keeps_the_mean_of_path_tracing) {
         << actual[i].mean();
   }
 }
-TEST_P(MergingWith, same_seed_same_image_for_any_number_of_threads_and_cuts) {
+TEST_P(MergingWith, gives_an_image_independent_of_threads_and_of_the_division_into_iterations) {
   SceneDescription d = pane_and_mirror(0.0f);
   d.settings.width = 40;
   d.settings.height = 33;
@@ -150,7 +153,7 @@ TEST_P(MergingWith, same_seed_same_image_for_any_number_of_threads_and_cuts) {
     EXPECT_EQ(film_of({1, 2, 5}), film_of({8}));
   }
 }
-TEST_P(MergingWith, does_nothing_where_nothing_is_specular) {
+TEST_P(MergingWith, changes_nothing_without_specular_materials) {
   SceneDescription d = grey_room();
   add_object(d, sphere(), add_glossy(d, 0.3f), moved(Vec3(0.3f, 0.2f, -0.5f), 0.4f));
   d.lights.push_back(area_lamp(Vec3(0.0f, 0.2f, 0.95f), Vec3(0, 0, -1), 0.9f, 8.0f));
@@ -161,7 +164,7 @@ TEST_P(MergingWith, does_nothing_where_nothing_is_specular) {
 INSTANTIATE_TEST_SUITE_P(Integrators, MergingWith, ::testing::Values("bdpt", "erpt", "pmc_pt", "metropolis"),
                          [](const auto& info) { return std::string(info.param); });
 
-TEST(VertexMerging, radii_shrink_and_photons_are_new_each_pass) {
+TEST(VertexMerging, each_pass_has_a_smaller_radius_and_new_photons) {
   const auto scene = build(pane_and_mirror(0.1f));
   VertexMerging merging;
   merging.prepare(*scene, true, 3);
@@ -174,8 +177,8 @@ TEST(VertexMerging, radii_shrink_and_photons_are_new_each_pass) {
   EXPECT_NE(merging.photons(), first);
 }
 
-TEST(VertexMerging, shows_what_lamps_that_cannot_be_hit_send) {
-  // Half of the picture is the mirror, whose room has no other light than through the pane.
+TEST(VertexMerging, finds_light_of_lamps_that_cannot_be_hit) {
+  // The mirror fills half of the image, and it shows a room that is lit only through the pane.
   SceneDescription d = pane_and_mirror(0.05f);
   d.lights = {point_light(Vec3(0.0f, 0.2f, 0.9f), 8.0f)};
   const double with = whole(d, "bdpt", 4, 4, 1).mean();
@@ -183,7 +186,7 @@ TEST(VertexMerging, shows_what_lamps_that_cannot_be_hit_send) {
   EXPECT_GT(with, 1.1 * whole(d, "bdpt", 4, 4, 1).mean());
 }
 
-TEST(VertexMerging, the_plan_says_why_not) {
+TEST(VertexMerging, the_plan_gives_the_reason_where_it_is_not_used) {
   SceneDescription d = grey_room();
   d.lights.push_back(area_lamp(Vec3(0.0f, 0.2f, 0.95f), Vec3(0, 0, -1), 0.9f, 8.0f));
   EXPECT_STREQ(plan_merging(*build(d)).reason, "no specular material");

@@ -23,7 +23,7 @@ std::shared_ptr<const Scene> scene_named(const std::string& name, int size) {
   return nullptr;
 }
 
-/// A space of paths with one kernel of each kind.
+/// A path space with one mutation of each type.
 struct Kernels {
   std::shared_ptr<const Scene> scene;
   PathSpace space;
@@ -36,7 +36,7 @@ struct Kernels {
     all.push_back(std::make_unique<CausticPerturbation>(space));
   }
 
-  /// The first path found that `wanted` accepts.
+  /// Returns the first path that `wanted` accepts.
   std::unique_ptr<Path> find(const std::function<bool(const Path&)>& wanted, uint32_t seed = 1) const {
     BidirectionalWalks walks(*scene, space.film_area());
     Sampler sampler(Sampler::Kind::Independent, seed);
@@ -61,7 +61,7 @@ const char* const kSceneNames[] = {"area_lamp",   "glass_ball",  "rough_glass_an
 
 class MutationsOf : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(MutationsOf, what_can_be_proposed_has_a_density_both_ways_and_keeps_what_it_shares) {
+TEST_P(MutationsOf, proposals_have_a_density_in_both_directions_and_keep_the_shared_vertices) {
   const Kernels k(GetParam());
   auto to = std::make_unique<Path>();
   Sampler sampler(Sampler::Kind::Independent, 3);
@@ -82,31 +82,31 @@ TEST_P(MutationsOf, what_can_be_proposed_has_a_density_both_ways_and_keeps_what_
         if (!(back > 0.0)) ++unpaired[m];
         const SharedEnds shared = shared_ends(*from, *to);
         EXPECT_GE(shared.light + shared.eye, int(m));
-        // Contribution and densities follow from the path alone.
+        // The contribution and the densities depend on the path alone.
         auto copy = std::make_unique<Path>(*to);
         ASSERT_TRUE(k.space.complete(*copy, 1, copy->count - 2));
         EXPECT_NEAR(copy->target, to->target, 1e-3 * to->target);
       }
     }
   }
-  // Steps out of reach (a turn too wide seen from the other path, directions that rounding loses) are refused, and
-  // rare.
+  // The reverse step can be impossible: an angle that is too large from the other path, or a direction lost by
+  // rounding. Such steps are refused, and are rare.
   for (size_t m = 0; m < k.all.size(); ++m) EXPECT_LE(unpaired[m], proposed[m] / 4) << k.all[m]->name();
-  // Rounding may move a step out of the ends of its range.
+  // Rounding may move a step out of its range.
   for (size_t m = 0; m < k.all.size(); ++m) EXPECT_LE(unknown[m], 1 + proposed[m] / 500) << k.all[m]->name();
   EXPECT_GT(proposed[0], 100u);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, MutationsOf, ::testing::ValuesIn(kSceneNames),
                          [](const auto& info) { return std::string(info.param); });
 
-/// E[1 / pdf] over proposals that move one vertex into a region is the area of the region: the density is a density,
-/// in the measure it claims.
+/// The expectation of 1 / pdf over proposals that move one vertex into a region is the area of the region. This tests
+/// that the density is correct in its measure.
 class DensityOf : public ::testing::TestWithParam<int> {};
 
 TEST_P(DensityOf, one_over_the_density_integrates_to_the_area_of_a_region) {
-  const Kernels k("area_lamp", false, 48);  // edges must not look short
+  const Kernels k("area_lamp", false, 48);  // larger than the minimum edge length in pixels
   const Mutation& mutation = *k.all[size_t(GetParam())];
-  // light, another wall, the back wall as seen, lens: vertex 2 moves within a patch.
+  // The path is light, another wall, visible back wall, lens. Vertex 2 moves within a patch.
   const auto in_region = [](Vec3 p) {
     return std::abs(p.y - 1.0f) < 1e-3f && std::abs(p.x + 0.2f) < 0.1f && std::abs(p.z - 0.3f) < 0.1f;
   };
@@ -126,11 +126,11 @@ TEST_P(DensityOf, one_over_the_density_integrates_to_the_area_of_a_region) {
       const SharedEnds shared = shared_ends(*from, *to);
       const double pdf = mutation.pdf(*from, *to);
       if (shared.light == 2 && shared.eye == 1 && pdf > 0.0)
-        value = 1.0 / pdf;  // none: rounding at the ends of the range
+        value = 1.0 / pdf;  // pdf is 0 where rounding leaves the range
     }
     moments.add(value);
   }
-  // Perturbations never move by less than their smallest step.
+  // Perturbations have a minimum step, so that a hole around the vertex is never reached.
   const double smallest = double(LogarithmicStep::on_film(k.space).smallest);
   const double hole = GetParam() == 0 ? 0.0 : M_PI * smallest * smallest / (from->film_density * from->eye_step(2));
   EXPECT_NEAR(moments.mean(), 0.04 - hole, 4.0 * std::sqrt(moments.variance_of_mean()) + 0.25 * hole);
@@ -138,10 +138,10 @@ TEST_P(DensityOf, one_over_the_density_integrates_to_the_area_of_a_region) {
 }
 INSTANTIATE_TEST_SUITE_P(Kernels, DensityOf, ::testing::Range(0, 3));
 
-/// Chains that use one perturbation most of the time visit the same distribution as those that never do.
+/// Chains that mostly use one perturbation have the same distribution as chains without it.
 class StationaryFor : public ::testing::TestWithParam<std::tuple<int, const char*>> {};
 
-TEST_P(StationaryFor, a_chain_stays_in_the_distribution_of_its_target) {
+TEST_P(StationaryFor, the_distribution_of_a_chain_is_that_of_its_target) {
   const auto [favoured, name] = GetParam();
   const Kernels k(name);
   const auto visits = [&](float share, uint32_t seed) {
@@ -151,7 +151,7 @@ TEST_P(StationaryFor, a_chain_stays_in_the_distribution_of_its_target) {
       shares.push_back({std::make_unique<LensPerturbation>(k.space), share});
     else
       shares.push_back({std::make_unique<CausticPerturbation>(k.space), share});
-    // Several chains from paths drawn anyhow; they forget them.
+    // Several chains from arbitrary paths. The burn-in removes the influence of the start.
     std::array<double, 4> sums{};
     for (uint32_t c = 0; c < 4; ++c) {
       Chain chain(k.space, shares);

@@ -21,7 +21,7 @@ LightDescription area_light(Vec3 position, float watts, float size, bool downwar
   light.kind = LightKind::Area;
   light.energy = watts;
   light.area_size = Vec2(size);
-  const float z = downwards ? 1.0f : -1.0f;  // area lamps shine along their own -z
+  const float z = downwards ? 1.0f : -1.0f;  // area lamps emit along their local -z
   light.world_from_light = rows(Mat4(Vec4(1, 0, 0, 0), Vec4(0, z, 0, 0), Vec4(0, 0, z, 0), Vec4(position, 1)));
   return light;
 }
@@ -38,8 +38,8 @@ int add_glossy(SceneDescription& d, Color color, float roughness) {
 
 Mat4 at(Vec3 position) { return Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(position, 1)); }
 
-/// Every sort of light that can go wrong: partly hidden, wholly hidden, facing away, a point, an emissive mesh, a sun
-/// and a sky.
+/// Lights of different types: partly occluded, completely occluded, facing away, a point light, an emissive mesh and a
+/// world.
 SceneDescription assorted_lights(bool glossy) {
   SceneDescription d;
   add_object(d, plane(4.0f), glossy ? add_glossy(d, Color(0.8f), 0.3f) : add_diffuse(d, Color(0.8f)));
@@ -102,11 +102,11 @@ const RunningMoments& truth(bool glossy) {
 
 }  // namespace
 
-// ---- Everything called unbiased, at tiny budgets ----------------------------------------------
+// ---- The unbiased methods with few samples ------------------------------------------------------
 
 class DirectMethods : public ::testing::TestWithParam<std::string> {};
 
-TEST_P(DirectMethods, have_the_same_mean_at_tiny_budgets) {
+TEST_P(DirectMethods, have_the_same_mean_with_few_samples) {
   for (bool glossy : {false, true}) {
     for (int direct_samples : {1, 3, 12}) {
       const Replicates r = replicate(assorted_lights(glossy), GetParam(), direct_samples, 3, kSeeds);
@@ -119,8 +119,8 @@ INSTANTIATE_TEST_SUITE_P(Unbiased, DirectMethods,
                          ::testing::Values("mis", "mis_balance", "bsdf", "ris", "correlated", "pmc_hi", "pmc_hi_paper",
                                            "ocv", "ocv_progressive"));
 
-/// A ceiling lit by a spot light, and by a point light where there are `two`. The spot turns its back on the scene's
-/// centre.
+/// A ceiling that is lit by a spot light and, with `two`, by a point light. The spot points away from the centre of the
+/// scene.
 SceneDescription spot_from_the_centre(bool two) {
   SceneDescription d;
   add_object(d, plane(2.0f), add_diffuse(d, Color(0.5f)));
@@ -136,7 +136,7 @@ SceneDescription spot_from_the_centre(bool two) {
   return d;
 }
 
-TEST(DirectLight, no_group_is_left_out_because_the_centre_does_not_see_it) {
+TEST(DirectLight, groups_that_do_not_reach_the_centre_of_the_scene_are_sampled) {
   for (const bool two : {false, true}) {
     const SceneDescription d = spot_from_the_centre(two);
     const RunningMoments expected = replicate(d, "mis", 1, 64, kSeeds).mean;
@@ -147,16 +147,16 @@ TEST(DirectLight, no_group_is_left_out_because_the_centre_does_not_see_it) {
   }
 }
 
-TEST(DirectLight, lights_alone_agree_too) {
+TEST(DirectLight, light_sampling_alone_has_the_same_mean) {
   const Replicates r = replicate(assorted_lights(false), "light", 4, 3, kSeeds);
   EXPECT_TRUE(statistical::means_agree(r.mean, truth(false), {0.01, 66}));
 }
 
-// ---- What learning is for ------------------------------------------------------------------------
+// ---- Learning ------------------------------------------------------------------------------------
 
 namespace {
 
-/// Nine in ten watts come from lamps that a lid hides.
+/// Lamps with nine tenths of the power are occluded.
 SceneDescription hidden_lights(int size = 16) {
   SceneDescription d;
   add_object(d, plane(3.0f), add_diffuse(d, Color(0.8f)));
@@ -172,15 +172,15 @@ SceneDescription hidden_lights(int size = 16) {
 
 }  // namespace
 
-TEST(DirectLight, learning_which_lights_are_hidden_lowers_the_variance) {
+TEST(DirectLight, learning_which_lights_are_occluded_lowers_the_variance) {
   const Replicates plain = replicate(hidden_lights(48), "mis", 1, 8, 12),
                    learned = replicate(hidden_lights(48), "pmc_hi", 1, 8, 12);
   EXPECT_TRUE(statistical::means_agree(plain.mean, learned.mean, {0.01}));
   EXPECT_LT(learned.variance, 0.6 * plain.variance);
 }
 
-TEST(DirectLight, learning_finds_the_few_of_many_lights_that_are_not_hidden) {
-  // Two hundred lamps above the floor, the nearest of them behind one large lid: light comes from those beyond its
+TEST(DirectLight, learning_finds_the_few_lights_that_are_not_occluded) {
+  // 200 lamps above the floor. A large plate occludes the nearest ones, so that the light comes from lamps beyond its
   // edge.
   SceneDescription d;
   add_object(d, plane(6.0f), add_diffuse(d, Color(0.8f)));
@@ -192,20 +192,20 @@ TEST(DirectLight, learning_finds_the_few_of_many_lights_that_are_not_hidden) {
   add_object(d, plane(3.0f), grey, at(Vec3(2.4f, 0, 0.9f)));
   set_camera(d, Vec3(0, -1.0f, 0.8f), Vec3(0, 0, 0), 64, 0.3f);
   d.settings.bounces.total = 0;
-  d.settings
-      .seconds = 1000.0;  // not known to be short: the pilot learns from a sample of each pixel, in each iteration
+  d.settings.seconds =
+      1000.0;  // not limited to few samples, so that each iteration of the pilot takes a sample of every pixel
   const Replicates plain = replicate(d, "mis", 1, 8, 12), learned = replicate(d, "pmc_hi", 1, 8, 12),
                    many = replicate(d, "pmc_hi", 4, 4, 12);
   EXPECT_TRUE(statistical::means_agree(plain.mean, learned.mean, {0.01}));
   EXPECT_TRUE(statistical::means_agree(plain.mean, many.mean, {0.01}));
-  // Measured: 0.90 of the variance at 16 pixels, where cells see few samples of the pilot, 0.73 at 64, 0.75 at 128.
-  // Pilots bounded by the samples asked for, at 64 and 80 pixels: 1.06 and 0.91 with 2 and 7 % of 32 samples, 0.66 with
-  // 14 %, 0.42 with 28 %; 1.02 with 8 % of 64.
+  // Measured ratios of the variance: 0.90 with an image size of 16 pixels, where cells have few samples of the pilot,
+  // 0.73 with 64 and 0.75 with 128. With pilots that are limited to a share of the samples, at 64 and 80 pixels: 1.06
+  // and 0.91 with 2 and 7 % of 32 samples, 0.66 with 14 %, 0.42 with 28 %; 1.02 with 8 % of 64.
   EXPECT_LT(learned.variance, 0.85 * plain.variance);
 }
 
-TEST(DirectLight, its_passes_show_how_the_choice_is_shared) {
-  // Lamps in two clusters, one of which a lid hides; and two lamps.
+TEST(DirectLight, passes_show_the_shares_of_the_lights) {
+  // Lamps in two clusters, one of which is occluded; and two lamps.
   SceneDescription many;
   add_object(many, plane(6.0f), add_diffuse(many, Color(0.8f)));
   for (int i = 0; i < 100; ++i)
@@ -219,7 +219,7 @@ TEST(DirectLight, its_passes_show_how_the_choice_is_shared) {
     d->settings.bounces.total = 0;
     d->settings.passes = {"Combined", "Share Light 1", "Share Light 2"};
     d->settings.direct = "pmc_hi";
-    const auto shares = [&](int samples) {  // of the first and the second, over the picture
+    const auto shares = [&](int samples) {  // mean shares of the first and the second over the image
       d->settings.samples = samples;
       Session session;
       session.start(*d);
@@ -235,12 +235,12 @@ TEST(DirectLight, its_passes_show_how_the_choice_is_shared) {
     };
     const auto learned = shares(64);
     const double dark = std::min(learned[0], learned[1]);
-    EXPECT_LT(dark, 0.35);  // what is hidden
-    EXPECT_GT(dark, 0.02);  // its floor
+    EXPECT_LT(dark, 0.35);  // the share of the occluded one
+    EXPECT_GT(dark, 0.02);  // but not less than its floor
   }
 }
 
-TEST(DirectLight, its_pilot_takes_a_small_share_of_the_samples_asked_for) {
+TEST(DirectLight, the_pilot_takes_a_small_share_of_the_samples) {
   const std::atomic<bool> go{false};
   const auto rendered = [&](const char* method, int direct_samples, int samples, Film& film) {
     SceneDescription d = hidden_lights();
@@ -266,18 +266,18 @@ TEST(DirectLight, its_pilot_takes_a_small_share_of_the_samples_asked_for) {
   }
 }
 
-TEST(DirectLight, only_the_published_control_variates_are_called_biased_and_are) {
+TEST(DirectLight, only_the_published_control_variates_are_listed_as_biased_and_are_biased) {
   for (const DirectMethodInfo& info : direct_method_list())
     EXPECT_EQ(info.biased, std::string(info.name) == "ocv_paper");
-  // Three lights in four are hidden: all their samples are zero.
+  // Three of four lights are occluded, so that all their samples are zero.
   SceneDescription d = hidden_lights();
-  const Replicates biased = replicate(d, "ocv_paper", 8, 4, kSeeds), honest = replicate(d, "ocv", 8, 4, kSeeds),
+  const Replicates biased = replicate(d, "ocv_paper", 8, 4, kSeeds), cross_fitted = replicate(d, "ocv", 8, 4, kSeeds),
                    mis = replicate(d, "mis", 1, 64, kSeeds);
-  EXPECT_TRUE(statistical::means_agree(honest.mean, mis.mean, {0.01}));
+  EXPECT_TRUE(statistical::means_agree(cross_fitted.mean, mis.mean, {0.01}));
   EXPECT_FALSE(statistical::means_agree(biased.mean, mis.mean, {0.001}));
 }
 
-TEST(DirectLight, learned_images_do_not_depend_on_threads) {
+TEST(DirectLight, images_of_learning_methods_do_not_depend_on_threads) {
   for (const char* method : {"pmc_hi", "ocv_progressive", "pmc_hi_paper"}) {
     for (int direct_samples : {1, 8}) {
       const auto one = render(assorted_lights(true), method, direct_samples, 9, 5, 1),
@@ -287,7 +287,7 @@ TEST(DirectLight, learned_images_do_not_depend_on_threads) {
   }
 }
 
-TEST(DirectLight, unknown_methods_are_named) {
+TEST(DirectLight, the_error_for_an_unknown_method_lists_the_known_ones) {
   SceneDescription d = hidden_lights();
   d.settings.direct = "best";
   Session session;
@@ -296,9 +296,9 @@ TEST(DirectLight, unknown_methods_are_named) {
   EXPECT_NE(session.take_error().find("mis"), std::string::npos);
 }
 
-// ---- Parts -------------------------------------------------------------------------------------
+// ---- Groups and caches -------------------------------------------------------------------------
 
-TEST(LightGroups, every_light_with_power_is_in_one_group_and_groups_are_few) {
+TEST(LightGroups, every_light_with_power_is_in_one_of_few_groups) {
   SceneDescription d;
   add_object(d, plane(3.0f), add_diffuse(d, Color(0.8f)));
   for (int i = 0; i < 200; ++i)
@@ -312,7 +312,7 @@ TEST(LightGroups, every_light_with_power_is_in_one_group_and_groups_are_few) {
   float prior = 0.0f;
   std::vector<float> mass(size_t(groups.size()), 0.0f);
   for (uint32_t light = 0; light < scene->lights().size(); ++light) {
-    // A sky may be left to the BSDF altogether.
+    // A world without structure is sampled by the BSDF only.
     if (!(scene->lights().choice_pmf(scene->center(), Vec3(0.0f), light) > 0.0f)) continue;
     ASSERT_GE(groups.group_of(light), 0);
     mass[size_t(groups.group_of(light))] += groups.pmf_in_group(light);
@@ -339,7 +339,7 @@ SceneDescription many_points_and_suns(int points, int suns) {
   return d;
 }
 
-/// A cell of the cache that has learned, from samples of which only those of `bright` bring something.
+/// A cell of the cache that has learned from samples. Only those of the light `bright` are not black.
 struct LearnedCell {
   std::shared_ptr<const Scene> scene;
   LightCutCache cache;
@@ -365,13 +365,14 @@ struct LearnedCell {
 
 }  // namespace
 
-TEST(LightCutCache, every_light_keeps_the_probability_it_reports) {
+TEST(LightCutCache, every_light_is_chosen_with_the_probability_it_reports) {
   for (auto [points, suns] : {std::pair{3, 0}, {300, 0}, {300, 2}, {50, 12}, {0, 12}}) {
     LearnedCell learned(points, suns, 5);
     const size_t lights = learned.scene->lights().size();
     std::vector<int> counts(lights, 0);
     constexpr int kDraws = 400000;
-    // One number is inverted: equidistant ones count exactly, but for one at each end of an interval.
+    // The choice inverts one random number. The counts of equidistant numbers are exact up to one at each end of an
+    // interval.
     for (int i = 0; i < kDraws; ++i) {
       const auto choice = learned.cache.choose(learned.cell, learned.p, learned.n, (float(i) + 0.5f) / float(kDraws))
                               .choice;
@@ -393,8 +394,8 @@ TEST(LightCutCache, every_light_keeps_the_probability_it_reports) {
   }
 }
 
-TEST(LightCutCache, shares_go_where_light_comes_from_and_never_below_their_floors) {
-  // Light 47 is 2.2 m away; the tree would rarely choose it.
+TEST(LightCutCache, shares_grow_for_lights_that_contribute_and_stay_above_their_floors) {
+  // Light 47 is 2.2 m away, and the tree rarely chooses it.
   LearnedCell learned(300, 2, 47);
   const float before = learned.scene->lights().choice_pmf(learned.p, learned.n, 47);
   EXPECT_GT(learned.cache.pmf(learned.cell, learned.p, learned.n, 47), 5.0f * before);
@@ -409,7 +410,7 @@ TEST(LightCutCache, shares_go_where_light_comes_from_and_never_below_their_floor
   EXPECT_NEAR(floors, 0.2f, 1e-3f);
 }
 
-TEST(LightCutCache, places_that_lose_their_slot_choose_as_the_tree_does) {
+TEST(LightCutCache, points_without_a_cell_choose_as_the_tree_does) {
   LearnedCell learned(300, 2, 47);
   const uint32_t other = learned.cache.cell(learned.cache.key(Vec3(-3, 7, 2), Vec3(0, 0, 1), 3, 0));
   EXPECT_EQ(other, LightCutCache::kNone);
@@ -422,7 +423,8 @@ TEST(LightCutCache, places_that_lose_their_slot_choose_as_the_tree_does) {
 }
 
 TEST(ShareCache, learns_the_optimum_of_components_that_do_not_overlap) {
-  // Conditional root-mean-square contributions 1 and 3: shares 1/4 and 3/4, whatever they were at first.
+  // The conditional root-mean-square contributions are 1 and 3. The optimal shares are 1/4 and 3/4, independent of the
+  // initial ones.
   ShareCache cache(4, 2, 1.0f, 1.0f);
   const auto shares_of = [&](uint32_t cell) {
     std::array<float, 2> shares;
@@ -446,7 +448,7 @@ TEST(ShareCache, learns_the_optimum_of_components_that_do_not_overlap) {
   EXPECT_FLOAT_EQ(shares_of(2)[0], 0.9f);
 }
 
-TEST(ShareCache, floors_hold_and_absurd_values_do_no_harm) {
+TEST(ShareCache, floors_are_kept_with_extreme_values) {
   ShareCache cache(2, 3, 1.0f, 1e-6f);
   for (float y : {1e30f, 1e-30f, 0.0f}) {
     cache.count(0);
@@ -458,7 +460,7 @@ TEST(ShareCache, floors_hold_and_absurd_values_do_no_harm) {
   cache.shares(0, std::array{0.5f, 0.5f, 0.0f}, std::array{0.1f, 0.05f, 0.0f}, shares);
   EXPECT_GE(shares[0], 0.1f);
   EXPECT_NEAR(shares[0] + shares[1], 1.0f, 1e-5f);
-  EXPECT_EQ(shares[2], 0.0f);  // without a prior there is no such component
+  EXPECT_EQ(shares[2], 0.0f);  // a component without a prior gets no samples
 }
 
 }  // namespace ajar::test_direct_light

@@ -42,7 +42,7 @@ std::vector<Material> several_lobes() {
                     add_diffuse(b, s, 0.5f * kWhite, s.ng, 0.0f);
                     add_glass(b, s, 0.5f * kWhite, s.ng, Distribution::Ggx, 0.3f, 1.5f);
                   }});
-  // More than there are components, and one of them turned.
+  // More lobes than components, one with a rotated normal.
   list.push_back({"five lobes", [](Bsdf& b, const Surface& s) {
                     add_diffuse(b, s, 0.2f * kWhite, s.ng, 0.0f);
                     add_translucent(b, s, 0.2f * kWhite, s.ng);
@@ -84,7 +84,7 @@ TEST(LobeComponents, each_is_sampled_with_the_density_it_states) {
   }
 }
 
-TEST(LobeComponents, together_they_are_the_surface) {
+TEST(LobeComponents, their_sum_is_the_bsdf) {
   Pcg32 rng(5);
   for (const Material& material : several_lobes()) {
     const Vec3 wo = direction(0.7f);
@@ -98,7 +98,7 @@ TEST(LobeComponents, together_they_are_the_surface) {
       const Bsdf::Evaluation whole = bsdf.evaluate(wo, drawn->wi);
       const LobeComponents::Evaluation parts = lobes.evaluate(wo, drawn->wi);
       float pdf = 0.0f;
-      // The prior is half alike and half the probability that sampling the whole surface gives it.
+      // The prior is the mean of equal shares and of the probabilities in sampling of the whole BSDF.
       for (int k = 0; k < lobes.count(); ++k) {
         pdf += (2.0f * lobes.prior(k) - 1.0f / float(lobes.count())) * parts.pdf[size_t(k)];
         EXPECT_NEAR(drawn->value.pdf[size_t(k)], parts.pdf[size_t(k)], 1e-4f * parts.pdf[size_t(k)]) << material;
@@ -112,7 +112,7 @@ TEST(LobeComponents, together_they_are_the_surface) {
   }
 }
 
-TEST(LobeComponents, lobes_that_are_alike_are_one_and_mirrors_none) {
+TEST(LobeComponents, similar_lobes_are_one_component_and_mirrors_none) {
   using namespace closures;
   const Vec3 wo = direction(0.7f);
   const auto components = [&](std::function<void(Bsdf&, const Surface&)> add) {
@@ -135,8 +135,8 @@ TEST(LobeComponents, lobes_that_are_alike_are_one_and_mirrors_none) {
   EXPECT_EQ(components([&](Bsdf& b, const Surface& s) { glossy(b, s, 0.6f), glossy(b, s, 0.3f), glossy(b, s, 0.1f); }),
             2);
 
-  // Sampling a diffuse surface with a mirror in it chooses the mirror half of the time; its diffuse component never
-  // does.
+  // Sampling a BSDF of a diffuse lobe and a mirror chooses the mirror with probability one half. Sampling the diffuse
+  // component never does.
   const Bsdf bsdf = make_bsdf(
       {"", [&](Bsdf& b, const Surface& s) { add_diffuse(b, s, kWhite, s.ng, 0.0f), glossy(b, s, 0.0f); }}, wo);
   const LobeComponents lobes(bsdf, wo, true);
@@ -154,7 +154,8 @@ TEST(LobeComponents, lobes_that_are_alike_are_one_and_mirrors_none) {
 
 namespace {
 
-/// A floor that mirrors a large dim lamp in a weak, sharp coat, beside a small bright one. `coat` 0: diffuse.
+/// A floor with a weak, sharp coat that reflects a large dim lamp, and a small bright lamp. With `coat` 0 it is
+/// diffuse.
 SceneDescription coated_floor(float coat) {
   SceneDescription d;
   MaterialDescription material;
@@ -180,10 +181,10 @@ SceneDescription coated_floor(float coat) {
   return d;
 }
 
-/// Of a surface, as components of the mixture.
+/// The lobes of a surface are separate components of the mixture, or one component.
 enum class Lobes : uint8_t { Apart, Together };
 
-/// Estimates of the light at one point of it.
+/// Estimates of the direct light at one point of the floor.
 class PointOfFloor {
  public:
   explicit PointOfFloor(float coat) : scene_(build(coated_floor(coat))) {
@@ -194,7 +195,7 @@ class PointOfFloor {
   }
   const Bsdf& bsdf() const { return shading_.bsdf; }
 
-  /// Nothing is hidden: the midpoint rule over each lamp.
+  /// The correct value, by the midpoint rule over each lamp. No lamp is occluded.
   double truth() const {
     constexpr int kGrid = 500;
     double sum = 0.0;
@@ -209,14 +210,14 @@ class PointOfFloor {
     return sum / (kGrid * kGrid);
   }
 
-  /// Luminance of independent estimates of `samples` each, after some from which what learns may learn.
+  /// Luminance of independent estimates of `samples` samples each, after training samples.
   RunningMoments estimates(const char* method, int samples, Lobes lobes, int replicates) const {
     const auto estimator = make_direct_estimator(*scene_, find_direct_method(method).method,
                                                  {.samples = samples, .lobes_apart = lobes == Lobes::Apart});
     const DirectLightContext context{*scene_, point_, bsdf(), 0, 4, 4};
     uint64_t rays = 0;
-    // Pixels of one seed are not quite independent of each other (the variance of means over 20,000 of them was seen to
-    // be twice that of independent numbers): replicates have seeds of their own.
+    // Each replicate has its own seed, since pixels of one seed are not exactly independent: the variance of means over
+    // 20,000 of them was twice that of independent numbers.
     const auto estimate = [&](uint32_t seed, uint32_t index) {
       Sampler sampler(Sampler::Kind::Sobol, hash32(seed));
       sampler.start(0, index);
@@ -240,7 +241,7 @@ class PointOfFloor {
 
 }  // namespace
 
-TEST(DirectLobes, estimates_of_few_samples_have_the_true_mean) {
+TEST(DirectLobes, estimates_of_few_samples_have_the_correct_mean) {
   const PointOfFloor floor(0.05f);
   const double truth = floor.truth();
   for (const auto& [method, samples] : {std::pair("pmc_hi", 2),
@@ -256,9 +257,9 @@ TEST(DirectLobes, estimates_of_few_samples_have_the_true_mean) {
   EXPECT_FALSE(statistical::mean_agrees(floor.estimates("ocv_paper", 8, Lobes::Apart, 20000), truth, {0.01}));
 }
 
-TEST(DirectLobes, a_weak_sharp_coat_is_sampled_far_better_apart) {
+TEST(DirectLobes, separate_sampling_of_a_weak_sharp_coat_reduces_the_variance) {
   const PointOfFloor floor(0.05f);
-  // Measured: ratios of variance 0.08, 0.09, 0.06 and 0.05.
+  // Measured ratios of the variance: 0.08, 0.09, 0.06 and 0.05.
   for (const char* method : {"pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"}) {
     const RunningMoments together = floor.estimates(method, 16, Lobes::Together, 4000),
                          apart = floor.estimates(method, 16, Lobes::Apart, 4000);
@@ -266,7 +267,7 @@ TEST(DirectLobes, a_weak_sharp_coat_is_sampled_far_better_apart) {
   }
 }
 
-TEST(DirectLobes, surfaces_of_one_lobe_are_sampled_as_ever) {
+TEST(DirectLobes, sampling_of_surfaces_with_one_lobe_does_not_change) {
   const PointOfFloor floor(0.0f);
   ASSERT_EQ(floor.bsdf().lobe_count(), 1);
   for (const char* method : {"pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"}) {
@@ -277,7 +278,7 @@ TEST(DirectLobes, surfaces_of_one_lobe_are_sampled_as_ever) {
   }
 }
 
-TEST(DirectLobes, passes_show_the_share_of_each) {
+TEST(DirectLobes, passes_show_the_share_of_each_lobe) {
   SceneDescription d = coated_floor(0.05f);
   d.settings.samples = 128;
   d.settings.direct_samples = 8;
@@ -299,7 +300,7 @@ TEST(DirectLobes, passes_show_the_share_of_each) {
       diffuse_sum += double(diffuse[i]);
       coat_sum += double(coat[i]);
     }
-    // Sampling the whole surface would choose the coat once in sixteen times.
+    // Sampling of the whole BSDF would choose the coat with probability 1/16.
     if (std::string(method) == "pmc_hi") {
       EXPECT_GT(coat_sum, diffuse_sum);
     }

@@ -1,4 +1,4 @@
-// The learned directional density, and the path tracer that follows it.
+// Tests of the learned density of directions, and of the path tracer that uses it.
 #include "agreement.h"
 
 #include "math/frame.h"
@@ -13,7 +13,7 @@ namespace {
 using namespace fixtures;
 using namespace statistical;
 
-/// Samples drawn from a known density by another one, with their importance weights.
+/// A known density that is sampled by a uniform one, with importance weights.
 struct Teacher {
   struct Lobe {
     Vec3 mean;
@@ -32,7 +32,7 @@ struct Teacher {
     for (int i = 0; i < n; ++i) {
       const Vec2 u(rng.next_float(), rng.next_float());
       const Vec3 w = warp::square_to_sphere(u);
-      // The BSDF is uniform, and known to be.
+      // The density of the BSDF is uniform.
       samples.push_back({Vec3(rng.next_float(), rng.next_float(), 0.0f), Vec3(0, 0, 1), w, 0.0f,
                          pdf(w) / warp::sphere_pdf_solid_angle(), warp::sphere_pdf_solid_angle(), GuideKind::Diffuse});
     }
@@ -55,7 +55,7 @@ GuideDistribution taught(const std::vector<GuideSample>& samples, int iterations
 TEST(VonMisesFisher, exponential_is_exact_to_two_ten_millionths) {
   for (float x = 0.0f; x > -80.0f; x -= 0.00937f)
     EXPECT_NEAR(double(exp_of_negative(x)) / std::exp(double(x)), 1.0, 2e-7 + 1.2e-7 * double(-x))
-        << x;  // the second for the rounding of x itself
+        << x;  // the second term is the rounding error of x
   EXPECT_LT(exp_of_negative(-1e30f), 1e-37f);
   EXPECT_GE(exp_of_negative(-1e30f), 0.0f);
 }
@@ -79,12 +79,12 @@ TEST(VonMisesFisher, corners_of_the_square_stay_on_the_sphere) {
         EXPECT_NEAR(glm::length(von_mises_fisher::square_to_lobe({x, y}, kappa)), 1.0f, 1e-6f) << kappa;
 }
 
-TEST(GuideLobes, learned_density_is_what_is_sampled_from_anywhere) {
+TEST(GuideLobes, samples_follow_the_learned_density_at_all_points) {
   std::vector<GuideSample> samples = Teacher{
       {{glm::normalize(Vec3(1, 0, 1)), 300.0f, 0.5f},
        {glm::normalize(Vec3(-1, 1, 0.2f)), 12.0f,
         0.5f}}}.teach(4000, 1);
-  // Light from two metres away: seen from a corner of the cell the lobes have turned.
+  // The light comes from a distance of two metres, so that the lobes at a corner of the cell have other directions.
   for (GuideSample& s : samples) s.inverse_distance = 0.5f;
   const GuideDistribution learned = taught(samples);
   for (const Vec3 from : {Vec3(0.5f, 0.5f, 0.0f), Vec3(1.4f, -0.3f, 0.5f)}) {
@@ -105,7 +105,8 @@ TEST(GuideLobes, known_mixture_is_recovered_from_importance_weights) {
   const GuideDistribution learned = taught(teacher.teach(20000, 2));
   GuideLobes lobes;
   learned.aim(learned.center(), lobes);
-  // Kullback-Leibler divergence by quadrature over the sphere, and the share: the uniform BSDF has nothing to offer.
+  // The Kullback-Leibler divergence, by quadrature over the sphere. The share is the maximum, since the uniform BSDF is
+  // a bad density.
   Pcg32 rng(3);
   double divergence = 0.0;
   const int n = 20000;
@@ -116,11 +117,11 @@ TEST(GuideLobes, known_mixture_is_recovered_from_importance_weights) {
   }
   EXPECT_LT(divergence, 0.05);
   EXPECT_GT(divergence, -0.02);
-  EXPECT_NEAR(learned.share(GuideKind::Diffuse), 0.5f, 0.001f);  // all that is allowed
+  EXPECT_NEAR(learned.share(GuideKind::Diffuse), 0.5f, 0.001f);  // the maximum share
 }
 
-/// Each round is worth as much as all before: sums of the past are halved and added to for ever.
-TEST(GuideLobes, a_thousand_rounds_of_learning_do_not_drift) {
+/// In each training step, the sums of the past are multiplied by one half.
+TEST(GuideLobes, a_thousand_training_steps_do_not_drift) {
   const Teacher teacher{
       {{glm::normalize(Vec3(1, 0, 1)), 80.0f, 0.7f}, {glm::normalize(Vec3(-1, 1, 0.2f)), 25.0f, 0.3f}}};
   GuideDistribution learned = taught(teacher.teach(2000, 1));
@@ -141,11 +142,11 @@ TEST(GuideLobes, a_thousand_rounds_of_learning_do_not_drift) {
     divergence += p * std::log(std::max(p, 1e-30) / q) * 4.0 * double(kPi) / n;
   }
   EXPECT_NEAR(integral, 1.0, 0.02);
-  EXPECT_LT(divergence, 0.1);  // of rounds of 500 samples each
+  EXPECT_LT(divergence, 0.1);  // for training steps of 500 samples each
 }
 
-TEST(GuideLobes, guide_gives_way_to_a_bsdf_that_finds_the_light) {
-  // All light comes as the BSDF samples it.
+TEST(GuideLobes, the_share_of_the_guide_falls_where_the_bsdf_is_the_better_density) {
+  // The incident light is proportional to the density of the BSDF.
   Pcg32 rng(4);
   std::vector<GuideSample> samples;
   for (int i = 0; i < 4000; ++i) {
@@ -158,7 +159,7 @@ TEST(GuideLobes, guide_gives_way_to_a_bsdf_that_finds_the_light) {
   EXPECT_GT(taught(samples, 3).share(GuideKind::Diffuse), taught(samples, 200).share(GuideKind::Diffuse));
 }
 
-TEST(GuideLobes, extreme_samples_leave_a_density) {
+TEST(GuideLobes, extreme_samples_give_a_valid_density) {
   const auto check = [](std::vector<GuideSample> samples) {
     const GuideDistribution d = taught(samples, 5);
     GuideLobes lobes;
@@ -187,11 +188,11 @@ TEST(GuideLobes, extreme_samples_leave_a_density) {
   tree.learn({});
   EXPECT_EQ(tree.find(Vec3(0.0f), Vec3(0, 0, 1)), nullptr);
   tree.learn(std::vector<GuideSample>(5000, black));
-  tree.learn(std::vector<GuideSample>(5000, one));  // all at one point: nothing to divide
+  tree.learn(std::vector<GuideSample>(5000, one));  // all at one point, so that the cell is not divided
   EXPECT_LE(tree.cell_count(), 1u);
 }
 
-TEST(GuideTree, walls_that_meet_in_a_corner_have_cells_of_their_own) {
+TEST(GuideTree, walls_that_meet_in_a_corner_have_separate_cells) {
   Pcg32 rng(6);
   std::vector<GuideSample> samples;
   for (int i = 0; i < 3000; ++i) {
@@ -209,7 +210,7 @@ TEST(GuideTree, walls_that_meet_in_a_corner_have_cells_of_their_own) {
   EXPECT_GT(pdf_solid_angle(lobes, Vec3(0, 0, 1)), 100.0f * pdf_solid_angle(lobes, Vec3(1, 0, 0)));
 }
 
-TEST(GuidedBsdf, mixture_with_the_bsdf_is_one_density) {
+TEST(GuidedBsdf, the_mixture_with_the_bsdf_is_a_density) {
   GuideTree tree;
   std::vector<GuideSample> samples = Teacher{{{glm::normalize(Vec3(1, 0, 1)), 100.0f, 1.0f}}}.teach(300, 7);
   tree.learn(samples);
@@ -228,7 +229,7 @@ TEST(GuidedBsdf, mixture_with_the_bsdf_is_one_density) {
   guided.start(&tree, bsdf, Vec3(0.5f, 0.5f, 0.0f), 0.75f);
   ASSERT_TRUE(guided.guided());
   EXPECT_NEAR(guided.delta_probability(), 0.5f, 1e-5f);
-  // Refused: the transparent half, and what the guide sends below the surface.
+  // Refused samples: those of the transparent half, and those of the guide below the surface.
   const auto sample = [&](Pcg32& rng) -> std::optional<Vec3> {
     const float u_guide = rng.next_float(), u_lobe = rng.next_float(), x = rng.next_float();
     float pdf_bsdf;
@@ -244,8 +245,8 @@ TEST(GuidedBsdf, mixture_with_the_bsdf_is_one_density) {
   EXPECT_TRUE(chi_square_agrees(sample, pdf, {.domain = statistical::SampleDomain::Sphere}));
 }
 
-/// However wrong the guide: eight vertices at which it points away from where the path goes.
-TEST(GuidedBsdf, paths_keep_their_share_of_the_density_of_plain_ones) {
+/// A wrong guide: at eight vertices it points away from the direction of the path.
+TEST(GuidedBsdf, the_density_of_a_path_is_at_least_a_fixed_share_of_the_unguided_one) {
   GuideTree tree;
   tree.learn(Teacher{{{glm::normalize(Vec3(1, 0, 1)), 500.0f, 1.0f}}}.teach(300, 8));
   Bsdf bsdf;
@@ -270,12 +271,12 @@ TEST(GuidedBsdf, paths_keep_their_share_of_the_density_of_plain_ones) {
   EXPECT_LE(plain, 1.0f);
 }
 
-/// Tiny budgets, where a sample that had a say in its own density would show.
-TEST(GuidedPaths, agree_with_plain_ones_where_they_learn_most_of_the_time) {
+/// With few samples, the test would detect the bias of a sample that influences its own density.
+TEST(GuidedPaths, agree_with_unguided_ones_while_they_learn) {
   std::vector<TransportScene> scenes;
   for (TransportScene& scene : transport_scenes()) {
     const auto is = [&](const char* name) { return scene.name == name; };
-    // Few bounces of each kind: what a guided direction counts as must be drawn as the BSDF would.
+    // With few bounces of each type, the type of a guided direction must be sampled as the BSDF does.
     if (is("glossy") || is("rough_glass_and_mirror")) {
       scenes.push_back({scene.name + "_limited", scene.description});
       scenes.back().description.settings.bounces = {4, 1, 1, 2, 2, 0};
@@ -291,21 +292,21 @@ TEST(GuidedPaths, agree_with_plain_ones_where_they_learn_most_of_the_time) {
     const auto expected = blocks(scene.description, "path", 32, 16, 100), actual = blocks(guided, "path", 16, 24, 200);
     for (int i = 0; i < kValues; ++i) {
       if (i % 4 == 3 && std::abs(expected[size_t(i)].mean() - actual[size_t(i)].mean()) < 1e-5)
-        continue;  // alpha: rounding
+        continue;  // alpha differs by rounding
       EXPECT_TRUE(means_agree(expected[size_t(i)], actual[size_t(i)], {0.01, kValues * tests}))
           << scene.name << ", block " << i / 4 << ", channel " << i % 4;
     }
   }
 }
 
-/// A lamp behind a screen, so that all light comes from the lit part of the wall.
+/// A lamp that points at the wall, so that all light comes from the lit part of the wall.
 SceneDescription screened_room(int size) {
   SceneDescription d = grey_room(size);
   d.lights.push_back(area_lamp(Vec3(0.9f, 0.0f, 0.5f), Vec3(1, 0, 0), 0.2f, 20.0f));
   return d;
 }
 
-TEST(GuidedPaths, same_seed_gives_the_same_picture_for_any_number_of_threads) {
+TEST(GuidedPaths, the_image_does_not_depend_on_the_number_of_threads) {
   for (const char* mode : {"on", "auto"}) {
     SceneDescription d = screened_room(40);
     d.settings.guiding = mode;
@@ -313,7 +314,7 @@ TEST(GuidedPaths, same_seed_gives_the_same_picture_for_any_number_of_threads) {
   }
 }
 
-TEST(GuidedPaths, lower_the_variance_of_light_from_a_small_lit_wall) {
+TEST(GuidedPaths, lower_the_variance_of_light_from_a_small_lit_part_of_a_wall) {
   const auto variance = [](const char* mode) {
     SceneDescription d = screened_room(24);
     d.settings.guiding = mode;
@@ -331,8 +332,8 @@ TEST(GuidedPaths, lower_the_variance_of_light_from_a_small_lit_wall) {
   EXPECT_LT(variance("on"), 0.6 * variance("off"));
 }
 
-TEST(GuidedPaths, auto_gives_the_guide_up_where_nothing_is_to_be_gained) {
-  // A convex object under a plain sky: the BSDF is the right density already.
+TEST(GuidedPaths, auto_does_not_follow_the_guide_where_it_gains_nothing) {
+  // A convex object in a constant world, for which the BSDF is the best density.
   SceneDescription d;
   add_object(d, sphere(), add_diffuse(d, Color(0.5f)));
   set_camera(d, Vec3(0, -4, 0), Vec3(0), 32);
@@ -347,7 +348,7 @@ TEST(GuidedPaths, auto_gives_the_guide_up_where_nothing_is_to_be_gained) {
   EXPECT_NE(session.statistics_json().find("\"guide_followed\": 0.0"), std::string::npos);
 }
 
-TEST(GuidedPaths, brighter_light_shown_darker_gains_the_same) {
+TEST(GuidedPaths, the_measured_gain_does_not_depend_on_light_power_times_exposure) {
   const auto gain = [](float times) {
     SceneDescription d = screened_room(24);
     d.lights[0].energy *= times;

@@ -13,7 +13,7 @@ using namespace fixtures;
 
 namespace {
 
-/// A scene whose hints have been tried.
+/// A scene after the pilot of its hints.
 struct Guided {
   std::shared_ptr<const Scene> scene;
   PathSpace space;
@@ -35,7 +35,8 @@ const HintDescription kTwice = hint("Twice", {kLamp, {0.7f, 0.3f, 0.5f}, {0.1f, 
 
 }  // namespace
 
-/// E[1 / pdf] over starts in a region is the region's measure: here of the lamp, times a cone of directions.
+/// The expectation of 1 / pdf over starts in a region is the measure of the region: the area of the lamp times the
+/// solid angle of a cone.
 TEST(HintGuide, starts_have_the_density_of_the_mixture) {
   SceneDescription d = keyhole();
   LightDescription other = d.lights[0];
@@ -84,7 +85,7 @@ TEST(HintGuide, starts_have_the_density_of_the_mixture) {
   }
 }
 
-/// At a bounce: one for the whole mixture, of which a BSDF has its part.
+/// The density at a bounce includes the probability that a hint is followed; the rest is the share of the BSDF.
 TEST(HintGuide, directions_at_a_bounce_have_their_density) {
   const Guided g(keyhole(), {kTwice});
   std::vector<HintReport> reports;
@@ -109,11 +110,11 @@ TEST(HintGuide, directions_at_a_bounce_have_their_density) {
     measure.add(direction && guide.pdf_at(at, *direction) > 0.0f ? 1.0 / double(guide.pdf_at(at, *direction)) : 0.0);
   }
   EXPECT_TRUE(statistical::mean_agrees(taken, double(share), {0.01, 2}));
-  // The cone's solid angle: the density counts the probability of following.
+  // The solid angle of the cone, since the density includes the probability that the hint is followed.
   EXPECT_TRUE(statistical::mean_agrees(measure, 2.0 * M_PI * double(hints[0].one_minus_cos[1]), {0.01, 2}));
 }
 
-TEST(HintGuide, learns_which_hints_bring_light) {
+TEST(HintGuide, learns_which_hints_find_light) {
   const HintDescription above = hint("Stays above", {kLamp, {1.0f, 0.0f, 0.7f}}, 0.1f);
   const Guided good(keyhole(true), {kThrough, above});
   ASSERT_NE(good.followed.guide(), nullptr);
@@ -151,8 +152,8 @@ TEST_P(HintedIntegrator, has_the_same_mean_with_good_useless_and_wrong_hints) {
   }
 }
 
-/// A sphere that shines, of which hints propose one half, and whose far side shines away from them.
-TEST_P(HintedIntegrator, follows_hints_from_soft_lamps) {
+/// A sphere lamp. Hints propose the half that faces them; the other half emits in other directions.
+TEST_P(HintedIntegrator, follows_hints_from_lamps_with_extent) {
   SceneDescription d = keyhole(true);
   d.settings.vertex_merging = "off";
   d.lights[0].kind = LightKind::Point;
@@ -163,13 +164,13 @@ TEST_P(HintedIntegrator, follows_hints_from_soft_lamps) {
   for (size_t i = 0; i < 27; ++i)
     EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 27})) << "value " << i;
 }
-// Photon maps are biased at so few passes.
+// Photon maps are not tested, since they are biased with few passes.
 INSTANTIATE_TEST_SUITE_P(All, HintedIntegrator, ::testing::Values("bdpt", "erpt", "metropolis", "pmc_pt"),
                          [](const auto& info) { return std::string(info.param); });
 
 namespace {
 
-/// Variance between seeds, over the squared mean, of the blocks together.
+/// The variance between seeds divided by the squared mean, averaged over the blocks.
 double relative_variance(const Rendered& r) {
   double sum = 0.0;
   for (const RunningMoments& m : r.blocks) sum += m.variance() / (m.mean() * m.mean());
@@ -180,7 +181,7 @@ double relative_variance(const Rendered& r) {
 
 class HintedThreads : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(HintedThreads, give_the_same_picture_whatever_their_number) {
+TEST_P(HintedThreads, do_not_change_the_image) {
   SceneDescription d = keyhole();
   d.hints = {kThrough, kTwice};
   d.settings.integrator = GetParam();
@@ -203,7 +204,7 @@ INSTANTIATE_TEST_SUITE_P(Integrators, HintedThreads,
 
 class HintsThroughAHole : public ::testing::TestWithParam<std::pair<const char*, double>> {};
 
-TEST_P(HintsThroughAHole, divide_the_variance) {
+TEST_P(HintsThroughAHole, reduce_the_variance_by_a_factor) {
   const auto [integrator, gain] = GetParam();
   const Rendered none = render_hinted(keyhole(true), {}, 24, 1, 8, integrator),
                  good = render_hinted(keyhole(true), kGood, 24, 1000, 8, integrator);
@@ -215,7 +216,7 @@ INSTANTIATE_TEST_SUITE_P(Integrators, HintsThroughAHole,
 
 class HintedPhotons : public ::testing::TestWithParam<bool> {};
 
-TEST_P(HintedPhotons, bring_the_lamps_watts_whatever_they_follow) {
+TEST_P(HintedPhotons, have_the_power_of_the_lamps_with_and_without_hints) {
   SceneDescription d = keyhole(true);
   if (GetParam()) {
     d.lights[0].kind = LightKind::Point;
@@ -245,7 +246,7 @@ TEST_P(HintedPhotons, bring_the_lamps_watts_whatever_they_follow) {
   }
   EXPECT_TRUE(statistical::means_agree(watts[0], watts[1], {0.01, 2}));
   EXPECT_TRUE(statistical::means_agree(below[0], below[1], {0.01, 2}));
-  if (!GetParam()) {  // a sphere sends most of it by way of the walls
+  if (!GetParam()) {  // for a sphere, most of the light comes from the walls
     EXPECT_GT(below[0].variance(), 2.0 * below[1].variance());
   }
 }

@@ -14,7 +14,7 @@ using namespace fixtures;
 
 namespace {
 
-/// A scene, the hints it is rendered with, and the space of its paths.
+/// A scene, its attached hints, and its path space.
 struct Hinted {
   std::shared_ptr<const Scene> scene;
   PathSpace space;
@@ -62,7 +62,7 @@ std::vector<HintDescription> hints_for(const std::string& name) {
 
 class HintMutationsIn : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(HintMutationsIn, have_a_density_both_ways_and_keep_what_the_eye_sees_or_the_lens) {
+TEST_P(HintMutationsIn, have_a_density_in_both_directions_and_keep_the_eye_subpath_or_the_lens) {
   const Hinted h(scene_named(GetParam()), hints_for(GetParam()));
   const HintMutation mutation(h.space, h.hints, 0.7f, 0.3f);
   auto to = std::make_unique<Path>(), again = std::make_unique<Path>();
@@ -81,7 +81,7 @@ TEST_P(HintMutationsIn, have_a_density_both_ways_and_keep_what_the_eye_sees_or_t
       ASSERT_TRUE(std::isfinite(there) && std::isfinite(back));
       unknown += !(there > 0.0);
       const int kept = shared_ends(*from, *to).eye;
-      // What grew from the eye by a mirror now ends elsewhere: no way back at one stroke.
+      // Otherwise the eye subpath has another end, for example after a mirror, and there is no single step back.
       if (kept == 1 || first_joinable_from_eye(*to) == to->count - kept) unpaired += !(back > 0.0);
       ASSERT_TRUE(kept == 1 || kept == from->count - first_joinable_from_eye(*from));
       if (to->hint < 0) continue;
@@ -97,16 +97,18 @@ TEST_P(HintMutationsIn, have_a_density_both_ways_and_keep_what_the_eye_sees_or_t
   EXPECT_GT(proposed, 500u);
   EXPECT_GT(by_lens, 20u);
   for (size_t i = 0; i < h.hints.size(); ++i) EXPECT_GT(by_hint[i], 20u) << h.hints[i].name;
-  // Rounding may move a direction out of a cone. Other light walks than a mutation's can return to paths of the lens.
+  // Rounding may move a direction out of a cone. Paths that are connected to the lens may need a light walk that this
+  // mutation does not propose.
   EXPECT_LE(unknown, 1 + proposed / 300);
   EXPECT_LE(unpaired, proposed / 3);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, HintMutationsIn, ::testing::Values("glass_ball", "point_light"),
                          [](const auto& info) { return std::string(info.param); });
 
-/// E[1 / pdf] over proposals whose new vertices lie in a region is the measure of the region.
-TEST(HintMutationDensity, one_over_it_integrates_to_the_measure_of_a_region) {
-  // Lamp of area 0.25; a patch of area 0.04 on the left wall, or one that the eye sees on the back wall.
+/// The expectation of 1 / pdf over proposals whose new vertices lie in a region is the measure of the region.
+TEST(HintMutationDensity, one_over_the_density_integrates_to_the_measure_of_a_region) {
+  // The area of the lamp is 0.25. The area of the patch on the left wall, or of the visible one on the back wall, is
+  // 0.04.
   const auto on_left = [](Vec3 p) {
     return std::abs(p.x + 1.0f) < 1e-3f && std::abs(p.y) < 0.1f && std::abs(p.z) < 0.1f;
   };
@@ -118,8 +120,8 @@ TEST(HintMutationDensity, one_over_it_integrates_to_the_measure_of_a_region) {
     float hint_probability;
     bool lens;
   };
-  for (const Case c : {Case{"hint joined to what is seen", 1.0f, false}, Case{"hint joined to the lens", 1.0f, true},
-                       Case{"regrowth", 0.0f, false}}) {
+  for (const Case c : {Case{"hint connected to a visible vertex", 1.0f, false},
+                       Case{"hint connected to the lens", 1.0f, true}, Case{"regrowth", 0.0f, false}}) {
     const Vec3 target = c.lens ? Vec3(-0.2f, 1.0f, 0.3f) : Vec3(-1.0f, 0.0f, 0.0f);
     const Hinted h(scene_named("area_lamp"), {hint("Patch", {{0.1f, 0.1f, 0.95f}, target}, 0.5f)}, !c.lens);
     const HintMutation mutation(h.space, h.hints, c.hint_probability, 1.0f - c.hint_probability);
@@ -146,7 +148,7 @@ TEST(HintMutationDensity, one_over_it_integrates_to_the_measure_of_a_region) {
 
 class HintMutationChains : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(HintMutationChains, stay_in_the_distribution_of_their_target) {
+TEST_P(HintMutationChains, have_the_distribution_of_their_target) {
   const Hinted h(scene_named(GetParam()), hints_for(GetParam()));
   const auto visits = [&](bool hinted, uint32_t seed) {
     std::vector<MutationShare> shares;
@@ -181,14 +183,14 @@ TEST_P(HintMutationChains, stay_in_the_distribution_of_their_target) {
     const auto a = visits(false, seed), b = visits(true, 100 + seed);
     for (size_t i = 0; i < 5; ++i) plain[i].add(a[i]), hinted[i].add(b[i]);
   }
-  EXPECT_GT(plain[4].mean(), 0.02);  // the hints matter
+  EXPECT_GT(plain[4].mean(), 0.02);  // hints can propose a relevant part of the paths
   for (size_t i = 0; i < 5; ++i)
     EXPECT_TRUE(statistical::means_agree(plain[i], hinted[i], {0.01, 10})) << "statistic " << i;
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, HintMutationChains, ::testing::Values("glass_ball", "point_light"),
                          [](const auto& info) { return std::string(info.param); });
 
-TEST(StandardMutations, leave_out_what_a_scene_does_not_need) {
+TEST(StandardMutations, are_those_that_the_scene_needs) {
   const auto names = [](SceneDescription d, std::vector<HintDescription> described) {
     const Hinted h(std::move(d), std::move(described));
     std::string all;
@@ -199,7 +201,7 @@ TEST(StandardMutations, leave_out_what_a_scene_does_not_need) {
   EXPECT_EQ(names(scene_named("glass_ball"), kGlassHints), "user_path lens caustic ");
 }
 
-TEST(HintMutations, never_change_the_mean_good_useless_or_wrong) {
+TEST(HintMutations, keep_the_mean_with_good_useless_and_wrong_hints) {
   const Rendered none = render_hinted(keyhole(), {}, 24, 1);
   const std::pair<const char*, std::vector<HintDescription>> sets[] = {
       {"good", kGood}, {"useless", kUseless}, {"wrong", kWrong}};
@@ -208,14 +210,14 @@ TEST(HintMutations, never_change_the_mean_good_useless_or_wrong) {
     const Rendered with = render_hinted(keyhole(), hints, 24, first_seed += 1000);
     for (size_t i = 0; i < 27; ++i)
       EXPECT_TRUE(statistical::means_agree(none.blocks[i], with.blocks[i], {0.01, 3 * 27})) << name << ", value " << i;
-    EXPECT_GT(with.proposed, 1000u) << name;  // the less they bring, the seldomer
+    EXPECT_GT(with.proposed, 1000u) << name;  // hints that find less light are proposed less often
     if (std::string(name) == "good") {
       EXPECT_GT(with.accepted, 100u);
     }
   }
 }
 
-TEST(HintMutations, are_followed_by_populations_too) {
+TEST(HintMutations, work_with_populations) {
   const Rendered none = render_hinted(keyhole(), {}, 16, 1, 24, "pmc_pt");
   const Rendered good = render_hinted(keyhole(), kGood, 16, 1000, 24, "pmc_pt"),
                  wrong = render_hinted(keyhole(), kWrong, 16, 2000, 24, "pmc_pt");
@@ -225,9 +227,9 @@ TEST(HintMutations, are_followed_by_populations_too) {
     EXPECT_GT(with.proposed, 1000u);
   }
   EXPECT_GT(good.accepted, 50u);
-  // The hints' parts of the light are what chains find.
+  // The energy shares of the hints are equal to those of chains.
   const SceneDescription easy = scene_named("glass_ball");
-  constexpr int kSeeds = 8;  // of one, shares are no surer than a sixth
+  constexpr int kSeeds = 8;  // with one seed, the error of a share is about a sixth
   std::vector<double> of_chains(kGlassHints.size(), 0.0), of_members = of_chains;
   const auto add_shares = [&](const char* integrator, uint32_t seed, std::vector<double>& sums) {
     const Rendered one = render_hinted(easy, kGlassHints, 1, seed, 400, integrator);
@@ -244,7 +246,7 @@ TEST(HintMutations, are_followed_by_populations_too) {
   }
 }
 
-TEST(HintMutations, that_are_malformed_are_reported_by_name_and_do_not_stop_the_render) {
+TEST(HintMutations, with_malformed_hints_are_reported_by_name_and_do_not_stop_the_render) {
   std::vector<HintDescription> hints = {hint("One point", {kLamp}),
                                         hint("Off in space", {kLamp, {50, 50, 50}}),
                                         hint("Through a wall", {kLamp, {-0.9f, 0.0f, -0.9f}}),
@@ -265,7 +267,7 @@ TEST(HintMutations, that_are_malformed_are_reported_by_name_and_do_not_stop_the_
   EXPECT_GT(reported.back()["energy_share"].get<double>(), 0.0);
   EXPECT_EQ(reported.back()["positions"].size(), 2u);
   EXPECT_EQ(reported.back()["segments"][0], "attached");
-  // The artist is told in the list of warnings, too.
+  // The list of warnings contains them as well.
   size_t warnings = 0;
   for (const auto& diagnostic : r.statistics["diagnostics"])
     for (const HintDescription& h : hints)

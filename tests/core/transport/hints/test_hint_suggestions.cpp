@@ -10,12 +10,13 @@ using namespace fixtures;
 
 namespace {
 
-/// A closed room cut in two by a wall at x = 0 with a gap below z = `gap` - 1; lamp on the left, camera on the right.
+/// A closed room that is divided by a wall at x = 0 with a gap below z = `gap` - 1. The lamp is on the left, the camera
+/// on the right.
 SceneDescription two_rooms(float gap) {
   SceneDescription d;
   const int grey = add_diffuse(d, Color(0.6f));
   add_object(d, cube(true), grey);
-  // The unit square upright in the plane x = 0: its x runs along z.
+  // Turns the square into the plane x = 0; its x axis becomes z.
   const float half_height = 0.5f * (2.0f - gap);
   const Mat4 upright(Vec4(0, 0, half_height, 0), Vec4(0, 1, 0, 0), Vec4(-1, 0, 0, 0),
                      Vec4(0, 0, 1.0f - half_height, 1));
@@ -36,7 +37,7 @@ TEST(HintSuggestions, lead_through_the_gap_and_attach) {
     share += suggestion.share;
     ASSERT_GE(suggestion.points.size(), 3u);
     EXPECT_LT(glm::length(suggestion.points[0] - Vec3(-0.8f, 0, 0.7f)), 0.051f);
-    // Somewhere the curve goes from the lamp's side to the other, and there it is low.
+    // Where the curve crosses the wall, it passes the gap.
     for (size_t i = 0; i + 1 < suggestion.points.size(); ++i) {
       const Vec3 a = suggestion.points[i], b = suggestion.points[i + 1];
       if (a.x * b.x >= 0.0f) continue;
@@ -47,7 +48,7 @@ TEST(HintSuggestions, lead_through_the_gap_and_attach) {
   EXPECT_GT(share, 0.05);
 }
 
-TEST(HintSuggestions, are_none_where_path_tracing_does_well) {
+TEST(HintSuggestions, are_empty_where_path_tracing_is_efficient) {
   SceneDescription d = two_rooms(1.9f);
   EXPECT_TRUE(suggest_hints(*build(d), 4, 4000, 3).empty());
 }

@@ -26,7 +26,7 @@ int add_delta(SceneDescription& d, const std::string& type) {
   return int(d.materials.size()) - 1;
 }
 
-/// A floor, a wall between x < 0 and x > 0 with a gap above z = 1, a lamp left of it.
+/// A floor, a wall at x = 0 up to z = 1, and a lamp to the left of it.
 SceneDescription two_sides() {
   SceneDescription d;
   add_object(d, plane(5.0f), add_diffuse(d, Color(0.5f)));
@@ -49,7 +49,7 @@ HintDescription hint(const std::string& name, std::vector<Vec3> points) {
 
 }  // namespace
 
-TEST(Hints, attach_to_the_nearest_light_and_to_what_the_points_lie_on) {
+TEST(Hints, attach_to_the_nearest_light_and_to_the_surfaces_at_their_points) {
   SceneDescription d = two_sides();
   d.hints.push_back(hint("Bounce", {{-0.9f, 0, 0.5f}, {-1.5f, 0.2f, 0.01f}, {0, 1, 0.5f}}));
   std::vector<HintReport> reports;
@@ -64,7 +64,7 @@ TEST(Hints, attach_to_the_nearest_light_and_to_what_the_points_lie_on) {
   EXPECT_LT(glm::length(hints[0].vertices[2].position - Vec3(0, 1, 0.5f)), 0.01f);
 }
 
-TEST(Hints, malformed_ones_are_reported_by_name_and_skipped) {
+TEST(Hints, malformed_hints_are_reported_by_name_and_ignored) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   SceneDescription d = two_sides();
   d.hints = {hint("One point", {{-1, 0, 0.5f}}),
@@ -90,12 +90,13 @@ TEST(Hints, malformed_ones_are_reported_by_name_and_skipped) {
   EXPECT_EQ(reports[2].segments.back(), HintSegmentState::Failed);
 }
 
-TEST(Hints, bounce_off_mirrors_and_through_glass_with_or_without_points_there) {
+TEST(Hints, follow_specular_surfaces_with_or_without_control_points_there) {
   SceneDescription d;
   add_object(d, plane(5.0f), add_diffuse(d, Color(0.5f)));
   add_object(d, sphere(48), add_delta(d, "ShaderNodeBsdfGlass"),
              Mat4(Vec4(0.5f, 0, 0, 0), Vec4(0, 0.5f, 0, 0), Vec4(0, 0, 0.5f, 0), Vec4(0, 0, 1, 1)));
-  d.lights.push_back(point_light(Vec3(0.1f, 0.05f, 3), 10.0f));  // the mesh has needles at its poles
+  d.lights.push_back(
+      point_light(Vec3(0.1f, 0.05f, 3), 10.0f));  // not at a pole of the mesh, where the triangles are narrow
   set_camera(d, Vec3(2, -2, 2), Vec3(1, 0, 0), 8);
   d.hints = {hint("All", {{0.1f, 0.05f, 3}, {0.025f, 0.01f, 1.5f}, {0, 0, 0.5f}, {0, 0, 0}}),
              hint("Ends", {{0.1f, 0.05f, 3}, {0, 0, 0}})};
@@ -113,7 +114,7 @@ TEST(Hints, bounce_off_mirrors_and_through_glass_with_or_without_points_there) {
             (std::vector{HintSegmentState::Attached, HintSegmentState::Bounced, HintSegmentState::Bounced}));
 }
 
-TEST(Hints, directions_are_drawn_with_their_density) {
+TEST(Hints, directions_are_sampled_with_their_density) {
   Hints::Hint h;
   h.vertices = {{Vec3(0.0f)}, {Vec3(1, 2, 3)}};
   for (const float spread : {0.002f, 0.0872665f, 1.0f}) {
@@ -123,12 +124,12 @@ TEST(Hints, directions_are_drawn_with_their_density) {
     const auto pdf = [&](Vec3 w) { return double(Hints::pdf_solid_angle(h, 0, from, w)); };
     statistical::DensityTest test;
     test.level = {0.01, 3};
-    test.outside_fraction = 2e-3;  // rounding at the cone's edge
+    test.outside_fraction = 2e-3;  // rounding at the edge of the cone
     EXPECT_TRUE(statistical::chi_square_agrees(statistical::from_square(map), pdf, test)) << spread;
   }
 }
 
-TEST(Hints, density_of_a_path_is_zero_unless_the_hint_could_have_made_it) {
+TEST(Hints, the_density_of_a_path_is_zero_if_the_hint_cannot_propose_it) {
   SceneDescription d = two_sides();
   d.hints = {hint("A", {{-1, 0, 0.5f}, {-2, 0, 0}}), hint("B", {{-1, 0, 0.5f}, {-2, 0.02f, 0}}),
              hint("C", {{-1, 0, 0.5f}, {-1, 2, 0}})};
@@ -140,7 +141,7 @@ TEST(Hints, density_of_a_path_is_zero_unless_the_hint_could_have_made_it) {
   const Hints::PathPoint near_both[] = {{Vec3(-1, 0, 0.5f), false}, {Vec3(-2, 0.01f, 0), false}};
   const double a = 0.5 / M_PI / double(warp::one_minus_cos(d.hints[0].spread)),
                b = 0.5 / M_PI / double(warp::one_minus_cos(0.2f));
-  const double probability = hints[0].light_probabilities.back();  // of this lamp, for walks from lights
+  const double probability = hints[0].light_probabilities.back();  // with which walks from lights choose this lamp
   EXPECT_GT(probability, 0.1);
   EXPECT_LT(probability, 0.9);
   EXPECT_NEAR(Hints::pdf(hints[0], 0, LightType::Point, Vec3(0, 0, 1), near_both) * probability, a, 1e-4 * a);
@@ -154,7 +155,7 @@ TEST(Hints, density_of_a_path_is_zero_unless_the_hint_could_have_made_it) {
   EXPECT_EQ(Hints::pdf(hints[0], 0, LightType::Point, Vec3(0, 0, 1), longer), 0.0);
   const Hints::PathPoint specular[] = {near_both[0], {near_both[1].position, true}};
   EXPECT_EQ(Hints::pdf(hints[0], 0, LightType::Point, Vec3(0, 0, 1), specular), 0.0);
-  // Of a sphere the half that faces the way is proposed.
+  // On a sphere, only the half that faces the hint is proposed.
   EXPECT_NEAR(Hints::pdf(hints[0], 0, LightType::Sphere, hints[0].axis, near_both) * probability, 2.0 * a, 2e-4 * a);
   EXPECT_EQ(Hints::pdf(hints[0], 0, LightType::Sphere, -hints[0].axis, near_both), 0.0);
   EXPECT_EQ(hints.choose(0.1f), 0u);

@@ -27,11 +27,11 @@ void expect_color(Color actual, Color expected) {
     EXPECT_NEAR(actual[c], expected[c], 1e-5f * (1.0f + std::abs(expected[c]))) << "channel " << c;
 }
 
-/// How a test's density changes from place to place.
+/// How the density of a test medium varies.
 enum class Density { Constant, NearlyConstant, AlongX, Sheet };
 
-/// Socket of a density: `amount`, or amount plus a millionth of x, or amount times x of the unit cube, or that much in
-/// a thin sheet.
+/// The input socket of the density: `amount`, `amount` plus a millionth of x, `amount` times x of the unit cube, or
+/// `amount` in a thin sheet.
 NodeInput density_input(GraphBuilder& b, Density kind, float amount) {
   if (kind == Density::Constant) return value_input("Density", amount);
   const int coordinates = b.node("ShaderNodeTexCoord");
@@ -46,7 +46,7 @@ NodeInput density_input(GraphBuilder& b, Density kind, float amount) {
     const int tiny = math("MULTIPLY", linked_input("", x, "X"), 1e-6f);
     return linked_input("Density", math("ADD", linked_input("", tiny, "Value"), amount), "Value");
   }
-  // |y - 0.51| < 0.0001 of two metres.
+  // |y - 0.51| < 0.0001, in units of two metres.
   const int middle = math("SUBTRACT", linked_input("", x, "Y"), 0.51f),
             distance = math("ABSOLUTE", linked_input("", middle, "Value"), 0.0f);
   const int within = math("LESS_THAN", linked_input("", distance, "Value"), 0.0001f);
@@ -74,11 +74,12 @@ int add_glow(SceneDescription& d, float emission, float absorption, Density dens
 
 MeshDescription textured_cube() {
   MeshDescription mesh = cube();
-  mesh.texture_space_size = Vec3(1.0f);  // half extents: generated coordinates run from 0 to 1
+  mesh.texture_space_size = Vec3(1.0f);  // half extents, so that generated coordinates are in [0, 1]
   return mesh;
 }
 
-/// Looks along y through the middle of [-1, 1]^3 from outside, at a white sky; paths of any length.
+/// The camera looks along y from outside through the centre of [-1, 1]^3, at a white world. The bounce limits are very
+/// high.
 SceneDescription through_a_cube(int material = -1) {
   SceneDescription d;
   set_world(d, Color(1.0f));
@@ -92,7 +93,7 @@ int add_cube(SceneDescription& d, int material, Vec3 center = Vec3(0.0f), Vec3 s
                     Mat4(Vec4(scale.x, 0, 0, 0), Vec4(0, scale.y, 0, 0), Vec4(0, 0, scale.z, 0), Vec4(center, 1)));
 }
 
-/// Mean of each channel over independent seeds; what the integrator counted.
+/// Moments of the mean of each channel over independent seeds, and the sums of the integrator's counters.
 struct Measured {
   std::array<RunningMoments, 3> channels;
   std::map<std::string, double> extra;
@@ -117,7 +118,7 @@ Measured measure(const SceneDescription& d, int samples, int seeds = 16) {
   }
   return measured;
 }
-/// One of `tests` that together have level 0.01.
+/// Tests the mean of each channel. All `tests` calls together have the level 0.01.
 void expect_mean(const Measured& measured, Color expected, int tests, double slack = 1e-4) {
   for (size_t c = 0; c < 3; ++c)
     EXPECT_TRUE(statistical::mean_agrees(measured.channels[c], double(expected[int(c)]), {0.01, 3 * tests}, slack))
@@ -175,18 +176,18 @@ TEST(Volume, coefficients_are_those_of_cycles) {
   expect_color(m.emission, Color(0.5f));
 }
 
-TEST(Volume, fire_is_as_bright_as_that_of_cycles) {
+TEST(Volume, fire_has_the_luminance_of_cycles) {
   GraphBuilder b;
   b.graph.volume = {
       b.node("ShaderNodeVolumePrincipled", {value_input("Density", 0.0f), value_input("Blackbody Intensity", 1.0f),
                                             value_input("Temperature", 1500.0f)}),
       "Volume"};
-  // Stefan and Boltzmann over pi, a millionth: 5.670373e-14 / pi * 1500^4 times the colour of luminance 1 (blackbody.h
-  // of Blender).
+  // A millionth of the Stefan-Boltzmann law divided by pi: 5.670373e-14 / pi * 1500^4, times a colour of luminance 1
+  // (blackbody.h of Blender).
   EXPECT_NEAR(luminance(evaluate(b).emission), 5.670373e-14f / kPi * 1500.0f * 1500.0f * 1500.0f * 1500.0f, 2e-3f);
 }
 
-TEST(Volume, values_that_make_no_sense_are_nothing) {
+TEST(Volume, invalid_values_are_treated_as_zero) {
   for (const float density : {0.0f, -3.0f, NAN, -INFINITY}) {
     GraphBuilder b;
     b.graph.volume = {
@@ -195,7 +196,7 @@ TEST(Volume, values_that_make_no_sense_are_nothing) {
         "Volume"};
     EXPECT_TRUE(evaluate(b).empty()) << density;
   }
-  // Nothing of what exceeds all floats is nothing.
+  // The product of zero and an infinite emission is zero.
   GraphBuilder fire;
   fire.graph.volume = {
       fire.node("ShaderNodeVolumePrincipled",
@@ -204,7 +205,7 @@ TEST(Volume, values_that_make_no_sense_are_nothing) {
       "Volume"};
   EXPECT_GT(evaluate(fire).emission.x, 1e9f);
   EXPECT_EQ(evaluate(fire).emission.z, 0.0f);
-  // Computed ones are counted as well.
+  // Invalid values that a program computes are counted.
   const float constants[] = {1.0f, NAN, NAN, NAN, INFINITY};
   MediumPoint m;
   add_volumes({{VolumeKind::Scatter, -1, -2, kNoOperand, -5, -1}}, nullptr, constants, m);
@@ -212,7 +213,7 @@ TEST(Volume, values_that_make_no_sense_are_nothing) {
   EXPECT_GT(m.refused, 0);
 }
 
-TEST(Volume, lobes_of_many_anisotropies_are_joined) {
+TEST(Volume, lobes_of_many_anisotropies_are_merged) {
   MediumPoint m;
   for (int i = 0; i < 9; ++i) m.add_scattering(Color(1.0f), -0.8f + 0.2f * float(i));
   EXPECT_EQ(m.lobe_count, MediumPoint::kMaxMixtureLobes);
@@ -233,7 +234,7 @@ TEST(Volume, phase_functions_are_sampled_with_their_density) {
   };
   const auto pdf = [&](Vec3 wi) { return double(phase.pdf_solid_angle(glm::dot(direction, wi))); };
   EXPECT_TRUE(statistical::chi_square_agrees(sample, pdf, test));
-  // Each colour is conserved.
+  // The integral is 1 in each channel.
   Color integral(0.0f);
   constexpr int kSteps = 20000;
   for (int i = 0; i < kSteps; ++i)
@@ -241,7 +242,7 @@ TEST(Volume, phase_functions_are_sampled_with_their_density) {
   expect_color(glm::round(integral * 1e4f) / 1e4f, Color(1.0f));
 }
 
-TEST(Media, slabs_absorb_as_beer_and_lambert_say) {
+TEST(Media, slabs_follow_the_beer_lambert_law) {
   for (const Density density : {Density::Constant, Density::NearlyConstant}) {
     SceneDescription d = through_a_cube();
     add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.9f, 0.5f, 0.0f), 0.8f, density));
@@ -249,7 +250,7 @@ TEST(Media, slabs_absorb_as_beer_and_lambert_say) {
   }
 }
 
-TEST(Media, a_density_that_varies_absorbs_by_its_integral) {
+TEST(Media, a_varying_density_absorbs_by_its_integral) {
   SceneDescription d = through_a_cube();
   add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 3.0f, Density::AlongX));
   set_camera(d, Vec3(-5, 0, 0), Vec3(0), 6, 1e-4f);
@@ -258,8 +259,8 @@ TEST(Media, a_density_that_varies_absorbs_by_its_integral) {
 
 TEST(Media, extinction_above_its_majorant_is_unbiased_and_counted) {
   SceneDescription d = through_a_cube();
-  // 0.4 mm, unseen by the samples here, fifty times as dense as its majorant: weights of -50. Cut to it, nearly all
-  // would get through.
+  // The sheet of 0.4 mm is not found by the samples for the majorant. Its extinction is fifty times the majorant, so
+  // that weights are -50. If it were clamped to the majorant, it would absorb nearly nothing.
   add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 100.0f, Density::Sheet));
   const Measured measured = measure(d, 512);
   expect_mean(measured, Color(std::exp(-0.04f)), 1);
@@ -267,7 +268,8 @@ TEST(Media, extinction_above_its_majorant_is_unbiased_and_counted) {
 }
 
 TEST(Media, white_furnaces_stay_white) {
-  // Nothing absorbs: all that is seen is the sky, however often light scatters. Colours scatter differently often.
+  // Nothing absorbs, so that the image is that of the world for any number of scattering events. The channels have
+  // different scattering coefficients.
   int test = 0;
   for (const Density density : {Density::Constant, Density::NearlyConstant, Density::AlongX}) {
     for (const float g : {0.0f, 0.7f}) {
@@ -280,7 +282,7 @@ TEST(Media, white_furnaces_stay_white) {
   EXPECT_EQ(test, 6);
 }
 
-TEST(Media, the_worlds_fog_fills_a_furnace) {
+TEST(Media, a_furnace_with_fog_of_the_world_has_radiance_one) {
   SceneDescription d;
   add_object(d, cube(true), add_diffuse(d, Color(0.5f, 0.3f, 0.7f), Color(0.5f, 0.7f, 0.3f)));
   set_camera(d, Vec3(0.1f, -0.8f, 0.1f), Vec3(0.0f, 0.5f, -0.25f), 6, 0.7f);
@@ -293,7 +295,7 @@ TEST(Media, the_worlds_fog_fills_a_furnace) {
   expect_mean(measure(d, 48), Color(1.0f), 1);
 }
 
-TEST(Media, the_worlds_volume_has_no_end) {
+TEST(Media, the_volume_of_the_world_is_infinite) {
   SceneDescription d = through_a_cube();
   add_object(d, cube(), add_diffuse(d, Color(0.0f), Color(1.0f)), moved(Vec3(0, 0.5f, 0)));  // 4.5 m away
   GraphBuilder b;
@@ -309,7 +311,7 @@ TEST(Media, the_worlds_volume_has_no_end) {
   expect_mean(measure(d, 4), Color(0.0f), 2);
 }
 
-TEST(Media, both_trackers_have_one_mean) {
+TEST(Media, both_trackers_have_the_same_mean) {
   std::array<Measured, 2> found;
   for (int k = 0; k < 2; ++k) {
     SceneDescription d = through_a_cube();
@@ -323,7 +325,7 @@ TEST(Media, both_trackers_have_one_mean) {
                       "Volume"};
     add_cube(d, add_material(d, b));
     d.lights.push_back(point_light(Vec3(2.0f, -2.0f, 2.0f), 300.0f, 0.2f));
-    d.lights.push_back(area_lamp(Vec3(-0.4f, 0.3f, 0.2f), Vec3(1, -1, 0), 0.5f, 20.0f));  // inside
+    d.lights.push_back(area_lamp(Vec3(-0.4f, 0.3f, 0.2f), Vec3(1, -1, 0), 0.5f, 20.0f));  // inside the medium
     found[size_t(k)] = measure(d, 128);
   }
   for (size_t c = 0; c < 3; ++c)
@@ -332,8 +334,9 @@ TEST(Media, both_trackers_have_one_mean) {
   EXPECT_GT(found[1].extra["media_lookups"], 0.0);
 }
 
-TEST(Media, light_scattered_once_is_the_integral_along_the_ray) {
-  // Besides, a lamp of ten thousand times the power behind a wall: it is chosen as well, and changes nothing.
+TEST(Media, single_scattering_is_the_integral_along_the_ray) {
+  // With `hidden_lamp`, a lamp of ten thousand times the power is behind a wall. It is also chosen and must not change
+  // the mean.
   for (const auto& [varies, hidden_lamp] : {std::pair(false, false), {true, false}, {false, true}, {true, true}}) {
     SceneDescription d = through_a_cube();
     set_world(d, Color(0.0f));
@@ -350,8 +353,8 @@ TEST(Media, light_scattered_once_is_the_integral_along_the_ray) {
       d.lights.push_back(point_light(Vec3(0, 0, -2.5f), 2e6f, 0.1f));
     }
     const auto scene = build(d);
-    // Midpoint rule; the optical depth of a stretch inside the cube is its length times the mean density, which is
-    // linear.
+    // The midpoint rule. The density is linear, so that the optical depth of a segment is its length times the mean
+    // density.
     double expected = 0.0;
     constexpr int kSteps = 4000;
     const auto density = [&](Vec3 p) { return varies ? amount * 0.5f * (p.x + 1.0f) : amount; };
@@ -368,7 +371,7 @@ TEST(Media, light_scattered_once_is_the_integral_along_the_ray) {
   }
 }
 
-TEST(Media, lobes_of_media_that_overlap_are_weighed_by_what_they_scatter) {
+TEST(Media, lobes_of_overlapping_media_are_weighted_by_their_scattering) {
   SceneDescription d = through_a_cube();
   set_world(d, Color(0.0f));
   d.settings.bounces.volume = 0;
@@ -392,7 +395,7 @@ TEST(Media, lobes_of_media_that_overlap_are_weighed_by_what_they_scatter) {
   expect_mean(measure(d, 512), Color(float(expected)), 1, 2e-3);
 }
 
-TEST(Media, a_lamp_in_the_worlds_fog_is_the_integral_to_infinity) {
+TEST(Media, light_of_a_lamp_in_fog_of_the_world_is_the_integral_to_infinity) {
   SceneDescription d = through_a_cube();
   d.settings.bounces.volume = 0;
   const float sigma = 0.08f, g = 0.2f;
@@ -417,7 +420,7 @@ TEST(Media, a_lamp_in_the_worlds_fog_is_the_integral_to_infinity) {
   expect_mean(measure(d, 512), Color(float(expected)), 1, 1e-4);
 }
 
-TEST(Media, emission_is_dimmed_on_its_way_out) {
+TEST(Media, emission_is_attenuated_by_absorption) {
   for (const Density density : {Density::Constant, Density::NearlyConstant}) {
     for (const float absorption : {0.0f, 0.7f}) {
       SceneDescription d = through_a_cube();
@@ -429,14 +432,15 @@ TEST(Media, emission_is_dimmed_on_its_way_out) {
   }
 }
 
-TEST(Media, the_camera_may_be_inside) {
+TEST(Media, the_camera_can_be_inside_a_medium) {
   for (const bool bake : {true, false}) {
     SceneDescription d = through_a_cube();
     add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.5f), Vec3(0),
-             Vec3(2.0f, 2.0f, -2.0f));                                                               // mirrored
-    add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.25f), Vec3(0, 3.1f, 0));  // ahead
+             Vec3(2.0f, 2.0f, -2.0f));  // mirrored
+    add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.25f),
+             Vec3(0, 3.1f, 0));  // in front of the camera
     add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 9.0f), Vec3(0, 0, 4),
-             Vec3(1, 1, 0.5f));  // above
+             Vec3(1, 1, 0.5f));  // above the camera
     set_camera(d, Vec3(0, 0, 0), Vec3(0, 1, 0), 6, 1e-4f);
     const auto scene = build(d, nullptr, bake);
     MediaCounters counters;
@@ -453,14 +457,15 @@ TEST(Media, overlapping_media_add_up) {
   SceneDescription d = through_a_cube();
   add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.5f));  // 2 m
   add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.3f),
-           Vec3(0, 0.7f, 0));  // 2 m, half of it in the first
-  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.9f), Vec3(0.0f), Vec3(0.4f));  // 0.8 m, within
+           Vec3(0, 0.7f, 0));  // 2 m, partly inside the first
+  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.9f), Vec3(0.0f),
+           Vec3(0.4f));  // 0.8 m, inside the first
   add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 0.2f, Density::NearlyConstant),
            Vec3(0, 0.05f, 0), Vec3(0.3f));  // 0.6 m
   expect_mean(measure(d, 256), Color(std::exp(-1.0f - 0.6f - 0.72f - 0.12f)), 1);
 }
 
-TEST(Media, shadows_are_dimmed_by_what_they_pass) {
+TEST(Media, shadow_rays_are_attenuated_by_media) {
   SceneDescription lit;
   add_object(lit, plane(4.0f), add_diffuse(lit, Color(0.8f)));
   lit.lights.push_back(point_light(Vec3(0, 0, 4), 500.0f));
@@ -471,7 +476,7 @@ TEST(Media, shadows_are_dimmed_by_what_they_pass) {
            Vec3(2, 2, 0.5f));
   const auto bright = measure(lit, 4);
   expect_mean(measure(dimmed, 4), Color(float(bright.channels[0].mean()) * std::exp(-0.6f)), 2, 1e-3);
-  // Fog beneath a ground of glass: not transparent to shadow rays, and the floor stays dark.
+  // A medium inside glass: glass blocks shadow rays, so that the floor is black.
   SceneDescription covered = lit;
   GraphBuilder b;
   b.graph.surface = {b.node("ShaderNodeBsdfGlass", {value_input("Color", Vec4(1.0f)), value_input("Roughness", 0.0f),
@@ -507,7 +512,7 @@ TEST(Media, meshes_with_holes_end_at_the_last_surface) {
   EXPECT_GT(measured.extra.at("media_open_ends"), 0.0);
 }
 
-TEST(Media, odd_shapes_and_numbers_do_no_harm) {
+TEST(Media, degenerate_shapes_and_extreme_densities_are_rendered) {
   for (const Density density : {Density::Constant, Density::NearlyConstant, Density::AlongX}) {
     for (const float amount : {1e-30f, 1e10f, -4.0f}) {
       SceneDescription d = through_a_cube();
@@ -516,14 +521,14 @@ TEST(Media, odd_shapes_and_numbers_do_no_harm) {
       for (const Vec3 scale : {Vec3(1.0f), Vec3(0.0f), Vec3(1.0f, 0.0f, 1.0f), Vec3(1e-20f), Vec3(1e9f), Vec3(-1.0f)})
         add_cube(d, material, Vec3(0), scale);
       for (int i = 0; i < 20; ++i)
-        add_cube(d, material, Vec3(0.01f * float(i), 0, 0), Vec3(0.5f));  // more than the stack holds
+        add_cube(d, material, Vec3(0.01f * float(i), 0, 0), Vec3(0.5f));  // more than the maximum of the stack
       measure(d, 2, 1);
     }
   }
 }
 
-TEST(Media, what_only_encloses_a_volume_is_not_seen) {
-  // No bounce is counted, no surface shown, however many there are: an empty volume changes nothing at all.
+TEST(Media, surfaces_that_only_enclose_a_volume_are_invisible) {
+  // Such surfaces count no bounce, for any number of them. An empty volume changes nothing.
   SceneDescription d = through_a_cube();
   GraphBuilder b;
   b.graph.volume = {b.node("ShaderNodeVolumeScatter", {value_input("Density", 0.0f)}), "Volume"};
@@ -533,7 +538,7 @@ TEST(Media, what_only_encloses_a_volume_is_not_seen) {
   expect_mean(measure(d, 2), Color(1.0f), 1);
 }
 
-TEST(Media, the_film_is_covered_by_what_it_hides) {
+TEST(Media, alpha_is_one_minus_the_transmittance) {
   SceneDescription d = through_a_cube();
   d.settings.transparent_film = true;
   add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(0.5f), 0.8f));
@@ -547,7 +552,7 @@ TEST(Media, the_film_is_covered_by_what_it_hides) {
   EXPECT_TRUE(statistical::mean_agrees(alpha, 1.0 - std::exp(-0.8), {0.01, 1}));
 }
 
-TEST(Media, passes_add_up_to_the_picture) {
+TEST(Media, passes_sum_to_the_image) {
   SceneDescription d = through_a_cube();
   set_camera(d, Vec3(0, -3, 0.5f), Vec3(0), 12, 0.6f);
   add_object(d, plane(4.0f), add_diffuse(d, Color(0.5f, 0.3f, 0.7f)), moved(Vec3(0, 0, -0.5f)));
@@ -579,9 +584,9 @@ TEST(Media, passes_add_up_to_the_picture) {
   for (const std::string& name : names) EXPECT_GT(sums[name], 0.1) << name;
 }
 
-/// Its grid had cells whose length overflowed: nothing capped the extinction far away, of which a part is the majorant
-/// here, and rays took steps of picometres.
-TEST(Media, of_absurd_extent_end) {
+/// In such a medium, the lengths of grid cells overflow. Without a bound on the distant extinction, which is part of
+/// the majorant here, rays would take steps of picometres.
+TEST(Media, of_extreme_extent_are_rendered) {
   for (const float far : {1e15f, 1e31f, 3e38f}) {
     SceneDescription d = through_a_cube();
     add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(0.8f), 1.0f, Density::AlongX));
@@ -590,14 +595,14 @@ TEST(Media, of_absurd_extent_end) {
   }
 }
 
-TEST(Media, pictures_do_not_depend_on_threads) {
+TEST(Media, images_do_not_depend_on_threads) {
   SceneDescription d = through_a_cube();
   set_camera(d, Vec3(0, -5, 0), Vec3(0), 24, 0.3f);
   add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(0.9f), 2.0f, Density::AlongX, 0.3f));
   EXPECT_EQ(render(d, "path", 4, 1, 1), render(d, "path", 4, 1, 2));
 }
 
-TEST(Media, others_leave_them_to_path_tracing) {
+TEST(Media, integrators_without_media_use_path_tracing) {
   SceneDescription d = through_a_cube();
   add_cube(d, add_volume(d, "ShaderNodeVolumeScatter", Color(0.9f), 2.0f));
   const auto scene = build(d);

@@ -21,7 +21,7 @@ int add_subsurface_material(SceneDescription& d, Color albedo, float radius,
   return add_material(d, b);
 }
 
-/// A large cube under a white sky, seen from so near that its edges are many free paths away.
+/// A large cube in a white world, seen from near, so that its edges are many mean free paths away.
 SceneDescription half_space(Color albedo, float anisotropy) {
   SceneDescription d;
   add_object(d, cube(), add_subsurface_material(d, albedo, 0.02f, "RANDOM_WALK_FIXED_RADIUS", anisotropy));
@@ -46,12 +46,12 @@ TEST(Subsurface, phase_function_is_sampled_with_its_density) {
   }
 }
 
-// Values of the published formula, in double precision.
+// The expected values are those of the published formula in double precision.
 TEST(Subsurface, coefficients_of_the_medium_are_those_of_the_fit) {
   constexpr float kAlbedos[6] = {0.05f, 0.2f, 0.5f, 0.8f, 0.95f, 1.0f};
   const struct {
     float anisotropy;
-    float expected[6];  // of single scattering
+    float expected[6];  // single-scattering albedo
   } cases[] = {{0.0f, {0.216057f, 0.613351f, 0.913701f, 0.991753f, 0.999999f, 0.999999f}},
                {0.3f, {0.288758f, 0.696117f, 0.937318f, 0.993646f, 0.999999f, 0.999999f}},
                {0.6f, {0.414927f, 0.796977f, 0.961109f, 0.995987f, 0.999999f, 0.999999f}},
@@ -69,7 +69,7 @@ TEST(Subsurface, coefficients_of_the_medium_are_those_of_the_fit) {
         EXPECT_NEAR(walk.extinction[channel] * medium.radius[channel] * (1.0f - c.anisotropy), 1.0f, 1e-5f);
       }
     }
-  // A dark medium scatters as one of albedo 0.2, and the factor darkens what comes back.
+  // A dark medium scatters with albedo 0.2, and the factor reduces the reflected light.
   SubsurfaceMedium dark;
   dark.albedo = Color(0.02f, 0.0f, 0.5f);
   dark.radius = Color(1.0f);
@@ -81,8 +81,8 @@ TEST(Subsurface, coefficients_of_the_medium_are_those_of_the_fit) {
   EXPECT_EQ(walk.factor.z, 1.0f);
 }
 
-TEST(Subsurface, a_half_space_reflects_the_albedo_that_was_asked_for) {
-  // The fit promises a few per cent; nothing is lost at albedo 1 but what 256 steps do not bring back.
+TEST(Subsurface, a_half_space_has_the_specified_albedo) {
+  // The error of the fit is a few per cent. At albedo 1, only light that has not left after 256 steps is lost.
   for (const float g : {0.0f, 0.6f}) {
     const Color albedo(0.8f, 0.5f, 0.2f);
     const auto image = render(half_space(albedo, g), "path", 256, 1);
@@ -93,15 +93,15 @@ TEST(Subsurface, a_half_space_reflects_the_albedo_that_was_asked_for) {
   }
 }
 
-TEST(Subsurface, channels_that_no_light_enters_are_diffuse) {
+TEST(Subsurface, channels_with_radius_zero_are_diffuse) {
   SceneDescription walked = half_space(Color(0.6f, 0.4f, 0.2f), 0.0f), plain = walked;
-  walked.materials[0].graph.nodes[0].inputs[1].value = Vec4(0.0f);  // scale
+  walked.materials[0].graph.nodes[0].inputs[1].value = Vec4(0.0f);  // the scale of the radius
   plain.materials.clear();
   add_diffuse(plain, Color(0.6f, 0.4f, 0.2f));
   EXPECT_EQ(render(walked, "path", 4, 3), render(plain, "path", 4, 3));
 }
 
-TEST(Subsurface, passes_light_through_thin_objects_and_not_through_others_inside) {
+TEST(Subsurface, light_passes_thin_objects_and_ignores_objects_inside) {
   SceneDescription d = half_space(Color(0.9f), 0.0f);
   set_world(d, Color(0.0f));
   LightDescription sun;
@@ -119,7 +119,7 @@ TEST(Subsurface, passes_light_through_thin_objects_and_not_through_others_inside
   };
   const double through = brightness(render(d, "path", 64, 1));
   EXPECT_GT(through, 0.05);
-  // An object inside does not stop the walk, as in Cycles.
+  // As in Cycles, an object inside does not end the walk.
   SceneDescription filled = d;
   add_object(filled, plane(0.5f), add_diffuse(filled, Color(0.0f)),
              Mat4(Vec4(1, 0, 0, 0), Vec4(0, 1, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, 0, 1.0f, 1)));

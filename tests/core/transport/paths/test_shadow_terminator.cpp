@@ -17,7 +17,7 @@ LightDescription lamp(LightKind kind) {
   return light;
 }
 
-/// A ball of few faces, which nothing else reflects light to; lit so that the terminator is in view.
+/// A ball of few faces without indirect light. The terminator is visible.
 SceneDescription coarse_ball(LightKind kind, float offset) {
   SceneDescription d;
   const int ball = add_object(d, sphere(6), add_diffuse(d, Color(0.8f, 0.6f, 0.4f)));
@@ -37,7 +37,7 @@ double mean(const std::vector<float>& image) {
 
 }  // namespace
 
-TEST(ShadowTerminator, a_coarse_ball_loses_little_of_the_light_that_its_normals_promise) {
+TEST(ShadowTerminator, a_coarse_ball_loses_little_of_the_light_by_its_smooth_normals) {
   SceneDescription open = coarse_ball(LightKind::Sun, 0.1f);
   open.lights[0].cast_shadow = false;
   const double promised = mean(render(open, "path", 64, 1));
@@ -55,7 +55,7 @@ TEST(ShadowTerminator, flat_faces_and_a_zero_offset_change_nothing) {
   EXPECT_EQ(render(flat, "path", 4, 1), render(flat_off, "path", 4, 1));
 }
 
-TEST(ShadowTerminator, every_unbiased_way_of_direct_light_has_the_same_mean) {
+TEST(ShadowTerminator, all_unbiased_methods_have_the_same_mean) {
   const SceneDescription base = coarse_ball(LightKind::Area, 0.1f);
   const RunningMoments expected = whole(base, "path", 32, 12, 1);
   std::vector<std::pair<std::string, std::string>> ways = {{"bdpt", "mis"}, {"metropolis", "mis"}};

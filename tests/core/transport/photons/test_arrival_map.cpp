@@ -10,8 +10,8 @@ namespace ajar::test_arrival_map {
 
 namespace {
 
-/// Mean over replicates of the inverse density at the middle of a square of side 2 that `count` lookups are spread
-/// over, times the true one.
+/// `count` lookups are distributed over a square of side 2. Returns the estimate of the inverse density at its centre
+/// times the correct density, as moments over replicates.
 RunningMoments relative_inverse(int count, float radius) {
   RunningMoments moments;
   Sampler sampler(Sampler::Kind::Independent, 1);
@@ -36,8 +36,8 @@ RunningMoments relative_inverse(int count, float radius) {
 
 }  // namespace
 
-// Throughputs that differ leave a bias of their variance over n, relative; here below half a percent.
-TEST(ArrivalMap, mean_of_the_inverse_density_is_right_for_few_lookups_in_the_disc) {
+// Different throughputs cause a relative bias of their variance divided by n, here below half a per cent.
+TEST(ArrivalMap, the_mean_of_the_inverse_density_is_correct_for_few_lookups_in_the_disc) {
   const int count = 100;
   const float radius = 0.4f;
   const double mean_count = count * M_PI * double(radius * radius) / 4.0;
@@ -45,20 +45,20 @@ TEST(ArrivalMap, mean_of_the_inverse_density_is_right_for_few_lookups_in_the_dis
   EXPECT_NEAR(m.mean(), 1.0 - std::exp(-mean_count), 0.005 + 4.0 * std::sqrt(m.variance_of_mean()));
 }
 
-TEST(ArrivalMap, mean_of_the_inverse_density_is_right_for_more_than_it_asks_for) {
+TEST(ArrivalMap, the_mean_of_the_inverse_density_is_correct_for_many_lookups_in_the_disc) {
   const RunningMoments m = relative_inverse(400, 0.5f);
   EXPECT_NEAR(m.mean(), 1.0, 0.005 + 4.0 * std::sqrt(m.variance_of_mean()));
   EXPECT_LT(std::sqrt(m.variance_of_mean()), 0.01);
 }
 
-TEST(ArrivalMap, passes_average) {
+TEST(ArrivalMap, passes_are_averaged) {
   ArrivalLog one;
   for (int i = 0; i < 5; ++i)
     one.at[ArrivalMap::kSeen].push_back({{Vec3(0.01f * float(i), 0, 0), pack_direction(Vec3(0, 0, 1))}, 2.0f});
   ArrivalMap map;
   map.add({one});
   map.add({ArrivalLog()});
-  // Ten of throughput in a disc of radius 1 over two passes; six sixths of it for five.
+  // The throughput in the disc of radius 1 is 10 over two passes. The factor for five lookups is 6 / 5.
   EXPECT_NEAR(map.inverse_density(ArrivalMap::kSeen, Vec3(0.0f), Vec3(0, 0, 1), 1.0f), M_PI * 2.0 / (10.0 * 6.0 / 5.0),
               1e-5);
 }

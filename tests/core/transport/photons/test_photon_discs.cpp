@@ -16,7 +16,7 @@ namespace {
 constexpr float kRadius = 0.2f;
 const Vec3 kUp(0, 0, 1);
 
-/// A board of these half widths at height 0, and what else is in the scene.
+/// A scene with a board of these half widths at height 0.
 SceneDescription board(float half_x, float half_y) {
   SceneDescription d;
   Mat4 scale(1.0f);
@@ -28,7 +28,7 @@ SceneDescription board(float half_x, float half_y) {
   return d;
 }
 
-/// Photons from straight above, evenly over [x0, x1] x [-y, y]: irradiance 1 there.
+/// Photons from vertically above, uniform over [x0, x1] x [-y, y], with irradiance 1.
 PhotonMap even_photons(float x0, float x1, float y, uint32_t seed, int count = 4000) {
   Sampler sampler(Sampler::Kind::Independent, seed);
   sampler.start(0, 0);
@@ -45,7 +45,8 @@ PhotonMap even_photons(float x0, float x1, float y, uint32_t seed, int count = 4
   return map;
 }
 
-/// Mean irradiance at x over several places along y and several maps, with lookups of all photons within the radius.
+/// The mean irradiance at x over several positions along y and several maps. The lookups use all photons within the
+/// radius.
 double mean_irradiance(const Scene* scene, float x, float x0, float x1, float y, int count = 1200) {
   RunningMoments moments;
   for (uint32_t seed = 1; seed <= 8; ++seed) {
@@ -59,7 +60,7 @@ double mean_irradiance(const Scene* scene, float x, float x0, float x1, float y,
 
 }  // namespace
 
-TEST(PhotonDiscs, are_whole_away_from_edges) {
+TEST(PhotonDiscs, are_complete_away_from_edges) {
   const auto scene = build(board(1.0f, 1.0f));
   PhotonMap map = even_photons(-0.7f, 0.7f, 0.7f, 1);
   const double before = double(map.irradiance(Vec3(0.0f), kUp, kUp, {60, kRadius}).y);
@@ -67,11 +68,11 @@ TEST(PhotonDiscs, are_whole_away_from_edges) {
   EXPECT_FLOAT_EQ(float(map.irradiance(Vec3(0.0f), kUp, kUp, {60, kRadius}).y), float(before));
 }
 
-TEST(PhotonDiscs, light_on_a_narrow_board_is_nearly_as_bright_as_on_a_wide_one) {
+TEST(PhotonDiscs, irradiance_on_a_narrow_board_is_nearly_that_on_a_wide_one) {
   const auto scene = build(board(0.02f, 1.0f));
-  EXPECT_LT(mean_irradiance(nullptr, 0.0f, -0.02f, 0.02f, 0.9f, 400), 0.15);  // the board has 0.127 of the disc's area
-  // Places at distance r are on the board with probability 2 / pi asin(0.02 / r), independently: the mean of (8 + 1) /
-  // (found + 1).
+  EXPECT_LT(mean_irradiance(nullptr, 0.0f, -0.02f, 0.02f, 0.9f, 400), 0.15);  // the board covers 0.127 of the disc
+  // Points at distance r are on the board with probability 2 / pi asin(0.02 / r), independently. This is the mean of (8
+  // + 1) / (found + 1).
   double of_found[9] = {1.0};
   for (int i = 0; i < 8; ++i) {
     const double p = 2.0 / M_PI * std::asin(0.02 / (double(kRadius) * std::sqrt((i + 0.5) / 8.0)));
@@ -84,22 +85,22 @@ TEST(PhotonDiscs, light_on_a_narrow_board_is_nearly_as_bright_as_on_a_wide_one) 
   EXPECT_NEAR(mean_irradiance(scene.get(), 0.0f, -0.02f, 0.02f, 0.9f, 400), mean * disc, 0.06);
 }
 
-// Photons whose place in the sector lies before the wall do not see it.
+// A test point of the sector that lies before the wall does not detect the wall, so that a few photons pass.
 TEST(PhotonDiscs, little_light_passes_below_a_wall) {
   SceneDescription d = board(1.0f, 1.0f);
-  Mat4 upright(1.0f);  // in the plane x = 0
+  Mat4 upright(1.0f);  // turns a plane to x = 0
   upright[0] = Vec4(0, 0, 1, 0);
   upright[2] = Vec4(-1, 0, 0, 0);
   add_object(d, plane(1.0f), 0, upright);
   const auto scene = build(d);
   EXPECT_LT(mean_irradiance(scene.get(), -0.04f, 0.0f, 0.8f, 0.9f),
             0.5 * mean_irradiance(nullptr, -0.04f, 0.0f, 0.8f, 0.9f));
-  // What does not pass is on this side.
+  // The photons that do not pass increase the irradiance on this side.
   EXPECT_GT(mean_irradiance(scene.get(), 0.04f, 0.0f, 0.8f, 0.9f),
             mean_irradiance(nullptr, 0.04f, 0.0f, 0.8f, 0.9f) + 0.05);
 }
 
-TEST(PhotonDiscs, surfaces_that_only_cameras_see_are_surfaces) {
+TEST(PhotonDiscs, surfaces_that_only_the_camera_sees_count) {
   SceneDescription d = board(1.0f, 1.0f);
   d.objects[0].visibility = kVisibleCamera;
   const auto scene = build(d);

@@ -41,7 +41,7 @@ LightDescription lamp_of(LightKind kind, float energy) {
 
 }  // namespace
 
-TEST(Photons, what_lights_emit_sums_to_their_power) {
+TEST(Photons, emitted_flux_sums_to_the_power_of_the_lights) {
   std::vector<SceneDescription> scenes;
   const auto add = [&](LightDescription light) {
     scenes.push_back(closed_room(0.5f));
@@ -65,7 +65,7 @@ TEST(Photons, what_lights_emit_sums_to_their_power) {
   scenes.push_back(closed_room(0.5f, Color(0.2f, 0.5f, 0.1f)));
   scenes.push_back(closed_room(0.5f));
   set_world(scenes.back(), Color(0.3f, 0.4f, 0.5f));
-  // Many lights of different power at once.
+  // Several lights of different power.
   scenes.push_back(scenes.front());
   scenes.back().lights.insert(scenes.back().lights.end(),
                               {lamp_of(LightKind::Spot, 3.0f), lamp_of(LightKind::Area, 0.1f)});
@@ -81,10 +81,10 @@ TEST(Photons, what_lights_emit_sums_to_their_power) {
   }
 }
 
-TEST(Photons, of_one_bounce_carry_the_lights_power_to_the_walls) {
+TEST(Photons, with_one_bounce_have_the_power_of_the_lights) {
   SceneDescription d = closed_room(0.5f);
   d.lights.push_back(point_light(Vec3(0.1f, 0.2f, 0.3f), 10.0f));
-  d.settings.bounces = {1, 1, 1, 1, 1, 0};  // stored photons have no bounce behind them
+  d.settings.bounces = {1, 1, 1, 1, 1, 0};  // stored photons have not been scattered
   const auto scene = build(d);
   const PhotonBatch batch = trace(*scene, 1, 10000);
   double sum = 0.0;
@@ -96,8 +96,8 @@ TEST(Photons, of_one_bounce_carry_the_lights_power_to_the_walls) {
 }
 
 TEST(Photons, closed_furnace_away_from_edges_has_irradiance_pi) {
-  // Emission 1 - a and albedo a: radiance 1 everywhere, so irradiance pi. The estimate is unbiased where the disc lies
-  // in a plane.
+  // With emission 1 - a and albedo a, the radiance is 1 everywhere, so that the irradiance is pi. The estimate is
+  // unbiased where the disc lies in a plane.
   const auto scene = build(closed_room(0.6f, Color(0.4f)));
   RunningMoments fixed_radius, nearest;
   for (uint32_t seed = 0; seed < 24; ++seed) {
@@ -116,7 +116,8 @@ TEST(Photons, closed_furnace_away_from_edges_has_irradiance_pi) {
 }
 
 TEST(Photons, precomputed_irradiance_keeps_the_mean) {
-  // At a photon's own place the estimate would be too high by 1/k; sites of another pass do not know the photons.
+  // At the position of a photon, the estimate would be too large by 1/k. Sites of another pass are independent of the
+  // photons.
   const auto scene = build(closed_room(0.6f, Color(0.4f)));
   RunningMoments moments;
   for (uint32_t seed = 0; seed < 24; ++seed) {
@@ -143,7 +144,7 @@ TEST(Photons, are_the_same_for_any_number_of_threads) {
   EXPECT_NE(one.global.size(), trace(*scene, 4, 5000).global.size());
 }
 
-TEST(Photons, are_stored_only_where_maps_are_of_use) {
+TEST(Photons, are_stored_only_where_maps_are_needed) {
   SceneDescription dark = closed_room(0.5f);
   EXPECT_FALSE(plan_photons(*build(dark)).global);
   SceneDescription lit = dark;
@@ -161,7 +162,7 @@ TEST(Photons, are_stored_only_where_maps_are_of_use) {
   mirror.graph.nodes[0].inputs.push_back({"Roughness", {}, Vec4(0.0f)});
   mirror.graph.surface = {0, "BSDF"};
   with_mirror.materials.push_back(mirror);
-  EXPECT_FALSE(plan_photons(*build(with_mirror)).caustic) << "nothing has that material";
+  EXPECT_FALSE(plan_photons(*build(with_mirror)).caustic) << "no object has this material";
   add_object(with_mirror, plane(0.3f), 1);
   EXPECT_TRUE(plan_photons(*build(with_mirror)).caustic);
   SceneDescription only_mirror;
@@ -182,7 +183,7 @@ TEST(Photons, radius_shrinks_by_the_published_law) {
   for (uint32_t i = 1; i < 100; ++i)
     EXPECT_NEAR(radius2_factor(i) / radius2_factor(i - 1), (i + 2.0 / 3.0) / (i + 1.0), 1e-12);
   EXPECT_EQ(radius2_factor(0), 1.0);
-  // Bias goes with the mean of r^2 over the passes: a slope of -1/3 against their number.
+  // The bias is proportional to the mean of r^2 over the passes, which falls with the power -1/3 of their number.
   double factor = 1.0, sum = 1.0, at_1000 = 0.0;
   for (int i = 1; i < 16000; ++i) {
     if (i == 1000) at_1000 = sum / i;
@@ -191,7 +192,7 @@ TEST(Photons, radius_shrinks_by_the_published_law) {
   EXPECT_NEAR(std::log(sum / 16000 / at_1000) / std::log(16.0), -1.0 / 3.0, 0.01);
 }
 
-TEST(Photons, leave_glowing_squares_at_zero_height) {
+TEST(Photons, leave_emissive_squares_at_zero_height) {
   SceneDescription d;
   add_object(d, plane(9.0f), add_diffuse(d, Color(0.5f), Color(1.0f)));
   add_object(d, plane(9.0f), add_diffuse(d, Color(0.5f)),
@@ -200,9 +201,8 @@ TEST(Photons, leave_glowing_squares_at_zero_height) {
   const PhotonBatch batch = trace(*build(d), 1, 2048, false);
   const auto on_floor = std::count_if(batch.global.begin(), batch.global.end(),
                                       [](const Photon& photon) { return photon.point.position.z < -0.99f; });
-  EXPECT_GT(
-      on_floor,
-      800);  // of the half that goes down, few pass the edge; none comes twice before the glowing square has had it
+  EXPECT_GT(on_floor,
+            800);  // half of the photons go down, and few of them pass the edge
 }
 
 }  // namespace ajar::test_photon_map

@@ -40,9 +40,9 @@ std::vector<Found> brute_force(const std::vector<SurfacePoint>& points, Vec3 p, 
 
 }  // namespace
 
-TEST(PointTree, packed_directions_are_within_a_rounding_step) {
-  // Half a step of 1/16383 in both coordinates moves a point of the octahedron by sqrt(6)/2 steps, seen from 1/sqrt(3)
-  // away.
+TEST(PointTree, packed_directions_have_the_error_of_one_rounding_step) {
+  // Half a step of 1/16383 in both coordinates moves a point of the octahedron by sqrt(6)/2 steps, at a distance of at
+  // least 1/sqrt(3) from the centre.
   const float bound = 0.5f / 16383.0f * std::sqrt(6.0f) * std::sqrt(3.0f) + 1e-6f;
   Pcg32 rng(1);
   for (int i = 0; i < 100000; ++i) {
@@ -54,7 +54,7 @@ TEST(PointTree, packed_directions_are_within_a_rounding_step) {
     EXPECT_EQ(unpack_direction(pack_direction(axis)), axis);
 }
 
-TEST(PointTree, finds_what_looking_at_every_point_finds) {
+TEST(PointTree, agrees_with_a_search_over_all_points) {
   const auto points = random_points(5000);
   PointTree tree;
   std::vector<uint32_t> order;
@@ -69,7 +69,7 @@ TEST(PointTree, finds_what_looking_at_every_point_finds) {
     const int k = 1 + int(rng.next_float() * 80.0f);
     tree.nearest(p, n, k, radius, found);
     if (expected.size() >= size_t(k)) {
-      // The k-th is the edge of the disc.
+      // The k-th point is at the edge of the disc.
       EXPECT_EQ(found.count, k - 1);
       EXPECT_FLOAT_EQ(found.radius2, expected[size_t(k) - 1].distance2);
     } else {
@@ -103,7 +103,7 @@ TEST(PointTree, any_number_of_points_can_be_built_and_searched) {
   }
 }
 
-TEST(PointTree, the_other_side_of_a_thin_wall_is_not_seen) {
+TEST(PointTree, points_on_the_other_side_of_a_thin_wall_are_not_found) {
   std::vector<SurfacePoint> points;
   for (int i = 0; i < 100; ++i)
     points.push_back({Vec3(0.001f * float(i % 10), 0.001f * float(i / 10), 0.012f), pack_direction({0, 0, -1})});
@@ -114,7 +114,7 @@ TEST(PointTree, the_other_side_of_a_thin_wall_is_not_seen) {
   EXPECT_NE(tree.nearest(Vec3(0.0f), Vec3(0, 0, -1), 1.0f), -1);
 }
 
-TEST(PointTree, coincident_points_do_not_hang) {
+TEST(PointTree, coincident_points_can_be_built_and_searched) {
   std::vector<SurfacePoint> points(10000, SurfacePoint{Vec3(1.0f), pack_direction({0, 0, 1})});
   PointTree tree;
   std::vector<uint32_t> order;
