@@ -23,7 +23,7 @@ try:
 except ImportError:
     self_check.import_failure = traceback.format_exc()
     print(self_check.import_failure, flush=True)
-    MODULES: tuple[ModuleType, ...] = (translations, documentation, self_check)   # the button of the self-check says what is wrong
+    MODULES: tuple[ModuleType, ...] = (translations, documentation, self_check)   # the self-check reports why the renderer cannot be loaded
 else:
     from . import checks, denoise, engine, headless, hint_overlay, hints, learning, pausing, photon_overlay, presets, properties, ui, viewport
 

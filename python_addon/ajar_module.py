@@ -1,4 +1,4 @@
-"""The compiled renderer, as `ajar`: the copy installed inside the add-on, else the one on Python's path (for development)."""
+"""The compiled renderer as `ajar`: the copy inside the installed add-on, or else the one on Python's path (for development)."""
 
 from __future__ import annotations
 

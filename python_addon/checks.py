@@ -1,7 +1,7 @@
-"""What will not come out as the artist may expect, said before the render; what a click can fix has a button.
+"""Warnings before a render. A warning that a click can fix has a button.
 
-Two kinds: settings that are looked at whenever the panel is drawn, and everything that exporting and building the scene finds (unknown nodes,
-missing images, invalid meshes), which Check Scene asks for without rendering.
+There are two types: settings, which are checked whenever the panel is drawn, and diagnostics of the export and the build of the scene (unknown nodes,
+missing images, invalid meshes), which Check Scene finds without rendering.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ HINT_INTEGRATORS = {info.name for info in ajar.integrator_list() if info.follows
 
 @dataclass(frozen=True)
 class Fix:
-    """A setting that makes the picture worse, and the click that changes it."""
+    """A setting that makes the image worse, with the operator that changes it."""
 
     name: str
     text: str
@@ -45,7 +45,7 @@ def _take_camera(scene: bpy.types.Scene) -> None:
     found = next((thing for thing in scene.objects if thing.type == "CAMERA"), None)
     if found is None:
         found = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-        found.location, found.rotation_euler = (7.36, -6.93, 4.96), (1.109, 0.0, 0.815)  # where Blender's own new scene has it
+        found.location, found.rotation_euler = (7.36, -6.93, 4.96), (1.109, 0.0, 0.815)  # as in Blender's default scene
         scene.collection.objects.link(found)
     scene.camera = found
 
@@ -66,7 +66,7 @@ FIXES = (
          _set(integrator="auto")),
     Fix("ADAPTIVE", "This integrator cannot distribute samples by noise: its chains choose pixels by themselves.", "Use Path Tracing",
          lambda scene: scene.ajar.image == "pmc_ip" and scene.ajar.integrator in CHAIN_INTEGRATORS, _set(integrator="path")),
-    Fix("BIASED", "The direct light method is biased: an error remains however long the render takes.", "Use MIS", _is_biased, _set(direct="mis")),
+    Fix("BIASED", "The direct light method is biased: an error remains after any number of samples.", "Use MIS", _is_biased, _set(direct="mis")),
 )
 
 
@@ -75,7 +75,7 @@ def found_in(scene: bpy.types.Scene) -> list[Fix]:
 
 
 def missing_images() -> list[str]:
-    """Names of images in use whose files are not where the .blend says."""
+    """Names of used images whose files do not exist at their paths."""
     return [image.name for image in bpy.data.images
             if image.source == "FILE" and image.users > 0 and image.packed_file is None and image.filepath and "<UDIM>" not in image.filepath
             and not Path(bpy.path.abspath(image.filepath, library=image.library)).is_file()]
@@ -85,12 +85,12 @@ _messages: dict[str, list[tuple[str, str]]] = {}
 
 
 def messages_of(scene: bpy.types.Scene) -> list[tuple[str, str]] | None:
-    """Names and texts of the last Check Scene; None when it was not asked for yet."""
+    """Names and texts of the last Check Scene, or None if it was not run yet."""
     return _messages.get(scene.name)
 
 
 def check(context: bpy.types.Context) -> list[tuple[str, str]]:
-    """Export and build the scene; what that has to say."""
+    """Export and build the scene, and return the warnings."""
     depsgraph = context.evaluated_depsgraph_get()
     exported = ExportContext(depsgraph, lambda: False, lambda step: None)
     settings.export(exported, Options(samples=1, integrator="path"), ["Combined"])
@@ -134,7 +134,7 @@ class AJAR_OT_check_scene(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         try:
             found = check(context)
-        except RuntimeError as error:  # the core's own words
+        except RuntimeError as error:  # a message of the core
             _messages[context.scene.name] = [("", str(error))]
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}

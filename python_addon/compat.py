@@ -10,7 +10,7 @@ import numpy as np
 
 from . import plain
 
-# Cycles' enumerations as stored in a file, for when its add-on is not enabled.
+# Enumerations of Cycles as a file stores them, for use when its add-on is not enabled.
 _CYCLES_ENUMS = {
     "pixel_filter_type": ("BOX", "GAUSSIAN", "BLACKMAN_HARRIS"),
     "motion_blur_position": ("START", "CENTER", "END"),
@@ -22,10 +22,10 @@ _CYCLES_ENUMS = {
 }
 
 
-# ---- Settings that a file was given for Cycles --------------------------------------------------------------------
+# ---- Settings of Cycles in a file ---------------------------------------------------------------------------------
 
 def _stored(owner: bpy.types.bpy_struct, group: str) -> dict:
-    """Properties of a group as the file stores them; empty where they are no longer reachable (5.0)."""
+    """Properties of a group as the file stores them. Empty where Python cannot read them any more (5.0)."""
     try:
         value = owner.get(group)
     except (TypeError, AttributeError):
@@ -34,7 +34,7 @@ def _stored(owner: bpy.types.bpy_struct, group: str) -> dict:
 
 
 def has_cycles_settings(owner: bpy.types.bpy_struct) -> bool:
-    """Whether somebody set something of Cycles on this scene (light, world, ...)."""
+    """Whether a property of Cycles was set on this scene (light, world, ...)."""
     cycles = getattr(owner, "cycles", None)
     if cycles is None:
         return bool(_stored(owner, "cycles"))
@@ -42,7 +42,7 @@ def has_cycles_settings(owner: bpy.types.bpy_struct) -> bool:
 
 
 def cycles_value(owner: bpy.types.bpy_struct, name: str, default: Any, group: str = "cycles") -> Any:
-    """A Cycles property of `owner`, enabled or only stored; `default` where neither has it."""
+    """A Cycles property of `owner`, from the add-on or from the file; `default` if neither has it."""
     cycles = getattr(owner, group, None)
     if cycles is not None:
         return getattr(cycles, name, default)
@@ -52,15 +52,16 @@ def cycles_value(owner: bpy.types.bpy_struct, name: str, default: Any, group: st
     return value
 
 
-# Each of these gives the struct that holds a setting: Blender's own where it has it, before that ours, which inherits from Cycles.
+# Each of these functions returns the struct that has a setting: Blender's own in versions that have one, otherwise Ajar's, which inherits from
+# Cycles.
 
 def panorama_owner(camera: bpy.types.Camera) -> bpy.types.bpy_struct:
-    """Of panoramic cameras: the camera itself since 5.0."""
+    """The owner of panorama settings: the camera itself since 5.0."""
     return camera if hasattr(camera, "panorama_type") else camera.ajar
 
 
 def shadow_owner(light: bpy.types.Light) -> tuple[bpy.types.bpy_struct, str]:
-    """And the name of the property. Before 4.2 `use_shadow` was Eevee's alone."""
+    """The owner and the name of the property. Before 4.2, `use_shadow` was a property of Eevee only."""
     return (light, "use_shadow") if bpy.app.version >= (4, 2) else (light.ajar, "cast_shadow")
 
 
@@ -79,18 +80,18 @@ def terminator_owner(thing: bpy.types.Object) -> bpy.types.bpy_struct:
 # ---- Node trees -------------------------------------------------------------------------------------------------------
 
 def node_tree(owner: bpy.types.Material | bpy.types.World | bpy.types.Light) -> bpy.types.NodeTree | None:
-    """The tree that shades `owner`; None where its plain colour does. Newer versions always use the tree."""
+    """The node tree of `owner`, or None if its plain colour is used. Newer versions always use the tree."""
     always = (5, 2) if isinstance(owner, bpy.types.Light) else (5, 0)
     return owner.node_tree if bpy.app.version >= always or owner.use_nodes else None
 
 
 def default_is_principled() -> bool:
-    """What has no material looks like a new Principled BSDF since 5.0, before like a diffuse one."""
+    """Whether objects without a material are shown with the default Principled BSDF (since 5.0) or with a diffuse BSDF."""
     return bpy.app.version >= (5, 0)
 
 
 def softens_bumps_by_microfacets() -> bool:
-    """How Cycles lets light fade where it grazes a bumped surface: another formula since 4.5."""
+    """Whether Cycles uses the microfacet formula for the falloff of light at bumps, which it has since 4.5."""
     return bpy.app.version >= (4, 5)
 
 
@@ -102,17 +103,17 @@ def casts_shadow(light: bpy.types.Light) -> bool:
 
 
 def light_energy(light: bpy.types.Light) -> float:
-    """Energy as 3.4 means it, with the exposure that newer versions have beside it, and for lamps whose size is to add to their power."""
+    """The energy by the definition of 3.4. It includes the exposure of newer versions, and the size of lamps that are not normalized."""
     energy = light.energy * 2.0 ** getattr(light, "exposure", 0.0)
     if not getattr(light, "normalize", True):
         energy *= _extent(light) or 1.0
     if light.type == "AREA" and bpy.app.version >= (4, 0):
-        energy *= 4.0 / math.pi   # 4.0 made the power of area lights a power; 3.4 spreads it over 4 instead of pi
+        energy *= 4.0 / math.pi   # since 4.0 the value is the emitted power; 3.4 divides it by 4 instead of pi
     return energy
 
 
 def _extent(light: bpy.types.Light) -> float:
-    """What Cycles divides the power by, except where `normalize` is off: square metres; of a sun, its disk in the sky."""
+    """The divisor of the power in Cycles unless `normalize` is off: an area in square metres, or for a sun the measure of its disk."""
     if light.type == "SUN":
         return math.pi * math.sin(0.5 * light.angle) ** 2
     if light.type != "AREA":
@@ -122,7 +123,7 @@ def _extent(light: bpy.types.Light) -> float:
 
 
 def light_color(light: bpy.types.Light) -> tuple[float, float, float]:
-    """Colour with that of the temperature, where it is used."""
+    """The colour of the light, times that of its temperature if it is used."""
     color = light.color
     if getattr(light, "use_temperature", False):
         color = [a * b for a, b in zip(color, light.temperature_color)]
@@ -130,7 +131,7 @@ def light_color(light: bpy.types.Light) -> tuple[float, float, float]:
 
 
 def has_light_linking(thing: bpy.types.Object) -> bool:
-    """Whether an object's light is meant for some objects only (4.0)."""
+    """Whether the light of an object illuminates only some objects (4.0)."""
     linking = getattr(thing, "light_linking", None)
     return linking is not None and (linking.receiver_collection is not None or linking.blocker_collection is not None)
 
@@ -144,7 +145,7 @@ def _numbers(collection: bpy.types.bpy_prop_collection, name: str, columns: int,
 
 
 def polygon_materials(mesh: bpy.types.Mesh) -> np.ndarray | None:
-    """Material index per polygon; None: all 0."""
+    """The material index of each polygon, or None if all are 0."""
     attribute = mesh.attributes.get("material_index")
     if attribute is None or attribute.domain != "FACE" or len(attribute.data) != len(mesh.polygons):
         return None if bpy.app.version >= (3, 4) else _numbers(mesh.polygons, "material_index", 1, np.int32)
@@ -169,12 +170,12 @@ def has_split_normals(mesh: bpy.types.Mesh) -> bool:
 
 
 def has_custom_normals(mesh: bpy.types.Mesh) -> bool:
-    """Whether the artist's own normals are shown, on flat faces too."""
+    """Whether the mesh has custom normals, which flat faces use as well."""
     return mesh.has_custom_normals and (bpy.app.version >= (4, 1) or mesh.use_auto_smooth)
 
 
 def corner_normals(mesh: bpy.types.Mesh) -> np.ndarray:
-    """Split normals, one per polygon corner."""
+    """Split normals, one for each polygon corner."""
     if bpy.app.version >= (4, 1):
         return _numbers(mesh.corner_normals, "vector", 3, np.float32)
     mesh.calc_normals_split()
@@ -201,12 +202,12 @@ _PASSES_SINCE_5 = {
 
 
 def pass_name(name: str) -> str:
-    """What Blender calls a pass, and so the socket in its compositor: 5.0 wrote the names out."""
+    """Blender's name of a pass and of its socket in the compositor. Since 5.0, the names are not abbreviated."""
     return _PASSES_SINCE_5.get(name, name) if bpy.app.version >= (5, 0) else name
 
 
 def write_pass(target: bpy.types.RenderPass, values: np.ndarray) -> None:
-    """`values`: [pixels, channels]. Newer versions count numbers, older ones pixels."""
+    """Write `values` [pixels, channels]. Newer versions take a flat array, older ones an array of pixels."""
     try:
         target.rect.foreach_set(values.ravel())
     except TypeError:
@@ -216,7 +217,7 @@ def write_pass(target: bpy.types.RenderPass, values: np.ndarray) -> None:
 # ---- Images -----------------------------------------------------------------------------------------------------------
 
 def packed_bytes(image: bpy.types.Image) -> bytes:
-    """The file packed into the .blend, or nothing."""
+    """The bytes of the file that is packed into the .blend, or no bytes."""
     packed = image.packed_file or (image.packed_files[0] if len(image.packed_files) else None)
     return bytes(packed.data) if packed is not None and packed.size > 0 else b""
 
@@ -224,7 +225,7 @@ def packed_bytes(image: bpy.types.Image) -> bytes:
 # ---- Compositor ---------------------------------------------------------------------------------------------------------
 
 def compositor_output(scene: bpy.types.Scene) -> tuple[bpy.types.NodeTree, bpy.types.NodeSocket]:
-    """The scene's compositing tree and the input that becomes its picture; both are made where there is none."""
+    """The compositing tree of the scene and the input of its output node. Both are created if they do not exist."""
     if bpy.app.version >= (5, 0):
         if scene.compositing_node_group is None:
             scene.compositing_node_group = bpy.data.node_groups.new("Compositing", "CompositorNodeTree")
@@ -243,12 +244,12 @@ def compositor_output(scene: bpy.types.Scene) -> tuple[bpy.types.NodeTree, bpy.t
 
 POLYLINE_SHADER = "POLYLINE_UNIFORM_COLOR" if bpy.app.version >= (4, 0) else "3D_POLYLINE_UNIFORM_COLOR"
 FLAT_SHADER = "UNIFORM_COLOR" if bpy.app.version >= (4, 0) else "2D_UNIFORM_COLOR"
-# Since 4.5 shaders for points are a kind of their own.
+# Since 4.5, points have their own shaders.
 POINT_SHADER = "POINT_FLAT_COLOR" if bpy.app.version >= (4, 5) else "FLAT_COLOR" if bpy.app.version >= (4, 0) else "3D_FLAT_COLOR"
 
 
 def label_points(style: bpy.types.ThemeStyle) -> float:
-    """Size of the words in panels; newer versions have one size for all widgets."""
+    """Size of the text in panels. Newer versions have one size for all widgets."""
     return (style.widget_label if hasattr(style, "widget_label") else style.widget).points
 
 

@@ -1,10 +1,10 @@
 """Ajar's settings of objects, lamps, worlds, cameras and materials.
 
-Those that Blender keeps in Cycles' add-on, so that they can be edited and rendered without it. Where Blender has a setting of its own, it is that one which
-is read (compat.py), and ours is not shown.
+They include the settings that Blender stores in the add-on of Cycles, so that they can be used without it. Where Blender itself has a setting, that
+one is read (compat.py), and the one of Ajar is not shown.
 """
 
-# No `from __future__ import annotations`: Blender reads these annotations as they are.
+# No `from __future__ import annotations`: Blender needs the annotations as objects, not as text.
 
 import math
 
@@ -22,7 +22,7 @@ POLYNOMIAL = (-1.1735143712967577e-05, -0.019988736953434998, -3.352532296570917
 
 
 class AjarObjectSettings(bpy.types.PropertyGroup):
-    """Of every object; those that begin with `hint` are of curves that are light hints."""
+    """Settings of every object. Names that begin with `hint` are settings of curves that are light hints."""
 
     importance: bpy.props.FloatProperty(**IMPORTANCE)
     hint_enabled: bpy.props.BoolProperty(name="Use", description="Propose light along this curve", default=True)

@@ -1,8 +1,8 @@
-"""Denoising by the Open Image Denoise that official Blender has in its process, through its C interface.
+"""Denoising by the C interface of Open Image Denoise, which official Blender has in its process.
 
-A guess of what the picture would be without noise: biased, off by default, and never in numbers that we publish. Guided by the albedo and the
-normals of the first surface, which are denoised themselves before (prefiltered). Where Blender comes without the library, or keeps it
-inside, `AJAR_OT_denoise_in_compositor` sets up the compositor's own node.
+The denoised image is an estimate of the image without noise. It is biased, off by default, and not part of published measurements. The albedo and the
+normals of the first surface guide the denoiser; they are denoised first (prefiltered). Where Blender does not have the library, or does not export
+its functions, `AJAR_OT_denoise_in_compositor` adds the Denoise node to the compositor.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ _SIGNATURES = {
 
 
 class DenoisingFailed(RuntimeError):
-    """The library says why."""
+    """The message is that of the library."""
 
 
 def library_file() -> Path | None:
-    """Open Image Denoise 2, which Blender has loaded; None when it has not."""
+    """The file of Open Image Denoise 2 that Blender has loaded, or None."""
     for line in Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace").splitlines():
         path = line.split(None, 5)[-1]
         if Path(path).name.startswith("libOpenImageDenoise.so.2"):
@@ -62,11 +62,11 @@ def _library() -> ctypes.CDLL | None:
     return _loaded[0]
 
 
-_seconds_per_pixel = 0.0   # of the last time; 0: not known
+_seconds_per_pixel = 0.0   # of the last call; 0: not known
 
 
 def expected_seconds(pixels: int) -> float:
-    """How long denoising a picture will take. The first time, a small one is denoised to find out."""
+    """The expected time to denoise an image. The first call denoises a small image to measure it."""
     if _seconds_per_pixel == 0.0:
         side = np.zeros((CALIBRATION_SIDE, CALIBRATION_SIDE, 3), dtype=np.float32)
         denoised(side, side, side)
@@ -74,11 +74,11 @@ def expected_seconds(pixels: int) -> float:
 
 
 def denoised(color: np.ndarray, albedo: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """`color`: linear [height, width, 3 or 4]; channels after the third stay as they are. The guides have three channels."""
+    """Denoise `color`, linear [height, width, 3 or 4]; a fourth channel is not changed. The guides have three channels."""
     global _seconds_per_pixel
     started = time.monotonic()
     library = _library()
-    assert library is not None   # is_available() says so
+    assert library is not None   # checked by is_available()
     device = library.oidnNewDevice(_CPU)
     try:
         library.oidnCommitDevice(device)
@@ -96,7 +96,7 @@ def denoised(color: np.ndarray, albedo: np.ndarray, normal: np.ndarray) -> np.nd
 
 
 class Background:
-    """One picture at a time, denoised in a thread of its own: the 3D view goes on meanwhile."""
+    """Denoises one image at a time in its own thread, while the 3D view continues."""
 
     def __init__(self) -> None:
         self._thread: threading.Thread | None = None
@@ -104,14 +104,14 @@ class Background:
         self._result: np.ndarray | None = None
 
     def is_busy(self) -> bool:
-        """From `start` until `take`."""
+        """True from `start` until `take`."""
         return self._thread is not None
 
     def is_ready(self) -> bool:
         return self._thread is not None and not self._thread.is_alive()
 
     def start(self, of: object, color: np.ndarray, albedo: np.ndarray, normal: np.ndarray) -> None:
-        """`of` is given back with the result."""
+        """Start to denoise. `take` returns `of` with the result."""
         def work() -> None:
             try:
                 self._result = denoised(color, albedo, normal)
@@ -122,7 +122,7 @@ class Background:
         self._thread.start()
 
     def take(self) -> tuple[object, np.ndarray | None]:
-        assert self._thread is not None   # is_ready() or is_busy() says so
+        assert self._thread is not None   # checked by is_ready() or is_busy()
         self._thread.join()
         self._thread = None
         result, self._result = self._result, None
@@ -130,12 +130,12 @@ class Background:
 
 
 def _packed(values: np.ndarray) -> np.ndarray:
-    """A copy of the first three channels, without holes."""
+    """A contiguous copy of the first three channels."""
     return np.array(values[..., :3], dtype=np.float32, order="C")
 
 
 def _run(library: ctypes.CDLL, device: int, inputs: dict[str, np.ndarray], output: np.ndarray, **options: bool) -> None:
-    """One filter for ray traced images, in place where `output` is one of the inputs."""
+    """Run one filter for ray traced images. `output` may be one of the inputs."""
     filter_ = library.oidnNewFilter(device, b"RT")
     try:
         for name, values in {**inputs, "output": output}.items():

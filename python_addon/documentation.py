@@ -1,10 +1,11 @@
-"""The manual inside the add-on: pages of HTML, and what leads to them.
+"""The manual inside the add-on: pages of HTML, and the links to them.
 
-Right click > Online Manual and F1 ask Blender's manual maps for the page of a property or an operator; ours names the anchor of each in the settings page. The button in the header of
-each panel, the Help menu and the add-on's preferences open the manual by `AJAR_OT_open_manual`. `tools/manual/pages.py` makes the pages from docs/manual.
+Right click > Online Manual and F1 use Blender's manual maps to find the page of a property or an operator. The map of Ajar has an anchor in the
+settings page for each. The button in the header of each panel, the Help menu and the preferences of the add-on open the manual by
+`AJAR_OT_open_manual`. `tools/manual/pages.py` builds the pages from docs/manual.
 """
 
-# No `from __future__ import annotations`: Blender reads the operator's annotations as they are.
+# No `from __future__ import annotations`: Blender needs the annotations as objects, not as text.
 
 import webbrowser
 from collections.abc import Iterator
@@ -17,11 +18,11 @@ from .translations import report
 
 FOLDER = Path(__file__).parent / "manual"
 FIRST_PAGE, SETTINGS_PAGE = "index.html", "settings.html"
-OLD_NAME, NAME = "light_path", "light_hint"   # of the operators that are registered under two names
+OLD_NAME, NAME = "light_path", "light_hint"   # in the names of operators that are registered under two names
 
 
 def anchor_of_id(rna_id: str) -> str:
-    """The anchor of "bpy.types.AjarSceneSettings.samples" in the settings page, made as in Blender's own manual."""
+    """The anchor of an id such as "bpy.types.AjarSceneSettings.samples" in the settings page, in the form of Blender's manual."""
     return rna_id.lower().replace(".", "-")
 
 
@@ -31,12 +32,12 @@ def anchor_of_panel(panel: type) -> str:
 
 
 def own(kind: Any) -> Iterator[Any]:
-    """The classes of the add-on."""
+    """The subclasses of `kind` that belong to the add-on."""
     return (found for found in kind.__subclasses__() if found.__module__.startswith(__package__))
 
 
 def ids_of_properties() -> Iterator[str]:
-    """Of all settings of Ajar, as Blender writes them. `name` belongs to every property group."""
+    """The RNA ids of all settings of Ajar. `name` is omitted, since every property group has it."""
     for group in own(bpy.types.PropertyGroup):
         yield from (f"bpy.types.{group.__name__}.{name}" for name in group.bl_rna.properties.keys() if name not in ("rna_type", "name"))
 
@@ -46,12 +47,12 @@ def ids_of_operators() -> Iterator[str]:
 
 
 def url_of(page: str) -> str:
-    """Of a page with or without an anchor."""
+    """The URL of a page, with or without an anchor."""
     return f"{FOLDER.as_uri()}/{page}"
 
 
 def manual_map() -> tuple[str, list[tuple[str, str]]]:
-    """As bpy.utils.register_manual_map wants it: a prefix, and pairs of a pattern and a suffix."""
+    """The argument of bpy.utils.register_manual_map: a prefix, and pairs of a pattern and a suffix."""
     pairs = [(rna_id.lower(), f"{SETTINGS_PAGE}#{anchor_of_id(rna_id)}") for rna_id in ids_of_properties()]
     pairs += [(rna_id.lower(), f"{SETTINGS_PAGE}#{anchor_of_id(rna_id.replace(OLD_NAME, NAME))}") for rna_id in ids_of_operators()]
     return url_of(""), pairs

@@ -1,8 +1,8 @@
-"""The render engine AJAR: one render from the dependency graph to Blender's result.
+"""The render engine AJAR: a render from the dependency graph to Blender's render result.
 
-Blender calls `render` for each view layer in a thread of its own, or in the main thread in the background. The renderer works in its
-threads; this one looks every tenth of a second, hands on what there is, and asks whether to stop. Previews of materials, worlds and lamps
-are renders too. The rendered 3D view is `viewport.py`.
+Blender calls `render` for each view layer in a separate thread, or in the main thread in background mode. The renderer has its own threads; the
+calling thread polls it every tenth of a second, passes new images to Blender, and checks whether the render was cancelled. Previews of materials,
+worlds and lamps are renders as well. The rendered 3D view is in `viewport.py`.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from .translations import interface, report
 
 POLL_SECONDS = 0.1
 PREVIEW_POLL_SECONDS = 0.02
-WORDS_SECONDS, BACKGROUND_WORDS_SECONDS = 0.5, 4.0  # between two lines of progress: the background prints them all
-FIRST_IMAGE_SECONDS, IMAGE_SECONDS = 0.5, 2.0  # until the first picture is shown, and between two later ones
-CHECKPOINT_SECONDS = 30.0   # of one that the command line asks for
+WORDS_SECONDS, BACKGROUND_WORDS_SECONDS = 0.5, 4.0  # between two progress messages; in background mode Blender prints all of them
+FIRST_IMAGE_SECONDS, IMAGE_SECONDS = 0.5, 2.0  # until the first image is shown, and between two later ones
+CHECKPOINT_SECONDS = 30.0   # between two checkpoints that the command line requests
 FIRST_CHECKPOINT_SECONDS = 5.0
 PAUSED_POLL_SECONDS = 0.3
 NAME = "Ajar"
 
 
 class RenderFailed(Exception):
-    """There is no picture, for a reason the artist can read."""
+    """The render failed. The message is shown to the artist."""
 
 
 class AjarRenderEngine(bpy.types.RenderEngine):
@@ -41,9 +41,9 @@ class AjarRenderEngine(bpy.types.RenderEngine):
     bl_use_preview = True
     bl_use_eevee_viewport = True         # Material Preview is drawn by Eevee
     bl_use_postprocess = True
-    bl_use_shading_nodes_custom = False  # else Blender hides its standard shader nodes
+    bl_use_shading_nodes_custom = False  # otherwise Blender hides its standard shader nodes
 
-    viewport: viewport.Viewport | None = None   # of the engine object that Blender keeps for each 3D view
+    viewport: viewport.Viewport | None = None   # Blender keeps an engine object for each 3D view
     watched = False
     _next_words = 0.0
 
@@ -93,14 +93,14 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         exported = export_scene(depsgraph, options, [item.name for item in dict.fromkeys((*wanted, *guides))], self.camera_override or scene.camera,
                                 is_cancelled, lambda step: self._show(depsgraph, interface("Exporting {step}", step=interface(step))),
                                 None if self.is_preview else self.frame_set)
-        scene = depsgraph.scene_eval   # motion blur has evaluated it again
+        scene = depsgraph.scene_eval   # read again, since the export of motion blur has evaluated it again
         export_seconds = time.monotonic() - started
         for name, message in exported.warnings:
             self.report({"WARNING"}, report("{name}: {message}", name=name, message=message))
         if self._denoises(scene, options) and not denoises:
             self.report({"WARNING"}, report("{name}: this Blender has no Open Image Denoise, so the picture is not denoised", name=scene.name))
         settings = exported.description.settings
-        if denoises and settings.seconds > 0.0:   # it is part of the time limit
+        if denoises and settings.seconds > 0.0:   # the time limit includes denoising
             settings.seconds = max(0.5 * settings.seconds, settings.seconds - denoise.expected_seconds(settings.width * settings.height))
         if options.dump_scene is not None:
             ajar.save_description(exported.description, str(options.dump_scene))
@@ -148,8 +148,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     def _checkpoints(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, session: ajar.Session,
                      description: ajar.SceneDescription) -> Callable[[], None]:
-        """Go on from the checkpoint that the command line or the panel names; returns what writes one. Each view layer has its own, and each frame that of the
-        panel."""
+        """Resume from the checkpoint of the command line or the panel, and return a function that writes checkpoints. Each view layer has its own
+        file; with the panel, each frame has one as well."""
         settings = depsgraph.scene.ajar
         of_panel = Path(bpy.path.abspath(settings.checkpoint_path)) if settings.use_checkpoint else None
         if of_panel is not None:
@@ -170,10 +170,10 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     def _follow(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass], is_cancelled,
                 save_checkpoint: Callable[[], None], interval: float, noise_target: float) -> None:
-        """Until the session ends, by itself or because the user wants no more. `interval`: seconds between two checkpoints."""
+        """Poll the session until it ends or the user cancels it. `interval`: seconds between two checkpoints."""
         next_image = time.monotonic() + FIRST_IMAGE_SECONDS
         next_checkpoint = time.monotonic() + min(FIRST_CHECKPOINT_SECONDS, interval)
-        save_checkpoint()   # there is none yet; from now on the session keeps one after each iteration
+        save_checkpoint()   # the first call writes nothing; after it, the session keeps a checkpoint of each iteration
         while not session.wait(PREVIEW_POLL_SECONDS if self.is_preview else POLL_SECONDS):
             progress = session.progress()
             self.update_progress(progress.fraction)
@@ -194,7 +194,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
 
     def _hand_over(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass],
                    statistics: dict | None, is_denoised: bool = False) -> bool:
-        """Give Blender the picture as it is now; False when there is none yet."""
+        """Pass the current image to Blender. Returns False if there is none yet."""
         if session.snapshot("Combined") is None:
             return False
         result = self.begin_result(0, 0, session.width, session.height, layer=depsgraph.view_layer.name)
@@ -224,12 +224,12 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         return values
 
     def _stamp(self, view_layer: str, statistics: dict) -> None:
-        """The statistics into the image's metadata, where its format has any."""
+        """Write the statistics to the metadata of the image, if its format supports metadata."""
         result = self.get_result()
         for name, value in statistics.items():
             result.stamp_data_add_field(f"ajar.{view_layer}.{name}", value if isinstance(value, str) else json.dumps(value))
 
-    # ---- Words --------------------------------------------------------------------------------------------------------
+    # ---- Messages -----------------------------------------------------------------------------------------------------
 
     def _show(self, depsgraph: bpy.types.Depsgraph, text: str) -> None:
         now = time.monotonic()

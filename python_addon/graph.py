@@ -1,6 +1,6 @@
-"""Pictures for the Progress panel, drawn with numpy alone: the noise over time, and the samples of each pixel.
+"""Images for the Progress panel, drawn with NumPy: the noise over time, and the samples of each pixel.
 
-A picture is float32 [height, width, 4] in display colours, rows from the bottom up. Nothing here needs Blender, a window or the main thread.
+An image is float32 [height, width, 4] in display colours, with rows from bottom to top. This module needs no Blender, window or main thread.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 BACKGROUND, GRID, TEXT = (0.11, 0.11, 0.11), (0.22, 0.22, 0.22), (0.78, 0.78, 0.78)
 CURVE, TARGET, EXPECTED = (1.0, 0.66, 0.22), (0.35, 0.75, 0.45), (0.55, 0.42, 0.25)
 GLYPH_HEIGHT = 7
-GLYPHS = {   # rows from the top down
+GLYPHS = {   # rows from top to bottom
     "0": "01110 10001 10011 10101 11001 10001 01110", "1": "00100 01100 00100 00100 00100 00100 01110",
     "2": "01110 10001 00001 00110 01000 10000 11111", "3": "01110 10001 00001 00110 00001 10001 01110",
     "4": "00010 00110 01010 10010 11111 00010 00010", "5": "11111 10000 11110 00001 00001 10001 01110",
@@ -39,20 +39,20 @@ class Axis:
     end: float
 
     def place(self, value: Any) -> Any:
-        """Of a number or of each number of an array."""
+        """The pixel of a value, or of each value of an array."""
         return self.start + (np.log(value) - math.log(self.low)) * (self.end - self.start) / (math.log(self.high) - math.log(self.low))
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Where the graph is in its picture, and what it shows."""
+    """The position of the graph in its image, and its scales."""
 
     x: Axis   # seconds
-    y: Axis   # noise, as a part of the brightness
+    y: Axis   # noise as a fraction of the brightness
 
 
 def frame_of(seconds: np.ndarray, noise: np.ndarray, target: float, end_seconds: float, width: int, height: int, unit: int) -> Frame:
-    """All points, the target (0: none) and the expected end (0: unknown) are inside."""
+    """A frame that contains all points, the target (0: none) and the expected end (0: unknown)."""
     values = np.append(noise, target) if target > 0.0 else noise
     if end_seconds > seconds[-1]:
         values = np.append(values, expected_noise(seconds, noise, end_seconds, target))
@@ -65,12 +65,13 @@ def frame_of(seconds: np.ndarray, noise: np.ndarray, target: float, end_seconds:
 
 
 def expected_noise(seconds: np.ndarray, noise: np.ndarray, end_seconds: float, target: float) -> float:
-    """At the expected end, if it falls as one over the square root of the time; the target at the lowest."""
+    """The noise at the expected end, if it falls as one over the square root of the time; at least the target."""
     return max(target, float(noise[-1]) * math.sqrt(float(seconds[-1]) / end_seconds))
 
 
 def draw(seconds: Sequence[float] | np.ndarray, noise: Sequence[float] | np.ndarray, target: float, end_seconds: float, width: int, height: int, unit: int = 1) -> np.ndarray:
-    """The noise over time, both logarithmic. `unit`: pixels of a dot of the text. Only times and values above 0 are drawn; without any, the picture is empty."""
+    """The noise over time, both logarithmic. `unit`: size of a dot of the text in pixels. Only times and values above 0 are drawn; without any, the
+    image is empty."""
     times, errors = np.asarray(seconds, dtype=np.float64), np.asarray(noise, dtype=np.float64)
     valid = np.isfinite(times) & np.isfinite(errors) & (times > 0.0) & (errors > 0.0)
     times, errors = times[valid], errors[valid]
@@ -92,7 +93,7 @@ def draw(seconds: Sequence[float] | np.ndarray, noise: Sequence[float] | np.ndar
 
 
 def density(counts: np.ndarray) -> np.ndarray:
-    """Samples of each pixel as colours, from dark (least) to bright (most), by their logarithms."""
+    """The sample counts as colours from dark (minimum) to bright (maximum), on a logarithmic scale."""
     logs = np.log(np.maximum(counts, 1.0))
     low, high = float(logs.min()), float(logs.max())
     parts = (logs - low) / (high - low) if high > low else np.full_like(logs, 0.5)
@@ -102,7 +103,7 @@ def density(counts: np.ndarray) -> np.ndarray:
 
 
 def shrunk(counts: np.ndarray, side: int) -> np.ndarray:
-    """Means over squares of pixels, so that neither side of the picture is longer than `side`."""
+    """Means over squares of pixels, so that no side of the image is longer than `side`."""
     step = -(-max(counts.shape) // side)
     if step <= 1:
         return counts
@@ -118,7 +119,7 @@ def text_width(text: str, unit: int) -> int:
 
 
 def ticks_of_seconds(low: float, high: float) -> list[list[float]]:
-    """Round times within, the most important first."""
+    """Round times in the range, the most important first."""
     return [[t for t in ticks if low <= t <= high] for ticks in SECOND_TICKS]
 
 
@@ -128,7 +129,7 @@ def ticks_of_noise(low: float, high: float) -> list[list[float]]:
 
 
 def name_of_noise(noise: float) -> str:
-    """In percent, never with an exponent."""
+    """The noise in per cent, without an exponent."""
     return np.format_float_positional(100.0 * noise, precision=3, unique=False, fractional=False, trim="-") + "%"
 
 
@@ -145,7 +146,7 @@ def _density_table() -> np.ndarray:
 
 
 def _draw_grid(picture: np.ndarray, frame: Frame, unit: int) -> None:
-    """Lines at round values, each with its text where that does not touch another."""
+    """Draw lines at round values, each with its text unless it would touch another text."""
     x0, x1, y0, y1 = round(frame.x.start), round(frame.x.end), round(frame.y.start), round(frame.y.end)
     taken: list[tuple[float, float]] = []
     for ticks in ticks_of_noise(frame.y.low, frame.y.high):
@@ -165,7 +166,7 @@ def _draw_grid(picture: np.ndarray, frame: Frame, unit: int) -> None:
 
 
 def _is_free(taken: list[tuple[float, float]], place: float, half: float) -> bool:
-    """Whether nothing is there yet; then it is taken."""
+    """Whether the interval is free. If so, it is marked as used."""
     if any(place - half < end and place + half > start for start, end in taken):
         return False
     taken.append((place - half, place + half))
@@ -183,7 +184,7 @@ def _draw_text(picture: np.ndarray, text: str, left: int, bottom: int, unit: int
 
 
 def _draw_line(picture: np.ndarray, frame: Frame, seconds: np.ndarray, noise: np.ndarray, radius: float, color: tuple[float, float, float]) -> None:
-    """Through points in the order of their times, with soft edges."""
+    """Draw a line with soft edges through the points in the order of their times."""
     height, width = picture.shape[:2]
     xs, ys = frame.x.place(seconds), frame.y.place(noise)
     order = np.argsort(xs, kind="stable")
@@ -191,7 +192,7 @@ def _draw_line(picture: np.ndarray, frame: Frame, seconds: np.ndarray, noise: np
     columns = np.arange(max(0, math.floor(xs[0] - radius)), min(width, math.ceil(xs[-1] + radius) + 1))
     middle = np.interp(columns, xs, ys)
     left, right = np.interp(columns - 0.5, xs, ys), np.interp(columns + 0.5, xs, ys)
-    # A steep line covers in each column what it passes from one edge to the other.
+    # In each column, a steep line covers all rows between its values at the edges of the column.
     rows = np.arange(height)[:, None]
     top, bottom = np.maximum(np.maximum(left, right), middle), np.minimum(np.minimum(left, right), middle)
     outside = np.maximum(np.maximum(bottom - rows, rows - top), 0.0)

@@ -2,8 +2,8 @@
 
     blender -b --addons ajar_render FILE.blend -E AJAR -o //out -F PNG -f 1 -- --ajar-samples 64 --ajar-stats out.json
 
-Each overrides its counterpart in the user interface. Arguments of others are left alone. A mistake is found when the add-on is
-enabled, before anything is rendered: Blender in the background then ends with exit code 2.
+Each option overrides the corresponding setting of the user interface. Other arguments are ignored. Errors are detected when the add-on is enabled,
+before anything is rendered; in background mode Blender then ends with exit code 2.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ DENOISE = ("on", "off")
 
 
 class OptionError(Exception):
-    """What is wrong with the command line, in words for its author."""
+    """An error in the command line, with a message for the user."""
 
 
 @dataclass
 class Options:
-    """None: not given."""
+    """The values of the options; None if an option is not given."""
 
     integrator: str | None = None
     direct: str | None = None
@@ -76,9 +76,9 @@ def _number(kind: type, least: float, most: float) -> Callable[[str], float]:
             value = kind(text)
         except ValueError:
             value = None
-        # A NaN fails both comparisons.
+        # NaN fails both comparisons.
         if value is None or not least <= value <= most:
-            raise OptionError(f'wants {wanted} from {least:g} to {most:.10g}, not "{text}"')
+            raise OptionError(f'needs {wanted} from {least:g} to {most:.10g}, not "{text}"')
         return value
     return read
 
@@ -136,7 +136,7 @@ def parse(argv: Sequence[str]) -> Options:
             raise OptionError(f'there is no option "{PREFIX}{name}"; valid: {valid}')
         if not equals:
             if not arguments or arguments[0].startswith(PREFIX):
-                raise OptionError(f"{PREFIX}{name} wants a value after it")
+                raise OptionError(f"{PREFIX}{name} needs a value after it")
             value = arguments.pop(0)
         try:
             setattr(options, name.replace("-", "_"), reader(value))
@@ -146,7 +146,7 @@ def parse(argv: Sequence[str]) -> Options:
 
 
 def current() -> Options:
-    """The options of this Blender. A wrong command line has been refused before."""
+    """The options of this process. An invalid command line has been refused before."""
     try:
         return parse(sys.argv)
     except OptionError:
@@ -154,12 +154,12 @@ def current() -> Options:
 
 
 def preview() -> Options:
-    """For the small pictures of materials, worlds and lamps: soon rather than smooth."""
+    """Options for previews of materials, worlds and lamps: few samples."""
     return Options(integrator="path", direct="mis", direct_samples=1, samples=PREVIEW_SAMPLES, time=PREVIEW_SECONDS, error=0.0)
 
 
 def check() -> None:
-    """Refuse a wrong command line: say what is wrong and, in the background, end Blender."""
+    """Refuse an invalid command line: print the error and, in background mode, end Blender."""
     try:
         parse(sys.argv)
     except OptionError as error:
@@ -173,13 +173,13 @@ def say_error(message: str) -> None:
 
 
 def renders_from_command_line() -> bool:
-    """True when Blender was told to render by its own arguments (`-f`, `-a`), and so reports failure only by our doing."""
+    """True if Blender renders by its arguments `-f` or `-a`. Blender itself then does not report a failure in its exit code."""
     own = sys.argv[:sys.argv.index("--")] if "--" in sys.argv else sys.argv
     return bpy.app.background and any(argument in ("-f", "-a", "--render-frame", "--render-anim") for argument in own)
 
 
 def leave(code: int) -> None:
-    """End Blender at once with an exit code, which its background mode cannot do otherwise."""
+    """End Blender immediately with an exit code, for which its background mode has no other way."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)

@@ -1,4 +1,4 @@
-"""Light hints in the 3D view: green where they attached, blue after mirrors and glass, red where they failed, with the reason."""
+"""Light hints in the 3D view: attached segments are green, segments after mirrors and glass blue, failed ones red with the reason."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ COLORS = {
     ajar.HintReport.Segment.Failed: (1.0, 0.2, 0.15, 1.0),
 }
 LINE_WIDTH, TEXT_SIZE = 3.0, 13
-BACKGROUND = (0.0, 0.0, 0.0, 0.75)   # of words
+BACKGROUND = (0.0, 0.0, 0.0, 0.75)   # of texts
 
 _handles: list[object] = []
 
 
 def segments_of(known: hints.Attachment) -> list[tuple[Vector, Vector, ajar.HintReport.Segment]]:
-    """A way that met nothing ends where the artist wanted it to."""
+    """The segments of a hint. A segment without a hit ends at the artist's control point."""
     positions = [Vector(position) for position in known.positions]
     found = []
     for i, segment in enumerate(known.segments):
@@ -75,7 +75,7 @@ def _draw_words() -> None:
         end = known.positions[-1] if known.positions else (known.points[0] if len(known.points) else curve.matrix_world.translation)
         text = f"{curve.name}: {known.reason}"
         place = view3d_utils.location_3d_to_region_2d(context.region, context.region_data, Vector(end), default=Vector((0, 2 * number * size)))
-        # Where it can be read, whatever lies over the view.
+        # Inside the part of the view that no panel covers.
         left, right, bottom, top = _free_of_panels(context.area, context.region)
         width = blf.dimensions(0, text)[0]
         x, y = max(left + size, min(place.x + size, right - size - width)), max(bottom + size, min(place.y, top - 2 * size))
@@ -90,7 +90,7 @@ def _draw_words() -> None:
 
 
 def _free_of_panels(area: bpy.types.Area, region: bpy.types.Region) -> tuple[float, float, float, float]:
-    """Left, right, bottom, top of the part of the region that toolbar, sidebar and headers leave."""
+    """Left, right, bottom, top of the part of the region that toolbar, sidebar and headers do not cover."""
     left, right, bottom, top = 0, region.width, 0, region.height
     for other in area.regions:
         if other.type == "TOOLS" and other.width > 1:

@@ -1,10 +1,10 @@
-"""Light hints drawn by the artist: what the core made of them, and the operators that make them.
+"""Light hints of the artist: how the core attached them, and the operators that create them.
 
-Any curve in the collection named in the render settings is a light hint. How it was attached to lights and surfaces is known after each
-render, while a view is rendered, or when asked; the overlay (`hint_overlay.py`) and the panels show it as long as the curve has not changed.
+Any curve in the collection of the render settings is a light hint. Its attachment to lights and surfaces is known after a render, while a view is
+rendered, or after Check Light Hints. The overlay (`hint_overlay.py`) and the panels show it until the curve changes.
 """
 
-# No `from __future__ import annotations`: Blender reads the operators' annotations as they are.
+# No `from __future__ import annotations`: Blender needs the annotations as objects, not as text.
 
 from dataclasses import dataclass
 from typing import Any
@@ -19,15 +19,15 @@ from .export import ExportContext, camera, export_contents, hints as export_hint
 from .headless import Options
 from .translations import interface, report, tooltip
 
-SNAP_DISTANCE = 1e-3      # of drawn points from their surface
+SNAP_DISTANCE = 1e-3      # in metres, of drawn points to their surface
 NOT_CHECKED = "Not checked yet"
 
 
 @dataclass
 class Attachment:
-    """What became of one light hint."""
+    """The attachment of one light hint."""
 
-    points: np.ndarray                     # the artist's, when it was attached
+    points: np.ndarray                     # control points at the time of the attachment
     attached: bool
     reason: str
     positions: list[tuple[float, float, float]]
@@ -49,7 +49,7 @@ def remember(reports: list[ajar.HintReport], points: dict[str, np.ndarray]) -> N
 
 
 def attachment_of(curve: bpy.types.Object) -> Attachment | None:
-    """What is known of a curve as it is now; of a curve of several splines, the first."""
+    """The attachment of a curve in its present form; for a curve with several splines, that of the first."""
     if curve.type != "CURVE" or not curve.data.splines:
         return None
     known = _attachments.get(curve.name) or _attachments.get(f"{curve.name}, part 1")
@@ -61,7 +61,7 @@ def attachment_of(curve: bpy.types.Object) -> Attachment | None:
 
 
 def status_of(curve: bpy.types.Object) -> str:
-    """In words for the artist."""
+    """The state of a hint as a text for the artist."""
     if not curve.ajar.hint_enabled:
         return interface("Not used")
     known = attachment_of(curve)
@@ -81,7 +81,7 @@ def curves_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
 
 
 def make_collection(context: bpy.types.Context) -> bpy.types.Collection:
-    """The collection of light hints, which is made and linked to the scene where it is missing."""
+    """The collection of light hints. It is created and linked to the scene if it does not exist."""
     scene = context.scene
     collection = export_hints.collection_of(scene)
     if collection is None:
@@ -93,7 +93,7 @@ def make_collection(context: bpy.types.Context) -> bpy.types.Collection:
 
 
 def new_path(context: bpy.types.Context, points: list[Vector], name: str = "Light Hint") -> bpy.types.Object:
-    """A curve of straight segments in the collection of light hints, alone selected."""
+    """Create a curve of straight segments in the collection of light hints, and select only it."""
     data = bpy.data.curves.new(name, "CURVE")
     data.dimensions = "3D"
     set_points(data, points)
@@ -114,7 +114,7 @@ def set_points(data: bpy.types.Curve, points: list[Vector]) -> None:
 
 
 def _describe(context: bpy.types.Context) -> ajar.SceneDescription:
-    """The scene as it is now."""
+    """The description of the present scene."""
     depsgraph = context.evaluated_depsgraph_get()
     exported = ExportContext(depsgraph, lambda: False, lambda step: None)
     settings.export(exported, Options(), ["Combined"])
@@ -124,7 +124,7 @@ def _describe(context: bpy.types.Context) -> ajar.SceneDescription:
 
 
 def check(context: bpy.types.Context) -> None:
-    """Attach the light hints of the scene as it is now."""
+    """Attach the light hints of the present scene."""
     description = _describe(context)
     points = points_of(description)
     remember(ajar.attach_hints(description), points)
@@ -196,7 +196,7 @@ class AJAR_OT_check_light_hints(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         try:
             check(context)
-        except RuntimeError as error:  # the core's own words
+        except RuntimeError as error:  # a message of the core
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         failed = [curve.name for curve in curves_of(context.scene) if (known := attachment_of(curve)) is not None and not known.attached]
@@ -210,10 +210,10 @@ class AJAR_OT_check_light_hints(bpy.types.Operator):
 class AJAR_OT_suggest_light_hints(bpy.types.Operator):
     bl_idname = "ajar.suggest_light_hints"
     bl_label = "Suggest Light Hints"
-    bl_description = "Find where light comes from that path tracing finds too seldom, and draw it as curves to edit"
+    bl_description = "Search for light that path tracing rarely finds, and draw its paths as curves that can be edited"
     bl_options = {"REGISTER", "UNDO"}
 
-    count: bpy.props.IntProperty(name="At Most", description="Largest number of curves that are drawn", default=6, min=1, max=50)
+    count: bpy.props.IntProperty(name="At Most", description="Maximum number of curves that are drawn", default=6, min=1, max=50)
     samples: bpy.props.IntProperty(name="Samples", description="Samples of the search. More samples find rarer light", default=40000, min=1000, max=10**7)
     seed: bpy.props.IntProperty(name="Seed", description="A different seed searches with different random numbers", default=0, min=0)
 
@@ -231,7 +231,7 @@ class AJAR_OT_suggest_light_hints(bpy.types.Operator):
                     curve.ajar.hint_offset = lamp.matrix_world.inverted_safe() @ Vector(points[0])
             if found:
                 check(context)
-        except RuntimeError as error:  # the core's own words
+        except RuntimeError as error:  # a message of the core
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
         if not found:
@@ -243,7 +243,7 @@ class AJAR_OT_suggest_light_hints(bpy.types.Operator):
 
 
 def _lamp_at(context: bpy.types.Context, place: tuple[float, float, float]) -> bpy.types.Object | None:
-    """The lamp that a path starts on; none when that is an emitting surface."""
+    """The lamp at which a path starts, or None if it starts at an emissive surface."""
     def distance(lamp: bpy.types.Object) -> float:
         data = lamp.data
         extent = max(data.size, data.size_y) * max(lamp.scale) if data.type == "AREA" else data.shadow_soft_size
@@ -299,7 +299,7 @@ class AJAR_OT_draw_light_hint(bpy.types.Operator):
         return {"PASS_THROUGH"}  # navigation
 
     def cancel(self, context: bpy.types.Context) -> None:
-        """Blender ends the operator, for instance because another file is opened."""
+        """Called when Blender ends the operator, for example because another file is opened."""
         context.workspace.status_text_set(None)
 
     def surface_under(self, context: bpy.types.Context, event: bpy.types.Event) -> Vector | None:
@@ -320,7 +320,7 @@ class AJAR_OT_draw_light_hint(bpy.types.Operator):
     def leave(self, context: bpy.types.Context, keep: bool) -> set[str]:
         context.workspace.status_text_set(None)
         if not keep:
-            bpy.data.curves.remove(self.curve.data)  # and its object
+            bpy.data.curves.remove(self.curve.data)  # also removes its object
             return {"CANCELLED"}
         self.show(self.points)
         try:
@@ -341,7 +341,7 @@ def _menu(self, context: bpy.types.Context) -> None:
 
 
 def _under_old_name(operator: Any) -> type:
-    """The same operator by the name that it had before hints were called light hints, for scripts and key maps."""
+    """The operator under its old name, which contains "light path", for scripts and key maps."""
     old = operator.__name__.replace("light_hint", "light_path")
     values = {name: value for name, value in vars(operator).items() if name not in ("bl_rna", "__dict__", "__weakref__")}
     return type(old, operator.__bases__, values | {"bl_idname": operator.bl_idname.replace("light_hint", "light_path"),

@@ -1,6 +1,6 @@
-"""Properties that have Cycles' value until the artist sets one of their own.
+"""Properties that have the value of Cycles until the artist sets a value in Ajar.
 
-Cycles keeps settings of lamps, objects and so on in its add-on. A file that was made for Cycles is read as it is, and works without that add-on.
+Cycles stores settings of lamps, objects and other datablocks in its add-on. Files for Cycles can be rendered unchanged, also without this add-on.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ import bpy
 
 from . import compat, plain
 
-NAMES: set[str] = set()   # of all properties that inherit
-OWN_SUFFIX = "_"   # of the key under which a value of our own is stored
+NAMES: set[str] = set()   # names of all properties that inherit
+OWN_SUFFIX = "_"   # of the key under which a value of Ajar is stored
 
 
 def accessors(name: str, default, cycles: str, numbers: dict[str, int] | None = None, group: str = "cycles", read: Callable | None = None) -> dict:
-    """A getter that falls back to the property `cycles` in Cycles' group, and a setter that ends that. `numbers`: of an enum's items. `read(owner, default)`
-    stands for the property where it takes more than one to know the value.
+    """A getter that returns the property `cycles` of the group of Cycles until the setter was called. `numbers`: numbers of the items of an enum.
+    `read(owner, default)` replaces the property if the value depends on several properties.
 
-    A scene inherits while `use_cycles_settings` is on; without anybody's choice that is if something of Cycles was set in it, because Cycles' own defaults
-    say nothing about the scene.
+    A scene inherits while `use_cycles_settings` is on. By default it is on if a property of Cycles was set in the scene, since defaults of Cycles are
+    not a choice of the artist.
     """
     key = name + OWN_SUFFIX
     NAMES.add(name)
@@ -28,7 +28,7 @@ def accessors(name: str, default, cycles: str, numbers: dict[str, int] | None = 
     def get(self):
         stored = self.get(key)
         if stored is None:
-            stored = self.get(name)   # of a file from before the property inherited
+            stored = self.get(name)   # from a file that is older than the inheritance of this property
         if stored is not None:
             return stored
         owner = self.id_data
@@ -45,12 +45,12 @@ def accessors(name: str, default, cycles: str, numbers: dict[str, int] | None = 
 
 
 def is_own(settings: bpy.types.PropertyGroup, name: str) -> bool:
-    """Whether the artist has set it in Ajar."""
+    """Whether the artist has set the property in Ajar."""
     return settings.get(name + OWN_SUFFIX) is not None or settings.get(name) is not None
 
 
 def forget_own(settings: bpy.types.PropertyGroup) -> None:
-    """Let all be inherited again that can be."""
+    """Remove the values of Ajar, so that all properties inherit again."""
     for name in NAMES & set(settings.bl_rna.properties.keys()):
         for key in (name + OWN_SUFFIX, name):
             if settings.get(key) is not None:
@@ -58,7 +58,7 @@ def forget_own(settings: bpy.types.PropertyGroup) -> None:
 
 
 def noise_of_cycles(scene: bpy.types.Scene, default: float) -> float:
-    """Cycles' noise threshold bounds the error of each pixel relative to its brightness; ours is the square of that, in the mean."""
+    """The noise target from the noise threshold of Cycles, which bounds the relative error of each pixel. The target of Ajar is the mean of its square."""
     if not compat.cycles_value(scene, "use_adaptive_sampling", False):
         return default
     return float(compat.cycles_value(scene, "adaptive_threshold", 0.0)) ** 2

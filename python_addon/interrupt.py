@@ -1,7 +1,6 @@
-"""Ctrl-C and SIGTERM in the background: stop sampling, keep the picture.
+"""Ctrl-C and SIGTERM in background mode stop the sampling and keep the image.
 
-Blender itself would throw the picture away. While a render runs we listen instead; what has been rendered is then written as
-usual, and Blender ends.
+Blender itself would discard the image. During a render, this module handles the signals: Blender writes the image as usual and then ends.
 """
 
 from __future__ import annotations
@@ -14,11 +13,11 @@ import bpy
 
 from . import headless
 
-EXIT_INTERRUPTED = 130  # as shells say it: 128 + SIGINT
+EXIT_INTERRUPTED = 130  # the convention of shells: 128 + SIGINT
 
 
 class Interrupt:
-    """Listens inside its `with`; elsewhere, and in Blender with windows, Blender's own handling stands."""
+    """Handles the signals inside its `with` block. Otherwise, and in Blender with windows, Blender handles them."""
 
     def __init__(self) -> None:
         self.raised = False
@@ -32,7 +31,7 @@ class Interrupt:
 
     def __exit__(self, *_: object) -> None:
         for number, handler in self._previous.items():
-            # None: a handler not made by Python, which Python cannot give back.
+            # None: a handler that was not installed by Python, which Python cannot restore.
             signal.signal(number, handler if handler is not None else signal.SIG_DFL)
 
     def _raise(self, *_: object) -> None:
@@ -40,5 +39,5 @@ class Interrupt:
 
     @staticmethod
     def leave_after_writing() -> None:
-        """End Blender when the picture has been written, before a next frame."""
+        """End Blender after the image was written, before the next frame."""
         bpy.app.handlers.render_write.append(lambda *_: headless.leave(EXIT_INTERRUPTED))

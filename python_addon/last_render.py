@@ -1,4 +1,4 @@
-"""Statistics of each scene's last render, for the panels. They last as long as Blender runs."""
+"""Statistics of the last render of each scene, for the panels. They are kept until Blender ends."""
 
 from __future__ import annotations
 
@@ -16,6 +16,6 @@ def of(scene: bpy.types.Scene) -> dict | None:
 
 
 def of_hint(scene: bpy.types.Scene, name: str) -> dict | None:
-    """What a light hint was worth in the last render, where its integrator says so."""
+    """The statistics of a light hint in the last render, if its integrator has them."""
     hints = (of(scene) or {}).get("hints", [])
     return next((hint for hint in hints if isinstance(hint, dict) and hint.get("name") == name), None)

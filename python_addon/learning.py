@@ -1,7 +1,7 @@
-"""What the frames of an animation have learned, for those that follow.
+"""Learned data of the frames of an animation, for the following frames.
 
-Kept from the start of a render job to its end, for each view layer and eye. A still is a job of one frame, so it begins with nothing: the same
-seed, the same picture.
+The data are kept from the start to the end of a render job, for each view layer and eye. A still image is a job of one frame, so that it starts
+without learned data and depends only on the seed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def of(key: tuple[str, str, str]) -> ajar.Learned | None:
 
 
 def remember(key: tuple[str, str, str], learned: ajar.Learned | None) -> None:
-    """None where the render was ended early."""
+    """Store the learned data; None if the render was stopped early."""
     if learned is None:
         _learned.pop(key, None)
     else:

@@ -1,4 +1,4 @@
-"""Render passes: what a view layer asks for, and how Blender wants it."""
+"""Render passes: those that a view layer enables, and their format in Blender."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from . import compat, plain
 
 @dataclass(frozen=True)
 class Pass:
-    name: str       # the film's; Blender's is `shown`
+    name: str       # name in the film; `shown` is that of Blender
     letters: str    # one per channel
-    kind: str       # how the compositor treats it
+    kind: str       # type of the socket in the compositor
 
     @property
     def shown(self) -> str:
@@ -37,7 +37,7 @@ BUILT_IN = {  # property of the view layer -> pass. Two channels are not accepte
     for kind, name in (("diffuse", "Diff"), ("glossy", "Gloss"), ("transmission", "Trans"))
     for part, letters in (("direct", "Dir"), ("indirect", "Ind"), ("color", "Col"))
 }
-OWN = {  # property of our own settings -> pass
+OWN = {  # property of Ajar's settings -> pass
     "use_pass_albedo": Pass("Albedo", "RGB", "COLOR"),
     "use_pass_volume_direct": Pass("VolumeDir", "RGB", "COLOR"),
     "use_pass_volume_indirect": Pass("VolumeInd", "RGB", "COLOR"),
@@ -48,7 +48,7 @@ OWN = {  # property of our own settings -> pass
 }
 
 
-NOISY = Pass("Noisy Image", "RGBA", "COLOR")   # Cycles' name for the picture before denoising
+NOISY = Pass("Noisy Image", "RGBA", "COLOR")   # name of the image before denoising, as in Cycles
 
 
 def wanted(view_layer: bpy.types.ViewLayer) -> list[Pass]:
@@ -58,7 +58,7 @@ def wanted(view_layer: bpy.types.ViewLayer) -> list[Pass]:
 
 
 def fitted(values: np.ndarray, channels: int) -> np.ndarray:
-    """[height, width, any] as [height * width, channels]: cut, or padded with zeros."""
+    """Convert [height, width, any] to [height * width, channels]. Channels are omitted or filled with zeros."""
     flat = values.reshape(-1, values.shape[2])
     if flat.shape[1] > channels:
         return np.ascontiguousarray(flat[:, :channels])

@@ -1,4 +1,4 @@
-"""Pause and go on with the render that runs, or with the rendered views, by a button each."""
+"""Buttons that pause and continue the current render, and the rendered views."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _wanted_in_views = False
 
 
 def end(is_preview: bool) -> None:
-    """A render has ended: the next one is not paused. Previews of materials leave a paused render alone."""
+    """Called when a render has ended, so that the next one is not paused. Previews of materials do not affect a paused render."""
     global _wanted
     if not is_preview:
         _wanted = False
@@ -41,7 +41,7 @@ class AJAR_OT_pause_render(bpy.types.Operator):
 class AJAR_OT_pause_views(bpy.types.Operator):
     bl_idname = "ajar.pause_views"
     bl_label = "Pause Rendered Views"
-    bl_description = "Let the rendered views wait once they show an edit, or let them take samples again"
+    bl_description = "Pause the rendered views after they show an edit, or continue their sampling"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         global _wanted_in_views
@@ -54,13 +54,13 @@ class AJAR_OT_pause_views(bpy.types.Operator):
 
 
 def _draw_button_in_view(self, context: bpy.types.Context) -> None:
-    """In the header of a rendered view, where Cycles has its own."""
+    """Draw the button in the header of a rendered view, at the position of that of Cycles."""
     if context.engine == "AJAR" and context.space_data.shading.type == "RENDERED":
         self.layout.operator("ajar.pause_views", text="", icon="PLAY" if _wanted_in_views else "PAUSE", depress=_wanted_in_views)
 
 
 def _draw_button(self, context: bpy.types.Context) -> None:
-    """In the image editor's header, while a render is shown."""
+    """Draw the button in the header of the image editor, while it shows a render."""
     if context.scene.render.engine == "AJAR" and bpy.app.is_job_running("RENDER"):
         self.layout.operator("ajar.pause_render", text="Continue" if _wanted else "Pause", icon="PLAY" if _wanted else "PAUSE")
 

@@ -1,7 +1,7 @@
 """The photons of the last pass as points in the 3D view (as in figures 4.2 and 4.4 of Fan's thesis).
 
-Nothing is asked of the renderer while `show_photons` is off. Colour is that of the light a photon brings; its brightness tells how much,
-against the strongest of them.
+While `show_photons` is off, no photons are read from the renderer. A point has the colour of its photon; its brightness is the flux relative to the
+strongest photons.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from .ajar_module import ajar
 from .translations import interface
 
 INTEGRATORS = {"photon_map", "mps"}
-MOST = 50_000                 # drawn; of more, these are spread evenly over space
+MAX_PHOTONS = 50_000          # drawn; a larger number is reduced evenly over space
 POINT_SIZE = 2.5
-FAINTEST = 0.5                # of a photon that brings next to nothing, so that its place is still seen
+FAINTEST = 0.5                # brightness of a photon without flux, so that its position is visible
 
 _handles: list[object] = []
 
@@ -28,22 +28,22 @@ _handles: list[object] = []
 class Photons:
     positions: np.ndarray     # [n, 3]
     colors: np.ndarray        # [n, 4], as drawn
-    stored: int               # in the last pass, drawn or not
-    batch: Any = None         # of `gpu`, made when first drawn
+    stored: int               # number of photons in the last pass
+    batch: Any = None         # of `gpu`, created at the first drawing
 
 
-_photons: dict[str, Photons] = {}   # by name of the scene
+_photons: dict[str, Photons] = {}   # by the name of the scene
 
 
 def remember(scene: bpy.types.Scene, session: ajar.Session) -> None:
-    """What the session has now, if the artist wants to see it."""
+    """Store the present photons of the session if the overlay is on."""
     if not scene.ajar.show_photons:
         return
-    positions, powers, stored = session.photons(MOST)
+    positions, powers, stored = session.photons(MAX_PHOTONS)
     if stored > 0:
         _photons[scene.name] = Photons(positions, _colors(powers), stored)
     elif session.progress().iteration > 0 and session.wait(0.0):
-        _photons.pop(scene.name, None)   # the render has ended, and had none
+        _photons.pop(scene.name, None)   # the render has ended without photons
 
 
 def of(scene: bpy.types.Scene) -> Photons | None:
@@ -68,7 +68,7 @@ def _colors(powers: np.ndarray) -> np.ndarray:
     strongest = powers.max(axis=1, initial=0.0)
     colors = np.ones((len(powers), 4), dtype=np.float32)
     hue = powers / np.maximum(strongest, 1e-30)[:, None]
-    # A few photons are far stronger than the rest: the scale ends where nearly all are.
+    # A few photons are much stronger than the others, so that the scale ends at the 95th percentile.
     worth = strongest / max(float(np.quantile(strongest, 0.95)) if len(powers) else 0.0, 1e-30)
     colors[:, :3] = np.sqrt(np.clip(hue, 0.0, 1.0)) * np.clip(np.sqrt(worth), FAINTEST, 1.0)[:, None]
     return colors

@@ -1,8 +1,9 @@
-"""Settings of Ajar as a render thread reads them: what Blender gives, without its detour.
+"""Settings of Ajar for render threads: the values that Blender returns, read without Blender's getters.
 
-Blender keeps one flag for all threads that says whether Python may write. While the Python getter of a property runs, writing is allowed; then the flag is restored. A panel that is drawn in the
-main thread at that moment has forbidden it for as long as it draws. What a render thread restores is then the panel's state, which has ended, and every operator that a timer or a handler calls
-later is refused ("can't modify blend data in this state"). So render threads call the getters themselves.
+Blender has one flag for all threads that tells whether Python may write. While the Python getter of a property runs, writing is allowed; then the old
+value of the flag is restored. A panel forbids writing while the main thread draws it. If a render thread calls a getter at this time, it later
+restores the state of the panel, whose drawing has ended. Then every operator that a timer or a handler calls is refused ("can't modify blend data in
+this state"). Render threads therefore call the getters directly.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ _KINDS = {bpy.props.BoolProperty: bool, bpy.props.IntProperty: int, bpy.props.Fl
 
 @cache
 def _readers(group: type) -> dict[str, Callable[[bpy.types.PropertyGroup], Any]]:
-    """The getter of each property that has one, giving what Blender would."""
+    """The getters of the properties that have one. They return the values that Blender would return."""
     found: dict[str, Callable[[Any], Any]] = {}
     for name, declared in group.__annotations__.items():
         get = declared.keywords.get("get")
@@ -34,7 +35,7 @@ def _reader(get: Callable[[Any], Any], kind: Callable[[Any], Any]) -> Callable[[
 
 
 class Plain:
-    """Reads like the property group it stands for."""
+    """Has the same attributes as its property group."""
 
     __slots__ = ("_group",)
 
@@ -48,5 +49,5 @@ class Plain:
 
 
 def of(struct: bpy.types.bpy_struct) -> bpy.types.bpy_struct | Plain:
-    """A group of ours without Blender's getters; any other struct as it is."""
+    """A group of Ajar without Blender's getters; any other struct is returned unchanged."""
     return Plain(struct) if isinstance(struct, bpy.types.PropertyGroup) and hasattr(type(struct), "__annotations__") else struct

@@ -1,4 +1,4 @@
-"""Settings for kinds of work, all of them chosen together."""
+"""Presets: settings for types of work that are set together."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import bpy
 
 from .translations import tooltip
 
-# Every preset sets every one of these, so that choosing one undoes another.
+# Every preset sets all of these, so that a preset replaces the previous one.
 BASE = {"integrator": "auto", "image": "uniform", "image_error": "relative", "samples": 1024, "time_limit": 0.0, "noise_target": 0.001,
         "bounces_total": 12, "bounces_diffuse": 4, "bounces_glossy": 4, "bounces_transmission": 12, "bounces_transparent": 8,
         "reflective_caustics": True, "refractive_caustics": True, "clamp_direct": 0.0, "clamp_indirect": 0.0}
 PRESETS: dict[str, tuple[str, str, dict[str, Any]]] = {
-    "PREVIEW": ("Preview", "A first look: grainy and soon done", {"integrator": "path", "samples": 32, "noise_target": 0.02}),
+    "PREVIEW": ("Preview", "A first look: fast, with noise", {"integrator": "path", "samples": 32, "noise_target": 0.02}),
     "INTERIOR": ("Interior", "Light that comes around corners and bounces often",
                  {"noise_target": 0.002, "bounces_total": 24, "bounces_diffuse": 16, "bounces_glossy": 8}),
     "CAUSTICS": ("Caustics", "Light through glass and off mirrors, by photon maps",
                  {"integrator": "photon_map", "bounces_total": 24, "bounces_glossy": 12, "bounces_transmission": 24, "bounces_transparent": 16}),
-    "PRODUCT": ("Product", "Things in open light, with samples where the eye sees noise",
+    "PRODUCT": ("Product", "Objects in unoccluded light, with more samples where the eye sees noise",
                 {"integrator": "path", "image": "pmc_ip", "image_error": "perceptual", "bounces_transparent": 16}),
-    "FINAL": ("Final", "Clean, however long it takes",
+    "FINAL": ("Final", "Clean, without a time limit",
               {"samples": 16384, "noise_target": 0.0002, "bounces_total": 24, "bounces_diffuse": 8, "bounces_glossy": 8, "bounces_transmission": 24,
                "bounces_transparent": 16}),
 }

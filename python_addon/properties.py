@@ -1,17 +1,17 @@
 """Settings of Ajar, stored in the .blend.
 
-A setting nobody has touched takes the value that the file has for Cycles, where Cycles has the same setting and somebody has set
-any of Cycles' there: an unmodified scene renders the same. The user interface shows the value in force.
+A setting that was not changed has the value of the same setting of Cycles, if any setting of Cycles was set in the scene, so that unmodified scenes
+render in the same way. The user interface shows the effective value.
 """
 
-# No `from __future__ import annotations`: Blender reads these annotations as they are.
+# No `from __future__ import annotations`: Blender needs the annotations as objects, not as text.
 
 import bpy
 
 from . import compat, data_properties, hints, inherited
 from .ajar_module import ajar
 
-# The numbers are stored in files and never change.
+# The numbers are stored in files and must not change.
 INTEGRATOR_NUMBERS = {"auto": 0, "path": 1, "pmc_pt": 2, "erpt": 3, "mps": 4, "metropolis": 5, "photon_map": 6, "bdpt": 7,
                       "irradiance_cache": 8}
 DIRECT_NUMBERS = {"mis": 0, "bsdf": 1, "light": 2, "ris": 3, "correlated": 4, "pmc_hi": 5, "ocv": 6, "ocv_paper": 7,
@@ -30,7 +30,7 @@ CURVE_SHAPES = [("RIBBONS", "Rounded Ribbons", "Flat, with the shading of a tube
 
 
 def integrator_items() -> list[tuple[str, str, str, int]]:
-    """Those that this build has."""
+    """The integrators of this build."""
     return [(info.name, info.label, info.sentence, INTEGRATOR_NUMBERS[info.name])
             for info in ajar.integrator_list() if info.name in INTEGRATOR_NUMBERS]
 
@@ -97,8 +97,8 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                ("pmc_ip", "Adaptive (PMC-IP)", "Noisy pixels get more samples", 1)])
     image_error: bpy.props.EnumProperty(
         name="Noise Measure", description="Which error adaptive sampling reduces", default="relative",
-        items=[("relative", "Relative Error", "Against the brightness of each pixel", 0),
-               ("perceptual", "Visible Error", "Against the differences that an eye can see", 1)])
+        items=[("relative", "Relative Error", "Relative to the brightness of each pixel", 0),
+               ("perceptual", "Visible Error", "Relative to the smallest difference that an eye can see", 1)])
     importance_factor: bpy.props.FloatProperty(
         name="Region Importance", description="Pixels in the region get this many times more samples. Does not change the mean of the picture", default=1.0, min=0.0, soft_max=10.0)
     importance_min: bpy.props.FloatVectorProperty(name="Region From", description="Lower left corner of the region, as a fraction of the frame", size=2,
@@ -177,12 +177,12 @@ class AjarCollectionSettings(bpy.types.PropertyGroup):
 
 
 class AjarLightGroup(bpy.types.PropertyGroup):
-    """What matters more or less of a view layer's light groups, by their names."""
+    """The importance of a light group of a view layer, by its name."""
     importance: bpy.props.FloatProperty(name="Importance", description="Importance of the light group that has this name", default=1.0)
 
 
 def _active_light_group(settings: bpy.types.PropertyGroup) -> tuple[bpy.types.ViewLayer, str]:
-    """The layer that has these settings, and the name of its active light group or nothing."""
+    """The view layer of these settings, and the name of its active light group or an empty text."""
     layer = next(layer for layer in settings.id_data.view_layers if layer.ajar == settings)
     index = layer.active_lightgroup_index
     return layer, layer.lightgroups[index].name if 0 <= index < len(layer.lightgroups) else ""
@@ -194,7 +194,7 @@ def _get_importance(settings: bpy.types.PropertyGroup) -> float:
 
 
 def _set_importance(settings: bpy.types.PropertyGroup, importance: float) -> None:
-    """Only groups that there are and whose importance is not 1 are kept."""
+    """Set the importance. Only existing groups whose importance is not 1 are stored."""
     layer, name = _active_light_group(settings)
     kept = {group.name: group.importance for group in settings.light_groups if group.name in layer.lightgroups}
     kept[name] = importance

@@ -1,8 +1,8 @@
-"""What an artist sees of a render while it runs: the noise over time and the samples of each pixel.
+"""Progress of a render for the artist: the noise over time and the samples of each pixel.
 
-The render thread notes plain numbers here (`note`); it reads no data of Blender's. Panels draw the latest of them in the main thread. A timer redraws
-the areas that show the panel when there is something new. While no panel is shown, the render thread asks the session for nothing until the
-render ends. In the background nothing is noted at all.
+The render thread stores plain numbers here (`note`) and reads no data of Blender. Panels draw the latest numbers in the main thread. A timer redraws
+the areas that show the panel when there are new numbers. While no panel is visible, the render thread does not query the session until the render
+ends. In background mode nothing is stored.
 """
 
 from __future__ import annotations
@@ -19,44 +19,44 @@ from .ajar_module import ajar
 from .translations import interface
 
 NOTE_SECONDS = 0.5            # between two notes of a render
-LOOK_SECONDS = 0.25           # between two looks of the timer
-DENSITY_SIDE = 256            # pixels of the map at most
-FEW_SAMPLES = 2.0             # estimates of so few say nothing about rare bright samples
+LOOK_SECONDS = 0.25           # between two calls of the timer
+DENSITY_SIDE = 256            # maximum side of the map in pixels
+FEW_SAMPLES = 2.0             # estimates from fewer samples miss rare bright samples
 
 
 @dataclass(frozen=True)
 class Density:
     means: np.ndarray         # [height, width], at most DENSITY_SIDE each
-    least: float              # of the pixels
+    least: float              # minimum over the pixels
     mean: float
     most: float
 
 
 @dataclass(frozen=True)
 class Noted:
-    """A render as it was at some moment. Replaced as a whole, so that a reader in another thread sees one moment."""
+    """The state of a render at one time. It is replaced as a whole, so that a reader in another thread gets a consistent state."""
 
-    number: int               # of the note: what is drawn is out of date when this has grown
-    seconds: np.ndarray       # of each estimate of the error
-    noise: np.ndarray         # as a part of the brightness
-    target: float             # noise that ends the render, 0: none
+    number: int               # number of the note; a drawing with a smaller number is out of date
+    seconds: np.ndarray       # times of the estimates of the error
+    noise: np.ndarray         # as a fraction of the brightness
+    target: float             # noise at which the render ends; 0: none
     samples: float
-    remaining_seconds: float  # below 0: not known
+    remaining_seconds: float  # negative: not known
     is_running: bool
     density: Density | None
 
 
-_noted: dict[str, Noted] = {}          # by name of the scene
+_noted: dict[str, Noted] = {}          # by the name of the scene
 _count = 0
 _next_note = 0.0
-_areas: dict[int, int] = {}            # areas that show a panel -> how many notes there were when it was drawn
+_areas: dict[int, int] = {}            # areas that show a panel -> number of the note that was drawn
 _density_is_shown = False
 
 
 # ---- The render thread --------------------------------------------------------------------------------------------------
 
 def begin(scene_name: str) -> None:
-    """A render begins: nothing of the one before is shown as this one's."""
+    """Called at the start of a render, so that the panel does not show the previous one."""
     global _next_note
     _next_note = 0.0
     if not bpy.app.background:
@@ -64,19 +64,19 @@ def begin(scene_name: str) -> None:
 
 
 def note(scene_name: str, session: ajar.Session, target_relmse: float) -> None:
-    """From time to time, while a panel is shown."""
+    """Store the progress in intervals, while a panel is visible."""
     global _next_note
     if bpy.app.background or not _areas or time.monotonic() < _next_note:
         return
     _next_note = time.monotonic() + NOTE_SECONDS
     noted = _noted[scene_name]
     lacks_density = _density_is_shown and noted.density is None
-    if lacks_density or session.progress().samples != noted.samples:   # a paused render has nothing new
+    if lacks_density or session.progress().samples != noted.samples:   # a paused render does not change
         _note(scene_name, session, target_relmse, True)
 
 
 def end(scene_name: str, session: ajar.Session, target_relmse: float) -> None:
-    """What the panel shows until the next render."""
+    """Store the final state, which the panel shows until the next render."""
     if not bpy.app.background:
         _note(scene_name, session, target_relmse, False)
 
@@ -96,7 +96,7 @@ def _put(scene_name: str, *values: Any) -> None:
 
 
 def density_of(session: ajar.Session) -> Density | None:
-    """None before the first iteration that ended after it was asked for."""
+    """The sample density. None until an iteration has ended after the first request."""
     counts = session.snapshot("Sample Count")
     if counts is None:
         return None
@@ -104,17 +104,17 @@ def density_of(session: ajar.Session) -> Density | None:
     return Density(graph.shrunk(counts, DENSITY_SIDE), float(counts.min()), float(counts.mean(dtype=np.float64)), float(counts.max()))
 
 
-# ---- Words --------------------------------------------------------------------------------------------------------------
+# ---- Texts --------------------------------------------------------------------------------------------------------------
 
 def noise_words(noise: float, target: float) -> str:
-    """Both as parts of the brightness; target 0: none."""
+    """The noise and the target as text. Both are fractions of the brightness; target 0: none."""
     if target > 0.0:
         return interface("{percent} % of {target} %", percent=_percent(noise), target=_percent(target))
     return interface("{percent} %", percent=_percent(noise))
 
 
 def _percent(part: float) -> str:
-    """Two digits, never as a power of ten."""
+    """Two digits, without an exponent."""
     return f"{100.0 * part:.2g}" if part < 0.995 else f"{100.0 * part:.0f}"
 
 
@@ -130,7 +130,7 @@ def of(scene: bpy.types.Scene) -> Noted | None:
 
 
 def show_in(area: bpy.types.Area, scene: bpy.types.Scene) -> Noted | None:
-    """Called by a panel that draws itself: what there is to show. The area is redrawn when there is something new."""
+    """Called by a panel while it is drawn. Returns the data to show. The area is redrawn when there are new data."""
     global _density_is_shown
     noted = of(scene)
     _density_is_shown = scene.ajar.show_sample_density
@@ -142,7 +142,7 @@ def show_in(area: bpy.types.Area, scene: bpy.types.Scene) -> Noted | None:
 
 
 def _look() -> float | None:
-    """Redraw the areas that were drawn before the newest note. An area that draws the panel again reports itself again; others are forgotten."""
+    """Redraw the areas that do not show the newest note. An area that draws the panel again is registered again; others are removed."""
     shown = {area.as_pointer(): area for window in bpy.context.window_manager.windows for area in window.screen.areas}
     for pointer, count in list(_areas.items()):
         if pointer not in shown:

@@ -1,4 +1,4 @@
-"""Self-check: what this installation is made of, and whether it renders. For people whose Ajar does not work, and those who help them."""
+"""Self-check: the parts of this installation, and a test render. It helps to find out why Ajar does not work."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from .translations import report
 
 MODULE = __package__
 TEXT_NAME = "Ajar Self-Check"
-import_failure = ""   # why the compiled module could not be loaded
+import_failure = ""   # the error when the compiled module was loaded
 
 
 def lines() -> list[str]:
-    """Never fails: what goes wrong is what is told."""
+    """The lines of the report. Never raises an exception: errors are part of the report."""
     found = [f"Blender {bpy.app.version_string} ({_word(bpy.app.build_commit_date)}), Python {platform.python_version()}",
              f"System: {platform.platform()}, {' '.join(platform.libc_ver())}", f"Add-on: {Path(__file__).parent}"]
     if import_failure:
@@ -34,7 +34,7 @@ def _word(value: bytes | str) -> str:
 
 
 def _packaged() -> list[str]:
-    """For which Pythons and processors there are modules."""
+    """The Python versions and processors for which there are modules."""
     modules = sorted((Path(__file__).parent / "ajar").rglob("_ajar.*.so"))
     return [f"Modules inside: {', '.join(f'{path.parent.name}/{path.name}' for path in modules) or 'none'}",
             f"Module wanted: for {sys.implementation.cache_tag}"]
@@ -56,7 +56,7 @@ def _renderer() -> list[str]:
 
 
 def _render(ajar) -> float:
-    """Mean of a picture that is known."""
+    """The mean of an image with a known result."""
     description = ajar.SceneDescription()
     description.world.color = (0.5, 0.5, 0.5)
     camera, settings = description.camera, description.settings
@@ -78,7 +78,7 @@ def _render(ajar) -> float:
 class AJAR_OT_self_check(bpy.types.Operator):
     bl_idname = "ajar.self_check"
     bl_label = "Self-Check"
-    bl_description = "Print versions, instruction set and libraries, and render a picture that is known; the result is copied to the clipboard"
+    bl_description = "Print versions, instruction set and libraries, and render a test picture; the result is copied to the clipboard"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         found = lines()

@@ -1,6 +1,6 @@
-"""Settings of Blender and Cycles that Ajar does not follow. Each is reported by the name of what has it, where it is set to something that would change the picture.
+"""Settings of Blender and Cycles that Ajar does not support. Each is reported with the name of its datablock if its value would change the image.
 
-`tests/blender/panels/inventory.py` lists what becomes of every other setting.
+`tests/blender/panels/inventory.py` lists how every other setting is handled.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from .translations import report
 @dataclass(frozen=True)
 class Setting:
     path: str        # from the datablock, like "cycles.max_bounces"
-    harmless: object   # the value that asks for nothing
-    text: str        # a sentence that goes on after the name
-    matters: Callable[[bpy.types.bpy_struct], bool] = lambda owner: True   # whether the datablock uses it at all
-    values: dict[str, str] = field(default_factory=dict)   # of the format fields of the text
+    harmless: object   # the value that does not change the image
+    text: str        # a sentence that follows the name of the datablock
+    matters: Callable[[bpy.types.bpy_struct], bool] = lambda owner: True   # whether the datablock uses the setting
+    values: dict[str, str] = field(default_factory=dict)   # values of the format fields of the text
 
     def message(self) -> str:
-        """In the artist's language."""
+        """The text in the language of the artist."""
         return report(self.text, **self.values)
 
 
@@ -86,7 +86,7 @@ def value_of(owner: bpy.types.bpy_struct, path: str) -> tuple[bool, object]:
 
 
 def asked_of(owner: bpy.types.bpy_struct, settings: tuple[Setting, ...]) -> Iterator[str]:
-    """What to tell the artist of one datablock."""
+    """The messages for one datablock."""
     for setting in settings:
         known, value = value_of(owner, setting.path)
         if known and value != setting.harmless and setting.matters(owner):

@@ -1,4 +1,4 @@
-"""What a 3D view shows, as a camera of the core: exactly what Blender draws its overlays by."""
+"""The camera of a 3D view for the core. It is exactly that of Blender's overlays."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from .export.context import rows_3x4
 
 @dataclass(frozen=True)
 class View:
-    """Values only, so that two of them can be compared."""
+    """Contains values only, so that two views can be compared."""
 
     world_from_camera: tuple[float, ...]
     orthographic: bool
     window: tuple[float, float, float, float]          # left, right, bottom, top at distance 1; orthographic: in metres
     clip: tuple[float, float]
     lens: tuple[float, float, int, float, float]       # aperture radius, focus distance, blades, rotation, ratio
-    size: tuple[int, int]                              # of the region, in pixels
-    border: tuple[int, int, int, int]                  # of what is rendered, in pixels of the region
-    panorama: ajar.PanoramaDescription | None = None   # then the window is the part of it that shows
+    size: tuple[int, int]                              # size of the region in pixels
+    border: tuple[int, int, int, int]                  # rendered part, in pixels of the region
+    panorama: ajar.PanoramaDescription | None = None   # if set, `window` is the visible part of the panorama
 
     def camera(self) -> ajar.CameraDescription:
         out = ajar.CameraDescription()
@@ -39,7 +39,7 @@ class View:
         return out
 
     def resolution(self, divider: int) -> tuple[tuple[int, int], list[int]]:
-        """Size and region of a picture that has one pixel for `divider` squared of the view's."""
+        """Size and region of an image with one pixel for `divider` squared pixels of the view."""
         width, height = (max(1, math.ceil(side / divider)) for side in self.size)
         x0, y0, x1, y1 = (edge / divider for edge in self.border)
         left, bottom = min(int(x0), width - 1), min(int(y0), height - 1)
@@ -52,7 +52,7 @@ class View:
 
 def of(region: bpy.types.Region, region_3d: bpy.types.RegionView3D, space: bpy.types.SpaceView3D,
        depsgraph: bpy.types.Depsgraph) -> View | None:
-    """None while the view has no size."""
+    """The view, or None while it has no size."""
     width, height = region.width, region.height
     projection = region_3d.window_matrix
     if width < 1 or height < 1 or projection[0][0] == 0.0 or projection[1][1] == 0.0:
@@ -66,7 +66,7 @@ def of(region: bpy.types.Region, region_3d: bpy.types.RegionView3D, space: bpy.t
     lens = (0.0, 10.0, 0, 0.0, 1.0)
     if orthographic:
         near, far = (projection[2][3] + 1.0) / projection[2][2], (projection[2][3] - 1.0) / projection[2][2]
-        frame = frame @ Matrix.Translation((0.0, 0.0, -near))  # planes behind the eye are allowed there
+        frame = frame @ Matrix.Translation((0.0, 0.0, -near))  # orthographic views show planes behind the eye
         clip = (0.0, far - near)
     elif camera is not None:
         clip = (camera.data.clip_start, camera.data.clip_end)
@@ -93,7 +93,7 @@ def _camera(region_3d: bpy.types.RegionView3D, space: bpy.types.SpaceView3D, dep
 
 def _border(region: bpy.types.Region, region_3d: bpy.types.RegionView3D, space: bpy.types.SpaceView3D, depsgraph: bpy.types.Depsgraph,
             camera: bpy.types.Object | None) -> tuple[int, int, int, int]:
-    """The render region that the artist drew in the view, else all of it."""
+    """The render region that the artist has set in the view, otherwise the whole view."""
     width, height = region.width, region.height
     full = (0, 0, width, height)
     if camera is None:
@@ -112,7 +112,7 @@ def _border(region: bpy.types.Region, region_3d: bpy.types.RegionView3D, space: 
 
 
 def _camera_frame(region_3d: bpy.types.RegionView3D, camera: bpy.types.Object, scene: bpy.types.Scene) -> tuple[float, ...]:
-    """Left, bottom, right, top of the camera's frame, as shares of the region."""
+    """Left, bottom, right, top of the camera frame as fractions of the region."""
     shares = []
     for corner in camera.data.view_frame(scene=scene):
         clip = region_3d.window_matrix @ Vector((*corner, 1.0))

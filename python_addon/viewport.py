@@ -1,9 +1,9 @@
-"""The rendered 3D view: one session per view, polled by a timer, drawn as a texture.
+"""The rendered 3D view. Each view has a session, which a timer polls. The image is drawn as a texture.
 
-Camera moves arrive only in `draw`, edits in `update`. Either asks the session for another picture: first a coarse one that takes about
-FIRST_SECONDS, then finer ones, then samples. Of a stream of changes the latest is rendered as soon as there is something to show of an
-earlier one, so that a view in motion is always seen to move. Camera moves build nothing; edits export and build what they changed,
-see `export/known_objects.py`, `export/mesh_cache.py` and `Session.update`.
+`draw` receives changes of the camera, `update` receives edits. Both request a new image from the session: first a coarse one that takes about
+FIRST_SECONDS, then finer ones, then more samples. In a sequence of changes, the latest one is rendered as soon as an image of an earlier one can be
+shown, so that a moving view is always updated. Changes of the camera build nothing. Edits export and build only what has changed, see
+`export/known_objects.py`, `export/mesh_cache.py` and `Session.update`.
 """
 
 from __future__ import annotations
@@ -24,51 +24,51 @@ from .export import ExportContext, KnownObjects, MeshCache, OutOfDate, export_co
 from .headless import Options
 
 POLL_SECONDS = 0.01
-FIRST_SECONDS = 0.03          # that the first picture after a change may take
-QUICK_SECONDS = 0.2           # a full picture that takes no longer follows it at once
-PATIENCE_SECONDS = 0.25       # that a change waits for the picture of the change before
+FIRST_SECONDS = 0.03          # maximum time of the first image after a change
+QUICK_SECONDS = 0.2           # a full image that takes no longer is rendered directly after it
+PATIENCE_SECONDS = 0.25       # maximum time that a change waits for the image of the previous change
 COARSEST = 16
-LARGEST_HALF = 65504.0        # what a texture of half floats can hold
-DISPLAY_GAMMA = 2.2           # of the colours of the sample density, which are drawn like a picture
+LARGEST_HALF = 65504.0        # maximum value of half floats
+DISPLAY_GAMMA = 2.2           # of the colours of the sample density, which are drawn like an image
 
 _undo_count = 0
 
 
 class Viewport:
-    """The picture of one 3D view. Lives as long as Blender's engine object for it."""
+    """The image of one 3D view. It exists as long as the engine object of Blender for this view."""
 
     def __init__(self) -> None:
         self.session = ajar.Session()
         self.meshes = MeshCache()
         self.known = KnownObjects()
-        self.view: view.View | None = None             # of the picture being rendered
-        self.updates = self.moves = 0                  # asked of the session, for tests
-        self._settings: ajar.RenderSettings | None = None   # the scene's
+        self.view: view.View | None = None             # view of the image that is rendered
+        self.updates = self.moves = 0                  # numbers of requests to the session, for tests
+        self._settings: ajar.RenderSettings | None = None   # of the scene
         self._fingerprint: int | None = None
-        self._description: ajar.SceneDescription | None = None   # waits to be rendered
-        self._wanted_view: view.View | None = None               # the same
+        self._description: ajar.SceneDescription | None = None   # waiting to be rendered
+        self._wanted_view: view.View | None = None               # waiting to be rendered
         self._undo_count = _undo_count
-        self._number = 0                               # of the render that is going on
+        self._number = 0                               # number of the current render
         self._divider = 1
         self._asked = 0.0
-        self._rate = 1e6                               # pixels per second, one sample each
-        self._uploaded = (0, 0)                        # render and iteration of the texture
-        self._denoises = False                         # wanted and possible
+        self._rate = 1e6                               # pixels per second with one sample each
+        self._uploaded = (0, 0)                        # render and iteration that the texture shows
+        self._denoises = False                         # enabled and possible
         self._denoiser = denoise.Background()
-        self._noisy: tuple[int, float, list[np.ndarray]] | None = None   # render, samples, picture and guides: the newest
-        self._denoised = (0, 0.0)                      # render and samples of the last picture given to the denoiser
-        self._clean = 0                                # the render of which a denoised picture is shown
-        self._hints_of = -1                            # the number of the update whose attached hints are shown
-        self._shows_density = False                    # instead of the picture
-        self._texture: Any = None                      # of `gpu`, made when first drawn
+        self._noisy: tuple[int, float, list[np.ndarray]] | None = None   # the newest render, samples, image and guides
+        self._denoised = (0, 0.0)                      # render and samples of the last image that was passed to the denoiser
+        self._clean = 0                                # the render whose denoised image is shown
+        self._hints_of = -1                            # number of the update whose attached hints are shown
+        self._shows_density = False                    # shows the sample density instead of the image
+        self._texture: Any = None                      # of `gpu`, created at the first drawing
         self._texture_border = (0, 0, 0, 0)
         self._error = ""
         self._hint_points: dict[str, np.ndarray] = {}
 
-    # ---- What Blender says ----------------------------------------------------------------------------------------------
+    # ---- Calls by Blender ------------------------------------------------------------------------------------------------
 
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
-        """Something in the scene may have changed."""
+        """Called when the scene may have changed."""
         if self._undo_count != _undo_count:
             self._undo_count = _undo_count
             self.meshes.clear()
@@ -94,7 +94,7 @@ class Viewport:
         self._proceed()
 
     def _export(self, depsgraph: bpy.types.Depsgraph, is_hidden, revisions: list[bpy.types.Object] | None) -> ajar.SceneDescription:
-        """All there is to see; with `revisions`, from what is known but for these objects."""
+        """Export the scene. With `revisions`, only these objects are exported again."""
         exported = ExportContext(depsgraph, lambda: False, lambda step: None, self.meshes, is_hidden)
         exported.known, exported.revisions = self.known, revisions
         self._denoises = depsgraph.scene.ajar.use_viewport_denoise and denoise.is_available()
@@ -114,12 +114,12 @@ class Viewport:
         self._proceed()
         self._choose_pass(context.space_data.shading.ajar.show_sample_density)
         self._upload(depsgraph.scene)
-        self._proceed()  # what is shown may be followed by a finer picture
+        self._proceed()  # a finer image may follow
         if self._texture is not None:
             self._draw_texture(engine, depsgraph.scene)
         engine.update_stats("", self.status())
 
-    # ---- What the session does --------------------------------------------------------------------------------------------
+    # ---- Control of the session --------------------------------------------------------------------------------------------
 
     def is_busy(self) -> bool:
         waits = self._wanted_view is not None or self._description is not None
@@ -127,13 +127,13 @@ class Viewport:
         return waits or coarse or self._denoiser.is_busy() or not (self.session.wait(0.0) or self.session.is_paused())
 
     def poll(self) -> bool:
-        """Go on; True when there is something new to draw."""
+        """Continue. Returns True if there is a new image to draw."""
         self._proceed()
         progress = self.session.progress()
         return self._denoiser.is_ready() or ((progress.render, progress.iteration) > self._uploaded and progress.iteration > 0)
 
     def _proceed(self) -> None:
-        """Begin what waits, when it is time, or the next finer picture."""
+        """Start the waiting change if it is time for it, or the next finer image."""
         if self._settings is None:
             return
         progress = self.session.progress()
@@ -147,10 +147,10 @@ class Viewport:
                 self.view, self._wanted_view = target, None
                 self._render(self._first_divider())
         elif shown and self._divider > 1 and self._uploaded[0] == self._number:
-            # A full picture at once when it is quick, else by steps.
+            # The full image directly if it is fast, otherwise in steps.
             quick = self.view.pixels() / self._rate < QUICK_SECONDS
             self._render(1 if quick else self._divider // 2)
-        # An edit is shown in full before the view waits again.
+        # A paused view first shows the full image of an edit.
         progress = self.session.progress()
         self.session.pause(pausing.is_wanted_in_views() and self._divider == 1 and progress.render == self._number and progress.iteration > 0)
 
@@ -175,7 +175,7 @@ class Viewport:
             self.moves += 1
         self._divider, self._asked = divider, time.monotonic()
 
-    # ---- What is seen ---------------------------------------------------------------------------------------------------------
+    # ---- Drawing --------------------------------------------------------------------------------------------------------------
 
     def status(self) -> str:
         error = self.session.take_error()
@@ -198,13 +198,13 @@ class Viewport:
         return json.loads(self.session.statistics_json())
 
     def _choose_pass(self, shows_density: bool) -> None:
-        """The picture or the samples of its pixels, of the render at hand."""
+        """Show the image or the sample density of the current render."""
         if shows_density != self._shows_density:
             self._shows_density = shows_density
             self._uploaded, self._clean, self._denoised = (0, 0), 0, (0, 0.0)
 
     def _upload(self, scene: bpy.types.Scene) -> None:
-        """The newest picture into the texture. Only while drawing: `gpu` needs a window."""
+        """Upload the newest image to the texture. It must be called during drawing, since `gpu` needs a window."""
         if self._denoiser.is_ready():
             of, pixels = self._denoiser.take()
             if of == self._number and pixels is not None and not self._shows_density:
@@ -217,7 +217,7 @@ class Viewport:
             return
         if self._shows_density:
             counts = self.session.snapshot("Sample Count")
-            if counts is not None:   # else it comes with the next iteration
+            if counts is not None:   # otherwise it is available after the next iteration
                 self._uploaded = state
                 self._show(graph.density(counts[..., 0])**DISPLAY_GAMMA)
             return
@@ -237,7 +237,7 @@ class Viewport:
         photon_overlay.remember(scene, self.session)
 
     def _denoise(self) -> None:
-        """As samples double, and at the end; a picture at a time."""
+        """Denoise when the number of samples has doubled and at the end, one image at a time."""
         if self._noisy is None or self._noisy[0] != self._number or self._denoiser.is_busy():
             return
         number, samples, pictures = self._noisy
@@ -251,7 +251,7 @@ class Viewport:
     def _show(self, pixels: np.ndarray) -> None:
         import gpu
 
-        pixels = np.clip(pixels, 0.0, LARGEST_HALF)  # for display only: larger values would turn black
+        pixels = np.clip(pixels, 0.0, LARGEST_HALF)  # for display only, since larger values would be black
         height, width = pixels.shape[:2]
         buffer = gpu.types.Buffer("FLOAT", width * height * 4, np.ascontiguousarray(pixels).reshape(-1))
         self._texture = gpu.types.GPUTexture((width, height), format="RGBA16F", data=buffer)
@@ -271,17 +271,17 @@ class Viewport:
 
 
 def _for_view(wanted: ajar.RenderSettings, scene: bpy.types.Scene) -> ajar.RenderSettings:
-    """A scene's settings for its final picture as those of a 3D view."""
+    """Change the settings of a final render to those of a 3D view."""
     wanted = copy.copy(wanted)
     ours = scene.ajar
     wanted.integrator, wanted.samples = ours.viewport_integrator, ours.viewport_samples
     wanted.seconds, wanted.target_error = 0.0, 0.0
-    wanted.importance_factor = 1.0   # its region is one of the camera's frame
+    wanted.importance_factor = 1.0   # its region refers to the frame of the camera
     return wanted
 
 
 def _hidden_in(space: bpy.types.SpaceView3D):
-    """Whether this view hides an object that others show (local view, hidden collections)."""
+    """A function that tells whether this view hides an instance that others show (local view, hidden collections)."""
     if not (space.local_view or space.use_local_collections):
         return None
 
@@ -292,7 +292,7 @@ def _hidden_in(space: bpy.types.SpaceView3D):
 
 
 def watch(engine: bpy.types.RenderEngine) -> None:
-    """Look at the engine's session from time to time, and redraw its view when there is news."""
+    """Poll the session of the engine with a timer, and redraw its view when there is a new image."""
     reference = weakref.ref(engine)
 
     def look() -> float | None:
@@ -304,10 +304,10 @@ def watch(engine: bpy.types.RenderEngine) -> None:
                 engine.tag_redraw()
             if engine.viewport.is_busy():
                 return POLL_SECONDS
-            engine.tag_redraw()  # the last words
+            engine.tag_redraw()  # shows the final status
             engine.watched = False
             return None
-        except ReferenceError:  # Blender has freed it
+        except ReferenceError:  # Blender has freed the engine
             return None
     bpy.app.timers.register(look, first_interval=POLL_SECONDS)
 

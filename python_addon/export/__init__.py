@@ -1,6 +1,6 @@
-"""From Blender's evaluated dependency graph to Ajar's SceneDescription.
+"""Export of Blender's evaluated dependency graph to Ajar's SceneDescription.
 
-One module per kind of datablock. Axes, units and names are Blender's own; arrays are copied in bulk; nothing of Blender is kept.
+Each type of datablock has its own module. Axes, units and names are those of Blender. Arrays are copied in bulk, and no object of Blender is kept.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ __all__ = ["ExportCancelled", "ExportContext", "KnownObjects", "MeshCache", "Out
 def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[str], camera_object: bpy.types.Object | None,
                  is_cancelled: Callable[[], bool], report_step: Callable[[str], None],
                  frame_set: motion.FrameSet | None = None) -> ExportContext:
-    """The whole scene as seen by `camera_object`. Raises ExportCancelled soon after `is_cancelled` says so. Motion is blurred with
-    `frame_set` only, after which nothing evaluated before may be touched."""
+    """Export the scene with `camera_object` as its camera. Raises ExportCancelled soon after `is_cancelled` returns True. Motion blur needs
+    `frame_set`; after its call, objects that were evaluated before must not be used."""
     context = ExportContext(depsgraph, is_cancelled, report_step)
     if not motion.is_wanted(context.scene, context.view_layer):
         frame_set = None
@@ -37,7 +37,7 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
 
 
 def export_contents(context: ExportContext) -> None:
-    """What there is to see, wherever it is seen from."""
+    """Export all that does not depend on the camera."""
     world.export(context)
     objects.export(context)
     hints.export(context)

@@ -1,4 +1,4 @@
-"""The camera: what part of the plane at distance 1 the frame shows, and the lens."""
+"""The camera: the part of the plane at distance 1 that the frame shows, and the lens."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PANORAMAS = {
 def export(context: ExportContext, camera_object: bpy.types.Object | None) -> None:
     out = context.description.camera
     if camera_object is None or camera_object.type != "CAMERA":
-        return  # the core says so
+        return  # the core reports it
     camera = camera_object.data
     context.warn_all(camera_object.name, unsupported.asked_of(camera, unsupported.CAMERA))
     out.present = True
@@ -44,7 +44,7 @@ def kind_of_panorama(camera: bpy.types.Camera) -> str:
 
 
 def panorama_of(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> ajar.PanoramaDescription:
-    """Directions on the film, as Cycles lays them out."""
+    """The mapping from the film to directions, as in Cycles."""
     lens = plain.of(compat.panorama_owner(camera))
     out = ajar.PanoramaDescription()
     out.kind = _PANORAMAS.get(kind_of_panorama(camera), ajar.PanoramaKind.Equirectangular)
@@ -59,14 +59,14 @@ def panorama_of(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> a
 
 
 def _fit(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> tuple[float, float, bool]:
-    """The frame's sides, and whether the sensor fits the horizontal one."""
+    """The sides of the frame, and whether the sensor fits the horizontal one."""
     width, height = resolution(render)
     width, height = width * render.pixel_aspect_x, height * render.pixel_aspect_y
     return width, height, camera.sensor_fit == "HORIZONTAL" or (camera.sensor_fit == "AUTO" and width >= height)
 
 
 def screen_window(render: bpy.types.RenderSettings, camera: bpy.types.Camera) -> tuple[float, float, float, float]:
-    """Left, right, bottom, top at z = -1 (orthographic: in metres). The sensor fits one axis; the other follows the aspect."""
+    """Left, right, bottom, top at z = -1 (orthographic: in metres). The sensor fits one axis; the aspect ratio gives the other."""
     if camera.type == "PANO":
         return (0.0, 1.0, 0.0, 1.0)
     width, height, horizontal = _fit(render, camera)
@@ -76,16 +76,16 @@ def screen_window(render: bpy.types.RenderSettings, camera: bpy.types.Camera) ->
         extent = (camera.sensor_height if camera.sensor_fit == "VERTICAL" else camera.sensor_width) / camera.lens
     half_width = 0.5 * extent * (1.0 if horizontal else width / height)
     half_height = 0.5 * extent * (height / width if horizontal else 1.0)
-    x, y = camera.shift_x * extent, camera.shift_y * extent  # shifts are measured along the fitted axis, both
+    x, y = camera.shift_x * extent, camera.shift_y * extent  # both shifts are in units of the fitted axis
     return (x - half_width, x + half_width, y - half_height, y + half_height)
 
 
 def lens_of(camera: bpy.types.Camera, frame: Matrix) -> tuple[float, float, int, float, float]:
-    """Aperture radius, focus distance, blades, their rotation, ratio of the axes. `frame` is the camera's place in the world."""
+    """Aperture radius, focus distance, blades, their rotation, ratio of the axes. `frame` is the transform of the camera to the world."""
     lens = camera.dof
     if not lens.use_dof or lens.aperture_fstop <= 0.0:
         return (0.0, 10.0, 0, 0.0, 1.0)
-    focal_length = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3  # metres; orthographic lenses count as one metre
+    focal_length = 1.0 if camera.type == "ORTHO" else camera.lens * 1e-3  # in metres; one metre for orthographic lenses
     distance = lens.focus_distance
     if lens.focus_object is not None:
         target = lens.focus_object.matrix_world.translation

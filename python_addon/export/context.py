@@ -1,4 +1,4 @@
-"""What the exporters of one render share."""
+"""Data that the exporters of one render share."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from ..translations import report
 from .known_objects import KnownObjects
 from .mesh_cache import MeshCache
 
-CHECK_SECONDS = 0.05  # between two looks at the cancel button
+CHECK_SECONDS = 0.05  # between two checks for cancellation
 
 
 class ExportCancelled(Exception):
-    """The user wants no picture any more."""
+    """The user has cancelled the render."""
 
 
 class ExportContext:
-    """The description under construction and the indices already given away.
+    """The description under construction, and the indices of exported datablocks.
 
-    Lives for one export: its keys are addresses of Blender's data, which hold only that long.
+    It is valid for one export, since its keys are addresses of Blender's data.
     """
 
     def __init__(self, depsgraph: bpy.types.Depsgraph, is_cancelled: Callable[[], bool], report_step: Callable[[str], None],
@@ -30,23 +30,23 @@ class ExportContext:
         self.depsgraph = depsgraph
         self.scene = depsgraph.scene_eval
         self.view_layer = depsgraph.view_layer_eval
-        # Since 4.3 a view layer may have a world of its own.
+        # Since 4.3, a view layer can have its own world.
         self.world: bpy.types.World | None = getattr(self.view_layer, "world_override", None) or self.scene.world
         self.description = ajar.SceneDescription()
         self.materials: dict[int, int] = {}              # address of a material -> index
         self.images: dict[tuple, int] = {}
-        self.uses_generated = False                      # whether a material may ask for Generated coordinates
-        self.attribute_names: set[str] = set()           # attributes that materials ask for by name
-        self.object_properties: set[str] = set()         # likewise, of objects
-        self.instancer_properties: frozenset[str] = frozenset()   # and of what makes their instances
+        self.uses_generated = False                      # whether a material can use Generated coordinates
+        self.attribute_names: set[str] = set()           # attributes that materials use
+        self.object_properties: set[str] = set()         # properties of objects that materials use
+        self.instancer_properties: frozenset[str] = frozenset()   # properties of instancers that materials use
         self.warnings: list[tuple[str, str]] = []        # (name of the datablock, message)
-        self.meshes = meshes                             # of a viewport, from one export to the next
-        self.is_hidden = is_hidden                       # what a viewport does not show, beyond what the dependency graph leaves out
-        self.known: KnownObjects | None = None           # of a viewport, likewise
-        self.revisions: list[bpy.types.Object] | None = None   # of these, the objects to look at again; None: everything
+        self.meshes = meshes                             # of a viewport, kept between exports
+        self.is_hidden = is_hidden                       # whether a viewport hides an instance that is in the dependency graph
+        self.known: KnownObjects | None = None           # of a viewport, kept between exports
+        self.revisions: list[bpy.types.Object] | None = None   # the known objects to export again; None: all
         self.importance_of_collections: dict[int, float] | None = None
         self.importance_of_light_groups: dict[str, float] = {}
-        self.appearances: list[tuple] | None = None      # with motion blur: what each instance is known by (motion.identity)
+        self.appearances: list[tuple] | None = None      # with motion blur: the key of each instance (motion.identity)
         self.report_step = report_step
         self._is_cancelled = is_cancelled
         self._next_check = 0.0
@@ -54,24 +54,24 @@ class ExportContext:
             if group.name in self.view_layer.lightgroups:
                 self.importance_of_light_groups[group.name] = group.importance
             else:
-                self.warn(self.view_layer.name, "its light group {group} is gone, and with it that group's importance", group=group.name)
+                self.warn(self.view_layer.name, "its light group {group} does not exist, so that the importance of this group is not used", group=group.name)
 
     def warn_all(self, name: str, messages: Iterable[str]) -> None:
         for message in messages:
             self.warn(name, message)
 
     def warn(self, name: str, text: str, /, **values: object) -> None:
-        """Tell the artist, once. `values` are filled into the format fields of the text, after it was translated."""
+        """Add a warning once. `values` are filled into the format fields of the translated text."""
         message = report(text, **values)
         if (name, message) not in self.warnings:
             self.warnings.append((name, message))
 
     def light_importance(self, source: bpy.types.Object | bpy.types.World) -> float:
-        """Of the light group it is in."""
+        """The importance of the light group of an object or world."""
         return self.importance_of_light_groups.get(source.lightgroup, 1.0) if self.importance_of_light_groups else 1.0
 
     def check_cancelled(self) -> None:
-        """Cheap enough for every turn of a loop."""
+        """Fast enough for every iteration of a loop."""
         now = time.monotonic()
         if now < self._next_check:
             return

@@ -1,6 +1,6 @@
-"""The artist's light hints: every curve in one collection, its control points from a light to what the camera sees.
+"""Light hints: every curve in one collection. The control points of a curve lead from a light to a surface that the camera sees.
 
-Only the points go over, in world space; the core attaches them to lights and surfaces, and reports by name what it cannot attach.
+Only the points are exported, in world space. The core attaches them to lights and surfaces, and reports by name those that it cannot attach.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ COLLECTION, OLD_COLLECTION = "Light Hints", "Light Paths"
 
 
 def collection_of(scene: bpy.types.Scene) -> bpy.types.Collection | None:
-    """The one that the settings name. By default that is "Light Hints", and in older files "Light Paths"."""
+    """The collection of the settings. Its default name is "Light Hints", in older files "Light Paths"."""
     name = scene.ajar.hint_collection
     found = bpy.data.collections.get(name)
     return bpy.data.collections.get(OLD_COLLECTION) if found is None and name == COLLECTION else found
@@ -41,7 +41,7 @@ def export(context: ExportContext) -> None:
 
 
 def points_of(curve: bpy.types.Object, spline: bpy.types.Spline, matrix_world: Matrix, lamp: bpy.types.Object | None) -> np.ndarray:
-    """Control points in world space, float32[n, 3]; the first one on the lamp, if any, that the curve starts at."""
+    """Control points in world space, float32[n, 3]. If the curve starts at a lamp, the first point is on this lamp."""
     bezier = spline.type == "BEZIER"
     points = spline.bezier_points if bezier else spline.points
     width = 3 if bezier else 4
@@ -56,7 +56,7 @@ def points_of(curve: bpy.types.Object, spline: bpy.types.Spline, matrix_world: M
 
 
 def spreads_of(spline: bpy.types.Spline, spread: float) -> list[float]:
-    """Of each segment: the curve's, times the radius of the control point it leads to."""
+    """The spread of each segment: that of the curve times the radius of the control point at the end of the segment."""
     points = spline.bezier_points if spline.type == "BEZIER" else spline.points
     radii = np.empty(len(points), dtype=np.float32)
     points.foreach_get("radius", radii)

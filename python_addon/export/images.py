@@ -1,4 +1,4 @@
-"""Images of texture nodes: files stay files, packed files stay bytes, painted and generated ones become pixels."""
+"""Images of texture nodes. Files are exported as paths, packed files as bytes, painted and generated images as pixels."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ALPHA_MODES = {
 
 
 def export(context: ExportContext, image: bpy.types.Image | None, image_user: bpy.types.ImageUser | None) -> int:
-    """Index of the image at the current frame; MISSING for None. Never fails: what cannot be read, the core reports."""
+    """Index of the image at the current frame; MISSING for None. Never fails: the core reports images that it cannot read."""
     if image is None:
         return MISSING
     path = _path(image, image_user)
@@ -43,7 +43,7 @@ def _add(context: ExportContext, image: bpy.types.Image, path: str, color_space:
         if width > 0 and height > 0 and image.channels > 0:
             pixels = np.empty(width * height * 4, dtype=np.float32)
             image.pixels.foreach_get(pixels)
-            # Blender keeps float pixels in the scene's linear space and multiplied by alpha, whatever their file was.
+            # Blender stores float pixels in the linear space of the scene and multiplied by alpha, for all file formats.
             if image.is_float and image.alpha_mode == "STRAIGHT":
                 common["alpha_mode"] = ajar.AlphaMode.Premultiplied
             return context.description.add_image(

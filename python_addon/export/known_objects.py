@@ -1,10 +1,9 @@
-"""What a viewport's last export found in the dependency graph, so that an edit looks again only at what it changed.
+"""The data that the last export of a viewport collected from the dependency graph, so that an edit exports only what it changed.
 
-Walking over the instances takes Python longer than all the rest. It is left out when the graph says that nothing has changed but
-materials, lights, the world, and objects that move or look otherwise by themselves: neither instances nor what makes them, without a
-change of geometry. Whatever else has changed, and whenever in doubt, all is collected again. In Blender 5 an edit of a material also counts as one of the
-shading of all meshes and objects that have it.
-Datablocks are known by their originals, which last; Blender says when they are gone.
+The loop over the instances takes most of the time of an export in Python. It is skipped if the graph reports only changes of materials, lights, the
+world, and of objects that change their transform or appearance but not their geometry, and that are neither instanced nor instancers. After all other
+changes, and in cases of doubt, everything is collected again. In Blender 5, an edit of a material also counts as a change of the shading of all
+meshes and objects that use it. The keys are the original datablocks, which persist. Blender reports when they are deleted.
 """
 
 from __future__ import annotations
@@ -16,32 +15,32 @@ import bpy
 if TYPE_CHECKING:
     from .objects import Collected
 
-# Changes of these alone leave objects where they are. Cameras are exported by views.
+# Changes of these types do not affect objects. Views export cameras separately.
 _APART = (bpy.types.Material, bpy.types.Light, bpy.types.World, bpy.types.ShaderNodeTree, bpy.types.Camera)
 _NOTHING_TO_SEE = {"CAMERA", "EMPTY", "ARMATURE", "LATTICE", "SPEAKER"}
 
 
 def look_of(thing: bpy.types.Object) -> tuple:
-    """All that an original object gives its instances besides geometry and place."""
+    """All data that instances have from an original object except geometry and transform."""
     return (tuple(slot.material for slot in thing.material_slots), tuple(thing.color), thing.pass_index, thing.is_shadow_catcher, thing.is_holdout, thing.visible_camera,
             thing.visible_diffuse, thing.visible_glossy, thing.visible_transmission, thing.visible_volume_scatter, thing.visible_shadow)
 
 
 class OutOfDate(Exception):
-    """More has changed than was said: everything has to be collected again."""
+    """There are more changes than were reported, so that everything must be collected again."""
 
 
 class KnownObjects:
     def __init__(self) -> None:
         self.collected: Collected | None = None
-        self.walks = 0                       # over all instances, for tests
-        self.revised = 0                     # objects that were looked at again without one
+        self.walks = 0                       # number of loops over all instances, for tests
+        self.revised = 0                     # number of objects that were exported again without such a loop, for tests
 
     def forget(self) -> None:
         self.collected = None
 
     def changed(self, depsgraph: bpy.types.Depsgraph) -> list[bpy.types.Object] | None:
-        """Originals of the objects to look at again; None when all have to be collected."""
+        """Originals of the objects to export again, or None if everything must be collected."""
         collected = self.collected
         if collected is None or len(depsgraph.updates) == 0:
             return None
@@ -61,7 +60,7 @@ class KnownObjects:
 
 
 def _only_shading(collected: Collected, update: bpy.types.DepsgraphUpdate) -> bool:
-    """A mesh, or an object that is instanced or instances others and still looks as it did: a material of it has changed."""
+    """Whether only a material has changed: of a mesh, or of an unchanged object that is instanced or an instancer."""
     if update.is_updated_transform or update.is_updated_geometry or not update.is_updated_shading:
         return False
     thing = update.id
@@ -71,12 +70,12 @@ def _only_shading(collected: Collected, update: bpy.types.DepsgraphUpdate) -> bo
 
 
 def _is_alone(collected: Collected, thing: bpy.types.Object, update: bpy.types.DepsgraphUpdate) -> bool:
-    """Whether what changed of this object shows nowhere but in its own single appearance."""
+    """Whether the change of this object affects only its own single instance."""
     if not (update.is_updated_transform or update.is_updated_geometry or update.is_updated_shading):
         return False
     if thing.is_instancer or thing.original in collected.shared:
         return False
-    if thing.type in ("LIGHT", "CAMERA"):   # whose geometry is their data
+    if thing.type in ("LIGHT", "CAMERA"):   # their geometry is their datablock
         return thing.type == "CAMERA" or thing.original in collected.lamps
     if update.is_updated_geometry:
         return False

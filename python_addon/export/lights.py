@@ -1,4 +1,4 @@
-"""Lamps. Their matrix and energy go over unchanged; the core gives them Cycles' meaning."""
+"""Lamps. Their matrix and energy are exported unchanged; the core interprets them as Cycles does."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from .context import ExportContext
 
 def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list[float], visibility: int,
            light_importance: float = 1.0) -> None:
-    """One lamp of the scene. Instances of a lamp are lamps."""
+    """Export one lamp. Instances of a lamp are lamps."""
     if light.type == "AREA" and plain.of(light.ajar).is_portal:
-        return  # a portal only guides Cycles' sampling of the sky
+        return  # a portal only guides how Cycles samples the world
     context.warn_all(name, unsupported.asked_of(light, unsupported.LIGHT))
     out = ajar.LightDescription()
     out.name = name
@@ -31,7 +31,7 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list
         out.graph = _graph(context, tree, light.name)
     hidden = [kind for bit, kind in _SEEN_BY if not visibility & bit]
     if 0 < len(hidden) < len(_SEEN_BY):
-        context.warn(name, "it is hidden from some rays ({kinds}), but still lights what scatters that way where it is sampled", kinds=", ".join(hidden))
+        context.warn(name, "it is invisible to some rays ({kinds}), but where it is sampled directly, it illuminates surfaces that scatter such rays", kinds=", ".join(hidden))
     context.description.add_light(out)
 
 
@@ -67,7 +67,7 @@ _KINDS = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}
 
 def _graph(context: ExportContext, tree: bpy.types.NodeTree, name: str) -> ajar.NodeGraph:
     graph = node_graph.export(context, tree, name)
-    if graph.surface.node < 0:  # nothing linked: the lamp is dark
+    if graph.surface.node < 0:  # nothing is linked, so that the lamp is dark
         node = graph.add_node("ShaderNodeEmission", "Emission")
         graph.add_input(node, "Strength", (0.0, 0.0, 0.0, 0.0))
         graph.surface = ajar.NodeLink(node, "Emission")

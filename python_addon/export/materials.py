@@ -1,4 +1,4 @@
-"""Materials: their node graphs, or what a material without nodes shows."""
+"""Materials: their node graphs, or a graph for a material without nodes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
             graph = node_graph.export(context, tree, material.name)
             if graph.displacement.node >= 0 and plain.of(compat.displacement_owner(material)).displacement_method != "BUMP":
                 context.warn(material.name, "its displacement is shown as bump; the surface itself is not moved yet")
-            # An output with nothing linked to it neither reflects nor emits; one with a volume alone is not seen itself.
+            # An output without links neither reflects nor emits. With a volume only, the surface is invisible.
             if graph.surface.node < 0 and graph.volume.node < 0:
                 _diffuse(graph, (0.0, 0.0, 0.0, 1.0))
         else:
@@ -35,13 +35,13 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
 
 
 def _default(context: ExportContext) -> int:
-    """What has no material: matte grey, and since Blender 5.0 a Principled BSDF as it is when added."""
+    """The default material: grey diffuse, and since Blender 5.0 a Principled BSDF with default values."""
     if not compat.default_is_principled():
         return NO_MATERIAL
     if 0 not in context.materials:
         graph = ajar.NodeGraph()
         node = graph.add_node("ShaderNodeBsdfPrincipled", "Principled BSDF")
-        graph.add_input(node, "Specular IOR Level", (0.5, 0.0, 0.0, 0.0))   # by which the compiler knows the generation; the rest are its defaults
+        graph.add_input(node, "Specular IOR Level", (0.5, 0.0, 0.0, 0.0))   # the compiler recognizes the version of the node by this socket; the other sockets have defaults
         graph.surface = ajar.NodeLink(node, "BSDF")
         context.materials[0] = context.description.add_material(name="Default Material", graph=graph)
     return context.materials[0]

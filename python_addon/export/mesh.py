@@ -1,6 +1,6 @@
-"""Meshes as triangles: bulk copies only, no loop over elements.
+"""Meshes as triangles. All data are copied in bulk, without loops over elements.
 
-A corner of triangle t is one of Blender's loops; `loops[t, k]` carries every per-corner quantity over to triangles.
+A corner of triangle t is one of Blender's loops: `loops[t, k]` maps all values of corners to triangles.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ _VALUES = {  # data type of an attribute -> RNA name of its value, components
 
 
 def arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified: bool) -> dict | None:
-    """What `ajar.make_mesh` and `SceneDescription.add_mesh` take; None when there are no triangles."""
+    """The arguments of `ajar.make_mesh` and `SceneDescription.add_mesh`, or None if there are no triangles."""
     mesh.calc_loop_triangles()
     count = len(mesh.loop_triangles)
     if count == 0:
         return None
     context.check_cancelled()
-    # Unsigned, as Blender's own numbers: then it copies them by the block.
+    # Unsigned as in Blender, so that Blender copies them in bulk.
     loops = _read(mesh.loop_triangles, "loops", 3, np.uint32)
     polygons = _read(mesh.loop_triangles, "polygon_index", 1, np.uint32)
     triangles = _read(mesh.loops, "vertex_index", 1, np.uint32)[loops]
@@ -59,7 +59,7 @@ def _read(collection: bpy.types.bpy_prop_collection, name: str, columns: int, ki
 
 def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray, loops: np.ndarray,
              polygons: np.ndarray) -> tuple[ajar.Domain, np.ndarray | None]:
-    """Shading normals: none when all faces are flat, per vertex when all are smooth, else per corner."""
+    """Shading normals: none if all faces are flat, per vertex if all are smooth, otherwise per corner."""
     smooth = compat.polygon_smooth(mesh) | compat.has_custom_normals(mesh)
     if not smooth.any():
         return ajar.Domain.Corner, None
@@ -72,7 +72,7 @@ def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray,
         corners = compat.vertex_normals(mesh)[triangles]
     flat = ~smooth[polygons]
     if flat.any():
-        # The triangle's own normal, not its polygon's: faces of more corners need not be planar.
+        # The normal of the triangle, not of its polygon, since polygons need not be planar.
         a, b, c = (positions[triangles[flat, k]] for k in range(3))
         normal = np.cross(b - a, c - a)
         length = np.linalg.norm(normal, axis=1, keepdims=True)
@@ -87,13 +87,13 @@ def _uv_maps(mesh: bpy.types.Mesh, loops: np.ndarray) -> list[tuple]:
 
 
 def _undeformed(mesh: bpy.types.Mesh, positions: np.ndarray) -> list[tuple]:
-    """Where the vertices were before modifiers moved them, which Blender keeps when it evaluates for a render."""
+    """Positions of the vertices before the modifiers, which Blender keeps when it evaluates for a render."""
     undeformed = _read(mesh.vertices, "undeformed_co", 3, np.float32)
     return [] if np.array_equal(undeformed, positions) else [(ajar.UNDEFORMED_POSITION, ajar.Domain.Vertex, undeformed)]
 
 
 def _analysed(context: ExportContext, mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray) -> list[tuple]:
-    """What the Geometry node asks of the whole mesh."""
+    """Values of the Geometry node that depend on the whole mesh."""
     found = []
     if ajar.RANDOM_PER_ISLAND in context.attribute_names:
         random = ajar.random_per_island(len(positions), _read(mesh.edges, "vertices", 2, np.uint32))
@@ -109,7 +109,7 @@ def _colors(mesh: bpy.types.Mesh, loops: np.ndarray, polygons: np.ndarray) -> li
 
 
 def _requested(context: ExportContext, mesh: bpy.types.Mesh, loops: np.ndarray, polygons: np.ndarray) -> list[tuple]:
-    """Other attributes that a material asks for by name."""
+    """Other attributes that a material uses by name."""
     known = {layer.name for layer in mesh.uv_layers} | {attribute.name for attribute in mesh.color_attributes}
     wanted = [mesh.attributes.get(name) for name in sorted(context.attribute_names - known)]
     return [_attribute(attribute, loops, polygons) for attribute in wanted

@@ -1,7 +1,7 @@
-"""Meshes that a viewport has exported, so that an edit exports only what it changed.
+"""Meshes that a viewport has exported, so that an edit exports only changed meshes.
 
-Keys are names, because addresses in Blender do not last. An entry is forgotten when the dependency graph says that the geometry of its
-owner or of its data has changed, and all are after an undo, where it does not say.
+The keys are names, since addresses in Blender are not persistent. An entry is removed if the dependency graph reports a change of the geometry of its
+owner or of its data. All entries are removed after an undo, for which the graph reports no changes.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ if TYPE_CHECKING:
 
 class MeshCache:
     def __init__(self) -> None:
-        self.known: dict[tuple, ajar.MeshDescription | None] = {}   # None: has no triangles
-        self.exported = 0                                           # since the cache was made, for tests
+        self.known: dict[tuple, ajar.MeshDescription | None] = {}   # None: a mesh without triangles
+        self.exported = 0                                           # number of exported meshes, for tests
         self._asked: dict[tuple, int] = {}
 
     def begin(self) -> None:
-        """Before each export."""
+        """Called before each export."""
         self._asked = {}
 
     def finish(self) -> None:
-        """After each export: forget what was not asked for."""
+        """Called after each export: remove the entries that were not used."""
         self.known = {key: mesh for key, mesh in self.known.items() if key[0] in self._asked and key[1] < self._asked[key[0]]}
 
     def key(self, context: ExportContext, owner: bpy.types.Object, data: bpy.types.Mesh | bpy.types.Curves, is_hair: bool = False) -> tuple:
         name = (owner.name_full, data.name_full, *(["", *_systems(owner)] if is_hair else []))
-        # Several meshes may come under one name out of geometry nodes: the graph has them in the same order each time.
+        # Geometry nodes can create several meshes with the same name. Their order in the graph is always the same.
         number = self._asked.get(name, 0)
         self._asked[name] = number + 1
         if not isinstance(data, bpy.types.Mesh):
@@ -45,7 +45,7 @@ class MeshCache:
         return (name, number, size, context.uses_generated, frozenset(context.attribute_names))
 
     def forget(self, depsgraph: bpy.types.Depsgraph) -> None:
-        """What has changed since the last export."""
+        """Remove the entries that have changed since the last export."""
         changed = {update.id.name_full for update in depsgraph.updates if update.is_updated_geometry or isinstance(update.id, bpy.types.ParticleSettings)}
         if changed:
             self.known = {key: mesh for key, mesh in self.known.items() if changed.isdisjoint(key[0])}
@@ -55,5 +55,5 @@ class MeshCache:
 
 
 def _systems(owner: bpy.types.Object) -> list[str]:
-    """Names of what hair is made by, whose changes change it."""
+    """Names of the datablocks on which the hair depends."""
     return [system.settings.name_full for system in owner.particle_systems]

@@ -1,7 +1,7 @@
-"""Motion blur: where objects and the camera are at moments while the shutter is open.
+"""Motion blur: transforms of objects and the camera at several times while the shutter is open.
 
-Runs last in an export: every other moment is another evaluation of the scene, after which nothing evaluated before is touched.
-The shutter opens and closes as in Cycles; so do the numbers of moments that objects ask for, of which the largest counts for all.
+This is the last step of an export: the scene is evaluated again for every other time, after which objects that were evaluated before must not be
+used. The shutter opens and closes as in Cycles. The number of times is the maximum that an object requests, as in Cycles.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .context import ExportContext, rows_3x4
 FrameSet = Callable[[int, float], None]
 _OPENS = {"START": 0.0, "CENTER": -0.5, "END": -1.0}  # in shutter times from the frame
 SHUTTER_TIMES = 65
-TOLERANCE = 1e-6  # of a matrix's largest number: what moves by less stands still
+TOLERANCE = 1e-6  # relative to the largest number of a matrix; objects that move by less are at rest
 
 
 def is_wanted(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
@@ -27,7 +27,7 @@ def is_wanted(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bool:
 
 
 def identity(instance: bpy.types.DepsgraphObjectInstance) -> tuple:
-    """By which one appearance is found again at another moment."""
+    """The key by which an instance is found at another time."""
     if instance.is_instance:
         return (instance.parent.original.as_pointer(), instance.instance_object.original.as_pointer(), *instance.persistent_id)
     return (instance.object.original.as_pointer(),)
@@ -43,7 +43,7 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None, frame
     original_camera = camera_object.original if camera_object is not None else None
     still = {thing.original.as_pointer() for thing in depsgraph.objects if not _is_blurred(thing)}
     times = _times(scene, depsgraph)
-    shown: dict[tuple, list[int]] = {}   # a surface, and the hair on it
+    shown: dict[tuple, list[int]] = {}   # a surface and its hair have the same key
     appearances = context.appearances or []
     for index, known_by in enumerate(appearances):
         if still.isdisjoint(known_by[:2]):
@@ -78,7 +78,7 @@ def export(context: ExportContext, camera_object: bpy.types.Object | None, frame
         context.warn(original_camera.name, "its lens changes while the shutter is open; only its motion is blurred")
     for name, corners in boxes.items():
         if not np.allclose(corners, corners[0], atol=1e-5):
-            context.warn(name, "it deforms while the shutter is open, which is not blurred: only moving objects are")
+            context.warn(name, "it deforms while the shutter is open; motion blur supports only moving objects, not deformation")
 
 
 def _is_blurred(thing: bpy.types.Object) -> bool:
@@ -86,7 +86,7 @@ def _is_blurred(thing: bpy.types.Object) -> bool:
 
 
 def _times(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[float]:
-    """In frames from the current one, evenly spaced."""
+    """The times in frames relative to the current one, equidistant."""
     steps = max((plain.of(thing.ajar).motion_steps for thing in depsgraph.objects if _is_blurred(thing)), default=1)
     count = 2 ** steps + 1
     opens = _OPENS[plain.of(compat.shutter_owner(scene)).motion_blur_position]
@@ -94,7 +94,7 @@ def _times(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> list[float
 
 
 def _moves(matrices: np.ndarray) -> np.ndarray:
-    """Which of [things, moments, 12] differ between moments. What is not there at all of them stands still."""
+    """Which of the matrices [things, times, 12] differ between times. Objects that do not exist at all times are at rest."""
     if len(matrices) == 0:
         return np.zeros(0, dtype=bool)
     scale = np.abs(matrices).max(axis=(1, 2))
@@ -102,7 +102,7 @@ def _moves(matrices: np.ndarray) -> np.ndarray:
 
 
 def _shutter(render: bpy.types.RenderSettings) -> list[float]:
-    """Times by which equal shares of the light have come in; none where the curve is flat."""
+    """Times at which equal fractions of the light have arrived; none if the curve is constant."""
     mapping = render.motion_blur_shutter_curve
     mapping.initialize()
     curve = mapping.curves[0]

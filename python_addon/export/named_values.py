@@ -1,7 +1,7 @@
-"""Numbers and colours that Attribute nodes ask of datablocks by name, found as Cycles finds them.
+"""Numbers and colours that Attribute nodes read from datablocks by name, with the rules of Cycles.
 
-A custom property of that name comes first, then what the name means as a path of Blender's data: "color", "pass_index",
-"data.auto_smooth_angle". Texts, lists of more than four and paths to one item of a list are nothing.
+A custom property of this name has precedence over a property path in Blender's data, such as "color", "pass_index" or "data.auto_smooth_angle".
+Texts, lists of more than four items and paths to an item of a list are ignored.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Value = tuple[float, float, float, float]
 
 
 def find(owners: Iterable[bpy.types.bpy_struct | None], name: str) -> Value | None:
-    """Of the first of these that has it."""
+    """The value of the first owner that has it."""
     for owner in owners:
         value = _of(owner, name) if owner is not None and name else None
         if value is not None:
@@ -33,7 +33,7 @@ def of_view_layer(view_layer: bpy.types.ViewLayer, scene: bpy.types.Scene, name:
 
 
 def asked_of_instancers() -> frozenset[str]:
-    """Names that any material asks of what makes its instances; to be known before the instances are looked at."""
+    """Names of instancer attributes that materials use. They must be known before the instances are collected."""
     trees = [material.node_tree for material in bpy.data.materials if material.node_tree is not None]
     trees += [tree for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree"]
     return frozenset(node.attribute_name for tree in trees for node in tree.nodes
@@ -47,12 +47,12 @@ def _of(owner: bpy.types.bpy_struct, name: str) -> Value | None:
         return None
     try:
         return _as_color(owner.path_resolve(name))
-    except ValueError:   # leads nowhere
+    except ValueError:   # an invalid path
         return None
 
 
 def _as_color(value: Any) -> Value | None:
-    if isinstance(value, Real):   # and truth values
+    if isinstance(value, Real):   # includes booleans
         return (float(value), float(value), float(value), 1.0)
     try:
         numbers = [*value[:]]

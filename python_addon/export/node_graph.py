@@ -1,7 +1,7 @@
 """Shader node trees as flat graphs: docs/developer/node_contract.md.
 
-A graph is followed from its output, so nodes that nothing uses never appear. Groups, reroutes and muted nodes are looked through: what
-feeds an input in the end is another node, a constant, or nothing.
+A graph is traversed from its output, so that unused nodes are not exported. Groups, reroutes and muted nodes are resolved: the source of an input is
+another node, a constant, or nothing.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from .context import ExportContext, rows_3x4
 Value = tuple[float, float, float, float]
 ZERO: Value = (0.0, 0.0, 0.0, 0.0)
 TABLE_SIZE = 256
-LARGEST_IES = 1 << 24   # bytes; real ones have some thousand
-# Every other texture node falls back on Generated coordinates.
+LARGEST_IES = 1 << 24   # bytes; typical files have a few thousand
+# All other texture nodes use Generated coordinates by default.
 WITHOUT_GENERATED = {"ShaderNodeTexImage", "ShaderNodeTexEnvironment", "ShaderNodeTexWhiteNoise", "ShaderNodeTexIES"}
 
 
 @dataclass(eq=False)
 class Scope:
-    """One use of a node tree: the material's own, or a group's by one group node."""
+    """One use of a node tree: by the material itself, or by one group node."""
 
     tree: bpy.types.NodeTree
     group_node: bpy.types.Node | None = None
     parent: Scope | None = None
     prefix: str = ""
-    feeding: dict[int, bpy.types.NodeLink] = field(default_factory=dict)   # address of an input -> the link into it
+    feeding: dict[int, bpy.types.NodeLink] = field(default_factory=dict)   # address of an input -> its link
     children: dict[int, Scope] = field(default_factory=dict)               # address of a group node -> its scope
 
     def __post_init__(self) -> None:
@@ -49,7 +49,7 @@ class Scope:
 
 @dataclass
 class Source:
-    """What feeds an input in the end: an output of a node, or (node None) a constant of a socket type."""
+    """The source of an input: an output of a node, or a constant of a socket type (node None)."""
 
     node: bpy.types.Node | None
     scope: Scope
@@ -59,7 +59,7 @@ class Source:
 
 
 def export(context: ExportContext, tree: bpy.types.NodeTree, owner: str) -> ajar.NodeGraph:
-    """The graph behind the active output of `tree`; empty when it has none or nothing is linked to it."""
+    """The graph of the active output of `tree`. It is empty if there is no output or nothing is linked to it."""
     return GraphExporter(context, tree, owner).run()
 
 
@@ -90,7 +90,7 @@ class GraphExporter:
     # ---- Following links ----------------------------------------------------------------------------------------------
 
     def trace(self, socket: bpy.types.NodeSocket, scope: Scope) -> Source | None:
-        """What feeds `socket` by links; None when it is not linked."""
+        """The source of `socket` by links, or None if it is not linked."""
         link = scope.feeding.get(socket.as_pointer())
         if link is None:
             return None
@@ -112,7 +112,7 @@ class GraphExporter:
 
     def look_through(self, node: bpy.types.Node, output: bpy.types.NodeSocket,
                      scope: Scope) -> tuple[bpy.types.NodeSocket | None, Scope] | None:
-        """The input that `output` stands for, and its scope; (None, scope) when it stands for zero; None when the node is a real one."""
+        """The input that `output` passes on, and its scope; (None, scope) if the output is zero; None if the node must be exported."""
         if node.mute:
             inputs = [link.from_socket for link in node.internal_links if link.to_socket == output]
             return (inputs[0] if inputs else None), scope
@@ -181,7 +181,7 @@ class GraphExporter:
             self.graph.add_property(index, name, numbers=[float(number) for number in value])
 
     def mapped(self, node: bpy.types.Node, scope: Scope, source: Source | None) -> ajar.NodeLink:
-        """The coordinates of a texture after its own Texture Mapping, which is a Mapping node in front of it."""
+        """The coordinates of a texture after its Texture Mapping, which is exported as a Mapping node."""
         name, mapping = f"{scope.prefix}{node.name}", node.texture_mapping
         if (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) != ("X", "Y", "Z"):
             self.context.warn(self.owner, "node '{name}' ({kind}): the Projection of its Texture Mapping is not supported: X, Y and Z are used",
@@ -199,7 +199,7 @@ class GraphExporter:
         return ajar.NodeLink(index, "Vector")
 
     def own_coordinates(self, node: bpy.types.Node, name: str) -> ajar.NodeLink:
-        """What a texture without a vector takes."""
+        """The default coordinates of a texture whose vector is not linked."""
         is_world = self.root.tree.get_output_node("CYCLES").bl_idname == "ShaderNodeOutputWorld"
         if node.bl_idname == "ShaderNodeTexEnvironment" and not is_world:
             return ajar.NodeLink(self.graph.add_node("ShaderNodeNewGeometry", f"{name} coordinates"), "Position")
@@ -207,14 +207,14 @@ class GraphExporter:
         return ajar.NodeLink(self.graph.add_node("ShaderNodeTexCoord", f"{name} coordinates"), "UV" if node.bl_idname == "ShaderNodeTexImage" else "Generated")
 
     def constant_node(self, source: Source) -> ajar.NodeLink:
-        """A number or colour where a closure is expected: it emits, which needs a node to come from."""
+        """A node for a number or colour that is linked to a closure socket, where it is an emission."""
         index = self.graph.add_node("ShaderNodeRGB", f"{self.owner} constant")
         self.graph.add_property(index, "value", numbers=list(converted(source.value, source.type, "RGBA")))
         return ajar.NodeLink(index, "Color")
 
 
 def has_texture_mapping(node: bpy.types.Node) -> bool:
-    """Whether a texture moves its coordinates by itself, which the sidebar of the shader editor can set."""
+    """Whether a texture has a Texture Mapping, which is set in the sidebar of the shader editor."""
     mapping = getattr(node, "texture_mapping", None)
     if mapping is None:
         return False
@@ -238,7 +238,7 @@ def value_of(socket: bpy.types.NodeSocket) -> Value:
 
 
 def converted(value: Value, source: str, target: str) -> Value:
-    """A constant of one socket type as another, by the rules of the contract."""
+    """A constant of one socket type converted to another, by the rules of node_contract.md."""
     source_is_number = source in ("VALUE", "INT", "BOOLEAN")
     if "SHADER" in (source, target):
         return ZERO
@@ -252,13 +252,13 @@ def converted(value: Value, source: str, target: str) -> Value:
 
 
 def own_properties(node: bpy.types.Node) -> list[str]:
-    """Identifiers of what this type of node adds to every node, apart from pointers and collections."""
+    """Identifiers of the properties of this node type that other nodes do not have, without pointers and collections."""
     common = bpy.types.Node.bl_rna.properties
     return [prop.identifier for prop in node.bl_rna.properties
             if prop.identifier not in common and prop.type in ("BOOLEAN", "INT", "FLOAT", "STRING", "ENUM")]
 
 
-# ---- Values that live outside sockets and plain properties --------------------------------------------------------------
+# ---- Values outside sockets and plain properties ------------------------------------------------------------------------
 
 Content = list[float] | str
 
@@ -333,7 +333,7 @@ def _distance_of_world(context: ExportContext, _node: bpy.types.Node) -> list[tu
 
 
 def _attribute(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
-    """Of an instancer, named_values.asked_of_instancers knows it already."""
+    """Attributes of instancers are handled by named_values.asked_of_instancers."""
     if node.attribute_type == "GEOMETRY":
         context.attribute_names.add(node.attribute_name)
     elif node.attribute_type == "OBJECT":

@@ -1,8 +1,8 @@
-"""Objects and their instances: everything the dependency graph shows, each mesh and head of hair exported once.
+"""Objects and instances of the dependency graph. Each mesh and each hair system is exported once.
 
-First one pass over the graph, which only collects; then the meshes. Instances of collections, particles and geometry nodes are the
-same thing here: a mesh, a list of materials, and a matrix for each appearance. A viewport keeps what was collected, and after an edit
-that allows it (known_objects.py) revises a few objects of it instead.
+A first loop over the graph collects the instances; then the meshes are exported. Instances of collections, particles and geometry nodes have the same
+form: a mesh, a list of materials, and a matrix for each instance. A viewport keeps the collected data. After an edit that allows it
+(known_objects.py), only the changed objects are updated.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ NOT_YET = {"POINTCLOUD": "point clouds are not yet supported and do not render",
 
 @dataclass
 class Geometry:
-    """What instances share. `owner` is a real object, whose own data this is when `is_own`."""
+    """Data that instances share. `owner` is a real object; with `is_own`, the geometry is its own datablock."""
 
     owner: bpy.types.Object
     data: bpy.types.ID | None
     is_own: bool
     materials: list[bpy.types.Material | None]
-    look: dict                              # what SceneDescription.add_object takes besides mesh, materials and properties
+    look: dict                              # arguments of SceneDescription.add_object other than mesh, materials and properties
     index: int = -1
-    is_hair: bool = False                   # the owner's particle hair instead of its surface
-    from_instancer: dict[str, named_values.Value] = field(default_factory=dict)   # properties that materials ask for
-    # In the description:
+    is_hair: bool = False                   # the particle hair of the owner instead of its surface
+    from_instancer: dict[str, named_values.Value] = field(default_factory=dict)   # properties that materials use
+    # Indices in the description:
     material_indices: list[int] = field(default_factory=list)
-    mesh_index: int = -1                    # of empty ones mesh.EMPTY
+    mesh_index: int = -1                    # mesh.EMPTY for empty meshes
     shared: ajar.MeshDescription | None = None
 
 
 @dataclass
 class Lamp:
-    """An appearance of a lamp: instances of a lamp are lamps."""
+    """An instance of a lamp."""
 
     owner: bpy.types.Object
     rows: list[float]
@@ -51,7 +51,7 @@ class Lamp:
 
 
 class Collected:
-    """One entry per instance, in arrays that grow."""
+    """One entry for each instance, in growing arrays."""
 
     def __init__(self) -> None:
         self.geometries: dict[tuple[int, int, int], Geometry] = {}
@@ -60,11 +60,11 @@ class Collected:
         self.rows = array("f")
         self.random = array("f")
         self.lamps_in_order: list[Lamp] = []
-        # By the originals of their objects:
-        self.alone: dict[bpy.types.Object, tuple[Geometry, int]] = {}   # appear once, as themselves; the number of their instance
-        self.lamps: dict[bpy.types.Object, Lamp] = {}                   # the same for lamps
-        self.shared: dict[bpy.types.Object, tuple] = {}                 # instances, and what makes them, with their look_of
-        self.asked: tuple = ()                                          # what materials ask of meshes
+        # The keys are original objects:
+        self.alone: dict[bpy.types.Object, tuple[Geometry, int]] = {}   # objects with a single instance, and the number of this instance
+        self.lamps: dict[bpy.types.Object, Lamp] = {}                   # likewise for lamps
+        self.shared: dict[bpy.types.Object, tuple] = {}                 # instanced objects and instancers, with their look_of
+        self.asked: tuple = ()                                          # attributes that materials use of meshes
 
 
 def export(context: ExportContext) -> None:
@@ -72,7 +72,7 @@ def export(context: ExportContext) -> None:
     context.instancer_properties = named_values.asked_of_instancers()
     known = context.known
     if known is not None and known.collected is not None and context.revisions is not None:
-        collected, known.collected = known.collected, None   # until all has gone well
+        collected, known.collected = known.collected, None   # kept only if the export succeeds
         _revise(context, collected, context.revisions)
         known.revised += len(context.revisions)
     else:
@@ -90,11 +90,11 @@ def export(context: ExportContext) -> None:
 
 
 def _collect(context: ExportContext, collected: Collected) -> None:
-    """One turn per instance, of which there may be a million: as little as possible happens in each."""
+    """Loop over the instances. There may be a million of them, so that each iteration must be fast."""
     geometries, appearances = collected.geometries, context.appearances
     hairs: dict[tuple[int, int, int], Geometry | None] = {}
     kind_of_parent: dict[int | tuple, int] = {}
-    from_instancers: list[dict[str, named_values.Value]] = []   # of each kind
+    from_instancers: list[dict[str, named_values.Value]] = []   # of each instancer key
     asked_of_instancers = context.instancer_properties
     kinds: dict[tuple, int] = {}
     add_geometry, add_row, add_random = collected.geometry_of.append, collected.rows.extend, collected.random.append
@@ -134,11 +134,11 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         else:
             owner, parent = thing, None
             key = (owner.as_pointer(), data.as_pointer(), -1)
-        # Instances of one object under parents alike share everything but the matrix.
+        # Instances of one object under equal parents differ only in their matrix.
         geometry = geometries.get(key) if shows_self else None
         if geometry is None and shows_self:
             if compat.has_light_linking(owner):
-                context.warn(owner.name, "light linking is not supported: it shines on everything, and everything blocks its light")
+                context.warn(owner.name, "light linking is not supported: it illuminates all objects, and all objects block its light")
             if parent is not None:
                 collected.shared[owner.original] = look_of(owner.original)
             if thing.type == "LIGHT":
@@ -167,9 +167,9 @@ def _collect(context: ExportContext, collected: Collected) -> None:
 
 
 def name_hash(name: str) -> int:
-    """The random number of a real object, as 32 bits: a hash of its name, so that a scene keeps its look in every engine.
+    """The random number of a real object as 32 bits: a hash of its name, which is the same as in Cycles.
 
-    The bytes of the name are digits of base 37; the last step of Jenkins' lookup3 (2006) mixes them."""
+    The bytes of the name are digits in base 37; the last step of Jenkins' lookup3 (2006) mixes them."""
     key = 0
     for byte in name.encode():
         key = (37 * key + byte) & 0xFFFFFFFF
@@ -188,7 +188,7 @@ def _hair(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Obje
     """The particle hair of an object."""
     if not strands.systems(context, owner) or not isinstance(thing.data, bpy.types.Mesh):
         return None
-    collected.shared[owner.original] = look_of(owner.original)   # whatever changes of it, its hair is looked at again
+    collected.shared[owner.original] = look_of(owner.original)   # each change of the object exports its hair again
     hair = _geometry(context, thing, owner, parent, len(collected.order))
     hair.is_hair = True
     collected.order.append(hair)
@@ -196,7 +196,7 @@ def _hair(context: ExportContext, thing: bpy.types.Object, owner: bpy.types.Obje
 
 
 def _shows(context: ExportContext, parent: bpy.types.Object) -> tuple:
-    """What instances have from the object that makes them."""
+    """Data that instances have from their instancer."""
     return (_ray_visibility(parent), parent.indirect_only_get(view_layer=context.view_layer), parent.holdout_get(view_layer=context.view_layer))
 
 
@@ -206,7 +206,7 @@ def _instancer_key(instance: bpy.types.DepsgraphObjectInstance) -> tuple:
 
 
 def _from_instancer(context: ExportContext, instance: bpy.types.DepsgraphObjectInstance) -> dict[str, named_values.Value]:
-    """What materials ask for and particles or the parent have; what they have not, the object may."""
+    """Values that materials use and that particles or the parent have. The object may have the others."""
     particles, parent = instance.particle_system, instance.parent
     found = {}
     for name in sorted(context.instancer_properties):
@@ -227,7 +227,7 @@ def _has_surface(context: ExportContext, thing: bpy.types.Object, owner: bpy.typ
         return False
     if not context.view_layer.use_solid and isinstance(thing.data, bpy.types.Mesh):
         return False
-    # Curves, texts and metaballs come a second time, as instances of the mesh they evaluate to.
+    # Curves, texts and metaballs are in the graph a second time, as instances of their evaluated mesh.
     return isinstance(thing.data, (bpy.types.Mesh, bpy.types.Curves))
 
 
@@ -241,7 +241,7 @@ def _materials(context: ExportContext, thing: bpy.types.Object) -> list[bpy.type
     override = context.view_layer.material_override
     if override is not None:
         return [override]
-    found = [slot.material for slot in thing.material_slots]   # the last slot stands for all
+    found = [slot.material for slot in thing.material_slots]   # the last slot is used for higher indices
     return found if found or not compat.default_is_principled() else [None]
 
 
@@ -257,7 +257,7 @@ def _visibility(context: ExportContext, owner: bpy.types.Object, parent: bpy.typ
     bits = _ray_visibility(owner)
     if parent is not None:
         bits &= _ray_visibility(parent)
-    shown = parent or owner   # instances are in the collections of what makes them
+    shown = parent or owner   # instances are in the collections of their instancer
     if shown.indirect_only_get(view_layer=context.view_layer):
         bits &= ~ajar.VISIBLE_CAMERA
     return bits
@@ -277,7 +277,7 @@ def _export_lamps(context: ExportContext, collected: Collected) -> None:
 
 
 def _export_meshes(context: ExportContext, collected: Collected) -> None:
-    """Every mesh once. Materials come first: they ask for attributes."""
+    """Export every mesh once. Materials are exported first, since they define the needed attributes."""
     for geometry in collected.order:
         geometry.material_indices = [materials.export(context, material) for material in geometry.materials]
     collected.asked = _asked(context)
@@ -296,7 +296,7 @@ def _asked(context: ExportContext) -> tuple:
 
 
 def _add_objects(context: ExportContext, collected: Collected) -> None:
-    """`Geometry.index` becomes the index of the object, or mesh.EMPTY."""
+    """Set `Geometry.index` to the index of the object, or to mesh.EMPTY."""
     for geometry in collected.order:
         if geometry.mesh_index == mesh.EMPTY or geometry.look["visibility"] == 0:
             geometry.index = mesh.EMPTY
@@ -306,7 +306,7 @@ def _add_objects(context: ExportContext, collected: Collected) -> None:
 
 
 def _properties(context: ExportContext, geometry: Geometry) -> list[tuple[str, bool, named_values.Value]]:
-    """Those that materials ask for and the object has, or what makes its instances."""
+    """Properties that materials use and that the object or its instancer has."""
     if not context.object_properties and not context.instancer_properties:
         return []
     owner = geometry.owner if context.revisions is None else geometry.owner.evaluated_get(context.depsgraph)
@@ -317,7 +317,7 @@ def _properties(context: ExportContext, geometry: Geometry) -> list[tuple[str, b
 
 
 def _lasting(context: ExportContext, collected: Collected) -> Collected | None:
-    """The same without anything evaluated; None where that is not possible."""
+    """A copy without evaluated data, or None if that is not possible."""
     if context.is_hidden is not None:
         return None
     if context.revisions is not None:
@@ -332,7 +332,7 @@ def _lasting(context: ExportContext, collected: Collected) -> Collected | None:
 
 
 def _revise(context: ExportContext, collected: Collected, changed: list[bpy.types.Object]) -> None:
-    """Bring what was collected before up to date: only these objects have changed, and materials and lights."""
+    """Update collected data. Only these objects, materials and lights have changed."""
     depsgraph = context.depsgraph
     for original in changed:
         thing = original.evaluated_get(depsgraph)
@@ -364,8 +364,8 @@ def _revise(context: ExportContext, collected: Collected, changed: list[bpy.type
 
 
 def _factors_of_collections(context: ExportContext) -> dict[int, float]:
-    """Importance that objects have from the collections they are in, where that is not 1. Asking each object for its collections takes as long as
-    there are collections."""
+    """Importance of objects by their collections, where it is not 1. A query of the collections of each object would take a time proportional to the
+    number of collections."""
     if context.importance_of_collections is not None:
         return context.importance_of_collections
     factors: dict[int, float] = {}
@@ -378,13 +378,13 @@ def _factors_of_collections(context: ExportContext) -> dict[int, float]:
 
 
 def _importance(context: ExportContext, owner: bpy.types.Object) -> float:
-    """The object's own times that of each collection it is in."""
+    """The importance of the object times that of each of its collections."""
     original, factors = owner.original, _factors_of_collections(context)
     return original.ajar.importance * (factors.get(original.as_pointer(), 1.0) if factors else 1.0)
 
 
 def _export_mesh(context: ExportContext, geometry: Geometry) -> tuple[int, ajar.MeshDescription | None]:
-    """Its number in the description; and the mesh, where it may come again."""
+    """The index of the mesh in the description, and the mesh itself if it may be used again."""
     description, cache = context.description, context.meshes
     is_surface = isinstance(geometry.data, bpy.types.Mesh) and not geometry.is_hair
     if cache is None:
@@ -411,7 +411,7 @@ def _arrays(context: ExportContext, geometry: Geometry) -> dict | None:
     data = geometry.data
     if not (data.is_editmode and geometry.is_own):
         return mesh.arrays(context, data, data.name, geometry.is_own and len(geometry.owner.modifiers) > 0)
-    # In edit mode the evaluated mesh has not all its layers.
+    # In edit mode, the evaluated mesh does not have all its layers.
     try:
         return mesh.arrays(context, geometry.owner.to_mesh(), data.name, len(geometry.owner.modifiers) > 0)
     finally:

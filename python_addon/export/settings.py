@@ -1,4 +1,4 @@
-"""Render settings: the scene's, overridden by the command line's."""
+"""Render settings of the scene. Options of the command line override them."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.importance_factor = ours.importance_factor
     out.samples = _first(options.samples, _samples_of_layer(context) or ours.samples)
     out.seconds = _first(options.time, ours.time_limit)
-    # Who asks for a number of samples or a time on the command line gets it, unless the scene has a noise target of Ajar's own.
+    # A number of samples or a time on the command line replaces the noise target, unless it was set in Ajar.
     is_asked = inherited.is_own(context.scene.ajar, "noise_target") or (options.samples is None and options.time is None)
     out.target_error = _first(options.error, ours.noise_target if is_asked else 0.0)
     out.seed = _first(options.seed, ours.seed)
@@ -58,15 +58,15 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
 
 
 def _filters_glossy(scene: bpy.types.Scene) -> bool:
-    """Whether somebody asked Cycles to blur glossy surfaces further than Blender's default, which says nothing about the scene.
+    """Whether Filter Glossy of Cycles is larger than its default, which is not a choice of the artist.
 
-    Without Cycles' add-on there is no such setting.
+    Without the add-on of Cycles, this setting does not exist.
     """
     return getattr(getattr(scene, "cycles", None), "blur_glossy", 0.0) > _DEFAULT_FILTER_GLOSSY
 
 
 def _samples_of_layer(context: ExportContext) -> int:
-    """Samples that the view layer has instead of the scene's; 0: none."""
+    """Samples of the view layer that replace those of the scene; 0: none."""
     samples, use = context.view_layer.samples, compat.cycles_value(context.scene, "use_layer_samples", "USE")
     if use == "BOUNDED":
         return min(samples, plain.of(context.scene.ajar).samples)
@@ -74,12 +74,12 @@ def _samples_of_layer(context: ExportContext) -> int:
 
 
 def resolution(render: bpy.types.RenderSettings) -> tuple[int, int]:
-    """Of the full frame in pixels, rounded as Blender does."""
+    """Resolution of the full frame in pixels, rounded as in Blender."""
     return tuple(max(1, side * render.resolution_percentage // 100) for side in (render.resolution_x, render.resolution_y))
 
 
 def region(render: bpy.types.RenderSettings) -> tuple[int, int, int, int]:
-    """The border in pixels, truncated as Blender does; the full frame where there is none."""
+    """The border in pixels, truncated as in Blender, or the full frame if there is none."""
     width, height = resolution(render)
     if not render.use_border:
         return (0, 0, width, height)

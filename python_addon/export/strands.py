@@ -1,7 +1,7 @@
 """Hair as strands: particle systems and hair curves.
 
-Blender gives out the curves of particle hair one point at a time, and where they grow one strand at a time: no bulk copy exists. All that
-hair curves have is copied by the block.
+Blender's interface returns particle hair point by point, and root data strand by strand; it has no bulk copy. The data of hair curves are copied in
+bulk.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..ajar_module import ajar
 if TYPE_CHECKING:
     from .context import ExportContext
 
-EMPTY_RADIUS = 0.005   # of hair curves that say none, as in Cycles
+EMPTY_RADIUS = 0.005   # for hair curves without a radius, as in Cycles
 
 _DOMAINS = {"POINT": ajar.Domain.Vertex, "CURVE": ajar.Domain.Face}
 _VALUES = {  # data type of an attribute -> RNA name of its value, components, kind
@@ -39,7 +39,7 @@ def systems(context: ExportContext, thing: bpy.types.Object) -> list[bpy.types.P
 
 
 def _shown(psys: bpy.types.ParticleSystem, final: bool) -> range:
-    """Numbers of the strands: children come after their parents and in their place."""
+    """Numbers of the visible strands. Children come after the parents; if there are children, parents may be invisible."""
     settings, parents, children = psys.settings, len(psys.particles), len(psys.child_particles)
     if not final:
         children = int(children * settings.display_percentage / 100.0)
@@ -52,13 +52,13 @@ def _steps(settings: bpy.types.ParticleSettings, final: bool) -> int:
 
 
 def count(context: ExportContext, thing: bpy.types.Object) -> tuple[tuple[int, int], ...]:
-    """Of strands and points of each, by which a change is seen."""
+    """Numbers of strands and points of each system, from which changes are detected."""
     final = context.depsgraph.mode == "RENDER"
     return tuple((len(_shown(modifier.particle_system, final)), _steps(modifier.particle_system.settings, final)) for modifier in systems(context, thing))
 
 
 def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.types.Mesh) -> dict | None:
-    """What `ajar.make_strands` takes, of all systems of an evaluated object; None where there is nothing."""
+    """The arguments of `ajar.make_strands` for all systems of an evaluated object, or None if there are no strands."""
     final = context.depsgraph.mode == "RENDER"
     inverse = np.array(thing.matrix_world.inverted_safe(), dtype=np.float64)
     positions, radii, lengths, slots = [], [], [], []
@@ -85,7 +85,7 @@ def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.type
         for name, found in places.items():
             layer = uv_layers[name]
             for strand in shown:
-                # Of children, who have no particle, any stands in.
+                # Children have no particle, so that an arbitrary one is used.
                 particle = psys.particles[strand if strand < parents else 0]
                 found.append(psys.uv_on_emitter(modifier, particle=particle, particle_no=strand, uv_no=layer))
     if not positions:
@@ -100,7 +100,7 @@ def of_particles(context: ExportContext, thing: bpy.types.Object, mesh: bpy.type
 
 
 def _radii(settings: bpy.types.ParticleSettings, points: np.ndarray) -> np.ndarray:
-    """From the root's to the tip's, by the shape of the strand; [strands, points]."""
+    """Radii from root to tip by the shape of the strands; [strands, points]."""
     pieces = np.linalg.norm(np.diff(points, axis=1), axis=2)
     way = np.concatenate([np.zeros((len(points), 1)), np.cumsum(pieces, axis=1)], axis=1)
     length = way[:, -1:]
@@ -119,7 +119,7 @@ def _radii(settings: bpy.types.ParticleSettings, points: np.ndarray) -> np.ndarr
 # ---- Hair curves ------------------------------------------------------------------------------------------------------------
 
 def of_curves(context: ExportContext, curves: bpy.types.Curves, name: str) -> dict | None:
-    """What `ajar.make_strands` takes; None where there is nothing."""
+    """The arguments of `ajar.make_strands`, or None if there are no strands."""
     strands = len(curves.curves)
     position = curves.attributes.get("position")
     if strands == 0 or position is None or not context.view_layer.use_strand:
@@ -133,7 +133,7 @@ def of_curves(context: ExportContext, curves: bpy.types.Curves, name: str) -> di
     coordinates = next((a.name for a in curves.attributes if a.data_type == "FLOAT2" and a.domain == "CURVE"), "")
     attributes = [_attribute(curves.attributes[wanted]) for wanted in sorted(context.attribute_names | {coordinates})
                   if wanted in curves.attributes and curves.attributes[wanted].data_type in _VALUES and curves.attributes[wanted].domain in _DOMAINS]
-    if context.uses_generated:   # which hair curves have not: the place in the object's space stands for it, as in Cycles
+    if context.uses_generated:   # hair curves have none, so that the position in object space is used, as in Cycles
         attributes.append((ajar.UNDEFORMED_POSITION, ajar.Domain.Vertex, points))
     return {**shape(context), "name": name, "positions": points, "radii": radii, "strands": first.astype(np.uint32), "attributes": attributes,
             "active_uv": coordinates, "texture_space_location": (0.5, 0.5, 0.5), "texture_space_size": (0.5, 0.5, 0.5)}
@@ -151,7 +151,7 @@ def _attribute(attribute: bpy.types.Attribute) -> tuple:
 
 
 def shape(context: ExportContext) -> dict:
-    """The scene's choice for all its hair, which is Cycles' own."""
+    """The shape of all hair, a setting of the scene in Cycles."""
     ours = plain.of(context.scene.ajar)
     kind, subdivisions = ours.curve_shape, ours.curve_subdivisions
     return {"shape": ajar.StrandShape.Ribbon if kind == "RIBBONS" else ajar.StrandShape.Round, "subdivisions": subdivisions}

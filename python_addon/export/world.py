@@ -1,4 +1,4 @@
-"""The world: its node graph, or its plain colour. No world is black."""
+"""The world: its node graph or its plain colour. A scene without a world is black."""
 
 from __future__ import annotations
 

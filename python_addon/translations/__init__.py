@@ -1,10 +1,10 @@
 """Translations of the texts that the add-on shows.
 
-Blender translates names and descriptions of properties, titles of panels and literal texts of buttons by itself. A text that contains values is a template, which is translated
-before the values are filled in; the functions below do both. `german.py` is the table of one language; for another language, copy it, translate the right-hand sides, and add
-it to LANGUAGES. Blender's own translation of a text has precedence over ours.
+Blender itself translates names and descriptions of properties, titles of panels and literal texts of buttons. A text with values is a template: it is
+translated before the values are filled in, and the functions below do both. `german.py` is the table of one language; for another language, copy it,
+translate the right-hand sides, and add it to LANGUAGES. Blender's translation of a text has precedence over that of Ajar.
 
-Text from the core (reasons, names of steps) and everything on the command line and in self-check reports stays English.
+Texts of the core (reasons, names of steps), of the command line and of self-check reports are in English.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ LANGUAGES = {"de": german}
 DEFAULT_CONTEXT, OPERATOR_CONTEXT = "*", "Operator"
 
 _translations = bpy.app.translations
-_translate_report = getattr(_translations, "pgettext_rpt", _translations.pgettext_tip)   # reports are a kind of their own since 4.1
+_translate_report = getattr(_translations, "pgettext_rpt", _translations.pgettext_tip)   # reports have a separate function since 4.1
 
 
 def interface(text: str, **values: object) -> str:
-    """A label or a title; `values` are filled into its format fields."""
+    """Translate a label or a title. `values` are filled into its format fields."""
     return _fill(_translations.pgettext_iface(text), values)
 
 
 def report(text: str, /, **values: object) -> str:
-    """A message to the artist."""
+    """Translate a message to the artist."""
     return _fill(_translate_report(text), values)
 
 
@@ -40,7 +40,7 @@ def _fill(text: str, values: dict[str, object]) -> str:
 
 
 def table() -> dict[str, dict[tuple[str, str], str]]:
-    """As bpy.app.translations.register takes it: language -> (context, English) -> translation."""
+    """The argument of bpy.app.translations.register: language -> (context, English) -> translation."""
     return {code: {(DEFAULT_CONTEXT, text): translated for text, translated in language.TEXTS.items()}
             | {(OPERATOR_CONTEXT, text): translated for text, translated in language.OPERATORS.items()} for code, language in LANGUAGES.items()}
 

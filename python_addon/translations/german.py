@@ -1,6 +1,7 @@
-"""German. Words that Blender has are Blender's: Abtastwert (sample), Durchgang (pass), Ansichtsfenster (viewport), Sammlung (collection).
+"""German. Terms are those of Blender's translation: Abtastwert (sample), Durchgang (pass), Ansichtsfenster (viewport), Sammlung (collection).
 
-TEXTS: labels, names, descriptions and messages. OPERATORS: texts on buttons that call an operator. Format fields like {number} stay as they are, but may change places.
+TEXTS: labels, names, descriptions and messages. OPERATORS: texts on buttons that call an operator. Format fields such as {number} keep their names
+and may change their order.
 """
 
 TEXTS = {
@@ -21,8 +22,8 @@ TEXTS = {
     "{least:.0f} to {most:.0f} per pixel": "{least:.0f} bis {most:.0f} pro Pixel",
     "Mean {mean:.4g}": "Mittelwert {mean:.4g}",
     "{reason} ({cost})": "{reason} ({cost})",
-    "Let the rendered views wait once they show an edit, or let them take samples again":
-        "Lässt gerenderte Ansichten warten, sobald sie eine Änderung zeigen, oder wieder Abtastwerte nehmen",
+    "Pause the rendered views after they show an edit, or continue their sampling":
+        "Gerenderte Ansichten anhalten, sobald sie eine Änderung zeigen, oder ihre Abtastung fortsetzen",
     "node '{name}' ({kind}): the Projection of its Texture Mapping is not supported: X, Y and Z are used":
         "Knoten '{name}' ({kind}): Die Projektion seiner Texturzuordnung wird nicht unterstützt: X, Y und Z werden verwendet",
     # ---- Titles of panels and menus -------------------------------------------------------------------------------------
@@ -100,9 +101,9 @@ TEXTS = {
     "Noise Measure": "Rauschmaß",
     "Which error adaptive sampling reduces": "Welchen Fehler die adaptive Abtastung verringert",
     "Relative Error": "Relativer Fehler",
-    "Against the brightness of each pixel": "Bezogen auf die Helligkeit jedes Pixels",
+    "Relative to the brightness of each pixel": "Bezogen auf die Helligkeit jedes Pixels",
     "Visible Error": "Sichtbarer Fehler",
-    "Against the differences that an eye can see": "Bezogen auf Unterschiede, die das Auge sehen kann",
+    "Relative to the smallest difference that an eye can see": "Bezogen auf den kleinsten Unterschied, den das Auge sehen kann",
     "Region Importance": "Wichtigkeit des Bereichs",
     "Pixels in the region get this many times more samples. Does not change the mean of the picture":
         "Pixel im Bereich erhalten so viel Mal mehr Abtastwerte. Ändert den Mittelwert des Bildes nicht",
@@ -324,10 +325,10 @@ TEXTS = {
     "Let the selected curves show the renderer where light goes": "Die ausgewählten Kurven zeigen dem Renderer, wohin Licht geht",
     "The selected curves are ordinary curves again": "Die ausgewählten Kurven sind wieder gewöhnliche Kurven",
     "Find out whether each light hint meets its light and surfaces": "Feststellen, ob jeder Lichthinweis sein Licht und seine Oberflächen trifft",
-    "Find where light comes from that path tracing finds too seldom, and draw it as curves to edit":
-        "Licht suchen, das Path Tracing zu selten findet, und seinen Weg als bearbeitbare Kurven zeichnen",
+    "Search for light that path tracing rarely finds, and draw its paths as curves that can be edited":
+        "Licht suchen, das Path Tracing selten findet, und seine Wege als bearbeitbare Kurven zeichnen",
     "At Most": "Höchstens",
-    "Largest number of curves that are drawn": "Höchstzahl der gezeichneten Kurven",
+    "Maximum number of curves that are drawn": "Höchstzahl der gezeichneten Kurven",
     "Samples of the search. More samples find rarer light": "Abtastwerte der Suche. Mehr Abtastwerte finden selteneres Licht",
     "A different seed searches with different random numbers": "Ein anderer Startwert sucht mit anderen Zufallszahlen",
     "Path tracing finds the light of this scene well: there is nothing to suggest": "Path Tracing findet das Licht dieser Szene gut: es gibt nichts vorzuschlagen",
@@ -463,8 +464,8 @@ TEXTS = {
     "This integrator cannot distribute samples by noise: its chains choose pixels by themselves.":
         "Dieser Integrator kann Abtastwerte nicht nach dem Rauschen verteilen: seine Ketten wählen die Pixel selbst.",
     "Use Path Tracing": "Path Tracing verwenden",
-    "The direct light method is biased: an error remains however long the render takes.":
-        "Die Methode für direktes Licht ist verzerrt: ein Fehler bleibt, wie lange auch gerendert wird.",
+    "The direct light method is biased: an error remains after any number of samples.":
+        "Die Methode für direktes Licht ist verzerrt: ein Fehler bleibt bei jeder Zahl von Abtastwerten.",
     "Use MIS": "MIS verwenden",
     "Missing images, which will be magenta: {names}": "Fehlende Bilder, die magenta werden: {names}",
     "... and {number} more": "... und {number} weitere",
@@ -476,14 +477,15 @@ TEXTS = {
     "Discard the values set in Ajar, wherever Cycles has the same setting": "Die in Ajar gesetzten Werte verwerfen, wo Cycles dieselbe Einstellung hat",
     "Preset": "Voreinstellung",
     "Set the settings of the render for a kind of work": "Die Rendereinstellungen für eine Art von Arbeit setzen",
-    "A first look: grainy and soon done": "Ein erster Eindruck: körnig und bald fertig",
+    "A first look: fast, with noise": "Ein erster Eindruck: schnell, mit Rauschen",
     "Interior": "Innenraum",
     "Light that comes around corners and bounces often": "Licht, das um Ecken kommt und oft reflektiert wird",
     "Caustics": "Kaustiken",
     "Light through glass and off mirrors, by photon maps": "Licht durch Glas und von Spiegeln, mit Photonenkarten",
     "Product": "Produkt",
-    "Things in open light, with samples where the eye sees noise": "Dinge in offenem Licht, mit Abtastwerten, wo das Auge Rauschen sieht",
-    "Clean, however long it takes": "Sauber, wie lange es auch dauert",
+    "Objects in unoccluded light, with more samples where the eye sees noise":
+        "Objekte in unverdecktem Licht, mit mehr Abtastwerten, wo das Auge Rauschen sieht",
+    "Clean, without a time limit": "Sauber, ohne Zeitlimit",
 
     # ---- Rendering ------------------------------------------------------------------------------------------------------
     "Exporting {step}": "Export: {step}",
@@ -512,11 +514,11 @@ TEXTS = {
     "Page": "Seite",
     "File name of the page, with an anchor or without": "Dateiname der Seite, mit oder ohne Anker",
     "This page of the manual is missing: {file}": "Diese Seite des Handbuchs fehlt: {file}",
-    "Print versions, instruction set and libraries, and render a picture that is known; the result is copied to the clipboard":
-        "Versionen, Befehlssatz und Bibliotheken ausgeben und ein bekanntes Bild rendern; das Ergebnis wird in die Zwischenablage kopiert",
+    "Print versions, instruction set and libraries, and render a test picture; the result is copied to the clipboard":
+        "Versionen, Befehlssatz und Bibliotheken ausgeben und ein Testbild rendern; das Ergebnis wird in die Zwischenablage kopiert",
     "{result} (copied; text \"{name}\")": "{result} (kopiert; Text „{name}“)",
 
-    # ---- What is not supported: sentences that go on after a name ---------------------------------------------------------
+    # ---- Unsupported settings: sentences that follow a name ---------------------------------------------------------------
     "Fast GI Approximation is not supported: all bounces are followed": "Schnelle GI-Näherung wird nicht unterstützt: alle Reflexionen werden verfolgt",
     "Transparent Glass is not supported: glass in front of a transparent film is opaque":
         "Transparentes Glas wird nicht unterstützt: Glas vor einem transparenten Film ist undurchsichtig",
@@ -547,23 +549,24 @@ TEXTS = {
     "Transparent Shadows is always on": "transparente Schatten sind immer an",
     "Bump Map Correction is always on": "die Korrektur von Bump-Maps ist immer an",
     "light groups have no passes: they are used for the importance of light only": "Lichtgruppen haben keine Durchgänge: sie dienen nur der Wichtigkeit von Licht",
-    "its light group {group} is gone, and with it that group's importance": "ihre Lichtgruppe {group} gibt es nicht mehr, und damit auch deren Wichtigkeit nicht",
+    "its light group {group} does not exist, so that the importance of this group is not used":
+        "ihre Lichtgruppe {group} gibt es nicht, daher wird deren Wichtigkeit nicht verwendet",
     "Filter Glossy is ignored: glossy surfaces seen after a diffuse bounce keep their roughness":
         "Glanzfilter wird ignoriert: glänzende Oberflächen behalten nach einer diffusen Reflexion ihre Rauheit",
     "a rolling shutter is not supported: all lines of the picture are exposed together":
         "ein Rollverschluss wird nicht unterstützt: alle Zeilen des Bildes werden zugleich belichtet",
     "its lens changes while the shutter is open; only its motion is blurred": "ihr Objektiv ändert sich bei offenem Verschluss; nur ihre Bewegung wird unscharf",
-    "it deforms while the shutter is open, which is not blurred: only moving objects are":
-        "es verformt sich bei offenem Verschluss, was nicht unscharf wird: nur bewegte Objekte werden es",
+    "it deforms while the shutter is open; motion blur supports only moving objects, not deformation":
+        "es verformt sich bei offenem Verschluss; Bewegungsunschärfe gibt es nur für bewegte Objekte, nicht für Verformung",
     "the panorama type {kind} is not supported; it renders as equirectangular": "der Panoramatyp {kind} wird nicht unterstützt; sie rendert äquirektangular",
     "tiled images (UDIM) are not yet supported: the first tile is used everywhere":
         "gekachelte Bilder (UDIM) werden noch nicht unterstützt: die erste Kachel gilt überall",
-    "it is hidden from some rays ({kinds}), but still lights what scatters that way where it is sampled":
-        "es ist für manche Strahlen ({kinds}) unsichtbar, beleuchtet aber, wo es abgetastet wird, trotzdem, was so streut",
+    "it is invisible to some rays ({kinds}), but where it is sampled directly, it illuminates surfaces that scatter such rays":
+        "es ist für manche Strahlen ({kinds}) unsichtbar, beleuchtet aber, wo es direkt abgetastet wird, Oberflächen, die solche Strahlen streuen",
     "its displacement is shown as bump; the surface itself is not moved yet": "seine Verschiebung wird als Bump dargestellt; die Oberfläche selbst wird noch nicht bewegt",
     "node group \"{group}\" has lost its tree": "die Knotengruppe „{group}“ hat ihren Knotenbaum verloren",
-    "light linking is not supported: it shines on everything, and everything blocks its light":
-        "Lichtverknüpfung wird nicht unterstützt: es beleuchtet alles, und alles verdeckt sein Licht",
+    "light linking is not supported: it illuminates all objects, and all objects block its light":
+        "Lichtverknüpfung wird nicht unterstützt: es beleuchtet alle Objekte, und alle Objekte verdecken sein Licht",
     "if its geometry nodes give instances an attribute \"{attribute}\", it cannot be read":
         "falls seine Geometrieknoten Instanzen ein Attribut „{attribute}“ geben, kann es nicht gelesen werden",
     "point clouds are not yet supported and do not render": "Punktwolken werden noch nicht unterstützt und nicht gerendert",

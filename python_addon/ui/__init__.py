@@ -1,4 +1,4 @@
-"""Panels: ours, a module for each tab of the Properties editor, and Blender's own where they apply to Ajar too."""
+"""Panels: those of Ajar, a module for each tab of the Properties editor, and those of Blender that apply to Ajar."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ IN_NODE_EDITORS = (material.AJAR_MATERIAL_PT_settings, world.AJAR_WORLD_PT_ray_v
 CLASSES = tuple(panel for module in MODULES for panel in module.CLASSES) + tuple(in_node_editor(panel) for panel in IN_NODE_EDITORS)
 
 BEHIND = "RENDER_PT_simplify"
-# Blender's panels for any renderer that ours stand for, or that speak of what Ajar does not have.
+# Generic panels of Blender that panels of Ajar replace, or whose settings Ajar does not have.
 EXCLUDED = {
     "VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "VIEWLAYER_PT_eevee_layer_passes_data", "VIEWLAYER_PT_eevee_next_layer_passes_data",
     "VIEWLAYER_PT_layer_passes_cryptomatte", "VIEWLAYER_PT_layer_passes_aov", "VIEWLAYER_PT_layer_passes_lightgroups",
@@ -27,7 +27,7 @@ EXCLUDED = {
 
 
 def _after_ours() -> list[type]:
-    """Copies of built-in panels that belong behind ours: Blender shows panels in the order in which they were registered."""
+    """Copies of built-in panels that must be shown after those of Ajar. Blender shows panels in the order of their registration."""
     originals = [panel for panel in Panel.__subclasses__() if panel.__name__.startswith(BEHIND) and "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ())]
     copies = []
     for panel in originals:
@@ -39,8 +39,8 @@ def _after_ours() -> list[type]:
 
 
 def built_in_panels() -> list[Any]:
-    """Blender's panels for its generic renderers, without those excluded above."""
-    # Copies for the node editors share the set of engines with the panel they are a copy of.
+    """Blender's panels for generic renderers without EXCLUDED."""
+    # Copies for the node editors share the set of engines with their original.
     return [panel for panel in Panel.__subclasses__()
             if "BLENDER_RENDER" in getattr(panel, "COMPAT_ENGINES", ()) and panel.__name__.removeprefix("NODE_") not in EXCLUDED
             and not panel.__name__.startswith(BEHIND)]

@@ -1,4 +1,4 @@
-"""The camera's data tab."""
+"""The data tab of cameras."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What our panels share."""
+"""Code that the panels of Ajar share."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from .. import compat, documentation, inherited
 from ..translations import interface
 
 ENGINE = "AJAR"
-MARGINS, ICON = 72, 20   # pixels: left and right of a text in a panel, scroll bar included; of an icon
+MARGINS, ICON = 72, 20   # in pixels: space beside a text in a panel, including the scroll bar; width of an icon
 
 
 class WithManual:
-    """A panel whose header has a button that opens the manual at the panel; not a panel itself."""
+    """Base class of panels whose header has a button that opens the manual at the panel."""
 
     def draw_header_preset(self, context: bpy.types.Context) -> None:
         documentation.draw_button(self.layout, type(self))
 
 
 class AjarPanel(WithManual):
-    """What panels of the Properties editor share; not a panel itself."""
+    """Base class of panels of the Properties editor."""
 
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
@@ -38,7 +38,7 @@ class AjarPanel(WithManual):
 
 
 def _wrapped(text: str, context: bpy.types.Context, icon: bool = False) -> list[str]:
-    """A sentence in lines that fit the panel: Blender's labels are of one line. `icon`: room for one is taken from each."""
+    """Split a sentence into lines that fit the panel, since labels of Blender have one line. With `icon`, each line leaves space for an icon."""
     scale = context.preferences.system.ui_scale or 1.0
     width = (context.region.width if context.region is not None else 300) - (MARGINS + (ICON if icon else 0)) * scale
     font = compat.label_points(context.preferences.ui_styles[0])
@@ -54,7 +54,7 @@ def _wrapped(text: str, context: bpy.types.Context, icon: bool = False) -> list[
 
 
 def say(layout: bpy.types.UILayout, text: str, context: bpy.types.Context, icon: str = "NONE") -> None:
-    """A sentence in the artist's language, with an icon before its first line."""
+    """Draw a sentence in the language of the artist, with an icon before its first line."""
     column = layout.column(align=True)
     column.scale_y = 0.8
     for number, line in enumerate(_wrapped(interface(text), context, icon != "NONE")):
@@ -62,7 +62,7 @@ def say(layout: bpy.types.UILayout, text: str, context: bpy.types.Context, icon:
 
 
 def draw_inherited(layout: bpy.types.UILayout, settings: bpy.types.PropertyGroup, name: str, **more) -> None:
-    """A setting of the scene; in grey while its value is that of Cycles."""
+    """Draw a setting of the scene, in grey while its value is that of Cycles."""
     row = layout.row()
     row.active = not settings.use_cycles_settings or inherited.is_own(settings, name)
     row.prop(settings, name, **more)
@@ -77,12 +77,12 @@ def choose_light_group(layout: bpy.types.UILayout, source: bpy.types.Object | bp
 
 
 def draw_node(layout: bpy.types.UILayout, owner: bpy.types.Material | bpy.types.World | bpy.types.Light, name: str) -> bool:
-    """The node that is linked to the input `name` of the output, with Blender's menu of links. False where `owner` uses no nodes."""
+    """Draw the node that is linked to the input `name` of the output, with Blender's menu of links. Returns False if `owner` uses no nodes."""
     tree = compat.node_tree(owner)
     if tree is None:
         layout.prop(owner, "use_nodes", icon="NODETREE")
         return False
-    output = tree.get_output_node("CYCLES")   # the one that is exported
+    output = tree.get_output_node("CYCLES")   # the exported output
     socket = output.inputs.get(name) if output is not None else None
     if socket is None:
         layout.label(text="No output node")
@@ -92,7 +92,7 @@ def draw_node(layout: bpy.types.UILayout, owner: bpy.types.Material | bpy.types.
 
 
 def in_node_editor(panel: type) -> type:
-    """A copy of a panel for the sidebar of the shader editor, where it is in the tab Options."""
+    """A copy of a panel for the tab Options in the sidebar of the shader editor."""
     values = {name: value for name, value in vars(panel).items() if name != "bl_rna"}
     values |= {"bl_space_type": "NODE_EDITOR", "bl_region_type": "UI", "bl_category": "Options"}
     if "bl_parent_id" in values:

@@ -12,7 +12,7 @@ from .common import ENGINE, AjarPanel, say
 
 
 def draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
-    """The scene's light hints, each with what became of it."""
+    """Draw the list of the light hints of the scene with their states."""
     scene = context.scene
     layout.prop_search(scene.ajar, "hint_collection", bpy.data, "collections", text="Collection")
     for curve in hints.curves_of(scene):
@@ -39,7 +39,7 @@ def draw_hints(layout: bpy.types.UILayout, context: bpy.types.Context) -> None:
 
 
 def _worth(worth: dict) -> str:
-    """Of a light hint in the last render: what its statistics say, and no more."""
+    """The statistics of a light hint in the last render, as text."""
     words = []
     if worth.get("proposed"):
         words.append(interface("{number:,.0f} proposed", number=worth["proposed"]))
@@ -80,7 +80,7 @@ class AJAR_VIEW3D_PT_hints(Panel):
 
 
 class AJAR_OBJECT_PT_light_hint(AjarPanel, Panel):
-    """Of a curve in the collection of light hints."""
+    """Settings of a curve in the collection of light hints."""
     bl_label = "Light Hint"
     bl_context = "object"
 

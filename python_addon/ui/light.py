@@ -1,4 +1,4 @@
-"""The lamp's data tab."""
+"""The data tab of lamps."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _draw_size(column: bpy.types.UILayout, light: bpy.types.Light) -> None:
 
 
 class BeamPanel(LightPanel):
-    """The poll of a panel and of its copy for the shader editor, which is not a subclass of the panel."""
+    """Has the poll function of a panel and of its copy for the shader editor, which is not a subclass of the panel."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:

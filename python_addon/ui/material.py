@@ -18,7 +18,7 @@ class MaterialPanel(AjarPanel):
 
 
 class AJAR_MATERIAL_PT_slots(AjarPanel, Panel):
-    """Slots of the object, and which material is in the active one."""
+    """The material slots of the object, and the material of the active slot."""
 
     bl_label = ""
     bl_context = "material"
@@ -75,7 +75,7 @@ class AJAR_MATERIAL_PT_surface(MaterialPanel, Panel):
 
 
 class MaterialNodePanel(MaterialPanel):
-    """What is linked to the input of the output that has the panel's name."""
+    """The node that is linked to the input of the output with the name of the panel."""
 
     bl_options = {"DEFAULT_CLOSED"}
 

@@ -1,4 +1,4 @@
-"""Blender's own menus that leave things out for engines other than Cycles: shader nodes in the Add menu, and the Outliner's Indirect Only."""
+"""Menus of Blender that hide entries from engines other than Cycles: shader nodes in the Add menu, and Indirect Only in the Outliner."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import bpy
 
 from .common import ENGINE
 
-# Where Blender asks whether to offer shader nodes: until 3.6, and since.
+# Modules in which Blender checks whether to offer shader nodes: until 3.6, and later.
 _MODULES = ("nodeitems_builtins", "bl_ui.node_add_menu_shader")
 _QUESTION = "cycles_shader_nodes_poll"
 _originals: dict[ModuleType, object] = {}
@@ -25,7 +25,7 @@ def register() -> None:
     for name in _MODULES:
         try:
             module = importlib.import_module(name)
-        except ImportError:   # this Blender does not have it
+        except ImportError:   # this Blender does not have the module
             continue
         original = getattr(module, _QUESTION, None)
         if original is not None:

@@ -9,7 +9,7 @@ from .. import compat
 from .common import AjarPanel, choose_light_group, say
 
 VISIBLE = {"MESH", "CURVE", "CURVES", "SURFACE", "META", "FONT", "POINTCLOUD", "VOLUME"}
-LIT = VISIBLE | {"LIGHT"}   # objects that may send light
+LIT = VISIBLE | {"LIGHT"}   # types of objects that can emit light
 
 
 class ObjectPanel(AjarPanel):

@@ -1,4 +1,4 @@
-"""The noise over time and the samples of each pixel: in the render tab, and beside the picture while it renders."""
+"""Panels with the noise over time and the samples of each pixel: in the render tab, and beside the image during a render."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from .. import graph, render_progress
 from ..translations import interface
 from .common import ENGINE, AjarPanel, WithManual
 
-ICON_UNIT = 20          # pixels of an icon of scale 1
-ICON_PADDING = 4        # pixels that Blender leaves free on each side of a picture
-MARGINS = 64            # pixels beside the pictures, scroll bar included
-SMALLEST, LARGEST, BESIDE = 6, 24, 11   # scales: of a picture, and from which on two are beside each other
+ICON_UNIT = 20          # size of an icon of scale 1 in pixels
+ICON_PADDING = 4        # pixels that Blender leaves free on each side of an icon
+MARGINS = 64            # pixels beside the images, including the scroll bar
+SMALLEST, LARGEST, BESIDE = 6, 24, 11   # scales: minimum and maximum of an image, and the minimum at which two are side by side
 
 _pictures: bpy.utils.previews.ImagePreviewCollection | None = None
-_drawn: dict[str, tuple] = {}   # name of a picture -> what it shows
+_drawn: dict[str, tuple] = {}   # name of an image -> key of its content
 
 
 def _show(name: str, key: tuple, draw) -> int:
-    """The number of an icon that shows what `draw` gives. It is drawn again only when `key` has changed."""
-    assert _pictures is not None   # register() makes it
+    """The number of an icon that shows the image of `draw`. It is drawn again only if `key` has changed."""
+    assert _pictures is not None   # created by register()
     preview = _pictures.get(name) or _pictures.new(name)
     if _drawn.get(name) != key:
         picture = draw()
@@ -33,7 +33,7 @@ def _show(name: str, key: tuple, draw) -> int:
 
 
 class _Progress:
-    """The panel, wherever it is."""
+    """The content of the panel, in all editors."""
 
     bl_label = "Progress"
 

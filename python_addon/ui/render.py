@@ -116,7 +116,7 @@ class AJAR_RENDER_PT_integrator(AjarPanel, Panel):
 
 
 class AJAR_MT_direct(Menu):
-    """The methods that a scene may gain from."""
+    """The methods that can be faster in some scenes."""
 
     bl_label = "Direct Light"
 
@@ -238,7 +238,7 @@ class AJAR_RENDER_PT_performance(AjarPanel, Panel):
 
 
 class AJAR_RENDER_PT_compositor(AjarPanel, Panel):
-    """Of Blender's compositor, which works on the pictures of any engine."""
+    """Settings of Blender's compositor, which processes the images of all engines."""
 
     bl_label = "Compositor"
     bl_parent_id = "AJAR_RENDER_PT_performance"
@@ -271,7 +271,7 @@ class AJAR_RENDER_PT_checkpoint(AjarPanel, Panel):
 
 
 class AJAR_RENDER_PT_statistics(AjarPanel, Panel):
-    """Of the last render."""
+    """Statistics of the last render."""
     bl_label = "Statistics"
     bl_options = {"DEFAULT_CLOSED"}
 
@@ -289,7 +289,7 @@ class AJAR_RENDER_PT_statistics(AjarPanel, Panel):
 
 
 class AJAR_RENDER_PT_plan(AjarPanel, Panel):
-    """What the last render needed, what it left out, and why."""
+    """The render plan: what the last render needed, what it skipped, and why."""
     bl_label = "Render Plan"
     bl_parent_id = "AJAR_RENDER_PT_statistics"
     bl_options = {"DEFAULT_CLOSED"}
@@ -307,7 +307,7 @@ class AJAR_RENDER_PT_plan(AjarPanel, Panel):
 
 
 def _statistics(values: dict) -> list[tuple[str, str]]:
-    """Names and values for people. The panel translates the names."""
+    """Names and values as text. The panel translates the names."""
     label = next((info.label for info in ajar.integrator_list() if info.name == values["integrator"]), values["integrator"])
     words = [label, values["bias"].capitalize()] if values.get("bias") else [label]
     rows = [("Integrator", ", ".join(map(interface, words)))]

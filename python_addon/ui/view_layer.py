@@ -21,7 +21,7 @@ class AJAR_VIEWLAYER_PT_filter(AjarPanel, Panel):
         include.prop(layer, "use_solid", text="Surfaces")
         include.prop(layer, "use_strand", text="Hair")
         include.prop(layer, "use_volumes", text="Volumes")
-        if hasattr(layer, "use_grease_pencil"):   # 5.0; Blender draws it over the picture
+        if hasattr(layer, "use_grease_pencil"):   # 5.0; Blender draws it over the image
             include.prop(layer, "use_grease_pencil", text="Grease Pencil")
         use = column.column(heading="Use")
         use.active = context.scene.render.use_motion_blur

@@ -29,7 +29,7 @@ def test_photons_of_the_last_pass_are_kept_when_asked_for(lit_corner, integrator
     photons = photon_overlay.of(lit_corner)
     extra = last_render.of(lit_corner)
     assert photons.stored == extra.get("chain_photons", extra["photons"] + extra["caustic_photons"]) > 0
-    assert 0 < len(photons.positions) <= min(photon_overlay.MOST, photons.stored)
+    assert 0 < len(photons.positions) <= min(photon_overlay.MAX_PHOTONS, photons.stored)
     np.testing.assert_allclose(photons.positions[:, [0, 2]].min(axis=1), 0.0, atol=1e-5)
     assert (photons.positions > -1e-5).all() and (photons.positions < 1 + 1e-5).all()
     # The lamp's colour on a grey square.

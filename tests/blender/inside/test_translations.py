@@ -207,5 +207,5 @@ def test_reports_and_states_are_german(german, scene):
 
 def test_warnings_of_the_export_are_german(german, scene, export_context):
     scene.view_layers[0].ajar.light_groups.add().name = "Gone"
-    text = translations.german.TEXTS["its light group {group} is gone, and with it that group's importance"]
+    text = translations.german.TEXTS["its light group {group} does not exist, so that the importance of this group is not used"]
     assert (scene.view_layers[0].name, text.format(group="Gone")) in export_context().warnings
