@@ -1,7 +1,7 @@
-"""Do two renders show the same image? Block means with standard errors, and two tests on them.
+"""Tests whether two renders show the same image: block means with standard errors, and two tests on them.
 
-A render is given as replicates: N images of the same scene from N independent seeds. Their mean is the estimate and
-their scatter its variance, whatever algorithm made them (for chains and populations nothing else is valid).
+A render is given as replicates: N images of the same scene with N independent seeds. Their mean is the estimate, and their scatter gives its variance
+for all algorithms. For chains and populations, no other estimate of the variance is valid.
 """
 
 from __future__ import annotations
@@ -39,9 +39,8 @@ def block_means(image: np.ndarray, size: int = 16) -> np.ndarray:
 
 
 def blocks_of_replicates(images, size: int = 16) -> Blocks:
-    """Block means over replicates. The standard error comes from the scatter of whole block means between
-    replicates, so correlation between pixels is accounted for. Two replicates at the least; eight or more
-    for standard errors that are themselves known to better than 27 %."""
+    """Block means over replicates. The standard error comes from the scatter of the block means between replicates, so that it includes the
+    correlation between pixels. At least two replicates are needed, and eight or more for standard errors with a relative error below 27 %."""
     means = np.stack([block_means(image, size) for image in images])
     count = len(means)
     if count < 2:
@@ -50,8 +49,8 @@ def blocks_of_replicates(images, size: int = 16) -> Blocks:
 
 
 def blocks_of_pixels(mean: np.ndarray, variance: np.ndarray, replicates: int, size: int = 16) -> Blocks:
-    """Block means from a mean image and the variance of each pixel's mean. Pixels are taken to be independent,
-    which path tracers with decorrelated pixels are; 256 pixels make up for few replicates."""
+    """Block means from a mean image and the variance of the mean of each pixel. Pixels are assumed to be independent, as in path tracers with
+    decorrelated pixels. 256 pixels compensate for few replicates."""
     pixels = reduce_blocks(np.ones(mean.shape[:2] + (1,)), size)
     errors = np.sqrt(reduce_blocks(np.asarray(variance, dtype=np.float64), size)) / pixels
     return Blocks(block_means(mean, size), errors, replicates, size)
@@ -67,7 +66,7 @@ def mean_and_variance(images) -> tuple[np.ndarray, np.ndarray]:
 
 @dataclass(frozen=True)
 class Disagreement:
-    """One block and channel beyond its allowance; row and column count blocks from the top left."""
+    """A block and channel whose difference exceeds the allowance. Row and column count blocks from the top left."""
 
     row: int
     column: int
@@ -85,11 +84,11 @@ class Disagreement:
 
 def disagreements(ours: Blocks, theirs: Blocks, relative: float = 0.01, standard_errors: float = 3.0,
                   darkness: float = 1e-5) -> list[Disagreement]:
-    """The agreement test of the project: |a - b| <= 1 % of |b| + 3 standard errors of the difference, for every block
-    and channel. Those that fail, the worst first. A value that is not finite always fails.
+    """The agreement test of the project: |a - b| <= 1 % of |b| + 3 standard errors of the difference, for every block and channel. Returns the
+    failures, the worst first. A value that is not finite always fails.
 
-    Where one side saw no light at all it knows no standard error either, though the other may have met a rare path worth
-    nothing. So a difference below `darkness` of the whole reference's mean, which nobody can see, is none."""
+    A side without any light has no estimate of its standard error, while the other may have a rare path with little light. Therefore a difference
+    below `darkness` times the mean of the whole reference, which is invisible, is accepted."""
     if ours.means.shape != theirs.means.shape:
         raise ValueError(f"images of {ours.means.shape} and {theirs.means.shape} blocks cannot be compared")
     allowance = relative * np.abs(theirs.means) + darkness * np.abs(theirs.means).mean()
@@ -163,8 +162,8 @@ class WelchResult:
 
 
 def welch_test(ours: Blocks, theirs: Blocks, level: float = 0.01) -> WelchResult:
-    """Welch's t-test of equal means in every block and channel [Welch 1947], at `level` for all of them together:
-    each is tested at 1 - (1 - level)^(1/n) [Šidák 1967]. Blocks without scatter on either side must be equal."""
+    """Welch's t-test of equal means in every block and channel [Welch 1947], at the joint `level`: each is tested at 1 - (1 - level)^(1/n) [Šidák
+    1967]. Blocks without scatter on either side must be equal."""
     if ours.means.shape != theirs.means.shape:
         raise ValueError(f"images of {ours.means.shape} and {theirs.means.shape} blocks cannot be compared")
     variance_a, variance_b = ours.standard_errors**2, theirs.standard_errors**2

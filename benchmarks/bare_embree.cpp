@@ -1,12 +1,11 @@
-// bare_embree SCENE.ajar [--samples N] [--threads N] [--repeats N]
-// How much of what Embree alone reaches does the path tracer keep?
-//
-// The path tracer's own ray queries are recorded once: the linker sends its calls of rtcIntersect1 and rtcOccluded1
-// through the two functions below (-Wl,--wrap), so the engine needs no hook. Then two things are timed in turn, with
-// equal threads in one process: the path tracer, and a loop that does nothing but trace the recorded rays in their
-// order, on the structure the engine built and again on one with Embree's default flags (the engine asks for robust
-// traversal). The rate of both is recorded rays over seconds, so the share is the ratio of the times. Queries for lamps
-// are part of the engine's work and not of the loop's. Prints one JSON object.
+// bare_embree SCENE.ajar [--samples N] [--threads N] [--repeats N] Measures the ray rate of the path tracer as a
+// fraction of that of Embree alone. The ray queries of the path tracer are recorded once: the linker redirects its
+// calls of rtcIntersect1 and rtcOccluded1 to the two functions below (-Wl,--wrap), so that the engine needs no hook.
+// Then two programs are timed in turn, with the same number of threads in one process: the path tracer, and a loop that
+// only traces the recorded rays in their order, on the structure of the engine and on one with Embree's default flags
+// (the engine uses robust traversal). Both rates are recorded rays divided by seconds, so that the fraction is the
+// ratio of the times. Queries for lamps are part of the time of the engine, but not of the loop. Prints one JSON
+// object.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -32,7 +31,7 @@ struct Query {
   bool any_hit, coherent;
 };
 std::vector<Query>* recording = nullptr;  // written by one thread only
-bool default_flags = false;               // build with Embree's default scene flags
+bool default_flags = false;               // builds with Embree's default scene flags
 
 }  // namespace
 
@@ -73,7 +72,7 @@ namespace {
 
 using namespace ajar;
 
-constexpr size_t kChunk = 4096;  ///< rays of one task: several milliseconds, like a tile
+constexpr size_t kChunk = 4096;  ///< rays of one task, which takes several milliseconds, as a tile
 
 double seconds_of(const std::function<void()>& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -86,7 +85,7 @@ std::shared_ptr<const Scene> build(const SceneDescription& description) {
   return Scene::build(description, {}, diagnostics);
 }
 
-/// Render `samples` per pixel; the seed is fixed, so every call traces the same rays.
+/// Renders `samples` per pixel. The seed is fixed, so that every call traces the same rays.
 void render(const std::shared_ptr<const Scene>& scene, int samples) {
   const RenderSettings& settings = scene->settings();
   Film film(settings.region[0], settings.region[1], settings.region[2], settings.region[3], {"Combined"});
@@ -96,7 +95,7 @@ void render(const std::shared_ptr<const Scene>& scene, int samples) {
   integrator->run_iteration(film, samples, stop);
 }
 
-/// All queries of a render, in the order in which one thread makes them; those for lamps are left out.
+/// All queries of a render in the order of one thread, without those for lamps.
 std::vector<Query> record(const std::shared_ptr<const Scene>& scene, int samples) {
   std::vector<Query> queries;
   recording = &queries;
@@ -108,7 +107,7 @@ std::vector<Query> record(const std::shared_ptr<const Scene>& scene, int samples
   return queries;
 }
 
-/// Trace the queries; returns how many hit something, so that nothing is optimised away.
+/// Traces the queries. Returns the number of hits, so that the compiler cannot remove the loop.
 size_t trace(const std::vector<Query>& queries, RTCScene scene) {
   std::atomic<size_t> hits{0};
   tbb::parallel_for(

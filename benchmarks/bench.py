@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""make bench: scenes x techniques at equal time and at equal samples, measured side by side.
+"""make bench: measures scenes and techniques at equal time and at equal samples.
 
-Every technique renders each scene at growing sample counts, in turn with the others, and again with new seeds. Errors are taken
-against a reference of the *same program* made from other seeds, so that they are variance and nothing else. Whether the two
-programs show the same image is for tests/render to say; the page gives the ratio of the references' means. Results go to build/bench/results.json,
-from which report.py writes the page docs/benchmarks/index.md.
+Every technique renders each scene with increasing sample counts, in turn with the others, and again with new seeds. Errors are relative to a
+reference of the *same program* with other seeds, so that they contain only variance. tests/render tests whether the two programs show the same image;
+the page has the ratio of the means of the references. Results are written to build/bench/results.json, from which report.py writes the page
+docs/benchmarks/index.md.
 
 A quick run (default) takes about a quarter of an hour for ten scenes at 30 % of their size, nine minutes with --seconds 1; --full renders at full size and longer.
 """
@@ -33,7 +33,7 @@ REFERENCE_SEED, TRIAL_SEED = 1001, 999
 
 @dataclass(frozen=True)
 class Technique:
-    """A way to render: `render(samples, seeds)` of one scene. `program` names whose reference it is judged by."""
+    """A technique: `render(samples, seeds)` renders one scene. `program` is the program whose reference is used."""
 
     name: str
     program: str
@@ -42,7 +42,7 @@ class Technique:
 
 @dataclass(frozen=True)
 class Budget:
-    """Seconds of path tracing per scene, and how the measurements are spread."""
+    """Seconds of path tracing per scene, and the distribution of the measurements."""
 
     reference_seconds: float
     longest_render: float
@@ -52,21 +52,21 @@ class Budget:
 
 
 def samples_for(technique: Technique, seconds: float) -> int:
-    """The power of two of samples that takes at most `seconds`, by a short trial."""
+    """The power of two of samples that takes at most `seconds`, from a short trial."""
     short, long = technique.render([1, 5], [TRIAL_SEED])
     per_sample = max((long.seconds - short.seconds) / 4, 1e-6)
     return 2 ** max(0, int(np.log2(max(seconds / per_sample, 1.0))))
 
 
 def make_reference(technique: Technique, budget: Budget) -> tuple[np.ndarray, np.ndarray]:
-    """Mean image and the variance of its pixels."""
+    """The mean image and the variance of its pixels."""
     samples = samples_for(technique, budget.reference_seconds / REFERENCE_REPLICATES)
     renders = technique.render([samples], list(range(REFERENCE_SEED, REFERENCE_SEED + REFERENCE_REPLICATES)))
     return agreement.mean_and_variance([render.image() for render in renders])
 
 
 def measure(technique: Technique, repeat: int, render: renderers.Render, reference: tuple[np.ndarray, np.ndarray]) -> dict:
-    """The numbers of one render; images do not stay in memory."""
+    """The numbers of one render. Images are not kept in memory."""
     image = render.image()
     mean, variance = reference
     return {
@@ -109,7 +109,7 @@ def bench_scene(scene: Scene, techniques: list[Technique], budget: Budget, folde
 
 
 def bare_embree(build: Path, scene_file: Path, threads: int) -> dict:
-    """Share of bare Embree's rays per second; empty when the program was not built."""
+    """The rays per second as a fraction of those of bare Embree; empty if the program was not built."""
     program = build / "benchmarks" / "bare_embree"
     if not program.exists():
         return {}

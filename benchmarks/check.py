@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""Has a change made a scene slower? Instructions for a sample of every pixel, counted by valgrind, against those on record:
+"""Tests whether a change has made a scene slower: compares the instructions for a sample of every pixel, counted by Valgrind, with a record:
 
     benchmarks/check.py [SCENE ...] [--record] [--build BUILD]
 
-Where time is noisy, instructions are not: one thread, the same seed, and building the scene subtracted (a render of three samples
-less one of one). They say nothing of caches and little of Embree's wider instructions, so a change that passes can still be slower; one that fails
-has more work to do. Ends with an error when a scene needs more than 5 % over its record. --record appends to
-docs/benchmarks/instructions.json, whose last entry is the record and whose others are the history.
+Instruction counts have less noise than times: one thread, the same seed, and the build of the scene is subtracted (a render of three samples minus
+one of one sample). They do not include the effect of caches, and little of Embree's wide instructions, so that a change that passes can still be
+slower. A change that fails executes more work. Ends with an error if a scene needs more than 5 % over its record. --record appends to
+docs/benchmarks/instructions.json, whose last entry is the record; the others are the history.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from scenes import PROJECT, Scene, find_scenes
 
 SCENES = ["checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights"]
 RECORD = PROJECT / "docs" / "benchmarks" / "instructions.json"
-MOST = 1.05
+MAX_RATIO = 1.05
 PERCENTAGE = 10
 SAMPLES = (1, 3)
 
@@ -41,15 +41,15 @@ def count(program: Path, scene: Path, samples: int, folder: Path) -> int:
 
 
 def instructions_of(ajar: renderers.AjarBuild, scene: Scene, folder: Path) -> float:
-    """Millions for one sample of every pixel."""
+    """Millions of instructions for one sample of every pixel."""
     file, _ = ajar.dump(scene.path, folder, PERCENTAGE)
     few, many = (count(ajar.build / "ajar-render", file, samples, folder) for samples in SAMPLES)
     return (many - few) / (SAMPLES[1] - SAMPLES[0]) / 1e6
 
 
 def verdicts(found: dict[str, float], record: dict[str, float]) -> list[tuple[str, float, bool]]:
-    """Scene, ratio to the record, and whether it is within bounds; scenes without a record are not judged."""
-    return [(name, value / record[name], value <= MOST * record[name]) for name, value in found.items() if name in record]
+    """Scene, ratio to the record, and whether it is within bounds. Scenes without a record are omitted."""
+    return [(name, value / record[name], value <= MAX_RATIO * record[name]) for name, value in found.items() if name in record]
 
 
 def main() -> int:

@@ -1,17 +1,17 @@
-"""Render a .blend with Cycles, at its best settings for the scene, to linear EXR files. Runs inside Blender or the bpy wheel:
+"""Renders a .blend with Cycles to linear EXR files, with its best settings for the scene. Runs inside Blender or the bpy wheel:
 
     blender -b --factory-startup --debug-cycles FILE.blend --python cycles_render.py -- --out DIR [options]
     python3 cycles_render.py -- --blend FILE.blend --out DIR [options]
 
-One Blender start renders every pair of --samples and --seeds. Each render leaves DIR/<samples>_<seed>.exr and prints one line
-`CYCLES {json}` with its times. `seconds` is path tracing alone as Cycles counts it: its render time less scene
-synchronisation, shader compilation, texture loading and BVH building, which are `sync_seconds`. Cycles leaves both in the metadata of
-the file, in every version, to 0.01 s. With --debug-cycles (not in the wheel) it also prints `Path Tracing <wall>` to the microsecond,
-which renderers.py prefers; on box.blend the two differ by less than the rounding.
+One start of Blender renders all pairs of --samples and --seeds. Each render writes DIR/<samples>_<seed>.exr and prints one line `CYCLES {json}` with
+its times. `seconds` is the time of path tracing as Cycles counts it: the render time minus scene synchronisation, shader compilation, texture loading
+and BVH building, which are `sync_seconds`. All versions of Cycles write both to the metadata of the file, with a precision of 0.01 s. With
+--debug-cycles (not in the wheel), Cycles also prints `Path Tracing <wall>` in microseconds, which renderers.py prefers; for box.blend the two differ
+by less than the rounding.
 
-"Best settings": what makes Cycles solve the same problem as an unbiased path tracer, as fast as it can. Caustics on, no clamping,
-no filtering of glossy bounces, no denoising, no fast GI, light tree and guiding where the version has them. Bounce limits, pixel filter,
-light thresholds and everything else stay as the file has them.
+"Best settings" are those with which Cycles solves the problem of an unbiased path tracer as fast as possible: caustics on, no clamping, no filtering
+of glossy bounces, no denoising, no fast GI, light tree and guiding if the version has them. Bounce limits, pixel filter, light thresholds and all
+other settings are those of the file.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def set_if_known(settings, **values) -> None:
-    """Properties come and go between versions; those this version lacks do not exist to be set."""
+    """Set the properties that this version has, since properties differ between versions."""
     for name, value in values.items():
         if hasattr(settings, name):
             setattr(settings, name, value)
@@ -79,7 +79,7 @@ def clock_seconds(text: str) -> float:
 
 
 def cycles_times(path: Path) -> dict[str, float]:
-    """Times of all view layers from a file's metadata."""
+    """The times of all view layers from the metadata of a file."""
     text = read_exr_text(path)
     return {kind: sum(clock_seconds(value) for name, value in text.items() if name.startswith("cycles.") and name.endswith(key))
             for kind, key in (("seconds", ".render_time"), ("sync_seconds", ".synchronization_time"))}

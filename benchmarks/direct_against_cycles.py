@@ -1,12 +1,13 @@
 #!/usr/bin/python3
-"""Direct light alone, Ajar's methods against Cycles at equal error:
+"""Compares Ajar's methods of direct light with Cycles at equal error:
 
     PYTHONPATH=build/release/python benchmarks/direct_against_cycles.py [--wheel PYTHON] [--seeds 5] [--percentage 20] [--budget SECONDS]
 
-On `checker`, and on soft shadows of one large area light in the open (direct_scenes.py). One thread; T is CPU time, of Cycles less that of a render of one
-sample, which is preparation nearly alone. Every program is judged by its own reference (other seeds), whose variance is taken off. The number is
-time of Cycles over ours at equal relMSE, the geometric mean over the errors that both curves reach, per seed; then medians; and at the least of Cycles' errors. What is finished is kept in
-build/direct_against_cycles: the same command goes on from there, and --budget makes it stop before that time is over.
+The scenes are `checker` and soft shadows of one large unoccluded area light (direct_scenes.py). One thread. T is CPU time; for Cycles, the time of a
+render of one sample is subtracted, which is nearly only preparation. Errors of a program are relative to its own reference (other seeds), whose
+variance is subtracted. The result is the time of Cycles divided by that of Ajar at equal relMSE: the geometric mean over the errors that both curves
+reach, for each seed, then the median; also at the minimum error of Cycles. Finished jobs are stored in build/direct_against_cycles: the same command
+continues from there, and --budget stops it before this time is over.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from in_process import direct_light
 import ajar
 
 WORK = renderers.PROJECT / "build" / "direct_against_cycles"
-# Method, direct samples, samples of a pixel.
+# Method, direct samples, samples per pixel.
 PLAIN, COUNTS = ("mis", 1, (4, 16, 64, 256)), (2, 8, 32, 128)
 OURS = {"soft_shadows": {"mis": PLAIN, "light, 4 direct samples": ("light", 4, COUNTS), "pmc_hi, 4 direct samples": ("pmc_hi", 4, COUNTS)},
         "checker": {"mis": PLAIN, "pmc_hi, 4 direct samples": ("pmc_hi", 4, COUNTS), "ocv_progressive, 4 direct samples": ("ocv_progressive", 4, COUNTS)}}
@@ -43,7 +44,7 @@ def our_image(scene: Path, method: str, direct_samples: int, samples: int, seed:
 
 
 def cycles_images(blend: Path, out: Path, percentage: int, samples: list[int], seeds: list[int], python: str | None) -> dict[tuple[int, int], tuple[np.ndarray, float]]:
-    """By samples and seed: image and CPU seconds of the whole render."""
+    """Image and CPU seconds of the whole render, by samples and seed."""
     script = [str(Path(__file__).with_name("cycles_render.py")), "--", "--out", str(out), "--samples", ",".join(map(str, samples)), "--seeds", ",".join(map(str, seeds)),
               "--percentage", str(percentage), "--threads", "1"]
     command = [python, *script, "--blend", str(blend)] if python else [renderers.BLENDER, "-b", "--factory-startup", str(blend), "--python", *script]
@@ -53,7 +54,7 @@ def cycles_images(blend: Path, out: Path, percentage: int, samples: list[int], s
 
 
 class Measured:
-    """Runs of one scene: by program a reference and, by samples and seed, seconds and error."""
+    """The runs of one scene: a reference for each program, and seconds and error by samples and seed."""
 
     def __init__(self, name: str, options: argparse.Namespace) -> None:
         self.name, self.options, self.folder = name, options, WORK / name
@@ -71,7 +72,7 @@ class Measured:
         self.path.write_text(json.dumps(self.runs))
 
     def jobs(self) -> list[tuple[str, Callable[[], None]]]:
-        """What is left to do."""
+        """The jobs that are not finished."""
         options, seeds = self.options, list(range(1, self.options.seeds + 1))
         blend, scene = WORK / f"{self.name}.blend", self.folder / "scene.ajar"
         left: list[tuple[str, Callable[[], None]]] = []
@@ -107,7 +108,7 @@ class Measured:
         return metrics.ErrorCurve(*zip(*points))
 
     def faster_at(self, key: str, program: str, samples: int) -> float:
-        """Time ratio at the error that `program` has with so many samples, by the curves through medians over seeds; nan where ours does not reach it."""
+        """The ratio of times at the error of `program` with this number of samples, by curves through medians over seeds; nan if Ajar does not reach this error."""
         points = [(float(np.median([run[2] for run in self.runs[key] if run[0] == s])), float(np.median([run[3] for run in self.runs[key] if run[0] == s])))
                   for s in sorted({run[0] for run in self.runs[key]})]
         theirs = [run for run in self.runs[program] if run[0] == samples]

@@ -1,4 +1,4 @@
-"""Scenes for direct_against_cycles.py, of direct light alone: `checker`, and soft shadows of one large area light in the open.
+"""Scenes of direct light for direct_against_cycles.py: `checker`, and soft shadows of one large unoccluded area light.
 
     blender -b --factory-startup --python direct_scenes.py -- DIRECTORY
 """
@@ -17,7 +17,7 @@ import scene_tools as tools  # noqa: E402
 
 
 def soft_shadows() -> None:
-    """Matt things on matt ground below a lamp of two by two metres that the camera does not see: penumbras nearly everywhere."""
+    """Diffuse objects on diffuse ground below a lamp of two by two metres that the camera does not see. Most of the image is penumbra."""
     tools.start_scene(800, 500)
     tools.add_plane("Ground", (0, 0, 0), (40, 40), tools.diffuse("Ground", (0.6, 0.6, 0.58)))
     stone, clay = tools.diffuse("Stone", (0.7, 0.68, 0.62)), tools.diffuse("Clay", (0.65, 0.35, 0.22))

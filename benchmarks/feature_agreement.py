@@ -1,11 +1,11 @@
 #!/usr/bin/python3
-"""Do both engines show every feature alike? Scenes of one feature each (test_scenes/features.py), rendered by both in one Blender:
+"""Tests whether both engines show every feature in the same way: scenes of one feature each (test_scenes/features.py), rendered by both in one Blender:
 
     benchmarks/feature_agreement.py [NAME ...] [--build build/release] [--samples 128] [--table docs/agreement.md]
 
-The means of 8 x 8-pixel blocks of 64 x 64-pixel pictures, over eight independent seeds each, must lie within 1 % plus three standard
-errors of the difference. Among thousands of blocks some leave that by chance: a feature that does is rendered again by new seeds with four
-times the samples, and only blocks that leave it again disagree. --table writes what was found into the page between its marks.
+The means of 8 x 8-pixel blocks of 64 x 64-pixel images, over eight independent seeds each, must agree within 1 % plus three standard errors of the
+difference. Of thousands of blocks, a few exceed this at random. Such a feature is rendered again with new seeds and four times the samples, and only
+blocks that exceed it again disagree. --table writes the results to the page between its marks.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ BLENDER = os.environ.get("BLENDER", "blender")
 REPLICATES, BLOCK, AGAIN = 8, 8, 4
 BEGIN, END = "<!-- features: begin -->", "<!-- features: end -->"
 
-# Features that are known to differ, and why. Anything else that does is a bug.
+# Features with known differences and their reasons. All other differences are bugs.
 EXPECTED_DIFFERENCES: dict[str, str] = {
-    "toon_smooth": "Cycles' samples take the fall-off of the edge at another angle than that of the direction they return",
-    "custom_normals": "sky below a face's horizon and above its normals' counts fully; Cycles weighs it by a density that no sample has",
-    "volume_anisotropies": "Cycles adds the phase functions of different anisotropies where lights are sampled, instead of weighing them",
-    "translucent_transparent": "Cycles' picture is not linear in the colour of Translucent: with a red one it is redder than black and white ones foretell; ours is as foretold",
-    "lamp_without_glossy": "light sampling does not tell kinds of rays apart, only hits do; reported",
+    "toon_smooth": "Cycles evaluates the falloff of the edge at another angle than that of the sampled direction",
+    "custom_normals": "world light below the horizon of a face and above that of its normals counts fully; Cycles weights it by a density with which no sample is drawn",
+    "volume_anisotropies": "Cycles adds the phase functions of different anisotropies in light sampling, instead of weighting them",
+    "translucent_transparent": "the image of Cycles is not linear in the colour of Translucent: with red it is redder than the images with black and white predict; that of Ajar is linear",
+    "lamp_without_glossy": "light sampling does not separate types of rays, only hits do; this is reported",
 }
 
-# What the gate looks at.
+# The features that `make test` renders.
 SAMPLE = ["sun_wide", "camera_dof_blades", "principled_plastic", "noise", "coarse_smooth_ball", "particles", "volume_principled"]
 
 
 @dataclass(frozen=True)
 class Found:
-    """`ratio`: of the whole pictures' means; `allowance`: of the median block, as a part of it; `outside`: blocks that disagree twice."""
+    """`ratio`: ratio of the means of the images; `allowance`: relative allowance of the median block; `outside`: blocks that disagree twice."""
 
     name: str
     ratio: float
@@ -62,7 +62,7 @@ class Found:
 
 
 def features() -> dict[str, dict[str, str]]:
-    """Kind and description by name; features.py itself needs Blender."""
+    """The type and description of each feature by name. features.py runs in Blender."""
     with tempfile.TemporaryDirectory() as folder:
         listed = Path(folder) / "features.json"
         run([BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "--python", str(PROJECT / "test_scenes" / "features.py"), "--",
@@ -94,7 +94,7 @@ def places(found) -> set[tuple[int, int, int]]:
 
 
 def compare(build: Path, folder: Path, names: list[str], samples: int) -> list[Found]:
-    """Render and judge; scenes and pictures are left in the folder."""
+    """Render and compare. Scenes and images stay in the folder."""
     write_scenes(folder, names)
     render(build, folder, names, samples, 1)
     first = {name: (blocks_of(folder, name, "ajar", 1), blocks_of(folder, name, "cycles", 1)) for name in names}
@@ -137,11 +137,11 @@ def put_into(page: Path, text: str) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Compare single features with Cycles.")
-    parser.add_argument("names", nargs="*", help="without any, all")
+    parser.add_argument("names", nargs="*", help="names of features; all by default")
     parser.add_argument("--build", type=Path, default=Path(os.environ.get("AJAR_BUILD", PROJECT / "build" / "release")))
     parser.add_argument("--samples", type=int, default=128, help="per pixel and seed")
     parser.add_argument("--keep", type=Path, help="folder for scenes and pictures, instead of a temporary one")
-    parser.add_argument("--table", type=Path, help="page to write the results into")
+    parser.add_argument("--table", type=Path, help="page to which the results are written")
     options = parser.parse_args()
     known = features()
     names = options.names or list(known)

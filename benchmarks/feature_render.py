@@ -1,9 +1,9 @@
-"""Render the scenes of test_scenes/features.py with both engines, in one Blender; feature_agreement.py calls it:
+"""Renders the scenes of test_scenes/features.py with both engines in one Blender; feature_agreement.py starts it:
 
     blender -b --factory-startup --addons ajar_render --python-exit-code 1 --python feature_render.py -- FOLDER SAMPLES SEEDS NAME ...
 
-SEEDS is first:count. Opens FOLDER/<name>.blend and writes FOLDER/<name>_<engine>_<seed>.exr. What Ajar says about the
-scene goes to the log, after a line `FEATURE <name>`.
+SEEDS is first:count. Opens FOLDER/<name>.blend and writes FOLDER/<name>_<engine>_<seed>.exr. Messages of Ajar about the scene are in the log, after a
+line `FEATURE <name>`.
 """
 
 import sys

@@ -1,16 +1,16 @@
 #!/usr/bin/python3
-"""How much an animation flickers with and without what its frames learn from those before (docs/benchmarks/animation.md):
+"""Measures the flicker of an animation with and without data that earlier frames have learned (docs/benchmarks/animation.md):
 
     PYTHONPATH=build/release/python benchmarks/flicker.py SCENE.ajar --integrator path --set guiding=on --samples 16 [--move 0.02]
 
-SCENE.ajar comes from --ajar-dump-scene. The camera stands still, or moves to its right by so many metres a frame; every frame has a seed of its own. Each of two
-independent sequences is rendered cold (every frame alone) and warm (each with what those before it learned), frame by frame in turn, one thread. The first
-frame, which has none before it, is left out.
+SCENE.ajar comes from --ajar-dump-scene. The camera is at rest, or moves to its right by --move metres per frame. Every frame has its own seed. Two
+independent sequences are each rendered cold (every frame alone) and warm (each frame with the learned data of the previous ones), in turn frame by
+frame, with one thread. The first frame is omitted, since it has no previous one.
 
-Error of a frame: (A_t - B_t)^2 / 2 of the two sequences. Flicker: ((A_t+1 - A_t) - (B_t+1 - B_t))^2 / 4, the change from frame to frame that is not in the scene;
-it equals the error where errors of successive frames are independent, and would be 0 where noise stood still. Both are relative, over
-R^2 + 0.01, R being the mean of all four pictures of a frame, blurred, with and without the worst 0.1 % of pixels. T is user CPU time from the first sample on, pilots included.
-The gain is the ratio of 1 / (T flicker): how much less flicker in the same time. The ratio of means is that of all warm pictures to all cold ones.
+The error of a frame is (A_t - B_t)^2 / 2 of the two sequences. The flicker is ((A_t+1 - A_t) - (B_t+1 - B_t))^2 / 4, the change between frames that
+is not in the scene. It equals the error if the errors of successive frames are independent, and is 0 if the noise does not change. Both are relative,
+divided by R^2 + 0.01, where R is the blurred mean of all four images of a frame, with and without the worst 0.1 % of pixels. T is user CPU time from
+the first sample, including pilots. The gain is the ratio of 1 / (T flicker). The ratio of means is that of all warm images to all cold ones.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from in_process import finish
 
 import ajar
 
-BLUR = 2   # pixels to each side
+BLUR = 2   # in pixels to each side
 
 
 def render(options: argparse.Namespace, frame: int, seed: int, learned: ajar.Learned | None) -> tuple[np.ndarray, float, ajar.Learned, list[dict]]:
-    """Image, user CPU seconds of its samples, what the next frame may begin with, and the plan."""
+    """Image, user CPU seconds of its samples, learned data for the next frame, and the plan."""
     description = ajar.load_description(options.scene)
     settings, camera = description.settings, description.camera
     settings.height = max(1, round(settings.height * options.width / settings.width))
@@ -58,7 +58,7 @@ def blurred(image: np.ndarray) -> np.ndarray:
 
 
 def means(squared: np.ndarray) -> tuple[float, float]:
-    """Of frames x pixels: of all, and without the worst 0.1 %."""
+    """Means over frames x pixels: of all, and without the worst 0.1 %."""
     values = np.sort(squared, axis=None)
     return float(values.mean()), float(values[: int(values.size * 0.999)].mean())
 

@@ -1,7 +1,7 @@
-"""Reading and writing images for the tools: the one place that knows file formats.
+"""Reads and writes images for the tools. Only this file handles file formats.
 
-Measuring must not depend on what is measured, so linear images are read here by numpy and zlib alone: single-part scanline
-OpenEXR, uncompressed or ZIP, which is what Blender writes when asked to. Arrays are height x width x channels, first row on top.
+Measurements must not depend on the measured program, so that NumPy and zlib read linear images here: single-part scanline OpenEXR, uncompressed or
+ZIP, which Blender can write. Arrays are height x width x channels, with the top row first.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def _parse_exr_header(data: bytes) -> tuple[dict[str, tuple[str, bytes]], int]:
     if data[:4] != b"\x76\x2f\x31\x01":
         raise ValueError("not an OpenEXR file")
     if data[5] & 0x1A:
-        raise ValueError("tiled, deep or multi-part OpenEXR is not read here")
+        raise ValueError("tiled, deep or multi-part OpenEXR is not supported")
     attributes, at = {}, 8
     while data[at]:
         name_end = data.index(0, at)
@@ -33,7 +33,7 @@ def _parse_exr_header(data: bytes) -> tuple[dict[str, tuple[str, bytes]], int]:
 
 
 def read_exr_text(path: str | Path) -> dict[str, str]:
-    """The text attributes of an OpenEXR file, where renderers leave their metadata."""
+    """The text attributes of an OpenEXR file, which contain the metadata of renderers."""
     attributes, _ = _parse_exr_header(Path(path).read_bytes())
     return {name: value.decode(errors="replace") for name, (kind, value) in attributes.items() if kind == "string"}
 
@@ -70,7 +70,7 @@ def read_exr(path: str | Path, channels: str = "RGB") -> np.ndarray:
     width, height = x1 - x0 + 1, y1 - y0 + 1
     compression = attributes["compression"][1][0]
     if compression not in EXR_LINES_PER_CHUNK:
-        raise ValueError(f"{path}: OpenEXR compression {compression} is not read here; save it with ZIP")
+        raise ValueError(f"{path}: OpenEXR compression {compression} is not supported; save it with ZIP")
     lines = EXR_LINES_PER_CHUNK[compression]
     layout = _parse_channels(attributes["channels"][1])
     row_bytes = width * sum(kind.itemsize for _, kind in layout)

@@ -1,4 +1,4 @@
-"""Renders in this process, by the module `ajar`, for measurements of CPU time."""
+"""Renders in this process with the module `ajar`, for measurements of CPU time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import ajar
 
 
 def finish(session: ajar.Session) -> float:
-    """Wait for a render that was started; user CPU seconds of this process from its first sample on, pilots included. An error of the render is raised."""
+    """Wait for a started render. Returns user CPU seconds of this process from its first sample, including pilots. Raises an error of the render."""
     start = os.times().user
     while not session.wait(0.01):
         if session.progress().phase == ajar.Progress.Phase.Building:
@@ -22,7 +22,7 @@ def finish(session: ajar.Session) -> float:
 
 
 def direct_light(description: ajar.SceneDescription, method: str, direct_samples: int, samples: int, seed: int) -> tuple[np.ndarray, float]:
-    """Direct light alone by one method, on one thread: image (height, width, 3) and user CPU seconds of its samples. Empties the description."""
+    """Direct light by one method on one thread: image (height, width, 3) and user CPU seconds of its samples. Empties the description."""
     settings = description.settings
     height, width = settings.height, settings.width
     bounces = settings.bounces

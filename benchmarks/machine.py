@@ -1,4 +1,4 @@
-"""What the numbers of a benchmark page were measured on."""
+"""The machine on which the numbers of a benchmark page were measured."""
 
 from __future__ import annotations
 

@@ -1,19 +1,18 @@
-"""How far an image is from the truth, and how much sooner one renderer gets there than another.
+"""Errors of images, and ratios of the times in which renderers reach the same error.
 
-Images are arrays of linear radiance, height x width x 3; `R` is the reference, `I` the image judged. Every function gives
-a number that is smaller for a better image, unless its name says efficiency or speedup. Times are seconds of the render proper:
-scene export and building are reported beside it, never inside.
+Images are arrays of linear radiance, height x width x 3; `R` is the reference, `I` the measured image. Functions return a smaller number for a better
+image, except efficiencies and speedups. Times are seconds of the render without scene export and build, which are reported separately.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-# CIE Y of linear Rec. 709 primaries, as Blender uses them.
+# CIE Y of linear Rec. 709 primaries, as in Blender.
 LUMINANCE_WEIGHTS = np.array([0.2126729, 0.7151522, 0.0721750])
 
-# Radiance 1 in a scene is the white of a display; ITU-R BT.709 / sRGB viewing assumes 80 to 100 cd/m^2. The thesis does
-# not state its mapping, so its tables compare as ratios only.
+# Radiance 1 in a scene is the white of a display; ITU-R BT.709 / sRGB viewing assumes 80 to 100 cd/m^2. The thesis does not state its mapping, so
+# that its tables can be compared only by ratios.
 CANDELAS_PER_UNIT = 100.0
 
 
@@ -29,8 +28,8 @@ def relative_squared_errors(image, reference, reference_variance=None, epsilon: 
     """(I-R)^2 / (R^2 + epsilon) per pixel, mean over channels [Rousselle et al. 2011, "Adaptive Sampling and
     Reconstruction using Greedy Error Minimization", section 6].
 
-    A reference has noise of its own, which adds var(R) / (R^2 + epsilon) to the expectation. Give
-    `reference_variance` (variance of the reference's pixel means) and it is taken off again; single pixels may then be negative.
+    The noise of a reference adds var(R) / (R^2 + epsilon) to the expectation. With `reference_variance` (variance of the pixel means of the
+    reference) it is subtracted; single pixels may then be negative.
     """
     image = np.asarray(image, dtype=np.float64)[..., :3]
     reference = np.asarray(reference, dtype=np.float64)[..., :3]
@@ -41,21 +40,21 @@ def relative_squared_errors(image, reference, reference_variance=None, epsilon: 
 
 
 def relmse(image, reference, reference_variance=None, discard: float = 0.0) -> float:
-    """Relative mean squared error; `discard` is the share of worst pixels left out (0.001 for the
-    customary 0.1 %, which takes single fireflies off and leaves the noise)."""
+    """Relative mean squared error. `discard` is the fraction of the worst pixels that is omitted (0.001 for the usual 0.1 %, which removes single
+    fireflies and keeps the noise)."""
     errors = np.sort(relative_squared_errors(image, reference, reference_variance), axis=None)
     kept = errors.size - int(np.ceil(discard * errors.size))
     return float(errors[: max(kept, 1)].mean())
 
 
 def tvi(candelas) -> np.ndarray:
-    """Threshold versus intensity: the smallest luminance difference an eye adapted to `candelas` (cd/m^2) can see,
+    """Threshold versus intensity: the smallest luminance difference that an eye adapted to `candelas` (cd/m^2) can see,
     in cd/m^2 [Ferwerda et al. 1996; Ward Larson et al. 1997, "A Visibility Matching Tone Reproduction Operator",
     table 1, in its piecewise form]. Black has the threshold of the darkest piece."""
     level = np.log10(np.maximum(np.asarray(candelas, dtype=np.float64), 1e-30))
     rods = np.maximum(0.405 * level + 1.6, 0.0) ** 2.18 - 2.86
     cones = np.maximum(0.249 * level + 0.65, 0.0) ** 2.7 - 0.72
-    # The first condition that holds decides.
+    # The first true condition selects the piece.
     exponent = np.select([level < -3.94, level < -1.44, level < -0.0184, level < 1.9],
                          [-2.86, rods, level - 0.395, cones], level - 1.255)
     return 10.0**exponent
@@ -63,7 +62,7 @@ def tvi(candelas) -> np.ndarray:
 
 def perceptual_error(image, reference, candelas_per_unit: float = CANDELAS_PER_UNIT) -> float:
     """Err = sum over pixels of e^2 / tvi(L), with e and L in cd/m^2 [Fan 2006, section 5.3.4 and the tables of chapter 5;
-    L is the reference's]. It grows with the number of pixels: compare equal resolutions only."""
+    L is the reference's]. It is proportional to the number of pixels, so that only equal resolutions can be compared."""
     true = luminance(reference) * candelas_per_unit
     error = luminance(image) * candelas_per_unit - true
     return float((error**2 / tvi(true)).sum())
@@ -83,7 +82,7 @@ def ocv_error(image, reference, candelas_per_unit: float = CANDELAS_PER_UNIT) ->
 
 def mps_error(image, reference) -> float:
     """Root mean square over pixels of the relative luminance error (I - I_ref) / I_ref [Fan 2006, section 4.6;
-    Fan et al. 2005]. Pixels with a black reference have no relative error and are left out."""
+    Fan et al. 2005]. Pixels with a black reference have no relative error and are omitted."""
     true = luminance(reference)
     lit = true > 0.0
     return float(np.sqrt((((luminance(image) - true)[lit] / true[lit]) ** 2).mean()))
@@ -98,10 +97,10 @@ def efficiency(seconds: float, error: float) -> float:
 
 
 class ErrorCurve:
-    """Error against time of one renderer on one scene, read between its points along straight lines on log-log axes.
+    """The error of one renderer on one scene as a function of time, interpolated linearly on log-log axes.
 
-    Noise can make a longer render worse than a shorter one. The time at which an error is reached is the first time, so
-    such points are dropped.
+    By noise, a longer render can have a larger error than a shorter one. Such points are removed, so that the time to an error is the first time at
+    which it is reached.
     """
 
     def __init__(self, seconds, errors):
@@ -115,15 +114,15 @@ class ErrorCurve:
         self.seconds, self.errors = self.seconds[better], self.errors[better]
 
     def time_to(self, error: float) -> float:
-        """Seconds until the error has fallen to `error`; nan outside the curve: nothing is extrapolated."""
+        """Seconds until the error has fallen to `error`; nan outside of the curve, without extrapolation."""
         log_errors = np.log(self.errors[::-1])
         log_seconds = np.log(self.seconds[::-1])
         return float(np.exp(np.interp(np.log(error), log_errors, log_seconds, left=np.nan, right=np.nan)))
 
 
 def equal_error_speedup(ours: ErrorCurve, theirs: ErrorCurve, levels: int = 33) -> float:
-    """Time theirs / time ours at equal error: geometric mean over the errors that both curves reach,
-    evenly spaced in log error; nan when the curves share no error level. 2 means twice as fast."""
+    """The time of `theirs` divided by that of `ours` at equal error: the geometric mean over the errors that both curves reach, equidistant in log
+    error; nan if there are none. 2 means twice as fast."""
     low = max(ours.errors.min(), theirs.errors.min())
     high = min(ours.errors.max(), theirs.errors.max())
     if low > high:

@@ -1,4 +1,4 @@
-"""Error over time on log-log axes, as SVG text: no plotting package, and pages that stay sharp."""
+"""Plots of error over time on log-log axes as SVG text, without a plotting package."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LEFT, RIGHT, TOP, BOTTOM = 62, 14, 30, 44
 
 
 def decades(low: float, high: float) -> list[float]:
-    """Powers of ten within [low, high], or the 1-2-5 series where there are fewer than two."""
+    """Powers of ten in [low, high], or the 1-2-5 series if there are fewer than two."""
     powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     ticks = [10.0**power for power in powers if low <= 10.0**power <= high]
     if len(ticks) < 2:
@@ -22,7 +22,7 @@ def decades(low: float, high: float) -> list[float]:
 
 
 def loglog_plot(title: str, curves: dict[str, tuple], x_label: str = "seconds", y_label: str = "relMSE") -> str:
-    """One line with markers per curve; each curve is (x values, y values), all positive."""
+    """A plot with one line with markers for each curve. A curve is (x values, y values), all positive."""
     xs = np.concatenate([np.asarray(x, float) for x, _ in curves.values()])
     ys = np.concatenate([np.asarray(y, float) for _, y in curves.values()])
     x_low, x_high, y_low, y_high = xs.min() / 1.2, xs.max() * 1.2, ys.min() / 1.3, ys.max() * 1.3

@@ -1,13 +1,12 @@
 #!/usr/bin/python3
-"""Make or remake reference renders, by script and never by hand:
+"""Renders the reference images:
 
     benchmarks/references.py [SCENE ...] [--seconds 60 | --samples 1024] [--replicates 16] [--threads 2]
 
-Each scene is rendered by Cycles with independent seeds, so that the variance of every mean is known. Two files are written:
-`test_scenes/references/SCENE.npz`, 16 x 16-pixel block means with standard errors, small enough to be kept with the project, and
-`build/references/SCENE.npz`, mean and variance of every pixel. SCENE.json beside the first tells where it comes from.
---seconds is shared out evenly between replicates; the samples are what fits in it, a power of two. --samples is per replicate,
-and the same on a busy machine.
+Cycles renders each scene with independent seeds, so that the variance of every mean is known. Two files are written:
+`test_scenes/references/SCENE.npz` has the means of 16 x 16-pixel blocks with standard errors and is part of the project; `build/references/SCENE.npz`
+has the mean and variance of every pixel. SCENE.json beside the first file describes its origin. --seconds is divided equally between the replicates;
+the number of samples is the largest power of two that fits. --samples is per replicate and does not depend on the load of the machine.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ class Reference:
 
     @property
     def noise(self) -> float:
-        """Three standard errors over the mean, of the median block; the tests want it converged below 3 %."""
+        """Three standard errors divided by the mean, of the median block. The tests require less than 3 %."""
         lit = self.blocks.means > 0.0
         return float(np.median(3.0 * self.blocks.standard_errors[lit] / self.blocks.means[lit])) if lit.any() else 0.0
 
@@ -57,14 +56,14 @@ def load_reference(scene: Scene) -> Reference:
 
 
 def samples_within(scene: Scene, seconds: float, threads: int, folder: Path) -> int:
-    """The power of two of samples per pixel that takes about `seconds`, by a short trial."""
+    """The power of two of samples per pixel that takes about `seconds`, from a short trial."""
     trial = renderers.render_cycles(scene.path, folder, [1, 8], [99], threads, scene.percentage)
     per_sample = max((trial[1].seconds - trial[0].seconds) / 7, 1e-5)
     return 2 ** max(2, min(16, int(np.log2(max(seconds / per_sample, 1.0)))))
 
 
 def make_reference(scene: Scene, seconds: float, samples: int | None, replicates: int, threads: int) -> str:
-    """Render and write both files; returns one line that says how good the reference is."""
+    """Render and write both files. Returns one line about the quality of the reference."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         samples = samples or samples_within(scene, seconds / replicates, threads, folder)

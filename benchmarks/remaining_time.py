@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""How right the remaining time is that a render tells:
+"""Measures the accuracy of the remaining time that a session reports:
 
     PYTHONPATH=build/release/python benchmarks/remaining_time.py FOLDER [SCENE ...] [--targets 1e-2 4e-3] [--out results.json]
     benchmarks/remaining_time.py --show results.json ...
 
-FOLDER holds scenes as `--ajar-dump-scene` writes them. Each is rendered to each noise target, with uniform and adaptive sampling. The number
-is the remaining time that the session tells at 10, 25, 50 and 75 % of the render, over the time that was really left. The render begins when the scene
-has been built; choosing a technique belongs to it.
+FOLDER has scenes of `--ajar-dump-scene`. Each is rendered to each noise target, with uniform and adaptive sampling. The result is the remaining time
+that the session reports at 10, 25, 50 and 75 % of the render, divided by the true remaining time. The render starts when the scene has been built,
+and includes the choice of a technique.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ POLL_SECONDS = 0.005
 
 
 def render(path: Path, width: int, integrator: str, image: str, target: float, samples: int, longest: float, seed: int) -> dict:
-    """What the session told during one render; `told` is pairs of seconds since the scene was built and seconds that remain."""
-    import ajar   # the build that PYTHONPATH names
+    """The reports of the session during one render. `told` has pairs of seconds since the scene was built and remaining seconds."""
+    import ajar   # the build in PYTHONPATH
 
     description = ajar.load_description(str(path))
     settings = description.settings
@@ -34,7 +34,7 @@ def render(path: Path, width: int, integrator: str, image: str, target: float, s
     settings.samples, settings.seconds, settings.target_error = samples, 0.0, target
     session = ajar.Session()
     session.start(description)
-    told: list[tuple[float, float]] = []   # seconds since the start, remaining seconds as told
+    told: list[tuple[float, float]] = []   # seconds since the start, reported remaining seconds
     started: float | None = None
     last = -1
     while True:
@@ -64,19 +64,19 @@ def render(path: Path, width: int, integrator: str, image: str, target: float, s
 
 
 def ratios(run: dict) -> list[float | None]:
-    """Told over true at each part of the render; None: nothing was told yet."""
+    """Reported divided by true time at each part of the render; None: no report yet."""
     found = []
     for part in PARTS:
         at = part * run["seconds"]
         latest = [remaining for seconds, remaining in run["told"] if seconds <= at]
-        # What is shown counts down since it was told.
+        # The displayed time counts down from the last report.
         since = [seconds for seconds, _ in run["told"] if seconds <= at]
         found.append((latest[-1] - (at - since[-1])) / (run["seconds"] - at) if latest and latest[-1] >= 0.0 else None)
     return found
 
 
 def ratios_in_samples(run: dict, exponent: float) -> list[float | None]:
-    """The same for samples instead of seconds, where the error is expected to fall with this exponent: other programs do not disturb it."""
+    """The same for samples instead of seconds, if the error falls with this exponent. It does not depend on the load of the machine."""
     found = []
     end = run["estimated_error"][-1][1]
     for part in PARTS:
@@ -107,13 +107,13 @@ def main() -> None:
     parser.add_argument("--width", type=int, default=240)
     parser.add_argument("--integrators", nargs="+", default=["path"])
     parser.add_argument("--images", nargs="+", default=["uniform", "pmc_ip"])
-    parser.add_argument("--targets", nargs="+", type=float, default=[1e-2, 4e-3, 2e-3], help="relative mean squared errors that end a render")
-    parser.add_argument("--samples", type=int, default=0, help="end by so many samples instead of a noise target")
-    parser.add_argument("--longest", type=float, default=60.0, help="seconds after which a render is given up")
+    parser.add_argument("--targets", nargs="+", type=float, default=[1e-2, 4e-3, 2e-3], help="relative mean squared errors at which a render ends")
+    parser.add_argument("--samples", type=int, default=0, help="number of samples instead of a noise target")
+    parser.add_argument("--longest", type=float, default=60.0, help="seconds after which a render is cancelled")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=Path)
-    parser.add_argument("--show", nargs="+", type=Path, help="the table of results that were written before")
-    parser.add_argument("--exponent", type=float, default=0.0, help="with --show: what is left in samples, for an error that falls with this exponent")
+    parser.add_argument("--show", nargs="+", type=Path, help="print the table of existing results")
+    parser.add_argument("--exponent", type=float, default=0.0, help="with --show: remaining samples, for an error that falls with this exponent")
     options = parser.parse_args()
     if options.show:
         runs = [run for path in options.show for run in json.loads(path.read_text())]

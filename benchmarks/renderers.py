@@ -1,4 +1,4 @@
-"""The renderers under test, each called the same way: a .blend in, images with their times out."""
+"""The compared renderers with the same interface: from a .blend to images and times."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ BLENDER = os.environ.get("BLENDER", "blender")
 
 
 class RenderFailed(RuntimeError):
-    """A renderer that ended with an error or without its images; the text holds the end of its log."""
+    """A renderer ended with an error or without its images. The text contains the end of its log."""
 
 
 @dataclass
 class Render:
-    """One image and what it took. `seconds` is the render proper; scene export and build are `sync_seconds`."""
+    """An image and its times. `seconds` is the render itself; scene export and build are `sync_seconds`."""
 
     renderer: str
     path: Path
@@ -40,7 +40,7 @@ class Render:
 
 
 def run(command: list[str], what: str, environment: dict[str, str] | None = None) -> str:
-    """Output of a command; RenderFailed names what failed and ends with the last lines it printed."""
+    """The output of a command. RenderFailed names the failure and the last lines of the output."""
     result = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace",
                             env=environment, check=False)
     if result.returncode != 0:
@@ -49,7 +49,7 @@ def run(command: list[str], what: str, environment: dict[str, str] | None = None
 
 
 def parse_cycles_log(log: str) -> list[Render]:
-    """Renders from the lines that cycles_render.py prints, with the microsecond time of --debug-cycles before each."""
+    """Renders from the lines that cycles_render.py prints. The time of --debug-cycles in microseconds is before each."""
     renders, wall = [], None
     for line in log.splitlines():
         if match := re.match(r"\s*Path Tracing\s+(\d+\.\d+)\s+\d+\.\d+\s*$", line):
@@ -65,7 +65,7 @@ def parse_cycles_log(log: str) -> list[Render]:
 
 def render_cycles(blend: Path, out: Path, samples: list[int], seeds: list[int], threads: int, percentage: int | None = None,
                   adaptive: bool = False, guiding: bool = False, python: str | None = None) -> list[Render]:
-    """All pairs of samples and seeds in one start of Blender; with `python`, of that interpreter's bpy wheel."""
+    """All pairs of samples and seeds in one start of Blender, or of the bpy wheel of the interpreter `python`."""
     script = [str(HERE / "cycles_render.py"), "--", "--out", str(out), "--samples", ",".join(map(str, samples)),
               "--seeds", ",".join(map(str, seeds)), "--threads", str(threads), "--adaptive", "on" if adaptive else "off",
               "--guiding", "on" if guiding else "off"]
@@ -85,7 +85,7 @@ def render_cycles(blend: Path, out: Path, samples: list[int], seeds: list[int], 
 
 # ---- Ajar ----------------------------------------------------------------------------------------------
 
-# Render at the file's own frame, as F12 would (-f would move it); unclamped, the same problem as cycles_render.py.
+# Render the current frame of the file, as F12 does (-f would change it). Without clamping, the problem is that of cycles_render.py.
 RENDER = """
 import bpy
 render, ajar = bpy.context.scene.render, bpy.context.scene.ajar
@@ -103,7 +103,7 @@ bpy.ops.render.render(write_still=True)
 
 @dataclass(frozen=True)
 class AjarBuild:
-    """Where `make` put things: the build tree, with the Blender profile that holds the add-on."""
+    """The build tree of `make`, with the Blender profile that contains the add-on."""
 
     build: Path
 
@@ -112,7 +112,7 @@ class AjarBuild:
         return cls(Path(os.environ.get("AJAR_BUILD", PROJECT / "build" / "release")))
 
     def blender(self, blend: Path, image: Path, options: list[str], percentage: int | None = None, unclamped: bool = True) -> str:
-        """Render a .blend with the add-on inside Blender; returns the log."""
+        """Render a .blend with the add-on inside Blender. Returns the log."""
         profile = self.build / "blender_profile"
         environment = os.environ | {"BLENDER_USER_CONFIG": str(profile / "config"), "BLENDER_USER_SCRIPTS": str(profile / "scripts")}
         script = RENDER.format(percentage=percentage, path=str(image), unclamped=unclamped)
@@ -121,7 +121,7 @@ class AjarBuild:
         return run(command, f"Ajar on {blend.name}", environment=environment)
 
     def dump(self, blend: Path, out: Path, percentage: int | None = None, unclamped: bool = True) -> tuple[Path, dict]:
-        """The scene as the core sees it, in `out`, and the statistics of its export."""
+        """The scene file for the core, in `out`, and the statistics of its export."""
         out.mkdir(parents=True, exist_ok=True)
         scene, statistics = out / "scene.ajar", out / "export.json"
         self.blender(blend, out / "export.exr", ["--ajar-samples", "1", "--ajar-dump-scene", str(scene), "--ajar-stats", str(statistics)],
@@ -131,7 +131,7 @@ class AjarBuild:
         return scene, json.loads(statistics.read_text())
 
     def render(self, scene: Path, out: Path, samples: list[int], seeds: list[int], threads: int, extra: Sequence[str] = ()) -> list[Render]:
-        """All pairs of samples and seeds of a dumped scene, by the program `ajar-render`."""
+        """All pairs of samples and seeds of a scene file, rendered by the program `ajar-render`."""
         renders = []
         for seed in seeds:
             for count in samples:

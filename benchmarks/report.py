@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The benchmark page: tables, plots and images from build/bench/results.json. Runs alone to write the page again."""
+"""Writes the benchmark page: tables, plots and images from build/bench/results.json. Can run alone to write the page again."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ OURS, THEIRS = "Ajar, path", "Cycles"
 
 
 def curves_of(found: dict, repeat: int | None = None, error: str = "relmse") -> dict[str, tuple[list[float], list[float]]]:
-    """Seconds and error by technique: of one repeat, or over all (median time, mean error) at each sample count."""
+    """Seconds and error by technique: of one repeat, or of all repeats (median time, mean error) at each sample count."""
     curves = {}
     for technique in dict.fromkeys(run["technique"] for run in found["runs"]):
         groups: dict[float, list[dict]] = {}
@@ -34,7 +34,7 @@ def curves_of(found: dict, repeat: int | None = None, error: str = "relmse") -> 
 
 
 def speedup(found: dict, repeat: int | None = None, error: str = "relmse") -> float:
-    """How many times sooner Ajar reaches the errors that Cycles reaches too."""
+    """The time of Cycles divided by that of Ajar at equal errors."""
     curves = curves_of(found, repeat, error)
     if not (curves.get(OURS, ([], []))[0] and curves.get(THEIRS, ([], []))[0]):
         return math.nan
@@ -42,7 +42,7 @@ def speedup(found: dict, repeat: int | None = None, error: str = "relmse") -> fl
 
 
 def speedup_with_spread(found: dict) -> tuple[float, float, float]:
-    """From all runs, and the least and most of single repeats."""
+    """The speedup of all runs, and the minimum and maximum of single repeats."""
     repeats = [speedup(found, seed) for seed in sorted({run["repeat"] for run in found["runs"]})]
     repeats = [value for value in repeats if math.isfinite(value)] or [math.nan]
     return speedup(found), min(repeats), max(repeats)
@@ -64,7 +64,7 @@ def number(value: float | None, form: str = ".3g") -> str:
 
 
 def one_line(found: dict) -> str:
-    """Progress on the terminal."""
+    """The line of progress in the terminal."""
     if "failure" in found:
         return f"{found['scene']}: failed: {found['failure']}"
     value, low, high = speedup_with_spread(found)
@@ -110,7 +110,7 @@ def build_table(scenes: list[dict]) -> list[str]:
 
 
 def strip_of(found: dict, work: Path) -> np.ndarray:
-    """Reference, Cycles and Ajar side by side, each at its longest render."""
+    """Reference, Cycles and Ajar side by side, each from its longest render."""
     folder = work / found["scene"]
     panels = [np.load(folder / "reference_Ajar.npz")["mean"]]
     for technique in (THEIRS, OURS):
@@ -121,7 +121,7 @@ def strip_of(found: dict, work: Path) -> np.ndarray:
 
 
 def write_jpegs(pngs: list[Path]) -> None:
-    """Blender turns PNG strips into small JPEG files beside them and the PNG files go."""
+    """Convert PNG strips to JPEG files with Blender, and delete the PNG files."""
     script = ("import bpy\n"
               "settings = bpy.context.scene.render.image_settings\n"
               "settings.file_format, settings.quality = 'JPEG', 88\n"
@@ -143,20 +143,20 @@ def write_page(results: dict, work: Path, docs: Path) -> None:
     lines = ["# Path tracing against Cycles", ""]
     if speedups:
         lines += [f"**Median speed-up at equal relMSE: {statistics.median(speedups):.2f}** "
-                  f"(least {min(speedups):.2f}, most {max(speedups):.2f}, {len(speedups)} scenes).", ""]
+                  f"(minimum {min(speedups):.2f}, maximum {max(speedups):.2f}, {len(speedups)} scenes).", ""]
     lines += comparison_table(scenes)
     lines += ["", "## Method", "",
-        "Written by `make bench`; nothing here is edited by hand.", "",
+        "`make bench` writes this page; do not edit it.", "",
         f"Ajar's path tracer against Cycles in the same Blender, {results['machine']['threads']} threads, {size}. "
         f"Cycles has its best settings for the same problem: caustics on, no clamping, no denoising, adaptive sampling off. "
         f"Renders of up to {results['longest_render']:g} s in turn, {results['repeats']} repeats with new seeds. Seconds are path tracing alone; "
-        "scene export and building are given apart. relMSE is mean((I−R)²/(R²+0.01)), against a reference of the same program "
-        f"({results['reference_seconds']:g} s, other seeds), its noise taken off.", "",
+        "scene export and build are listed separately. relMSE is mean((I−R)²/(R²+0.01)), against a reference of the same program "
+        f"({results['reference_seconds']:g} s, other seeds), whose noise is subtracted.", "",
     ]
     lines += ["The table states errors at equal time and at equal samples, and the ratio of times at equal error; the spread is over single repeats. The last "
               "column is the ratio of the references' mean luminances with one standard error; `tests/render` compares block by block.", ""]
     lines += ["## Machine", ""] + [f"* {key}: {value}" for key, value in results["machine"].items()]
-    lines += ["", "## Rays, memory, export", "", "Share of bare Embree: the same recorded rays traced by a loop that does nothing else, in the same process, in turn.", ""]
+    lines += ["", "## Rays, memory, export", "", "Fraction of bare Embree: a loop traces the same recorded rays and does nothing else, in the same process, in turn.", ""]
     lines += build_table(scenes)
     if failed:
         lines += ["", "## Not measured", ""] + [f"* {found['scene']}: {found['failure']}" for found in failed]

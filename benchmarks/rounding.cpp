@@ -1,6 +1,6 @@
-// rounding SCENE.ajar [--integrator NAME] [--scale S] [--samples N] [--seeds N] [--threads N]
-// How much of a picture's error the rounding of floats is, against its noise at 4096 samples a pixel
-// (tests/core/rounding.h says how). One row of a table for each direction of rounding.
+// rounding SCENE.ajar [--integrator NAME] [--scale S] [--samples N] [--seeds N] [--threads N] Measures the error by
+// rounding of floats relative to the noise at 4096 samples per pixel (tests/core/rounding.h). Prints one row of a table
+// for each direction of rounding.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
     d.settings.height = std::max(1, int(scale * d.settings.height));
     d.settings.region = {0, 0, 0, 0};
     d.settings.direct = "mis";
-    d.settings.guiding = "off";  // what learns goes another way for good after the first step that differs
+    d.settings.guiding = "off";  // learned data would differ after the first different sample
     const std::string integrator = option("--integrator", "path");
     Diagnostics diagnostics;
     const auto scene = Scene::build(std::move(d), {}, diagnostics);

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Does a change leave every picture as it was? Two builds render the same scenes with the same seeds; all floats must be equal:
+"""Tests whether a change leaves all images unchanged: two builds render the same scenes with the same seeds, and all floats must be equal:
 
     benchmarks/same_pictures.py BEFORE AFTER [--scenes NAME ...] [--samples N]
 
-BEFORE and AFTER are build trees or copies of their program `ajar-render`. Each integrator, direct light method, guiding and vertex merging is rendered.
-Where a compiler contracts products and sums differently, the largest relative difference is printed: --tolerance accepts so much of it. Ends with an error when a picture differs.
+BEFORE and AFTER are build trees or copies of their program `ajar-render`. Each integrator, direct light method, guiding and vertex merging is
+rendered. If a compiler contracts products and sums differently, images differ slightly: the maximum relative difference is printed, and --tolerance
+is its accepted maximum. Ends with an error if an image differs.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ DIRECT = ["pmc_hi", "ocv_progressive", "ocv", "pmc_hi_paper", "ocv_paper", "corr
 
 
 def variants() -> dict[str, list[str]]:
-    """Name of a picture and the options that make it."""
+    """The name of each image and its options."""
     options = {name: ["--integrator", name] for name in INTEGRATORS}
     options |= {f"direct {method} {samples}": ["--integrator", "path", "--direct", method, "--direct-samples", str(samples)]
                 for method in DIRECT for samples in (1, 16)}
@@ -46,8 +47,8 @@ def render(program: Path, scene: Path, options: list[str], samples: int, path: P
 
 
 def difference(before: np.ndarray, after: np.ndarray) -> float:
-    """Largest relative difference of two pictures; 0 when all floats are equal, NaNs at the same places included. What is darker than the
-    mean of the first is compared with that mean."""
+    """The maximum relative difference of two images; 0 if all floats are equal, including NaNs at the same positions. Differences of values below the
+    mean of the first image are relative to this mean."""
     if before.shape != after.shape:
         return float("inf")
     if np.array_equal(before, after, equal_nan=True):
@@ -57,11 +58,11 @@ def difference(before: np.ndarray, after: np.ndarray) -> float:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Compare the pictures of two builds.")
+    parser = argparse.ArgumentParser(description="Compare the images of two builds.")
     parser.add_argument("before", type=Path)
     parser.add_argument("after", type=Path)
     parser.add_argument("--scenes", nargs="+", default=SCENES)
-    parser.add_argument("--variants", nargs="+", default=None, help="names of pictures, as printed")
+    parser.add_argument("--variants", nargs="+", default=None, help="names of images, as printed")
     parser.add_argument("--samples", type=int, default=3)
     parser.add_argument("--tolerance", type=float, default=0.0)
     options = parser.parse_args()

@@ -1,4 +1,4 @@
-"""The scenes that are compared, and the size at which references of them are kept."""
+"""The scenes of comparisons, and the size of their references."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ SHARED = Path(os.environ.get("AJAR_SHARED_SCENES", PROJECT.parent / "shared" / "
 
 @dataclass(frozen=True)
 class Scene:
-    """`percentage` of the file's resolution makes a picture about 190 pixels wide: 16 x 16-pixel blocks are then
-    details of the scene, and a reference takes minutes."""
+    """With `percentage` of the resolution of the file, an image is about 190 pixels wide, so that 16 x 16-pixel blocks are details of the scene and a
+    reference takes minutes."""
 
     name: str
     path: Path
@@ -21,12 +21,12 @@ class Scene:
 
     @property
     def reference(self) -> Path:
-        """Block means committed with the project."""
+        """The file of block means in the repository."""
         return PROJECT / "test_scenes" / "references" / f"{self.name}.npz"
 
     @property
     def pixel_reference(self) -> Path:
-        """Mean and variance of every pixel, in the build tree."""
+        """The file of the mean and variance of every pixel, in the build tree."""
         return PROJECT / "build" / "references" / f"{self.name}.npz"
 
 
@@ -35,10 +35,10 @@ PROJECT_SCENES = [
     for name in ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume")
 ]
 
-# For techniques alone: no reference of them is committed, so `make bench` and `make agreement` leave them out.
+# Only for techniques.py: the repository has no references of these, so that `make bench` and `make agreement` omit them.
 TECHNIQUE_SCENES = [Scene(name, PROJECT / "test_scenes" / f"{name}.blend") for name in ("keyhole", "bar")]
 
-# Files by other people, beside the project (or where AJAR_SHARED_SCENES says) and never part of it.
+# Files of third parties, beside the project or at AJAR_SHARED_SCENES. They are not part of the project.
 SHARED_SCENES = [
     Scene(f"shared/{name.replace('/', '_')}", SHARED / f"{name}.blend", percentage)
     for name, percentage in (
@@ -53,7 +53,7 @@ ALL_SCENES = PROJECT_SCENES + SHARED_SCENES
 
 
 def find_scenes(names: list[str]) -> list[Scene]:
-    """Scenes by name, in the order given; an unknown name is a ValueError that lists the known ones."""
+    """Scenes by name, in the given order. An unknown name raises a ValueError that lists the known ones."""
     known = {scene.name: scene for scene in ALL_SCENES + TECHNIQUE_SCENES}
     for name in names:
         if name not in known:

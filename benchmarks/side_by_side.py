@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""The pictures of the README: one scene by Cycles and by Ajar in the same time.
+"""Renders the images of the README: one scene by Cycles and by Ajar in the same time.
 
     benchmarks/side_by_side.py [SCENE] [--integrator auto] [--seconds 20] [--percentage 75] [--wheel PYTHON] [--build BUILD]
 
-Both render with everything the file says and no denoising; Ajar by what `auto` chooses unless told otherwise, building and pilot included. Cycles takes
-the number of samples that last about as long. Writes docs/SCENE_cycles.jpg, docs/SCENE_ajar.jpg and prints the times that belong below them.
+Both render with the settings of the file and without denoising. Ajar uses the integrator `auto` by default, and its time includes build and pilot.
+Cycles takes the number of samples that lasts about as long. Writes docs/SCENE_cycles.jpg and docs/SCENE_ajar.jpg and prints the times for their
+captions.
 """
 
 from __future__ import annotations

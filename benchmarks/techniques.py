@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Every technique on the scenes whose light is hard to find, against Cycles at equal time:
+"""Compares all techniques with Cycles at equal time, on scenes whose light is hard to find:
 
     benchmarks/techniques.py [SCENE ...] [--seconds 3] [--repeats 5] [--reference-seconds 240] [--wheel PYTHON]
 
-All techniques of a scene are judged by one reference: the mean of independent `metropolis` renders, checked by the mean of an
-independent `bdpt` render; the noise that is left in it is taken off every error. Techniques take turns, with new seeds in every turn.
-The number is efficiency, 1 / (seconds * relMSE), as a multiple of Cycles' median: 10 means the same error in a tenth of the time
-where variance falls as 1 / time. References are kept in build/techniques and made again when the .blend changes.
-Writes docs/benchmarks/techniques.md and build/techniques/results.json.
+All techniques of a scene are compared with one reference: the mean of independent `metropolis` renders, checked by the mean of an independent `bdpt`
+render. The remaining noise of the reference is subtracted from every error. Techniques are rendered in turn, with new seeds in every turn. The result
+is the efficiency, 1 / (seconds * relMSE), as a multiple of the median of Cycles: 10 means the same error in a tenth of the time if the variance falls
+as 1 / time. References are stored in build/techniques and rendered again when the .blend changes. Writes docs/benchmarks/techniques.md and
+build/techniques/results.json.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from scenes import PROJECT, Scene, find_scenes
 
 HARD_SCENES = ["box", "room", "rooms", "lantern", "bar"]
 REFERENCE_REPLICATES = 8
-ENDLESS = 1 << 20  # samples: time says stop
+ENDLESS = 1 << 20  # samples; the time limit stops the render
 
-# Name on the page and options of ajar-render.
+# Name on the page, and options of ajar-render.
 AJAR_TECHNIQUES = {
     "path": ["--integrator", "path"],
     "path, guided": ["--integrator", "path", "--guiding", "on"],
@@ -48,13 +48,13 @@ AJAR_TECHNIQUES = {
     "auto": ["--integrator", "auto"],
 }
 CYCLES = "Cycles"
-UNBIASED = ["--vertex-merging", "off"]  # references do without what makes these only consistent
+UNBIASED = ["--vertex-merging", "off"]  # options without which the references would be only consistent
 
 
 @dataclass(frozen=True)
 class Reference:
     mean: np.ndarray
-    variance: np.ndarray  # of the mean
+    variance: np.ndarray  # variance of the mean
     check: float          # mean luminance of an independent bdpt render over that of `mean`
 
     @property
@@ -68,7 +68,7 @@ def ajar_image(ajar: renderers.AjarBuild, scene: Path, out: Path, seconds: float
 
 
 def reference_of(ajar: renderers.AjarBuild, blend: Scene, scene: Path, folder: Path, seconds: float, threads: int) -> Reference:
-    """Of the scene file `scene`, which was made from `blend`."""
+    """The reference of the scene file `scene`, which was exported from `blend`."""
     kept = folder / "reference.npz"
     key = f"{hashlib.sha256(blend.path.read_bytes()).hexdigest()} at {blend.percentage} %"
     if kept.exists():
@@ -86,7 +86,7 @@ def reference_of(ajar: renderers.AjarBuild, blend: Scene, scene: Path, folder: P
 
 
 def cycles_technique(scene: Scene, folder: Path, seconds: float, threads: int, **settings) -> Callable[[int], renderers.Render]:
-    """Cycles renders numbers of samples: those that take about as long."""
+    """Cycles with the number of samples that takes about `seconds`."""
     trial = renderers.render_cycles(scene.path, folder, [1, 9], [99], threads, scene.percentage, **settings)
     per_sample = max((trial[1].seconds - trial[0].seconds) / 8, 1e-5)
     samples = max(1, round(seconds / per_sample))
@@ -126,7 +126,7 @@ def measure_scene(scene: Scene, ajar: renderers.AjarBuild, work: Path, options: 
 
 
 def efficiencies(found: dict, technique: str, error: str) -> list[float]:
-    """1 / (T * relMSE) of every repeat; an error below the reference's noise has none."""
+    """1 / (T * relMSE) of every repeat. Repeats with an error below the noise of the reference are omitted."""
     return [metrics.efficiency(run["seconds"], run[error]) for run in found["runs"] if run["technique"] == technique and run[error] > 0.0]
 
 
@@ -149,7 +149,7 @@ def technique_row(found: dict, technique: str) -> str | None:
 
 
 def best_row(found: dict) -> str:
-    """A scene's most efficient technique, by all pixels and without the worst ones."""
+    """The most efficient technique of a scene, for all pixels and without the worst ones."""
     cells = []
     for error in ("relmse", "trimmed"):
         theirs = efficiencies(found, CYCLES, error)
@@ -163,10 +163,10 @@ def page(results: dict) -> str:
     lines = ["# Techniques against Cycles where light is hard to find", "",
              "The most efficient technique of each scene, with its efficiency 1/(T·relMSE) over that of Cycles.", "",
              "| scene | all pixels | trimmed |", "|---|---|---|", *(best_row(found) for found in results["scenes"]), "", "## Method", "",
-             "Written by `benchmarks/techniques.py` (part of `make bench`); nothing here is edited by hand.", "",
+             "`benchmarks/techniques.py` (part of `make bench`) writes this page; do not edit it.", "",
              f"{results['machine']['threads']} threads, {results['seconds']:g} s a render, {results['repeats']} seeds, at 30 % of the scenes' size. Errors are "
-             "relMSE, mean((I−R)²/(R²+0.01)), medians over seeds; *trimmed* leaves out the worst 0.1 % of pixels. Multiples are of Cycles' efficiency "
-             "1/(T·relMSE), its median over the same number of seeds, in brackets the least and the most of single seeds. Seconds are rendering alone. "
+             "relMSE, mean((I−R)²/(R²+0.01)), medians over seeds; *trimmed* omits the worst 0.1 % of pixels. Multiples are of Cycles' efficiency "
+             "1/(T·relMSE), its median over the same number of seeds, in brackets the minimum and the maximum of single seeds. Seconds are the time of rendering. "
              "The last column is the mean of the image over that of the reference with one standard error.", ""]
     lines += ["## Machine", ""] + [f"* {key}: {value}" for key, value in results["machine"].items()]
     for found in results["scenes"]:
@@ -182,7 +182,7 @@ def page(results: dict) -> str:
 
 
 def sheet_of(found: dict, folder: Path) -> np.ndarray:
-    """The reference and each technique's last image, four a row."""
+    """The reference and the last image of each technique, four in a row."""
     panels = [np.load(folder / "reference.npz")["mean"]]
     for name in dict.fromkeys(run["technique"] for run in found["runs"]):
         panels.append(images.read_exr([run for run in found["runs"] if run["technique"] == name][-1]["path"]))

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""All comparisons with the thesis's tables, one after the other, as docs/benchmarks/thesis.md names them:
+"""Runs all comparisons with tables of the thesis, as listed in docs/benchmarks/thesis.md:
 
     benchmarks/thesis.py [--only WORD] [--seeds 5] [--scale 1.0] [--build BUILD]
 
-Direct light (tables 5.2 and 6.1), adaptive pixels (table 5.1), light paths (figure 4.3). Scenes are exported once into build/thesis; each comparison's table is
-printed and left there. Comparisons of direct light go on where they were broken off. Hours at the thesis's size.
+Direct light (tables 5.2 and 6.1), adaptive pixels (table 5.1), light hints (figure 4.3). Scenes are exported once into build/thesis; the table of
+each comparison is printed and stored there. Comparisons of direct light continue after an interruption. They take hours at the size of the thesis.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from scenes import PROJECT
 HERE = Path(__file__).resolve().parent
 
 
-# Of direct light, as the thesis has them: scene, width in pixels, samples, direct samples.
+# Comparisons of direct light as in the thesis: scene, width in pixels, samples, direct samples.
 DIRECT = (("checker", 500, 12, 16), ("checker", 500, 4, 64), ("plant", 720, 27, 16), ("buddha", 512, 4, 64))
 
 
 def comparisons(seeds: int, scale: float) -> list[tuple[str, str, str, list[str]]]:
-    """Name, script, scene, what follows the scene."""
+    """Name, script, scene, other arguments."""
     direct = [(f"direct {scene} {spp} x {samples}", "thesis_direct.py", scene,
                ["--keep", f"direct_{spp}_{samples}", "--spp", str(spp), "--direct-samples", str(samples), "--width", str(round(scale * width)), "--seeds", str(seeds)])
               for scene, width, spp, samples in DIRECT]
@@ -41,7 +41,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", default="", help="comparisons whose names contain this")
     parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--scale", type=float, default=1.0, help="of direct light's pictures, over the thesis's size")
+    parser.add_argument("--scale", type=float, default=1.0, help="size of the images of direct light relative to the thesis")
     parser.add_argument("--build", type=Path, default=None)
     options = parser.parse_args()
     ajar = renderers.AjarBuild(options.build.resolve()) if options.build else renderers.AjarBuild.default()

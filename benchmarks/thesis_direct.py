@@ -1,12 +1,12 @@
 #!/usr/bin/python3
-"""The thesis's comparisons of direct light (tables 5.2 and 6.1), at equal samples, with efficiencies:
+"""The comparisons of direct light of the thesis (tables 5.2 and 6.1) at equal samples, with efficiencies:
 
     PYTHONPATH=build/release/python benchmarks/thesis_direct.py SCENE.ajar --keep FILE --spp 12 --direct-samples 16 [--width 500]
 
-SCENE.ajar comes from --ajar-dump-scene. Direct light only, one thread, methods interleaved seed by seed. Whatever is finished is kept in FILE.json,
-the reference in FILE.npz: the same command goes on from there, and --budget SECONDS makes it stop before that time is over, for machines that are shared.
-T is the user CPU time from the first sample on, pilots included, the building of the scene not. Err is the mean of e^2 / tvi(L), so ratios equal those of the
-thesis's sums. The reference is the mean of renders by `mis` with other seeds; its variance is taken off every squared error.
+SCENE.ajar comes from --ajar-dump-scene. Direct light only, one thread, methods in turn for each seed. Finished results are stored in FILE.json, the
+reference in FILE.npz: the same command continues from there, and --budget SECONDS stops it before this time is over. T is the user CPU time from the
+first sample, including pilots, without the build of the scene. Err is the mean of e^2 / tvi(L), so that ratios equal those of the sums in the thesis.
+The reference is the mean of renders by `mis` with other seeds; its variance is subtracted from every squared error.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def render(options: argparse.Namespace, method: str, direct_samples: int, sample
 
 
 class Reference:
-    """Mean of independent renders, and the variance of that mean, of colours and of luminance."""
+    """The mean of independent renders, and the variance of this mean, for colours and luminance."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -78,7 +78,7 @@ def table(options: argparse.Namespace, done: dict[str, dict]) -> None:
         return
     base = {name: np.median(column("mis", name)) for name in names}
     print(f"{Path(options.scene).stem}: {options.width} pixels wide, {options.spp} spp x {options.direct_samples} direct samples, {seeds} seeds; "
-          f"relMSE of `mis` {base['relmse']:.3g}, of the reference {base['reference']:.2g}, taken off")
+          f"relMSE of `mis` {base['relmse']:.3g}, of the reference {base['reference']:.2g}, subtracted")
     print("| method | T (s) | Err / MIS | spread | P-Eff / MIS | RMS(e/tvi) / MIS | relMSE / MIS | trimmed | mean |")
     print("|---|---|---|---|---|---|---|---|---|")
     for method in options.methods:
@@ -100,9 +100,9 @@ def main() -> None:
     parser.add_argument("--width", type=int, default=160)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--methods", nargs="+", default=METHODS)
-    parser.add_argument("--reference-spp", type=int, default=128, help="of each of its renders")
+    parser.add_argument("--reference-spp", type=int, default=128, help="samples of each render of the reference")
     parser.add_argument("--reference-pieces", type=int, default=8)
-    parser.add_argument("--one-place", action="store_true", help="all samples of a pixel at its middle: the error of estimates, without that of edges")
+    parser.add_argument("--one-place", action="store_true", help="all samples of a pixel at its centre: the error of estimates without that of edges")
     parser.add_argument("--budget", type=float, default=float("inf"))
     options = parser.parse_args()
 

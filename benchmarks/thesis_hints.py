@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""What an artist's light paths are worth (thesis, figure 4.3), and that wrong ones shift nothing:
+"""Measures the gain of light hints (thesis, figure 4.3), and that wrong hints cause no bias:
 
     PYTHONPATH=build/release/python benchmarks/thesis_hints.py SCENE.ajar [--integrator metropolis] [--spp 48] [--seeds 8] [--scale 0.15]
     PYTHONPATH=build/release/python benchmarks/thesis_hints.py SCENE.ajar --wrong --seeds 200 --spp 4 --scale 0.08
 
-SCENE.ajar comes from --ajar-dump-scene and holds the paths. Renders with and without take turns, seed by seed; T is the process's CPU time, one
-thread. Variance is that between seeds, weighted as relMSE by the mean of all renders; both have the same seeds, so that rare bright samples, most of which meet both, do not
-decide. `--wrong` replaces the paths by others from the same light in random directions, as wide as can be to narrow as a needle, and compares the means
-of 4 x 3 blocks and three colours by t-tests, with other seeds.
+SCENE.ajar comes from --ajar-dump-scene and contains the hints. Renders with and without hints alternate, seed by seed; T is the CPU time of the
+process, one thread. The variance is that between seeds, weighted as relMSE by the mean of all renders. Both use the same seeds, so that rare bright
+samples, most of which occur in both, have little influence. `--wrong` replaces the hints by others from the same light in random directions, with
+very wide to very narrow cones, and compares the means of 4 x 3 blocks and three colours by t-tests, with other seeds.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ EPSILON = 0.01
 
 
 def add_wrong(description: ajar.SceneDescription, numbers: np.random.Generator) -> None:
-    """Paths from where the scene's own start, in random directions: to whatever surface is there."""
+    """Add hints with the start points of the scene's hints, in random directions to the first surface."""
     start = np.array(description.hints[0].points[0], dtype=np.float32)
     step = 0.1 * max(np.linalg.norm(hint.points - start, axis=1).max() for hint in description.hints)
     for number, spread in enumerate((3.1, 3.1, 0.5, 0.5, 0.1, 0.1, 1e-4, 1e-4)):
@@ -65,14 +65,14 @@ def blocks_of(image: np.ndarray) -> np.ndarray:
 
 
 def compare_means(a: np.ndarray, b: np.ndarray) -> str:
-    """Welch's t-tests of every block; enough seeds for the normal distribution."""
+    """Welch's t-tests of every block. There are enough seeds for the normal distribution."""
     difference = a.mean(axis=0) - b.mean(axis=0)
     error = np.sqrt(a.var(axis=0, ddof=1) / len(a) + b.var(axis=0, ddof=1) / len(b))
     p = np.array([math.erfc(abs(t) / math.sqrt(2.0)) for t in difference / error])
     whole = a.mean(axis=1), b.mean(axis=1)
     shift = whole[0].mean() / whole[1].mean() - 1.0
     of_shift = math.sqrt(whole[0].var(ddof=1) / len(a) + whole[1].var(ddof=1) / len(b)) / whole[1].mean()
-    return f"{len(p)} block means, least p {p.min():.3g} ({len(p) * p.min():.2g} by Bonferroni); whole picture {100 * shift:+.2f} % with a standard error of {100 * of_shift:.2f} %"
+    return f"{len(p)} block means, minimum p {p.min():.3g} ({len(p) * p.min():.2g} by Bonferroni); whole image {100 * shift:+.2f} % with a standard error of {100 * of_shift:.2f} %"
 
 
 def main() -> None:
@@ -98,10 +98,10 @@ def main() -> None:
     hinted, plain = (np.array(images[kind]) for kind in kinds)
     reports = statistics[kinds[0]]["hints"]
     print(f"{Path(options.scene).stem} {options.integrator}, {plain.shape[2]} x {plain.shape[1]}, {options.spp} samples, {options.seeds} seeds; "
-          f"{sum(report['attached'] for report in reports)} of {len(reports)} light paths attached")
+          f"{sum(report['attached'] for report in reports)} of {len(reports)} light hints attached")
     if options.wrong:
         print("means:", compare_means(np.array([blocks_of(image) for image in hinted]), np.array([blocks_of(image) for image in plain])))
-    # By the mean of both: where one misses light, it would pass for calm. Dark pictures ask for an epsilon of their own.
+    # Weighted by the mean of both, since a render that misses light would seem to have no noise. The epsilon is relative, for dark images.
     brightness = 0.5 * (hinted.mean(axis=0) + plain.mean(axis=0)).mean(axis=-1, keepdims=True)
     weight = brightness**2 + EPSILON * brightness.mean() ** 2
     variances = [np.sort((stack.var(axis=0, ddof=1) / weight).mean(axis=-1), axis=None) for stack in (hinted, plain)]

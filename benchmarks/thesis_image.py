@@ -1,20 +1,21 @@
 #!/usr/bin/python3
-"""PMC-IP against uniform sampling (thesis, table 5.1), how well errors are estimated, and Cycles' adaptive sampling likewise:
+"""Compares PMC-IP with uniform sampling (thesis, table 5.1), measures the accuracy of estimated errors, and compares adaptive sampling of Cycles with
+uniform sampling:
 
     PYTHONPATH=build/release/python benchmarks/thesis_image.py gains SCENE.ajar... [--spp 64] [--scale 0.2] [--seeds 4] [--integrator NAME]
     PYTHONPATH=build/release/python benchmarks/thesis_image.py estimates SCENE.ajar... --references DIR [--target 0.02] [--seconds 10]
     PYTHONPATH=build/release/python benchmarks/thesis_image.py cycles SCENE.blend... [--spp 64] [--percentage 20] [--seeds 2] [--blender blender]
 
-SCENE.ajar comes from --ajar-dump-scene. One thread, methods interleaved seed by seed; T is CPU time of rendering, since a shared
-machine's wall time says little.
+SCENE.ajar comes from --ajar-dump-scene. One thread, methods in turn for each seed. T is the CPU time of rendering, since wall time depends on the
+load of the machine.
 
-gains: both ways of sampling are unbiased, so their error is the variance between seeds. It is weighed by the mean of all pictures: relMSE by
-1 / (mean^2 + 0.01), the thesis's Err by 1 / tvi(mean), and P-Eff = 1 / (T Err). A gain is uniform's T times error over ours.
-estimates: renders until the estimated relMSE is below the target (or a time limit), and divides what was estimated by the error against
-DIR/NAME.npz (`image`, and the `variance` of its pixel means where it is known), which --make-references SECONDS renders.
-cycles: errors are those against the mean of pictures of other seeds with 16 times the samples, and T is the CPU time between the lines that say so of its first and
-its last sample. Adaptive renders of up to 8 times the samples, with a range of thresholds, are read between at the uniform one's T. Means are over the reference's: Cycles'
-adaptive sampling lets samples decide with how many others they are averaged.
+gains: both samplings are unbiased, so that their error is the variance between seeds. It is weighted by the mean of all images: relMSE by 1 / (mean^2
++ 0.01), Err of the thesis by 1 / tvi(mean); P-Eff = 1 / (T Err). A gain is T times error of uniform sampling divided by that of PMC-IP. estimates:
+renders until the estimated relMSE is below the target (or to a time limit), and divides the estimated error by the error against DIR/NAME.npz
+(`image`, and the `variance` of its pixel means if it is known), which --make-references SECONDS renders. cycles: errors are those against the mean of
+images of other seeds with 16 times the samples, and T is the CPU time between the log lines of the first and the last sample. Adaptive renders of up
+to 8 times the samples, with a range of thresholds, are interpolated at the T of the uniform one. Means are relative to the reference, since in
+adaptive sampling of Cycles the samples of a pixel influence their number, which causes a bias.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ def render(scene: str, options: argparse.Namespace, seed: int, **values) -> tupl
 
 
 def errors_between(pictures: np.ndarray, mean: np.ndarray) -> np.ndarray:
-    """relMSE, the same without the worst 0.1 % of pixels, Err per pixel: of one picture, from the variance among several."""
+    """relMSE, relMSE without the worst 0.1 % of pixels, and Err per pixel of one image, from the variance of several images."""
     relative = np.sort((pictures.var(axis=0, ddof=1) / (mean**2 + 0.01)).mean(axis=-1), axis=None)
     candelas = metrics.luminance(pictures) * metrics.CANDELAS_PER_UNIT
     seen = candelas.var(axis=0, ddof=1) / metrics.tvi(metrics.luminance(mean) * metrics.CANDELAS_PER_UNIT)
@@ -99,7 +100,7 @@ def print_gains(options: argparse.Namespace) -> None:
         least_most = f"{counts['pmc_ip']['min']} to {counts['pmc_ip']['max']}"
         print(f"| `{Path(scene).stem}` | {np.median(uniform_times):.2f} | {t:.2f} | {uniform[0]:.3g} | {ratio[0]:.3f} | {ratio[1]:.3f} | {ratio[2]:.3f} | {gain[0]:.2f} | {gain[1]:.2f} | "
               f"{gain[2]:.2f} | {least_most} |", flush=True)
-    print("median gain, trimmed, P-Eff:", *(f"{value:.2f}" for value in np.median(gains, axis=0)), " least:", *(f"{value:.2f}" for value in np.min(gains, axis=0)))
+    print("median gain, trimmed, P-Eff:", *(f"{value:.2f}" for value in np.median(gains, axis=0)), " minimum:", *(f"{value:.2f}" for value in np.min(gains, axis=0)))
 
 
 def print_estimates(options: argparse.Namespace) -> None:
@@ -127,7 +128,7 @@ def print_estimates(options: argparse.Namespace) -> None:
 
 
 def cycles(scene: str, options: argparse.Namespace, samples: int, *more: str, first_seed: int = 1) -> list[tuple[np.ndarray, float]]:
-    """Pictures and CPU seconds of path tracing of each seed."""
+    """Images and CPU seconds of path tracing of each seed."""
     from images import read_exr
 
     with tempfile.TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""Rebuilds the test scenes: python3 build_all.py [--blender PATH] [NAME ...]"""
+"""Builds the test scenes again: python3 build_all.py [--blender PATH] [NAME ...]"""
 
 from __future__ import annotations
 

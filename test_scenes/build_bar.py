@@ -1,7 +1,7 @@
-"""`bar`: a polished bar at night, lit by three bulbs in globes of clear glass.
+"""`bar`: a polished bar at night, which three bulbs in globes of clear glass illuminate.
 
-No lamp can be joined to any surface by a straight line: all light has gone through glass before it meets
-something, and much of what it meets is glossy or glass again. Y points from the eye to the shelves.
+No lamp can be connected to a surface by a straight line: all light passes glass before it reaches a surface, and many of these surfaces are glossy or
+glass. Y points from the eye to the shelves.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Cornell box with two caustics (thesis, figures 1.5, 4.6, 5.3 and 5.10).
 
-The right wall and the rear ball are mirrors, the front ball is glass, the light is small. The bright caustic comes
-straight from the light through the glass ball; the faint one comes by way of the mirror wall. A hint follows each.
+The right wall and the rear ball are mirrors, the front ball is glass, the light is small. The light of the bright caustic passes the glass ball
+directly from the light; that of the faint one is reflected by the mirror wall before. Each has a light hint.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 import scene_tools as tools
 from mathutils import Vector
 
-# The room: x to the right, y away from the camera, z up. Its front is open and just fills a 4:3 picture.
+# The room: x to the right, y away from the camera, z up. Its front is open and exactly fills a 4:3 image.
 HALF_WIDTH, DEPTH, HEIGHT = 4.0 / 3.0, 2.3, 2.0
 LIGHT = Vector((0.0, 1.15, HEIGHT - 0.005))
 LIGHT_SIZE = 0.34
@@ -45,7 +45,7 @@ def add_room() -> None:
 
 def add_lamp() -> None:
     tools.area_light("Ceiling light", LIGHT, LIGHT - Vector((0, 0, 1)), LIGHT_SIZE, 34.0, (1.0, 0.92, 0.80), seen=True)
-    # A thin frame round the light, so that it reads as a lamp.
+    # A thin frame around the light, so that it looks like a lamp.
     metal = tools.principled("Lamp frame", (0.20, 0.20, 0.21), roughness=0.4)
     inner, outer, low = LIGHT_SIZE / 2 + 0.002, LIGHT_SIZE / 2 + 0.02, HEIGHT - 0.02
     x, y = LIGHT.x, LIGHT.y
@@ -57,7 +57,7 @@ def add_lamp() -> None:
 
 
 def through_glass_ball(source: Vector) -> list[Vector]:
-    """The straight path of a ray aimed at the ball's centre: where it enters, leaves, and meets the floor."""
+    """Points of a ray through the centre of the ball, which is not refracted: entry, exit, and hit on the floor."""
     travel = (GLASS_BALL - source).normalized()
     radius = GLASS_BALL.z
     floor = source + travel * (source.z / -travel.z)
@@ -65,13 +65,13 @@ def through_glass_ball(source: Vector) -> list[Vector]:
 
 
 def add_hints() -> None:
-    tools.light_path("Light, glass ball, floor", [LIGHT, *through_glass_ball(LIGHT)])
+    tools.light_hint("Light, glass ball, floor", [LIGHT, *through_glass_ball(LIGHT)])
 
-    # Seen from the ball, the mirrored light stands behind the wall.
+    # Seen from the ball, the mirror image of the light is behind the wall.
     image = Vector((2.0 * HALF_WIDTH - LIGHT.x, LIGHT.y, LIGHT.z))
     share = (image.x - HALF_WIDTH) / (image.x - GLASS_BALL.x)
     on_wall = image.lerp(GLASS_BALL, share)
-    tools.light_path("Light, mirror wall, glass ball, floor", [LIGHT, on_wall, *through_glass_ball(image)])
+    tools.light_hint("Light, mirror wall, glass ball, floor", [LIGHT, on_wall, *through_glass_ball(image)])
 
 
 def main() -> None:

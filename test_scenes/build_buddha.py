@@ -1,8 +1,7 @@
-"""A seated Buddha: dense, detailed geometry under soft light (thesis, figures 5.2 and 6.1).
+"""A seated Buddha: dense, detailed geometry in soft light (thesis, figures 5.2 and 6.1).
 
-The figure is modelled as signed distances, part by part, each part with a material of its own: skin, robe, hair and
-lotus seat. The file keeps the surface nets; a Subdivision modifier makes them dense when rendered. The viewer is on
-the side of -Y. Heights are measured from the seat.
+Each part of the figure is a signed distance function with its own material: skin, robe, hair and lotus seat. The file stores the surface nets; a
+Subdivision modifier makes them dense for the render. The camera is on the side of -Y. Heights are measured from the seat.
 """
 
 from __future__ import annotations
@@ -106,7 +105,7 @@ def skin(x: Array, y: Array, z: Array) -> Array:
 
 
 def robe(x: Array, y: Array, z: Array) -> Array:
-    """Cloth over the left shoulder and arm, waist and legs: a thickened body, with folds, where it covers."""
+    """Cloth over the left shoulder and arm, waist and legs: the body, thickened and with folds."""
     left = join(torso(x, y, z), arm(x, y, z, 1), 0.07)
     # The sleeve hangs down and closes the gap between arm and side.
     left = join(left, ellipsoid(x, y, z, (0.40, 0.04, 0.56), (0.13, 0.09, 0.24)), 0.06)
@@ -132,7 +131,7 @@ def robe(x: Array, y: Array, z: Array) -> Array:
 
 
 def curls() -> np.ndarray:
-    """Places of the hair's curls: a spiral over the head where hair grows, and a smaller one over the crown's knot."""
+    """Positions of the curls: a spiral over the head where hair grows, and a smaller one over the knot on the crown."""
     places = []
     turn = math.pi * (3.0 - math.sqrt(5.0))
     for centre, radii, count in ((HEAD, np.array(HEAD_RADII) + 0.006, 620), ((0, 0.03, 1.505), (0.105,) * 3, 150)):
@@ -145,7 +144,7 @@ def curls() -> np.ndarray:
 
 
 def hair_line(x: Array, y: Array, z: Array) -> Array:
-    """Positive where hair grows: above the brow in front, down to the neck behind, short of the ears."""
+    """Positive where hair grows: above the brow in front, down to the neck behind, not at the ears."""
     return z - 1.412 + 1.10 * np.clip(y + 0.20, 0.0, 0.30) - 0.04 * np.clip(-y - 0.1, 0, 1) + 0.05 * np.abs(x)
 
 
@@ -156,7 +155,7 @@ def hair(x: Array, y: Array, z: Array) -> Array:
     x, y, z = np.broadcast_arrays(x, y, z)
     near = np.full(d.shape, 1.0)
     for place in curls():
-        # Only the few grid planes near a curl can see it.
+        # Only the few grid planes near a curl are affected by it.
         around = tuple(slice(*np.searchsorted(line, (c - 0.05, c + 0.05)))
                        for line, c in zip((x[:, 0, 0], y[0, :, 0], z[0, 0, :]), place))
         u, v, w = x[around] - place[0], y[around] - place[1], z[around] - place[2]
@@ -165,7 +164,7 @@ def hair(x: Array, y: Array, z: Array) -> Array:
 
 
 def lotus(x: Array, y: Array, z: Array) -> Array:
-    """A double row of petals on a stepped foot; an oval, so measured in squeezed coordinates."""
+    """A double row of petals on a stepped foot. It is oval and therefore computed in scaled coordinates."""
     x, y, z = x / 0.95, (y + 0.07) / 0.74, z + 0.0
     radius, angle = np.sqrt(x * x + y * y), np.arctan2(y, x)
 
@@ -200,7 +199,7 @@ def lotus(x: Array, y: Array, z: Array) -> Array:
 
 def add_part(name: str, shape: Shape, xs: Array, ys: Array, zs: Array, material: bpy.types.Material) -> None:
     vertices, quads = surface_net(shape, xs, ys, zs)
-    vertices = np.round(vertices * 8192.0) / 8192.0  # Finer than any detail, and it packs better.
+    vertices = np.round(vertices * 8192.0) / 8192.0  # Finer than any detail; rounded numbers are compressed better.
     part = tools.add_mesh(name, vertices.tolist(), quads.tolist(), material, smooth=True)
     part.location.z = SEAT
     smooth = part.modifiers.new("Smooth", "SMOOTH")
@@ -225,7 +224,7 @@ def add_figure() -> None:
 
 
 def add_backdrop() -> None:
-    """A plinth in front of a wall that runs into the floor without an edge."""
+    """A plinth in front of a wall with a smooth transition to the floor."""
     cloth = tools.diffuse("Backdrop", (0.13, 0.19, 0.21))
     bend, wall, floor, half = 1.4, 3.2, -0.5, 9.0
     profile = [(-9.0, floor)]

@@ -1,8 +1,8 @@
 """Checkerboard between a large and a small light (thesis, figures 1.4, 5.4 and 6.2).
 
-Half the squares are diffuse, the others glossy: nearly a mirror at the back, row by row rougher to the front. Which
-technique samples the direct light best changes from square to square: the light's for diffuse squares and the small
-light, the BSDF's where the large light is mirrored, neither alone where the gloss is rough.
+Half of the squares are diffuse, the others glossy: nearly a mirror at the back, and rougher with each row to the front. The best sampling of direct
+light differs between squares: light sampling for diffuse squares and the small light, BSDF sampling where the large light is reflected, and neither
+of them alone where the glossy squares are rough.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ ROUGHEST, SMOOTHEST = 0.55, 0.06
 
 
 def roughness_of(row: int) -> float:
-    """From front (row 0) to back; the steps look even when they are ratios."""
+    """Roughness from front (row 0) to back. The ratios are constant, so that the steps look uniform."""
     return ROUGHEST * (SMOOTHEST / ROUGHEST) ** (row / (ROWS - 1))
 
 
@@ -42,7 +42,7 @@ def add_floor() -> None:
 
 def add_panel(name: str, position: tuple[float, float, float], size: tuple[float, float], watts: float,
               colour: tools.Colour) -> None:
-    """A light in a dark casing on a stand, turned to the middle of the board."""
+    """A light in a dark casing on a stand, directed at the centre of the board."""
     light = tools.area_light(name, position, (0.4 * position[0], -0.5, 0.2), size, watts, colour, seen=True)
     dark = tools.principled(f"{name} casing", (0.03, 0.03, 0.032), roughness=0.4)
     u, v = size[0] / 2.0 + 0.05, size[1] / 2.0 + 0.05

@@ -1,7 +1,6 @@
 """`keyhole`: the cellar of `volume` in clear air and without its night lamp. All light comes through the keyhole.
 
-What the eye sees is lit by a spot of light on the table, on a glass ball and on the wall, and by what these send on. Y points from the
-eye to the door.
+The light falls on the table, a glass ball and the wall, and bounces from there to the visible surfaces. Y points from the eye to the door.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """`lantern`: a bright small bulb inside a carved lantern on a table, in a dark room.
 
-Most of the light never leaves the lantern; what does paints its carving on the walls.
+Most of the light stays inside the lantern; the rest projects its carving on the walls.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ BODY = [
 ]
 
 
-# Holes: the radius, as a share of the cell's half side, in each direction from its centre.
+# Holes: the radius as a fraction of half the side of the cell, for each direction from its centre.
 
 
 def star(points: int, outer: float, inner: float) -> Callable[[float], float]:
@@ -80,7 +80,7 @@ ROWS = [
 
 
 def carved_body() -> Shape:
-    """The wall of the lantern as cells, each with one hole cut through; closed and of constant thickness."""
+    """The wall of the lantern as cells with one hole each. It is closed and has a constant thickness."""
     line = smooth_curve([Vector(p) for p in BODY], 24)
     lengths = [0.0]
     for a, b in zip(line, line[1:]):
@@ -112,7 +112,7 @@ def carved_body() -> Shape:
         return numbers[key]
 
     faces: list[tuple[int, ...]] = []
-    refine = 3  # vertices of a hole for each on the cell's outline
+    refine = 3  # vertices of a hole for each vertex of the cell outline
     for row, hole in enumerate(ROWS):
         for column in range(COLUMNS):
             middle = (column + 0.5 * (row % 2), row + 0.5)

@@ -1,8 +1,8 @@
-"""A night market: more than two thousand lights, of which the view sees a ninth (thesis, section 5.6.3).
+"""A night market: more than two thousand lights, a ninth of which are in view (thesis, section 5.6.3).
 
-Nine parallel lanes lie between rows of houses. Each lane has strings of bulbs, stall lamps and lanterns; the lanes
-out of view also have floodlights a thousand times as strong as a bulb, and the houses are full of lamps behind closed
-shutters. Choosing lights by their power alone therefore nearly always chooses one that is not seen.
+Nine parallel lanes are between rows of houses. Each lane has strings of bulbs, stall lamps and lanterns. The lanes out of view also have floodlights
+with a thousand times the power of a bulb, and the houses contain lamps behind closed shutters. A choice of lights by power alone therefore nearly
+always chooses an occluded light.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ STALL_X = 1.95  # From the middle of the lane to the middle of a stall.
 WARM, AMBER, RED, TEAL, WHITE = ((1.0, 0.62, 0.28), (1.0, 0.45, 0.12), (1.0, 0.16, 0.06), (0.25, 0.85, 0.80),
                                  (0.85, 0.92, 1.0))
 
-# From the middle of a window's sill: left, right, low, high.
+# From the centre of a window sill: left, right, low, high.
 WINDOW_BARS = ((-0.42, -0.36, -0.06, 1.06), (0.36, 0.42, -0.06, 1.06), (-0.36, 0.36, 1.0, 1.06),
                (-0.42, 0.42, -0.10, 0.0), (-0.02, 0.02, 0.0, 1.0), (-0.36, 0.36, 0.55, 0.58))
 
-# What the stalls sell, and under which cloth.
+# The fruits of the stalls, and the colours of their cloths.
 PLUM, CHERRY, APPLE, ORANGE, LEMON, LIME = ((0.20, 0.03, 0.10), (0.55, 0.03, 0.02), (0.70, 0.10, 0.03),
                                             (0.75, 0.22, 0.02), (0.62, 0.50, 0.04), (0.25, 0.42, 0.04))
 STALLS = (((0.45, 0.05, 0.04), (ORANGE, CHERRY, LEMON, LIME)), ((0.03, 0.20, 0.24), (LEMON, PLUM, ORANGE, CHERRY)),
@@ -39,7 +39,7 @@ STALLS = (((0.45, 0.05, 0.04), (ORANGE, CHERRY, LEMON, LIME)), ((0.03, 0.20, 0.2
 
 
 class Parts:
-    """Geometry gathered by material, to become one mesh each."""
+    """Geometry that is collected by material; each material becomes one mesh."""
 
     def __init__(self, into: bpy.types.Collection) -> None:
         self.into = into
@@ -81,7 +81,7 @@ def ball(radius: float, sides: int = 10) -> tuple[list, list]:
 # --- Things that repeat ----------------------------------------------------------------------------------------------
 
 def stall(number: int, cloth: tools.Colour, fruits: tuple[tools.Colour, ...]) -> bpy.types.Collection:
-    """Open to +X, where the lane is; its length runs along Y."""
+    """A stall. It is open to +X, where the lane is; its length is along Y."""
     pick = random.Random(number)
     parts = Parts(tools.collection(f"Stall {number}", in_scene=False))
     wood = tools.principled(f"Stall wood {number}", (0.23, 0.12, 0.06), roughness=0.55)
@@ -123,7 +123,7 @@ def stall(number: int, cloth: tools.Colour, fruits: tuple[tools.Colour, ...]) ->
 
 
 def lantern(name: str, colour: tools.Colour, strength: float) -> bpy.types.Collection:
-    """A paper lantern: a glowing barrel, itself the light, between two dark rings."""
+    """A paper lantern: an emissive barrel between two dark rings."""
     parts = Parts(tools.collection(name, in_scene=False))
     paper = tools.emission(f"{name} paper", colour, strength)
     dark = tools.principled(f"{name} rim", (0.03, 0.02, 0.02), roughness=0.4)
@@ -139,7 +139,7 @@ def lantern(name: str, colour: tools.Colour, strength: float) -> bpy.types.Colle
 # --- The town --------------------------------------------------------------------------------------------------------
 
 def add_paving(pick: random.Random) -> None:
-    """Slabs wet from rain, each laid a little differently, in the lane in view; plain ground elsewhere."""
+    """Wet slabs with slightly different positions in the lane in view; plain ground elsewhere."""
     wet = [tools.principled(f"Wet stone {k + 1}", (0.055 + 0.02 * k, 0.052 + 0.018 * k, 0.052 + 0.016 * k),
                             roughness=0.16 + 0.07 * k) for k in range(3)]
     parts = Parts(bpy.context.scene.collection)
@@ -160,7 +160,7 @@ def add_paving(pick: random.Random) -> None:
 
 
 def add_houses(pick: random.Random) -> None:
-    """Hollow rows between the lanes, closed all round, and gates at both ends of the lane in view."""
+    """Hollow rows of houses between the lanes, closed on all sides, and gates at both ends of the lane in view."""
     plasters = [tools.diffuse(f"Plaster {k + 1}", colour) for k, colour in enumerate(
         ((0.42, 0.30, 0.22), (0.50, 0.40, 0.29), (0.30, 0.21, 0.18), (0.40, 0.36, 0.32), (0.22, 0.24, 0.27)))]
     frame = tools.principled("Window frame", (0.10, 0.055, 0.03), roughness=0.5)
@@ -268,7 +268,7 @@ def add_lights(pick: random.Random) -> None:
 
 def main() -> None:
     scene = tools.start_scene(640, 400)
-    scene.view_settings.view_transform = "Filmic"  # Bulbs and dark corners in one picture.
+    scene.view_settings.view_transform = "Filmic"  # Bulbs and dark corners in one image.
     tools.background(scene, (0.010, 0.018, 0.045), 0.6)
     pick = random.Random(7)
     add_paving(pick)

@@ -1,7 +1,7 @@
 """`outdoor`: a lane under trees on a summer afternoon, at the edge of a village.
 
-Two square kilometres are lit and 50 metres are seen. Trees are collections of one twig mesh, instanced; grass is one
-patch of turf, instanced. Y points along the lane, away from the eye.
+The light falls on two square kilometres, of which 50 metres are visible. Trees are collections of instances of one twig mesh; the grass is instances
+of one patch of turf. Y points along the lane, away from the eye.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def twig(leaves: int, seed: int) -> tuple[Shape, Shape]:
 
 
 def grow(seed: int) -> tuple[Shape, list[tuple[Vector, Vector]]]:
-    """Trunk and boughs of one tree about 9 m high, and where its twigs sit: place and direction."""
+    """Trunk and boughs of one tree about 9 m high, and the positions and directions of its twigs."""
     rng = random.Random(seed)
     lean = Vector((rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3), 0))
     spine = [
@@ -149,7 +149,7 @@ def grow(seed: int) -> tuple[Shape, list[tuple[Vector, Vector]]]:
 
 
 def along_x(place: Vector, direction: Vector, size: float) -> Matrix:
-    """X turned to `direction`, Z kept as upright as it can be."""
+    """A transform with X along `direction` and Z as upright as possible."""
     y = Vector((0, 0, 1)).cross(direction).normalized()
     rotation = Matrix((direction, y, direction.cross(y))).transposed().to_4x4()
     return Matrix.Translation(place) @ rotation @ Matrix.Scale(size, 4)

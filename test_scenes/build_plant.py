@@ -1,7 +1,7 @@
 """A pot plant on a table: complex soft shadows of glossy leaves (thesis, figure 5.8).
 
-Three leaf meshes, young to old, are shared by all leaves. An area light throws the shadows; an environment image,
-made here and packed, fills them.
+All leaves are instances of three leaf meshes, young to old. An area light causes the shadows; a packed environment image from this script illuminates
+them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
 
 def leaf_mesh(name: str, colour: tools.Colour, *, width: float, droop: float, fold: float,
               roughness: float) -> bpy.types.Mesh:
-    """A pointed oval of length 1 along +Y with its face up, on a short stalk; bent down, folded along its rib."""
+    """A pointed oval of length 1 along +Y with its face up, on a short stalk. It is bent down and folded along its rib."""
     face = tools.principled(f"{name} face", colour, roughness=roughness, specular=0.6)
     shine_through = tools.translucent(f"{name} inside", [min(1.0, 2.2 * colour[0]), min(1.0, 1.9 * colour[1]), 0.05])
     material = tools.mixed(name, face, shine_through, 0.22)
@@ -53,7 +53,7 @@ def leaf_mesh(name: str, colour: tools.Colour, *, width: float, droop: float, fo
         for k in range(3):
             a, b = base + 3 * ring + k, base + 3 * ring + (k + 1) % 3
             faces.append((a, b, b + 3, a + 3))
-    # Bend the whole leaf along a circle's arc.
+    # Bend the whole leaf along an arc of a circle.
     bent = []
     for x, y, z in verts:
         angle = droop * y
@@ -63,7 +63,7 @@ def leaf_mesh(name: str, colour: tools.Colour, *, width: float, droop: float, fo
 
 
 def leaf_matrix(foot: Vector, direction: Vector, roll: float, length: float) -> Matrix:
-    """Stalk at `foot`, pointing along `direction`, its face as far up as it can be, then rolled."""
+    """The transform of a leaf: the stalk at `foot` along `direction`, the face as far up as possible, then rotated by `roll`."""
     y = direction.normalized()
     x = y.cross(Vector((0.0, 0.0, 1.0)))
     x = x.normalized() if x.length > 1e-4 else Vector((1.0, 0.0, 0.0))
@@ -75,7 +75,7 @@ def leaf_matrix(foot: Vector, direction: Vector, roll: float, length: float) -> 
 # --- The plant -------------------------------------------------------------------------------------------------------
 
 def stem_points(pick: random.Random, angle: float, lean: float, length: float) -> list[Vector]:
-    """A curve that leaves the soil leaning outwards and rises, in equal steps."""
+    """A curve that starts in the soil, tilted outwards, and rises in equal steps."""
     foot = Vector((math.cos(angle), math.sin(angle), 0.0)) * 0.045 * lean + Vector((0, 0, POT_HEIGHT - 0.015))
     steps = 24
     points = [foot]
@@ -105,7 +105,7 @@ def add_stem(name: str, points: list[Vector], material: bpy.types.Material) -> N
 
 
 def add_plant() -> int:
-    """Stems with leaves in a spiral, large and old below, small and young at the tip. Returns the number of leaves."""
+    """Stems with leaves in a spiral: large and old leaves below, small and young ones at the tip. Returns the number of leaves."""
     young = leaf_mesh("Young leaf", (0.17, 0.34, 0.04), width=0.19, droop=0.35, fold=0.35, roughness=0.26)
     grown = leaf_mesh("Grown leaf", (0.055, 0.19, 0.03), width=0.22, droop=0.75, fold=0.22, roughness=0.22)
     old = leaf_mesh("Old leaf", (0.03, 0.115, 0.03), width=0.24, droop=1.05, fold=0.12, roughness=0.20)
@@ -173,7 +173,7 @@ def wood_image(size: int = 256) -> bpy.types.Image:
     u, v = np.meshgrid(np.arange(size) / size, np.arange(size) / size)
     board = np.minimum((v * boards).astype(int), boards - 1)
     offset, tone = rng.uniform(0, 10, boards)[board], rng.uniform(-0.035, 0.035, boards)[board]
-    # Growth rings cut along the trunk: a slow wave across the grain bends fine lines.
+    # Growth rings cut along the trunk: fine lines that a slow wave across the grain bends.
     bend = 0.05 * np.sin(2 * np.pi * u + offset) + 0.03 * np.sin(4 * np.pi * u + 2.3 * offset)
     rings = np.sin((v * 9 + bend * 5 + offset) * 9) * 0.5 + np.sin((v * 23 + bend * 12 + offset) * 11) * 0.3
     fibre = rng.normal(0, 1, (size, 1)) + 0.4 * rng.normal(0, 1, (size, size))
@@ -187,7 +187,7 @@ def wood_image(size: int = 256) -> bpy.types.Image:
 
 
 def sky_image(height: int = 64) -> bpy.types.Image:
-    """A quiet room seen by the plant: warm walls, pale ceiling, one soft bright window at the left."""
+    """A room around the plant: warm walls, a pale ceiling, and a soft bright window on the left."""
     width = 2 * height
     u, v = np.meshgrid((np.arange(width) + 0.5) / width, (np.arange(height) + 0.5) / height)
     azimuth, up = (u - 0.5) * 2.0 * np.pi, (v - 0.5) * np.pi

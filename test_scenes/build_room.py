@@ -1,6 +1,6 @@
-"""`room`: a furnished room whose only light comes from a back room, past a door left ajar.
+"""`room`: a furnished room whose only light comes from a back room through a door that is ajar.
 
-After Eric Veach's scene, in which almost no path from the eye finds the lamp. Y points from the eye to the door.
+The scene is similar to Eric Veach's door scene, in which almost no path from the eye finds the lamp. Y points from the eye to the door.
 """
 
 from __future__ import annotations
@@ -140,23 +140,23 @@ def build_picture() -> None:
 
 
 def add_light_hints() -> None:
-    """Ten ways from the lamp through the gap to what the eye sees: some straight, some off the back room's walls."""
+    """Ten light hints from the lamp through the gap to visible surfaces: some straight, some with a bounce in the back room."""
     for k, targets in enumerate(PATHS, 1):
         aimed_light_hint(f"Light path {k}", LAMP, targets)
 
 
-# Where each path bounces.
+# The bounces of each light hint.
 PATHS = [
     [(-0.30, 0.98, TABLE_HEIGHT)],  # the table
     [(0.30, 1.60, 0.0)],  # the floor behind the door
     [(-1.00, 0.10, 0.0)],  # the carpet
     [(LEFT, -0.40, 1.1), (-0.60, FAR, 1.1)],  # left wall, far wall
     [(-0.30, 0.98, TABLE_HEIGHT), (0.30, FAR, 1.7)],  # table, far wall
-    [(LEFT, -0.40, 1.1), (1.20, 1.76, 1.3)],  # left wall, the door's near side
+    [(LEFT, -0.40, 1.1), (1.20, 1.76, 1.3)],  # left wall, the near side of the door
     [(0.30, 1.60, 0.0), (0.10, FAR, 0.6)],  # floor, far wall
-    [(2.60, 2.39, 0.0), (LEFT, 1.27, 1.5)],  # the back room's floor, left wall
+    [(2.60, 2.39, 0.0), (LEFT, 1.27, 1.5)],  # the floor of the back room, left wall
     [(2.90, 2.45, 0.0), (LEFT, 1.27, 0.9)],  # the same, lower
-    [(1.25, 1.84, 1.3), (LEFT, 1.30, 1.7)],  # the door's far side, left wall
+    [(1.25, 1.84, 1.3), (LEFT, 1.30, 1.7)],  # the far side of the door, left wall
 ]
 
 if __name__ == "__main__":

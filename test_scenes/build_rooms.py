@@ -1,7 +1,7 @@
-"""`rooms`: a furnished room among four others that are full of lights, behind walls 12 mm thick.
+"""`rooms`: a furnished room and four others with many lights, behind walls 12 mm thick.
 
-Light enters by one doorway, in the right wall. The lights of the other rooms are tinted, so that energy
-which bleeds through a wall shows by its colour. Y points from the eye to the rear wall.
+Light enters through one doorway in the right wall. The lights of the other rooms are coloured, so that light that leaks through a wall is visible by
+its colour. Y points from the eye to the rear wall.
 """
 
 from __future__ import annotations
@@ -238,7 +238,7 @@ def build_shelf() -> None:
     covers = {name: Shape() for name in colours}
     pages = Shape()
     pitch = (high - 0.085) / boards
-    # Shelves from below; the parts of each that hold books, in metres from the middle.
+    # Shelves from bottom to top; the parts of each with books, in metres from the centre.
     for level, spans in enumerate(
         (
             ((-0.74, 0.30),),
@@ -311,7 +311,7 @@ def build_pictures() -> None:
         put(f"{name} frame", frame(width, height, 0.04).moved(x, y, z), border, metres=0.5)
 
 
-# Ten ways through the doorway: the lamp, then where each path bounces.
+# Ten light hints through the doorway: the lamp, then the bounces of the hint.
 PATHS = [
     (0, [(1.30, 1.15, TABLE_HEIGHT)]),  # the table
     (0, [(2.45, 1.50, 0.0)]),  # the floor inside the doorway

@@ -1,8 +1,7 @@
-"""`volume`: a cellar filled with thin smoke, and light through the keyhole of its door.
+"""`volume`: a cellar with thin smoke, which is lit through the keyhole of its door.
 
-The lamp stands behind the door; its shaft falls on a glass ball, which bends it. A dim blue lamp out of sight keeps
-the room readable, also for a renderer without media: the smoke is a box whose surface is Transparent BSDF. Y points
-from the eye to the door.
+The lamp is behind the door. Its beam falls on a glass ball, which refracts it. A dim blue lamp out of view illuminates the room, also in a renderer
+without media: the smoke is a box whose surface is a Transparent BSDF. Y points from the eye to the door.
 """
 
 from __future__ import annotations
@@ -45,11 +44,11 @@ def build() -> None:
     tools.area_light("Night", (1.35, -2.2, 2.1), (-0.3, 1.5, 0.7), 0.6, 150.0, (0.55, 0.70, 1.0))
     tools.camera((0.40, -1.55, 1.62), (0.00, 1.2, 0.93), lens=33.0)
     add_light_hints()
-    build_smoke()  # last: rays that find the light paths would stop at its faces
+    build_smoke()  # last, since the rays that find the light hints would stop at its faces
 
 
 def add_light_hints() -> None:
-    """Through the keyhole to the table, and on to the walls."""
+    """Light hints through the keyhole to the table, and further to the walls."""
     through = KEYHOLE + Vector((0.0, 0.0, -0.10)) - LAMP
     on_table = LAMP + through * ((LAMP.z - TABLE_HEIGHT) / -through.z)
     for k, onward in enumerate(([], [(-0.80, FAR, 1.3)], [(0.50, FAR, 1.3)]), 1):
@@ -59,7 +58,7 @@ def add_light_hints() -> None:
 def courses(
     width: float, height: float, rows: int, seed: int, opening: tuple[float, float, float] | None = None
 ) -> Shape:
-    """A wall of dressed stones from the origin along X and Z, facing -Y; `opening` is its left, right and top."""
+    """A wall of dressed stones from the origin along X and Z, which faces -Y. `opening` is its left, right and top."""
     rng = random.Random(seed)
     shape = Shape()
     tall = height / rows
@@ -96,7 +95,7 @@ def build_cellar(stone) -> None:
     right = side.placed(Matrix.Translation((RIGHT, FAR, 0)) @ Matrix.Rotation(-math.pi / 2, 4, "Z"))
     put("Stones", back + left + right, stone, metres=1.1)
 
-    # Mortar behind the stones, which no light passes, and the lamp's chamber behind the door.
+    # Mortar behind the stones, which blocks all light, and the chamber of the lamp behind the door.
     out, face, top = 0.35, FAR + 0.03, CEILING + 1.5
     west, north = LEFT - 1.4, FAR + 4.0
     mortar = (
@@ -133,7 +132,7 @@ def build_cellar(stone) -> None:
 
 
 def worn_stone(stone) -> bpy.types.Material:
-    """The same stone, worn smooth: a diffuse base under a soft gloss."""
+    """The same stone with a worn surface: a diffuse base below a rough glossy lobe."""
     material = tools.principled("Worn stone", (1, 1, 1), roughness=0.38)
     tools.image_texture(material, bpy.data.images["Stone"], socket="Base Color")
     return material
@@ -146,7 +145,7 @@ def planks(name: str, dark, light, seed: int, roughness: float = 0.55) -> bpy.ty
 
 
 def keyhole_radius(angle: float) -> float:
-    """Distance from the middle of a keyhole to its edge: a round head over a slot that widens downwards."""
+    """The distance from the centre of a keyhole to its edge: a round head above a slot that widens downwards."""
 
     def inside(r: float) -> bool:
         x, z = r * math.cos(angle), r * math.sin(angle)
@@ -154,7 +153,7 @@ def keyhole_radius(angle: float) -> float:
         return x * x + (z - 0.065) ** 2 < 0.080**2 or (-0.17 < z < 0.04 and abs(x) < slot)
 
     low, high = 0.0, 0.3
-    for step in range(400):  # the slot leaves the head at a corner: march, then bisect
+    for step in range(400):  # the edge has a corner between head and slot: a search in steps, then bisection
         if not inside(0.0005 * step):
             low, high = 0.0005 * (step - 1), 0.0005 * step
             break
@@ -165,7 +164,7 @@ def keyhole_radius(angle: float) -> float:
 
 
 def pierced(left: float, right: float, low: float, high: float, front: float, back: float) -> Shape:
-    """A plate with the keyhole cut through it, around the origin of X and Z."""
+    """A plate with the keyhole, around the origin of X and Z."""
     corners = [math.atan2(z, x) for z in (low, high) for x in (left, right)]
     angles = sorted(set([2 * math.pi * k / 128 - math.pi for k in range(128)] + corners))
     verts: list[Vector] = []
@@ -231,7 +230,7 @@ def build_door() -> None:
 
 
 def build_table() -> None:
-    # Where the middle of the shaft meets the table.
+    # The point at which the centre of the beam hits the table.
     spot = KEYHOLE + BEAM * ((KEYHOLE.z - 0.09 - TABLE_HEIGHT) / -BEAM.z)
     x, y = spot.x + 0.02, spot.y
     put(

@@ -1,9 +1,10 @@
-"""Small scenes of one feature each, which both engines must show alike (benchmarks/feature_agreement.py renders them):
+"""Small scenes of one feature each, for which both engines must render the same image (benchmarks/feature_agreement.py renders them):
 
     blender -b --factory-startup --python-exit-code 1 --python test_scenes/features.py -- FOLDER [NAME ...]
 
-writes FOLDER/<name>.blend for every feature, or those named; `--list FILE` writes what there is as JSON. Each begins with the same stage: a floor, a ball and a box before a
-camera. A feature replaces what it is about and says in one line what it shows; everything else stays plain, so that a difference has one cause.
+writes FOLDER/<name>.blend for every feature, or for those named; `--list FILE` writes the list of features as JSON. Each scene starts with the same
+stage: a floor, a ball and a box before a camera. A feature changes one part of it and has a description of one line. All other parts stay plain, so
+that a difference has one cause.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class Feature:
 
 
 class Stage:
-    """What features change. There is no light but a dim sky until one is added."""
+    """The scene that features change. A dim world is its only light until a lamp is added."""
 
     def __init__(self):
         self.scene = tools.start_scene(SIZE, SIZE, bounces=8)
@@ -88,7 +89,7 @@ def shader(node_type: str, output: str = "BSDF", **inputs) -> bpy.types.Material
 # --- Lights ----------------------------------------------------------------------------------------------------------
 
 def lit_by(make: Callable, **settings) -> Callable:
-    """Black sky, one lamp; settings go to the lamp's data."""
+    """A black world and one lamp. The settings are set on the data of the lamp."""
     def change(stage: Stage):
         stage.sky((0, 0, 0))
         lamp = make()
@@ -180,7 +181,7 @@ def _(stage):
 
 
 def shining_through(stage: Stage, turn: tuple[float, float, float], connect: Callable) -> None:
-    """The lamp turned, the strength of its light made by `connect`(nodes, links, input of the strength)."""
+    """Rotate the lamp, and link the strength of its emission by `connect`(nodes, links, input of the strength)."""
     lamp = bpy.data.objects["Lamp"]
     lamp.rotation_euler = turn
     lamp.data.use_nodes = True
@@ -189,7 +190,7 @@ def shining_through(stage: Stage, turn: tuple[float, float, float], connect: Cal
 
 
 def measured(nodes: bpy.types.Nodes, strength: float) -> bpy.types.Node:
-    """An IES Texture of a lamp with two wings, wider to one side."""
+    """An IES Texture of a lamp with two lobes, one of which is wider."""
     text = bpy.data.texts.new("wings.ies")
     vertical, horizontal = (0, 15, 30, 45, 60, 75, 90, 110), (0, 45, 90, 135, 180, 225, 270, 315, 360)
     rows = [" ".join(f"{max(0.0, 90 - v + 160 * math.exp(-((v - 50) / 14) ** 2) * (math.cos(math.radians(h)) ** 2 + 0.3 * math.sin(math.radians(h)))):.2f}" for v in vertical)
@@ -390,7 +391,7 @@ lobe("subsurface", "Subsurface Scattering, random walk", lambda: shader("ShaderN
 
 
 def named_mix(made):
-    """The stage looks for the node it may change by this name."""
+    """The stage finds the node to change by this name."""
     next(n for n in made.node_tree.nodes if n.bl_idname == "ShaderNodeMixShader").name = "Shader"
     return made
 
@@ -406,7 +407,7 @@ def translucent_transparent_ball():
 # --- Nodes: the colour of a diffuse floor, ball and box ----------------------------------------------------------------
 
 def pattern(name: str, what: str, build: Callable):
-    """`build(tree)` returns the socket that colours everything."""
+    """`build(tree)` returns the socket that gives the colour of all objects."""
     def change(stage):
         stage.sun()
         node = stage.everywhere(tools.diffuse("Pattern", GREY))
@@ -551,7 +552,7 @@ def _(stage):
 
 
 def asks(stage: Stage, things: list[bpy.types.Object], node_type: str, output: str, **properties) -> bpy.types.Node:
-    """Things coloured by this output of a node, under a sun. Returns the material's Diffuse node."""
+    """Colour objects by this output of a node, with a sun. Returns the Diffuse node of the material."""
     stage.sun()
     made = tools.diffuse("Asking", GREY)
     stage.material(things, made)
@@ -768,7 +769,7 @@ def _(stage):
 # --- Hair -------------------------------------------------------------------------------------------------------------
 
 def hair(stage: Stage, material: bpy.types.Material | None = None, count: int = 900, length: float = 0.35, radius: float = 0.02) -> bpy.types.ParticleSettings:
-    """Strands on the ball, bent by their own weight, under the panel."""
+    """Strands on the ball, bent down, below the panel."""
     ball = stage.ball
     ball.data.materials.append(material or tools.diffuse("Hair", (0.6, 0.35, 0.15)))
     system = ball.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system
@@ -865,7 +866,7 @@ def _(stage: Stage):
 # --- Volumes ---------------------------------------------------------------------------------------------------------
 
 def volume(*closures: tuple[str, dict], surface: str | None = None) -> bpy.types.Material:
-    """A material whose volume is the sum of these nodes, given by type and inputs."""
+    """A material whose volume is the sum of these nodes, which are given by type and inputs."""
     made = bpy.data.materials.new("Volume")
     made.use_nodes = True
     tree = made.node_tree
@@ -900,7 +901,7 @@ def scatter(**inputs) -> tuple[str, dict]:
 
 
 def fog(name: str, what: str, *closures, low=(-1.9, -1.9, 0.01), high=(1.9, 1.9, 2.4), lamp: bool = True) -> None:
-    """Around the ball and the box."""
+    """Add a feature with fog around the ball and the box."""
     def change(stage):
         stage.sky((0.05, 0.05, 0.06))
         if lamp:

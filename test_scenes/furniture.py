@@ -1,4 +1,4 @@
-"""Furniture and small things as shapes, and the two ways to put shapes into a scene."""
+"""Furniture and small objects as shapes, and two functions that add shapes to a scene."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ from shapes import Shape, block, cushion, cylinder, lathe, smooth_profile, tube
 def put(
     name: str, shape: Shape, material: bpy.types.Material, smooth: bool = False, metres: float = 1.0
 ) -> bpy.types.Object:
-    """Adds the shape with texture coordinates: each part is projected along its faces, U along its longest side,
-    one repeat of the image per `metres`."""
+    """Add the shape with texture coordinates. Each part is projected along its faces, with U along its longest side and one repetition of the image per `metres`."""
     obj = scene_tools.add_mesh(name, [tuple(v) for v in shape.verts], shape.faces, material, smooth)
     mesh = obj.data
     part = _parts(shape)
@@ -62,7 +61,7 @@ def put_image(
     up: tuple[float, float, float],
     material: bpy.types.Material,
 ) -> bpy.types.Object:
-    """A rectangle from its lower left corner; the image covers it exactly once."""
+    """A rectangle, given from its lower left corner. The image covers it exactly once."""
     c, r, u = Vector(corner), Vector(right), Vector(up)
     obj = scene_tools.add_mesh(
         name, [tuple(c), tuple(c + r), tuple(c + r + u), tuple(c + u)], [(0, 1, 2, 3)], material, False
@@ -94,7 +93,7 @@ def table(width: float, depth: float, height: float, leg: float = 0.07) -> Shape
 
 
 def taper(x: float, y: float, low: float, high: float, foot: float, head: float) -> Shape:
-    """A square leg, thinner at the foot."""
+    """A square leg that is thinner at the foot."""
     leg = block((-1, -1, low), (1, 1, high))
     return Shape(
         [
@@ -106,7 +105,7 @@ def taper(x: float, y: float, low: float, high: float, foot: float, head: float)
 
 
 def chair() -> Shape:
-    """A wooden chair, seat 0.45 m high, its back at +Y, leaning."""
+    """A wooden chair with a seat 0.45 m high and a tilted back at +Y."""
     lean = 0.10
     shape = block((-0.22, -0.22, 0.43), (0.22, 0.21, 0.46), 0.01)
     for sx in (-1, 1):
@@ -128,7 +127,7 @@ def chair() -> Shape:
 
 
 def door(width: float, height: float, thickness: float = 0.042) -> Shape:
-    """A door of four raised panels; hinge along Z at x = 0, leaf towards -X, its middle plane at y = 0."""
+    """A door with four raised panels: the hinge is along Z at x = 0, the leaf towards -X, its central plane at y = 0."""
     t = thickness / 2
     rail, panels = 0.115, ((0.20, 0.92), (1.06, height - 0.13))
     shape = Shape()
@@ -171,7 +170,7 @@ def door_handles(width: float, thickness: float = 0.042) -> Shape:
 
 
 def frame(width: float, height: float, wide: float = 0.05, deep: float = 0.03) -> Shape:
-    """A picture frame about the origin, its back at y = 0, around a picture of the given size."""
+    """A picture frame around the origin for a picture of the given size, with its back at y = 0."""
     x, z = width / 2, height / 2
     return (
         block((-x - wide, -deep, z), (x + wide, 0, z + wide), 0.006)
@@ -199,7 +198,7 @@ def sofa(width: float = 1.9, cells: int = 12) -> tuple[Shape, Shape]:
 
 
 def shelf(width: float, depth: float, height: float, boards: int, board: float = 0.025) -> Shape:
-    """An open bookcase, its back at y = 0, towards -Y."""
+    """An open bookcase with its back at y = 0, which faces -Y."""
     shape = block((-width / 2, -0.012, 0.0), (width / 2, 0.0, height))
     for sx in (-1, 1):
         shape += block((sx * width / 2 - board / 2, -depth, 0.0), (sx * width / 2 + board / 2, 0.0, height), 0.003)
@@ -210,7 +209,7 @@ def shelf(width: float, depth: float, height: float, boards: int, board: float =
 
 
 def book(thick: float, depth: float, high: float) -> tuple[Shape, Shape]:
-    """Cover and pages, the spine towards -Y, from x = 0."""
+    """Cover and pages from x = 0, with the spine towards -Y."""
     cover = (
         block((0, 0, 0), (0.003, depth, high))
         + block((thick - 0.003, 0, 0), (thick, depth, high))
@@ -223,7 +222,7 @@ def book(thick: float, depth: float, high: float) -> tuple[Shape, Shape]:
 
 
 def teapot(size: float = 0.15, segments: int = 64, steps: int = 8) -> Shape:
-    """Body, lid and knob, spout towards +X, handle towards -X. `size` is the height, `steps` the fineness of curves."""
+    """Body, lid and knob, with the spout towards +X and the handle towards -X. `size` is the height, `steps` the number of steps of curves."""
     s = size / 0.15
     body = lathe(
         smooth_profile(
@@ -285,7 +284,7 @@ def teapot(size: float = 0.15, segments: int = 64, steps: int = 8) -> Shape:
 
 
 def wine_glass(height: float = 0.19, segments: int = 64) -> Shape:
-    """One closed surface, so that glass refracts through a wall 1.5 mm thick."""
+    """One closed surface, so that light is refracted by a wall 1.5 mm thick."""
     outside = smooth_profile(
         [
             (0.0, 0.0),
@@ -329,7 +328,7 @@ def tumbler(radius: float = 0.036, height: float = 0.10, segments: int = 64) -> 
 
 
 def bottle(height: float = 0.30, radius: float = 0.038, shoulder: float = 0.62, segments: int = 48) -> Shape:
-    """Walls 3 mm thick and a heavy foot, one closed surface; the neck begins at `shoulder` of the height."""
+    """One closed surface with walls 3 mm thick and a thick foot. The neck begins at the fraction `shoulder` of the height."""
     neck, lip, wall = 0.38 * radius, 0.45 * radius, 0.003
     outside = [
         (0.0, 0.006),
@@ -411,7 +410,7 @@ def bowl(radius: float = 0.13, segments: int = 64, steps: int = 6) -> Shape:
 
 
 def plant(leaves: int = 26, seed: int = 4) -> tuple[Shape, Shape]:
-    """A pot plant: the pot with its soil, and long arching leaves."""
+    """A pot plant: the pot with its soil, and long bent leaves."""
     rng = random.Random(seed)
     pot = lathe(
         [(0.0, 0.0), (0.11, 0.0), (0.15, 0.26), (0.16, 0.26), (0.16, 0.30), (0.14, 0.30), (0.135, 0.27), (0.0, 0.27)],

@@ -1,4 +1,4 @@
-"""Pictures computed for the test scenes and packed into the files: planks, paintings, cloth, skies.
+"""Images that are computed for the test scenes and packed into the files: planks, paintings, cloth, skies.
 
 Functions return float arrays of shape (height, width, 3), first row at the bottom, in display (sRGB) values;
 `sky` alone is linear radiance.
@@ -44,7 +44,7 @@ def wood(
     joint: float = 0.012,
     seed: int = 1,
 ) -> np.ndarray:
-    """Wood with its grain along U; `boards` planks side by side in V, their ends staggered, joints dark."""
+    """Wood with its grain along U: `boards` planks side by side along V, with staggered ends and dark joints."""
     rng = np.random.default_rng(seed)
     grain = np.zeros((size, size))
     tone = np.zeros((size, size))
@@ -132,7 +132,7 @@ def mottled(
     cells: int = 6,
     seed: int = 5,
 ) -> np.ndarray:
-    """Patches of two colours at many scales: earth, gravel, turf. Repeats without a seam."""
+    """Patches of two colours at many scales, for earth, gravel and turf. The image is periodic."""
     rng = np.random.default_rng(seed)
     octaves = [(cells << k, 0.7**k) for k in range(5)]
     value = sum(share * smooth_noise(rng, size, size, count, count) for count, share in octaves) / sum(
@@ -142,9 +142,9 @@ def mottled(
 
 
 def sky(sun: tuple[float, float, float], height: int = 128, width: int = 256) -> np.ndarray:
-    """Radiance of a clear sky with a haze at the horizon and a glow about the sun (the sun itself is a lamp).
+    """Radiance of a clear sky with haze at the horizon and a halo around the sun (the sun itself is a lamp).
 
-    Equirectangular as Cycles reads it; `sun` points to the sun. Below the horizon, the colour of distant ground.
+    The mapping is equirectangular as in Cycles; `sun` points to the sun. Below the horizon is the colour of distant ground.
     """
     v, u = (np.mgrid[0:height, 0:width] + 0.5) / np.array([height, width]).reshape(2, 1, 1)
     elevation, azimuth = (v - 0.5) * np.pi, (0.5 - u) * 2 * np.pi

@@ -1,8 +1,8 @@
-"""Meshes from signed distances: shapes, ways to join them, and surface nets.
+"""Meshes from signed distances: shapes, functions that combine them, and surface nets.
 
-A shape is a function from point arrays (x, y, z) to distances, negative inside; it need not be exact far from the
-surface. `surface_net` walks a rectilinear grid, whose planes may lie closer where more detail is wanted, and returns
-quads with one vertex in each cell the surface passes through [Gibson 1998].
+A shape is a function from point arrays (x, y, z) to distances, which are negative inside and need not be exact far from the surface. `surface_net`
+evaluates it on a rectilinear grid, whose planes may be closer where more detail is needed, and returns quads with one vertex in each cell that the
+surface crosses [Gibson 1998].
 """
 
 from __future__ import annotations
@@ -33,23 +33,23 @@ def limb(x: Array, y: Array, z: Array, a: Sequence[float], b: Sequence[float], r
 
 
 def join(a: Array, b: Array, k: float) -> Array:
-    """The union with a fillet of width k."""
+    """The union of a and b with a fillet of width k."""
     h = np.maximum(k - np.abs(a - b), 0.0) / k
     return np.minimum(a, b) - h * h * k * 0.25
 
 
 def carve(a: Array, b: Array, k: float) -> Array:
-    """a without b, the edge rounded by k."""
+    """a without b; the edge is rounded by k."""
     return -join(-a, b, k)
 
 
 def common(a: Array, b: Array, k: float) -> Array:
-    """The intersection, the edge rounded by k."""
+    """The intersection of a and b; the edge is rounded by k."""
     return -join(-a, -b, k)
 
 
 def axis(low: float, high: float, step: float, fine: tuple[float, float, float] | None = None) -> Array:
-    """Grid planes from low to high, `step` apart; with fine = (from, to, step) closer in that interval."""
+    """Grid planes from low to high with distance `step`. With fine = (from, to, step), they are closer in this interval."""
     def stretch(a: float, b: float, h: float) -> Array:
         return np.linspace(a, b, max(1, round((b - a) / h)), endpoint=False)
 
@@ -60,19 +60,19 @@ def axis(low: float, high: float, step: float, fine: tuple[float, float, float] 
 
 
 def surface_net(shape: Shape, xs: Array, ys: Array, zs: Array) -> tuple[Array, Array]:
-    """Vertices (n, 3) and quads (m, 4), normals outward. The surface must not touch the grid's border."""
+    """Vertices (n, 3) and quads (m, 4) with outward normals. The surface must not touch the border of the grid."""
     values = shape(*np.meshgrid(xs, ys, zs, indexing="ij", sparse=True))
     inside = values < 0.0
     counts = np.array(values.shape)
 
-    # The cells the surface passes through, and the place of each in the list of vertices.
+    # The cells that the surface crosses, and the index of the vertex of each.
     corner_sum = sum(inside[i:counts[0] - 1 + i, j:counts[1] - 1 + j, k:counts[2] - 1 + k].astype(np.int8)
                      for i in (0, 1) for j in (0, 1) for k in (0, 1))
     cells = np.argwhere((corner_sum > 0) & (corner_sum < 8))
     index = np.full(corner_sum.shape, -1, np.int64)
     index[tuple(cells.T)] = np.arange(len(cells))
 
-    # A cell's vertex is the mean of the crossings on its twelve edges.
+    # The vertex of a cell is the mean of the crossings on its twelve edges.
     total = np.zeros((len(cells), 3))
     crossings = np.zeros(len(cells))
     planes = (xs, ys, zs)
@@ -94,7 +94,7 @@ def surface_net(shape: Shape, xs: Array, ys: Array, zs: Array) -> tuple[Array, A
                 crossings += cut
     vertices = total / crossings[:, None]
 
-    # Each crossed edge is the middle of a quad of the four cells round it.
+    # Each crossed edge gives a quad of the vertices of the four cells around it.
     quads = []
     for along in range(3):
         p, q = (along + 1) % 3, (along + 2) % 3

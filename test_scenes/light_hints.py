@@ -1,4 +1,4 @@
-"""Light paths that carry light: each point is found by a ray on a surface, and the last is seen by the camera."""
+"""Light hints along real paths of light: a ray finds each point on a surface, and the camera sees the last point."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ import bpy
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
 
-from scene_tools import Point, light_path
+from scene_tools import Point, light_hint
 
-AWAY = 1e-4  # metres between the start of a ray and the surface it leaves
+AWAY = 1e-4  # distance in metres between the origin of a ray and the surface that it leaves
 
 
 def aimed_light_hint(name: str, light: Point, targets: Sequence[Point], tolerance: float = 0.15) -> bpy.types.Object:
-    """From a light to the surfaces found in the direction of each target in turn.
+    """A light hint from a light to the surfaces that are found in the direction of each target in turn.
 
-    Something in the way, further than `tolerance` from the target, stops the script, as does an end out of sight.
+    A hit farther than `tolerance` from the target, or an end that is out of view, stops the script.
     """
     bpy.context.view_layer.update()
     points = [Vector(light)]
@@ -27,7 +27,7 @@ def aimed_light_hint(name: str, light: Point, targets: Sequence[Point], toleranc
     if not (0.0 < seen.x < 1.0 and 0.0 < seen.y < 1.0 and seen.z > 0.0):
         raise ValueError(f"{name}: its end is at {seen.x:.2f}, {seen.y:.2f} of the picture's width and height")
     _first_hit(name, scene.camera.matrix_world.translation, points[-1], 0.01)
-    return light_path(name, points)
+    return light_hint(name, points)
 
 
 def _first_hit(name: str, start: Vector, target: Vector, tolerance: float) -> Vector:

@@ -1,9 +1,8 @@
-"""Small vocabulary in which the test scenes are written.
+"""Functions with which the test scenes are built.
 
-Conventions: metres, Z up, world space. Colours are scene-linear RGB. Everything is made through the data API, so the
-same script runs headless in every supported Blender. A maker returns what it made; objects are linked to the scene.
-Only shader nodes that Ajar renders exactly are used, with the GGX distribution wherever there is a choice; a perfect
-mirror or glass is GGX of roughness 0.
+Conventions: metres, Z up, world space. Colours are scene-linear RGB. Everything is created by the data API, so that the same script runs in
+background mode in every supported Blender. A function returns the object that it creates; objects are linked to the scene. Only shader nodes that
+Ajar renders exactly are used, with the GGX distribution where there is a choice. A perfect mirror or glass is GGX of roughness 0.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ Colour = Sequence[float]
 
 LIGHT_HINTS = "Light Paths"
 
-# Socket names that changed in Blender 4.0: ours is the current name, the value is the older one.
+# Socket names that changed in Blender 4.0: current name -> older name.
 OLDER_SOCKET_NAMES = {
     "Specular IOR Level": "Specular",
     "Transmission Weight": "Transmission",
@@ -36,7 +35,7 @@ OLDER_SOCKET_NAMES = {
 # --- The scene -------------------------------------------------------------------------------------------------------
 
 def start_scene(width: int, height: int, *, samples: int = 64, bounces: int = 16) -> bpy.types.Scene:
-    """An empty scene whose Cycles settings solve the whole light transport problem: nothing clamped or skipped."""
+    """An empty scene with settings of Cycles for the complete light transport, without clamping or omissions."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.unit_settings.system = "METRIC"
@@ -72,7 +71,7 @@ def start_scene(width: int, height: int, *, samples: int = 64, bounces: int = 16
     cycles.blur_glossy = 0.0
     cycles.sample_clamp_direct = 0.0
     cycles.sample_clamp_indirect = 0.0
-    # Above zero, dim lights are dropped at random and the picture is no longer the one asked for.
+    # A value above zero drops dim lights at random, which changes the image.
     cycles.light_sampling_threshold = 0.0
     return scene
 
@@ -104,8 +103,7 @@ def environment(scene: bpy.types.Scene, image: bpy.types.Image, strength: float 
 
 
 def packed_image(name: str, width: int, height: int, pixels, *, hdr: bool = False) -> bpy.types.Image:
-    """An image stored in the file. `pixels`: width*height*4 floats, rows from the bottom; linear when `hdr`, sRGB
-    when not."""
+    """An image that is stored in the file. `pixels`: width*height*4 floats, rows from bottom to top; linear with `hdr`, otherwise sRGB."""
     image = bpy.data.images.new(name, width, height, alpha=False, float_buffer=hdr)
     if hdr:
         image.file_format = "HDR"
@@ -116,7 +114,7 @@ def packed_image(name: str, width: int, height: int, pixels, *, hdr: bool = Fals
 
 
 def output_path(script: str) -> Path:
-    """The path after `--` on the command line, else `<name>.blend` beside `build_<name>.py`."""
+    """The path after `--` on the command line, or else `<name>.blend` beside `build_<name>.py`."""
     arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     if arguments:
         return Path(arguments[0]).resolve()
@@ -125,7 +123,7 @@ def output_path(script: str) -> Path:
 
 
 def save(path: Path | str) -> None:
-    """Writes the scene, compressed and without a backup, and says what it holds."""
+    """Write the scene, compressed and without a backup, and print a summary."""
     bpy.context.preferences.filepaths.save_version = 0
     bpy.context.view_layer.update()
     triangles, lights = count()
@@ -135,7 +133,7 @@ def save(path: Path | str) -> None:
 
 
 def count() -> tuple[int, int]:
-    """Triangles as rendered (modifiers applied, every instance counted) and light objects as rendered."""
+    """The numbers of rendered triangles (with modifiers and all instances) and of rendered light objects."""
     graph = bpy.context.evaluated_depsgraph_get()
     triangles_of: dict[int, int] = {}
     triangles = lights = 0
@@ -147,7 +145,7 @@ def count() -> tuple[int, int]:
             key = thing.data.as_pointer()
             if key not in triangles_of:
                 mesh = thing.data
-                # A polygon of n corners is n - 2 triangles.
+                # A polygon of n corners gives n - 2 triangles.
                 triangles_of[key] = len(mesh.loops) - 2 * len(mesh.polygons)
             triangles += triangles_of[key]
     return triangles, lights
@@ -156,7 +154,7 @@ def count() -> tuple[int, int]:
 # --- Camera and lights -----------------------------------------------------------------------------------------------
 
 def look_at(eye: Point, target: Point, up: Point = (0.0, 0.0, 1.0)) -> Matrix:
-    """The frame at `eye` whose -Z axis points to `target`, as cameras and lights in Blender want it."""
+    """The transform at `eye` whose -Z axis points to `target`, as for cameras and lights in Blender."""
     z = (Vector(eye) - Vector(target)).normalized()
     x = Vector(up).cross(z)
     if x.length < 1e-6:
@@ -169,7 +167,7 @@ def look_at(eye: Point, target: Point, up: Point = (0.0, 0.0, 1.0)) -> Matrix:
 
 def camera(eye: Point, target: Point, *, lens: float = 50.0, shift: tuple[float, float] = (0.0, 0.0),
            f_stop: float | None = None, focus: float = 0.0) -> bpy.types.Object:
-    """The scene's camera. `lens` in millimetres on a sensor 36 mm wide; with an `f_stop` it has depth of field."""
+    """Add the camera. `lens` is in millimetres on a sensor 36 mm wide; with an `f_stop`, the camera has depth of field."""
     data = bpy.data.cameras.new("Camera")
     data.lens = lens
     data.sensor_width = 36.0
@@ -195,7 +193,7 @@ def _light(name: str, kind: str, watts: float, colour: Colour) -> bpy.types.Obje
 
 def area_light(name: str, position: Point, target: Point, size: float | tuple[float, float], watts: float,
                colour: Colour = (1.0, 1.0, 1.0), *, disk: bool = False, seen: bool = False) -> bpy.types.Object:
-    """A rectangle (or an ellipse) that shines towards `target`. Only when `seen` does the camera see it directly."""
+    """A rectangle (or an ellipse) that emits towards `target`. The camera sees it directly only with `seen`."""
     made = _light(name, "AREA", watts, colour)
     size_x, size_y = (size, size) if isinstance(size, (int, float)) else size
     made.data.shape = "ELLIPSE" if disk else "RECTANGLE"
@@ -216,7 +214,7 @@ def point_light(name: str, position: Point, watts: float, colour: Colour = (1.0,
 
 def spot_light(name: str, position: Point, target: Point, watts: float, colour: Colour = (1.0, 1.0, 1.0), *,
                angle: float = math.radians(45.0), blend: float = 0.15, radius: float = 0.0) -> bpy.types.Object:
-    """`angle` is the full opening of the cone."""
+    """A spot light. `angle` is the full opening angle of the cone."""
     made = _light(name, "SPOT", watts, colour)
     made.data.spot_size = angle
     made.data.spot_blend = blend
@@ -227,7 +225,7 @@ def spot_light(name: str, position: Point, target: Point, watts: float, colour: 
 
 def sun_light(name: str, direction: Point, irradiance: float, colour: Colour = (1.0, 1.0, 1.0), *,
               angle: float = math.radians(0.526)) -> bpy.types.Object:
-    """`direction` is the way the light travels; `irradiance` in W/m2 on a surface facing it."""
+    """A sun light. `direction` is that of the light; `irradiance` is in W/m2 on a perpendicular surface."""
     made = _light(name, "SUN", irradiance, colour)
     made.data.angle = angle
     made.matrix_world = look_at((0.0, 0.0, 0.0), direction)
@@ -237,7 +235,7 @@ def sun_light(name: str, direction: Point, irradiance: float, colour: Colour = (
 # --- Materials -------------------------------------------------------------------------------------------------------
 
 def set_input(node: bpy.types.Node, name: str, value) -> None:
-    """Sets a socket by its current name, also where Blender is older. A colour may be given as three numbers."""
+    """Set a socket by its current name, also in older Blenders. A colour may have three numbers."""
     if name not in node.inputs:
         name = OLDER_SOCKET_NAMES[name]
     socket = node.inputs[name]
@@ -261,7 +259,7 @@ def _material(name: str, node_type: str, output: str = "BSDF", **inputs) -> bpy.
     surface = nodes.new("ShaderNodeOutputMaterial")
     surface.location = (300, 0)
     links.new(shader.outputs[output], surface.inputs["Surface"])
-    # What the viewport shows in solid mode.
+    # The colour in the solid mode of the viewport.
     for socket in ("Base_Color", "Color"):
         if socket in inputs:
             material.diffuse_color = (*inputs[socket][:3], 1.0)
@@ -302,12 +300,12 @@ def translucent(name: str, colour: Colour) -> bpy.types.Material:
 
 
 def emission(name: str, colour: Colour, strength: float) -> bpy.types.Material:
-    """`strength` is radiosity over pi: radiance in W/(m2 sr), the same on both sides."""
+    """An emissive material. `strength` is the radiance in W/(m2 sr), which is equal on both sides."""
     return _material(name, "ShaderNodeEmission", "Emission", Color=colour, Strength=strength)
 
 
 def mixed(name: str, first: bpy.types.Material, second: bpy.types.Material, share: float) -> bpy.types.Material:
-    """`share` of the second one-node material, the rest of the first. The two stay as they are."""
+    """A mix of two one-node materials with `share` of the second. The two materials are not changed."""
     material = bpy.data.materials.new(name)
     material.use_nodes = True
     material.diffuse_color = first.diffuse_color
@@ -334,7 +332,7 @@ def mixed(name: str, first: bpy.types.Material, second: bpy.types.Material, shar
 
 def checker_texture(material: bpy.types.Material, first: Colour, second: Colour, scale: float,
                     *, socket: str = "Color", coordinates: str = "UV") -> bpy.types.Node:
-    """Drives a colour socket of the material's shader by a checker pattern over the given texture coordinates."""
+    """Link a colour socket of the shader to a checker pattern over the given texture coordinates."""
     tree = material.node_tree
     checks = tree.nodes.new("ShaderNodeTexChecker")
     checks.location = (-220, 0)
@@ -349,7 +347,7 @@ def checker_texture(material: bpy.types.Material, first: Colour, second: Colour,
 
 
 def image_texture(material: bpy.types.Material, image: bpy.types.Image, *, socket: str = "Color") -> bpy.types.Node:
-    """Drives a colour socket of the material's shader by an image over the mesh's own UV map."""
+    """Link a colour socket of the shader to an image over the UV map of the mesh."""
     tree = material.node_tree
     texture = tree.nodes.new("ShaderNodeTexImage")
     texture.location = (-320, 0)
@@ -361,7 +359,7 @@ def image_texture(material: bpy.types.Material, image: bpy.types.Image, *, socke
 # --- Objects ---------------------------------------------------------------------------------------------------------
 
 def collection(name: str, *, in_scene: bool = True) -> bpy.types.Collection:
-    """The collection of that name, made when missing. One outside the scene is only seen through its instances."""
+    """The collection with this name, which is created if it does not exist. A collection outside the scene is visible only by its instances."""
     made = bpy.data.collections.get(name) or bpy.data.collections.new(name)
     top = bpy.context.scene.collection
     if in_scene and made.name not in top.children:
@@ -393,7 +391,7 @@ def add_mesh(name: str, verts: Iterable[Point], faces: Iterable[Sequence[int]],
 
 def add_instance(name: str, of: bpy.types.Mesh | bpy.types.Collection, matrix: Matrix,
                  into: bpy.types.Collection | None = None) -> bpy.types.Object:
-    """One more object of a shared mesh, or one more instance of a whole collection."""
+    """Add an object with a shared mesh, or an instance of a collection."""
     if isinstance(of, bpy.types.Collection):
         made = bpy.data.objects.new(name, None)
         made.instance_type = "COLLECTION"
@@ -407,7 +405,7 @@ def add_instance(name: str, of: bpy.types.Mesh | bpy.types.Collection, matrix: M
 
 def add_quad(name: str, a: Point, b: Point, c: Point, d: Point, material: bpy.types.Material | None = None,
              into: bpy.types.Collection | None = None) -> bpy.types.Object:
-    """Four corners, anticlockwise as seen from the side the normal points to. UVs run 0 to 1 from `a` to `c`."""
+    """Add a quad of four corners, anticlockwise as seen from the side of the normal. UVs are 0 at `a` and 1 at `c`."""
     made = add_mesh(name, (a, b, c, d), ((0, 1, 2, 3),), material, into=into)
     uv = made.data.uv_layers.new(name="UVMap")
     for corner, value in zip(uv.data, ((0, 0), (1, 0), (1, 1), (0, 1))):
@@ -417,7 +415,7 @@ def add_quad(name: str, a: Point, b: Point, c: Point, d: Point, material: bpy.ty
 
 def add_plane(name: str, centre: Point, size: tuple[float, float], material: bpy.types.Material | None = None,
               into: bpy.types.Collection | None = None) -> bpy.types.Object:
-    """A horizontal rectangle facing up."""
+    """Add a horizontal rectangle that faces up."""
     x, y, z = centre
     u, v = size[0] / 2.0, size[1] / 2.0
     return add_quad(name, (x - u, y - v, z), (x + u, y - v, z), (x + u, y + v, z), (x - u, y + v, z), material, into)
@@ -432,7 +430,7 @@ def box_geometry(low: Point, high: Point) -> tuple[list[Point], list[tuple[int, 
 
 def add_box(name: str, low: Point, high: Point, material: bpy.types.Material | None = None, *, bevel: float = 0.0,
             into: bpy.types.Collection | None = None) -> bpy.types.Object:
-    """An axis-aligned box between two corners; a `bevel` rounds its edges by that width."""
+    """Add an axis-aligned box between two corners. `bevel` is the width of its rounded edges."""
     made = add_mesh(name, *box_geometry(low, high), material, into=into)
     if bevel > 0.0:
         add_bevel(made, bevel)
@@ -447,8 +445,8 @@ def add_bevel(thing: bpy.types.Object, width: float, segments: int = 2) -> None:
 
 
 def lathe_geometry(profile: Sequence[tuple[float, float]], sides: int) -> tuple[list[Point], list[tuple[int, ...]]]:
-    """A surface of revolution about Z. The profile is (radius, height) pairs; going up with the solid on the axis
-    side, the faces point outwards. A radius of 0 closes the surface to a pole."""
+    """A surface of revolution around Z. The profile has (radius, height) pairs. If it goes up with the solid on the side of the axis, the faces point
+    outwards. A radius of 0 is a pole."""
     verts: list[Point] = []
     rings: list[list[int]] = []
     for radius, height in profile:
@@ -465,7 +463,7 @@ def lathe_geometry(profile: Sequence[tuple[float, float]], sides: int) -> tuple[
         for i in range(sides):
             j = (i + 1) % sides
             corners = (lower[i], lower[j], upper[j], upper[i])
-            face = tuple(dict.fromkeys(corners))  # At a pole two corners are one.
+            face = tuple(dict.fromkeys(corners))  # At a pole, two corners coincide.
             if len(face) >= 3:
                 faces.append(face)
     return verts, faces
@@ -482,7 +480,7 @@ def add_lathe(name: str, profile: Sequence[tuple[float, float]], material: bpy.t
 def add_cylinder(name: str, start: Point, end: Point, radius: float, material: bpy.types.Material | None = None, *,
                  end_radius: float | None = None, sides: int = 32, caps: bool = True,
                  into: bpy.types.Collection | None = None) -> bpy.types.Object:
-    """From `start` to `end`; with another `end_radius` it is a cone's frustum. Smooth sides, flat caps."""
+    """Add a cylinder from `start` to `end`, or a frustum of a cone with another `end_radius`. Its sides are smooth and its caps flat."""
     length = (Vector(end) - Vector(start)).length
     top = radius if end_radius is None else end_radius
     verts, faces = lathe_geometry([(radius, 0.0), (top, length)], sides)
@@ -491,7 +489,7 @@ def add_cylinder(name: str, start: Point, end: Point, radius: float, material: b
         faces.append(tuple(reversed(range(sides))))
         if top > 0.0:
             faces.append(tuple(range(sides, 2 * sides)))
-        # Own corners for the caps, so that smooth shading does not run over the rim.
+        # The caps have separate vertices, so that smooth shading ends at the rim.
         verts = verts + verts
         half = len(verts) // 2
         faces[sides_count:] = [tuple(half + i for i in face) for face in faces[sides_count:]]
@@ -505,7 +503,7 @@ def add_cylinder(name: str, start: Point, end: Point, radius: float, material: b
 
 def add_sphere(name: str, centre: Point, radius: float, material: bpy.types.Material | None = None, *,
                sides: int = 64, into: bpy.types.Collection | None = None) -> bpy.types.Object:
-    """A smooth latitude-longitude sphere of `sides` meridians and half as many parallels."""
+    """Add a smooth latitude-longitude sphere with `sides` meridians and half as many parallels."""
     rings = sides // 2
     profile = [(0.0, -radius)]
     for i in range(1, rings):
@@ -516,7 +514,7 @@ def add_sphere(name: str, centre: Point, radius: float, material: bpy.types.Mate
 
 
 def _drop_loose(mesh: bpy.types.Mesh) -> None:
-    """Removes vertices that no face uses."""
+    """Remove vertices that no face uses."""
     import bmesh
     work = bmesh.new()
     work.from_mesh(mesh)
@@ -525,10 +523,10 @@ def _drop_loose(mesh: bpy.types.Mesh) -> None:
     work.free()
 
 
-# --- Light paths -----------------------------------------------------------------------------------------------------
+# --- Light hints -----------------------------------------------------------------------------------------------------
 
-def light_path(name: str, points: Sequence[Point]) -> bpy.types.Object:
-    """An artist's hint: a poly curve from the light to the eye's side, one point per bounce. It renders nothing."""
+def light_hint(name: str, points: Sequence[Point]) -> bpy.types.Object:
+    """Add a light hint: a poly curve from a light to a visible surface, with one point for each bounce. It is not rendered itself."""
     curve = bpy.data.curves.new(name, "CURVE")
     curve.dimensions = "3D"
     spline = curve.splines.new("POLY")

@@ -1,6 +1,6 @@
-"""Plain meshes: vertices and faces, made by simple means, before Blender sees them.
+"""Meshes as plain vertices and faces, independent of Blender.
 
-A `Shape` is a value: `moved` and `+` return new shapes. Faces turn anticlockwise seen from outside. Metres, Z up.
+A `Shape` is a value: `moved` and `+` return new shapes. The corners of faces are anticlockwise as seen from outside. Metres, Z up.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Shape:
         return Shape(self.verts + other.verts, self.faces + [tuple(i + first for i in face) for face in other.faces])
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0, turn: float = 0.0) -> Shape:
-        """Turned about the vertical axis by `turn` degrees, then moved."""
+        """The shape, rotated about the vertical axis by `turn` degrees and then moved."""
         return self.placed(Matrix.Translation((x, y, z)) @ Matrix.Rotation(math.radians(turn), 4, "Z"))
 
     def placed(self, matrix: Matrix) -> Shape:
@@ -32,11 +32,11 @@ class Shape:
 
 
 def block(low: tuple[float, float, float], high: tuple[float, float, float], bevel: float = 0.0) -> Shape:
-    """A box between two corners; with `bevel`, its edges and corners are cut at 45 degrees."""
+    """A box between two corners. With `bevel`, its edges and corners are cut at 45 degrees."""
     if bevel <= 0.0:
         verts, faces = box_geometry(low, high)
         return Shape([Vector(v) for v in verts], faces)
-    # Three vertices at each corner: vertex 3 * corner + axis lies on the face across that axis.
+    # Three vertices at each corner: vertex 3 * corner + axis lies on the face perpendicular to this axis.
     verts = []
     for corner in range(8):
         side = [corner >> axis & 1 for axis in range(3)]
@@ -66,7 +66,7 @@ def block(low: tuple[float, float, float], high: tuple[float, float, float], bev
 
 
 def lathe(profile: list[tuple[float, float]], segments: int = 48) -> Shape:
-    """A profile of (radius, height) turned about Z, from bottom to top on the outer side; radius zero is a pole."""
+    """A surface of revolution around Z. The profile has (radius, height) pairs from bottom to top on the outer side; radius zero is a pole."""
     verts, faces = lathe_geometry(profile, segments)
     return Shape([Vector(v) for v in verts], faces)
 
@@ -86,7 +86,7 @@ def cylinder(radius: float, low: float, high: float, segments: int = 32) -> Shap
 def tube(
     points: list[tuple[float, float, float]], radii: float | list[float], segments: int = 16, steps: int = 8
 ) -> Shape:
-    """A round tube along a smooth curve through `points`, its radius interpolated like the points; capped."""
+    """A round tube with caps along a smooth curve through `points`. The radius is interpolated like the points."""
     if not isinstance(radii, list):
         radii = [radii] * len(points)
     knots = [Vector((*p, r)) for p, r in zip(points, radii)]
@@ -109,7 +109,7 @@ def tube(
 
 
 def smooth_curve(knots: list[Vector], steps: int) -> list[Vector]:
-    """Catmull-Rom curve through the knots, `steps` points for each span."""
+    """A Catmull-Rom curve through the knots with `steps` points for each span."""
     line = []
     for k in range(len(knots) - 1):
         p0, p1, p2, p3 = knots[max(k - 1, 0)], knots[k], knots[k + 1], knots[min(k + 2, len(knots) - 1)]
@@ -128,13 +128,13 @@ def smooth_curve(knots: list[Vector], steps: int) -> list[Vector]:
 
 
 def smooth_profile(profile: list[tuple[float, float]], steps: int = 6) -> list[tuple[float, float]]:
-    """A lathe profile rounded by a smooth curve; ends on the axis stay there."""
+    """A profile for `lathe`, rounded by a smooth curve. Ends on the axis stay on the axis."""
     line = smooth_curve([Vector(p) for p in profile], steps)
     return [(p.x if p.x > 1e-6 else 0.0, p.y) for p in line]
 
 
 def cushion(width: float, depth: float, height: float, bulge: float = 4.0, cells: int = 12) -> Shape:
-    """A pillow: a superellipsoid about the origin, squarer for a larger `bulge`."""
+    """A pillow: a superellipsoid around the origin, which is more box-like for a larger `bulge`."""
 
     def power(value: float, exponent: float) -> float:
         return math.copysign(abs(value) ** exponent, value)

@@ -1,6 +1,6 @@
 #!/bin/sh
-# build.sh PRESET [tests]: configure and build for the Python inside Blender, which decides the module's ABI. Without `tests`, what rendering needs.
-# Both share one build tree, so the core is compiled once.
+# build.sh PRESET [tests]: configures and builds for the Python of Blender, which defines the ABI of the module. Without `tests`, builds only the
+# renderer. Both use the same build tree, so that the core is compiled once.
 set -eu
 preset=$1
 what=${2:-runtime}
@@ -21,7 +21,7 @@ configure() {
   cmake --preset "$preset" -DAJAR_PYTHON_INCLUDE="$include" -DAJAR_PYTHON_SUFFIX="$suffix" "$@" > "$build/configure.log" 2>&1 ||
     { cat "$build/configure.log" >&2; exit 1; }
 }
-# GoogleTest is installed for the tests only.
+# Only the tests need GoogleTest.
 if [ "$what" = tests ]; then
   grep -q '^AJAR_TESTS:BOOL=ON' "$build/CMakeCache.txt" 2>/dev/null && [ "$asked" -ot "$build/build.ninja" ] || configure -DAJAR_TESTS=ON
   exec cmake --build "$build"

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Build the fuzzers with clang and run each for $1 seconds, from valid scenes. Ends with an error when one finds something.
+# Builds the fuzzers with Clang and runs each for $1 seconds, starting from valid scenes. Ends with an error if a fuzzer finds a fault.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=build/fuzz
@@ -11,5 +11,5 @@ mkdir -p "$build/scenes" "$build/graphs"
 "$build/tests/fuzz/make_corpus" "$build/scenes"
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 "$build/tests/fuzz/fuzz_graph" -max_total_time="$1" -max_len=2048 -artifact_prefix="$build/" -print_final_stats=1 "$build/graphs"
-# A description may ask for more memory or time than its file has bytes: that is bounded here, not a fault.
+# A valid description can need much memory or time, which is not a fault, so that both are limited here.
 "$build/tests/fuzz/fuzz_scene" -max_total_time="$1" -rss_limit_mb=4096 -timeout=60 -artifact_prefix="$build/" -print_final_stats=1 "$build/scenes"

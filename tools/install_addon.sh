@@ -1,5 +1,5 @@
 #!/bin/sh
-# install_addon.sh BUILD PROFILE: the add-on with its built module and the manual into a private Blender profile.
+# install_addon.sh BUILD PROFILE: installs the add-on, its compiled module and the manual in a private Blender profile.
 set -eu
 build=$1
 profile=$2

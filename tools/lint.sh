@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# lint.sh [all|quick] [BUILD]: ruff and mypy on all Python, clang-format on all C++; with `all`, clang-tidy on the C++ files that
-# differ from main.
+# lint.sh [all|quick] [BUILD]: runs ruff and mypy on all Python files and clang-format on all C++ files. With `all`, also runs clang-tidy on the C++
+# files that differ from main.
 #
 # Exit codes: 0 nothing found, 1 something found, 3 nothing found, but the checkers cannot be installed.
 set -euo pipefail
@@ -9,7 +9,7 @@ what=${1:-all} build=${2:-build/release}
 work=build/lint
 tools=$work/python/bin
 
-# Fetches the pinned checkers once; 3 when they cannot be installed, as where PyPI cannot be reached.
+# Installs the pinned checkers once. Returns 3 if they cannot be installed, for example if PyPI cannot be reached.
 fetch() {
   cmp -s tools/lint_requirements.txt "$work/installed.txt" && return
   rm -rf "$work/python" "$work/installed.txt"
@@ -37,7 +37,7 @@ format() {
   return 1
 }
 
-# Files of core/ and bindings/ that differ from where the branch left main; on main, from the commit before.
+# Files of core/ and bindings/ that differ from the merge base with main; on main, from the previous commit.
 changed() {
   local base
   base=$(git merge-base HEAD main 2>/dev/null) || base=$(git merge-base HEAD origin/main 2>/dev/null) || base=HEAD
@@ -69,7 +69,8 @@ cpp() {
     echo "lint: $build/compile_commands.json is missing (make build writes it); C++ is not checked" >&2
     return 1
   fi
-  # Clang cannot read GCC's precompiled header, and does not know two of its warnings. Without that header, a file must include what it uses.
+  # Clang cannot read GCC's precompiled header and does not have two of GCC's warnings. Without this header, a file must include all headers that it
+  # needs.
   mkdir -p "$work/commands"
   sed -E 's/ -Winvalid-pch//; s/ -include [^ ]*cmake_pch\.hxx//; s/ -Wno-(restrict|stringop-overflow)//g' "$build/compile_commands.json" > "$work/commands/compile_commands.json"
   export -f tidy

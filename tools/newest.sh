@@ -1,6 +1,7 @@
 #!/bin/sh
-# newest.sh [ROOT]: the tests that need a window, and those of the manual and of German, in the newest Blender that Debian has (sid; 5.2 LTS when this was written), with the core built with sid's libraries.
-# Needs root and debootstrap, 6 GB and about a quarter of an hour the first time; a ROOT (default /var/tmp/ajar_sid) that is there is used again.
+# newest.sh [ROOT]: runs the tests that need a window, and those of the manual and the German translation, in the newest Blender of Debian sid (5.2
+# LTS at the time of writing), with the core built with the libraries of sid. Requires root rights and debootstrap. The first run needs 6 GB and about
+# a quarter of an hour. An existing ROOT (default /var/tmp/ajar_sid) is used again.
 set -eu
 root=${1:-/var/tmp/ajar_sid}
 here=$(cd "$(dirname "$0")/.." && pwd)
@@ -11,7 +12,7 @@ for folder in proc dev; do
 done
 trap 'umount "$root/proc" "$root/dev"' EXIT
 chroot "$root" apt-get update -qq
-# The last line: what Blender's own add-ons import there, of which cattrs is not packaged; what takes pictures of the display; and what makes the manual.
+# The last line has the modules that Blender's add-ons import (cattrs is not packaged), a program for screenshots, and the packages for the manual.
 DEBIAN_FRONTEND=noninteractive chroot "$root" apt-get install -y -qq --no-install-recommends make git g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev \
   libtbb-dev pybind11-dev python3-dev python3-numpy nlohmann-json3-dev blender xvfb libgl1-mesa-dri python3-pytest \
   python3-requests python3-attr python3-typing-extensions python3-pip python3-pil python3-markdown >/dev/null

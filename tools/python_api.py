@@ -18,7 +18,7 @@ HEAD = """# The Python module `ajar`
 Written by `tools/python_api.py` from the docstrings in `bindings/`; do not edit this page.
 
 """
-# Types in signatures are spelled differently by different versions of pybind11, so signatures show names and defaults only.
+# The spelling of types in signatures depends on the version of pybind11, so that signatures show names and defaults only.
 SHORT_RETURNS = {"None", "int", "bool", "str", "float", "tuple", "list", "object"}
 
 
@@ -27,7 +27,7 @@ class MissingDocstring(Exception):
 
 
 def split_top(text: str, separator: str = ",") -> list[str]:
-    """Parts of `text` between separators that are in no bracket and no quotes."""
+    """Parts of `text` between separators outside of brackets and quotes."""
     parts, depth, quote, start = [], 0, "", 0
     for i, c in enumerate(text):
         if quote:
@@ -55,7 +55,7 @@ def argument(text: str) -> str:
         value = value[1:].split(":")[0].rpartition("ajar.")[2]
     elif value.startswith("<"):                  # an object of a class: its default
         value = "default"
-    try:                                         # floats, as short as they were written
+    try:                                         # floats in their shortest form
         value = f"{float(value):.6g}"
     except ValueError:
         pass
@@ -63,7 +63,7 @@ def argument(text: str) -> str:
 
 
 def signature_and_text(item, name: str) -> tuple[str, str]:
-    """The first line of a docstring by pybind11, without types, and what follows it."""
+    """The signature in a docstring of pybind11, without types, and the text after it."""
     first, _, text = (item.__doc__ or "").partition("\n")
     text = " ".join(text.split())
     if not text:

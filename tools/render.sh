@@ -1,5 +1,5 @@
 #!/bin/sh
-# render.sh PROFILE SCENE OUT [--ajar-...]: render one frame by the engine AJAR in the private profile.
+# render.sh PROFILE SCENE OUT [--ajar-...]: renders one frame with the engine AJAR in the private profile.
 set -eu
 profile=$1
 scene=$2

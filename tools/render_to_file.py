@@ -1,8 +1,8 @@
-"""Run inside Blender by render.sh: renders the current frame by AJAR into exactly one file.
+"""Runs inside Blender, started by render.sh: renders the current frame with AJAR into exactly one file.
 
     blender -b --addons ajar_render FILE.blend --python tools/render_to_file.py -- --output OUT.png|OUT.exr [--ajar-options]
 
-`.png` is as seen (the view transform applied), `.exr` is linear 32-bit float. Anything else is refused.
+`.png` has the view transform applied, `.exr` is linear 32-bit float. Other formats are refused.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def main() -> None:
 
 
 def leave(message: str) -> None:
-    """End Blender with a message and an exit code, which an exception in a script does not."""
+    """End Blender with a message and an exit code. An exception in a script would not set an exit code."""
     print(f"Ajar: error: {message}", file=sys.stderr)
     sys.stdout.flush()
     sys.stderr.flush()

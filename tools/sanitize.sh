@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# sanitize.sh [address|thread] [GTEST_FILTER]: the core's tests with sanitizers; both kinds when none is named.
-#
-# The thread sanitizer must see how TBB hands work from thread to thread, or takes every hand-over for a race. So a TBB is built with it, of
-# the version whose headers are used, and stands before the system's when the tests run; Embree and OpenImageIO use it too. What is
-# left over is in tools/thread_sanitizer.supp, each with its reason.
+# sanitize.sh [address|thread] [GTEST_FILTER]: runs the tests of the core with one sanitizer, or with both if none is named. The thread sanitizer must
+# instrument TBB, otherwise it reports a race at each transfer of work between threads. TBB is therefore built with the sanitizer, in the version of
+# the headers, and replaces the TBB of the system in the tests, also for Embree and OpenImageIO. tools/thread_sanitizer.supp lists the remaining
+# reports with their reasons.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 kind=${1:-both}
-# Where threads meet: sessions and their owners, tiles, chains, populations, guides, maps, caches, and whatever says it does not depend on their number.
-threads='*Session*:*hread*:Drift.*:GuidedPaths.*:RenderPlan.*:MergingWith.*:PhotonMapping.*:Photons.*:IrradianceCache.same*:ImageSampling.*:TechniqueChoice.*'
+# Tests in which threads interact: sessions and their owners, tiles, chains, populations, guides, maps, caches, and tests of independence of the
+# number of threads.
+threads='*Session*:*hread*:Drift.*:GuidedPaths.*:RenderPlan.*:MergingWith.*:PhotonMapping.*:Photons.*:ImageSampling.*:TechniqueChoice.*'
 threads+=':Scene.*:Texture.*:AlbedoTable.*:Checkpoint.*:DirectMethods*:*StressTest*far_from*:*StressTest*every_volume:*StressTest*ten_thousand*'
 
 address() {
   cmake --preset sanitizers > build/sanitizers.log
   cmake --build build/sanitizers --target ajar_tests
-  # Embree keeps what it has until the process ends.
+  # Embree keeps its memory until the process ends.
   ASAN_OPTIONS=detect_leaks=1 LSAN_OPTIONS=suppressions=$PWD/tools/leak_sanitizer.supp UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
     build/sanitizers/tests/core/ajar_tests --gtest_brief=1 --gtest_filter="${1:-*}"
 }

@@ -1,11 +1,12 @@
 #!/bin/sh
-# Installs the Debian packages that are missing, and only then needs root.
-# `setup.sh test` adds what tests need, `bench` what benchmarks need, `lint` what checks the sources, `fuzz` a clang, `pictures` what takes the manual's pictures, `sanitize` what builds TBB, `extension` what packing and trying out the extension needs.
+# Installs missing Debian packages. Requires root rights only if packages are missing. `setup.sh test` adds the packages for tests, `bench` for
+# benchmarks, `lint` for the checks of the sources, `fuzz` Clang, `pictures` for screenshots of the manual, `sanitize` for building TBB, `extension`
+# for packing and testing the extension.
 set -eu
 packages="g++ cmake ninja-build libembree-dev libopenimageio-dev libopenexr-dev libglm-dev libtbb-dev
  pybind11-dev python3-dev python3-numpy python3-markdown nlohmann-json3-dev"
 [ "${BLENDER:-blender}" = blender ] && packages="$packages blender"
-# Its second line: libraries that official Blender takes from the system.
+# The second line has libraries of the system that official Blender uses.
 extension="python3-venv ca-certificates curl binutils
  libgl1 libice6 libsm6 libx11-6 libxfixes3 libxi6 libxkbcommon0 libxrender1 libxxf86vm1"
 case "${1:-}" in

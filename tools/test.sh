@@ -1,5 +1,5 @@
 #!/bin/sh
-# test.sh BUILD: every test of the gate, with progress, and one line at the end that counts them all.
+# test.sh BUILD: runs all tests that every change must pass, with progress, and prints their counts at the end.
 set -u
 build=$1
 export AJAR_BUILD="$PWD/$build"

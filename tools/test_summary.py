@@ -1,4 +1,4 @@
-"""test_summary.py RESULTS.xml ...: one line that counts the tests of all JUnit files. Exit code 1 when one failed or a file is missing."""
+"""test_summary.py RESULTS.xml ...: prints the counts of the tests of all JUnit files. The exit code is 1 if a test failed or a file is missing."""
 
 import sys
 import xml.etree.ElementTree as xml
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def count(path: Path) -> tuple[int, int, int]:
-    """(passed, failed, skipped) of one file. A program that did not live to write its file counts as one failure."""
+    """(passed, failed, skipped) of one file. A program that ended before it wrote its file counts as one failure."""
     if not path.exists():
         print(f"{path.name}: no results; the program ended early.")
         return 0, 1, 0

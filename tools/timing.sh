@@ -1,5 +1,5 @@
 #!/bin/sh
-# timing.sh BUILD: promises of time and of the heap's size, which depend on the machine. For an otherwise idle one.
+# timing.sh BUILD: runs the tests of time limits and of heap memory, which depend on the machine. The machine should be otherwise idle.
 set -eu
 build=$1
 export AJAR_BUILD="$PWD/$build" AJAR_TIMING=1

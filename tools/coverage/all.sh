@@ -1,6 +1,6 @@
 #!/bin/sh
-# all.sh BUILD: lists and probes nodes and settings in Debian's Blender and in every bpy wheel that `make compat` has brought; writes docs/coverage.md and tests/blender/panels/inventory.tsv.
-# About ten minutes for each Blender.
+# all.sh BUILD: lists and probes nodes and settings in Debian's Blender and in every bpy wheel that `make compat` has installed. Writes
+# docs/coverage.md and tests/blender/panels/inventory.tsv. Takes about ten minutes for each Blender.
 set -eu
 build=$1
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -10,7 +10,7 @@ rm -rf "$work" && mkdir -p "$work/ajar" "$work/profile"
 (cd "$work/ajar" && unzip -q "$root"/out/ajar-*[0-9]-linux-x64.zip)
 export PYTHONDONTWRITEBYTECODE=1 BLENDER_USER_CONFIG="$work/profile" BLENDER_USER_SCRIPTS="$work/profile" BLENDER_USER_EXTENSIONS="$work/profile"
 
-# run NAME: each script in one Blender. A failure shows the last words.
+# run NAME: runs each script in one Blender. After a failure, the end of the log is printed.
 run() {
   name=$1
   for script in "$root/tests/blender/panels/things.py" "$here/probe.py" "$here/settings_probe.py"; do

@@ -1,12 +1,13 @@
-"""Runs inside one Blender: renders every probe with Ajar and with Cycles, and writes what both showed and what Ajar said.
+"""Runs inside one Blender: renders every probe with Ajar and with Cycles, and writes the differences of the images and the messages of Ajar.
 
     PYTHONPATH=build/release/python blender -b --factory-startup --python-exit-code 1 --python tools/coverage/probe.py -- OUT.json
     PYTHONPATH=<unpacked zip> python tools/coverage/probe.py OUT.json          (in the environment of a bpy wheel)
 
-Each probe is a sphere 10 pixels wide below a lamp and a sky with a gradient. Both engines render all of them as one picture, with two seeds.
+Each probe is a sphere 10 pixels wide below a lamp and a sky with a gradient. Both engines render all spheres in one image, with two seeds.
 
-Two pictures a and b of a sphere, each rendered twice, differ by the root of the mean of (a1 - b1)(a2 - b2) over its pixels and colours, relative to its brightness: noise is independent in
-the factors, so that it adds nothing in expectation. The error of that mean comes with it.
+The difference of two images a and b of a sphere, each rendered twice, is the root of the mean of (a1 - b1)(a2 - b2) over its pixels and colours,
+relative to its brightness. The noise of the two factors is independent, so that it adds nothing in expectation. The error of this mean is also
+written.
 """
 
 from __future__ import annotations
@@ -29,12 +30,12 @@ from python_addon.ajar_module import ajar                     # noqa: E402
 from python_addon.export import export_scene                   # noqa: E402
 from python_addon.headless import Options                      # noqa: E402
 
-TILE, BLOCK, SPACING = 12, 2, 2.4   # pixels, and radii between spheres
+TILE, BLOCK, SPACING = 12, 2, 2.4   # in pixels, the last in radii: distance between spheres
 SAMPLES = 64
 
 
 def build_scene(materials: list[str]) -> int:
-    """A grid of spheres, seen straight from above; returns how many there are in a row."""
+    """Build a grid of spheres, seen vertically from above. Returns the number of spheres in a row."""
     scene = bpy.context.scene
     row = math.ceil(math.sqrt(len(materials)))
     bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=12, radius=1.0)
@@ -116,17 +117,17 @@ def by_ajar(seed: int) -> tuple[np.ndarray, list[tuple[str, str]]]:
 
 
 def blocks(picture: np.ndarray, index: int, row: int) -> np.ndarray:
-    """Means of the blocks of one sphere's square, colour by colour. Rows count from the bottom."""
+    """Means of the blocks in the square of one sphere, for each colour. Rows count from the bottom."""
     x, y, count = TILE * (index % row), TILE * (index // row), TILE // BLOCK
     square = picture[y:y + TILE, x:x + TILE].astype(np.float64)
     return square.reshape(count, BLOCK, count, BLOCK, 3).mean(axis=(1, 3)).ravel()
 
 
 def difference(a: list[np.ndarray], b: list[np.ndarray]) -> tuple[float, float]:
-    """How much two spheres differ, and what noise alone would exceed once in a thousand times (three standard errors)."""
+    """The difference of two spheres, and a bound that noise alone exceeds with probability 1/1000 (three standard errors)."""
     scale = max(np.mean(a), np.mean(b), 0.02)
     products = (a[0] - b[0]) * (a[1] - b[1]) / scale ** 2
-    noise = (np.square(a[0] - a[1]).mean() + np.square(b[0] - b[1]).mean()) / (2.0 * scale ** 2)   # the variance of a factor
+    noise = (np.square(a[0] - a[1]).mean() + np.square(b[0] - b[1]).mean()) / (2.0 * scale ** 2)   # variance of a factor
     return math.sqrt(max(products.mean(), 0.0)), math.sqrt(3.0 * noise / math.sqrt(products.size))
 
 

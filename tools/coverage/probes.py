@@ -1,6 +1,7 @@
-"""The questions: every shader node, output, input, choice and switch that the running Blender has, each in a material of its own.
+"""The probes: every shader node, output, input, choice and switch of the running Blender, each in its own material.
 
-A probe is a copy of its node's plain probe with one thing changed. Probes of one node type lie beside each other, so that a change can be compared with the plain one.
+A probe is a copy of the plain probe of its node with one change. Probes of one node type are next to each other, so that a change can be compared
+with the plain probe.
 """
 
 from __future__ import annotations
@@ -19,16 +20,16 @@ import bpy
 ROOT = Path(__file__).resolve().parents[2]
 IES_FILE = ROOT / "tests" / "core" / "ies" / "half_1991.ies"
 
-# The exporter looks through these, so that the compiler never meets them.
+# The exporter resolves these nodes, so that the compiler never receives them.
 STRUCTURE = {"NodeGroupInput", "NodeGroupOutput", "NodeReroute", "NodeFrame", "ShaderNodeGroup", "ShaderNodeCustomGroup", "ShaderNodeTree"}
 OUTPUTS = {"ShaderNodeOutputMaterial", "ShaderNodeOutputWorld", "ShaderNodeOutputLight", "ShaderNodeOutputLineStyle", "ShaderNodeOutputAOV"}
 BRANCHES = {"ShaderNodeMixShader", "ShaderNodeAddShader"}
 DISPLACEMENTS = {"ShaderNodeDisplacement", "ShaderNodeVectorDisplacement"}
-# Inputs that Blender never shows, a switch of the compositor, and what is of the editor.
+# Inputs that Blender never shows, a switch of the compositor, and properties of the editor.
 INTERNAL = {"Weight", "use_alpha", "SurfaceID", "active_item", "active_index", "is_active_output"}
 COMMON = set(bpy.types.Node.bl_rna.properties.keys())
 
-# What else has to be set before a setting can act: node type, then name of the setting.
+# Other settings that are required for a setting to have an effect: node type, then name of the setting.
 CONTEXT: dict[str, dict[str, dict[str, object]]] = {
     "ShaderNodeBsdfPrincipled": {
         "Coat*": {"Coat Weight": 0.8}, "Clearcoat*": {"Clearcoat": 0.8}, "Sheen*": {"Sheen Weight": 0.8, "Sheen": 0.8}, "Emission*": {"Emission Strength": 0.5},
@@ -70,11 +71,11 @@ CONTEXT: dict[str, dict[str, dict[str, object]]] = {
 }
 
 
-# Whose numbers would show nothing at their defaults; but for what bounds them.
+# Nodes whose default numbers would show no difference, so that other numbers are set, except for bounds.
 LIVELY = {f"ShaderNode{name}" for name in ("Math", "MixRGB", "Mix", "Clamp", "MapRange", "VectorMath", "CombineColor", "CombineHSV", "CombineRGB", "CombineXYZ", "Gamma", "HueSaturation",
                                            "FloatCurve", "Squeeze", "VectorRotate", "Mapping")}
 BOUNDS = ("To", "From", "Max", "Min", "Steps")
-# Whose unlinked vector stands for something else than zero.
+# Nodes for which an unlinked vector does not mean zero.
 WITH_DEFAULT_VECTOR = ("ShaderNodeTex", "ShaderNodeBump", "ShaderNodeFresnel", "ShaderNodeLayerWeight", "ShaderNodeAmbientOcclusion", "ShaderNodeBevel")
 HEIGHTS = {"ShaderNodeBump": ("Distance",), **dict.fromkeys(DISPLACEMENTS, ("Scale",))}
 
@@ -86,7 +87,7 @@ class Probe:
     kind: str       # "plain", "output", "input", "choice" or "switch"
     name: str       # of the output, input or property
     value: str      # of the choice
-    shown: str = ""   # what artists call it
+    shown: str = ""   # name in the user interface
 
 
 def node_types() -> list[str]:
@@ -98,7 +99,7 @@ def node_types() -> list[str]:
             continue
         try:
             node = tree.node_tree.nodes.new(name)
-        except RuntimeError:       # a base class, or for another tree
+        except RuntimeError:       # a base class, or a node of another tree type
             continue
         if node.outputs:
             found.append(name)
@@ -107,12 +108,12 @@ def node_types() -> list[str]:
 
 
 def thing(owner: str, kind: str, name: str) -> str:
-    """How the inventory calls a part of a node, or a setting."""
+    """The name of a part of a node, or of a setting, in the inventory."""
     return f"{owner}.{name}" if kind in ("choice", "switch") else f"{owner} {'input' if kind == 'input' else 'output'} {name}"
 
 
 def parts(node: bpy.types.Node) -> Iterator[tuple[str, str, str, str]]:
-    """(kind, name, choice, what artists call it) of everything that a node has: outputs, inputs, and the properties that are its own."""
+    """(kind, name, choice, name in the user interface) of all outputs and inputs of a node and of its own properties."""
     first = next((socket.identifier for socket in node.outputs if socket.enabled), None)
     for output in node.outputs:
         if output.identifier:
@@ -150,12 +151,12 @@ def _set(node: bpy.types.Node, settings: dict[str, object]) -> None:
         elif hasattr(node, name):
             try:
                 setattr(node, name, value)
-            except TypeError:      # a choice that this Blender does not have
+            except TypeError:      # this Blender does not have the choice
                 pass
 
 
 def other(value: float, low: float, high: float) -> float:
-    """A value in range that differs visibly."""
+    """A value in the range that differs visibly from `value`."""
     if not value < 1e6:
         return 1.0
     for tried in (value * 0.6, value + 0.4, value + 1.0, value - 1.0, value + 10.0):
@@ -165,7 +166,7 @@ def other(value: float, low: float, high: float) -> float:
 
 
 def _number(identifier: str) -> float:
-    """Between 0 and 1, and other for each socket."""
+    """A number between 0 and 1 that is different for each socket."""
     return 0.15 + 0.7 * (zlib.crc32(identifier.encode()) % 1000) / 1000.0
 
 
@@ -197,7 +198,7 @@ class Builder:
         bpy.data.materials.remove(tree)
 
     def add(self, probe: Probe, context: dict[str, object]) -> None:
-        """Two materials: as the context has it, and with the one thing changed. Where there is no context, the plain probe is the first."""
+        """Add two materials: one with the context, and one with the change as well. Without a context, the first is the plain probe."""
         if context:
             self.make(Probe("", probe.node, "context", probe.name, probe.value, probe.shown), context, False)
         self.make(probe, context, True)
@@ -215,10 +216,10 @@ class Builder:
         if changed and probe.kind == "choice":
             try:
                 setattr(node, probe.name, probe.value)
-            except TypeError:       # not in this state of the node
+            except TypeError:       # not available in this state of the node
                 bpy.data.materials.remove(material)
                 return
-            if hasattr(node, "ies") and node.mode == "INTERNAL":   # changing the mode has taken it away
+            if hasattr(node, "ies") and node.mode == "INTERNAL":   # the change of the mode has removed it
                 node.ies = self.ies
         if changed and probe.kind == "switch":
             self.change_property(node, probe.name)
@@ -232,10 +233,10 @@ class Builder:
         self.probes.append(Probe(name, probe.node, probe.kind, probe.name, probe.value, probe.shown))
 
     def prepare(self, node: bpy.types.Node) -> None:
-        """Values that a default leaves empty."""
+        """Set values that are empty by default."""
         if hasattr(node, "image"):
             node.image = self.image
-        for name in HEIGHTS.get(node.bl_idname, ()):   # newer Blenders begin with heights too small to see
+        for name in HEIGHTS.get(node.bl_idname, ()):   # the default heights of newer Blenders are too small to be visible
             node.inputs[name].default_value = 1.0
         if node.bl_idname == "ShaderNodeTexIES":
             node.mode, node.filepath, node.ies = "EXTERNAL", str(IES_FILE), self.ies
@@ -266,7 +267,7 @@ class Builder:
             setattr(node, name, int(value) if prop.type == "INT" else value)
 
     def feed(self, node: bpy.types.Node, nodes: bpy.types.Nodes, links: bpy.types.NodeLinks) -> None:
-        """Inputs that show more than their defaults do."""
+        """Set inputs that show more than the defaults."""
         if node.bl_idname in BRANCHES:
             for socket, kind in zip([s for s in node.inputs if s.type == "SHADER"], ("ShaderNodeBsdfDiffuse", "ShaderNodeEmission")):
                 source = nodes.new(kind)
@@ -295,14 +296,14 @@ class Builder:
         elif socket.type == "RGBA":
             socket.default_value = [_number(name + channel) for channel in "rgb"] + [1.0]
         elif socket.type == "VALUE" and type_.startswith("ShaderNodeTex") and name == "Scale":
-            socket.default_value = 0.8      # patterns that a few pixels can show
+            socket.default_value = 0.8      # patterns of a size that is visible with a few pixels
         elif socket.type == "VALUE" and type_ in LIVELY and not name.startswith(BOUNDS):
             socket.default_value = _number(name)
 
     def change_input(self, socket: bpy.types.NodeSocket, nodes: bpy.types.Nodes, links: bpy.types.NodeLinks) -> None:
         for link in list(socket.links):
             links.remove(link)
-        if socket.type == "VECTOR" and socket.hide_value:      # a normal that leans
+        if socket.type == "VECTOR" and socket.hide_value:      # a tilted normal
             links.new(self.leaning_normal(nodes, links), socket)
         elif socket.type == "VECTOR":
             socket.default_value = [value * 0.6 + 0.3 for value in socket.default_value]
@@ -334,7 +335,7 @@ class Builder:
         elif output.type == "SHADER":
             links.new(output, end.inputs["Volume" if "Volume" in type_ else "Surface"])
         else:
-            # Values may be below zero, which a film does not keep: they are moved into a range.
+            # Values can be negative, which a film does not store, so that they are shifted.
             emission = nodes.new("ShaderNodeEmission")
             for operation, numbers in (("MULTIPLY_ADD", (0.25, 0.5)), ("MAXIMUM", (0.0,)), ("MINIMUM", (4.0,))):
                 step = nodes.new("ShaderNodeVectorMath")
@@ -348,7 +349,7 @@ class Builder:
 
 
 def run(program: Callable[[str], None]) -> None:
-    """Calls it with the last argument, and ends Blender with what came of it."""
+    """Call the program with the last argument, and end Blender with an exit code."""
     status = 1
     try:
         program(sys.argv[-1])

@@ -1,10 +1,11 @@
-"""Runs inside one Blender: changes each setting of the scene that Ajar follows or reports, renders with Ajar and with Cycles, and writes what both showed and what Ajar said.
+"""Runs inside one Blender: changes each setting of the scene that Ajar supports or reports, renders with Ajar and with Cycles, and writes the
+differences of the images and the messages of Ajar.
 
     PYTHONPATH=build/release/python blender -b --factory-startup --python-exit-code 1 --python tools/coverage/settings_probe.py -- OUT.json
     PYTHONPATH=<unpacked zip> python tools/coverage/settings_probe.py OUT.json          (in the environment of a bpy wheel)
 
-The scene is small and has a bit of everything: a matte, a glossy and a glass body on a floor with a pattern, one of them moving, and a lamp of each kind. Which settings there are is told by Blender;
-what becomes of them stands in tests/blender/panels/inventory.py. The form of the result is that of probe.py.
+The scene is small: a diffuse, a glossy and a glass body on a floor with a pattern, one of which moves, and a lamp of each type. The list of settings
+comes from Blender; tests/blender/panels/inventory.py states how each is handled. The form of the result is that of probe.py.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from probes import other                                   # noqa: E402
 
 WIDTH, HEIGHT, SAMPLES = 40, 30, 128
 
-# What else has to be set before a setting can act.
+# Other settings that are required for a setting to have an effect.
 CONTEXT: dict[str, dict[str, object]] = {
     "RenderSettings.motion_blur*": {"render.use_motion_blur": True}, "RenderSettings.border*": {"render.use_border": True}, "RenderSettings.use_border": {"render.border_max_x": 0.6},
     "RenderSettings.use_crop_to_border": {"render.use_border": True, "render.border_max_x": 0.6},
@@ -61,23 +62,23 @@ CONTEXT: dict[str, dict[str, object]] = {
     "Mesh.texspace_*": {"mesh.use_auto_texspace": False}, "Mesh.*auto_texspace": {"mesh.use_auto_texspace": False, "mesh.texspace_size": (0.5, 0.7, 1.5)},
     "Material.diffuse_color": {"material.use_nodes": False}, "World.color": {"world.use_nodes": False},
     "*Light.temperature": {"lamp.use_temperature": True}, "*Light.use_temperature": {"lamp.temperature": 3000.0},
-    # One lamp alone, so that the others do not drown what it does.
+    # One lamp only, so that the others do not hide its effect.
     "PointLight.*": {"sun.energy": 0.0, "spot.energy": 0.0, "area.energy": 0.0}, "SunLight.*": {"point.energy": 0.0, "spot.energy": 0.0, "area.energy": 0.0},
     "SpotLight.*": {"point.energy": 0.0, "sun.energy": 0.0, "area.energy": 0.0}, "AreaLight.*": {"point.energy": 0.0, "sun.energy": 0.0, "spot.energy": 0.0},
 }
-# Where the usual other value would show too little.
+# Settings for which the usual changed value would have too small an effect.
 VALUES: dict[str, list[object]] = {
     "Camera.clip_start": [7.5], "Camera.clip_end": [8.5], "*.fisheye_polynomial_k0": [0.1], "*.fisheye_polynomial_k1": [-0.02], "*.fisheye_polynomial_k2": [-0.0002],
     "*.fisheye_polynomial_k3": [1e-5], "*.fisheye_polynomial_k4": [-3e-7], "SunLight.angle": [1.5], "SpotLight.spot_blend": [0.9], "*Light.shadow_soft_size": [1.2], "AreaLight.size_y": [3.0],
     "RenderSettings.motion_blur_shutter": [2.0], "CyclesRenderSettings.*_bounces": [0], "Mesh.texspace_location": [(0.6, 0.4, -0.5)],
 }
-# Of these, another test or another picture is the measure.
+# Settings that other tests or other scenes cover.
 SKIPPED = ("resolution_*", "*samples", "seed", "threads*", "engine", "use_pass_*", "frame_*", "time_limit", "*adaptive*", "pass_*", "use_layer_samples", "use_nodes", "hide_*", "use", "use_guiding", "use_multiview", "views_format",
-           "matrix_*", "location", "rotation_*", "scale", "dimensions", "delta_*")   # the last ones reach the renderer as one matrix
+           "matrix_*", "location", "rotation_*", "scale", "dimensions", "delta_*")   # the last ones are exported as one matrix
 
 
 def build_scene() -> dict[str, object]:
-    """The owners of settings, by the name in CONTEXT and the struct."""
+    """Build the scene. Returns the owners of settings, by the name in CONTEXT and the struct."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     if "cycles" not in bpy.context.preferences.addons:
         bpy.ops.preferences.addon_enable(module="cycles")
@@ -155,7 +156,7 @@ def build_scene() -> dict[str, object]:
 
 
 def owners(things: dict[str, Any]):
-    """(name, struct, settings): each datablock, and the groups that Cycles adds to it."""
+    """(name, struct, settings) of each datablock and of the groups that Cycles adds to it."""
     for name, thing in things.items():
         yield name, thing.bl_rna.identifier, thing
         for group in ("cycles", "cycles_visibility", "cycles_curves"):
@@ -164,7 +165,7 @@ def owners(things: dict[str, Any]):
 
 
 def values_of(owner: bpy.types.bpy_struct, prop: bpy.types.Property) -> list[object]:
-    """Values other than the present one."""
+    """Values that differ from the present one."""
     now = getattr(owner, prop.identifier)
     chosen = next((values for pattern, values in VALUES.items() if fnmatchcase(f"{owner.bl_rna.identifier}.{prop.identifier}", pattern)), None)
     if chosen is not None:
@@ -194,7 +195,7 @@ def context_of(struct: str, name: str) -> dict[str, object]:
 
 
 class Setter:
-    """Sets values and takes them back."""
+    """Sets values and restores the old ones."""
 
     def __init__(self) -> None:
         self.before: list[tuple[object, str, object]] = []
@@ -211,17 +212,17 @@ class Setter:
 
 
 def pictures(seeds: tuple[int, int] = (1, 2), samples: int = SAMPLES) -> dict:
-    """Of both engines, with two seeds; what Ajar said."""
+    """Images of both engines with two seeds, and the messages of Ajar."""
     probe.SAMPLES = bpy.context.scene.cycles.samples = samples
     for block in (*bpy.data.objects, *bpy.data.lights, *bpy.data.worlds, *bpy.data.cameras, *bpy.data.materials, *bpy.data.meshes, *bpy.data.scenes):
-        block.update_tag()   # settings of Cycles' groups do not say that they have changed
+        block.update_tag()   # changes of the groups of Cycles cause no update
     bpy.context.view_layer.update()
     ours = [probe.by_ajar(seed) for seed in seeds]
     return {"ajar": [picture for picture, _ in ours], "cycles": [probe.by_cycles(seed) for seed in seeds], "said": [message for _, message in ours[0][1]]}
 
 
 def cropped(picture: np.ndarray) -> np.ndarray:
-    """The region that is rendered, where the rest of the picture is empty. Ajar gives the region alone."""
+    """The rendered region of an image whose other parts are empty. Ajar returns the region only."""
     rows, columns = np.any(picture, axis=(1, 2)), np.any(picture, axis=(0, 2))
     return picture[rows.argmax():len(rows) - rows[::-1].argmax(), columns.argmax():len(columns) - columns[::-1].argmax()] if rows.any() else picture
 
@@ -252,7 +253,7 @@ def main(path: str) -> None:
                 for step in middle:
                     target = getattr(target, step)
                 setter.set(target, last, value)
-        except (AttributeError, TypeError):      # not in this Blender
+        except (AttributeError, TypeError):      # this Blender does not have the setting
             setter.restore()
             continue
         if repr(context) not in references:
@@ -270,7 +271,7 @@ def main(path: str) -> None:
             shown = pictures()
             new = [message for message in shown["said"] if message not in references["{}"]["said"]]
             difference, error = compared(shown["ajar"], shown["cycles"])
-            if not new and difference > math.hypot(judge.LEAST, error):   # with more samples noise goes away, and what is wrong does not
+            if not new and difference > math.hypot(judge.MIN_DIFFERENCE, error):   # more samples reduce the noise, but not an error
                 shown = pictures((3, 4), 4 * SAMPLES)
                 difference, error = compared(shown["ajar"], shown["cycles"])
             setter.restore()

@@ -1,4 +1,4 @@
-"""Write docs/coverage.md from what probe.py measured in each Blender. A column is a Blender, a row a node or a setting; a reason stands below its table, under a number.
+"""Write docs/coverage.md from the measurements of probe.py in each Blender. A column is a Blender, a row a node or a setting. Reasons are numbered below the tables.
 
     python tools/coverage/write.py nodes_3.4.json nodes_5.2.json settings_3.4.json settings_5.2.json > docs/coverage.md
 
@@ -20,7 +20,7 @@ from judge import Verdict, verdicts
 KINDS = {"plain": "output", "output": "output", "input": "input", "switch": "switch", "choice": "choice"}
 
 
-# What these spheres do not show.
+# Differences that these spheres do not show.
 NOTES = {
     "Bump": "heights a pixel apart as seen by the camera; Cycles measures the pixel along the path",
     "Displacement": "shown as bump: the surface stays where it is",
@@ -34,7 +34,7 @@ NOTES = {
 
 
 class Reasons:
-    """Those of one table, numbered as they come."""
+    """The reasons of one table, numbered in the order of their use."""
 
     def __init__(self) -> None:
         self.numbers: dict[str, int] = {}
@@ -51,7 +51,7 @@ def name_of(found: Verdict) -> str:
 
 
 def summary(founds: list[Verdict], reasons_of: Reasons) -> str:
-    """Of one node in one Blender: how much is exact, and what is not."""
+    """The summary of one node in one Blender: the number of exact parts, and the other parts."""
     if not founds:
         return "–"
     plain = [found for found in founds if KINDS[found.kind] == "output"]

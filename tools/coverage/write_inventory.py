@@ -1,16 +1,13 @@
-"""Write tests/blender/panels/inventory.tsv from what things.py lists and the probes measured in each Blender.
+"""Write tests/blender/panels/inventory.tsv from the lists of things.py and the measurements of the probes in each Blender.
 
     python tools/coverage/write_inventory.py FILE.json ... > tests/blender/panels/inventory.tsv
 
-The files are those of `things.py`, `probe.py` and `settings_probe.py`, in any order; `make coverage` does all of it. A row is a setting, a part of a shader node or a pass, with those of its
-choices that share their fate, and a column for each Blender:
+The files are those of `things.py`, `probe.py` and `settings_probe.py`, in any order; `make coverage` does all of it. A row is a setting, a part of a
+shader node or a pass, with those of its choices that are handled in the same way. Each Blender has a column:
 
-    exact         changed in a small scene, Ajar's picture changed as Cycles' did
-    same          it changes neither picture in that scene
-    approximated  another picture, with the reason
-    reported      not supported, and the artist is told by name
-    read          followed; another test is its measure
-    none          without meaning for a renderer, with the reason
+    exact         in a small scene, the change has the same effect on the images of Ajar and Cycles same          the change affects neither image in
+    this scene approximated  the images differ, with the reason reported      not supported, and reported by name read          supported; another
+    test covers it none          has no meaning for a renderer, with the reason
     -             this Blender does not have it
 """
 
@@ -31,13 +28,13 @@ Part = tuple[str, str]   # a thing and its choice
 
 
 def thing_of(probe: dict) -> str:
-    """As probes.thing names it, which cannot be imported outside of Blender."""
+    """The name as by probes.thing, which cannot be imported outside of Blender."""
     owner, name = probe["node"], probe["name"]
     return f"{owner}.{name}" if probe["kind"] in ("choice", "switch") else f"{owner} {'input' if probe['kind'] == 'input' else 'output'} {name}"
 
 
 def measured(results: list[dict]) -> dict[Part, list[Verdict]]:
-    """Verdicts of one Blender."""
+    """The verdicts of one Blender."""
     found: dict[Part, list[Verdict]] = defaultdict(list)
     for result in results:
         for probe, verdict in zip(result["probes"], verdicts(result)):

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""make extension: out/ajar-<version>-linux-x64.zip for Blender 4.2 and newer, and the legacy add-on for 3.4 to 4.1.
+"""make extension: builds out/ajar-<version>-linux-x64.zip for Blender 4.2 and newer, and the legacy add-on for 3.4 to 4.1.
 
-Both hold the add-on with its manual, the compiled module for each Python that Blender comes with and each level of x86-64, and every library it needs.
-Nothing is downloaded when they are installed.
+Both contain the add-on with its manual, the compiled module for each Python of Blender and each level of x86-64, and all libraries that it needs.
+Their installation downloads nothing.
 
     tools/extension/build.py [--python 3.11 ...] [--level x86-64-v3 ...]    a part of it, for tests
 """
@@ -48,7 +48,7 @@ class Python:
 
 
 def find_python(version: str, prefix: Path, named: dict[str, str]) -> Python | None:
-    """Headers: those named, of the prefix, of the system, or of pyenv."""
+    """Find the headers: those of the command line, of the prefix, of the system, or of pyenv."""
     if version in named:
         return Python(version, Path(named[version]))
     bundled = prefix / f"python{version}" / "include"
@@ -70,7 +70,7 @@ def version() -> str:
 
 
 def compile_modules(level: str, pythons: list[Python], prefix: Path) -> Path:
-    """Returns the folder with the modules of one level."""
+    """Compile the modules of one level and return their folder."""
     build = WORK / level
     build.mkdir(parents=True, exist_ok=True)
     configure = ["cmake", "-S", ROOT, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DAJAR_TESTS=OFF",
@@ -85,7 +85,7 @@ def compile_modules(level: str, pythons: list[Python], prefix: Path) -> Path:
 
 
 def make_package(levels: list[str], pythons: list[Python], prefix: Path) -> Path:
-    """The package `ajar` as it lies in the zip: ajar/<level>/_ajar.*.so, and in ajar/lib what they need."""
+    """Make the package `ajar` as in the zip: ajar/<level>/_ajar.*.so, and their libraries in ajar/lib."""
     package = WORK / "package" / "ajar"
     shutil.rmtree(package, ignore_errors=True)
     shutil.copytree(ROOT / "bindings" / "ajar", package, ignore=shutil.ignore_patterns("__pycache__"))
@@ -98,7 +98,7 @@ def make_package(levels: list[str], pythons: list[Python], prefix: Path) -> Path
     for library in originals:
         soname = isolate.soname_for(library.name)
         if soname is None:
-            raise ValueError(f"{library} is not one of the libraries that the extension brings")
+            raise ValueError(f"{library} is not one of the libraries of the extension")
         ours = package / "lib" / soname
         subprocess.run(["strip", "--strip-unneeded", "-o", ours, library], check=True)
         isolate.isolate(patchelf, ours, renames, "$ORIGIN")
@@ -114,7 +114,7 @@ def make_package(levels: list[str], pythons: list[Python], prefix: Path) -> Path
 
 
 def pack(path: Path, package: Path, pythons: tuple[str, ...], top: str) -> None:
-    """One zip: the add-on below the folder `top` of it, with the modules of these Pythons."""
+    """Write one zip: the add-on below the folder `top`, with the modules of these Pythons."""
     suffixes = tuple(Python(version, Path()).suffix for version in pythons)
     manual = WORK / "manual"
     pages.write_pages(manual)

@@ -1,12 +1,10 @@
-"""The pinned libraries and headers of the extension, downloaded and laid out as one prefix.
+"""Downloads the pinned libraries and headers of the extension into one prefix.
 
-    prefix/include            Embree 4, OpenImageIO 3, pybind11
-    prefix/lib                the libraries as their wheels have them; what we link against
-    prefix/python3.13/include headers of a Python that this machine may lack
-    prefix/bin/patchelf
+    prefix/include            Embree 4, OpenImageIO 3, pybind11 prefix/lib                the libraries of the wheels, which are linked
+    prefix/python3.13/include headers of a Python that the machine may not have prefix/bin/patchelf
 
-Embree and TBB come from the wheel of embreex, OpenImageIO from its own: official builds for glibc 2.28 and newer. Every file is named
-with its sha256 in the *.lock files beside this one.
+Embree and TBB come from the wheel of embreex, OpenImageIO from its own wheel: official builds for glibc 2.28 and newer. The *.lock files in this
+folder list every file with its sha256.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 DEBIAN = "https://deb.debian.org/debian/"
 PLATFORMS = ("manylinux_2_28_x86_64", "manylinux_2_27_x86_64", "manylinux2014_x86_64", "manylinux1_x86_64")
-OIIO_NAMESPACE = "v3_1"   # of the library 3.2: its interface is that of 3.1
+OIIO_NAMESPACE = "v3_1"   # of version 3.2, whose interface is that of 3.1
 
 
 class Unreachable(Exception):
@@ -31,7 +29,7 @@ class Unreachable(Exception):
 
 
 def prepare(folder: Path) -> Path:
-    """The prefix inside `folder`, made once for a set of lock files."""
+    """Return the prefix in `folder`. It is created once for a set of lock files."""
     locks = b"".join(path.read_bytes() for path in sorted(HERE.glob("*.lock"))) + Path(__file__).read_bytes()
     state, prefix = hashlib.sha256(locks).hexdigest(), folder / "prefix"
     stamp = prefix / "state"
@@ -101,7 +99,7 @@ def _unpack(downloads: Path, prefix: Path) -> None:
     shutil.copytree(headers / "embree4", prefix / "include" / "embree4")
     python = prefix / "python3.13" / "include"
     shutil.copytree(headers / "python3.13", python)
-    # Debian's pyconfig.h only forwards to that of the machine.
+    # Debian's pyconfig.h only includes that of the architecture.
     shutil.copy2(headers / "x86_64-linux-gnu" / "python3.13" / "pyconfig.h", python / "pyconfig.h")
 
     with tarfile.open(next(downloads.glob("openimageio-*.tar.gz"))) as archive:
@@ -123,7 +121,7 @@ def _unpack(downloads: Path, prefix: Path) -> None:
 
 
 def _oiio_version_header(template: str, source: Path) -> str:
-    """What OpenImageIO's own build writes for the wheel."""
+    """The version header, as the build of OpenImageIO writes it for the wheel."""
     version = re.search(r"(\d+)\.(\d+)\.(\d+)\.(\d+)", source.name)
     if version is None:
         raise ValueError(f"the folder {source.name} has no version in its name")

@@ -1,7 +1,8 @@
-"""Gives bundled libraries names of their own, so that they can never meet those of Blender or of other add-ons.
+"""Renames the bundled libraries, so that they cannot conflict with those of Blender or of other add-ons.
 
-A new file name is not enough: the dynamic linker searches the program first, and official Blender exports Embree, TBB and OpenImageIO. So every
-symbol that a bundled library defines is renamed, in it and in what uses it, and so is its soname, by which the linker tells libraries apart.
+A new file name is not sufficient: the dynamic linker searches the program first, and official Blender exports Embree, TBB and OpenImageIO. Therefore
+every symbol that a bundled library defines is renamed, in the library and in its users. The soname is renamed as well, since the linker identifies
+libraries by it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ SONAMES = {"libembree4": "libajar_embree4.so", "libtbb": "libajar_tbb.so", "libO
 
 
 def soname_for(file_name: str) -> str | None:
-    """Our name for a bundled library; None: it is the system's."""
+    """The new name of a bundled library, or None for a library of the system."""
     match = re.match(r"(libembree4|libtbb|libOpenImageIO_Util|libOpenImageIO)\b(?!_)", file_name)
     return SONAMES[match[1]] if match else None
 
@@ -38,7 +39,7 @@ def write_renames(libraries: list[Path], path: Path) -> None:
 
 
 def isolate(patchelf: Path, library: Path, renames: Path, search: str) -> None:
-    """Renames in place what `library` defines and needs of bundled libraries, which it will find in `search`."""
+    """Rename in place the symbols of bundled libraries that `library` defines or needs. It will find these libraries in `search`."""
     arguments = ["--page-size", "4096", "--rename-dynamic-symbols", str(renames)]
     if soname_for(library.name) or library.name in SONAMES.values():
         arguments += ["--set-soname", library.name]

@@ -1,6 +1,6 @@
-"""Inside Blender's window, for `pictures.py`: scenes are opened, clicked through and photographed. Steps for `tests/blender/window/drive.py`.
+"""Runs in Blender's window for `pictures.py`: opens scenes, operates the user interface and takes screenshots. Steps for `tests/blender/window/drive.py`.
 
-Arguments: folder for the pictures, root of the project, names of pictures that are wanted (none: all).
+Arguments: folder for the pictures, root of the project, names of the pictures (none: all).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ajar_render.export import hints as export_hints  # noqa: E402
 
 views: list[viewport.Viewport] = []
 _make = viewport.Viewport.__init__
-shown: set[str] | None = None     # names of the panels that properties show; None: all
+shown: set[str] | None = None     # names of the panels that are visible; None: all
 
 
 def _remember(view: viewport.Viewport) -> None:
@@ -37,7 +37,7 @@ viewport.Viewport.__init__ = _remember
 
 
 def is_wanted(name: str) -> bool:
-    """Of a picture, or of the chapter with which the names of its pictures begin."""
+    """Whether a picture was requested, or a chapter, whose name is the beginning of the names of its pictures."""
     return not names or any(name.startswith(wanted) or wanted.startswith(f"{name}_") for wanted in names)
 
 
@@ -45,7 +45,7 @@ def is_wanted(name: str) -> bool:
 
 
 def open_panels() -> None:
-    """Let panels that begin closed begin open, and all be hidden at will."""
+    """Open all panels by default, and make it possible to hide each panel."""
     for panel in [*ui.CLASSES]:
         if "DEFAULT_CLOSED" in getattr(panel, "bl_options", ()):
             bpy.utils.unregister_class(panel)
@@ -71,7 +71,7 @@ def show(*panels: str) -> None:
 
 
 def open_scene(name: str | None) -> None:
-    """A scene of ours (None: Blender's own), with the view on the left and a column of properties on the right, both of full height."""
+    """Open a test scene (None: Blender's default scene), with the view on the left and a column of properties on the right, both of full height."""
     if name is None:
         bpy.ops.wm.read_homefile(use_factory_startup=True)
     else:
@@ -80,12 +80,12 @@ def open_scene(name: str | None) -> None:
     scene.render.engine = "AJAR"
     collection = export_hints.collection_of(scene)
     if collection is not None:
-        collection.name = export_hints.COLLECTION   # scenes made for older versions have another name
+        collection.name = export_hints.COLLECTION   # scenes for older versions have another name
     bpy.context.preferences.view.show_statusbar_stats = False
 
 
 def arrange():
-    """Close what is not needed. Each area is closed by itself."""
+    """Close the areas that are not needed, one after the other."""
     screen = bpy.context.window_manager.windows[0].screen
     for kind in ("DOPESHEET_EDITOR", "OUTLINER"):
         for area in [area for area in screen.areas if area.type == kind]:
@@ -95,7 +95,7 @@ def arrange():
 
 
 def widen_properties():
-    """The 3D view is cut where the properties shall begin, and these join what is cut off."""
+    """Split the 3D view where the properties shall begin, and join the right part with the properties."""
     win = bpy.context.window_manager.windows[0]
     view = window.area()
     with bpy.context.temp_override(window=win, screen=win.screen, area=view, region=view.regions[-1]):
@@ -108,7 +108,7 @@ def widen_properties():
 
 
 def photograph(name: str, *areas: str) -> None:
-    """An area, or the whole window."""
+    """Take a screenshot of areas, or of the whole window."""
     path = os.path.join(folder, f"{name}.png")
     if not areas:
         window.screenshot(path)
@@ -170,7 +170,7 @@ def whole_window():
 
 
 def settings():
-    """Every panel of the render properties, as it is after a render."""
+    """Screenshots of all panels of the render properties after a render."""
     if not is_wanted("panel"):
         return
     open_scene("room")
@@ -204,7 +204,7 @@ def settings():
 
 
 def progress():
-    """A render of `checker` with its Progress panel, in the image editor's sidebar."""
+    """A render of `checker` with its Progress panel, in the sidebar of the image editor."""
     if not is_wanted("progress"):
         return
     open_scene("checker")
@@ -220,7 +220,7 @@ def progress():
     editor.spaces.active.show_region_ui = True
     yield 0.5
     sidebar = next(region for region in editor.regions if region.type == "UI")
-    for down in range(20, 400, 12):   # its tabs, until the panel is drawn
+    for down in range(20, 400, 12):   # clicks on the tabs until the panel is drawn
         yield from window.click(sidebar.x + sidebar.width - 10, sidebar.y + sidebar.height - down)
         yield 0.3
         if editor.as_pointer() in render_progress._areas:
@@ -242,11 +242,11 @@ def progress():
     yield 0.3
 
 
-AJAR_TAB = (987, 661)   # of the sidebar, in a window of the size that pictures.py asks for
+AJAR_TAB = (987, 661)   # of the sidebar, in a window of the size in pictures.py
 
 
 def look(location, distance: float, down: float, around: float) -> None:
-    """A view from above in degrees from straight down, and around."""
+    """Set the view: angles in degrees from vertically down, and around the vertical axis."""
     region = window.space().region_3d
     region.view_perspective = "PERSP"
     region.view_rotation = Euler((math.radians(down), 0.0, math.radians(around))).to_quaternion()
@@ -254,7 +254,7 @@ def look(location, distance: float, down: float, around: float) -> None:
 
 
 def open_room():
-    """`room` from above with its ceiling hidden, without the light hints that it has."""
+    """Show `room` from above, without its ceiling and its light hints."""
     open_scene("room")
     yield 0.5
     tidy_view()
@@ -279,7 +279,7 @@ def start_drawing() -> None:
 
 
 def hint_steps():
-    """A path is drawn from the lamp of `room`; then all are looked at."""
+    """Draw a light hint from the lamp of `room`, then show all light hints."""
     if not is_wanted("hint"):
         return
     yield from open_room()
@@ -326,7 +326,7 @@ def hint_steps():
 
 
 def photons():
-    """Where photon mapping and Metropolis photon sampling leave their photons in `rooms`, of which the camera sees one."""
+    """The photons of photon mapping and Metropolis photon sampling in `rooms`, of which the camera sees one."""
     if not is_wanted("photons"):
         return
     open_scene("rooms")

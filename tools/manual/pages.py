@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""The manual as HTML for the add-on, from docs/manual/*.md and the pages that these link to.
+"""Writes the manual as HTML for the add-on, from docs/manual/*.md and the pages that these link to.
 
     tools/manual/pages.py FOLDER
 
-FOLDER gets the same layout as docs/: pages of docs/manual at the top, those that they link to in their folders. Links that lead further become plain text. A link or a picture
+FOLDER gets the layout of docs/: pages of docs/manual at the top, linked pages in their folders. Other links become plain text. A link or a picture
 that does not exist is an error.
 """
 
@@ -25,7 +25,7 @@ from markdown.treeprocessors import Treeprocessor
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 MANUAL = DOCS / "manual"
 FIRST = "index"
-CONTENTS_FROM = 4    # headings that a page needs to get a list of them
+CONTENTS_FROM = 4    # minimum number of headings of a page with a table of contents
 STYLE = """
 body { margin: 0 auto; padding: 1.5em; max-width: 60em; font: 16px/1.5 sans-serif; color: #222; background: #fff; }
 nav { font-size: 0.9em; border-bottom: 1px solid #ccc; padding-bottom: 0.5em; }
@@ -50,11 +50,11 @@ h1, h2, h3 { line-height: 1.2; }
 
 
 class BrokenLink(Exception):
-    """A page links to what is not there."""
+    """A page links to a file that does not exist."""
 
 
 class Rewrite(Treeprocessor):
-    """Links of one page as they must be in the folder of HTML; notes the pictures."""
+    """Rewrites the links of one page for the folder of HTML, and collects the pictures."""
 
     def __init__(self, page: Path, pages: set[Path], pictures: set[Path]) -> None:
         super().__init__()
@@ -86,7 +86,7 @@ class RewriteLinks(Extension):
         self.rewrite = rewrite
 
     def extendMarkdown(self, md: markdown.Markdown) -> None:
-        md.treeprocessors.register(self.rewrite, "rewrite", 0)   # after the links were made
+        md.treeprocessors.register(self.rewrite, "rewrite", 0)   # after the links were created
 
 
 def is_elsewhere(address: str) -> bool:
@@ -103,7 +103,7 @@ def resolve(page: Path, address: str) -> tuple[Path, str]:
 
 
 def output_of(source: Path) -> Path:
-    """Where a page or a picture goes, relative to the folder of HTML."""
+    """The output path of a page or a picture, relative to the folder of HTML."""
     place = source.relative_to(MANUAL if source.is_relative_to(MANUAL) else DOCS)
     return place.with_suffix(".html") if source.suffix == ".md" else place
 
@@ -141,7 +141,7 @@ def to_html(page: Path, pages: set[Path], pictures: set[Path], menu: list[Path])
 
 
 def write_pages(folder: Path) -> None:
-    """Everything, in place of what the folder had."""
+    """Write all pages and replace the old content of the folder."""
     own = sorted(MANUAL.glob("*.md"), key=lambda page: (page.stem != FIRST, page.stem))
     pages = set(own).union(*map(linked_pages, own))
     pictures: set[Path] = set()

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Pictures of the manual, from Blender's real window on a display in memory: docs/manual/*.jpg.
+"""Makes the pictures of the manual, docs/manual/*.jpg, from Blender's window on a virtual display.
 
-    tools/manual/pictures.py [--build build/release] [NAME ...]     all of them, or those whose names begin so
+    tools/manual/pictures.py [--build build/release] [NAME ...]     all pictures, or those whose names begin with NAME
 
-`inside.py` clicks and photographs; here pictures are cut to what matters and made small.
-blender_5.2.jpg is the picture `blender` of this script in the Debian of tools/newest.sh; hint_6_keyhole.jpg shows two renders and no window.
+`inside.py` operates the user interface and takes screenshots. This script crops and scales them.
+blender_5.2.jpg is the picture `blender` of this script, made in the Debian of tools/newest.sh. hint_6_keyhole.jpg shows two renders and is not made
+by this script.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ TABS, HEADER = 36, 62      # pixels of the properties beside and above the panel
 
 
 def trimmed(image: Image.Image) -> Image.Image:
-    """Without the empty rest of a column of panels: rows from the bottom up that are all of one colour."""
+    """Remove the empty rows of a single colour at the bottom of a column of panels."""
     image = image.crop((TABS, HEADER, image.width - 2, image.height - 4))
     pixels = np.asarray(image).astype(int)
     used = np.flatnonzero(np.abs(pixels[:, 4:-14] - pixels[-30, 10]).max(axis=(1, 2)) > 6)
@@ -75,7 +76,7 @@ def main() -> None:
         for picture in sorted(folder.glob("*.png")):
             image = Image.open(picture).convert("RGB")
             if picture.name.startswith("hint_2"):
-                image = image.crop((0, 0, image.width - PROPERTIES, image.height))   # its line of keys is below the view
+                image = image.crop((0, 0, image.width - PROPERTIES, image.height))   # the status bar with the keys is below the view
             save(trimmed(image) if picture.name.startswith("panel_") else image, options.out / f"{picture.stem}.jpg")
 
 

@@ -1,8 +1,9 @@
-"""docs/manual/settings.md: every panel, setting and operator of Ajar, from the descriptions that Blender shows. Runs in Blender:
+"""Writes docs/manual/settings.md: every panel, setting and operator of Ajar, from the descriptions that Blender shows. Runs in Blender:
 
     blender -b --factory-startup --addons ajar_render --python tools/manual/settings.py -- docs/manual/settings.md
 
-PANELS says which panel shows which settings, and what each panel is for. `tests/blender/inside/test_manual.py` fails when a setting is missing here or when the page is out of date.
+PANELS lists the settings of each panel, and the purpose of the panel. `tests/blender/inside/test_manual.py` fails if a setting is missing here or if
+the page is out of date.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import bpy
 from ajar_render import data_properties, documentation, ui
 
 BLENDERS = "The settings are Blender's own."
-# Tab -> panel -> what it is for, and the settings of Ajar in it as "group.property".
+# Tab -> panel -> its purpose, and its settings of Ajar as "group.property".
 PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
     "Render tab": {
         "AJAR_RENDER_PT_checks": ("Warnings about settings that make the picture worse, each with a button that changes the setting. **Check Scene** reads and builds the scene without "
@@ -113,13 +114,13 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
 }
 GROUPS = {"Scene": "AjarSceneSettings", "ViewLayer": "AjarViewLayerSettings", "LightGroup": "AjarLightGroup", "Collection": "AjarCollectionSettings", "Shading": "AjarShadingSettings",
           **{name: group.__name__ for name, group in data_properties.GROUPS.items()}}
-DEFAULTS = {"Scene.use_cycles_settings": "Default: on in files in which a setting of Cycles was changed."}   # of settings that have no fixed one
+DEFAULTS = {"Scene.use_cycles_settings": "Default: on in files in which a setting of Cycles was changed."}   # of settings without a fixed default
 MOST_DIGITS = 6
 UNITS = {"ANGLE": "°", "TIME_ABSOLUTE": " s", "DISTANCE": " m"}
 
 
 class Incomplete(Exception):
-    """PANELS and the add-on do not agree."""
+    """PANELS and the add-on are inconsistent."""
 
 
 def rna_id(setting: str) -> str:
@@ -143,7 +144,7 @@ def check() -> None:
             raise Incomplete(f"PANELS of {Path(__file__).name} lacks the {kind}s {sorted(wanted - set(listed))}, has the unknown ones {sorted(set(listed) - wanted)} and twice {twice}")
 
 
-# ---- Words ----------------------------------------------------------------------------------------------------------------
+# ---- Texts ----------------------------------------------------------------------------------------------------------------
 
 def sentence(text: str) -> str:
     return text if text.endswith(".") else f"{text}."
@@ -166,7 +167,7 @@ def facts(prop: bpy.types.Property) -> str:
     if prop.type not in ("INT", "FLOAT"):
         return ""
     default = ", ".join(number(value, prop) for value in prop.default_array) if prop.is_array else number(prop.default, prop)
-    limit = 2**31 - 1 if prop.type == "INT" else 1e30   # beyond is none at all
+    limit = 2**31 - 1 if prop.type == "INT" else 1e30   # a larger bound is no bound
     low, high = (value if abs(value) < limit else None for value in (prop.hard_min, prop.hard_max))
     words = [f"Default: {default}"]
     if low is not None and high is not None:
@@ -177,7 +178,7 @@ def facts(prop: bpy.types.Property) -> str:
 
 
 def describe(setting: str, listed: dict[tuple, str]) -> Iterator[str]:
-    """One setting. `listed`: the settings whose choices have been listed, by these choices."""
+    """Describe one setting. `listed`: the settings whose choices have been listed, by these choices."""
     prop, anchor = property_of(setting), documentation.anchor_of_id(rna_id(setting))
     yield f'<a id="{anchor}"></a>'
     yield f"**{prop.name}**: {sentence(prop.description)} {DEFAULTS.get(setting) or facts(prop)}".rstrip()
@@ -192,7 +193,7 @@ def describe(setting: str, listed: dict[tuple, str]) -> Iterator[str]:
 
 
 def operators() -> Iterator[str]:
-    """All but those under the old names, which lead to the same anchors."""
+    """All operators except those under old names, which have the same anchors."""
     found = {name: operator for name, operator in ((operator.bl_idname, operator) for operator in documentation.own(bpy.types.Operator)) if documentation.OLD_NAME not in name}
     for name, operator in sorted(found.items(), key=lambda pair: pair[1].bl_label):
         yield f'<a id="{documentation.anchor_of_id(f"bpy.ops.{name}")}"></a>'
