@@ -1,4 +1,4 @@
-"""What the documents name exists: files and functions of the code, and the targets of links."""
+"""The files, functions and link targets that the documents name exist."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def without_blocks(text: str) -> str:
 
 
 def quoted_files(text: str) -> set[str]:
-    """Names of source files in back quotes, with or without a folder; patterns (*) and templates (<...>) are none."""
+    """Names of source files in back quotes, with or without a folder, without patterns (*) and templates (<...>)."""
     names = set()
     for quoted in re.findall(r"`([^`\n]+)`", without_blocks(text)):
         names |= {word for word in re.findall(r"[\w./*<>-]+", quoted) if CODE.search(word) and not re.search(r"[*<>]", word) and word[0] != "."}
@@ -41,7 +41,7 @@ def quoted_files(text: str) -> set[str]:
 
 
 def named_functions(text: str) -> list[tuple[str, str]]:
-    """(file, name) of thesis_map.md: in a cell of a table, names after a file belong to it."""
+    """The pairs (file, name) of thesis_map.md. In a cell of a table, the names after a file belong to it."""
     found = []
     for line in text.splitlines():
         if not line.startswith("|"):
@@ -56,7 +56,7 @@ def named_functions(text: str) -> list[tuple[str, str]]:
 
 
 def anchors_of(text: str) -> set[str]:
-    """Anchors of headings, by GitHub's rule, and those that are written as such."""
+    """The anchors of headings, by GitHub's rule, and the explicit anchors."""
     anchors: set[str] = set(re.findall(r'<a id="([^"]+)">', text))
     for heading in re.findall(r"^#+ +(.*?) *#*$", without_blocks(text), re.M):
         plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).replace("`", "").lower()
@@ -100,7 +100,7 @@ def test_functions_of_the_thesis_map_are_in_their_files():
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_relative_links_lead_somewhere(page):
+def test_targets_of_relative_links_exist(page):
     faults = faults_of_links(page, page.read_text())
     assert not faults, f"{page.relative_to(ROOT)}: {faults}"
 

@@ -1,4 +1,4 @@
-"""The package `ajar` without Blender: a scene from arrays, its picture, its file, its errors."""
+"""Tests of the package `ajar` without Blender: scenes from arrays, images, scene files and errors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import pytest
 sys.path.insert(0, str(Path(os.environ.get("AJAR_BUILD", Path(__file__).resolve().parents[2] / "build" / "release")) / "python"))
 import ajar
 
-HANG = 3600.0  # seconds; no test may depend on the speed of the machine
+HANG = 3600.0  # seconds; a limit that only a hang reaches, so that no test depends on the speed of the machine
 IDENTITY = np.eye(3, 4, dtype=np.float32).reshape(1, 12)
 
 
@@ -29,7 +29,7 @@ def emission(strength: float = 1.0) -> ajar.NodeGraph:
 
 
 def square(samples: int = 4, width: int = 16, height: int = 12) -> ajar.SceneDescription:
-    """A glowing square that fills the frame."""
+    """An emissive square that fills the frame."""
     description = ajar.SceneDescription()
     material = description.add_material(name="Glow", graph=emission(2.0))
     mesh = description.add_mesh(name="Square", positions=[(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)],
@@ -54,7 +54,7 @@ def render(description: ajar.SceneDescription) -> ajar.Session:
     return session
 
 
-def test_glowing_square_is_exactly_its_radiance():
+def test_image_of_an_emissive_square_is_its_radiance():
     session = render(square())
     assert session.take_error() == ""
     picture = session.snapshot("Combined")
@@ -74,7 +74,7 @@ def test_start_empties_the_description_unless_kept():
     assert len(description.meshes) == 0
 
 
-def test_file_keeps_everything(tmp_path):
+def test_scene_file_keeps_all_data(tmp_path):
     description = square()
     path = str(tmp_path / "scene.ajar")
     ajar.save_description(description, path)
@@ -94,7 +94,7 @@ def test_damaged_file_is_an_error_that_names_it(tmp_path):
         ajar.load_description(str(tmp_path / "nothing.ajar"))
 
 
-def test_no_camera_is_an_error_given_once():
+def test_a_missing_camera_is_reported_once():
     description = square()
     description.camera.present = False
     session = render(description)
@@ -110,18 +110,18 @@ def test_no_camera_is_an_error_given_once():
     {"attributes": [("UV", ajar.Domain.Corner)]},
     {"attributes": [("UV", ajar.Domain.Corner, np.zeros((3, 5)))]},
 ])
-def test_arrays_of_the_wrong_shape_are_refused_by_name(bad):
+def test_arrays_with_a_wrong_shape_raise_an_error_with_their_name(bad):
     good = {"name": "Mesh", "positions": np.zeros((3, 3)), "triangles": [(0, 1, 2)]}
     with pytest.raises(ValueError, match="Mesh"):
         ajar.SceneDescription().add_mesh(**(good | bad))
 
 
-def test_unknown_pass_names_the_valid_ones():
+def test_error_of_an_unknown_pass_lists_the_valid_passes():
     with pytest.raises(ValueError, match="Combined"):
         ajar.Session().snapshot("Bogus")
 
 
-def test_cancel_ends_a_render_without_end():
+def test_cancel_ends_an_endless_render():
     session = ajar.Session()
     session.start(square(samples=2**24))
     while session.progress().samples < 1:
@@ -131,7 +131,7 @@ def test_cancel_ends_a_render_without_end():
     assert session.progress().phase == ajar.Progress.Phase.Cancelled
 
 
-def test_waiting_leaves_python_running():
+def test_waiting_releases_python():
     session = ajar.Session()
     session.start(square(samples=2**24))
     waiter = threading.Thread(target=session.wait, args=(HANG,))
@@ -143,7 +143,7 @@ def test_waiting_leaves_python_running():
     waiter.join()
 
 
-def test_several_sessions_at_once():
+def test_several_sessions_run_at_the_same_time():
     sessions = [ajar.Session() for _ in range(3)]
     for number, session in enumerate(sessions):
         session.start(square(samples=number + 1))
@@ -153,40 +153,40 @@ def test_several_sessions_at_once():
         assert session.progress().samples == number + 1
 
 
-def test_dropping_a_session_stops_it():
+def test_deleting_a_session_stops_its_render():
     session = ajar.Session()
     session.start(square(samples=2**24))
-    del session  # would never return otherwise
+    del session  # without a stop, this would not return
 
 
 @pytest.mark.parametrize("name, tolerance", [("x.exr", 0.0), ("x.png", 0.005)])
-def test_pictures_survive_a_file(tmp_path, name, tolerance):
+def test_images_are_read_back_from_a_file(tmp_path, name, tolerance):
     picture = np.random.default_rng(1).random((5, 7, 4), dtype=np.float32)
     picture[..., 3] = 1.0
     ajar.write_image(str(tmp_path / name), picture, {"note": "hello"})
     np.testing.assert_allclose(ajar.read_image(str(tmp_path / name)), picture, atol=tolerance)
 
 
-def test_premultiplied_alpha_survives_png(tmp_path):
+def test_png_keeps_premultiplied_alpha(tmp_path):
     picture = np.zeros((2, 2, 4), np.float32)
     picture[:] = (0.25, 0.125, 0.0, 0.5)
     ajar.write_image(str(tmp_path / "x.png"), picture)
     np.testing.assert_allclose(ajar.read_image(str(tmp_path / "x.png")), picture, atol=0.005)
 
 
-def test_channels_have_their_names(tmp_path):
+def test_channels_have_the_expected_names(tmp_path):
     ajar.write_image(str(tmp_path / "x.exr"), np.ones((2, 3, 4), np.float32) * (1, 2, 3, 4))
     channels = ajar.read_channels(str(tmp_path / "x.exr"))
     assert {name: values[0, 0] for name, values in channels.items()} == {"R": 1, "G": 2, "B": 3, "A": 4}
 
 
 @pytest.mark.parametrize("name", ["x.jpg", "noending", "no/such/folder/x.png"])
-def test_pictures_that_cannot_be_written_are_named(tmp_path, name):
+def test_error_of_an_image_that_cannot_be_written_has_its_path(tmp_path, name):
     with pytest.raises(RuntimeError, match="cannot write"):
         ajar.write_image(str(tmp_path / name), np.zeros((2, 2, 3), np.float32))
 
 
-def test_photons_to_look_at_are_arrays_of_places_and_powers():
+def test_shown_photons_are_arrays_of_positions_and_powers():
     def floor_below_the_light() -> ajar.SceneDescription:
         description = square()
         graph = ajar.NodeGraph()

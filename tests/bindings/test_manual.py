@@ -1,4 +1,4 @@
-"""The manual says of each integrator what the renderer says, and its pictures are there."""
+"""The manual describes each integrator as the renderer does, and its pictures exist."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MANUAL = ROOT / "docs" / "manual"
 MAX_BYTES = 200_000
 
 
-def test_every_integrator_has_its_paragraph_with_its_bias():
+def test_every_integrator_has_a_paragraph_with_its_bias():
     text = (MANUAL / "rendering.md").read_text()
     for info in ajar.integrator_list():
         assert f"### {info.label}\n*{info.bias.name}: {info.sentence}*\n" in text, info.label
@@ -25,7 +25,7 @@ def test_every_integrator_has_its_paragraph_with_its_bias():
 
 
 @pytest.mark.parametrize("page", sorted(path.name for path in MANUAL.glob("*.md")))
-def test_pictures_and_pages_that_a_page_names_are_there(page):
+def test_pictures_and_pages_that_a_page_names_exist(page):
     for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", (MANUAL / page).read_text()):
         assert (MANUAL / target).is_file(), target
 

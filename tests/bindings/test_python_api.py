@@ -1,4 +1,4 @@
-"""The page of the Python module is what tools/python_api.py writes, and everything that is bound has a docstring."""
+"""The page of the Python module is the output of tools/python_api.py, and everything that is bound has a docstring."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import ajar  # noqa: E402
 import python_api  # noqa: E402
 
 
-def test_page_is_what_the_script_writes():
+def test_page_is_the_output_of_the_script():
     assert python_api.PAGE.read_text() == python_api.page(ajar), "run tools/python_api.py"
 
 
@@ -32,7 +32,7 @@ def test_page_names_everything_that_is_bound():
                     assert f"* `{member}`" in section, f"{name}.{member}"
 
 
-def test_a_missing_docstring_is_an_error_that_names_it():
+def test_error_of_a_missing_docstring_names_the_member():
     class Bare:
         """A class."""
         width = property(lambda self: 1)

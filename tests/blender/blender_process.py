@@ -1,4 +1,4 @@
-"""How the tests start Blender. The build under test is $AJAR_BUILD (default build/release), the program $BLENDER."""
+"""Starts Blender for the tests. $AJAR_BUILD is the build under test (default: build/release), $BLENDER the program."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def environment(profile: Path) -> dict[str, str]:
 
 
 def endless_render(profile: Path, folder: Path) -> subprocess.Popen:
-    """An animation whose first frame has no end, from when it has its first samples on. Its picture, statistics and checkpoint go to `folder`."""
+    """Starts an animation with an endless first frame, and returns after the first samples. Its image, statistics and checkpoint are written to `folder`."""
     arguments = command("--python", script(folder, "scene.ajar.samples = 2**20"), "-o", folder / "out", "-F", "PNG", "-a",
                         "--", "--ajar-stats", folder / "stats.json", "--ajar-checkpoint", folder / "checkpoint")
     process = subprocess.Popen(arguments, env=environment(profile), text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

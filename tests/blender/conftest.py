@@ -1,4 +1,4 @@
-"""Blender in a clean profile with the built add-on installed, as a user would have it."""
+"""Blender in a clean profile with the built add-on installed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from blender_process import BUILD, ROOT, TIMEOUT_SECONDS, command, environment
 
-collect_ignore = ["inside", "window"]  # these run inside Blender, started by test_inside.py and test_window.py
+collect_ignore = ["inside", "window"]  # these run inside Blender; test_inside.py and test_window.py start them
 if "AJAR_TIMING" not in os.environ:
     collect_ignore.append("test_timing.py")  # depends on the machine's speed
 
@@ -24,7 +24,7 @@ def profile(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def blender(profile: Path) -> Callable[..., subprocess.CompletedProcess]:
-    """Call with arguments after `blender -b --factory-startup --addons ajar_render`; standard error is part of stdout."""
+    """A function that runs `blender -b --factory-startup --addons ajar_render` with its arguments; stdout includes the standard error."""
 
     def run(*arguments: object, **more) -> subprocess.CompletedProcess:
         return subprocess.run(command(*arguments), env=environment(profile), text=True, stdout=subprocess.PIPE,
@@ -34,7 +34,7 @@ def blender(profile: Path) -> Callable[..., subprocess.CompletedProcess]:
 
 @pytest.fixture(scope="session")
 def display() -> Iterator[str]:
-    """A display in memory."""
+    """The name of a virtual display in memory."""
     read, write = os.pipe()
     server = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1000x700x24", "-nolisten", "tcp"],
                               pass_fds=[write], stderr=subprocess.DEVNULL)

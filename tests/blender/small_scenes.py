@@ -1,10 +1,10 @@
-"""Small scenes as scripts that Blender runs before it renders."""
+"""Small scenes as scripts. Blender runs them before it renders."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-# A square of 2 m under a lamp, seen from above; 32x24 pixels.
+# A square with sides of 2 m under a lamp, seen from above; 32x24 pixels.
 LIT_SQUARE = """
 import bpy
 bpy.ops.wm.read_homefile(use_empty=True)
@@ -27,7 +27,7 @@ scene.ajar.samples = 4
 
 
 def script(folder: Path, text: str, name: str = "scene.py") -> Path:
-    """LIT_SQUARE followed by `text`, as a file."""
+    """Writes a file with LIT_SQUARE followed by `text`."""
     path = folder / name
     path.write_text(LIT_SQUARE + text, encoding="utf-8")
     return path

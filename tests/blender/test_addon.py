@@ -1,11 +1,11 @@
-"""The add-on in a clean profile: it comes up, goes away, and leaves nothing behind."""
+"""Tests of the add-on in a clean profile: it registers, unregisters, and leaves no data behind."""
 
 
-def test_engine_is_offered(blender):
+def test_engine_is_registered(blender):
     assert "AJAR" in blender("-E", "help").stdout
 
 
-def test_registers_twice_and_leaves_nothing(blender, tmp_path):
+def test_it_registers_twice_and_leaves_no_data(blender, tmp_path):
     script = tmp_path / "script.py"
     script.write_text("""
 import addon_utils, bpy

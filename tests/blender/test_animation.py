@@ -1,11 +1,11 @@
-"""What frames of an animation hand on inside one render job, and what a still does not get."""
+"""Tests of the data that frames of an animation pass on within one render job. A still receives no such data."""
 
 import json
 
 import pytest
 from small_scenes import script
 
-# A wall beside the square, so that there is light to learn of.
+# A wall beside the square causes indirect light, which the path guide can learn.
 GUIDED = "wall = bpy.data.objects.new('Wall', mesh)\n" \
          "wall.rotation_euler.y, wall.location = 1.57, (1, 0, 1)\n" \
          "scene.collection.objects.link(wall)\n" \
@@ -19,7 +19,7 @@ GUIDED = "wall = bpy.data.objects.new('Wall', mesh)\n" \
     (["-a"], ["--ajar-carry-learning", "off"], 0),
     (["-f", "1", "-f", "2"], [], 0),
 ], ids=["animation", "switched off", "stills"])
-def test_frames_of_an_animation_learn_from_those_before(blender, tmp_path, job, options, frames_before):
+def test_frames_of_an_animation_use_the_learning_of_earlier_frames(blender, tmp_path, job, options, frames_before):
     stats = tmp_path / "stats.json"
     result = blender("--python", script(tmp_path, GUIDED), "-o", tmp_path / "out", "-F", "PNG", *job, "--", "--ajar-stats", stats, *options)
     assert result.returncode == 0, result.stdout

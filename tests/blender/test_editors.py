@@ -1,6 +1,7 @@
-"""With Ajar chosen, the editors besides Properties offer what they offer with Cycles: headers, sidebars, menus and operators; and what is new or dropped is the same.
+"""With Ajar, the editors other than Properties offer the same as with Cycles: headers, sidebars, menus and operators. New datablocks and dropped
+materials are the same.
 
-Quick Favourites are made by Blender alone, from the same operators and properties.
+Quick Favourites are not tested: Blender makes them from the same operators and properties.
 """
 
 import json
@@ -21,7 +22,7 @@ import differences  # noqa: E402
 
 pytestmark = pytest.mark.skipif(shutil.which("Xvfb") is None, reason="needs Xvfb (tools/setup.sh test)")
 
-OURS = ("AJAR_", "NODE_AJAR_", "CYCLES_", "NODE_CYCLES_")   # panels of one engine, which are compared by what they show together
+OURS = ("AJAR_", "NODE_AJAR_", "CYCLES_", "NODE_CYCLES_")   # panels of one engine; their contents are compared together
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +37,7 @@ def result(profile, display, tmp_path_factory):
 
 
 def shown_by(seen: dict[str, list[list[str]]], of_engines: bool) -> dict[str, set[tuple[str, str]]]:
-    """Of the panels that belong to an engine, all together; or of every other header, panel and menu by its name."""
+    """What the panels of the engines show, all together, or what every other header, panel and menu shows, by its name."""
     found: dict[str, set[tuple[str, str]]] = {}
     for name, shown in seen.items():
         if name.startswith(OURS) == of_engines:
@@ -45,7 +46,7 @@ def shown_by(seen: dict[str, list[list[str]]], of_engines: bool) -> dict[str, se
 
 
 def problems(editors: dict[str, dict]) -> list[str]:
-    """Differences that are not on a list."""
+    """The differences that are in no list."""
     found = []
     for editor, engines in editors.items():
         cycles, ajar = (shown_by(engines[engine]["seen"], False) for engine in ("CYCLES", "AJAR"))
@@ -57,7 +58,7 @@ def problems(editors: dict[str, dict]) -> list[str]:
             stands = differences.REPLACED.get(shown)
             if stands not in ajar and shown not in differences.ABSENT and shown not in differences.ABSENT_IN_EDITORS:
                 found.append(f"{editor}: {stands or shown} is missing in the panels")
-        found += [f"{editor}: {shown} is shown by Ajar's panels alone" for shown in sorted(ajar - cycles)
+        found += [f"{editor}: {shown} is shown only by Ajar's panels" for shown in sorted(ajar - cycles)
                   if not shown[0].startswith("Ajar") and shown not in differences.ADDED and shown not in differences.ADDED_IN_EDITORS]
         cycles, ajar = (set(engines[engine]["operators"]) for engine in ("CYCLES", "AJAR"))
         found += [f"{editor}: the operator {name} can be called with {'Cycles' if name in cycles else 'Ajar'} alone" for name in sorted(cycles ^ ajar)
@@ -65,11 +66,11 @@ def problems(editors: dict[str, dict]) -> list[str]:
     return found
 
 
-def test_nothing_but_what_is_listed_differs(result):
+def test_all_differences_are_listed(result):
     assert problems(result["editors"]) == []
 
 
-def test_a_difference_that_is_not_listed_is_noticed(result):
+def test_a_difference_that_is_not_listed_is_found(result):
     changed = json.loads(json.dumps(result["editors"]))
     material = changed["shader editor, BsdfPrincipled"]
     material["CYCLES"]["seen"]["NODE_CYCLES_MATERIAL_PT_settings"].append(["Material", "new_in_the_next_version"])
@@ -79,7 +80,7 @@ def test_a_difference_that_is_not_listed_is_noticed(result):
     assert len(found) == 3 and all(any(word in problem for problem in found) for word in ("Material', 'new_in", "material.new_in", "operator material.new "))
 
 
-def test_each_editor_was_looked_at(result):
+def test_each_editor_was_recorded(result):
     editors = result["editors"]
     assert len(editors) == 13
     for engines in editors.values():
@@ -100,18 +101,18 @@ def test_the_add_menus_offer_the_nodes_of_their_tree(result):
         assert f"type = {offered}" in nodes and f"type = {left_out}" not in nodes
 
 
-def test_what_is_new_is_the_same(result):
+def test_new_datablocks_are_the_same(result):
     made = result["made"]
     assert made["AJAR"] == made["CYCLES"]
     assert {"ShaderNodeBsdfPrincipled", "ShaderNodeOutputMaterial"} == {node[0] for node in made["AJAR"]["material.new"]["nodes"]} and len(made["AJAR"]["material.new"]["links"]) == 1
     assert {"ShaderNodeEmission", "ShaderNodeOutputLight"} == {node[0] for node in made["AJAR"]["AREA lamp with nodes"]["nodes"]}
 
 
-def test_a_material_falls_on_the_object_below_the_mouse(result):
+def test_a_dropped_material_is_assigned_to_the_object_below_the_mouse(result):
     assert result["dropped"]["AJAR"] == result["dropped"]["CYCLES"] == [["Dropped"], ["Asset"]]
 
 
-def test_a_rendered_view_waits_while_it_is_paused(result):
+def test_a_paused_rendered_view_does_not_render(result):
     paused = result["paused"]
     assert paused["at_pause"] == paused["later"] >= 2 and paused["status"].startswith("Paused") and not paused["busy"]
     assert paused["edit_is_shown"] and paused["goes_on"], paused

@@ -1,4 +1,4 @@
-"""Each file of inside/ runs in one Blender of its own."""
+"""Runs each file of inside/ in its own Blender."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What becomes of every setting, part of a shader node, choice and pass is known, in Debian's Blender and in each bpy wheel that `make compat` has brought."""
+"""The inventory lists every setting, part of a shader node, choice and pass, of Debian's Blender and of each bpy wheel that `make compat` has downloaded."""
 
 import json
 import os
@@ -20,7 +20,7 @@ NEW = "new_in_the_next_version"
 
 
 def listed(folder: Path, name: str, *more: str) -> dict:
-    """What things.py finds in a Blender; `more` are arguments of the program on the path."""
+    """The result of things.py in a Blender. `more` are further arguments of Blender."""
     out, script = folder / "things.json", PANELS / "things.py"
     python = COMPAT / name / "bin" / "python"
     if name != "installed" and not python.exists():
@@ -38,40 +38,40 @@ def parts(things: dict[str, list[str]]) -> set[tuple[str, str]]:
 
 
 def in_table(series: str | None = None) -> set[tuple[str, str]]:
-    """Of one Blender, or of any."""
+    """The parts that the table lists for one Blender, or for any."""
     return {(row.thing, choice) for row in inventory.rows() for choice in row.choices or [""] if series is None or row.states[series] != "-"}
 
 
 def unlisted(found: dict) -> list[str]:
-    """What the Blender has of which the table does not say what becomes of it."""
+    """The parts of the Blender that the table does not list."""
     series = inventory.series(found["blender"])
     known = in_table(series if series in inventory.rows()[0].states else None)
     return sorted(f"{thing} {choice}".strip() for thing, choice in parts(found["things"]) - known)
 
 
 @pytest.mark.parametrize("name", ["installed", *WHEELS])
-def test_all_that_a_blender_has_is_in_the_table(tmp_path, name):
+def test_all_parts_of_a_blender_are_in_the_table(tmp_path, name):
     found = listed(tmp_path, name)
     assert len(found["things"]) > 1200
     assert unlisted(found) == []
     series = inventory.series(found["blender"])
     if series in inventory.rows()[0].states:
-        assert sorted(in_table(series) - parts(found["things"])) == [], "make coverage writes the table anew"
+        assert sorted(in_table(series) - parts(found["things"])) == [], "run make coverage to write the table again"
 
 
-def test_a_new_setting_fails(tmp_path):
+def test_a_new_setting_is_found(tmp_path):
     found = listed(tmp_path, "installed", "--python-expr", f"import bpy; bpy.types.Camera.{NEW} = bpy.props.FloatProperty()")
     assert unlisted(found) == [f"Camera.{NEW}"]
 
 
-def test_a_blender_that_is_not_in_the_table_fails_with_what_it_has_more(tmp_path):
+def test_new_parts_of_an_unlisted_blender_are_found(tmp_path):
     found = listed(tmp_path, "installed") | {"blender": "9.1.0"}
-    assert unlisted(found) == []   # all of it is known from another Blender
+    assert unlisted(found) == []   # the table lists all of them for another Blender
     found["things"] |= {"CyclesRenderSettings.new": [], "ShaderNodeNew output BSDF": [], "pass New": [], "Camera.type": ["PERSP", "NEW"]}
     assert unlisted(found) == ["Camera.type NEW", "CyclesRenderSettings.new", "ShaderNodeNew output BSDF", "pass New"]
 
 
-def test_the_table_says_what_the_lists_say():
+def test_the_table_agrees_with_the_lists():
     rows = inventory.rows()
     words = {"exact", "same", "approximated", "reported", "read", "none", "-"}
     assert [row.thing for row in rows if not set(row.states.values()) <= words or set(row.states.values()) == {"-"}] == []

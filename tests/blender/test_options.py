@@ -1,4 +1,4 @@
-"""The command line: what is wrong is said before rendering, with the valid names and a non-zero exit code."""
+"""Tests of the command line: errors are reported before rendering, with the valid names and a non-zero exit code."""
 
 import json
 
@@ -37,7 +37,7 @@ def test_wrong_options_end_blender_before_rendering(blender, tmp_path, arguments
     assert not list(tmp_path.glob("out*"))
 
 
-def test_memory_limit_refuses_the_render_and_says_what_is_largest(blender, tmp_path):
+def test_memory_limit_stops_the_render_and_names_the_largest_part(blender, tmp_path):
     large = script(tmp_path, "scene.render.resolution_x = scene.render.resolution_y = 1000")
     for limit, code in ((2, 1), (800, 0)):
         result = blender("--python", large, "-o", tmp_path / f"out{limit}_", "-f", 1, "--", "--ajar-samples", 1, "--ajar-memory-limit", limit)
@@ -46,11 +46,11 @@ def test_memory_limit_refuses_the_render_and_says_what_is_largest(blender, tmp_p
     assert not list(tmp_path.glob("out2_*")) and list(tmp_path.glob("out800_*"))
 
 
-def test_arguments_of_others_are_left_alone(blender):
+def test_arguments_of_other_scripts_are_ignored(blender):
     assert blender("--", "--my-option", "3", "word").returncode == 0
 
 
-def test_statistics_hold_what_the_contract_lists(blender, tmp_path):
+def test_statistics_have_all_fields_of_the_contract(blender, tmp_path):
     stats, dump = tmp_path / "stats.json", tmp_path / "scene.ajar"
     result = blender("--python", script(tmp_path, ""), "-o", tmp_path / "out", "-F", "PNG", "-f", 1, "--",
                      "--ajar-samples", 3, "--ajar-seed=7", "--ajar-threads", 1, "--ajar-stats", stats, "--ajar-dump-scene", dump)

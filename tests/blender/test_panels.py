@@ -1,4 +1,4 @@
-"""With Ajar chosen, the Properties editor shows what it shows with Cycles, but for the differences that are listed with a reason."""
+"""With Ajar, the Properties editor shows the same as with Cycles, except for the differences that are listed with a reason."""
 
 import json
 import sys
@@ -26,7 +26,7 @@ def cases(compared):
 
 
 def problems(cases: list[dict]) -> list[str]:
-    """Differences that are not on the list, and properties that are said to be replaced by one that is not shown."""
+    """Differences that are not in the list, and listed replacements that are not shown."""
     found = []
     for case in cases:
         cycles, ajar = ({tuple(shown) for shown in case[engine]} for engine in ("cycles", "ajar"))
@@ -37,13 +37,13 @@ def problems(cases: list[dict]) -> list[str]:
                     found.append(f"{where}: {'.'.join(differences.REPLACED[shown])} should stand for {'.'.join(shown)}")
             elif shown not in differences.ABSENT and shown[0] not in differences.ABSENT_STRUCTS:
                 found.append(f"{where}: {'.'.join(shown)} is missing")
-        found += [f"{where}: {'.'.join(shown)} is shown by Ajar alone" for shown in sorted(ajar - cycles)
+        found += [f"{where}: {'.'.join(shown)} is shown only by Ajar" for shown in sorted(ajar - cycles)
                   if not shown[0].startswith("Ajar") and shown not in differences.ADDED]
     return found
 
 
 def different_passes(passes: dict[str, list[list[str]]]) -> list[str]:
-    """Passes that the inventory calls read, and that Ajar does not give as Cycles does, so that a compositor's links would be lost."""
+    """Passes that are "read" in the inventory but differ between Ajar and Cycles, so that the compositor would lose links."""
     ours = {name: pass_ for name, *pass_ in passes["AJAR"]}
     return [f"{name}: {ours.get(name)} instead of {pass_}" for name, *pass_ in passes["CYCLES"]
             if inventory.fate_of(f"pass {name}") == "read" and name not in differences.PASSES and ours.get(name) != pass_]
@@ -59,12 +59,12 @@ def test_the_shader_editor_offers_the_nodes_that_it_offers_for_cycles(compared):
     assert compared["nodes"]["AJAR"] == compared["nodes"]["CYCLES"] and len(compared["nodes"]["AJAR"]) > 0
 
 
-def test_nothing_but_what_is_listed_differs(cases):
+def test_all_differences_are_listed(cases):
     assert problems(cases) == []
 
 
-def test_each_kind_of_thing_was_looked_at(cases):
-    """The recorder sees what an artist would look for."""
+def test_each_kind_of_object_was_recorded(cases):
+    """The recorder finds important properties of each kind."""
     seen = {(case["tab"], case["of"]): {tuple(shown) for shown in case["ajar"]} for case in cases}
     assert len(seen) > 30
     assert {("template_node_view", "Surface"), ("template_node_view", "Volume"), ("template_node_view", "Displacement"),
@@ -76,7 +76,7 @@ def test_each_kind_of_thing_was_looked_at(cases):
     assert ("Object", "visible_camera") in seen["object", "mesh"] and ("Object", "visible_camera") in seen["object", "sun lamp"]
 
 
-def test_a_property_that_is_not_listed_is_noticed(cases):
+def test_a_property_that_is_not_listed_is_found(cases):
     changed = json.loads(json.dumps(cases))
     changed[0]["cycles"].append(["RenderSettings", "new_in_the_next_version"])
     changed[0]["ajar"] = [shown for shown in changed[0]["ajar"] if shown != ["AjarSceneSettings", "samples"]]

@@ -1,4 +1,5 @@
-"""Every setting that is followed, and every output, input, choice and switch of every shader node shows what it shows with Cycles, or the artist is told, or the difference is known and has a reason."""
+"""Every supported setting, and every output, input, choice and switch of every shader node gives the same image as with Cycles, or a warning is
+shown, or the difference is listed with a reason."""
 
 import json
 import os
@@ -20,16 +21,16 @@ def probed(command: list[object], python_path: Path, out: Path) -> dict:
     return json.loads(out.read_text())
 
 
-def test_nodes_show_what_they_show_with_cycles(tmp_path):
+def test_nodes_agree_with_cycles(tmp_path):
     program = os.environ.get("BLENDER", "blender")
     result = probed([program, "-b", "--factory-startup", "--python", COVERAGE / "probe.py", "--"], BUILD / "python", tmp_path / "probes.json")
     assert judge.faults(result) == []
     found = judge.verdicts(result)
     assert len(found) > 800
-    assert sum(verdict.has_effect for verdict in found) > 0.8 * len(found)   # or the probes would say little
+    assert sum(verdict.has_effect for verdict in found) > 0.8 * len(found)   # otherwise the probes test little
 
 
-def test_settings_act_as_they_do_with_cycles(tmp_path):
+def test_settings_agree_with_cycles(tmp_path):
     program = os.environ.get("BLENDER", "blender")
     result = probed([program, "-b", "--factory-startup", "--python", COVERAGE / "settings_probe.py", "--"], BUILD / "python", tmp_path / "settings.json")
     assert judge.faults(result) == []
@@ -42,7 +43,7 @@ def entry(**changes) -> dict:
             "change_error": 0.001} | changes
 
 
-def test_a_difference_is_a_fault_unless_it_is_said_known_or_noise():
+def test_a_difference_is_a_fault_unless_it_is_reported_listed_or_noise():
     def faults(**changes) -> int:
         return len(judge.faults({"blender": "5.2.3", "probes": [entry(**changes)]}))
 
@@ -53,6 +54,6 @@ def test_a_difference_is_a_fault_unless_it_is_said_known_or_noise():
     assert faults(difference=0.06, node="ShaderNodeBsdfDiffuse", name="Roughness") == 0
 
 
-def test_what_has_no_effect_in_cycles_is_told_apart():
+def test_probes_without_an_effect_in_cycles_are_marked():
     said, silent = judge.verdicts({"blender": "5.2.3", "probes": [entry(), entry(change=0.001)]})
     assert said.has_effect and not silent.has_effect

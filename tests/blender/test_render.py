@@ -1,4 +1,4 @@
-"""Pictures by `blender -b`: passes, borders, formats, bad input, interruption."""
+"""Tests of renders by `blender -b`: passes, borders, formats, invalid input and interruption."""
 
 import json
 import signal
@@ -19,7 +19,7 @@ RENDER_TO_FILE = ROOT / "tools" / "render_to_file.py"
 
 @pytest.fixture
 def render(blender, tmp_path):
-    """Render LIT_SQUARE, changed by a script, to a picture of linear floats; (pixels, what Blender said)."""
+    """A function that renders LIT_SQUARE, changed by a script, to a linear image of floats. Returns (pixels, output of Blender)."""
 
     def run(text: str = "", *options: object, name: str = "out.exr"):
         out = tmp_path / name
@@ -32,22 +32,22 @@ def render(blender, tmp_path):
     return run
 
 
-def test_lit_square_has_the_light_of_its_lamp(render):
+def test_radiance_of_the_lit_square_is_that_of_its_lamp(render):
     pixels, _ = render("lamp.data.shadow_soft_size = 0", "--ajar-samples", 16)
     assert pixels.shape == (24, 32, 4)
-    # Blender's point lamp of P watts has intensity P / (4 pi); a diffuse surface of albedo a, h below it, has radiance
-    # a / pi * P / (4 pi h^2).
+    # Blender's point lamp of P watts has intensity P / (4 pi); a diffuse surface of albedo a at the distance h below it has the radiance a / pi * P /
+    # (4 pi h^2).
     power, albedo, height = 100, 0.8, 2
     np.testing.assert_allclose(pixels[11:13, 15:17, :3], albedo / np.pi * power / (4 * np.pi * height**2), rtol=0.02)
 
 
-def test_png_is_as_seen(render):
+def test_png_has_the_view_transform(render):
     pixels, _ = render("scene.view_settings.view_transform = 'Standard'; lamp.data.energy = 20", name="out.png")
     linear, _ = render("lamp.data.energy = 20")
     np.testing.assert_allclose(pixels[..., :3], np.clip(linear[..., :3], 0, 1), atol=0.02)
 
 
-def test_border_renders_its_region_and_crop_shrinks_the_picture(render):
+def test_border_renders_its_region_and_crop_reduces_the_size(render):
     border = "scene.render.use_border = True\nscene.render.border_min_x, scene.render.border_max_x = 0.25, 0.75\n" \
              "scene.render.border_min_y, scene.render.border_max_y = 0.5, 1.0\n"
     full, _ = render()
@@ -61,7 +61,7 @@ def test_border_renders_its_region_and_crop_shrinks_the_picture(render):
     np.testing.assert_array_equal(cropped, full[12:, 8:24])
 
 
-def test_same_seed_same_picture_for_any_number_of_threads(render):
+def test_same_seed_gives_the_same_image_for_any_number_of_threads(render):
     one, _ = render("", "--ajar-threads", 1, "--ajar-seed", 5)
     two, _ = render("", "--ajar-threads", 2, "--ajar-seed", 5)
     other, _ = render("", "--ajar-seed", 6)
@@ -69,7 +69,7 @@ def test_same_seed_same_picture_for_any_number_of_threads(render):
     assert (one != other).any()
 
 
-def test_passes_arrive_under_their_names(blender, tmp_path):
+def test_passes_are_written_with_their_names(blender, tmp_path):
     text = """
 layer = scene.view_layers[0]
 layer.use_pass_z = layer.use_pass_normal = layer.use_pass_position = layer.use_pass_uv = True
@@ -89,7 +89,7 @@ layer.ajar.use_pass_albedo = layer.ajar.use_pass_sample_count = layer.ajar.use_p
     assert center[layer + "Position.Z"] == pytest.approx(0, abs=1e-4)
     assert 0.0 <= center[layer + "UV.U"] <= 1.0
     assert center[layer + "Albedo.R"] == pytest.approx(0.8, abs=0.01)
-    # Mist of Blender's world: quadratic from 5 metres on; the square is at 4.
+    # The mist of Blender's world starts at 5 metres and is quadratic; the distance of the square is 4 metres.
     assert (center[layer + "Mist.Z"], center[layer + "IndexOB.X"], center[layer + "IndexMA.X"]) == (0, 7, 0)
     assert center[layer + "DiffCol.R"] == pytest.approx(0.8, abs=1e-5)
     assert center[layer + "DiffDir.R"] * center[layer + "DiffCol.R"] == pytest.approx(center[layer + "Combined.R"], rel=1e-4)
@@ -99,8 +99,8 @@ layer.ajar.use_pass_albedo = layer.ajar.use_pass_sample_count = layer.ajar.use_p
     assert center[layer + "Variance.X"] >= 0
 
 
-def test_importance_of_a_collection_moves_samples_and_no_light(blender, tmp_path):
-    """Two squares side by side under one lamp: alike, but for how much they matter."""
+def test_importance_of_a_collection_changes_samples_but_not_the_expected_image(blender, tmp_path):
+    """Two squares side by side under one lamp, which differ only in their importance."""
     text = """
 other = bpy.data.objects.new("Other", mesh)
 square.location.x, other.location.x = -1, 1
@@ -137,11 +137,11 @@ BAD = {
 
 
 @pytest.mark.parametrize("text", BAD.values(), ids=BAD.keys())
-def test_bad_input_gives_a_picture(render, text):
+def test_invalid_input_gives_an_image(render, text):
     render(text)
 
 
-def test_missing_image_is_magenta_and_named(render):
+def test_missing_image_is_magenta_and_reported_by_name(render):
     pixels, words = render("""
 material = bpy.data.materials.new("Poster")
 material.use_nodes = True
@@ -178,7 +178,7 @@ HOPELESS = {
 
 
 @pytest.mark.parametrize("text, word", HOPELESS.values(), ids=HOPELESS.keys())
-def test_a_scene_without_a_picture_is_an_error_with_an_exit_code(blender, tmp_path, text, word):
+def test_a_scene_that_cannot_be_rendered_ends_with_an_exit_code(blender, tmp_path, text, word):
     result = blender("--python", script(tmp_path, text), "-o", tmp_path / "out", "-f", 1)
     assert result.returncode != 0 and word in result.stdout, result.stdout
     assert not list(tmp_path.glob("out*"))
@@ -192,7 +192,7 @@ def test_two_view_layers_and_two_frames(blender, tmp_path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_interrupt_keeps_the_picture_and_ends(profile, tmp_path, number):
+def test_interrupt_writes_the_image_and_ends_blender(profile, tmp_path, number):
     process = endless_render(profile, tmp_path)
     process.send_signal(number)
     words, _ = process.communicate(timeout=TIMEOUT_SECONDS)
@@ -201,7 +201,7 @@ def test_interrupt_keeps_the_picture_and_ends(profile, tmp_path, number):
     assert (tmp_path / "stats.json").exists() and (tmp_path / "checkpoint").exists()
 
 
-def test_a_resumed_render_goes_on(render, blender, tmp_path):
+def test_a_resumed_render_continues(render, blender, tmp_path):
     checkpoint, stats = tmp_path / "checkpoint", tmp_path / "stats.json"
     first, _ = render("", "--ajar-samples", 4, "--ajar-checkpoint", checkpoint)
     second, _ = render("", "--ajar-samples", 16, "--ajar-resume", checkpoint, "--ajar-stats", stats)
@@ -223,7 +223,7 @@ def test_description_renders_the_same_without_blender(render, tmp_path):
     np.testing.assert_array_equal(session.snapshot("Combined"), inside)
 
 
-def test_generated_coordinates_ignore_what_modifiers_moved(render):
+def test_generated_coordinates_ignore_displacement_by_modifiers(render):
     text = """
 material = bpy.data.materials.new("Generated")
 material.use_nodes = True
@@ -241,8 +241,8 @@ mesh.materials.append(material)
     np.testing.assert_allclose(moved[12, 12:20], plain[12, 12:20], atol=0.02)
 
 
-def test_a_killed_render_leaves_a_checkpoint_that_another_goes_on_from(profile, blender, tmp_path):
-    """The panel asks for it, not the command line."""
+def test_a_render_continues_from_the_checkpoint_of_a_killed_render(profile, blender, tmp_path):
+    """The settings of the panel switch the checkpoint on, not the command line."""
     text = (f"scene.ajar.use_checkpoint = scene.ajar.use_resume = True\nscene.ajar.checkpoint_path = {str(tmp_path / 'kept.checkpoint')!r}\n"
             "scene.ajar.checkpoint_interval = 1\nscene.ajar.samples = {samples}")
     process = subprocess.Popen(command("--python", script(tmp_path, text.format(samples=2**20)), "-o", tmp_path / "out", "-F", "PNG", "-f", 1),

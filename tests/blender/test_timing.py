@@ -1,4 +1,4 @@
-"""Promises of time, which depend on the machine: `make bench` runs these (AJAR_TIMING=1), `make test` does not."""
+"""Tests of time limits, which depend on the machine. `make bench` runs them (AJAR_TIMING=1), `make test` does not."""
 
 import signal
 import sys
@@ -33,7 +33,7 @@ def test_cancel_ends_within_a_fifth_of_a_second():
     assert time.monotonic() - started < 0.2
 
 
-def test_dropping_a_session_stops_it_within_a_second():
+def test_deleting_a_session_stops_its_render_within_a_second():
     session = running_session()
     started = time.monotonic()
     del session
@@ -46,7 +46,7 @@ def test_interrupt_ends_blender_within_three_seconds(profile, tmp_path, number):
     asked = time.monotonic()
     process.send_signal(number)
     process.communicate(timeout=60)
-    assert time.monotonic() - asked < 3.0  # with the time to write and to leave
+    assert time.monotonic() - asked < 3.0  # this includes the time to write the image and to exit
 
 
 @pytest.mark.parametrize("name", sorted(path.name for path in INSIDE.glob("time_*.py")))

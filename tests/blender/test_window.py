@@ -1,6 +1,6 @@
-"""Blender with a window, on a display in memory with OpenGL in software: the rendered view, seen and edited.
+"""Tests of Blender with a window, on a virtual display with OpenGL in software: the rendered view and edits in it.
 
-`AJAR_EDITS=200` makes the random edits of the last test as many, `AJAR_SEED` others.
+`AJAR_EDITS=200` sets the number of random edits of the last test, `AJAR_SEED` their seed.
 """
 
 import json
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(shutil.which("Xvfb") is None, reason="needs Xvfb
 
 @pytest.fixture(scope="module")
 def edited(profile, display, tmp_path_factory):
-    """What `window/edits.py` saw, and where its pictures are."""
+    """The result of `window/edits.py`, and the folder of its images."""
     folder = tmp_path_factory.mktemp("window")
     arguments = ["--python", f"{WINDOW}/drive.py", "--", f"{WINDOW}/edits.py", folder / "result.json", folder,
                  os.environ.get("AJAR_EDITS", "20"), os.environ.get("AJAR_SEED", "1")]
@@ -41,7 +41,7 @@ def edited(profile, display, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def day(profile, display, tmp_path_factory):
-    """What `window/day.py` did with a scene."""
+    """The result of `window/day.py`."""
     folder = tmp_path_factory.mktemp("day")
     result = subprocess.run(
         [os.environ.get("BLENDER", "blender"), "--factory-startup", "--window-geometry", "0", "0", "960", "600", "--addons", "ajar_render", "--python", f"{WINDOW}/drive.py", "--",
@@ -53,7 +53,7 @@ def day(profile, display, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def progress(profile, display, tmp_path_factory):
-    """What `window/progress.py` saw of a render by F12, and where its pictures are."""
+    """The result of `window/progress.py` for a render by F12, and the folder of its images."""
     folder = tmp_path_factory.mktemp("progress")
     result = subprocess.run(
         [os.environ.get("BLENDER", "blender"), "--factory-startup", "--enable-event-simulate", "--window-geometry", "0", "0", "960", "600", "--addons", "ajar_render",
@@ -63,17 +63,17 @@ def progress(profile, display, tmp_path_factory):
     return json.loads((folder / "result.json").read_text()), folder, result.stdout
 
 
-def test_the_graph_of_the_noise_grows_while_a_render_runs_and_stays_after_it(progress):
+def test_the_graph_of_the_noise_is_updated_during_a_render_and_kept_after_it(progress):
     values, folder, words = progress
     assert values["shown_at_first"] == 0 and not values["idle"]["is_noted"] and "Traceback" not in words
     first, during, later, after = (values[name] for name in ("without_density", "during", "later", "after"))
     assert first["is_running"] and during["is_running"] and later["is_running"] and not after["is_running"]
     assert 0 < first["points"] < during["points"] < later["points"] < after["points"]
     pictures = [seen["pictures"]["noise IMAGE_EDITOR"] for seen in (first, during, later, after)]
-    assert len({picture["sum"] for picture in pictures}) == 4   # another one each time
+    assert len({picture["sum"] for picture in pictures}) == 4   # all are different
     assert all(picture["size"][0] > 90 and picture["colours"] > 10 for picture in pictures)
     assert not values["redrawn_when_idle"]
-    # On the screen, the curve is orange, as nothing else is.
+    # On the screen, only the curve is orange.
     for name in ("during", "after"):
         screen = np.asarray(Image.open(folder / f"{name}.png").convert("RGB")).astype(int)
         red, green, blue = screen[..., 0], screen[..., 1], screen[..., 2]
@@ -81,12 +81,12 @@ def test_the_graph_of_the_noise_grows_while_a_render_runs_and_stays_after_it(pro
         assert curve.sum() > 30 and np.ptp(np.flatnonzero(curve.any(axis=0))) > 20, name
 
 
-def test_the_samples_of_the_pixels_are_seen_as_soon_as_the_map_is_switched_on(progress):
+def test_the_map_of_the_samples_is_drawn_when_it_is_switched_on(progress):
     values, _, _ = progress
     assert values["without_density"]["density"] is None and list(values["without_density"]["pictures"]) == ["noise IMAGE_EDITOR"]
     for name in ("during", "later", "after"):
         least, mean, most, height, width = values[name]["density"]
-        assert 0 < least <= mean <= most and (height, width) == (180, 240), name   # equal until the noise is known well enough
+        assert 0 < least <= mean <= most and (height, width) == (180, 240), name   # equal in all pixels until the estimate of the noise is reliable
         assert mean <= values[name]["samples"] <= 320, name
         assert values[name]["pictures"]["density IMAGE_EDITOR"]["size"] == [240, 180], name
     least, mean, most, _, _ = values["after"]["density"]
@@ -99,7 +99,7 @@ def test_a_rendered_view_shows_its_samples_without_rendering_again(progress):
     assert view["changed"] > 0.05 and view["left_over"] < 1e-3 and view["renders"] == 0, view
 
 
-def test_a_day_without_another_engine(day):
+def test_daily_work_needs_no_other_engine(day):
     values, folder, words = day
     assert values["engine"] == "AJAR" and len(values["edited"]) == 4 and "Traceback" not in words
     assert {"mesh MATERIAL", "mesh WORLD", "mesh VIEW_LAYER", "light DATA", "camera DATA", "hint OBJECT"} <= set(values["tabs"])
@@ -110,24 +110,24 @@ def test_a_day_without_another_engine(day):
     assert (folder / "saved.blend").exists()
 
 
-def test_the_screen_shows_the_renderers_picture_as_blender_displays_it(edited):
+def test_the_screen_shows_the_image_of_the_renderer_with_blenders_view_transform(edited):
     values, folder, _ = edited
     screen, picture = ajar.read_image(str(folder / "view.png")), np.load(folder / "view.npy")[..., :3]
     x, y, width, height = values["region"]
     assert picture.shape[:2] == (height, width)
     screen = screen[y:y + height, x:x + width, :3]
-    seen = picture.clip(0, 1)  # as read_image makes linear what the screen shows
-    free = np.ones((height, width), bool)  # of tools and headers that lie over the view
+    seen = picture.clip(0, 1)  # the same range as the linear values that read_image computes from the screen
+    free = np.ones((height, width), bool)  # pixels without tools and headers over the view
     for left, bottom, across, up in values["overlapping"]:
         free[max(0, bottom - y):max(0, bottom - y + up), max(0, left - x):max(0, left - x + across)] = False
-    free[-80:] = False  # of words
+    free[-80:] = False  # text
     assert seen[free].std() > 0.05
-    # A step of the screen's 8 bits is at most 2.4 / 255 in linear light.
+    # One step of the 8 bits of the screen is at most 2.4 / 255 in linear values.
     difference = np.abs(screen - seen)[free]
     assert np.median(difference) < 1 / 255 and np.mean(difference > 5 / 255) < 0.01
 
 
-def test_each_edit_exports_and_builds_what_it_changed_and_nothing_else(edited):
+def test_each_edit_exports_and_builds_only_what_it_changed(edited):
     counters = edited[0]["counters"]
     for name in ("turn", "select"):
         assert counters[name]["updates"] == 0, name
@@ -145,26 +145,26 @@ def test_a_light_hint_is_drawn_by_clicks_on_surfaces(edited):
     assert drawn["status"].startswith("Attached"), drawn
 
 
-def test_photons_are_points_on_surfaces_and_gone_when_switched_off(edited):
+def test_photons_are_drawn_as_points_on_surfaces_while_switched_on(edited):
     photons = edited[0]["photons"]
     assert photons["unasked"] == 0
     assert 1000 < photons["shown"] <= min(photons["stored"], 50_000) and photons["lowest"] == pytest.approx(-1, abs=1e-4)
-    assert photons["red_pixels"] > 1000, photons   # of red light
+    assert photons["red_pixels"] > 1000, photons   # the photons of red light
     assert photons["left_over"] == 0, photons
 
 
-def test_a_denoised_view_shows_what_the_denoiser_made_of_the_last_sample(edited):
+def test_a_denoised_view_shows_the_denoised_image_of_the_last_sample(edited):
     denoised = edited[0]["denoise"]
     assert denoised["unasked"] == 0
     of = [call["of"] for call in denoised["calls"]]
     assert of[-1] == [denoised["render"], denoised["samples"]] == [denoised["render"], 16], denoised
-    assert all(b[1] > a[1] for a, b in zip(of, of[1:])), of    # each of more samples than the one before
+    assert all(b[1] > a[1] for a, b in zip(of, of[1:])), of    # each image has more samples than the one before
     width, height = denoised["size"]
     assert all(call["albedo"] == call["normal"] == [height, width, 3] and 0.5 < call["brightest"] <= 1 for call in denoised["calls"])
     assert denoised["blue"] > 0.8, denoised
 
 
-def test_random_edits_end_with_a_picture(edited):
+def test_random_edits_end_with_an_image(edited):
     values, _, words = edited
     mean, deviation, samples = values["end"]
     assert mean > 0.01 and deviation > 0.01 and samples >= 1, values

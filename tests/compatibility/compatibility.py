@@ -1,8 +1,9 @@
 #!/usr/bin/python3
-"""make compat: the zip in every Blender, each scene by Ajar and Cycles by turns in one process, and against Blender 3.4.1.
+"""make compat: tests the zip in every Blender. Ajar and Cycles render each scene alternately in one process; the images are also compared with those
+of Blender 3.4.1.
 
-The `bpy` wheels on PyPI are official builds, Cycles and all its libraries included. Each gets an environment of its own below build/compat, a
-clean profile, and the zip; `blender` on the path gets the legacy add-on. Writes docs/compatibility.md.
+The `bpy` wheels on PyPI are official builds with Cycles and all its libraries. Each is installed into its own environment below build/compat with a
+clean profile and the zip; `blender` on the path uses the legacy add-on. Writes docs/compatibility.md.
 
     compatibility.py [--wheel 4.2.23 ...] [--scene box ...] [--python 3.13=/path/to/python]
 """
@@ -29,11 +30,11 @@ import agreement  # noqa: E402
 INSIDE = Path(__file__).resolve().parent / "inside.py"
 WORK = ROOT / "build" / "compat"
 BUILD = Path(os.environ.get("AJAR_BUILD", ROOT / "build" / "release"))
-WHEELS = {"4.2.23": "3.11", "4.5.15": "3.11", "5.0.1": "3.11", "5.2.3": "3.13"}   # the newest of each, and its Python
+WHEELS = {"4.2.23": "3.11", "4.5.15": "3.11", "5.0.1": "3.11", "5.2.3": "3.13"}   # the newest release of each series, and its Python
 NUMPY = {"3.11": "numpy<2", "3.13": "numpy"}
 REFERENCE = "3.4.1"
 OLDER = "x86-64-v2"
-REMARKS = "## Remarks\n"   # not written by this script, and kept by it
+REMARKS = "## Remarks\n"   # the section is written by hand, and this script keeps it
 SEEDS = (1, 2)
 SAMPLES, PERCENTAGE, BLOCK = 16, 10, 16
 TIMEOUT_SECONDS = 1800
@@ -41,7 +42,7 @@ TIMEOUT_SECONDS = 1800
 
 @dataclass(frozen=True)
 class Blender:
-    """One Blender under test: a command that runs a Python script in it, and the zip that it takes; None: what `make` built for it."""
+    """A Blender under test: a command that runs a Python script in it, and the zip to install; None: the add-on that `make` built."""
 
     name: str
     command: list[str]
@@ -49,13 +50,13 @@ class Blender:
 
 
 class Unavailable(Exception):
-    """This Blender cannot be had here."""
+    """This Blender is not available on this machine."""
 
 
 # ---- Blenders -----------------------------------------------------------------------------------------------------------
 
 def zips() -> tuple[Path, Path]:
-    """The extension and the legacy add-on that `make extension` left."""
+    """The extension and the legacy add-on of `make extension`."""
     legacy = sorted((ROOT / "out").glob("ajar-*-legacy-linux-x64.zip"))
     extension = [path for path in sorted((ROOT / "out").glob("ajar-*-linux-x64.zip")) if path not in legacy]
     if not extension or not legacy:
@@ -72,7 +73,7 @@ def find_python(version: str) -> str:
 
 
 def wheel(version: str, zip_file: Path, work: Path = WORK) -> Blender:
-    """The bpy wheel in an environment of its own, downloaded by the first who asks."""
+    """The bpy wheel in its own environment, downloaded at the first use."""
     folder = work / f"bpy-{version}"
     python = folder / "bin" / "python"
     if not (folder / "complete").exists():
@@ -87,14 +88,14 @@ def wheel(version: str, zip_file: Path, work: Path = WORK) -> Blender:
 
 
 def debian(zip_file: Path | None) -> Blender:
-    """The Blender on the path. Without a zip it is the reference, built with Debian's own libraries."""
+    """The Blender on the path. Without a zip it is the reference, whose Ajar is built with Debian's libraries."""
     program = os.environ.get("BLENDER", "blender")
     return Blender(f"{REFERENCE} (Debian 12{', legacy zip' if zip_file else ''})",
                    [program, "-b", "--factory-startup", "--python", str(INSIDE), "--"], zip_file)
 
 
 def run(blender: Blender, renders: list[dict], out: Path, panels: bool = False, **environment: str) -> dict:
-    """What inside.py saw, in a clean profile; `pictures` are added. `panels`: compare what Properties shows, into out/panels.json."""
+    """The result of inside.py in a clean profile, with the images in `pictures`. `panels`: also compares what Properties shows, and writes out/panels.json."""
     shutil.rmtree(out, ignore_errors=True)
     profile = out / "profile"
     profile.mkdir(parents=True)
@@ -118,7 +119,7 @@ def run(blender: Blender, renders: list[dict], out: Path, panels: bool = False, 
 # ---- Comparison ---------------------------------------------------------------------------------------------------------
 
 def jobs(scenes: list[str], engines: tuple[str, ...] = ("CYCLES", "AJAR")) -> list[dict]:
-    """Each scene with each seed by each engine, which take turns in one process."""
+    """The renders of each scene with each seed by each engine. The engines alternate in one process."""
     return [{"blend": str(ROOT / "test_scenes" / f"{scene}.blend"), "samples": SAMPLES, "percentage": PERCENTAGE, "engine": engine, "seed": seed}
             for scene in scenes for seed in SEEDS for engine in engines]
 
@@ -129,7 +130,7 @@ def pictures_of(result: dict, scene: str, engine: str = "AJAR") -> list[np.ndarr
 
 
 def compare(ours: list[np.ndarray], theirs: list[np.ndarray]) -> dict:
-    """Ratio of the means with its standard error, and the blocks that differ by more than 1 % and three standard errors."""
+    """The ratio of the means with its standard error, and the blocks that differ by more than 1 % and three standard errors."""
     pairs = [agreement.mean_and_variance(pictures) for pictures in (ours, theirs)]
     blocks = [agreement.blocks_of_pixels(mean, variance, len(ours), BLOCK) for mean, variance in pairs]
     means = [mean.mean() for mean, _ in pairs]
@@ -139,14 +140,14 @@ def compare(ours: list[np.ndarray], theirs: list[np.ndarray]) -> dict:
 
 
 def agrees(comparison: dict) -> bool:
-    """At three standard errors about one block of 370 is out by chance."""
+    """With three standard errors, about one block of 370 exceeds the limit by noise alone."""
     return comparison["finite"] and (comparison["same"] or comparison["out"] <= max(1, comparison["blocks"] // 50))
 
 
 # ---- Libraries ------------------------------------------------------------------------------------------------------------
 
 def foreign_libraries(result: dict) -> dict[str, list[str]]:
-    """Embree, TBB and OpenImageIO in the process: ours by the add-on's folder, and Blender's."""
+    """Embree, TBB and OpenImageIO in the process: those in the folder of the add-on, and those of Blender."""
     found = {"ours": [], "Blender's": []}
     for path in result["mapped"]:
         name = Path(path).name
@@ -174,8 +175,8 @@ def table(results: dict[str, dict], scenes: list[str], of: Callable[[dict, str],
 
 
 def page(results: dict[str, dict], scenes: list[str]) -> str:
-    lines = ["# Compatibility", "", "Written by `make compat`. The zip of `make extension` is installed into each Blender as a user would, in a clean profile, and",
-             "everything deprecated in its API is an error. Ajar (path tracer) and Cycles take turns in one process:",
+    lines = ["# Compatibility", "", "Written by `make compat`. The zip of `make extension` is installed into each Blender in a clean profile, and",
+             "every use of a deprecated function of its API is an error. Ajar (path tracer) and Cycles alternate in one process:",
              f"{SAMPLES} samples, {len(SEEDS)} seeds, {PERCENTAGE} % of each scene's size.",
              "", "| Blender | Python | instructions | Embree, TBB, OpenImageIO of Ajar | of Blender, in the same process |", "|---|---|---|---|---|"]
     for name, result in results.items():
@@ -193,7 +194,7 @@ def page(results: dict[str, dict], scenes: list[str]) -> str:
                      lambda result, scene: compare(pictures_of(result, scene), pictures_of(result, scene, "CYCLES")))]
     lines += ["", "## Ajar against Ajar in Blender 3.4.1", "",
               "There Ajar is built with Debian's libraries (Embree 3). Opening a file in 4.0 or newer turns its Principled nodes into the second version,",
-              "in Cycles too, so scenes with such nodes become other pictures; the table above is what judges them.", "",
+              "also for Cycles, so that the images of such scenes differ; only the table above tests them.", "",
               *table({name: result for name, result in works.items() if name != debian(None).name}, scenes,
                      lambda result, scene: compare(pictures_of(result, scene), pictures_of(works[debian(None).name], scene)))]
     first = next(iter(official), None)
@@ -205,7 +206,7 @@ def page(results: dict[str, dict], scenes: list[str]) -> str:
 
 
 def forced_lines(blender: Blender, forced: dict, results: dict[str, dict], scene: str) -> str:
-    """What came of forcing the older instructions."""
+    """The result of the render with the older instruction set."""
     if "error" in forced:
         return f"\nForced to {OLDER} it failed: {forced['error'].strip().splitlines()[-1]}\n"
     c = compare(pictures_of(forced, scene), pictures_of(results[blender.name], scene))
@@ -214,7 +215,7 @@ def forced_lines(blender: Blender, forced: dict, results: dict[str, dict], scene
 
 
 def remarks_on(page_file: Path) -> str:
-    """What people have written below the line that says so."""
+    """The text that was written by hand below the heading REMARKS."""
     _, line, remarks = page_file.read_text(encoding="utf-8").partition(REMARKS) if page_file.exists() else ("", "", "")
     return f"\n{REMARKS}{remarks}" if line else ""
 
@@ -241,7 +242,7 @@ def main() -> None:
     forced = run(blenders[-1], jobs(options.scene[:1], ("AJAR",)), WORK / "out" / "forced", AJAR_INSTRUCTION_SET=OLDER)
     options.page.write_text(page(results, options.scene) + forced_lines(blenders[-1], forced, results, options.scene[0]) + remarks_on(options.page), encoding="utf-8")
     if forced.get("instruction_set") != OLDER:
-        raise SystemExit(f"{OLDER} was not taken: {forced.get('error', forced.get('instruction_set'))}")
+        raise SystemExit(f"{OLDER} was not used: {forced.get('error', forced.get('instruction_set'))}")
     bad = [name for name, result in results.items() if "error" in result]
     bad += [f"{name}: {scene}" for name, result in results.items() for scene in options.scene if name not in bad and "legacy" not in name
             and not agrees(compare(pictures_of(result, scene), pictures_of(result, scene, "CYCLES")))]

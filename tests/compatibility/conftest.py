@@ -18,7 +18,7 @@ import build  # noqa: E402
 
 @pytest.fixture(scope="session")
 def zips(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    """The extension and the legacy add-on; those in the folder $AJAR_ZIPS, or made for the tests."""
+    """The extension and the legacy add-on, either from the folder $AJAR_ZIPS or built for the tests."""
     if "AJAR_ZIPS" in os.environ:
         folder = Path(os.environ["AJAR_ZIPS"])
         return folder / f"ajar-{build.version()}-linux-x64.zip", folder / f"ajar-{build.version()}-legacy-linux-x64.zip"

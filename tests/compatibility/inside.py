@@ -1,12 +1,12 @@
-"""Runs inside one Blender, or inside the Python of one bpy wheel: installs Ajar from a zip as a user would, renders, writes what it saw.
+"""Runs inside a Blender or in the Python of a bpy wheel: installs Ajar from a zip, renders, and writes the results.
 
     python inside.py JOB.json
     blender -b --factory-startup --python inside.py -- JOB.json
 
-With "panels" in the job, out/panels.json compares what Properties shows with Cycles and with Ajar.
+With "panels" in the job, out/panels.json contains what Properties shows with Cycles and with Ajar.
 The job: {"zip", "out", "renders": [{"blend", "engine", "samples", "seed", "percentage", "denoise"}]}, where "denoise" is "", "library" or
-"compositor". Leaves out/<number>.npy, linear RGBA from the bottom up, and out/result.json. Whatever is deprecated in the API that the add-on uses is an error. Ends by os._exit: Blender's own clean-up
-is not what is tested, and its exit code would be 0 after an exception.
+"compositor". Writes out/<number>.npy, linear RGBA from the bottom up, and out/result.json. Every use of a deprecated function of the API is an error.
+Ends by os._exit: Blender's own clean-up is not tested, and its exit code would be 0 after an exception.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ OURS = r"(bl_ext\.user_default\.)?ajar_render"
 
 
 def install(path: str | None) -> str:
-    """Name of the installed add-on's module. None: the profile has it already."""
+    """Installs the add-on and returns the name of its module. None: the profile already has it."""
     warnings.filterwarnings("error", module=OURS)
     if path is None:
         bpy.ops.preferences.addon_enable(module=ADDON)
@@ -72,7 +72,7 @@ def render(job: dict, path: Path) -> np.ndarray:
 
 
 def mapped_libraries() -> list[str]:
-    """Files of the libraries in this process."""
+    """The files of the libraries in this process."""
     lines = Path("/proc/self/maps").read_text().splitlines()
     return sorted({line.split(None, 5)[5] for line in lines if len(line.split(None, 5)) == 6 and ".so" in line.split(None, 5)[5]})
 

@@ -1,4 +1,4 @@
-"""The extension's manifest, looked at by Blender's own tool, in a zip that has everything but the compiled parts."""
+"""Tests of the manifest of the extension with Blender's own tool, in a zip with everything except the compiled parts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import build
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-# Folders that may have a Blender since 4.2 with its tool for extensions; $AJAR_BLENDER_EXT names the tool itself.
+# Folders that may contain Blender 4.2 or newer with its tool for extensions; $AJAR_BLENDER_EXT is the path of the tool.
 PLACES = ("build/compat/bpy-*/lib/python3.*/site-packages/bpy/*/scripts", "/usr/share/blender/scripts", "/usr/share/blender/*/scripts")
 TOOL = "addons_core/bl_pkg/cli/blender_ext.py"
 
@@ -38,7 +38,7 @@ def validate(tool: Path, archive: Path) -> subprocess.CompletedProcess:
 
 def test_blender_accepts_the_extension(archive):
     if not tools():
-        pytest.skip("there is no Blender since 4.2 here (make compat brings one)")
+        pytest.skip("there is no Blender 4.2 or newer here (make compat downloads one)")
     for tool in tools():
         result = validate(tool, archive)
         assert result.returncode == 0, f"{tool}: {result.stdout}"
@@ -46,7 +46,7 @@ def test_blender_accepts_the_extension(archive):
 
 def test_blender_refuses_a_manifest_without_a_maintainer(archive, tmp_path):
     if not tools():
-        pytest.skip("there is no Blender since 4.2 here (make compat brings one)")
+        pytest.skip("there is no Blender 4.2 or newer here (make compat downloads one)")
     broken = tmp_path / "broken.zip"
     with zipfile.ZipFile(archive) as source, zipfile.ZipFile(broken, "w") as target:
         for name in source.namelist():
@@ -63,6 +63,6 @@ def test_maintainer_has_a_name_and_an_address(archive):
     assert re.fullmatch(r"[^<>]+ <[^<>@\s]+@[^<>@\s]+\.[a-z]+>", manifest["maintainer"])
 
 
-def test_the_manual_is_inside(archive):
+def test_the_zip_has_the_manual(archive):
     with zipfile.ZipFile(archive) as opened:
         assert {"manual/index.html", "manual/settings.html", "manual/style.css", "manual/panel_sampling.jpg"} <= set(opened.namelist())

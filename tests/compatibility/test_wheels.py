@@ -1,4 +1,4 @@
-"""The zip in an official Blender: the bpy wheel of this machine's Python, and the newest where there is a Python for it."""
+"""Tests of the zip in an official Blender: the bpy wheel for the Python of this machine, and the newest if its Python is installed."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "blender"))
 import test_panels
 import test_probes
 
-BAKED, INSTANCED = "box", "plant"   # without and with instances; box looks the same in every version
+BAKED, INSTANCED = "box", "plant"   # scenes without and with instances; the image of box is the same in every version
 AJAR = ("AJAR",)
-OFFICIAL = "5.0.1"   # the newest for the Python of Debian 12
-NEWEST = "5.2.3"     # wants Python 3.13
+OFFICIAL = "5.0.1"   # the newest release for the Python of Debian 12
+NEWEST = "5.2.3"     # needs Python 3.13
 
 
 def same(ours, theirs) -> None:
@@ -34,7 +34,7 @@ def wheel_or_skip(version: str, zip_file) -> compatibility.Blender:
 
 @pytest.fixture(scope="session")
 def expected(tmp_path_factory):
-    """What Blender 3.4.1 renders with the Ajar under test, which has Debian's libraries."""
+    """The images of Blender 3.4.1 with the Ajar under test, which has Debian's libraries."""
     result = compatibility.run(compatibility.debian(None), compatibility.jobs([BAKED, INSTANCED], AJAR), tmp_path_factory.mktemp("reference"))
     assert "error" not in result, result["error"]
     return result
@@ -49,7 +49,7 @@ def test_legacy_add_on_renders_the_same(zips, expected, tmp_path):
 
 
 @pytest.mark.parametrize("version", [OFFICIAL, NEWEST])
-def test_official_blender_renders_what_its_cycles_renders(zips, expected, tmp_path, version):
+def test_official_blender_renders_the_same_as_its_cycles(zips, expected, tmp_path, version):
     result = compatibility.run(wheel_or_skip(version, zips[0]), compatibility.jobs([BAKED, INSTANCED]), tmp_path / "out")
     assert "error" not in result, result["error"]
     assert result["blender"].startswith(version)
@@ -62,10 +62,10 @@ def test_official_blender_renders_what_its_cycles_renders(zips, expected, tmp_pa
 
 
 @pytest.mark.parametrize("version", compatibility.WHEELS)
-def test_properties_shows_what_it_shows_with_cycles(zips, tmp_path, version):
-    """The wheels that other tests need as well, and those that `make compat` has brought."""
+def test_properties_shows_the_same_as_with_cycles(zips, tmp_path, version):
+    """Uses the wheels that other tests need as well, and those that `make compat` has downloaded."""
     if version not in (OFFICIAL, NEWEST) and not (compatibility.WORK / f"bpy-{version}" / "complete").exists():
-        pytest.skip(f"not tried in Blender {version}: make compat has not brought it")
+        pytest.skip(f"not tried in Blender {version}: make compat has not downloaded it")
     result = compatibility.run(wheel_or_skip(version, zips[0]), [], tmp_path / "out", panels=True)
     assert "error" not in result, result["error"]
     compared = json.loads((tmp_path / "out" / "panels.json").read_text())
@@ -74,20 +74,20 @@ def test_properties_shows_what_it_shows_with_cycles(zips, tmp_path, version):
     assert compared["nodes"]["AJAR"] == compared["nodes"]["CYCLES"]
 
 
-def test_nodes_show_what_they_show_with_cycles(zips, unpacked, tmp_path):
+def test_nodes_agree_with_cycles(zips, unpacked, tmp_path):
     """`make coverage` does the same for the settings."""
     python = wheel_or_skip(NEWEST, zips[0]).command[0]
     result = test_probes.probed([python, test_probes.COVERAGE / "probe.py"], unpacked, tmp_path / "probes.json")
     assert test_probes.judge.faults(result) == []
 
 
-def test_self_check_is_there_when_the_renderer_cannot_be_loaded(zips, tmp_path):
+def test_self_check_works_when_the_renderer_cannot_be_loaded(zips, tmp_path):
     result = compatibility.run(wheel_or_skip(OFFICIAL, zips[0]), [], tmp_path / "out", AJAR_INSTRUCTION_SET="x86-64-v9")
     assert "FAILED: the renderer cannot be loaded:" in result["self_check"] and "x86-64-v9" in result["self_check"][-1], result
 
 
-def test_denoising_by_the_library_is_that_of_the_compositor(zips, tmp_path):
-    """The same library with the same guides, once by its C interface and once by Blender's node; and it is worth its name."""
+def test_denoising_by_the_library_is_equal_to_that_of_the_compositor(zips, tmp_path):
+    """The same library with the same guides gives the same result by its C interface and by Blender's node, and it reduces the error."""
     common = compatibility.jobs(["checker"], AJAR)[0]
     jobs = [common | {"samples": 8}, common | {"samples": 8, "denoise": "library"}, common | {"samples": 512}, common | {"samples": 8, "denoise": "compositor"}]
     result = compatibility.run(wheel_or_skip(OFFICIAL, zips[0]), jobs, tmp_path / "out")

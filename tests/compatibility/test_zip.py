@@ -1,4 +1,4 @@
-"""What is in the zip can be loaded beside anything, on any system that official Blender runs on."""
+"""The content of the zip can be loaded together with other libraries, on any system that official Blender supports."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import isolate
 
 MAX_MEGABYTES = 60
 NEWEST_GLIBC = (2, 35)
-NEWEST_LIBSTDCXX = (3, 4, 25)   # of GCC 8, as on the system that official Blender is built for (VFX platform, glibc 2.28)
+NEWEST_LIBSTDCXX = (3, 4, 25)   # the version of GCC 8, as on the system for which official Blender is built (VFX platform, glibc 2.28)
 SYSTEM = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "libgcc_s.so.1", "libstdc++.so.6", "libz.so.1", "ld-linux-x86-64.so.2"}
 
 
@@ -40,7 +40,7 @@ def test_manifest(unpacked):
     assert tuple(map(int, manifest["version"].split("."))) == tuple(map(int, re.search(r'"version": \((.*?)\)', init)[1].split(",")))
 
 
-def test_every_library_is_inside_or_of_every_system(unpacked):
+def test_every_library_is_in_the_zip_or_in_every_system(unpacked):
     inside = {path.name for path in libraries(unpacked)}
     for library in libraries(unpacked):
         assert set(isolate.needed(library)) <= inside | SYSTEM, library
@@ -52,8 +52,8 @@ def test_runs_on_older_systems(unpacked):
         assert newest(library, "GLIBCXX") <= NEWEST_LIBSTDCXX, library
 
 
-def test_no_name_that_blender_or_another_add_on_could_have(unpacked):
-    """Neither a soname nor a symbol: the linker would join them."""
+def test_no_name_is_shared_with_blender_or_another_add_on(unpacked):
+    """Neither sonames nor symbols may be shared, because the linker would merge them."""
     for library in libraries(unpacked):
         text = subprocess.run(["readelf", "-d", library], text=True, check=True, stdout=subprocess.PIPE).stdout
         for name in isolate.needed(library) + re.findall(r"\(SONAME\).*\[(.*)\]", text):
@@ -62,7 +62,7 @@ def test_no_name_that_blender_or_another_add_on_could_have(unpacked):
             assert symbol.startswith((isolate.PREFIX, "PyInit__ajar")), (library, symbol)
 
 
-def test_modules_hold_the_instructions_of_their_level(unpacked):
+def test_modules_have_the_instructions_of_their_level(unpacked):
     wide = {}
     for module in unpacked.rglob("_ajar.*.so"):
         code = subprocess.run(["objdump", "-d", "--no-show-raw-insn", module], text=True, check=True, stdout=subprocess.PIPE).stdout
@@ -70,7 +70,7 @@ def test_modules_hold_the_instructions_of_their_level(unpacked):
     assert wide and all(found == (module.parent.name == "x86-64-v3") for module, found in wide.items()), wide
 
 
-def test_bundled_libraries_are_what_the_module_uses(unpacked):
-    """None of them stays in because it was in some wheel."""
+def test_bundled_libraries_are_used_by_the_module(unpacked):
+    """The zip has no unused library of a wheel."""
     wanted = {name for library in libraries(unpacked) for name in isolate.needed(library)}
     assert {path.name for path in (unpacked / "ajar" / "lib").iterdir()} <= wanted

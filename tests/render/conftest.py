@@ -1,4 +1,4 @@
-"""Renders for statistical tests: scenes are exported once by Blender, then rendered by `ajar-render` as often as needed."""
+"""Renders for statistical tests. Blender exports each scene once, and `ajar-render` renders it as often as needed."""
 
 import os
 import sys
@@ -15,7 +15,7 @@ import renderers  # noqa: E402
 
 @pytest.fixture(scope="session")
 def ajar_build():
-    """The build under test; `make test` names it."""
+    """The build under test, set by `make test`."""
     build = renderers.AjarBuild.default()
     for needed in (build.build / "ajar-render", build.build / "blender_profile" / "scripts" / "addons" / "ajar_render"):
         if not needed.exists():
@@ -25,7 +25,7 @@ def ajar_build():
 
 @pytest.fixture(scope="session")
 def exported(ajar_build, tmp_path_factory):
-    """exported(scene): the scene's file as the core sees it, and the folder for renders of it."""
+    """exported(scene): the exported file of the scene, and the folder for its renders."""
     known = {}
 
     def export(scene):

@@ -1,7 +1,7 @@
-"""Where Ajar and Cycles are known not to show the same image, each with its reason. Anything else that differs is a bug.
+"""The known differences between images of Ajar and Cycles, each with its reason. Every other difference is a bug.
 
-A scene maps to a list of exceptions; each covers the blocks for which `covers(row, column)` is true, in a grid of 16 x 16-pixel
-blocks at the reference's size, rows from the top.
+Each scene has a list of exceptions. An exception applies to the blocks for which `covers(row, column)` is true, in a grid of 16 x 16-pixel blocks at
+the size of the reference, rows from the top.
 """
 
 from dataclasses import dataclass
@@ -18,6 +18,6 @@ EXPECTED_DIFFERENCES: dict[str, list[ExpectedDifference]] = {}
 
 
 def unexpected(scene_name: str, found: list) -> list:
-    """The disagreements that no exception covers."""
+    """The differences that no exception covers."""
     expected = EXPECTED_DIFFERENCES.get(scene_name, [])
     return [d for d in found if not any(difference.covers(d.row, d.column) for difference in expected)]

@@ -1,9 +1,9 @@
-"""Ajar shows what Cycles shows: 16 x 16-pixel block means within 1 % + 3 standard errors of the references in test_scenes/references.
+"""Images of Ajar agree with those of Cycles: the means of 16 x 16-pixel blocks are within 1 % + 3 standard errors of the references in test_scenes/references.
 
-AJAR_TEST_SAMPLES sets the samples per pixel of each of eight replicates (default 32): more make the tests sharper, never wider. A block
-that disagrees by noise alone agrees again with four times the samples; a bias does not.
+AJAR_TEST_SAMPLES sets the samples per pixel of each of eight replicates (default 32). More samples make the tests stricter. A difference of a block
+that is caused by noise disappears with four times the samples; a bias does not.
 
-A long study: `make agreement` runs it; the gate does not.
+The test takes long: `make agreement` runs it, `make test` does not.
 """
 
 import os
@@ -22,7 +22,7 @@ REPLICATES = 8
 CONVERGED = 0.03
 SAMPLES = int(os.environ.get("AJAR_TEST_SAMPLES", "32"))
 THREADS = os.cpu_count() or 1
-# Image that came with the scene, and the texture that the scene needs from outside its folder.
+# The image that belongs to the scene, and the texture outside of its folder that the scene needs.
 IGNIS = {"shared/ignis_box": ("ref-cycles-box-4096.exr", None), "shared/ignis_roughness": ("ref-cycles-roughness-8192.exr", "grid_weight.png"),
          "shared/ignis_tex": ("ref-cycles-tex-4096.exr", "boats.jpg")}
 
@@ -30,12 +30,12 @@ IGNIS = {"shared/ignis_box": ("ref-cycles-box-4096.exr", None), "shared/ignis_ro
 def need_scene(scene):
     if not scene.path.exists():
         if scene in scenes.SHARED_SCENES:
-            pytest.skip(f"{scene.path} is not here: shared scenes are beside the project, not in it")
+            pytest.skip(f"{scene.path} does not exist: shared scenes are not part of the project")
         pytest.fail(f"{scene.path} is missing")
 
 
 def replicates_of(ajar_build, scene_file, folder):
-    """Independent renders, as images; no sample of any was refused."""
+    """Images of independent renders without refused samples."""
     renders = ajar_build.render(scene_file, folder / "replicates", [SAMPLES], list(range(1, REPLICATES + 1)), THREADS)
     assert [render.statistics["refused_samples"] for render in renders] == [0] * REPLICATES
     return [render.image() for render in renders]
@@ -53,10 +53,10 @@ def test_blocks_agree_with_cycles(scene, ajar_build, exported):
         pytest.skip(f"no reference yet; make it: benchmarks/references.py {scene.name}")
     reference = references.load_reference(scene)
     assert reference.origin["blend_sha256"] == references.file_hash(scene.path), (
-        f"{scene.path.name} changed since its reference was made; remake it: benchmarks/references.py {scene.name}")
+        f"{scene.path.name} changed since its reference was made; make it again: benchmarks/references.py {scene.name}")
     if reference.noise > CONVERGED:
-        # Few samples of rare bright paths miss them and do not know it: neither mean nor standard error could be trusted.
-        pytest.skip(f"the reference is not converged ({reference.noise:.0%}); remake it with more time: "
+        # A reference with few samples can miss rare bright paths. Then its mean and its standard error are not reliable.
+        pytest.skip(f"the reference is not converged ({reference.noise:.0%}); make it again with more time: "
                     f"benchmarks/references.py {scene.name} --seconds 1800")
     scene_file, _, folder = exported(scene)
     mean, variance = agreement.mean_and_variance(replicates_of(ajar_build, scene_file, folder))
@@ -66,13 +66,13 @@ def test_blocks_agree_with_cycles(scene, ajar_build, exported):
 
 
 @pytest.mark.parametrize("scene", [s for s in scenes.SHARED_SCENES if s.name in IGNIS], ids=lambda scene: scene.name)
-def test_blocks_agree_with_ignis_own_references(scene, ajar_build, tmp_path):
-    """Images that others rendered with Cycles, of known samples, with the clamps that their files ask for. Where one pixel of
-    theirs scatters as one of ours does, their noise is ours scaled to their number of samples."""
+def test_blocks_agree_with_the_references_of_ignis(scene, ajar_build, tmp_path):
+    """Images that others rendered with Cycles, with a known number of samples and the clamps of their files. Their noise is assumed to be that of
+    Ajar, scaled to their number of samples."""
     need_scene(scene)
     image_name, texture = IGNIS[scene.name]
     if texture and not (scenes.SHARED.parent / "textures" / texture).exists():
-        pytest.skip(f"{scenes.SHARED.parent / 'textures' / texture} is not here: the scene's texture was not shared with it")
+        pytest.skip(f"{scenes.SHARED.parent / 'textures' / texture} does not exist: the texture of the scene was not shared")
     image = images.read_exr(scenes.SHARED / "ignis" / image_name)
     samples = int(images.read_exr_text(scenes.SHARED / "ignis" / image_name)["cycles.ViewLayer.samples"])
     scene_file, _ = ajar_build.dump(scene.path, tmp_path, scene.percentage, unclamped=False)

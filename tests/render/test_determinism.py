@@ -1,4 +1,4 @@
-"""The same seed gives the same image, bit for bit, with any number of threads; another seed gives another."""
+"""The same seed gives bitwise the same image with any number of threads; another seed gives another image."""
 
 import numpy as np
 import pytest

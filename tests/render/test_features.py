@@ -1,5 +1,5 @@
-"""Every single feature looks the same in both engines: scenes of one feature each (test_scenes/features.py), compared by
-benchmarks/feature_agreement.py. The gate renders a sample of them; `make agreement` all."""
+"""Every feature gives the same image in both engines. benchmarks/feature_agreement.py compares scenes with one feature each
+(test_scenes/features.py). `make test` renders some of them, `make agreement` all."""
 
 import os
 
@@ -17,6 +17,6 @@ def test_features_agree_with_cycles(ajar_build, tmp_path):
 
 
 def test_names_of_expected_differences_exist():
-    """A reason for a feature that is gone, or misspelt, explains nothing."""
+    """The name of an expected difference must be the name of an existing feature."""
     known = feature_agreement.features()
     assert set(feature_agreement.EXPECTED_DIFFERENCES) | set(feature_agreement.SAMPLE) <= set(known)

@@ -1,7 +1,7 @@
-"""Scenes whose radiance is 1 everywhere, described in Python and rendered without Blender.
+"""Tests with scenes whose radiance is 1 everywhere, described in Python and rendered without Blender.
 
-In a closed room of albedo a that emits 1 - a, and on any lossless surface under a white sky, every pixel is 1.
-No reference is needed and any lost or gained energy shows.
+In a closed room with albedo a and emission 1 - a, and on any lossless surface under a white sky, every pixel is 1. The tests need no reference, and
+any lost or gained energy changes the pixels.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ CUBE_FACES = np.array([[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0
 
 
 def sphere(rings=32):
-    """Vertices, faces and smooth normals of the unit sphere."""
+    """The vertices, faces and smooth normals of the unit sphere."""
     theta, phi = np.meshgrid(np.linspace(0, np.pi, rings + 1), np.arange(2 * rings) * np.pi / rings, indexing="ij")
     points = np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=-1).reshape(-1, 3)
     faces = []
@@ -31,7 +31,7 @@ def sphere(rings=32):
 
 
 def scene(material, vertices, faces, normals=None, eye=4.0, size=32):
-    """One object seen along -y from `eye` metres, with a 53 degree view; limits let light bounce to the end."""
+    """One object seen along -y from a distance of `eye` metres, with a field of view of 53 degrees. The limits of bounces are too high to have an effect."""
     description = ajar.SceneDescription()
     mesh = description.add_mesh(name="Mesh", positions=vertices, triangles=faces, normals=normals, normal_domain=ajar.Domain.Vertex)
     description.add_object(name="Object", mesh=mesh, materials=[description.add_material(name="Material", graph=material)])
@@ -88,7 +88,7 @@ def render(description):
 
 
 def assert_is_one(image, tolerance):
-    """The mean and every 8 x 8-pixel block are 1 within `tolerance` + 4 standard errors taken from the pixels of the block."""
+    """The mean and every 8 x 8-pixel block are 1 within `tolerance` + 4 standard errors, estimated from the pixels of the block."""
     blocks = image.reshape(4, 8, 4, 8, 3).transpose(0, 2, 1, 3, 4).reshape(16, 64, 3)
     errors = blocks.std(axis=1, ddof=1) / 8
     excess = np.abs(blocks.mean(axis=1) - 1) - tolerance - 4 * errors
@@ -97,8 +97,8 @@ def assert_is_one(image, tolerance):
 
 
 @pytest.mark.parametrize("albedo", [0.0, 0.2, 0.8])
-def test_a_closed_room_is_one_everywhere(albedo):
-    """Roulette and deep paths for high albedo; light sampling of 12 emissive triangles for all."""
+def test_radiance_in_a_closed_room_is_one(albedo):
+    """A high albedo tests Russian roulette and long paths; all cases test light sampling of 12 emissive triangles."""
     assert_is_one(render(scene(emitting_diffuse(albedo), CUBE, CUBE_FACES, eye=0.5)), 1e-4)
 
 
@@ -108,13 +108,13 @@ def test_a_closed_room_is_one_everywhere(albedo):
     closure("ShaderNodeBsdfTransparent"),
     closure("ShaderNodeBsdfTranslucent"),
 ], ids=["diffuse", "glass", "transparent", "translucent"])
-def test_a_lossless_ball_vanishes_under_a_white_sky(material):
+def test_radiance_of_a_lossless_ball_under_a_white_sky_is_one(material):
     assert_is_one(render(white_sky(scene(material, *sphere()))), 2e-3)
 
 
 @pytest.mark.parametrize("roughness", [0.1, 0.4, 0.8])
 def test_no_glossy_ball_gains_energy(roughness):
-    """GGX loses what it scatters more than once, unless compensated; it must never gain."""
+    """Without compensation, GGX loses the energy of multiple scattering. It must not gain energy."""
     graph = closure("ShaderNodeBsdfGlossy", Roughness=roughness)
     graph.add_property(0, "distribution", "MULTI_GGX")
     image = render(white_sky(scene(graph, *sphere())))

@@ -1,4 +1,4 @@
-"""The measuring tools are scripts beside each other in benchmarks/, not a package."""
+"""The tools for measurements are scripts in benchmarks/, not a package."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The agreement tests pass what agrees, fail what does not, and keep their level."""
+"""The agreement tests accept equal images, reject different images, and have their nominal level."""
 
 import agreement
 import numpy as np
@@ -17,7 +17,7 @@ def test_block_means_of_a_ramp_with_partial_blocks():
     assert means[1, 1, 2] == pytest.approx(17.5)
 
 
-def test_both_standard_errors_are_the_true_one():
+def test_both_estimates_of_the_standard_error_are_correct():
     random = np.random.default_rng(2)
     images = noisy(random, np.ones((64, 64, 3)), 0.5, 64)
     true = 0.5 / np.sqrt(64 * 256)
@@ -37,7 +37,7 @@ def test_agreement_allows_one_percent_and_three_standard_errors():
     assert "ratio 1.0251" in str(found[0])
 
 
-def test_light_too_dim_to_see_is_no_disagreement():
+def test_differences_of_invisible_light_are_accepted():
     reference = agreement.Blocks(np.array([[[1.0], [0.0]]]), np.zeros((1, 2, 1)), 8, 16)
 
     def ours(dark):
@@ -47,7 +47,7 @@ def test_light_too_dim_to_see_is_no_disagreement():
     assert [d.column for d in agreement.disagreements(ours(6e-6), reference)] == [1]
 
 
-def test_a_block_that_is_not_a_number_disagrees():
+def test_a_block_that_is_not_a_number_is_rejected():
     exact = agreement.Blocks(np.ones((1, 2, 3)), np.zeros((1, 2, 3)), 8, 16)
     broken = agreement.Blocks(np.array([[[1.0] * 3, [1.0, np.nan, 1.0]]]), np.zeros((1, 2, 3)), 8, 16)
     assert [(d.column, d.channel) for d in agreement.disagreements(broken, exact)] == [(1, 1)]
@@ -73,11 +73,11 @@ def test_a_two_percent_error_in_one_block_is_found():
     (1.959963985, 1e7, 0.05),           # normal
     (3.0, 2, 0.095466),                 # 1 - t / sqrt(2 + t^2)
 ])
-def test_p_values_are_those_of_the_tables(t, degrees, p):
+def test_p_values_agree_with_the_tables(t, degrees, p):
     assert agreement.student_p_value(t, degrees) == pytest.approx(p, rel=1e-5)
 
 
-def test_welch_keeps_its_level_for_equal_means():
+def test_welch_has_its_nominal_level_for_equal_means():
     """200 families of 48 tests at level 0.05: Binomial(200, 0.05) has its 99.99 % quantile at 24."""
     random = np.random.default_rng(4)
     false_alarms = 0
@@ -98,13 +98,13 @@ def test_welch_finds_a_shift_of_six_standard_errors():
     assert {tuple(at[:2]) for at in np.argwhere(result.significant)} == {(0, 0)}
 
 
-def test_welch_on_exact_images_demands_equality():
+def test_welch_without_variance_accepts_only_equal_images():
     exact = agreement.Blocks(np.ones((1, 1, 3)), np.zeros((1, 1, 3)), 2, 16)
     other = agreement.Blocks(np.full((1, 1, 3), 1.0001), np.zeros((1, 1, 3)), 2, 16)
     assert agreement.welch_test(exact, exact).agrees
     assert not agreement.welch_test(exact, other).agrees
 
 
-def test_sidak_level_of_one_test_is_the_level():
+def test_sidak_level_of_one_test_is_its_level():
     one = agreement.Blocks(np.ones((1, 1, 1)), np.ones((1, 1, 1)), 8, 16)
     assert agreement.welch_test(one, one, 0.01).level == pytest.approx(0.01)

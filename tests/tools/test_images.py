@@ -1,4 +1,4 @@
-"""OpenEXR as Blender writes it is read back exactly."""
+"""OpenEXR files of Blender are read exactly."""
 
 import struct
 import zlib
@@ -9,7 +9,7 @@ import pytest
 
 
 def exr_bytes(planes, compression, metadata=None):
-    """A scanline OpenEXR file built from the format's specification, independent of the reader."""
+    """A scanline OpenEXR file, built from the specification of the format and independent of the reader."""
     names = sorted(planes)
     height, width = planes[names[0]].shape
     kinds = {np.dtype("f2"): 1, np.dtype("f4"): 2}
@@ -60,18 +60,18 @@ def test_metadata_is_read(tmp_path):
     assert images.read_exr_text(tmp_path / "image.exr") == text
 
 
-def test_unknown_compression_is_named(tmp_path):
+def test_error_of_an_unknown_compression_has_its_name(tmp_path):
     (tmp_path / "image.exr").write_bytes(exr_bytes({"Y": np.zeros((1, 1), "f4")}, 4))
     with pytest.raises(ValueError, match="compression 4"):
         images.read_exr(tmp_path / "image.exr", "Y")
 
 
-def test_srgb_of_known_values():
+def test_srgb_values_are_those_of_the_standard():
     # 0.215861 is the linear value of 128 of 255 (IEC 61966-2-1).
     assert images.srgb_bytes(np.array([[[0.0, 0.215861, 7.0]]])).tolist() == [[[0, 128, 255]]]
 
 
-def test_png_holds_the_pixels(tmp_path):
+def test_png_has_the_pixels(tmp_path):
     pixels = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
     images.write_png(tmp_path / "image.png", pixels)
     data = (tmp_path / "image.png").read_bytes()

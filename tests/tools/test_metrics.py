@@ -1,4 +1,4 @@
-"""Metrics against answers worked out by hand."""
+"""Tests of the metrics with results computed by hand."""
 
 import math
 
@@ -29,7 +29,7 @@ def test_discarding_a_thousandth_removes_exactly_the_worst_pixels():
     assert metrics.relmse(image, reference, discard=0.001) == pytest.approx(0.01 / 1.01)
 
 
-def test_noise_of_the_reference_is_taken_off_relmse():
+def test_noise_of_the_reference_is_subtracted_from_relmse():
     random = np.random.default_rng(1)
     truth = np.full((200, 200, 3), 2.0)
     image = truth + random.normal(0, 0.2, truth.shape)
@@ -49,19 +49,19 @@ def test_noise_of_the_reference_is_taken_off_relmse():
     (100.0, 0.745),
     (1e4, 2.745),
 ])
-def test_tvi_follows_wards_pieces(candelas, log_threshold):
+def test_tvi_has_the_pieces_of_ward(candelas, log_threshold):
     assert math.log10(metrics.tvi(candelas)) == pytest.approx(log_threshold)
 
 
 def test_tvi_is_continuous_to_the_precision_of_the_published_constants():
-    # Ward's constants join to within 0.012 in log10.
+    # At the joints, the pieces with Ward's constants differ by at most 0.012 in log10.
     for joint in (-3.94, -1.44, -0.0184, 1.9):
         below, above = metrics.tvi(10.0 ** np.array([joint - 1e-9, joint + 1e-9]))
         assert math.log10(above / below) == pytest.approx(0.0, abs=0.012)
 
 
 def test_perceptual_error_of_one_pixel():
-    # 100 cd/m^2 seen as 110: e^2 / tvi = 100 / 10^0.745
+    # 110 instead of 100 cd/m^2: e^2 / tvi = 100 / 10^0.745
     reference, image = np.ones((1, 1, 3)), np.full((1, 1, 3), 1.1)
     expected = 100.0 / 10**0.745
     assert metrics.perceptual_error(image, reference) == pytest.approx(expected, rel=1e-5)
@@ -69,12 +69,12 @@ def test_perceptual_error_of_one_pixel():
     assert metrics.perceptual_efficiency(2.0, 5.0) == pytest.approx(0.1)
 
 
-def test_ocv_error_is_in_thresholds():
+def test_ocv_error_has_the_unit_of_thresholds():
     reference, image = np.ones((2, 2, 3)), np.full((2, 2, 3), 1.1)
     assert metrics.ocv_error(image, reference) == pytest.approx(10.0 / 10**0.745, rel=1e-5)
 
 
-def test_mps_error_leaves_black_out():
+def test_mps_error_excludes_black_pixels():
     reference = np.ones((1, 2, 3))
     reference[0, 1] = 0.0
     image = np.full((1, 2, 3), 1.25)
@@ -101,7 +101,7 @@ def test_curves_without_a_common_error_have_no_speedup():
     assert math.isnan(metrics.equal_error_speedup(good, poor))
 
 
-def test_a_longer_but_worse_render_does_not_bend_the_curve():
+def test_a_longer_render_with_a_larger_error_does_not_change_the_curve():
     curve = metrics.ErrorCurve([4.0, 1.0, 2.0], [0.25, 1.0, 1.5])
     assert curve.time_to(0.5) == pytest.approx(2.0)
 

@@ -1,4 +1,4 @@
-"""Times are taken from Cycles' own log and metadata."""
+"""Render times are read from the log and the metadata of Cycles."""
 
 import json
 
@@ -14,12 +14,12 @@ Time (in seconds):
 """
 
 
-def test_the_log_gives_microseconds_where_it_is_there():
+def test_time_is_read_from_the_log_if_it_exists():
     renders = renderers.parse_cycles_log(LOG + "CYCLES " + json.dumps(RECORD) + "\nCYCLES " + json.dumps(RECORD | {"seed": 2}))
     assert [(r.seed, r.seconds, r.sync_seconds) for r in renders] == [(1, 0.322501, 0.05), (2, 0.32, 0.05)]
 
 
-def test_a_failing_renderer_is_named_with_the_end_of_its_log():
+def test_error_of_a_renderer_has_its_name_and_the_end_of_its_log():
     try:
         renderers.run(["sh", "-c", "echo no such scene; exit 3"], "Cycles on lost.blend")
     except renderers.RenderFailed as failure:

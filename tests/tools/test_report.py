@@ -1,4 +1,4 @@
-"""The benchmark page states what was measured."""
+"""The benchmark page has the measured values."""
 
 import math
 import xml.etree.ElementTree
@@ -10,7 +10,7 @@ import report
 
 
 def result(factor=2.0, repeats=2):
-    """Ajar `factor` times as fast as Cycles, with errors 1 / time."""
+    """Results in which Ajar is `factor` times as fast as Cycles and the errors are 1 / time."""
     runs = []
     for repeat in range(1, repeats + 1):
         for samples in (1, 4, 16):
@@ -26,13 +26,13 @@ def test_speedup_and_its_spread():
     assert report.speedup(result(), error="relmse_trimmed") == pytest.approx(2.0)
 
 
-def test_equal_time_is_read_from_the_curve():
+def test_error_at_equal_time_is_interpolated_on_the_curve():
     curve = report.curves_of(result())[report.OURS]
     assert report.error_after(curve, 1.0) == pytest.approx(0.5)
     assert math.isnan(report.error_after(curve, 1000.0))
 
 
-def test_page_has_a_row_per_scene_and_names_failures(tmp_path, monkeypatch):
+def test_page_has_a_row_for_each_scene_and_lists_failures(tmp_path, monkeypatch):
     monkeypatch.setattr(report, "strip_of", lambda found, work: np.zeros((4, 4, 3), np.uint8))
     monkeypatch.setattr(report, "write_jpegs", lambda pngs: None)
     results = {"machine": {"threads": "2"}, "full": False, "repeats": 2, "longest_render": 3.0, "reference_seconds": 12.0,

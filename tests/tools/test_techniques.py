@@ -1,4 +1,4 @@
-"""The page of techniques says what the runs say."""
+"""The page of techniques has the results of the runs."""
 
 import techniques
 
@@ -13,13 +13,13 @@ def result(factor=8.0):
             "reference_check": 1.001}
 
 
-def test_multiples_are_of_cycles_efficiency():
+def test_efficiency_is_relative_to_that_of_cycles():
     row = techniques.technique_row(result(), "metropolis")
     assert "**8** " in row and "1.0200 ± 0.0058" in row
     assert techniques.technique_row(result(), "erpt") is None
 
 
-def test_an_error_below_the_references_noise_has_no_efficiency():
+def test_an_error_below_the_noise_of_the_reference_has_no_efficiency():
     found = result()
     for run in found["runs"]:
         if run["technique"] == "metropolis":
@@ -28,11 +28,11 @@ def test_an_error_below_the_references_noise_has_no_efficiency():
     assert "–" in techniques.technique_row(found, "metropolis")
 
 
-def test_page_names_what_was_not_measured():
+def test_page_lists_techniques_that_were_not_measured():
     text = techniques.page({"machine": {"threads": "2"}, "seconds": 3.0, "repeats": 3, "scenes": [result()]})
     assert "auto was not measured: not built yet" in text
     assert text.count("| metropolis |") == 1 and "1.0010 of its mean" in text
 
 
-def test_every_technique_names_an_integrator():
+def test_every_technique_has_an_integrator():
     assert all("--integrator" in options for options in techniques.AJAR_TECHNIQUES.values())

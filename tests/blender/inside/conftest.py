@@ -1,4 +1,4 @@
-"""For tests that run inside Blender: an empty scene for each, and what the exporter makes of it."""
+"""Fixtures for tests that run inside Blender: an empty scene for each test, and its export."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ajar_render.headless import Options
 
 @pytest.fixture(autouse=True)
 def scene() -> bpy.types.Scene:
-    """An empty scene with a camera, for each test."""
+    """An empty scene with a camera, new for each test."""
     bpy.ops.wm.read_homefile(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine = "AJAR"
@@ -25,7 +25,7 @@ def scene() -> bpy.types.Scene:
 
 
 class Builder:
-    """Makers of small things, linked to the scene."""
+    """Creates small datablocks and links them to the scene."""
 
     def mesh(self, name: str = "Square", vertices=((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)), faces=((0, 1, 2, 3),)) -> bpy.types.Mesh:
         mesh = bpy.data.meshes.new(name)
@@ -39,7 +39,7 @@ class Builder:
         return thing
 
     def material(self, name: str = "Material") -> bpy.types.Material:
-        """With an output node alone."""
+        """A material with only an output node."""
         material = bpy.data.materials.new(name)
         material.use_nodes = True
         material.node_tree.nodes.clear()
@@ -58,7 +58,7 @@ Export = Callable[[], ajar.SceneDescription]
 @pytest.fixture
 def export_context(scene) -> Callable:
     def run(options: Options | None = None, is_cancelled=lambda: False):
-        bpy.context.scene.update_tag()  # scripts change settings without telling the dependency graph
+        bpy.context.scene.update_tag()  # the dependency graph does not notice settings that a script changes
         depsgraph = bpy.context.evaluated_depsgraph_get()
         depsgraph.update()
         return export_scene(depsgraph, options or Options(), ["Combined"], depsgraph.scene_eval.camera, is_cancelled, lambda step: None)
@@ -72,7 +72,7 @@ def export(export_context) -> Export:
 
 @pytest.fixture
 def graph_of(export, build) -> Callable[[bpy.types.Material], ajar.NodeGraph]:
-    """The graph of a material, on a square."""
+    """A function that exports a square with a material and returns the graph of the material."""
 
     def run(material: bpy.types.Material) -> ajar.NodeGraph:
         mesh = build.mesh()

@@ -1,4 +1,4 @@
-"""What is said before the render, what fixes it, and presets."""
+"""Tests of the checks before a render, of their fixes, and of presets."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ BREAK = {
 
 @pytest.fixture
 def plain(scene):
-    """With our settings set, whatever the file's for Cycles are."""
+    """A scene with Ajar's settings set, independent of the settings of Cycles in the file."""
     bpy.ops.ajar.use_preset(preset="FINAL")
     return scene
 
 
-def test_nothing_is_said_of_a_plain_scene(plain):
+def test_a_plain_scene_has_no_warning(plain):
     assert names(plain) == set()
 
 
@@ -47,14 +47,14 @@ def test_every_check_has_a_case():
 
 
 @pytest.mark.parametrize("name", BREAK)
-def test_a_click_fixes(plain, name):
+def test_the_fix_of_a_check_removes_its_warning(plain, name):
     BREAK[name](plain)
     assert name in names(plain)
     assert bpy.ops.ajar.fix(what=name) == {"FINISHED"}
     assert name not in names(plain)
 
 
-def test_checking_names_what_the_core_reports(plain, build):
+def test_check_lists_the_warnings_of_the_core(plain, build):
     thing = build.object(build.mesh())
     material = build.material("Odd")
     bevel = material.node_tree.nodes.new("ShaderNodeBevel")
@@ -71,7 +71,7 @@ def test_checking_names_what_the_core_reports(plain, build):
 
 
 @pytest.mark.parametrize("value, told", [(0.0, False), (1.0, False), (3.0, True)])
-def test_filter_glossy_is_told_of_where_it_was_raised(plain, build, value, told):
+def test_a_raised_filter_glossy_is_reported(plain, build, value, told):
     if not hasattr(plain, "cycles"):
         pytest.skip("Cycles' add-on is not enabled here")
     build.object(build.mesh())
@@ -80,14 +80,14 @@ def test_filter_glossy_is_told_of_where_it_was_raised(plain, build, value, told)
     assert any("Filter Glossy" in text for _, text in checks.messages_of(plain)) == told
 
 
-def test_checking_a_scene_that_cannot_be_rendered_says_why(plain):
+def test_check_of_a_scene_that_cannot_be_rendered_has_the_reason(plain):
     no_camera(plain)
     with pytest.raises(RuntimeError, match="camera"):
         bpy.ops.ajar.check_scene()
     assert "camera" in checks.messages_of(plain)[0][1]
 
 
-def test_missing_images_are_named(plain, build):
+def test_missing_images_are_reported_by_name(plain, build):
     image = bpy.data.images.new("Lost", 4, 4)
     image.source, image.filepath = "FILE", "//nowhere.png"
     image.use_fake_user = True
@@ -95,8 +95,8 @@ def test_missing_images_are_named(plain, build):
 
 
 @pytest.mark.parametrize("preset", presets.PRESETS)
-def test_a_preset_sets_everything_any_preset_sets(scene, preset):
-    bpy.ops.ajar.use_preset(preset="CAUSTICS")  # must not show through
+def test_every_preset_sets_the_same_settings(scene, preset):
+    bpy.ops.ajar.use_preset(preset="CAUSTICS")  # its settings must be replaced
     assert bpy.ops.ajar.use_preset(preset=preset) == {"FINISHED"}
     for name, value in (presets.BASE | presets.PRESETS[preset][2]).items():
         assert getattr(scene.ajar, name) == pytest.approx(value), name

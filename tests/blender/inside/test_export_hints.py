@@ -1,4 +1,4 @@
-"""Curves that are light paths."""
+"""Tests of the export of light hints, which are curves."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _curve(name: str, points, kind: str = "POLY", collection: str = "Light Paths
 
 
 @pytest.mark.parametrize("kind", ["POLY", "BEZIER", "NURBS"])
-def test_control_points_go_over_in_world_space(export, kind):
+def test_control_points_are_exported_in_world_space(export, kind):
     curve = _curve("Keyhole", [(0, 0, 0), (1, 0, 0), (1, 2, 0)], kind)
     curve.location = (0, 0, 3)
     curve.scale = (2, 1, 1)
@@ -34,7 +34,7 @@ def test_control_points_go_over_in_world_space(export, kind):
     np.testing.assert_allclose(hint.points, [(0, 0, 3), (2, 0, 3), (2, 2, 3)], atol=1e-6)
 
 
-def test_settings_of_a_curve_go_with_it(export):
+def test_settings_of_a_curve_are_exported(export):
     curve = _curve("Keyhole", [(0, 0, 0), (1, 0, 0)])
     curve.ajar.hint_spread, curve.ajar.hint_weight, curve.ajar.hint_enabled = 0.2, 3.0, False
     hint, = export().hints
@@ -42,7 +42,7 @@ def test_settings_of_a_curve_go_with_it(export):
 
 
 @pytest.mark.parametrize("kind", ["POLY", "BEZIER", "NURBS"])
-def test_the_radius_of_a_point_scales_the_spread_of_the_segment_that_leads_to_it(export, kind):
+def test_the_radius_of_a_point_scales_the_spread_of_the_segment_before_it(export, kind):
     curve = _curve("Keyhole", [(0, 0, 0), (1, 0, 0), (1, 2, 0), (3, 2, 0)], kind)
     curve.ajar.hint_spread = 0.2
     spline = curve.data.splines[0]
@@ -66,14 +66,14 @@ def test_the_first_point_follows_its_lamp(build, export, scene):
         np.testing.assert_allclose(hint.points[1:], [(2, 0, 3), (2, 2, 3)], atol=1e-6)
 
 
-def test_only_curves_of_the_collection_named_are_hints(export):
+def test_only_curves_of_the_chosen_collection_are_hints(export):
     _curve("Elsewhere", [(0, 0, 0), (1, 0, 0)], collection="Decoration")
     assert len(export().hints) == 0
     bpy.context.scene.ajar.hint_collection = "Decoration"
     assert [hint.name for hint in export().hints] == ["Elsewhere"]
 
 
-def test_a_curve_hidden_from_renders_is_off_and_each_spline_is_a_path(export):
+def test_curves_hidden_from_renders_are_off_and_each_spline_is_a_path(export):
     curve = _curve("Two", [(0, 0, 0), (1, 0, 0)])
     second = curve.data.splines.new("POLY")
     second.points.add(2)

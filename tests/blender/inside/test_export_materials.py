@@ -1,4 +1,4 @@
-"""Node graphs: what feeds what after groups, reroutes and muted nodes are gone; images; special values."""
+"""Tests of the export of node graphs: links after groups, reroutes and muted nodes are resolved; images; special values."""
 
 import bpy
 import numpy as np
@@ -8,7 +8,7 @@ from ajar_render.ajar_module import ajar
 
 @pytest.fixture
 def shader(build):
-    """A material with an emission node on its output."""
+    """A material with an emission node linked to its output."""
     material = build.material()
     nodes, links = material.node_tree.nodes, material.node_tree.links
     emission = nodes.new("ShaderNodeEmission")
@@ -39,7 +39,7 @@ def node_of(graph, type_):
 
 
 def float_group(name="Group"):
-    """A group of one Math node (addition) between a Value input and a Value output."""
+    """A group with one Math node (addition) between a Value input and a Value output."""
     tree = bpy.data.node_groups.new(name, "ShaderNodeTree")
     if bpy.app.version >= (4, 0):
         tree.interface.new_socket("In", in_out="INPUT", socket_type="NodeSocketFloat")
@@ -53,7 +53,7 @@ def float_group(name="Group"):
     return tree
 
 
-def test_surface_names_the_node_behind_the_output(shader, graph_of):
+def test_surface_is_the_node_linked_to_the_output(shader, graph_of):
     shader.emission.inputs["Strength"].default_value = 3.0
     graph = graph_of(shader.material)
     assert len(graph.nodes) == 1
@@ -61,12 +61,12 @@ def test_surface_names_the_node_behind_the_output(shader, graph_of):
     assert value(graph, 0, "Strength")[0] == 3.0
 
 
-def test_unused_nodes_do_not_appear(shader, graph_of):
+def test_unused_nodes_are_not_exported(shader, graph_of):
     shader.nodes.new("ShaderNodeTexNoise")
     assert len(graph_of(shader.material).nodes) == 1
 
 
-def test_reroutes_vanish(shader, graph_of):
+def test_reroutes_are_removed(shader, graph_of):
     number = shader.nodes.new("ShaderNodeValue")
     number.outputs[0].default_value = 0.25
     first, second = shader.nodes.new("NodeReroute"), shader.nodes.new("NodeReroute")
@@ -78,7 +78,7 @@ def test_reroutes_vanish(shader, graph_of):
     assert property_of(graph, 1, "value").numbers == [0.25]
 
 
-def test_reroute_from_nowhere_is_a_zero(shader, graph_of):
+def test_reroute_without_input_is_zero(shader, graph_of):
     reroute = shader.nodes.new("NodeReroute")
     shader.links.new(reroute.outputs[0], shader.emission.inputs["Color"])
     graph = graph_of(shader.material)
@@ -101,7 +101,7 @@ def test_groups_are_flattened_and_each_use_has_its_own_nodes(shader, graph_of):
     assert numbers == {"Use 0/Math": 2.0, "Use 1/Math": 5.0}
 
 
-def test_link_into_a_nested_group_arrives(shader, graph_of):
+def test_link_into_a_nested_group_is_resolved(shader, graph_of):
     inner = float_group("Inner")
     outer = float_group("Outer")
     math = next(node for node in outer.nodes if node.type == "MATH")
@@ -119,7 +119,7 @@ def test_link_into_a_nested_group_arrives(shader, graph_of):
     assert source(graph, node_of(graph, "ShaderNodeEmission"), "Strength")[0] == "ShaderNodeMath"
 
 
-def test_group_without_tree_is_zero_and_reported(shader, build, export_context):
+def test_group_without_a_tree_is_zero_and_reported(shader, build, export_context):
     use = shader.nodes.new("ShaderNodeGroup")
     tree = float_group()
     use.node_tree = tree
@@ -132,7 +132,7 @@ def test_group_without_tree_is_zero_and_reported(shader, build, export_context):
     assert source(graph, 0, "Strength") is None
 
 
-def test_muted_node_passes_its_internal_link(shader, graph_of):
+def test_muted_node_is_replaced_by_its_internal_link(shader, graph_of):
     math, number = shader.nodes.new("ShaderNodeMath"), shader.nodes.new("ShaderNodeValue")
     shader.links.new(number.outputs[0], math.inputs[0])
     shader.links.new(math.outputs[0], shader.emission.inputs["Strength"])
@@ -141,7 +141,7 @@ def test_muted_node_passes_its_internal_link(shader, graph_of):
     assert source(graph, 0, "Strength") == ("ShaderNodeValue", "Value")
 
 
-def test_muted_node_passes_its_constant_converted(shader, graph_of):
+def test_constant_of_a_muted_node_is_converted(shader, graph_of):
     math = shader.nodes.new("ShaderNodeMath")
     math.inputs[0].default_value = 0.25
     shader.links.new(math.outputs[0], shader.emission.inputs["Color"])
@@ -151,7 +151,7 @@ def test_muted_node_passes_its_constant_converted(shader, graph_of):
     assert value(graph, 0, "Color") == (0.25, 0.25, 0.25, 1.0)
 
 
-def test_muted_link_is_not_there(shader, graph_of):
+def test_muted_link_is_not_exported(shader, graph_of):
     number = shader.nodes.new("ShaderNodeValue")
     link = shader.links.new(number.outputs[0], shader.emission.inputs["Strength"])
     link.is_muted = True
@@ -160,7 +160,7 @@ def test_muted_link_is_not_there(shader, graph_of):
     assert source(graph, 0, "Strength") is None and value(graph, 0, "Strength")[0] == 7.0
 
 
-def test_loops_end(shader, graph_of):
+def test_loops_of_links_are_cut(shader, graph_of):
     a, b = shader.nodes.new("ShaderNodeMath"), shader.nodes.new("ShaderNodeMath")
     shader.links.new(a.outputs[0], b.inputs[0])
     shader.links.new(b.outputs[0], a.inputs[0])
@@ -168,7 +168,7 @@ def test_loops_end(shader, graph_of):
     assert len(graph_of(shader.material).nodes) <= 3
 
 
-def test_a_thousand_nodes_in_a_row(shader, graph_of):
+def test_a_chain_of_a_thousand_nodes_is_exported(shader, graph_of):
     last = shader.emission.inputs["Strength"]
     for _ in range(1000):
         node = shader.nodes.new("ShaderNodeMath")
@@ -234,7 +234,7 @@ def test_images_are_shared_between_nodes(shader, build, export, tmp_path):
     assert images["x.png"].path == str(tmp_path / "gone.png")
 
 
-def test_packed_image_is_bytes(shader, build, export, tmp_path):
+def test_packed_image_is_exported_as_bytes(shader, build, export, tmp_path):
     path = write_image(tmp_path / "x.png")
     image = bpy.data.images.load(str(path))
     image.pack()
@@ -255,7 +255,7 @@ def write_image(path):
     return path
 
 
-def test_material_without_nodes_is_diffuse_of_its_colour(build, graph_of):
+def test_material_without_nodes_is_diffuse_with_its_colour(build, graph_of):
     material = bpy.data.materials.new("Plain")
     material.use_nodes = False
     material.diffuse_color = (0.1, 0.2, 0.3, 1.0)
@@ -264,13 +264,13 @@ def test_material_without_nodes_is_diffuse_of_its_colour(build, graph_of):
     np.testing.assert_allclose(value(graph, 0, "Color"), (0.1, 0.2, 0.3, 1.0), rtol=1e-6)
 
 
-def test_output_with_nothing_linked_is_black(build, graph_of):
+def test_output_without_links_is_black(build, graph_of):
     graph = graph_of(build.material())
     assert graph.nodes[graph.surface.node].type == "ShaderNodeBsdfDiffuse"
     assert value(graph, 0, "Color")[:3] == (0.0, 0.0, 0.0)
 
 
-def test_output_with_a_volume_alone_has_no_surface(build, graph_of):
+def test_output_with_only_a_volume_has_no_surface(build, graph_of):
     material = build.material()
     nodes, links = material.node_tree.nodes, material.node_tree.links
     nodes.clear()
@@ -279,7 +279,7 @@ def test_output_with_a_volume_alone_has_no_surface(build, graph_of):
     assert graph.surface.node < 0 <= graph.volume.node
 
 
-def test_output_for_cycles_wins(shader, graph_of):
+def test_output_for_cycles_is_preferred(shader, graph_of):
     other = shader.nodes.new("ShaderNodeOutputMaterial")
     other.target = "CYCLES"
     glossy = shader.nodes.new("ShaderNodeBsdfGlossy")
@@ -288,7 +288,7 @@ def test_output_for_cycles_wins(shader, graph_of):
     assert graph.nodes[graph.surface.node].type in ("ShaderNodeBsdfGlossy", "ShaderNodeBsdfAnisotropic")
 
 
-def test_coordinates_of_an_object_carry_its_inverse(shader, build, graph_of):
+def test_coordinates_of_an_object_have_its_inverse_matrix(shader, build, graph_of):
     empty = build.object(None, "Origin", (1, 2, 3))
     coordinates = shader.nodes.new("ShaderNodeTexCoord")
     coordinates.object = empty
@@ -325,7 +325,7 @@ def test_ies_of_a_file(shader, graph_of, tmp_path):
     assert property_of(graph, node_of(graph, "ShaderNodeTexIES"), "ies").text == "[MANUFAC] Straßenlampe\r\n" + LAMP
 
 
-def test_ies_files_that_cannot_be_read_are_named(shader, graph_of, tmp_path):
+def test_ies_files_that_cannot_be_read_are_reported_by_path(shader, graph_of, tmp_path):
     ies_node(shader, mode="EXTERNAL", filepath=str(tmp_path / "gone.ies"))
     graph = graph_of(shader.material)
     index = node_of(graph, "ShaderNodeTexIES")
@@ -333,14 +333,14 @@ def test_ies_files_that_cannot_be_read_are_named(shader, graph_of, tmp_path):
     assert "ies" not in [p.name for p in graph.nodes[index].properties]
 
 
-def test_an_ies_node_without_anything_sends_nothing(shader, graph_of):
+def test_an_ies_node_without_a_source_exports_no_text(shader, graph_of):
     ies_node(shader, mode="INTERNAL")
     graph = graph_of(shader.material)
     assert not {"ies", "unreadable"} & {p.name for p in graph.nodes[node_of(graph, "ShaderNodeTexIES")].properties}
 
 
 @pytest.mark.parametrize("method", ["BUMP", "DISPLACEMENT", "BOTH"])
-def test_displacement_that_would_move_the_surface_is_reported(shader, build, export_context, method):
+def test_displacement_of_the_surface_is_reported(shader, build, export_context, method):
     displacement = shader.nodes.new("ShaderNodeDisplacement")
     shader.links.new(shader.nodes.new("ShaderNodeTexNoise").outputs["Fac"], displacement.inputs["Height"])
     shader.links.new(displacement.outputs[0], shader.nodes["Material Output"].inputs["Displacement"])
@@ -353,7 +353,7 @@ def test_displacement_that_would_move_the_surface_is_reported(shader, build, exp
     assert any("shown as bump" in message for _, message in context.warnings) == (method != "BUMP")
 
 
-def test_what_has_no_material_is_what_this_blender_makes_it(build, export, monkeypatch):
+def test_meshes_without_a_material_have_the_default_of_this_blender(build, export, monkeypatch):
     from ajar_render import compat
     for _ in range(2):
         build.object(build.mesh())
@@ -361,7 +361,7 @@ def test_what_has_no_material_is_what_this_blender_makes_it(build, export, monke
     assert len(out.materials) == 0 and all(list(thing.materials) in ([], [-1]) for thing in out.objects)
     monkeypatch.setattr(compat, "default_is_principled", lambda: True)
     meshes = [thing.data for thing in bpy.context.scene.objects if thing.type == "MESH"]
-    meshes[0].materials.append(None)   # an empty slot, and none at all
+    meshes[0].materials.append(None)   # one mesh with an empty slot and one without slots
     out = export()
     assert [material.name for material in out.materials] == ["Default Material"]
     assert out.materials[0].graph.nodes[0].type == "ShaderNodeBsdfPrincipled"
@@ -369,7 +369,7 @@ def test_what_has_no_material_is_what_this_blender_makes_it(build, export, monke
 
 
 def mapping_of(graph):
-    """What the Mapping node of a texture holds, and what feeds it."""
+    """The values of the Mapping node of a texture, and the source of its vector."""
     index = node_of(graph, "ShaderNodeMapping")
     inputs = {i.socket: tuple(i.value[:3]) for i in graph.nodes[index].inputs if i.socket != "Vector"}
     return inputs, property_of(graph, index, "vector_type").text, source(graph, index, "Vector")
@@ -377,7 +377,7 @@ def mapping_of(graph):
 
 @pytest.mark.parametrize("type_, coordinates", [("ShaderNodeTexNoise", ("ShaderNodeTexCoord", "Generated")), ("ShaderNodeTexImage", ("ShaderNodeTexCoord", "UV")),
                                                 ("ShaderNodeTexEnvironment", ("ShaderNodeNewGeometry", "Position"))])
-def test_the_texture_mapping_of_a_node_is_a_mapping_node_before_it(shader, graph_of, type_, coordinates):
+def test_the_texture_mapping_of_a_node_becomes_a_mapping_node(shader, graph_of, type_, coordinates):
     texture = shader.nodes.new(type_)
     shader.links.new(texture.outputs["Color"], shader.emission.inputs["Color"])
     assert not any(node.type == "ShaderNodeMapping" for node in graph_of(shader.material).nodes)
@@ -388,7 +388,7 @@ def test_the_texture_mapping_of_a_node_is_a_mapping_node_before_it(shader, graph
     assert inputs == {"Location": (1.0, 2.0, 3.0), "Rotation": (0.0, 0.0, 0.0), "Scale": (2.0, 1.0, 0.5)} and kind == "TEXTURE" and fed_by == coordinates
 
 
-def test_the_texture_mapping_of_a_node_moves_the_vector_that_it_is_given(shader, graph_of):
+def test_the_texture_mapping_of_a_node_transforms_its_linked_vector(shader, graph_of):
     texture, normal = shader.nodes.new("ShaderNodeTexNoise"), shader.nodes.new("ShaderNodeNewGeometry")
     shader.links.new(texture.outputs["Color"], shader.emission.inputs["Color"])
     shader.links.new(normal.outputs["Normal"], texture.inputs["Vector"])

@@ -1,4 +1,4 @@
-"""Meshes: triangles, normals, UV maps, colours, slots."""
+"""Tests of the export of meshes: triangles, normals, UV maps, colours and material slots."""
 
 import bpy
 import numpy as np
@@ -16,7 +16,7 @@ def cube(build, name="Cube"):
     return build.mesh(name, vertices, faces)
 
 
-def test_quad_becomes_two_triangles_that_keep_its_area_and_side(build, export):
+def test_quad_becomes_two_triangles_with_its_area_and_orientation(build, export):
     build.object(build.mesh())
     mesh = export().meshes[0]
     a, b, c = (mesh.positions[mesh.triangles[:, k]] for k in range(3))
@@ -40,7 +40,7 @@ def test_smooth_mesh_has_vertex_normals(build, export):
     np.testing.assert_allclose(out.normals, expected, atol=1e-3)
 
 
-def test_flat_faces_of_a_mixed_mesh_have_their_triangles_normals(build, export):
+def test_flat_faces_of_a_mixed_mesh_have_the_normals_of_their_triangles(build, export):
     mesh = cube(build)
     smooth(mesh, [False, True, True, True, True, True])
     build.object(mesh)
@@ -70,7 +70,7 @@ def test_split_normals_keep_edges_sharp(build, export):
     np.testing.assert_allclose(out.normals.reshape(-1, 3, 3), np.repeat(np.cross(b - a, c - a)[:, None], 3, 1), atol=1e-3)
 
 
-def test_custom_normals_arrive(build, export):
+def test_custom_normals_are_exported(build, export):
     mesh = build.mesh()
     smooth(mesh)
     if bpy.app.version < (4, 1):
@@ -81,7 +81,7 @@ def test_custom_normals_arrive(build, export):
     np.testing.assert_allclose(export().meshes[0].normals, np.tile(custom, (6, 1)), atol=1e-3)
 
 
-def test_every_uv_map_follows_its_corners_and_the_rendered_one_is_named(build, export):
+def test_every_uv_map_is_exported_by_corner_and_the_rendered_map_is_marked(build, export):
     mesh = build.mesh()
     first, second = mesh.uv_layers.new(name="First"), mesh.uv_layers.new(name="Second")
     corner_uv = np.array([(v.co.x, v.co.y) for loop in mesh.loops for v in [mesh.vertices[loop.vertex_index]]], dtype=np.float32)
@@ -110,7 +110,7 @@ def test_colour_attributes_are_linear_rgba(build, export, kind, domain):
     np.testing.assert_allclose(paint.values, np.tile([0.25, 0.5, 1.0, 1.0], (len(paint.values), 1)), atol=0.005)
 
 
-def test_named_attribute_is_sent_only_when_a_material_asks(build, export):
+def test_named_attribute_is_exported_only_for_a_material_that_reads_it(build, export):
     mesh = build.mesh()
     mesh.attributes.new("heat", "FLOAT", "FACE").data.foreach_set("value", [0.75])
     build.object(mesh)
@@ -127,7 +127,7 @@ def test_named_attribute_is_sent_only_when_a_material_asks(build, export):
     np.testing.assert_allclose(heat.values, [0.75, 0.75])
 
 
-def test_material_slots_follow_polygons(build, export):
+def test_triangles_have_the_material_slots_of_their_polygons(build, export):
     mesh = cube(build)
     for name in "AB":
         mesh.materials.append(build.material(name))
@@ -155,7 +155,7 @@ def test_generated_coordinates_have_the_mesh_box(build, export):
 
 
 @pytest.mark.parametrize("kind", ["CURVE", "FONT", "META", "SURFACE"])
-def test_other_surfaces_become_meshes(build, export, kind):
+def test_other_kinds_of_surfaces_become_meshes(build, export, kind):
     if kind == "CURVE":
         curve = bpy.data.curves.new("Curve", "CURVE")
         curve.dimensions, curve.bevel_depth = "3D", 0.1
@@ -179,7 +179,7 @@ def test_other_surfaces_become_meshes(build, export, kind):
     assert len(out.instances) == 1
 
 
-def test_what_has_no_surface_is_left_out(build, export):
+def test_objects_without_a_surface_are_not_exported(build, export):
     build.object(bpy.data.curves.new("Wire", "CURVE"))
     build.object(build.mesh("Empty mesh", (), ()))
     build.object(build.mesh("Points", ((0, 0, 0), (1, 0, 0)), ()))
@@ -188,7 +188,7 @@ def test_what_has_no_surface_is_left_out(build, export):
     assert not out.meshes and not out.objects and not out.instances
 
 
-def test_bad_numbers_pass_to_the_core_unchanged(build, export):
+def test_invalid_numbers_are_exported_unchanged(build, export):
     build.object(build.mesh(vertices=((float("nan"), 0, 0), (1, 0, 0), (1, float("inf"), 0), (0, 1, 0))))
     positions = export().meshes[0].positions
     assert np.isnan(positions[0, 0]) and np.isinf(positions[2, 1])

@@ -1,4 +1,4 @@
-"""Motion blur: keys of what moves while the shutter is open, and of nothing else."""
+"""Tests of motion blur: only objects that move while the shutter is open have keys."""
 
 import bpy
 import numpy as np
@@ -19,7 +19,7 @@ def export_blurred(scene):
 
 
 def slide(thing, path="location", index=0):
-    """One unit a frame, from 0 at frame 0."""
+    """Animates a property with a speed of one unit per frame; it is 0 at frame 0."""
     for frame in (-10, 20):
         value = getattr(thing, path)
         value[index] = frame
@@ -34,7 +34,7 @@ def keys_of(context):
 
 
 @pytest.mark.parametrize("position, first", [("START", 5.0), ("CENTER", 4.75), ("END", 4.5)])
-def test_objects_have_keys_from_when_the_shutter_opens_to_when_it_closes(build, scene, export_blurred, position, first):
+def test_keys_of_objects_cover_the_time_of_the_open_shutter(build, scene, export_blurred, position, first):
     mover = build.object(build.mesh(), "Mover")
     build.object(build.mesh(), "Still")
     slide(mover)
@@ -48,12 +48,12 @@ def test_objects_have_keys_from_when_the_shutter_opens_to_when_it_closes(build, 
     assert context.description.camera.motion == [] and context.description.camera.shutter == []
 
 
-def test_nothing_has_keys_without_motion_blur(build, scene, export_context):
+def test_no_object_has_keys_without_motion_blur(build, scene, export_context):
     slide(build.object(build.mesh(), "Mover"))
     assert keys_of(export_context()) == {"Mover": 0}
 
 
-def test_objects_and_steps_as_cycles_asks(build, scene, export_blurred):
+def test_motion_settings_of_objects_are_those_of_cycles(build, scene, export_blurred):
     mover, stubborn = build.object(build.mesh(), "Mover"), build.object(build.mesh(), "Stubborn")
     slide(mover)
     slide(stubborn)
@@ -62,7 +62,7 @@ def test_objects_and_steps_as_cycles_asks(build, scene, export_blurred):
     assert keys_of(export_blurred()) == {"Mover": 9, "Stubborn": 0}
 
 
-def test_cameras_move_and_shutters_have_curves(scene, export_blurred):
+def test_cameras_have_keys_and_shutters_have_curves(scene, export_blurred):
     slide(scene.camera)
     curve = scene.render.motion_blur_shutter_curve.curves[0]
     curve.points[0].location, curve.points[1].location = (0.0, 0.0), (1.0, 1.0)
@@ -71,11 +71,11 @@ def test_cameras_move_and_shutters_have_curves(scene, export_blurred):
     scene.render.motion_blur_shutter_curve.update()
     camera = export_blurred().description.camera
     np.testing.assert_allclose(np.array(camera.motion)[:, 3], [0.75, 1.0, 1.25], atol=1e-5)
-    # Light rises in proportion to time: half of it has come by sqrt(1/2).
+    # The transmission of the shutter is proportional to time: half of the light has arrived at sqrt(1/2).
     assert camera.shutter[len(camera.shutter) // 2] == pytest.approx(0.5**0.5, abs=0.01)
 
 
-def test_instances_are_found_again(build, scene, export_blurred):
+def test_instances_are_matched_between_times(build, scene, export_blurred):
     collection = bpy.data.collections.new("Leaves")
     collection.objects.link(bpy.data.objects.new("Leaf", build.mesh()))
     for name in ("Tree", "Rock"):
@@ -88,7 +88,7 @@ def test_instances_are_found_again(build, scene, export_blurred):
     np.testing.assert_allclose(np.array(context.description.motion_keys)[:, 7], [0.75, 1.0, 1.25], atol=1e-5)
 
 
-def test_what_deforms_is_reported(build, scene, export_blurred):
+def test_deforming_meshes_are_reported(build, scene, export_blurred):
     thing = build.object(build.mesh(), "Jelly")
     thing.shape_key_add(name="Basis")
     key = thing.shape_key_add(name="Grown")

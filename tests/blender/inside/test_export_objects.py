@@ -1,4 +1,4 @@
-"""Objects: sharing, instances, materials of slots, visibility, cancelling."""
+"""Tests of the export of objects: shared meshes, instances, materials of slots, visibility and cancellation."""
 
 import sys
 
@@ -26,7 +26,7 @@ def test_modified_object_has_its_own_mesh(build, export):
     assert sorted(len(m.triangles) for m in export().meshes) == [2, 12]
 
 
-def test_matrix_is_rows_of_world_from_object(build, export):
+def test_matrix_has_the_rows_of_world_from_object(build, export):
     thing = build.object(build.mesh(), location=(1, 2, 3))
     thing.scale = (-2, 1, 0)
     thing.rotation_euler.z = 0.5
@@ -51,7 +51,7 @@ def test_collection_instances_share_the_mesh(build, export, scene):
     assert places == [(x, y) for x in range(2) for y in range(3)]
 
 
-def test_instances_on_vertices_hide_the_instancer_when_asked(build, export):
+def test_setting_hides_the_instancer_of_instances_on_vertices(build, export):
     parent = build.object(build.mesh("Ground"), "Ground")
     child = build.object(build.mesh("Leaf", ((0, 0, 0), (1, 0, 0), (0, 1, 0)), ((0, 1, 2),)), "Leaf")
     child.parent = parent
@@ -59,13 +59,13 @@ def test_instances_on_vertices_hide_the_instancer_when_asked(build, export):
     parent.show_instancer_for_viewport = parent.show_instancer_for_render = False
     out = export()
     names = [out.objects[i.object].name for i in out.instances]
-    assert names == ["Leaf"] * 5  # the viewport, unlike a render, shows the child at its own place too
+    assert names == ["Leaf"] * 5  # unlike a render, the viewport also shows the child at its own position
     assert len({i.random for i in out.instances}) == 5
     assert all(0.0 <= i.random <= 1.0 for i in out.instances)
 
 
-def test_random_of_a_real_object_is_that_of_cycles(build, export):
-    """Object Info > Random, as Cycles of Blender 3.4.1 rendered it for these names."""
+def test_random_value_of_an_object_is_that_of_cycles(build, export):
+    """The expected values of Object Info > Random were rendered by Cycles of Blender 3.4.1 for these names."""
     expected = {"Cube": 0.313141942, "Suzanne.001": 0.457976639, "Bäume": 0.407352567}
     for name in expected:
         build.object(build.mesh(), name)
@@ -116,7 +116,7 @@ def test_geometry_nodes_instances_of_bare_meshes(build, export):
     assert [out.materials[slot].name for slot in slots] == ["Set by nodes"] * len(slots)
 
 
-def test_slot_of_the_object_wins_over_the_mesh_and_empty_slots_are_grey(build, export):
+def test_slot_of_the_object_replaces_that_of_the_mesh_and_empty_slots_are_grey(build, export):
     mesh = build.mesh()
     mesh.materials.append(build.material("Of mesh"))
     mesh.materials.append(None)
@@ -141,7 +141,7 @@ def test_ray_visibility(build, export, kind, bit):
     assert export().objects[0].visibility == ajar.VISIBLE_ALL & ~bit
 
 
-def test_instance_is_seen_only_where_its_instancer_is_too(build, export):
+def test_instance_is_visible_only_to_rays_that_see_its_instancer(build, export):
     collection = bpy.data.collections.new("One")
     thing = bpy.data.objects.new("Member", build.mesh())
     thing.visible_glossy = False
@@ -161,13 +161,13 @@ def test_cancel_ends_the_export(build, export_context):
         export_context(is_cancelled=lambda: True)
 
 
-def test_hidden_objects_are_left_out(build, export):
+def test_hidden_objects_are_not_exported(build, export):
     build.object(build.mesh(), "Hidden").hide_viewport = True
     assert not export().objects
 
 
-def test_instances_leave_no_python_object_each(build):
-    """What grows with instances are arrays of numbers."""
+def test_instances_need_no_python_object_each(build):
+    """Only arrays of numbers grow with the number of instances."""
     side = 300
     parent = build.object(build.mesh("Points", [(x, y, 0) for x in range(side) for y in range(side)], ()))
     build.object(build.mesh("Leaf"), "Leaf").parent = parent

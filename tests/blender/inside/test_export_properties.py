@@ -1,4 +1,4 @@
-"""What Attribute nodes ask of objects, of what makes their instances, and of the view layer; what the Geometry node asks of meshes."""
+"""Tests of the properties that Attribute nodes read from objects, instancers and the view layer, and of those that the Geometry node reads from meshes."""
 
 import bpy
 import numpy as np
@@ -8,7 +8,7 @@ from ajar_render.ajar_module import ajar
 
 @pytest.fixture
 def asking(build):
-    """A material that shows these outputs of nodes, (type, output, settings), added up."""
+    """A function that creates a material with the sum of these node outputs: (type, output, settings)."""
 
     def make(*shown):
         material = build.material()
@@ -35,7 +35,7 @@ def of(description, name):
             for thing in description.objects if thing.name == name for key, of_instancer, value in thing.properties}
 
 
-# As Cycles of Blender 3.4.1 showed each of them; None: black with an alpha of 0.
+# The values that Cycles of Blender 3.4.1 rendered; None: black with an alpha of 0.
 FOUND = {
     "number": (0.5, 0.5, 0.5, 1), "whole": (7, 7, 7, 1), "three": (0.1, 0.2, 0.3, 1), "four": (0.1, 0.2, 0.3, 0.4), "two": (1, 2, 0, 1),
     '["number"]': (0.5, 0.5, 0.5, 1), "text": None, "five": None, "nowhere": None, "": None,
@@ -54,13 +54,13 @@ def test_properties_of_objects(build, export, asking):
     thing.color, thing.pass_index = (0.2, 0.4, 0.6, 0.8), 5
     thing["number"], thing["whole"], thing["three"], thing["four"] = 0.5, 7, [0.1, 0.2, 0.3], [0.1, 0.2, 0.3, 0.4]
     thing["two"], thing["text"], thing["five"], thing["both"] = [1, 2], "text", [0.1] * 5, 1.5
-    thing["location"] = [9.0, 8.0, 7.0]     # before that of Blender
+    thing["location"] = [9.0, 8.0, 7.0]     # has precedence over Blender's property
     found = of(export(), "Thing")
     assert {name: found.get((name, False)) for name in FOUND} == FOUND
     assert set(found) == {(name, False) for name, value in FOUND.items() if value}
 
 
-def test_nothing_is_looked_up_that_no_material_asks_for(build, export, asking):
+def test_properties_that_no_material_reads_are_not_exported(build, export, asking):
     mesh = build.mesh()
     mesh.materials.append(asking(attribute("GEOMETRY", "color")))
     build.object(mesh, "Thing")["color"] = 1.0
@@ -76,7 +76,7 @@ def shown_by_empty(name, collection, **properties):
     return empty
 
 
-def test_properties_of_instancers_come_before_those_of_the_object(build, export, asking):
+def test_properties_of_instancers_have_precedence_over_those_of_the_object(build, export, asking):
     mesh = build.mesh()
     mesh.materials.append(asking(attribute("INSTANCER", "tint"), attribute("INSTANCER", "size"), attribute("OBJECT", "tint")))
     hidden, thing = bpy.data.collections.new("Hidden"), bpy.data.objects.new("Thing", mesh)
@@ -94,10 +94,10 @@ def test_properties_of_instancers_come_before_those_of_the_object(build, export,
     assert all(found[("tint", False)] == 1.0 for found in things)
     assert sorted((found[("tint", True)], found[("size", True)]) for found in things) == [(1, 4), (2, 4), (2, 4), (3, 5)]
     assert [found for name, found in values if name == "Alone"] == [{("tint", False): 6.0, ("tint", True): 6.0}]
-    assert len(out.meshes) == 1 and len([o for o in out.objects if o.name == "Thing"]) == 3   # A and C are alike
+    assert len(out.meshes) == 1 and len([o for o in out.objects if o.name == "Thing"]) == 3   # A and C are equal
 
 
-def test_particle_settings_come_before_their_object(build, export, asking):
+def test_properties_of_particle_settings_have_precedence_over_those_of_their_object(build, export, asking):
     leaf_mesh = build.mesh("Leaf", ((0, 0, 0), (1, 0, 0), (0, 1, 0)), ((0, 1, 2),))
     leaf_mesh.materials.append(asking(attribute("INSTANCER", "tint"), attribute("INSTANCER", "size")))
     leaf = build.object(leaf_mesh, "Leaf")
@@ -164,15 +164,15 @@ def test_islands_and_pointiness(build, export, asking):
     np.testing.assert_allclose(np.ravel(pointiness.values), 0.5, atol=1e-6)
 
 
-def test_meshes_are_not_analysed_unasked(build, export, asking):
+def test_meshes_are_analysed_only_for_materials_that_need_it(build, export, asking):
     mesh = build.mesh()
     mesh.materials.append(asking(("ShaderNodeNewGeometry", "Backfacing", {})))
     build.object(mesh)
     assert export().meshes[0].attributes == []
 
 
-def test_plain_settings_are_what_blender_gives():
-    """Threads read settings without Blender's getters: the same values, inherited from Cycles or set in Ajar."""
+def test_plain_settings_are_equal_to_those_of_blender():
+    """Threads read settings without Blender's getters. The values are the same, whether inherited from Cycles or set in Ajar."""
     from ajar_render import plain
     scene = bpy.context.scene
     thing = bpy.data.objects.new("lamp", bpy.data.lights.new("lamp", "AREA"))

@@ -1,4 +1,4 @@
-"""How samples are shared out: the settings, and what the artist says matters."""
+"""Tests of the export of the sample distribution: its settings and the importance that the artist sets."""
 
 import bpy
 import pytest
@@ -6,7 +6,7 @@ from ajar_render import viewport
 from ajar_render.headless import Options
 
 
-def test_settings_reach_the_core_and_the_command_line_wins(export, scene):
+def test_settings_are_exported_and_the_command_line_has_precedence(export, scene):
     assert export().settings.image == "uniform"
     scene.ajar.image, scene.ajar.image_error, scene.ajar.importance_factor = "pmc_ip", "perceptual", 3.0
     scene.ajar.importance_min, scene.ajar.importance_max = (0.25, 0.5), (0.75, 1.0)
@@ -16,7 +16,7 @@ def test_settings_reach_the_core_and_the_command_line_wins(export, scene):
     assert export(Options(image="uniform")).settings.image == "uniform"
 
 
-def test_importance_of_an_object_is_its_own_times_its_collections(build, export, scene):
+def test_importance_of_an_object_is_multiplied_by_that_of_its_collections(build, export, scene):
     thing = build.object(build.mesh(), "Face")
     assert export().objects[0].importance == 1.0
     thing.ajar.importance = 2.0
@@ -27,7 +27,7 @@ def test_importance_of_an_object_is_its_own_times_its_collections(build, export,
     assert export().objects[0].importance == pytest.approx(6.0)
 
 
-def test_importance_of_a_light_group_is_that_of_all_its_sources(build, export, scene):
+def test_importance_of_a_light_group_applies_to_all_its_sources(build, export, scene):
     view_layer = bpy.context.view_layer
     build.object(build.mesh(), "Face").lightgroup = "Key"
     build.object(build.mesh(), "Other").lightgroup = "Fill"
@@ -54,7 +54,7 @@ def test_importance_of_a_light_group_is_that_of_all_its_sources(build, export, s
     assert [group.name for group in view_layer.ajar.light_groups] == ["Fill"]
 
 
-def test_views_share_samples_out_alike_but_for_the_region_of_the_frame(export, scene):
+def test_views_have_the_settings_of_renders_except_for_the_region_of_the_frame(export, scene):
     scene.ajar.image, scene.ajar.image_error, scene.ajar.importance_factor = "pmc_ip", "perceptual", 3.0
     settings = export().settings
     of_view = viewport._for_view(settings, scene)

@@ -1,4 +1,4 @@
-"""Hair: particle systems and hair curves become strands."""
+"""Tests of the export of hair: particle systems and hair curves become strands."""
 
 import bpy
 import numpy as np
@@ -8,7 +8,7 @@ from ajar_render.ajar_module import ajar
 
 @pytest.fixture
 def head(build):
-    """A square with hair on it, which stands upright; its settings and the object."""
+    """A square with upright hair: the particle settings and the object."""
     square = build.mesh()
     square.uv_layers.new(name="Scalp")
     for name in ("Skin", "Hair"):
@@ -31,20 +31,20 @@ def test_particle_hair_is_strands_on_its_emitter(head, export):
     assert len(description.meshes) == len(description.objects) == len(description.instances) == 2
     assert list(hair.strands) == [9 * i for i in range(9)]
     points = hair.positions.reshape(9, 9, 3)
-    assert np.all((points[:, 0, :2] >= -1e-5) & (points[:, 0, :2] <= 1 + 1e-5)) and np.allclose(points[:, 0, 2], 0, atol=1e-5)   # in the emitter's own space
+    assert np.all((points[:, 0, :2] >= -1e-5) & (points[:, 0, :2] <= 1 + 1e-5)) and np.allclose(points[:, 0, 2], 0, atol=1e-5)   # in the local space of the emitter
     assert np.allclose(np.linalg.norm(points[:, -1] - points[:, 0], axis=1), 0.5, atol=0.05)
     assert np.allclose(hair.radii.reshape(9, 9)[:, 0], 0.05) and np.allclose(hair.radii.reshape(9, 9)[:, -1], 0.0)
     assert np.allclose(hair.radii.reshape(9, 9)[:, 4], 0.0375, atol=1e-3)
     assert list(hair.material_slots) == [1] * 9
     scalp, = hair.attributes
     assert (scalp.name, scalp.domain, hair.active_uv) == ("Scalp", ajar.Domain.Face, "Scalp")
-    assert np.allclose(scalp.values.reshape(9, 2), points[:, 0, :2], atol=1e-3)   # the square's map is its plane
+    assert np.allclose(scalp.values.reshape(9, 2), points[:, 0, :2], atol=1e-3)   # the UV map of the square has the coordinates of its plane
     assert (hair.strand_shape, hair.strand_subdivisions) == (ajar.StrandShape.Ribbon, 2)
     rows = [np.array(instance.world_from_object).reshape(3, 4)[:, 3] for instance in description.instances]
     assert np.allclose(rows, [(3, 2, 1)] * 2)
 
 
-def test_scenes_choose_the_shape_of_hair(head, export, scene):
+def test_shape_of_hair_is_a_setting_of_the_scene(head, export, scene):
     if not hasattr(scene, "cycles_curves"):
         pytest.skip("Cycles is not enabled")
     scene.cycles_curves.shape, scene.cycles_curves.subdivisions = "THICK", 3
@@ -52,7 +52,7 @@ def test_scenes_choose_the_shape_of_hair(head, export, scene):
     assert (hair.strand_shape, hair.strand_subdivisions) == (ajar.StrandShape.Round, 3)
 
 
-def test_emitters_may_be_hidden_and_hair_too(head, export, scene):
+def test_emitters_and_their_hair_can_be_hidden(head, export, scene):
     _, thing = head
     thing.show_instancer_for_viewport = False
     description = export()
@@ -65,7 +65,7 @@ def test_emitters_may_be_hidden_and_hair_too(head, export, scene):
     assert not strands_of(export())
 
 
-def test_children_come_in_their_parents_place(head, export):
+def test_child_hairs_replace_their_parents(head, export):
     settings, _ = head
     settings.child_type, settings.child_nbr = "SIMPLE", 4
     hair, = strands_of(export())
@@ -73,7 +73,7 @@ def test_children_come_in_their_parents_place(head, export):
     assert len(hair.attributes[0].values) == 36
 
 
-def test_heads_of_hair_are_shared_by_instances(head, export, build):
+def test_instances_share_their_hair(head, export, build):
     _, thing = head
     collection = bpy.data.collections.new("Heads")
     collection.objects.link(thing)
@@ -89,7 +89,7 @@ def test_hair_curves_are_strands(build, export):
     data = bpy.data.hair_curves.new("Hair")
     build.object(data, "Wig")
     data.materials.append(build.material())
-    assert not export().objects   # bald
+    assert not export().objects   # without strands
     tree = bpy.data.node_groups.new("Grow", "GeometryNodeTree")
     if hasattr(tree, "interface"):
         tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")

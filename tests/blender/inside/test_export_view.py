@@ -1,4 +1,4 @@
-"""Lights, world, camera and settings."""
+"""Tests of the export of lights, world, camera and settings."""
 
 import bpy
 import numpy as np
@@ -15,7 +15,7 @@ def light(build, kind, **values):
     return build.object(data, data.name, (1, 2, 3))
 
 
-def test_lights_keep_their_numbers(build, export):
+def test_values_of_lights_are_exported(build, export):
     light(build, "POINT", energy=10, shadow_soft_size=0.5, color=(1, 0.5, 0.25))
     light(build, "SPOT", spot_size=1.0, spot_blend=0.5)
     light(build, "SUN", angle=0.1, energy=2)
@@ -47,7 +47,7 @@ def test_instances_of_lights_are_lights(build, export):
     assert sorted(out.world_from_light[3] for out in export().lights) == [0, 1, 2]
 
 
-def test_world_colour_graph_and_absence(export, scene):
+def test_world_with_a_colour_with_a_graph_and_missing(export, scene):
     scene.world = None
     assert export().world.color == (0, 0, 0)
     scene.world = bpy.data.worlds.new("World")
@@ -60,7 +60,7 @@ def test_world_colour_graph_and_absence(export, scene):
 
 
 def frame_of_blender(scene):
-    """Corners of the view at z = -1 by Blender's own account."""
+    """The corners of the view at z = -1, from Blender."""
     corners = np.array(scene.camera.data.view_frame(scene=scene))
     if scene.camera.data.type != "ORTHO":
         corners /= -corners[:, 2:]
@@ -70,7 +70,7 @@ def frame_of_blender(scene):
 @pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
 @pytest.mark.parametrize("fit", ["AUTO", "HORIZONTAL", "VERTICAL"])
 @pytest.mark.parametrize("size", [(640, 480), (480, 640), (500, 500)])
-def test_camera_sees_the_frame_that_blender_shows(export, scene, kind, fit, size):
+def test_frame_of_the_camera_is_that_of_blender(export, scene, kind, fit, size):
     camera = scene.camera.data
     camera.type, camera.sensor_fit, camera.shift_x, camera.shift_y = kind, fit, 0.1, -0.2
     camera.lens, camera.sensor_height, camera.ortho_scale = 35, 20, 4
@@ -79,7 +79,7 @@ def test_camera_sees_the_frame_that_blender_shows(export, scene, kind, fit, size
     np.testing.assert_allclose(export().camera.screen_window, frame_of_blender(scene), rtol=1e-5)
 
 
-def test_panoramas_keep_their_numbers(export, scene):
+def test_values_of_panoramas_are_exported(export, scene):
     camera = scene.camera.data
     camera.type, camera.sensor_fit, camera.sensor_height, camera.cycles.panorama_type = "PANO", "VERTICAL", 20, "EQUIRECTANGULAR"
     scene.render.resolution_x, scene.render.resolution_y = 300, 200
@@ -148,7 +148,7 @@ def test_resolution_and_border(export, scene):
     assert export().settings.region == [10, 10, 30, 25]
 
 
-def test_no_camera_is_left_to_the_core(export, scene):
+def test_a_missing_camera_is_left_to_the_core(export, scene):
     scene.camera = None
     assert not export().camera.present
 
@@ -160,13 +160,13 @@ def test_light_linking_is_reported(build, export_context, monkeypatch):
     assert [name for name, message in export_context().warnings if "linking" in message] == ["Point"]
 
 
-def test_a_value_of_a_message_may_be_called_name(export_context):
+def test_a_field_of_a_message_may_have_the_name_name(export_context):
     context = export_context()
     context.warn("Owner", "node {name} of {text}", name="Image Texture", text="a tree")
     assert ("Owner", "node Image Texture of a tree") in context.warnings
 
 
-def test_settings_of_cycles_are_taken_all_or_none(export, scene):
+def test_settings_of_cycles_are_used_all_or_none(export, scene):
     assert not scene.ajar.use_cycles_settings
     assert (scene.ajar.samples, scene.ajar.noise_target, scene.ajar.use_denoise) == (64, 0.0, False)
     scene.cycles.adaptive_threshold = 0.02
@@ -182,15 +182,15 @@ def test_settings_of_cycles_are_taken_all_or_none(export, scene):
     assert (scene.ajar.samples, scene.ajar.use_denoise) == (64, False)
 
 
-def test_a_number_of_samples_asked_for_on_the_command_line_is_taken(export, scene):
+def test_number_of_samples_of_the_command_line_is_used(export, scene):
     scene.cycles.use_adaptive_sampling, scene.cycles.adaptive_threshold = True, 0.1
     assert export().settings.target_error == pytest.approx(0.01)
     assert export(Options(samples=8)).settings.target_error == 0.0
-    scene.ajar.noise_target = 0.25   # of the artist's own
+    scene.ajar.noise_target = 0.25   # set by the artist
     assert export(Options(samples=8)).settings.target_error == 0.25
 
 
-def test_own_settings_can_be_given_up(scene):
+def test_own_settings_can_be_reset(scene):
     scene.cycles.samples = 17
     scene.ajar.samples, scene.ajar.integrator = 5, "erpt"
     assert bpy.ops.ajar.inherit_settings() == {"FINISHED"}

@@ -1,4 +1,4 @@
-"""The pictures of the Progress panel: which point is where."""
+"""Tests of the pictures of the Progress panel: the positions of points, curves and labels."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_a_power_law_is_a_straight_line():
     assert np.abs(middle - fit).max() < 1.0 and np.ptp(middle) > 100
 
 
-def test_the_axes_begin_and_end_where_they_should():
+def test_the_axes_have_the_expected_ends():
     axis = graph.Axis(0.01, 1.0, 30.0, 230.0)
     assert axis.place(0.01) == pytest.approx(30) and axis.place(1.0) == pytest.approx(230) and axis.place(0.1) == pytest.approx(130)
     placed = frame([1, 10], [0.2, 0.1], target=0.01, end=100.0)
@@ -56,7 +56,7 @@ def test_the_target_is_a_dashed_line_at_its_noise():
     assert not (np.abs(without[:, :, :3] - np.array(graph.TARGET)).max(axis=2) < 0.02).any()
 
 
-def test_the_expected_rest_ends_at_the_expected_time():
+def test_the_predicted_curve_ends_at_the_predicted_time():
     seconds, noise = [1, 10], [0.2, 0.1]
     picture = graph.draw(seconds, noise, 0.01, 1000.0, WIDTH, HEIGHT)
     placed = frame(seconds, noise, 0.01, 1000.0)
@@ -64,12 +64,12 @@ def test_the_expected_rest_ends_at_the_expected_time():
     expected = np.abs(picture[:, :, :3] - np.array(graph.EXPECTED)).max(axis=2) < 0.02
     columns = np.flatnonzero(expected.any(axis=0))
     assert abs(columns[0] - placed.x.place(10)) < 4 and abs(columns[-1] - placed.x.place(1000)) < 4
-    assert abs(np.flatnonzero(expected[:, columns[-1] - 2]).mean() - placed.y.place(0.01)) < 3   # a tenth of the noise after a hundred times the time
+    assert abs(np.flatnonzero(expected[:, columns[-1] - 2]).mean() - placed.y.place(0.01)) < 3   # the noise is divided by ten when the time is multiplied by a hundred
     assert graph.expected_noise(np.array([10.0]), np.array([0.1]), 1e6, 0.01) == 0.01
 
 
 @pytest.mark.parametrize("seconds, noise", [([], []), ([0.0], [0.1]), ([1.0], [0.0]), ([float("nan")], [1.0])])
-def test_without_anything_to_draw_the_picture_is_empty(seconds, noise):
+def test_the_picture_without_data_is_empty(seconds, noise):
     picture = graph.draw(seconds, noise, 0.01, 5.0, WIDTH, HEIGHT)
     assert picture.shape == (HEIGHT, WIDTH, 4) and (picture[..., :3] == np.float32(graph.BACKGROUND)).all() and (picture[..., 3] == 1).all()
 
@@ -82,7 +82,7 @@ def test_any_size_and_any_values_can_be_drawn(width, height, unit):
         assert (np.abs(picture[..., :3] - np.array(graph.CURVE)).max(axis=2) < 0.05).any()
 
 
-def test_ticks_are_round_and_inside():
+def test_ticks_are_round_numbers_inside_the_axes():
     assert graph.ticks_of_noise(0.004, 0.2)[0] == [pytest.approx(0.01), pytest.approx(0.1)]
     assert graph.ticks_of_seconds(0.5, 100)[0] == [1, 10, 60]
     assert [graph.name_of_seconds(s) for s in (0.1, 10, 60, 1800, 36000)] == ["0.1 s", "10 s", "1 min", "30 min", "10 h"]
@@ -109,7 +109,7 @@ def test_density_runs_from_dark_to_bright():
     assert len(np.unique(graph.density(np.full((3, 5), 7.0))[..., 0])) == 1
 
 
-def test_a_large_map_is_shrunk_to_means():
+def test_a_large_map_is_reduced_by_averaging():
     counts = np.arange(10 * 7, dtype=np.float32).reshape(10, 7)
     assert graph.shrunk(counts, 10) is counts
     small = graph.shrunk(counts, 5)

@@ -1,4 +1,4 @@
-"""Marking, checking and suggesting light hints."""
+"""Tests of the operators that mark, check and suggest light hints."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mathutils import Vector
 
 @pytest.fixture
 def halves(build, scene):
-    """A closed room cut in two by a wall with a gap at the floor; the lamp in one half, the camera in the other."""
+    """A closed room, divided by a wall with a gap at the floor. The lamp is in one half, the camera in the other."""
     for name, size, place in (("Room", (2, 2, 2), (0, 0, 0)), ("Wall", (0.02, 2, 1.9), (0, 0, 0.05))):
         bpy.ops.mesh.primitive_cube_add(size=1, location=place)
         bpy.context.object.name, bpy.context.object.scale = name, size
@@ -28,7 +28,7 @@ def path(points, name="Path"):
     return curve
 
 
-def test_marking_makes_the_collection_and_unmarking_keeps_the_curve(scene):
+def test_marking_creates_the_collection_and_unmarking_keeps_the_curve(scene):
     data = bpy.data.curves.new("Arc", "CURVE")
     arc = bpy.data.objects.new("Arc", data)
     scene.collection.objects.link(arc)
@@ -40,7 +40,7 @@ def test_marking_makes_the_collection_and_unmarking_keeps_the_curve(scene):
     assert hints.curves_of(scene) == [] and arc.name in scene.collection.objects
 
 
-def test_checking_says_what_became_of_each_path_until_it_changes(halves):
+def test_the_status_of_each_path_is_shown_until_the_path_changes(halves):
     good = path([(-0.8, 0, 0.7), (-0.3, 0.1, -1), (0.5, 0.3, -0.95)], "Good")
     blocked = path([(-0.8, 0, 0.7), (0.9, 0, 0.7)], "Blocked")
     assert hints.status_of(good) == hints.NOT_CHECKED
@@ -62,7 +62,7 @@ def test_suggested_paths_are_curves_that_attach_and_start_at_the_lamp(halves):
         assert curve.ajar.hint_light == bpy.data.objects["Lamp"]
 
 
-def test_a_scene_that_cannot_be_rendered_is_refused_in_words(halves):
+def test_a_scene_that_cannot_be_rendered_is_reported(halves):
     path([(0, 0, 0), (1, 0, 0)])
     halves.camera.data.clip_start = halves.camera.data.clip_end = 1.0
     with pytest.raises(RuntimeError, match="Camera"):

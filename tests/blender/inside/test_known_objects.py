@@ -1,4 +1,4 @@
-"""Edits in a viewport: what is exported from memory is what a whole export finds, and which edits need no walk over the instances."""
+"""Tests of edits in a viewport: an export that reuses known objects is equal to a full export, and some edits need no walk over the instances."""
 
 import random
 import traceback
@@ -11,7 +11,7 @@ from mathutils import Vector
 
 
 class Watcher:
-    """Exports after every update as a viewport does, and all of it besides."""
+    """Exports after every update as a viewport does, and compares the result with a full export."""
 
     def __init__(self) -> None:
         self.known, self.meshes = KnownObjects(), MeshCache()
@@ -33,7 +33,7 @@ class Watcher:
     def __call__(self, scene, depsgraph) -> None:
         try:
             self.compare(depsgraph)
-        except Exception:   # Blender only prints those of handlers
+        except Exception:   # Blender only prints the exceptions of handlers
             self.differences.append(f"{self.edit}: {traceback.format_exc()}")
 
     def compare(self, depsgraph) -> None:
@@ -54,7 +54,7 @@ class Watcher:
             self.differences.append(self.edit)
 
     def kinds_of(self, name: str, edit) -> list[str]:
-        """How the updates that an edit brings were exported."""
+        """How the updates that the edit causes were exported."""
         self.edit, self.kinds = name, []
         edit()
         bpy.context.view_layer.update()
@@ -71,7 +71,7 @@ def watcher(scene):
 
 @pytest.fixture
 def stage(build):
-    """Things by themselves, a parent with a child, a collection shown three times, particles, lamps, materials."""
+    """Single objects, a parent with a child, a collection with three instances, particles, lamps and materials."""
     red, glass = build.material("Red"), build.material("Glass")
     for material in (red, glass):
         node = material.node_tree.nodes.new("ShaderNodeBsdfDiffuse")
@@ -104,7 +104,7 @@ def diffuse(name: str):
     return bpy.data.materials[name].node_tree.nodes["Diffuse BSDF"]
 
 
-def test_edits_of_single_things_need_no_walk(watcher, stage):
+def test_edits_of_single_objects_need_no_walk(watcher, stage):
     bpy.context.view_layer.update()
 
     def move(name):
@@ -128,7 +128,7 @@ def test_edits_of_single_things_need_no_walk(watcher, stage):
     assert not watcher.differences
 
 
-def test_hair_follows_its_edits(watcher, stage):
+def test_edits_of_hair_are_exported(watcher, stage):
     fur = stage["Beside"].modifiers.new("Fur", "PARTICLE_SYSTEM").particle_system.settings
     fur.type, fur.count = "HAIR", 5
     bpy.context.view_layer.update()
@@ -141,7 +141,7 @@ def test_hair_follows_its_edits(watcher, stage):
     assert not watcher.differences
 
 
-def test_edits_that_reach_instances_or_geometry_collect_everything(watcher, stage):
+def test_edits_of_instances_or_geometry_need_a_full_walk(watcher, stage):
     bpy.context.view_layer.update()
 
     def move(name):
@@ -165,7 +165,7 @@ def test_edits_that_reach_instances_or_geometry_collect_everything(watcher, stag
     assert not watcher.differences
 
 
-def test_random_edits_export_what_a_whole_export_does(watcher, stage, build):
+def test_export_after_random_edits_is_equal_to_a_full_export(watcher, stage, build):
     dice, pair = random.Random(5), bpy.data.collections["Pair"]
 
     def objects(*kinds):
@@ -235,7 +235,7 @@ def test_random_edits_export_what_a_whole_export_does(watcher, stage, build):
     edits = (move, move, move, flatten, recolour, recolour, shine, look, hide, swap_material, adopt, deform, instance, join, replace, frame)
     bpy.context.view_layer.update()
     for number in range(250):
-        chosen = dice.sample(edits, dice.choice((1, 1, 2)))   # of several at once one update tells
+        chosen = dice.sample(edits, dice.choice((1, 1, 2)))   # one update reports several edits
         watcher.kinds_of(f"{number} {' and '.join(edit.__name__ for edit in chosen)}", lambda chosen=chosen: [edit() for edit in chosen])
     assert not watcher.differences
     assert watcher.revisions > 30 and watcher.known.walks > 30

@@ -1,4 +1,4 @@
-"""Every panel, setting and operator leads to a place in the manual that exists."""
+"""Every panel, setting and operator has a link to an existing place in the manual."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ import settings  # noqa: E402
 
 
 class Page(HTMLParser):
-    """The anchors of a page, and what it links to."""
+    """The anchors and links of a page."""
 
     def __init__(self, file: Path) -> None:
         super().__init__()
@@ -33,7 +33,7 @@ class Page(HTMLParser):
 
 
 class Layout:
-    """Takes note of the buttons that are drawn into it."""
+    """Records the buttons that are drawn into it."""
 
     def __init__(self) -> None:
         self.buttons: list[types.SimpleNamespace] = []
@@ -54,7 +54,7 @@ def pages() -> dict[Path, Page]:
 
 
 def is_there(url: str, pages: dict[Path, Page]) -> bool:
-    """Whether a file:// address leads to a file of the manual, and to an anchor in it."""
+    """Whether a file:// address is that of a file of the manual and of an anchor in it."""
     parts = urllib.parse.urlsplit(url)
     assert parts.scheme == "file"
     file = Path(urllib.parse.unquote(parts.path)).resolve()
@@ -64,7 +64,7 @@ def is_there(url: str, pages: dict[Path, Page]) -> bool:
 
 
 def blenders_answer(rna_id: str) -> str | None:
-    """What Online Manual opens."""
+    """The address that Online Manual opens."""
     operator = bpy.types.WM_OT_doc_view_manual
     for prefix, pairs in bpy.utils.manual_map():
         found = operator._find_reference(rna_id, pairs, verbose=False)
@@ -73,7 +73,7 @@ def blenders_answer(rna_id: str) -> str | None:
     return None
 
 
-def test_every_setting_and_operator_leads_to_its_own_anchor(pages):
+def test_every_setting_and_operator_has_its_own_anchor(pages):
     ids = [*documentation.ids_of_properties(), *documentation.ids_of_operators()]
     assert len(ids) > 100
     for rna_id in ids:
@@ -84,21 +84,21 @@ def test_every_setting_and_operator_leads_to_its_own_anchor(pages):
 
 
 def test_no_registered_setting_is_left_out():
-    """Found by Blender's own lists of types, not by ours."""
+    """Compares with Blender's own lists of types, not with those of the add-on."""
     groups = [group for group in bpy.types.PropertyGroup.__subclasses__() if group.__name__.startswith("Ajar")]
     wanted = {f"bpy.types.{group.__name__}.{prop.identifier}" for group in groups for prop in group.bl_rna.properties if prop.identifier not in ("rna_type", "name")}
     assert set(documentation.ids_of_properties()) == wanted
     assert {f"bpy.ops.ajar.{name}" for name in dir(bpy.ops.ajar)} == set(documentation.ids_of_operators())
 
 
-def test_a_setting_that_does_not_exist_leads_nowhere(pages):
+def test_a_setting_that_does_not_exist_has_no_address(pages):
     assert blenders_answer("bpy.types.AjarSceneSettings.nothing") is None
     assert not is_there(documentation.url_of("settings.html#nothing"), pages)
     assert not is_there(documentation.url_of("nothing.html"), pages)
 
 
 def test_blender_finds_the_id_of_a_setting_and_of_an_operator():
-    """In the form in which a button names them."""
+    """The identifiers have the form that buttons use."""
     from bl_operators.wm import _wm_doc_get_id
 
     assert _wm_doc_get_id("AjarSceneSettings.samples", do_url=False) in documentation.ids_of_properties()
@@ -106,7 +106,7 @@ def test_blender_finds_the_id_of_a_setting_and_of_an_operator():
     assert _wm_doc_get_id("AJAR_OT_suggest_light_hints.count", do_url=False) in documentation.ids_of_operators()
 
 
-def test_every_panel_has_a_button_that_leads_to_its_anchor(pages):
+def test_every_panel_has_a_button_with_its_anchor(pages):
     with_title = [panel for panel in ui.CLASSES if issubclass(panel, bpy.types.Panel) and panel.bl_label]
     assert len(with_title) > 40
     for panel in with_title:
@@ -123,7 +123,7 @@ def test_the_help_menu_opens_the_manual():
     assert [button.operator for button in menu.layout.buttons] == ["ajar.open_manual"]
 
 
-def test_every_link_and_picture_of_the_pages_is_there(pages):
+def test_every_link_and_picture_of_the_pages_exists(pages):
     for file, page in pages.items():
         assert len(page.anchors) == len(set(page.anchors)), f"{file.name} has an anchor twice"
         for link in page.links:
@@ -139,11 +139,11 @@ def test_the_manual_opens_in_the_browser(monkeypatch):
     assert opened == [documentation.url_of(page) for page in ("index.html", "settings.html#ajar_render_pt_sampling", "settings.html#bpy-types-ajarscenesettings-samples")]
 
 
-def test_a_missing_page_is_named():
+def test_a_missing_page_is_reported_by_name():
     with pytest.raises(RuntimeError, match="nowhere.html"):
         bpy.ops.ajar.open_manual(page="nowhere.html")
 
 
 def test_the_page_of_settings_is_up_to_date():
-    """tools/manual/settings.py writes it: make manual."""
+    """`make manual` writes it with tools/manual/settings.py."""
     assert (ROOT / "docs" / "manual" / "settings.md").read_text(encoding="utf-8") == settings.page()

@@ -1,4 +1,4 @@
-"""The photons of a render, kept for the 3D view."""
+"""Tests of the photons of a render that are kept for the 3D view."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def lit_corner(build, scene):
 
 
 @pytest.mark.parametrize("integrator", sorted(photon_overlay.INTEGRATORS))
-def test_photons_of_the_last_pass_are_kept_when_asked_for(lit_corner, integrator):
+def test_photons_of_the_last_pass_are_kept_with_the_setting(lit_corner, integrator):
     lit_corner.ajar.integrator = integrator
     bpy.ops.render.render()
     assert photon_overlay.of(lit_corner) is None and photon_overlay.status_of(lit_corner) == "Shown after the next render"
@@ -32,13 +32,13 @@ def test_photons_of_the_last_pass_are_kept_when_asked_for(lit_corner, integrator
     assert 0 < len(photons.positions) <= min(photon_overlay.MAX_PHOTONS, photons.stored)
     np.testing.assert_allclose(photons.positions[:, [0, 2]].min(axis=1), 0.0, atol=1e-5)
     assert (photons.positions > -1e-5).all() and (photons.positions < 1 + 1e-5).all()
-    # The lamp's colour on a grey square.
+    # The photons have the colour of the lamp, because the square is grey.
     assert (photons.colors[:, 0] > photons.colors[:, 1]).all() and (photons.colors[:, 1] > photons.colors[:, 2]).all()
     lit_corner.ajar.show_photons = False
     assert photon_overlay.of(lit_corner) is None
 
 
-def test_an_integrator_without_photons_leaves_none(lit_corner):
+def test_an_integrator_without_photons_keeps_none(lit_corner):
     lit_corner.ajar.show_photons, lit_corner.ajar.integrator = True, "photon_map"
     bpy.ops.render.render()
     assert photon_overlay.of(lit_corner) is not None
@@ -47,7 +47,7 @@ def test_an_integrator_without_photons_leaves_none(lit_corner):
     assert photon_overlay.of(lit_corner) is None
 
 
-def test_colours_tell_hue_and_power_and_nothing_vanishes():
+def test_colours_show_hue_and_power_and_no_photon_is_invisible():
     powers = np.array([[2, 1, 0]] * 40 + [[0, 0, 1e-6], [1000, 1000, 1000]], dtype=np.float32)
     colors = photon_overlay._colors(powers)
     np.testing.assert_allclose(colors[0], [1, np.sqrt(0.5), 0, 1], rtol=1e-6)

@@ -1,4 +1,4 @@
-"""What is noted of a render for the Progress panel."""
+"""Tests of the data of a render that the Progress panel shows."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def session(noted_scene, export):
 
 
 class Layout:
-    """Takes notes of what a panel draws."""
+    """Records what a panel draws."""
 
     def __init__(self):
         self.labels, self.properties, self.icons = [], [], []
@@ -74,7 +74,7 @@ def drawn(scene, width=300):
     return layout
 
 
-def test_nothing_is_noted_in_the_background(noted_scene):
+def test_nothing_is_recorded_in_the_background(noted_scene):
     bpy.ops.render.render()
     assert bpy.app.background and render_progress.of(noted_scene) is None
     layout = drawn(noted_scene)
@@ -82,7 +82,7 @@ def test_nothing_is_noted_in_the_background(noted_scene):
     assert render_progress._areas == {} and not bpy.app.timers.is_registered(render_progress._look)
 
 
-def test_a_note_holds_what_the_session_says(session, noted_scene):
+def test_a_record_has_the_values_of_the_session(session, noted_scene):
     render_progress._note(noted_scene.name, session, 1e-4, False)
     noted = render_progress.of(noted_scene)
     errors = session.error_over_time()
@@ -92,7 +92,7 @@ def test_a_note_holds_what_the_session_says(session, noted_scene):
     assert (np.diff(noted.seconds) > 0).all() and noted.density is None and not noted.is_running
 
 
-def test_samples_are_counted_only_while_the_map_is_shown(session, noted_scene):
+def test_sample_counts_are_recorded_only_while_the_map_is_shown(session, noted_scene):
     render_progress._areas[1] = 0
     render_progress._note(noted_scene.name, session, 0.0, True)
     assert render_progress.of(noted_scene).density is None
@@ -107,13 +107,13 @@ def test_samples_are_counted_only_while_the_map_is_shown(session, noted_scene):
     assert render_progress.of(noted_scene).density is None
 
 
-def test_noise_is_told_in_percent_and_never_as_a_power_of_ten():
+def test_noise_is_shown_in_percent_without_powers_of_ten():
     assert [render_progress.noise_words(noise, 0.0) for noise in (0.0123, 0.5, 0.994, 1.1, 12.5)] == ["1.2 %", "50 %", "99 %", "110 %", "1250 %"]
     assert render_progress.noise_words(1.1, 0.02) == "110 % of 2 %"
 
 
 @pytest.mark.parametrize("width, pictures", [(180, 2), (900, 2)])
-def test_the_panel_shows_what_was_noted(session, noted_scene, width, pictures):
+def test_the_panel_shows_the_record(session, noted_scene, width, pictures):
     noted_scene.ajar.show_sample_density = True
     render_progress._areas[1], render_progress._density_is_shown = 0, True
     render_progress._note(noted_scene.name, session, 1e-4, False)
@@ -127,9 +127,9 @@ def test_the_panel_shows_what_was_noted(session, noted_scene, width, pictures):
     assert (np.abs(picture[..., :3] - np.array(graph.CURVE)).max(axis=2) < 0.02).any()
     key = progress._drawn["noise IMAGE_EDITOR"]
     drawn(noted_scene, width)
-    assert progress._drawn["noise IMAGE_EDITOR"] is key   # not drawn a second time
+    assert progress._drawn["noise IMAGE_EDITOR"] is key   # it is not drawn again
 
 
-def test_times_are_written_as_a_clock():
+def test_times_are_shown_in_hours_minutes_and_seconds():
     assert [render_progress.clock(seconds) for seconds in (0.4, 59.6, 3599.4, 3600, 36125)] == ["00:00", "01:00", "59:59", "1:00:00", "10:02:05"]
     assert render_progress.noise_words(0.0123, 0.01) == "1.2 % of 1 %" and render_progress.noise_words(0.0123, 0.0) == "1.2 %"

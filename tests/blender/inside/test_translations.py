@@ -1,4 +1,4 @@
-"""The table of translations: only texts that the add-on uses, none that Blender asks for is forgotten, and Blender shows them."""
+"""Tests of the table of translations: it has only texts of the add-on, it has all texts that Blender looks up, and Blender shows them."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from ajar_render.ajar_module import ajar
 
 ADDON = Path(ajar_render.__file__).parent
 SOURCES = [path for path in sorted(ADDON.rglob("*.py")) if path.relative_to(ADDON).parts[0] not in ("ajar", "translations")]
-TEXT_ARGUMENT = {"interface": 0, "report": 0, "tooltip": 0, "say": 1, "warn": 1}   # functions of ours that translate, and which argument
-KEYWORDS = {"text", "heading"}                                                     # arguments of a layout's functions that Blender translates
-BUILT_AT_RUN_TIME = {"status_text_set": 0, "poll_message_set": 0}                  # functions of Blender that do not translate
+TEXT_ARGUMENT = {"interface": 0, "report": 0, "tooltip": 0, "say": 1, "warn": 1}   # functions of the add-on that translate, and the index of the argument
+KEYWORDS = {"text", "heading"}                                                     # arguments of layout functions that Blender translates
+BUILT_AT_RUN_TIME = {"status_text_set": 0, "poll_message_set": 0}                  # functions of Blender that do not translate, and the index of the argument
 UNSUPPORTED = (unsupported.SCENE, unsupported.VIEW_LAYER, unsupported.OBJECT, unsupported.LIGHT, unsupported.WORLD, unsupported.CAMERA, unsupported.MATERIAL)
 LANGUAGES = list(translations.LANGUAGES)
 
 
-# ---- What the add-on shows ------------------------------------------------------------------------------------------------
+# ---- Texts of the add-on --------------------------------------------------------------------------------------------------
 
 def own_classes(*kinds: type) -> Iterator[type]:
     for kind in kinds:
@@ -31,7 +31,7 @@ def own_classes(*kinds: type) -> Iterator[type]:
 
 
 def labels() -> set[str]:
-    """Titles of panels and menus, names of properties and of their choices."""
+    """The titles of panels and menus, and the names of properties and of their choices."""
     found = {kind.bl_label for kind in own_classes(bpy.types.Panel, bpy.types.Menu)}
     for prop in own_properties():
         found.add(prop.name)
@@ -56,7 +56,7 @@ def descriptions() -> set[str]:
 
 
 def operator_labels() -> set[str]:
-    """And the texts that a button has in place of its operator's label."""
+    """The labels of operators, and the texts of buttons that replace them."""
     return {operator.bl_label for operator in own_classes(bpy.types.Operator)} | {fix.button for fix in checks.FIXES} | {label for label, _, _ in presets.PRESETS.values()}
 
 
@@ -68,10 +68,10 @@ def calls() -> Iterator[tuple[Path, ast.Call, str]]:
 
 
 def shown_arguments() -> Iterator[tuple[Path, ast.expr]]:
-    """The expressions in the source that become texts of the user interface."""
+    """The expressions in the source that are texts of the user interface."""
     for path, call, name in calls():
         number = (TEXT_ARGUMENT | BUILT_AT_RUN_TIME).get(name)
-        if name == "report" and isinstance(call.func, ast.Attribute):   # of an operator or an engine: kind and text
+        if name == "report" and isinstance(call.func, ast.Attribute):   # of an operator or an engine; the arguments are kind and text
             number = 1
         if number is not None and len(call.args) > number:
             yield path, call.args[number]
@@ -84,14 +84,14 @@ def choices(node: ast.expr) -> list[ast.expr]:
 
 
 def messages() -> set[str]:
-    """The literal texts among them, and those of warnings, fixes and presets."""
+    """The literal texts among the shown arguments, and the texts of warnings, fixes and presets."""
     found = {part.value for _, node in shown_arguments() for part in choices(node) if isinstance(part, ast.Constant) and isinstance(part.value, str)}
     found |= {text for settings in UNSUPPORTED for text in (setting.text for setting in settings)} | {fix.text for fix in checks.FIXES} | {tip for _, tip, _ in presets.PRESETS.values()}
     return found - {""}
 
 
 def constants() -> set[str]:
-    """All strings in the source, and those that the core gives."""
+    """All strings in the source, and the texts of the core."""
     found = {node.value for path in SOURCES for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
     return found | {text for info in [*ajar.integrator_list(), *ajar.direct_method_list()] for text in (info.label, info.sentence)}
 
@@ -103,17 +103,17 @@ def fields(text: str) -> set[str]:
 # ---- The source -----------------------------------------------------------------------------------------------------------
 
 def is_made_of_parts(node: ast.expr) -> bool:
-    """A text that Blender cannot look up, because values are already in it."""
+    """Whether the text already contains values, so that Blender cannot look it up."""
     return any(isinstance(part, (ast.JoinedStr, ast.BinOp)) or (isinstance(part, ast.Call) and isinstance(part.func, ast.Attribute) and part.func.attr == "format")
                for part in choices(node))
 
 
-def test_no_text_is_made_before_it_is_translated():
+def test_values_are_not_inserted_before_the_translation():
     assert [f"{path.relative_to(ADDON)}:{node.lineno}" for path, node in shown_arguments() if is_made_of_parts(node)] == []
     assert is_made_of_parts(ast.parse('f"{a} warnings"', mode="eval").body) and not is_made_of_parts(ast.parse('"warnings"', mode="eval").body)
 
 
-def test_texts_that_blender_does_not_translate_go_through_our_functions():
+def test_texts_that_blender_does_not_translate_are_translated_by_the_add_on():
     for path, call, name in calls():
         if name in BUILT_AT_RUN_TIME and call.args and isinstance(call.args[0], ast.Constant):
             assert call.args[0].value is None, f"{path.relative_to(ADDON)}:{call.lineno}"
@@ -129,7 +129,7 @@ def test_every_key_is_a_text_of_the_add_on(code):
 
 
 @pytest.mark.parametrize("code", LANGUAGES)
-def test_titles_names_and_messages_are_all_there(code):
+def test_all_titles_names_and_messages_are_in_the_table(code):
     language = translations.LANGUAGES[code]
     assert sorted((labels() | messages() | descriptions()) - set(language.TEXTS) - set(language.OPERATORS)) == []
     assert sorted(operator_labels() - set(language.OPERATORS)) == []
@@ -145,8 +145,8 @@ def test_format_fields_are_those_of_the_original(code):
 
 
 @pytest.mark.parametrize("code", LANGUAGES)
-def test_no_text_is_translated_twice(code):
-    """Of two entries for the same text, Python would keep the second in silence."""
+def test_no_text_has_two_translations(code):
+    """Python would silently use the second of two entries for the same text."""
     source = Path(translations.LANGUAGES[code].__file__).read_text(encoding="utf-8")
     for table in (node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Dict)):
         keys = [key.value for key in table.keys if isinstance(key, ast.Constant)]
@@ -157,7 +157,7 @@ def test_no_text_is_translated_twice(code):
 
 @pytest.fixture
 def german():
-    """Blender in German, or the test is skipped where this Blender has no languages."""
+    """Switches Blender to German. The test is skipped in a Blender without languages."""
     view = bpy.context.preferences.view
     if not bpy.app.build_options.international:
         pytest.skip("this Blender was built without languages")
@@ -173,7 +173,7 @@ def german():
 
 
 def test_blender_shows_the_table(german):
-    """Where Blender has a word of its own, that one; else ours."""
+    """Blender's own translation has precedence over that of the add-on."""
     translations.unregister()
     own = {key: bpy.app.translations.pgettext(key[1], key[0]) for key in translations.table()["de"]}
     translations.register()
@@ -183,7 +183,7 @@ def test_blender_shows_the_table(german):
     assert sum(text == translations.table()["de"][key] for key, text in shown.items()) > 0.9 * len(shown)
 
 
-def test_nothing_is_translated_while_the_interface_is_english(scene):
+def test_no_text_is_translated_in_an_english_interface(scene):
     assert translations.interface("Light Hints") == "Light Hints"
     assert translations.interface("{share:.0%} accepted", share=0.5) == "50% accepted"
 

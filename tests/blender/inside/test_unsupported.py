@@ -1,4 +1,4 @@
-"""Settings that Ajar does not follow are reported, each by the name of what has it; and those of view layers that it does follow act."""
+"""Settings that Ajar does not support are reported with the name of their owner, and supported settings of view layers have an effect."""
 
 import bpy
 import pytest
@@ -25,7 +25,7 @@ def owner_of(thing: bpy.types.ID, path: str) -> tuple[bpy.types.bpy_struct, str]
 
 @pytest.fixture
 def datablocks(build, scene):
-    """One of each kind, under the name that warnings use."""
+    """One datablock of each kind, by the name that warnings use."""
     material = build.material("Paint")
     thing = build.object(build.mesh(), "Wall")
     thing.data.materials.append(material)
@@ -42,7 +42,7 @@ def warnings() -> set[tuple[str, str]]:
     return set(export_scene(depsgraph, Options(), ["Combined"], depsgraph.scene_eval.camera, lambda: False, lambda step: None).warnings)
 
 
-def test_nothing_is_reported_of_a_plain_scene(datablocks):
+def test_a_plain_scene_has_no_warnings(datablocks):
     assert warnings() == set()
 
 
@@ -69,7 +69,7 @@ def test_aovs_and_light_groups_are_reported(datablocks, scene):
     assert any("Mask" in text for text in found) and any("light groups have no passes" in text for text in found)
 
 
-def test_a_view_layer_leaves_out_its_world_and_surfaces(datablocks, export, scene):
+def test_a_view_layer_can_exclude_its_world_and_surfaces(datablocks, export, scene):
     layer = scene.view_layers[0]
     scene.world.use_nodes, scene.world.color = False, (0.5, 0.25, 0.125)
     before = export()
@@ -80,7 +80,7 @@ def test_a_view_layer_leaves_out_its_world_and_surfaces(datablocks, export, scen
     assert len(export().instances) == 0
 
 
-def test_samples_of_a_view_layer_come_before_the_scenes(export, scene):
+def test_samples_of_a_view_layer_have_precedence_over_those_of_the_scene(export, scene):
     scene.ajar.samples = 32
     scene.view_layers[0].samples = 48
     assert export().settings.samples == 48

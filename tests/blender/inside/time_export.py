@@ -1,4 +1,4 @@
-"""A million triangles in half a second of this machine's time."""
+"""The export of a million triangles takes at most half a second of CPU time."""
 
 import time
 
@@ -7,7 +7,7 @@ import numpy as np
 from ajar_render.export import objects
 from ajar_render.export.context import ExportContext
 
-SIDE = 708  # quads; twice their square is a million triangles
+SIDE = 708  # quads per side; twice the square of this number is a million triangles
 MAX_SECONDS = 0.5
 
 
@@ -34,9 +34,9 @@ def test_a_million_triangles_with_normals_and_uv(build):
     depsgraph = bpy.context.evaluated_depsgraph_get()
     depsgraph.update()
     seconds = float("inf")
-    for _ in range(3):  # the least of three: what else the machine does can only add
+    for _ in range(3):  # the minimum of three; other processes can only increase the time
         context = ExportContext(depsgraph, lambda: False, lambda step: None)
-        started = time.process_time()  # of all threads together
+        started = time.process_time()  # CPU time of all threads
         objects.export(context)
         seconds = min(seconds, time.process_time() - started)
     triangles = len(context.description.meshes[0].triangles)

@@ -1,4 +1,4 @@
-"""From the dependency graph to the first pixels of the scene that Blender starts with."""
+"""Measures the time from the dependency graph to the first pixels of Blender's default scene."""
 
 import time
 
@@ -8,11 +8,11 @@ from ajar_render.export import export_scene
 from ajar_render.headless import Options
 
 MAX_SECONDS = 0.15
-WIDTH, HEIGHT = 480, 270   # a quarter of the frame each way, as a viewport's first picture of it is
+WIDTH, HEIGHT = 480, 270   # a quarter of the frame in width and height, as the first picture of a viewport
 
 
 def seconds_to_first_pixels(depsgraph: bpy.types.Depsgraph) -> float:
-    started = time.process_time()  # of all threads together: what else the machine does is not counted
+    started = time.process_time()  # CPU time of all threads, without other processes
     exported = export_scene(depsgraph, Options(), ["Combined"], depsgraph.scene_eval.camera, lambda: False, lambda step: None)
     session = ajar.Session()
     session.start(exported.description)
@@ -23,7 +23,7 @@ def seconds_to_first_pixels(depsgraph: bpy.types.Depsgraph) -> float:
     return seconds
 
 
-def test_of_the_default_cube_come_at_once():
+def test_first_pixels_of_the_default_cube_need_little_time():
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     scene = bpy.context.scene
     scene.render.engine = "AJAR"

@@ -1,4 +1,4 @@
-"""What each tab of Properties shows with Cycles and with Ajar, for every kind of object. Runs inside a Blender that has Ajar.
+"""Lists what each tab of Properties shows with Cycles and with Ajar, for every kind of object. Runs inside a Blender with Ajar.
 
     blender -b --factory-startup --addons ajar_render --python compare.py -- OUT.json
 """
@@ -20,7 +20,7 @@ PANORAMAS = ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID", "MIR
 
 
 def objects() -> dict[str, bpy.types.Object]:
-    """One object of each kind, and each kind of lamp and camera."""
+    """One object of each kind, including each kind of lamp and camera."""
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     things: dict[str, bpy.types.Object] = {}
 
@@ -50,10 +50,10 @@ def objects() -> dict[str, bpy.types.Object]:
 
 
 def use_everything(scene: bpy.types.Scene) -> None:
-    """Settings that are hidden until another is on."""
+    """Switches on settings that show other settings."""
     render, layer = scene.render, scene.view_layers[0]
     scene.render.engine, scene.ajar.samples, render.resolution_percentage = "AJAR", 1, 2
-    bpy.ops.render.render()   # its statistics have a panel. Freestyle, which is switched on below, would need a graphics card
+    bpy.ops.render.render()   # the statistics of the render have a panel. It comes before Freestyle, which would need a graphics card, is switched on
     render.use_motion_blur = render.use_simplify = render.use_freestyle = render.film_transparent = render.use_multiview = True
     layer.use_pass_mist = True
     layer.lightgroups.add(name="Group")
@@ -61,7 +61,7 @@ def use_everything(scene: bpy.types.Scene) -> None:
 
 
 def members(thing: bpy.types.Object) -> dict[str, object]:
-    """What a Properties editor has in its context when this object is active."""
+    """The members of the context of a Properties editor when this object is active."""
     data = thing.data
     found: dict[str, object] = {"object": thing, "active_object": thing}
     names = {bpy.types.Light: "light", bpy.types.Camera: "camera", bpy.types.Mesh: "mesh", bpy.types.Curve: "curve", bpy.types.MetaBall: "meta_ball",
@@ -76,7 +76,7 @@ def members(thing: bpy.types.Object) -> dict[str, object]:
 
 
 def cases(things: dict[str, bpy.types.Object]):
-    """(tab, what is shown, context)"""
+    """Tuples (tab, name of the shown datablock, context)."""
     scene, cube = bpy.context.scene, things["mesh"]
     for tab in ("render", "output", "view_layer", "scene"):
         yield tab, "", members(cube)
@@ -90,7 +90,7 @@ def cases(things: dict[str, bpy.types.Object]):
 
 
 def passes(engine: str) -> list[tuple[str, str, str]]:
-    """(name, channels, kind) of what the engine gives where every pass is asked for."""
+    """Tuples (name, channels, kind) of the passes of the engine with all passes switched on."""
     scene = bpy.context.scene
     scene.render.engine = engine
     layer = scene.view_layers[0]
@@ -115,7 +115,7 @@ def passes(engine: str) -> list[tuple[str, str, str]]:
 
 
 def nodes_in_add_menu(engine: str) -> list[str]:
-    """Shader nodes that the Add menu of the shader editor offers for an object's material."""
+    """The shader nodes in the Add menu of the shader editor for the material of an object."""
     space = types.SimpleNamespace(type="NODE_EDITOR", tree_type="ShaderNodeTree", shader_type="OBJECT", id_from=None, edit_tree=None, node_tree=None)
     context = recorder.Context(engine=engine, space_data=space)
     try:
@@ -134,7 +134,7 @@ def main(out: str) -> None:
 
     addon_utils.enable("cycles")
     if bpy.app.background and hasattr(gpu.capabilities, "hdr_support_get"):
-        gpu.capabilities.hdr_support_get = lambda: True   # a panel asks, and Blender 4.2 refuses to answer without a window
+        gpu.capabilities.hdr_support_get = lambda: True   # a panel calls this, and Blender 4.2 raises an error without a window
     things = objects()
     scene = bpy.context.scene
     use_everything(scene)

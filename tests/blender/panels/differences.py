@@ -1,9 +1,9 @@
-"""Properties that the panels of Cycles show and those of Ajar do not, each with what stands for it or the reason why nothing does.
+"""Properties that the panels of Cycles show and those of Ajar do not, each with its replacement or the reason for its absence.
 
-A property that is in neither list fails `test_panels.py`.
+`test_panels.py` fails for a property that is in neither list.
 """
 
-# What Blender keeps in Cycles' add-on, or has for Cycles alone, and the property that Ajar shows instead, in the same tab.
+# Properties of Cycles' add-on, or of Blender for only Cycles, and the property that Ajar shows instead, in the same tab.
 REPLACED = {
     ("CyclesRenderSettings", "samples"): ("AjarSceneSettings", "samples"),
     ("CyclesRenderSettings", "preview_samples"): ("AjarSceneSettings", "viewport_samples"),
@@ -47,13 +47,13 @@ REPLACED = {
 }
 
 REPORTED = "not supported yet; python_addon/unsupported.py reports it"
-NOISE = "changes the noise of Cycles, not what it converges to"
-DEVICE = "speed and memory of Cycles' own devices"
-DENOISER = "of Cycles' denoiser; ours has one switch for renders and one for the view"
+NOISE = "changes the noise of Cycles, not its expected image"
+DEVICE = "affects the speed and memory of the devices of Cycles"
+DENOISER = "setting of the denoiser of Cycles; Ajar's denoiser has one switch for renders and one for the view"
 BAKE = "Ajar does not bake"
-STEPS = "of Cycles' ray marching; Ajar tracks volumes without steps"
-VOLUMES = "volume objects are not supported yet, and reported"
-MNEE = "Cycles' shadow caustics; Ajar finds caustics without marking objects"
+STEPS = "setting of the ray marching of Cycles; Ajar samples volumes without steps"
+VOLUMES = "volume objects are not supported yet; they are reported"
+MNEE = "setting of the shadow caustics of Cycles; Ajar finds caustics without marked objects"
 
 ABSENT = {
     **{("CyclesRenderSettings", name): REPORTED for name in (
@@ -74,10 +74,10 @@ ABSENT = {
         "preview_denoiser", "preview_denoising_input_passes", "preview_denoising_prefilter", "preview_denoising_quality", "preview_denoising_start_sample",
         "preview_denoising_use_gpu")},
     **{("CyclesRenderSettings", name): STEPS for name in ("volume_step_rate", "volume_preview_step_rate", "volume_max_steps", "volume_biased")},
-    **{("CyclesRenderSettings", name): "of adaptive subdivision, which is reported by the object" for name in (
+    **{("CyclesRenderSettings", name): "setting of adaptive subdivision, which is reported for the object" for name in (
         "dicing_rate", "preview_dicing_rate", "max_subdivisions", "dicing_camera", "offscreen_dicing_scale")},
     ("CyclesRenderSettings", "bake_type"): BAKE,
-    **{("template_ID", f"{name}_collection"): "light linking is not supported yet, and reported by the object; since 4.3 Blender shows it for every engine" for name in ("receiver", "blocker")},
+    **{("template_ID", f"{name}_collection"): "light linking is not supported yet; it is reported for the object. Since 4.3, Blender shows it for every engine" for name in ("receiver", "blocker")},
     ("CyclesMaterialSettings", "use_transparent_shadow"): REPORTED,
     ("CyclesMaterialSettings", "use_bump_map_correction"): REPORTED,
     ("Material", "use_transparent_shadow"): REPORTED,
@@ -93,72 +93,72 @@ ABSENT = {
     ("CyclesWorldSettings", "max_bounces"): REPORTED,
     ("CyclesWorldSettings", "use_shadows"): REPORTED,
     ("CyclesWorldSettings", "is_caustics_light"): MNEE,
-    ("CyclesVisibilitySettings", "shadow"): "a world is never in the way of light",
+    ("CyclesVisibilitySettings", "shadow"): "a world does not block light",
     ("CyclesLightSettings", "max_bounces"): REPORTED,
     ("CyclesLightSettings", "is_caustics_light"): MNEE,
     ("CyclesObjectSettings", "is_caustics_caster"): MNEE,
     ("CyclesObjectSettings", "is_caustics_receiver"): MNEE,
-    ("CyclesObjectSettings", "ao_distance"): "of Fast GI, which is reported",
+    ("CyclesObjectSettings", "ao_distance"): "setting of Fast GI, which is reported",
     ("CyclesObjectSettings", "shadow_terminator_offset"): REPORTED,
     ("CyclesObjectSettings", "use_adaptive_subdivision"): REPORTED,
-    ("CyclesObjectSettings", "dicing_rate"): "of adaptive subdivision, which is reported by the object",
-    ("CyclesRenderSettings", "use_pixel_jitter"): "of debugging Cycles",
-    ("CyclesRenderLayerSettings", "denoising_pass_follow_reflections"): "of Denoising Data, which is reported",
-    ("CyclesRenderLayerSettings", "denoising_pass_use_albedo_roughness_weighting"): "of Denoising Data, which is reported",
-    ("CyclesObjectSettings", "use_camera_cull"): "of culling, which is reported",
-    ("CyclesObjectSettings", "use_distance_cull"): "of culling, which is reported",
+    ("CyclesObjectSettings", "dicing_rate"): "setting of adaptive subdivision, which is reported for the object",
+    ("CyclesRenderSettings", "use_pixel_jitter"): "setting for debugging Cycles",
+    ("CyclesRenderLayerSettings", "denoising_pass_follow_reflections"): "setting of Denoising Data, which is reported",
+    ("CyclesRenderLayerSettings", "denoising_pass_use_albedo_roughness_weighting"): "setting of Denoising Data, which is reported",
+    ("CyclesObjectSettings", "use_camera_cull"): "setting of culling, which is reported",
+    ("CyclesObjectSettings", "use_distance_cull"): "setting of culling, which is reported",
     **{("CyclesRenderLayerSettings", name): REPORTED for name in (
         "use_pass_shadow_catcher", "denoising_store_passes", "use_pass_volume_scatter", "use_pass_volume_transmit", "use_pass_volume_majorant", "pass_render_time")},
     ("CyclesRenderLayerSettings", "use_denoising"): DENOISER,
     **{("ViewLayer", name): REPORTED for name in (
         "use_pass_vector", "use_pass_ambient_occlusion", "use_pass_shadow", "use_pass_cryptomatte_object", "use_pass_cryptomatte_material",
         "use_pass_cryptomatte_asset", "use_pass_subsurface_direct", "use_pass_subsurface_indirect", "use_pass_subsurface_color", "use_pass_grease_pencil")},
-    ("ViewLayer", "pass_cryptomatte_depth"): "of Cryptomatte, which is reported",
-    ("ViewLayer", "use_pass_cryptomatte_accurate"): "of Cryptomatte, which is reported",
-    ("ViewLayer", "pass_alpha_threshold"): "data passes of Ajar are of the first surface, or of what is behind it where it is fully transparent",
+    ("ViewLayer", "pass_cryptomatte_depth"): "setting of Cryptomatte, which is reported",
+    ("ViewLayer", "use_pass_cryptomatte_accurate"): "setting of Cryptomatte, which is reported",
+    ("ViewLayer", "pass_alpha_threshold"): "data passes of Ajar show the first surface that is not fully transparent",
     **{("CameraStereoData", name): "stereoscopy is reported" for name in ("use_spherical_stereo", "use_pole_merge", "pole_merge_angle_from", "pole_merge_angle_to")},
     **{("Object", f"shadow_terminator_{name}_offset"): REPORTED for name in ("shading", "normal")},
-    ("RenderSettings", "preview_pixel_size"): "views of Ajar begin with large pixels by themselves",
-    ("RenderSettings", "use_persistent_data"): "of Cycles' memory between renders",
-    ("RenderSettings", "hair_type"): "of Eevee",
-    ("RenderSettings", "hair_subdiv"): "of Eevee",
+    ("RenderSettings", "preview_pixel_size"): "views of Ajar always begin with large pixels",
+    ("RenderSettings", "use_persistent_data"): "setting of the memory of Cycles between renders",
+    ("RenderSettings", "hair_type"): "setting of Eevee",
+    ("RenderSettings", "hair_subdiv"): "setting of Eevee",
     ("RenderSettings", "use_bake_multires"): BAKE,
-    ("WorldLighting", "ao_factor"): "of Fast GI, which is reported",
-    ("WorldLighting", "distance"): "of Fast GI, which is reported",
+    ("WorldLighting", "ao_factor"): "setting of Fast GI, which is reported",
+    ("WorldLighting", "distance"): "setting of Fast GI, which is reported",
     **{("Volume", name): VOLUMES for name in ("velocity_grid", "velocity_scale", "velocity_unit")},
     **{("VolumeRender", name): VOLUMES for name in ("clipping", "precision", "space", "step_size")},
 }
 ABSENT_STRUCTS = {"BakeSettings": BAKE}
 
 PASSES = {
-    "Debug Sample Count": "Sample Count, which has the number of samples and not a share of them",
-    "Noisy Image": "given where Ajar's own denoiser runs, which the switch of Cycles does not start",
+    "Debug Sample Count": "replaced by Sample Count, which has the number of samples and not a fraction",
+    "Noisy Image": "exists when Ajar's own denoiser runs; the switch of Cycles does not start it",
 }
 
-# Properties that only Ajar's panels show, besides its own.
+# Properties of others that only the panels of Ajar show.
 ADDED = {
-    ("Light", "use_nodes"): "switches nodes on; Cycles has an operator for it",
-    ("World", "use_nodes"): "switches nodes on; Cycles has an operator for it",
-    ("Material", "use_nodes"): "switches nodes on; Cycles has an operator for it",
+    ("Light", "use_nodes"): "switches nodes on; Cycles has an operator for this",
+    ("World", "use_nodes"): "switches nodes on; Cycles has an operator for this",
+    ("Material", "use_nodes"): "switches nodes on; Cycles has an operator for this",
     ("RenderSettings", "compositor_precision"): "Cycles hides it while the compositor runs on the processor",
     ("template_preview", "AreaLight"): "portals have no preview with Cycles",
     ("template_node_view", "Surface"): "the nodes of a portal, which Cycles hides",
 }
 
-# Outside of Properties: what the panels of one engine show beside those of the other, and operators that can be called with one engine alone.
+# Outside of Properties: what only the panels of one engine show, and operators that can be called with only one engine.
 ABSENT_IN_EDITORS = {
-    ("CyclesView3DShadingSettings", "render_pass"): "rendered views show the picture alone; passes are in the render",
-    ("View3DShading", "use_scene_lights_render"): "rendered views show the scene's own lamps",
-    ("View3DShading", "use_scene_world_render"): "rendered views show the scene's own world",
+    ("CyclesView3DShadingSettings", "render_pass"): "rendered views show only the combined image; renders have the passes",
+    ("View3DShading", "use_scene_lights_render"): "rendered views always use the lamps of the scene",
+    ("View3DShading", "use_scene_world_render"): "rendered views always use the world of the scene",
     ("CyclesRenderSettings", "preview_pause"): "Ajar has an operator for it: ajar.pause_views",
 }
 ADDED_IN_EDITORS = {
-    ("World", "lightgroup"): "Cycles shows it in Properties alone",
-    ("operator", "scene.view_layer_add_lightgroup"): "the button beside it",
-    ("scene.view_layer_add_lightgroup", "name = "): "the button beside it",
+    ("World", "lightgroup"): "Cycles shows it only in Properties",
+    ("operator", "scene.view_layer_add_lightgroup"): "the button next to this property",
+    ("scene.view_layer_add_lightgroup", "name = "): "the button next to this property",
     ("AjarSceneSettings", "hint_collection"): "light hints",
 }
 OPERATORS = {
-    "*_button*": "of the button that is below the mouse, and in Properties that is another one",
-    "screen.a*": "of the border of an area that is near the mouse",
+    "*_button*": "operators of the button below the mouse, which differs in Properties",
+    "screen.a*": "operators of a border of an area near the mouse",
 }

@@ -1,10 +1,10 @@
-"""What becomes of every setting of Blender and Cycles, of every part of a shader node and of every pass: read, reported, or without meaning for Ajar. What Cycles' panels show and ours do not
-is in `differences.py`, which counts here, too.
+"""How Ajar treats every setting of Blender and Cycles, every part of a shader node and every pass: it is read, reported, or has no meaning for Ajar.
+`differences.py` lists what the panels of Cycles show and those of Ajar do not; this list includes it.
 
-Names may end in `*`. Read-only properties, and those that every datablock has (name, library, users ...), are left out.
+Names may end in `*`. The list excludes read-only properties and those of every datablock (name, library, users ...).
 
-`inventory.tsv` has each of them by its full name, for each Blender, with what the probes measured; `tools/coverage/write_inventory.py` writes it and says what its words mean. What a Blender has
-and that table has not fails `test_inventory.py`.
+`inventory.tsv` lists each of them by its full name, for each Blender, with the results of the probes. `tools/coverage/write_inventory.py` writes it
+and defines its words. `test_inventory.py` fails if a Blender has something that the table does not list.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from pathlib import Path
 
 import differences
 
-BLENDER = "Blender acts on it, whichever engine renders"
-VIEW = "of how Blender's views draw, not of renders"
-ANIMATION = "Blender's animation, simulation or rigging; Ajar sees what they evaluate to"
-EDITING = "of editing, selecting and painting"
-EEVEE = "of Eevee"
-OUTPUT = "of how pictures are written"
-POINTER = "leads to settings that have a list of their own"
-DEBUG = "of debugging Cycles"
+BLENDER = "Blender applies it for every engine"
+VIEW = "setting of the display in views, not of renders"
+ANIMATION = "setting of animation, simulation or rigging; Ajar reads their result"
+EDITING = "setting of editing, selecting or painting"
+EEVEE = "setting of Eevee"
+OUTPUT = "setting of the output of images"
+POINTER = "refers to settings that have their own list"
+DEBUG = "setting for debugging Cycles"
 
 READ = {
     "Scene": "camera world cycles cycles_curves render frame_current frame_subframe frame_float",
@@ -66,19 +66,19 @@ NO_MEANING = {
         BLENDER: "use_compositing use_sequencer* sequencer_* use_lock_interface use_single_layer use_freestyle line_thickness* simplify_* use_simplify_normals compositor_*",
         EEVEE: "filter_size hair_type hair_subdiv use_high_quality_normals anisotropic_filter",
         "Ajar does not bake": "bake* use_bake*",
-        "views begin with large pixels by themselves, and nothing is kept between renders": "preview_pixel_size use_persistent_data use_texture_cache use_auto_generate_texture_cache",
+        "views always begin with large pixels, and no data is kept between renders": "preview_pixel_size use_persistent_data use_texture_cache use_auto_generate_texture_cache",
     },
     "ViewLayer": {
         EEVEE: "eevee use_ao", BLENDER: "layer_collection active_layer_collection use_freestyle freestyle_settings depsgraph use_grease_pencil",
-        "of passes that are reported": "pass_cryptomatte_depth use_pass_cryptomatte_accurate", "of data passes, which are of the first surface": "pass_alpha_threshold",
-        "volume objects are reported where they are": "use_volumes",
+        "setting of passes that are reported": "pass_cryptomatte_depth use_pass_cryptomatte_accurate", "setting of data passes, which show the first surface": "pass_alpha_threshold",
+        "setting of volume objects, which are reported": "use_volumes",
     },
     "Object": {
         ANIMATION: "parent_* use_camera_lock_parent track_axis up_axis lock_* field collision soft_body rigid_body* pose* animation_* motion_path use_parent_final_indices "
                    "use_simulation_cache add_rest_position_attribute active_shape_key* show_only_shape_key use_shape_key_edit_mode",
         VIEW: "empty_* image_user show_* use_empty_image_alpha display* use_grease_pencil_lights hide_select hide_surface_pick lineart",
         EDITING: "use_mesh_mirror_* active_material_index active_selection_set", EEVEE: "hide_probe_*",
-        "rays that artists' nodes cast; the Raycast node is reported": "visible_raycast", "moves the normals of Cycles' terminator": "shadow_terminator_normal_offset",
+        "setting of the rays of the Raycast node, which is reported": "visible_raycast", "changes the shadow terminator of Cycles": "shadow_terminator_normal_offset",
     },
     "Mesh": {EDITING: "texture_mesh uv_layer_* remesh_* use_remesh_* use_mirror_* texco_mesh use_paint_* radial_symmetry", ANIMATION: "shape_keys animation_data"},
     "Curves": {EDITING: "use_mirror_* selection_domain use_sculpt_* surface_collision_distance", ANIMATION: "animation_data"},
@@ -88,8 +88,8 @@ NO_MEANING = {
                "use_absolute_resolution",
         VIEW: "show_cone use_square", ANIMATION: "animation_data",
     },
-    "World": {EEVEE: "use_eevee_finite_volume probe_resolution sun_* use_sun_*", ANIMATION: "animation_data", "of Fast GI, which is reported": "light_settings"},
-    "WorldMistSettings": {"of the old renderer; Cycles does not read it": "use_mist intensity height"},
+    "World": {EEVEE: "use_eevee_finite_volume probe_resolution sun_* use_sun_*", ANIMATION: "animation_data", "setting of Fast GI, which is reported": "light_settings"},
+    "WorldMistSettings": {"setting of Blender Internal; Cycles does not read it": "use_mist intensity height"},
     "Camera": {VIEW: "passepartout_alpha display_size show_* composition_guide_color background_images", EDITING: "lens_unit", ANIMATION: "animation_data"},
     "Material": {
         EEVEE: "blend_method shadow_method alpha_threshold show_transparent_back use_backface_culling* use_screen_refraction use_sss_translucency refraction_depth surface_render_method "
@@ -100,7 +100,7 @@ NO_MEANING = {
     "CyclesRenderSettings": {DEBUG: "debug_*", differences.NOISE: "use_guiding guiding_* surface_guiding_probability volume_guiding_probability use_guiding_*"},
 }
 
-# Of shader nodes, what the probes do not change: properties that hold names and datablocks, and nodes that give nothing to connect.
+# Parts of shader nodes that the probes do not change: properties with names and datablocks, and nodes without outputs to link.
 READ_OF_NODES = {
     "ShaderNodeOutputMaterial": "target; input Surface; input Volume; input Displacement",
     "ShaderNodeOutputWorld": "target; input Surface; input Volume",
@@ -115,12 +115,12 @@ REPORTED_OF_NODES = {
     "ShaderNodeOutputAOV": "*", "ShaderNodeScript": "*", "ShaderNodeTexPointDensity": "*", "ShaderNodeRaycast": "*",
 }
 NO_MEANING_OF_NODES = {
-    "ShaderNodeMix": {"of geometry nodes; shaders cannot choose it": "output Result_Rotation; data_type"},
+    "ShaderNodeMix": {"setting of geometry nodes, which shader nodes do not have": "output Result_Rotation; data_type"},
     "ShaderNodeOutputMaterial": {EEVEE: "input Thickness"},
     "ShaderNodeOutputLineStyle": {BLENDER: "*"},
     "NodeFrame": {EDITING: "*"},
     "NodeReroute": {EDITING: "socket_idname"},
-    "ShaderNodeTex*": {"of the old renderer; Cycles does not read it": "color_mapping"},
+    "ShaderNodeTex*": {"setting of Blender Internal; Cycles does not read it": "color_mapping"},
 }
 PASSES = {
     "read": {"Combined", "Depth", "Mist", "Position", "Normal", "UV", "IndexOB", "IndexMA", "Object Index", "Material Index", "DiffDir", "DiffInd", "DiffCol", "GlossDir", "GlossInd", "GlossCol",
@@ -137,7 +137,7 @@ TABLE = Path(__file__).with_name("inventory.tsv")
 class Row:
     thing: str
     choices: tuple[str, ...]
-    states: dict[str, str]   # by the first two numbers of a Blender's version
+    states: dict[str, str]   # key: the first two numbers of the version of Blender
     reason: str
 
 
@@ -146,7 +146,7 @@ def _lists(name: str, text: str) -> bool:
 
 
 def fate(struct: str, name: str) -> str:
-    """"read", "reported", the reason why it has no meaning, or nothing where it is in no list."""
+    """"read", "reported", the reason why it has no meaning, or "" if it is in no list."""
     if (struct, name) in differences.REPLACED:
         return "read"
     if (struct, name) in differences.ABSENT:
@@ -172,7 +172,7 @@ def _fate_of_node(node: str, part: str) -> str:
 
 
 def fate_of(thing: str) -> str:
-    """The same of a setting, a part of a node or a pass, by the name that things.py gives it. Of nodes only what the probes do not change."""
+    """The result of `fate` for a setting, a part of a node or a pass, by its name in things.py. Of nodes, only for the parts that the probes do not change."""
     if thing.startswith("pass "):
         return next((status for status, names in PASSES.items() if thing.removeprefix("pass ") in names), "")
     owner, name = thing.split(" ", 1) if " " in thing.split(".")[0] else thing.split(".", 1)
@@ -180,14 +180,14 @@ def fate_of(thing: str) -> str:
 
 
 def state_of(fate: str) -> str:
-    """The word that the table has for it."""
+    """The word of the table for a result of `fate`."""
     if fate in ("read", "reported", ""):
         return fate
     return "reported" if "reported" in fate or "not supported" in fate else "none"
 
 
 def relevant(things: dict[str, list[str]]) -> dict[str, list[str]]:
-    """Without the choices of settings that Ajar does not look at, and of those that depend on the machine."""
+    """Removes the choices of settings that Ajar does not read, and of settings that depend on the machine."""
     def chosen(thing: str) -> bool:
         return thing.startswith("ShaderNode") or (thing not in ("RenderSettings.engine", "RenderSettings.views_format") and state_of(fate_of(thing)) in ("read", "reported"))
     return {thing: choices if chosen(thing) else [] for thing, choices in things.items()}

@@ -1,6 +1,6 @@
-"""Which properties the panels of the Properties editor show, for any render engine: each panel draws into a layout that only takes notes.
+"""Lists the properties that the panels of the Properties editor show, for any render engine: each panel draws into a layout that only records.
 
-No window is needed, so this runs in a `bpy` module too. What a panel's context has (`context.material` and so on) is set for each thing that is looked at.
+It needs no window and also runs in a `bpy` module. The caller sets the context of the panels (`context.material` and so on) for each object.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from collections.abc import Iterator
 
 import bpy
 
-Shown = tuple[str, str]   # the struct that has the property, and its name
+Shown = tuple[str, str]   # the struct of the property, and the name of the property
 
 
 class Notes:
-    """Takes the place of a panel's layout: any method of UILayout may be called."""
+    """Replaces the layout of a panel. It has all methods of UILayout."""
 
     def __init__(self, shown: set[Shown]) -> None:
         object.__setattr__(self, "_shown", shown)
@@ -33,13 +33,13 @@ class Notes:
 
         def call(*arguments: object, **named: object) -> object:
             self._note(name, arguments, named)
-            if name in ("panel", "panel_prop"):   # a header and a body
+            if name in ("panel", "panel_prop"):   # these return a header and a body
                 return self._part(), self._part()
             return self._button(arguments[0] if arguments else named["operator"]) if name == "operator" else self._part()
         return call
 
     def _part(self) -> Notes:
-        """What a row or a column is."""
+        """The object that stands for a row or a column."""
         return Notes(self._shown)
 
     def _button(self, operator: str) -> OperatorProperties:
@@ -61,7 +61,7 @@ class Notes:
 
 
 class OperatorProperties:
-    """What a button calls its operator with. Both must exist."""
+    """The properties with which a button calls its operator. The operator and its properties must exist."""
 
     def __init__(self, operator: str) -> None:
         category, name = operator.split(".")
@@ -73,7 +73,7 @@ class OperatorProperties:
 
 
 def _owner(data: bpy.types.bpy_struct, name: str) -> str:
-    """The most general struct with that property: `visible_camera` is of Object, `color` of Light whichever kind of light it is."""
+    """The most general struct with that property: `visible_camera` belongs to Object, `color` to Light for all kinds of lights."""
     struct = data.bl_rna
     while struct.base is not None and name in struct.base.properties:
         struct = struct.base
@@ -81,7 +81,7 @@ def _owner(data: bpy.types.bpy_struct, name: str) -> str:
 
 
 class Context:
-    """`bpy.context`, but for what is given here."""
+    """`bpy.context` with some members replaced."""
 
     def __init__(self, **members: object) -> None:
         self.__dict__.update(members)
@@ -101,7 +101,7 @@ def panels() -> Iterator[type]:
 
 
 class Self:
-    """A panel without a window."""
+    """An instance of a panel without a window."""
 
     def __init__(self, panel: type, layout: Notes) -> None:
         self._panel, self.layout, self.is_popover, self.bl_space_type = panel, layout, False, getattr(panel, "bl_space_type", "PROPERTIES")
@@ -114,7 +114,7 @@ class Self:
 
 
 def shown(tab: str, engine: str, **members: object) -> tuple[set[Shown], list[str]]:
-    """What the panels of a tab show with this engine, and the names of those panels. A panel is shown if those it is within are."""
+    """The properties that the panels of a tab show with this engine, and the names of these panels. A panel is shown only if its parents are."""
     found: set[Shown] = set()
     drawn: list[str] = []
     context = Context(engine=engine, **{"space_data": types.SimpleNamespace(type="PROPERTIES", pin_id=None, use_pin_id=False)} | members)
@@ -129,12 +129,12 @@ def shown(tab: str, engine: str, **members: object) -> tuple[set[Shown], list[st
         return asked[name]
 
     def tab_of(panel: type) -> str:
-        """That of the panel it is within, or its own."""
+        """The tab of its parent panel, or its own."""
         parent = by_name.get(getattr(panel, "bl_parent_id", ""))
         return tab_of(parent) if parent is not None else getattr(panel, "bl_context", "")
 
     for panel in by_name.values():
-        if tab_of(panel) != tab or panel.draw.__module__ == "rna_prop_ui" or not is_shown(panel):   # custom properties are for any engine
+        if tab_of(panel) != tab or panel.draw.__module__ == "rna_prop_ui" or not is_shown(panel):   # custom properties are shown with every engine
             continue
         drawn.append(panel.__name__)
         for part in ("draw_header", "draw"):

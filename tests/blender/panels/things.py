@@ -1,4 +1,5 @@
-"""What this Blender has that a renderer may have to follow: every setting with its choices, every part of every shader node, every pass of Cycles. Runs inside any Blender; Ajar is not needed.
+"""Lists what a renderer can support in this Blender: every setting with its choices, every part of every shader node, and every pass of Cycles. Runs
+inside any Blender; Ajar is not needed.
 
     blender -b --factory-startup --python-exit-code 1 --python things.py -- OUT.json
     python things.py OUT.json          (in the environment of a bpy wheel)
@@ -18,12 +19,12 @@ import probes
 
 STRUCTS = ("Scene", "RenderSettings", "ViewLayer", "Object", "Mesh", "Curves", "PointLight", "SpotLight", "SunLight", "AreaLight", "World", "WorldMistSettings", "Camera", "CameraDOFSettings",
            "Material")
-OWNERS = ("Scene", "ViewLayer", "Object", "Light", "World", "Camera", "Material", "Mesh")   # of groups of Cycles
+OWNERS = ("Scene", "ViewLayer", "Object", "Light", "World", "Camera", "Material", "Mesh")   # datablocks with settings of Cycles
 CRYPTOMATTE = "Crypto"
 
 
 def settings() -> Iterator[tuple[str, list[str]]]:
-    """Of the datablocks that a renderer reads, and of Cycles' groups in them, each with its choices."""
+    """The settings of the datablocks that a renderer reads, and of the groups of Cycles in them, each with its choices."""
     of_every_datablock = set(bpy.types.ID.bl_rna.properties.keys()) | {"rna_type"}
     structs = {name: getattr(bpy.types, name).bl_rna for name in STRUCTS}
     for owner in OWNERS:
@@ -37,7 +38,7 @@ def settings() -> Iterator[tuple[str, list[str]]]:
 
 
 def shader_nodes() -> Iterator[tuple[str, list[str]]]:
-    """Outputs, inputs, and properties with their choices."""
+    """The outputs, inputs and properties of shader nodes, with their choices."""
     tree = bpy.data.materials.new("nodes")
     tree.use_nodes = True
     for type_ in sorted(dir(bpy.types)):
@@ -45,13 +46,13 @@ def shader_nodes() -> Iterator[tuple[str, list[str]]]:
             continue
         try:
             node = tree.node_tree.nodes.new(type_)
-        except RuntimeError:   # a base class, or for another tree
+        except RuntimeError:   # a base class, or a node of another kind of tree
             continue
         choices: dict[str, list[str]] = {}
         for kind, name, value, _ in probes.parts(node):
             if kind == "choice":
                 choices.setdefault(probes.thing(type_, kind, name), []).append(value)
-            elif name != "__extend__":   # where a new socket can be linked
+            elif name != "__extend__":   # the place for the link of a new socket
                 yield probes.thing(type_, kind, name), []
         yield from choices.items()
         for prop in node.bl_rna.properties:
@@ -60,7 +61,7 @@ def shader_nodes() -> Iterator[tuple[str, list[str]]]:
 
 
 def passes() -> Iterator[tuple[str, list[str]]]:
-    """Those that Cycles gives where everything is asked for; Cryptomatte's without their numbers."""
+    """The passes of Cycles with all passes switched on; those of Cryptomatte without their numbers."""
     from cycles import engine
 
     scene = bpy.context.scene

@@ -1,6 +1,8 @@
-"""A day with Ajar: open a file, edit a lamp, a material, the world and the depth of field, add a light hint, render, pause, denoise, save. Never another engine.
+"""Daily work with only Ajar as the engine: opens a file, edits a lamp, a material, the world and the depth of field, adds a light hint,
+renders, pauses, denoises and saves.
 
-Arguments: folder for pictures, .blend file. The result says what happened; each tab of Properties is photographed, with what its panels show.
+Arguments: folder for images, .blend file. The result describes the events. A screenshot of each tab of Properties is saved, and the result lists what
+its panels show.
 """
 
 import os
@@ -10,7 +12,7 @@ import bpy
 import window
 
 TABS = ("RENDER", "OUTPUT", "VIEW_LAYER", "SCENE", "WORLD", "OBJECT", "MATERIAL", "DATA")
-LONG = 300.0   # seconds; only a hang takes them
+LONG = 300.0   # seconds; a limit that only a hang reaches
 
 
 def until(is_true):
@@ -27,7 +29,7 @@ def activate(thing: bpy.types.Object) -> None:
 
 
 def photograph_tabs(folder: str, name: str, tabs, result):
-    """With a large Properties editor in place of the 3D view."""
+    """Saves screenshots of the tabs, with a large Properties editor in place of the 3D view."""
     area = window.area()
     area.type = "PROPERTIES"
     yield 0.2
@@ -80,7 +82,7 @@ def steps(arguments, result):
         activate(find(kind))
         yield from photograph_tabs(folder, kind.lower(), TABS if kind == "MESH" else ("OBJECT", "DATA"), result)
 
-    # A light hint from the lamp to what the camera looks at.
+    # A light hint from the lamp to the object that the camera points at.
     from ajar_render import hints
     lamp = next(thing for thing in scene.objects if thing.type == "LIGHT" and thing.data.type != "SUN" and not thing.hide_render)
     target = find("MESH")
@@ -98,17 +100,17 @@ def steps(arguments, result):
     window.shade("SOLID")
     yield 0.2
 
-    # Render, pause, go on. Denoising by the compositor, which every Blender has a node for.
+    # Render, pause, continue. The compositor denoises, because every Blender has a node for this.
     with window.override():
         bpy.ops.ajar.denoise_in_compositor()
-    scene.render.use_compositing = False   # Debian's Blender has no denoiser behind the node
+    scene.render.use_compositing = False   # in Debian's Blender, the node has no denoiser
     scene.ajar.samples = 4000
     scene.ajar.time_limit = 6.0
     with window.override():
         bpy.ops.render.render("INVOKE_DEFAULT")
     yield from until(lambda: bpy.app.is_job_running("RENDER"))
     yield 1.0
-    result["runs_while_paused"] = None   # a machine that is so busy that the render has ended has nothing to pause
+    result["runs_while_paused"] = None   # on a busy machine the render may have ended, so that it cannot be paused
     if bpy.app.is_job_running("RENDER"):
         bpy.ops.ajar.pause_render()
         yield 1.0

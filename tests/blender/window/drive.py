@@ -1,7 +1,7 @@
-"""Drives a Blender with a window, from inside: blender --python drive.py -- SCRIPT RESULT.json [arguments of the script]
+"""Runs a script step by step inside a Blender with a window: blender --python drive.py -- SCRIPT RESULT.json [arguments of the script]
 
-The script defines `steps(arguments, result)`, a generator. Between two steps Blender lives its own life for the seconds that were yielded:
-it draws, renders, handles events. What the generator puts into the dictionary `result` is written out when it ends.
+The script defines `steps(arguments, result)`, a generator. It yields seconds, during which Blender runs as usual: it draws, renders and handles
+events. The dictionary `result` is written to the file when the generator ends.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ result: dict = {"errors": []}
 sys.path[:0] = [os.path.dirname(os.path.abspath(__file__)), os.path.dirname(os.path.abspath(script))]
 
 
-refused: list = []    # an operator that Blender refused, with its arguments; then what it gave
+refused: list = []    # an operator that Blender refused, with its arguments; afterwards its result
 
 
 def call_again(_manager: bpy.types.WindowManager) -> bool:
@@ -34,8 +34,9 @@ bpy.types.WindowManager.calls_again = bpy.props.BoolProperty(get=call_again)
 
 
 def allowed(call):
-    """Blender keeps one flag for all threads that says whether Python may write. When a render thread enters Python while a panel is drawn, it takes the panel's state for its own and restores
-    it when it leaves: from then on every operator that a timer calls is refused. Within the getter of a property they are allowed."""
+    """Blender has one flag for all threads that permits Python to write. A render thread that enters Python while a panel is drawn saves the state of
+    the panel and restores it when it leaves. After this, Blender refuses every operator that a timer calls. Within the getter of a property it
+    permits them."""
     def called(*arguments):
         try:
             return call(*arguments)

@@ -1,6 +1,7 @@
-"""What the editors besides Properties offer with Cycles and with Ajar: headers, sidebars, menus, operators; what new materials, worlds and lamps are made of; materials that are dropped on objects.
+"""Lists what the editors other than Properties offer with Cycles and with Ajar: headers, sidebars, menus and operators; the node trees of new
+materials, worlds and lamps; materials that are dropped on objects.
 
-Arguments: folder for pictures. The result has, for each editor and engine, what headers, panels and menus draw and the operators that can be called.
+Argument: folder for images. The result has, for each editor and engine, what headers, panels and menus draw, and the operators that can be called.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ NODES = ("ShaderNodeBsdfPrincipled", "ShaderNodeTexImage", "ShaderNodeTexNoise",
 
 
 class Words(recorder.Notes):
-    """Takes down buttons and menus as well as properties."""
+    """Records properties, buttons and menus."""
 
     def _part(self) -> Words:
         return Words(self._shown)
@@ -45,7 +46,7 @@ class Button(recorder.OperatorProperties):
         self.shown.add((self.operator, f"{name} = {value}"))
 
     def __getattr__(self, name: str) -> object:
-        """Where a button adds to a collection of its operator, as the settings of a new node are."""
+        """The object to which a button adds items of a collection of its operator, for example the settings of a new node."""
         return Items() if name in self.known else super().__getattribute__(name)
 
 
@@ -62,13 +63,13 @@ def classes(base: type) -> Iterator[type]:
 
 
 def is_shown(kind: type) -> bool:
-    """Whether it wants to be here, and what it is within does."""
+    """Whether the poll functions of the panel and of its parents permit it here."""
     parent = getattr(bpy.types, getattr(kind, "bl_parent_id", ""), None)
     return (parent is None or is_shown(parent)) and (not hasattr(kind, "poll") or bool(kind.poll(bpy.context)))
 
 
 def drawn(kind: type) -> list[recorder.Shown]:
-    """What a header, a panel or a menu draws here; an error where this is no place for it."""
+    """What a header, a panel or a menu draws here, or its error if it cannot be drawn here."""
     shown: set[recorder.Shown] = set()
     try:
         if not is_shown(kind):
@@ -76,20 +77,20 @@ def drawn(kind: type) -> list[recorder.Shown]:
         for part in ("draw_header", "draw"):
             if hasattr(kind, part):
                 getattr(kind, part)(recorder.Self(kind, Words(shown)), bpy.context)
-    except Exception as error:   # the same for both engines, or the test fails
+    except Exception as error:   # the test fails if it differs between the engines
         shown.add(("error", f"{type(error).__name__}: {error}"))
     return sorted(shown)
 
 
 def seen(space: str) -> dict[str, list[recorder.Shown]]:
-    """By the name of each header, panel and menu that shows something in the present context."""
+    """The contents of each header, panel and menu that shows something in the present context, by its name."""
     kinds = [kind for base in (bpy.types.Header, bpy.types.Panel) for kind in classes(base) if getattr(kind, "bl_space_type", "") == space and space != "PROPERTIES"]
     found = {kind.__name__: drawn(kind) for kind in (*kinds, *classes(bpy.types.Menu))}
     return {name: shown for name, shown in found.items() if shown}
 
 
 def callable_operators() -> list[str]:
-    """As the search for operators has them: those whose poll allows it here."""
+    """The operators that the search for operators lists: their poll functions permit them here."""
     found = []
     for category in dir(bpy.ops):
         for name in dir(getattr(bpy.ops, category)):
@@ -99,7 +100,7 @@ def callable_operators() -> list[str]:
 
 
 def tree_of(tree: bpy.types.NodeTree | None) -> dict | None:
-    """Everything that makes two trees the same picture."""
+    """All the data of a tree that affects the image."""
     if tree is None:
         return None
 
@@ -120,17 +121,17 @@ def activate(thing: bpy.types.Object) -> None:
 
 
 def use_nodes(owner: bpy.types.ID, engine: str) -> None:
-    """As the button in its panel does it."""
+    """Switches nodes on as the button of the panel does."""
     kinds = {"material": bpy.types.Material, "world": bpy.types.World, "light": bpy.types.Light}
     with bpy.context.temp_override(**{name: owner if isinstance(owner, kind) else None for name, kind in kinds.items()}):
-        if engine == "CYCLES" and bpy.ops.cycles.use_shading_nodes.poll():   # newer Blenders have the button for lamps alone
+        if engine == "CYCLES" and bpy.ops.cycles.use_shading_nodes.poll():   # newer Blenders have the button only for lamps
             bpy.ops.cycles.use_shading_nodes()
         else:
             owner.use_nodes = True
 
 
 def made(engine: str) -> dict[str, dict | None]:
-    """The node trees of what is new."""
+    """The node trees of new datablocks."""
     found: dict[str, dict | None] = {}
     thing = bpy.data.objects.new("new", bpy.data.meshes.new("new"))
     bpy.context.scene.collection.objects.link(thing)
@@ -163,7 +164,7 @@ def made(engine: str) -> dict[str, dict | None]:
 
 
 def library(folder: str) -> str:
-    """A file with an asset: a material."""
+    """A file with a material as an asset."""
     material = bpy.data.materials.new("Asset")
     material.use_nodes = True
     material.asset_mark()
@@ -174,7 +175,7 @@ def library(folder: str) -> str:
 
 
 def dropped(cube: bpy.types.Object, name: str):
-    """Steps: the mouse goes to the object in the 3D view, and the material is let go of there; gives what the object's slots hold then."""
+    """Steps: moves the mouse to the object in the 3D view and drops the material there. Returns the materials in the slots of the object."""
     cube.data.materials.clear()
     x, y = window.place_of(cube.matrix_world.translation)
     window.event("MOUSEMOVE", "NOTHING", x, y)
@@ -186,7 +187,7 @@ def dropped(cube: bpy.types.Object, name: str):
 
 
 def editors(area: bpy.types.Area) -> Iterator[tuple[str, str]]:
-    """(name, type of space), after the area has become it."""
+    """Tuples (name, type of space); the area has this type when the tuple is yielded."""
     scene = bpy.context.scene
     cube, lamp, camera = (scene.objects[name] for name in ("Cube", "Light", "Camera"))
     for name, thing in (("mesh", cube), ("lamp", lamp), ("camera", camera)):
@@ -220,7 +221,8 @@ def editors(area: bpy.types.Area) -> Iterator[tuple[str, str]]:
 
 
 def paused(area: bpy.types.Area):
-    """Steps: the rendered view of Ajar is paused, edited and continued; gives its samples at the pause and a second later, whether the edit is seen, and whether it goes on."""
+    """Steps: pauses the rendered view of Ajar, edits the scene and continues. Returns the samples at the pause and a second later, whether the edit
+    is shown, and whether the render continues."""
     from ajar_render import viewport
 
     views: list[viewport.Viewport] = []
@@ -261,7 +263,7 @@ def steps(arguments, result):
     folder, = arguments
     scene = bpy.context.scene
     scene.cycles.preview_samples = scene.ajar.viewport_samples = 1
-    window.event("MOUSEMOVE", "NOTHING", 400, 300)   # some operators ask where the mouse is
+    window.event("MOUSEMOVE", "NOTHING", 400, 300)   # some operators use the position of the mouse
     scene.objects["Light"].data.use_nodes = True
     area = window.area()
     path = library(folder)

@@ -1,6 +1,6 @@
-"""The rendered view of a small scene: is the picture on the screen the renderer's, and does it survive an artist?
+"""Tests the rendered view of a small scene: the screen shows the image of the renderer, also after many edits.
 
-Arguments: folder for pictures, number of edits, seed.
+Arguments: folder for images, number of edits, seed.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def _remember(self) -> None:
 
 
 viewport.Viewport.__init__ = _remember
-LONGEST_SECONDS = 60.0   # a busy machine may need them; then something is wrong
-revisions = {"edits": 0, "differences": 0}   # exports of what an edit changed, and those that differ from an export of everything
+LONGEST_SECONDS = 60.0   # a limit that a busy machine does not reach
+revisions = {"edits": 0, "differences": 0}   # incremental exports, and those of them that differ from a full export
 _export = viewport.Viewport._export
 
 
@@ -50,7 +50,7 @@ def is_sharp(view: viewport.Viewport) -> bool:
 
 
 def is_shown(view: viewport.Viewport) -> bool:
-    """All of a finished render has been drawn."""
+    """Whether the last samples of a finished render have been drawn."""
     progress = view.session.progress()
     return not view.is_busy() and view._uploaded == (progress.render, progress.iteration)
 
@@ -74,13 +74,13 @@ def wait_until_done():
 
 
 def wait_for_another(number: int):
-    """Until a render after this number is done."""
+    """Waits until a render with a higher number is done."""
     yield from wait_until(lambda: views[-1]._number > number)
     yield from wait_until_done()
 
 
 def prepare() -> None:
-    """The cube of a new file on a floor."""
+    """Puts the cube of a new file on a floor."""
     scene = bpy.context.scene
     scene.render.engine = "AJAR"
     scene.render.resolution_x, scene.render.resolution_y = 64, 48
@@ -135,12 +135,12 @@ def steps(arguments, result):
     result["end"] = [float(picture[..., :3].mean()), float(picture[..., :3].std()), float(views[-1].session.progress().samples)]
 
 
-# ---- What is exported and built again ----------------------------------------------------------------------------------------
+# ---- Counts of exports and builds ------------------------------------------------------------------------------------------
 
 
 def counters(result):
-    """Edits of one kind at a time: walks over all instances, meshes exported, updates asked for; meshes that the core
-    built, instances that it placed, programs of materials that it compiled."""
+    """Counts for edits of one kind at a time: walks over all instances, exported meshes and requested updates; meshes, instances and programs of
+    materials that the core built."""
     result["counters"] = {}
     cube, lamp = bpy.data.objects["Cube"], bpy.data.objects["Light"]
 
@@ -182,7 +182,7 @@ def counters(result):
 
 
 def draw_light_hint(result):
-    """From the lamp to the floor and on to the cube's side, with a point between that is taken back."""
+    """Draws a hint from the lamp to the floor and to the side of the cube, and removes one point on the way."""
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     prepare()
     yield 0.3
@@ -207,7 +207,7 @@ def draw_light_hint(result):
 
 
 def show_photons(result):
-    """In the rendered view, then in the solid one: how many of the screen's pixels they change."""
+    """Counts the pixels of the screen that photons change, in the rendered view and in the solid view."""
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     prepare()
     scene, space = bpy.context.scene, window.space()
@@ -219,7 +219,7 @@ def show_photons(result):
     number = views[-1]._number
     scene.ajar.show_photons = True
     scene.ajar.seed = 1
-    scene.update_tag()    # renders again
+    scene.update_tag()    # starts the render again
     yield from wait_for_another(number)
     photons = photon_overlay.of(scene)
     result["photons"] |= {"shown": len(photons.positions), "stored": photons.stored, "lowest": float(photons.positions[:, 2].min())}
@@ -241,7 +241,7 @@ def show_photons(result):
 
 
 def denoise_view(result):
-    """With a stand-in for the library, which this Blender does not have: it makes every picture blue."""
+    """Replaces the library, which this Blender does not have, by a function that makes every image blue."""
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     prepare()
     scene, calls = bpy.context.scene, []
@@ -265,7 +265,7 @@ def denoise_view(result):
     denoise.is_available, denoise.denoised = real
 
 
-# ---- What artists do -----------------------------------------------------------------------------------------------------------
+# ---- Random edits of an artist -------------------------------------------------------------------------------------------------
 
 
 def things(kind: str = "MESH") -> list[bpy.types.Object]:
@@ -393,7 +393,7 @@ def local_view(dice) -> None:
 
 
 def render(dice) -> None:
-    """F12, while the view goes on."""
+    """Renders by F12 while the view also renders."""
     if bpy.context.scene.camera is not None and not bpy.app.is_job_running("RENDER"):
         with window.override():
             bpy.ops.render.render("INVOKE_DEFAULT")
@@ -421,7 +421,7 @@ EDITS = (move, move, scale, recolour, recolour, brighten, change_world, add, add
 
 
 def restore() -> None:
-    """A state in which there must be a picture."""
+    """Restores a state in which the view must show an image."""
     with window.override():
         if bpy.context.mode != "OBJECT" and bpy.ops.object.mode_set.poll():
             bpy.ops.object.mode_set(mode="OBJECT")

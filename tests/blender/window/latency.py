@@ -1,7 +1,14 @@
-"""How long after a change the rendered view shows the first new pixels.
+"""Measures the time from a change until the rendered view shows the first new pixels.
 
-Arguments: .blend file, repeats. The result holds for each kind of change the medians, in milliseconds, of the whole way and of its parts: until Blender
-tells us, exporting, until the core is asked; building, the first picture, until it is drawn since; and the CPU time of all threads meanwhile.
+Arguments: .blend file, repeats. For each kind of change, the result has medians in milliseconds:
+`total`      until the image is drawn
+`told`       until Blender calls the add-on
+`exporting`  for the export
+`asked`      until the call of the core
+`build`      for the build
+`first`      for the first image
+`shown`      from the call of the core until the image is drawn
+`cpu`        CPU time of all threads
 """
 
 from __future__ import annotations
@@ -16,7 +23,7 @@ from mathutils import Quaternion
 
 SETTLE_SECONDS = 120.0
 views: list[viewport.Viewport] = []
-marks: dict[str, float] = {}     # moments since the last change
+marks: dict[str, float] = {}     # times of events since the last change
 
 
 def mark(name: str) -> None:
@@ -102,7 +109,7 @@ def steps(arguments, result):
     scene = bpy.context.scene
     scene.render.engine = "AJAR"
     scene.ajar.viewport_samples = 4
-    window.space().overlay.show_overlays = False   # their depth is Blender's to draw, here without a graphics card
+    window.space().overlay.show_overlays = False   # Blender draws their depth, which is slow without a graphics card
     yield 0.5
     window.look_through_camera()
     window.shade("RENDERED")
@@ -121,7 +128,7 @@ def steps(arguments, result):
             yield 0.0
             yield from until(lambda: "shown" in marks)
             row = {"total": marks["shown"] - started, "asked": marks["asked"] - started, "shown": marks["shown"] - marks["asked"],
-                   "cpu": time.process_time() - cpu, "divider": marks["divider"] / 1000}   # no time: pixels of the view to one of the first picture, along a side
+                   "cpu": time.process_time() - cpu, "divider": marks["divider"] / 1000}   # not a time: pixels of the view per pixel of the first image, along a side
             if "told" in marks:
                 row |= {"told": marks["told"] - started, "exporting": marks["exported"] - marks["told"]}
             row |= {"build": marks["build"], "first": marks["first"]}

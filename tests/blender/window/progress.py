@@ -1,6 +1,6 @@
-"""A render by F12, looked at while it runs: the graph of the noise and the map of the samples, in the image editor's sidebar and in the render tab.
+"""Tests the Progress panel during a render by F12: the graph of the noise and the map of the samples, in the sidebar of the image editor and in the render tab.
 
-Arguments: folder for pictures, .blend file. Blender must have been started with --enable-event-simulate.
+Arguments: folder for images, .blend file. Blender must have been started with --enable-event-simulate.
 """
 
 import os
@@ -11,8 +11,8 @@ import window
 from ajar_render import render_progress, viewport
 from ajar_render.ui import progress
 
-LONG = 300.0          # seconds; only a hang takes them
-TAB_WIDTH, TAB_STEP, TABS_END = 10, 12, 400   # pixels: from the sidebar's right edge, between two clicks, from its top to where no tab is
+LONG = 300.0          # seconds; a limit that only a hang reaches
+TAB_WIDTH, TAB_STEP, TABS_END = 10, 12, 400   # pixels: distance from the right edge of the sidebar, distance between two clicks, distance from its top to the end of the tabs
 
 
 views: list[viewport.Viewport] = []
@@ -35,7 +35,7 @@ def until(is_true):
 
 
 def open_tab(area: bpy.types.Area):
-    """Click down the tabs of the sidebar until the panel is drawn."""
+    """Clicks on the tabs of the sidebar from top to bottom until the panel is drawn."""
     sidebar = next(region for region in area.regions if region.type == "UI")
     for down in range(20, TABS_END, TAB_STEP):
         yield from window.click(sidebar.x + sidebar.width - TAB_WIDTH, sidebar.y + sidebar.height - down)
@@ -46,7 +46,7 @@ def open_tab(area: bpy.types.Area):
 
 
 def state(scene: bpy.types.Scene) -> dict:
-    """What is noted of the render, and the pictures of the panel as Blender keeps them."""
+    """The record of the render, and the pictures of the panel in Blender."""
     noted = render_progress.of(scene)
     found = {"number": noted.number, "points": len(noted.seconds), "samples": noted.samples, "is_running": noted.is_running, "density": None, "pictures": {}}
     if noted.density is not None:
@@ -68,7 +68,7 @@ def steps(arguments, result):
     settings.integrator, settings.image, settings.samples, settings.noise_target = "path", "pmc_ip", 320, 1e-4
     bpy.context.preferences.view.render_display_type = "NONE"
 
-    # The image editor takes the place of the 3D view, with its sidebar open on our tab.
+    # The image editor replaces the 3D view, and its sidebar shows the tab of Ajar.
     editor = window.area()
     editor.type = "IMAGE_EDITOR"
     editor.spaces.active.show_region_ui = True
@@ -104,7 +104,7 @@ def steps(arguments, result):
     yield 1.5
     result["redrawn_when_idle"] = render_progress.of(scene).number != number or progress._drawn != drawn
 
-    # The same of a rendered view, without rendering it again.
+    # The same test for a rendered view, without another render.
     editor.type = "VIEW_3D"
     settings.viewport_samples, settings.viewport_integrator = 64, "path"
     window.look_through_camera()

@@ -1,4 +1,4 @@
-"""What scripts for `drive.py` share: finding the 3D view, rendered shading, screenshots."""
+"""Shared functions of the scripts for `drive.py`: the 3D view, rendered shading, screenshots."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def space() -> bpy.types.SpaceView3D:
 
 
 def override(**more):
-    """Operators run as if called in the 3D view."""
+    """Runs operators in the context of the 3D view."""
     window, view = bpy.context.window_manager.windows[0], area()
     region = next(region for region in view.regions if region.type == "WINDOW")
     return bpy.context.temp_override(window=window, screen=window.screen, area=view, region=region, **more)
@@ -35,26 +35,26 @@ def look_through_camera(yes: bool = True) -> None:
 
 
 def place_of(point) -> tuple[int, int]:
-    """Where in the window a point of the scene is seen."""
+    """The position in the window of a point of the scene."""
     region = next(region for region in area().regions if region.type == "WINDOW")
     place = view3d_utils.location_3d_to_region_2d(region, space().region_3d, Vector(point))
     return round(region.x + place.x), round(region.y + place.y)
 
 
 def event(kind: str, value: str = "PRESS", x: int = 0, y: int = 0) -> None:
-    """As from mouse and keyboard (Blender must have been started with --enable-event-simulate)."""
+    """Simulates an event of the mouse or the keyboard. Blender must have been started with --enable-event-simulate."""
     bpy.context.window_manager.windows[0].event_simulate(type=kind, value=value, x=x, y=y)
 
 
 def click(x: int, y: int):
-    """Steps: move there, press, release."""
+    """Steps: moves the mouse to the position, presses and releases the button."""
     for kind, value in (("MOUSEMOVE", "NOTHING"), ("LEFTMOUSE", "PRESS"), ("LEFTMOUSE", "RELEASE")):
         event(kind, value, x, y)
         yield 0.1
 
 
 def screenshot(path: str) -> None:
-    """The whole window."""
+    """Saves a screenshot of the whole window."""
     window = bpy.context.window_manager.windows[0]
     if not grab(path, 0, 0, window.width, window.height):
         with override():
@@ -69,7 +69,7 @@ def screenshot_of_area(path: str, shown: bpy.types.Area) -> None:
 
 
 def grab(path: str, x: int, y: int, width: int, height: int) -> bool:
-    """From the display, for Blenders whose own screenshots are black where OpenGL is software. A place in the window, from the bottom left."""
+    """Saves a region of the window (origin at the bottom left) from the display, for Blenders whose own screenshots are black with OpenGL in software."""
     if bpy.app.version < (5, 0):
         return False
     from PIL import ImageGrab
@@ -81,7 +81,7 @@ def grab(path: str, x: int, y: int, width: int, height: int) -> bool:
 
 
 def pixels_of_view() -> np.ndarray:
-    """What the 3D view shows now: [height, width, 3], rows from the bottom up."""
+    """The pixels that the 3D view shows: [height, width, 3], rows from the bottom up."""
     with tempfile.TemporaryDirectory() as folder:
         screenshot_of_view(f"{folder}/view.png")
         image = bpy.data.images.load(f"{folder}/view.png")
