@@ -31,11 +31,11 @@ int channels_of(const std::string& pass) {
 }
 
 /// Returns (positions, powers, stored).
-py::tuple photons(const Session& session, uint64_t most) {
+py::tuple photons(const Session& session, uint64_t max_photons) {
   PhotonPoints points;
   {
     py::gil_scoped_release release;
-    points = session.photons(most);
+    points = session.photons(max_photons);
   }
   return py::make_tuple(to_array<float>(points.positions, 3), to_array<float>(points.powers, 3), points.stored);
 }
@@ -231,9 +231,9 @@ void bind_session(py::module_& module) {
            "iteration, or None before the first. The number of channels is known_passes()[pass_name]. While the "
            "session renders, a pass is kept from the first call on, so that the first call can return None. Raises "
            "ValueError, which lists the valid names, for an unknown pass.")
-      .def("photons", &photons, py::arg("most") = 50000,
+      .def("photons", &photons, py::arg("max_photons") = 50000,
            "Return (positions, powers, stored) of the last photon pass, for display: float32[n, 3] in metres, world "
-           "space; float32[n, 3] in watts; and the number of photons that were stored. n is at most `most`; the "
+           "space; float32[n, 3] in watts; and the number of photons that were stored. n is at most `max_photons`; the "
            "photons are spread evenly over space. n is 0 for integrators without photons, and while the session "
            "renders, before the first iteration that ends after the first call.")
       .def("error_over_time", &error_over_time,

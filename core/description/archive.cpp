@@ -73,7 +73,7 @@ class Hasher {
 };
 
 /// Counts the minimum number of bytes of a value: the oldest version, with every list empty.
-class Least {
+class MinimumSize {
  public:
   bool has(char) const { return false; }
   size_t bytes = 0;
@@ -120,10 +120,10 @@ size_t min_bytes() {
     return sizeof(T);
   } else {
     static const size_t bytes = [] {
-      Least least;
+      MinimumSize minimum;
       T value;
-      visit(least, value);
-      return least.bytes;
+      visit(minimum, value);
+      return minimum.bytes;
     }();
     return bytes;
   }

@@ -255,8 +255,8 @@ Film::SampleCounts Film::sample_counts() const {
   CompensatedSum sum;
   for (const Pixel& pixel : pixels_) {
     sum.add(double(pixel.count));
-    counts.least = std::min(counts.least, pixel.count);
-    counts.most = std::max(counts.most, pixel.count);
+    counts.min = std::min(counts.min, pixel.count);
+    counts.max = std::max(counts.max, pixel.count);
   }
   counts.mean = pixels_.empty() ? 0.0 : sum.value() / double(pixels_.size());
   return counts;
@@ -529,11 +529,12 @@ Film::ErrorEstimate Film::error_from_pictures(const Remembered& one, const Remem
     }
   // While the counts still adapt to the noise, errors fall faster than they will later.
   const bool is_settled = goals_.empty() || two.samples >= kSettledSamples;
-  const double surely = !is_settled ? 0.0 : std::exp(-kErrorConfidence * std::sqrt(deviation));
+  const double confidence = !is_settled ? 0.0 : std::exp(-kErrorConfidence * std::sqrt(deviation));
   const double pixels = double(pixels_.size());
   return {
-      error_from_steps(surely * before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels),
-      error_from_steps(surely * before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) / pixels};
+      error_from_steps(confidence * before.value(), recent.value(), two.samples, one.samples, samples) / (3.0 * pixels),
+      error_from_steps(confidence * before_seen.value(), recent_seen.value(), two.samples, one.samples, samples) /
+          pixels};
 }
 
 }  // namespace ajar

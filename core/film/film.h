@@ -99,7 +99,7 @@ class Film {
   /// Samples so far: the mean over the film, and the minimum and maximum of the pixels.
   struct SampleCounts {
     double mean;
-    uint32_t least, most;
+    uint32_t min, max;
   };
   SampleCounts sample_counts() const;
   uint64_t refused() const { return refused_.load(); }

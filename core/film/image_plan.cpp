@@ -150,18 +150,19 @@ void ImagePlan::decide(Film& film) {
 
   // Predictions for each pixel: from its own colour without itself, to test shares, and from the other colour, to set
   // them.
-  struct Told {
+  struct Prediction {
     float mean = 0.0f, variance = 0.0f;  ///< over the widest reach
     float unit = -1.0f, share = 1.0f;    ///< unit: negative if there is no prediction
   };
-  std::vector<Told> told[2] = {std::vector<Told>(noise.size()), std::vector<Told>(noise.size())};
+  std::vector<Prediction> predictions[2] = {std::vector<Prediction>(noise.size()),
+                                            std::vector<Prediction>(noise.size())};
   for_each_neighbourhood(noise, width, kReaches[2], [&](size_t i, const Noise& own, const Noise& other) {
     const Noise* const sums[2] = {&own, &other};
     for (int k = 0; k < 2; ++k)
       if (sums[k]->weight > kMinWeight)
-        told[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
+        predictions[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
   });
-  const auto unit = [&](const Noise& near, const Told& wide) {
+  const auto unit = [&](const Noise& near, const Prediction& wide) {
     // The luminance is that of the nearest neighbours, as far as it differs from the wider neighbourhood by more than
     // the noise [James and Stein 1961].
     const float difference = near.mean / near.weight - wide.mean,
@@ -177,18 +178,18 @@ void ImagePlan::decide(Film& film) {
   double best[2] = {0.0, 0.0};
   for (const float reach : kReaches) {
     if (reach == kReaches[2]) {
-      for (std::vector<Told>& of_color : told)
-        for (Told& t : of_color)
-          if (t.unit > 0.0f) t.share = std::pow(t.variance / t.unit, kExponent);
+      for (std::vector<Prediction>& of_color : predictions)
+        for (Prediction& p : of_color)
+          if (p.unit > 0.0f) p.share = std::pow(p.variance / p.unit, kExponent);
     } else {
       for_each_neighbourhood(noise, width, reach, [&](size_t i, const Noise& own, const Noise& other) {
         const Noise* const sums[2] = {&own, &other};
         for (int k = 0; k < 2; ++k) {
           if (!(sums[k]->weight > kMinWeight)) continue;
-          Told& t = told[k][i];
-          if (reach == kReaches[0]) t.unit = unit(*sums[k], t);
-          if (t.unit > 0.0f)
-            t.share = std::pow(std::max(0.0f, sums[k]->variance / sums[k]->weight) / t.unit, kExponent);
+          Prediction& p = predictions[k][i];
+          if (reach == kReaches[0]) p.unit = unit(*sums[k], p);
+          if (p.unit > 0.0f)
+            p.share = std::pow(std::max(0.0f, sums[k]->variance / sums[k]->weight) / p.unit, kExponent);
         }
       });
     }
@@ -198,21 +199,21 @@ void ImagePlan::decide(Film& film) {
       double sum_own = 0.0, sum_other = 0.0;
       size_t seen = 0, pixels = 0;
       for_each_of(color, [&](size_t i) {
-        sum_other += double(told[1][i].share);
+        sum_other += double(predictions[1][i].share);
         ++pixels;
       });
       for_each_of(1 - color, [&](size_t i) {
-        if (!(told[0][i].unit > 0.0f)) return;
-        sum_own += double(told[0][i].share);
+        if (!(predictions[0][i].unit > 0.0f)) return;
+        sum_own += double(predictions[0][i].share);
         ++seen;
       });
       if (!(sum_own > 0.0) || !(sum_other > 0.0)) continue;
       const float scale_own = float(double(seen) / sum_own), scale_other = float(double(pixels) / sum_other);
       const auto for_each_test = [&](float part, auto&& visit) {
         for_each_of(1 - color, [&](size_t i) {
-          const Told& t = told[0][i];
-          if (t.unit > 0.0f)
-            visit(std::max(kFloor, part + (1.0f - part) * scale_own * t.share), noise[i].variance / t.unit);
+          const Prediction& p = predictions[0][i];
+          if (p.unit > 0.0f)
+            visit(std::max(kFloor, part + (1.0f - part) * scale_own * p.share), noise[i].variance / p.unit);
         });
       };
       for (const float part : kUniformParts) {
@@ -228,7 +229,8 @@ void ImagePlan::decide(Film& film) {
         const double gain = less - kGainConfidence * std::sqrt(square);
         if (!(gain > best[color]) || less < kMinGain * even) continue;
         best[color] = gain;
-        for_each_of(color, [&](size_t i) { shares_[i] = part + (1.0f - part) * scale_other * told[1][i].share; });
+        for_each_of(color,
+                    [&](size_t i) { shares_[i] = part + (1.0f - part) * scale_other * predictions[1][i].share; });
       }
     }
   }
@@ -241,7 +243,7 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
   struct Place {
     size_t pixel;
     float share, threshold;
-    uint32_t least;
+    uint32_t min_goal;
   };
   std::vector<Place> places;
   places.reserve(goals.size() / 2 + 1);
@@ -259,9 +261,9 @@ void ImagePlan::share_out(int width, int color, uint32_t samples, std::vector<ui
     for (const Place& p : places) goals[p.pixel] = std::max(samples, decided_goals_[p.pixel]);
     return;
   }
-  const float most = kMax * float(samples);
+  const float max_count = kMax * float(samples);
   const auto count = [&](const Place& p, float lambda) {
-    return std::max(p.least, round_count(std::min(most, lambda * p.share), p.threshold, digits_));
+    return std::max(p.min_goal, round_count(std::min(max_count, lambda * p.share), p.threshold, digits_));
   };
   const auto total = [&](float lambda) {
     return tbb::parallel_reduce(

@@ -495,12 +495,12 @@ float LightSet::choice_pmf(Vec3 p, Vec3 n, uint32_t light) const {
 constexpr uint32_t kDistantBranch = 0x80000000u;
 constexpr size_t kMaxDistantBranches = 8;
 
-void LightSet::cut(Vec3 p, float radius, Vec3 n, int most, std::vector<Branch>& branches) const {
+void LightSet::cut(Vec3 p, float radius, Vec3 n, int max_branches, std::vector<Branch>& branches) const {
   const Data& d = *data_;
   branches.clear();
   const size_t distant = d.distant.size() <= kMaxDistantBranches ? d.distant.size() : 1;
   std::vector<LightTree::CutNode> nodes;
-  d.tree.cut(p, radius, n, std::max(1, most - int(distant)), nodes);
+  d.tree.cut(p, radius, n, std::max(1, max_branches - int(distant)), nodes);
   const float sum = d.distant_importance(n), share = d.distant_share(p, n, sum);
   for (const LightTree::CutNode& node : nodes) branches.push_back({node.node, (1.0f - share) * node.share});
   for (size_t i = 0; i < distant; ++i)

@@ -106,7 +106,7 @@ class LightSet {
     uint32_t id;
     float share;
   };
-  void cut(Vec3 p, float radius, Vec3 n, int most, std::vector<Branch>& branches) const;
+  void cut(Vec3 p, float radius, Vec3 n, int max_branches, std::vector<Branch>& branches) const;
   Choice choose_in(uint32_t branch, Vec3 p, Vec3 n, float u) const;
   /// 0 for lights of other branches.
   float pmf_in(uint32_t branch, Vec3 p, Vec3 n, uint32_t light) const;

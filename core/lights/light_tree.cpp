@@ -236,12 +236,12 @@ float LightTree::importance_nearby(const Node& node, Vec3 p, float radius, Vec3 
   return result;
 }
 
-void LightTree::cut(Vec3 p, float radius, Vec3 n, int most, std::vector<CutNode>& nodes) const {
+void LightTree::cut(Vec3 p, float radius, Vec3 n, int max_nodes, std::vector<CutNode>& nodes) const {
   nodes.clear();
   if (nodes_.empty()) return;
   const auto node = [&](uint32_t index) { return CutNode{index, importance_nearby(nodes_[index], p, radius, n)}; };
   nodes.push_back(node(0));
-  while (int(nodes.size()) < most) {
+  while (int(nodes.size()) < max_nodes) {
     int next = -1;
     for (size_t i = 0; i < nodes.size(); ++i)
       if (!nodes_[nodes[i].node].leaf && (next < 0 || nodes[i].share > nodes[size_t(next)].share)) next = int(i);

@@ -40,12 +40,12 @@ class LightTree {
   /// Exactly the pmf that `choose` reports for this light.
   float pmf(Vec3 p, Vec3 n, uint32_t light) const { return pmf_below(0, p, n, light); }
   /// A cut: nodes that together hold every light once, in ascending order, and estimates of their shares of the light
-  /// that reaches a neighbourhood of p. The node that sends most is split first, until there are `most` nodes.
+  /// that reaches a neighbourhood of p. The node that sends most is split first, until there are `max_nodes`.
   struct CutNode {
     uint32_t node;
     float share;
   };
-  void cut(Vec3 p, float radius, Vec3 n, int most, std::vector<CutNode>& nodes) const;
+  void cut(Vec3 p, float radius, Vec3 n, int max_nodes, std::vector<CutNode>& nodes) const;
   /// The same as choose and pmf, for the lights below a node.
   Choice choose_below(uint32_t node, Vec3 p, Vec3 n, float u) const;
   float pmf_below(uint32_t node, Vec3 p, Vec3 n, uint32_t light) const;

@@ -31,14 +31,14 @@ WorldTriangle world_triangle(const BuiltMesh& mesh, const BuiltInstance& instanc
 
 float triangle_position_error(const BuiltMesh& mesh, const BuiltInstance& instance, uint32_t primitive) {
   const UVec3 v = mesh.triangles[primitive];
-  Vec3 most = glm::max(glm::abs(mesh.positions[v.x]),
-                       glm::max(glm::abs(mesh.positions[v.y]), glm::abs(mesh.positions[v.z])));
+  Vec3 largest = glm::max(glm::abs(mesh.positions[v.x]),
+                          glm::max(glm::abs(mesh.positions[v.y]), glm::abs(mesh.positions[v.z])));
   if (!mesh.baked) {
     const Mat4& m = instance.world_from_object;
-    most = glm::abs(Vec3(m[0])) * most.x + glm::abs(Vec3(m[1])) * most.y + glm::abs(Vec3(m[2])) * most.z +
-           glm::abs(Vec3(m[3]));
+    largest = glm::abs(Vec3(m[0])) * largest.x + glm::abs(Vec3(m[1])) * largest.y + glm::abs(Vec3(m[2])) * largest.z +
+              glm::abs(Vec3(m[3]));
   }
-  return gamma_bound(12) * max_component(most);
+  return gamma_bound(12) * max_component(largest);
 }
 
 TriangleSample sample_triangle_li(const WorldTriangle& t, Vec3 p, Vec2 u) {

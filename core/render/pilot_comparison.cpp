@@ -65,12 +65,12 @@ std::vector<float> mean_of(const PilotImages& pilot) {
 }
 
 std::vector<float> max_light(const std::vector<const PilotImages*>& pilots, int width, int height) {
-  std::vector<float> most(pilots[0]->first.size(), 0.0f);
+  std::vector<float> max_found(pilots[0]->first.size(), 0.0f);
   for (const PilotImages* pilot : pilots) {
     const std::vector<float> found = blurred(mean_of(*pilot), width, height);
-    for (size_t i = 0; i < most.size(); ++i) most[i] = std::max(most[i], found[i]);
+    for (size_t i = 0; i < max_found.size(); ++i) max_found[i] = std::max(max_found[i], found[i]);
   }
-  return most;
+  return max_found;
 }
 
 PilotNoise noise_of(const PilotImages& pilot, const std::vector<float>& light) {

@@ -68,7 +68,7 @@ void add_samples(const SessionState& d, json& j) {
   for (const auto& [key, value] : d.statistics.extra) j[key] = value;
   if (d.film) {
     const Film::SampleCounts& counts = d.sample_counts;
-    j["samples_per_pixel"] = {{"mean", d.samples_before() + counts.mean}, {"min", counts.least}, {"max", counts.most}};
+    j["samples_per_pixel"] = {{"mean", d.samples_before() + counts.mean}, {"min", counts.min}, {"max", counts.max}};
     j["refused_samples"] = d.film->refused();
     j["film_bytes"] = d.film_bytes;
   }

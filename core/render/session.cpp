@@ -65,10 +65,10 @@ std::vector<float> Session::snapshot(const std::string& pass) const {
   return found == state->published.end() ? std::vector<float>{} : found->second;
 }
 
-PhotonPoints Session::photons(uint64_t most) const {
+PhotonPoints Session::photons(uint64_t max_photons) const {
   const auto state = worker_->state();
-  if (state->integrator && state->film_idle) return state->integrator->photons(most);
-  state->wanted_photons = most;
+  if (state->integrator && state->film_idle) return state->integrator->photons(max_photons);
+  state->wanted_photons = max_photons;
   return state->published_photons;
 }
 

@@ -84,10 +84,10 @@ class Session {
 
   /// A pass as floats at the last iteration boundary; empty before the first. Rows from the bottom up.
   std::vector<float> snapshot(const std::string& pass) const;
-  /// Up to `most` photons of the last pass at the last iteration boundary, and their total number; empty for
+  /// Up to `max_photons` photons of the last pass at the last iteration boundary, and their total number; empty for
   /// integrators without photons. Photons are kept only on request, so during a render the result is that of the first
   /// boundary after a request.
-  PhotonPoints photons(uint64_t most) const;
+  PhotonPoints photons(uint64_t max_photons) const;
   int width() const;
   int height() const;
 

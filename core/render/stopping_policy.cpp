@@ -50,14 +50,14 @@ bool StoppingPolicy::error_due(double seconds, uint64_t done) const {
 }
 
 double StoppingPolicy::remaining_seconds(double seconds, double relmse) const {
-  double least = kInfinity;
+  double min_left = kInfinity;
   const auto consider = [&](double left) {
-    if (left >= 0.0) least = std::min(least, left);
+    if (left >= 0.0) min_left = std::min(min_left, left);
   };
   if (settings_.samples > 0) consider(remaining_time.until_samples(double(settings_.samples) - samples_before_));
   if (settings_.seconds > 0.0) consider(std::max(0.0, settings_.seconds - seconds));
   consider(remaining_time.until_error(relmse, settings_.target_error));
-  return std::isfinite(least) ? least : -1.0;
+  return std::isfinite(min_left) ? min_left : -1.0;
 }
 
 void StoppingPolicy::error_looked_at(Clock::time_point start) {

@@ -38,10 +38,10 @@ inline double systematic_resample(std::span<const double> weights, double u, std
 }
 
 /// Share of n new samples in a mixture with a population that stands for n_before samples, so that all samples have
-/// equal weight. It is at least `least`, so that old samples are forgotten in time. It is fixed beforehand, so the
+/// equal weight. It is at least `min_share`, so that old samples are forgotten in time. It is fixed beforehand, so the
 /// mixture stays unbiased.
-inline double new_share(double n, double n_before, double least) {
-  return n_before > 0.0 ? std::fmax(n / (n + n_before), least) : 1.0;
+inline double new_share(double n, double n_before, double min_share) {
+  return n_before > 0.0 ? std::fmax(n / (n + n_before), min_share) : 1.0;
 }
 
 /// Position along a Hilbert curve through the unit square (4^16 cells). Members that are near each other in this order

@@ -25,8 +25,8 @@ float farthest_through(const Mat4& object_from_world) {
   for (int row = 0; row < 3; ++row) {
     const float stretch = std::abs(object_from_world[0][row]) + std::abs(object_from_world[1][row]) +
                           std::abs(object_from_world[2][row]);
-    const float most = (kFarthest - std::abs(object_from_world[3][row])) / std::max(1.0f, stretch);
-    farthest = most > 0.0f ? std::min(farthest, most) : 0.0f;
+    const float reach = (kFarthest - std::abs(object_from_world[3][row])) / std::max(1.0f, stretch);
+    farthest = reach > 0.0f ? std::min(farthest, reach) : 0.0f;
   }
   return farthest;
 }

@@ -94,7 +94,7 @@ TEST(ImagePlan, adaptive_images_have_the_mean_of_uniform_ones_and_the_bias_of_th
     ImagePlan plan(ErrorMeasure::Relative, 2, seed);
     follow_plan(plan, film, 40, toy);  // decisions after 2, 16 and 32 samples
     planned.add(mean_of(film));
-    uneven += film.sample_counts().most >= 60;
+    uneven += film.sample_counts().max >= 60;
     other.set_goals(std::vector<uint32_t>(kSize * kSize, 2));
     add_missing_samples(other, 2, toy);
     other.set_goals(naive_goals(other, 2, 16));
@@ -130,7 +130,7 @@ TEST(ImagePlan, the_plan_keeps_the_mean_of_a_rendered_scene_and_the_naive_scheme
       done = next;
     }
     planned.add(mean_of(a));
-    uneven += a.sample_counts().most >= 30;
+    uneven += a.sample_counts().max >= 30;
     integrator->prepare(scene, seed + 1000);
     b.set_goals(std::vector<uint32_t>(kSide * kSide, 2));
     integrator->run_iteration(b, 2, stop);
@@ -186,8 +186,8 @@ TEST(ImagePlan, goals_sum_to_the_budget_and_keep_a_minimum_for_any_division_into
   follow_plan(other_plan, other, 75, toy, {1, 2, 3, 5, 7, 11, 30, 50, 70, 71, 72, 73, 74});
   EXPECT_EQ(film.goals(), other.goals());
   EXPECT_DOUBLE_EQ(film.sample_counts().mean, 75.0);
-  EXPECT_GE(film.sample_counts().least, 16u);
-  EXPECT_GT(film.sample_counts().most, 150u);
+  EXPECT_GE(film.sample_counts().min, 16u);
+  EXPECT_GT(film.sample_counts().max, 150u);
   EXPECT_EQ(film.resolve("Combined", 1.0f), other.resolve("Combined", 1.0f));
 }
 
@@ -225,7 +225,7 @@ TEST(ImagePlan, noise_that_cannot_be_predicted_leaves_counts_unchanged) {
     Film film(0, 0, 48, 48, {"Combined"});
     ImagePlan plan(ErrorMeasure::Relative, 4, seed);
     follow_plan(plan, film, 64, toy);
-    uneven += film.sample_counts().most != film.sample_counts().least;
+    uneven += film.sample_counts().max != film.sample_counts().min;
   }
   EXPECT_LT(uneven, 6);
 }
@@ -253,8 +253,8 @@ TEST(ImagePlan, images_without_noise_and_of_one_pixel_get_equal_counts) {
     Film film(0, 0, size, size, {"Combined"});
     ImagePlan plan(ErrorMeasure::Perceptual, 4, 1);
     follow_plan(plan, film, 40, [](int, int, uint32_t) { return 0.5f; });
-    EXPECT_EQ(film.sample_counts().least, 40u);
-    EXPECT_EQ(film.sample_counts().most, 40u);
+    EXPECT_EQ(film.sample_counts().min, 40u);
+    EXPECT_EQ(film.sample_counts().max, 40u);
   }
 }
 
