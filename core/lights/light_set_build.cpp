@@ -1,0 +1,246 @@
+#include <algorithm>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+#include "lights/light_set_data.h"
+
+namespace ajar {
+
+namespace {
+
+/// Triangles with varying emission also get this fraction of the mean of their instance.
+constexpr float kTriangleFloor = 0.05f;
+/// With media and at most so many lights, half of the choices are uniform.
+constexpr size_t kMaxLightsForEven = 8;
+/// Share of the probability of distant lights that is divided equally among them: a sky matters where the sun is
+/// hidden.
+constexpr float kEqualDistant = 0.25f;
+
+double luminous(Color c) { return luminance(glm::abs(c)); }
+
+}  // namespace
+
+/// A lamp, an emissive instance or the environment, for the tables of choice.
+struct LightSet::Data::Source {
+  uint32_t first, count;
+  double power;         // 0: may emit although the estimate found nothing
+  double chosen = 1.0;  // fraction of the power that counts for the choice
+};
+
+void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources) {
+  for (size_t i = 0; i < in.description.lights.size(); ++i) {
+    const LightDescription& description = in.description.lights[i];
+    Light light = make_lamp(description);
+    bool may_emit = true;
+    double factor = 1.0;
+    if (!description.graph.empty()) {
+      const ShaderProgram& program = in.lamp_programs[i];
+      may_emit = program.emits();
+      if (may_emit && program.emission_is_constant()) {
+        light.radiance *= program.evaluate_emission(ShadingPoint());
+      } else if (may_emit) {
+        light.shader = int(i);
+        // Mean of the shader over directions, at the centre.
+        factor = 0.0;
+        for (int k = 0; k < 64; ++k) {
+          const Vec3 wo = warp::square_to_sphere({(float(k % 8) + 0.5f) / 8.0f, (float(k / 8) + 0.5f) / 8.0f});
+          factor += luminous(shader_factor(light, light.position, wo, 0.0f, kUsualDistance, 0)) / 64.0;
+        }
+        if (!std::isfinite(factor)) factor = 0.0;
+      }
+    }
+    if (!may_emit) light.radiance = Color(0.0f);
+    const double power = luminous(lamp_flux(light, scene_radius));
+    if (!is_finite(light.radiance) || !std::isfinite(power)) {
+      report_once(diagnostics, {Diagnostic::Severity::Error, description.name,
+                                "The strength or size of the light is not a usable number; the light does not emit."});
+      light.radiance = Color(0.0f);
+    } else if (power > 0.0) {
+      light.power = float(power * factor);
+      sources.push_back({uint32_t(i), 1, power * factor});
+    }
+    if (light.type == LightType::DistantDisk && !is_black(light.radiance) && light.mis)
+      distant_disks.push_back(uint32_t(i));
+    any_partial |= !is_black(light.radiance) && LightFlags{light.type, light.visibility}.partial();
+    lamps.push_back(light);
+  }
+}
+
+void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
+                                   std::vector<double>& weights) {
+  for (size_t i = 0; i < in.instances.size(); ++i) {
+    BuiltInstance& instance = in.instances[i];
+    const BuiltMesh& mesh = in.meshes[instance.mesh];
+    const uint32_t count = uint32_t(mesh.triangles.size());
+    TriangleBlock block;
+    block.instance = uint32_t(i);
+    block.first = uint32_t(weights.size());
+    block.count = count;
+    bool emits = false, constant = true;
+    for (uint32_t slot = 0; slot < std::max(1u, instance.material_count); ++slot) {
+      SlotEmission emission;
+      const ShaderProgram& program = in.programs[in.material_table[instance.first_material + slot]];
+      if (program.emits()) {
+        emission.program = &program;
+        emission.constant = program.emission_is_constant();
+        if (emission.constant) emission.radiance = program.evaluate_emission(ShadingPoint());
+        if (!is_finite(emission.radiance)) {
+          report_once(diagnostics,
+                      {Diagnostic::Severity::Error, in.objects[instance.object].name,
+                       "The emission of a material is not a finite number; the object is not used as a light."});
+          emission.program = nullptr;
+        }
+        emits |= emission.program && (!emission.constant || !is_black(emission.radiance));
+        constant &= emission.constant;
+      }
+      block.slots.push_back(emission);
+    }
+    if (emits && mesh.strands)
+      report_once(diagnostics, {Diagnostic::Severity::Warning, in.objects[instance.object].name,
+                                "The object's hair emits light, which only random rays find: expect noise."});
+    // Only a ray at its time finds the positions of the triangles of a moving object.
+    if (!emits || count == 0 || instance.motion) continue;
+    if (uint64_t(block.first) + count > 0x7fffffffu) {
+      report_once(diagnostics, {Diagnostic::Severity::Error, in.objects[instance.object].name,
+                                "Too many emissive triangles; the object is not used as a light."});
+      continue;
+    }
+
+    // Watts of every triangle, both sides. Where the emission varies, a fraction of the mean is added.
+    weights.resize(block.first + size_t(count), 0.0);
+    double* const power = weights.data() + block.first;
+    std::vector<float> areas(constant ? 0 : count, 0.0f);
+    tbb::parallel_for(tbb::blocked_range<uint32_t>(0, count, 4096), [&](const tbb::blocked_range<uint32_t>& range) {
+      for (uint32_t t = range.begin(); t != range.end(); ++t) {
+        const SlotEmission& emission = emission_of(block, t);
+        if (!emission.program) continue;
+        const WorldTriangle triangle = world_triangle(mesh, instance, t);
+        const Color radiance = emission.constant ? emission.radiance
+                                                 : mean_emission(*emission.program, in.objects[instance.object], mesh,
+                                                                 instance, t, triangle);
+        const double watts = 2.0 * M_PI * double(triangle.area) * luminous(radiance);
+        power[t] = std::isfinite(watts) ? watts : 0.0;
+        if (!constant && !emission.constant && std::isfinite(triangle.area)) areas[t] = triangle.area;
+      }
+    });
+    double total = 0.0, area = 0.0;
+    for (uint32_t t = 0; t < count; ++t) total += power[t];
+    for (float a : areas) area += a;
+    if (area > 0.0) {
+      const double floor = total > 0.0 ? kTriangleFloor * total / area : 1.0;
+      for (uint32_t t = 0; t < count; ++t) power[t] += floor * areas[t];
+    }
+    if (!(total > 0.0) && !(area > 0.0)) {
+      weights.resize(block.first);
+      continue;
+    }
+    instance.first_light = block.first;
+    any_partial |= LightFlags{LightType::Triangle, instance.visibility}.partial();
+    sources.push_back({block.first, count, total});
+    blocks.push_back(std::move(block));
+  }
+}
+
+void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
+                                     std::vector<double>& weights) {
+  took_environment_over = in.same_world && in.same_world->data_->environment.has_map();
+  environment = took_environment_over ? Environment(std::move(in.same_world->data_->environment), in.world_program,
+                                                    in.description.world.visibility)
+                                      : Environment(in.world_program, in.description.world.visibility);
+  if (environment.black()) return;
+  if (!std::isfinite(environment.mean_luminance())) {
+    report_once(diagnostics, {Diagnostic::Severity::Error, in.description.world.name,
+                              "The strength of the world is not a finite number; the world does not emit."});
+    environment = Environment();
+    return;
+  }
+  environment_visibility = in.description.world.visibility;
+  environment_index = int(weights.size());
+  // Radiance integrated over the sphere, times the area of the scene's disk.
+  const double power = 4.0 * M_PI * double(environment.mean_luminance()) * M_PI * double(scene_radius) *
+                       double(scene_radius);
+  const bool partial = LightFlags{LightType::Environment, environment_visibility}.partial();
+  any_partial |= partial;
+  const double chosen = partial ? 1.0 : double(environment.excess_luminance()) / double(environment.mean_luminance());
+  sources.push_back({uint32_t(environment_index), 1, power, chosen});
+  weights.push_back(1.0);
+}
+
+/// `inside`: power of each light relative to the others of its source.
+void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::vector<double>& inside,
+                                 bool has_media) {
+  double total = 0.0;
+  for (const Source& s : sources) total += s.power;
+  std::vector<double> watts(inside.size(), 0.0);
+  std::vector<LightTree::Entry> entries;
+  for (const Source& s : sources) {
+    // A source of unknown power must also be chosen and emit rays.
+    const double power = s.power > 0.0 ? s.power : std::max(total, 1.0) * 0.01 / double(sources.size());
+    double sum = 0.0;
+    for (uint32_t i = s.first; i < s.first + s.count; ++i) sum += inside[i];
+    for (uint32_t i = s.first; i < s.first + s.count; ++i) watts[i] = power * inside[i] / sum;
+    if (!(s.chosen > 0.0)) continue;
+    if (is_environment(s.first)) {
+      const double disk = M_PI * double(scene_radius) * double(scene_radius);
+      distant.push_back({s.first, float(s.chosen * power / disk / 4.0), Vec3(0.0f), 1.0f, 0.0f});
+    } else if (is_lamp(s.first) && is_distant(lamps[s.first].type)) {
+      const Light& sun = lamps[s.first];
+      const float cosine = 1.0f / std::sqrt(1.0f + sqr(sun.radius));
+      distant.push_back({s.first, float(power / (M_PI * double(scene_radius) * double(scene_radius))), -sun.frame.n,
+                         cosine, sun.radius * cosine});
+    } else if (is_lamp(s.first)) {
+      entries.push_back({s.first, lamp_bounds(lamps[s.first], float(power))});
+    } else {
+      const TriangleBlock& block = block_of(s.first);
+      const BuiltInstance& instance = instances[block.instance];
+      const size_t start = entries.size();
+      entries.resize(start + s.count);
+      tbb::parallel_for(tbb::blocked_range<uint32_t>(0, s.count, 4096), [&](const tbb::blocked_range<uint32_t>& range) {
+        for (uint32_t t = range.begin(); t != range.end(); ++t)
+          entries[start + t] = {s.first + t, triangle_bounds(world_triangle(meshes[instance.mesh], instance, t),
+                                                             float(watts[s.first + t]))};
+      });
+    }
+  }
+  float all_distant = 0.0f;
+  for (const DistantLight& l : distant) all_distant += l.irradiance;
+  for (DistantLight& l : distant)
+    l.irradiance = (1.0f - kEqualDistant) * l.irradiance + kEqualDistant * all_distant / float(distant.size());
+  // Lights that are too weak for floats cannot be compared with others.
+  std::erase_if(entries, [](const LightTree::Entry& e) {
+    return !(e.bounds.intensity > 0.0f && std::isfinite(e.bounds.intensity) && is_finite(e.bounds.lower) &&
+             is_finite(e.bounds.upper));
+  });
+  const size_t count = entries.size() + distant.size();
+  if (has_media && count > 1 && count <= kMaxLightsForEven) {
+    for (const LightTree::Entry& e : entries) even.push_back(e.light);
+    for (const DistantLight& l : distant) even.push_back(l.light);
+  }
+  tree = LightTree(std::move(entries), uint32_t(inside.size()));
+  by_power = DiscreteDistribution(watts);
+}
+
+LightSet::LightSet(const LightBuildInput& in, Diagnostics& diagnostics) : LightSet() {
+  Data& d = *data_;
+  d.objects = in.objects.data();
+  d.meshes = in.meshes.data();
+  d.instances = in.instances.data();
+  d.lamp_programs = in.lamp_programs.data();
+  d.scene_center = in.scene_center;
+  d.scene_radius = in.scene_radius;
+  for (BuiltInstance& instance : in.instances) instance.first_light = ~0u;
+  std::vector<Data::Source> sources;
+  d.add_lamps(in, diagnostics, sources);
+  std::vector<double> weights(d.lamps.size(), 1.0);
+  d.add_triangles(in, diagnostics, sources, weights);
+  d.add_environment(in, diagnostics, sources, weights);
+  if (sources.empty()) {
+    *data_ = Data();
+    return;
+  }
+  d.size = uint32_t(weights.size());
+  d.make_tables(sources, weights, in.has_media);
+}
+
+}  // namespace ajar

@@ -1,0 +1,172 @@
+// The data of a LightSet, and the choice of a light by estimated irradiance. Only light_set*.cpp include it:
+// light_set_build.cpp builds the data, light_set.cpp chooses lights, light_set_sampling.cpp samples the chosen light.
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "lights/environment.h"
+#include "lights/lamp.h"
+#include "lights/light_set.h"
+#include "lights/light_tree.h"
+#include "lights/triangle_light.h"
+#include "math/distribution.h"
+#include "math/warps.h"
+
+namespace ajar {
+
+struct LightSet::Data {
+  /// Minimum and maximum probability of all distant lights together if there are other lights: occlusion is not known.
+  static constexpr float kMinDistant = 0.1f, kMaxDistant = 0.8f;
+  /// Minimum cosine at the receiver of a sun: shading normals differ from geometric ones.
+  static constexpr float kMinSunCosine = 0.02f;
+
+  struct SlotEmission {
+    const ShaderProgram* program = nullptr;  // null: no emission
+    bool constant = true;
+    Color radiance{0.0f};  // if constant
+  };
+
+  /// All triangles of one emissive instance: lights first .. first + count - 1.
+  struct TriangleBlock {
+    uint32_t instance = 0, first = 0, count = 0;
+    std::vector<SlotEmission> slots;
+  };
+
+  /// A sun or the environment, for the choice.
+  struct DistantLight {
+    uint32_t light;
+    float irradiance;          // on a surface that faces it; for the environment, of the radiance above its mean
+    Vec3 direction;            // towards it; 0: all directions
+    float cos_size, sin_size;  // of its disk
+    float importance(Vec3 n) const {
+      if (n == Vec3(0.0f) || direction == Vec3(0.0f)) return irradiance;
+      const float cosine = glm::dot(n, direction), sine = safe_sqrt(1.0f - cosine * cosine);
+      return irradiance * (cosine >= cos_size ? 1.0f : std::max(cosine * cos_size + sine * sin_size, kMinSunCosine));
+    }
+  };
+  struct Source;
+
+  const ObjectDescription* objects = nullptr;
+  const BuiltMesh* meshes = nullptr;
+  const BuiltInstance* instances = nullptr;
+  const ShaderProgram* lamp_programs = nullptr;
+  std::vector<Light> lamps;
+  std::vector<TriangleBlock> blocks;  // by `first`
+  Environment environment;
+  uint32_t environment_visibility = 0;
+  bool any_partial = false, took_environment_over = false;
+  int environment_index = -1;
+  std::vector<uint32_t> distant_disks;
+  Vec3 scene_center{0.0f};
+  float scene_radius = 1.0f;
+  DiscreteDistribution by_power;
+  LightTree tree;  // of all local lights
+  std::vector<DistantLight> distant;
+  // lights with an additional uniform probability; empty without media or with many lights
+  std::vector<uint32_t> even;
+  uint32_t size = 0;
+
+  const TriangleBlock& block_of(uint32_t index) const {
+    return *(std::upper_bound(blocks.begin(), blocks.end(), index,
+                              [](uint32_t i, const TriangleBlock& b) { return i < b.first; }) -
+             1);
+  }
+  const SlotEmission& emission_of(const TriangleBlock& block, uint32_t primitive) const {
+    const BuiltMesh& mesh = meshes[instances[block.instance].mesh];
+    const size_t slot = mesh.material_slots.empty() ? 0 : mesh.material_slots[primitive];
+    return block.slots[std::min(slot, block.slots.size() - 1)];  // removed slots use the last one
+  }
+  bool can_choose(uint32_t index) const {
+    return tree.contains(index) ||
+           std::any_of(distant.begin(), distant.end(), [&](const DistantLight& l) { return l.light == index; });
+  }
+  /// Sum of the importances of distant lights.
+  float distant_importance(Vec3 n) const {
+    float sum = 0.0f;
+    for (const DistantLight& l : distant) sum += l.importance(n);
+    return sum;
+  }
+  /// Share of the distant lights in the choice for p.
+  float distant_share(Vec3 p, Vec3 n, float importance_of_distant) const {
+    if (distant.empty()) return 0.0f;
+    const float near = tree.importance(p, n);
+    if (!(near > 0.0f)) return 1.0f;
+    return std::clamp(importance_of_distant / (importance_of_distant + near), kMinDistant, kMaxDistant);
+  }
+  Choice choose_distant(Vec3 n, float u) const {
+    const float sum = distant_importance(n);
+    const DistantLight* chosen = &distant.back();
+    float pmf = 1.0f;
+    for (const DistantLight& l : distant) {
+      pmf = l.importance(n) / sum;
+      if (u < pmf || &l == chosen) {
+        chosen = &l;
+        break;
+      }
+      u -= pmf;
+    }
+    return {chosen->light, pmf, std::min(u / pmf, kOneMinusEpsilon)};
+  }
+  [[gnu::always_inline]] Choice choose_by_estimate(Vec3 p, Vec3 n, float u) const {
+    float share = 0.0f;
+    if (!distant.empty()) {
+      const float sum = distant_importance(n);
+      share = distant_share(p, n, sum);
+      if (u < share) {
+        Choice choice = choose_distant(n, std::min(u / share, kOneMinusEpsilon));
+        choice.pmf *= share;
+        return choice;
+      }
+      u = std::min((u - share) / (1.0f - share), kOneMinusEpsilon);
+    }
+    if (tree.empty()) return {0, 0.0f, u};
+    const LightTree::Choice choice = tree.choose(p, n, u);
+    return {choice.light, (1.0f - share) * choice.pmf, choice.u_remapped};
+  }
+  float pmf_by_estimate(Vec3 p, Vec3 n, uint32_t light) const {
+    if (distant.empty()) return tree.pmf(p, n, light);
+    const float sum = distant_importance(n), share = distant_share(p, n, sum);
+    for (const DistantLight& l : distant)
+      if (l.light == light) return share * (l.importance(n) / sum);
+    return (1.0f - share) * tree.pmf(p, n, light);
+  }
+  bool is_lamp(uint32_t index) const { return index < lamps.size(); }
+  bool is_environment(uint32_t index) const { return int(index) == environment_index; }
+
+  void add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources);
+  void add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
+                     std::vector<double>& weights);
+  void add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
+                       std::vector<double>& weights);
+  void make_tables(const std::vector<Source>& sources, const std::vector<double>& inside, bool has_media);
+
+  Color lamp_radiance(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
+    const Color radiance = light.radiance * lamp_profile(light, wo);
+    return light.shader < 0 || is_black(radiance)
+               ? radiance
+               : radiance * shader_factor(light, position, wo, time, distance, ray_kind);
+  }
+  std::optional<LightSample> sample_lamp(const Light& lamp, Vec3 p, Vec2 u, float time, uint32_t ray_kind) const {
+    std::optional<LightSample> sample = sample_lamp_li(lamp, p, u);
+    if (sample) sample->position_error = lamp_position_error(sample->position);
+    if (sample && lamp.shader >= 0)
+      sample->radiance *= shader_factor(lamp, sample->position, -sample->wi, time, sample->distance, ray_kind);
+    return sample;
+  }
+  Color shader_factor(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
+    ShadingPoint point;
+    // The inputs that nodes of lamps have in Cycles: the position of a sun is the direction of its light, and the
+    // normal of all lamps but area lamps is that direction.
+    point.position = is_distant(light.type) ? wo : position;
+    point.wo = wo;
+    point.ng = point.ns = light.type == LightType::Rectangle || light.type == LightType::Ellipse ? light.frame.n : wo;
+    point.time = time;
+    point.ray_kind = ray_kind;
+    point.ray_length = is_distant(light.type) ? 0.0f : distance;
+    return lamp_programs[light.shader].evaluate_emission(point);
+  }
+};
+
+}  // namespace ajar
