@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <span>
 
 #include <tbb/parallel_invoke.h>
 
@@ -32,6 +33,51 @@ float cos_of_rest(float cos_a, float cos_b, float sin_b) {
 }
 
 Vec3 center_of(const LightBounds& b) { return 0.5f * b.lower + 0.5f * b.upper; }
+
+/// A split of lights into those up to a bin of their centres and those above.
+struct Split {
+  Vec3 lower, extent;  ///< of the centres
+  int axis = -1;       ///< negative: there is none
+  int bin = 0;         ///< the last before the split
+
+  int bin_of(const LightTree::Entry& e, int of_axis) const {
+    const float along = (center_of(e.bounds)[of_axis] - lower[of_axis]) /
+                        extent[of_axis];  // divide first: bins times metres can overflow
+    return std::min(int(kBins * along), kBins - 1);
+  }
+  /// Takes the cheapest split between bins. Its cost is intensity times measure of directions times area.
+  void find_cheapest(std::span<const LightTree::Entry> entries);
+};
+
+void Split::find_cheapest(std::span<const LightTree::Entry> entries) {
+  const float longest = std::max({extent.x, extent.y, extent.z});
+  float best_cost = kInfinity;
+  for (int a = 0; a < 3; ++a) {
+    if (!(extent[a] > 0.0f) || !std::isfinite(extent[a])) continue;
+    std::array<LightBounds, kBins> bins, above;
+    for (const LightTree::Entry& entry : entries) {
+      LightBounds& bounds = bins[size_t(bin_of(entry, a))];
+      bounds = join(bounds, entry.bounds);
+    }
+    above[kBins - 1] = bins[kBins - 1];
+    for (int b = kBins - 2; b > 0; --b) above[size_t(b)] = join(bins[size_t(b)], above[size_t(b) + 1]);
+    LightBounds below;
+    for (int b = 0; b + 1 < kBins; ++b) {
+      below = join(below, bins[size_t(b)]);
+      const LightBounds& rest = above[size_t(b) + 1];
+      if (!(below.intensity > 0.0f) || !(rest.intensity > 0.0f)) continue;
+      // Thin slices make needle-shaped nodes, so their cost is scaled by their longest side.
+      const float cost = longest / extent[a] *
+                         (below.intensity * orientation_measure(below) * area_measure(below) +
+                          rest.intensity * orientation_measure(rest) * area_measure(rest));
+      if (cost < best_cost) {
+        best_cost = cost;
+        axis = a;
+        bin = b;
+      }
+    }
+  }
+}
 
 }  // namespace
 
@@ -80,50 +126,17 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
     return;
   }
 
-  // Take the cheapest split between bins of centres. Its cost is intensity times measure of directions times area.
   const Vec3 extent = upper - lower;
-  const float longest = std::max({extent.x, extent.y, extent.z});
   int depth = 0;
   for (uint64_t t = trail; t > 1; t >>= 1) ++depth;
-  float best_cost = kInfinity;
-  int best_axis = -1, best_bin = 0;
-  const auto bin_of = [&](const Entry& e, int axis) {
-    const float along = (center_of(e.bounds)[axis] - lower[axis]) /
-                        extent[axis];  // divide first: bins times metres can overflow
-    return std::min(int(kBins * along), kBins - 1);
-  };
-  if (depth < kDeepestByCost) {
-    for (int axis = 0; axis < 3; ++axis) {
-      if (!(extent[axis] > 0.0f) || !std::isfinite(extent[axis])) continue;
-      std::array<LightBounds, kBins> bins, above;
-      for (uint32_t i = begin; i < end; ++i) {
-        LightBounds& bin = bins[size_t(bin_of(entries[i], axis))];
-        bin = join(bin, entries[i].bounds);
-      }
-      above[kBins - 1] = bins[kBins - 1];
-      for (int b = kBins - 2; b > 0; --b) above[size_t(b)] = join(bins[size_t(b)], above[size_t(b) + 1]);
-      LightBounds below;
-      for (int b = 0; b + 1 < kBins; ++b) {
-        below = join(below, bins[size_t(b)]);
-        const LightBounds& rest = above[size_t(b) + 1];
-        if (!(below.intensity > 0.0f) || !(rest.intensity > 0.0f)) continue;
-        // Thin slices make needle-shaped nodes, so their cost is scaled by their longest side.
-        const float cost = longest / extent[axis] *
-                           (below.intensity * orientation_measure(below) * area_measure(below) +
-                            rest.intensity * orientation_measure(rest) * area_measure(rest));
-        if (cost < best_cost) {
-          best_cost = cost;
-          best_axis = axis;
-          best_bin = b;
-        }
-      }
-    }
-  }
+  Split split{lower, extent};
+  if (depth < kDeepestByCost) split.find_cheapest({entries.data() + begin, end - begin});
   const auto first = entries.begin() + begin, last = entries.begin() + end;
   uint32_t middle = begin + (end - begin) / 2;
-  if (best_axis >= 0) {
-    middle = uint32_t(std::partition(first, last, [&](const Entry& e) { return bin_of(e, best_axis) <= best_bin; }) -
-                      entries.begin());
+  if (split.axis >= 0) {
+    middle = uint32_t(
+        std::partition(first, last, [&](const Entry& e) { return split.bin_of(e, split.axis) <= split.bin; }) -
+        entries.begin());
   } else {
     const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
     std::nth_element(first, entries.begin() + middle, last, [axis](const Entry& a, const Entry& b) {
