@@ -172,6 +172,9 @@ class Film {
   bool has_halves(const Pixel& pixel) const;
   bool halves_of(size_t index, double mean[3], double difference[3]) const;
   std::vector<float> variance_of_mean() const;
+  static double luminance_of(const double rgb[3]) {
+    return 0.2126729 * rgb[0] + 0.7151522 * rgb[1] + 0.0721750 * rgb[2];
+  }
   double splatted(size_t index, int channel) const {
     return splats_ ? (splats_[index].sum[0][channel] + splats_[index].sum[1][channel]) * splat_scale_ : 0.0;
   }
