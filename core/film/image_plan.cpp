@@ -96,6 +96,134 @@ void for_each_neighbourhood(const std::vector<Noise>& noise, int width, float re
       });
 }
 
+/// Finds the shares of all pixels from the noise of their first samples.
+class ShareSearch {
+ public:
+  ShareSearch(const std::vector<Noise>& noise, int width, ErrorMeasure measure, uint32_t early)
+      : noise_(noise),
+        width_(width),
+        measure_(measure),
+        early_(early),
+        predictions_{std::vector<Prediction>(noise.size()), std::vector<Prediction>(noise.size())},
+        shares_(noise.size(), 1.0f) {}
+
+  std::vector<float> find() {
+    average_widely();
+    for (const float reach : kReaches) {
+      predict_shares(reach);
+      for (int color = 0; color < 2; ++color) test_shares(color);
+    }
+    return std::move(shares_);
+  }
+
+ private:
+  /// The prediction for a pixel from the pixels of one colour.
+  struct Prediction {
+    float mean = 0.0f, variance = 0.0f;  ///< over the widest reach
+    float unit = -1.0f, share = 1.0f;    ///< unit: negative if there is no prediction
+  };
+
+  template <class Visit>
+  void for_each_of(int color, Visit&& visit) const {
+    const int height = int(noise_.size() / size_t(width_));
+    for (int y = 0; y < height; ++y)
+      for (int x = (y + color) & 1; x < width_; x += 2) visit(size_t(y) * size_t(width_) + size_t(x));
+  }
+
+  void average_widely();
+  float unit_of(const Noise& near, const Prediction& wide) const;
+  void predict_shares(float reach);
+  void test_shares(int color);
+
+  const std::vector<Noise>& noise_;
+  int width_;
+  ErrorMeasure measure_;
+  uint32_t early_;
+  /// Predictions for each pixel: from its own colour without itself, to test shares, and from the other colour, to set
+  /// them.
+  std::vector<Prediction> predictions_[2];
+  std::vector<float> shares_;
+  double best_[2] = {0.0, 0.0};  ///< gain of the shares of each colour
+};
+
+void ShareSearch::average_widely() {
+  for_each_neighbourhood(noise_, width_, kReaches[2], [&](size_t i, const Noise& own, const Noise& other) {
+    const Noise* const sums[2] = {&own, &other};
+    for (int k = 0; k < 2; ++k)
+      if (sums[k]->weight > kMinWeight)
+        predictions_[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
+  });
+}
+
+/// The squared error that counts as one. The luminance is that of the nearest neighbours, as far as it differs from the
+/// wider neighbourhood by more than the noise [James and Stein 1961].
+float ShareSearch::unit_of(const Noise& near, const Prediction& wide) const {
+  const float difference = near.mean / near.weight - wide.mean,
+              noise_of_near = wide.variance / (kNearPixels * float(early_));
+  const float kept = difference * difference > noise_of_near ? 1.0f - noise_of_near / (difference * difference) : 0.0f;
+  const float mean = std::max(0.0f, wide.mean + kept * difference);
+  return measure_ == ErrorMeasure::Relative ? mean * mean + 0.01f
+                                            : float(tvi(double(mean) * kCandelasPerUnit) / kCandelasPerUnit);
+}
+
+void ShareSearch::predict_shares(float reach) {
+  if (reach == kReaches[2]) {
+    for (std::vector<Prediction>& of_color : predictions_)
+      for (Prediction& p : of_color)
+        if (p.unit > 0.0f) p.share = std::pow(p.variance / p.unit, kExponent);
+    return;
+  }
+  for_each_neighbourhood(noise_, width_, reach, [&](size_t i, const Noise& own, const Noise& other) {
+    const Noise* const sums[2] = {&own, &other};
+    for (int k = 0; k < 2; ++k) {
+      if (!(sums[k]->weight > kMinWeight)) continue;
+      Prediction& p = predictions_[k][i];
+      if (reach == kReaches[0]) p.unit = unit_of(*sums[k], p);
+      if (p.unit > 0.0f) p.share = std::pow(std::max(0.0f, sums[k]->variance / sums[k]->weight) / p.unit, kExponent);
+    }
+  });
+}
+
+/// Pixels of the other colour decide which reach and which equal fraction are best. Each of them is predicted by its own
+/// colour, and its own samples are independent of this prediction.
+void ShareSearch::test_shares(int color) {
+  double sum_own = 0.0, sum_other = 0.0;
+  size_t seen = 0, pixels = 0;
+  for_each_of(color, [&](size_t i) {
+    sum_other += double(predictions_[1][i].share);
+    ++pixels;
+  });
+  for_each_of(1 - color, [&](size_t i) {
+    if (!(predictions_[0][i].unit > 0.0f)) return;
+    sum_own += double(predictions_[0][i].share);
+    ++seen;
+  });
+  if (!(sum_own > 0.0) || !(sum_other > 0.0)) return;
+  const float scale_own = float(double(seen) / sum_own), scale_other = float(double(pixels) / sum_other);
+  const auto for_each_test = [&](float part, auto&& visit) {
+    for_each_of(1 - color, [&](size_t i) {
+      const Prediction& p = predictions_[0][i];
+      if (p.unit > 0.0f)
+        visit(std::max(kFloor, part + (1.0f - part) * scale_own * p.share), noise_[i].variance / p.unit);
+    });
+  };
+  for (const float part : kUniformParts) {
+    double counts = 0.0, even = 0.0, less = 0.0, square = 0.0;
+    for_each_test(part, [&](float count, float) { counts += double(count); });
+    const double mean_count = counts / double(seen);
+    for_each_test(part, [&](float count, float error) {
+      const double change = double(error) * (1.0 - mean_count / double(count));
+      even += double(error);
+      less += change;
+      square += change * change;
+    });
+    const double gain = less - kGainConfidence * std::sqrt(square);
+    if (!(gain > best_[color]) || less < kMinGain * even) continue;
+    best_[color] = gain;
+    for_each_of(color, [&](size_t i) { shares_[i] = part + (1.0f - part) * scale_other * predictions_[1][i].share; });
+  }
+}
+
 /// Threshold at which a fraction of a sample becomes a sample of this pixel, spread evenly over the plane [Roberts
 /// 2018, the R2 sequence].
 float threshold(int x, int y, float offset) {
@@ -139,101 +267,10 @@ void ImagePlan::plan(Film& film, uint32_t samples) {
 }
 
 void ImagePlan::decide(Film& film) {
-  const int width = film.width();
   early_ = looked_at(planned_);
   decided_goals_ = film.goals();
   const std::vector<Noise> noise = noise_of_first(film.early_samples(), decided_goals_.size(), early_);
-  const auto for_each_of = [&](int color, auto&& visit) {
-    for (int y = 0; y < film.height(); ++y)
-      for (int x = (y + color) & 1; x < width; x += 2) visit(size_t(y) * size_t(width) + size_t(x));
-  };
-
-  // Predictions for each pixel: from its own colour without itself, to test shares, and from the other colour, to set
-  // them.
-  struct Prediction {
-    float mean = 0.0f, variance = 0.0f;  ///< over the widest reach
-    float unit = -1.0f, share = 1.0f;    ///< unit: negative if there is no prediction
-  };
-  std::vector<Prediction> predictions[2] = {std::vector<Prediction>(noise.size()),
-                                            std::vector<Prediction>(noise.size())};
-  for_each_neighbourhood(noise, width, kReaches[2], [&](size_t i, const Noise& own, const Noise& other) {
-    const Noise* const sums[2] = {&own, &other};
-    for (int k = 0; k < 2; ++k)
-      if (sums[k]->weight > kMinWeight)
-        predictions[k][i] = {sums[k]->mean / sums[k]->weight, std::max(0.0f, sums[k]->variance / sums[k]->weight)};
-  });
-  const auto unit = [&](const Noise& near, const Prediction& wide) {
-    // The luminance is that of the nearest neighbours, as far as it differs from the wider neighbourhood by more than
-    // the noise [James and Stein 1961].
-    const float difference = near.mean / near.weight - wide.mean,
-                noise_of_near = wide.variance / (kNearPixels * float(early_));
-    const float kept = difference * difference > noise_of_near ? 1.0f - noise_of_near / (difference * difference)
-                                                               : 0.0f;
-    const float mean = std::max(0.0f, wide.mean + kept * difference);
-    return measure_ == ErrorMeasure::Relative ? mean * mean + 0.01f
-                                              : float(tvi(double(mean) * kCandelasPerUnit) / kCandelasPerUnit);
-  };
-
-  shares_.assign(noise.size(), 1.0f);
-  double best[2] = {0.0, 0.0};
-  for (const float reach : kReaches) {
-    if (reach == kReaches[2]) {
-      for (std::vector<Prediction>& of_color : predictions)
-        for (Prediction& p : of_color)
-          if (p.unit > 0.0f) p.share = std::pow(p.variance / p.unit, kExponent);
-    } else {
-      for_each_neighbourhood(noise, width, reach, [&](size_t i, const Noise& own, const Noise& other) {
-        const Noise* const sums[2] = {&own, &other};
-        for (int k = 0; k < 2; ++k) {
-          if (!(sums[k]->weight > kMinWeight)) continue;
-          Prediction& p = predictions[k][i];
-          if (reach == kReaches[0]) p.unit = unit(*sums[k], p);
-          if (p.unit > 0.0f)
-            p.share = std::pow(std::max(0.0f, sums[k]->variance / sums[k]->weight) / p.unit, kExponent);
-        }
-      });
-    }
-    // Pixels of the other colour decide which reach and which equal fraction are best. Each of them is predicted by its
-    // own colour, and its own samples are independent of this prediction.
-    for (int color = 0; color < 2; ++color) {
-      double sum_own = 0.0, sum_other = 0.0;
-      size_t seen = 0, pixels = 0;
-      for_each_of(color, [&](size_t i) {
-        sum_other += double(predictions[1][i].share);
-        ++pixels;
-      });
-      for_each_of(1 - color, [&](size_t i) {
-        if (!(predictions[0][i].unit > 0.0f)) return;
-        sum_own += double(predictions[0][i].share);
-        ++seen;
-      });
-      if (!(sum_own > 0.0) || !(sum_other > 0.0)) continue;
-      const float scale_own = float(double(seen) / sum_own), scale_other = float(double(pixels) / sum_other);
-      const auto for_each_test = [&](float part, auto&& visit) {
-        for_each_of(1 - color, [&](size_t i) {
-          const Prediction& p = predictions[0][i];
-          if (p.unit > 0.0f)
-            visit(std::max(kFloor, part + (1.0f - part) * scale_own * p.share), noise[i].variance / p.unit);
-        });
-      };
-      for (const float part : kUniformParts) {
-        double counts = 0.0, even = 0.0, less = 0.0, square = 0.0;
-        for_each_test(part, [&](float count, float) { counts += double(count); });
-        const double mean_count = counts / double(seen);
-        for_each_test(part, [&](float count, float error) {
-          const double change = double(error) * (1.0 - mean_count / double(count));
-          even += double(error);
-          less += change;
-          square += change * change;
-        });
-        const double gain = less - kGainConfidence * std::sqrt(square);
-        if (!(gain > best[color]) || less < kMinGain * even) continue;
-        best[color] = gain;
-        for_each_of(color,
-                    [&](size_t i) { shares_[i] = part + (1.0f - part) * scale_other * predictions[1][i].share; });
-      }
-    }
-  }
+  shares_ = ShareSearch(noise, film.width(), measure_, early_).find();
   if (find_importance_) importance_ = std::exchange(find_importance_, {})();
   for (size_t i = 0; i < importance_.size(); ++i) shares_[i] *= importance_[i];
 }
