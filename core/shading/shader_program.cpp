@@ -102,6 +102,86 @@ void apply_patches(const Closure& closure, const float* registers, closures::Pri
   }
 }
 
+/// Adds the scattering closures of a program to the BSDF at a point.
+struct ScatteringBuilder {
+  const ShadingPoint& point;
+  closures::Surface surface;
+  const float *registers, *constants;
+  bool reflective, refractive;  ///< whether caustics of these kinds are rendered
+  SurfaceShading& out;
+
+  Vec3 normal_of(Operand o) const {
+    if (o == kNoOperand) return out.bsdf.n;
+    const Vec3 n = load3(operand(o, registers, constants));
+    const float length2 = length_squared(n);
+    if (!(length2 > 1e-20f && length2 < 1e20f)) return out.bsdf.n;
+    return closures::safe_shading_normal(point.ng, point.wo, n / std::sqrt(length2));
+  }
+  /// After a diffuse bounce, light leaves where it enters, as in Cycles. The same holds for the second medium of a
+  /// surface.
+  bool may_enter() const { return point.diffuse_depth == 0 && !out.bsdf.has_subsurface(); }
+  static closures::RoughBoundary boundary_of(const closures::PrincipledInputs& inputs) {
+    return {inputs.distribution, inputs.roughness, inputs.ior};
+  }
+
+  void add(const Closure& closure) const {
+    const float weight = *operand(closure.weight, registers, constants);
+    if (!(weight > 0.0f)) return;
+    closures::PrincipledInputs inputs = closure.inputs;
+    apply_patches(closure, registers, inputs);
+    inputs.normal = normal_of(closure.normal);
+    if (closure.tangent != kNoOperand) inputs.tangent = load3(operand(closure.tangent, registers, constants));
+    const Color color = inputs.base_color * weight;
+    switch (closure.kind) {
+      case ClosureKind::Diffuse:
+        closures::add_diffuse(out.bsdf, surface, color, inputs.normal, inputs.roughness);
+        break;
+      case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
+      case ClosureKind::Glossy:
+        if (reflective)
+          closures::add_glossy(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness,
+                               {inputs.tangent, inputs.anisotropic, inputs.anisotropic_rotation});
+        break;
+      case ClosureKind::Refraction:
+        if (refractive) closures::add_refraction(out.bsdf, surface, color, inputs.normal, boundary_of(inputs));
+        break;
+      case ClosureKind::Glass:
+        closures::add_glass(out.bsdf, surface, color, inputs.normal, boundary_of(inputs), reflective, refractive);
+        break;
+      case ClosureKind::Principled:
+        inputs.clearcoat_normal = normal_of(closure.coat_normal);
+        inputs.reflective_caustics = reflective;
+        inputs.refractive_caustics = refractive;
+        inputs.enters = inputs.version == 1 && inputs.subsurface > 0.0f && may_enter();
+        if (inputs.enters) out.medium = closures::principled_medium(inputs);
+        closures::add_principled(out.bsdf, surface, Color(weight), inputs);
+        break;
+      case ClosureKind::Velvet: closures::add_velvet(out.bsdf, surface, color, inputs.normal, inputs.roughness); break;
+      case ClosureKind::ToonDiffuse:
+      case ClosureKind::ToonGlossy: {
+        const bool glossy = closure.kind == ClosureKind::ToonGlossy;
+        if (reflective || !glossy)
+          closures::add_toon(out.bsdf, surface, color, inputs.normal, glossy, inputs.roughness,
+                             inputs.transmission_roughness);
+        break;
+      }
+      case ClosureKind::Subsurface:
+        if (may_enter()) {
+          out.medium = closures::make_medium(inputs.base_color, inputs.subsurface_radius * inputs.subsurface_scale,
+                                             inputs.subsurface_anisotropy, inputs.subsurface_ior,
+                                             inputs.subsurface_method);
+          closures::add_subsurface(out.bsdf, surface, color, inputs.normal, out.medium);
+        } else {
+          closures::add_diffuse(out.bsdf, surface, color, inputs.normal, 0.0f);
+        }
+        break;
+      case ClosureKind::Emission:
+      case ClosureKind::Transparent:
+      case ClosureKind::Holdout: break;  // these are in lists of their own
+    }
+  }
+};
+
 }  // namespace
 
 ShaderProgram::ShaderProgram() : data_(std::make_unique<Data>()) {}
@@ -182,81 +262,13 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
     return;
   }
 
-  const closures::Surface surface{point.wo, point.ng, point.backfacing};
-  const auto normal_of = [&](Operand o) {
-    if (o == kNoOperand) return out.bsdf.n;
-    const Vec3 n = load3(operand(o, registers, constants));
-    const float length2 = length_squared(n);
-    if (!(length2 > 1e-20f && length2 < 1e20f)) return out.bsdf.n;
-    return closures::safe_shading_normal(point.ng, point.wo, n / std::sqrt(length2));
-  };
   out.bsdf.bump_terminator = d.bump_terminator;
   const bool after_diffuse = point.ray_kind & kRayDiffuse;
-  // After a diffuse bounce, light leaves where it enters, as in Cycles. The same holds for the second medium of a
-  // surface.
-  const auto may_enter = [&] { return point.diffuse_depth == 0 && !out.bsdf.has_subsurface(); };
-  const bool reflective = d.reflective_caustics || !after_diffuse, refractive = d.refractive_caustics || !after_diffuse;
-
-  closures::PrincipledInputs inputs;
-  for (const Closure& closure : d.scattering) {
-    const float weight = *operand(closure.weight, registers, constants);
-    if (!(weight > 0.0f)) continue;
-    inputs = closure.inputs;
-    apply_patches(closure, registers, inputs);
-    inputs.normal = normal_of(closure.normal);
-    if (closure.tangent != kNoOperand) inputs.tangent = load3(operand(closure.tangent, registers, constants));
-    const Color color = inputs.base_color * weight;
-    switch (closure.kind) {
-      case ClosureKind::Diffuse:
-        closures::add_diffuse(out.bsdf, surface, color, inputs.normal, inputs.roughness);
-        break;
-      case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
-      case ClosureKind::Glossy:
-        if (reflective)
-          closures::add_glossy(out.bsdf, surface, color, inputs.normal, inputs.tangent, inputs.distribution,
-                               inputs.roughness, inputs.anisotropic, inputs.anisotropic_rotation);
-        break;
-      case ClosureKind::Refraction:
-        if (refractive)
-          closures::add_refraction(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness,
-                                   inputs.ior);
-        break;
-      case ClosureKind::Glass:
-        closures::add_glass(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness, inputs.ior,
-                            reflective, refractive);
-        break;
-      case ClosureKind::Principled:
-        inputs.clearcoat_normal = normal_of(closure.coat_normal);
-        inputs.reflective_caustics = reflective;
-        inputs.refractive_caustics = refractive;
-        inputs.enters = inputs.version == 1 && inputs.subsurface > 0.0f && may_enter();
-        if (inputs.enters) out.medium = closures::principled_medium(inputs);
-        closures::add_principled(out.bsdf, surface, Color(weight), inputs);
-        break;
-      case ClosureKind::Velvet: closures::add_velvet(out.bsdf, surface, color, inputs.normal, inputs.roughness); break;
-      case ClosureKind::ToonDiffuse:
-      case ClosureKind::ToonGlossy: {
-        const bool glossy = closure.kind == ClosureKind::ToonGlossy;
-        if (reflective || !glossy)
-          closures::add_toon(out.bsdf, surface, color, inputs.normal, glossy, inputs.roughness,
-                             inputs.transmission_roughness);
-        break;
-      }
-      case ClosureKind::Subsurface:
-        if (may_enter()) {
-          out.medium = closures::make_medium(inputs.base_color, inputs.subsurface_radius * inputs.subsurface_scale,
-                                             inputs.subsurface_anisotropy, inputs.subsurface_ior,
-                                             inputs.subsurface_method);
-          closures::add_subsurface(out.bsdf, surface, color, inputs.normal, out.medium);
-        } else {
-          closures::add_diffuse(out.bsdf, surface, color, inputs.normal, 0.0f);
-        }
-        break;
-      case ClosureKind::Emission:
-      case ClosureKind::Transparent:
-      case ClosureKind::Holdout: break;  // these are in lists of their own
-    }
-  }
+  const ScatteringBuilder builder{
+      point,     {point.wo, point.ng, point.backfacing},  registers,
+      constants, d.reflective_caustics || !after_diffuse, d.refractive_caustics || !after_diffuse,
+      out};
+  for (const Closure& closure : d.scattering) builder.add(closure);
   for (const Closure& closure : d.transparency)
     closures::add_transparent(out.bsdf, color_of(closure, registers, constants));
   out.bsdf.prepare(point.wo);

@@ -72,22 +72,23 @@ inline std::vector<Material> all_materials() {
     for (const auto& [roughness, label] : {std::pair(0.15f, "smooth"), {0.5f, "medium"}, {1.0f, "rough"}})
       list.push_back({std::string("glossy_") + name + "_" + label,
                       [=, d = d, roughness = roughness](Bsdf& b, const Surface& s) {
-                        add_glossy(b, s, white, s.ng, tangent, d, roughness, 0.0f, 0.0f);
+                        add_glossy(b, s, white, s.ng, d, roughness, {tangent, 0.0f, 0.0f});
                       },
                       multiple, false, 12.0f});
     list.push_back({std::string("glossy_") + name + "_anisotropic", [=, d = d](Bsdf& b, const Surface& s) {
-                      add_glossy(b, s, tint, s.ng, tangent, d, 0.5f, 0.6f, 0.1f);
+                      add_glossy(b, s, tint, s.ng, d, 0.5f, {tangent, 0.6f, 0.1f});
                     }});
     if (d == Distribution::AshikhminShirley) continue;
     for (const auto& [roughness, label] : {std::pair(0.2f, "smooth"), {0.7f, "rough"}})
       list.push_back({std::string("glass_") + name + "_" + label,
                       [=, d = d, roughness = roughness](Bsdf& b, const Surface& s) {
-                        add_glass(b, s, white, s.ng, d, roughness, 1.5f);
+                        add_glass(b, s, white, s.ng, {d, roughness, 1.5f});
                       },
                       multiple, !multiple});
     if (multiple) continue;
-    list.push_back({std::string("refraction_") + name,
-                    [=, d = d](Bsdf& b, const Surface& s) { add_refraction(b, s, white, s.ng, d, 0.4f, 1.33f); }});
+    list.push_back({std::string("refraction_") + name, [=, d = d](Bsdf& b, const Surface& s) {
+                      add_refraction(b, s, white, s.ng, {d, 0.4f, 1.33f});
+                    }});
   }
 
   const auto principled = [&](const char* name, float largest, auto&& change) {

@@ -133,43 +133,47 @@ SubsurfaceMedium make_medium(Color albedo, Color radius, float anisotropy, float
 
 void add_transparent(Bsdf& bsdf, Color weight) { bsdf.add(make_lobe(LobeKind::Transparent, weight, bsdf.n)); }
 
-void add_glossy(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, Vec3 tangent, Distribution distribution,
-                float roughness, float anisotropy, float rotation) {
+void add_glossy(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, Distribution distribution, float roughness,
+                const Anisotropy& anisotropy) {
   Lobe lobe = make_lobe(LobeKind::MicrofacetReflection, weight, normal);
   lobe.microfacet = microfacet_of(distribution);
   const float alpha = distribution == Distribution::Sharp ? 0.0f : sqr(roughness);
-  anisotropy = std::clamp(anisotropy, -0.99f, 0.99f);
-  if (anisotropy < 0.0f)
-    set_roughness(lobe, alpha / (1.0f + anisotropy), alpha * (1.0f + anisotropy));
+  const float amount = std::clamp(anisotropy.amount, -0.99f, 0.99f);
+  if (amount < 0.0f)
+    set_roughness(lobe, alpha / (1.0f + amount), alpha * (1.0f + amount));
   else
-    set_roughness(lobe, alpha * (1.0f - anisotropy), alpha / (1.0f - anisotropy));
-  if (lobe.alpha_x != lobe.alpha_y) set_tangent(lobe, tangent, rotation);
+    set_roughness(lobe, alpha * (1.0f - amount), alpha / (1.0f - amount));
+  if (lobe.alpha_x != lobe.alpha_y) set_tangent(lobe, anisotropy.tangent, anisotropy.rotation);
   if (distribution == Distribution::MultiGgx) compensate(lobe, Compensation::Mixed, weight);
   bsdf.add(lobe);
 }
 
-void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution,
-                    float roughness, float ior) {
-  Lobe lobe = make_lobe(LobeKind::MicrofacetRefraction, weight, normal);
-  lobe.microfacet = microfacet_of(distribution);
-  const float alpha = distribution == Distribution::Sharp ? 0.0f : sqr(roughness);
+namespace {
+
+void set_boundary(Lobe& lobe, const Surface& surface, const RoughBoundary& boundary) {
+  lobe.microfacet = microfacet_of(boundary.distribution);
+  const float alpha = boundary.distribution == Distribution::Sharp ? 0.0f : sqr(boundary.roughness);
   set_roughness(lobe, alpha, alpha);
-  lobe.eta = eta_from_ior(surface, ior);
+  lobe.eta = eta_from_ior(surface, boundary.ior);
+}
+
+}  // namespace
+
+void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const RoughBoundary& boundary) {
+  Lobe lobe = make_lobe(LobeKind::MicrofacetRefraction, weight, normal);
+  set_boundary(lobe, surface, boundary);
   bsdf.add(lobe);
 }
 
-void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution,
-               float roughness, float ior, bool reflects, bool refracts) {
+void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const RoughBoundary& boundary,
+               bool reflects, bool refracts) {
   if (!reflects && !refracts) return;
-  const bool compensated = distribution == Distribution::MultiGgx && reflects;
+  const bool compensated = boundary.distribution == Distribution::MultiGgx && reflects;
   const LobeKind kind = (reflects && refracts) || compensated ? LobeKind::MicrofacetGlass
                         : reflects                            ? LobeKind::MicrofacetReflection
                                                               : LobeKind::MicrofacetRefraction;
   Lobe lobe = make_lobe(kind, weight, normal);
-  lobe.microfacet = microfacet_of(distribution);
-  const float alpha = distribution == Distribution::Sharp ? 0.0f : sqr(roughness);
-  set_roughness(lobe, alpha, alpha);
-  lobe.eta = eta_from_ior(surface, ior);
+  set_boundary(lobe, surface, boundary);
   if (compensated) {
     lobe.fresnel = FresnelKind::Dielectric;
     if (!refracts) lobe.transmission_tint = Color(0.0f);

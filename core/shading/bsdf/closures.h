@@ -19,12 +19,21 @@ struct Surface {
 void add_diffuse(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, float roughness);
 void add_translucent(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal);
 void add_transparent(Bsdf& bsdf, Color weight);
-void add_glossy(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Vec3 tangent, Distribution distribution,
-                float roughness, float anisotropy, float rotation);
-void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution,
-                    float roughness, float ior);
-void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution,
-               float roughness, float ior, bool reflects = true, bool refracts = true);
+/// Roughness that differs along the tangent and across it.
+struct Anisotropy {
+  Vec3 tangent{1.0f, 0.0f, 0.0f};
+  float amount = 0.0f, rotation = 0.0f;  ///< -1 .. 1, and of the tangent in full turns
+};
+void add_glossy(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution,
+                float roughness, const Anisotropy& anisotropy);
+/// A rough boundary between two transparent materials.
+struct RoughBoundary {
+  Distribution distribution;
+  float roughness, ior;
+};
+void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const RoughBoundary& boundary);
+void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const RoughBoundary& boundary,
+               bool reflects = true, bool refracts = true);
 
 void add_velvet(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, float sigma);
 /// `size` and `smooth` are the values of the sockets, 0 to 1, as fractions of a right angle.

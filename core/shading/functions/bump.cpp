@@ -40,12 +40,12 @@ ShadingPoint shifted(const ShadingPoint& point, Vec3 offset) {
   return moved;
 }
 
-Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, float height, float height_x, float height_y,
-          float strength, float distance, Vec3 normal) {
+Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, const BumpHeights& heights, float strength,
+          float distance, Vec3 normal) {
   const BumpOffsets offsets = bump_offsets(point, footprint);
   const Vec3 rx = glm::cross(offsets.y, normal), ry = glm::cross(normal, offsets.x);
   const float determinant = glm::dot(offsets.x, rx);
-  const Vec3 gradient = (height_x - height) * rx + (height_y - height) * ry;
+  const Vec3 gradient = (heights.x - heights.here) * rx + (heights.y - heights.here) * ry;
   const Vec3 turned = normalize_or_zero(std::abs(determinant) * normal -
                                         distance * std::copysign(1.0f, determinant) * gradient);
   Vec3 n = normal;

@@ -31,9 +31,13 @@ BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footpri
 /// The point, moved in its plane. Position and barycentric coordinates change; normals do not.
 ShadingPoint shifted(const ShadingPoint& point, Vec3 offset);
 
-/// `normal`, tilted against the slope of the heights. Heights times `distance` are in metres.
-Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, float height, float height_x, float height_y,
-          float strength, float distance, Vec3 normal);
+/// Heights at a point and at both offsets. Heights times a distance are in metres.
+struct BumpHeights {
+  float here, x, y;
+};
+/// `normal`, tilted against the slope of the heights.
+Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, const BumpHeights& heights, float strength,
+          float distance, Vec3 normal);
 
 /// The displacement of the surface in world space: along the normal, or as a vector in a given space.
 Vec3 displacement(const ShadingPoint& point, DisplacementSpace space, float amount, Vec3 normal);

@@ -321,7 +321,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant), tables.names[i->data], f(0), v(1)));
         break;
       case Op::Bump:  // height at the point, heights beside it, strength, distance, normal
-        store3(nodes::bump(point, tables.bump, f(0), f(1), f(2), f(3), f(4), v(5)));
+        store3(nodes::bump(point, tables.bump, {f(0), f(1), f(2)}, f(3), f(4), v(5)));
         break;
       case Op::Displacement:
         store3(nodes::displacement(point, nodes::DisplacementSpace(i->variant), f(0), v(1)));

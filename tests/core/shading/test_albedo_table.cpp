@@ -35,7 +35,7 @@ TEST(AlbedoTable, mirror_albedo_is_that_of_the_single_scattering_lobe) {
     for (float c : {0.98f, 0.4f, 0.13f, 0.03f}) {
       const Material m{
           "", [=](Bsdf& b, const closures::Surface& s) {
-            closures::add_glossy(b, s, Color(1.0f), s.ng, {1, 0, 0}, Distribution::Ggx, roughness, 0.0f, 0.0f);
+            closures::add_glossy(b, s, Color(1.0f), s.ng, Distribution::Ggx, roughness, {{1, 0, 0}, 0.0f, 0.0f});
           }};
       EXPECT_NEAR(albedo_table::ggx(c, sqr(roughness)), sampled_albedo(m, direction(c)), 0.012)
           << roughness << " " << c;

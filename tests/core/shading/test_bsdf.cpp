@@ -220,7 +220,7 @@ TEST(Bsdf, sharp_glass_obeys_snell_and_fresnel_and_loses_no_light) {
     for (float c : {1.0f, 0.8f, 0.5f}) {
       const Vec3 wo = below ? -direction(c) : direction(c);
       Material glass{"", [](Bsdf& b, const closures::Surface& s) {
-                       closures::add_glass(b, s, Color(1.0f), s.ng, closures::Distribution::Sharp, 0.5f, 1.5f);
+                       closures::add_glass(b, s, Color(1.0f), s.ng, {closures::Distribution::Sharp, 0.5f, 1.5f});
                      }};
       const Bsdf bsdf = make_bsdf(glass, wo);
       EXPECT_FALSE(bsdf.has_non_delta());
@@ -251,8 +251,8 @@ TEST(Bsdf, a_small_roughness_becomes_a_delta_lobe_at_the_limit_of_cycles) {
   for (float alpha : {3.0e-4f, 3.3e-4f}) {
     Bsdf bsdf;
     closures::Surface surface{direction(0.5f), {0, 0, 1}, false};
-    closures::add_glossy(bsdf, surface, Color(1.0f), {0, 0, 1}, {1, 0, 0}, closures::Distribution::Ggx,
-                         std::sqrt(alpha), 0.0f, 0.0f);
+    closures::add_glossy(bsdf, surface, Color(1.0f), {0, 0, 1}, closures::Distribution::Ggx, std::sqrt(alpha),
+                         {{1, 0, 0}, 0.0f, 0.0f});
     bsdf.prepare(surface.wo);
     EXPECT_EQ(bsdf.has_non_delta(), alpha > 3.2e-4f);
     const auto s = bsdf.sample(surface.wo, 0.5f, {0.3f, 0.3f});
@@ -266,8 +266,8 @@ TEST(Bsdf, delta_lobes_take_part_in_sampling_and_not_in_the_density) {
   Bsdf bsdf;
   closures::Surface surface{wo, {0, 0, 1}, false};
   closures::add_diffuse(bsdf, surface, Color(0.5f), {0, 0, 1}, 0.0f);
-  closures::add_glossy(bsdf, surface, Color(0.25f), {0, 0, 1}, {1, 0, 0}, closures::Distribution::Sharp, 0.0f, 0.0f,
-                       0.0f);
+  closures::add_glossy(bsdf, surface, Color(0.25f), {0, 0, 1}, closures::Distribution::Sharp, 0.0f,
+                       {{1, 0, 0}, 0.0f, 0.0f});
   closures::add_transparent(bsdf, Color(0.25f));
   bsdf.prepare(wo);
   EXPECT_EQ(bsdf.transparency(), Color(0.25f));
@@ -331,7 +331,8 @@ TEST(Bsdf, importance_with_shading_normals_times_the_correction_equals_radiance)
     bsdf.n = glm::normalize(ng + 0.2f * uniform_direction(rng));
     closures::Surface surface{eye, ng, false};
     const Vec3 bumped = glm::normalize(ng + 0.2f * uniform_direction(rng));
-    closures::add_glossy(bsdf, surface, Color(1.0f), bumped, {1, 0, 0}, closures::Distribution::Ggx, 0.7f, 0.0f, 0.0f);
+    closures::add_glossy(bsdf, surface, Color(1.0f), bumped, closures::Distribution::Ggx, 0.7f,
+                         {{1, 0, 0}, 0.0f, 0.0f});
     closures::add_diffuse(bsdf, surface, Color(1.0f), bsdf.n, 0.0f);
     bsdf.prepare(eye);
     const Color radiance = bsdf.evaluate(eye, light).f_cos;

@@ -93,71 +93,73 @@ TEST(Closures, agree_with_pixels_of_cycles) {
         {{82.0f, 150.0f, 20.0f, {0.66455f, 0.369195f, 0.147678f}},
          {-50.0f, 110.0f, 170.0f, {2.371378f, 1.317473f, 0.526981f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, tangent, Distribution::Ggx, 0.3f, 0.0f, 0.0f);
+          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::Ggx, 0.3f, {tangent, 0.0f, 0.0f});
         });
-  check("glossy beckmann 0.5",
-        {{-50.0f, 110.0f, 170.0f, {3.815677f, 2.119829f, 0.847923f}},
-         {-80.0f, 110.0f, 170.0f, {0.537165f, 0.298426f, 0.119366f}}},
-        [=](Bsdf& b, const Surface& s) {
-          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, tangent, Distribution::Beckmann, 0.5f, 0.0f, 0.0f);
-        });
+  check(
+      "glossy beckmann 0.5",
+      {{-50.0f, 110.0f, 170.0f, {3.815677f, 2.119829f, 0.847923f}},
+       {-80.0f, 110.0f, 170.0f, {0.537165f, 0.298426f, 0.119366f}}},
+      [=](Bsdf& b, const Surface& s) {
+        closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::Beckmann, 0.5f, {tangent, 0.0f, 0.0f});
+      });
   check("glossy ashikhmin_shirley 0.5",
         {{70.0f, 150.0f, 20.0f, {0.935273f, 0.519599f, 0.207838f}},
          {-8.0f, 60.0f, 160.0f, {0.223181f, 0.12399f, 0.049595f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, tangent, Distribution::AshikhminShirley, 0.5f, 0.0f,
-                               0.0f);
+          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::AshikhminShirley, 0.5f,
+                               {tangent, 0.0f, 0.0f});
         });
   check("glossy ggx 0.8",
         {{12.0f, 75.0f, 90.0f, {0.123814f, 0.068787f, 0.027514f}},
          {-80.0f, 110.0f, 170.0f, {0.769006f, 0.427226f, 0.17089f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, tangent, Distribution::Ggx, 0.8f, 0.0f, 0.0f);
+          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::Ggx, 0.8f, {tangent, 0.0f, 0.0f});
         });
   check("aniso ggx 0.6 0.1",
         {{55.0f, 30.0f, 20.0f, {0.382805f, 0.382805f, 0.382805f}},
          {-35.0f, 110.0f, 170.0f, {0.821061f, 0.821061f, 0.821061f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_glossy(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, tangent, Distribution::Ggx, 0.4f, 0.6f, 0.1f);
+          closures::add_glossy(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, Distribution::Ggx, 0.4f, {tangent, 0.6f, 0.1f});
         });
-  check("aniso beckmann -0.6 0.1",
-        {{12.0f, 30.0f, 20.0f, {8.491507f, 8.491507f, 8.491507f}},
-         {70.0f, 150.0f, 20.0f, {0.411305f, 0.411305f, 0.411305f}}},
-        [=](Bsdf& b, const Surface& s) {
-          closures::add_glossy(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, tangent, Distribution::Beckmann, 0.4f, -0.6f, 0.1f);
-        });
+  check(
+      "aniso beckmann -0.6 0.1",
+      {{12.0f, 30.0f, 20.0f, {8.491507f, 8.491507f, 8.491507f}},
+       {70.0f, 150.0f, 20.0f, {0.411305f, 0.411305f, 0.411305f}}},
+      [=](Bsdf& b, const Surface& s) {
+        closures::add_glossy(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, Distribution::Beckmann, 0.4f, {tangent, -0.6f, 0.1f});
+      });
   check("glass ggx 0.5",
         {{-50.0f, 150.0f, 20.0f, {1.533879f, 0.85218f, 0.340868f}},
          {-80.0f, 150.0f, 20.0f, {3.554004f, 1.974456f, 0.789818f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_glass(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::Ggx, 0.5f, 1.5f);
+          closures::add_glass(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, {Distribution::Ggx, 0.5f, 1.5f});
         });
   check(
       "glass ggx 0.5 back",
       {{70.0f, 150.0f, 20.0f, {0.872534f, 0.484724f, 0.193895f}},
        {-80.0f, 110.0f, 170.0f, {0.935427f, 0.51968f, 0.207876f}}},
       [=](Bsdf& b, const Surface& s) {
-        closures::add_glass(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::Ggx, 0.5f, 1.5f);
+        closures::add_glass(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, {Distribution::Ggx, 0.5f, 1.5f});
       },
       true);
   check("glass beckmann 0.5",
         {{82.0f, 150.0f, 20.0f, {1.349324f, 0.749624f, 0.299848f}},
          {-65.0f, 150.0f, 20.0f, {6.046141f, 3.358985f, 1.343642f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_glass(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::Beckmann, 0.5f, 1.5f);
+          closures::add_glass(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, {Distribution::Beckmann, 0.5f, 1.5f});
         });
   check("refr ggx 0.5",
         {{-80.0f, 150.0f, 20.0f, {6.446364f, 6.446364f, 6.446364f}},
          {-50.0f, 150.0f, 20.0f, {1.808653f, 1.808653f, 1.808653f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_refraction(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, Distribution::Ggx, 0.5f, 1.5f);
+          closures::add_refraction(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, {Distribution::Ggx, 0.5f, 1.5f});
         });
   check(
       "refr beckmann 0.5 back",
       {{25.0f, 150.0f, 20.0f, {2.193768f, 2.193768f, 2.193768f}},
        {40.0f, 150.0f, 20.0f, {4.557794f, 4.557794f, 4.557794f}}},
       [=](Bsdf& b, const Surface& s) {
-        closures::add_refraction(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, Distribution::Beckmann, 0.5f, 1.5f);
+        closures::add_refraction(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, {Distribution::Beckmann, 0.5f, 1.5f});
       },
       true);
   check("pr ggx default",
@@ -207,7 +209,7 @@ TEST(Closures, white_furnace_agrees_with_cycles) {
       EXPECT_TRUE(mean_agrees(furnace(add, degrees[i]), expected[i], {0.01, 15}, 2e-3)) << what << " at " << degrees[i];
   };
   const auto glass = [](Distribution d, float roughness) {
-    return [=](Bsdf& b, const Surface& s) { closures::add_glass(b, s, Color(1.0f), s.ng, d, roughness, 1.5f); };
+    return [=](Bsdf& b, const Surface& s) { closures::add_glass(b, s, Color(1.0f), s.ng, {d, roughness, 1.5f}); };
   };
   check("glass ggx 0.3", {0.9996, 0.9988, 0.9599}, glass(Distribution::Ggx, 0.3f));
   check("glass ggx 0.8", {0.9735, 0.9152, 0.6831}, glass(Distribution::Ggx, 0.8f));
@@ -225,7 +227,7 @@ TEST(Closures, glossy_is_symmetric_under_a_tangent_rotation_of_180_degrees_and_s
   const auto value = [](float anisotropy, float rotation) {
     Bsdf b;
     const Surface s{direction(0.6f), {0, 0, 1}, false};
-    closures::add_glossy(b, s, Color(1.0f), {0, 0, 1}, {1, 0, 0}, Distribution::Ggx, 0.5f, anisotropy, rotation);
+    closures::add_glossy(b, s, Color(1.0f), {0, 0, 1}, Distribution::Ggx, 0.5f, {{1, 0, 0}, anisotropy, rotation});
     b.prepare(s.wo);
     return b.f(s.wo, direction(0.7f, 2.5f)).x;
   };
@@ -237,7 +239,7 @@ TEST(Closures, glossy_is_symmetric_under_a_tangent_rotation_of_180_degrees_and_s
 TEST(Closures, backfacing_inverts_the_index_of_refraction) {
   for (bool back : {false, true}) {
     Bsdf b;
-    closures::add_glass(b, {{0, 0, 1}, {0, 0, 1}, back}, Color(1.0f), {0, 0, 1}, Distribution::Ggx, 0.5f, 1.5f);
+    closures::add_glass(b, {{0, 0, 1}, {0, 0, 1}, back}, Color(1.0f), {0, 0, 1}, {Distribution::Ggx, 0.5f, 1.5f});
     EXPECT_FLOAT_EQ(b.lobe(0).eta, back ? 1.0f / 1.5f : 1.5f);
   }
 }
@@ -289,7 +291,7 @@ TEST(Closures, caustics_switches_remove_reflection_or_refraction_of_glass) {
         const auto light_of = [&](bool first, bool second, uint32_t part) {
           Bsdf b;
           const Vec3 wo = direction(0.7f);
-          closures::add_glass(b, {wo, {0, 0, 1}, false}, Color(0.9f), {0, 0, 1}, distribution, 0.4f, 1.5f, first,
+          closures::add_glass(b, {wo, {0, 0, 1}, false}, Color(0.9f), {0, 0, 1}, {distribution, 0.4f, 1.5f}, first,
                               second);
           b.prepare(wo);
           Pcg32 rng(1);
