@@ -182,6 +182,7 @@ class Scene {
     int material_pass_index;
     std::array<float, 12> world_from_lamp;  ///< for lamps
   };
+  class Builder;
   Scene();
   /// shading_point for hits on strands.
   void strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;

@@ -182,196 +182,255 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
   camera_ = Camera(camera, settings_.width, settings_.height);
 }
 
-std::shared_ptr<Scene> Scene::build(SceneDescription d, const Options& options, Diagnostics& diagnostics,
-                                    std::shared_ptr<Scene> previous) {
-  const Stopwatch watch;
-  const auto step = [&](const char* name, float fraction) {
-    if (options.stop && options.stop->load(std::memory_order_relaxed)) throw Cancelled();
-    if (options.progress) options.progress(name, fraction);
-  };
-  step("Checking the scene", 0.0f);
-  // Shared meshes that the previous scene has are left empty here and taken over below.
-  std::vector<BuiltMesh*> kept(d.meshes.size(), nullptr);
+/// Builds a scene in steps. What the description shares with the previous scene is moved from there.
+class Scene::Builder {
+ public:
+  Builder(SceneDescription description, const Options& options, Diagnostics& diagnostics, Scene* previous)
+      : d_(std::move(description)), options_(options), diagnostics_(diagnostics), previous_(previous) {}
+
+  std::shared_ptr<Scene> build() {
+    step("Checking the scene", 0.0f);
+    find_kept_meshes();
+    const ValidationCounts counts = validate(d_, diagnostics_);
+    s_.settings_ = d_.settings;
+    s_.camera_ = Camera(d_.camera, d_.settings.width, d_.settings.height);
+    s_.statistics_.skipped_triangles = counts.skipped_triangles;
+    s_.statistics_.repaired_values = counts.repaired_values;
+    step("Preparing geometry", 0.1f);
+    take_meshes();
+    add_instances();
+    step("Compiling shaders", 0.3f);
+    compile_shaders();
+    step("Building the ray tracing structure", 0.5f);
+    build_structure();
+    step("Gathering lights", 0.9f);
+    gather_lights();
+    s_.statistics_.seconds = watch_.seconds();
+    step("Built", 1.0f);
+    return scene_;
+  }
+
+ private:
+  void step(const char* name, float fraction) const {
+    if (options_.stop && options_.stop->load(std::memory_order_relaxed)) throw Cancelled();
+    if (options_.progress) options_.progress(name, fraction);
+  }
+  void find_kept_meshes();
+  void take_meshes();
+  void add_instances();
+  void add_instance(const InstanceDescription& in);
+  void add_motion(const InstanceDescription& in, BuiltInstance& instance);
+  void compile_shaders();
+  void compile_world(const ShaderContext& context);
+  void build_structure();
+  void gather_lights();
+
+  const Stopwatch watch_;
+  SceneDescription d_;
+  const Options& options_;
+  Diagnostics& diagnostics_;
+  Scene* const previous_;  // null: there is none
+  const std::shared_ptr<Scene> scene_{new Scene()};
+  Scene& s_ = *scene_;
+  std::vector<BuiltMesh*> kept_;                         // meshes of the previous scene that are moved to this one
+  std::vector<uint32_t> users_;                          // instances of each mesh
+  std::vector<uint32_t> first_material_;                 // of each object, in the table
+  std::vector<uint8_t> used_;                            // materials of instances; the last is the default
+  std::vector<std::pair<size_t, size_t>> first_motion_;  // instance, index of its first matrix
+};
+
+/// Shared meshes that the previous scene has are left empty in the description. `take_meshes` takes them over.
+void Scene::Builder::find_kept_meshes() {
+  kept_.assign(d_.meshes.size(), nullptr);
   std::map<const MeshDescription*, BuiltMesh*> at_hand;
-  if (previous) {
-    for (BuiltMesh& mesh : previous->meshes_)
+  if (previous_) {
+    for (BuiltMesh& mesh : previous_->meshes_)
       if (mesh.source && !mesh.baked) at_hand[mesh.source.get()] = &mesh;
   }
-  for (size_t i = 0; i < d.meshes.size(); ++i) {
-    const auto source = d.meshes[i].shared;
+  for (size_t i = 0; i < d_.meshes.size(); ++i) {
+    const auto source = d_.meshes[i].shared;
     if (!source) continue;
     const auto found = at_hand.find(source.get());
     if (found != at_hand.end()) {
-      kept[i] = found->second;
+      kept_[i] = found->second;
       at_hand.erase(found);
     } else {
-      d.meshes[i] = *source;
-      d.meshes[i].shared = source;
+      d_.meshes[i] = *source;
+      d_.meshes[i].shared = source;
     }
   }
-  const ValidationCounts counts = validate(d, diagnostics);
+}
 
-  std::shared_ptr<Scene> scene(new Scene());
-  Scene& s = *scene;
-  s.settings_ = d.settings;
-  s.camera_ = Camera(d.camera, d.settings.width, d.settings.height);
-  s.statistics_.skipped_triangles = counts.skipped_triangles;
-  s.statistics_.repaired_values = counts.repaired_values;
+void Scene::Builder::take_meshes() {
+  users_.assign(d_.meshes.size(), 0);
+  for (const InstanceDescription& instance : d_.instances) ++users_[d_.objects[instance.object].mesh];
+  for (size_t i = 0; i < d_.meshes.size(); ++i) {
+    s_.meshes_.push_back(kept_[i] ? std::move(*kept_[i]) : take(std::move(d_.meshes[i])));
+    s_.statistics_.kept_meshes += kept_[i] ? 1 : 0;
+  }
+}
 
-  // Meshes that are used once, or that a singular transform flattens, are moved to world space.
-  step("Preparing geometry", 0.1f);
-  std::vector<uint32_t> users(d.meshes.size(), 0);
-  for (const InstanceDescription& instance : d.instances) ++users[d.objects[instance.object].mesh];
-  for (size_t i = 0; i < d.meshes.size(); ++i) {
-    s.meshes_.push_back(kept[i] ? std::move(*kept[i]) : take(std::move(d.meshes[i])));
-    s.statistics_.kept_meshes += kept[i] ? 1 : 0;
+void Scene::Builder::add_instances() {
+  const uint32_t default_material = uint32_t(d_.materials.size());
+  first_material_.resize(d_.objects.size());
+  used_.assign(d_.materials.size() + 1, 0);
+  for (size_t i = 0; i < d_.objects.size(); ++i) {
+    first_material_[i] = uint32_t(s_.material_table_.size());
+    if (d_.objects[i].materials.empty()) s_.material_table_.push_back(default_material);
+    for (int material : d_.objects[i].materials)
+      s_.material_table_.push_back(material < 0 ? default_material : uint32_t(material));
   }
-  const uint32_t default_material = uint32_t(d.materials.size());
-  std::vector<uint32_t> first_material(d.objects.size());
-  std::vector<uint8_t> used(d.materials.size() + 1, 0);
-  for (size_t i = 0; i < d.objects.size(); ++i) {
-    first_material[i] = uint32_t(s.material_table_.size());
-    if (d.objects[i].materials.empty()) s.material_table_.push_back(default_material);
-    for (int material : d.objects[i].materials)
-      s.material_table_.push_back(material < 0 ? default_material : uint32_t(material));
+  s_.instances_.reserve(d_.instances.size());
+  for (const InstanceDescription& in : d_.instances) add_instance(in);
+  for (const auto& [index, first] : first_motion_) s_.instances_[index].motion = &s_.motion_[first];
+  s_.statistics_.moving_instances = first_motion_.size();
+  s_.statistics_.instances = s_.instances_.size();
+  s_.statistics_.meshes = s_.meshes_.size();
+  for (const BuiltMesh& mesh : s_.meshes_) {
+    s_.statistics_.triangles += mesh.triangles.size();
+    s_.statistics_.strands += mesh.strands ? mesh.strands->strand_count() : 0;
+    s_.statistics_.geometry_bytes += mesh.memory_bytes();
   }
-  std::vector<std::pair<size_t, size_t>> first_motion;  // instance, index of its first matrix
-  s.instances_.reserve(d.instances.size());
-  for (const InstanceDescription& in : d.instances) {
-    const ObjectDescription& object = d.objects[in.object];
-    BuiltInstance instance;
-    instance.world_from_object = to_matrix(in.world_from_object);
-    instance.object = uint32_t(in.object);
-    instance.mesh = uint32_t(object.mesh);
-    const bool singular = is_singular(instance.world_from_object);
-    instance.object_from_world = singular ? Mat4(1.0f) : glm::inverse(instance.world_from_object);
-    instance.flips_orientation = glm::determinant(Mat3(instance.world_from_object)) < 0.0f;
-    const bool stays = s.meshes_[instance.mesh].source != nullptr ||  // in object space, for the next scene
-                       std::any_of(object.materials.begin(), object.materials.end(),
-                                   [&](int m) { return m >= 0 && asks_for_itself(d.materials[size_t(m)]); });
-    if (singular && (users[instance.mesh] > 1 || stays)) {
-      BuiltMesh copy = s.meshes_[instance.mesh];
-      copy.source.reset();
-      copy.structure.reset();
-      instance.mesh = uint32_t(s.meshes_.size());
-      s.meshes_.push_back(std::move(copy));
-      users.push_back(1);
-    }
-    // A flat object does not move: its mesh is flattened, so there is no matrix to move it.
-    if (in.motion_key_count > 1 && !singular) {
-      std::vector<SplitTransform> keys;
-      for (int k = 0; k < in.motion_key_count; ++k)
-        keys.push_back(split(to_matrix(d.motion_keys[size_t(in.first_motion_key + k)])));
-      std::vector<Mat4> matrices = straightened(keys, kMaxMotionKeys);
-      // A matrix that is singular at some keys is replaced by a nearly singular one.
-      for (Mat4& matrix : matrices) {
-        if (!is_singular(matrix)) continue;
-        for (int axis = 0; axis < 3; ++axis) matrix[axis] += 1e-5f * instance.world_from_object[axis];
-      }
-      // If that is still singular, the object does not move.
-      if (std::none_of(matrices.begin(), matrices.end(), is_singular)) {
-        instance.motion_count = uint32_t(matrices.size());
-        first_motion.push_back({s.instances_.size(), s.motion_.size()});
-        s.motion_.insert(s.motion_.end(), matrices.begin(), matrices.end());
-      }
-    }
-    const bool moves = instance.motion_count > 0;
-    if (users[instance.mesh] == 1 && !moves && (singular || (options.bake_single_instances && !stays)) &&
-        !s.meshes_[instance.mesh].baked)
-      bake(s.meshes_[instance.mesh], instance.world_from_object);
-    instance.first_material = first_material[in.object];
-    instance.material_count = std::max<uint32_t>(1, uint32_t(object.materials.size()));
-    instance.visibility = object.visibility;
-    instance.random = in.random;
-    s.instances_.push_back(instance);
-    s.statistics_.instanced_triangles += s.meshes_[instance.mesh].triangles.size();
-    for (uint32_t k = 0; k < instance.material_count; ++k) used[s.material_table_[instance.first_material + k]] = 1;
-  }
-  for (const auto& [index, first] : first_motion) s.instances_[index].motion = &s.motion_[first];
-  s.statistics_.moving_instances = first_motion.size();
-  s.statistics_.instances = s.instances_.size();
-  s.statistics_.meshes = s.meshes_.size();
-  for (const BuiltMesh& mesh : s.meshes_) {
-    s.statistics_.triangles += mesh.triangles.size();
-    s.statistics_.strands += mesh.strands ? mesh.strands->strand_count() : 0;
-    s.statistics_.geometry_bytes += mesh.memory_bytes();
-  }
+}
 
-  // Shaders: only those that are used.
-  step("Compiling shaders", 0.3f);
-  s.textures_ = std::make_unique<TextureStore>(std::move(d.images), previous ? previous->textures_.get() : nullptr);
+/// Meshes that are used once, or that a singular transform flattens, are moved to world space.
+void Scene::Builder::add_instance(const InstanceDescription& in) {
+  const ObjectDescription& object = d_.objects[in.object];
+  BuiltInstance instance;
+  instance.world_from_object = to_matrix(in.world_from_object);
+  instance.object = uint32_t(in.object);
+  instance.mesh = uint32_t(object.mesh);
+  const bool singular = is_singular(instance.world_from_object);
+  instance.object_from_world = singular ? Mat4(1.0f) : glm::inverse(instance.world_from_object);
+  instance.flips_orientation = glm::determinant(Mat3(instance.world_from_object)) < 0.0f;
+  const bool stays = s_.meshes_[instance.mesh].source != nullptr ||  // in object space, for the next scene
+                     std::any_of(object.materials.begin(), object.materials.end(),
+                                 [&](int m) { return m >= 0 && asks_for_itself(d_.materials[size_t(m)]); });
+  if (singular && (users_[instance.mesh] > 1 || stays)) {
+    BuiltMesh copy = s_.meshes_[instance.mesh];
+    copy.source.reset();
+    copy.structure.reset();
+    instance.mesh = uint32_t(s_.meshes_.size());
+    s_.meshes_.push_back(std::move(copy));
+    users_.push_back(1);
+  }
+  // A flat object does not move: its mesh is flattened, so there is no matrix to move it.
+  if (in.motion_key_count > 1 && !singular) add_motion(in, instance);
+  const bool moves = instance.motion_count > 0;
+  if (users_[instance.mesh] == 1 && !moves && (singular || (options_.bake_single_instances && !stays)) &&
+      !s_.meshes_[instance.mesh].baked)
+    bake(s_.meshes_[instance.mesh], instance.world_from_object);
+  instance.first_material = first_material_[in.object];
+  instance.material_count = std::max<uint32_t>(1, uint32_t(object.materials.size()));
+  instance.visibility = object.visibility;
+  instance.random = in.random;
+  s_.instances_.push_back(instance);
+  s_.statistics_.instanced_triangles += s_.meshes_[instance.mesh].triangles.size();
+  for (uint32_t k = 0; k < instance.material_count; ++k) used_[s_.material_table_[instance.first_material + k]] = 1;
+}
+
+void Scene::Builder::add_motion(const InstanceDescription& in, BuiltInstance& instance) {
+  std::vector<SplitTransform> keys;
+  for (int k = 0; k < in.motion_key_count; ++k)
+    keys.push_back(split(to_matrix(d_.motion_keys[size_t(in.first_motion_key + k)])));
+  std::vector<Mat4> matrices = straightened(keys, kMaxMotionKeys);
+  // A matrix that is singular at some keys is replaced by a nearly singular one.
+  for (Mat4& matrix : matrices) {
+    if (!is_singular(matrix)) continue;
+    for (int axis = 0; axis < 3; ++axis) matrix[axis] += 1e-5f * instance.world_from_object[axis];
+  }
+  // If that is still singular, the object does not move.
+  if (std::none_of(matrices.begin(), matrices.end(), is_singular)) {
+    instance.motion_count = uint32_t(matrices.size());
+    first_motion_.push_back({s_.instances_.size(), s_.motion_.size()});
+    s_.motion_.insert(s_.motion_.end(), matrices.begin(), matrices.end());
+  }
+}
+
+/// Of the materials, only those that are used.
+void Scene::Builder::compile_shaders() {
+  s_.textures_ = std::make_unique<TextureStore>(std::move(d_.images), previous_ ? previous_->textures_.get() : nullptr);
   ShaderContext context;
-  context.camera = &d.camera;
-  context.image_width = d.settings.width;
-  context.reflective_caustics = d.settings.reflective_caustics;
-  context.refractive_caustics = d.settings.refractive_caustics;
-  context.bump_terminator = d.settings.bump_terminator;
-  s.compile_materials(d, used, context, previous.get(), diagnostics);
-  if (d.settings.integrator != "path" && d.settings.integrator != "auto") {
-    for (size_t i = 0; i < d.materials.size(); ++i)
-      if (used[i] && s.programs_[i].has_subsurface())
-        report_once(diagnostics, {Diagnostic::Severity::Warning, d.materials[i].name,
-                                  "its subsurface scattering is approximated by diffuse reflection; only the path "
-                                  "tracer walks below surfaces"});
+  context.camera = &d_.camera;
+  context.image_width = d_.settings.width;
+  context.reflective_caustics = d_.settings.reflective_caustics;
+  context.refractive_caustics = d_.settings.refractive_caustics;
+  context.bump_terminator = d_.settings.bump_terminator;
+  s_.compile_materials(d_, used_, context, previous_, diagnostics_);
+  if (d_.settings.integrator != "path" && d_.settings.integrator != "auto") {
+    for (size_t i = 0; i < d_.materials.size(); ++i)
+      if (used_[i] && s_.programs_[i].has_subsurface())
+        report_once(diagnostics_, {Diagnostic::Severity::Warning, d_.materials[i].name,
+                                   "its subsurface scattering is approximated by diffuse reflection; only the path "
+                                   "tracer walks below surfaces"});
   }
-  s.material_pass_indices_.push_back(0);
-  s.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s.textures_, diagnostics));
-  for (size_t i = 0; i < used.size(); ++i) s.any_transparent_ |= used[i] && s.programs_[i].may_be_transparent();
-  s.statistics_.transparent_shadows = s.any_transparent_;
-  for (size_t i = 0; i < d.lights.size(); ++i) {
-    s.lamp_programs_.emplace_back();
-    context.world_from_lamp = &d.lights[i].world_from_light;
-    s.compile(CameraShader::Of::Lamp, i, d.lights[i].graph, d.lights[i].name, context, diagnostics);
+  s_.material_pass_indices_.push_back(0);
+  s_.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s_.textures_, diagnostics_));
+  for (size_t i = 0; i < used_.size(); ++i) s_.any_transparent_ |= used_[i] && s_.programs_[i].may_be_transparent();
+  s_.statistics_.transparent_shadows = s_.any_transparent_;
+  for (size_t i = 0; i < d_.lights.size(); ++i) {
+    s_.lamp_programs_.emplace_back();
+    context.world_from_lamp = &d_.lights[i].world_from_light;
+    s_.compile(CameraShader::Of::Lamp, i, d_.lights[i].graph, d_.lights[i].name, context, diagnostics_);
   }
   context.world_from_lamp = nullptr;
-  if (d.world.graph.empty()) {
+  compile_world(context);
+  for (size_t i = 0; i < used_.size(); ++i) s_.has_media_ |= used_[i] && s_.programs_[i].has_volume();
+  s_.textures_->forget_previous();
+  s_.statistics_.kept_textures = uint64_t(s_.textures_->kept_count());
+  s_.statistics_.texture_bytes = s_.textures_->memory_bytes();
+}
+
+void Scene::Builder::compile_world(const ShaderContext& context) {
+  if (d_.world.graph.empty()) {
     Node background;
     background.type = "ShaderNodeBackground";
-    background.inputs.push_back({"Color", {}, Vec4(d.world.color, 1.0f)});
+    background.inputs.push_back({"Color", {}, Vec4(d_.world.color, 1.0f)});
     background.inputs.push_back({"Strength", {}, Vec4(1.0f)});
-    d.world.graph.nodes.push_back(std::move(background));
-    d.world.graph.surface = {0, "Background"};
+    d_.world.graph.nodes.push_back(std::move(background));
+    d_.world.graph.surface = {0, "Background"};
   }
-  s.world_fingerprint_ = fingerprint(d.world.graph);
-  s.compile(CameraShader::Of::World, 0, d.world.graph, d.world.name, context, diagnostics);
-  s.has_media_ = s.world_program_.has_volume();
-  if (s.world_program_.medium_varies())
-    report_once(diagnostics, {Diagnostic::Severity::Warning, d.world.name,
-                              "its volume varies from place to place; it is rendered as in the centre of the scene"});
-  for (size_t i = 0; i < used.size(); ++i) s.has_media_ |= used[i] && s.programs_[i].has_volume();
-  s.textures_->forget_previous();
-  s.statistics_.kept_textures = uint64_t(s.textures_->kept_count());
-  s.statistics_.texture_bytes = s.textures_->memory_bytes();
+  s_.world_fingerprint_ = fingerprint(d_.world.graph);
+  s_.compile(CameraShader::Of::World, 0, d_.world.graph, d_.world.name, context, diagnostics_);
+  s_.has_media_ = s_.world_program_.has_volume();
+  if (s_.world_program_.medium_varies())
+    report_once(diagnostics_, {Diagnostic::Severity::Warning, d_.world.name,
+                               "its volume varies from place to place; it is rendered as in the centre of the scene"});
+}
 
-  step("Building the ray tracing structure", 0.5f);
-  s.accel_ = std::make_unique<Accel>(s.meshes_, s.instances_, options.stop, previous ? previous->accel_.get() : nullptr,
-                                     previous ? std::move(previous->instances_) : std::vector<BuiltInstance>());
-  s.statistics_.placed_instances = s.accel_->placed_instances();
+void Scene::Builder::build_structure() {
+  s_.accel_ = std::make_unique<Accel>(s_.meshes_, s_.instances_, options_.stop,
+                                      previous_ ? previous_->accel_.get() : nullptr,
+                                      previous_ ? std::move(previous_->instances_) : std::vector<BuiltInstance>());
+  s_.statistics_.placed_instances = s_.accel_->placed_instances();
   Vec3 lower, upper;
-  s.accel_->bounds(lower, upper);
+  s_.accel_->bounds(lower, upper);
   if (lower.x <= upper.x) {
-    s.center_ = 0.5f * (lower + upper);
-    s.radius_ = std::max(0.5f * glm::length(upper - lower), 1e-6f);
+    s_.center_ = 0.5f * (lower + upper);
+    s_.radius_ = std::max(0.5f * glm::length(upper - lower), 1e-6f);
   }
+}
 
-  step("Gathering lights", 0.9f);
-  s.objects_ = std::move(d.objects);
-  s.lights_ = LightSet(
-      {d, s.objects_, s.meshes_, s.instances_, s.material_table_, s.programs_, s.lamp_programs_, s.world_program_,
-       s.center_, s.radius_, s.has_media_, previous && s.shows_the_world_of(*previous) ? &previous->lights_ : nullptr},
-      diagnostics);
-  s.statistics_.kept_environment = s.lights_.took_environment_over();
-  s.accel_->build_lamps(s.lights_);
-  s.statistics_.lights = s.lights_.size();
-  s.statistics_.light_tree_bytes = s.lights_.tree_bytes();
-  s.statistics_.environment_bytes = s.lights_.environment_bytes();
-  s.statistics_.accel_bytes = s.accel_->memory_bytes();
-  for (const LightDescription& light : d.lights) s.lamp_importances_.push_back(light.light_importance);
-  s.world_light_importance_ = d.world.light_importance;
-  s.hints_ = std::move(d.hints);
-  s.statistics_.seconds = watch.seconds();
-  step("Built", 1.0f);
-  return scene;
+void Scene::Builder::gather_lights() {
+  s_.objects_ = std::move(d_.objects);
+  s_.lights_ = LightSet({d_, s_.objects_, s_.meshes_, s_.instances_, s_.material_table_, s_.programs_,
+                         s_.lamp_programs_, s_.world_program_, s_.center_, s_.radius_, s_.has_media_,
+                         previous_ && s_.shows_the_world_of(*previous_) ? &previous_->lights_ : nullptr},
+                        diagnostics_);
+  s_.statistics_.kept_environment = s_.lights_.took_environment_over();
+  s_.accel_->build_lamps(s_.lights_);
+  s_.statistics_.lights = s_.lights_.size();
+  s_.statistics_.light_tree_bytes = s_.lights_.tree_bytes();
+  s_.statistics_.environment_bytes = s_.lights_.environment_bytes();
+  s_.statistics_.accel_bytes = s_.accel_->memory_bytes();
+  for (const LightDescription& light : d_.lights) s_.lamp_importances_.push_back(light.light_importance);
+  s_.world_light_importance_ = d_.world.light_importance;
+  s_.hints_ = std::move(d_.hints);
+}
+
+std::shared_ptr<Scene> Scene::build(SceneDescription description, const Options& options, Diagnostics& diagnostics,
+                                    std::shared_ptr<Scene> previous) {
+  return Builder(std::move(description), options, diagnostics, previous.get()).build();
 }
 
 }  // namespace ajar
