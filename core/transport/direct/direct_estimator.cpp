@@ -47,7 +47,7 @@ Color DirectEstimator::mean_of_draws(const DirectLightContext& c, const LightMix
                                      bool power, uint64_t& rays) const {
   // The mixture estimator 1 / N sum_i f(x_i) / K(x_i) [Fan 2006, eq. 6.6].
   Color sum(0.0f);
-  mixture_.for_each_draw(c, k, samples_, 0, sampler, power, rays,
+  mixture_.for_each_draw({c, k, rays, power}, samples_, 0, sampler,
                          [&](int, const LightMixture::Draw& draw) { sum += draw.y; });
   return sum / float(samples_);
 }

@@ -57,23 +57,23 @@ LightMixture::Kernel LightMixture::kernel(const LobeComponents& lobes, float bsd
   return k;
 }
 
-LightMixture::Densities LightMixture::densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi,
-                                                const std::array<float, kMaxMixtureLobes>& pdf_lobes, float pdf_light,
-                                                bool mis, float known_pmf) const {
+LightMixture::Densities LightMixture::densities(const DirectLightContext& c, const Kernel& k, const LightDirection& at,
+                                                const std::array<float, kMaxMixtureLobes>& pdf_lobes) const {
   // The summands of the kernel K_HI [Fan 2006, eq. 5.6].
   Densities d{{}, 0.0f, 0.0f, 0.0f, 0.0f, -1};
-  if (mis) {
+  if (at.mis) {
     for (int i = 0; i < k.lobes.count(); ++i) d.bsdf += d.lobes[size_t(i)] = k.alpha[size_t(i)] * pdf_lobes[size_t(i)];
-    if (k.alpha[kCone] > 0.0f && 1.0f - glm::dot(k.cone.n, wi) <= k.one_minus_cos)
+    if (k.alpha[kCone] > 0.0f && 1.0f - glm::dot(k.cone.n, at.wi) <= k.one_minus_cos)
       d.cone = k.alpha[kCone] * warp::cone_pdf_solid_angle(k.one_minus_cos);
   }
   if (k.alpha[kAny] > 0.0f)
     d.any = k.alpha[kAny] *
-            (known_pmf >= 0.0f ? known_pmf : choice_pmf(k.cell, c.point.position, c.bsdf.receiving_normal(), light)) *
-            pdf_light;
-  d.group_index = groups_.size() > 0 ? groups_.group_of(light) : -1;
+            (at.known_pmf >= 0.0f ? at.known_pmf
+                                  : choice_pmf(k.cell, c.point.position, c.bsdf.receiving_normal(), at.light)) *
+            at.pdf_light;
+  d.group_index = groups_.size() > 0 ? groups_.group_of(at.light) : -1;
   if (d.group_index >= 0)
-    d.group = k.alpha[size_t(kFirstGroup + d.group_index)] * groups_.pmf_in_group(light) * pdf_light;
+    d.group = k.alpha[size_t(kFirstGroup + d.group_index)] * groups_.pmf_in_group(at.light) * at.pdf_light;
   return d;
 }
 
@@ -98,8 +98,9 @@ void LightMixture::add_found(const Densities& d, Color f, bool power, bool from_
   if (d.group_index >= 0) out.responsible[size_t(kFirstGroup + d.group_index)] += luminous * d.group;
 }
 
-void LightMixture::draw_light(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u,
-                              bool power, Draw& out, uint64_t& rays) const {
+void LightMixture::draw_light(const Estimate& estimate, int component, float u_choice, Vec2 u, Draw& out) const {
+  const DirectLightContext& c = estimate.c;
+  const Kernel& k = estimate.k;
   const LightSet& lights = scene_.lights();
   uint32_t index;
   float known_pmf = -1.0f;
@@ -123,16 +124,17 @@ void LightMixture::draw_light(const DirectLightContext& c, const Kernel& k, int 
   Color f = scattered.f_cos * sample->radiance;
   if (is_black(f)) return;
   if (light.cast_shadow) {
-    ++rays;
+    ++estimate.rays;
     f *= scene_.transmittance(scene_.spawn_segment(c.point, *sample), scene_.settings().bounces.transparent);
     if (is_black(f)) return;
   }
-  add_found(densities(c, k, index, sample->wi, scattered.pdf, sample->pdf_solid_angle, mis, known_pmf), f, power, false,
-            out);
+  const LightDirection at{index, sample->wi, sample->pdf_solid_angle, mis, known_pmf};
+  add_found(densities(c, k, at, scattered.pdf), f, estimate.power, false, out);
 }
 
-void LightMixture::draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u,
-                                  bool power, Draw& out, uint64_t& rays) const {
+void LightMixture::draw_direction(const Estimate& estimate, int component, float u_choice, Vec2 u, Draw& out) const {
+  const DirectLightContext& c = estimate.c;
+  const Kernel& k = estimate.k;
   Vec3 wi;
   Color f_cos;
   uint32_t kind;
@@ -154,12 +156,13 @@ void LightMixture::draw_direction(const DirectLightContext& c, const Kernel& k, 
   out.wi = wi;
   if (is_black(f_cos)) return;
   const LightSet& lights = scene_.lights();
-  for_each_light_along(
-      scene_, c.point, wi, kind, rays, [&](uint32_t light, Color radiance, Vec3 normal, float distance) {
-        if (is_black(radiance)) return;
-        const float pdf_light = lights.pdf_li(light, c.point.position, wi, distance, normal);
-        add_found(densities(c, k, light, wi, out.pdf_lobes, pdf_light, true), f_cos * radiance, power, true, out);
-      });
+  for_each_light_along(scene_, c.point, wi, kind, estimate.rays,
+                       [&](uint32_t light, Color radiance, Vec3 normal, float distance) {
+                         if (is_black(radiance)) return;
+                         const float pdf_light = lights.pdf_li(light, c.point.position, wi, distance, normal);
+                         add_found(densities(c, k, {light, wi, pdf_light, true}, out.pdf_lobes), f_cos * radiance,
+                                   estimate.power, true, out);
+                       });
 }
 
 LightCutCache::Choice LightMixture::choose_light(uint32_t cell, const DirectLightContext& c, float u) const {

@@ -61,6 +61,13 @@ class LightMixture {
     LightCutCache::Choice choice{};                 ///< for samples of any light
     std::array<float, kMaxComponents> responsible;  ///< luminance of y times rho_k
   };
+  /// The input that all samples of one estimate share.
+  struct Estimate {
+    const DirectLightContext& c;
+    const Kernel& k;
+    uint64_t& rays;
+    bool power = false;  ///< weights of the power heuristic between BSDF and lights; otherwise f / K
+  };
   explicit LightMixture(const Scene& scene, LightGroups groups = {}) : scene_(scene), groups_(std::move(groups)) {}
 
   const LightGroups& groups() const { return groups_; }
@@ -76,11 +83,9 @@ class LightMixture {
   /// The probability of a light by the shares of a cell.
   float choice_pmf(uint32_t cell, Vec3 position, Vec3 normal, uint32_t light) const;
 
-  /// Draws n samples with deterministic shares and calls visit(component, draw). `power`: their weights are those of
-  /// the power heuristic between BSDF and lights; otherwise f / K.
+  /// Draws n samples with deterministic shares and calls visit(component, draw).
   template <class Visit>
-  void for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler, bool power,
-                     uint64_t& rays, Visit&& visit) const;
+  void for_each_draw(const Estimate& estimate, int n, int stream, Sampler& sampler, Visit&& visit) const;
 
   /// Writes the shares to the debug passes.
   void record_shares(const Kernel& k, SampleAux* aux) const;
@@ -93,14 +98,20 @@ class LightMixture {
     float total() const { return bsdf + cone + any + group; }
   };
 
-  Densities densities(const DirectLightContext& c, const Kernel& k, uint32_t light, Vec3 wi,
-                      const std::array<float, kMaxMixtureLobes>& pdf_lobes, float pdf_light, bool mis,
-                      float known_pmf = -1.0f) const;
+  /// A light together with a direction.
+  struct LightDirection {
+    uint32_t light;
+    Vec3 wi;
+    float pdf_light;          ///< with which the light is sampled in this direction, once it is chosen
+    bool mis;                 ///< lobes and the cone can find it
+    float known_pmf = -1.0f;  ///< of its choice as any light; negative: not known
+  };
+
+  Densities densities(const DirectLightContext& c, const Kernel& k, const LightDirection& at,
+                      const std::array<float, kMaxMixtureLobes>& pdf_lobes) const;
   void add_found(const Densities& d, Color f, bool power, bool from_bsdf, Draw& draw) const;
-  void draw_light(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power,
-                  Draw& out, uint64_t& rays) const;
-  void draw_direction(const DirectLightContext& c, const Kernel& k, int component, float u_choice, Vec2 u, bool power,
-                      Draw& out, uint64_t& rays) const;
+  void draw_light(const Estimate& estimate, int component, float u_choice, Vec2 u, Draw& out) const;
+  void draw_direction(const Estimate& estimate, int component, float u_choice, Vec2 u, Draw& out) const;
 
   const Scene& scene_;
   LightGroups groups_;
@@ -108,8 +119,8 @@ class LightMixture {
 };
 
 template <class Visit>
-void LightMixture::for_each_draw(const DirectLightContext& c, const Kernel& k, int n, int stream, Sampler& sampler,
-                                 bool power, uint64_t& rays, Visit&& visit) const {
+void LightMixture::for_each_draw(const Estimate& estimate, int n, int stream, Sampler& sampler, Visit&& visit) const {
+  const Kernel& k = estimate.k;
   int counts[kMaxComponents];
   const uint32_t base = kBranchDimension + kStreamStride * uint32_t(stream);
   sampler.set_dimension(base);
@@ -130,9 +141,9 @@ void LightMixture::for_each_draw(const DirectLightContext& c, const Kernel& k, i
       out.choice.share = 0.0f;
       std::fill_n(out.responsible.begin(), k.count, 0.0f);
       if (component <= kCone) {
-        draw_direction(c, k, component, u_choice, u, power, out, rays);
+        draw_direction(estimate, component, u_choice, u, out);
       } else {
-        draw_light(c, k, component, u_choice, u, power, out, rays);
+        draw_light(estimate, component, u_choice, u, out);
       }
       visit(component, out);
     }

@@ -34,7 +34,7 @@ Color Ocv::many_samples(const DirectLightContext& c, Sampler& sampler, DirectVer
   int filled = 0, first_fold = 0;
   for (int fold = 0; fold < folds; ++fold) {
     const int count = fold == 0 ? n / folds : n - n / folds;
-    mixture_.for_each_draw(c, k, count, fold, sampler, false, rays, [&](int component, const M::Draw& draw) {
+    mixture_.for_each_draw({c, k, rays}, count, fold, sampler, [&](int component, const M::Draw& draw) {
       ControlSample& sample = samples[size_t(filled++)];
       if (possible)
         sample = columns_->sample(c, k, lobes.count(), component, draw);

@@ -43,7 +43,7 @@ Color OcvProgressive::many_samples(const DirectLightContext& c, Sampler& sampler
   mixture_.record_shares(k, aux);
   static thread_local std::vector<ControlSample> samples;
   samples.clear();
-  mixture_.for_each_draw(c, k, std::min(samples_, kMaxControlSamples), 0, sampler, false, rays,
+  mixture_.for_each_draw({c, k, rays}, std::min(samples_, kMaxControlSamples), 0, sampler,
                          [&](int component, const M::Draw& draw) {
                            if (possible)
                              samples.push_back(columns_->sample(c, k, M::kMaxMixtureLobes, component, draw));

@@ -162,7 +162,7 @@ Color PmcHi::many_samples(const DirectLightContext& c, Sampler& sampler, DirectV
   const bool learning = wants_pilot();
   const int n = learning ? std::min(samples_, kMaxPilotSamples) : samples_;
   Color sum(0.0f);
-  mixture_.for_each_draw(c, k, n, 0, sampler, false, rays, [&](int component, const M::Draw& draw) {
+  mixture_.for_each_draw({c, k, rays}, n, 0, sampler, [&](int component, const M::Draw& draw) {
     sum += draw.y;
     if (!learning) return;
     const float y = luminance_of(draw.y);

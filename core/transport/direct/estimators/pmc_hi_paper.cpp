@@ -45,7 +45,7 @@ Color PmcHiPaper::many_samples(const DirectLightContext& c, Sampler& sampler, Di
   for (int t = 0; t < iterations; ++t) {
     // Step 2: samples with the weights w = f / K [Fan 2006, eq. 5.7].
     const int n = (samples_ * (t + 1)) / iterations - done;
-    mixture_.for_each_draw(c, k, n, t, sampler, false, rays, [&](int, const M::Draw& draw) {
+    mixture_.for_each_draw({c, k, rays}, n, t, sampler, [&](int, const M::Draw& draw) {
       sum += draw.y;
       const float w = luminance_of(draw.y);
       if (w > 0.0f && draw.wi != Vec3(0.0f)) past.push_back({draw.wi, w});
