@@ -16,6 +16,7 @@
 #include "transport/direct/direct_estimator.h"
 #include "transport/direct/media_light.h"
 #include "transport/guiding/path_guide.h"
+#include "transport/media/path_in_media.h"
 #include "transport/media/subsurface_walk.h"
 #include "transport/paths/eye_walk.h"
 
@@ -34,23 +35,6 @@ struct PathDimensions {
 struct PathCounters {
   uint64_t rays = 0, paths = 0;
   MediaCounters media;
-};
-
-/// For scenes without media.
-struct NoMedia {
-  static constexpr bool kThere = false;
-};
-/// State of a path in media.
-struct InMedia {
-  static constexpr bool kThere = true;
-  const Media& media;
-  MediaCounters& counters;
-  Pcg32 rng;
-  MediaStack stack;
-  int depth = 0, stretch = 0, bounds = 0;
-  bool pass = false;       ///< a medium was the first to scatter the light
-  bool chose = false;      ///< a phase function chose the present direction
-  Vec3 chosen_from{0.0f};  ///< the point for which lights were then chosen
 };
 
 struct NoParts {};
@@ -167,7 +151,7 @@ class PathWalk {
     const Vec3 wi = walk_.ray.direction;
     if constexpr (kMedia)
       if (medium_.chose)
-        return weight_of_hit_in_medium(scene_, previous_.bsdf_pdf, medium_.chosen_from, previous_.position, light, wi,
+        return weight_of_hit_in_medium(scene_, {previous_.position, medium_.chosen_from, previous_.bsdf_pdf}, light, wi,
                                        position, normal);
     return direct_light_.weight_of_hit(scene_, previous_, light, wi, position, normal);
   }
@@ -204,42 +188,37 @@ class PathWalk {
     if (!hit.found()) medium_.media.leave_all(medium_.stack, medium_.counters);
     if (medium_.stack.empty()) return Step::GoOn;
     const Color before = beta_;
-    Color emitted(0.0f);
-    float t = 0.0f;
-    MediumPoint at;
+    MediaEvent event;
+    const MediumPoint& at = event.at;
     const uint32_t here = D::kScatter + D::kStretch * uint32_t(medium_.stretch++);
     const MediaRay along{medium_.stack, ray, hit.found() ? hit.t : kInfinity, point, point.ray_kind};
-    const bool uniform = medium_.media.is_uniform(along, at, medium_.counters), may_scatter = !at_bounce_limit_;
+    const bool uniform = medium_.media.is_uniform(along, event.at, medium_.counters), may_scatter = !at_bounce_limit_;
     Color direct(0.0f);
-    Vec3 lights_for(0.0f);
-    uint32_t sampled_light = 0;
-    uint64_t& rays = start_.counters.rays;
+    MediumLight sampled;
+    const auto context = [&](const PhaseFunction& phase) {
+      return MediumLightContext<Medium>{scene_, medium_, ray, point, phase, sampler_, here + 2, start_.counters.rays};
+    };
     if (uniform && may_scatter && at.scatters() && lights_.can_choose())
-      direct = estimate_direct_along(scene_, medium_, along, at, PhaseFunction(at), beta_, sampler_, here + 2,
-                                     lights_for, sampled_light, rays);
+      direct = estimate_direct_along(context(PhaseFunction(at)), along.t_end, at, beta_, sampled);
     sampler_.set_dimension(here);
-    const bool scattered = uniform ? medium_.media.scatter_uniform(along, at, may_scatter, sampler_.get_2d(), beta_,
-                                                                   emitted, t)
-                                   : medium_.media.scatter_varying(along, may_scatter, medium_.rng, beta_, emitted, t,
-                                                                   at, medium_.counters);
+    const bool scattered = uniform ? medium_.media.scatter_uniform(along, may_scatter, sampler_.get_2d(), beta_, event)
+                                   : medium_.media.scatter_varying(along, may_scatter, medium_.rng, beta_, event,
+                                                                   medium_.counters);
     const PhaseFunction phase(at);
-    const Vec3 place = ray.origin + t * ray.direction;
-    if (scattered && !uniform && lights_.can_choose()) {
-      lights_for = place;
-      direct = beta_ *
-               estimate_direct_at(scene_, medium_, place, ray, point, phase, sampler_, here + 2, sampled_light, rays);
-    }
+    const Vec3 place = ray.origin + event.t * ray.direction;
+    if (scattered && !uniform && lights_.can_choose())
+      direct = beta_ * estimate_direct_at(context(phase), place, sampled);
     if constexpr (kSources) parts_.of_source = 1.0f;
-    if (!is_black(emitted)) add(emitted, point.ray_depth);
+    if (!is_black(event.emitted)) add(event.emitted, point.ray_depth);
     if (point.ray_depth == 0) medium_.pass = true;
     if constexpr (kSources)
-      if (!is_black(direct)) parts_.of_source = scene_.light_importance(sampled_light);
+      if (!is_black(direct)) parts_.of_source = scene_.light_importance(sampled.light);
     if (!is_black(direct)) add(direct, point.ray_depth + 1);
     if (point.ray_depth == 0) medium_.pass = scattered;
     if (point.ray_depth == 0) alpha_ += luminance(scattered ? before : before - beta_);
     if (!(largest(beta_) > 0.0f)) return Step::End;
     if (!scattered) return Step::GoOn;
-    medium_.chosen_from = lights_for;
+    medium_.chosen_from = sampled.chosen_from;
     return scatter_in_medium(at, phase, place) ? Step::Traced : Step::End;
   }
 
@@ -339,7 +318,7 @@ class PathWalk {
     }
     Pcg32 rng(uint64_t(u * 0x1p32f), stream);
     Color weight = beta_ * part.weight / (glm::max(shading.medium.albedo, Color(1e-6f)) * part.selection);
-    if (!walk_below_surface(scene_, walk_.hit, part.normal, shading.medium, rng, walk_.point, shading.bsdf, weight,
+    if (!walk_below_surface(scene_, {walk_.hit.instance, part.normal}, rng, walk_.point, shading, weight,
                             start_.counters.rays))
       return false;
     beta_ = weight;
@@ -446,19 +425,6 @@ class PathWalk {
   static float largest(Color c) { return max_component(kMedia ? glm::abs(c) : c); }
 
   // ---- Guiding -------------------------------------------------------------------------------
-
-  struct NoGuidedPath {};
-  struct GuidedPath {
-    GuidedBsdf bsdf;
-    float plain = Guided::kPlainShare;  ///< probability that the BSDF alone chose the directions, given the directions
-    float unguided_beta = 1.0f;         ///< the throughput in that case
-    OpenVertex open[kMaxOpenVertices];
-    int open_count = 0;
-    void note_distance(float t) {
-      if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f)
-        open[open_count - 1].sample.inverse_distance = 1.0f / t;
-    }
-  };
 
   const GuidedBsdf* guided_bsdf() const {
     if constexpr (kGuided)

@@ -37,74 +37,93 @@ struct MediaDirectContext : DirectLightContext {
   }
 };
 
-/// The light that reaches `place` from the chosen light and is scattered there. `direction` is the direction of travel
-/// of the path's ray.
+/// The input of the estimates of direct light in a medium.
 template <class State>
-Color light_scattered(const Scene& scene, State& state, const LightSet::Choice& choice, LightFlags light, Vec3 place,
-                      Vec3 direction, float time, const ShadingPoint& path, const PhaseFunction& phase, Vec2 u,
-                      uint64_t& rays) {
-  const auto sample = scene.lights().sample_li(choice.light, place, u, time);
+struct MediumLightContext {
+  const Scene& scene;
+  State& state;
+  const Ray& ray;            ///< along which the path travels
+  const ShadingPoint& path;  ///< depths of the path
+  const PhaseFunction& phase;
+  Sampler& sampler;
+  uint32_t first;  ///< dimension of the sampler
+  uint64_t& rays;
+};
+/// Number of dimensions, starting at `first`, of each estimate.
+constexpr uint32_t kMediumLightDimensions = 6;
+
+/// The light that an estimate has chosen, and the place for which it was chosen.
+struct MediumLight {
+  Vec3 chosen_from{0.0f};
+  uint32_t light = 0;
+};
+
+/// The light that reaches `place` from the chosen light and is scattered there.
+template <class State>
+Color light_scattered(const MediumLightContext<State>& c, const LightSet::Choice& choice, LightFlags light, Vec3 place,
+                      Vec2 u) {
+  const auto sample = c.scene.lights().sample_li(choice.light, place, u, c.ray.time);
   if (!sample || is_black(sample->radiance)) return Color(0.0f);
-  const float cosine = glm::dot(direction, sample->wi);
-  Color contribution = phase.evaluate(cosine) * sample->radiance / (choice.pmf * sample->pdf_solid_angle);
+  const float cosine = glm::dot(c.ray.direction, sample->wi);
+  Color contribution = c.phase.evaluate(cosine) * sample->radiance / (choice.pmf * sample->pdf_solid_angle);
   if (light.cast_shadow) {
-    ++rays;
+    ++c.rays;
     Ray shadow;
     shadow.origin = place;
     shadow.direction = sample->wi;
-    shadow.time = time;
-    contribution *= state.media.transmittance_to_light(end_before(shadow, *sample), state.stack, path, state.rng,
-                                                       state.counters);
+    shadow.time = c.ray.time;
+    contribution *= c.state.media.transmittance_to_light(end_before(shadow, *sample), c.state.stack, c.path,
+                                                         c.state.rng, c.state.counters);
   }
   if (!sample->delta && light.mis && !light.partial())
-    contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, phase.pdf_solid_angle(cosine));
+    contribution *= power_heuristic(choice.pmf * sample->pdf_solid_angle, c.phase.pdf_solid_angle(cosine));
   return contribution;
 }
 
-/// The weight of light that the sample of the phase function at `place` has found, where lights were chosen for
-/// `chosen_from`.
-inline float weight_of_hit_in_medium(const Scene& scene, float phase_pdf, Vec3 chosen_from, Vec3 place, uint32_t light,
-                                     Vec3 wi, Vec3 position, Vec3 normal) {
+/// The data of a vertex in a medium that weigh the hit of its phase function's sample.
+struct MediumVertex {
+  Vec3 position;
+  Vec3 chosen_from;  ///< lights were chosen for there
+  float phase_pdf;   ///< of the direction travelled
+};
+
+/// The weight of light that the sample of the phase function at `v` has found.
+inline float weight_of_hit_in_medium(const Scene& scene, const MediumVertex& v, uint32_t light, Vec3 wi, Vec3 position,
+                                     Vec3 normal) {
   const LightSet& lights = scene.lights();
   if (lights.any_partial() && lights.flags(light).partial()) return 0.0f;
-  const float distance = is_finite(position) ? glm::length(position - place) : kInfinity;
-  return power_heuristic(
-      phase_pdf, lights.choice_pmf(chosen_from, Vec3(0.0f), light) * lights.pdf_li(light, place, wi, distance, normal));
+  const float distance = is_finite(position) ? glm::length(position - v.position) : kInfinity;
+  return power_heuristic(v.phase_pdf, lights.choice_pmf(v.chosen_from, Vec3(0.0f), light) *
+                                          lights.pdf_li(light, v.position, wi, distance, normal));
 }
-
-/// Number of dimensions, starting at `first`, of each of the following functions. Both report the sampled light.
-constexpr uint32_t kMediumLightDimensions = 6;
 
 /// Direct light at a point where the path scatters.
 template <class State>
-Color estimate_direct_at(const Scene& scene, State& state, Vec3 place, const Ray& ray, const ShadingPoint& path,
-                         const PhaseFunction& phase, Sampler& sampler, uint32_t first, uint32_t& sampled_light,
-                         uint64_t& rays) {
-  sampler.set_dimension(first);
-  const Vec2 u = sampler.get_2d();
-  const LightSet::Choice choice = scene.lights().choose(place, Vec3(0.0f), sampler.get_1d());
-  sampled_light = choice.light;
+Color estimate_direct_at(const MediumLightContext<State>& c, Vec3 place, MediumLight& sampled) {
+  c.sampler.set_dimension(c.first);
+  const Vec2 u = c.sampler.get_2d();
+  const LightSet::Choice choice = c.scene.lights().choose(place, Vec3(0.0f), c.sampler.get_1d());
+  sampled = {place, choice.light};
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
-  const LightFlags light = scene.lights().flags(choice.light);
+  const LightFlags light = c.scene.lights().flags(choice.light);
   if (!(light.visibility & kVisibleVolumeScatter)) return Color(0.0f);
-  return light_scattered(scene, state, choice, light, place, ray.direction, ray.time, path, phase, u, rays);
+  return light_scattered(c, choice, light, place, u);
 }
 
 /// Direct light along a part of a ray in one medium. `beta` is the throughput at its start. The light is chosen for a
 /// point that is sampled by transmittance. The distance is sampled by a mixture of transmittance and the angle at the
 /// light. The path's own scattering is weighted against this estimate for the same point.
 template <class State>
-Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& along, const MediumPoint& medium,
-                            const PhaseFunction& phase, Color beta, Sampler& sampler, uint32_t first, Vec3& chosen_from,
-                            uint32_t& sampled_light, uint64_t& rays) {
-  const Ray& ray = along.ray;
-  const float length = along.t_end - ray.t_min;
+Color estimate_direct_along(const MediumLightContext<State>& c, float t_end, const MediumPoint& medium, Color beta,
+                            MediumLight& sampled) {
+  const Ray& ray = c.ray;
+  const float length = t_end - ray.t_min;
   Color lost(0.0f), probability(0.0f);
   int likeliest = 0;
-  for (int c = 0; c < 3; ++c) {
-    if (medium.extinction[c] > 0.0f) lost[c] = -std::expm1(-medium.extinction[c] * length);
-    probability[c] = lost[c] > 0.0f ? std::abs(beta[c]) * medium.scattering[c] : 0.0f;
-    if (probability[c] > probability[likeliest]) likeliest = c;
+  for (int k = 0; k < 3; ++k) {
+    if (medium.extinction[k] > 0.0f) lost[k] = -std::expm1(-medium.extinction[k] * length);
+    probability[k] = lost[k] > 0.0f ? std::abs(beta[k]) * medium.scattering[k] : 0.0f;
+    if (probability[k] > probability[likeliest]) likeliest = k;
   }
   const float sum = probability.x + probability.y + probability.z;
   if (!(sum > 0.0f)) return Color(0.0f);
@@ -116,27 +135,27 @@ Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& al
     u = std::min(u / probability[channel], kOneMinusEpsilon);
     return std::min(-std::log(1.0f - u * lost[channel]) / medium.extinction[channel], length);
   };
-  sampler.set_dimension(first);
-  const Vec2 u = sampler.get_2d();
-  chosen_from = ray.origin + (ray.t_min + distance_of(sampler.get_1d())) * ray.direction;
-  const LightSet::Choice choice = scene.lights().choose(chosen_from, Vec3(0.0f), sampler.get_1d());
-  sampled_light = choice.light;
+  c.sampler.set_dimension(c.first);
+  const Vec2 u = c.sampler.get_2d();
+  const Vec3 chosen_from = ray.origin + (ray.t_min + distance_of(c.sampler.get_1d())) * ray.direction;
+  const LightSet::Choice choice = c.scene.lights().choose(chosen_from, Vec3(0.0f), c.sampler.get_1d());
+  sampled = {chosen_from, choice.light};
   if (!(choice.pmf > 0.0f)) return Color(0.0f);
-  const LightFlags light = scene.lights().flags(choice.light);
+  const LightFlags light = c.scene.lights().flags(choice.light);
   if (!(light.visibility & kVisibleVolumeScatter)) return Color(0.0f);
 
   // Distances towards a point on the light.
-  const auto towards = scene.lights().sample_li(choice.light, chosen_from, u, ray.time);
+  const auto towards = c.scene.lights().sample_li(choice.light, chosen_from, u, ray.time);
   float share = 0.0f, nearest = 0.0f, apart = 0.0f, angle_begin = 0.0f, angles = 0.0f;
   if (towards && towards->distance < kInfinity) {
     const Vec3 to_light = chosen_from + towards->distance * towards->wi - ray.origin;
     nearest = glm::dot(to_light, ray.direction);
     apart = glm::length(to_light - nearest * ray.direction);
     angle_begin = std::atan2(ray.t_min - nearest, apart);
-    angles = std::atan2(along.t_end - nearest, apart) - angle_begin;
+    angles = std::atan2(t_end - nearest, apart) - angle_begin;
     if (apart > 0.0f && angles > 0.0f) share = 0.5f;
   }
-  float u_distance = sampler.get_1d(), distance;
+  float u_distance = c.sampler.get_1d(), distance;
   if (u_distance < share)
     distance = std::clamp(nearest + apart * std::tan(angle_begin + angles * (u_distance / share)) - ray.t_min, 0.0f,
                           length);
@@ -146,15 +165,14 @@ Color estimate_direct_along(const Scene& scene, State& state, const MediaRay& al
   // The density of the mixture: transmittance for each channel, and the angle at the light [Kulla and Fajardo 2012].
   const Color reaching = transmittance_of(medium.extinction, distance);
   float pdf = 0.0f;
-  for (int c = 0; c < 3; ++c)
-    pdf += probability[c] > 0.0f ? probability[c] * medium.extinction[c] * reaching[c] / lost[c] : 0.0f;
+  for (int k = 0; k < 3; ++k)
+    pdf += probability[k] > 0.0f ? probability[k] * medium.extinction[k] * reaching[k] / lost[k] : 0.0f;
   pdf *= 1.0f - share;
   if (share > 0.0f) pdf += share * apart / (angles * (apart * apart + sqr(ray.t_min + distance - nearest)));
   const Color weight = beta * medium.scattering * reaching / pdf;
   if (!(max_component(glm::abs(weight)) > 0.0f) || !is_finite(weight)) return Color(0.0f);
   const Vec3 place = ray.origin + (ray.t_min + distance) * ray.direction;
-  return weight *
-         light_scattered(scene, state, choice, light, place, ray.direction, ray.time, along.path, phase, u, rays);
+  return weight * light_scattered(c, choice, light, place, u);
 }
 
 }  // namespace ajar

@@ -23,6 +23,7 @@
 #include <memory>
 
 #include "transport/guiding/guide_tree.h"
+#include "transport/guiding/guided_bsdf.h"
 
 namespace ajar {
 
@@ -47,6 +48,21 @@ struct OpenVertex {
   float beta;    ///< luminance of the throughput at this vertex
 };
 constexpr int kMaxOpenVertices = 24;
+
+/// The state of an unguided path.
+struct NoGuidedPath {};
+/// The state of a guided path.
+struct GuidedPath {
+  GuidedBsdf bsdf;
+  float plain = Guided::kPlainShare;  ///< probability that the BSDF alone chose the directions, given the directions
+  float unguided_beta = 1.0f;         ///< the throughput in that case
+  OpenVertex open[kMaxOpenVertices];
+  int open_count = 0;
+  void note_distance(float t) {
+    if (open_count > 0 && open[open_count - 1].sample.inverse_distance == 0.0f)
+      open[open_count - 1].sample.inverse_distance = 1.0f / t;
+  }
+};
 
 class PathGuide {
  public:

@@ -391,12 +391,12 @@ bool Media::is_uniform(const MediaRay& along, MediumPoint& at, MediaCounters& co
   return true;
 }
 
-bool Media::scatter_uniform(const MediaRay& along, const MediumPoint& at, bool may_scatter, Vec2 u, Color& beta,
-                            Color& emitted, float& t) const {
+bool Media::scatter_uniform(const MediaRay& along, bool may_scatter, Vec2 u, Color& beta, MediaEvent& event) const {
+  const MediumPoint& at = event.at;
   if (at.empty()) return false;
   const float length = along.t_end - along.ray.t_min;
   const Color through = transmittance_of(at.extinction, length);
-  if (!is_black(at.emission)) emitted += beta * emitted_along(at, through, length);
+  if (!is_black(at.emission)) event.emitted += beta * emitted_along(at, through, length);
   Color probability(0.0f);
   if (may_scatter && at.scatters()) {
     for (int c = 0; c < 3; ++c) {
@@ -421,17 +421,17 @@ bool Media::scatter_uniform(const MediaRay& along, const MediumPoint& at, bool m
   }
   const Color reaching = transmittance_of(at.extinction, distance);
   beta *= at.scattering * reaching / glm::dot(probability, at.extinction * reaching);
-  t = along.ray.t_min + distance;
+  event.t = along.ray.t_min + distance;
   return true;
 }
 
-bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng, Color& beta, Color& emitted, float& t,
-                            MediumPoint& at, MediaCounters& counters) const {
+bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng, Color& beta, MediaEvent& event,
+                            MediaCounters& counters) const {
   bool scattered = false;
   const float faint = kFaint * max_component(glm::abs(beta));
   track(along, rng, counters, [&](const MediumPoint& point, float rate, float place) {
     // Collision estimator of emission.
-    emitted += beta * point.emission / rate;
+    event.emitted += beta * point.emission / rate;
     const Color null = Color(rate) - point.extinction;
     float scatters = 0.0f, passes = 0.0f;
     for (int c = 0; c < 3; ++c) {
@@ -447,8 +447,8 @@ bool Media::scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng,
     if (probability > 0.0f && rng.next_float() < probability) {
       beta *= point.scattering / (rate * probability);
       scattered = true;
-      t = place;
-      at = point;
+      event.t = place;
+      event.at = point;
       return false;
     }
     beta *= null / (rate * (1.0f - probability));

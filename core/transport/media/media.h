@@ -61,6 +61,13 @@ struct MediaRay {
   uint32_t ray_kind;
 };
 
+/// Emission and scattering on a segment of a ray.
+struct MediaEvent {
+  Color emitted{0.0f};  ///< before the event, weighted by the throughput
+  float t = 0.0f;       ///< distance at which light scatters
+  MediumPoint at;       ///< the medium there
+};
+
 /// exp(-extinction * distance), also for infinite distances.
 Color transmittance_of(Color extinction, float distance);
 
@@ -84,13 +91,12 @@ class Media {
 
   /// Finds the medium of a part of a ray on which no medium varies. Returns false if one varies.
   bool is_uniform(const MediaRay& along, MediumPoint& at, MediaCounters& counters) const;
-  /// Returns true if light scatters before the end of the ray. It then scatters at `t`, where the medium is `at`.
-  /// `beta` is multiplied by the contribution of the event over its probability. `emitted` is the emission before it,
-  /// weighted by beta. If light may not scatter, `beta` is only multiplied by the transmittance.
-  bool scatter_uniform(const MediaRay& along, const MediumPoint& at, bool may_scatter, Vec2 u, Color& beta,
-                       Color& emitted, float& t) const;
-  bool scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng, Color& beta, Color& emitted, float& t,
-                       MediumPoint& at, MediaCounters& counters) const;
+  /// Returns true if light scatters before the end of the ray. `beta` is multiplied by the contribution of the event
+  /// over its probability. If light may not scatter, `beta` is only multiplied by the transmittance. In a uniform
+  /// medium, `event.at` is input.
+  bool scatter_uniform(const MediaRay& along, bool may_scatter, Vec2 u, Color& beta, MediaEvent& event) const;
+  bool scatter_varying(const MediaRay& along, bool may_scatter, Pcg32& rng, Color& beta, MediaEvent& event,
+                       MediaCounters& counters) const;
   /// The transmittance to the end of the ray. It is an unbiased estimate for media that vary.
   Color transmittance(const MediaRay& along, Pcg32& rng, MediaCounters& counters) const;
   /// The transmittance to the end of a shadow ray, including that of transparent surfaces.

@@ -101,13 +101,15 @@ WalkMedium walk_medium(const SubsurfaceMedium& medium) {
   return walk;
 }
 
-bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, const SubsurfaceMedium& medium, Pcg32& rng,
-                        ShadingPoint& point, Bsdf& bsdf, Color& weight, uint64_t& rays) {
+bool walk_below_surface(const Scene& scene, const SubsurfaceEntry& entry, Pcg32& rng, ShadingPoint& point,
+                        SurfaceShading& shading, Color& weight, uint64_t& rays) {
+  const SubsurfaceMedium& medium = shading.medium;
+  Bsdf& bsdf = shading.bsdf;
   const WalkMedium inside = walk_medium(medium);
   Color carried = inside.factor;
-  if (medium.fresnel) carried *= 1.0f - 0.5f * fresnel::schlick(saturate(glm::dot(normal, point.wo)));
+  if (medium.fresnel) carried *= 1.0f - 0.5f * fresnel::schlick(saturate(glm::dot(entry.normal, point.wo)));
   const Vec2 u{rng.next_float(), rng.next_float()};
-  Vec3 direction = -Frame(normal).to_world(warp::square_to_cosine_hemisphere(u));
+  Vec3 direction = -Frame(entry.normal).to_world(warp::square_to_cosine_hemisphere(u));
   if (!(glm::dot(direction, point.ng) < 0.0f)) return false;
   Ray ray = scene.spawn_ray(point, direction);
   for (int step = 0; step < kMaxSteps; ++step) {
@@ -119,7 +121,7 @@ bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, con
     const float u_channel = rng.next_float();
     const int channel = u_channel < probability.x ? 0 : (u_channel < probability.x + probability.y ? 1 : 2);
     ray.t_max = -std::log(1.0f - rng.next_float()) / inside.extinction[channel];
-    const Hit hit = find_own_surface(scene, entered.instance, ray, rays);
+    const Hit hit = find_own_surface(scene, entry.instance, ray, rays);
     const Color transmittance = glm::exp(-inside.extinction * (hit.found() ? hit.t : ray.t_max));
     if (hit.found()) {
       carried *= transmittance / glm::dot(probability, transmittance);

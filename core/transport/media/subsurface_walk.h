@@ -20,10 +20,16 @@ struct WalkMedium {
 };
 WalkMedium walk_medium(const SubsurfaceMedium& medium);
 
-/// A walk inside the instance of `entered`, from `point`, where the lobes have this normal. Returns true if the walk
-/// leaves the object. Then `point` is the exit, with normals outwards, `bsdf` is the lobe by which the light leaves,
-/// and `weight` is multiplied by the throughput of the walk per weight of the subsurface lobes over `medium.albedo`.
-bool walk_below_surface(const Scene& scene, const Hit& entered, Vec3 normal, const SubsurfaceMedium& medium, Pcg32& rng,
-                        ShadingPoint& point, Bsdf& bsdf, Color& weight, uint64_t& rays);
+/// Where a walk goes below the surface.
+struct SubsurfaceEntry {
+  uint32_t instance;
+  Vec3 normal;  ///< of the subsurface lobes
+};
+
+/// A walk inside the instance that is entered at `point`. Returns true if the walk leaves the object. Then `point` is
+/// the exit, with normals outwards, `shading.bsdf` is the lobe by which the light leaves, and `weight` is multiplied by
+/// the throughput of the walk per weight of the subsurface lobes over `shading.medium.albedo`.
+bool walk_below_surface(const Scene& scene, const SubsurfaceEntry& entry, Pcg32& rng, ShadingPoint& point,
+                        SurfaceShading& shading, Color& weight, uint64_t& rays);
 
 }  // namespace ajar

@@ -1,0 +1,26 @@
+// The state of a path in media. Code that is compiled with and without media takes one of these types.
+#pragma once
+
+#include "math/random.h"
+#include "transport/media/media.h"
+
+namespace ajar {
+
+/// For scenes without media.
+struct NoMedia {
+  static constexpr bool kThere = false;
+};
+/// State of a path in media.
+struct InMedia {
+  static constexpr bool kThere = true;
+  const Media& media;
+  MediaCounters& counters;
+  Pcg32 rng;
+  MediaStack stack;
+  int depth = 0, stretch = 0, bounds = 0;
+  bool pass = false;       ///< a medium was the first to scatter the light
+  bool chose = false;      ///< a phase function chose the present direction
+  Vec3 chosen_from{0.0f};  ///< the point for which lights were then chosen
+};
+
+}  // namespace ajar
