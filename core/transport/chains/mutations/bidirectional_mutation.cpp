@@ -82,21 +82,9 @@ bool BidirectionalMutation::sample(const Path& from, Sampler& sampler, Path& to,
   return grow_into(from, gap, grown, sampler, to, rays);
 }
 
-bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Sampler& sampler, Path& to,
-                                      uint64_t& rays) const {
-  const Scene& scene = space_.scene;
-  const Camera& camera = scene.camera();
+/// Copies the vertices on both sides of the gap to a path of `count` vertices.
+void BidirectionalMutation::keep_ends(const Path& from, Gap gap, int count, Path& to) const {
   const int n = from.count;
-  int choices = 0;
-  for (int s = 0; s <= grown; ++s) choices += possible(from, gap, grown, s);
-  if (choices == 0) return false;
-  int s = -1;
-  for (int left = std::min(int(sampler.get_1d() * float(choices)), choices - 1); left >= 0; --left) do
-      ++s;
-    while (!possible(from, gap, grown, s));
-  const int t = grown - s, count = gap.light + gap.eye + grown;
-
-  // Copy the kept vertices.
   to.count = count;
   to.film = from.film;
   std::copy_n(from.vertices.begin(), gap.light, to.vertices.begin());
@@ -105,10 +93,13 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
   std::copy_n(from.vertices.begin() + n - gap.eye, gap.eye, to.vertices.begin() + count - gap.eye);
   std::copy_n(from.edges.begin() + n - gap.eye, std::max(0, gap.eye - 1), to.edges.begin() + count - gap.eye);
   std::copy_n(from.scattering.begin() + n - gap.eye, gap.eye, to.scattering.begin() + count - gap.eye);
-  const int first_new = gap.light, end_new = count - gap.eye;  // new: first_new .. end_new - 1
+}
 
-  // Grow from the eye.
-  const int eye_end = end_new - t;  // index of the last vertex on the eye's side
+/// Grows the t vertices on the eye's side; the last of them is the light if none grow from its side.
+bool BidirectionalMutation::grow_from_eye(Gap gap, int s, int t, Sampler& sampler, Path& to, uint64_t& rays) const {
+  const Scene& scene = space_.scene;
+  const int count = to.count, end_new = count - gap.eye;  // new vertices are before end_new
+  const int eye_end = end_new - t;                        // index of the last vertex on the eye's side
   if (gap.eye == 0) make_lens_vertex(scene, sampler.get_2d(), to.vertices[size_t(count - 1)]);
   const bool hits_light = gap.light == 0 && s == 0;
   for (int i = std::min(end_new - 1, count - 2); i >= eye_end; --i) {
@@ -116,7 +107,7 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
     if (i == count - 2) {
       to.film = space_.film_at(sampler.get_2d());
       if (!space_.on_film(to.film)) return false;
-      ray = camera.ray_through(to.film, to.vertices[size_t(count - 1)].position(), 0.0f);
+      ray = scene.camera().ray_through(to.film, to.vertices[size_t(count - 1)].position(), 0.0f);
     } else {
       PathVertex& at = to.vertices[size_t(i + 1)];
       const float u_lobe = sampler.get_1d();
@@ -128,45 +119,65 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
     if (i == 0 && hits_light) {
       if (!grow_light(scene, ray, to, sampler, rays)) return false;
     } else {
-      if (!grow(scene, ray, true, i == count - 2, to, i, sampler, rays)) return false;
+      if (!grow(scene, ray, i == count - 2 ? Growth::ToLightFromLens : Growth::ToLight, to, i, sampler, rays))
+        return false;
       if (to.vertices[size_t(i)].shading.bsdf.empty()) return false;
     }
   }
-  // Grow from the light.
-  const int light_end = first_new + s - 1;  // index of the last vertex on the light's side
+  return true;
+}
+
+/// Grows the s vertices on the light's side.
+bool BidirectionalMutation::grow_from_light(Gap gap, int s, Sampler& sampler, Path& to, uint64_t& rays) const {
+  const Scene& scene = space_.scene;
   if (gap.light == 0 && s == 1) {
     const float u_choice = sampler.get_1d();
-    if (!to.vertices[1].connectable() ||
-        !sample_light(scene, to.vertices[1], u_choice, sampler.get_2d(), to.vertices[0]))
-      return false;
-  } else {
-    for (int i = std::max(first_new, 1); i <= light_end; ++i) {
-      Ray ray;
-      if (i == 1) {
-        const float u_choice = sampler.get_1d();
-        const Vec2 u_position = sampler.get_2d();
-        if (!start_at_light(scene, space_.guide, u_choice, u_position, sampler.get_2d(), to.vertices[0], ray))
-          return false;
-      } else {
-        PathVertex& at = to.vertices[size_t(i - 1)];
-        const WalkDirection next = sample_walk_direction(space_.guide, at, to.to_light(i - 1), sampler);
-        if (!next.found) return false;
-        at.specular = next.specular;
-        ray = scene.spawn_ray(at.point, next.direction);
-      }
-      if (!grow(scene, ray, false, false, to, i, sampler, rays)) return false;
-      if (to.vertices[size_t(i)].shading.bsdf.empty()) return false;
-    }
+    return to.vertices[1].connectable() &&
+           sample_light(scene, to.vertices[1], u_choice, sampler.get_2d(), to.vertices[0]);
   }
+  for (int i = std::max(gap.light, 1); i < gap.light + s; ++i) {
+    Ray ray;
+    if (i == 1) {
+      const float u_choice = sampler.get_1d();
+      const Vec2 u_position = sampler.get_2d();
+      if (!start_at_light(scene, space_.guide, u_choice, u_position, sampler.get_2d(), to.vertices[0], ray))
+        return false;
+    } else {
+      PathVertex& at = to.vertices[size_t(i - 1)];
+      const WalkDirection next = sample_walk_direction(space_.guide, at, to.to_light(i - 1), sampler);
+      if (!next.found) return false;
+      at.specular = next.specular;
+      ray = scene.spawn_ray(at.point, next.direction);
+    }
+    if (!grow(scene, ray, Growth::ToEye, to, i, sampler, rays)) return false;
+    if (to.vertices[size_t(i)].shading.bsdf.empty()) return false;
+  }
+  return true;
+}
+
+bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Sampler& sampler, Path& to,
+                                      uint64_t& rays) const {
+  int choices = 0;
+  for (int s = 0; s <= grown; ++s) choices += possible(from, gap, grown, s);
+  if (choices == 0) return false;
+  int s = -1;
+  for (int left = std::min(int(sampler.get_1d() * float(choices)), choices - 1); left >= 0; --left) do
+      ++s;
+    while (!possible(from, gap, grown, s));
+  const int t = grown - s, count = gap.light + gap.eye + grown;
+
+  keep_ends(from, gap, count, to);
+  if (!grow_from_eye(gap, s, t, sampler, to, rays) || !grow_from_light(gap, s, sampler, to, rays)) return false;
   // Connect both sides.
-  if (!hits_light) {
+  const int light_end = gap.light + s - 1;  // index of the last vertex on the light's side
+  if (gap.light > 0 || s > 0) {
     PathVertex &a = to.vertices[size_t(light_end)], &b = to.vertices[size_t(light_end + 1)];
     if (!a.connectable() || !b.connectable()) return false;
     a.specular = b.specular = false;
-    if (!join_at(scene, to, light_end, rays)) return false;
+    if (!join_at(space_.scene, to, light_end, rays)) return false;
     if (light_end + 1 == count - 1 && !arrive_on_film(space_, to)) return false;
   }
-  if (!space_.complete(to, first_new - 1, end_new)) return false;
+  if (!space_.complete(to, gap.light - 1, count - gap.eye)) return false;
   // If a specular surface leads a new walk along the old path, a new vertex equals a removed one. The proposal then
   // belongs to a smaller gap.
   const SharedEnds shared = shared_ends(from, to);

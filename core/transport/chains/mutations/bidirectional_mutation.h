@@ -36,6 +36,9 @@ class BidirectionalMutation final : public Mutation {
   std::array<double, 5> probabilities_of_growth(int removed, int kept) const;
   /// Whether `s` of `grown` new vertices can be found from the light's side.
   bool possible(const Path& path, Gap gap, int grown, int s) const;
+  void keep_ends(const Path& from, Gap gap, int count, Path& to) const;
+  bool grow_from_eye(Gap gap, int s, int t, Sampler& sampler, Path& to, uint64_t& rays) const;
+  bool grow_from_light(Gap gap, int s, Sampler& sampler, Path& to, uint64_t& rays) const;
   double pdf_given_gap(const Path& from, const Path& to, Gap gap) const;
 
   const PathSpace& space_;

@@ -63,7 +63,7 @@ bool CausticPerturbation::sample(const Path& from, Sampler& sampler, Path& to, u
     }
   }
   for (int i = first + 1; i <= n - 2; ++i) {
-    if (!grow(scene, ray, false, false, to, i, sampler, rays)) return false;
+    if (!grow(scene, ray, Growth::ToEye, to, i, sampler, rays)) return false;
     PathVertex& vertex = to.vertices[size_t(i)];
     vertex.specular = !from.joinable(i);
     if (!vertex.specular && !vertex.connectable()) return false;

@@ -50,7 +50,7 @@ bool HintMutation::sample_hint(const Path& from, Sampler& sampler, Path& to, uin
   make_light_vertex(scene, light, position, normal, direction, start);
   Ray ray = leave_light(scene, start, direction);
   for (int i = 1; i < end; ++i) {
-    if (!grow(scene, ray, false, false, to, i, sampler, rays)) return false;
+    if (!grow(scene, ray, Growth::ToEye, to, i, sampler, rays)) return false;
     PathVertex& vertex = to.vertices[size_t(i)];
     const Hints::Vertex& meant = hint.vertices[size_t(i)];
     vertex.specular = meant.specular;

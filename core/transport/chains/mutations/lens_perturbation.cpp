@@ -54,7 +54,7 @@ bool LensPerturbation::sample(const Path& from, Sampler& sampler, Path& to, uint
       if (!grow_light(scene, ray, to, sampler, rays)) return false;
       break;
     }
-    if (!grow(scene, ray, true, i == n - 2, to, i, sampler, rays)) return false;
+    if (!grow(scene, ray, i == n - 2 ? Growth::ToLightFromLens : Growth::ToLight, to, i, sampler, rays)) return false;
     PathVertex& vertex = to.vertices[size_t(i)];
     vertex.specular = !from.joinable(i);
     if (!vertex.specular && !vertex.connectable()) return false;

@@ -38,13 +38,17 @@ inline Vec3 turn(Vec3 direction, float angle, float u) {
   return glm::normalize(Frame(direction).to_world(Vec3(s * std::cos(phi), s * std::sin(phi), std::cos(angle))));
 }
 
-/// Finds the surface vertex `index` along a ray from its neighbour, towards the light (from vertex index + 1) or
-/// towards the eye (from index - 1), and fills the edge between them.
-inline bool grow(const Scene& scene, const Ray& ray, bool towards_light, bool from_lens, Path& path, int index,
-                 Sampler& sampler, uint64_t& rays) {
+/// The direction in which a path grows: towards the light (from vertex index + 1), the same from the lens, or towards
+/// the eye (from index - 1).
+enum class Growth : uint8_t { ToLight, ToLightFromLens, ToEye };
+
+/// Finds the surface vertex `index` along a ray from its neighbour, and fills the edge between them.
+inline bool grow(const Scene& scene, const Ray& ray, Growth growth, Path& path, int index, Sampler& sampler,
+                 uint64_t& rays) {
+  const bool towards_light = growth != Growth::ToEye;
   PathVertex& vertex = path.vertices[size_t(index)];
   vertex.point = ShadingPoint();
-  vertex.point.ray_kind = from_lens ? uint32_t(kRayCamera) : kLightWalkKind;
+  vertex.point.ray_kind = growth == Growth::ToLightFromLens ? uint32_t(kRayCamera) : kLightWalkKind;
   Through through;
   if (!find_vertex(scene, ray, sampler, vertex, through, rays)) return false;
   PathEdge& edge = path.edges[size_t(towards_light ? index : index - 1)];
