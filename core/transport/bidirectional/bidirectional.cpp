@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "film/filter.h"
+#include "transport/paths/eye_walk.h"
 #include "transport/paths/light_walk_guide.h"
 
 namespace ajar {
@@ -12,11 +13,9 @@ namespace {
 
 /// Dimensions of the sampler for each walk. They are fixed, so that both walks and the connections stay aligned from
 /// path to path.
-constexpr uint32_t kEyeDimensions = 4, kLightDimensions = 1024, kConnectionDimensions = 2048, kPerVertex = 16;
+constexpr uint32_t kEyeDimensions = 4, kLightDimensions = 1024, kPerVertex = 16;
 constexpr uint32_t kThrough = 4096, kLobe = 4, kDirection = 5, kRoulette = 7;
 constexpr int kRouletteAfter = 3;
-/// Replaces a density of zero in divisions, for lights at which no walk starts.
-constexpr float kNever = 1e-30f;
 
 /// A sample for a direction that was drawn by a hint and not by a lobe.
 BsdfSample drawn_by_hint(const PathVertex& vertex, Vec3 wi) {
@@ -27,42 +26,6 @@ BsdfSample drawn_by_hint(const PathVertex& vertex, Vec3 wi) {
 }
 
 }  // namespace
-
-/// Densities of the vertices of a complete path from both sides, in path order. Weights follow the power heuristic with
-/// exponent 2 over all strategies [Veach, section 10.2].
-struct BidirectionalWalks::Densities {
-  int count;
-  double from_light[kMaxPathVertices], from_eye[kMaxPathVertices];
-  bool joinable[kMaxPathVertices];  ///< not specular in this path
-  double sampled = 0.0;             ///< density of vertex 0 by light sampling
-
-  double weight(int s, double light_walks) const {
-    if (count == 2) return 1.0;  // emission that is seen directly is found only by hitting it
-    // Factors of a strategy's density besides those of its vertices: light sampling, the number of light walks, and
-    // zero for a connection at a specular vertex.
-    const auto factor = [&](int k) {
-      if (k == 0) return 1.0;
-      if (k == 1) return joinable[1] ? sampled / from_light[0] : 0.0;
-      if (!joinable[k - 1] || !joinable[k]) return 0.0;
-      return k == count - 1 ? light_walks : 1.0;
-    };
-    const double own = factor(s);
-    if (!(own > 0.0)) return 0.0;
-    double sum = 1.0, ratio = 1.0;
-    for (int k = s + 1; k < count; ++k) {
-      ratio *= from_light[k - 1] / from_eye[k - 1];
-      const double relative = ratio * factor(k) / own;
-      sum += relative * relative;
-    }
-    ratio = 1.0;
-    for (int k = s - 1; k >= 0; --k) {
-      ratio *= from_eye[k] / from_light[k];
-      const double relative = ratio * factor(k) / own;
-      sum += relative * relative;
-    }
-    return std::isfinite(sum) ? 1.0 / sum : 0.0;
-  }
-};
 
 BidirectionalWalks::BidirectionalWalks(const Scene& scene, double light_walks)
     : scene_(scene),
@@ -94,10 +57,9 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
 }
 
 void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux) {
-  const Camera& camera = scene_.camera();
   const bool lamp_shapes = scene_.has_lamp_shapes(), transparent_film = scene_.settings().transparent_film;
   float pdf_direction;
-  Ray ray = start_at_lens(scene_, film, camera.has_lens() ? sampler.get_2d() : Vec2(0.5f), eye_[0].vertex,
+  Ray ray = start_at_lens(scene_, film, scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), eye_[0].vertex,
                           pdf_direction);
   eye_[0].beta = Color(1.0f);
   eye_count_ = 1;
@@ -165,12 +127,9 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     if (i >= 2)
       eye_[size_t(i - 1)].rev = next.scattering.pdf_walk_to_eye * next.edge.to_eye_area() * next.edge.pass *
                                 (1.0f - previous.vertex.pass);
-    if (i >= kRouletteAfter) {
-      const float survival = std::min(1.0f, std::sqrt(max_component(beta)));
-      sampler.set_dimension(base + kRoulette);
-      if (survival < 1.0f && sampler.get_1d() >= survival) break;
-      beta /= survival;
-    }
+    if (i >= kRouletteAfter &&
+        !survives(std::min(1.0f, std::sqrt(max_component(beta))), sampler, base + kRoulette, beta))
+      break;
     start = ShadingPoint();
     count_bounce(*sample, vertex.point, start);
     ray = scene_.spawn_ray(vertex.point, sample->wi);
@@ -261,212 +220,15 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     previous.rev = next.scattering.pdf_to_light * next.edge.to_light_area() * next.edge.pass *
                    (1.0f - previous.vertex.pass);
     if (i == 1 && !light_end_.can_be_hit) previous.rev = 0.0f;
-    if (i >= kRouletteAfter) {
-      const float survival = std::min(1.0f, std::sqrt(std::max(max_component(gained), 1e-4f)));
-      sampler.set_dimension(base + kRoulette);
-      if (survival < 1.0f && sampler.get_1d() >= survival) break;
-      factor /= survival;
-      gained /= survival;
-    }
+    if (i >= kRouletteAfter && !survives(std::min(1.0f, std::sqrt(std::max(max_component(gained), 1e-4f))), sampler,
+                                         base + kRoulette, factor, gained))
+      break;
     start = ShadingPoint();
     count_bounce(*sample, vertex.point, start);
     start.ray_kind = kLightWalkKind;
     ray = scene_.spawn_ray(vertex.point, sample->wi);
     pdf_direction = next.scattering.pdf_walk_to_eye;
   }
-}
-
-float BidirectionalWalks::limits_factor(int s, int t, const PathEdge& edge) const {
-  const BounceLimits& limits = scene_.settings().bounces;
-  const int count = s + t + (s == 0);  // for s = 0 the light is an additional vertex
-  if (!BounceCount::matters(limits, count - 3)) return 1.0f;
-  BounceCount bounces(limits);
-  // The vertex next to the light does not count. The two vertices of the connection are not specular.
-  for (int j = 2; j <= s - 1; ++j) {
-    const PathVertex& v = light_[size_t(j)].vertex;
-    const bool joint = j == s - 1;
-    bounces.add(v, joint ? edge.to_eye : light_[size_t(j) + 1].edge.to_eye, v.point.wo, v.specular && !joint);
-  }
-  for (int k = s >= 2 ? t - 1 : t - 2; k >= 1; --k) {
-    const PathVertex& v = eye_[size_t(k)].vertex;
-    const bool joint = k == t - 1;
-    bounces.add(v, v.point.wo, joint ? -edge.to_eye : -eye_[size_t(k) + 1].edge.to_eye, v.specular && !joint);
-  }
-  return bounces.factor();
-}
-
-void BidirectionalWalks::found(int s, int t, Color contribution, Vec2 film, int hit) {
-  if (is_black(contribution)) return;
-  found_.push_back({s, t, contribution, film, hit});
-}
-
-bool BidirectionalWalks::leaves_out(int t, bool joined) const {
-  return leaves_unconnectable &&
-         is_unconnectable(t + 1, [&](int i) { return eye_[size_t(t - i)].vertex.specular && !(joined && i == 1); });
-}
-
-void BidirectionalWalks::find_by_hit(int index) {
-  const LightHit& hit = hits_[size_t(index)];
-  if (only_strategy > 0) return;
-  const int t = hit.t;
-  if (leaves_out(t, false) && sends_photons(scene_, hit.light)) return;
-  const WalkVertex& end = eye_[size_t(t - 1)];
-  Densities d;
-  d.count = t + 1;
-  double weight = 1.0;
-  if (t >= 2) {
-    const LightEnd light = light_end(scene_, hit.light, end.vertex, hit.edge, guide);
-    d.from_eye[0] = light.can_be_hit ? double(hit.pdf) : 0.0;
-    d.from_light[0] = std::max(light.pdf_origin, kNever);
-    d.from_light[1] = double(light.pdf_direction) * hit.edge.to_eye_area() * hit.edge.pass * (1.0f - end.vertex.pass);
-    d.sampled = light.pdf_sampled;
-    d.joinable[0] = true;
-    for (int k = t - 1; k >= 0; --k) {
-      const int j = t - k;
-      d.from_eye[j] = k == 0 ? 1.0 : double(eye_[size_t(k)].fwd);
-      if (j >= 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
-      d.joinable[j] = k == 0 || !eye_[size_t(k)].vertex.specular;
-    }
-    weight = d.weight(0, light_walks_);
-    // Walks from the eye must not hit lights whose multiple importance sampling is off. The other strategies count such
-    // lights fully.
-    if (!(d.from_eye[0] > 0.0)) weight = 0.0;
-  }
-  connections_.push_back(hit.edge);
-  const size_t before = found_.size();
-  found(0, t, hit.contribution * (float(weight) * limits_factor(0, t, hit.edge)), film_, index);
-  if (found_.size() == before) connections_.pop_back();
-}
-
-void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
-  const WalkVertex& end = eye_[size_t(t - 1)];
-  const PathVertex& b = end.vertex;
-  if (!b.connectable()) return;
-  if (only_strategy >= 0 && only_strategy != 1) return;
-  sampler.set_dimension(kConnectionDimensions + 4 * uint32_t(t));
-  const Vec2 u = sampler.get_2d();
-  PathVertex& light = sampled_lights_[size_t(t)];
-  if (!sample_light(scene_, b, sampler.get_1d(), u, light)) return;
-  if (leaves_out(t, true) && sends_photons(scene_, light)) return;
-  PathEdge edge = join(light, b);
-  const LightEnd light_side = light_end(scene_, light, b, edge, guide);
-  if (!(light_side.pdf_sampled > 0.0f)) return;
-  const Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
-  Color contribution = end.beta * at_b.f * light_side.radiance * (edge.to_light_area() / light_side.pdf_sampled);
-  if (is_black(contribution) || !look_along(scene_, light, b, edge, rays_)) {
-    if (!finds_beyond_terminator) return;
-    contribution = end.beta * light_beyond_terminator(scene_, light, b, edge, light_side, at_b.f, rays_) /
-                   light_side.pdf_sampled;
-    if (is_black(contribution)) return;
-    connections_.push_back(edge);
-    found(1, t, contribution * limits_factor(1, t, edge), film_, -1);
-    return;
-  }
-
-  Densities d;
-  d.count = t + 1;
-  d.sampled = light_side.pdf_sampled;
-  d.from_light[0] = std::max(light_side.pdf_origin, kNever);
-  d.from_light[1] = double(light_side.pdf_direction) * edge.to_eye_area() * edge.pass * (1.0f - b.pass);
-  d.from_eye[0] = light_side.can_be_hit
-                      ? double(at_b.pdf_to_light) * edge.to_light_area() * edge.pass * (1.0f - light.pass)
-                      : 0.0;
-  d.joinable[0] = true;
-  for (int k = t - 1; k >= 0; --k) {
-    const int j = t - k;
-    d.from_eye[j] = k == 0 ? 1.0 : double(eye_[size_t(k)].fwd);
-    if (j == 2)
-      d.from_light[j] = k == 0 ? 0.0
-                               : double(at_b.pdf_walk_to_eye) * end.edge.to_eye_area() * end.edge.pass *
-                                     (1.0f - eye_[size_t(k)].vertex.pass);
-    if (j > 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
-    d.joinable[j] = k == 0 || j == 1 || !eye_[size_t(k)].vertex.specular;
-  }
-  contribution *= edge.transmittance * (float(d.weight(1, light_walks_)) * limits_factor(1, t, edge));
-  if (is_black(contribution)) return;
-  connections_.push_back(edge);
-  found(1, t, contribution, film_, -1);
-}
-
-void BidirectionalWalks::find_by_connection(int s, int t) {
-  const WalkVertex &from = light_[size_t(s - 1)], &to = eye_[size_t(t - 1)];
-  const PathVertex &a = from.vertex, &b = to.vertex;
-  if (!a.connectable() || !b.connectable()) return;
-  if (only_strategy >= 0 && only_strategy != s) return;
-  PathEdge edge = join(a, b);
-  if (!(edge.inverse_square > 0.0f)) return;
-  const Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
-  if (is_black(at_b.f)) return;
-  const Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false, guide);
-  Color contribution = from.beta * at_a.f * at_b.f * to.beta * edge.to_light_area();
-  if (is_black(contribution) || !look_along(scene_, a, b, edge, rays_)) return;
-
-  Densities d;
-  d.count = s + t;
-  d.sampled = light_end_.pdf_sampled;
-  for (int j = 0; j < s; ++j) {
-    d.from_light[j] = light_[size_t(j)].fwd;
-    d.joinable[j] = j == 0 || j == s - 1 || !light_[size_t(j)].vertex.specular;
-    if (j < s - 2) d.from_eye[j] = light_[size_t(j)].rev;
-  }
-  d.from_eye[s - 1] = double(at_b.pdf_to_light) * edge.to_light_area() * edge.pass * (1.0f - a.pass);
-  d.from_eye[s - 2] = s == 2 && !light_end_.can_be_hit
-                          ? 0.0
-                          : double(at_a.pdf_to_light) * from.edge.to_light_area() * from.edge.pass *
-                                (1.0f - light_[size_t(s - 2)].vertex.pass);
-  for (int k = t - 1; k >= 0; --k) {
-    const int j = d.count - 1 - k;
-    d.from_eye[j] = k == 0 ? 1.0 : double(eye_[size_t(k)].fwd);
-    d.joinable[j] = k == 0 || k == t - 1 || !eye_[size_t(k)].vertex.specular;
-    if (k < t - 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
-  }
-  d.from_light[s] = double(at_a.pdf_walk_to_eye) * edge.to_eye_area() * edge.pass * (1.0f - b.pass);
-  d.from_light[s + 1] = t == 2 ? 0.0
-                               : double(at_b.pdf_walk_to_eye) * to.edge.to_eye_area() * to.edge.pass *
-                                     (1.0f - eye_[size_t(t - 2)].vertex.pass);
-  contribution *= edge.transmittance * (float(d.weight(s, light_walks_)) * limits_factor(s, t, edge));
-  if (is_black(contribution)) return;
-  connections_.push_back(edge);
-  found(s, t, contribution, film_, -1);
-}
-
-void BidirectionalWalks::find_by_lens(int s) {
-  const WalkVertex& from = light_[size_t(s - 1)];
-  const PathVertex& a = from.vertex;
-  if (!a.connectable()) return;
-  if (only_strategy >= 0 && only_strategy != s) return;
-  if (!shows_on_film(a.point)) return;
-  const auto film = scene_.camera().film_of(lens_.position(), a.position());
-  if (!film || film->x < -margin_ || film->y < -margin_ || film->x > float(scene_.camera().width()) + margin_ ||
-      film->y > float(scene_.camera().height()) + margin_)
-    return;
-  PathEdge edge = join(a, lens_);
-  if (!(edge.inverse_square > 0.0f)) return;
-  const float density = lens_density(scene_, edge);
-  const Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false, guide);
-  Color contribution = from.beta * at_a.f * (edge.to_light_area() * density);
-  if (is_black(contribution) || !look_along(scene_, a, lens_, edge, rays_)) return;
-
-  Densities d;
-  d.count = s + 1;
-  d.sampled = light_end_.pdf_sampled;
-  for (int j = 0; j < s; ++j) {
-    d.from_light[j] = light_[size_t(j)].fwd;
-    d.joinable[j] = j == 0 || j == s - 1 || !light_[size_t(j)].vertex.specular;
-    if (j < s - 2) d.from_eye[j] = light_[size_t(j)].rev;
-  }
-  d.from_eye[s - 1] = double(density) * edge.to_light_area() * edge.pass * (1.0f - a.pass);
-  d.from_eye[s - 2] = s == 2 && !light_end_.can_be_hit
-                          ? 0.0
-                          : double(at_a.pdf_to_light) * from.edge.to_light_area() * from.edge.pass *
-                                (1.0f - light_[size_t(s - 2)].vertex.pass);
-  d.from_eye[s] = 1.0;
-  d.from_light[s] = 0.0;
-  d.joinable[s] = true;
-  contribution *= edge.transmittance * (float(d.weight(s, light_walks_)) * limits_factor(s, 1, edge));
-  if (is_black(contribution)) return;
-  connections_.push_back(edge);
-  found(s, 1, contribution, *film, -1);
 }
 
 bool BidirectionalWalks::is_direct(const FoundPath& path) const {

@@ -72,6 +72,8 @@ class BidirectionalWalks {
   int only_strategy = -1;
 
  private:
+  /// Dimension of the sampler from which on connections draw, so that they are the same for walks of any length.
+  static constexpr uint32_t kConnectionDimensions = 2048;
   struct WalkVertex {
     PathVertex vertex;
     PathEdge edge;          ///< to the vertex before it in the walk
