@@ -115,7 +115,7 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Co
     const float u_lobe = own.get_1d();
     own.set_dimension(base + 1);
     const Vec2 u = own.get_2d();
-    float u_guide = 0.0f, pdf_bsdf, distance = 0.0f;
+    float u_guide = 0.0f, pdf_bsdf;
     if (guided.guided()) {
       own.set_dimension(base + 3);
       u_guide = own.get_1d();
@@ -126,23 +126,27 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Co
     const Color weight = sample->f_cos / sample->pdf_solid_angle;
     const bool logged = log_ && depth == 0 &&
                         (pixel_ + index_ + uint32_t(i)) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
-    const Color found = weight * incoming(point, *sample, pdf_bsdf,
-                                          logged ? throughput * weight / float(rays) : Color(0.0f), depth, own,
-                                          base + kGatherDimensions, distance);
+    const Incoming arriving = incoming(point, *sample, pdf_bsdf,
+                                       logged ? throughput * weight / float(rays) : Color(0.0f), depth, own,
+                                       base + kGatherDimensions);
+    const Color found = weight * arriving.radiance;
     gathered += found;
     if (depth == 0 && guide_samples_ && luminance(found) > 0.0f &&
         hash_combine(pixel_, index_ * uint32_t(rays) + uint32_t(i)) % guide_stride_ == 0)
-      guide_samples_->push_back({point.position, rough.n, sample->wi, distance > 0.0f ? 1.0f / distance : 0.0f,
-                                 luminance(found), pdf_bsdf, guided.kind()});
+      guide_samples_->push_back({point.position, rough.n, sample->wi,
+                                 arriving.distance > 0.0f ? 1.0f / arriving.distance : 0.0f, luminance(found), pdf_bsdf,
+                                 guided.kind()});
   }
   return sum + gathered / float(rays);
 }
 
-Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, float pdf_bsdf, Color throughput,
-                               int depth, Sampler& sampler, uint32_t dimension, float& distance) {
+PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, float pdf_bsdf,
+                                                  Color throughput, int depth, Sampler& sampler, uint32_t dimension) {
   const BounceLimits& limits = scene_.settings().bounces;
   const DirectVertex origin{from.position, from.ns, pdf_bsdf};
-  Color radiance(0.0f), beta(1.0f);
+  Incoming result;
+  Color& radiance = result.radiance;
+  Color beta(1.0f);
   EyeWalk walk(scene_, scene_.spawn_ray(from, first.wi), rays_, from);
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
@@ -162,7 +166,7 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
     if (straight) walk.meet_lamps(add_met);
     if (straight && !walk.found()) walk.meet_distant(add_met);
     if (!walk.found()) break;
-    if (vertex == 0) distance = walk.hit.t;
+    if (vertex == 0) result.distance = walk.hit.t;
     walk.arrive();
     length += walk.hit.t;
     walk.shade();
@@ -196,7 +200,7 @@ Color PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first
     if (!survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta)) break;
     walk.leave_along(sample->wi);
   }
-  return radiance;
+  return result;
 }
 
 bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading) {

@@ -80,11 +80,14 @@ class PhotonGatherer {
   /// the surface to the eye.
   Color reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth, Sampler& sampler,
                   uint32_t dimension);
+  struct Incoming {
+    Color radiance{0.0f};
+    float distance = 0.0f;  ///< to the first hit; 0 if there is none
+  };
   /// Light along a gather ray: the emission of the first hit, and the estimate of the maps at the rough surface that
-  /// the ray reaches. `pdf_bsdf`: density of the sample's direction, for MIS with light sampling. `distance`: to the
-  /// first hit.
-  Color incoming(const ShadingPoint& from, const BsdfSample& sample, float pdf_bsdf, Color throughput, int depth,
-                 Sampler& sampler, uint32_t dimension, float& distance);
+  /// the ray reaches. `pdf_bsdf`: density of the sample's direction, for MIS with light sampling.
+  Incoming incoming(const ShadingPoint& from, const BsdfSample& sample, float pdf_bsdf, Color throughput, int depth,
+                    Sampler& sampler, uint32_t dimension);
   /// Follows `ray` and sharp lobes to a rough surface.
   bool find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading);
   void log_arrival(int place, const ShadingPoint& point, Color throughput);
