@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <type_traits>
+#include <utility>
 
 #include <tbb/combinable.h>
 
@@ -147,7 +149,7 @@ class IrradianceCache final : public Integrator {
           float alpha = 1.0f;
           ++tile.counter.paths;
           const Color radiance = sees_nothing(ray) ? Color(0.0f)
-                                                   : trace(direct_light, Start{ray}, px, py, tile.sampler,
+                                                   : trace(direct_light, Start{ray, px, py}, tile.sampler,
                                                            film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
           film.add_sample(px, py, radiance, alpha, &aux);
         });
@@ -245,12 +247,12 @@ class IrradianceCache final : public Integrator {
       const Vec3 wi = frame.to_world(grid_.direction(i, sampler.get_2d()));
       if (!(glm::dot(wi, shading.bsdf.ng) > 0.0f)) continue;
       ++counter.paths;
-      Start start{scene_->spawn_ray(place, wi), Color(0.0f)};
+      Start start{scene_->spawn_ray(place, wi), px, py, Color(0.0f)};
       start.from = place;
       count_bounce({wi, Color(1.0f), 1.0f, kReflection | kDiffuse, false}, place, start.from);
       start.inverse_distance = &inverse_distance[size_t(i)];
       float alpha;
-      radiance[size_t(i)] = trace(direct_light, start, px, py, sampler, nullptr, alpha, counter);
+      radiance[size_t(i)] = trace(direct_light, start, sampler, nullptr, alpha, counter);
     }
     IrradianceRecord record = grid_.record(p, frame, radiance, inverse_distance);
     if (!is_finite(record.irradiance)) return;
@@ -304,20 +306,59 @@ class IrradianceCache final : public Integrator {
   /// The start of a path: at the eye, or at a record.
   struct Start {
     Ray ray;
+    int pixel_x, pixel_y;
     Color to_lights{1.0f};              ///< throughput to lights that the first ray hits
     ShadingPoint from{};                ///< kind and depths of the first ray
     float* inverse_distance = nullptr;  ///< to the first surface; set for records, which do not use the cache
   };
 
+  /// The first hit of a path is recorded once. Returns `aux` at the first hit, else null.
+  SampleAux* record_if_first(const ShadingPoint& point, const Bsdf& bsdf, SampleAux*& aux) const {
+    SampleAux* const vertex_aux = point.ray_depth == 0 ? std::exchange(aux, nullptr) : nullptr;
+    if (vertex_aux) record_first_hit(*scene_, point, bsdf, *vertex_aux);
+    return vertex_aux;
+  }
+
+  static bool pass_through(EyeWalk& walk, const BsdfSample& sample, Color& to_lights, Color& beta) {
+    const Color through = sample.f_cos / sample.pdf_solid_angle;
+    to_lights *= through;
+    beta *= through;
+    return walk.pass_through();
+  }
+
+  /// The data of a vertex that weigh the light that its sample hits.
+  static DirectVertex vertex_of(DirectVertex here, const ShadingPoint& point, const Bsdf& bsdf,
+                                const BsdfSample& sample) {
+    here.position = point.position;
+    here.normal = bsdf.receiving_normal();
+    here.bsdf_pdf = sample.specular ? 0.0f : sample.pdf_solid_angle;
+    return here;
+  }
+
+  /// Adds the cached light of the lobes for which the cache stands, and returns the throughput of the other lobes;
+  /// nothing if the cache has no record here. It is inlined so that the compiler fuses sums and products as in one loop.
+  [[gnu::always_inline]] std::optional<Color> read_cache(const EyeWalk& walk, Sampler& sampler, uint32_t dimension,
+                                                         const std::optional<BsdfSample>& sample, Counters& counter,
+                                                         Color beta, Color& radiance) const {
+    const ShadingPoint& point = walk.point;
+    const Bsdf& bsdf = walk.shading.bsdf;
+    const CachedPart cached(bsdf, point.wo);
+    Color irradiance;
+    counter.lookups += bool(cached);
+    if (!cached || !records_.find(point.position, bsdf.n, irradiance)) return {};
+    ++counter.found;
+    sampler.set_dimension(dimension);
+    radiance += beta * cached.albedo(point.wo, sampler.get_2d()) * kInvPi * irradiance;
+    return sample ? beta * cached.others(point.wo, *sample) : beta;
+  }
+
   /// Radiance along a path. It has two throughputs. `to_lights` applies to lights that its ray hits and includes all
   /// lobes. `beta` applies to light that surfaces scatter and excludes the lobes whose part comes from the cache.
   template <class DirectLight>
-  Color trace(const DirectLight& direct_light, const Start& start, int pixel_x, int pixel_y, Sampler& sampler,
-              SampleAux* aux, float& alpha, Counters& counter) const {
+  Color trace(const DirectLight& direct_light, const Start& start, Sampler& sampler, SampleAux* aux, float& alpha,
+              Counters& counter) const {
     const Scene& scene = *scene_;
-    const LightSet& lights = scene.lights();
     const RenderSettings& settings = scene.settings();
-    const bool reads_cache = !start.inverse_distance;
     EyeWalk walk(scene, start.ray, counter.rays, start.from);
     ShadingPoint& point = walk.point;
     const SurfaceShading& shading = walk.shading;
@@ -347,11 +388,7 @@ class IrradianceCache final : public Integrator {
       const Bsdf& bsdf = shading.bsdf;
       if (!is_black(shading.emission) && !is_black(to_lights))
         radiance += to_lights * shading.emission * walk.emission_weight(weight_of_hit);
-      SampleAux* const vertex_aux = point.ray_depth == 0 ? aux : nullptr;
-      if (vertex_aux) {
-        record_first_hit(scene, point, bsdf, *aux);
-        aux = nullptr;
-      }
+      SampleAux* const vertex_aux = record_if_first(point, bsdf, aux);
       const Color transparency = bsdf.transparency();
       if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
       if (bsdf.empty()) break;
@@ -360,9 +397,9 @@ class IrradianceCache final : public Integrator {
 
       const uint32_t base = kFirstDimensions + kVertexDimensions * vertex;
       DirectVertex here;
-      if (bsdf.has_non_delta() && !passes_only && lights.can_choose()) {
-        const DirectLightContext context{scene,   point,  bsdf, uint32_t(scene.material_index(walk.hit)),
-                                         pixel_x, pixel_y};
+      if (bsdf.has_non_delta() && !passes_only && scene.lights().can_choose()) {
+        const DirectLightContext context{scene,         point,        bsdf, uint32_t(scene.material_index(walk.hit)),
+                                         start.pixel_x, start.pixel_y};
         radiance += beta * direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
         if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
           if (has_soft_terminator(point))
@@ -373,23 +410,11 @@ class IrradianceCache final : public Integrator {
 
       Color after = beta;  // throughput to scattered light, by the lobes that are not cached
       if (sample) after *= sample->f_cos;
-      if (reads_cache && !passes_only && bounces_diffusely(point, settings.bounces)) {
-        const CachedPart cached(bsdf, point.wo);
-        Color irradiance;
-        counter.lookups += bool(cached);
-        if (cached && records_.find(point.position, bsdf.n, irradiance)) {
-          ++counter.found;
-          sampler.set_dimension(base + kDirection);
-          radiance += beta * cached.albedo(point.wo, sampler.get_2d()) * kInvPi * irradiance;
-          if (sample) after = beta * cached.others(point.wo, *sample);
-        }
-      }
+      if (!start.inverse_distance && !passes_only && bounces_diffusely(point, settings.bounces))
+        after = read_cache(walk, sampler, base + kDirection, sample, counter, beta, radiance).value_or(after);
       if (!sample) break;
       if (sample->flags & kTransparent) {
-        const Color through = sample->f_cos / sample->pdf_solid_angle;
-        to_lights *= through;
-        beta *= through;
-        if (!walk.pass_through()) break;
+        if (!pass_through(walk, *sample, to_lights, beta)) break;
         continue;
       }
       if (passes_only) break;
@@ -404,10 +429,7 @@ class IrradianceCache final : public Integrator {
       if (point.ray_depth > 2 &&
           !survives(std::min(1.0f, std::sqrt(max_component(to_lights))), sampler, base + kRoulette, to_lights, beta))
         break;
-      previous = here;
-      previous.position = point.position;
-      previous.normal = bsdf.receiving_normal();
-      previous.bsdf_pdf = sample->specular ? 0.0f : sample->pdf_solid_angle;
+      previous = vertex_of(here, point, bsdf, *sample);
       walk.leave_along(sample->wi);
     }
     return radiance;
