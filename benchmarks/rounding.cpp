@@ -26,8 +26,8 @@ int main(int argc, char** argv) {
     d.settings.width = std::max(1, int(scale * d.settings.width));
     d.settings.height = std::max(1, int(scale * d.settings.height));
     d.settings.region = {0, 0, 0, 0};
-    d.settings.direct = "mis";
-    d.settings.guiding = "off";  // learned data would differ after the first different sample
+    d.settings.direct = DirectMethod::Mis;
+    d.settings.guiding = Guiding::Off;  // learned data would differ after the first different sample
     const std::string integrator = option("--integrator", "path");
     Diagnostics diagnostics;
     const auto scene = Scene::build(std::move(d), {}, diagnostics);

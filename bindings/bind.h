@@ -7,6 +7,8 @@ namespace ajar::python {
 
 void bind_shader_graph(pybind11::module_& module);
 void bind_description(pybind11::module_& module);
+/// RenderSettings. bind_description calls it, because the settings need its enums and the description needs them.
+void bind_settings(pybind11::module_& module);
 void bind_session(pybind11::module_& module);
 void bind_image(pybind11::module_& module);
 

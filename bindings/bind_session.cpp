@@ -7,7 +7,6 @@
 #include "integrators/integrator.h"
 #include "integrators/learned.h"
 #include "render/session.h"
-#include "transport/direct/direct_methods.h"
 #include "transport/hints/hint_suggestions.h"
 
 namespace ajar::python {
@@ -134,6 +133,8 @@ void bind_reports(py::module_& module) {
       .value("Biased", Bias::Biased, "A bias remains with any number of samples.");
   py::class_<IntegratorInfo>(module, "IntegratorInfo", "An entry of `integrator_list()`.")
       .def_readonly("name", &IntegratorInfo::name, "str. The value for `RenderSettings.integrator`.")
+      .def_readonly("number", &IntegratorInfo::number,
+                    "int. The number that stands for the integrator in files of Blender.")
       .def_readonly("label", &IntegratorInfo::label, "str. The name in the user interface.")
       .def_readonly("bias", &IntegratorInfo::bias, "Bias. The bias of the image.")
       .def_readonly("sentence", &IntegratorInfo::sentence, "str. One sentence for the artist.")
@@ -275,13 +276,18 @@ void bind_session(py::module_& module) {
       "afterwards. Raises SceneError when the scene cannot be built.");
   module.def("integrator_list", &integrator_list, py::return_value_policy::reference,
              "Return the integrators as a list of IntegratorInfo, in the order of the user interface.");
-  py::class_<DirectMethodInfo>(module, "DirectMethodInfo", "An entry of `direct_method_list()`.")
-      .def_readonly("name", &DirectMethodInfo::name, "str. The value for `RenderSettings.direct`.")
-      .def_readonly("label", &DirectMethodInfo::label, "str. The name in the user interface.")
-      .def_readonly("biased", &DirectMethodInfo::biased, "bool. Whether the estimator is biased.")
-      .def_readonly("sentence", &DirectMethodInfo::sentence, "str. One sentence for the artist.");
+  using Method = Choice<DirectMethod>;
+  py::class_<Method>(module, "DirectMethodInfo", "An entry of `direct_method_list()`.")
+      .def_readonly("name", &Method::name, "str. The value for `RenderSettings.direct`.")
+      .def_readonly("label", &Method::label, "str. The name in the user interface.")
+      .def_readonly("biased", &Method::biased, "bool. Whether the estimator is biased.")
+      .def_readonly("sentence", &Method::sentence, "str. One sentence for the artist.");
   module.def(
-      "direct_method_list", &direct_method_list, py::return_value_policy::reference,
+      "direct_method_list",
+      [] {
+        const auto& all = choices<DirectMethod>().all;
+        return std::vector<Method>(all.begin(), all.end());
+      },
       "Return the estimators of direct light as a list of DirectMethodInfo, in the order of the user interface.");
   module.def(
       "known_passes",

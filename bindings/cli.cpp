@@ -1,126 +1,187 @@
-// ajar-render SCENE.ajar OUTPUT.exr|png [--samples N] [--seconds S] [--seed N] [--threads N] [--stats FILE.json]
-// Renders a saved SceneDescription without Blender, or merges checkpoints of one frame.
+// ajar-render SCENE.ajar OUTPUT.exr|png [options]
+// Renders a saved SceneDescription without Blender, or merges checkpoints of one frame. Each setting is an
+// option (settings_table.h) and overrides that of the file.
+#include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <fstream>
+#include <functional>
 #include <iostream>
+#include <sstream>
 
 #include "description/archive.h"
+#include "description/settings_table.h"
 #include "film/image_io.h"
 #include "render/session.h"
 
 namespace {
 
-int usage() {
-  std::cerr << "usage: ajar-render SCENE.ajar OUTPUT.exr|.png [--samples N] [--seconds S] [--error RELMSE] "
-               "[--integrator NAME]\n"
-               "                   [--direct NAME] [--direct-samples N] [--guiding off|on|auto] [--vertex-merging "
-               "off|on] [--image NAME] [--photons N] [--photon-radius METRES] [--gather-rays N] [--seed N] [--threads "
-               "N] [--memory-limit MIB] [--stats FILE.json]\n"
-               "                   [--checkpoint FILE] [--resume FILE]\n"
-               "       ajar-render --merge OUTPUT.exr|.png MERGED.checkpoint A.checkpoint B.checkpoint ...\n";
-  return 2;
+using namespace ajar;
+
+constexpr int kUsageError = 2;
+
+/// What the options change, in their order on the command line.
+using Changes = std::vector<std::function<void(RenderSettings&)>>;
+
+std::string option_name(const std::string& prefix, const char* name) {
+  std::string text = prefix + name;
+  std::replace(text.begin(), text.end(), '_', '-');
+  return text;
 }
 
-/// A non-negative number. Exits with a message if `text` is none.
-double number(const char* option, const char* text) {
-  char* end = nullptr;
-  const double value = std::strtod(text, &end);
-  if (end == text || *end != '\0' || !(value >= 0.0)) {
-    std::cerr << "ajar-render: " << option << " needs a number that is not negative, not '" << text << "'\n";
-    std::exit(2);
+/// Refuse a number outside the range. The help shows bounds that are no limits of the type.
+template <class T>
+void check_range(CLI::Option* option, const SettingRange& range) {
+  if (range.min <= -kMaxFloat) return;
+  const bool has_max = range.max < kMaxFloat;
+  std::ostringstream shown;
+  if (!has_max) shown << ">= " << range.min;
+  option->check(CLI::Range(T(range.min), has_max ? T(range.max) : std::numeric_limits<T>::max(), shown.str()));
+}
+
+template <class E>
+std::vector<std::string> names_of() {
+  std::vector<std::string> names;
+  for (const Choice<E>& choice : choices<E>().all) names.emplace_back(choice.name);
+  return names;
+}
+
+/// An option whose value `set` takes, after those before it on the command line.
+template <class Value>
+CLI::Option* add_option(CLI::App& app, const std::string& name, const std::string& text, Changes& changes,
+                        std::function<void(RenderSettings&, const Value&)> set) {
+  const auto note = [&changes, set](const Value& value) {
+    changes.emplace_back([set, value](RenderSettings& settings) { set(settings, value); });
+  };
+  return app.add_option_function<Value>("--" + name, note, text)->trigger_on_parse()->take_last();
+}
+
+/// Options for the rows of a struct that is in the settings at `of`.
+template <class Struct>
+void add_options(CLI::App& app, Changes& changes, const std::string& prefix,
+                 std::function<Struct&(RenderSettings&)> of) {
+  Struct defaults;
+  for (const Setting<Struct>& row : setting_table<Struct>()) {
+    const std::string name = row.option ? row.option : option_name(prefix, row.name);
+    const std::string text = row.text + (*row.unit ? std::string(" Unit: ") + row.unit + "." : "");
+    const auto add = [&]<class T>(T*) {
+      const auto set = [&row, of](RenderSettings& settings, const T& value) {
+        const SettingField field = row.field(of(settings));
+        *std::get<T*>(field) = value;
+        // Another end of the render replaces the number of samples.
+        if (field == SettingField(&settings.seconds) || field == SettingField(&settings.target_error))
+          settings.samples = 0;
+      };
+      if constexpr (std::is_same_v<T, BounceLimits>) {
+        add_options<BounceLimits>(app, changes, name + "-",
+                                  [](RenderSettings& settings) -> BounceLimits& { return settings.bounces; });
+      } else if constexpr (std::is_same_v<T, MistDescription>) {
+        add_option<std::vector<float>>(app, name, text, changes,
+                                       [set](RenderSettings& settings, const std::vector<float>& v) {
+                                         set(settings, {v[0], v[1], v[2]});
+                                       })
+            ->expected(3);
+      } else if constexpr (std::is_same_v<T, std::array<int, 4>> || std::is_same_v<T, std::array<float, 4>>) {
+        using Values = std::vector<typename T::value_type>;
+        add_option<Values>(app, name, text, changes, [set](RenderSettings& settings, const Values& v) {
+          set(settings, {v[0], v[1], v[2], v[3]});
+        })->expected(4);
+      } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
+        add_option<T>(app, name, text, changes, set)->delimiter(',')->expected(1)->type_name("NAME,...");
+      } else if constexpr (std::is_same_v<T, bool>) {
+        add_option<std::string>(app, name, text, changes, [set](RenderSettings& settings, const std::string& text) {
+          set(settings, text == "on");
+        })->check(CLI::IsMember({"on", "off"}));
+      } else if constexpr (std::is_enum_v<T>) {
+        add_option<std::string>(app, name, text, changes, [set](RenderSettings& settings, const std::string& text) {
+          set(settings, choice_named<T>(text));
+        })->check(CLI::IsMember(names_of<T>()));
+      } else if constexpr (std::is_same_v<T, std::string>) {
+        add_option<T>(app, name, text, changes, set)->type_name("NAME");
+      } else {
+        check_range<T>(add_option<T>(app, name, text, changes, set), row.range);
+      }
+    };
+    std::visit(add, row.field(defaults));
   }
-  return value;
 }
 
-/// Merges renders of one frame from several machines.
-int merge_files(int argc, char** argv) {
-  if (argc < 6) return usage();
-  ajar::Checkpoint all = ajar::load_checkpoint(argv[4]);
-  for (int i = 5; i < argc; ++i) all = ajar::merge(all, ajar::load_checkpoint(argv[i]));
-  ajar::save_checkpoint(all, argv[3]);
+/// Merges renders of one frame from several machines: OUTPUT, MERGED, and the checkpoints.
+void merge_files(const std::vector<std::string>& files) {
+  Checkpoint all = load_checkpoint(files[2]);
+  for (size_t i = 3; i < files.size(); ++i) all = merge(all, load_checkpoint(files[i]));
+  save_checkpoint(all, files[1]);
   const auto combined = all.passes.find("Combined");
   if (combined != all.passes.end())
-    ajar::write_image(argv[2], {all.region[2] - all.region[0], all.region[3] - all.region[1], 4, combined->second});
+    write_image(files[0], {all.region[2] - all.region[0], all.region[3] - all.region[1], 4, combined->second});
   std::cout << all.samples << " samples per pixel of " << all.seeds.size() << " renders\n";
+}
+
+struct Files {
+  std::string scene, output, statistics, checkpoint, resume;
+};
+
+/// The exit code.
+int render(const Files& files, const Changes& changes) {
+  SceneDescription description = load_description(files.scene);
+  for (const auto& change : changes) change(description.settings);
+  const uint64_t scene = files.checkpoint.empty() && files.resume.empty() ? 0 : fingerprint(description);
+  Session session;
+  if (!files.resume.empty()) session.resume(load_checkpoint(files.resume), scene);
+  session.start(std::move(description));
+  while (!session.wait(0.25)) {
+    const Progress progress = session.progress();
+    std::fprintf(stderr, "\r%-40s %5.1f %%  %.0f samples", progress.step.c_str(), 100.0 * double(progress.fraction),
+                 progress.samples);
+  }
+  std::fputc('\n', stderr);
+  for (const Diagnostic& diagnostic : session.diagnostics())
+    std::cerr << diagnostic.object << ": " << diagnostic.message << "\n";
+  if (const std::string error = session.take_error(); !error.empty()) {
+    std::cerr << "ajar-render: " << error << "\n";
+    return 1;
+  }
+  if (auto checkpoint = files.checkpoint.empty() ? std::nullopt : session.checkpoint()) {
+    checkpoint->scene = scene;
+    save_checkpoint(*checkpoint, files.checkpoint);
+  }
+  write_image(files.output, {session.width(), session.height(), 4, session.snapshot("Combined")});
+  if (!files.statistics.empty()) std::ofstream(files.statistics) << session.statistics_json() << "\n";
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 3) return usage();
+  CLI::App app("Renders a scene that was saved as a description. Options override the settings of the file.",
+               "ajar-render");
+  Files files;
+  std::vector<std::string> paths;
+  bool merges = false;
+  app.add_option("files", paths, "SCENE.ajar OUTPUT.exr|.png, or with --merge: OUTPUT.exr|.png MERGED A B ...")
+      ->required();
+  app.add_flag("--merge", merges, "Merge the checkpoints A, B, ... of one frame into the checkpoint MERGED");
+  app.add_option("--stats", files.statistics, "Write the statistics of the render to this file, as JSON");
+  app.add_option("--checkpoint", files.checkpoint, "Write a checkpoint of the render to this file");
+  app.add_option("--resume", files.resume, "Continue from this checkpoint");
+  Changes changes;
+  add_options<RenderSettings>(app, changes, "", [](RenderSettings& settings) -> RenderSettings& { return settings; });
   try {
-    if (std::strcmp(argv[1], "--merge") == 0) return merge_files(argc, argv);
-    ajar::SceneDescription description = ajar::load_description(argv[1]);
-    ajar::RenderSettings& settings = description.settings;
-    std::string statistics_path, checkpoint_path, resume_path;
-    for (int i = 3; i < argc; i += 2) {
-      if (i + 1 >= argc) return usage();
-      const std::string option = argv[i];
-      const char* value = argv[i + 1];
-      if (option == "--samples")
-        settings.samples = int(number("--samples", value));
-      else if (option == "--seconds")
-        settings.seconds = number("--seconds", value), settings.samples = 0;
-      else if (option == "--error")
-        settings.target_error = number("--error", value), settings.samples = 0;
-      else if (option == "--integrator")
-        settings.integrator = value;
-      else if (option == "--direct")
-        settings.direct = value;
-      else if (option == "--direct-samples")
-        settings.direct_samples = int(number("--direct-samples", value));
-      else if (option == "--guiding")
-        settings.guiding = value;
-      else if (option == "--vertex-merging")
-        settings.vertex_merging = value;
-      else if (option == "--image")
-        settings.image = value;
-      else if (option == "--photons")
-        settings.photons = int(number("--photons", value));
-      else if (option == "--photon-radius")
-        settings.photon_radius = float(number("--photon-radius", value));
-      else if (option == "--gather-rays")
-        settings.gather_rays = int(number("--gather-rays", value));
-      else if (option == "--seed")
-        settings.seed = uint32_t(number("--seed", value));
-      else if (option == "--threads")
-        settings.threads = int(number("--threads", value));
-      else if (option == "--memory-limit")
-        settings.memory_limit = int(number("--memory-limit", value));
-      else if (option == "--stats")
-        statistics_path = value;
-      else if (option == "--checkpoint")
-        checkpoint_path = value;
-      else if (option == "--resume")
-        resume_path = value;
-      else
-        return usage();
+    app.parse(argc, argv);
+    if (merges ? paths.size() < 3 : paths.size() != 2)
+      throw CLI::ValidationError("files", merges ? "--merge needs OUTPUT, MERGED and checkpoints"
+                                                 : "a scene and an output are needed, and nothing else");
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kUsageError;
+  }
+  try {
+    if (merges)
+      merge_files(paths);
+    else {
+      files.scene = paths[0];
+      files.output = paths[1];
+      return render(files, changes);
     }
-    const uint64_t scene = checkpoint_path.empty() && resume_path.empty() ? 0 : ajar::fingerprint(description);
-    ajar::Session session;
-    if (!resume_path.empty()) session.resume(ajar::load_checkpoint(resume_path), scene);
-    session.start(std::move(description));
-    while (!session.wait(0.25)) {
-      const ajar::Progress progress = session.progress();
-      std::fprintf(stderr, "\r%-40s %5.1f %%  %.0f samples", progress.step.c_str(), 100.0 * double(progress.fraction),
-                   progress.samples);
-    }
-    std::fputc('\n', stderr);
-    for (const ajar::Diagnostic& diagnostic : session.diagnostics())
-      std::cerr << diagnostic.object << ": " << diagnostic.message << "\n";
-    if (const std::string error = session.take_error(); !error.empty()) {
-      std::cerr << "ajar-render: " << error << "\n";
-      return 1;
-    }
-    if (auto checkpoint = checkpoint_path.empty() ? std::nullopt : session.checkpoint()) {
-      checkpoint->scene = scene;
-      ajar::save_checkpoint(*checkpoint, checkpoint_path);
-    }
-    ajar::write_image(argv[2], {session.width(), session.height(), 4, session.snapshot("Combined")});
-    if (!statistics_path.empty()) std::ofstream(statistics_path) << session.statistics_json() << "\n";
     return 0;
   } catch (const std::exception& exception) {
     std::cerr << "ajar-render: " << exception.what() << "\n";

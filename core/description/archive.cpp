@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "description/diagnostics.h"
+#include "description/settings_table.h"
 
 namespace ajar {
 
@@ -150,6 +151,17 @@ void visit(A& a, bool& value) {
   a.raw(&byte, 1);
   value = byte != 0;
 }
+/// A choice among the settings: by its name if it is known by that.
+template <class A, class E>
+void visit_choice(A& a, E& value) {
+  if constexpr (kKnownByName<E>) {
+    std::string name = name_of(value);
+    visit(a, name);
+    if constexpr (std::is_same_v<A, Reader>) value = choice_named<E>(name);
+  } else {
+    visit(a, value);
+  }
+}
 
 template <class A, class... T>
 void all(A& a, T&... values) {
@@ -240,22 +252,30 @@ void fields(A& a, CameraDescription& v) {
   if (a.has('4')) visit(a, v.panorama);
   if (a.has('6')) all(a, v.motion, v.shutter);
 }
+template <class A, class Struct>
+void visit_settings(A& a, Struct& v) {
+  for (const Setting<Struct>& row : setting_table<Struct>()) {
+    if (!a.has(row.since)) continue;
+    const auto visit_field = [&a]<class T>(T* field) {
+      if constexpr (std::is_enum_v<T>)
+        visit_choice(a, *field);
+      else
+        visit(a, *field);
+    };
+    std::visit(visit_field, row.field(v));
+  }
+}
 template <class A>
 void fields(A& a, BounceLimits& v) {
-  all(a, v.total, v.diffuse, v.glossy, v.transmission, v.transparent, v.volume);
+  visit_settings(a, v);
+}
+template <class A>
+void fields(A& a, MistDescription& v) {
+  all(a, v.start, v.depth, v.exponent);
 }
 template <class A>
 void fields(A& a, RenderSettings& v) {
-  all(a, v.width, v.height, v.region, v.filter, v.filter_width, v.exposure, v.transparent_film, v.bounces,
-      v.clamp_direct, v.clamp_indirect, v.reflective_caustics, v.refractive_caustics, v.integrator, v.direct, v.image,
-      v.samples, v.seconds, v.target_error, v.seed, v.threads, v.passes, v.photons, v.photon_radius, v.gather_rays,
-      v.direct_samples);
-  if (a.has('3')) all(a, v.image_error, v.importance_region, v.importance_factor);
-  if (a.has('5')) visit(a, v.guiding);
-  if (a.has('6')) all(a, v.mist.start, v.mist.depth, v.mist.exponent);
-  if (a.has('7')) visit(a, v.vertex_merging);
-  if (a.has('8')) visit(a, v.memory_limit);
-  if (a.has('C')) visit(a, v.bump_terminator);
+  visit_settings(a, v);
 }
 template <class A>
 void fields(A& a, HintDescription& v) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "description/settings_table.h"
+
 namespace ajar {
 
 namespace {
@@ -260,29 +262,13 @@ void validate_motion(SceneDescription& d, Diagnostics& diagnostics) {
 }
 
 void validate_settings(RenderSettings& s) {
-  if (s.width < 1 || s.height < 1 || s.width > 65536 || s.height > 65536)
-    throw SceneError("The resolution " + std::to_string(s.width) + " x " + std::to_string(s.height) +
-                     " cannot be rendered.");
+  apply_ranges(s);
   auto& r = s.region;
   if (r == std::array<int, 4>{0, 0, 0, 0}) r = {0, 0, s.width, s.height};
   if (r[0] < 0 || r[1] < 0 || r[2] > s.width || r[3] > s.height || r[0] >= r[2] || r[1] >= r[3])
     throw SceneError("The render region is empty or outside the frame.");
-  if (s.samples <= 0 && !(s.seconds > 0.0) && !(s.target_error > 0.0))
+  if (s.samples == 0 && s.seconds == 0.0 && s.target_error == 0.0)
     throw SceneError("The render would never end: set samples, a time limit or a noise target.");
-  if (!std::isfinite(s.exposure)) throw SceneError("The exposure is not a number.");
-  constexpr int kMaxRays = 1 << 16;
-  if (s.direct_samples > kMaxRays || s.gather_rays > kMaxRays)
-    throw SceneError("There are more than " + std::to_string(kMaxRays) + " direct samples or gather rays.");
-  // No path has more bounces than this, so a higher limit has no effect.
-  constexpr int kMaxBounces = 1 << 20;
-  for (int* limit : {&s.bounces.total, &s.bounces.diffuse, &s.bounces.glossy, &s.bounces.transmission,
-                     &s.bounces.transparent, &s.bounces.volume})
-    *limit = std::min(*limit, kMaxBounces);
-  constexpr float kMinFilter = 0.01f, kMaxFilter = 1000.0f;  // the minimum is Blender's
-  if (s.filter_width > kMaxFilter)
-    throw SceneError("The pixel filter is more than " + std::to_string(int(kMaxFilter)) + " pixels wide.");
-  if (!(s.filter_width >= kMinFilter)) s.filter_width = kMinFilter;
-  if (!std::isfinite(s.importance_factor) || s.importance_factor < 0.0f) s.importance_factor = 1.0f;
 }
 
 }  // namespace

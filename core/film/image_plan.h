@@ -38,11 +38,11 @@
 #include <functional>
 #include <vector>
 
+#include "description/choices.h"
 #include "film/film.h"
 
 namespace ajar {
 
-enum class ErrorMeasure : uint8_t { Relative, Perceptual };
 /// Round counts suit low-discrepancy sequences. Integrators that render in passes spread the samples of each pixel over
 /// the passes and need any count.
 enum class Counts : uint8_t { Round, Any };

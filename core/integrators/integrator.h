@@ -86,6 +86,7 @@ void add_statistics_of(const FollowedHints& followed, IntegratorStatistics& stat
 
 struct IntegratorInfo {
   const char* name;
+  int number;         ///< in .blend files; it is never used again for another integrator
   const char* label;  ///< in the UI
   Bias bias;
   const char* sentence;  ///< one sentence for the artist
@@ -95,9 +96,16 @@ struct IntegratorInfo {
   bool knows_parts = false;     ///< renders the passes that consist of SampleParts
   /// Can use vertex merging (transport/bidirectional/vertex_merging.h), which makes it consistent.
   bool can_merge = false;
-  bool renders_media = false;    ///< light scatters between surfaces too
-  bool renders_strands = false;  ///< hair, whose ribbons turn towards each ray
-  bool follows_hints = false;    ///< follows the artist's light hints (transport/hints/hint_guide.h)
+  bool renders_media = false;          ///< light scatters between surfaces too
+  bool renders_strands = false;        ///< hair, whose ribbons turn towards each ray
+  bool follows_hints = false;          ///< follows the artist's light hints (transport/hints/hint_guide.h)
+  bool automatic = false;              ///< stands for the choice of a technique (render/technique_choice.h)
+  bool walks_below_surfaces = false;   ///< others approximate subsurface scattering by diffuse reflection
+  bool can_guide = false;              ///< supports path guiding (transport/guiding/path_guide.h)
+  bool gathers_photons = false;        ///< stores photons and looks them up
+  bool takes_further_samples = false;  ///< see transport/bidirectional/further_samples.h
+  bool splats = false;                 ///< paths contribute to other pixels than the one in which they start
+  bool stores_records = false;         ///< stores irradiance records
 };
 /// All integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();

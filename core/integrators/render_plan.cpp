@@ -115,9 +115,9 @@ class Planner {
   }
 
   void choose_direct() {
-    const DirectMethodInfo& asked = find_direct_method(settings_.direct);
+    const Choice<DirectMethod>& asked = choice_of(settings_.direct);
     DirectPlan& direct = plan_.direct;
-    direct = {asked.method, std::max(1, settings_.direct_samples), asked.biased, 1.0f};
+    direct = {asked.value, std::max(1, settings_.direct_samples), asked.biased, 1.0f};
     std::string instead;
     // Passes of light parts, and lights that are hidden from some kinds of lobes, need the direction of the sampled
     // light. Only the default method gives it, and only the default method supports media.
@@ -128,7 +128,7 @@ class Planner {
       instead = "a light is hidden from some kinds of rays";
     else if (plan_.parts)
       instead = "passes of parts of the light are asked for";
-    if (asked.method == DirectMethod::Mis && direct.samples == 1) instead.clear();
+    if (asked.value == DirectMethod::Mis && direct.samples == 1) instead.clear();
     if (!instead.empty()) direct = {};
     if (settings_.samples > 0 && settings_.seconds == 0.0)
       direct.pilot_samples = std::min(
@@ -140,7 +140,7 @@ class Planner {
       direct.method = DirectMethod::Mis;
       instead = "too few samples to learn from";
     }
-    const DirectMethodInfo& used = find_direct_method(direct.method);
+    const Choice<DirectMethod>& used = choice_of(direct.method);
     add("direct light method", instead.empty(),
         instead.empty()
             ? std::string(used.label) +
@@ -148,7 +148,7 @@ class Planner {
             : instead + ": the default method is used",
         number(uint64_t(direct.samples)) + (direct.samples > 1 ? " shadow rays" : " shadow ray") +
             " at a surface that the camera sees");
-    if (settings_.direct == "mis") return;
+    if (settings_.direct == DirectMethod::Mis) return;
     if (partial)
       plan_.warnings.emplace_back(
           "A light is hidden from some kinds of rays: direct light is sampled by the default method.");
@@ -156,19 +156,18 @@ class Planner {
   }
 
   void choose_guiding() {
-    const bool asked = settings_.guiding != "off";
-    if (settings_.guiding == "on") plan_.guiding = Guiding::On;
-    if (settings_.guiding == "auto" && (settings_.samples == 0 || settings_.samples > kMinSamplesToMeasure))
-      plan_.guiding = Guiding::Measured;
-    if (plan_.media) plan_.guiding = Guiding::Off;
+    const bool asked = settings_.guiding != Guiding::Off;
+    const bool few = settings_.samples != 0 && settings_.samples <= kMinSamplesToMeasure;
+    plan_.guiding = settings_.guiding;
+    if (plan_.media || (settings_.guiding == Guiding::Auto && few)) plan_.guiding = Guiding::Off;
     add("path guiding", plan_.guiding != Guiding::Off,
-        !asked                               ? "not asked for"
-        : plan_.media                        ? "there are volumes"
-        : plan_.guiding == Guiding::Off      ? "too few samples to learn from"
-        : plan_.guiding == Guiding::Measured ? "a measurement during the render decides"
-                                             : "asked for",
+        !asked                           ? "not asked for"
+        : plan_.media                    ? "there are volumes"
+        : plan_.guiding == Guiding::Off  ? "too few samples to learn from"
+        : plan_.guiding == Guiding::Auto ? "a measurement during the render decides"
+                                         : "asked for",
         "a tree over the scene, and a mixture of lobes at each surface");
-    if (plan_.media && settings_.guiding == "on")
+    if (plan_.media && settings_.guiding == Guiding::On)
       plan_.warnings.emplace_back("There are volumes: paths are not guided.");
   }
 
@@ -177,7 +176,7 @@ class Planner {
     const std::string photons = number(photons_of_a_pass(settings_)) + " photons a pass";
     add("photon map", plan_.photons.global, plan_.photons.global_reason, photons);
     add("caustic map", plan_.photons.caustic, plan_.photons.caustic_reason, "photons of the same passes");
-    const bool merges = integrator_.can_merge, wanted = settings_.vertex_merging != "off";
+    const bool merges = integrator_.can_merge, wanted = settings_.vertex_merging != Merging::Off;
     const MergingPlan merging = plan_merging(scene_);
     plan_.merging = wanted && merging.used;
     add("vertex merging", merges && plan_.merging,
@@ -200,7 +199,7 @@ class Planner {
     if (!integrator_.knows_parts)
       plan_.warnings.emplace_back(std::string(integrator_.label) + " does not render the passes " + parts +
                                   ": they stay black. Path Tracing renders them.");
-    else if (settings_.direct != "mis")
+    else if (settings_.direct != DirectMethod::Mis)
       plan_.warnings.emplace_back("For the passes " + parts + ", direct light is sampled by the default method.");
   }
 

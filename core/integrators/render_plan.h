@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "description/choices.h"
 #include "scene/scene.h"
 #include "transport/bidirectional/vertex_merging.h"
-#include "transport/direct/direct_methods.h"
 #include "transport/hints/hints.h"
 #include "transport/photons/photon_tracer.h"
 
@@ -31,12 +31,6 @@ struct DirectPlan {
   int samples = 1;  ///< of an estimate at a surface that the camera sees
   bool biased = false;
   float pilot_samples = 0.0f;  ///< for methods that learn first: samples per pixel in each iteration of their pilot
-};
-
-enum class Guiding : uint8_t {
-  Off,
-  Measured,  ///< guided where a measurement during the render shows that this is efficient
-  On
 };
 
 struct RenderPlan {

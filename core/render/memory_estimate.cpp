@@ -4,7 +4,7 @@
 
 #include "film/film.h"
 #include "integrators/gather_passes.h"
-#include "render/technique_choice.h"
+#include "integrators/integrator.h"
 #include "scene/scene.h"
 #include "shading/functions/texture.h"
 #include "transport/bidirectional/further_samples.h"
@@ -42,16 +42,9 @@ void add(MemoryPart& part, const std::string& name, uint64_t bytes) {
 }
 
 bool may_merge(const RenderSettings& s) {
-  return s.vertex_merging == "on" && (s.integrator == kAutomatic || find_integrator(s.integrator).can_merge);
+  const IntegratorInfo& integrator = find_integrator(s.integrator);
+  return s.vertex_merging == Merging::On && (integrator.automatic || integrator.can_merge);
 }
-bool gathers_photons(const RenderSettings& s) {
-  return s.integrator == "photon_map" || s.integrator == "mps" || s.integrator == kAutomatic;
-}
-bool takes_further_samples(const RenderSettings& s) {
-  return gathers_photons(s) || s.integrator == "erpt" || s.integrator == "metropolis" || s.integrator == "pmc_pt";
-}
-
-bool may_store_photons(const RenderSettings& s) { return gathers_photons(s) || may_merge(s); }
 
 /// Maximum memory of the volumes of instances and of the world; 0 without volumes.
 uint64_t bytes_of_volumes(const SceneDescription& d) {
@@ -77,8 +70,9 @@ std::string mebibytes(uint64_t bytes) {
 /// Whether an additional pilot is rendered (importance_map.h).
 bool measures_important_light(const SceneDescription& d) {
   const auto matters = [](const auto& source) { return source.light_importance != 1.0f; };
-  return d.settings.image == "pmc_ip" && (matters(d.world) || std::any_of(d.lights.begin(), d.lights.end(), matters) ||
-                                          std::any_of(d.objects.begin(), d.objects.end(), matters));
+  return d.settings.image == ImageSampling::PmcIp &&
+         (matters(d.world) || std::any_of(d.lights.begin(), d.lights.end(), matters) ||
+          std::any_of(d.objects.begin(), d.objects.end(), matters));
 }
 
 }  // namespace
@@ -104,7 +98,8 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
     add(textures, image.name.empty() ? image.path : image.name, texture_bytes(image));
   volumes.bytes = bytes_of_volumes(d);
   const RenderSettings& s = d.settings;
-  if (may_store_photons(s)) {
+  const IntegratorInfo& integrator = find_integrator(s.integrator);
+  if (integrator.gathers_photons || may_merge(s)) {
     const uint64_t paths = s.photons > 0 ? uint64_t(s.photons) : photons_of_a_pass(double(s.width) * s.height);
     photons.bytes = paths * kPhotonsPerPath * (kBytesPerPhoton + (may_merge(s) ? VertexMerging::kBytesBehind : 0));
   }
@@ -112,12 +107,12 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
   const bool whole = r == std::array<int, 4>{0, 0, 0, 0};
   const uint64_t pixels = whole ? uint64_t(s.width) * uint64_t(s.height)
                                 : uint64_t(std::max(0, r[2] - r[0])) * uint64_t(std::max(0, r[3] - r[1]));
-  if (s.guiding != "off" && (s.integrator == "path" || s.integrator == kAutomatic))
+  if (s.guiding != Guiding::Off && integrator.can_guide)
     guide.bytes = PathGuide::estimated_bytes(pixels, s.samples > 0 ? uint64_t(s.samples) : ~uint64_t(0));
   // At most one record for four pixels.
-  if (s.integrator == "irradiance_cache") records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
-  film.bytes = pixels * Film::bytes_per_pixel(s.passes, s.integrator != "path" && s.integrator != "photon_map");
-  if (takes_further_samples(s)) film.bytes += pixels * FurtherSamples::bytes_per_pixel();
+  if (integrator.stores_records) records.bytes = pixels / 4 * IrradianceRecords::kBytesPerRecord;
+  film.bytes = pixels * Film::bytes_per_pixel(s.passes, integrator.splats);
+  if (integrator.takes_further_samples) film.bytes += pixels * FurtherSamples::bytes_per_pixel();
   if (measures_important_light(d))
     film.bytes += pixels * (Film::bytes_per_pixel({"Combined"}, false) + 4 * sizeof(Vec2));
   MemoryEstimate estimate{{geometry, instances, textures, volumes, photons, guide, records, film}};

@@ -36,10 +36,10 @@ void add_render(const SessionState& d, json& j) {
   j["version"] = AJAR_VERSION;
   j["state"] = name_of(d.progress.phase);
   j["integrator"] = d.integrator_name;
-  j["direct"] = d.settings.direct;
-  j["guiding"] = d.settings.guiding;
-  j["vertex_merging"] = d.settings.vertex_merging;
-  j["image"] = d.settings.image;
+  j["direct"] = name_of(d.settings.direct);
+  j["guiding"] = name_of(d.settings.guiding);
+  j["vertex_merging"] = name_of(d.settings.vertex_merging);
+  j["image"] = name_of(d.settings.image);
   j["seeds"] = d.base ? d.base->seeds : std::vector<uint32_t>{};
   if (d.film) j["seeds"].push_back(d.seed);
   if (d.base)

@@ -10,7 +10,6 @@
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
 #include "render/technique_choice.h"
-#include "transport/direct/direct_methods.h"
 
 namespace ajar {
 
@@ -18,16 +17,6 @@ namespace {
 
 constexpr uint32_t kImportancePilot = 0x6c676874u;  // for a separate seed
 constexpr double kPilotTimeShare = 0.25;            // maximum share of a time limit for the choice of a technique
-
-/// Throws SceneError with the valid names if `value` is none of them.
-void check_choice(const char* option, const std::string& value, std::initializer_list<const char*> valid) {
-  std::string names;
-  for (const char* name : valid) {
-    if (value == name) return;
-    names += (names.empty() ? "" : ", ") + std::string(name);
-  }
-  throw SceneError("Unknown " + std::string(option) + " '" + value + "'. Valid names: " + names + ".");
-}
 
 /// Whether the scene has about the same place and size. Its objects may differ.
 bool is_scene_of(const Scene& scene, const Learned& before) {
@@ -180,11 +169,6 @@ void SessionWorker::run(Job job) {
   // Invalid settings are refused before anything is built.
   const RenderSettings asked = job.description ? job.description->settings : job.settings;
   auto chosen = make_integrator(asked.integrator);
-  find_direct_method(asked.direct);
-  check_choice("guiding", asked.guiding, {"off", "on", "auto"});
-  check_choice("vertex merging", asked.vertex_merging, {"off", "on"});
-  check_choice("image sampling", asked.image, {"uniform", "pmc_ip"});
-  check_choice("image error", asked.image_error, {"relative", "perceptual"});
   const CameraDescription camera = job.description ? job.description->camera : job.camera;
   const bool final_render = job.description && !job.keep;
   if (job.description) {
@@ -198,7 +182,7 @@ void SessionWorker::run(Job job) {
   if (stop_.load()) return;
   limit_start_ = Clock::now();
   // While the artist navigates, there is no time for a pilot.
-  if (final_render && asked.integrator == kAutomatic) chosen = choose(camera);
+  if (final_render && find_integrator(asked.integrator).automatic) chosen = choose(camera);
   if (stop_.load()) return;
   fall_back(chosen);
   prepare(std::move(chosen), start);
@@ -209,6 +193,7 @@ void SessionWorker::build(Job& job) {
   const auto start = Clock::now();
   Scene::Options options;
   options.bake_single_instances = !job.keep;
+  options.walks_below_surfaces = find_integrator(job.description->settings.integrator).walks_below_surfaces;
   options.stop = &stop_building_;
   options.progress = [this, start](const char* step, float fraction) {
     const auto state = state_.lock();
@@ -305,8 +290,7 @@ std::unique_ptr<ImagePlan> SessionWorker::make_image_plan(const RenderSettings& 
   const auto importance = [this, of = state_.lock()->scene, pilot_seed = hash_combine(seed, kImportancePilot)] {
     return importance_map(of, pilot_seed, stop_);
   };
-  return std::make_unique<ImagePlan>(s.image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative,
-                                     std::max(few ? 2u : 4u, support.equal), s.seed, importance,
+  return std::make_unique<ImagePlan>(s.image_error, std::max(few ? 2u : 4u, support.equal), s.seed, importance,
                                      support.by_passes ? Counts::Any : Counts::Round);
 }
 
@@ -327,11 +311,11 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
   chosen->prepare(scene, plan, seed);
   const PlanSteps learned_steps = use_learned(*state_.lock(), *chosen);
   const GoalSupport support = chosen->goal_support();
-  const bool adapts = s.image == "pmc_ip" && support.follows;
+  const bool adapts = s.image == ImageSampling::PmcIp && support.follows;
   std::unique_ptr<ImagePlan> image_plan = adapts ? make_image_plan(s, support, seed) : nullptr;
 
   const auto state = state_.lock();
-  if (s.image == "pmc_ip" && !adapts && has_importance(*scene))
+  if (s.image == ImageSampling::PmcIp && !adapts && has_importance(*scene))
     state->warn(std::string(find_integrator(state->integrator_name).label) +
                 " cannot give pixels different numbers of samples: their importance has no effect.");
   PlanSteps& steps = state->plan;
@@ -339,9 +323,9 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
   steps.insert(steps.begin(), state->technique_steps.begin(), state->technique_steps.end());
   steps.insert(steps.end(), learned_steps.begin(), learned_steps.end());
   steps.push_back({"image sampling", adapts,
-                   adapts                ? "the number of samples of each pixel depends on its noise"
-                   : s.image == "pmc_ip" ? "this integrator cannot give pixels different numbers of samples"
-                                         : "all pixels get the same number of samples",
+                   adapts                            ? "the number of samples of each pixel depends on its noise"
+                   : s.image == ImageSampling::PmcIp ? "this integrator cannot give pixels different numbers of samples"
+                                                     : "all pixels get the same number of samples",
                    adapts ? "a few numbers for each pixel, read from time to time" : ""});
   if (adapts && scene->any_light_importance())
     steps.push_back(

@@ -61,7 +61,7 @@ RenderSettings smaller(const RenderSettings& asked, double pixels) {
   small.height = std::max(1, int(std::lround(asked.height * scale)));
   small.region = {0, 0, 0, 0};
   small.passes = {"Combined"};
-  small.image = "uniform";
+  small.image = ImageSampling::Uniform;
   return small;
 }
 

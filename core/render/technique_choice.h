@@ -22,10 +22,6 @@
 
 namespace ajar {
 
-/// The name of the integrator in the settings that requests a choice. While an artist navigates in a viewport, it is
-/// path tracing.
-inline constexpr const char* kAutomatic = "auto";
-
 struct TechniqueTrial {
   const char* name;                 ///< as in the plan
   double relmse = 0.0, rays = 0.0;  ///< of the pilot; relmse is that of its noise

@@ -357,7 +357,7 @@ void Scene::Builder::compile_shaders() {
   context.refractive_caustics = d_.settings.refractive_caustics;
   context.bump_terminator = d_.settings.bump_terminator;
   s_.compile_materials(d_, used_, context, previous_, diagnostics_);
-  if (d_.settings.integrator != "path" && d_.settings.integrator != "auto") {
+  if (!options_.walks_below_surfaces) {
     for (size_t i = 0; i < d_.materials.size(); ++i)
       if (used_[i] && s_.programs_[i].has_subsurface())
         report_once(diagnostics_, {Diagnostic::Severity::Warning, d_.materials[i].name,

@@ -13,7 +13,7 @@ MAX_PARAMETERS = 7
 # Tables in the form of code: one line or case for each entry, without control flow between them.
 TABLES = {
     "run_at": "the switch over all instructions of register programs",
-    "bind_geometry": "bindings", "bind_light_world_camera": "bindings", "bind_settings": "bindings", "bind_description": "bindings", "bind_session": "bindings",
+    "bind_geometry": "bindings", "bind_light_world_camera": "bindings", "bind_description": "bindings", "bind_session": "bindings",
 }
 # Functions of the Python module. Their parameters are keyword arguments of Python, where each has its name at the call.
 KEYWORDS = {"read_mesh", "make_strands", "add_object", "add_image"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
 import sys
 import threading
@@ -209,3 +210,32 @@ def test_shown_photons_are_arrays_of_positions_and_powers():
     assert (powers > 0).all()
     positions, powers, stored = render(floor_below_the_light()).photons()
     assert positions.shape == powers.shape == (0, 3) and stored == 0
+
+
+def test_every_setting_is_listed_with_its_default():
+    settings = ajar.RenderSettings()
+    listed = {info.name: info for info in ajar.setting_list()}
+    fields = {name for name, item in vars(ajar.RenderSettings).items() if isinstance(item, property)} - {"bounces"}
+    fields |= {f"bounces.{name}" for name, item in vars(ajar.BounceLimits).items() if isinstance(item, property)}
+    assert set(listed) == fields and len(ajar.setting_list()) == len(fields)
+    for name, info in listed.items():
+        value = operator.attrgetter(name)(settings)
+        assert info.text.endswith("."), name
+        if info.type == "choice":
+            names = [choice[0] for choice in info.choices]
+            assert info.default in names and info.property_default in names, name
+            assert not isinstance(value, str) or value == info.default, name
+        else:
+            assert value == info.default, name
+        if info.type in ("int", "float"):
+            assert info.minimum <= info.default <= info.maximum, name
+            assert info.minimum <= info.property_minimum <= info.property_maximum <= info.maximum, name
+
+
+def test_unknown_choices_are_refused_by_name():
+    settings = ajar.RenderSettings()
+    with pytest.raises(ajar.SceneError, match="Unknown direct light method 'best'. Valid names: mis, "):
+        settings.direct = "best"
+    assert settings.direct == "mis"
+    settings.guiding = "auto"
+    assert settings.guiding == "auto"

@@ -16,7 +16,6 @@
 #include "render/importance_map.h"
 #include "render/memory_estimate.h"
 #include "scene/scene.h"
-#include "transport/direct/direct_methods.h"
 #include "transport/hints/hints.h"
 
 using namespace ajar;
@@ -42,9 +41,10 @@ Extras choose_technique(RenderSettings& s) {
     return value;
   };
   s.integrator = integrator_list()[digit(integrator_list().size())].name;
-  s.direct = direct_method_list()[digit(direct_method_list().size())].name;
-  s.guiding = digit(2) ? "on" : "off";
-  s.vertex_merging = digit(2) ? "on" : "off";
+  const auto& methods = choices<DirectMethod>().all;
+  s.direct = methods[digit(methods.size())].value;
+  s.guiding = digit(2) ? Guiding::On : Guiding::Off;
+  s.vertex_merging = digit(2) ? Merging::On : Merging::Off;
   Extras extras;
   extras.adapts = digit(3) == 1;
   extras.all_passes = digit(3) == 1;
@@ -82,8 +82,8 @@ void render(const std::shared_ptr<const Scene>& scene, const Extras& extras, Lea
   Film film(r[0], r[1], r[2], r[3], passes);
   if (extras.adapts && technique->goal_support().follows && technique->goal_support().equal <= 2) {
     const auto importance = [&] { return importance_map(scene, kPilotSeed, kGoOn); };
-    ImagePlan plan(scene->settings().image_error == "perceptual" ? ErrorMeasure::Perceptual : ErrorMeasure::Relative, 2,
-                   1, importance, technique->goal_support().by_passes ? Counts::Any : Counts::Round);
+    ImagePlan plan(scene->settings().image_error, 2, 1, importance,
+                   technique->goal_support().by_passes ? Counts::Any : Counts::Round);
     for (uint32_t done = 0; done < 4;) {
       const uint32_t next = technique->goal_support().by_passes ? done + 1 : std::min(4u, plan.next_decision(done));
       plan.plan(film, next);

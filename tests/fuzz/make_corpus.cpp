@@ -21,7 +21,7 @@ SceneDescription lit_room() {
 /// only some lobes see, holdouts and shadow catchers.
 std::vector<SceneDescription> matters_more() {
   SceneDescription d = lit_room();
-  d.settings.image = "pmc_ip";
+  d.settings.image = ImageSampling::PmcIp;
   d.settings.importance_region = {0.0f, 0.0f, 0.5f, 0.7f};
   d.settings.importance_factor = 3.0f;
   d.settings.mist = {0.5f, 1.0f, 2.0f};
@@ -31,7 +31,7 @@ std::vector<SceneDescription> matters_more() {
   d.objects[1].light_importance = 0.5f;
   d.lights[0].light_importance = 4.0f;
   SceneDescription partial = d;
-  partial.settings.image_error = "perceptual";
+  partial.settings.image_error = ErrorMeasure::Perceptual;
   partial.world.light_importance = 0.1f;
   set_checker_world(partial, Color(1.0f), Color(0.1f), 3.0f);
   partial.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.5f), 3.0f, 0.1f));

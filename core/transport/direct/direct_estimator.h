@@ -11,7 +11,6 @@
 #include <string>
 
 #include "transport/direct/direct_light.h"
-#include "transport/direct/direct_methods.h"
 #include "transport/direct/light_mixture.h"
 
 namespace ajar {

@@ -64,7 +64,7 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   important.lights[0].light_importance = important.objects[0].light_importance = important.world
                                                                                      .light_importance = 2.0f;
   SceneDescription guided = d;
-  guided.settings.guiding = "on";
+  guided.settings.guiding = Guiding::On;
   SceneDescription hairy = hairy_description(), bald = hairy;
   bald.meshes.back().strands.clear();
   bald.meshes.back().radii.clear();
@@ -74,7 +74,7 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   for (char version = '2'; version <= 'A'; version = version == '9' ? 'A' : char(version + 1))
     EXPECT_EQ(to_bytes(from_bytes(to_bytes(hairy, version))), to_bytes(bald));
   SceneDescription merging = d;
-  merging.settings.vertex_merging = "on";
+  merging.settings.vertex_merging = Merging::On;
   const auto written = to_bytes(d);
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(panorama))), to_bytes(panorama));
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(moving))), to_bytes(moving));

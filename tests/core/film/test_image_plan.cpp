@@ -276,7 +276,7 @@ struct Rendered {
 };
 Rendered render(SceneDescription d, int threads) {
   d.settings.threads = threads;
-  d.settings.image = "pmc_ip";
+  d.settings.image = ImageSampling::PmcIp;
   d.settings.passes = {"Combined", "Sample Count"};
   Session session;
   session.start(std::move(d));
@@ -303,10 +303,10 @@ TEST(ImageSampling, same_seed_same_image_for_any_number_of_threads) {
     hide_the_left(d);
     const std::string name = integrator;
     d.settings.integrator = name.substr(0, name.find(' '));
-    if (name == "path guided") d.settings.guiding = "on";
-    if (name == "path measured") d.settings.guiding = "auto";
-    if (name == "path ocv") d.settings.direct = "ocv_progressive";
-    if (name == "bdpt merging") d.settings.vertex_merging = "on";
+    if (name == "path guided") d.settings.guiding = Guiding::On;
+    if (name == "path measured") d.settings.guiding = Guiding::Auto;
+    if (name == "path ocv") d.settings.direct = DirectMethod::OcvProgressive;
+    if (name == "bdpt merging") d.settings.vertex_merging = Merging::On;
     d.settings.photons = 500;
     const Rendered one = render(d, 1), many = render(d, 4);
     EXPECT_EQ(one.image, many.image);

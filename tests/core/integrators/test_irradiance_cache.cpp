@@ -39,7 +39,7 @@ SceneDescription lit_room(int size) {
   return d;
 }
 
-RunningMoments mean_by(SceneDescription d, const char* method, int direct_samples) {
+RunningMoments mean_by(SceneDescription d, DirectMethod method, int direct_samples) {
   d.settings.direct = method;
   d.settings.direct_samples = direct_samples;
   return whole(d, "irradiance_cache", 4, 24, 500);
@@ -191,9 +191,12 @@ TEST(IrradianceCache, has_a_fraction_of_the_noise_of_path_tracing) {
 TEST(IrradianceCache, control_variates_and_multiple_importance_sampling_have_the_same_mean) {
   SceneDescription d = lit_room(8);
   d.settings.gather_rays = 2;
-  const RunningMoments mis = mean_by(d, "mis", 1);
-  for (auto [method, samples] : {std::pair{"mis", 8}, {"ocv", 16}, {"ocv_progressive", 8}, {"pmc_hi", 1}})
-    EXPECT_TRUE(statistical::means_agree(mean_by(d, method, samples), mis, {0.01, 4})) << method;
+  const RunningMoments mis = mean_by(d, DirectMethod::Mis, 1);
+  for (auto [method, samples] : {std::pair{DirectMethod::Mis, 8},
+                                 {DirectMethod::Ocv, 16},
+                                 {DirectMethod::OcvProgressive, 8},
+                                 {DirectMethod::PmcHi, 1}})
+    EXPECT_TRUE(statistical::means_agree(mean_by(d, method, samples), mis, {0.01, 4})) << name_of(method);
 }
 
 TEST(IrradianceCache, glossy_and_transparent_surfaces_agree_with_path_tracing) {
@@ -209,16 +212,16 @@ TEST(IrradianceCache, glossy_and_transparent_surfaces_agree_with_path_tracing) {
 }
 
 TEST(IrradianceCache, the_image_does_not_depend_on_threads_or_the_division_into_iterations) {
-  for (const char* method : {"mis", "ocv_progressive", "pmc_hi"}) {
+  for (DirectMethod method : {DirectMethod::Mis, DirectMethod::OcvProgressive, DirectMethod::PmcHi}) {
     SceneDescription d = lit_room(33);
     add_object(d, sphere(12), add_glossy(d, 0.2f), moved(Vec3(-0.4f, 0.4f, -0.6f), 0.3f));
     d.settings.gather_rays = 2;
     d.settings.direct = method;
     d.settings.region = {3, 5, 32, 30};
     const auto one = render(d, "irradiance_cache", 3, 5, 1);
-    EXPECT_EQ(one, render(d, "irradiance_cache", 3, 5, 2)) << method;
-    EXPECT_EQ(one, render(d, "irradiance_cache", 3, 5, 8)) << method;
-    EXPECT_NE(one, render(d, "irradiance_cache", 3, 6, 2)) << method;
+    EXPECT_EQ(one, render(d, "irradiance_cache", 3, 5, 2)) << name_of(method);
+    EXPECT_EQ(one, render(d, "irradiance_cache", 3, 5, 8)) << name_of(method);
+    EXPECT_NE(one, render(d, "irradiance_cache", 3, 6, 2)) << name_of(method);
   }
   const auto scene = build(lit_room(8));
   const std::atomic<bool> go{false};

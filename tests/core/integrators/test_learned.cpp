@@ -48,7 +48,7 @@ SceneDescription screened_room(int size, Vec3 lamp = Vec3(0.9f, 0.0f, 0.5f), Vec
   add_object(d, sphere(8), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.3f), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
   d.lights.push_back(area_lamp(lamp, towards, 0.2f, 20.0f));
   d.settings.integrator = "path";
-  d.settings.guiding = "on";
+  d.settings.guiding = Guiding::On;
   d.settings.samples = 8;
   return d;
 }
@@ -61,7 +61,7 @@ SceneDescription four_lamps(int size, Vec3 screen, Vec3 towards) {
       d.lights.push_back(point_light(Vec3(x, 0.6f, z), x > 0.0f ? 8.0f : 3.0f, 0.05f));
   add_object(d, plane(0.7f), add_diffuse(d, Color(0.5f)), shining(screen, towards));
   d.settings.integrator = "path";
-  d.settings.direct = "pmc_hi";
+  d.settings.direct = DirectMethod::PmcHi;
   d.settings.samples = 8;
   d.settings.bounces = {2, 2, 2, 2, 2, 0};
   return d;
@@ -102,7 +102,7 @@ void expect_same_means(const std::vector<RunningMoments>& expected, const std::v
 TEST(Learned, path_guide_of_the_previous_frame_keeps_the_means_also_with_another_light) {
   const SceneDescription d = screened_room(12);
   SceneDescription plain = d;
-  plain.settings.guiding = "off";
+  plain.settings.guiding = Guiding::Off;
   const auto expected = blocks(plain, "path", 64, 16, 100);
   expect_same_means(expected, taught_blocks(d, d, 40, 200, "path guide"), "same scene", 2);
   expect_same_means(expected, taught_blocks(d, wrongly_lit_room(12), 40, 300, "path guide"), "another light", 2);
@@ -111,7 +111,7 @@ TEST(Learned, path_guide_of_the_previous_frame_keeps_the_means_also_with_another
 TEST(Learned, choice_of_lights_keeps_the_means_also_with_other_occluders) {
   const SceneDescription d = four_lamps(12);
   SceneDescription plain = d;
-  plain.settings.direct = "mis";
+  plain.settings.direct = DirectMethod::Mis;
   const auto expected = blocks(plain, "path", 64, 16, 100);
   expect_same_means(expected, taught_blocks(d, d, 40, 200, "choice of lights"), "same screen", 2);
   expect_same_means(
@@ -121,13 +121,13 @@ TEST(Learned, choice_of_lights_keeps_the_means_also_with_other_occluders) {
 
 TEST(Learned, importance_of_another_image_keeps_the_means_of_populations) {
   SceneDescription d = screened_room(12);
-  d.settings.guiding = "off";
-  d.settings.vertex_merging = "off";
+  d.settings.guiding = Guiding::Off;
+  d.settings.vertex_merging = Merging::Off;
   const auto expected = blocks(d, "path", 64, 16, 100);
   d.settings.integrator = "pmc_pt";
   SceneDescription other = wrongly_lit_room(12);
   other.settings.integrator = "pmc_pt";
-  other.settings.vertex_merging = "off";
+  other.settings.vertex_merging = Merging::Off;
   const std::string part = "shares of mutations, importance of the film";
   // Many frames are needed: few populations find the brightest paths, so that the mean and the error of few frames are
   // too small.
@@ -152,7 +152,7 @@ TEST(Learned, choice_of_lights_is_kept_with_the_same_lights_and_a_near_camera) {
   set_camera(other, Vec3(0.1f, 0.4f, 0.1f), Vec3(0.0f, 0.9f, -0.25f), 16, 0.7f);
   EXPECT_NE(why_not(other).find("the camera has moved"), std::string::npos);
   other = d;
-  other.settings.direct = "mis";
+  other.settings.direct = DirectMethod::Mis;
   EXPECT_EQ(why_not(other), "lights are not learned");
   // The pilot is shorter than without learned data.
   EXPECT_LT(double(frame(d, first.learned, 1).statistics["pilot_rays"]), 0.7 * double(first.statistics["pilot_rays"]));
@@ -177,7 +177,7 @@ TEST(Learned, consecutive_frames_do_not_depend_on_the_number_of_threads) {
   };
   const auto check = [&](const SceneDescription& d, const char* integrator) {
     const auto one = rows(d, integrator, 1), two = rows(d, integrator, 2);
-    EXPECT_EQ(one, two) << integrator << ", " << d.settings.direct << " " << d.settings.direct_samples;
+    EXPECT_EQ(one, two) << integrator << ", " << name_of(d.settings.direct) << " " << d.settings.direct_samples;
     EXPECT_NE(one[0], one[1]) << integrator;
   };
   for (const char* integrator : {"path", "photon_map", "mps"}) {
@@ -225,7 +225,7 @@ TEST(Learned, unsuitable_data_are_ignored_and_reported) {
   add_object(far, plane(50.0f), 0);
   EXPECT_NE(parts(frame(far, first.learned, 1))[""].find("another size"), std::string::npos);
   SceneDescription unguided = d;
-  unguided.settings.guiding = "off";
+  unguided.settings.guiding = Guiding::Off;
   EXPECT_EQ(parts(frame(unguided, first.learned, 1))["path guide"], "paths are not guided");
   unguided.settings.integrator = "bdpt";
   EXPECT_NE(parts(frame(unguided, frame(unguided, nullptr, 1).learned, 1))[""].find("nothing is learned"),
@@ -239,7 +239,7 @@ TEST(Learned, unsuitable_data_are_ignored_and_reported) {
 TEST(Learned, technique_is_chosen_again_only_if_the_view_has_changed) {
   SceneDescription d = screened_room(32);
   d.settings.integrator = "auto";
-  d.settings.guiding = "off";
+  d.settings.guiding = Guiding::Off;
   d.settings.samples = 4096;       // enough samples for a pilot
   d.settings.target_error = 1e6f;  // reached after 16 samples
   const auto trials = [](const Frame& f) {
@@ -258,7 +258,7 @@ TEST(Learned, technique_is_chosen_again_only_if_the_view_has_changed) {
 
 TEST(Learned, automatic_guiding_is_measured_again_after_eight_frames) {
   SceneDescription d = screened_room(24);
-  d.settings.guiding = "auto";
+  d.settings.guiding = Guiding::Auto;
   d.settings.samples = 24;
   Frame f = frame(d, nullptr, 1);
   const double gain = f.statistics["guide_measured_gain"];

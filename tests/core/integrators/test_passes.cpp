@@ -139,7 +139,7 @@ TEST(Passes, integrators_without_light_passes_report_it) {
   EXPECT_EQ(said(render_passes(d, {"DiffDir", "Emit"})), 0);
   EXPECT_EQ(said(render_passes(d, {"DiffDir", "Emit"}, "bdpt")), 1);
   EXPECT_EQ(said(render_passes(d, {"Depth"}, "bdpt")), 0);
-  d.settings.direct = "ris";
+  d.settings.direct = DirectMethod::Ris;
   EXPECT_EQ(said(render_passes(d, {"DiffDir", "Emit"})), 1);
 }
 

@@ -8,7 +8,6 @@
 
 #include "integrators/integrator.h"
 #include "render/session.h"
-#include "transport/direct/direct_methods.h"
 #include "transport/paths/path_vertex.h"
 #include "transport_scenes.h"
 
@@ -35,7 +34,9 @@ SceneDescription lit_room() {
 /// An integrator, with settings of direct light, guiding and vertex merging.
 struct Technique {
   std::string name, integrator;
-  std::string direct = "mis", guiding = "off", merging = "off";
+  DirectMethod direct = DirectMethod::Mis;
+  Guiding guiding = Guiding::Off;
+  Merging merging = Merging::Off;
 };
 std::ostream& operator<<(std::ostream& out, const Technique& technique) { return out << technique.name; }
 
@@ -43,11 +44,12 @@ std::vector<Technique> techniques() {
   std::vector<Technique> all;
   for (const IntegratorInfo& info : integrator_list()) {
     if (std::string(info.name) != "auto") all.push_back({info.name, info.name});
-    if (info.can_merge) all.push_back({std::string(info.name) + "_merging", info.name, "mis", "off", "on"});
+    if (info.can_merge)
+      all.push_back({std::string(info.name) + "_merging", info.name, DirectMethod::Mis, Guiding::Off, Merging::On});
   }
-  for (const DirectMethodInfo& method : direct_method_list())
-    if (method.method != DirectMethod::Mis) all.push_back({"path_" + std::string(method.name), "path", method.name});
-  all.push_back({"path_guided", "path", "mis", "on"});
+  for (const Choice<DirectMethod>& method : choices<DirectMethod>().all)
+    if (method.value != DirectMethod::Mis) all.push_back({"path_" + std::string(method.name), "path", method.value});
+  all.push_back({"path_guided", "path", DirectMethod::Mis, Guiding::On});
   return all;
 }
 
@@ -388,8 +390,8 @@ TEST_P(StressTest, gives_a_valid_image) {
   stress.change(d);
   const std::string name = stress.name;
   // Control variates and media above their majorant give negative samples; the mean is positive.
-  const bool signed_samples = technique.direct.starts_with("ocv") || technique.direct == "correlated" ||
-                              name == "every_volume";
+  const bool signed_samples = std::string(name_of(technique.direct)).starts_with("ocv") ||
+                              technique.direct == DirectMethod::Correlated || name == "every_volume";
   uint64_t refused = 1;
   const std::vector<float> image = picture(technique, std::move(d), 1, &refused);
   EXPECT_EQ(refused, 0u);
@@ -404,7 +406,7 @@ TEST_P(StressTest, gives_a_valid_image) {
                                    "a_lamp_in_a_closed_box",
                                    "a_lamp_in_a_tiny_box",
                                    "a_lamp_in_a_tiny_box_in_fog"};
-  if (name == "a_lamp_behind_a_keyhole" || technique.direct == "bsdf")
+  if (name == "a_lamp_behind_a_keyhole" || technique.direct == DirectMethod::Bsdf)
     return;  // few samples may or may not find the lamp
   // By rounding, two points on different sides of a wall can see each other at grazing angles: cosines of 1e-8 give a
   // radiance of 1e-14.

@@ -55,7 +55,7 @@ SceneDescription two_lamps(int size) {
   for (const float x : {-0.6f, 0.6f}) d.lights.push_back(area_lamp(Vec3(x, 0.0f, 0.4f), Vec3(0, 0, -1), 0.3f, 10.0f));
   set_camera(d, Vec3(0.0f, -1.0f, 3.0f), Vec3(0.0f, 0.0f, -0.5f), size, 0.3f);
   d.settings.samples = 32;
-  d.settings.image = "pmc_ip";
+  d.settings.image = ImageSampling::PmcIp;
   d.settings.passes = {"Combined", "Sample Count"};
   return d;
 }

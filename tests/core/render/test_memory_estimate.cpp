@@ -150,12 +150,12 @@ TEST(MemoryEstimate, of_the_film_is_between_its_memory_and_twice_of_it) {
 
 TEST(MemoryEstimate, of_the_film_includes_the_pilot_of_important_light) {
   SceneDescription d = lit(64);
-  d.settings.image = "pmc_ip";
+  d.settings.image = ImageSampling::PmcIp;
   const uint64_t before = part(estimate_memory(d), "the picture").bytes;
   d.lights[0].light_importance = 2.0f;
   EXPECT_GE(part(estimate_memory(d), "the picture").bytes,
             before + 64 * 64 * Film::bytes_per_pixel({"Combined"}, false));
-  d.settings.image = "uniform";
+  d.settings.image = ImageSampling::Uniform;
   EXPECT_EQ(part(estimate_memory(d), "the picture").bytes, before);
 }
 
@@ -184,7 +184,7 @@ TEST(MemoryEstimate, of_merged_photons_is_at_least_their_memory) {
   d.settings.integrator = "bdpt";
   d.settings.photons = 20000;
   EXPECT_EQ(part(estimate_memory(d), "photons").bytes, 0u);
-  d.settings.vertex_merging = "on";
+  d.settings.vertex_merging = Merging::On;
   const double estimated = double(part(estimate_memory(d), "photons").bytes), taken = rendered(d)["photon_bytes"];
   EXPECT_GT(taken, 0.0);
   EXPECT_GE(estimated, taken);
@@ -225,7 +225,7 @@ TEST(MemoryEstimate, of_the_path_guide_is_at_least_its_memory) {
   set_camera(d, Vec3(0, -0.9f, 0), Vec3(0), 64);
   d.settings.samples = 32;
   EXPECT_EQ(part(estimate_memory(d), "path guide").bytes, 0u);
-  d.settings.guiding = "on";
+  d.settings.guiding = Guiding::On;
   const double estimated = double(part(estimate_memory(d), "path guide").bytes), taken = rendered(d)["guide_bytes"];
   EXPECT_GT(taken, 0.0);
   EXPECT_GE(estimated, taken);

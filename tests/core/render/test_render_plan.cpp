@@ -71,7 +71,7 @@ TEST(RenderPlan, of_the_default_cube_is_light_sampling_of_one_lamp) {
 TEST(RenderPlan, reports_when_there_are_too_few_samples_to_learn_the_choice_of_lights) {
   SceneDescription d = default_cube();
   d.settings.integrator = "path";
-  d.settings.direct = "pmc_hi";
+  d.settings.direct = DirectMethod::PmcHi;
   d.settings.samples = 1;
   EXPECT_FALSE(uses(rendered(d), "direct light method"));
   d.settings.samples = 64;
@@ -83,7 +83,7 @@ TEST(RenderPlan, integrators_without_photon_maps_trace_no_photons) {
   SceneDescription d = default_cube();
   for (const char* integrator : {"path", "bdpt", "erpt", "pmc_pt", "metropolis"}) {
     d.settings.integrator = integrator;
-    d.settings.vertex_merging = "on";  // the scene has nothing to merge
+    d.settings.vertex_merging = Merging::On;  // the scene has nothing to merge
     const auto told = rendered(d);
     for (const char* key : {"photon_rays", "photons", "photon_bytes"})
       EXPECT_FALSE(told.contains(key)) << integrator << " " << key;

@@ -45,7 +45,7 @@ SceneDescription bulb_in_glass() {
 
 TechniqueChoice choose(SceneDescription d, int threads = 1) {
   d.settings.samples = 256;
-  d.settings.integrator = kAutomatic;
+  d.settings.integrator = "auto";
   Diagnostics diagnostics;
   const CameraDescription camera = d.camera;
   TechniqueChoice choice;
@@ -95,7 +95,7 @@ TEST(TechniqueChoice, an_image_without_light_is_not_taken_for_one_without_noise)
   for (uint32_t seed = 1; seed <= 2; ++seed) {
     SceneDescription d = bulb_in_glass();
     d.settings.seed = seed;
-    d.settings.vertex_merging = "on";
+    d.settings.vertex_merging = Merging::On;
     const TechniqueChoice choice = choose(std::move(d));
     EXPECT_NE(choice.settings.integrator, "path") << "seed " << seed;
     EXPECT_GT(choice.trials.size(), 1u);

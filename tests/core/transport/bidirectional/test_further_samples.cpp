@@ -197,7 +197,7 @@ TEST(SpecularBranches, every_sample_contains_the_reflection_of_a_lamp_in_glass) 
 
 TEST(DirectPass, does_not_depend_on_the_division_into_iterations) {
   SceneDescription d = plate_and_balls(0.3f, 12);
-  d.settings.vertex_merging = "off";
+  d.settings.vertex_merging = Merging::Off;
   const std::shared_ptr<const Scene> scene = build(d);
   const PathSpace space(*scene, 0, 0, 12, 12, true);
   const auto picture = [&](const std::vector<int>& shares) {
@@ -216,7 +216,7 @@ TEST(DirectPass, further_samples_and_branches_keep_the_mean) {
   constexpr int kSize = 16, kSamples = 32, kReplicates = 24;
   SceneDescription d = plate_and_balls(0.3f, kSize);
   add_object(d, sphere(24), add_glossy(d, 0.15f), moved(Vec3(0.0f, 0.5f, 0.5f), 0.2f));
-  d.settings.vertex_merging = "off";
+  d.settings.vertex_merging = Merging::Off;
   const std::shared_ptr<const Scene> scene = build(d);
   const PathSpace space(*scene, 0, 0, kSize, kSize, true);
   RunningMoments passes, plain;

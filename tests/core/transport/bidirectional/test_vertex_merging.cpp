@@ -22,7 +22,7 @@ SceneDescription pane_and_mirror(float photon_radius = 0.04f) {
   add_object(d, pane, add_glass(d, 0.0f), moved(Vec3(0.0f, 0.0f, 0.7f), 0.9f));
   add_object(d, plane(0.8f), add_glossy(d, 0.0f), shining(Vec3(0.1f, 0.6f, -0.1f), Vec3(0.1f, 1.0f, 0.2f)));
   d.lights.push_back(area_lamp(Vec3(0.0f, 0.0f, 0.95f), Vec3(0, 0, -1), 1.2f, 8.0f));
-  d.settings.vertex_merging = "on";
+  d.settings.vertex_merging = Merging::On;
   d.settings.photon_radius = photon_radius;
   d.settings.photons = 2000;
   return d;
@@ -158,7 +158,7 @@ TEST_P(MergingWith, changes_nothing_without_specular_materials) {
   add_object(d, sphere(), add_glossy(d, 0.3f), moved(Vec3(0.3f, 0.2f, -0.5f), 0.4f));
   d.lights.push_back(area_lamp(Vec3(0.0f, 0.2f, 0.95f), Vec3(0, 0, -1), 0.9f, 8.0f));
   const auto off = render(d, GetParam(), 4, 5);
-  d.settings.vertex_merging = "on";
+  d.settings.vertex_merging = Merging::On;
   EXPECT_EQ(off, render(d, GetParam(), 4, 5));
 }
 INSTANTIATE_TEST_SUITE_P(Integrators, MergingWith, ::testing::Values("bdpt", "erpt", "pmc_pt", "metropolis"),
@@ -182,7 +182,7 @@ TEST(VertexMerging, finds_light_of_lamps_that_cannot_be_hit) {
   SceneDescription d = pane_and_mirror(0.05f);
   d.lights = {point_light(Vec3(0.0f, 0.2f, 0.9f), 8.0f)};
   const double with = whole(d, "bdpt", 4, 4, 1).mean();
-  d.settings.vertex_merging = "off";
+  d.settings.vertex_merging = Merging::Off;
   EXPECT_GT(with, 1.1 * whole(d, "bdpt", 4, 4, 1).mean());
 }
 

@@ -211,8 +211,8 @@ class PointOfFloor {
   }
 
   /// Luminance of independent estimates of `samples` samples each, after training samples.
-  RunningMoments estimates(const char* method, int samples, Lobes lobes, int replicates) const {
-    const auto estimator = make_direct_estimator(*scene_, find_direct_method(method).method,
+  RunningMoments estimates(DirectMethod method, int samples, Lobes lobes, int replicates) const {
+    const auto estimator = make_direct_estimator(*scene_, method,
                                                  {.samples = samples, .lobes_apart = lobes == Lobes::Apart});
     const DirectLightContext context{*scene_, point_, bsdf(), 0, 4, 4};
     uint64_t rays = 0;
@@ -244,37 +244,40 @@ class PointOfFloor {
 TEST(DirectLobes, estimates_of_few_samples_have_the_correct_mean) {
   const PointOfFloor floor(0.05f);
   const double truth = floor.truth();
-  for (const auto& [method, samples] : {std::pair("pmc_hi", 2),
-                                        {"pmc_hi", 3},
-                                        {"pmc_hi", 8},
-                                        {"pmc_hi_paper", 8},
-                                        {"ocv", 8},
-                                        {"ocv", 13},
-                                        {"ocv_progressive", 2},
-                                        {"ocv_progressive", 7}})
+  for (const auto& [method, samples] : {std::pair(DirectMethod::PmcHi, 2),
+                                        {DirectMethod::PmcHi, 3},
+                                        {DirectMethod::PmcHi, 8},
+                                        {DirectMethod::PmcHiPaper, 8},
+                                        {DirectMethod::Ocv, 8},
+                                        {DirectMethod::Ocv, 13},
+                                        {DirectMethod::OcvProgressive, 2},
+                                        {DirectMethod::OcvProgressive, 7}})
     EXPECT_TRUE(statistical::mean_agrees(floor.estimates(method, samples, Lobes::Apart, 20000), truth, {0.01, 8}))
-        << method << ", " << samples;
-  EXPECT_FALSE(statistical::mean_agrees(floor.estimates("ocv_paper", 8, Lobes::Apart, 20000), truth, {0.01}));
+        << name_of(method) << ", " << samples;
+  EXPECT_FALSE(
+      statistical::mean_agrees(floor.estimates(DirectMethod::OcvPaper, 8, Lobes::Apart, 20000), truth, {0.01}));
 }
 
 TEST(DirectLobes, separate_sampling_of_a_weak_sharp_coat_reduces_the_variance) {
   const PointOfFloor floor(0.05f);
   // Measured ratios of the variance: 0.08, 0.09, 0.06 and 0.05.
-  for (const char* method : {"pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"}) {
+  for (DirectMethod method :
+       {DirectMethod::PmcHi, DirectMethod::PmcHiPaper, DirectMethod::Ocv, DirectMethod::OcvProgressive}) {
     const RunningMoments together = floor.estimates(method, 16, Lobes::Together, 4000),
                          apart = floor.estimates(method, 16, Lobes::Apart, 4000);
-    EXPECT_LT(apart.variance(), 0.2 * together.variance()) << method;
+    EXPECT_LT(apart.variance(), 0.2 * together.variance()) << name_of(method);
   }
 }
 
 TEST(DirectLobes, sampling_of_surfaces_with_one_lobe_does_not_change) {
   const PointOfFloor floor(0.0f);
   ASSERT_EQ(floor.bsdf().lobe_count(), 1);
-  for (const char* method : {"pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"}) {
+  for (DirectMethod method :
+       {DirectMethod::PmcHi, DirectMethod::PmcHiPaper, DirectMethod::Ocv, DirectMethod::OcvProgressive}) {
     const RunningMoments together = floor.estimates(method, 9, Lobes::Together, 100),
                          apart = floor.estimates(method, 9, Lobes::Apart, 100);
-    EXPECT_EQ(apart.mean(), together.mean()) << method;
-    EXPECT_EQ(apart.variance(), together.variance()) << method;
+    EXPECT_EQ(apart.mean(), together.mean()) << name_of(method);
+    EXPECT_EQ(apart.variance(), together.variance()) << name_of(method);
   }
 }
 
@@ -283,7 +286,8 @@ TEST(DirectLobes, passes_show_the_share_of_each_lobe) {
   d.settings.samples = 128;
   d.settings.direct_samples = 8;
   d.settings.passes = {"Combined", "Share BSDF", "Share Lobe 1", "Share Lobe 2", "Share Lobe 3"};
-  for (const char* method : {"pmc_hi", "pmc_hi_paper", "ocv", "ocv_progressive"}) {
+  for (DirectMethod method :
+       {DirectMethod::PmcHi, DirectMethod::PmcHiPaper, DirectMethod::Ocv, DirectMethod::OcvProgressive}) {
     d.settings.direct = method;
     Session session;
     session.start(d);
@@ -301,7 +305,7 @@ TEST(DirectLobes, passes_show_the_share_of_each_lobe) {
       coat_sum += double(coat[i]);
     }
     // Sampling of the whole BSDF would choose the coat with probability 1/16.
-    if (std::string(method) == "pmc_hi") {
+    if (method == DirectMethod::PmcHi) {
       EXPECT_GT(coat_sum, diffuse_sum);
     }
   }

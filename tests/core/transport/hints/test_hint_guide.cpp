@@ -141,7 +141,7 @@ TEST_P(HintedIntegrator, has_the_same_mean_with_good_useless_and_wrong_hints) {
   const std::pair<const char*, std::vector<HintDescription>> sets[] = {
       {"good", kGood}, {"bounced", bounced}, {"useless", kUseless}, {"wrong", kWrong}};
   SceneDescription d = keyhole();
-  d.settings.vertex_merging = "off";
+  d.settings.vertex_merging = Merging::Off;
   constexpr int kSeeds = 24, kSamples = 12;
   const Rendered none = render_hinted(d, {}, 2 * kSeeds, 1, 2 * kSamples, GetParam());
   uint32_t first_seed = 1000;
@@ -155,7 +155,7 @@ TEST_P(HintedIntegrator, has_the_same_mean_with_good_useless_and_wrong_hints) {
 /// A sphere lamp. Hints propose the half that faces them; the other half emits in other directions.
 TEST_P(HintedIntegrator, follows_hints_from_lamps_with_extent) {
   SceneDescription d = keyhole(true);
-  d.settings.vertex_merging = "off";
+  d.settings.vertex_merging = Merging::Off;
   d.lights[0].kind = LightKind::Point;
   d.lights[0].radius = 0.08f;
   constexpr int kSeeds = 24, kSamples = 12;

@@ -1,5 +1,4 @@
 #include "agreement.h"
-#include "transport/direct/direct_methods.h"
 
 namespace ajar::test_shadow_terminator {
 
@@ -58,14 +57,15 @@ TEST(ShadowTerminator, flat_faces_and_a_zero_offset_change_nothing) {
 TEST(ShadowTerminator, all_unbiased_methods_have_the_same_mean) {
   const SceneDescription base = coarse_ball(LightKind::Area, 0.1f);
   const RunningMoments expected = whole(base, "path", 32, 12, 1);
-  std::vector<std::pair<std::string, std::string>> ways = {{"bdpt", "mis"}, {"metropolis", "mis"}};
-  for (const DirectMethodInfo& method : direct_method_list())
-    if (!method.biased && method.method != DirectMethod::Mis) ways.push_back({"path", method.name});
+  std::vector<std::pair<std::string, DirectMethod>> ways = {{"bdpt", DirectMethod::Mis},
+                                                            {"metropolis", DirectMethod::Mis}};
+  for (const Choice<DirectMethod>& method : choices<DirectMethod>().all)
+    if (!method.biased && method.value != DirectMethod::Mis) ways.push_back({"path", method.value});
   for (const auto& [integrator, method] : ways) {
     SceneDescription d = base;
     d.settings.direct = method;
     EXPECT_TRUE(statistical::means_agree(expected, whole(d, integrator, 16, 12, 100), {0.01, int(ways.size())}))
-        << integrator << ", " << method;
+        << integrator << ", " << name_of(method);
   }
 }
 
