@@ -30,8 +30,10 @@ def test_every_enum_item_has_its_number(blender, tmp_path):
     script = tmp_path / "script.py"
     script.write_text("""
 import bpy
-from ajar_render import properties
-for items in (properties.integrator_items(), properties.DIRECT_ITEMS, properties.FILTER_ITEMS):
+from ajar_render import core_settings
+choices = [core_settings.items(name) for name, info in core_settings.SETTINGS.items() if info.type in ("choice", "name")]
+assert len(choices) == 7
+for items in choices:
     assert all(len(item) == 4 for item in items) and len({item[3] for item in items}) == len(items)
 assert bpy.context.scene.ajar.integrator in ("path", "auto")
 print("all is well")

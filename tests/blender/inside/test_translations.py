@@ -93,7 +93,10 @@ def messages() -> set[str]:
 def constants() -> set[str]:
     """All strings in the source, and the texts of the core."""
     found = {node.value for path in SOURCES for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
-    return found | {text for info in [*ajar.integrator_list(), *ajar.direct_method_list()] for text in (info.label, info.sentence)}
+    found |= {text for info in [*ajar.integrator_list(), *ajar.direct_method_list()] for text in (info.label, info.sentence)}
+    for info in ajar.setting_list():
+        found |= {info.label, info.description} | {text for _, label, sentence, _ in info.choices for text in (label, sentence)}
+    return found
 
 
 def fields(text: str) -> set[str]:
