@@ -8,28 +8,25 @@ before anything is rendered; in background mode Blender then ends with exit code
 
 from __future__ import annotations
 
+import argparse
+import functools
 import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NoReturn
 
 import bpy
 
-from .ajar_module import ajar
+from . import core_settings
 
 PREFIX = "--ajar-"
 EXIT_BAD_OPTION = 2
 EXIT_NO_IMAGE = 1
 PREVIEW_SAMPLES, PREVIEW_SECONDS = 32, 2.0
 
-INTEGRATORS = tuple(info.name for info in ajar.integrator_list())
-DIRECT = tuple(info.name for info in ajar.direct_method_list())
-GUIDING = ("off", "on", "auto")
-MERGING = ("off", "on")
-IMAGE = ("uniform", "pmc_ip")
-CARRY_LEARNING = ("on", "off")
-DENOISE = ("on", "off")
+ON_OR_OFF = ("on", "off")
 
 
 class OptionError(Exception):
@@ -60,15 +57,20 @@ class Options:
     dump_scene: Path | None = None
 
 
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise OptionError(message)
+
+
 def _name(valid: Sequence[str]) -> Callable[[str], str]:
     def read(text: str) -> str:
         if text not in valid:
-            raise OptionError(f'has no "{text}"; valid: {", ".join(valid)}')
+            raise argparse.ArgumentTypeError(f'has no "{text}"; valid: {", ".join(valid)}')
         return text
     return read
 
 
-def _number(kind: type, least: float, most: float) -> Callable[[str], float]:
+def _number(kind: type, minimum: float, maximum: float) -> Callable[[str], float]:
     wanted = "a whole number" if kind is int else "a number"
 
     def read(text: str) -> float:
@@ -77,72 +79,80 @@ def _number(kind: type, least: float, most: float) -> Callable[[str], float]:
         except ValueError:
             value = None
         # NaN fails both comparisons.
-        if value is None or not least <= value <= most:
-            raise OptionError(f'needs {wanted} from {least:g} to {most:.10g}, not "{text}"')
+        if value is None or not minimum <= value <= maximum:
+            raise argparse.ArgumentTypeError(f'needs {wanted} from {minimum:g} to {maximum:.10g}, not "{text}"')
         return value
     return read
+
+
+def _setting(name: str) -> Callable[[str], object]:
+    """As in the user interface: the same choices, the same range."""
+    info = core_settings.SETTINGS[name]
+    return _number(int, info.property_minimum, info.property_maximum) if info.type == "int" else _name(core_settings.names(name))
 
 
 def _file(text: str) -> Path:
     path = Path(text).expanduser().absolute()
     if not path.parent.is_dir():
-        raise OptionError(f'cannot write "{text}": there is no folder "{path.parent}"')
+        raise argparse.ArgumentTypeError(f'cannot write "{text}": there is no folder "{path.parent}"')
     if path.is_dir():
-        raise OptionError(f'cannot write "{text}": it is a folder')
+        raise argparse.ArgumentTypeError(f'cannot write "{text}": it is a folder')
     return path
 
 
 def _existing(text: str) -> Path:
     path = Path(text).expanduser().absolute()
     if not path.is_file():
-        raise OptionError(f'cannot read "{text}": there is no such file')
+        raise argparse.ArgumentTypeError(f'cannot read "{text}": there is no such file')
     return path
 
 
 READERS: dict[str, Callable[[str], object]] = {
-    "integrator": _name(INTEGRATORS),
-    "direct": _name(DIRECT),
-    "direct-samples": _number(int, 1, 256),
-    "guiding": _name(GUIDING),
-    "vertex-merging": _name(MERGING),
-    "image": _name(IMAGE),
+    "integrator": _setting("integrator"),
+    "direct": _setting("direct"),
+    "direct-samples": _setting("direct_samples"),
+    "guiding": _setting("guiding"),
+    "vertex-merging": _setting("vertex_merging"),
+    "image": _setting("image"),
     "samples": _number(int, 1, 2**31 - 1),
     "time": _number(float, 1e-3, 1e9),
     "error": _number(float, 1e-12, 1e6),
-    "seed": _number(int, 0, 2**32 - 1),
-    "carry-learning": _name(CARRY_LEARNING),
-    "denoise": _name(DENOISE),
+    "seed": _number(int, core_settings.SETTINGS["seed"].minimum, core_settings.SETTINGS["seed"].maximum),
+    "carry-learning": _name(ON_OR_OFF),
+    "denoise": _name(ON_OR_OFF),
     "threads": _number(int, 0, 1024),
-    "memory-limit": _number(int, 0, 2**31 - 1),
+    "memory-limit": _setting("memory_limit"),
     "stats": _file,
     "dump-scene": _file,
     "checkpoint": _file,
     "resume": _existing,
 }
+_MISSING = object()   # the value of an option without a value
+
+
+@functools.cache
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(add_help=False, allow_abbrev=False, exit_on_error=False)
+    for name, reader in READERS.items():
+        parser.add_argument(PREFIX + name, type=reader, nargs="?", const=_MISSING, dest=name.replace("-", "_"))
+    return parser
 
 
 def parse(argv: Sequence[str]) -> Options:
     """The options among `argv` (the whole command line). Raises OptionError."""
-    options = Options()
-    arguments = list(argv[argv.index("--") + 1:]) if "--" in argv else []
-    while arguments:
-        argument = arguments.pop(0)
-        if not argument.startswith(PREFIX):
-            continue
-        name, equals, value = argument.removeprefix(PREFIX).partition("=")
-        reader = READERS.get(name)
-        if reader is None:
+    arguments = argv[argv.index("--") + 1:] if "--" in argv else []
+    try:
+        found, others = _parser().parse_known_args([argument for argument in arguments if argument != "--"])
+    except argparse.ArgumentError as error:
+        raise OptionError(f"{error.argument_name} {error.message}") from None
+    for argument in others:
+        if argument.startswith(PREFIX):
             valid = ", ".join(PREFIX + known for known in READERS)
-            raise OptionError(f'there is no option "{PREFIX}{name}"; valid: {valid}')
-        if not equals:
-            if not arguments or arguments[0].startswith(PREFIX):
-                raise OptionError(f"{PREFIX}{name} needs a value after it")
-            value = arguments.pop(0)
-        try:
-            setattr(options, name.replace("-", "_"), reader(value))
-        except OptionError as error:
-            raise OptionError(f"{PREFIX}{name} {error}") from None
-    return options
+            raise OptionError(f'there is no option "{argument.partition("=")[0]}"; valid: {valid}')
+    for name, value in vars(found).items():
+        if value is _MISSING:
+            raise OptionError(f"{PREFIX}{name.replace('_', '-')} needs a value after it")
+    return Options(**vars(found))
 
 
 def current() -> Options:
