@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from pathlib import Path
@@ -32,7 +33,9 @@ def soft_shadows() -> None:
 
 
 def main() -> None:
-    folder = Path(sys.argv[sys.argv.index("--") + 1])
+    parser = argparse.ArgumentParser(prog="direct_scenes.py", description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="of the .blend files")
+    folder = parser.parse_args(sys.argv[sys.argv.index("--") + 1:]).folder
     folder.mkdir(parents=True, exist_ok=True)
     for name in ("soft_shadows", "checker"):
         if name == "checker":

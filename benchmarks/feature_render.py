@@ -6,6 +6,7 @@ SEEDS is first:count. Opens FOLDER/<name>.blend and writes FOLDER/<name>_<engine
 line `FEATURE <name>`.
 """
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -13,20 +14,26 @@ import bpy
 
 
 def main() -> None:
-    folder, samples, seeds, *names = sys.argv[sys.argv.index("--") + 1:]
-    first, count = map(int, seeds.split(":"))
-    for name in names:
-        bpy.ops.wm.open_mainfile(filepath=str(Path(folder) / f"{name}.blend"), load_ui=False)
+    parser = argparse.ArgumentParser(prog="feature_render.py", description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="of the .blend files and the images")
+    parser.add_argument("samples", type=int, help="per pixel")
+    parser.add_argument("seeds", help="first:count")
+    parser.add_argument("names", nargs="*", help="scenes")
+    options = parser.parse_args(sys.argv[sys.argv.index("--") + 1:])
+    folder = options.folder
+    first, count = map(int, options.seeds.split(":"))
+    for name in options.names:
+        bpy.ops.wm.open_mainfile(filepath=str(folder / f"{name}.blend"), load_ui=False)
         scene = bpy.context.scene
         image = scene.render.image_settings
         image.file_format, image.color_mode, image.color_depth, image.exr_codec = "OPEN_EXR", "RGBA", "32", "ZIP"
-        scene.ajar.samples = scene.cycles.samples = int(samples)
+        scene.ajar.samples = scene.cycles.samples = options.samples
         print(f"FEATURE {name}", flush=True)
         for engine in ("AJAR", "CYCLES"):
             scene.render.engine = engine
             for seed in range(first, first + count):
                 scene.cycles.seed = scene.ajar.seed = seed
-                scene.render.filepath = str(Path(folder) / f"{name}_{engine.lower()}_{seed}.exr")
+                scene.render.filepath = str(folder / f"{name}_{engine.lower()}_{seed}.exr")
                 bpy.ops.render.render(write_still=True)
 
 

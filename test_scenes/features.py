@@ -9,6 +9,7 @@ that a difference has one cause.
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import sys
@@ -1028,13 +1029,19 @@ film("pixel_aspect", "pixels twice as wide as high", render__pixel_aspect_x=2.0)
 
 
 def main() -> None:
-    arguments = sys.argv[sys.argv.index("--") + 1:]
-    if arguments[0] == "--list":
-        Path(arguments[1]).write_text(json.dumps({f.name: {"kind": f.kind, "what": f.what} for f in FEATURES.values()}))
+    parser = argparse.ArgumentParser(prog="features.py", description=__doc__.splitlines()[0])
+    parser.add_argument("--list", type=Path, help="write the names of all scenes to this JSON file, and nothing else")
+    parser.add_argument("folder", type=Path, nargs="?", help="of the .blend files")
+    parser.add_argument("names", nargs="*", help="scenes; none: all")
+    options = parser.parse_args(sys.argv[sys.argv.index("--") + 1:])
+    if options.list is not None:
+        options.list.write_text(json.dumps({f.name: {"kind": f.kind, "what": f.what} for f in FEATURES.values()}))
         return
-    folder, names = Path(arguments[0]), arguments[1:] or list(FEATURES)
+    if options.folder is None:
+        parser.error("a folder is needed")
+    folder = options.folder
     folder.mkdir(parents=True, exist_ok=True)
-    for name in names:
+    for name in options.names or FEATURES:
         FEATURES[name].change(Stage())
         bpy.context.preferences.filepaths.save_version = 0
         bpy.ops.wm.save_as_mainfile(filepath=str(folder / f"{name}.blend"), compress=True)

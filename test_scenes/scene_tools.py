@@ -7,6 +7,7 @@ Ajar renders exactly are used, with the GGX distribution where there is a choice
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from collections.abc import Iterable, Sequence
@@ -115,10 +116,12 @@ def packed_image(name: str, width: int, height: int, pixels, *, hdr: bool = Fals
 
 def output_path(script: str) -> Path:
     """The path after `--` on the command line, or else `<name>.blend` beside `build_<name>.py`."""
-    arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
-    if arguments:
-        return Path(arguments[0]).resolve()
     here = Path(script).resolve()
+    parser = argparse.ArgumentParser(prog=here.name)
+    parser.add_argument("path", nargs="?", type=Path, help="the .blend file")
+    path = parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []).path
+    if path is not None:
+        return path.resolve()
     return here.with_name(here.stem.removeprefix("build_") + ".blend")
 
 

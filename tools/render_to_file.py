@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 from pathlib import Path
@@ -18,10 +19,13 @@ FORMATS = {".png": ("PNG", "8"), ".exr": ("OPEN_EXR", "32")}
 
 
 def main() -> None:
-    arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
-    if "--output" not in arguments[:-1]:
+    parser = argparse.ArgumentParser(prog="render_to_file.py", allow_abbrev=False, add_help=False)
+    parser.add_argument("--output", type=Path, nargs="?")
+    # The other options are the add-on's.
+    output = parser.parse_known_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])[0].output
+    if output is None:
         leave("name the picture to write: -- --output OUT.png")
-    out = Path(arguments[arguments.index("--output") + 1]).expanduser().absolute()
+    out = output.expanduser().absolute()
     ending = out.suffix.lower()
     if ending not in FORMATS:
         leave(f'"{out.name}": the name must end in {" or ".join(FORMATS)}')

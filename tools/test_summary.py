@@ -1,5 +1,6 @@
 """test_summary.py RESULTS.xml ...: prints the counts of the tests of all JUnit files. The exit code is 1 if a test failed or a file is missing."""
 
+import argparse
 import sys
 import xml.etree.ElementTree as xml
 from pathlib import Path
@@ -22,11 +23,13 @@ def count(path: Path) -> tuple[int, int, int]:
     return passed, failed, skipped
 
 
-def main(paths: list[str]) -> int:
-    passed, failed, skipped = (sum(column) for column in zip(*(count(Path(path)) for path in paths)))
+def main(paths: list[Path]) -> int:
+    passed, failed, skipped = (sum(column) for column in zip(*(count(path) for path in paths)))
     print(f"{passed} passed, {failed} failed, {skipped} skipped")
     return 1 if failed or not passed else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("results", type=Path, nargs="+", help="JUnit files")
+    sys.exit(main(parser.parse_args().results))

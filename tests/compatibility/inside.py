@@ -11,6 +11,7 @@ Ends by os._exit: Blender's own clean-up is not tested, and its exit code would 
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import sys
@@ -78,7 +79,9 @@ def mapped_libraries() -> list[str]:
 
 
 def main() -> None:
-    job = json.loads(Path(sys.argv[-1]).read_text())
+    parser = argparse.ArgumentParser(prog="inside.py", description=__doc__.splitlines()[0])
+    parser.add_argument("job", type=Path, help="JSON file")
+    job = json.loads(parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else None).job.read_text())
     out = Path(job["out"])
     result = {"blender": bpy.app.version_string, "python": sys.version.split()[0], "renders": []}
     try:

@@ -9,6 +9,7 @@ Every case is a small plane that emits the output of the node and covers at leas
 transport.
 """
 
+import argparse
 import math
 import sys
 import tempfile
@@ -317,4 +318,6 @@ def main(path: str) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[sys.argv.index("--") + 1])
+    parser = argparse.ArgumentParser(prog="make_node_values.py", description=__doc__.splitlines()[0])
+    parser.add_argument("path", help="file of the values")
+    main(parser.parse_args(sys.argv[sys.argv.index("--") + 1:]).path)

@@ -6,6 +6,7 @@ are faults.
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import sys
@@ -102,8 +103,8 @@ def verdicts(result: dict) -> list[Verdict]:
     return [verdict(probe, result["blender"]) for probe in result["probes"]]
 
 
-def main(paths: list[str]) -> int:
-    found = [fault for path in paths for fault in faults(json.loads(Path(path).read_text(encoding="utf-8")))]
+def main(paths: list[Path]) -> int:
+    found = [fault for path in paths for fault in faults(json.loads(path.read_text(encoding="utf-8")))]
     print("\n".join(found) or "all differences are known")
     return 1 if found else 0
 
@@ -115,4 +116,6 @@ def faults(result: dict) -> list[str]:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("results", type=Path, nargs="+", help="JSON files of the probes")
+    sys.exit(main(parser.parse_args().results))

@@ -6,6 +6,7 @@ with the plain probe.
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 import traceback
@@ -349,10 +350,12 @@ class Builder:
 
 
 def run(program: Callable[[str], None]) -> None:
-    """Call the program with the last argument, and end Blender with an exit code."""
+    """Call the program with the file that the command line names, and end Blender with an exit code."""
+    parser = argparse.ArgumentParser(prog=Path(sys.argv[0]).name)
+    parser.add_argument("out", help="JSON file of the results")
     status = 1
     try:
-        program(sys.argv[-1])
+        program(parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else None).out)
         status = 0
     except Exception:
         traceback.print_exc()

@@ -7,6 +7,7 @@ after `probe.py` and `settings_probe.py` have written a file in each; `make cove
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from collections import Counter
@@ -110,8 +111,8 @@ def of_settings(blenders: list[str], tables: list[list[Verdict]]) -> list[str]:
     return lines + reasons.lines()
 
 
-def main(paths: list[str]) -> None:
-    results = [json.loads(Path(path).read_text(encoding="utf-8")) for path in paths]
+def main(paths: list[Path]) -> None:
+    results = [json.loads(path.read_text(encoding="utf-8")) for path in paths]
     results.sort(key=lambda result: [int(part) for part in result["blender"].split()[0].split(".")])
     lines: list[str] = []
     for write, is_of in ((of_nodes, True), (of_settings, False)):
@@ -123,4 +124,6 @@ def main(paths: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("results", type=Path, nargs="+", help="JSON files of the probes")
+    main(parser.parse_args().results)

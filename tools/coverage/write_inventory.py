@@ -13,6 +13,7 @@ shader node or a pass, with those of its choices that are handled in the same wa
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from collections import defaultdict
@@ -73,11 +74,11 @@ def table(listings: dict[str, dict], probed: dict[str, list[dict]]) -> list[str]
     return lines
 
 
-def main(paths: list[str]) -> None:
+def main(paths: list[Path]) -> None:
     listings: dict[str, dict] = {}
     probed: dict[str, list[dict]] = defaultdict(list)
     for path in paths:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
         blender = content["blender"].split()[0]
         if "things" in content:
             listings[blender] = content["things"]
@@ -87,4 +88,6 @@ def main(paths: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("results", type=Path, nargs="+", help="JSON files of the listings and the probes")
+    main(parser.parse_args().results)

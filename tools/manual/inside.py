@@ -5,6 +5,7 @@ Arguments: folder for the pictures, root of the project, names of the pictures (
 
 from __future__ import annotations
 
+import argparse
 import math
 import os
 import sys
@@ -17,7 +18,12 @@ from mathutils import Euler
 LONGEST_SECONDS = 400.0
 COLUMN = 400            # pixels, width of the properties
 
-folder, root, *names = sys.argv[sys.argv.index("--") + 3:]
+parser = argparse.ArgumentParser(prog="inside.py", description=__doc__.splitlines()[0])
+parser.add_argument("folder", help="of the pictures")
+parser.add_argument("root", help="of the project")
+parser.add_argument("names", nargs="*", help="of pictures; none: all")
+options = parser.parse_args(sys.argv[sys.argv.index("--") + 3:])
+folder, root, names = options.folder, options.root, options.names
 sys.path.insert(0, f"{root}/tests/blender/window")
 import window  # noqa: E402
 from ajar_render import hints, render_progress, ui, viewport  # noqa: E402

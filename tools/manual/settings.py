@@ -8,6 +8,7 @@ the page is out of date.
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from collections.abc import Iterator
@@ -225,4 +226,6 @@ def page() -> str:
 
 
 if __name__ == "__main__":
-    Path(sys.argv[sys.argv.index("--") + 1]).write_text(page(), encoding="utf-8")
+    parser = argparse.ArgumentParser(prog="settings.py", description=__doc__.splitlines()[0])
+    parser.add_argument("page", type=Path, help="the file to write")
+    parser.parse_args(sys.argv[sys.argv.index("--") + 1:]).page.write_text(page(), encoding="utf-8")

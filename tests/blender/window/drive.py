@@ -6,6 +6,7 @@ events. The dictionary `result` is written to the file when the generator ends.
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import runpy
@@ -16,7 +17,12 @@ import bpy
 
 REFUSED = "can't modify blend data in this state"
 
-script, output, *arguments = sys.argv[sys.argv.index("--") + 1:]
+parser = argparse.ArgumentParser(prog="drive.py", description=__doc__.splitlines()[0])
+parser.add_argument("script", help="defines steps(arguments, result)")
+parser.add_argument("output", help="JSON file of the results")
+parser.add_argument("arguments", nargs=argparse.REMAINDER, help="of the script")
+options = parser.parse_args(sys.argv[sys.argv.index("--") + 1:])
+script, output, arguments = options.script, options.output, options.arguments
 result: dict = {"errors": []}
 sys.path[:0] = [os.path.dirname(os.path.abspath(__file__)), os.path.dirname(os.path.abspath(script))]
 
