@@ -105,9 +105,7 @@ class EnergyRedistribution final : public Integrator {
     mutations_.clear();
     mutations_.push_back({std::make_unique<LensPerturbation>(*space_), 0.6f});
     mutations_.push_back({std::make_unique<CausticPerturbation>(*space_), 0.4f});
-    workers_ = std::make_unique<Workers>([this] {
-      return Worker{PathSeeds(*space_), Chain(*space_, mutations_), {}, {}};
-    });
+    workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(*space_), Chain(mutations_), {}, {}}; });
     luminance_ = std::make_unique<FilmLuminance>(space_->film_min, space_->film_max);
     next_learning_ = (uint64_t(film.width()) * uint64_t(film.height()) * kFirstSteps + kStepsPerSample - 1) /
                      kStepsPerSample;

@@ -28,8 +28,7 @@ class Chain {
       acceptance += other.acceptance;
     }
   };
-  Chain(const PathSpace& space, const std::vector<MutationShare>& mutations)
-      : space_(&space), mutations_(&mutations), counts_(mutations.size()) {}
+  explicit Chain(const std::vector<MutationShare>& mutations) : mutations_(&mutations), counts_(mutations.size()) {}
 
   /// Starts from a path with positive target.
   void start(const Path& path) {
@@ -108,7 +107,6 @@ class Chain {
     return sum;
   }
 
-  const PathSpace* space_;
   const std::vector<MutationShare>* mutations_;
   std::unique_ptr<Path> current_, proposal_;
   std::vector<Counts> counts_;

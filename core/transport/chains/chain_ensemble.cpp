@@ -90,8 +90,7 @@ void ChainEnsemble::start_chains(const std::vector<double>& values) {
       ++failed_starts_;
       continue;
     }
-    chains_.push_back(
-        {Chain(*space_, *mutations_), Sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream))});
+    chains_.push_back({Chain(*mutations_), Sampler(Sampler::Kind::Independent, hash_combine(seed_, kChainStream))});
     chains_.back().chain.start(path);
     chains_.back().sampler.start(uint32_t(c), 0);
   }

@@ -48,9 +48,7 @@ PathPopulation::PathPopulation(const PathSpace& space, Size size, uint32_t seed,
   renews_.push_back(true);
   mutation_gains_ = std::vector<MutationGain>(mutations_.size());
   for (const MutationShare& mutation : mutations_) first_shares_.push_back(mutation.share);
-  workers_ = std::make_unique<Workers>([this] {
-    return Worker{PathSeeds(space_), Chain(space_, mutations_), {}, {}, 0.0};
-  });
+  workers_ = std::make_unique<Workers>([this] { return Worker{PathSeeds(space_), Chain(mutations_), {}, {}, 0.0}; });
 }
 
 /// Random numbers of a new sample. Each population has its own scramble: shared points would correlate the populations.

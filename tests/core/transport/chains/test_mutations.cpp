@@ -154,7 +154,7 @@ TEST_P(StationaryFor, the_distribution_of_a_chain_is_that_of_its_target) {
     // Several chains from arbitrary paths. The burn-in removes the influence of the start.
     std::array<double, 4> sums{};
     for (uint32_t c = 0; c < 4; ++c) {
-      Chain chain(k.space, shares);
+      Chain chain(shares);
       chain.start(*k.find([](const Path&) { return true; }, seed * 16 + c));
       Sampler sampler(Sampler::Kind::Independent, seed);
       sampler.start(c, 0);

@@ -158,7 +158,7 @@ TEST_P(HintMutationChains, have_the_distribution_of_their_target) {
       shares.push_back({std::make_unique<BidirectionalMutation>(h.space), 1.0f});
     std::array<double, 5> sums{};
     for (uint32_t c = 0; c < 4; ++c) {
-      Chain chain(h.space, shares);
+      Chain chain(shares);
       chain.start(*h.find([](const Path&) { return true; }, seed * 16 + c));
       Sampler sampler(Sampler::Kind::Independent, seed);
       sampler.start(c, 0);
