@@ -14,7 +14,7 @@ namespace {
 /// Dimensions of the sampler for each walk. They are fixed, so that both walks and the connections stay aligned from
 /// path to path.
 constexpr uint32_t kEyeDimensions = 4, kLightDimensions = 1024, kPerVertex = 16;
-constexpr uint32_t kThrough = 4096, kLobe = 4, kDirection = 5, kRoulette = 7;
+constexpr uint32_t kThrough = 4096, kLobe = 4, kRoulette = 7;
 constexpr int kRouletteAfter = 3;
 
 /// A sample for a direction that was drawn by a hint and not by a lobe.

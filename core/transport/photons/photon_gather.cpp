@@ -9,7 +9,7 @@ namespace {
 /// Dimensions of the sampler of camera rays: those of the camera, then a fixed number for each vertex.
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
 /// Offsets at a vertex: direct light of the rough and of the sharp lobes, then the choices of the sharp lobes.
-constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kDirection = 7, kRoulette = 9;
+constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kRoulette = 9;
 /// Dimensions of the direction of a gather ray. A fixed number for each vertex of its chain follows.
 constexpr uint32_t kGatherDimensions = 4;
 /// In units of the global radius. A shorter gather ray ends near a corner, where the blur of the density estimate would

@@ -13,9 +13,8 @@ namespace ajar {
 
 namespace {
 
-constexpr uint32_t kBlock = 512;  // photon paths in a task
-constexpr uint32_t kEmissionDimensions = 5, kBounceDimensions = 5;
-constexpr uint32_t kEvent = 0, kLobe = 1, kDirection = 2, kRoulette = 4;
+constexpr uint32_t kBlock = 512;                                    // photon paths in a task
+constexpr uint32_t kEmissionDimensions = 5, kBounceDimensions = 5;  // of a bounce: event, lobe, direction, roulette
 
 /// Bounces so far, for comparison with the limits that a path tracer applies to the whole path. A stored photon has one
 /// more bounce (caustics) or two more (global map) before it reaches the eye.
