@@ -61,6 +61,6 @@ py::array_t<T> to_array(const std::vector<Element>& values, size_t columns = siz
 }
 
 /// An array that owns `values`, without a copy.
-py::array_t<float> take_array(std::vector<float>&& values, std::vector<size_t> shape);
+py::array_t<float> take_array(std::vector<float>&& values, const std::vector<size_t>& shape);
 
 }  // namespace ajar::python

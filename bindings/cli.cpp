@@ -150,9 +150,7 @@ int render(const Files& files, const Changes& changes) {
   return 0;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run(int argc, char** argv) {
   CLI::App app("Renders a scene that was saved as a description. Options override the settings of the file.",
                "ajar-render");
   Files files;
@@ -174,15 +172,20 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kUsageError;
   }
-  try {
-    if (merges)
-      merge_files(paths);
-    else {
-      files.scene = paths[0];
-      files.output = paths[1];
-      return render(files, changes);
-    }
+  if (merges) {
+    merge_files(paths);
     return 0;
+  }
+  files.scene = paths[0];
+  files.output = paths[1];
+  return render(files, changes);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
   } catch (const std::exception& exception) {
     std::cerr << "ajar-render: " << exception.what() << "\n";
     return 1;

@@ -16,7 +16,7 @@ std::string shape_text(const py::array& array) {
   return text + "]";
 }
 
-py::array_t<float> take_array(std::vector<float>&& values, std::vector<size_t> shape) {
+py::array_t<float> take_array(std::vector<float>&& values, const std::vector<size_t>& shape) {
   auto* owned = new std::vector<float>(std::move(values));
   py::capsule owner(owned, [](void* pointer) { delete static_cast<std::vector<float>*>(pointer); });
   return py::array_t<float>(shape, owned->data(), owner);

@@ -25,8 +25,8 @@ class EarlySamples {
     const size_t wanted = size_t(std::bit_width(std::max(1u, end) - 1)) + 1;
     while (octaves_.size() < wanted) octaves_.emplace_back(pixels);
   }
-  void add(size_t pixel, uint32_t index, float y) {
-    const size_t octave = size_t(std::bit_width(index));
+  void add(size_t pixel, uint32_t number, float y) {
+    const size_t octave = size_t(std::bit_width(number));
     if (octave >= octaves_.size() || octaves_[octave].empty()) return;
     y = std::clamp(y, -1e15f, 1e15f);  // so that its square is finite
     Moments& m = octaves_[octave][pixel];

@@ -26,6 +26,15 @@ bool is_aux_pass(const std::string& pass) {
          pass == "Position" || pass == "UV" || pass == "Albedo" || pass.starts_with("Share ");
 }
 
+std::string names_of(const std::vector<PassInfo>& passes) {
+  std::string names;
+  for (const PassInfo& info : passes) {
+    if (!names.empty()) names += ", ";
+    names += info.name;
+  }
+  return names;
+}
+
 }  // namespace
 
 bool is_part_pass(const std::string& pass) {
@@ -77,9 +86,7 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
   for (const std::string& pass : passes) {
     const auto& known = known_passes();
     if (std::none_of(known.begin(), known.end(), [&](const PassInfo& info) { return info.name == pass; })) {
-      std::string names;
-      for (const PassInfo& info : known) names += (names.empty() ? "" : ", ") + info.name;
-      throw std::invalid_argument("Unknown pass '" + pass + "'. Known passes: " + names + ".");
+      throw std::invalid_argument("Unknown pass '" + pass + "'. Known passes: " + names_of(known) + ".");
     }
     wants_aux_ |= is_aux_pass(pass);
     wants_parts |= is_part_pass(pass);

@@ -69,7 +69,7 @@ Image read_image(const std::string& path) {
   if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, last_row, OIIO::AutoStride,
                          -OIIO::stride_t(row * sizeof(float))))
     fail("cannot read image", path, input->geterror());
-  if (spec.format.is_floating_point() == false) decode_srgb8(image);
+  if (!spec.format.is_floating_point()) decode_srgb8(image);
   return image;
 }
 

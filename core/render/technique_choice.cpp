@@ -156,6 +156,7 @@ double unlit_share(const Scene& scene, const PilotImages& pilot) {
 std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const RenderSettings& asked,
                                       const RenderSettings& small, double samples_asked) {
   std::vector<const PilotImages*> pictures;
+  pictures.reserve(pilots.size());
   for (const Pilot& pilot : pilots) pictures.push_back(&pilot);
   const std::vector<float> light = max_light(pictures, small.width, small.height);
   const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;

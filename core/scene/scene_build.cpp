@@ -185,8 +185,9 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
 /// Builds a scene in steps. What the description shares with the previous scene is moved from there.
 class Scene::Builder {
  public:
-  Builder(SceneDescription description, const Options& options, Diagnostics& diagnostics, Scene* previous)
-      : d_(std::move(description)), options_(options), diagnostics_(diagnostics), previous_(previous) {}
+  Builder(SceneDescription description, const Options& options, Diagnostics& diagnostics,
+          std::shared_ptr<Scene> previous)
+      : d_(std::move(description)), options_(options), diagnostics_(diagnostics), previous_(std::move(previous)) {}
 
   std::shared_ptr<Scene> build() {
     step("Checking the scene", 0.0f);
@@ -229,7 +230,7 @@ class Scene::Builder {
   SceneDescription d_;
   const Options& options_;
   Diagnostics& diagnostics_;
-  Scene* const previous_;  // null: there is none
+  const std::shared_ptr<Scene> previous_;  // null: there is none
   const std::shared_ptr<Scene> scene_{new Scene()};
   Scene& s_ = *scene_;
   std::vector<BuiltMesh*> kept_;                         // meshes of the previous scene that are moved to this one
@@ -331,6 +332,7 @@ void Scene::Builder::add_instance(const InstanceDescription& in) {
 
 void Scene::Builder::add_motion(const InstanceDescription& in, BuiltInstance& instance) {
   std::vector<SplitTransform> keys;
+  keys.reserve(size_t(in.motion_key_count));
   for (int k = 0; k < in.motion_key_count; ++k)
     keys.push_back(split(to_matrix(d_.motion_keys[size_t(in.first_motion_key + k)])));
   std::vector<Mat4> matrices = straightened(keys, kMaxMotionKeys);
@@ -356,7 +358,7 @@ void Scene::Builder::compile_shaders() {
   context.reflective_caustics = d_.settings.reflective_caustics;
   context.refractive_caustics = d_.settings.refractive_caustics;
   context.bump_terminator = d_.settings.bump_terminator;
-  s_.compile_materials(d_, used_, context, previous_, diagnostics_);
+  s_.compile_materials(d_, used_, context, previous_.get(), diagnostics_);
   if (!options_.walks_below_surfaces) {
     for (size_t i = 0; i < d_.materials.size(); ++i)
       if (used_[i] && s_.programs_[i].has_subsurface())
@@ -430,7 +432,7 @@ void Scene::Builder::gather_lights() {
 
 std::shared_ptr<Scene> Scene::build(SceneDescription description, const Options& options, Diagnostics& diagnostics,
                                     std::shared_ptr<Scene> previous) {
-  return Builder(std::move(description), options, diagnostics, previous.get()).build();
+  return Builder(std::move(description), options, diagnostics, std::move(previous)).build();
 }
 
 }  // namespace ajar

@@ -18,9 +18,8 @@ int CausticPerturbation::turned(const Path& path) {
 }
 
 bool CausticPerturbation::suits(const Path& from) const {
-  if (from.count < 3 || !from.rough(from.count - 2)) return false;
   // A delta sun has only one direction, but its rays can be shifted like those of any distant light.
-  return true;
+  return from.count >= 3 && from.rough(from.count - 2);
 }
 
 float CausticPerturbation::per_pixel(const Path& path, int vertex) const {
