@@ -197,7 +197,7 @@ def lotus(x: Array, y: Array, z: Array) -> Array:
 
 # --- The scene -------------------------------------------------------------------------------------------------------
 
-def add_part(name: str, shape: Shape, xs: Array, ys: Array, zs: Array, material: bpy.types.Material) -> None:
+def add_part(name: str, shape: Shape, xs: Array, ys: Array, zs: Array, material: bpy.types.Material) -> bpy.types.Object:
     vertices, quads = surface_net(shape, xs, ys, zs)
     vertices = np.round(vertices * 8192.0) / 8192.0  # Finer than any detail; rounded numbers are compressed better.
     part = tools.add_mesh(name, vertices.tolist(), quads.tolist(), material, smooth=True)
@@ -207,6 +207,7 @@ def add_part(name: str, shape: Shape, xs: Array, ys: Array, zs: Array, material:
     smooth.iterations = 1
     dense = part.modifiers.new("Dense", "SUBSURF")
     dense.levels = dense.render_levels = 1
+    return part
 
 
 def add_figure() -> None:
@@ -248,4 +249,5 @@ def main() -> None:
     tools.save(tools.output_path(__file__))
 
 
-main()
+if __name__ == "__main__":
+    main()

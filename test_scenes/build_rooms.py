@@ -311,6 +311,12 @@ def build_pictures() -> None:
         put(f"{name} frame", frame(width, height, 0.04).moved(x, y, z), border, metres=0.5)
 
 
+def add_light_hints(omitted: tuple[int, ...] = ()) -> None:
+    for k, (lamp, targets) in enumerate(PATHS, 1):
+        if k not in omitted:
+            aimed_light_hint(f"Light path {k}", LAMPS[lamp], targets)
+
+
 # Ten light hints through the doorway: the lamp, then the bounces of the hint.
 PATHS = [
     (0, [(1.30, 1.15, TABLE_HEIGHT)]),  # the table
@@ -328,6 +334,5 @@ PATHS = [
 
 if __name__ == "__main__":
     build()
-    for k, (lamp, targets) in enumerate(PATHS, 1):
-        aimed_light_hint(f"Light path {k}", LAMPS[lamp], targets)
+    add_light_hints()
     tools.save(tools.output_path(__file__))

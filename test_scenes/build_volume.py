@@ -345,20 +345,7 @@ def build_barrel() -> None:
 
 
 def build_smoke() -> None:
-    material = bpy.data.materials.new("Smoke")
-    material.use_nodes = True
-    nodes, links = material.node_tree.nodes, material.node_tree.links
-    nodes.clear()
-    scatter = nodes.new("ShaderNodeVolumeScatter")
-    tools.set_input(scatter, "Color", (0.92, 0.92, 0.92))
-    tools.set_input(scatter, "Density", SMOKE)
-    tools.set_input(scatter, "Anisotropy", 0.35)
-    clear = nodes.new("ShaderNodeBsdfTransparent")
-    clear.location = (0, 160)
-    output = nodes.new("ShaderNodeOutputMaterial")
-    output.location = (300, 0)
-    links.new(clear.outputs["BSDF"], output.inputs["Surface"])
-    links.new(scatter.outputs["Volume"], output.inputs["Volume"])
+    material = tools.fog("Smoke", (0.92, 0.92, 0.92), SMOKE, 0.35)
     # Its faces lie inside the stones and the door.
     smoke = put("Smoke", block((LEFT - 0.025, NEAR - 0.1, -0.05), (RIGHT + 0.025, KEYHOLE.y, CEILING + 0.1)), material)
     smoke.display_type = "WIRE"

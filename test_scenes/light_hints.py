@@ -24,7 +24,8 @@ def aimed_light_hint(name: str, light: Point, targets: Sequence[Point], toleranc
         points.append(_first_hit(name, points[-1], Vector(target), tolerance))
     scene = bpy.context.scene
     seen = world_to_camera_view(scene, scene.camera, points[-1])
-    if not (0.0 < seen.x < 1.0 and 0.0 < seen.y < 1.0 and seen.z > 0.0):
+    panorama = scene.camera.data.type == "PANO"  # All directions are in view.
+    if not panorama and not (0.0 < seen.x < 1.0 and 0.0 < seen.y < 1.0 and seen.z > 0.0):
         raise ValueError(f"{name}: its end is at {seen.x:.2f}, {seen.y:.2f} of the picture's width and height")
     _first_hit(name, scene.camera.matrix_world.translation, points[-1], 0.01)
     return light_hint(name, points)

@@ -307,6 +307,29 @@ def emission(name: str, colour: Colour, strength: float) -> bpy.types.Material:
     return _material(name, "ShaderNodeEmission", "Emission", Color=colour, Strength=strength)
 
 
+def subsurface(name: str, colour: Colour, radius: Colour, scale: float) -> bpy.types.Material:
+    """Subsurface scattering by random walks. The radius of each channel is `radius` times `scale`, in metres."""
+    material = _material(name, "ShaderNodeSubsurfaceScattering", "BSSRDF", Color=colour, Radius=radius, Scale=scale)
+    shader = shader_of(material)
+    renamed = "RANDOM_WALK_SKIN"  # since Blender 4.0, in which RANDOM_WALK is another method
+    shader.falloff = renamed if renamed in shader.bl_rna.properties["falloff"].enum_items else "RANDOM_WALK"
+    return material
+
+
+def fog(name: str, colour: Colour, density: float, anisotropy: float) -> bpy.types.Material:
+    """A homogeneous volume with `density` scattering events per metre. A renderer without media shows nothing of it."""
+    material = _material(name, "ShaderNodeBsdfTransparent")
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    scatter = nodes.new("ShaderNodeVolumeScatter")
+    scatter.location = (0, -160)
+    set_input(scatter, "Color", colour)
+    set_input(scatter, "Density", density)
+    set_input(scatter, "Anisotropy", anisotropy)
+    output = next(node for node in nodes if node.bl_idname == "ShaderNodeOutputMaterial")
+    links.new(scatter.outputs["Volume"], output.inputs["Volume"])
+    return material
+
+
 def mixed(name: str, first: bpy.types.Material, second: bpy.types.Material, share: float) -> bpy.types.Material:
     """A mix of two one-node materials with `share` of the second. The two materials are not changed."""
     material = bpy.data.materials.new(name)
@@ -321,8 +344,9 @@ def mixed(name: str, first: bpy.types.Material, second: bpy.types.Material, shar
         copy = nodes.new(original.bl_idname)
         copy.name = ("First", "Second")[index]
         copy.location = (-300, -250 * index)
-        if hasattr(copy, "distribution"):
-            copy.distribution = original.distribution
+        for choice in ("distribution", "falloff"):
+            if hasattr(copy, choice):
+                setattr(copy, choice, getattr(original, choice))
         for socket, old in zip(copy.inputs, original.inputs):
             if hasattr(old, "default_value"):
                 socket.default_value = old.default_value
