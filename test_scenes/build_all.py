@@ -6,7 +6,7 @@ import argparse
 import subprocess
 from pathlib import Path
 
-SCENES = ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume", "keyhole", "bar")
+SCENES = ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume", "keyhole", "bar", "room_fog")
 
 
 def main() -> int:
