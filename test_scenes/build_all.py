@@ -6,7 +6,8 @@ import argparse
 import subprocess
 from pathlib import Path
 
-SCENES = ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume", "keyhole", "bar", "room_fog")
+SCENES = ("checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume", "keyhole", "bar", "room_fog",
+          "room_hair")
 
 
 def main() -> int:
