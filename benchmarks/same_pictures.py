@@ -20,7 +20,8 @@ import numpy as np
 import renderers
 from scenes import PROJECT, find_scenes
 
-SCENES = ["checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume", "keyhole", "bar"]
+SCENES = ["checker", "box", "rooms", "room", "lantern", "buddha", "plant", "outdoor", "many_lights", "volume", "keyhole", "bar", "room_fog", "room_hair",
+          "room_motion", "room_skin", "rooms_panorama"]
 PERCENTAGE = 8
 INTEGRATORS = ["path", "bdpt", "erpt", "metropolis", "pmc_pt", "photon_map", "mps", "irradiance_cache"]
 DIRECT = ["pmc_hi", "ocv_progressive", "ocv", "pmc_hi_paper", "ocv_paper", "correlated", "ris", "mis_balance", "light", "bsdf", "mis"]

@@ -36,7 +36,12 @@ PROJECT_SCENES = [
 ]
 
 # Only for techniques.py: the repository has no references of these, so that `make bench` and `make agreement` omit them.
-TECHNIQUE_SCENES = [Scene(name, PROJECT / "test_scenes" / f"{name}.blend") for name in ("keyhole", "bar")]
+TECHNIQUE_SCENES = [
+    Scene(name, PROJECT / "test_scenes" / f"{name}.blend", percentage)
+    for name, percentage in (
+        ("keyhole", 30), ("bar", 30), ("room_fog", 30), ("room_hair", 30), ("room_motion", 30), ("room_skin", 30), ("rooms_panorama", 24),
+    )
+]
 
 # Files of third parties, beside the project or at AJAR_SHARED_SCENES. They are not part of the project.
 SHARED_SCENES = [
