@@ -57,7 +57,7 @@ float Camera::time_of(float u) const {
 /// Transforms a ray from camera space at the time of the ray.
 Ray Camera::to_world(Ray ray) const {
   Mat4 moved;
-  if (moves()) moved = interpolate(motion_, ray.time);
+  if (moves()) moved = pose(ray.time);
   const Mat4& frame = moves() ? moved : world_from_camera_;
   ray.origin = transform_point(frame, ray.origin);
   ray.direction = glm::normalize(transform_vector(frame, ray.direction));
@@ -65,6 +65,7 @@ Ray Camera::to_world(Ray ray) const {
 }
 
 Vec2 Camera::sample_lens(Vec2 u) const {
+  if (!has_lens()) return Vec2(0.0f);
   Vec2 p;
   if (blades_ < 3) {
     p = warp::square_to_disk(u);
@@ -80,19 +81,18 @@ Vec2 Camera::sample_lens(Vec2 u) const {
   return {lens_radius_ * p.x / aperture_ratio_, lens_radius_ * p.y};
 }
 
-Vec3 Camera::sample_lens_point(Vec2 u_lens) const {
-  if (!has_lens()) return position();
-  return transform_point(world_from_camera_, Vec3(sample_lens(u_lens), -lens_depth_));
+Vec3 Camera::lens_point(Vec2 lens, float time) const {
+  if (!has_lens() || lens_turns()) return moves() ? Vec3(pose(time)[3]) : position();
+  return transform_point(pose(time), Vec3(lens, -lens_depth_));
 }
 
-Vec3 Camera::orthographic_direction(Vec3 lens_point) const {
-  if (!has_lens()) return forward();
-  const Vec2 lens(transform_point(camera_from_world_, lens_point));
-  return glm::normalize(transform_vector(world_from_camera_, Vec3(-lens, -focus_distance_)));
+Vec3 Camera::orthographic_direction(Vec2 lens, float time) const {
+  if (!has_lens()) return forward(time);
+  return glm::normalize(transform_vector(pose(time), Vec3(-lens, -focus_distance_)));
 }
 
-std::optional<Vec2> Camera::film_of(Vec3 lens_point, Vec3 p) const {
-  const Vec3 local = transform_point(camera_from_world_, p);
+std::optional<Vec2> Camera::film_of(Vec2 lens, Vec3 p, float time) const {
+  const Vec3 local = transform_point(inverse_pose(time), p);
   if (kind_ == CameraKind::Panorama) {
     const float distance = glm::length(local);
     if (!(distance >= clip_start_ && distance <= clip_end_ && distance > 0.0f)) return std::nullopt;
@@ -104,7 +104,6 @@ std::optional<Vec2> Camera::film_of(Vec3 lens_point, Vec3 p) const {
   Vec2 window(local);
   if (has_lens()) {
     // The ray passes through the point in focus, whose position on the window is the same for all lens points.
-    const Vec2 lens(transform_point(camera_from_world_, lens_point));
     window = lens + (window - lens) * (focus_distance_ / depth);
     if (is_orthographic())
       window = Vec2(local) - lens * (1.0f - (depth - lens_depth_) / focus_distance_);
@@ -122,21 +121,17 @@ bool Camera::finds_film(float margin) const {
   return !has_lens() && panorama_.has_inverse(beyond);
 }
 
-float Camera::film_density(Vec3 direction) const {
+float Camera::film_density(Vec3 direction, float time) const {
   if (kind_ == CameraKind::Panorama)
-    return panorama_.density(transform_vector(camera_from_world_, direction)) / pixel_area_;
-  const float cos_theta = glm::dot(direction, forward());
+    return panorama_.density(transform_vector(inverse_pose(time), direction)) / pixel_area_;
+  const float cos_theta = glm::dot(direction, forward(time));
   if (!(cos_theta > 0.0f)) return 0.0f;
   return is_orthographic() ? 1.0f / (pixel_area_ * cos_theta)
                            : 1.0f / (pixel_area_ * cos_theta * cos_theta * cos_theta);
 }
 
 Ray Camera::generate_ray(Vec2 film, Vec2 u_lens, float time) const {
-  return ray_from_lens(film, has_lens() ? sample_lens(u_lens) : Vec2(0.0f), time);
-}
-
-Ray Camera::ray_through(Vec2 film, Vec3 lens_point, float time) const {
-  return ray_from_lens(film, has_lens() ? Vec2(transform_point(camera_from_world_, lens_point)) : Vec2(0.0f), time);
+  return ray_through(film, sample_lens(u_lens), time);
 }
 
 /// The lens is perpendicular to each direction. Its first axis is the projection of the camera's axis on it, or that of
@@ -167,7 +162,7 @@ Ray Camera::panoramic_ray(Vec2 film, Vec2 lens, float time) const {
   return to_world(ray);
 }
 
-Ray Camera::ray_from_lens(Vec2 film, Vec2 lens, float time) const {
+Ray Camera::ray_through(Vec2 film, Vec2 lens, float time) const {
   if (kind_ == CameraKind::Panorama) return panoramic_ray(film, lens, time);
   const Vec2 window = on_window(film);
   Vec3 origin(0.0f), direction(window, -1.0f);

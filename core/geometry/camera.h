@@ -28,14 +28,16 @@ class Camera {
   /// sees_nothing.
   Ray generate_ray(Vec2 film, Vec2 u_lens, float time) const;
 
-  /// Point of the lens in world space, uniform over its area; the position of a pinhole.
-  Vec3 sample_lens_point(Vec2 u_lens) const;
+  /// Point of the lens in the lens's own plane in metres, uniform over its area; 0 for a pinhole.
+  Vec2 sample_lens(Vec2 u_lens) const;
+  /// That point in world space at `time`. Where the lens turns (lens_turns), the centre of the lens.
+  Vec3 lens_point(Vec2 lens, float time) const;
   /// 1 / area of the lens; 1 for a pinhole.
   float pdf_lens_area() const { return pdf_lens_area_; }
   /// All rays through one lens point are parallel.
   bool is_orthographic() const { return kind_ == CameraKind::Orthographic; }
   /// Direction of the rays through a lens point of an orthographic camera.
-  Vec3 orthographic_direction(Vec3 lens_point) const;
+  Vec3 orthographic_direction(Vec2 lens, float time) const;
   /// Whether film_of and film_density are valid for everything that is seen within `margin` pixels around the frame.
   /// Only then can paths be connected to the camera. It is false if a direction is seen twice (at the seam of a full
   /// panorama) or if the lens turns with the direction.
@@ -44,16 +46,16 @@ class Camera {
   bool sees(Vec2 film) const {
     return kind_ != CameraKind::Panorama || panorama_.direction_of(on_window(film)).has_value();
   }
-  /// Film point of the ray from `lens_point` to p; it can be outside the frame. Empty if p is behind the camera or
+  /// Film point of the ray from lens point `lens` to p; it can be outside the frame. Empty if p is behind the camera or
   /// clipped.
-  std::optional<Vec2> film_of(Vec3 lens_point, Vec3 p) const;
+  std::optional<Vec2> film_of(Vec2 lens, Vec3 p, float time) const;
   /// Pixels^2 per steradian at the unit direction (away from the lens); pixels^2 per m^2 perpendicular to it for an
   /// orthographic camera.
-  float film_density(Vec3 direction) const;
+  float film_density(Vec3 direction, float time) const;
   /// Distance along `direction` from the lens to the near clipping plane.
-  float clip_distance(Vec3 direction) const {
+  float clip_distance(Vec3 direction, float time) const {
     return kind_ == CameraKind::Panorama ? clip_start_
-                                         : (clip_start_ - lens_depth_) / std::abs(glm::dot(direction, forward()));
+                                         : (clip_start_ - lens_depth_) / std::abs(glm::dot(direction, forward(time)));
   }
   /// The depth pass: distance along the camera's axis, or from the centre of a panorama.
   float depth_of(Vec3 p) const {
@@ -61,21 +63,25 @@ class Camera {
   }
 
   /// Ray through a film point and this point of the lens.
-  Ray ray_through(Vec2 film, Vec3 lens_point, float time) const;
+  Ray ray_through(Vec2 film, Vec2 lens, float time) const;
 
   bool moves() const { return motion_.size() > 1; }
   /// Time in [0, 1] of the shutter interval for a uniform number in [0, 1).
   float time_of(float u) const;
   bool has_lens() const { return lens_radius_ > 0.0f; }
+  /// The lens of a panorama is perpendicular to each direction, so that its points depend on the film point.
+  bool lens_turns() const { return has_lens() && kind_ == CameraKind::Panorama; }
   const Mat4& world_from_camera() const { return world_from_camera_; }
   Vec3 position() const { return Vec3(world_from_camera_[3]); }
   Vec3 forward() const { return -Vec3(world_from_camera_[2]); }
+  Vec3 forward(float time) const { return moves() ? -Vec3(pose(time)[2]) : forward(); }
   int width() const { return width_; }
   int height() const { return height_; }
 
  private:
-  Vec2 sample_lens(Vec2 u) const;
-  Ray ray_from_lens(Vec2 film, Vec2 lens, float time) const;
+  /// world_from_camera at a time.
+  Mat4 pose(float time) const { return moves() ? interpolate(motion_, time) : world_from_camera_; }
+  Mat4 inverse_pose(float time) const { return moves() ? glm::affineInverse(pose(time)) : camera_from_world_; }
   Ray panoramic_ray(Vec2 film, Vec2 lens, float time) const;
   Ray to_world(Ray ray) const;
   Vec2 on_window(Vec2 film) const {

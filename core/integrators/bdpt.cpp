@@ -27,10 +27,11 @@ class Bdpt final : public Integrator {
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
+    media_ = plan.media ? std::make_unique<const PathMedia>(*scene_) : nullptr;
     seed_ = seed;
     samples_done_ = 0;
     statistics_ = {};
-    merging_.prepare(*scene_, plan.merging, seed);
+    merging_.prepare(*scene_, media_.get(), plan.merging, seed);
     followed_.clear();
     hints_ = plan.hints;
     space_.reset();
@@ -45,6 +46,7 @@ class Bdpt final : public Integrator {
       BidirectionalWalks w(*scene_, light_walks);
       w.finds_beyond_terminator = true;
       w.leaves_unconnectable = merging_.active();
+      w.media = media_.get();
       w.merging = merging_.active() ? &merging_ : nullptr;
       w.guide = space_->guide;
       return w;
@@ -79,6 +81,7 @@ class Bdpt final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics s = statistics_;
     add_statistics_of(followed_, s);
+    add_statistics_of(media_.get(), s);
     s.hints = followed_.statistics();
     add_statistics_of(merging_, s);
     return s;
@@ -86,7 +89,7 @@ class Bdpt final : public Integrator {
 
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
-    space_ = std::make_unique<PathSpace>(*scene_, film);
+    space_ = std::make_unique<PathSpace>(*scene_, film, media_.get());
     space_->without_unconnectable = merging_.active();
     followed_.begin(hints_, *space_, seed_, stop);
     merging_.follow(space_->guide);
@@ -102,6 +105,7 @@ class Bdpt final : public Integrator {
     uint32_t splats = 0;
     // The two halves get equally many splats, whatever the sample counts are.
     const bool odd = (index + uint32_t(px + py)) & 1;
+    if (merging_.active()) walks.pass_time = merging_.time();
     for (const FoundPath& path :
          walks.sample(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, sampler, film.wants_aux() ? &aux : nullptr)) {
       if (path.t > 1 || path.s == 0) {
@@ -115,10 +119,11 @@ class Bdpt final : public Integrator {
       film.add_splat(column.pixel, row.pixel,
                      path.contribution * float(double(column.weight * row.weight) / light_walks), odd);
     }
-    film.add_sample(px, py, radiance + walks.merged(), walks.alpha(), &aux);
+    film.add_sample(px, py, radiance + walks.merged() + walks.glow(), walks.alpha(), &aux);
   }
 
   std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<const PathMedia> media_;  ///< of the scene, if it has any
   uint32_t seed_ = 0, samples_done_ = 0;
   VertexMerging merging_;
   std::shared_ptr<const AttachedHints> hints_;

@@ -7,7 +7,9 @@
 // glass are found only with small probability. Bounce limits have the same meaning as in the path tracer, up to
 // kMaxPathVertices. Clamping is ignored, because direct and indirect light are not separated. If a vertex was found
 // from the light, its visibility by kind of ray and the Light Path node are evaluated for a diffuse bounce. Walks from
-// lights follow the artist's light hints (transport/hints/hint_guide.h). No volumes.
+// lights follow the artist's light hints (transport/hints/hint_guide.h). Vertices can be in media. Subsurface
+// scattering is approximated by diffuse reflection. A camera at which film points and directions do not
+// correspond one to one is not connected to paths from lights.
 #pragma once
 
 #include "integrators/integrator.h"

@@ -38,8 +38,9 @@ class EnergyRedistribution final : public Integrator {
     space_.reset();
     luminance_.reset();
     scene_ = std::move(scene);
+    media_ = plan.media ? std::make_unique<const PathMedia>(*scene_) : nullptr;
     seed_ = seed;
-    direct_.prepare(*scene_, plan.merging, seed);
+    direct_.prepare(*scene_, media_.get(), plan.merging, seed);
     followed_.clear();
     hints_ = plan.hints;
     samples_done_ = steps_wanted_ = 0;
@@ -58,6 +59,7 @@ class EnergyRedistribution final : public Integrator {
     IntegratorStatistics s;
     s.rays = direct_.rays();
     add_statistics_of(followed_, s);
+    add_statistics_of(media_.get(), s);
     s.hints = followed_.statistics();
     add_statistics_of(direct_.merging(), s);
     Tally sum;
@@ -98,7 +100,7 @@ class EnergyRedistribution final : public Integrator {
   using Workers = tbb::enumerable_thread_specific<Worker>;
 
   void begin(const Film& film, const std::atomic<bool>& stop) {
-    space_ = std::make_unique<PathSpace>(*scene_, film);
+    space_ = std::make_unique<PathSpace>(*scene_, film, media_.get());
     space_->without_unconnectable = direct_.merging().active();
     followed_.begin(hints_, *space_, seed_, stop);
     direct_.merging().follow(space_->guide);
@@ -194,7 +196,7 @@ class EnergyRedistribution final : public Integrator {
         worker.chain.step(sampler, [&](const Path& path, double weight) {
           const PathSpace::Place place = space_->place(path.film, sampler.get_2d());
           film.add_splat(place.x, place.y, path.splat(deposit * weight * double(place.weight)), i & 1);
-          luminance_->add_flux(path.film, deposit * weight * luminance(path.f) / path.target);
+          luminance_->add_flux(path.film, deposit * weight * path.energy() / path.target);
         });
       }
       worker.tally.steps += kChainSteps;
@@ -202,6 +204,7 @@ class EnergyRedistribution final : public Integrator {
   }
 
   std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<const PathMedia> media_;  ///< of the scene, if it has any
   uint32_t seed_ = 0;
   DirectPass direct_;
   std::shared_ptr<const AttachedHints> hints_;

@@ -14,7 +14,8 @@
 //
 // Spreads the noise of path tracing over the neighbourhood. Prefer it to bdpt for caustics and for light through narrow
 // openings. The chains are too short to compensate for paths that are rarely found (metropolis and pmc_pt can). Limits,
-// clamping, kinds of rays and the artist's light hints are as in bdpt.h. No volumes.
+// clamping, kinds of rays and the artist's light hints are as in bdpt.h. Chains visit vertices in media. Light that
+// media emit is sampled separately (transport/bidirectional/direct_pass.h). Subsurface scattering is approximated.
 #pragma once
 
 #include "integrators/integrator.h"

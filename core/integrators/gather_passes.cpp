@@ -11,6 +11,7 @@
 #include "integrators/learned.h"
 #include "math/statistics.h"
 #include "transport/bidirectional/seen_light.h"
+#include "transport/paths/walk.h"
 
 namespace ajar {
 
@@ -35,10 +36,11 @@ struct Counters {
 
 }  // namespace
 
-void GatherPasses::prepare(const Scene& scene, uint32_t seed, ArrivalMap* arrivals) {
+void GatherPasses::prepare(const Scene& scene, const PathMedia* media, uint32_t seed, ArrivalMap* arrivals) {
   *this = GatherPasses();
   arrivals_ = arrivals;
   scene_ = &scene;
+  media_ = media;
   seed_ = seed;
   filter_ = PixelFilter(scene.settings().filter, scene.settings().filter_width);
   gather_.rays = std::max(1, scene.settings().gather_rays);
@@ -80,8 +82,8 @@ void GatherPasses::choose_radii(const std::vector<Photon>& global, const std::ve
 void GatherPasses::build_maps(std::vector<Photon> global, std::vector<Photon> caustic) {
   maps_.global.build(std::move(global));
   maps_.caustic.build(std::move(caustic));
-  maps_.global.look_around(*scene_, maps_.global_radius, hash_combine(seed_, pass_));
-  maps_.caustic.look_around(*scene_, maps_.caustic_radius, hash_combine(seed_, ~pass_));
+  maps_.global.look_around(*scene_, maps_.global_radius, time(), hash_combine(seed_, pass_));
+  maps_.caustic.look_around(*scene_, maps_.caustic_radius, time(), hash_combine(seed_, ~pass_));
   maps_.has_global = !maps_.global.empty();
   maps_.has_caustic = !maps_.caustic.empty();
   maps_.sites.build(sites_, maps_.global, {gather_.gather_neighbours, maps_.global_radius});
@@ -95,13 +97,13 @@ void GatherPasses::choose_first_radii() {
   first_global_radius_ = first_caustic_radius_ = settings.photon_radius;
   if (settings.photon_radius > 0.0f) return;
   std::vector<float> global, caustic;
-  PhotonGatherer gatherer(*scene_, maps_, gather_, hash_combine(seed_, 0x70726f62U));
+  PhotonGatherer gatherer(*scene_, media_, maps_, gather_, hash_combine(seed_, 0x70726f62U));
   for (int i = 0; i < kProbes * kProbes; ++i) {
     gatherer.start(uint32_t(i), 0);
     const Vec2 on_film((float(i % kProbes) + 0.5f) / kProbes * float(settings.width),
                        (float(i / kProbes) + 0.5f) / kProbes * float(settings.height));
     SurfacePoint seen, gathered;
-    const Ray ray = scene_->camera().generate_ray(on_film, Vec2(0.5f), 0.0f);
+    const Ray ray = scene_->camera().generate_ray(on_film, Vec2(0.5f), time());
     if (sees_nothing(ray) || !gatherer.probe(ray, seen, gathered)) continue;
     global.push_back(maps_.global.reach(gathered, kReach, max_radius));
     const float reach = maps_.caustic.reach(seen, kCausticReach, max_radius);
@@ -126,6 +128,7 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
   log.stride[ArrivalMap::kGathered] = stride(gather_rays);
   const uint32_t guide_stride = uint32_t(
       std::max(1.0, gather_rays * std::max(first_training_, std::bit_floor(pass_)) / kLearnedRays));
+  const float time = time_of_pass(*scene_, seed_, only_arrivals ? sample : pass_);
   std::vector<ArrivalLog> logs(arrivals_ ? size_t(columns) * size_t(rows) : 0, log);
   tbb::combinable<Counters> counters;
   tbb::parallel_for(
@@ -133,7 +136,7 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
       [&](const tbb::blocked_range2d<int>& tile) {
         if (stop.load(std::memory_order_relaxed)) return;
         const int row = tile.rows().begin(), column = tile.cols().begin();
-        PhotonGatherer gatherer(*scene_, maps_, gather_, seed);
+        PhotonGatherer gatherer(*scene_, media_, maps_, gather_, seed);
         const size_t number = size_t(row) * size_t(columns) + size_t(column);
         if (!only_arrivals)
           gatherer.guide(&guide_, guide_samples_.empty() ? nullptr : &guide_samples_[number], guide_stride);
@@ -149,7 +152,7 @@ void GatherPasses::for_each_pixel(const Film& film, uint32_t seed, uint32_t samp
               const Vec2 offset = filter_.sample(sampler.get_2d());
               const Vec2 on_film(float(px) + 0.5f + offset.x, float(py) + 0.5f + offset.y);
               const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
-              visit(gatherer, px, py, scene_->camera().generate_ray(on_film, u_lens, 0.0f));
+              visit(gatherer, px, py, scene_->camera().generate_ray(on_film, u_lens, time));
             }
           }
         }
@@ -201,11 +204,12 @@ void GatherPasses::render(Film& film, const std::atomic<bool>& stop) {
     float alpha = 1.0f;
     Color seen(0.0f);
     const Color rest = sees_nothing(ray) ? Color(0.0f) : gatherer.trace(ray, wants_aux ? &aux : nullptr, alpha, seen);
-    if (further_.active())
+    // Light that is seen directly is separate only where there are no media.
+    if (further_.active() && !media_)
       seen = further_.mean_with(
           seen, gatherer.polished(), luminance(rest), px, py, [&](Vec2 on_film, Sampler& sampler) {
-            const Ray further = scene_->camera().generate_ray(
-                on_film, scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), 0.0f);
+            const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
+            const Ray further = scene_->camera().generate_ray(on_film, u_lens, sample_time(*scene_, sampler));
             return sees_nothing(further) ? Color(0.0f) : trace_seen_light(*scene_, further, sampler, seen_rays.local());
           });
     film.add_sample(px, py, rest + seen, alpha, &aux);

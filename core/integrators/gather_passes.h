@@ -13,7 +13,7 @@ namespace ajar {
 class GatherPasses {
  public:
   /// `arrivals`: receives the lookups of all passes if not null.
-  void prepare(const Scene& scene, uint32_t seed, ArrivalMap* arrivals = nullptr);
+  void prepare(const Scene& scene, const PathMedia* media, uint32_t seed, ArrivalMap* arrivals = nullptr);
   uint32_t pass() const { return pass_; }
   /// As the functions of Integrator: for the guide of gather rays.
   std::vector<LearnedPart> begin_with(const Learned& learned);
@@ -32,6 +32,8 @@ class GatherPasses {
   /// Renders one sample of the average pixel, by the film's goals if any are set, and ends the pass.
   void render(Film& film, const std::atomic<bool>& stop);
 
+  /// Time of the photons and of the samples of this pass.
+  float time() const { return time_of_pass(*scene_, seed_, pass_); }
   float global_radius() const { return maps_.global_radius; }
   float caustic_radius() const { return maps_.caustic_radius; }
   void add_statistics(IntegratorStatistics& statistics) const;
@@ -46,6 +48,7 @@ class GatherPasses {
                       const std::atomic<bool>& stop, Visit&& visit);
 
   const Scene* scene_ = nullptr;
+  const PathMedia* media_ = nullptr;
   uint32_t seed_ = 0, pass_ = 0, first_training_ = 1;
   PixelFilter filter_;
   GatherSettings gather_;

@@ -19,8 +19,10 @@
 
 namespace ajar {
 
-class FollowedHints;  // transport/hints/followed_hints.h
-struct Learned;       // integrators/learned.h
+class FollowedHints;   // transport/hints/followed_hints.h
+class PathMedia;       // transport/media/path_media.h
+struct MediaCounters;  // transport/media/media.h
+struct Learned;        // integrators/learned.h
 
 enum class Bias : uint8_t { Unbiased, Consistent, Biased };
 
@@ -81,6 +83,10 @@ class Integrator {
 /// Adds the rays of all passes and the sizes of the last one. These are rays of photons, of which a small image has
 /// more per pixel.
 void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& statistics);
+/// Memory and counters of media.
+void add_statistics_of(const MediaCounters& counters, size_t bytes, IntegratorStatistics& statistics);
+/// The same for the media of paths; null: there are none.
+void add_statistics_of(const PathMedia* media, IntegratorStatistics& statistics);
 /// Adds the rays by which the shares of hints were learned.
 void add_statistics_of(const FollowedHints& followed, IntegratorStatistics& statistics);
 
@@ -91,16 +97,12 @@ struct IntegratorInfo {
   Bias bias;
   const char* sentence;  ///< one sentence for the artist
   std::unique_ptr<Integrator> (*make)();
-  bool joins_camera = false;    ///< connects paths from lights to the camera
-  bool renders_motion = false;  ///< its paths have times
-  bool knows_parts = false;     ///< renders the passes that consist of SampleParts
+  bool walks_below_surfaces = false;  ///< others approximate subsurface scattering by diffuse reflection
+  bool knows_parts = false;           ///< renders the passes that consist of SampleParts
   /// Can use vertex merging (transport/bidirectional/vertex_merging.h), which makes it consistent.
   bool can_merge = false;
-  bool renders_media = false;          ///< light scatters between surfaces too
-  bool renders_strands = false;        ///< hair, whose ribbons turn towards each ray
   bool follows_hints = false;          ///< follows the artist's light hints (transport/hints/hint_guide.h)
   bool automatic = false;              ///< stands for the choice of a technique (render/technique_choice.h)
-  bool walks_below_surfaces = false;   ///< others approximate subsurface scattering by diffuse reflection
   bool can_guide = false;              ///< supports path guiding (transport/guiding/path_guide.h)
   bool gathers_photons = false;        ///< stores photons and looks them up
   bool takes_further_samples = false;  ///< see transport/bidirectional/further_samples.h
@@ -109,8 +111,6 @@ struct IntegratorInfo {
 };
 /// All integrators, in the order of the UI.
 const std::vector<IntegratorInfo>& integrator_list();
-/// Why this integrator cannot render the scene, as a clause for the artist; empty when it can.
-std::string reason_against(const IntegratorInfo& integrator, const Scene& scene);
 /// Throws SceneError with the valid names for an unknown name.
 const IntegratorInfo& find_integrator(const std::string& name);
 std::unique_ptr<Integrator> make_integrator(const std::string& name);

@@ -10,12 +10,17 @@
 #include <tbb/combinable.h>
 
 #include "film/filter.h"
+
 #include "integrators/tile_loop.h"
 #include "math/warps.h"
 #include "transport/direct/estimators/make_estimator.h"
+#include "transport/direct/eye_media.h"
+#include "transport/media/subsurface_walk.h"
 #include "transport/paths/eye_walk.h"
 #include "transport/paths/walk.h"
+#include "transport/photons/cached_part.h"
 #include "transport/photons/irradiance_records.h"
+#include "transport/photons/photon_tracer.h"
 
 namespace ajar {
 
@@ -23,7 +28,7 @@ namespace {
 
 /// Dimensions of the sampler: those of the camera (for records: of the direction), then a fixed number for each vertex.
 constexpr uint32_t kFirstDimensions = 6, kVertexDimensions = 8;
-constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6;
+constexpr uint32_t kDirectLight = 0, kLobe = kDirectDimensions, kDirection = 4, kRoulette = 6, kSubsurface = 7;
 constexpr int kRaysPerGatherRay = 10;  ///< of a record, per gather ray of the setting
 /// Spacing of the pixels at which records are placed. It is halved in each step.
 constexpr int kCoarsestStride = 16, kFinestStride = 2;
@@ -34,48 +39,6 @@ constexpr int kMaxVertices = 64;                        ///< on the path to the 
 struct Counters {
   uint64_t rays = 0, paths = 0, lookups = 0, found = 0;
 };
-
-/// The lobes whose indirect light is cached: diffuse reflection about the surface's normal.
-class CachedPart {
- public:
-  CachedPart(const Bsdf& bsdf, Vec3 wo) {
-    const auto cached = [&](const Lobe& lobe) {
-      return (lobe.kind == LobeKind::Diffuse || lobe.kind == LobeKind::PrincipledDiffuse ||
-              lobe.kind == LobeKind::PrincipledRetro) &&
-             lobe.frame.n == bsdf.n;
-    };
-    int count = 0;
-    for (int i = 0; i < bsdf.lobe_count(); ++i) count += cached(bsdf.lobe(i)) ? 1 : 0;
-    if (count == 0) return;
-    all_ = count == bsdf.lobe_count();
-    bsdf_ = &bsdf;
-    if (all_) return;
-    storage_.assign_lobes(bsdf, cached);
-    storage_.prepare(wo);
-    bsdf_ = &storage_;
-  }
-  CachedPart(const CachedPart&) = delete;
-
-  explicit operator bool() const { return bsdf_; }
-  /// The part of the surface's scattering that comes from other lobes.
-  Color others(Vec3 wo, const BsdfSample& sample) const {
-    if (sample.specular) return sample.f_cos;
-    return all_ ? Color(0.0f) : glm::max(sample.f_cos - bsdf_->evaluate(wo, sample.wi).f_cos, Color(0.0f));
-  }
-  /// Factor of irradiance over pi. For lobes that are not exactly Lambertian, it is estimated along a direction drawn
-  /// by the cosine.
-  Color albedo(Vec3 wo, Vec2 u) const {
-    const Vec3 wi = Frame(bsdf_->n).to_world(warp::square_to_cosine_hemisphere(u));
-    const Bsdf::Evaluation scattered = bsdf_->evaluate(wo, wi);
-    return scattered.pdf_solid_angle > 0.0f ? scattered.f_cos / scattered.pdf_solid_angle : bsdf_->albedo();
-  }
-
- private:
-  const Bsdf* bsdf_ = nullptr;
-  bool all_ = false;
-  Bsdf storage_;
-};
-
 /// Whether diffuse lobes can receive indirect light here.
 bool bounces_diffusely(const ShadingPoint& point, const BounceLimits& limits) {
   return point.ray_depth < limits.total && point.diffuse_depth < limits.diffuse;
@@ -89,6 +52,7 @@ class IrradianceCache final : public Integrator {
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
+    media_ = plan.media ? std::make_unique<const PathMedia>(*scene_) : nullptr;
     seed_ = seed;
     pass_ = 0;
     statistics_ = {};
@@ -119,6 +83,7 @@ class IrradianceCache final : public Integrator {
 
   IntegratorStatistics statistics() const override {
     IntegratorStatistics statistics = statistics_;
+    add_statistics_of(media_.get(), statistics);
     statistics.extra["passes"] = double(pass_);
     statistics.extra["record_bytes"] = double(records_.memory_bytes());
     statistics.extra["records"] = pass_ > 0 ? double(records_made_) / double(pass_) : 0.0;
@@ -127,6 +92,26 @@ class IrradianceCache final : public Integrator {
   }
 
  private:
+  /// The start of a path: at the eye, or at a record.
+  struct Start {
+    Ray ray;
+    int pixel_x, pixel_y;
+    Color to_lights{1.0f};              ///< throughput to lights that the first ray hits
+    ShadingPoint from{};                ///< kind and depths of the first ray
+    MediaStack stack{};                 ///< media of the first ray
+    uint64_t media_seed = 0;            ///< of random numbers in media
+    float* inverse_distance = nullptr;  ///< to the first surface; set for records, which do not use the cache
+  };
+  /// What a path carries.
+  struct Throughputs {
+    Color &radiance, &beta, &to_lights;
+    bool& at_bounce_limit;
+  };
+  /// A sampler and the first dimension of a vertex.
+  struct Numbers {
+    Sampler& sampler;
+    uint32_t first;
+  };
   struct Tile {
     Sampler sampler;
     Counters& counter;
@@ -137,6 +122,7 @@ class IrradianceCache final : public Integrator {
     tbb::combinable<Counters> counters;
     make_records(direct_light, film, stop, counters);
     if (stop.load(std::memory_order_relaxed)) return;
+    const float time = time_of_pass(*scene_, seed_, pass_);
     ++pass_;
     for_each_sample(
         film, pass_, stop,
@@ -144,13 +130,14 @@ class IrradianceCache final : public Integrator {
           return Tile{Sampler(Sampler::Kind::Sobol, seed_), counters.local()};
         },
         [&](Tile& tile, int px, int py, uint32_t index) {
-          const Ray ray = start_sample(tile.sampler, px, py, index);
+          const Ray ray = start_sample(tile.sampler, px, py, index, time);
           SampleAux aux;
           float alpha = 1.0f;
           ++tile.counter.paths;
-          const Color radiance = sees_nothing(ray) ? Color(0.0f)
-                                                   : trace(direct_light, Start{ray, px, py}, tile.sampler,
-                                                           film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
+          const Color radiance = sees_nothing(ray)
+                                     ? Color(0.0f)
+                                     : trace(direct_light, start_at_camera(ray, px, py, index), tile.sampler,
+                                             film.wants_aux() ? &aux : nullptr, alpha, tile.counter);
           film.add_sample(px, py, radiance, alpha, &aux);
         });
     counters.combine_each([&](const Counters& c) {
@@ -167,11 +154,11 @@ class IrradianceCache final : public Integrator {
     }
   }
 
-  Ray start_sample(Sampler& sampler, int px, int py, uint32_t index) const {
+  Ray start_sample(Sampler& sampler, int px, int py, uint32_t index, float time) const {
     sampler.start(pixel_number(px, py), index);
     const Vec2 offset = filter_.sample(sampler.get_2d());
     const Vec2 u_lens = scene_->camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
-    return scene_->camera().generate_ray(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, u_lens, 0.0f);
+    return scene_->camera().generate_ray(Vec2(float(px) + 0.5f, float(py) + 0.5f) + offset, u_lens, time);
   }
   uint32_t pixel_number(int px, int py) const {
     return uint32_t(py) * uint32_t(scene_->settings().width) + uint32_t(px);
@@ -186,6 +173,7 @@ class IrradianceCache final : public Integrator {
   void make_records(const DirectLight& direct_light, const Film& film, const std::atomic<bool>& stop,
                     tbb::combinable<Counters>& counters) {
     records_.clear();
+    if (media_) return;  // nothing is cached
     const LightSet& lights = scene_->lights();
     if ((lights.empty() && !scene_->emission_without_lights()) || scene_->settings().bounces.total < 1) return;
     const int columns = (film.width() + kTile - 1) / kTile, rows = (film.height() + kTile - 1) / kTile;
@@ -225,11 +213,12 @@ class IrradianceCache final : public Integrator {
   void make_record(const DirectLight& direct_light, int px, int py, std::vector<IrradianceRecord>& made,
                    Counters& counter) const {
     Sampler sampler(Sampler::Kind::Sobol, seed_);
-    const Ray ray = start_sample(sampler, px, py, pass_);
+    const Ray ray = start_sample(sampler, px, py, pass_, time_of_pass(*scene_, seed_, pass_));
     ShadingPoint place;
     SurfaceShading shading;
+    MediaStack stack;
     float length = 0.0f;
-    if (sees_nothing(ray) || !find_place(ray, sampler, place, shading, length, counter)) return;
+    if (sees_nothing(ray) || !find_place(ray, sampler, place, shading, length, stack, counter)) return;
     const Vec3 p = place.position, n = shading.bsdf.n;
     float covered = records_.coverage(p, n);
     for (const IrradianceRecord& other : made) covered += other.weight(p, n);
@@ -248,6 +237,8 @@ class IrradianceCache final : public Integrator {
       if (!(glm::dot(wi, shading.bsdf.ng) > 0.0f)) continue;
       ++counter.paths;
       Start start{scene_->spawn_ray(place, wi), px, py, Color(0.0f)};
+      start.stack = stack;
+      start.media_seed = hash_combine(unit, pass_ * uint32_t(strata) + uint32_t(i));
       start.from = place;
       count_bounce({wi, Color(1.0f), 1.0f, kReflection | kDiffuse, false}, place, start.from);
       start.inverse_distance = &inverse_distance[size_t(i)];
@@ -261,30 +252,48 @@ class IrradianceCache final : public Integrator {
     made.push_back(record);
   }
 
-  /// Follows a sample to the first surface that would use the cache. `length`: distance along the path.
+  Start start_at_camera(const Ray& ray, int px, int py, uint32_t index) const {
+    Start start{ray, px, py};
+    start.stack = EyeMedia::around_camera(media_.get(), ray);
+    start.media_seed = hash_combine(pixel_number(px, py), index);
+    return start;
+  }
+
+  /// Follows a sample to the first surface that would use the cache. `length`: distance along the path. `stack`: media
+  /// in front of the surface.
   bool find_place(Ray ray, Sampler& sampler, ShadingPoint& point, SurfaceShading& shading, float& length,
-                  Counters& counter) const {
+                  MediaStack& stack, Counters& counter) const {
     const BounceLimits& limits = scene_->settings().bounces;
     EyeWalk walk(*scene_, ray, counter.rays);
+    EyeMedia media(*scene_, media_.get(), EyeMedia::around_camera(media_.get(), ray), 0, counter.rays);
     for (uint32_t vertex = 0; vertex < kMaxVertices; ++vertex) {
       walk.trace();
       if (!walk.found() || !walk.arrive()) return false;
-      walk.shade();
       length += walk.hit.t;
-      if (bounces_diffusely(walk.point, limits) && CachedPart(walk.shading.bsdf, walk.point.wo)) {
+      if (const ShaderProgram& program = scene_->material(walk.hit); program.has_volume() && !program.has_surface()) {
+        media.leave(walk, walk.ray.direction);
+        walk.pass_uncounted();
+        continue;
+      }
+      walk.shade();
+      if (bounces_diffusely(walk.point, limits) && !on_strand(walk.point) && !walk.shading.bsdf.has_subsurface() &&
+          CachedPart(walk.shading.bsdf, walk.point.wo)) {
         point = walk.point;
         shading = walk.shading;
+        if (media.active()) stack = media.state().stack;
         return true;
       }
       const auto sample = sample_direction(walk.shading.bsdf, walk.point, sampler,
                                            kFirstDimensions + kVertexDimensions * vertex);
       if (!sample) return false;
       if (sample->flags & kTransparent) {
+        media.leave(walk, walk.ray.direction);
         if (!walk.pass_through()) return false;
         continue;
       }
       count_bounce(*sample, walk.point, walk.point);
       if (past_limits(walk.point, limits)) return false;
+      media.leave(walk, sample->wi);
       walk.leave_along(sample->wi);
     }
     return false;
@@ -303,15 +312,6 @@ class IrradianceCache final : public Integrator {
 
   // ---- Paths ---------------------------------------------------------------------------------
 
-  /// The start of a path: at the eye, or at a record.
-  struct Start {
-    Ray ray;
-    int pixel_x, pixel_y;
-    Color to_lights{1.0f};              ///< throughput to lights that the first ray hits
-    ShadingPoint from{};                ///< kind and depths of the first ray
-    float* inverse_distance = nullptr;  ///< to the first surface; set for records, which do not use the cache
-  };
-
   /// The first hit of a path is recorded once. Returns `aux` at the first hit, else null.
   SampleAux* record_if_first(const ShadingPoint& point, const Bsdf& bsdf, SampleAux*& aux) const {
     SampleAux* const vertex_aux = point.ray_depth == 0 ? std::exchange(aux, nullptr) : nullptr;
@@ -319,20 +319,12 @@ class IrradianceCache final : public Integrator {
     return vertex_aux;
   }
 
-  static bool pass_through(EyeWalk& walk, const BsdfSample& sample, Color& to_lights, Color& beta) {
+  static bool pass_through(EyeWalk& walk, EyeMedia& media, const BsdfSample& sample, Color& to_lights, Color& beta) {
     const Color through = sample.f_cos / sample.pdf_solid_angle;
     to_lights *= through;
     beta *= through;
+    media.leave(walk, walk.ray.direction);
     return walk.pass_through();
-  }
-
-  /// The data of a vertex that weigh the light that its sample hits.
-  static DirectVertex vertex_of(DirectVertex here, const ShadingPoint& point, const Bsdf& bsdf,
-                                const BsdfSample& sample) {
-    here.position = point.position;
-    here.normal = bsdf.receiving_normal();
-    here.bsdf_pdf = sample.specular ? 0.0f : sample.pdf_solid_angle;
-    return here;
   }
 
   /// Adds the cached light of the lobes for which the cache stands, and returns the throughput of the other lobes;
@@ -352,6 +344,45 @@ class IrradianceCache final : public Integrator {
     return sample ? beta * cached.others(point.wo, *sample) : beta;
   }
 
+  /// Goes below a surface, or stays. False if the path is lost.
+  bool below_surface(EyeWalk& walk, Sampler& sampler, uint32_t dimension, Color& beta, Counters& counter) const {
+    sampler.set_dimension(dimension);
+    const float u = sampler.get_1d();
+    return walk_below_or_stay(*scene_, walk.hit.instance, {u, hash_combine(uint32_t(u * 0x1p32f), dimension)},
+                              walk.point, walk.shading, beta, counter.rays);
+  }
+
+  /// The throughputs along the sampled direction. False at the end of the path. `after`: throughput to scattered light.
+  [[gnu::always_inline]] bool go_on(const BsdfSample& sample, EyeWalk& walk, const DirectVertex& here, Color after,
+                                    Throughputs light, Numbers numbers) const {
+    ShadingPoint& point = walk.point;
+    light.to_lights = light.beta * sample.f_cos / sample.pdf_solid_angle;
+    light.beta = after / sample.pdf_solid_angle;
+    if (!(max_component(light.to_lights) > 0.0f)) return false;
+    count_bounce(sample, point, point);
+    light.at_bounce_limit = past_limits(point, scene_->settings().bounces);
+    // Beyond this vertex only lights would count, and light sampling has counted them already.
+    if ((light.at_bounce_limit || is_black(light.beta)) && here.complete && !sample.specular &&
+        !scene_->emission_without_lights())
+      return false;
+    return point.ray_depth <= 2 || survives(std::min(1.0f, std::sqrt(max_component(light.to_lights))), numbers.sampler,
+                                            numbers.first + kRoulette, light.to_lights, light.beta);
+  }
+
+  /// Media along the present ray. Beta and to_lights get what remains of them. Traced: the walk has a new ray.
+  EyeMedia::Step pass_media(EyeMedia& media, EyeWalk& walk, Sampler& sampler, uint32_t dimension, Throughputs light,
+                            float& alpha) const {
+    Color through(1.0f), scattered(0.0f);
+    const EyeMedia::Step step = media.pass(walk, sampler, dimension, !light.at_bounce_limit, through, scattered,
+                                           &alpha);
+    light.radiance += light.beta * scattered;
+    light.beta *= through;
+    light.to_lights *= through;
+    if (media.chose_direction()) light.to_lights = light.beta;
+    light.at_bounce_limit |= past_limits(walk.point, scene_->settings().bounces) || media.at_limit();
+    return step;
+  }
+
   /// Radiance along a path. It has two throughputs. `to_lights` applies to lights that its ray hits and includes all
   /// lobes. `beta` applies to light that surfaces scatter and excludes the lobes whose part comes from the cache.
   template <class DirectLight>
@@ -360,6 +391,7 @@ class IrradianceCache final : public Integrator {
     const Scene& scene = *scene_;
     const RenderSettings& settings = scene.settings();
     EyeWalk walk(scene, start.ray, counter.rays, start.from);
+    EyeMedia media(scene, media_.get(), start.stack, start.media_seed, counter.rays);
     ShadingPoint& point = walk.point;
     const SurfaceShading& shading = walk.shading;
     Color radiance(0.0f), beta(1.0f), to_lights = start.to_lights;
@@ -369,15 +401,23 @@ class IrradianceCache final : public Integrator {
     for (uint32_t vertex = 0;; ++vertex) {
       walk.trace();
       const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
+        if (media.chose_direction()) return media.weight_of_hit(walk, light, position, normal);
         return direct_light.weight_of_hit(scene, previous, light, walk.ray.direction, position, normal);
       };
       const auto add_met = [&](const LightMet& met) {
-        radiance += to_lights * met.radiance * weight_of_hit(met.light, met.position, met.normal);
+        radiance += to_lights * met.radiance * media.to_lamp(walk, met) *
+                    weight_of_hit(met.light, met.position, met.normal);
       };
-      if (!is_black(to_lights)) {
-        walk.meet_lamps(add_met);
-        if (!walk.found()) walk.meet_distant(add_met);
+      if (!is_black(to_lights)) walk.meet_lamps(add_met);
+      if (media.active()) [[unlikely]] {
+        if (vertex == 0 && start.inverse_distance && walk.found()) *start.inverse_distance = 1.0f / walk.hit.t;
+        const EyeMedia::Step step = pass_media(media, walk, sampler,
+                                               kFirstDimensions + kVertexDimensions * vertex + kDirectLight,
+                                               {radiance, beta, to_lights, at_bounce_limit}, alpha);
+        if (step == EyeMedia::Step::End) break;
+        if (step == EyeMedia::Step::Traced) continue;
       }
+      if (!is_black(to_lights) && !walk.found()) walk.meet_distant(add_met);
       if (!walk.found()) {
         alpha += walk.alpha_of_nothing(beta);
         break;
@@ -396,46 +436,38 @@ class IrradianceCache final : public Integrator {
       if (passes_only && is_black(transparency)) break;
 
       const uint32_t base = kFirstDimensions + kVertexDimensions * vertex;
+      const bool below = !passes_only && bsdf.has_subsurface() && !on_strand(point);
+      if (below && !below_surface(walk, sampler, base + kSubsurface, beta, counter)) break;
       DirectVertex here;
       if (bsdf.has_non_delta() && !passes_only && scene.lights().can_choose()) {
         const DirectLightContext context{scene,         point,        bsdf, uint32_t(scene.material_index(walk.hit)),
                                          start.pixel_x, start.pixel_y};
-        radiance += beta * direct_light.estimate(context, sampler, base + kDirectLight, here, vertex_aux, counter.rays);
-        if constexpr (!std::is_same_v<DirectLight, MisDirectLight>) {
-          if (has_soft_terminator(point))
-            radiance += beta * estimate_direct<true>(context, sampler, base + kDirectLight, counter.rays);
-        }
+        radiance += beta * estimate_direct_through(media, walk.hit, direct_light, context,
+                                                   {sampler, base + kDirectLight, here, vertex_aux, counter.rays});
       }
       const auto sample = sample_direction(bsdf, point, sampler, base);
-
       Color after = beta;  // throughput to scattered light, by the lobes that are not cached
       if (sample) after *= sample->f_cos;
-      if (!start.inverse_distance && !passes_only && bounces_diffusely(point, settings.bounces))
+      if (!start.inverse_distance && !media.active() && !passes_only && !below && !on_strand(point) &&
+          bounces_diffusely(point, settings.bounces))
         after = read_cache(walk, sampler, base + kDirection, sample, counter, beta, radiance).value_or(after);
       if (!sample) break;
       if (sample->flags & kTransparent) {
-        if (!pass_through(walk, *sample, to_lights, beta)) break;
+        if (!pass_through(walk, media, *sample, to_lights, beta)) break;
         continue;
       }
       if (passes_only) break;
-      to_lights = beta * sample->f_cos / sample->pdf_solid_angle;
-      beta = after / sample->pdf_solid_angle;
-      if (!(max_component(to_lights) > 0.0f)) break;
-      count_bounce(*sample, point, point);
-      at_bounce_limit = past_limits(point, settings.bounces);
-      // Beyond this vertex only lights would count, and light sampling has counted them already.
-      if ((at_bounce_limit || is_black(beta)) && here.complete && !sample->specular && !scene.emission_without_lights())
-        break;
-      if (point.ray_depth > 2 &&
-          !survives(std::min(1.0f, std::sqrt(max_component(to_lights))), sampler, base + kRoulette, to_lights, beta))
-        break;
+      if (!go_on(*sample, walk, here, after, {radiance, beta, to_lights, at_bounce_limit}, {sampler, base})) break;
       previous = vertex_of(here, point, bsdf, *sample);
+      media.leave(walk, sample->wi);
+      media.scattered_at_surface();
       walk.leave_along(sample->wi);
     }
     return radiance;
   }
 
   std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<const PathMedia> media_;  ///< of the scene, if it has any
   uint32_t seed_ = 0, pass_ = 0;
   PixelFilter filter_;
   HemisphereGrid grid_{1};

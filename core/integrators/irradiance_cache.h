@@ -6,8 +6,8 @@
 // *Biased*: interpolation smooths what changes within the radius of a record (light in corners, caustics); the bias is
 // about one per cent of the mean in rooms (tests/core/test_irradiance_cache.cpp). Every sample of a pixel has its own
 // records at other positions, so noise and blotches continue to decrease. Prefer it in diffuse rooms if a smooth image
-// is needed early. It does not handle motion blur and volumes. Subsurface scattering is treated as diffuse. Bumped
-// surfaces are path traced.
+// is needed early. All records and samples of a pass have the same time. Bumped surfaces, hair and walks below surfaces
+// are path traced. In a scene with media nothing is cached: all light is path traced.
 #pragma once
 
 #include "integrators/integrator.h"

@@ -20,8 +20,9 @@ class Metropolis final : public Integrator {
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
+    media_ = plan.media ? std::make_unique<const PathMedia>(*scene_) : nullptr;
     seed_ = seed;
-    direct_.prepare(*scene_, plan.merging, seed);
+    direct_.prepare(*scene_, media_.get(), plan.merging, seed);
     space_.reset();
     mutations_.clear();
     chains_ = {};
@@ -47,6 +48,7 @@ class Metropolis final : public Integrator {
     s.rays = pilot_.rays + direct_.rays() + chains_.rays();
     add_statistics_of(direct_.merging(), s);
     add_statistics_of(followed_, s);
+    add_statistics_of(media_.get(), s);
     s.paths = chains_.steps() + chains_.seeds();
     chains_.add_statistics(s.extra);
     s.hints = chains_.hint_statistics(followed_.reports(), pilot_.direct_light);
@@ -55,7 +57,7 @@ class Metropolis final : public Integrator {
 
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
-    space_ = std::make_unique<PathSpace>(*scene_, film);
+    space_ = std::make_unique<PathSpace>(*scene_, film, media_.get());
     space_->without_unconnectable = direct_.merging().active();
     followed_.begin(hints_, *space_, seed_, stop);
     direct_.merging().follow(space_->guide);
@@ -76,6 +78,7 @@ class Metropolis final : public Integrator {
   }
 
   std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<const PathMedia> media_;  ///< of the scene, if it has any
   uint32_t seed_ = 0;
   DirectPass direct_;
   std::shared_ptr<const AttachedHints> hints_;

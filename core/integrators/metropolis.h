@@ -10,7 +10,7 @@
 //
 // Prefer it where a few difficult paths matter (light through a door ajar, caustics, glass lamps). In scenes with
 // simple lighting, path tracing has less noise in the same time. Limits, clamping and kinds of rays are as in bdpt.h.
-// No volumes.
+// Media, subsurface scattering and motion are as in erpt.h; the bidirectional mutation also changes the time of a path.
 #pragma once
 
 #include "integrators/integrator.h"

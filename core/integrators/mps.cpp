@@ -18,6 +18,27 @@ constexpr uint32_t kSeeds = 4096;  ///< bidirectional samples from which chains 
 /// radii and in the weights of the two kinds of photons.
 constexpr uint32_t kStatesAlike = 20;
 
+/// The times of the chain states whose photons a pass uses: an interval around the time of the pass that becomes shorter
+/// from pass to pass. If nothing moves, it contains all states.
+class TimeWindow {
+ public:
+  TimeWindow(const Scene& scene, float time, uint32_t pass) : time_(time) {
+    if (!scene.moves()) return;
+    half_width_ = 0.5f * float(radius2_factor(pass));
+    constexpr int kSteps = 1024;
+    int inside = 0;
+    for (int i = 0; i < kSteps; ++i) inside += contains(scene.camera().time_of((float(i) + 0.5f) / float(kSteps)));
+    share_ = double(std::max(inside, 1)) / kSteps;
+  }
+  bool contains(float time) const { return std::abs(time - time_) <= half_width_; }
+  /// Probability that a path has a time in the window.
+  double share() const { return share_; }
+
+ private:
+  float time_, half_width_ = 1.0f;
+  double share_ = 1.0;
+};
+
 /// Photons that a chain has stored in this pass, with flux before scaling.
 struct Deposit {
   struct Entry {
@@ -49,11 +70,13 @@ class Mps final : public Integrator {
  public:
   /// Goals are not supported: the flux of photons follows from the density of lookups, which must be equal for all
   /// pixels.
-  Bias bias() const override { return Bias::Consistent; }
+  /// Where objects move, the importance of a place is averaged over the shutter interval, but photons of one time use it.
+  Bias bias() const override { return scene_ && scene_->moves() ? Bias::Biased : Bias::Consistent; }
 
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
+    media_ = plan.media ? std::make_unique<const PathMedia>(*scene_) : nullptr;
     seed_ = seed;
     space_.reset();
     mutations_.clear();
@@ -62,7 +85,7 @@ class Mps final : public Integrator {
     plan_ = plan.photons;
     hints_ = plan.hints;
     photon_rays_ = 0;
-    passes_.prepare(*scene_, seed, &arrivals_);
+    passes_.prepare(*scene_, media_.get(), seed, &arrivals_);
   }
 
   std::vector<LearnedPart> begin_with(const Learned& learned) override { return passes_.begin_with(learned); }
@@ -80,6 +103,7 @@ class Mps final : public Integrator {
     IntegratorStatistics s;
     s.rays = ensemble_.rays() + photon_rays_;
     add_statistics_of(followed_, s);
+    add_statistics_of(media_.get(), s);
     passes_.add_statistics(s);
     ensemble_.add_statistics(s.extra);
     // Shares of the light of chains, because direct light is not known here.
@@ -92,7 +116,7 @@ class Mps final : public Integrator {
 
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
-    space_ = std::make_unique<PathSpace>(*scene_, film);
+    space_ = std::make_unique<PathSpace>(*scene_, film, media_.get());
     followed_.begin(hints_, *space_, seed_, stop);
     mutations_ = standard_mutations(*space_, followed_.hints(), followed_.mutation_use());
     ensemble_ = {};
@@ -108,8 +132,10 @@ class Mps final : public Integrator {
       if (!ensemble_.begin(*space_, mutations_, seed_, kSeeds, stop)) return;
     }
     std::vector<Deposit> deposits(ensemble_.size());
-    const double scale = ensemble_.brightness() / double(steps);
+    const TimeWindow window(*scene_, passes_.time(), pass);
+    const double scale = ensemble_.brightness() / (double(steps) * window.share());
     ensemble_.run(steps, stop, [&](size_t chain, const Path& path, double weight, Sampler&) {
+      if (!window.contains(path.time())) return;
       PathPhoton found[2 * kMaxPathVertices];
       const int count = photons_of(*space_, path, found);
       for (int k = 0; k < count; ++k) deposits[chain].add(found[k], float(scale * weight));
@@ -118,9 +144,10 @@ class Mps final : public Integrator {
     emission.plan = plan_;
     emission.seed = seed_;
     emission.pass = pass;
+    emission.time = passes_.time();
     emission.count = passes_.photon_count();
     emission.site_stride = 0;
-    PhotonBatch plain = trace_photons(*scene_, emission, stop);
+    PhotonBatch plain = trace_photons(*scene_, media_.get(), emission, stop);
     photon_rays_ += plain.rays;
     if (stop.load(std::memory_order_relaxed)) return;
 
@@ -142,8 +169,9 @@ class Mps final : public Integrator {
     // Photons per watt: `per_lookup` times W for chains, and `plain_density` for plain photons.
     const double watts = double(luminance(Color(Vec3(plain.emitted[0], plain.emitted[1], plain.emitted[2]))));
     const double plain_density = watts > 0.0 ? double(emission.count) / watts : 0.0;
-    const double per_lookup = ensemble_.brightness() > 0.0 ? double(steps) / kStatesAlike / ensemble_.brightness()
-                                                           : 0.0;
+    const double per_lookup = ensemble_.brightness() > 0.0
+                                  ? double(steps) * window.share() / kStatesAlike / ensemble_.brightness()
+                                  : 0.0;
     for (int kind = 0; kind < 2; ++kind) {
       const auto place = kind == 1 ? ArrivalMap::kSeen : ArrivalMap::kGathered;
       const float radius = kind == 1 ? passes_.caustic_radius() : passes_.global_radius();
@@ -174,6 +202,7 @@ class Mps final : public Integrator {
   }
 
   std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<const PathMedia> media_;  ///< of the scene, if it has any
   uint32_t seed_ = 0;
   std::shared_ptr<const AttachedHints> hints_;
   FollowedHints followed_;

@@ -7,7 +7,9 @@
 //
 // Consistent: passes have their own maps with shrinking radii [Knaus and Zwicker 2011], and the error is of the order
 // of passes^(-1/3). Prefer it to photon mapping where most light never reaches the camera. The remaining noise is that
-// of final gathering. It does not handle volumes.
+// of final gathering. Media, hair and walks below surfaces are path traced from the eye up to the next surface that
+// stores photons. All samples of a pass have the same time. Where objects move, the importance is averaged over the
+// shutter interval, and the image is biased.
 //
 // Differences from the thesis: the flux of a photon contains the share of its eye subpath among all eye subpaths from
 // its position (arrival_map.h); without this factor the flux is wrong. Plain photons replace those of chains where few

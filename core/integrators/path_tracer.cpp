@@ -112,15 +112,7 @@ class PathTracer final : public Integrator {
   IntegratorStatistics statistics() const override {
     IntegratorStatistics statistics = statistics_;
     if (pilot_rays_ > 0) statistics.extra["pilot_rays"] = double(pilot_rays_);
-    if (media_) {
-      statistics.extra["media_bytes"] = double(media_->memory_bytes());
-      statistics.extra["media_lookups"] = double(media_counters_.lookups);
-      statistics.extra["media_majorant_exceeded"] = double(media_counters_.exceeded);
-      statistics.extra["media_extinction_capped"] = double(media_counters_.capped);
-      statistics.extra["media_refused_values"] = double(media_counters_.refused);
-      statistics.extra["media_open_ends"] = double(media_counters_.open_ends);
-      statistics.extra["media_too_deep"] = double(media_counters_.too_deep);
-    }
+    if (media_) add_statistics_of(media_counters_, media_->memory_bytes(), statistics);
     if (guide_) {
       statistics.extra["guide_followed"] = guide_->follows() ? 1.0 : 0.0;
       statistics.extra["guide_bytes"] = double(guide_->max_bytes());

@@ -301,27 +301,10 @@ class PathWalk {
     sampler_.set_dimension(D::kEnter + uint32_t(vertex_));
     const uint32_t stream = hash_combine(
         uint32_t(start_.pixel_y) * uint32_t(settings_.width) + uint32_t(start_.pixel_x), base_);
-    if (!walk_below_or_stay(stream, sampler_.get_1d())) return false;
-    if constexpr (kGuided) guided_.unguided_beta *= max_component(beta_) / before;
-    return true;
-  }
-
-  /// Either walks below the surface, and the point becomes the exit point, or continues with the other lobes alone.
-  /// Returns false when the walk is lost.
-  bool walk_below_or_stay(uint32_t stream, float u) {
-    SurfaceShading& shading = walk_.shading;
-    const Bsdf::SubsurfacePart part = shading.bsdf.subsurface_part();
-    if (u >= part.selection) {
-      shading.bsdf.remove_subsurface(walk_.point.wo);
-      beta_ /= 1.0f - part.selection;
-      return !shading.bsdf.empty();
-    }
-    Pcg32 rng(uint64_t(u * 0x1p32f), stream);
-    Color weight = beta_ * part.weight / (glm::max(shading.medium.albedo, Color(1e-6f)) * part.selection);
-    if (!walk_below_surface(scene_, {walk_.hit.instance, part.normal}, rng, walk_.point, shading, weight,
+    if (!walk_below_or_stay(scene_, walk_.hit.instance, {sampler_.get_1d(), stream}, point, shading, beta_,
                             start_.counters.rays))
       return false;
-    beta_ = weight;
+    if constexpr (kGuided) guided_.unguided_beta *= max_component(beta_) / before;
     return true;
   }
 

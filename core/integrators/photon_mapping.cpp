@@ -20,10 +20,11 @@ class PhotonMapping final : public Integrator {
   using Integrator::prepare;
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     scene_ = std::move(scene);
+    media_ = plan.media ? std::make_unique<const PathMedia>(*scene_) : nullptr;
     seed_ = seed;
     photon_rays_ = 0;
     plan_ = plan.photons;
-    passes_.prepare(*scene_, seed);
+    passes_.prepare(*scene_, media_.get(), seed);
     followed_.clear();
     hints_ = plan.hints;
     space_.reset();
@@ -46,6 +47,7 @@ class PhotonMapping final : public Integrator {
     IntegratorStatistics s;
     s.rays = photon_rays_;
     add_statistics_of(followed_, s);
+    add_statistics_of(media_.get(), s);
     s.hints = followed_.statistics();
     s.extra["photon_rays"] = double(photon_rays_);
     passes_.add_statistics(s);
@@ -56,7 +58,7 @@ class PhotonMapping final : public Integrator {
 
  private:
   void begin(const Film& film, const std::atomic<bool>& stop) {
-    space_ = std::make_unique<PathSpace>(*scene_, film);
+    space_ = std::make_unique<PathSpace>(*scene_, film, media_.get());
     followed_.begin(hints_, *space_, seed_, stop);
   }
 
@@ -70,9 +72,11 @@ class PhotonMapping final : public Integrator {
     emission.site_stride = passes_.site_stride(emission.count);
     if (passes_.pass() == 0) {
       emission.pass = kSitesOnly;
+      emission.time = passes_.time();
       passes_.add_sites(trace(emission, stop).sites);
     }
     emission.pass = passes_.pass();
+    emission.time = passes_.time();
     PhotonBatch batch = trace(emission, stop);
     if (stop.load(std::memory_order_relaxed)) return;
     passes_.choose_radii(batch.global, batch.caustic);
@@ -81,12 +85,13 @@ class PhotonMapping final : public Integrator {
   }
 
   PhotonBatch trace(const PhotonEmission& emission, const std::atomic<bool>& stop) {
-    PhotonBatch batch = trace_photons(*scene_, emission, stop);
+    PhotonBatch batch = trace_photons(*scene_, media_.get(), emission, stop);
     photon_rays_ += batch.rays;
     return batch;
   }
 
   std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<const PathMedia> media_;  ///< of the scene, if it has any
   uint32_t seed_ = 0;
   PhotonPlan plan_;
   std::shared_ptr<const AttachedHints> hints_;

@@ -5,8 +5,9 @@
 // radii shrink from pass to pass [Knaus and Zwicker 2011]. The mean of all passes therefore converges to the image of
 // the path tracer, with an error of the order of passes^(-1/3). One pass is biased: blurred over the radius, and dark
 // at edges. Prefer it where caustics of small lights matter and the whole scene is visible. The distribution of photons
-// does not depend on the camera, but photons follow the artist's light hints (transport/hints/hint_guide.h). It does
-// not handle volumes. Bounce limits apply on each side of the map, not to the whole path.
+// does not depend on the camera, but photons follow the artist's light hints (transport/hints/hint_guide.h). Media,
+// hair and walks below surfaces are path traced from the eye up to the next surface that stores photons; photons pass
+// them too. All photons and samples of a pass have the same time. Bounce limits apply on each side of the map, not to the whole path.
 #pragma once
 
 #include "integrators/integrator.h"

@@ -26,8 +26,9 @@ class PopulationPaths final : public Integrator {
   void prepare(std::shared_ptr<const Scene> scene, const RenderPlan& plan, uint32_t seed) override {
     for (auto& population : populations_) population.reset();
     scene_ = std::move(scene);
+    media_ = plan.media ? std::make_unique<const PathMedia>(*scene_) : nullptr;
     seed_ = seed;
-    direct_.prepare(*scene_, plan.merging, seed);
+    direct_.prepare(*scene_, media_.get(), plan.merging, seed);
     hints_ = plan.hints;
     generations_ = 0;
     total_emphasis_ = 0.0;
@@ -44,7 +45,7 @@ class PopulationPaths final : public Integrator {
 
   void run_iteration(Film& film, int samples_per_pixel, const std::atomic<bool>& stop) override {
     film.enable_splats();
-    PathSpace space(*scene_, film);
+    PathSpace space(*scene_, film, media_.get());
     space.without_unconnectable = direct_.merging().active();
     if (!populations_[0]) begin(film, space, stop);
     direct_.add(film, space, samples_per_pixel, stop);
@@ -65,6 +66,7 @@ class PopulationPaths final : public Integrator {
     IntegratorStatistics s;
     s.rays = direct_.rays();
     add_statistics_of(followed_, s);
+    add_statistics_of(media_.get(), s);
     add_statistics_of(direct_.merging(), s);
     if (!populations_[0]) return s;
     for (const auto& population : populations_) {
@@ -105,6 +107,7 @@ class PopulationPaths final : public Integrator {
   }
 
   std::shared_ptr<const Scene> scene_;
+  std::unique_ptr<const PathMedia> media_;  ///< of the scene, if it has any
   uint32_t seed_ = 0;
   DirectPass direct_;
   std::shared_ptr<const AttachedHints> hints_;

@@ -12,7 +12,7 @@
 //
 // Prefer it where light is hard to find and the image has bright and dark parts. In scenes with simple lighting, path
 // tracing has less noise in the same time. The number of members bounds the memory. Limits, clamping and kinds of rays
-// are as in bdpt.h. No volumes.
+// are as in bdpt.h. Media, subsurface scattering and motion are as in metropolis.h.
 #pragma once
 
 #include "integrators/integrator.h"

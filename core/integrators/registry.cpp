@@ -9,6 +9,7 @@
 #include "integrators/photon_mapping.h"
 #include "integrators/pmc_path.h"
 #include "transport/hints/followed_hints.h"
+#include "transport/media/path_media.h"
 
 namespace ajar {
 
@@ -23,13 +24,10 @@ constexpr IntegratorInfo kIntegrators[] = {
      .sentence = "Tries several techniques on a small picture and renders with the best. The render plan says which "
                  "one, and whether it is unbiased.",
      .make = make_path_tracer,
-     .renders_motion = true,
+     .walks_below_surfaces = true,
      .knows_parts = true,
-     .renders_media = true,
-     .renders_strands = true,
      .follows_hints = true,
      .automatic = true,
-     .walks_below_surfaces = true,
      .can_guide = true,
      .gathers_photons = true,
      .takes_further_samples = true,
@@ -40,11 +38,8 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Unbiased,
      .sentence = "Paths from the camera. Best for open scenes and visible lights.",
      .make = make_path_tracer,
-     .renders_motion = true,
-     .knows_parts = true,
-     .renders_media = true,
-     .renders_strands = true,
      .walks_below_surfaces = true,
+     .knows_parts = true,
      .can_guide = true},
     {.name = "bdpt",
      .number = 7,
@@ -52,7 +47,6 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Unbiased,
      .sentence = "Paths from the camera and from the lights. For indirect light.",
      .make = make_bdpt,
-     .joins_camera = true,
      .can_merge = true,
      .follows_hints = true,
      .splats = true},
@@ -62,7 +56,6 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Unbiased,
      .sentence = "A population of paths that learns where light is.",
      .make = make_pmc_path,
-     .joins_camera = true,
      .can_merge = true,
      .follows_hints = true,
      .takes_further_samples = true,
@@ -73,7 +66,6 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Unbiased,
      .sentence = "Path tracing, with short Markov chains that spread what it finds.",
      .make = make_erpt,
-     .joins_camera = true,
      .can_merge = true,
      .follows_hints = true,
      .takes_further_samples = true,
@@ -84,7 +76,7 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Consistent,
      .sentence = "Photon mapping with photons only where the picture needs them.",
      .make = make_mps,
-     .joins_camera = true,
+     .walks_below_surfaces = true,
      .follows_hints = true,
      .gathers_photons = true,
      .takes_further_samples = true},
@@ -94,7 +86,6 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Consistent,
      .sentence = "Markov chains of paths that concentrate on the light that matters.",
      .make = make_metropolis,
-     .joins_camera = true,
      .can_merge = true,
      .follows_hints = true,
      .takes_further_samples = true,
@@ -105,6 +96,7 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Consistent,
      .sentence = "Photons from the lights, gathered where the camera sees them.",
      .make = make_photon_mapping,
+     .walks_below_surfaces = true,
      .follows_hints = true,
      .gathers_photons = true,
      .takes_further_samples = true},
@@ -114,6 +106,7 @@ constexpr IntegratorInfo kIntegrators[] = {
      .bias = Bias::Biased,
      .sentence = "Diffuse indirect light, computed at few points and interpolated.",
      .make = make_irradiance_cache,
+     .walks_below_surfaces = true,
      .stores_records = true}};
 
 }  // namespace
@@ -132,6 +125,20 @@ void add_statistics_of(const VertexMerging& merging, IntegratorStatistics& stati
   statistics.extra["photon_radius"] = double(merging.radius());
 }
 
+void add_statistics_of(const MediaCounters& counters, size_t bytes, IntegratorStatistics& statistics) {
+  statistics.extra["media_bytes"] = double(bytes);
+  statistics.extra["media_lookups"] = double(counters.lookups);
+  statistics.extra["media_majorant_exceeded"] = double(counters.exceeded);
+  statistics.extra["media_extinction_capped"] = double(counters.capped);
+  statistics.extra["media_refused_values"] = double(counters.refused);
+  statistics.extra["media_open_ends"] = double(counters.open_ends);
+  statistics.extra["media_too_deep"] = double(counters.too_deep);
+}
+
+void add_statistics_of(const PathMedia* media, IntegratorStatistics& statistics) {
+  if (media) add_statistics_of(media->counters(), media->memory_bytes(), statistics);
+}
+
 void add_statistics_of(const FollowedHints& followed, IntegratorStatistics& statistics) {
   statistics.rays += followed.rays();
   if (followed.rays() > 0) statistics.extra["hint_rays"] = double(followed.rays());
@@ -147,18 +154,5 @@ const IntegratorInfo& find_integrator(const std::string& name) {
 }
 
 std::unique_ptr<Integrator> make_integrator(const std::string& name) { return find_integrator(name).make(); }
-
-std::string reason_against(const IntegratorInfo& integrator, const Scene& scene) {
-  if (scene.moves() && !integrator.renders_motion) return "it does not render motion blur";
-  if (scene.has_media() && !integrator.renders_media) return "it does not render volumes";
-  if (scene.has_strands() && !integrator.renders_strands) return "it does not render hair";
-  if (scene.lights().any_partial() && !integrator.knows_parts) return "a light is hidden from some kinds of rays";
-  if (!integrator.joins_camera) return "";
-  const RenderSettings& s = scene.settings();
-  if (scene.camera().finds_film(PixelFilter(s.filter, s.filter_width).half_width())) return "";
-  return scene.camera().has_lens()
-             ? "it cannot connect light paths to a panoramic camera with depth of field"
-             : "it cannot connect light paths to a panorama that sees some directions twice, as at its seam";
-}
 
 }  // namespace ajar

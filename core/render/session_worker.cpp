@@ -29,7 +29,6 @@ bool is_scene_of(const Scene& scene, const Learned& before) {
 bool takes_choice_of(const Scene& scene, const Learned& before, const Learned::Choice& here) {
   const Learned::Choice& there = *before.choice;
   return there.age < Learned::kMaxAge && is_scene_of(scene, before) &&
-         reason_against(find_integrator(before.integrator), scene).empty() &&
          glm::length(here.eye - there.eye) < 0.1f * before.radius && glm::dot(here.direction, there.direction) > 0.9f;
 }
 
@@ -184,7 +183,6 @@ void SessionWorker::run(Job job) {
   // While the artist navigates, there is no time for a pilot.
   if (final_render && find_integrator(asked.integrator).automatic) chosen = choose(camera);
   if (stop_.load()) return;
-  fall_back(chosen);
   prepare(std::move(chosen), start);
   render_all();
 }
@@ -259,19 +257,6 @@ std::unique_ptr<Integrator> SessionWorker::choose(const CameraDescription& camer
   state->pilot_seconds = made.seconds;
   state->choice = here;
   return chosen;
-}
-
-/// Path tracing renders a scene that the requested integrator cannot render; the artist gets a message.
-void SessionWorker::fall_back(std::unique_ptr<Integrator>& chosen) {
-  const auto state = state_.lock();
-  const IntegratorInfo& asked = find_integrator(state->integrator_name);
-  const std::string why = reason_against(asked, *state->scene);
-  if (why.empty()) return;
-  const IntegratorInfo& path = find_integrator("path");
-  chosen = path.make();
-  state->integrator_name = path.name;
-  state->technique_steps.push_back({asked.label, false, why, ""});
-  state->warn(std::string(asked.label) + " does not render this scene: " + why + ". " + path.label + " renders it.");
 }
 
 /// A seed that neither the renders of the checkpoint nor the frame that has trained the learned data have used.

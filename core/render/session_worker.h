@@ -38,7 +38,6 @@ class SessionWorker {
   void run(Job job);
   void build(Job& job);
   std::unique_ptr<Integrator> choose(const CameraDescription& camera);
-  void fall_back(std::unique_ptr<Integrator>& chosen);
   uint32_t own_seed(const RenderSettings& settings);
   std::unique_ptr<ImagePlan> make_image_plan(const RenderSettings& settings, const GoalSupport& support, uint32_t seed);
   void prepare(std::unique_ptr<Integrator> chosen, Clock::time_point start);

@@ -187,6 +187,10 @@ int Scene::light_of(const Hit& hit) const {
   return first == ~0u ? -1 : int(first + hit.primitive);
 }
 
+bool Scene::has_subsurface() const {
+  return std::any_of(programs_.begin(), programs_.end(), [](const ShaderProgram& p) { return p.has_subsurface(); });
+}
+
 bool Scene::emission_without_lights() const {
   for (const BuiltInstance& instance : instances_) {
     if (instance.first_light != ~0u) continue;

@@ -120,6 +120,8 @@ class Scene {
   /// Whether an object or the world has a volume, even an empty one.
   bool has_media() const { return has_media_; }
   bool has_transparent_shadows() const { return any_transparent_; }
+  /// Whether light can go below some surface.
+  bool has_subsurface() const;
   bool has_strands() const { return statistics_.strands > 0; }
   /// Whether a surface may emit that is not among the lights.
   bool emission_without_lights() const;
@@ -218,6 +220,8 @@ class Scene {
   float radius_ = 1.0f;
 };
 
+/// Whether the point is on hair, which has no area around it to hold photons.
+inline bool on_strand(const ShadingPoint& point) { return point.mesh && point.mesh->strands; }
 /// Distance from its origin before which a leaving ray must not hit anything: ribbons face each ray and can lie across
 /// it up to where it is outside the tube that they stand for.
 float way_out_of_strand(const ShadingPoint& point, Vec3 direction);
@@ -231,7 +235,7 @@ float way_out_of_strand(const ShadingPoint& point, Vec3 direction);
   ray.origin = point.position + offset;
   ray.direction = direction;
   ray.time = point.time;
-  if (point.mesh && point.mesh->strands) [[unlikely]]
+  if (on_strand(point)) [[unlikely]]
     ray.t_min = way_out_of_strand(point, direction);
   return ray;
 }

@@ -362,9 +362,10 @@ void Scene::Builder::compile_shaders() {
   if (!options_.walks_below_surfaces) {
     for (size_t i = 0; i < d_.materials.size(); ++i)
       if (used_[i] && s_.programs_[i].has_subsurface())
-        report_once(diagnostics_, {Diagnostic::Severity::Warning, d_.materials[i].name,
-                                   "its subsurface scattering is approximated by diffuse reflection; only the path "
-                                   "tracer walks below surfaces"});
+        report_once(diagnostics_,
+                    {Diagnostic::Severity::Warning, d_.materials[i].name,
+                     "its subsurface scattering is approximated by diffuse reflection; Path Tracing walks "
+                     "below surfaces"});
   }
   s_.material_pass_indices_.push_back(0);
   s_.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s_.textures_, diagnostics_));

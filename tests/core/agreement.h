@@ -55,6 +55,24 @@ inline void expect_agreement(const TransportScene& scene, const std::string& int
   }
 }
 
+/// The mean of the image agrees with that of path tracing within `bias` (relative, of density estimates and caches) and
+/// four standard errors. Fails as inconclusive if the standard error exceeds 0.8 %: a bias of `bias` + 3.2 % would show.
+inline void expect_agreement_within_bias(const TransportScene& scene, const std::string& integrator, double bias,
+                                         int samples = 48) {
+  const auto expected = blocks(scene.description, "path", 256, 8, 100),
+             actual = blocks(scene.description, integrator, samples, 8, 200);
+  double sum_expected = 0.0, sum_actual = 0.0, variance = 0.0;
+  for (size_t i = 0; i < expected.size(); ++i) {
+    if (i % 4 == 3) continue;
+    sum_expected += expected[i].mean();
+    sum_actual += actual[i].mean();
+    variance += expected[i].variance_of_mean() + actual[i].variance_of_mean();
+  }
+  const double error = std::sqrt(variance) / std::abs(sum_expected);
+  EXPECT_LT(error, 0.008) << "inconclusive";
+  EXPECT_NEAR(sum_actual / sum_expected, 1.0, bias + 4.0 * error);
+}
+
 /// Moments over independent seeds of the mean of all pixels and colours. The integrator renders `samples` samples in
 /// one iteration.
 inline RunningMoments whole(const SceneDescription& d, const std::string& name, int samples, int seeds,

@@ -72,7 +72,7 @@ void check(bool fine) {
 
 void render(const std::shared_ptr<const Scene>& scene, const Extras& extras, Learned& learned) {
   const IntegratorInfo& asked = find_integrator(scene->settings().integrator);
-  const auto technique = make_integrator(reason_against(asked, *scene).empty() ? asked.name : "path");
+  const auto technique = make_integrator(asked.name);
   technique->prepare(scene, 1);
   technique->begin_with(learned);
   const auto& r = scene->settings().region;

@@ -29,7 +29,7 @@ BsdfSample drawn_by_hint(const PathVertex& vertex, Vec3 wi) {
 
 BidirectionalWalks::BidirectionalWalks(const Scene& scene, double light_walks)
     : scene_(scene),
-      light_walks_(light_walks),
+      light_walks_(joins_lens(scene) ? light_walks : 0.0),
       margin_(0.5f * PixelFilter::full_width(scene.settings().filter, scene.settings().filter_width)),
       max_vertices_(max_path_vertices(scene.settings().bounces)) {
   eye_.resize(size_t(max_vertices_));
@@ -48,9 +48,9 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
     if (t + 1 <= max_vertices_) find_by_light_sample(t, sampler);
   for (int t = 2; t <= eye_count_; ++t)
     for (int s = 2; s <= light_count_ && s + t <= max_vertices_; ++s) find_by_connection(s, t);
-  if (light_count_ >= 2) {
+  if (light_count_ >= 2 && light_walks_ > 0.0) {
     sampler.set_dimension(kConnectionDimensions);
-    make_lens_vertex(scene_, scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), lens_);
+    make_lens_vertex(scene_, scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), time_, lens_);
     for (int s = 2; s <= light_count_ && s + 1 <= max_vertices_; ++s) find_by_lens(s);
   }
   return found_;
@@ -59,12 +59,14 @@ const std::vector<FoundPath>& BidirectionalWalks::sample(Vec2 film, Sampler& sam
 void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux) {
   const bool lamp_shapes = scene_.has_lamp_shapes(), transparent_film = scene_.settings().transparent_film;
   float pdf_direction;
-  Ray ray = start_at_lens(scene_, film, scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f), eye_[0].vertex,
-                          pdf_direction);
+  const Vec2 u_lens = scene_.camera().has_lens() ? sampler.get_2d() : Vec2(0.5f);
+  time_ = pass_time ? *pass_time : sample_time(scene_, sampler);
+  Ray ray = start_at_lens(scene_, film, u_lens, time_, eye_[0].vertex, pdf_direction);
   eye_[0].beta = Color(1.0f);
   eye_count_ = 1;
   hit_count_ = 0;
-  merged_ = Color(0.0f);
+  merged_ = glow_ = Color(0.0f);
+  bool past_limit = false;
   bool only_specular = true;
   alpha_ = pdf_direction > 0.0f ? 0.0f : 1.0f;
   if (!(pdf_direction > 0.0f)) return;
@@ -80,43 +82,37 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     sampler.set_dimension(base + kThrough);
     Through through;
     const auto watch = [&](const Ray& stretch, float t_end, bool found, const Through& passed) {
+      if (media && !past_limit) [[unlikely]]
+        glow_ += beta * passed.transmittance / passed.pass *
+                 emitted_in_media(stretch, found ? t_end : kInfinity, next.vertex, sampler);
       const auto meet_light = [&](const LightMet& met) {
-        PathVertex light;
-        make_light_vertex(scene_, met, -ray.direction, light);
-        PathEdge edge = join(light, previous.vertex);
-        edge.transmittance = passed.transmittance;
-        edge.pass = passed.pass;
-        meet(i, light, edge, beta * passed.transmittance / passed.pass, pdf_direction);
+        const Through before = media ? through_to(*media, next.vertex.media.stack, stretch, distance_to(stretch, met),
+                                                  next.vertex.point, sampler, passed)
+                                     : passed;
+        meet_lamp(i, met, ray.direction, before, beta * before.transmittance / passed.pass, pdf_direction);
       };
       if (lamp_shapes) for_each_lamp_crossed(scene_, stretch, t_end, next.vertex.point.ray_kind, meet_light);
-      if (!found) {
-        for_each_distant_light(scene_, stretch, next.vertex.point.ray_kind, !(transparent_film && i == 1), meet_light);
-        if (i == 1) alpha_ = transparent_film ? 1.0f - luminance(passed.transmittance) / passed.pass : 1.0f;
-      }
+      if (found) return;
+      for_each_distant_light(scene_, stretch, next.vertex.point.ray_kind, !(transparent_film && i == 1), meet_light);
+      if (i == 1) alpha_ = transparent_film ? 1.0f - luminance(passed.transmittance) / passed.pass : 1.0f;
     };
-    if (!find_vertex(scene_, ray, sampler, next.vertex, through, rays_, watch)) break;
+    enter_media({scene_, media}, previous.vertex, ray.direction, next.vertex);
+    if (!find_vertex(PathScene{scene_, media}, ray, sampler, next.vertex, through, rays_, watch)) break;
+    past_limit |= media && past_limits(start, scene_.settings().bounces);
     const PathVertex& vertex = next.vertex;
     next.edge = join(vertex, previous.vertex);
-    next.edge.transmittance = through.transmittance;
-    next.edge.pass = through.pass;
-    next.beta = beta * through.transmittance / (through.pass * (1.0f - vertex.pass));
-    next.fwd = pdf_direction * next.edge.to_light_area() * through.pass * (1.0f - vertex.pass);
-    if (i == 1) {
-      if (aux) record_first_hit(scene_, vertex.point, vertex.shading.bsdf, *aux);
-      alpha_ = 1.0f - vertex.shading.holdout;
-    }
-    if (vertex.emits()) {
-      PathVertex light;
-      make_light_vertex(vertex, light);
-      meet(i, light, next.edge, next.beta, pdf_direction);
-    }
-    if (vertex.shading.bsdf.empty() || i + 1 >= max_vertices_) break;
+    set_edge(next.edge, through, previous.vertex, vertex, true);
+    next.beta = beta * through.transmittance / (through.pass * next.edge.stop_light_end);
+    next.fwd = pdf_direction * next.edge.to_light_area() * through.pass * next.edge.stop_light_end;
+    if (i == 1) note_first(vertex, aux);
+    if (vertex.emits()) meet_emitter(i, next, pdf_direction);
+    if (!vertex.scatters() || i + 1 >= max_vertices_) break;
     eye_count_ = i + 1;
-    if (merging && only_specular && i >= 2 && vertex.connectable()) merged_ += next.beta * merging->radiance(vertex, i);
+    if (merging && only_specular && i >= 2 && vertex.stores_photons())
+      merged_ += next.beta * merging->radiance(vertex, i);
 
     sampler.set_dimension(base + kLobe);
-    const float u_lobe = sampler.get_1d();
-    const auto sample = vertex.shading.bsdf.sample(vertex.point.wo, u_lobe, sampler.get_2d());
+    const auto sample = sample_bounce(vertex, TransportMode::Radiance, sampler);
     if (!sample) break;
     next.vertex.specular = sample->specular;
     only_specular &= sample->specular;
@@ -126,25 +122,72 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     if (!(max_component(beta) > 0.0f)) break;
     if (i >= 2)
       eye_[size_t(i - 1)].rev = next.scattering.pdf_walk_to_eye * next.edge.to_eye_area() * next.edge.pass *
-                                (1.0f - previous.vertex.pass);
+                                next.edge.stop_eye_end;
     if (i >= kRouletteAfter &&
         !survives(std::min(1.0f, std::sqrt(max_component(beta))), sampler, base + kRoulette, beta))
       break;
     start = ShadingPoint();
-    count_bounce(*sample, vertex.point, start);
+    count_bounce_at(vertex, *sample, start);
     ray = scene_.spawn_ray(vertex.point, sample->wi);
     pdf_direction = next.scattering.pdf_to_light;
   }
+}
+
+Color BidirectionalWalks::sample_glow(Vec2 film, Sampler& sampler) {
+  walk_from_eye(film, sampler, nullptr);
+  return glow_;
 }
 
 const PathVertex* BidirectionalWalks::find_merging_vertex(Vec2 film, Sampler& sampler) {
   walk_from_eye(film, sampler, nullptr);
   for (int i = 1; i < eye_count_; ++i) {
     const PathVertex& vertex = eye_[size_t(i)].vertex;
-    if (i >= 2 && vertex.connectable()) return &vertex;
+    if (i >= 2 && vertex.stores_photons()) return &vertex;
     if (!vertex.specular) return nullptr;
   }
   return nullptr;
+}
+
+Color BidirectionalWalks::emitted_in_media(const Ray& ray, float t_end, const PathVertex& vertex,
+                                           Sampler& sampler) const {
+  if (!media->any_emission() || vertex.media.stack.empty()) return Color(0.0f);
+  Pcg32 rng = media_numbers(sampler);
+  return media->emitted({vertex.media.stack, ray, t_end, vertex.point, vertex.point.ray_kind}, rng);
+}
+
+/// The direction in which a walk goes on. Walks from lights may follow hints.
+std::optional<BsdfSample> BidirectionalWalks::sample_bounce(const PathVertex& vertex, TransportMode mode,
+                                                            Sampler& sampler) const {
+  float u_lobe = sampler.get_1d();
+  const Vec2 u = sampler.get_2d();
+  if (vertex.kind == VertexKind::Medium) return sample_direction(vertex, vertex.point.wo, u_lobe, u);
+  if (mode == TransportMode::Importance && guide && vertex.connectable())
+    if (const auto along = guide->direction_at(vertex.position(), u_lobe, u)) return drawn_by_hint(vertex, *along);
+  return vertex.shading.bsdf.sample(vertex.point.wo, u_lobe, u, mode);
+}
+
+/// The ray of the walk from the eye meets a light that is not a surface, behind `before`.
+void BidirectionalWalks::meet_lamp(int t, const LightMet& met, Vec3 direction, const Through& before, Color beta,
+                                   float pdf_direction) {
+  const PathVertex& previous = eye_[size_t(t - 1)].vertex;
+  PathVertex light;
+  make_light_vertex(scene_, met, -direction, time_, light);
+  PathEdge edge = join(light, previous);
+  set_edge(edge, before, previous, light, true);
+  meet(t, light, edge, beta, pdf_direction);
+}
+
+/// Alpha, and what the first vertex leaves in the passes.
+void BidirectionalWalks::note_first(const PathVertex& vertex, SampleAux* aux) {
+  if (aux && vertex.kind == VertexKind::Surface) record_first_hit(scene_, vertex.point, vertex.shading.bsdf, *aux);
+  alpha_ = 1.0f - vertex.shading.holdout;
+}
+
+/// The walk from the eye has hit a surface that emits.
+void BidirectionalWalks::meet_emitter(int t, const WalkVertex& at, float pdf_direction) {
+  PathVertex light;
+  make_light_vertex(at.vertex, light);
+  meet(t, light, at.edge, at.beta, pdf_direction);
 }
 
 void BidirectionalWalks::meet(int t, const PathVertex& light, const PathEdge& edge, Color beta, float pdf_direction) {
@@ -155,7 +198,7 @@ void BidirectionalWalks::meet(int t, const PathVertex& light, const PathEdge& ed
   hit.light = light;
   hit.edge = edge;
   hit.contribution = beta * light.shading.emission;
-  hit.pdf = pdf_direction * edge.to_light_area() * edge.pass * (1.0f - light.pass);
+  hit.pdf = pdf_direction * edge.to_light_area() * edge.surface_pass * (1.0f - light.pass);
 }
 
 void BidirectionalWalks::walk_from_light(Sampler& sampler) {
@@ -165,8 +208,10 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
   const Vec2 u_position = sampler.get_2d(), u_direction = sampler.get_2d();
   const float u_choice = sampler.get_1d();
   Ray ray;
-  if (!start_at_light(scene_, guide, u_choice, u_position, u_direction, light_[0].vertex, ray)) return;
+  if (!start_at_light(scene_, guide, {u_choice, u_position, u_direction}, time_, light_[0].vertex, ray)) return;
   if (for_photons_ && !sends_photons(scene_, light_[0].vertex)) return;
+  // The volume of the world has no end: light from infinity is lost in it.
+  if (media && light_[0].vertex.distant && media->fills_world()) return;
   ShadingPoint start;
   start.ray_kind = kLightWalkKind;
   Color factor(1.0f);  // the throughput of the next vertex without the cosines of its edge
@@ -180,11 +225,11 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     const uint32_t base = kLightDimensions + kPerVertex * uint32_t(i);
     sampler.set_dimension(base + kThrough);
     Through through;
-    if (!find_vertex(scene_, ray, sampler, next.vertex, through, rays_)) break;
+    enter_media({scene_, media}, previous.vertex, ray.direction, next.vertex);
+    if (!find_vertex(PathScene{scene_, media}, ray, sampler, next.vertex, through, rays_)) break;
     const PathVertex& vertex = next.vertex;
     next.edge = join(previous.vertex, vertex);
-    next.edge.transmittance = through.transmittance;
-    next.edge.pass = through.pass;
+    set_edge(next.edge, through, previous.vertex, vertex, false);
     if (i == 1) {
       light_end_ = light_end(scene_, previous.vertex, vertex, next.edge, guide);
       if (!(light_end_.pdf_origin * light_end_.pdf_direction > 0.0f)) break;
@@ -195,36 +240,38 @@ void BidirectionalWalks::walk_from_light(Sampler& sampler) {
     }
     if (!(next.edge.cos_eye_end > 0.0f)) break;
     next.beta = factor * through.transmittance *
-                (next.edge.cos_light_end / (next.edge.cos_eye_end * through.pass * (1.0f - vertex.pass)));
-    next.fwd = pdf_direction * next.edge.to_eye_area() * through.pass * (1.0f - vertex.pass);
-    if (vertex.shading.bsdf.empty() || !(max_component(next.beta) > 0.0f)) break;
+                (next.edge.cos_light_end / (next.edge.cos_eye_end * through.pass * next.edge.stop_eye_end));
+    next.fwd = pdf_direction * next.edge.to_eye_area() * through.pass * next.edge.stop_eye_end;
+    if (!vertex.scatters() || !(max_component(glm::abs(next.beta)) > 0.0f)) break;
     light_count_ = i + 1;
 
     sampler.set_dimension(base + kLobe);
-    float u_lobe = sampler.get_1d();
-    const Vec2 u_bounce = sampler.get_2d();
-    std::optional<BsdfSample> sample;
-    if (guide && vertex.connectable())
-      if (const auto along = guide->direction_at(vertex.position(), u_lobe, u_bounce))
-        sample = drawn_by_hint(vertex, *along);
-    if (!sample) sample = vertex.shading.bsdf.sample(vertex.point.wo, u_lobe, u_bounce, TransportMode::Importance);
+    const auto sample = sample_bounce(vertex, TransportMode::Importance, sampler);
     if (!sample) break;
     next.vertex.specular = sample->specular;
-    if (for_photons_ && !sample->specular && i > 1 && !previous.vertex.specular) break;
+    if (for_photons_ && !sample->specular &&
+        (vertex.kind == VertexKind::Medium || (i > 1 && !previous.vertex.specular)))
+      break;
     next.scattering = scatter(vertex, sample->wi, vertex.point.wo, sample->specular, guide);
+    if (i == 1)
+      next.scattering.f = visible_part(scene_, previous.vertex, vertex, sample->wi, vertex.point.wo, sample->specular,
+                                       next.scattering.f);
     if (!(next.scattering.pdf_walk_to_eye > 0.0f)) break;
     const Color bounce = next.scattering.f / next.scattering.pdf_walk_to_eye;
     factor = next.beta * bounce;
-    gained *= bounce * (abs_dot(vertex.point.ng, sample->wi) / std::max(next.edge.cos_eye_end, 1e-6f));
-    if (!(max_component(factor) > 0.0f)) break;
-    previous.rev = next.scattering.pdf_to_light * next.edge.to_light_area() * next.edge.pass *
-                   (1.0f - previous.vertex.pass);
-    if (i == 1 && !light_end_.can_be_hit) previous.rev = 0.0f;
+    const float cosines = vertex.kind == VertexKind::Medium
+                              ? 1.0f
+                              : abs_dot(vertex.point.ng, sample->wi) / std::max(next.edge.cos_eye_end, 1e-6f);
+    gained *= bounce * cosines;
+    if (!(max_component(glm::abs(factor)) > 0.0f)) break;
+    previous.rev = next.scattering.pdf_to_light * next.edge.to_light_area() *
+                   (i == 1 ? next.edge.surface_pass : next.edge.pass) * next.edge.stop_light_end;
+    if (i == 1 && !light_end_.can_be_hit_from(vertex)) previous.rev = 0.0f;
     if (i >= kRouletteAfter && !survives(std::min(1.0f, std::sqrt(std::max(max_component(gained), 1e-4f))), sampler,
                                          base + kRoulette, factor, gained))
       break;
     start = ShadingPoint();
-    count_bounce(*sample, vertex.point, start);
+    count_bounce_at(vertex, *sample, start);
     start.ray_kind = kLightWalkKind;
     ray = scene_.spawn_ray(vertex.point, sample->wi);
     pdf_direction = next.scattering.pdf_walk_to_eye;

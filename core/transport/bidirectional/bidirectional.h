@@ -9,6 +9,7 @@
 // that the weights still sum to one.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "transport/bidirectional/vertex_merging.h"
@@ -38,6 +39,10 @@ class BidirectionalWalks {
   float alpha() const { return alpha_; }
   /// Light by unconnectable paths in the last sample, if `merging` is set.
   Color merged() const { return merged_; }
+  /// A walk from the eye alone: the light that media emit along it.
+  Color sample_glow(Vec2 film, Sampler& sampler);
+  /// Light that media emit, along the walk from the eye of the last sample. It is in no path found.
+  Color glow() const { return glow_; }
   uint64_t rays() const { return rays_; }
 
   /// Copies the vertices of a path of the last sample to `out`, light first, with flags as in the path, and returns
@@ -49,10 +54,11 @@ class BidirectionalWalks {
   template <class Visit>
   void walk_photon(Sampler& sampler, Visit&& visit) {
     for_photons_ = true;
+    if (pass_time) time_ = *pass_time;
     walk_from_light(sampler);
     for_photons_ = false;
     for (int j = 2; j < light_count_; ++j)
-      if (light_[size_t(j - 1)].vertex.specular && light_[size_t(j)].vertex.connectable())
+      if (light_[size_t(j - 1)].vertex.specular && light_[size_t(j)].vertex.stores_photons())
         visit(j, light_[size_t(j)].vertex, light_[size_t(j)].beta, light_[2].vertex.point);
   }
   /// The vertex at which a walk from the eye would merge; null if there is none.
@@ -64,6 +70,10 @@ class BidirectionalWalks {
   const VertexMerging* merging = nullptr;
   /// A guide that walks from lights follow in addition; null: none.
   const LightWalkGuide* guide = nullptr;
+  /// The media of the scene, if it has any.
+  const PathMedia* media = nullptr;
+  /// Time of all paths, where photons of one time are looked up; empty: each sample draws its own.
+  std::optional<float> pass_time;
   /// Light sampling also finds light beyond the terminator (shadow_terminator.h). Such paths are not paths of a
   /// PathSpace.
   bool finds_beyond_terminator = false;
@@ -93,6 +103,11 @@ class BidirectionalWalks {
 
   void walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* aux);
   void walk_from_light(Sampler& sampler);
+  std::optional<BsdfSample> sample_bounce(const PathVertex& vertex, TransportMode mode, Sampler& sampler) const;
+  void meet_lamp(int t, const LightMet& met, Vec3 direction, const Through& before, Color beta, float pdf_direction);
+  void note_first(const PathVertex& vertex, SampleAux* aux);
+  void meet_emitter(int t, const WalkVertex& at, float pdf_direction);
+  Color emitted_in_media(const Ray& ray, float t_end, const PathVertex& vertex, Sampler& sampler) const;
   void meet(int t, const PathVertex& light, const PathEdge& edge, Color beta, float pdf_direction);
   void find_by_hit(int index);
   void find_by_light_sample(int t, Sampler& sampler);
@@ -120,8 +135,9 @@ class BidirectionalWalks {
   std::vector<PathEdge> connections_;  ///< of the paths in `found_`, in the same order
   std::vector<FoundPath> found_;
   Vec2 film_{0.0f};
+  float time_ = 0.0f;
   float alpha_ = 0.0f;
-  Color merged_{0.0f};
+  Color merged_{0.0f}, glow_{0.0f};
   bool for_photons_ = false;  ///< the light walk ends where a photon's path would end
   uint64_t rays_ = 0;
 };

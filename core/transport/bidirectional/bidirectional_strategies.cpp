@@ -54,7 +54,7 @@ struct BidirectionalWalks::Densities {
 float BidirectionalWalks::limits_factor(int s, int t, const PathEdge& edge) const {
   const BounceLimits& limits = scene_.settings().bounces;
   const int count = s + t + (s == 0);  // for s = 0 the light is an additional vertex
-  if (!BounceCount::matters(limits, count - 3)) return 1.0f;
+  if (!BounceCount::matters(limits, count - 3, media != nullptr)) return 1.0f;
   BounceCount bounces(limits);
   // The vertex next to the light does not count. The two vertices of the connection are not specular.
   for (int j = 2; j <= s - 1; ++j) {
@@ -76,8 +76,14 @@ void BidirectionalWalks::found(int s, int t, Color contribution, Vec2 film, int 
 }
 
 bool BidirectionalWalks::leaves_out(int t, bool joined) const {
-  return leaves_unconnectable &&
-         is_unconnectable(t + 1, [&](int i) { return eye_[size_t(t - i)].vertex.specular && !(joined && i == 1); });
+  if (!leaves_unconnectable) return false;
+  const auto specular = [&](int k) { return eye_[size_t(k)].vertex.specular && !(joined && k == t - 1); };
+  if (!is_unconnectable(t + 1, [&](int i) { return specular(t - i); })) return false;
+  for (int k = 1; k < t; ++k)
+    if (eye_[size_t(k)].vertex.kind == VertexKind::Medium) return false;
+  int k = 1;
+  while (k < t - 1 && specular(k)) ++k;
+  return eye_[size_t(k)].vertex.stores_photons();
 }
 
 void BidirectionalWalks::find_by_hit(int index) {
@@ -91,9 +97,9 @@ void BidirectionalWalks::find_by_hit(int index) {
   double weight = 1.0;
   if (t >= 2) {
     const LightEnd light = light_end(scene_, hit.light, end.vertex, hit.edge, guide);
-    d.from_eye[0] = light.can_be_hit ? double(hit.pdf) : 0.0;
+    d.from_eye[0] = light.can_be_hit_from(end.vertex) ? double(hit.pdf) : 0.0;
     d.from_light[0] = std::max(light.pdf_origin, kNever);
-    d.from_light[1] = double(light.pdf_direction) * hit.edge.to_eye_area() * hit.edge.pass * (1.0f - end.vertex.pass);
+    d.from_light[1] = double(light.pdf_direction) * hit.edge.to_eye_area() * hit.edge.pass * hit.edge.stop_eye_end;
     d.sampled = light.pdf_sampled;
     d.joinable[0] = true;
     for (int k = t - 1; k >= 0; --k) {
@@ -126,11 +132,12 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   PathEdge edge = join(light, b);
   const LightEnd light_side = light_end(scene_, light, b, edge, guide);
   if (!(light_side.pdf_sampled > 0.0f)) return;
-  const Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
+  Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
+  at_b.f = visible_part(scene_, light, b, b.point.wo, -edge.to_eye, false, at_b.f);
   Color contribution = end.beta * at_b.f * light_side.radiance * (edge.to_light_area() / light_side.pdf_sampled);
-  if (is_black(contribution) || !look_along(scene_, light, b, edge, rays_)) {
+  if (is_black(contribution) || !look_along({scene_, media}, light, b, edge, rays_)) {
     if (!finds_beyond_terminator) return;
-    contribution = end.beta * light_beyond_terminator(scene_, light, b, edge, light_side, at_b.f, rays_) /
+    contribution = end.beta * light_beyond_terminator({scene_, media}, light, b, edge, light_side, at_b.f, rays_) /
                    light_side.pdf_sampled;
     if (is_black(contribution)) return;
     connections_.push_back(edge);
@@ -142,9 +149,9 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
   d.count = t + 1;
   d.sampled = light_side.pdf_sampled;
   d.from_light[0] = std::max(light_side.pdf_origin, kNever);
-  d.from_light[1] = double(light_side.pdf_direction) * edge.to_eye_area() * edge.pass * (1.0f - b.pass);
-  d.from_eye[0] = light_side.can_be_hit
-                      ? double(at_b.pdf_to_light) * edge.to_light_area() * edge.pass * (1.0f - light.pass)
+  d.from_light[1] = double(light_side.pdf_direction) * edge.to_eye_area() * edge.pass * edge.stop_eye_end;
+  d.from_eye[0] = light_side.can_be_hit && !light_side.partial
+                      ? double(at_b.pdf_to_light) * edge.to_light_area() * edge.surface_pass * (1.0f - light.pass)
                       : 0.0;
   d.joinable[0] = true;
   for (int k = t - 1; k >= 0; --k) {
@@ -153,7 +160,7 @@ void BidirectionalWalks::find_by_light_sample(int t, Sampler& sampler) {
     if (j == 2)
       d.from_light[j] = k == 0 ? 0.0
                                : double(at_b.pdf_walk_to_eye) * end.edge.to_eye_area() * end.edge.pass *
-                                     (1.0f - eye_[size_t(k)].vertex.pass);
+                                     end.edge.stop_eye_end;
     if (j > 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
     d.joinable[j] = k == 0 || j == 1 || !eye_[size_t(k)].vertex.specular;
   }
@@ -172,9 +179,10 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
   if (!(edge.inverse_square > 0.0f)) return;
   const Scattering at_b = scatter(b, b.point.wo, -edge.to_eye, false, guide);
   if (is_black(at_b.f)) return;
-  const Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false, guide);
+  Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false, guide);
+  if (s == 2) at_a.f = visible_part(scene_, light_[0].vertex, a, edge.to_eye, a.point.wo, false, at_a.f);
   Color contribution = from.beta * at_a.f * at_b.f * to.beta * edge.to_light_area();
-  if (is_black(contribution) || !look_along(scene_, a, b, edge, rays_)) return;
+  if (is_black(contribution) || !look_along({scene_, media}, a, b, edge, rays_)) return;
 
   Densities d;
   d.count = s + t;
@@ -184,21 +192,21 @@ void BidirectionalWalks::find_by_connection(int s, int t) {
     d.joinable[j] = j == 0 || j == s - 1 || !light_[size_t(j)].vertex.specular;
     if (j < s - 2) d.from_eye[j] = light_[size_t(j)].rev;
   }
-  d.from_eye[s - 1] = double(at_b.pdf_to_light) * edge.to_light_area() * edge.pass * (1.0f - a.pass);
-  d.from_eye[s - 2] = s == 2 && !light_end_.can_be_hit
+  d.from_eye[s - 1] = double(at_b.pdf_to_light) * edge.to_light_area() * edge.pass * edge.stop_light_end;
+  d.from_eye[s - 2] = s == 2 && (!light_end_.can_be_hit || light_end_.partial)
                           ? 0.0
-                          : double(at_a.pdf_to_light) * from.edge.to_light_area() * from.edge.pass *
-                                (1.0f - light_[size_t(s - 2)].vertex.pass);
+                          : double(at_a.pdf_to_light) * from.edge.to_light_area() *
+                                (s == 2 ? from.edge.surface_pass : from.edge.pass) * from.edge.stop_light_end;
   for (int k = t - 1; k >= 0; --k) {
     const int j = d.count - 1 - k;
     d.from_eye[j] = k == 0 ? 1.0 : double(eye_[size_t(k)].fwd);
     d.joinable[j] = k == 0 || k == t - 1 || !eye_[size_t(k)].vertex.specular;
     if (k < t - 2) d.from_light[j] = k == 0 ? 0.0 : double(eye_[size_t(k)].rev);
   }
-  d.from_light[s] = double(at_a.pdf_walk_to_eye) * edge.to_eye_area() * edge.pass * (1.0f - b.pass);
+  d.from_light[s] = double(at_a.pdf_walk_to_eye) * edge.to_eye_area() * edge.pass * edge.stop_eye_end;
   d.from_light[s + 1] = t == 2 ? 0.0
                                : double(at_b.pdf_walk_to_eye) * to.edge.to_eye_area() * to.edge.pass *
-                                     (1.0f - eye_[size_t(t - 2)].vertex.pass);
+                                     to.edge.stop_eye_end;
   contribution *= edge.transmittance * (float(d.weight(s, light_walks_)) * limits_factor(s, t, edge));
   if (is_black(contribution)) return;
   connections_.push_back(edge);
@@ -211,16 +219,17 @@ void BidirectionalWalks::find_by_lens(int s) {
   if (!a.connectable()) return;
   if (only_strategy >= 0 && only_strategy != s) return;
   if (!shows_on_film(a.point)) return;
-  const auto film = scene_.camera().film_of(lens_.position(), a.position());
+  const auto film = scene_.camera().film_of(lens_.point.barycentric, a.position(), time_);
   if (!film || film->x < -margin_ || film->y < -margin_ || film->x > float(scene_.camera().width()) + margin_ ||
       film->y > float(scene_.camera().height()) + margin_)
     return;
   PathEdge edge = join(a, lens_);
   if (!(edge.inverse_square > 0.0f)) return;
-  const float density = lens_density(scene_, edge);
-  const Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false, guide);
+  const float density = lens_density(scene_, edge, time_);
+  Scattering at_a = scatter(a, edge.to_eye, a.point.wo, false, guide);
+  if (s == 2) at_a.f = visible_part(scene_, light_[0].vertex, a, edge.to_eye, a.point.wo, false, at_a.f);
   Color contribution = from.beta * at_a.f * (edge.to_light_area() * density);
-  if (is_black(contribution) || !look_along(scene_, a, lens_, edge, rays_)) return;
+  if (is_black(contribution) || !look_along({scene_, media}, a, lens_, edge, rays_)) return;
 
   Densities d;
   d.count = s + 1;
@@ -230,11 +239,11 @@ void BidirectionalWalks::find_by_lens(int s) {
     d.joinable[j] = j == 0 || j == s - 1 || !light_[size_t(j)].vertex.specular;
     if (j < s - 2) d.from_eye[j] = light_[size_t(j)].rev;
   }
-  d.from_eye[s - 1] = double(density) * edge.to_light_area() * edge.pass * (1.0f - a.pass);
-  d.from_eye[s - 2] = s == 2 && !light_end_.can_be_hit
+  d.from_eye[s - 1] = double(density) * edge.to_light_area() * edge.pass * edge.stop_light_end;
+  d.from_eye[s - 2] = s == 2 && (!light_end_.can_be_hit || light_end_.partial)
                           ? 0.0
-                          : double(at_a.pdf_to_light) * from.edge.to_light_area() * from.edge.pass *
-                                (1.0f - light_[size_t(s - 2)].vertex.pass);
+                          : double(at_a.pdf_to_light) * from.edge.to_light_area() *
+                                (s == 2 ? from.edge.surface_pass : from.edge.pass) * from.edge.stop_light_end;
   d.from_eye[s] = 1.0;
   d.from_light[s] = 0.0;
   d.joinable[s] = true;

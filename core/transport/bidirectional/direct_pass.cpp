@@ -1,11 +1,14 @@
 #include "transport/bidirectional/direct_pass.h"
 
+#include <algorithm>
 #include <bit>
 
 #include <tbb/blocked_range2d.h>
 #include <tbb/combinable.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "transport/bidirectional/bidirectional.h"
 #include "transport/bidirectional/direct_paths.h"
 
 namespace ajar {
@@ -16,11 +19,11 @@ constexpr int kTile = 16;
 constexpr FurtherSamples::Limits kFurther{1, 0.15};
 }  // namespace
 
-void DirectPass::prepare(const Scene& scene, bool merges, uint32_t seed) {
+void DirectPass::prepare(const Scene& scene, const PathMedia* media, bool merges, uint32_t seed) {
   seed_ = seed;
   wanted_ = done_ = 0;
   rays_ = further_rays_ = 0;
-  merging_.prepare(scene, merges, seed);
+  merging_.prepare(scene, media, merges, seed);
 }
 
 void DirectPass::add(Film& film, const PathSpace& space, int steps, const std::atomic<bool>& stop) {
@@ -46,6 +49,13 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
     uint64_t own = 0, further = 0;
   };
   tbb::combinable<Rays> counted;
+  // Walks of all lengths find the light that media emit.
+  const bool glows = space.media && space.media->any_emission();
+  tbb::enumerable_thread_specific<BidirectionalWalks> walks([&] {
+    BidirectionalWalks walk(space.scene, 1.0);
+    walk.media = space.media;
+    return walk;
+  });
   tbb::parallel_for(
       tbb::blocked_range2d<int>(0, (film.height() + kTile - 1) / kTile, 1, 0, (film.width() + kTile - 1) / kTile, 1),
       [&](const tbb::blocked_range2d<int>& tiles) {
@@ -59,15 +69,24 @@ void DirectPass::add_samples(Film& film, const PathSpace& space, uint32_t first,
               sampler.start(uint32_t(py) * uint32_t(space.scene.settings().width) + uint32_t(px), s);
               SampleAux aux;
               const Vec2 at = Vec2(float(px) + 0.5f, float(py) + 0.5f) + space.filter.sample(sampler.get_2d());
-              DirectSample sample = trace_direct_paths(space.scene, at, sampler, film.wants_aux() ? &aux : nullptr,
-                                                       rays.own, merging);
+              DirectSample sample = trace_direct_paths(space.scene, space.media, at, sampler,
+                                                       film.wants_aux() ? &aux : nullptr, rays.own, merging);
               if (further_.active())
                 sample.radiance = further_.mean_with(sample.radiance, sample.polished, luminance(sample.merged), px, py,
                                                      [&](Vec2 further_at, Sampler& further) {
-                                                       return trace_direct_paths(space.scene, further_at, further,
-                                                                                 nullptr, rays.further, nullptr)
+                                                       return trace_direct_paths(space.scene, space.media, further_at,
+                                                                                 further, nullptr, rays.further,
+                                                                                 nullptr)
                                                            .radiance;
                                                      });
+              if (glows) {
+                BidirectionalWalks& walk = walks.local();
+                if (merging) walk.pass_time = merging->time();
+                const uint64_t before = walk.rays();
+                sampler.set_dimension(2);
+                sample.radiance += walk.sample_glow(at, sampler);
+                rays.own += walk.rays() - before;
+              }
               film.add_sample(px, py, sample.radiance + sample.merged, sample.alpha, &aux);
             }
           }

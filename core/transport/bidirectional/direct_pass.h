@@ -1,4 +1,4 @@
-// Direct light of the whole film (direct_paths.h), for integrators whose chains or populations leave it out. Where
+// Direct light of the whole film (direct_paths.h), and light that media emit, for integrators whose chains or populations leave it out. Where
 // merging is active, it also adds the light of paths that only photons find. Pixels with highlights and reflected lamps
 // smaller than a pixel get further samples (further_samples.h).
 #pragma once
@@ -15,7 +15,7 @@ namespace ajar {
 class DirectPass {
  public:
   /// `merges`: use vertex merging.
-  void prepare(const Scene& scene, bool merges, uint32_t seed);
+  void prepare(const Scene& scene, const PathMedia* media, bool merges, uint32_t seed);
   VertexMerging& merging() { return merging_; }
   const VertexMerging& merging() const { return merging_; }
 

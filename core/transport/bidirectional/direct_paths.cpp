@@ -16,13 +16,16 @@ struct Walk {
   ShadingPoint start;
   Color beta;
   int i;
+  MediaStack stack;  ///< of the ray
 };
 
 /// The state of one sample.
 class DirectTracer {
  public:
-  DirectTracer(const Scene& scene, Sampler& sampler, SampleAux* aux, uint64_t& rays, const VertexMerging* merging)
+  DirectTracer(const Scene& scene, const PathMedia* media, Sampler& sampler, SampleAux* aux, uint64_t& rays,
+               const VertexMerging* merging)
       : scene_(scene),
+        media_(media),
         limits_(scene.settings().bounces),
         max_vertices_(max_path_vertices(limits_)),
         sampler_(sampler),
@@ -32,13 +35,19 @@ class DirectTracer {
 
   DirectSample trace(Vec2 film) {
     float density;
-    const Ray camera_ray = start_at_lens(scene_, film, scene_.camera().has_lens() ? sampler_.get_2d() : Vec2(0.5f),
-                                         previous_, density);
+    const Vec2 u_lens = scene_.camera().has_lens() ? sampler_.get_2d() : Vec2(0.5f);
+    const float time = merging_ ? merging_->time() : sample_time(scene_, sampler_);
+    const Ray camera_ray = start_at_lens(scene_, film, u_lens, time, previous_, density);
     if (!(density > 0.0f)) {
       found_.alpha = 1.0f;
       return found_;
     }
-    SpecularBranches<Walk> branches({camera_ray, {}, Color(1.0f), 1});
+    SpecularBranches<Walk> branches(
+        {camera_ray,
+         {},
+         Color(1.0f),
+         1,
+         media_ ? stack_towards(scene_, *media_, previous_, camera_ray.direction) : MediaStack()});
     Walk walk;
     while (branches.next(walk)) follow(walk, branches);
     return found_;
@@ -46,16 +55,21 @@ class DirectTracer {
 
  private:
   void follow(Walk& walk, SpecularBranches<Walk>& branches) {
-    auto& [ray, start, beta, i] = walk;
+    auto& [ray, start, beta, i, stack] = walk;
     const bool transparent_film = scene_.settings().transparent_film;
     vertex_.point = start;
+    vertex_.media.present = media_ != nullptr;
+    vertex_.media.stack = stack;
     pdf_to_light_ = 0.0f;
     for (; i + 1 <= max_vertices_; ++i) {
       const uint32_t base = kFirst + kPerVertex * uint32_t(i);
       const auto watch = [&](const Ray& stretch, float t_end, bool found, const Through& passed) {
         const auto meet_light = [&](const LightMet& met) {
-          make_light_vertex(scene_, met, -ray.direction, light_);
-          meet(beta * passed.transmittance / passed.pass);
+          make_light_vertex(scene_, met, -ray.direction, ray.time, light_);
+          const Through before = media_ ? through_to(*media_, vertex_.media.stack, stretch, distance_to(stretch, met),
+                                                     vertex_.point, sampler_, passed)
+                                        : passed;
+          meet(beta * before.transmittance / (pdf_to_light_ > 0.0f ? passed.surface_pass : passed.pass));
         };
         if (scene_.has_lamp_shapes()) for_each_lamp_crossed(scene_, stretch, t_end, vertex_.point.ray_kind, meet_light);
         if (!found) {
@@ -65,38 +79,42 @@ class DirectTracer {
       };
       sampler_.set_dimension(base + kThrough);
       Through through;
-      if (!find_vertex(scene_, ray, sampler_, vertex_, through, rays_, watch)) break;
-      beta *= through.transmittance / (through.pass * (1.0f - vertex_.pass));
+      // After the first bounce that is not specular, only emission counts: there are no collisions.
+      const bool last = pdf_to_light_ > 0.0f;
+      through.collisions = {last ? Collisions::Kind::None : Collisions::Kind::Sampled};
+      if (!find_vertex(PathScene{scene_, media_}, ray, sampler_, vertex_, through, rays_, watch)) break;
+      const float stop = vertex_.kind == VertexKind::Medium ? through.end_rate : 1.0f - vertex_.pass;
+      if (!(stop > 0.0f)) break;
+      beta *= through.transmittance / ((last ? through.surface_pass : through.pass) * stop);
       if (i == 1) {
-        if (aux_) record_first_hit(scene_, vertex_.point, vertex_.shading.bsdf, *aux_);
+        if (aux_ && vertex_.kind == VertexKind::Surface)
+          record_first_hit(scene_, vertex_.point, vertex_.shading.bsdf, *aux_);
         found_.alpha = 1.0f - vertex_.shading.holdout;
       }
-      if (vertex_.emits()) {
-        make_light_vertex(vertex_, light_);
-        meet(beta);
-      }
-      const bool last = pdf_to_light_ > 0.0f;  // the previous bounce was not specular
+      if (vertex_.emits()) meet_emitter(beta);
       const bool exceeded = vertex_.point.glossy_depth > limits_.glossy ||
                             vertex_.point.transmission_depth > limits_.transmission;
       const Bsdf& bsdf = vertex_.shading.bsdf;
-      if (last || exceeded || bsdf.empty() || i + 2 > max_vertices_) break;
+      if (last || exceeded || !vertex_.scatters() || i + 2 > max_vertices_) break;
       found_.polished = found_.polished || has_sharp_lobe(bsdf);
 
       if (vertex_.connectable()) {
-        if (merging_ && i >= 2) found_.merged += beta * merging_->radiance(vertex_, i);
+        if (merging_ && i >= 2 && vertex_.stores_photons()) found_.merged += beta * merging_->radiance(vertex_, i);
         sampler_.set_dimension(base + kLight);
         look_for_light(beta);
       }
-      branches.split(bsdf, vertex_.point.wo, beta, [&](const BsdfSample& event) {
-        Walk next{scene_.spawn_ray(vertex_.point, event.wi), {}, beta * event.f_cos, i + 1};
-        count_bounce(event, vertex_.point, next.start);
-        return next;
-      });
-      if (branches.follows_all()) break;
+      if (vertex_.kind == VertexKind::Surface)
+        branches.split(bsdf, vertex_.point.wo, beta, [&](const BsdfSample& event) {
+          Walk next{scene_.spawn_ray(vertex_.point, event.wi), {}, beta * event.f_cos, i + 1, {}};
+          count_bounce(event, vertex_.point, next.start);
+          if (media_) next.stack = stack_towards(scene_, *media_, vertex_, event.wi);
+          return next;
+        });
+      if (vertex_.kind == VertexKind::Surface && branches.follows_all()) break;
       sampler_.set_dimension(base + kLobe);
-      const float u_lobe = sampler_.get_1d();
-      const auto sample = bsdf.sample(vertex_.point.wo, u_lobe, sampler_.get_2d());
-      if (!sample || !(sample->pdf_solid_angle > 0.0f) || branches.follows(*sample)) break;
+      const auto sample = sample_bounce();
+      if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
+      if (vertex_.kind == VertexKind::Surface && branches.follows(*sample)) break;
       if (sample->specular) {
         const Bsdf::SpecularEvaluation event = bsdf.evaluate_specular(vertex_.point.wo, sample->wi);
         if (!(event.probability > 0.0f)) break;
@@ -108,10 +126,23 @@ class DirectTracer {
       }
       if (!(max_component(beta) > 0.0f)) break;
       ShadingPoint next;
-      count_bounce(*sample, vertex_.point, next);
+      count_bounce_at(vertex_, *sample, next);
       ray = scene_.spawn_ray(vertex_.point, sample->wi);
+      enter_media({scene_, media_}, vertex_, ray.direction, vertex_);
       vertex_.point = next;
     }
+  }
+
+  void meet_emitter(Color carried) {
+    make_light_vertex(vertex_, light_);
+    meet(carried);
+  }
+
+  std::optional<BsdfSample> sample_bounce() {
+    const float u_lobe = sampler_.get_1d();
+    const Vec2 u = sampler_.get_2d();
+    return vertex_.kind == VertexKind::Surface ? vertex_.shading.bsdf.sample(vertex_.point.wo, u_lobe, u)
+                                               : sample_direction(vertex_, vertex_.point.wo, u_lobe, u);
   }
 
   /// The walk hit a light, which is in light_.
@@ -119,8 +150,9 @@ class DirectTracer {
     float weight = 1.0f;
     if (pdf_to_light_ > 0.0f) {
       const PathEdge edge = join(light_, previous_);
-      weight = power_heuristic(pdf_to_light_ * edge.to_light_area(),
-                               light_end(scene_, light_, previous_, edge, nullptr).pdf_sampled);
+      const LightEnd end = light_end(scene_, light_, previous_, edge, nullptr);
+      if (!end.can_be_hit_from(previous_)) return;
+      weight = power_heuristic(pdf_to_light_ * edge.to_light_area(), end.pdf_sampled);
     }
     found_.radiance += carried * light_.shading.emission * weight;
   }
@@ -132,18 +164,28 @@ class DirectTracer {
     PathEdge edge = join(light_, vertex_);
     const LightEnd end = light_end(scene_, light_, vertex_, edge, nullptr);
     if (!(end.pdf_sampled > 0.0f)) return;
-    const Bsdf::Evaluation scattered = vertex_.shading.bsdf.evaluate(vertex_.point.wo, -edge.to_eye);
+    Bsdf::Evaluation scattered;
+    if (vertex_.kind == VertexKind::Medium) {
+      const Scattering at = scatter(vertex_, vertex_.point.wo, -edge.to_eye, false, nullptr);
+      scattered = {at.f, at.pdf_to_light};
+    } else {
+      scattered = vertex_.shading.bsdf.evaluate(vertex_.point.wo, -edge.to_eye);
+    }
+    scattered.f_cos = visible_part(scene_, light_, vertex_, vertex_.point.wo, -edge.to_eye, false, scattered.f_cos);
     Color direct = beta * scattered.f_cos * end.radiance * edge.to_light_area();
-    if (!is_black(direct) && look_along(scene_, light_, vertex_, edge, rays_)) {
-      if (end.can_be_hit) direct *= power_heuristic(end.pdf_sampled, scattered.pdf_solid_angle * edge.to_light_area());
+    if (!is_black(direct) && look_along({scene_, media_}, light_, vertex_, edge, rays_)) {
+      if (end.can_be_hit_from(vertex_))
+        direct *= power_heuristic(end.pdf_sampled, scattered.pdf_solid_angle * edge.to_light_area());
       found_.radiance += direct * edge.transmittance / end.pdf_sampled;
     } else {
-      found_.radiance += beta * light_beyond_terminator(scene_, light_, vertex_, edge, end, scattered.f_cos, rays_) /
+      found_.radiance += beta *
+                         light_beyond_terminator({scene_, media_}, light_, vertex_, edge, end, scattered.f_cos, rays_) /
                          end.pdf_sampled;
     }
   }
 
   const Scene& scene_;
+  const PathMedia* media_;
   const BounceLimits& limits_;
   const int max_vertices_;
   Sampler& sampler_;
@@ -158,9 +200,9 @@ class DirectTracer {
 
 }  // namespace
 
-DirectSample trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays,
-                                const VertexMerging* merging) {
-  return DirectTracer(scene, sampler, aux, rays, merging).trace(film);
+DirectSample trace_direct_paths(const Scene& scene, const PathMedia* media, Vec2 film, Sampler& sampler, SampleAux* aux,
+                                uint64_t& rays, const VertexMerging* merging) {
+  return DirectTracer(scene, media, sampler, aux, rays, merging).trace(film);
 }
 
 }  // namespace ajar

@@ -17,7 +17,7 @@ struct DirectSample {
 };
 
 /// All random numbers come from fixed dimensions of `sampler`. `merging`: null for no merging.
-DirectSample trace_direct_paths(const Scene& scene, Vec2 film, Sampler& sampler, SampleAux* aux, uint64_t& rays,
-                                const VertexMerging* merging);
+DirectSample trace_direct_paths(const Scene& scene, const PathMedia* media, Vec2 film, Sampler& sampler, SampleAux* aux,
+                                uint64_t& rays, const VertexMerging* merging);
 
 }  // namespace ajar

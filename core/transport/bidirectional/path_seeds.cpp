@@ -6,6 +6,7 @@ BidirectionalWalks walks_over(const PathSpace& space) {
   BidirectionalWalks walks(space.scene, space.film_area());
   walks.leaves_unconnectable = space.without_unconnectable;
   walks.guide = space.guide;
+  walks.media = space.media;
   return walks;
 }
 
@@ -16,13 +17,13 @@ double PathSeeds::sample(Sampler& sampler) {
   double sum = 0.0;
   for (const FoundPath& path : walks_.sample(film_, sampler)) {
     if (space_.without_direct && walks_.is_direct(path)) {
-      if (path.t > 1) left_out_ += double(luminance(path.contribution));
-      left_out_light_ += double(luminance(path.contribution)) * (path.t > 1 ? space_.film_area() : 1.0);
+      if (path.t > 1) left_out_ += double(luminance(glm::abs(path.contribution)));
+      left_out_light_ += double(luminance(glm::abs(path.contribution))) * (path.t > 1 ? space_.film_area() : 1.0);
       continue;
     }
     // Walks from the eye have density 1 per pixel^2. Walks that end on the lens cover the whole film.
     const double area = path.t > 1 ? space_.film_area() : 1.0;
-    const double energy = double(luminance(path.contribution)) * double(space_.weight(path.film)) * area;
+    const double energy = double(luminance(glm::abs(path.contribution))) * double(space_.weight(path.film)) * area;
     if (!(energy > 0.0) || !std::isfinite(energy)) continue;
     sum += energy;
     found_.push_back({&path, sum});

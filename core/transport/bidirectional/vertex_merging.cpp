@@ -29,6 +29,7 @@ struct VertexMerging::Workers {
       : walks([&owner] {
           BidirectionalWalks walks(*owner.scene_, 1.0);
           walks.guide = owner.guide_;
+          walks.media = owner.media_;
           return walks;
         }) {}
   tbb::enumerable_thread_specific<BidirectionalWalks> walks;
@@ -55,8 +56,9 @@ MergingPlan plan_merging(const Scene& scene) {
   return {true, "caustics may be seen in mirrors or through glass"};
 }
 
-void VertexMerging::prepare(const Scene& scene, bool active, uint32_t seed) {
+void VertexMerging::prepare(const Scene& scene, const PathMedia* media, bool active, uint32_t seed) {
   scene_ = &scene;
+  media_ = media;
   seed_ = seed;
   passes_done_ = 0;
   workers_.reset();
@@ -72,6 +74,7 @@ void VertexMerging::prepare(const Scene& scene, bool active, uint32_t seed) {
 bool VertexMerging::begin_pass(uint32_t index, const std::atomic<bool>& stop) {
   std::vector<Photon> photons;
   std::vector<Behind> behind;
+  time_ = time_of_pass(*scene_, seed_, index);
   if (!trace(index, photons, behind, stop)) return false;
   std::vector<uint32_t> order;
   map_.build(std::move(photons), order);
@@ -95,6 +98,7 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
   tbb::parallel_for(0u, blocks, [&](uint32_t block) {
     if (stop.load(std::memory_order_relaxed)) return;
     BidirectionalWalks& walks = workers_->walks.local();
+    walks.pass_time = time_;
     Sampler sampler(Sampler::Kind::Sobol, hash_combine(seed_, kPhotonStream));
     Found& part = parts[block];
     for (uint32_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i) {
@@ -102,7 +106,7 @@ bool VertexMerging::trace(uint32_t index, std::vector<Photon>& photons, std::vec
       walks.walk_photon(sampler, [&](int before, const PathVertex& vertex, Color beta, const ShadingPoint& first) {
         const Vec3 to_light = vertex.point.wo, ng = vertex.point.ng;
         const Color power = beta / float(count);
-        if (!(max_component(power) > 0.0f) || !is_finite(power)) return;
+        if (is_black(power) || !is_finite(power)) return;
         part.photons.push_back({{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)},
                                 power,
                                 pack_direction(to_light)});
@@ -130,6 +134,8 @@ float VertexMerging::choose_first_radius() const {
   const float max_radius = kLargestPhotonRadius * scene_->radius();
   std::vector<float> reaches;
   BidirectionalWalks walks(*scene_, 1.0);
+  walks.media = media_;
+  walks.pass_time = time_;
   Sampler sampler(Sampler::Kind::Independent, hash_combine(seed_, kProbeStream));
   for (int i = 0; i < kProbes * kProbes; ++i) {
     sampler.start(uint32_t(i), 0);
@@ -147,7 +153,7 @@ float VertexMerging::counted(const PathVertex& vertex, int place, const Behind& 
   const int count = behind.vertices + 1 + place;
   if (count > max_vertices_) return 0.0f;
   const BounceLimits& limits = scene_->settings().bounces;
-  if (!BounceCount::matters(limits, count - 3)) return 1.0f;
+  if (!BounceCount::matters(limits, count - 3, false)) return 1.0f;
   BounceCount bounces(limits, vertex.point.diffuse_depth + behind.diffuse, vertex.point.glossy_depth + behind.glossy,
                       vertex.point.transmission_depth + behind.transmission);
   bounces.add(vertex, vertex.point.wo, to_light, false);

@@ -41,7 +41,7 @@ class VertexMerging {
   VertexMerging& operator=(const VertexMerging&) = delete;
 
   /// Has no cost if not `active`.
-  void prepare(const Scene& scene, bool active, uint32_t seed);
+  void prepare(const Scene& scene, const PathMedia* media, bool active, uint32_t seed);
   bool active() const { return active_; }
   /// From now on photons follow hints. Call it after prepare and before the first pass.
   void follow(const LightWalkGuide* guide) { guide_ = guide; }
@@ -56,6 +56,8 @@ class VertexMerging {
   size_t photons() const { return map_.size(); }
   size_t memory_bytes() const { return map_.memory_bytes() + behind_.capacity() * sizeof(Behind); }
   float radius() const { return radius_; }
+  /// Time of the photons of the pass, and of the paths that look them up; 0 where nothing moves.
+  float time() const { return time_; }
 
  private:
   /// Vertices before the photon in its path, and its scattering events by kind without the one next to the light.
@@ -74,6 +76,7 @@ class VertexMerging {
   float counted(const PathVertex& vertex, int place, const Behind& behind, Vec3 to_light) const;
 
   const Scene* scene_ = nullptr;
+  const PathMedia* media_ = nullptr;
   bool active_ = false;
   const LightWalkGuide* guide_ = nullptr;
   uint32_t seed_ = 0, passes_done_ = 0;
@@ -81,7 +84,7 @@ class VertexMerging {
   std::unique_ptr<Workers> workers_;
   PhotonMap map_;
   std::vector<Behind> behind_;
-  float first_radius_ = 0.0f, radius_ = 0.0f;
+  float first_radius_ = 0.0f, radius_ = 0.0f, time_ = 0.0f;
 };
 
 }  // namespace ajar

@@ -23,7 +23,7 @@ double ChainEnsemble::visit_seed(BidirectionalWalks& walks, uint32_t index, Visi
   for (const FoundPath& path : walks.sample(space_->film_at(sampler.get_2d()), sampler)) {
     if (space_->without_direct && walks.is_direct(path)) continue;
     const double area = path.t > 1 ? space_->film_area() : 1.0;
-    const double y = double(luminance(path.contribution)) * double(space_->weight(path.film)) * area;
+    const double y = double(luminance(glm::abs(path.contribution))) * double(space_->weight(path.film)) * area;
     if (!(y > 0.0) || !std::isfinite(y)) continue;
     sum += y;
     if (!visit(path, y)) break;

@@ -144,7 +144,7 @@ void PathPopulation::move_slot(Film& film, Worker& worker, uint32_t slot, double
       if (!hints_.empty() && (slot + step + generation_) % HintAccount::kStride == 0)
         worker.account.add_state(scene_.lights(), hints_, path,
                                  HintAccount::kStride * share * weight_ / double(space_.importance.at(path.film)));
-      if (learning_) luminance_.add_flux(path.film, share * weight_ * luminance(path.f) / path.target);
+      if (learning_) luminance_.add_flux(path.film, share * weight_ * path.energy() / path.target);
     });
     if (!learning_) continue;
     const double useful = renews_[done.mutation] ? 1.0 : std::min(1.0, double(done.film_distance / kUsefulDistance));

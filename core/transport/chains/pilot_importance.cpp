@@ -40,7 +40,7 @@ Pilot look_ahead(const PathSpace& space, uint32_t seed, uint32_t samples, const 
     for (uint32_t i = block; i < samples && !stop.load(std::memory_order_relaxed); i += kBlocks) {
       sampler.start(i, 0);
       for (const FoundPath& path : walks.sample(space.film_at(sampler.get_2d()), sampler)) {
-        const double light = double(luminance(path.contribution)) * (path.t > 1 ? space.film_area() : 1.0);
+        const double light = double(luminance(glm::abs(path.contribution))) * (path.t > 1 ? space.film_area() : 1.0);
         if (!(light > 0.0) || !std::isfinite(light) || !space.on_film(path.film)) continue;
         const Vec2 place = (path.film - space.film_min) * per_cell;
         arrivals[block].push_back(

@@ -9,6 +9,7 @@
 #include "sampling/sampler.h"
 #include "scene/scene.h"
 #include "transport/guiding/guided_bsdf.h"
+#include "transport/paths/ray_events.h"
 #include "transport/paths/shadow_terminator.h"
 
 namespace ajar {
@@ -49,6 +50,15 @@ struct DirectVertex {
   uint32_t cell = ~0u;    ///< cell of the learned shares
 };
 
+/// The data of a vertex that weigh the light that its sample hits.
+inline DirectVertex vertex_of(DirectVertex here, const ShadingPoint& point, const Bsdf& bsdf,
+                              const BsdfSample& sample) {
+  here.position = point.position;
+  here.normal = bsdf.receiving_normal();
+  here.bsdf_pdf = sample.specular ? 0.0f : sample.pdf_solid_angle;
+  return here;
+}
+
 /// Number of dimensions of a path's sampler for direct light, starting at `first`: one for the choice, two for the
 /// point.
 constexpr uint32_t kDirectDimensions = 3;
@@ -64,16 +74,6 @@ inline float power_heuristic(float pdf_a, float pdf_b) {
 /// With fewer lights, the random number that chooses a light is used again for the point on it. So points that are
 /// stratified together stay stratified on each light. With more lights, too few bits would remain.
 constexpr size_t kFewLights = 64;
-
-/// The part of f_cos of the lobes that a light with this visibility illuminates.
-inline Color visible_to(uint32_t visibility, const Bsdf& bsdf, Vec3 wo, Vec3 wi) {
-  const std::array<Color, 3> kinds = bsdf.f_cos_of_kinds(wo, wi);
-  Color sum(0.0f);
-  if (visibility & kVisibleDiffuse) sum += kinds[0];
-  if (visibility & kVisibleGlossy) sum += kinds[1];
-  if (visibility & kVisibleTransmission) sum += kinds[2];
-  return sum;
-}
 
 /// One sample of one light, weighted against the BSDF's density of the same direction, with light beyond the shadow
 /// terminator. `rays` counts shadow rays. `kOnlyBeyond`: only the light beyond the terminator; methods that sample

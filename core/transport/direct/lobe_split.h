@@ -40,10 +40,11 @@ inline bool has_sharp_lobe(const Bsdf& bsdf) {
 /// Refers to `bsdf` if it has one part only. Copies lobes only if it has both.
 class LobeSplit {
  public:
-  LobeSplit(const Bsdf& bsdf, Vec3 wo) {
+  /// `all_sharp`: of a place where no photons are stored, such as hair.
+  LobeSplit(const Bsdf& bsdf, Vec3 wo, bool all_sharp = false) {
     int rough_count = 0;
-    for (int i = 0; i < bsdf.lobe_count(); ++i) rough_count += is_rough(bsdf.lobe(i)) ? 1 : 0;
-    const bool all = rough_count == bsdf.lobe_count(), none = rough_count == 0;
+    for (int i = 0; i < bsdf.lobe_count() && !all_sharp; ++i) rough_count += is_rough(bsdf.lobe(i)) ? 1 : 0;
+    const bool all = !all_sharp && rough_count == bsdf.lobe_count(), none = rough_count == 0;
     if (bsdf.empty()) return;
     if (all || none) {
       (all ? rough_ : sharp_) = &bsdf;

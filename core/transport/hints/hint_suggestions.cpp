@@ -46,7 +46,7 @@ Candidate candidate_of(const Path& path, double energy, float pdf_lens_area) {
   }
   const double density = path_tracing_density(path, pdf_lens_area);
   candidate.energy = energy;
-  candidate.difficulty = density > 0.0 ? double(luminance(path.f)) / density : double(kInfinity);
+  candidate.difficulty = density > 0.0 ? path.energy() / density : double(kInfinity);
   return candidate;
 }
 

@@ -10,12 +10,8 @@ namespace ajar {
 namespace {
 
 constexpr int kMaxBounds = 1024;  ///< maximum number of surfaces along one ray that only enclose volumes, as in Cycles
-constexpr int kSamplesPerCell = 16;
 constexpr float kLargestExtent = 1e18f;  ///< of a volume that varies, in metres
 constexpr uint64_t kMaxMajorants = 8 * 16 * 16 * 16;
-/// kMargin: majorant over the largest sample around it. kMinShare: minimum majorant over the largest one. kLargest:
-/// maximum majorant per metre.
-constexpr float kMargin = 1.1f, kMinShare = 0.02f, kLargest = 1e13f;
 constexpr float kFaint = 0.05f;       ///< weight below which roulette decides, as a fraction of the weight before
 constexpr float kMinChannel = 0.25f;  ///< minimum probability of channels that do not scatter
 
@@ -46,19 +42,6 @@ bool outlives(float faint, Pcg32& rng, Color& weight) {
   }
   weight /= survival;
   return true;
-}
-
-ShadingPoint inside_of(const MediaRay& along) {
-  ShadingPoint inside = along.path;
-  inside.primitive = kInsideVolume;
-  inside.barycentric = Vec2(0.0f);
-  inside.wo = inside.ng = inside.ns = -along.ray.direction;
-  inside.backfacing = false;
-  inside.dpdu = inside.dpdv = Vec3(0.0f);
-  inside.ray_length = 0.0f;
-  inside.time = along.ray.time;
-  inside.ray_kind = along.ray_kind;
-  return inside;
 }
 
 /// Number of cells along the longest axis of each of `varying` grids. All grids together have at most kMaxMajorants
@@ -92,6 +75,19 @@ void bounds_of(const BuiltMesh& mesh, const BuiltInstance& instance, Vec3& lower
 }
 
 }  // namespace
+
+ShadingPoint inside_of(const MediaRay& along) {
+  ShadingPoint inside = along.path;
+  inside.primitive = kInsideVolume;
+  inside.barycentric = Vec2(0.0f);
+  inside.wo = inside.ng = inside.ns = -along.ray.direction;
+  inside.backfacing = false;
+  inside.dpdu = inside.dpdv = Vec3(0.0f);
+  inside.ray_length = 0.0f;
+  inside.time = along.ray.time;
+  inside.ray_kind = along.ray_kind;
+  return inside;
+}
 
 Color transmittance_of(Color extinction, float distance) {
   Color result;
@@ -157,60 +153,12 @@ Media::Media(const Scene& scene) : scene_(scene), first_of_instance_(scene.insta
   const int cells_along = cells_of(varying);
   for (Medium& medium : media_)
     if (medium.varies) find_majorants(medium, cells_along);
+  find_emission();
 }
 
 uint64_t Media::max_bytes(uint64_t volumes, uint64_t instances) {
   // The capacity of a growing vector is at most twice its size.
   return 2 * (volumes * sizeof(Medium) + (kMaxMajorants + volumes) * sizeof(float)) + instances * sizeof(uint32_t);
-}
-
-void Media::find_majorants(Medium& medium, int cells_along) {
-  const Vec3 extent = glm::max(medium.size, Vec3(1e-6f * max_component(medium.size) + 1e-30f));
-  const float cell = max_component(extent) / float(cells_along);
-  for (int axis = 0; axis < 3; ++axis) {
-    medium.cells[size_t(axis)] = std::clamp(int(std::ceil(extent[axis] / cell)), 1, cells_along);
-    medium.size[axis] = extent[axis] / float(medium.cells[size_t(axis)]);
-    medium.inverse_size[axis] = 1.0f / medium.size[axis];
-  }
-  medium.most = kMaxOpticalDepthPerCell / glm::length(medium.size);
-  medium.first_majorant = majorants_.size();
-  const auto [nx, ny, nz] = medium.cells;
-  std::vector<float> seen(size_t(nx) * size_t(ny) * size_t(nz));
-  const BuiltInstance& instance = scene_.instances()[medium.instance];
-  tbb::parallel_for(size_t(0), seen.size(), [&](size_t index) {
-    Pcg32 rng(index, 0x6d656469U);
-    const Vec3 corner = medium.lower + medium.size * Vec3(float(index % size_t(nx)),
-                                                          float(index / size_t(nx) % size_t(ny)),
-                                                          float(index / (size_t(nx) * size_t(ny))));
-    ShadingPoint path;
-    MediaStack none;
-    Ray ray;
-    ShadingPoint inside = inside_of({none, ray, 0.0f, path, kRayCamera});
-    MediaCounters ignored;
-    for (int k = 0; k < kSamplesPerCell; ++k) {
-      inside.position = corner + medium.size * Vec3(rng.next_float(), rng.next_float(), rng.next_float());
-      inside.time = instance.motion ? rng.next_float() : 0.0f;
-      inside.ray_kind = k % 4 == 3 ? uint32_t(kRayShadow) : uint32_t(kRayCamera);
-      MediumPoint point;
-      add(medium, inside, point, ignored);
-      seen[index] = std::max(seen[index], max_component(point.extinction));
-      // Emission is found at collisions, so the majorant must not be zero.
-      if (!is_black(point.emission)) seen[index] = std::max(seen[index], 1.0f / glm::length(medium.size));
-    }
-  });
-  const float largest = *std::max_element(seen.begin(), seen.end());
-  const float least = std::min(std::max(kMinShare * largest, 0.25f / glm::length(extent)), kLargest);
-  for (int z = 0; z < nz; ++z)
-    for (int y = 0; y < ny; ++y)
-      for (int x = 0; x < nx; ++x) {
-        // The neighbouring cells are included for peaks between the samples.
-        float most = least;
-        for (int w = std::max(z - 1, 0); w <= std::min(z + 1, nz - 1); ++w)
-          for (int v = std::max(y - 1, 0); v <= std::min(y + 1, ny - 1); ++v)
-            for (int u = std::max(x - 1, 0); u <= std::min(x + 1, nx - 1); ++u)
-              most = std::max(most, std::min(kMargin * seen[size_t((w * ny + v) * nx + u)], kLargest));
-        majorants_.push_back(most);
-      }
 }
 
 float Media::majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const {
@@ -381,6 +329,39 @@ void Media::track(const MediaRay& along, Pcg32& rng, MediaCounters& counters, Co
     if (max_component(point.extinction) > rate * (1.0f + 1e-5f)) ++counters.exceeded;
     if (!collide(point, rate, t)) return;
   }
+}
+
+bool Media::emits(const MediaStack& stack) const {
+  for (int i = 0; i < stack.size(); ++i)
+    if (media_[stack[i]].emits) return true;
+  return false;
+}
+
+bool Media::any_emission() const {
+  return std::any_of(media_.begin(), media_.end(), [](const Medium& medium) { return medium.emits; });
+}
+
+Color Media::collision_rate(const MediaRay& along, MediaCounters& counters) const {
+  Color rate(0.0f);
+  ShadingPoint inside = inside_of(along);
+  inside.position = along.ray.origin;
+  for (int i = 0; i < along.stack.size(); ++i) {
+    const Medium& medium = media_[along.stack[i]];
+    rate += medium.mean_extinction;
+    if (medium.varies) continue;
+    MediumPoint point;
+    add(medium, inside, point, counters);
+    if (point.scatters()) rate += point.extinction;
+  }
+  return rate;
+}
+
+MediumPoint Media::at(const MediaRay& along, float t, MediaCounters& counters) const {
+  ShadingPoint inside = inside_of(along);
+  inside.position = along.ray.origin + t * along.ray.direction;
+  MediumPoint point;
+  evaluate(along.stack, inside, point, counters);
+  return point;
 }
 
 bool Media::is_uniform(const MediaRay& along, MediumPoint& at, MediaCounters& counters) const {

@@ -68,6 +68,9 @@ struct MediaEvent {
   MediumPoint at;       ///< the medium there
 };
 
+/// The shading point of a medium on the stretch, without a position.
+ShadingPoint inside_of(const MediaRay& along);
+
 /// exp(-extinction * distance), also for infinite distances.
 Color transmittance_of(Color extinction, float distance);
 
@@ -103,6 +106,17 @@ class Media {
   Color transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoint& path, Pcg32& rng,
                                MediaCounters& counters) const;
 
+  /// Whether some medium of the stack varies, or emits.
+  bool varies(const MediaStack& stack) const;
+  bool emits(const MediaStack& stack) const;
+  bool any_emission() const;
+  bool fills_world() const { return world_ != kNone; }
+  /// Collisions per metre of path_media.h, constant along a stretch: the extinction of uniform media and the mean
+  /// extinction of media that vary. Media that do not scatter have none.
+  Color collision_rate(const MediaRay& along, MediaCounters& counters) const;
+  /// The medium at distance t.
+  MediumPoint at(const MediaRay& along, float t, MediaCounters& counters) const;
+
  private:
   static constexpr uint32_t kNone = ~0u;
   static constexpr float kMaxOpticalDepthPerCell = 500.0f;
@@ -114,14 +128,16 @@ class Media {
     Vec3 lower, size, inverse_size;  // lower corner of the grid; size of its cells; only for media that vary
     std::array<int, 3> cells;
     size_t first_majorant;
-    float most;  // maximum extinction per metre; 0: no limit
+    float most;                   // maximum extinction per metre; 0: no limit
+    Color mean_extinction{0.0f};  // over the bounds, of media that vary; 0 if nothing scatters
+    bool emits = false;
   };
 
   uint32_t medium_of(const Hit& hit) const;
   void add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, MediaCounters& counters) const;
   void evaluate(const MediaStack& stack, ShadingPoint& inside, MediumPoint& point, MediaCounters& counters) const;
   void find_majorants(Medium& medium, int cells_along);
-  bool varies(const MediaStack& stack) const;
+  void find_emission();
   float majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const;
   bool reaches(const Medium& medium, Vec3 position) const;
   template <class Collide>

@@ -153,4 +153,19 @@ bool walk_below_surface(const Scene& scene, const SubsurfaceEntry& entry, Pcg32&
   return false;
 }
 
+bool walk_below_or_stay(const Scene& scene, uint32_t instance, SubsurfaceNumbers numbers, ShadingPoint& point,
+                        SurfaceShading& shading, Color& beta, uint64_t& rays) {
+  const Bsdf::SubsurfacePart part = shading.bsdf.subsurface_part();
+  if (numbers.u >= part.selection) {
+    shading.bsdf.remove_subsurface(point.wo);
+    beta /= 1.0f - part.selection;
+    return !shading.bsdf.empty();
+  }
+  Pcg32 rng(uint64_t(numbers.u * 0x1p32f), numbers.stream);
+  Color weight = beta * part.weight / (glm::max(shading.medium.albedo, Color(1e-6f)) * part.selection);
+  if (!walk_below_surface(scene, {instance, part.normal}, rng, point, shading, weight, rays)) return false;
+  beta = weight;
+  return true;
+}
+
 }  // namespace ajar

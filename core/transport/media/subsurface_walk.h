@@ -32,4 +32,14 @@ struct SubsurfaceEntry {
 bool walk_below_surface(const Scene& scene, const SubsurfaceEntry& entry, Pcg32& rng, ShadingPoint& point,
                         SurfaceShading& shading, Color& weight, uint64_t& rays);
 
+/// Random numbers for the choice below, and for the walk.
+struct SubsurfaceNumbers {
+  float u;
+  uint32_t stream;
+};
+/// Either walks below the surface at `point`, which becomes the exit (walk_below_surface), or stays with its other
+/// lobes. `beta` is weighted by the probability of the choice. False if the walk is lost, or no other lobes remain.
+bool walk_below_or_stay(const Scene& scene, uint32_t instance, SubsurfaceNumbers numbers, ShadingPoint& point,
+                        SurfaceShading& shading, Color& beta, uint64_t& rays);
+
 }  // namespace ajar

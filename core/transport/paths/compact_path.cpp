@@ -10,10 +10,15 @@ void CompactPath::pack(const Path& path) {
   target_ = path.target;
   f_ = path.f;
   vertices_.resize(size_t(path.count));
+  media_.clear();
   for (size_t i = 0; i < vertices_.size(); ++i) {
     const PathVertex& v = path.vertices[i];
     vertices_[i] = {v.kind,    v.specular,         v.distant, v.delta,       v.light,           v.pass,
                     v.program, v.shading.emission, v.point,   path.edges[i], path.scattering[i]};
+    if (v.media.present || !media_.empty()) {
+      media_.resize(vertices_.size());
+      media_[i] = v.media;
+    }
   }
 }
 
@@ -36,6 +41,8 @@ void CompactPath::unpack(Path& path) const {
     v.pass = kept.pass;
     v.program = kept.program;
     v.point = kept.point;
+    v.media.present = false;
+    if (!media_.empty()) v.media = media_[i];
     path.edges[i] = kept.edge;
     path.scattering[i] = kept.scattering;
     if (v.kind == VertexKind::Surface) {

@@ -18,7 +18,9 @@ class CompactPath {
   Vec2 film() const { return film_; }
   /// Multiplies the stored target. Use it when the target function is multiplied by `factor`.
   void scale_target(double factor) { target_ *= factor; }
-  size_t bytes() const { return sizeof(*this) + vertices_.capacity() * sizeof(Vertex); }
+  size_t bytes() const {
+    return sizeof(*this) + vertices_.capacity() * sizeof(Vertex) + media_.capacity() * sizeof(VertexMedia);
+  }
 
  private:
   struct Vertex {
@@ -33,6 +35,7 @@ class CompactPath {
     Scattering scattering;
   };
   std::vector<Vertex> vertices_;
+  std::vector<VertexMedia> media_;  ///< of the vertices, in scenes with media
   Vec2 film_{0.0f};
   LightEnd light_;
   float hit_choice_ = 1.0f, film_density_ = 0.0f;

@@ -34,8 +34,10 @@ double Path::pdf_from_light(int i) const {
 SharedEnds shared_ends(const Path& a, const Path& b) {
   const auto same = [](const PathVertex& v, const PathVertex& w) {
     if (v.kind != w.kind || v.light != w.light || v.distant != w.distant) return false;
-    return v.distant ? v.point.ng == w.point.ng && (v.kind == VertexKind::Light || v.position() == w.position())
-                     : v.position() == w.position();
+    if (v.point.time != w.point.time) return false;
+    // The position of a lens that turns depends on the film point.
+    if (v.kind == VertexKind::Lens) return v.point.barycentric == w.point.barycentric;
+    return v.distant ? v.point.ng == w.point.ng : v.position() == w.position();
   };
   const int least = std::min(a.count, b.count);
   SharedEnds shared{0, 0};
@@ -48,6 +50,8 @@ SharedEnds shared_ends(const Path& a, const Path& b) {
 }
 
 bool is_unconnectable(const Path& path) {
+  for (int i = 1; i < path.count - 1; ++i)
+    if (path.vertices[size_t(i)].kind == VertexKind::Medium) return false;
   return is_unconnectable(path.count, [&](int i) { return !path.joinable(i); });
 }
 
@@ -61,6 +65,7 @@ PathSpace::PathSpace(const Scene& s, int x0, int y0, int x1, int y1, bool direct
     : scene(s),
       filter(s.settings().filter, s.settings().filter_width),
       max_vertices(max_path_vertices(s.settings().bounces)),
+      to_lens(joins_lens(s)),
       without_direct(direct_apart),
       x0_(x0),
       y0_(y0),
@@ -71,8 +76,10 @@ PathSpace::PathSpace(const Scene& s, int x0, int y0, int x1, int y1, bool direct
   film_max = Vec2(float(x1) + margin, float(y1) + margin);
 }
 
-PathSpace::PathSpace(const Scene& s, const Film& film)
-    : PathSpace(s, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true) {}
+PathSpace::PathSpace(const Scene& s, const Film& film, const PathMedia* scene_media)
+    : PathSpace(s, film.x0(), film.y0(), film.x0() + film.width(), film.y0() + film.height(), true) {
+  media = scene_media;
+}
 
 PathSpace::Place PathSpace::place(Vec2 film, Vec2 u) const {
   const auto column = filter.place(film.x, x0_, x1_, u.x), row = filter.place(film.y, y0_, y1_, u.y);
@@ -91,14 +98,20 @@ bool PathSpace::complete(Path& path, int first, int last) const {
   const float here = weight(path.film);
   if (!(here > 0.0f)) return false;
   if (without_direct && first_joinable_from_eye(path) <= 1) return false;
-  if (without_unconnectable && is_unconnectable(path) && sends_photons(scene, path.vertices[0])) return false;
-  path.film_density = lens_density(scene, path.edges[size_t(n - 2)]);
+  if (without_unconnectable && is_unconnectable(path) && sends_photons(scene, path.vertices[0]) &&
+      path.vertices[size_t(first_joinable_from_eye(path))].stores_photons())
+    return false;
+  path.film_density = lens_density(scene, path.edges[size_t(n - 2)], path.time());
   for (int i = std::max(1, first); i <= std::min(n - 2, last); ++i) {
     Scattering& s = path.scattering[size_t(i)];
     s = scatter(path.vertices[size_t(i)], path.to_eye(i), path.to_light(i), path.vertices[size_t(i)].specular, guide);
+    if (i == 1)
+      s.f = visible_part(scene, path.vertices[0], path.vertices[1], path.to_eye(1), path.to_light(1),
+                         path.vertices[1].specular, s.f);
     if (is_black(s.f)) return false;
   }
   path.light = light_end(scene, path.vertices[0], path.vertices[1], path.edges[0], guide);
+  path.light.can_be_hit = path.light.can_be_hit_from(path.vertices[1]);
   // The contribution f [Fan 2006, eq. 3.15], in the form of path_vertex.h.
   glm::dvec3& f = path.f;
   f = glm::dvec3(path.light.radiance);
@@ -109,13 +122,13 @@ bool PathSpace::complete(Path& path, int first, int last) const {
     if (i > 0) f *= glm::dvec3(path.scattering[size_t(i)].f);
   }
   const BounceLimits& limits = scene.settings().bounces;
-  if (BounceCount::matters(limits, n - 3)) {
+  if (BounceCount::matters(limits, n - 3, media != nullptr)) {
     BounceCount bounces(limits);
     for (int i = 2; i <= n - 2; ++i)
       bounces.add(path.vertices[size_t(i)], path.to_eye(i), path.to_light(i), path.vertices[size_t(i)].specular);
     f *= double(bounces.factor());
   }
-  path.target = luminance(f) * double(here);
+  path.target = path.energy() * double(here);
   if (!(path.target > 0.0) || !std::isfinite(path.target)) {
     path.target = 0.0;
     return false;
@@ -125,17 +138,17 @@ bool PathSpace::complete(Path& path, int first, int last) const {
   const bool distant = path.vertices[0].distant;
   if (!distant && !scene.has_lamp_shapes()) return true;
   Ray ray = scene.spawn_ray(path.vertices[1].point, -path.edges[0].to_eye);
+  const uint32_t kind = kind_towards_light(scene, path.vertices[1], path.to_eye(1), ray.direction);
   if (distant) {
     int met = 0;
-    for_each_distant_light(scene, ray, kLightWalkKind, true, [&](const LightMet&) { ++met; });
+    for_each_distant_light(scene, ray, kind, true, [&](const LightMet&) { ++met; });
     path.hit_choice = met > 0 ? 1.0f / float(met) : 0.0f;
   } else if (!path.vertices[0].program) {
     path.hit_choice = kLampStop;
   }
   if (scene.has_lamp_shapes()) {
     const float distance = distant ? kInfinity : (1.0f - 1e-4f) / std::sqrt(path.edges[0].inverse_square);
-    for_each_lamp_crossed(scene, ray, distance, kLightWalkKind,
-                          [&](const LightMet&) { path.hit_choice *= 1.0f - kLampStop; });
+    for_each_lamp_crossed(scene, ray, distance, kind, [&](const LightMet&) { path.hit_choice *= 1.0f - kLampStop; });
   }
   return true;
 }

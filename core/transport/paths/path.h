@@ -34,10 +34,15 @@ struct Path {
   Path(const Path& other) { *this = other; }
   Path& operator=(const Path& other);
 
+  /// Luminance of the amount of light, which is negative for lamps of negative power.
+  double energy() const { return luminance(glm::abs(f)); }
+  /// The time of all vertices, in [0, 1] of the shutter interval.
+  float time() const { return vertices[size_t(count - 1)].point.time; }
   Vec3 to_light(int i) const { return -edges[size_t(i - 1)].to_eye; }
   Vec3 to_eye(int i) const { return edges[size_t(i)].to_eye; }
   /// Whether light is transmitted to the other side at an inner vertex.
   bool transmits(int i) const {
+    if (vertices[size_t(i)].kind == VertexKind::Medium) return true;
     const Vec3 ng = vertices[size_t(i)].point.ng;
     return glm::dot(ng, to_light(i)) * glm::dot(ng, to_eye(i)) < 0.0f;
   }
@@ -61,10 +66,22 @@ struct Path {
   /// The factor from the density of vertex i per solid angle at its neighbour to that per area. It includes the
   /// probability of passing the surfaces on the edge.
   double eye_step(int i) const {
-    return double(edges[size_t(i)].to_light_area()) * edges[size_t(i)].pass * (1.0f - vertices[size_t(i)].pass);
+    const PathEdge& edge = edges[size_t(i)];
+    // The last edge of a walk that must end on a light has no collisions.
+    return double(edge.to_light_area()) * (i == 0 ? edge.surface_pass : edge.pass) * edge.stop_light_end;
   }
   double light_step(int i) const {
-    return double(edges[size_t(i - 1)].to_eye_area()) * edges[size_t(i - 1)].pass * (1.0f - vertices[size_t(i)].pass);
+    const PathEdge& edge = edges[size_t(i - 1)];
+    return double(edge.to_eye_area()) * edge.pass * edge.stop_eye_end;
+  }
+  /// The same for walks that keep the kinds of vertices, and the distances of collisions, of another path.
+  double kept_eye_step(int i) const {
+    const PathEdge& edge = edges[size_t(i)];
+    return double(edge.to_light_area()) * edge.surface_pass * (1.0f - vertices[size_t(i)].pass);
+  }
+  double kept_light_step(int i) const {
+    const PathEdge& edge = edges[size_t(i - 1)];
+    return double(edge.to_eye_area()) * edge.surface_pass * (1.0f - vertices[size_t(i)].pass);
   }
 };
 
@@ -88,11 +105,13 @@ class PathSpace {
   /// `without_direct`: the paths LS*E and L(D)S*E contribute nothing.
   PathSpace(const Scene& scene, int x0, int y0, int x1, int y1, bool without_direct);
   /// The space of a film whose direct light is computed separately.
-  PathSpace(const Scene& scene, const Film& film);
+  PathSpace(const Scene& scene, const Film& film, const PathMedia* media = nullptr);
 
   const Scene& scene;
   PixelFilter filter;
   int max_vertices;
+  bool to_lens;                      ///< paths from lights can be connected to the camera
+  const PathMedia* media = nullptr;  ///< of the scene, if it has any; must outlive the space
   bool without_direct;
   bool without_unconnectable = false;     ///< paths that merging finds (vertex_merging.h) contribute nothing
   const LightWalkGuide* guide = nullptr;  ///< guide of walks from lights; it must outlive the space
@@ -104,6 +123,7 @@ class PathSpace {
            scene.camera().sees(film);
   }
   Vec2 film_at(Vec2 u) const { return film_min + u * (film_max - film_min); }
+  PathScene path_scene() const { return {scene, media}; }
   float pdf_lens_area() const { return scene.camera().pdf_lens_area(); }
 
   /// The pixel to which a path is splatted, and the sum of all filters there.

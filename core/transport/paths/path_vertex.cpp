@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "film/filter.h"
 #include "shading/bsdf/closures.h"
 #include "transport/paths/light_walk_guide.h"
-#include "transport/paths/shadow_terminator.h"
+#include "transport/paths/ray_events.h"
 
 namespace ajar {
 
@@ -22,8 +23,11 @@ PathEdge join(const PathVertex& light_end, const PathVertex& eye_end) {
     edge.to_eye = between * std::sqrt(edge.inverse_square);
   }
   const bool point_light = light_end.kind == VertexKind::Light && light_end.delta;
-  if (!light_end.distant && !point_light) edge.cos_light_end = abs_dot(light_end.point.ng, edge.to_eye);
+  if (!light_end.distant && !point_light && light_end.kind != VertexKind::Medium)
+    edge.cos_light_end = abs_dot(light_end.point.ng, edge.to_eye);
   if (eye_end.kind == VertexKind::Surface) edge.cos_eye_end = abs_dot(eye_end.point.ng, edge.to_eye);
+  edge.stop_light_end = 1.0f - light_end.pass;
+  edge.stop_eye_end = 1.0f - eye_end.pass;
   return edge;
 }
 
@@ -83,6 +87,14 @@ float refraction_jacobian(Vec3 to_eye, Vec3 to_light, float eta) {
 }  // namespace
 
 std::optional<BsdfSample> sample_direction(const PathVertex& vertex, Vec3 wo, float u_lobe, Vec2 u) {
+  if (vertex.kind == VertexKind::Medium) {
+    const MediumPoint& medium = vertex.media.at;
+    if (!medium.scatters()) return {};
+    const PhaseFunction phase(medium);
+    const Vec3 wi = phase.sample(-wo, u_lobe, u);
+    const float cosine = glm::dot(-wo, wi);
+    return BsdfSample{wi, medium.scattering * phase.evaluate(cosine), phase.pdf_solid_angle(cosine), 0, false};
+  }
   return BsdfFor(vertex, wo, depends_on_view(vertex, wo))->sample(wo, u_lobe, u);
 }
 
@@ -91,6 +103,16 @@ std::optional<BsdfSample> follow_direction(const PathVertex& vertex, Vec3 wo, bo
 }
 
 Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular, const LightWalkGuide* guide) {
+  if (vertex.kind == VertexKind::Medium) {
+    Scattering s;
+    const MediumPoint& medium = vertex.media.at;
+    if (!medium.scatters()) return s;
+    const PhaseFunction phase(medium);
+    const float cosine = glm::dot(-to_eye, to_light);
+    s.f = medium.scattering * phase.evaluate(cosine);
+    s.pdf_to_light = s.pdf_to_eye = s.pdf_walk_to_eye = phase.pdf_solid_angle(cosine);
+    return s;
+  }
   const bool differ = depends_on_view(vertex, to_eye) || depends_on_view(vertex, to_light);
   const BsdfFor from_eye(vertex, to_eye, differ), from_light(vertex, to_light, differ);
   const float free = guide && vertex.connectable() ? 1.0f - guide->share_at(vertex.position()) : 1.0f;
@@ -115,11 +137,41 @@ Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool sp
   return s;
 }
 
+Color visible_part(const Scene& scene, const PathVertex& light, const PathVertex& vertex, Vec3 to_eye, Vec3 to_light,
+                   bool specular, Color f) {
+  const LightSet& lights = scene.lights();
+  if (light.light < 0 || (!lights.any_partial() && vertex.kind != VertexKind::Medium)) return f;
+  const LightFlags flags = lights.flags(uint32_t(light.light));
+  if (vertex.kind == VertexKind::Medium) return flags.visibility & kVisibleVolumeScatter ? f : Color(0.0f);
+  if (!flags.partial() || vertex.kind != VertexKind::Surface) return f;
+  if (specular) {
+    const bool transmits = glm::dot(vertex.point.ng, to_eye) * glm::dot(vertex.point.ng, to_light) < 0.0f;
+    return flags.visibility & (transmits ? kVisibleTransmission : kVisibleGlossy) ? f : Color(0.0f);
+  }
+  const Color all = visible_to(kVisibleAll, vertex.shading.bsdf, to_eye, to_light),
+              visible = visible_to(flags.visibility, vertex.shading.bsdf, to_eye, to_light);
+  for (int c = 0; c < 3; ++c) f[c] *= all[c] != 0.0f ? visible[c] / all[c] : 0.0f;
+  return f;
+}
+
 float pass_probability(const ShaderProgram& program, Color transparency) {
   const float y = luminance(transparency);
   if (!(y > 0.0f)) return 0.0f;
   // If the surface scatters or emits, some walks must stop at it.
   return program.scatters() || program.emits() ? std::min(y, 0.9f) : 1.0f;
+}
+
+Vec3 receiving_normal(const PathVertex& vertex) {
+  return vertex.kind == VertexKind::Surface ? vertex.shading.bsdf.receiving_normal() : Vec3(0.0f);
+}
+
+MediaStack stack_towards(const Scene& scene, const PathMedia& media, const PathVertex& from, Vec3 direction) {
+  if (from.kind == VertexKind::Surface) return media.beyond(scene, from.point, from.media.stack, direction);
+  if (from.kind == VertexKind::Medium) return from.media.stack;
+  Vec3 start = from.position();
+  if (from.program) start = scene.spawn_ray(from.point, direction).origin;
+  if (from.kind == VertexKind::Lens) start += direction * scene.camera().clip_distance(direction, from.point.time);
+  return media.around(start, from.point.time);
 }
 
 LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge,
@@ -144,6 +196,7 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   }
   if (light.light < 0) return end;  // it emits but is not in the list of lights
   const uint32_t index = uint32_t(light.light);
+  end.partial = lights.any_partial() && lights.flags(index).partial();
   const LightSet::LePdf le = lights.pdf_le(index, light.position(), light.point.ng, edge.to_eye);
   const float probability = lights.power_pmf(index);
   const bool parallel = light.delta && light.distant;
@@ -151,8 +204,8 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   end.pdf_by_power = end.pdf_origin;
   end.pdf_direction = light.distant ? le.pdf_area : le.pdf_solid_angle;
   if (guide) guide->mix(lights, index, light.position(), light.point.ng, edge.to_eye, end);
-  if (next.kind == VertexKind::Surface) {
-    const float choice = lights.choice_pmf(next.position(), next.shading.bsdf.receiving_normal(), index);
+  if (next.kind == VertexKind::Surface || next.kind == VertexKind::Medium) {
+    const float choice = lights.choice_pmf(next.position(), receiving_normal(next), index);
     if (light.delta) {
       end.pdf_sampled = choice;
     } else {
@@ -164,83 +217,16 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
   return end;
 }
 
-/// The point on the light or surface of `to`, as it is seen along `direction`.
-static LightPlace place_of(const PathVertex& to, Vec3 direction, float distance) {
-  return {direction, distance, to.position(), to.delta ? -direction : to.point.ng,
-          max_component(to.point.position_error)};
-}
-
-bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge,
-                uint64_t& rays) {
-  edge.transmittance = Color(1.0f);
-  edge.pass = 1.0f;
-  if (light_end.kind == VertexKind::Light && light_end.light >= 0 && !light_end.program &&
-      light_end.light != scene.lights().environment_index() &&
-      !scene.lights().flags(uint32_t(light_end.light)).cast_shadow)
-    return true;
-  // Start at a surface if there is one, because its rounding error is known. A ray towards the camera ends at the
-  // clipping plane.
-  const bool from_eye_end = eye_end.kind == VertexKind::Surface;
-  const PathVertex& from = from_eye_end ? eye_end : light_end;
-  const PathVertex& to = from_eye_end ? light_end : eye_end;
-  if (from.kind != VertexKind::Surface) return false;
-  const Vec3 direction = from_eye_end ? -edge.to_eye : edge.to_eye;
-  float distance = kInfinity;
-  if (to.kind == VertexKind::Lens) {
-    const Camera& camera = scene.camera();
-    distance = to.distant
-                   ? glm::dot(to.position() - from.position(), camera.forward()) / glm::dot(direction, camera.forward())
-                   : 1.0f / std::sqrt(edge.inverse_square);
-    distance -= camera.clip_distance(direction);
-    if (!(distance > 0.0f)) return false;
-  } else if (!to.distant) {
-    distance = 1.0f / std::sqrt(edge.inverse_square);
-  }
-  Ray ray = scene.spawn_ray(from.point, direction);
-  if (to.kind == VertexKind::Lens)
-    ray.t_max = distance;
-  else
-    ray = end_before(ray, place_of(to, direction, distance));
-  const int limit = scene.settings().bounces.transparent;
-  if (!scene.statistics().transparent_shadows) {
-    ++rays;
-    return !is_black(scene.transmittance(ray, limit));
-  }
-  for (int crossed = 0;; ++crossed) {
-    const Hit hit = scene.intersect(ray, kRayShadow);
-    ++rays;
-    if (!hit.found()) return true;
-    const ShaderProgram& program = scene.material(hit);
-    if (!program.may_be_transparent() || crossed >= limit) return false;
-    ShadingPoint point;
-    scene.shading_point(ray, hit, point);
-    point.ray_kind = kRayShadow;
-    const Color transparency = program.evaluate_transparency(point);
-    edge.transmittance *= transparency;
-    edge.pass *= pass_probability(program, transparency);
-    if (!(max_component(edge.transmittance) > 0.0f)) return false;
-    const Vec3 end = ray.origin + ray.direction * ray.t_max;
-    const float t_max = ray.t_max;
-    ray = scene.spawn_ray(point, ray.direction);
-    if (t_max < kInfinity) {
-      ray.t_max = glm::dot(end - ray.origin, ray.direction);
-      if (!(ray.t_max > 0.0f)) return true;
-    }
-  }
-}
-
-Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const PathVertex& vertex,
-                              const PathEdge& edge, const LightEnd& end, Color f_cos, uint64_t& rays) {
-  if (!has_soft_terminator(vertex.point)) return Color(0.0f);
-  const bool lamp = light.light >= 0 && !light.program && light.light != scene.lights().environment_index();
-  const bool shadows = !lamp || scene.lights().flags(uint32_t(light.light)).cast_shadow;
-  const float distance = light.distant ? kInfinity : 1.0f / std::sqrt(edge.inverse_square);
-  return end.radiance * edge.to_light_area() *
-         beyond_terminator(scene, vertex.point, vertex.shading.bsdf, place_of(light, -edge.to_eye, distance), f_cos,
-                           shadows, rays);
+bool joins_lens(const Scene& scene) {
+  const RenderSettings& s = scene.settings();
+  return scene.camera().finds_film(PixelFilter(s.filter, s.filter_width).half_width());
 }
 
 void BounceCount::add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular) {
+  if (vertex.kind == VertexKind::Medium) {
+    if (++volume_ > limits_.volume) states_.clear();
+    return;
+  }
   const Bsdf::KindShares shares = vertex.shading.bsdf.kind_shares(to_eye, to_light, specular);
   std::vector<State> next;
   const auto extend = [&](const State& from, float share, int diffuse, int glossy, int transmission) {

@@ -18,6 +18,9 @@
 // to_eye. They cancel in every ratio [Veach 1997, section 8.3.3]. So pdf_to_eye contains the Jacobian d(to_light) /
 // d(to_eye) of refraction.
 //
+// A medium vertex has densities per volume: its cosines are 1, its scattering f contains the scattering coefficient, and
+// collisions have the density per metre of path_media.h.
+//
 // Surfaces through which light passes straight on are not vertices. A walk passes each with a probability that depends
 // only on the surface. An edge stores the product of these probabilities and its transmittance.
 #pragma once
@@ -27,12 +30,37 @@
 
 #include "sampling/sampler.h"
 #include "scene/scene.h"
+#include "transport/media/path_media.h"
 
 namespace ajar {
 
 class LightWalkGuide;
 
-enum class VertexKind : uint8_t { Surface, Light, Lens };
+enum class VertexKind : uint8_t { Surface, Medium, Light, Lens };
+
+/// What a vertex knows of media, in scenes that have some.
+struct VertexMedia {
+  bool present = false;
+  MediaStack stack;  ///< around the vertex; of a surface, on the side of point.ng
+  MediumPoint at;    ///< of a medium vertex
+
+  VertexMedia() = default;
+  VertexMedia(const VertexMedia& other) { *this = other; }
+  VertexMedia& operator=(const VertexMedia& other) {
+    present = other.present;
+    if (present) {
+      stack = other.stack;
+      at = other.at;
+    }
+    return *this;
+  }
+};
+
+/// A scene and its media, if it has any.
+struct PathScene {
+  const Scene& scene;
+  const PathMedia* media = nullptr;
+};
 
 struct PathVertex {
   VertexKind kind = VertexKind::Surface;
@@ -42,12 +70,19 @@ struct PathVertex {
   int light = -1;                          ///< Light: its index. Surface: its index as a light, if it emits
   float pass = 0.0f;                       ///< probability that a walk passes straight through instead of stopping here
   const ShaderProgram* program = nullptr;  ///< of surfaces and emissive triangles
-  /// Surface: the shading point. Light, Lens: position and ng (outward; for distant ones the direction away from them).
+  /// Surface: the shading point. Light, Lens: time, position and ng (outward; for distant ones the direction away from
+  /// them). The barycentric coordinates of a lens vertex are its lens point (Camera::sample_lens).
   ShadingPoint point;
-  SurfaceShading shading;  ///< made for point.wo; lobes without transparency
+  SurfaceShading shading;  ///< made for point.wo; lobes without transparency; of a medium without lobes
+  VertexMedia media;
 
   Vec3 position() const { return point.position; }
   bool connectable() const { return kind != VertexKind::Surface || shading.bsdf.has_non_delta(); }
+  bool scatters() const { return kind == VertexKind::Medium || !shading.bsdf.empty(); }
+  /// Whether photons are stored and looked up here.
+  bool stores_photons() const {
+    return kind == VertexKind::Surface && shading.bsdf.has_non_delta() && !on_strand(point);
+  }
   bool emits() const { return !is_black(shading.emission); }
 };
 
@@ -55,8 +90,12 @@ struct PathEdge {
   Vec3 to_eye{0.0f};                               ///< unit direction from the light end to the eye end
   float inverse_square = 1.0f;                     ///< 1 / d^2; 1 if one end is at infinity
   float cos_light_end = 1.0f, cos_eye_end = 1.0f;  ///< |ng . direction|; 1 if there is no surface
-  float pass = 1.0f;                               ///< probability that a walk passes all surfaces between the ends
-  Color transmittance{1.0f};
+  float pass = 1.0f;  ///< probability that a walk passes all surfaces on the edge, and its media without a collision
+  float surface_pass = 1.0f;  ///< the same of the surfaces alone
+  /// For a walk that arrives at this end: the probability to stop there, of a surface; the density of a collision there
+  /// per metre, in a medium.
+  float stop_light_end = 1.0f, stop_eye_end = 1.0f;
+  Color transmittance{1.0f};  ///< of surfaces and media
 
   /// Factors from the solid angle at one end to the area at the other. With the cosine of the scattering, they are the
   /// geometry term [Fan 2006, eq. 3.16].
@@ -80,6 +119,12 @@ PathEdge join(const PathVertex& light_end, const PathVertex& eye_end);
 /// The scattering at a surface vertex. It is exact for both directions of travel, no matter from which end the vertex
 /// was found.
 Scattering scatter(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular, const LightWalkGuide* guide);
+/// The part of scattering `f` at `vertex`, the neighbour of `light`, by the kinds of lobes that see this light.
+Color visible_part(const Scene& scene, const PathVertex& light, const PathVertex& vertex, Vec3 to_eye, Vec3 to_light,
+                   bool specular, Color f);
+
+/// The volumes of a ray that leaves a vertex.
+MediaStack stack_towards(const Scene& scene, const PathMedia& media, const PathVertex& from, Vec3 direction);
 
 /// Samples a direction for a walk that arrives from `wo`, with the lobes made for `wo`.
 std::optional<BsdfSample> sample_direction(const PathVertex& vertex, Vec3 wo, float u_lobe, Vec2 u);
@@ -104,23 +149,36 @@ struct LightEnd {
   float pdf_direction = 0.0f;
   float pdf_sampled = 0.0f;  ///< density of vertex 0 for light sampling at vertex 1
   bool can_be_hit = false;   ///< walks from the eye can hit the light
+  /// Some kinds of lobes do not see the light (LightFlags::partial). Such a light is hit only after a specular vertex.
+  /// At other vertices, only light sampling finds it, because it separates the kinds.
+  bool partial = false;
+  bool can_be_hit_from(const PathVertex& next) const {
+    return can_be_hit && (!partial || next.specular || next.kind == VertexKind::Lens);
+  }
 };
 LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex& next, const PathEdge& edge,
                    const LightWalkGuide* guide);
 
 /// Pixels^2 per solid angle along the last edge (see Camera::film_density).
-inline float lens_density(const Scene& scene, const PathEdge& last) {
-  return scene.camera().film_density(-last.to_eye);
+inline float lens_density(const Scene& scene, const PathEdge& last, float time) {
+  return scene.camera().film_density(-last.to_eye, time);
 }
 
-/// Finds the surfaces between the two ends and sets transmittance and pass. Returns false if the edge is blocked.
+/// Whether paths from lights can be connected to the camera (Camera::finds_film). If not, only walks from the camera
+/// find the last edge of a path.
+bool joins_lens(const Scene& scene);
+
+/// The normal for the irradiance by which lights are chosen; 0 in media.
+Vec3 receiving_normal(const PathVertex& vertex);
+
+/// Finds the surfaces and media between the two ends and sets transmittance and pass. Returns false if the edge is blocked.
 /// Counts its rays.
-bool look_along(const Scene& scene, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge,
+bool look_along(const PathScene& where, const PathVertex& light_end, const PathVertex& eye_end, PathEdge& edge,
                 uint64_t& rays);
 /// Light between a light and the vertex that sampled it, where look_along found a blocked edge or `f_cos` is black, but
 /// the light is beyond the shadow terminator (shadow_terminator.h). Returns f |cos| times radiance, transmittance and
 /// the geometry of the edge.
-Color light_beyond_terminator(const Scene& scene, const PathVertex& light, const PathVertex& vertex,
+Color light_beyond_terminator(const PathScene& where, const PathVertex& light, const PathVertex& vertex,
                               const PathEdge& edge, const LightEnd& end, Color f_cos, uint64_t& rays);
 
 constexpr int kMaxPathVertices = 34;  ///< integrators that work on whole paths leave out longer ones
@@ -157,8 +215,9 @@ class BounceCount {
   explicit BounceCount(const BounceLimits& limits, int diffuse = 0, int glossy = 0, int transmission = 0)
       : limits_(limits), states_{{diffuse, glossy, transmission, 1.0f}} {}
   /// Whether the limits matter for this number of counted bounces.
-  static bool matters(const BounceLimits& limits, int bounces) {
-    return bounces > limits.diffuse || bounces > limits.glossy || bounces > limits.transmission;
+  static bool matters(const BounceLimits& limits, int bounces, bool media) {
+    return bounces > limits.diffuse || bounces > limits.glossy || bounces > limits.transmission ||
+           (media && bounces > limits.volume);
   }
   void add(const PathVertex& vertex, Vec3 to_eye, Vec3 to_light, bool specular);
   float factor() const;
@@ -169,6 +228,7 @@ class BounceCount {
     float probability;
   };
   BounceLimits limits_;
+  int volume_ = 0;
   std::vector<State> states_;
 };
 

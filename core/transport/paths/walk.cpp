@@ -31,22 +31,93 @@ void reset(PathVertex& vertex, VertexKind kind) {
 
 }  // namespace
 
-void make_lens_vertex(const Scene& scene, Vec2 u_lens, PathVertex& lens) {
+bool walk_in_media(const PathMedia& media, const Ray& ray, const Hit& hit, Sampler& sampler, PathVertex& vertex,
+                   Through& through) {
+  Collisions& collisions = through.collisions;
+  const MediaStack& stack = vertex.media.stack;
+  const float t_end = hit.found() ? hit.t : kInfinity;
+  const bool given = collisions.kind == Collisions::Kind::AtDistance, here = given && collisions.distance < t_end;
+  if (stack.empty()) {
+    collisions.distance -= t_end;
+    if (here) vertex.kind = VertexKind::Surface;
+    return here;
+  }
+  const MediaRay along{stack, ray, t_end, vertex.point, vertex.point.ray_kind};
+  MediaStretch stretch;
+  MediumPoint at;
+  float t = 0.0f;
+  bool collides = here;
+  if (collisions.kind == Collisions::Kind::Sampled) {
+    collides = media.sample(along, sampler, stretch, t, at);
+  } else {
+    MediaRay travelled = along;
+    if (here) t = travelled.t_end = collisions.distance;
+    Pcg32 rng = media_numbers(sampler);
+    stretch = media.pass(travelled, rng);
+    if (here) at = media.at(along, t);
+    collisions.distance -= t_end;
+  }
+  through.transmittance *= stretch.transmittance;
+  through.pass *= stretch.pass;
+  if (through.stretches++ == 0) through.start_rate = stretch.rate;
+  if (!collides) return false;
+  through.end_rate = stretch.rate;
+  const ShadingPoint inside = inside_of(along);
+  vertex.kind = VertexKind::Medium;
+  vertex.specular = vertex.distant = vertex.delta = false;
+  vertex.light = -1;
+  vertex.pass = 0.0f;
+  vertex.program = nullptr;
+  vertex.shading.bsdf = Bsdf();
+  vertex.shading.emission = Color(0.0f);
+  vertex.shading.holdout = 0.0f;
+  vertex.media.at = at;
+  vertex.point = inside;
+  vertex.point.position = ray.origin + t * ray.direction;
+  vertex.point.position_error = Vec3(0.0f);
+  vertex.point.mesh = nullptr;
+  vertex.point.instance = nullptr;
+  vertex.point.object = nullptr;
+  return true;
+}
+
+Through through_to(const PathMedia& media, const MediaStack& stack, const Ray& ray, float t, const ShadingPoint& path,
+                   Sampler& sampler, const Through& passed) {
+  Through through = passed;
+  if (stack.empty()) return through;
+  Pcg32 rng = media_numbers(sampler);
+  const MediaStretch stretch = media.pass({stack, ray, t, path, path.ray_kind}, rng);
+  through.transmittance *= stretch.transmittance;
+  through.pass *= stretch.pass;
+  if (through.stretches++ == 0) through.start_rate = stretch.rate;
+  return through;
+}
+
+void make_lens_vertex(const Scene& scene, Vec2 u_lens, float time, PathVertex& lens) {
   const Camera& camera = scene.camera();
   reset(lens, VertexKind::Lens);
   lens.distant = camera.is_orthographic();
-  lens.point.position = camera.sample_lens_point(u_lens);
-  lens.point.ng = lens.distant ? camera.orthographic_direction(lens.point.position) : camera.forward();
+  lens.point.time = time;
+  lens.point.barycentric = camera.sample_lens(u_lens);
+  lens.point.position = camera.lens_point(lens.point.barycentric, time);
+  lens.point.ng = lens.distant ? camera.orthographic_direction(lens.point.barycentric, time) : camera.forward(time);
 }
 
-Ray start_at_lens(const Scene& scene, Vec2 film, Vec2 u_lens, PathVertex& lens, float& density) {
-  make_lens_vertex(scene, u_lens, lens);
-  const Ray ray = scene.camera().generate_ray(film, u_lens, 0.0f);
-  density = sees_nothing(ray) ? 0.0f : scene.camera().film_density(ray.direction);
+Ray leave_lens(const Scene& scene, Vec2 film, PathVertex& lens) {
+  const Ray ray = scene.camera().ray_through(film, lens.point.barycentric, lens.point.time);
+  if (scene.camera().lens_turns()) lens.point.position = ray.origin;
   return ray;
 }
 
-void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 normal, Vec3 to_eye, PathVertex& light) {
+Ray start_at_lens(const Scene& scene, Vec2 film, Vec2 u_lens, float time, PathVertex& lens, float& density) {
+  make_lens_vertex(scene, u_lens, time, lens);
+  const Ray ray = leave_lens(scene, film, lens);
+  density = sees_nothing(ray) ? 0.0f : scene.camera().film_density(ray.direction, time);
+  return ray;
+}
+
+void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 normal, Vec3 to_eye, float time,
+                       PathVertex& light) {
   const LightSet& lights = scene.lights();
   const LightFlags flags = lights.flags(index);
   reset(light, VertexKind::Light);
@@ -59,6 +130,7 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
     hit.barycentric = barycentric_of(triangle, position);
     Ray ray;
     ray.direction = -to_eye;
+    ray.time = time;
     light.program = &scene.material(hit);
     scene.shading_point(ray, hit, light.point);
     light.point.ray_kind = 0;
@@ -69,6 +141,7 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
   }
   light.distant = is_distant(flags.type);
   light.delta = is_delta(flags.type);
+  light.point.time = time;
   light.point.position = position;
   if (!light.distant) light.point.position_error = Vec3(lamp_position_error(position));
   light.point.ng = light.distant ? to_eye : normal;
@@ -86,8 +159,8 @@ void make_light_vertex(const PathVertex& surface, PathVertex& light) {
   light.shading.emission = surface.shading.emission;
 }
 
-void make_light_vertex(const Scene& scene, const LightMet& met, Vec3 to_eye, PathVertex& light) {
-  make_light_vertex(scene, met.light, met.position, met.normal, to_eye, light);
+void make_light_vertex(const Scene& scene, const LightMet& met, Vec3 to_eye, float time, PathVertex& light) {
+  make_light_vertex(scene, met.light, met.position, met.normal, to_eye, time, light);
   light.shading.emission = met.radiance;
 }
 
@@ -104,24 +177,26 @@ Ray leave_light(const Scene& scene, const PathVertex& light, Vec3 to_eye) {
   Ray ray;
   ray.origin = light.position();
   ray.direction = to_eye;
+  ray.time = light.point.time;
   return ray;
 }
 
-bool start_at_light(const Scene& scene, const LightWalkGuide* guide, float u_choice, Vec2 u_position, Vec2 u_direction,
+bool start_at_light(const Scene& scene, const LightWalkGuide* guide, const LightNumbers& u, float time,
                     PathVertex& light, Ray& ray) {
+  float u_choice = u.choice;
   const LightSet& lights = scene.lights();
   if (lights.empty()) return false;
   if (guide && guide->sets_out(u_choice)) {
-    const LightWalkGuide::Start start = guide->start(lights, u_choice, u_position, u_direction);
-    make_light_vertex(scene, start.light, start.position, start.normal, start.direction, light);
+    const LightWalkGuide::Start start = guide->start(lights, u_choice, u.position, u.direction);
+    make_light_vertex(scene, start.light, start.position, start.normal, start.direction, time, light);
     ray = leave_light(scene, light, start.direction);
     return true;
   }
   const LightSet::Choice choice = lights.choose_by_power(u_choice);
   if (!(choice.pmf > 0.0f)) return false;
-  const auto sample = lights.sample_le(choice.light, u_position, u_direction, 0.0f);
+  const auto sample = lights.sample_le(choice.light, u.position, u.direction, time);
   if (!sample || is_black(sample->radiance)) return false;
-  make_light_vertex(scene, choice.light, sample->ray.origin, sample->normal, sample->ray.direction, light);
+  make_light_vertex(scene, choice.light, sample->ray.origin, sample->normal, sample->ray.direction, time, light);
   ray = light.program ? scene.spawn_ray(light.point, sample->ray.direction) : sample->ray;
   return true;
 }
@@ -129,31 +204,40 @@ bool start_at_light(const Scene& scene, const LightWalkGuide* guide, float u_cho
 bool sample_light(const Scene& scene, const PathVertex& at, float u_choice, Vec2 u, PathVertex& light) {
   const LightSet& lights = scene.lights();
   if (!lights.can_choose()) return false;
-  const LightSet::Choice choice = lights.choose(at.position(), at.shading.bsdf.receiving_normal(), u_choice);
+  const LightSet::Choice choice = lights.choose(at.position(), receiving_normal(at), u_choice);
   if (!(choice.pmf > 0.0f)) return false;
   const auto sample = lights.sample_li(choice.light, at.position(), u, at.point.time);
   if (!sample || is_black(sample->radiance)) return false;
-  make_light_vertex(scene, choice.light, sample->position, sample->normal, -sample->wi, light);
+  make_light_vertex(scene, choice.light, sample->position, sample->normal, -sample->wi, at.point.time, light);
   return true;
 }
 
-bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampler& sampler, PathVertex& light,
+bool find_light_end(const PathScene& where, const PathVertex& from, const Ray& ray, Sampler& sampler, PathVertex& light,
                     Through& through, uint64_t& rays) {
+  const auto& [scene, media] = where;
+  const uint32_t ray_kind = light.point.ray_kind;
   PathVertex surface;
   surface.point.ray_kind = ray_kind;
+  enter_media(where, from, ray.direction, surface);
   bool chosen = false, escaped = false;
   Through before_light;
+  const auto up_to = [&](const Ray& stretch, float t, const Through& passed) {
+    return media ? through_to(*media, surface.media.stack, stretch, t, surface.point, sampler, passed) : passed;
+  };
   const auto watch = [&](const Ray& stretch, float t_end, bool found, const Through& passed) {
     if (!chosen && scene.has_lamp_shapes())
-      for_each_lamp_crossed(scene, stretch, t_end, kLightWalkKind, [&](const LightMet& met) {
+      for_each_lamp_crossed(scene, stretch, t_end, ray_kind, [&](const LightMet& met) {
         if (chosen || sampler.get_1d() >= kLampStop) return;
-        make_light_vertex(scene, met, -ray.direction, light);
-        before_light = passed;
+        make_light_vertex(scene, met, -ray.direction, ray.time, light);
+        before_light = up_to(stretch, distance_to(stretch, met), passed);
         chosen = true;
       });
-    if (!found) escaped = true, before_light = chosen ? before_light : passed;
+    if (found) return;
+    escaped = true;
+    if (!chosen) before_light = up_to(stretch, kInfinity, passed);
   };
-  const bool hit = find_vertex(scene, ray, sampler, surface, through, rays, watch);
+  through.collisions = {Collisions::Kind::None};
+  const bool hit = find_vertex(where, ray, sampler, surface, through, rays, watch);
   if (chosen) {
     through = before_light;
     return true;
@@ -167,11 +251,11 @@ bool find_light_end(const Scene& scene, const Ray& ray, uint32_t ray_kind, Sampl
   through = before_light;
   int met_count = 0;
   const auto count = [&](const LightMet&) { ++met_count; };
-  for_each_distant_light(scene, ray, kLightWalkKind, true, count);
+  for_each_distant_light(scene, ray, ray_kind, true, count);
   if (met_count == 0) return false;
   int left = std::min(int(sampler.get_1d() * float(met_count)), met_count - 1);
-  for_each_distant_light(scene, ray, kLightWalkKind, true, [&](const LightMet& met) {
-    if (left-- == 0) make_light_vertex(scene, met, -ray.direction, light);
+  for_each_distant_light(scene, ray, ray_kind, true, [&](const LightMet& met) {
+    if (left-- == 0) make_light_vertex(scene, met, -ray.direction, ray.time, light);
   });
   return true;
 }

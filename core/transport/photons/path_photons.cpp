@@ -1,6 +1,7 @@
 #include "transport/photons/path_photons.h"
 
 #include "transport/direct/lobe_split.h"
+#include "transport/paths/ray_events.h"
 
 namespace ajar {
 
@@ -9,16 +10,22 @@ namespace {
 /// Scattering of an inner vertex by its rough lobes and by its sharp lobes.
 struct Events {
   glm::dvec3 rough{0.0}, sharp{0.0};
+  bool continues = false;  ///< walks from the eye look up no photons here: all lobes are followed
 };
 
-Events events_at(const Path& path, int i) {
+/// `visibility`: of the light at the other end of the edge towards the light, else all.
+Events events_at(const Path& path, int i, uint32_t visibility) {
   const PathVertex& vertex = path.vertices[size_t(i)];
   const glm::dvec3 f(path.scattering[size_t(i)].f);
+  if (vertex.kind == VertexKind::Medium || on_strand(vertex.point)) return {f, glm::dvec3(0.0), true};
   if (vertex.specular || !has_rough_lobe(vertex.shading.bsdf)) return {glm::dvec3(0.0), f};
   const LobeSplit split(vertex.shading.bsdf, path.to_eye(i));
   if (!split.sharp() || !split.sharp()->has_non_delta()) return {f, glm::dvec3(0.0)};
-  const glm::dvec3 rough(split.rough()->evaluate(path.to_eye(i), path.to_light(i)).f_cos);
-  const glm::dvec3 sharp(split.sharp()->evaluate(path.to_eye(i), path.to_light(i)).f_cos);
+  const auto scattered_by = [&](const Bsdf& lobes) {
+    return glm::dvec3(visibility == kVisibleAll ? lobes.evaluate(path.to_eye(i), path.to_light(i)).f_cos
+                                                : visible_to(visibility, lobes, path.to_eye(i), path.to_light(i)));
+  };
+  const glm::dvec3 rough = scattered_by(*split.rough()), sharp = scattered_by(*split.sharp());
   return {rough, sharp};
 }
 
@@ -33,6 +40,8 @@ uint32_t side_flag(const Path& path, int i) {
 
 int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
   const int n = path.count;
+  uint32_t visibility = kVisibleAll;
+  if (path.light.partial) visibility = space.scene.lights().flags(uint32_t(path.vertices[0].light)).visibility;
   // Light that arrives at each vertex, and its part that was scattered by sharp lobes only.
   std::array<glm::dvec3, kMaxPathVertices> arriving, arriving_sharp;
   std::array<Events, kMaxPathVertices> events;
@@ -43,13 +52,14 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
     arriving[size_t(i)] = light *= through;
     arriving_sharp[size_t(i)] = sharp *= through;
     if (i == n - 1) break;
-    events[size_t(i)] = events_at(path, i);
+    events[size_t(i)] = events_at(path, i, i == 1 ? visibility : uint32_t(kVisibleAll));
     light *= glm::dvec3(path.scattering[size_t(i)].f);
     sharp *= events[size_t(i)].sharp;
   }
   // The part of the path's contribution that the bounce limits leave.
-  const double lens = double(path.film_density) * double(space.pdf_lens_area()), whole = luminance(light * lens);
-  const double limits = whole > 0.0 ? luminance(path.f) / whole : 0.0;
+  const double lens = double(path.film_density) * double(space.pdf_lens_area()),
+               whole = luminance(glm::abs(light * lens));
+  const double limits = whole > 0.0 ? path.energy() / whole : 0.0;
 
   // Throughput from each vertex to the eye: without a rough event (`seen`) and with one (`gathered`).
   const double pixels = lens * double(space.filter_sum(path.film));
@@ -64,7 +74,7 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
     const auto leave = [&](ArrivalMap::Place place, const glm::dvec3& flux, const glm::dvec3& throughput) {
       // Phi [Fan 2006, section 4.2.2]
       const Color power(flux * (limits * luminance(throughput) / double(path.target)));
-      if (!(max_component(power) > 0.0f) || !is_finite(power)) return;
+      if (is_black(power) || !is_finite(power)) return;
       const Vec3 to_light = path.to_light(i), ng = vertex.point.ng;
       out[count++] = {place,
                       {{vertex.position(), pack_direction(glm::dot(ng, to_light) < 0.0f ? -ng : ng)},
@@ -72,11 +82,17 @@ int photons_of(const PathSpace& space, const Path& path, PathPhoton* out) {
                        pack_direction(to_light) | side_flag(path, i) | Photon::kOfChain},
                       &vertex};
     };
+    const Events& e = events[size_t(i)];
+    if (e.continues) {
+      gathered *= e.rough;
+      seen *= e.rough;
+      continue;
+    }
     if (!vertex.specular && has_rough_lobe(vertex.shading.bsdf)) {
       if (i > 1) leave(ArrivalMap::kSeen, arriving_sharp[size_t(i)], seen);
-      leave(ArrivalMap::kGathered, arriving[size_t(i)], gathered);
+      // Lookups would not separate the kinds of lobes: they sample such a light themselves.
+      if (i > 1 || !path.light.partial) leave(ArrivalMap::kGathered, arriving[size_t(i)], gathered);
     }
-    const Events& e = events[size_t(i)];
     gathered = gathered * e.sharp + seen * e.rough;
     seen *= e.sharp;
   }

@@ -32,10 +32,11 @@ int sector_of(float x, float y) {
 
 }  // namespace
 
-void PhotonDiscs::start(const Scene& scene, size_t photons, float radius, uint32_t seed) {
+void PhotonDiscs::start(const Scene& scene, size_t photons, float radius, float time, uint32_t seed) {
   scene_ = &scene;
   photons_ = photons;
   radius_ = radius;
+  time_ = time;
   seed_ = seed;
   known_ = std::make_unique<std::atomic<uint64_t>[]>(photons);
 }
@@ -75,6 +76,7 @@ uint64_t PhotonDiscs::look_around(uint32_t photon, const SurfacePoint& at) const
     ray.origin = at.position + n * height;
     ray.direction = ((frame.s * std::cos(angle) + frame.t * std::sin(angle)) * distance - n * height) / length;
     ray.t_max = 1.5f * length;
+    ray.time = time_;
     const Hit hit = scene_->intersect(ray, kAnyRay);
     uint32_t sector = kSteps;
     if (hit.found()) {

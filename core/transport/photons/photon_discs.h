@@ -24,8 +24,8 @@ class Scene;
 
 class PhotonDiscs {
  public:
-  /// For this number of photons and lookups within `radius`. The scene must outlive this object.
-  void start(const Scene& scene, size_t photons, float radius, uint32_t seed);
+  /// For this number of photons and lookups within `radius`, at one time. The scene must outlive this object.
+  void start(const Scene& scene, size_t photons, float radius, float time, uint32_t seed);
   bool started() const { return scene_ != nullptr; }
   /// Area of a whole disc of squared radius `radius2` around photon number `photon` at `at`, over the area that
   /// receives its light; 0 when `position` is outside that area. The result does not depend on earlier calls or on the
@@ -38,7 +38,7 @@ class PhotonDiscs {
 
   const Scene* scene_ = nullptr;
   size_t photons_ = 0;
-  float radius_ = 0.0f;
+  float radius_ = 0.0f, time_ = 0.0f;
   uint32_t seed_ = 0;
   mutable std::unique_ptr<std::atomic<uint64_t>[]> known_;  ///< one byte for each sector
 };

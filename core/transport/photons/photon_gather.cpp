@@ -1,6 +1,9 @@
 #include "transport/photons/photon_gather.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "transport/media/subsurface_walk.h"
 
 namespace ajar {
 
@@ -9,19 +12,53 @@ namespace {
 /// Dimensions of the sampler of camera rays: those of the camera, then a fixed number for each vertex.
 constexpr uint32_t kCameraDimensions = 6, kVertexDimensions = 12;
 /// Offsets at a vertex: direct light of the rough and of the sharp lobes, then the choices of the sharp lobes.
-constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kRoulette = 9;
+constexpr uint32_t kRoughLight = 0, kSharpLight = 3, kLobe = 6, kRoulette = 9, kSubsurface = 10;
 /// Dimensions of the direction of a gather ray. A fixed number for each vertex of its chain follows.
 constexpr uint32_t kGatherDimensions = 4;
 /// In units of the global radius. A shorter gather ray ends near a corner, where the blur of the density estimate would
 /// show light from the other side of the corner. Light is gathered once more there.
 constexpr float kNear = 1.0f;
 
+/// Density that competes with light sampling for the light that this sample's ray hits; 0: light sampling cannot find it.
+float hit_pdf(const BsdfSample& sample) { return sample.specular ? 0.0f : sample.pdf_solid_angle; }
+
 }  // namespace
 
-Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension) {
+Color PhotonGatherer::direct_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
+                                   uint32_t dimension) {
   if (log_only_ || scene_.lights().empty() || !bsdf.has_non_delta()) return Color(0.0f);
   DirectVertex unused;
-  return direct_.estimate({scene_, point, bsdf}, sampler, dimension, unused, nullptr, rays_);
+  return estimate_direct_through(place.media, place.hit, direct_, {scene_, point, bsdf},
+                                 {sampler, dimension, unused, nullptr, rays_});
+}
+
+Color PhotonGatherer::partial_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
+                                    uint32_t dimension) {
+  sampler.set_dimension(dimension);
+  const float u_choice = sampler.get_1d();
+  const Vec2 u = sampler.get_2d();
+  const LightSet::Choice choice = scene_.lights().choose(point.position, bsdf.receiving_normal(), u_choice);
+  if (!(choice.pmf > 0.0f) || !scene_.lights().flags(choice.light).partial()) return Color(0.0f);
+  const DirectLightContext context{scene_, point, bsdf};
+  if (place.media.active())
+    return estimate_direct(MediaDirectContext<EyeMedia::State>(context, place.media.state(), place.hit), choice, u,
+                           rays_);
+  return estimate_direct(context, choice, u, rays_);
+}
+
+bool PhotonGatherer::below_surface(EyeWalk& walk, Numbers numbers, Color& beta) {
+  if (!walk.shading.bsdf.has_subsurface() || on_strand(walk.point)) [[likely]]
+    return true;
+  numbers.sampler.set_dimension(numbers.dimension);
+  return walk_below_or_stay(scene_, walk.hit.instance,
+                            {numbers.sampler.get_1d(), hash_combine(pixel_, numbers.dimension)}, walk.point,
+                            walk.shading, beta, rays_);
+}
+
+std::optional<BsdfSample> PhotonGatherer::sample_sharp(const Bsdf& sharp, Vec3 wo, Numbers numbers) {
+  numbers.sampler.set_dimension(numbers.dimension);
+  const float u_lobe = numbers.sampler.get_1d();
+  return sharp.sample(wo, u_lobe, numbers.sampler.get_2d());
 }
 
 Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) {
@@ -30,19 +67,30 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
   DirectVertex origin;
-  bool at_bounce_limit = false, specular = true;
+  EyeMedia media(scene_, media_, EyeMedia::around_camera(media_, ray), hash_combine(pixel_, index_), rays_);
+  // In a scene with media, all light counts as radiance.
+  bool at_bounce_limit = false, specular = !media.active();
   alpha = 0.0f;
   seen = Color(0.0f);
   polished_ = false;
   for (uint32_t vertex = 0;; ++vertex) {
     walk.trace();
     const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
+      if (media.chose_direction()) return media.weight_of_hit(walk, light, position, normal);
       return direct_.weight_of_hit(scene_, origin, light, walk.ray.direction, position, normal);
     };
     const auto add_met = [&](const LightMet& met) {
-      (specular ? seen : radiance) += beta * met.radiance * weight_of_hit(met.light, met.position, met.normal);
+      (specular ? seen : radiance) += beta * met.radiance * media.to_lamp(walk, met) *
+                                      weight_of_hit(met.light, met.position, met.normal);
     };
     walk.meet_lamps(add_met);
+    if (media.active()) [[unlikely]] {
+      const uint32_t dimension = kCameraDimensions + kVertexDimensions * vertex + kRoughLight;
+      const EyeMedia::Step step = media.pass(walk, sampler_, dimension, !at_bounce_limit, beta, radiance, &alpha);
+      if (step == EyeMedia::Step::End) break;
+      at_bounce_limit = at_bounce_limit || past_limits(point, scene_.settings().bounces) || media.at_limit();
+      if (step == EyeMedia::Step::Traced) continue;
+    }
     if (!walk.found()) {
       walk.meet_distant(add_met);
       alpha += walk.alpha_of_nothing(beta);
@@ -52,31 +100,29 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     walk.shade();
     if (!is_black(shading.emission))
       (specular ? seen : radiance) += beta * shading.emission * walk.emission_weight(weight_of_hit);
-    if (aux && point.ray_depth == 0) {
-      record_first_hit(scene_, point, shading.bsdf, *aux);
-      aux = nullptr;
-    }
+    if (aux && point.ray_depth == 0) record_first_hit(scene_, point, shading.bsdf, *std::exchange(aux, nullptr));
     const Color transparency = shading.bsdf.transparency();
     if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
     if (at_bounce_limit && is_black(transparency)) break;
-
-    const LobeSplit split(shading.bsdf, point.wo);
     const uint32_t base = kCameraDimensions + kVertexDimensions * vertex;
+    if (!at_bounce_limit && !below_surface(walk, {sampler_, base + kSubsurface}, beta)) break;
+    const LobeSplit split(shading.bsdf, point.wo, on_strand(point));
     if (split.rough() && !at_bounce_limit) {
       // The number of gather rays at a surface that is seen by reflection is in proportion to the throughput.
       const int rays = std::max(1, int(std::ceil(float(settings_.rays) * std::min(1.0f, max_component(beta)))));
-      radiance += beta * reflected(point, *split.rough(), beta, rays, 0, sampler_, base + kRoughLight);
+      radiance += beta *
+                  reflected(point, *split.rough(), {media, walk.hit}, beta, rays, 0, {sampler_, base + kRoughLight});
     }
     if (!split.sharp()) break;
-    if (!at_bounce_limit) radiance += beta * direct_light(point, *split.sharp(), sampler_, base + kSharpLight);
+    if (!at_bounce_limit)
+      radiance += beta * direct_light(point, *split.sharp(), {media, walk.hit}, sampler_, base + kSharpLight);
 
-    sampler_.set_dimension(base + kLobe);
-    const float u_lobe = sampler_.get_1d();
-    const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler_.get_2d());
+    const auto sample = sample_sharp(*split.sharp(), point.wo, {sampler_, base + kLobe});
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (!(max_component(beta) > 0.0f)) break;
     if (sample->flags & kTransparent) {
+      media.leave(walk, walk.ray.direction);
       if (!walk.pass_through()) break;
       continue;
     }
@@ -88,15 +134,18 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
       break;
     specular = specular && sample->specular;
     polished_ |= specular;
-    origin = {point.position, split.sharp()->receiving_normal(), sample->specular ? 0.0f : sample->pdf_solid_angle};
+    origin = {point.position, split.sharp()->receiving_normal(), hit_pdf(*sample)};
+    media.leave(walk, sample->wi);
+    media.scattered_at_surface();
     walk.leave_along(sample->wi);
   }
   return radiance;
 }
 
-Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth,
-                                Sampler& sampler, uint32_t dimension) {
-  Color sum = direct_light(point, rough, sampler, dimension);
+Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, const Place& place, Color throughput,
+                                int rays, int depth, Numbers numbers) {
+  const auto [sampler, dimension] = numbers;
+  Color sum = direct_light(point, rough, place, sampler, dimension);
   if (log_ && depth == 0 && (pixel_ + index_) % uint32_t(log_->stride[ArrivalMap::kSeen]) == 0)
     log_arrival(ArrivalMap::kSeen, point, throughput);
   if (maps_.has_caustic) sum += maps_.caustic.radiance(point, rough, {settings_.neighbours, maps_.caustic_radius});
@@ -126,9 +175,9 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Co
     const Color weight = sample->f_cos / sample->pdf_solid_angle;
     const bool logged = log_ && depth == 0 &&
                         (pixel_ + index_ + uint32_t(i)) % uint32_t(log_->stride[ArrivalMap::kGathered]) == 0;
-    const Incoming arriving = incoming(point, *sample, pdf_bsdf,
-                                       logged ? throughput * weight / float(rays) : Color(0.0f), depth, own,
-                                       base + kGatherDimensions);
+    const Incoming arriving = incoming(point, place, *sample, pdf_bsdf,
+                                       logged ? throughput * weight / float(rays) : Color(0.0f), depth,
+                                       {own, base + kGatherDimensions});
     const Color found = weight * arriving.radiance;
     gathered += found;
     if (depth == 0 && guide_samples_ && luminance(found) > 0.0f &&
@@ -140,30 +189,58 @@ Color PhotonGatherer::reflected(const ShadingPoint& point, const Bsdf& rough, Co
   return sum + gathered / float(rays);
 }
 
-PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, const BsdfSample& first, float pdf_bsdf,
-                                                  Color throughput, int depth, Sampler& sampler, uint32_t dimension) {
+MediaStack PhotonGatherer::stack_towards(const ShadingPoint& from, const Place& place, Vec3 direction) const {
+  if (!place.media.active()) return {};
+  MediaStack stack = place.media.state().stack;
+  if (glm::dot(direction, from.ng) < 0.0f) media_->cross(place.hit, !from.backfacing, stack);
+  return stack;
+}
+
+Color PhotonGatherer::at_rough(const ShadingPoint& point, const Bsdf& rough, const Place& place, int depth,
+                               Numbers numbers) {
+  const auto [sampler, dimension] = numbers;
+  if (depth > 0) return reflected(point, rough, place, Color(0.0f), 1, depth, {sampler, dimension + kVertexDimensions});
+  Color radiance = from_map(point, rough);
+  if (scene_.lights().any_partial()) radiance += partial_light(point, rough, place, sampler, dimension + kRoughLight);
+  return radiance;
+}
+
+PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, const Place& place, const BsdfSample& first,
+                                                  float pdf_bsdf, Color throughput, int depth, Numbers numbers) {
+  const auto [sampler, dimension] = numbers;
   const BounceLimits& limits = scene_.settings().bounces;
-  const DirectVertex origin{from.position, from.ns, pdf_bsdf};
+  DirectVertex origin{from.position, from.ns, pdf_bsdf};
   Incoming result;
-  Color& radiance = result.radiance;
-  Color beta(1.0f);
+  Color beta(1.0f), &radiance = result.radiance;
   EyeWalk walk(scene_, scene_.spawn_ray(from, first.wi), rays_, from);
+  EyeMedia media(scene_, media_, stack_towards(from, place, first.wi),
+                 hash_combine(hash_combine(pixel_, index_), dimension + uint32_t(gathered_)), rays_);
   ShadingPoint& point = walk.point;
   const SurfaceShading& shading = walk.shading;
   count_bounce(first, from, point);
-  const bool at_bounce_limit = past_limits(point, limits);
+  bool at_bounce_limit = past_limits(point, limits);
   // No sharp bounce yet: a light that is hit is direct light; after a sharp bounce it would be a caustic.
   bool straight = true;
   float length = 0.0f;
   for (uint32_t vertex = 0;; ++vertex) {
     walk.trace();
     const auto weight_of_hit = [&](uint32_t light, Vec3 position, Vec3 normal) {
+      if (media.chose_direction()) return media.weight_of_hit(walk, light, position, normal);
       return direct_.weight_of_hit(scene_, origin, light, walk.ray.direction, position, normal);
     };
     const auto add_met = [&](const LightMet& met) {
-      radiance += beta * met.radiance * weight_of_hit(met.light, met.position, met.normal);
+      radiance += beta * met.radiance * media.to_lamp(walk, met) * weight_of_hit(met.light, met.position, met.normal);
     };
     if (straight) walk.meet_lamps(add_met);
+    if (media.active()) [[unlikely]] {
+      if (vertex == 0 && walk.found()) result.distance = walk.hit.t;
+      const EyeMedia::Step step = media.pass(walk, sampler, dimension + kVertexDimensions * vertex + kRoughLight,
+                                             !at_bounce_limit, beta, radiance);
+      if (step == EyeMedia::Step::End) break;
+      at_bounce_limit = at_bounce_limit || media.at_limit();
+      if (media.chose_direction()) straight = true;
+      if (step == EyeMedia::Step::Traced) continue;
+    }
     if (straight && !walk.found()) walk.meet_distant(add_met);
     if (!walk.found()) break;
     if (vertex == 0) result.distance = walk.hit.t;
@@ -174,30 +251,36 @@ PhotonGatherer::Incoming PhotonGatherer::incoming(const ShadingPoint& from, cons
       radiance += beta * shading.emission * walk.emission_weight(weight_of_hit);
     if (at_bounce_limit && !shading.bsdf.empty() && is_black(shading.bsdf.transparency())) break;
     if (!maps_.has_global && !log_ && is_black(shading.bsdf.transparency())) break;
-    const LobeSplit split(shading.bsdf, point.wo);
+    if (!at_bounce_limit && !below_surface(walk, {sampler, dimension + kVertexDimensions * vertex + kSubsurface}, beta))
+      break;
+    const LobeSplit split(shading.bsdf, point.wo, on_strand(point));
     if (split.rough() && !at_bounce_limit && log_) log_arrival(ArrivalMap::kGathered, point, throughput * beta);
     if (split.rough() && !at_bounce_limit && maps_.has_global) {
       const bool near = straight && depth < 2 && length < kNear * maps_.global_radius;
-      radiance += beta * (near ? reflected(point, *split.rough(), Color(0.0f), 1, depth + 1, sampler,
-                                           dimension + kVertexDimensions * (vertex + 1))
-                               : from_map(point, *split.rough()));
+      radiance += beta * at_rough(point, *split.rough(), {media, walk.hit}, near ? depth + 1 : 0,
+                                  {sampler, dimension + kVertexDimensions * vertex});
     }
     if (!split.sharp()) break;
     const uint32_t base = dimension + kVertexDimensions * vertex;
-    sampler.set_dimension(base + kLobe);
-    const float u_lobe = sampler.get_1d();
-    const auto sample = split.sharp()->sample(point.wo, u_lobe, sampler.get_2d());
+    // No photons are stored on hair: direct light is sampled here, and the ray that goes on finds all other light.
+    if (on_strand(point) && !at_bounce_limit)
+      radiance += beta * direct_light(point, *split.sharp(), {media, walk.hit}, sampler, base + kSharpLight);
+    const auto sample = sample_sharp(*split.sharp(), point.wo, {sampler, base + kLobe});
     if (!sample || !(sample->pdf_solid_angle > 0.0f)) break;
     beta *= sample->f_cos / sample->pdf_solid_angle;
     if (sample->flags & kTransparent) {
+      media.leave(walk, walk.ray.direction);
       if (!(max_component(beta) > 0.0f) || !walk.pass_through()) break;
       continue;
     }
-    straight = false;
+    straight = on_strand(point);
+    if (straight) origin = {point.position, split.sharp()->receiving_normal(), hit_pdf(*sample)};
     if (at_bounce_limit || !maps_.has_global) break;
     count_bounce(*sample, point, point);
-    if (past_limits(point, limits)) break;
-    if (!survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta)) break;
+    if (past_limits(point, limits) || !survives(std::min(1.0f, max_component(beta)), sampler, base + kRoulette, beta))
+      break;
+    media.leave(walk, sample->wi);
+    media.scattered_at_surface();
     walk.leave_along(sample->wi);
   }
   return result;
@@ -209,10 +292,15 @@ bool PhotonGatherer::find_rough(Ray ray, ShadingPoint& point, SurfaceShading& sh
     walk.trace();
     if (!walk.found()) return false;
     walk.arrive();
+    const ShaderProgram& program = scene_.material(walk.hit);
+    if (program.has_volume() && !program.has_surface()) {
+      walk.pass_uncounted();
+      continue;
+    }
     walk.shade();
     point = walk.point;
     shading = walk.shading;
-    const LobeSplit split(shading.bsdf, point.wo);
+    const LobeSplit split(shading.bsdf, point.wo, on_strand(point));
     if (split.rough()) return true;
     if (!split.sharp()) return false;
     const float u_lobe = sampler_.get_1d();

@@ -12,6 +12,7 @@
 
 #include "sampling/sampler.h"
 #include "transport/direct/direct_light.h"
+#include "transport/direct/eye_media.h"
 #include "transport/direct/lobe_split.h"
 #include "transport/guiding/guided_bsdf.h"
 #include "transport/paths/eye_walk.h"
@@ -36,8 +37,11 @@ struct GatherSettings {
 /// The work of one thread: radiance along camera rays, and counts of what is traced.
 class PhotonGatherer {
  public:
-  PhotonGatherer(const Scene& scene, const PhotonMaps& maps, const GatherSettings& settings, uint32_t seed)
+  /// `media`: of the scene; null if it has none.
+  PhotonGatherer(const Scene& scene, const PathMedia* media, const PhotonMaps& maps, const GatherSettings& settings,
+                 uint32_t seed)
       : scene_(scene),
+        media_(media),
         maps_(maps),
         settings_(settings),
         sampler_(Sampler::Kind::Sobol, seed),
@@ -75,25 +79,48 @@ class PhotonGatherer {
   uint64_t from_sites() const { return from_sites_; }
 
  private:
-  Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, Sampler& sampler, uint32_t dimension);
+  /// A sampler and its first dimension.
+  struct Numbers {
+    Sampler& sampler;
+    uint32_t dimension;
+  };
+  /// The surface hit of a walk, and the media of the walk.
+  struct Place {
+    EyeMedia& media;
+    const Hit& hit;
+  };
+  Color direct_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
+                     uint32_t dimension);
+  /// Direct light from lights that only some kinds of lobes see, which is in no map.
+  Color partial_light(const ShadingPoint& point, const Bsdf& bsdf, const Place& place, Sampler& sampler,
+                      uint32_t dimension);
+  static std::optional<BsdfSample> sample_sharp(const Bsdf& sharp, Vec3 wo, Numbers numbers);
+  /// At surfaces with subsurface scattering: goes below the surface, or stays. False if the walk is lost.
+  bool below_surface(EyeWalk& walk, Numbers numbers, Color& beta);
   /// Light that the rough lobes of a surface scatter towards the eye: direct, caustic and gathered. `throughput`: from
   /// the surface to the eye.
-  Color reflected(const ShadingPoint& point, const Bsdf& rough, Color throughput, int rays, int depth, Sampler& sampler,
-                  uint32_t dimension);
+  Color reflected(const ShadingPoint& point, const Bsdf& rough, const Place& place, Color throughput, int rays,
+                  int depth, Numbers numbers);
+  /// Light that the rough lobes at the end of a gather ray scatter: from the maps, or for `depth` > 0 gathered once
+  /// more.
+  Color at_rough(const ShadingPoint& point, const Bsdf& rough, const Place& place, int depth, Numbers numbers);
+  /// The volumes of a ray from a surface.
+  MediaStack stack_towards(const ShadingPoint& from, const Place& place, Vec3 direction) const;
   struct Incoming {
     Color radiance{0.0f};
     float distance = 0.0f;  ///< to the first hit; 0 if there is none
   };
   /// Light along a gather ray: the emission of the first hit, and the estimate of the maps at the rough surface that
   /// the ray reaches. `pdf_bsdf`: density of the sample's direction, for MIS with light sampling.
-  Incoming incoming(const ShadingPoint& from, const BsdfSample& sample, float pdf_bsdf, Color throughput, int depth,
-                    Sampler& sampler, uint32_t dimension);
+  Incoming incoming(const ShadingPoint& from, const Place& place, const BsdfSample& sample, float pdf_bsdf,
+                    Color throughput, int depth, Numbers numbers);
   /// Follows `ray` and sharp lobes to a rough surface.
   bool find_rough(Ray ray, ShadingPoint& point, SurfaceShading& shading);
   void log_arrival(int place, const ShadingPoint& point, Color throughput);
   Color from_map(const ShadingPoint& point, const Bsdf& rough);
 
   const Scene& scene_;
+  const PathMedia* media_;
   const PhotonMaps& maps_;
   const GatherSettings& settings_;
   MisDirectLight direct_;

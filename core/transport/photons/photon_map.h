@@ -45,7 +45,9 @@ class PhotonMap {
   }
   /// From now on and until the next build, distribute the flux of each photon over the surface that exists within
   /// `radius` of it and is not behind walls.
-  void look_around(const Scene& scene, float radius, uint32_t seed) { discs_.start(scene, size(), radius, seed); }
+  void look_around(const Scene& scene, float radius, float time, uint32_t seed) {
+    discs_.start(scene, size(), radius, time, seed);
+  }
   size_t size() const { return tree_.size(); }
   bool empty() const { return tree_.empty(); }
   size_t memory_bytes() const { return size() * sizeof(Photon) + discs_.memory_bytes(); }

@@ -6,6 +6,7 @@
 
 #include "sampling/sampler.h"
 #include "transport/direct/lobe_split.h"
+#include "transport/media/path_media.h"
 #include "transport/paths/ray_events.h"
 #include "transport/paths/walk.h"
 
@@ -15,11 +16,12 @@ namespace {
 
 constexpr uint32_t kBlock = 512;                                    // photon paths in a task
 constexpr uint32_t kEmissionDimensions = 5, kBounceDimensions = 5;  // of a bounce: event, lobe, direction, roulette
+constexpr uint32_t kMediaDimension = 4096, kMediaDimensions = 8;    // for each ray
 
 /// Bounces so far, for comparison with the limits that a path tracer applies to the whole path. A stored photon has one
 /// more bounce (caustics) or two more (global map) before it reaches the eye.
 struct Bounces {
-  int total = 0, diffuse = 0, glossy = 0, transmission = 0;
+  int total = 0, diffuse = 0, glossy = 0, transmission = 0, volume = 0;
   bool only_sharp = true;
   void add(const BsdfSample& sample) {
     ++total;
@@ -30,7 +32,7 @@ struct Bounces {
   }
   bool global(const BounceLimits& limits) const {
     return total < limits.total && diffuse < limits.diffuse && glossy <= limits.glossy + 1 &&
-           transmission <= limits.transmission + 1;
+           transmission <= limits.transmission + 1 && volume <= limits.volume;
   }
   bool caustic(const BounceLimits& limits) const {
     return only_sharp && total > 0 && total <= limits.total && glossy <= limits.glossy + 1 &&
@@ -51,8 +53,11 @@ Ray leave_light(const LightSet& lights, uint32_t index, const LightRay& start) {
 
 class BlockTracer {
  public:
-  BlockTracer(const Scene& scene, const PhotonEmission& emission)
-      : scene_(scene), emission_(emission), sampler_(Sampler::Kind::Sobol, hash_combine(emission.seed, 0x70686f74U)) {}
+  BlockTracer(const Scene& scene, const PathMedia* media, const PhotonEmission& emission)
+      : scene_(scene),
+        media_(media),
+        emission_(emission),
+        sampler_(Sampler::Kind::Sobol, hash_combine(emission.seed, 0x70686f74U)) {}
 
   void trace(uint32_t index, PhotonBatch& out) {
     const LightSet& lights = scene_.lights();
@@ -70,18 +75,25 @@ class BlockTracer {
       const auto choice = lights.choose_by_power(u_choice);
       light = choice.light;
       pmf = choice.pmf;
-      if (pmf > 0.0f) start = lights.sample_le(light, u_position, u_direction, 0.0f);
+      if (pmf > 0.0f) start = lights.sample_le(light, u_position, u_direction, emission_.time);
     }
     if (!start) return;
+    visibility_ = lights.flags(light).partial() ? lights.flags(light).visibility : uint32_t(kVisibleAll);
     LightEnd end;
     end.pdf_origin = pmf * start->pdf_area;
     end.pdf_direction = start->pdf_solid_angle;
     if (guide) guide->mix(lights, light, start->ray.origin, start->normal, start->ray.direction, end);
     Color flux = start->radiance * (abs_dot(start->normal, start->ray.direction) /
                                     (end.pdf_origin * end.pdf_direction * float(emission_.count)));
-    if (!(max_component(flux) > 0.0f) || !is_finite(flux)) return;
+    if (is_black(flux) || !is_finite(flux)) return;
     for (int c = 0; c < 3; ++c) out.emitted[c] += double(flux[c]);
-    walk(leave_light(lights, light, *start), flux, out);
+    const Ray ray = leave_light(lights, light, *start);
+    if (media_) {
+      stack_ = media_->around(ray.origin, ray.time);
+      // The volume of the world has no end: light from infinity is lost in it.
+      if (is_distant(lights.flags(light).type) && media_->fills_world()) return;
+    }
+    walk(ray, flux, out);
   }
 
  private:
@@ -89,13 +101,15 @@ class BlockTracer {
   std::optional<LightRay> start_along_hint(const LightWalkGuide::Start& start, uint32_t& light) {
     const LightSet& lights = scene_.lights();
     light = start.light;
-    make_light_vertex(scene_, light, start.position, start.normal, start.direction, light_);
+    make_light_vertex(scene_, light, start.position, start.normal, start.direction, emission_.time, light_);
     LightRay r;
     r.ray.origin = light_.position();
     r.ray.direction = start.direction;
+    r.ray.time = emission_.time;
     r.normal = light_.delta ? start.direction : light_.point.ng;
-    r.radiance = light_.program ? light_.shading.emission
-                                : lights.lamp_radiance(light, start.position, start.direction, 0.0f, kUsualDistance);
+    r.radiance = light_.program
+                     ? light_.shading.emission
+                     : lights.lamp_radiance(light, start.position, start.direction, emission_.time, kUsualDistance);
     const LightSet::LePdf pdf = lights.pdf_le(light, start.position, light_.point.ng, start.direction);
     r.pdf_area = pdf.pdf_area;
     r.pdf_solid_angle = pdf.pdf_solid_angle;
@@ -112,28 +126,83 @@ class BlockTracer {
     for (uint32_t vertex = 0;; ++vertex) {
       const Hit hit = scene_.intersect(ray, kind);
       ++out.rays;
+      if (media_) [[unlikely]] {
+        sampler_.set_dimension(kMediaDimension + kMediaDimensions * vertex);
+        const InMedia outcome = pass_media(ray, hit, point, flux);
+        if (outcome == InMedia::End) return;
+        if (outcome == InMedia::Scattered) {
+          // The scattering next to the light does not count.
+          bounces.volume += bounces.total > 0;
+          ++bounces.total;
+          bounces.only_sharp = false;
+          if (!emission_.plan.global || !bounces.global(limits)) return;
+          kind = kRayVolumeScatter;
+          continue;
+        }
+      }
       if (!hit.found()) return;
       scene_.shading_point(ray, hit, point);
+      if (media_ && scene_.material(hit).has_volume() && !scene_.material(hit).has_surface()) {
+        media_->cross(hit, !point.backfacing, stack_);
+        ray = scene_.straight_on(point, ray, hit.t);
+        continue;
+      }
       point.ray_kind = kRayDiffuse | kRayReflection;
       point.ray_depth = point.diffuse_depth = 1;
       scene_.material(hit).evaluate_surface(point, shading_);
-      const LobeSplit split(shading_.bsdf, point.wo);
-      if (split.rough()) store(point, *split.rough(), flux, bounces, limits, out);
+      const bool hair = on_strand(point);
+      const LobeSplit split(shading_.bsdf, point.wo, hair);
+      // Lookups would not separate the kinds of lobes that see the light: they sample such a light themselves.
+      const bool separated = visibility_ != kVisibleAll && bounces.total == 0;
+      if (split.rough() && !separated) store(point, *split.rough(), flux, bounces, limits, out);
 
       sampler_.set_dimension(kEmissionDimensions + kBounceDimensions * vertex);
       const auto sample = scatter(point, split, flux);
       if (!sample) return;
       if (sample->flags & kTransparent) {
         if (++crossed > limits.transparent) return;
+        if (media_) media_->cross(hit, !point.backfacing, stack_);
         ray = scene_.straight_on(point, ray, hit.t);
         continue;
       }
+      if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
       bounces.add(*sample);
-      bounces.only_sharp &= !was_rough_;
+      bounces.only_sharp &= !was_rough_ && !hair;
       if (!(emission_.plan.global && bounces.global(limits)) && !bounces.caustic(limits)) return;
       kind = ray_kind_after(*sample);
+      if (media_ && glm::dot(sample->wi, point.ng) < 0.0f) media_->cross(hit, !point.backfacing, stack_);
       ray = scene_.spawn_ray(point, sample->wi);
     }
+  }
+
+  enum class InMedia : uint8_t { Passed, Scattered, End };
+  /// The media up to the hit. If a photon scatters, `ray` is the new one.
+  InMedia pass_media(Ray& ray, const Hit& hit, const ShadingPoint& point, Color& flux) {
+    if (!hit.found()) return InMedia::End;  // nothing stores it
+    if (stack_.empty()) return InMedia::Passed;
+    MediaStretch stretch;
+    MediumPoint at;
+    float t;
+    const bool scatters = media_->sample({stack_, ray, hit.t, point, kRayDiffuse}, sampler_, stretch, t, at);
+    Color after = flux * stretch.transmittance / stretch.pass;
+    Vec3 direction = ray.direction;
+    if (scatters) {
+      if (!at.scatters()) return InMedia::End;
+      const PhaseFunction phase(at);
+      const float u_lobe = sampler_.get_1d();
+      direction = phase.sample(ray.direction, u_lobe, sampler_.get_2d());
+      const float cosine = glm::dot(ray.direction, direction);
+      after *= at.scattering * phase.evaluate(cosine) / (stretch.rate * phase.pdf_solid_angle(cosine));
+    }
+    const float survival = std::min(1.0f, max_component(glm::abs(after)) / max_component(glm::abs(flux)));
+    if (!(survival > 0.0f) || !is_finite(after) || sampler_.get_1d() >= survival) return InMedia::End;
+    flux = after / survival;
+    if (!scatters) return InMedia::Passed;
+    ray.origin += t * ray.direction;
+    ray.direction = direction;
+    ray.t_min = 0.0f;
+    ray.t_max = kInfinity;
+    return InMedia::Scattered;
   }
 
   void store(const ShadingPoint& point, const Bsdf& rough, Color flux, const Bounces& bounces,
@@ -180,11 +249,20 @@ class BlockTracer {
     float correction = 1.0f;
     if (!(sample->flags & kTransparent)) correction = shading_normal_correction(*bsdf, point.wo, sample->wi);
     const Color scattered = flux * sample->f_cos * (correction / (sample->pdf_solid_angle * probability));
-    const float survival = std::min(1.0f, max_component(scattered) / max_component(flux));
+    const float survival = std::min(1.0f, max_component(glm::abs(scattered)) / max_component(glm::abs(flux)));
     if (!(survival > 0.0f) || !is_finite(scattered) || sampler_.get_1d() >= survival) return std::nullopt;
     flux = scattered / survival;
     was_rough_ = rough;
     return sample;
+  }
+
+  /// Multiplies flux with the part of the scattering by lobes that see the light; false if there is none.
+  bool keep_visible(const ShadingPoint& point, const Bsdf& lobes, const BsdfSample& sample, Color& flux) const {
+    if (sample.specular) return visibility_ & (sample.flags & kTransmission ? kVisibleTransmission : kVisibleGlossy);
+    const Color all = visible_to(kVisibleAll, lobes, sample.wi, point.wo),
+                visible = visible_to(visibility_, lobes, sample.wi, point.wo);
+    for (int c = 0; c < 3; ++c) flux[c] *= all[c] > 0.0f ? visible[c] / all[c] : 0.0f;
+    return !is_black(flux);
   }
 
   /// The sample that the lobes would return if they had drawn `wi`.
@@ -194,11 +272,14 @@ class BlockTracer {
   }
 
   const Scene& scene_;
+  const PathMedia* media_;
   const PhotonEmission& emission_;
   Sampler sampler_;
   PathVertex light_;
   SurfaceShading shading_;
   bool was_rough_ = false;
+  MediaStack stack_;                   ///< of the present ray
+  uint32_t visibility_ = kVisibleAll;  ///< of the photon's light, if only some kinds of lobes see it
 };
 
 template <class T>
@@ -207,6 +288,12 @@ void append(std::vector<T>& to, const std::vector<T>& from) {
 }
 
 }  // namespace
+
+float time_of_pass(const Scene& scene, uint32_t seed, uint32_t pass) {
+  if (!scene.moves()) return 0.0f;
+  const double u = double(sobol::reverse_bits(pass) ^ hash_combine(seed, 0x74696d65U)) * 0x1p-32;
+  return scene.camera().time_of(std::min(float(u), kOneMinusEpsilon));
+}
 
 uint32_t photons_of_a_pass(double pixels) { return uint32_t(std::clamp(pixels / 2, 20000.0, 500000.0)); }
 
@@ -237,14 +324,15 @@ PhotonPlan plan_photons(const Scene& scene) {
   return plan;
 }
 
-PhotonBatch trace_photons(const Scene& scene, const PhotonEmission& emission, const std::atomic<bool>& stop) {
+PhotonBatch trace_photons(const Scene& scene, const PathMedia* media, const PhotonEmission& emission,
+                          const std::atomic<bool>& stop) {
   PhotonBatch all;
   if (!emission.plan.global && !emission.plan.caustic) return all;
   const uint32_t blocks = (emission.count + kBlock - 1) / kBlock;
   std::vector<PhotonBatch> parts(blocks);
   tbb::parallel_for(0u, blocks, [&](uint32_t block) {
     if (stop.load(std::memory_order_relaxed)) return;
-    BlockTracer tracer(scene, emission);
+    BlockTracer tracer(scene, media, emission);
     const uint32_t end = std::min(emission.count, (block + 1) * kBlock);
     for (uint32_t i = block * kBlock; i < end; ++i) tracer.trace(i, parts[block]);
   });

@@ -11,6 +11,7 @@
 
 #include <atomic>
 
+#include "transport/media/path_media.h"
 #include "transport/paths/light_walk_guide.h"
 #include "transport/photons/photon_map.h"
 
@@ -20,6 +21,9 @@ namespace ajar {
 uint32_t photons_of_a_pass(double pixels);
 /// The number in the settings. If it is 0, the number follows from the full frame, so that a region uses the same maps.
 uint32_t photons_of_a_pass(const RenderSettings& settings);
+/// Time of a pass: of its photons, and of the samples that look them up. The times of the passes are a van der Corput
+/// sequence, shifted by the seed; 0 where nothing moves.
+float time_of_pass(const Scene& scene, uint32_t seed, uint32_t pass);
 /// Upper bound of the radius of the first pass, relative to the radius of the scene.
 constexpr float kLargestPhotonRadius = 0.05f;
 
@@ -44,10 +48,12 @@ struct PhotonEmission {
   uint32_t seed = 0, pass = 0;
   uint32_t count = 0;  ///< photon paths
   uint32_t site_stride = 4;
+  float time = 0.0f;  ///< time_of_pass
   /// Hints that photons follow in addition. The flux is then smaller where hints send many photons.
   const LightWalkGuide* guide = nullptr;
 };
 /// Returns early with the photons so far when `stop` is set.
-PhotonBatch trace_photons(const Scene& scene, const PhotonEmission& emission, const std::atomic<bool>& stop);
+PhotonBatch trace_photons(const Scene& scene, const PathMedia* media, const PhotonEmission& emission,
+                          const std::atomic<bool>& stop);
 
 }  // namespace ajar

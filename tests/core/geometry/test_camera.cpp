@@ -68,13 +68,13 @@ TEST_P(CameraImportance, film_of_returns_the_film_point_of_a_ray) {
   for (int i = 0; i < 200; ++i) {
     const Vec2 film(100.0f * rng.next_float(), 100.0f * rng.next_float()), u_lens(rng.next_float(), rng.next_float());
     const Ray ray = camera.generate_ray(film, u_lens, 0.0f);
-    const auto found = camera.film_of(camera.sample_lens_point(u_lens),
-                                      ray.origin + (0.5f + 7.0f * rng.next_float()) * ray.direction);
+    const auto found = camera.film_of(camera.sample_lens(u_lens),
+                                      ray.origin + (0.5f + 7.0f * rng.next_float()) * ray.direction, 0.0f);
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->x, film.x, 2e-3f);
     EXPECT_NEAR(found->y, film.y, 2e-3f);
   }
-  EXPECT_FALSE(camera.film_of(camera.position(), Vec3(0, -6, 0)));
+  EXPECT_FALSE(camera.film_of(Vec2(0.0f), Vec3(0, -6, 0), 0.0f));
 }
 
 TEST_P(CameraImportance, film_density_is_the_jacobian_of_the_ray) {
@@ -91,7 +91,7 @@ TEST_P(CameraImportance, film_density_is_the_jacobian_of_the_ray) {
     };
     const Vec3 du = at(2, 0) - at(-2, 0), dv = at(0, 2) - at(0, -2);
     const float area = glm::length(glm::cross(du, dv)) / 16.0f;
-    EXPECT_NEAR(camera.film_density(camera.generate_ray(film, u_lens, 0.0f).direction) * area, 1.0f, 2e-3f);
+    EXPECT_NEAR(camera.film_density(camera.generate_ray(film, u_lens, 0.0f).direction, 0.0f) * area, 1.0f, 2e-3f);
   }
 }
 
@@ -141,7 +141,7 @@ TEST_P(PanoramicCamera, film_of_returns_the_film_point_of_a_ray) {
     if (sees_nothing(ray)) continue;
     ++seen;
     EXPECT_NEAR(glm::length(ray.direction), 1.0f, 1e-5f);
-    const auto found = camera.film_of(camera.position(), ray.origin + (0.5f + 7.0f * rng.next_float()) * ray.direction);
+    const auto found = camera.film_of(Vec2(0.0f), ray.origin + (0.5f + 7.0f * rng.next_float()) * ray.direction, 0.0f);
     ASSERT_TRUE(found);
     EXPECT_LT(glm::length(*found - film), 5e-3f);
   }
@@ -160,7 +160,7 @@ TEST_P(PanoramicCamera, film_density_is_the_jacobian_of_the_ray) {
       return camera.generate_ray(film + Vec2(dx, dy), Vec2(0.5f), 0.0f).direction;
     };
     const float area = glm::length(glm::cross(at(0.5f, 0) - at(-0.5f, 0), at(0, 0.5f) - at(0, -0.5f)));
-    EXPECT_NEAR(camera.film_density(at(0, 0)) * area, 1.0f, 5e-3f);
+    EXPECT_NEAR(camera.film_density(at(0, 0), 0.0f) * area, 1.0f, 5e-3f);
   }
 }
 
@@ -172,9 +172,9 @@ TEST_P(PanoramicCamera, density_integrates_to_the_visible_area_of_the_film) {
   constexpr int kDraws = 40000;
   for (int i = 0; i < kDraws; ++i) {
     const Vec3 direction = warp::square_to_sphere({rng.next_float(), rng.next_float()});
-    const auto film = camera.film_of(camera.position(), camera.position() + direction);
+    const auto film = camera.film_of(Vec2(0.0f), camera.position() + direction, 0.0f);
     if (film && film->x >= 0.0f && film->x < 100.0f && film->y >= 0.0f && film->y < 80.0f)
-      by_direction += double(camera.film_density(direction)) * 4.0 * double(kPi) / kDraws;
+      by_direction += double(camera.film_density(direction, 0.0f)) * 4.0 * double(kPi) / kDraws;
     by_film += camera.sees({100.0f * rng.next_float(), 80.0f * rng.next_float()}) ? 8000.0 / kDraws : 0.0;
   }
   EXPECT_NEAR(by_direction / by_film, 1.0, 0.05);
@@ -251,7 +251,7 @@ TEST(Camera, the_first_blade_is_perpendicular_to_the_rotation) {
     Pcg32 rng(3);
     float most = 0.0f;
     for (int i = 0; i < 4000; ++i)
-      most = std::max(most, glm::dot(Vec2(camera.sample_lens_point({rng.next_float(), rng.next_float()})), along));
+      most = std::max(most, glm::dot(camera.sample_lens({rng.next_float(), rng.next_float()}), along));
     return most;
   };
   EXPECT_NEAR(furthest({1, 0}), std::sqrt(0.5f), 0.02f);  // an edge of the aperture, not a corner
@@ -275,7 +275,7 @@ TEST(Camera, an_orthographic_lens_is_at_the_near_clipping_plane) {
     EXPECT_NEAR(ray.t_min, 0.0f, 1e-6f);
     const Vec3 met = ray.origin + ray.direction * ((-1.5f - ray.origin.y) / ray.direction.y);  // in focus at distance 2
     EXPECT_LT(glm::length(met - Vec3(0, -1.5f, 0)), 1e-4f);
-    const auto found = camera.film_of(camera.sample_lens_point(u_lens), ray.origin + 4.0f * ray.direction);
+    const auto found = camera.film_of(camera.sample_lens(u_lens), ray.origin + 4.0f * ray.direction, 0.0f);
     ASSERT_TRUE(found);
     EXPECT_LT(glm::length(*found - Vec2(50, 50)), 2e-3f);
   }

@@ -174,27 +174,6 @@ TEST(Motion, objects_at_rest_have_no_keys_and_stay_baked) {
   EXPECT_FALSE(moving->meshes()[0].baked);
 }
 
-TEST(Motion, integrators_without_motion_use_path_tracing_and_report_it) {
-  SceneDescription d = sliding_square();
-  move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(2, 0, 0), Vec3(0, 1, 0))});
-  d.settings.samples = 4;
-  std::vector<float> path;
-  for (const IntegratorInfo& integrator : integrator_list()) {
-    d.settings.integrator = integrator.name;
-    Session session;
-    session.start(d);
-    ASSERT_TRUE(session.wait(kHang));
-    EXPECT_EQ(session.take_error(), "");
-    int said = 0;
-    for (const Diagnostic& diagnostic : session.diagnostics())
-      said += diagnostic.message.find("does not render motion blur") != std::string::npos;
-    EXPECT_EQ(said, integrator.renders_motion ? 0 : 1) << integrator.name;
-    const auto image = session.snapshot("Combined");
-    if (path.empty()) path = image;
-    EXPECT_EQ(image, path) << integrator.name;
-  }
-}
-
 TEST(Motion, keys_that_are_not_finite_are_ignored_and_reported) {
   SceneDescription d = sliding_square();
   move(d, 0, {shining(Vec3(-2, 0, 0), Vec3(0, 1, 0)), shining(Vec3(NAN, 0, 0), Vec3(0, 1, 0))});

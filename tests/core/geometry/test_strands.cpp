@@ -246,13 +246,13 @@ TEST(Strands, invalid_strands_are_omitted_and_reported_with_the_object_name) {
   const MeshDescription good = hair({{{0, 0, 0}, {0, 0, 1}}, {{1, 0, 0}, {1, 0, 1}, {1, 1, 1}}}, 0.1f, 0.0f);
   MeshDescription bad = good;
   bad.strands[1] = 7;
-  EXPECT_EQ(built(bad, "do not match its points"), 0u);
+  EXPECT_EQ(built(bad, "do not match the points"), 0u);
   bad = good;
   bad.strands = {1, 2};
-  EXPECT_EQ(built(bad, "do not match its points"), 0u);
+  EXPECT_EQ(built(bad, "do not match the points"), 0u);
   bad = good;
   bad.radii.pop_back();
-  EXPECT_EQ(built(bad, "do not match its points"), 0u);
+  EXPECT_EQ(built(bad, "do not match the points"), 0u);
   bad = good;
   bad.positions[0].x = kInfinity;
   EXPECT_EQ(built(bad, "1 strand with invalid points left out"), 1u);
@@ -295,16 +295,6 @@ TEST(Strands, emissive_strands_are_not_lights_and_are_reported) {
   EXPECT_TRUE(scene->emission_without_lights());
   EXPECT_EQ(scene->lights().size(), 0u);
   ASSERT_TRUE(find(diagnostics, "only random rays find"));
-}
-
-TEST(Strands, all_integrators_but_path_tracing_refuse_strands) {
-  SceneDescription d = empty_scene();
-  add_object(d, straight(StrandShape::Ribbon), add_diffuse(d, Color(0.5f)));
-  const auto scene = build(d);
-  for (const IntegratorInfo& info : integrator_list())
-    EXPECT_EQ(reason_against(info, *scene),
-              info.name == std::string("path") || info.name == std::string("auto") ? "" : "it does not render hair")
-        << info.name;
 }
 
 }  // namespace ajar::test_strands

@@ -72,35 +72,6 @@ std::shared_ptr<Scene> build_again(SceneDescription d, std::shared_ptr<Scene> pr
 
 }  // namespace
 
-TEST(Session, path_tracing_renders_panoramas_that_paths_cannot_be_connected_to_and_reports_it) {
-  SceneDescription d = Stage().scene(1.0f);
-  d.camera.kind = CameraKind::Panorama;
-  d.camera.screen_window = Vec4(0, 1, 0, 1);
-  const auto render_with = [&](const char* integrator, bool& said) {
-    d.settings.integrator = integrator;
-    Session session;
-    session.start(d);
-    EXPECT_TRUE(session.wait(kHang));
-    EXPECT_EQ(session.take_error(), "");
-    said = false;
-    for (const Diagnostic& diagnostic : session.diagnostics())
-      said |= diagnostic.message.find("Path Tracing renders it") != std::string::npos;
-    return session.snapshot("Combined");
-  };
-  bool said;
-  const auto path = render_with("path", said);
-  EXPECT_FALSE(said);
-  for (const char* name : {"bdpt", "metropolis", "erpt", "pmc_pt", "mps"}) {
-    EXPECT_EQ(render_with(name, said), path) << name;
-    EXPECT_TRUE(said) << name;
-  }
-  render_with("photon_map", said);
-  EXPECT_FALSE(said);
-  d.camera.panorama.kind = PanoramaKind::MirrorBall;
-  EXPECT_NE(render_with("bdpt", said), path);
-  EXPECT_FALSE(said);
-}
-
 TEST(Session, a_changed_view_gives_the_image_of_a_new_scene) {
   const Stage stage;
   SceneDescription here = stage.scene(1.0f), there = stage.scene(1.0f, Vec3(4, -4, 3));

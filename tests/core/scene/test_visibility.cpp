@@ -55,13 +55,6 @@ TEST_P(LightVisibility, light_of_diffuse_and_of_other_lobes_sums_to_all_light) {
 INSTANTIATE_TEST_SUITE_P(Kinds, LightVisibility, ::testing::Values("lamp", "sun", "emitter", "world"),
                          [](const auto& info) { return std::string(info.param); });
 
-TEST(LightVisibility, integrators_without_light_visibility_use_path_tracing) {
-  const SceneDescription some = lit("lamp", kNotDiffuse), all = lit("lamp", kVisibleAll);
-  EXPECT_TRUE(reason_against(find_integrator("path"), *build(some)).empty());
-  EXPECT_FALSE(reason_against(find_integrator("bdpt"), *build(some)).empty());
-  EXPECT_TRUE(reason_against(find_integrator("bdpt"), *build(all)).empty());
-}
-
 TEST(Holdout, holdout_objects_are_holes_for_the_camera_and_visible_to_other_objects) {
   for (const char* integrator : {"path", "bdpt", "photon_map", "metropolis"}) {
     SceneDescription d = lit("lamp", kVisibleAll);

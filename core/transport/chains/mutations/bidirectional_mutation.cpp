@@ -49,6 +49,7 @@ bool BidirectionalMutation::possible(const Path& path, Gap gap, int grown, int s
   if (gap.light == 1 && s > 0) return false;
   if (gap.light == 0 && s == 0) return t - (gap.eye == 0) >= 1;   // the walk from the eye hits the light
   if (gap.light == 0 && s == 1 && gap.eye + t < 2) return false;  // light is sampled at a surface
+  if (!space_.to_lens && gap.eye + t == 1) return false;          // nothing is joined to the lens
   const PathVertex& last_light = path.vertices[size_t(std::max(0, gap.light - 1))];
   const PathVertex& last_eye = path.vertices[size_t(path.count - std::max(1, gap.eye))];
   if (gap.light >= 1 && s == 0 && !last_light.connectable()) return false;
@@ -96,18 +97,19 @@ void BidirectionalMutation::keep_ends(const Path& from, Gap gap, int count, Path
 }
 
 /// Grows the t vertices on the eye's side; the last of them is the light if none grow from its side.
-bool BidirectionalMutation::grow_from_eye(Gap gap, int s, int t, Sampler& sampler, Path& to, uint64_t& rays) const {
+bool BidirectionalMutation::grow_from_eye(Gap gap, int s, int t, float time, Sampler& sampler, Path& to,
+                                          uint64_t& rays) const {
   const Scene& scene = space_.scene;
   const int count = to.count, end_new = count - gap.eye;  // new vertices are before end_new
   const int eye_end = end_new - t;                        // index of the last vertex on the eye's side
-  if (gap.eye == 0) make_lens_vertex(scene, sampler.get_2d(), to.vertices[size_t(count - 1)]);
+  if (gap.eye == 0) make_lens_vertex(scene, sampler.get_2d(), time, to.vertices[size_t(count - 1)]);
   const bool hits_light = gap.light == 0 && s == 0;
   for (int i = std::min(end_new - 1, count - 2); i >= eye_end; --i) {
     Ray ray;
     if (i == count - 2) {
       to.film = space_.film_at(sampler.get_2d());
       if (!space_.on_film(to.film)) return false;
-      ray = scene.camera().ray_through(to.film, to.vertices[size_t(count - 1)].position(), 0.0f);
+      ray = leave_lens(scene, to.film, to.vertices[size_t(count - 1)]);
     } else {
       PathVertex& at = to.vertices[size_t(i + 1)];
       const float u_lobe = sampler.get_1d();
@@ -117,18 +119,19 @@ bool BidirectionalMutation::grow_from_eye(Gap gap, int s, int t, Sampler& sample
       ray = scene.spawn_ray(at.point, drawn->wi);
     }
     if (i == 0 && hits_light) {
-      if (!grow_light(scene, ray, to, sampler, rays)) return false;
+      if (!grow_light(space_, ray, to, sampler, rays)) return false;
     } else {
-      if (!grow(scene, ray, i == count - 2 ? Growth::ToLightFromLens : Growth::ToLight, to, i, sampler, rays))
+      if (!grow(space_, ray, {i == count - 2 ? Growth::ToLightFromLens : Growth::ToLight}, to, i, sampler, rays))
         return false;
-      if (to.vertices[size_t(i)].shading.bsdf.empty()) return false;
+      if (!to.vertices[size_t(i)].scatters()) return false;
     }
   }
   return true;
 }
 
 /// Grows the s vertices on the light's side.
-bool BidirectionalMutation::grow_from_light(Gap gap, int s, Sampler& sampler, Path& to, uint64_t& rays) const {
+bool BidirectionalMutation::grow_from_light(Gap gap, int s, float time, Sampler& sampler, Path& to,
+                                            uint64_t& rays) const {
   const Scene& scene = space_.scene;
   if (gap.light == 0 && s == 1) {
     const float u_choice = sampler.get_1d();
@@ -140,7 +143,7 @@ bool BidirectionalMutation::grow_from_light(Gap gap, int s, Sampler& sampler, Pa
     if (i == 1) {
       const float u_choice = sampler.get_1d();
       const Vec2 u_position = sampler.get_2d();
-      if (!start_at_light(scene, space_.guide, u_choice, u_position, sampler.get_2d(), to.vertices[0], ray))
+      if (!start_at_light(scene, space_.guide, {u_choice, u_position, sampler.get_2d()}, time, to.vertices[0], ray))
         return false;
     } else {
       PathVertex& at = to.vertices[size_t(i - 1)];
@@ -149,8 +152,8 @@ bool BidirectionalMutation::grow_from_light(Gap gap, int s, Sampler& sampler, Pa
       at.specular = next.specular;
       ray = scene.spawn_ray(at.point, next.direction);
     }
-    if (!grow(scene, ray, Growth::ToEye, to, i, sampler, rays)) return false;
-    if (to.vertices[size_t(i)].shading.bsdf.empty()) return false;
+    if (!grow(space_, ray, {Growth::ToEye}, to, i, sampler, rays)) return false;
+    if (!to.vertices[size_t(i)].scatters()) return false;
   }
   return true;
 }
@@ -167,14 +170,18 @@ bool BidirectionalMutation::grow_into(const Path& from, Gap gap, int grown, Samp
   const int t = grown - s, count = gap.light + gap.eye + grown;
 
   keep_ends(from, gap, count, to);
-  if (!grow_from_eye(gap, s, t, sampler, to, rays) || !grow_from_light(gap, s, sampler, to, rays)) return false;
+  // A path that keeps a vertex keeps its time.
+  float time = from.time();
+  if (gap.eye == 0 && gap.light == 0 && space_.scene.moves()) time = space_.scene.camera().time_of(sampler.get_1d());
+  if (!grow_from_eye(gap, s, t, time, sampler, to, rays) || !grow_from_light(gap, s, time, sampler, to, rays))
+    return false;
   // Connect both sides.
   const int light_end = gap.light + s - 1;  // index of the last vertex on the light's side
   if (gap.light > 0 || s > 0) {
     PathVertex &a = to.vertices[size_t(light_end)], &b = to.vertices[size_t(light_end + 1)];
     if (!a.connectable() || !b.connectable()) return false;
     a.specular = b.specular = false;
-    if (!join_at(space_.scene, to, light_end, rays)) return false;
+    if (!join_at(space_, to, light_end, rays)) return false;
     if (light_end + 1 == count - 1 && !arrive_on_film(space_, to)) return false;
   }
   if (!space_.complete(to, gap.light - 1, count - gap.eye)) return false;

@@ -29,7 +29,8 @@ class BidirectionalMutation final : public Mutation {
   double pdf_of_growth(const Path& from, const Path& to, Gap gap) const;
 
  private:
-  int min_eye() const { return space_.scene.camera().has_lens() ? 0 : 1; }
+  /// A pinhole of a still scene stays; another lens gets a new point, and another path a new time.
+  int min_eye() const { return space_.scene.camera().has_lens() || space_.scene.moves() ? 0 : 1; }
   int places_of_gap(int removed, int count) const;
   double probability_of_gap(int removed, int count) const;
   /// Probabilities of growing removed - 2 to removed + 2 vertices (index: grown - removed + 2), given the kept ones.
@@ -37,8 +38,8 @@ class BidirectionalMutation final : public Mutation {
   /// Whether `s` of `grown` new vertices can be found from the light's side.
   bool possible(const Path& path, Gap gap, int grown, int s) const;
   void keep_ends(const Path& from, Gap gap, int count, Path& to) const;
-  bool grow_from_eye(Gap gap, int s, int t, Sampler& sampler, Path& to, uint64_t& rays) const;
-  bool grow_from_light(Gap gap, int s, Sampler& sampler, Path& to, uint64_t& rays) const;
+  bool grow_from_eye(Gap gap, int s, int t, float time, Sampler& sampler, Path& to, uint64_t& rays) const;
+  bool grow_from_light(Gap gap, int s, float time, Sampler& sampler, Path& to, uint64_t& rays) const;
   double pdf_given_gap(const Path& from, const Path& to, Gap gap) const;
 
   const PathSpace& space_;

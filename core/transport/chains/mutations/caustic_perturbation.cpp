@@ -19,7 +19,7 @@ int CausticPerturbation::turned(const Path& path) {
 
 bool CausticPerturbation::suits(const Path& from) const {
   // A delta sun has only one direction, but its rays can be shifted like those of any distant light.
-  return from.count >= 3 && from.rough(from.count - 2);
+  return space_.to_lens && from.count >= 3 && from.rough(from.count - 2);
 }
 
 float CausticPerturbation::per_pixel(const Path& path, int vertex) const {
@@ -44,6 +44,7 @@ bool CausticPerturbation::sample(const Path& from, Sampler& sampler, Path& to, u
   const Vec2 u = sampler.get_2d();
   const float step = per_pixel(from, first) * pixels_.sample(u.x);
   Ray ray;
+  ray.time = from.time();
   if (start.distant) {
     const Frame frame(start.point.ng);
     const float phi = 2.0f * kPi * u.y;
@@ -54,7 +55,7 @@ bool CausticPerturbation::sample(const Path& from, Sampler& sampler, Path& to, u
   } else {
     if (!(step < kLargestAngle)) return false;
     const Vec3 direction = turn(from.to_eye(first), step, u.y);
-    if (start.kind == VertexKind::Surface || start.program) {
+    if (start.kind == VertexKind::Surface || start.kind == VertexKind::Medium || start.program) {
       ray = scene.spawn_ray(start.point, direction);
     } else {
       ray.origin = start.position();
@@ -62,7 +63,7 @@ bool CausticPerturbation::sample(const Path& from, Sampler& sampler, Path& to, u
     }
   }
   for (int i = first + 1; i <= n - 2; ++i) {
-    if (!grow(scene, ray, Growth::ToEye, to, i, sampler, rays)) return false;
+    if (!grow(space_, ray, {Growth::ToEye, collisions_like(from, i, false)}, to, i, sampler, rays)) return false;
     PathVertex& vertex = to.vertices[size_t(i)];
     vertex.specular = !from.joinable(i);
     if (!vertex.specular && !vertex.connectable()) return false;
@@ -71,7 +72,7 @@ bool CausticPerturbation::sample(const Path& from, Sampler& sampler, Path& to, u
     if (!repeated) return false;
     ray = scene.spawn_ray(vertex.point, *repeated);
   }
-  if (!join_at(scene, to, n - 2, rays) || !arrive_on_film(space_, to)) return false;
+  if (!join_at(space_, to, n - 2, rays) || !arrive_on_film(space_, to)) return false;
   return space_.complete(to, first, n - 2) && same_configuration(from, to);
 }
 
@@ -94,7 +95,7 @@ double CausticPerturbation::pdf(const Path& from, const Path& to) const {
   }
   for (int i = first + 1; i <= n - 2; ++i) {
     if (i > first + 1) pdf *= pdf_of_repeated(from, to, i - 1, false);
-    pdf *= to.light_step(i);
+    pdf *= to.kept_light_step(i);
   }
   return pdf;
 }

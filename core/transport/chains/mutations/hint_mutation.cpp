@@ -14,7 +14,7 @@ constexpr double kLonger = 0.65;
 }  // namespace
 
 float HintMutation::lens_probability(const Hints::Hint& hint, bool has_joinable) const {
-  if (hint.vertices.size() <= 2 && space_.without_direct) return 0.0f;  // direct light
+  if (!space_.to_lens || (hint.vertices.size() <= 2 && space_.without_direct)) return 0.0f;  // the latter: direct light
   return has_joinable ? 0.5f : 1.0f;
 }
 
@@ -47,10 +47,10 @@ bool HintMutation::sample_hint(const Path& from, Sampler& sampler, Path& to, uin
   Hints::sample_position(hint, scene.lights().light(light), sampler.get_2d(), position, normal);
   Vec3 direction = Hints::sample_direction(hint, 0, position, sampler.get_2d());
   PathVertex& start = to.vertices[0];
-  make_light_vertex(scene, light, position, normal, direction, start);
+  make_light_vertex(scene, light, position, normal, direction, from.time(), start);
   Ray ray = leave_light(scene, start, direction);
   for (int i = 1; i < end; ++i) {
-    if (!grow(scene, ray, Growth::ToEye, to, i, sampler, rays)) return false;
+    if (!grow(space_, ray, {Growth::ToEye, {Collisions::Kind::None}}, to, i, sampler, rays)) return false;
     PathVertex& vertex = to.vertices[size_t(i)];
     const Hints::Vertex& meant = hint.vertices[size_t(i)];
     vertex.specular = meant.specular;
@@ -65,7 +65,7 @@ bool HintMutation::sample_hint(const Path& from, Sampler& sampler, Path& to, uin
     }
     ray = scene.spawn_ray(vertex.point, direction);
   }
-  if (!join_at(scene, to, end - 1, rays)) return false;
+  if (!join_at(space_, to, end - 1, rays)) return false;
   if (to_lens && !arrive_on_film(space_, to)) return false;
   if (!space_.complete(to, 0, end)) return false;
   // The proposal must differ in exactly the vertices that were to change.

@@ -48,13 +48,14 @@ bool LensPerturbation::sample(const Path& from, Sampler& sampler, Path& to, uint
   std::copy_n(from.edges.begin(), std::max(0, first - 1), to.edges.begin());
   std::copy_n(from.scattering.begin(), first, to.scattering.begin());
   to.vertices[size_t(n - 1)] = from.vertices[size_t(n - 1)];
-  Ray ray = scene.camera().ray_through(to.film, to.vertices[size_t(n - 1)].position(), 0.0f);
+  Ray ray = leave_lens(scene, to.film, to.vertices[size_t(n - 1)]);
   for (int i = n - 2; i >= first; --i) {
     if (i == 0) {
-      if (!grow_light(scene, ray, to, sampler, rays)) return false;
+      if (!grow_light(space_, ray, to, sampler, rays)) return false;
       break;
     }
-    if (!grow(scene, ray, i == n - 2 ? Growth::ToLightFromLens : Growth::ToLight, to, i, sampler, rays)) return false;
+    const Growth growth{i == n - 2 ? Growth::ToLightFromLens : Growth::ToLight, collisions_like(from, i, true)};
+    if (!grow(space_, ray, growth, to, i, sampler, rays)) return false;
     PathVertex& vertex = to.vertices[size_t(i)];
     vertex.specular = !from.joinable(i);
     if (!vertex.specular && !vertex.connectable()) return false;
@@ -70,7 +71,7 @@ bool LensPerturbation::sample(const Path& from, Sampler& sampler, Path& to, uint
     }
     ray = scene.spawn_ray(vertex.point, direction);
   }
-  if (first > 0 && !join_at(scene, to, first - 1, rays)) return false;
+  if (first > 0 && !join_at(space_, to, first - 1, rays)) return false;
   return space_.complete(to, first - 1, n - 2) && same_configuration(from, to) && first_changed(to) == first;
 }
 
@@ -84,7 +85,7 @@ double LensPerturbation::pdf(const Path& from, const Path& to) const {
     if (i < n - 2)
       pdf *= to.rough(i + 1) ? angle_step_.pdf_solid_angle(angle_between(from.to_light(i + 1), to.to_light(i + 1)))
                              : pdf_of_repeated(from, to, i + 1, true);
-    pdf *= to.eye_step(i);
+    pdf *= to.kept_eye_step(i);
   }
   return first == 0 ? pdf * to.hit_choice : pdf;
 }

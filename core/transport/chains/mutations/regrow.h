@@ -38,49 +38,61 @@ inline Vec3 turn(Vec3 direction, float angle, float u) {
   return glm::normalize(Frame(direction).to_world(Vec3(s * std::cos(phi), s * std::sin(phi), std::cos(angle))));
 }
 
-/// The direction in which a path grows: towards the light (from vertex index + 1), the same from the lens, or towards
-/// the eye (from index - 1).
-enum class Growth : uint8_t { ToLight, ToLightFromLens, ToEye };
+/// How a path grows: towards the light (from vertex index + 1), the same from the lens, or towards the eye (from index -
+/// 1). With media: which collisions there are.
+struct Growth {
+  enum Direction : uint8_t { ToLight, ToLightFromLens, ToEye } direction;
+  Collisions collisions{};
+};
 
-/// Finds the surface vertex `index` along a ray from its neighbour, and fills the edge between them.
-inline bool grow(const Scene& scene, const Ray& ray, Growth growth, Path& path, int index, Sampler& sampler,
+/// Finds the vertex `index` along a ray from its neighbour, and fills the edge between them.
+inline bool grow(const PathSpace& space, const Ray& ray, Growth growth, Path& path, int index, Sampler& sampler,
                  uint64_t& rays) {
-  const bool towards_light = growth != Growth::ToEye;
+  const PathScene where = space.path_scene();
+  const bool towards_light = growth.direction != Growth::ToEye;
   PathVertex& vertex = path.vertices[size_t(index)];
   vertex.point = ShadingPoint();
-  vertex.point.ray_kind = growth == Growth::ToLightFromLens ? uint32_t(kRayCamera) : kLightWalkKind;
+  vertex.point.ray_kind = growth.direction == Growth::ToLightFromLens ? uint32_t(kRayCamera) : kLightWalkKind;
+  const PathVertex& from = path.vertices[size_t(towards_light ? index + 1 : index - 1)];
+  enter_media(where, from, ray.direction, vertex);
   Through through;
-  if (!find_vertex(scene, ray, sampler, vertex, through, rays)) return false;
+  through.collisions = growth.collisions;
+  if (!find_vertex(where, ray, sampler, vertex, through, rays)) return false;
   PathEdge& edge = path.edges[size_t(towards_light ? index : index - 1)];
-  edge = towards_light ? join(vertex, path.vertices[size_t(index + 1)])
-                       : join(path.vertices[size_t(index - 1)], vertex);
-  edge.transmittance = through.transmittance;
-  edge.pass = through.pass;
+  edge = towards_light ? join(vertex, from) : join(from, vertex);
+  set_edge(edge, through, from, vertex, towards_light);
   return edge.inverse_square > 0.0f && edge.cos_light_end > 0.0f && edge.cos_eye_end > 0.0f;
+}
+/// Collisions of a walk that keeps the kind of vertex `index` of a path, and the distance of a collision.
+inline Collisions collisions_like(const Path& like, int index, bool towards_light) {
+  if (like.vertices[size_t(index)].kind != VertexKind::Medium) return {Collisions::Kind::None};
+  const PathEdge& edge = like.edges[size_t(towards_light ? index : index - 1)];
+  return {Collisions::Kind::AtDistance, 1.0f / std::sqrt(edge.inverse_square)};
 }
 
 /// The same for the light at the end of a walk from the eye (vertex 0).
-inline bool grow_light(const Scene& scene, const Ray& ray, Path& path, Sampler& sampler, uint64_t& rays) {
+inline bool grow_light(const PathSpace& space, const Ray& ray, Path& path, Sampler& sampler, uint64_t& rays) {
   Through through;
-  if (!find_light_end(scene, ray, kLightWalkKind, sampler, path.vertices[0], through, rays)) return false;
+  path.vertices[0].point.ray_kind = kind_towards_light(space.scene, path.vertices[1], path.to_eye(1), ray.direction);
+  if (!find_light_end(space.path_scene(), path.vertices[1], ray, sampler, path.vertices[0], through, rays))
+    return false;
   path.edges[0] = join(path.vertices[0], path.vertices[1]);
-  path.edges[0].transmittance = through.transmittance;
-  path.edges[0].pass = through.pass;
+  set_edge(path.edges[0], through, path.vertices[1], path.vertices[0], true);
   return path.edges[0].inverse_square > 0.0f;
 }
 
 /// Connects vertices index and index + 1 by a straight edge. Returns false if they do not see each other.
-inline bool join_at(const Scene& scene, Path& path, int index, uint64_t& rays) {
+inline bool join_at(const PathSpace& space, Path& path, int index, uint64_t& rays) {
   PathEdge& edge = path.edges[size_t(index)];
   edge = join(path.vertices[size_t(index)], path.vertices[size_t(index + 1)]);
   if (!(edge.inverse_square > 0.0f && edge.cos_light_end > 0.0f && edge.cos_eye_end > 0.0f)) return false;
-  return look_along(scene, path.vertices[size_t(index)], path.vertices[size_t(index + 1)], edge, rays);
+  return look_along(space.path_scene(), path.vertices[size_t(index)], path.vertices[size_t(index + 1)], edge, rays);
 }
 
 /// Sets the point on the film that the last edge reaches. Returns false when it is outside the film.
 inline bool arrive_on_film(const PathSpace& space, Path& path) {
-  const auto film = space.scene.camera().film_of(path.vertices[size_t(path.count - 1)].position(),
-                                                 path.vertices[size_t(path.count - 2)].position());
+  const auto film = space.scene.camera().film_of(path.vertices[size_t(path.count - 1)].point.barycentric,
+                                                 path.vertices[size_t(path.count - 2)].position(), path.time());
   if (!film || !space.on_film(*film)) return false;
   path.film = *film;
   const PathVertex& seen = path.vertices[size_t(path.count - 2)];
@@ -110,7 +122,7 @@ inline WalkDirection sample_walk_direction(const LightWalkGuide* guide, const Pa
                                            Sampler& sampler) {
   float u_lobe = sampler.get_1d();
   const Vec2 u = sampler.get_2d();
-  if (guide && vertex.connectable())
+  if (guide && vertex.kind == VertexKind::Surface && vertex.connectable())
     if (const auto along = guide->direction_at(vertex.position(), u_lobe, u)) return {true, false, *along};
   const auto drawn = sample_direction(vertex, wo, u_lobe, u);
   if (!drawn || (drawn->flags & kTransparent)) return {};
@@ -153,8 +165,8 @@ inline double pdf_of_repeated(const Path& like, const Path& to, int index, bool 
 inline bool same_configuration(const Path& a, const Path& b) {
   if (a.count != b.count) return false;
   for (int i = 1; i < a.count - 1; ++i)
-    if (a.joinable(i) != b.joinable(i) || a.rough(i) != b.rough(i) ||
-        (!a.joinable(i) && a.transmits(i) != b.transmits(i)))
+    if (a.vertices[size_t(i)].kind != b.vertices[size_t(i)].kind || a.joinable(i) != b.joinable(i) ||
+        a.rough(i) != b.rough(i) || (!a.joinable(i) && a.transmits(i) != b.transmits(i)))
       return false;
   return true;
 }

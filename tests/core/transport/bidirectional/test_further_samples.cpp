@@ -183,7 +183,8 @@ TEST(SpecularBranches, every_sample_contains_the_reflection_of_a_lamp_in_glass) 
     seen.add(double(luminance(
         trace_seen_light(*scene, scene->camera().generate_ray(Vec2(0.5f), Vec2(0.5f), 0.0f), sampler, rays))));
     sampler.start(1, i);
-    direct.add(double(luminance(trace_direct_paths(*scene, Vec2(0.5f), sampler, nullptr, rays, nullptr).radiance)));
+    direct.add(
+        double(luminance(trace_direct_paths(*scene, nullptr, Vec2(0.5f), sampler, nullptr, rays, nullptr).radiance)));
   }
   const auto path = make_integrator("path");
   path->prepare(scene, 5);
@@ -202,7 +203,7 @@ TEST(DirectPass, does_not_depend_on_the_division_into_iterations) {
   const PathSpace space(*scene, 0, 0, 12, 12, true);
   const auto picture = [&](const std::vector<int>& shares) {
     DirectPass pass;
-    pass.prepare(*scene, false, 9);
+    pass.prepare(*scene, nullptr, false, 9);
     Film film(0, 0, 12, 12, {"Combined"});
     for (int samples : shares) pass.add(film, space, samples * int(DirectPass::kShare), kGoOn);
     return film.resolve("Combined", 1.0f);
@@ -223,7 +224,7 @@ TEST(DirectPass, further_samples_and_branches_keep_the_mean) {
   uint64_t further = 0;
   for (uint32_t replicate = 0; replicate < kReplicates; ++replicate) {
     DirectPass pass;
-    pass.prepare(*scene, false, 100 + replicate);
+    pass.prepare(*scene, nullptr, false, 100 + replicate);
     Film film(0, 0, kSize, kSize, {"Combined"});
     for (int i = 0; i < kSamples; ++i) pass.add(film, space, DirectPass::kShare, kGoOn);
     passes.add(mean_luminance(film));
@@ -235,7 +236,7 @@ TEST(DirectPass, further_samples_and_branches_keep_the_mean) {
         sampler.start(pixel, i);
         const Vec2 at = Vec2(float(pixel % kSize) + 0.5f, float(pixel / kSize) + 0.5f) +
                         space.filter.sample(sampler.get_2d());
-        sum += double(luminance(trace_direct_paths(*scene, at, sampler, nullptr, rays, nullptr).radiance));
+        sum += double(luminance(trace_direct_paths(*scene, nullptr, at, sampler, nullptr, rays, nullptr).radiance));
       }
     plain.add(sum / (kSize * kSize * kSamples));
     further += pass.rays() - rays;

@@ -50,13 +50,13 @@ BothWays unconnectable_light(const SceneDescription& d, int replicates, uint32_t
   left.merging = &merging;
   for (int k = 0; k < replicates; ++k) {
     const uint32_t seed = 1 + uint32_t(k);
-    merging.prepare(*scene, true, seed);
+    merging.prepare(*scene, nullptr, true, seed);
     EXPECT_TRUE(merging.active());
     Sampler sampler(Sampler::Kind::Sobol, seed);
     double hit = 0.0, merged = 0.0;
     for (uint32_t pass = 0; pass < passes; ++pass) {
       // Each pass is pass 0 with another seed, so that the radius is constant.
-      if (pass > 0) merging.prepare(*scene, true, hash_combine(seed, pass));
+      if (pass > 0) merging.prepare(*scene, nullptr, true, hash_combine(seed, pass));
       EXPECT_TRUE(merging.begin_pass(0, kGoOn));
       for (uint32_t i = 0; i < samples; ++i) {
         sampler.start(0, pass * samples + i);
@@ -167,7 +167,7 @@ INSTANTIATE_TEST_SUITE_P(Integrators, MergingWith, ::testing::Values("bdpt", "er
 TEST(VertexMerging, each_pass_has_a_smaller_radius_and_new_photons) {
   const auto scene = build(pane_and_mirror(0.1f));
   VertexMerging merging;
-  merging.prepare(*scene, true, 3);
+  merging.prepare(*scene, nullptr, true, 3);
   ASSERT_TRUE(merging.begin_pass(0, kGoOn));
   EXPECT_FLOAT_EQ(merging.radius(), 0.1f);
   const size_t first = merging.photons();

@@ -70,7 +70,7 @@ TEST(HintGuide, starts_have_the_density_of_the_mixture) {
       const Vec2 a = sampler.get_2d(), b = sampler.get_2d();
       Ray ray;
       double value = 0.0;
-      if (start_at_light(*scene, &guide, u, a, b, light, ray) && uint32_t(light.light) == region.light &&
+      if (start_at_light(*scene, &guide, {u, a, b}, 0.0f, light, ray) && uint32_t(light.light) == region.light &&
           0.5f * length_squared(ray.direction - region.axis) <= region.one_minus_cos) {
         PathEdge edge;
         edge.to_eye = ray.direction;
@@ -236,7 +236,7 @@ TEST_P(HintedPhotons, have_the_power_of_the_lamps_with_and_without_hints) {
       emission.count = 4000;
       emission.guide = g.followed.guide();
       std::atomic<bool> stop{false};
-      const PhotonBatch batch = trace_photons(*g.scene, emission, stop);
+      const PhotonBatch batch = trace_photons(*g.scene, nullptr, emission, stop);
       watts[size_t(hinted)].add(batch.emitted[1]);
       double flux = 0.0;
       for (const Photon& photon : batch.global)

@@ -136,7 +136,7 @@ TEST(Subsurface, is_reported_where_it_is_approximated) {
     ASSERT_TRUE(session.wait(kHang));
     bool reported = false;
     for (const Diagnostic& diagnostic : session.diagnostics())
-      reported |= diagnostic.message.find("only the path tracer walks") != std::string::npos;
+      reported |= diagnostic.message.find("Path Tracing walks") != std::string::npos;
     EXPECT_EQ(reported, std::string(integrator) != "path");
   }
 }

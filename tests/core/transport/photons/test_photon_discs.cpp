@@ -51,7 +51,7 @@ double mean_irradiance(const Scene* scene, float x, float x0, float x1, float y,
   RunningMoments moments;
   for (uint32_t seed = 1; seed <= 8; ++seed) {
     PhotonMap map = even_photons(x0, x1, y, seed, count);
-    if (scene) map.look_around(*scene, kRadius, seed);
+    if (scene) map.look_around(*scene, kRadius, 0.0f, seed);
     for (const float at : {-0.4f, -0.1f, 0.2f, 0.5f})
       moments.add(double(map.irradiance(Vec3(x, at, 0.0f), kUp, kUp, {PointTree::kMaxNeighbours, kRadius}).y));
   }
@@ -64,7 +64,7 @@ TEST(PhotonDiscs, are_complete_away_from_edges) {
   const auto scene = build(board(1.0f, 1.0f));
   PhotonMap map = even_photons(-0.7f, 0.7f, 0.7f, 1);
   const double before = double(map.irradiance(Vec3(0.0f), kUp, kUp, {60, kRadius}).y);
-  map.look_around(*scene, kRadius, 1);
+  map.look_around(*scene, kRadius, 0.0f, 1);
   EXPECT_FLOAT_EQ(float(map.irradiance(Vec3(0.0f), kUp, kUp, {60, kRadius}).y), float(before));
 }
 
@@ -111,8 +111,8 @@ TEST(PhotonDiscs, surfaces_that_only_the_camera_sees_count) {
 TEST(PhotonDiscs, do_not_depend_on_the_order_of_lookups) {
   const auto scene = build(board(0.1f, 1.0f));
   PhotonMap forwards = even_photons(-0.1f, 0.1f, 0.9f, 3), backwards = even_photons(-0.1f, 0.1f, 0.9f, 3);
-  forwards.look_around(*scene, kRadius, 7);
-  backwards.look_around(*scene, kRadius, 7);
+  forwards.look_around(*scene, kRadius, 0.0f, 7);
+  backwards.look_around(*scene, kRadius, 0.0f, 7);
   std::vector<float> a, b;
   for (int i = 0; i < 20; ++i)
     a.push_back(forwards.irradiance(Vec3(0, -0.8f + 0.08f * float(i), 0), kUp, kUp, {30, kRadius}).y);

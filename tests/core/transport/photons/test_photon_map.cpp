@@ -21,7 +21,7 @@ PhotonBatch trace(const Scene& scene, uint32_t seed, uint32_t count, bool causti
   emission.plan.caustic = caustic;
   emission.seed = seed;
   emission.count = count;
-  return trace_photons(scene, emission, kGo);
+  return trace_photons(scene, nullptr, emission, kGo);
 }
 
 SceneDescription closed_room(float albedo, Color emission = Color(0.0f)) {
@@ -176,7 +176,7 @@ TEST(Photons, are_stored_only_where_maps_are_needed) {
   PhotonEmission emission;
   emission.plan = none;
   emission.count = 1000;
-  EXPECT_TRUE(trace_photons(*build(lit), emission, kGo).global.empty());
+  EXPECT_TRUE(trace_photons(*build(lit), nullptr, emission, kGo).global.empty());
 }
 
 TEST(Photons, radius_shrinks_by_the_published_law) {

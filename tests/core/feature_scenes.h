@@ -1,0 +1,182 @@
+// Small scenes that each have one feature of real scenes: hair, motion, lights that some rays do not see, panoramas, lamps
+// of negative power. Every integrator renders them with the mean of path tracing.
+#pragma once
+
+#include "transport_scenes.h"
+
+namespace ajar::fixtures {
+
+/// Moves an instance from one position to another while the shutter is open, by scales and translations.
+inline void move_instance(SceneDescription& d, size_t instance, const Mat4& from, const Mat4& to) {
+  d.instances[instance].first_motion_key = int(d.motion_keys.size());
+  d.instances[instance].motion_key_count = 2;
+  d.motion_keys.push_back(rows(from));
+  d.motion_keys.push_back(rows(to));
+}
+
+/// A material that only encloses a volume of this node type. `density` at x = -1 and 1 of the unit cube.
+inline int add_medium(SceneDescription& d, const std::string& type, Color color, Vec2 density,
+                      float anisotropy = 0.0f) {
+  GraphBuilder b;
+  NodeInput socket = value_input("Density", density.x);
+  if (density.x != density.y) {
+    const int coordinates = b.node("ShaderNodeTexCoord");
+    const int x = b.node("ShaderNodeSeparateXYZ", {linked_input("Vector", coordinates, "Generated")});
+    const int ramp = b.node("ShaderNodeMapRange", {linked_input("Value", x, "X"), value_input("From Min", 0.0f),
+                                                   value_input("From Max", 1.0f), value_input("To Min", density.x),
+                                                   value_input("To Max", density.y)});
+    socket = linked_input("Density", ramp, "Result");
+  }
+  b.graph.volume = {
+      b.node(type, {value_input("Color", Vec4(color, 1.0f)), socket, value_input("Anisotropy", anisotropy)}), "Volume"};
+  return add_material(d, b);
+}
+/// Boxes in which a medium can be.
+inline MeshDescription textured_cube() {
+  MeshDescription mesh = cube();
+  mesh.texture_space_size = Vec3(1.0f);  // half extents, so that generated coordinates are in [0, 1]
+  return mesh;
+}
+
+inline std::vector<TransportScene> feature_scenes() {
+  std::vector<TransportScene> scenes;
+  const LightDescription lamp = area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f);
+  const Mat4 ball = moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f);
+  const auto add = [&](const char* name, const std::function<void(SceneDescription&)>& fill) {
+    SceneDescription d = grey_room();
+    fill(d);
+    scenes.push_back({name, std::move(d)});
+  };
+  for (const StrandShape shape : {StrandShape::Ribbon, StrandShape::Round})
+    add(shape == StrandShape::Ribbon ? "ribbons" : "round_hair", [&](SceneDescription& d) {
+      add_object(d, curls(300, shape), add_diffuse(d, Color(0.8f, 0.5f, 0.3f)), moved(Vec3(0.2f, 0.2f, -0.3f), 1.5f));
+      d.lights.push_back(lamp);
+    });
+  add("moving_ball", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    move_instance(d, 1, moved(Vec3(-0.5f, 0.3f, -0.4f), 0.4f), moved(Vec3(0.5f, 0.3f, 0.2f), 0.4f));
+    d.lights.push_back(lamp);
+  });
+  add("moving_glass", [&](SceneDescription& d) {
+    add_object(d, sphere(), add_glass(d, 0.0f), ball);
+    move_instance(d, 1, moved(Vec3(-0.3f, 0.3f, -0.4f), 0.4f), moved(Vec3(0.3f, 0.3f, -0.2f), 0.4f));
+    d.lights.push_back(lamp);
+  });
+  add("moving_camera", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.lights.push_back(lamp);
+    const std::array<float, 12> start = d.camera.world_from_camera;
+    std::array<float, 12> end = start;
+    end[3] += 0.2f, end[7] += 0.1f, end[11] -= 0.2f;
+    d.camera.motion = {start, end};
+    d.camera.shutter = {0.0f, 0.4f, 0.6f, 1.0f};
+  });
+  add("hidden_from_glossy", [&](SceneDescription& d) {
+    add_object(d, sphere(), add_glossy(d, 0.3f), ball);
+    add_object(d, cube(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.4f), moved(Vec3(-0.5f, 0.4f, -0.7f), 0.25f));
+    d.lights.push_back(lamp);
+    d.lights.back().visibility = kVisibleAll & ~kVisibleGlossy;
+    d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 2.0f));
+  });
+  add("hidden_from_diffuse", [&](SceneDescription& d) {
+    add_object(d, sphere(), add_glossy(d, 0.0f), ball);
+    add_object(d, cube(), add_half_diffuse(d, "ShaderNodeBsdfGlossy", 0.4f), moved(Vec3(-0.5f, 0.4f, -0.7f), 0.25f));
+    add_object(d, plane(0.2f), add_diffuse(d, Color(0.0f), Color(5.0f)),
+               shining(Vec3(0.5f, 0.5f, 0.5f), Vec3(0, -1, -1)));
+    d.objects.back().visibility = kVisibleAll & ~kVisibleDiffuse;
+    d.lights.push_back(lamp);
+    d.lights.back().visibility = kVisibleAll & ~kVisibleDiffuse;
+    d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 2.0f));
+  });
+  const auto panorama = [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.lights.push_back(lamp);
+    d.camera.kind = CameraKind::Panorama;
+    d.camera.panorama.kind = PanoramaKind::Equirectangular;
+    d.camera.screen_window = Vec4(0, 1, 0, 1);
+  };
+  add("full_panorama", panorama);
+  add("panorama_with_lens", [&](SceneDescription& d) {
+    panorama(d);
+    d.camera.aperture_radius = 0.05f;
+    d.camera.focus_distance = 1.0f;
+  });
+  add("negative_lamp", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.lights.push_back(lamp);
+    d.lights.push_back(area_lamp(Vec3(0.6f, 0.3f, 0.5f), Vec3(-1, 0, -0.5f), 0.3f, -0.7f));
+  });
+  const auto foggy = [&](SceneDescription& d, int medium, const Mat4& where) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    add_object(d, textured_cube(), medium, where);
+    d.lights.push_back(lamp);
+    d.settings.bounces.volume = 6;
+  };
+  const Mat4 all = moved(Vec3(0.0f), 0.98f), aside = moved(Vec3(-0.4f, 0.3f, 0.1f), 0.4f);
+  add("fog_around_the_camera", [&](SceneDescription& d) {
+    foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.9f, 0.7f, 0.4f), Vec2(0.5f)), all);
+  });
+  add("forward_scattering_fog", [&](SceneDescription& d) {
+    foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.9f), Vec2(1.5f), 0.6f), aside);
+    d.settings.bounces.volume = 0;
+  });
+  add("uneven_smoke", [&](SceneDescription& d) {
+    foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.8f, 0.9f, 0.9f), Vec2(0.2f, 3.0f), 0.3f), aside);
+  });
+  add("overlapping_volumes", [&](SceneDescription& d) {
+    foggy(d, add_medium(d, "ShaderNodeVolumeScatter", Color(0.8f, 0.9f, 0.9f), Vec2(0.4f)), all);
+    add_object(d, textured_cube(), add_medium(d, "ShaderNodeVolumeAbsorption", Color(0.3f, 0.5f, 0.9f), Vec2(2.0f)),
+               aside);
+  });
+  add("volume_of_the_world", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
+    d.lights.push_back(point_light(Vec3(-0.3f, 0.2f, 0.6f), 6.0f, 0.1f));
+    GraphBuilder b;
+    b.graph.volume = {
+        b.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(0.9f)), value_input("Density", 0.4f)}), "Volume"};
+    d.world.graph = b.graph;
+    d.settings.bounces.volume = 4;
+  });
+  add("volume_in_glass", [&](SceneDescription& d) {
+    GraphBuilder b;
+    b.graph.surface = {
+        b.node("ShaderNodeBsdfGlass",
+               {value_input("Color", Vec4(1.0f)), value_input("Roughness", 0.3f), value_input("IOR", 1.2f)},
+               {text_property("distribution", "GGX")}),
+        "BSDF"};
+    b.graph.volume = {b.node("ShaderNodeVolumeScatter",
+                             {value_input("Color", Vec4(0.9f, 0.6f, 0.3f, 1.0f)), value_input("Density", 1.5f)}),
+                      "Volume"};
+    add_object(d, sphere(), add_material(d, b), ball);
+    d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 1.5f, 8.0f));
+    d.settings.bounces.volume = 4;
+  });
+  add("glowing_volume", [&](SceneDescription& d) {
+    GraphBuilder b;
+    const int scatters = b.node("ShaderNodeVolumeScatter",
+                                {value_input("Color", Vec4(0.8f)), value_input("Density", 1.0f)});
+    const int emits = b.node("ShaderNodeEmission",
+                             {value_input("Color", Vec4(1.0f, 0.6f, 0.3f, 1.0f)), value_input("Strength", 1.5f)});
+    b.graph.volume = {b.node("ShaderNodeAddShader", {linked_input("Shader", scatters, "Volume"),
+                                                     linked_input("Shader_001", emits, "Emission")}),
+                      "Shader"};
+    foggy(d, add_material(d, b), aside);
+  });
+  return scenes;
+}
+
+/// A ball with subsurface scattering in the room of the other scenes.
+inline TransportScene subsurface_scene() {
+  SceneDescription d = grey_room();
+  GraphBuilder b;
+  const int node = b.node("ShaderNodeSubsurfaceScattering",
+                          {value_input("Color", Vec4(0.8f, 0.5f, 0.4f, 1.0f)), value_input("Scale", 0.1f),
+                           value_input("Radius", Vec4(1.0f, 0.4f, 0.2f, 0.0f))},
+                          {text_property("falloff", "RANDOM_WALK")});
+  b.graph.surface = {node, "BSSRDF"};
+  add_object(d, sphere(), add_material(d, b), moved(Vec3(0.2f, 0.3f, -0.4f), 0.4f));
+  d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f));
+  return {"skin", std::move(d)};
+}
+
+}  // namespace ajar::fixtures

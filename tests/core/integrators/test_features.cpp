@@ -1,0 +1,58 @@
+// Every integrator renders every feature of real scenes with the mean of path tracing.
+#include "agreement.h"
+#include "feature_scenes.h"
+
+namespace ajar::test_features {
+
+using namespace fixtures;
+
+namespace {
+
+const std::vector<TransportScene> kScenes = feature_scenes();
+/// For integrators that walk below surfaces and store photons, which glowing volumes do not send.
+const std::vector<TransportScene> kAllScenes = [] {
+  std::vector<TransportScene> scenes = feature_scenes();
+  // The gate has no time for enough samples of the volume in glass.
+  std::erase_if(scenes, [](const TransportScene& scene) {
+    return scene.name == "glowing_volume" || scene.name == "volume_in_glass";
+  });
+  scenes.push_back(subsurface_scene());
+  // Few photons keep the tests short; their blur is within the bias that the tests allow.
+  for (TransportScene& scene : scenes) scene.description.settings.photons = 3000;
+  return scenes;
+}();
+
+}  // namespace
+
+class Feature : public ::testing::TestWithParam<size_t> {};
+INSTANTIATE_TEST_SUITE_P(In, Feature, ::testing::Range<size_t>(0, kScenes.size()),
+                         [](const auto& info) { return kScenes[info.param].name; });
+
+TEST_P(Feature, bidirectional_path_tracing_has_the_mean_of_path_tracing) {
+  expect_agreement(kScenes[GetParam()], "bdpt", 48, int(kScenes.size()));
+}
+TEST_P(Feature, energy_redistribution_has_the_mean_of_path_tracing) {
+  expect_agreement(kScenes[GetParam()], "erpt", 48, int(kScenes.size()));
+}
+TEST_P(Feature, metropolis_has_the_mean_of_path_tracing) {
+  expect_agreement(kScenes[GetParam()], "metropolis", 48, int(kScenes.size()));
+}
+TEST_P(Feature, population_monte_carlo_has_the_mean_of_path_tracing) {
+  expect_agreement(kScenes[GetParam()], "pmc_pt", 48, int(kScenes.size()));
+}
+
+class GatheredFeature : public ::testing::TestWithParam<size_t> {};
+INSTANTIATE_TEST_SUITE_P(In, GatheredFeature, ::testing::Range<size_t>(0, kAllScenes.size()),
+                         [](const auto& info) { return kAllScenes[info.param].name; });
+
+TEST_P(GatheredFeature, photon_mapping_has_the_mean_of_path_tracing) {
+  expect_agreement_within_bias(kAllScenes[GetParam()], "photon_map", 0.02);
+}
+TEST_P(GatheredFeature, metropolis_photon_sampling_has_the_mean_of_path_tracing) {
+  expect_agreement_within_bias(kAllScenes[GetParam()], "mps", 0.03);
+}
+TEST_P(GatheredFeature, irradiance_caching_has_the_mean_of_path_tracing) {
+  expect_agreement_within_bias(kAllScenes[GetParam()], "irradiance_cache", 0.03);
+}
+
+}  // namespace ajar::test_features
