@@ -29,6 +29,13 @@ void reset(PathVertex& vertex, VertexKind kind) {
   vertex.point = ShadingPoint();
 }
 
+/// Multiplies the stretch into what the ray passed. The first stretch also gives the rate at the start.
+void add_stretch(const MediaStretch& stretch, Through& through) {
+  through.transmittance *= stretch.transmittance;
+  through.pass *= stretch.pass;
+  if (through.stretches++ == 0) through.start_rate = stretch.rate;
+}
+
 }  // namespace
 
 bool walk_in_media(const PathMedia& media, const Ray& ray, const Hit& hit, Sampler& sampler, PathVertex& vertex,
@@ -57,19 +64,11 @@ bool walk_in_media(const PathMedia& media, const Ray& ray, const Hit& hit, Sampl
     if (here) at = media.at(along, t);
     collisions.distance -= t_end;
   }
-  through.transmittance *= stretch.transmittance;
-  through.pass *= stretch.pass;
-  if (through.stretches++ == 0) through.start_rate = stretch.rate;
+  add_stretch(stretch, through);
   if (!collides) return false;
   through.end_rate = stretch.rate;
   const ShadingPoint inside = inside_of(along);
-  vertex.kind = VertexKind::Medium;
-  vertex.specular = vertex.distant = vertex.delta = false;
-  vertex.light = -1;
-  vertex.pass = 0.0f;
-  vertex.program = nullptr;
-  vertex.shading.bsdf = Bsdf();
-  vertex.shading.emission = Color(0.0f);
+  reset(vertex, VertexKind::Medium);
   vertex.shading.holdout = 0.0f;
   vertex.media.at = at;
   vertex.point = inside;
@@ -87,9 +86,7 @@ Through through_to(const PathMedia& media, const MediaStack& stack, const Ray& r
   if (stack.empty()) return through;
   Pcg32 rng = media_numbers(sampler);
   const MediaStretch stretch = media.pass({stack, ray, t, path, path.ray_kind}, rng);
-  through.transmittance *= stretch.transmittance;
-  through.pass *= stretch.pass;
-  if (through.stretches++ == 0) through.start_rate = stretch.rate;
+  add_stretch(stretch, through);
   return through;
 }
 
