@@ -93,7 +93,7 @@ def check(context: bpy.types.Context) -> list[tuple[str, str]]:
     """Export and build the scene, and return the warnings."""
     depsgraph = context.evaluated_depsgraph_get()
     exported = ExportContext(depsgraph, lambda: False, lambda step: None)
-    settings.export(exported, Options(samples=1, integrator="path"), ["Combined"])
+    settings.export(exported, Options({"samples": 1, "integrator": "path"}), ["Combined"])
     camera.export(exported, depsgraph.scene_eval.camera)
     export_contents(exported)
     limits = exported.description.settings

@@ -144,7 +144,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             options.stats.write_text(json.dumps(statistics, indent=2) + "\n", encoding="utf-8")
 
     def _denoises(self, scene: bpy.types.Scene, options: headless.Options) -> bool:
-        return not self.is_preview and (plain.of(scene.ajar).use_denoise if options.denoise is None else options.denoise == "on")
+        return not self.is_preview and (plain.of(scene.ajar).use_denoise if options.denoise is None else options.denoise)
 
     def _checkpoints(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, session: ajar.Session,
                      description: ajar.SceneDescription) -> Callable[[], None]:

@@ -2,8 +2,8 @@
 
     blender -b --addons ajar_render FILE.blend -E AJAR -o //out -F PNG -f 1 -- --ajar-samples 64 --ajar-stats out.json
 
-Each option overrides the corresponding setting of the user interface. Other arguments are ignored. Errors are detected when the add-on is enabled,
-before anything is rendered; in background mode Blender then ends with exit code 2.
+Each option overrides the corresponding setting of the user interface; every setting of the core that has a property has an option. Other arguments are
+ignored. Errors are detected when the add-on is enabled, before anything is rendered; in background mode Blender then ends with exit code 2.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import functools
 import os
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import bpy
 
@@ -26,7 +26,7 @@ EXIT_BAD_OPTION = 2
 EXIT_NO_IMAGE = 1
 PREVIEW_SAMPLES, PREVIEW_SECONDS = 32, 2.0
 
-ON_OR_OFF = ("on", "off")
+_SHORT_NAMES = {"time_limit": "time", "noise_target": "error"}   # options with another name than their property
 
 
 class OptionError(Exception):
@@ -35,22 +35,12 @@ class OptionError(Exception):
 
 @dataclass
 class Options:
-    """The values of the options; None if an option is not given."""
+    """The values of the options. `settings`: by the names of the properties that they override. The others are None if they are not given."""
 
-    integrator: str | None = None
-    direct: str | None = None
-    direct_samples: int | None = None
-    guiding: str | None = None
-    vertex_merging: str | None = None
-    image: str | None = None
-    samples: int | None = None
-    time: float | None = None
-    error: float | None = None
-    seed: int | None = None
+    settings: dict[str, Any] = field(default_factory=dict)
     threads: int | None = None
-    carry_learning: str | None = None
-    denoise: str | None = None
-    memory_limit: int | None = None
+    carry_learning: bool | None = None
+    denoise: bool | None = None
     stats: Path | None = None
     checkpoint: Path | None = None
     resume: Path | None = None
@@ -85,10 +75,19 @@ def _number(kind: type, minimum: float, maximum: float) -> Callable[[str], float
     return read
 
 
-def _setting(name: str) -> Callable[[str], object]:
-    """As in the user interface: the same choices, the same range."""
-    info = core_settings.SETTINGS[name]
-    return _number(int, info.property_minimum, info.property_maximum) if info.type == "int" else _name(core_settings.names(name))
+def _on_or_off(text: str) -> bool:
+    return _name(("on", "off"))(text) == "on"
+
+
+def _setting(prop: str) -> Callable[[str], object]:
+    """As in the user interface: the same choices, the same minimum. The maximum is that of the core, if it has one."""
+    info = core_settings.SETTINGS[prop]
+    if info.type == "bool":
+        return _on_or_off
+    if info.type in ("int", "float"):
+        maximum = info.property_maximum if info.maximum == core_settings.UNBOUNDED else info.maximum
+        return _number(int if info.type == "int" else float, info.property_minimum, maximum)
+    return _name(core_settings.names(prop))
 
 
 def _file(text: str) -> Path:
@@ -107,21 +106,11 @@ def _existing(text: str) -> Path:
     return path
 
 
-READERS: dict[str, Callable[[str], object]] = {
-    "integrator": _setting("integrator"),
-    "direct": _setting("direct"),
-    "direct-samples": _setting("direct_samples"),
-    "guiding": _setting("guiding"),
-    "vertex-merging": _setting("vertex_merging"),
-    "image": _setting("image"),
-    "samples": _number(int, 1, 2**31 - 1),
-    "time": _number(float, 1e-3, 1e9),
-    "error": _number(float, 1e-12, 1e6),
-    "seed": _number(int, core_settings.SETTINGS["seed"].minimum, core_settings.SETTINGS["seed"].maximum),
-    "carry-learning": _name(ON_OR_OFF),
-    "denoise": _name(ON_OR_OFF),
+SETTING_READERS = {_SHORT_NAMES.get(prop, prop).replace("_", "-"): (prop, _setting(prop)) for prop in core_settings.SETTINGS}
+READERS: dict[str, Callable[[str], object]] = {name: reader for name, (_, reader) in SETTING_READERS.items()} | {
+    "carry-learning": _on_or_off,
+    "denoise": _on_or_off,
     "threads": _number(int, 0, 1024),
-    "memory-limit": _setting("memory_limit"),
     "stats": _file,
     "dump-scene": _file,
     "checkpoint": _file,
@@ -152,7 +141,9 @@ def parse(argv: Sequence[str]) -> Options:
     for name, value in vars(found).items():
         if value is _MISSING:
             raise OptionError(f"{PREFIX}{name.replace('_', '-')} needs a value after it")
-    return Options(**vars(found))
+    settings = {prop: vars(found)[name.replace("-", "_")] for name, (prop, _) in SETTING_READERS.items()}
+    given = {prop: value for prop, value in settings.items() if value is not None}
+    return Options(settings=given, **{of.name: vars(found)[of.name] for of in fields(Options) if of.name != "settings"})
 
 
 def current() -> Options:
@@ -165,7 +156,7 @@ def current() -> Options:
 
 def preview() -> Options:
     """Options for previews of materials, worlds and lamps: few samples."""
-    return Options(integrator="path", direct="mis", direct_samples=1, samples=PREVIEW_SAMPLES, time=PREVIEW_SECONDS, error=0.0)
+    return Options({"integrator": "path", "direct": "mis", "direct_samples": 1, "samples": PREVIEW_SAMPLES, "time_limit": PREVIEW_SECONDS, "noise_target": 0.0})
 
 
 def check() -> None:

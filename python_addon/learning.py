@@ -16,7 +16,7 @@ _learned: dict[tuple[str, str, str], ajar.Learned] = {}
 
 
 def is_carried(scene: bpy.types.Scene, options: headless.Options) -> bool:
-    return scene.ajar.carry_learning if options.carry_learning is None else options.carry_learning == "on"
+    return scene.ajar.carry_learning if options.carry_learning is None else options.carry_learning
 
 
 def of(key: tuple[str, str, str]) -> ajar.Learned | None:

@@ -252,7 +252,7 @@ class PathWalk {
 
   /// Continues straight through a surface that only encloses a volume.
   bool cross_boundary() {
-    if (++medium_.bounds > kMaxBounds) return false;
+    if (++medium_.bounds > kMaxVolumeBounds) return false;
     medium_.media.cross(walk_.hit, !walk_.point.backfacing, medium_.stack, medium_.counters);
     walk_.pass_uncounted();
     return true;
@@ -446,8 +446,6 @@ class PathWalk {
   }
 
   static constexpr int kSafeBounces = 2;  ///< without Russian roulette
-  /// Maximum number of surfaces along a path that only enclose volumes, as in Cycles.
-  static constexpr int kMaxBounds = 1024;
 
   const DirectLight& direct_light_;
   const Guide& guide_;

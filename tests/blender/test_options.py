@@ -21,6 +21,9 @@ WRONG = [
     (["--ajar-error", "x"], ["--ajar-error", "x"]),
     (["--ajar-seed", "-1"], ["--ajar-seed", "-1"]),
     (["--ajar-threads", "1.5"], ["--ajar-threads", "1.5"]),
+    (["--ajar-filter", "bogus"], ["bogus", "box", "blackman_harris"]),
+    (["--ajar-refractive-caustics", "maybe"], ["maybe", "on", "off"]),
+    (["--ajar-bounces-total", "-1"], ["--ajar-bounces-total", "-1"]),
     (["--ajar-memory-limit", "-1"], ["--ajar-memory-limit", "-1"]),
     (["--ajar-stats", "/no/such/folder/x.json"], ["--ajar-stats", "/no/such/folder"]),
     (["--ajar-dump-scene", "/"], ["--ajar-dump-scene"]),
@@ -48,6 +51,20 @@ def test_memory_limit_stops_the_render_and_names_the_largest_part(blender, tmp_p
 
 def test_arguments_of_other_scripts_are_ignored(blender):
     assert blender("--", "--my-option", "3", "word").returncode == 0
+
+
+def test_options_override_settings_of_all_types(blender, tmp_path):
+    dump, read = tmp_path / "scene.ajar", tmp_path / "read.py"
+    result = blender("--python", script(tmp_path, "scene.ajar.bounces_total = 7; scene.ajar.noise_target = 0.5"), "-o", tmp_path / "out", "-f", 1, "--",
+                     "--ajar-samples", 1, "--ajar-time", 100, "--ajar-error=0.25", "--ajar-filter", "box", "--ajar-exposure", 2, "--ajar-bounces-glossy", 3,
+                     "--ajar-refractive-caustics", "off", "--ajar-image-error", "perceptual", "--ajar-dump-scene", dump)
+    assert result.returncode == 0, result.stdout
+    read.write_text("import ajar_render\nfrom ajar_render.ajar_module import ajar\n"
+                    f"s = ajar.load_description({str(dump)!r}).settings\n"
+                    "print('READ', s.seconds, s.target_error, s.filter == ajar.FilterKind.Box, s.exposure, s.bounces.glossy, s.bounces.total,"
+                    " s.refractive_caustics, s.reflective_caustics, s.image_error)\n")
+    result = blender("--python", read)
+    assert "READ 100.0 0.25 True 2.0 3 7 False True perceptual" in result.stdout, result.stdout
 
 
 def test_statistics_have_all_fields_of_the_contract(blender, tmp_path):

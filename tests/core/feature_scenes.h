@@ -31,13 +31,6 @@ inline int add_medium(SceneDescription& d, const std::string& type, Color color,
       b.node(type, {value_input("Color", Vec4(color, 1.0f)), socket, value_input("Anisotropy", anisotropy)}), "Volume"};
   return add_material(d, b);
 }
-/// Boxes in which a medium can be.
-inline MeshDescription textured_cube() {
-  MeshDescription mesh = cube();
-  mesh.texture_space_size = Vec3(1.0f);  // half extents, so that generated coordinates are in [0, 1]
-  return mesh;
-}
-
 inline std::vector<TransportScene> feature_scenes() {
   std::vector<TransportScene> scenes;
   const LightDescription lamp = area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f);

@@ -107,6 +107,13 @@ inline MeshDescription cube(bool inwards = false) {
   return mesh;
 }
 
+/// The cube with generated coordinates in [0, 1]: a box in which a medium can be.
+inline MeshDescription textured_cube() {
+  MeshDescription mesh = cube();
+  mesh.texture_space_size = Vec3(1.0f);  // half extents
+  return mesh;
+}
+
 /// Strands through these points. All strands have the radius `root` at the root and `tip` at the tip.
 inline MeshDescription hair(const std::vector<std::vector<Vec3>>& strands, float root, float tip,
                             StrandShape shape = StrandShape::Ribbon) {

@@ -39,58 +39,10 @@ inline double sidak_threshold(double significance, int test_count) {
   return -std::expm1(std::log1p(-significance) / std::max(1, test_count));
 }
 
-/// Q(a, x), the regularised upper incomplete gamma function: the series of 1 - Q for x < a + 1, Lentz's continued
-/// fraction otherwise.
-inline double regularized_gamma_upper(double a, double x) {
-  if (x <= 0.0) return 1.0;
-  const double front = std::exp(a * std::log(x) - x - std::lgamma(a));
-  if (x < a + 1.0) {
-    double term = 1.0 / a, sum = term;
-    for (int n = 1; n < 10000 && term > sum * 1e-15; ++n) sum += term *= x / (a + n);
-    return 1.0 - sum * front;
-  }
-  double b = x + 1.0 - a, c = 1e300, d = 1.0 / b, h = d;
-  for (int n = 1; n < 10000; ++n) {
-    const double an = -n * (n - a);
-    b += 2.0;
-    d = 1.0 / (an * d + b);
-    c = b + an / c;
-    h *= d * c;
-    if (std::abs(d * c - 1.0) < 1e-15) break;
-  }
-  return front * h;
-}
-
-/// I_x(a, b), the regularised incomplete beta function, by Lentz's continued fraction.
-inline double regularized_beta(double a, double b, double x) {
-  if (x <= 0.0 || x >= 1.0) return x <= 0.0 ? 0.0 : 1.0;
-  if (x > (a + 1.0) / (a + b + 2.0)) return 1.0 - regularized_beta(b, a, 1.0 - x);
-  const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) + a * std::log(x) +
-                                b * std::log1p(-x)) /
-                       a;
-  double c = 1.0, d = 1.0 / (1.0 - (a + b) * x / (a + 1.0)), h = d;
-  for (int m = 1; m < 10000; ++m) {
-    const double even = m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m));
-    d = 1.0 / (1.0 + even * d);
-    c = 1.0 + even / c;
-    h *= d * c;
-    const double odd = -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0));
-    d = 1.0 / (1.0 + odd * d);
-    c = 1.0 + odd / c;
-    h *= d * c;
-    if (std::abs(d * c - 1.0) < 1e-14) break;
-  }
-  return front * h;
-}
-
 /// Probability that a chi-square variable exceeds `statistic`.
-inline double chi_square_p_value(double statistic, double degrees_of_freedom) {
-  return regularized_gamma_upper(0.5 * degrees_of_freedom, 0.5 * statistic);
-}
+double chi_square_p_value(double statistic, double degrees_of_freedom);
 /// Probability that |T| of Student's distribution exceeds |t|.
-inline double student_p_value(double t, double degrees_of_freedom) {
-  return regularized_beta(0.5 * degrees_of_freedom, 0.5, degrees_of_freedom / (degrees_of_freedom + t * t));
-}
+double student_p_value(double t, double degrees_of_freedom);
 
 // ---- t-tests -----------------------------------------------------------------------
 

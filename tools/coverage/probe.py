@@ -101,7 +101,7 @@ def by_cycles(seed: int) -> np.ndarray:
 def by_ajar(seed: int) -> tuple[np.ndarray, list[tuple[str, str]]]:
     scene = bpy.context.scene
     frame = scene.frame_current
-    context = export_scene(bpy.context.evaluated_depsgraph_get(), Options(samples=SAMPLES, integrator="path", seed=seed), ["Combined"], scene.camera,
+    context = export_scene(bpy.context.evaluated_depsgraph_get(), Options({"samples": SAMPLES, "integrator": "path", "seed": seed}), ["Combined"], scene.camera,
                            lambda: False, lambda step: None, lambda at, part: scene.frame_set(at, subframe=part))
     if scene.render.use_motion_blur:
         scene.frame_set(frame)

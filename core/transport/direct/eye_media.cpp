@@ -5,7 +5,6 @@
 namespace ajar {
 
 namespace {
-constexpr int kMaxBounds = 1024;    // surfaces that only enclose volumes along one walk, as in Cycles
 constexpr int kFreeScattering = 2;  // before roulette
 }  // namespace
 
@@ -71,7 +70,7 @@ EyeMedia::Step EyeMedia::pass(EyeWalk& walk, Sampler& sampler, uint32_t dimensio
   if (!walk.found()) return Step::Surface;
   const ShaderProgram& program = scene_.material(walk.hit);
   if (!program.has_volume() || program.has_surface()) return Step::Surface;
-  if (++bounds_ > kMaxBounds || !walk.arrive()) return Step::End;
+  if (++bounds_ > kMaxVolumeBounds || !walk.arrive()) return Step::End;
   s.media.cross(walk.hit, !point.backfacing, s.stack, s.counters);
   walk.pass_uncounted();
   return Step::Traced;

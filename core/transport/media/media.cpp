@@ -9,7 +9,6 @@ namespace ajar {
 
 namespace {
 
-constexpr int kMaxBounds = 1024;  ///< maximum number of surfaces along one ray that only enclose volumes, as in Cycles
 constexpr float kLargestExtent = 1e18f;  ///< of a volume that varies, in metres
 constexpr uint64_t kMaxMajorants = 8 * 16 * 16 * 16;
 constexpr float kFaint = 0.05f;       ///< weight below which roulette decides, as a fraction of the weight before
@@ -229,7 +228,7 @@ MediaStack Media::around(Vec3 position, float time, MediaCounters& counters) con
   ray.origin = position;
   ray.time = time;
   ShadingPoint point;
-  for (int crossed = 0; crossed < kMaxBounds; ++crossed) {
+  for (int crossed = 0; crossed < kMaxVolumeBounds; ++crossed) {
     const Hit hit = scene_.intersect(ray, kRayCamera);
     if (!hit.found()) break;
     scene_.shading_point(ray, hit, point);
@@ -462,7 +461,7 @@ Color Media::transmittance_to_light(Ray ray, MediaStack stack, const ShadingPoin
     if (hit.found()) {
       const ShaderProgram& program = scene_.material(hit);
       const bool only_encloses = program.has_volume() && !program.has_surface();
-      if (only_encloses ? ++bounds > kMaxBounds : !program.may_be_transparent() || crossed++ >= most)
+      if (only_encloses ? ++bounds > kMaxVolumeBounds : !program.may_be_transparent() || crossed++ >= most)
         return Color(0.0f);
       scene_.shading_point(ray, hit, point);
       point.ray_kind = kRayShadow;

@@ -35,6 +35,9 @@ struct MediaCounters {
   void add(const MediaCounters& other);
 };
 
+/// Maximum number of surfaces along one ray that only enclose volumes, as in Cycles.
+inline constexpr int kMaxVolumeBounds = 1024;
+
 /// The volumes in which a ray is, as indices into Media.
 class MediaStack {
  public:

@@ -104,7 +104,6 @@ bool look_between_surfaces(const Scene& scene, Ray ray, PathEdge& edge, uint64_t
 
 /// The edge in a scene with media. Sets the densities of collisions at its ends too.
 bool look_through_media(const Scene& scene, const PathMedia& media, const Look& look, PathEdge& edge, uint64_t& rays) {
-  constexpr int kMaxBounds = 1024;  // surfaces that only enclose volumes
   const int limit = scene.settings().bounces.transparent;
   Ray ray = look.ray;
   MediaStack stack = stack_towards(scene, media, *look.from, ray.direction);
@@ -124,7 +123,7 @@ bool look_through_media(const Scene& scene, const PathMedia& media, const Look& 
     if (!hit.found()) break;
     const ShaderProgram& program = scene.material(hit);
     const bool only_encloses = program.has_volume() && !program.has_surface();
-    if (only_encloses ? ++bounds > kMaxBounds : !program.may_be_transparent() || crossed++ >= limit) return false;
+    if (only_encloses ? ++bounds > kMaxVolumeBounds : !program.may_be_transparent() || crossed++ >= limit) return false;
     ShadingPoint point;
     scene.shading_point(ray, hit, point);
     point.ray_kind = kRayShadow;

@@ -13,13 +13,13 @@ namespace ajar {
 /// For rays from lights, surfaces have the visibility that they have for rays from diffuse surfaces.
 constexpr uint32_t kLightWalkKind = kRayDiffuse | kRayReflection;
 
-/// The surfaces that a walk has passed since its last vertex.
 /// What a walk does in media.
 struct Collisions {
   enum class Kind : uint8_t { Sampled, None, AtDistance } kind = Kind::Sampled;
   float distance = 0.0f;  ///< of the collision, if that is given
 };
 
+/// What a walk has passed since its last vertex.
 struct Through {
   Collisions collisions{};  ///< set by the caller
   Color transmittance{1.0f};
@@ -33,9 +33,6 @@ struct Through {
 struct NoRayWatcher {
   void operator()(const Ray&, float, bool, const Through&) const {}
 };
-
-/// Surfaces that only enclose volumes along one ray, as in Cycles.
-constexpr int kMaxBounds = 1024;
 
 /// The media of one stretch, up to `hit`. True if the walk ends on it: at a collision, which `vertex` becomes, or, with
 /// a given distance of the collision, where there is no medium. vertex.media.stack is that of the stretch.
@@ -67,7 +64,7 @@ bool find_vertex(const PathScene& where, Ray ray, Sampler& sampler, PathVertex& 
     scene.shading_point(ray, hit, vertex.point);
     vertex.program = &scene.material(hit);
     if (media && vertex.program->has_volume() && !vertex.program->has_surface()) [[unlikely]] {
-      if (++through.bounds > kMaxBounds) return false;
+      if (++through.bounds > kMaxVolumeBounds) return false;
       media->cross(hit, !vertex.point.backfacing, vertex.media.stack);
       ray = scene.straight_on(vertex.point, ray, hit.t);
       continue;

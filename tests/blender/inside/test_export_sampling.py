@@ -13,7 +13,7 @@ def test_settings_are_exported_and_the_command_line_has_precedence(export, scene
     settings = export().settings
     assert (settings.image, settings.image_error, settings.importance_factor) == ("pmc_ip", "perceptual", 3.0)
     assert list(settings.importance_region) == [0.25, 0.5, 0.75, 1.0]
-    assert export(Options(image="uniform")).settings.image == "uniform"
+    assert export(Options({"image": "uniform"})).settings.image == "uniform"
 
 
 def test_importance_of_an_object_is_multiplied_by_that_of_its_collections(build, export, scene):

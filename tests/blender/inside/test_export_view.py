@@ -133,7 +133,7 @@ def test_settings_take_cycles_values_until_they_are_set(export, scene):
 
 def test_command_line_overrides_the_scene(export, scene):
     scene.ajar.samples = 5
-    settings = export(Options(samples=9, seed=3, threads=2, time=1.5, error=0.01)).settings
+    settings = export(Options({"samples": 9, "seed": 3, "time_limit": 1.5, "noise_target": 0.01}, threads=2)).settings
     assert (settings.samples, settings.seed, settings.threads, settings.seconds) == (9, 3, 2, 1.5)
     assert settings.target_error == 0.01
 
@@ -185,9 +185,9 @@ def test_settings_of_cycles_are_used_all_or_none(export, scene):
 def test_number_of_samples_of_the_command_line_is_used(export, scene):
     scene.cycles.use_adaptive_sampling, scene.cycles.adaptive_threshold = True, 0.1
     assert export().settings.target_error == pytest.approx(0.01)
-    assert export(Options(samples=8)).settings.target_error == 0.0
+    assert export(Options({"samples": 8})).settings.target_error == 0.0
     scene.ajar.noise_target = 0.25   # set by the artist
-    assert export(Options(samples=8)).settings.target_error == 0.25
+    assert export(Options({"samples": 8})).settings.target_error == 0.25
 
 
 def test_own_settings_can_be_reset(scene):

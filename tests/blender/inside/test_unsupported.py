@@ -84,7 +84,7 @@ def test_samples_of_a_view_layer_have_precedence_over_those_of_the_scene(export,
     scene.ajar.samples = 32
     scene.view_layers[0].samples = 48
     assert export().settings.samples == 48
-    assert export(Options(samples=7)).settings.samples == 7
+    assert export(Options({"samples": 7})).settings.samples == 7
     scene.cycles.use_layer_samples = "BOUNDED"
     assert export().settings.samples == 32
     scene.cycles.use_layer_samples = "IGNORE"

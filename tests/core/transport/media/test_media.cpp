@@ -73,12 +73,6 @@ int add_glow(SceneDescription& d, float emission, float absorption, Density dens
   return add_material(d, b);
 }
 
-MeshDescription textured_cube() {
-  MeshDescription mesh = cube();
-  mesh.texture_space_size = Vec3(1.0f);  // half extents, so that generated coordinates are in [0, 1]
-  return mesh;
-}
-
 /// The camera looks along y from outside through the centre of [-1, 1]^3, at a white world. The bounce limits are very
 /// high.
 SceneDescription through_a_cube(int material = -1) {
