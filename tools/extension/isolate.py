@@ -13,12 +13,16 @@ from pathlib import Path
 
 PREFIX = "ajar_"
 SONAMES = {"libembree4": "libajar_embree4.so", "libtbb": "libajar_tbb.so", "libOpenImageIO_Util": "libajar_OpenImageIO_Util.so",
-           "libOpenImageIO": "libajar_OpenImageIO.so"}
+           "libOpenImageIO": "libajar_OpenImageIO.so", "libOpenImageDenoise": "libajar_OpenImageDenoise.so",
+           "libOpenImageDenoise_core": "libajar_OpenImageDenoise_core.so",
+           # Open Image Denoise loads this file by its name, and calls it by the name of its function.
+           "libOpenImageDenoise_device_cpu": "libOpenImageDenoise_device_cpu.so.2.5.1"}
+KEPT = "oidn"   # names that begin with this are looked up at run time
 
 
 def soname_for(file_name: str) -> str | None:
     """The new name of a bundled library, or None for a library of the system."""
-    match = re.match(r"(libembree4|libtbb|libOpenImageIO_Util|libOpenImageIO)\b(?!_)", file_name)
+    match = re.match(r"(libembree4|libtbb|libOpenImage(IO|IO_Util|Denoise|Denoise_core|Denoise_device_cpu))\b", file_name)
     return SONAMES[match[1]] if match else None
 
 
@@ -34,7 +38,7 @@ def needed(library: Path) -> list[str]:
 
 
 def write_renames(libraries: list[Path], path: Path) -> None:
-    names = sorted({name for library in libraries for name in exported(library)})
+    names = sorted({name for library in libraries for name in exported(library) if not name.startswith(KEPT)})
     path.write_text("".join(f"{name} {PREFIX}{name}\n" for name in names))
 
 
