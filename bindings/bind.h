@@ -11,5 +11,6 @@ void bind_description(pybind11::module_& module);
 void bind_settings(pybind11::module_& module);
 void bind_session(pybind11::module_& module);
 void bind_image(pybind11::module_& module);
+void bind_denoise(pybind11::module_& module);
 
 }  // namespace ajar::python

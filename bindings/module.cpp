@@ -55,4 +55,5 @@ PYBIND11_MODULE(_ajar, module) {
   ajar::python::bind_description(module);
   ajar::python::bind_session(module);
   ajar::python::bind_image(module);
+  ajar::python::bind_denoise(module);
 }

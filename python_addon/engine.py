@@ -89,8 +89,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         scene = depsgraph.scene_eval
         wanted = passes.wanted(depsgraph.view_layer_eval)
         denoises = denoise.is_available() and self._denoises(scene, options)
-        guides = denoise.GUIDES if denoises else ()
-        exported = export_scene(depsgraph, options, [item.name for item in dict.fromkeys((*wanted, *guides))], self.camera_override or scene.camera,
+        needed = [*(guide.name for guide in denoise.GUIDES), denoise.HALVES] if denoises else []
+        exported = export_scene(depsgraph, options, list(dict.fromkeys([*(item.name for item in wanted), *needed])), self.camera_override or scene.camera,
                                 is_cancelled, lambda step: self._show(depsgraph, interface("Exporting {step}", step=interface(step))),
                                 None if self.is_preview else self.frame_set)
         scene = depsgraph.scene_eval   # read again, since the export of motion blur has evaluated it again
@@ -98,7 +98,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         for name, message in exported.warnings:
             self.report({"WARNING"}, report("{name}: {message}", name=name, message=message))
         if self._denoises(scene, options) and not denoises:
-            self.report({"WARNING"}, report("{name}: this Blender has no Open Image Denoise, so the picture is not denoised", name=scene.name))
+            self.report({"WARNING"}, report("{name}: the picture is not denoised: {reason}", name=scene.name, reason=ajar.denoiser.reason()))
         settings = exported.description.settings
         if denoises and settings.seconds > 0.0:   # the time limit includes denoising
             settings.seconds = max(0.5 * settings.seconds, settings.seconds - denoise.expected_seconds(settings.width * settings.height))
@@ -138,7 +138,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         hints.remember(session.hint_reports(), hint_points)
         last_render.remember(scene.name, statistics)
         photon_overlay.remember(scene, session)
-        if not self._hand_over(depsgraph, session, wanted, statistics, bool(guides)):
+        if not self._hand_over(depsgraph, session, wanted, statistics, denoises):
             return  # cancelled before the first sample
         if options.stats is not None:
             options.stats.write_text(json.dumps(statistics, indent=2) + "\n", encoding="utf-8")
@@ -218,7 +218,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         self._next_words = 0.0
         self._show(depsgraph, interface("Denoising"))
         started = time.monotonic()
-        values = denoise.denoised(values, *(session.snapshot(guide.name) for guide in denoise.GUIDES))
+        albedo, normal = (session.snapshot(guide.name) for guide in denoise.GUIDES)
+        values = denoise.denoised(values, albedo, normal, session.snapshot(denoise.HALVES))
         if statistics is not None:
             statistics["denoise_seconds"] = time.monotonic() - started
         return values

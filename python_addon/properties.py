@@ -69,7 +69,7 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
                                                   default=(1.0, 1.0), min=0.0, max=1.0)
     samples: core_settings.definition("samples", "samples")
     use_denoise: inherited.boolean(
-        "use_denoise", "Denoise", "Remove the remaining noise with Blender's Open Image Denoise when the render is done. The noisy picture is kept as a pass. Biased",
+        "use_denoise", "Denoise", "Remove the remaining noise with Open Image Denoise when the render is done. The noisy picture is kept as a pass. Consistent",
         False, "use_denoising")
     use_viewport_denoise: bpy.props.BoolProperty(
         name="Denoise Viewport", description="Denoise the rendered 3D view whenever the number of samples has doubled. Biased", default=False)

@@ -17,5 +17,6 @@ from .processor import folder_of as _folder_of
 
 __path__ = [str(_folder_of(_Path(__file__).parent)), *__path__]
 
+from . import denoiser  # noqa: F401
 from ._ajar import *  # noqa: F403
 from ._ajar import __doc__ as _doc, __version__  # noqa: F401

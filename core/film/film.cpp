@@ -67,6 +67,7 @@ const std::vector<PassInfo>& known_passes() {
                                             {"VolumeDir", 3},
                                             {"VolumeInd", 3},
                                             {"Sample Count", 1},
+                                            {"Halves", 6},
                                             {"Variance", 1},
                                             {"Error", 1},
                                             {"Perceptual Error", 1},
@@ -272,6 +273,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       o[3] = float(p.sum_alpha * scale);
     } else if (pass == "Sample Count") {
       o[0] = float(p.count);
+    } else if (pass == "Halves") {
+      means_of_halves(i, exposure, o);
     } else if (pass == "Variance") {
       o[0] = variance[i];
     } else if (pass == "Error" || pass == "Perceptual Error") {

@@ -104,7 +104,8 @@ class Film {
   SampleCounts sample_counts() const;
   uint64_t refused() const { return refused_.load(); }
 
-  /// The resolved channels of a pass: width * height * channels floats.
+  /// The resolved channels of a pass: width * height * channels floats. "Halves" has the means of the even and of the
+  /// odd samples of a pixel, RGB each; NaN if the pixel has no sample in one of them.
   std::vector<float> resolve(const std::string& pass, float exposure) const;
   /// Stores the present image of `samples` samples for the average pixel. Errors are estimated from changes of the
   /// image.
@@ -171,6 +172,7 @@ class Film {
   static double scatter_variance(const Pixel& pixel);
   bool has_halves(const Pixel& pixel) const;
   bool halves_of(size_t index, double mean[3], double difference[3]) const;
+  void means_of_halves(size_t index, double exposure, float out[6]) const;
   std::vector<float> variance_of_mean() const;
   static double luminance_of(const double rgb[3]) {
     return 0.2126729 * rgb[0] + 0.7151522 * rgb[1] + 0.0721750 * rgb[2];

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "film/tvi.h"
 #include "math/statistics.h"
@@ -87,6 +88,25 @@ bool Film::halves_of(size_t index, double mean[3], double difference[3]) const {
     if (splats_) difference[c] += 2.0 * splat_scale_ * (splats_[index].sum[1][c] - splats_[index].sum[0][c]);
   }
   return true;
+}
+
+void Film::means_of_halves(size_t index, double exposure, float out[6]) const {
+  const Pixel& p = pixels_[index];
+  const bool known = has_halves(p);
+  const uint32_t even = p.count - p.half_count;
+  for (int c = 0; c < 3; ++c) {
+    double first = 0.0, second = 0.0;
+    if (p.count > 0 && known) {
+      first = (p.sum[c] - p.half[c]) / double(even);
+      second = p.half[c] / double(p.half_count);
+    }
+    if (splats_) {
+      first += 2.0 * splat_scale_ * splats_[index].sum[0][c];
+      second += 2.0 * splat_scale_ * splats_[index].sum[1][c];
+    }
+    out[c] = known ? float(first * exposure) : std::numeric_limits<float>::quiet_NaN();
+    out[3 + c] = known ? float(second * exposure) : std::numeric_limits<float>::quiet_NaN();
+  }
 }
 
 /// An estimate of the true value of a pixel, for the denominator of a relative error. `value` holds the mean of the

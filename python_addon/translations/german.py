@@ -112,8 +112,8 @@ TEXTS = {
     "To": "Bis",
     "Upper right corner of the region, as a fraction of the frame": "Rechte obere Ecke des Bereichs, als Anteil des Bildes",
     "Denoise": "Entrauschen",
-    "Remove the remaining noise with Blender's Open Image Denoise when the render is done. The noisy picture is kept as a pass. Biased":
-        "Nach dem Rendern das restliche Rauschen mit Open Image Denoise von Blender entfernen. Das verrauschte Bild bleibt als Durchgang erhalten. Verzerrt",
+    "Remove the remaining noise with Open Image Denoise when the render is done. The noisy picture is kept as a pass. Consistent":
+        "Nach dem Rendern das restliche Rauschen mit Open Image Denoise entfernen. Das verrauschte Bild bleibt als Durchgang erhalten. Konsistent",
     "Viewport Samples": "Abtastwerte im Ansichtsfenster",
     "Samples per pixel in the rendered 3D view": "Abtastwerte pro Pixel in der gerenderten 3D-Ansicht",
     "Viewport Integrator": "Integrator im Ansichtsfenster",
@@ -502,7 +502,7 @@ TEXTS = {
     "Remaining {time}": "Verbleibend {time}",
     "Paused": "Angehalten",
     "Denoising": "Rauschreduzierung",
-    "{name}: this Blender has no Open Image Denoise, so the picture is not denoised": "{name}: dieses Blender hat kein Open Image Denoise, daher wird das Bild nicht entrauscht",
+    "{name}: the picture is not denoised: {reason}": "{name}: Das Bild wird nicht entrauscht: {reason}",
     "Pause the render after the samples it is taking now, or continue it. The time limit does not count the pause":
         "Das Rendern nach den laufenden Abtastwerten anhalten oder fortsetzen. Das Zeitlimit zählt die Pause nicht",
     "Turn on the passes that guide denoising, and put a Denoise node before the compositor's output":

@@ -5,7 +5,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 # The folders of the core from the lowest to the highest; each has its own rank.
 ROOMS = ["math", "sampling", "description", "geometry", "shading/bsdf", "shading/functions", "shading/program", "shading/nodes", "shading", "lights",
-         "film", "scene", "transport/media", "transport/paths", "transport/guiding", "transport/direct", "transport/direct/estimators", "transport/photons", "transport/bidirectional",
+         "film", "denoise", "scene", "transport/media", "transport/paths", "transport/guiding", "transport/direct", "transport/direct/estimators", "transport/photons", "transport/bidirectional",
          "transport/hints", "transport/chains/mutations", "transport/chains", "integrators", "render"]
 RANKS = {room: rank for rank, room in enumerate(ROOMS)}
 MAX_FILES = 25

@@ -239,3 +239,29 @@ def test_unknown_choices_are_refused_by_name():
     assert settings.direct == "mis"
     settings.guiding = "auto"
     assert settings.guiding == "auto"
+
+
+def test_denoise_refuses_wrong_shapes_and_a_missing_library():
+    image = np.zeros((4, 5, 4), dtype=np.float32)
+    with pytest.raises(ValueError, match=r"\[4, 5, 6\]"):
+        ajar.denoise(image, halves=np.zeros((4, 5, 3), dtype=np.float32))
+    with pytest.raises(ValueError, match="albedo must be an array"):
+        ajar.denoise(image, albedo=np.zeros((3, 5, 3), dtype=np.float32))
+    with pytest.raises(RuntimeError, match="no-such-library"):
+        ajar.load_denoiser("/no-such-library.so")
+    if not ajar.denoiser.load():
+        assert ajar.denoiser_version() == "" and ajar.denoiser.reason()
+        with pytest.raises(RuntimeError, match="not loaded"):
+            ajar.denoise(image)
+
+
+def test_halves_are_two_means_of_the_image_and_unknown_for_one_sample():
+    description = square(samples=4)
+    description.settings.passes = ["Combined", "Halves"]
+    session = render(description)
+    halves = session.snapshot("Halves")
+    assert halves.shape == (12, 16, 6)
+    np.testing.assert_allclose(0.5 * (halves[..., :3] + halves[..., 3:]), session.snapshot("Combined")[..., :3], rtol=1e-6)
+    description = square(samples=1)
+    description.settings.passes = ["Combined", "Halves"]
+    assert np.isnan(render(description).snapshot("Halves")).all()

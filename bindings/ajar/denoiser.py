@@ -1,0 +1,56 @@
+"""Finds Open Image Denoise 2: the copy that is in the process already (official Blender has one), that of the environment variable AJAR_DENOISER, the
+bundled one, or that of the system, in this order. Two copies in one process could conflict, so that a copy in the process is always used."""
+
+from __future__ import annotations
+
+import ctypes.util
+import os
+from pathlib import Path
+
+from ._ajar import denoiser_version, load_denoiser
+
+VARIABLE = "AJAR_DENOISER"
+NAME = "libOpenImageDenoise.so.2"
+BUNDLED = Path(__file__).parent / "lib" / "libajar_OpenImageDenoise.so"   # its symbols are renamed (tools/extension/isolate.py)
+_reasons: list[str] = []   # why the last `load` failed
+
+
+def _in_process() -> str | None:
+    try:
+        lines = Path("/proc/self/maps").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return None
+    paths = {line.split(None, 5)[-1] for line in lines}
+    return next((path for path in sorted(paths) if Path(path).name.startswith(NAME)), None)
+
+
+def library_file() -> str | None:
+    """The file to load, or None."""
+    if found := _in_process() or os.environ.get(VARIABLE):
+        return found
+    if BUNDLED.is_file():
+        return str(BUNDLED)
+    of_system = ctypes.util.find_library("OpenImageDenoise")
+    return of_system if of_system == NAME else None
+
+
+def load() -> bool:
+    """Load the library, once. False if there is none or if it does not work; `reason` says why."""
+    if denoiser_version():
+        return True
+    if _reasons:
+        return False
+    file = library_file()
+    try:
+        if file is None:
+            raise RuntimeError("Open Image Denoise 2 was not found")
+        load_denoiser(file)
+    except RuntimeError as error:
+        _reasons.append(str(error))
+        return False
+    return True
+
+
+def reason() -> str:
+    """Why `load` failed; "" if it did not."""
+    return "".join(_reasons)

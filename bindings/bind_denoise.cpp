@@ -1,0 +1,70 @@
+// Denoising of images, with Open Image Denoise from a file.
+#include "arrays.h"
+#include "bind.h"
+#include "denoise/denoise.h"
+#include "denoise/open_image_denoise.h"
+
+namespace ajar::python {
+
+namespace {
+
+/// The first three channels of an array [height, width, channels]; empty for None.
+std::vector<float> rgb_of(const std::optional<Floats>& array, size_t height, size_t width, const char* what) {
+  if (!array) return {};
+  const bool fits = array->ndim() == 3 && size_t(array->shape(0)) == height && size_t(array->shape(1)) == width &&
+                    array->shape(2) >= 3;
+  if (!fits)
+    throw py::value_error(std::string(what) + " must be an array [" + std::to_string(height) + ", " +
+                          std::to_string(width) + ", 3 or more], not " + shape_text(*array));
+  const size_t channels = size_t(array->shape(2));
+  std::vector<float> result(3 * height * width);
+  for (size_t i = 0; i < height * width; ++i)
+    for (size_t c = 0; c < 3; ++c) result[3 * i + c] = array->data()[channels * i + c];
+  return result;
+}
+
+py::object denoised(const Floats& image, const std::optional<Floats>& halves, const std::optional<Floats>& albedo,
+                    const std::optional<Floats>& normal, int threads) {
+  if (image.ndim() != 3 || image.shape(2) < 3)
+    throw py::value_error("image must be an array [height, width, 3 or more], not " + shape_text(image));
+  const size_t height = size_t(image.shape(0)), width = size_t(image.shape(1)), channels = size_t(image.shape(2));
+  std::vector<float> color = rgb_of(image, height, width, "image"), both,
+                     guides[] = {rgb_of(albedo, height, width, "albedo"), rgb_of(normal, height, width, "normal")};
+  if (halves) {
+    if (halves->ndim() != 3 || size_t(halves->size()) != 6 * height * width)
+      throw py::value_error("halves must be an array [" + std::to_string(height) + ", " + std::to_string(width) +
+                            ", 6], not " + shape_text(*halves));
+    both = copy_numbers(*halves);
+  }
+  std::vector<float> result = copy_numbers(image);
+  {
+    py::gil_scoped_release release;
+    const OpenImageDenoise library(int(width), int(height), std::move(guides[0]), std::move(guides[1]), threads);
+    color = denoise(color, both, int(width), int(height),
+                    [&](std::vector<float> noisy) { return library(std::move(noisy)); });
+    for (size_t i = 0; i < height * width; ++i)
+      for (size_t c = 0; c < 3; ++c) result[channels * i + c] = color[3 * i + c];
+  }
+  return take_array(std::move(result), {height, width, channels});
+}
+
+}  // namespace
+
+void bind_denoise(py::module_& module) {
+  module.def(
+      "load_denoiser", [](const std::string& file) { OpenImageDenoise::load(file); }, py::arg("file"),
+      py::call_guard<py::gil_scoped_release>(),
+      "Load Open Image Denoise 2 from a file, for the whole process. A second call has no effect. Raises RuntimeError, "
+      "with the reason, when the file is not that library.");
+  module.def("denoiser_version", &OpenImageDenoise::version,
+             "The version of Open Image Denoise, such as \"2.5.1\"; \"\" before `load_denoiser`.");
+  module.def("denoise", &denoised, py::arg("image"), py::arg("halves") = py::none(), py::arg("albedo") = py::none(),
+             py::arg("normal") = py::none(), py::arg("threads") = 0,
+             "Return the image without noise, float32[height, width, channels]. image: float32[height, width, 3 or "
+             "more], linear; only the first three channels change. halves: the pass \"Halves\", float32[height, width, "
+             "6]. With it, the result is consistent: it becomes the correct image as the number of samples grows. "
+             "albedo and normal: float32[height, width, 3 or more], the guides. threads: 0 uses all. Raises "
+             "RuntimeError when no denoiser is loaded or when it fails, and ValueError for a wrong shape.");
+}
+
+}  // namespace ajar::python

@@ -1,0 +1,40 @@
+// A denoised image that converges to the correct one: the third use of optimizing control variates.
+//
+// The thesis combines estimators by weights that are learned from their samples [Fan 2006, chapter 6]. Here one
+// estimator is biased (the image D of a neural denoiser) and one is noisy (the rendered image N). The combination is
+// D + sum over planes j of g_j * plane j of (N - D), with planes from fine to coarse (denoise/planes.h). The weight g_j
+// of a place is the part of the energy of the plane there that is an error of D and not noise of N, 0 to 1.
+//
+// The render keeps the means A and B of two independent halves of its samples. D(A) is combined with B, D(B) with A,
+// and the result is the mean of both. In a window of pixels, B - D(A) has the energy e^2 + noise, and the product of
+// B - D(A) and A - D(A) has the mean e^2 minus what the denoiser has kept of the noise of A. With the mean p of the
+// product and its standard error s, g is p (1 - (2.5 s / p)^2) over the energy, 0 if p < 2.5 s: a shrinkage estimator [James
+// and Stein 1961]. It needs no model of the noise, so that the correlated noise of chains is treated correctly. Pixels
+// whose halves differ far more than usual in the window count less, for g and in the sum. As the number of samples
+// grows, the noise vanishes and g becomes 1 wherever D is wrong: the image is consistent.
+//
+// Single pixels that are far brighter than all their neighbours, and bright in one half only, are darkened before the
+// denoiser sees them. They stay in N: coarse planes return their energy where it is significant.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "denoise/planes.h"
+
+namespace ajar {
+
+/// Takes the noise out of a linear RGB image.
+using DenoiseFunction = std::function<std::vector<float>(std::vector<float>)>;
+
+/// The image, RGB. `halves`: the means of the even and of the odd samples of each pixel, six channels. A pixel without
+/// two halves is NaN there; then, and if `halves` is empty, `image` is denoised without a combination.
+std::vector<float> denoise(const std::vector<float>& image, const std::vector<float>& halves, int width, int height,
+                           const DenoiseFunction& denoiser);
+
+/// The image, RGB, in which single pixels are darkened that are bright here and not in `other`.
+std::vector<float> limited(const std::vector<float>& image, const std::vector<float>& other, int width, int height);
+/// Number of planes for an image of this size. The step of the coarsest is an eighth of the smaller side at most.
+int plane_count(int width, int height);
+
+}  // namespace ajar

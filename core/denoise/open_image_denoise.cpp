@@ -1,0 +1,143 @@
+#include "denoise/open_image_denoise.h"
+
+#include <dlfcn.h>
+
+#include <mutex>
+#include <stdexcept>
+
+namespace ajar {
+
+namespace {
+
+// The C interface of the library [https://www.openimagedenoise.org/documentation.html], as far as it is used.
+constexpr int kCpu = 1, kFloat3 = 3;
+struct Interface {
+  void* (*new_device)(int type);
+  void (*set_device_int)(void* device, const char* name, int value);
+  void (*set_device_bool)(void* device, const char* name, bool value);
+  int (*get_device_int)(void* device, const char* name);
+  void (*commit_device)(void* device);
+  void (*release_device)(void* device);
+  int (*get_device_error)(void* device, const char** message);
+  void* (*new_filter)(void* device, const char* type);
+  void (*set_shared_filter_image)(void* filter, const char* name, void* data, int format, size_t width, size_t height,
+                                  size_t offset, size_t pixel_stride, size_t row_stride);
+  void (*set_filter_bool)(void* filter, const char* name, bool value);
+  void (*commit_filter)(void* filter);
+  void (*execute_filter)(void* filter);
+  void (*release_filter)(void* filter);
+};
+
+struct Loaded {
+  std::mutex mutex;
+  bool done = false;
+  Interface functions{};
+  std::string version;
+};
+Loaded& loaded() {
+  static Loaded one;
+  return one;
+}
+
+template <class Function>
+void find(void* library, const char* name, Function& function) {
+  function = reinterpret_cast<Function>(dlsym(library, name));
+  if (function == nullptr) throw std::runtime_error(std::string("Open Image Denoise has no function ") + name + ".");
+}
+
+}  // namespace
+
+struct OpenImageDenoise::Device {
+  const Interface& use;
+  void* handle;
+
+  explicit Device(const Interface& functions) : use(functions), handle(functions.new_device(kCpu)) {
+    if (handle == nullptr) throw std::runtime_error("Open Image Denoise has no device for this CPU.");
+  }
+  ~Device() { use.release_device(handle); }
+  Device(const Device&) = delete;
+  void check() const {
+    const char* message = nullptr;
+    if (use.get_device_error(handle, &message) != 0)
+      throw std::runtime_error(std::string("Open Image Denoise: ") + (message ? message : "unknown error"));
+  }
+};
+
+void OpenImageDenoise::load(const std::string& file) {
+  Loaded& l = loaded();
+  const std::lock_guard lock(l.mutex);
+  if (l.done) return;
+  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) throw std::runtime_error(dlerror());
+  Interface& f = l.functions;
+  find(library, "oidnNewDevice", f.new_device);
+  find(library, "oidnSetDeviceInt", f.set_device_int);
+  find(library, "oidnSetDeviceBool", f.set_device_bool);
+  find(library, "oidnGetDeviceInt", f.get_device_int);
+  find(library, "oidnCommitDevice", f.commit_device);
+  find(library, "oidnReleaseDevice", f.release_device);
+  find(library, "oidnGetDeviceError", f.get_device_error);
+  find(library, "oidnNewFilter", f.new_filter);
+  find(library, "oidnSetSharedFilterImage", f.set_shared_filter_image);
+  find(library, "oidnSetFilterBool", f.set_filter_bool);
+  find(library, "oidnCommitFilter", f.commit_filter);
+  find(library, "oidnExecuteFilter", f.execute_filter);
+  find(library, "oidnReleaseFilter", f.release_filter);
+  const Device device(f);
+  f.commit_device(device.handle);
+  device.check();
+  for (const char* part : {"versionMajor", "versionMinor", "versionPatch"})
+    l.version += (l.version.empty() ? "" : ".") + std::to_string(f.get_device_int(device.handle, part));
+  l.done = true;
+}
+
+std::string OpenImageDenoise::version() {
+  Loaded& l = loaded();
+  const std::lock_guard lock(l.mutex);
+  return l.done ? l.version : "";
+}
+
+OpenImageDenoise::OpenImageDenoise(int width, int height, std::vector<float> albedo, std::vector<float> normal,
+                                   int threads)
+    : width_(width), height_(height), albedo_(std::move(albedo)), normal_(std::move(normal)) {
+  if (version().empty()) throw std::runtime_error("Open Image Denoise is not loaded.");
+  device_ = std::make_unique<Device>(loaded().functions);
+  const Interface& f = device_->use;
+  if (threads > 0) f.set_device_int(device_->handle, "numThreads", threads);
+  f.set_device_bool(device_->handle, "setAffinity", false);
+  f.commit_device(device_->handle);
+  device_->check();
+  if (!albedo_.empty()) run("albedo", albedo_, false);
+  if (!normal_.empty()) run("normal", normal_, false);
+}
+
+OpenImageDenoise::~OpenImageDenoise() = default;
+
+std::vector<float> OpenImageDenoise::operator()(std::vector<float> image) const {
+  run("color", image, true);
+  return image;
+}
+
+/// Denoises the image `name` in place.
+void OpenImageDenoise::run(const char* name, std::vector<float>& image, bool with_guides) const {
+  const Interface& f = device_->use;
+  void* filter = f.new_filter(device_->handle, "RT");
+  const auto set = [&](const char* slot, const std::vector<float>& data) {
+    f.set_shared_filter_image(filter, slot, const_cast<float*>(data.data()), kFloat3, size_t(width_), size_t(height_),
+                              0, 0, 0);
+  };
+  set(name, image);
+  set("output", image);
+  if (with_guides) {
+    f.set_filter_bool(filter, "hdr", true);
+    if (!albedo_.empty()) set("albedo", albedo_);
+    if (!albedo_.empty() && !normal_.empty()) set("normal", normal_);
+    if (!albedo_.empty()) f.set_filter_bool(filter, "cleanAux", true);
+  }
+  f.commit_filter(filter);
+  f.execute_filter(filter);
+  f.release_filter(filter);
+  device_->check();
+}
+
+}  // namespace ajar

@@ -1,0 +1,173 @@
+// Tests of the combination of a denoised image with the halves of the rendered one. The denoisers are simple functions,
+// so that their bias is known.
+#include "denoise/denoise.h"
+
+#include <gtest/gtest.h>
+
+#include "math/random.h"
+#include "math/statistics.h"
+
+namespace ajar::test_denoise {
+
+namespace {
+
+constexpr int kWidth = 96, kHeight = 64;
+constexpr size_t kValues = size_t(kWidth) * kHeight * 3;
+
+/// A gradient with a bright disc of sharp border and one very bright pixel.
+std::vector<float> truth() {
+  std::vector<float> image(kValues);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      for (int c = 0; c < 3; ++c) {
+        const int dx = x - 60, dy = y - 30;
+        float value = 0.2f + 0.005f * float(x) + 0.1f * float(c);
+        if (dx * dx + dy * dy < 100) value += 1.5f;
+        if (x == 20 && y == 20) value = 40.0f;
+        image[(size_t(y) * kWidth + size_t(x)) * 3 + size_t(c)] = value;
+      }
+  return image;
+}
+
+struct Rendered {
+  std::vector<float> image, halves;
+};
+/// Gamma-like noise: a few samples with an exponential distribution. `samples` in each half.
+Rendered rendered(const std::vector<float>& clean, int samples, uint64_t seed) {
+  Pcg32 rng(seed);
+  Rendered r{std::vector<float>(kValues), std::vector<float>(2 * kValues)};
+  for (size_t i = 0; i < kValues; ++i) {
+    for (size_t half = 0; half < 2; ++half) {
+      double sum = 0.0;
+      for (int k = 0; k < samples; ++k) sum -= std::log(1.0 - double(rng.next_float()));
+      const float value = clean[i] * float(sum / samples);
+      r.halves[6 * (i / 3) + 3 * half + i % 3] = value;
+      r.image[i] += 0.5f * value;
+    }
+  }
+  return r;
+}
+double relative_error(const std::vector<float>& image, const std::vector<float>& clean) {
+  double sum = 0.0;
+  for (size_t i = 0; i < kValues; ++i) {
+    const double e = double(image[i]) - double(clean[i]);
+    sum += e * e / (double(clean[i]) * double(clean[i]) + 0.01);
+  }
+  return sum / double(kValues);
+}
+double sum_of(const std::vector<float>& image) {
+  CompensatedSum sum;
+  for (const float v : image) sum.add(double(v));
+  return sum.value();
+}
+/// Blurs the image and takes a tenth of its light.
+std::vector<float> dark_blur(const std::vector<float>& image) {
+  std::vector<float> result = window_mean(image, {kWidth, kHeight, 3}, 2);
+  for (float& v : result) v *= 0.9f;
+  return result;
+}
+
+TEST(Denoise, smooth_images_are_means_and_keep_constants) {
+  const ImageSize size{7, 5, 2};
+  const std::vector<float> constant(size.values(), 3.0f);
+  for (const int step : {1, 2, 16})
+    for (const float v : smoothed(constant, size, step)) EXPECT_NEAR(v, 3.0f, 1e-6f);
+  for (const int reach : {0, 1, 30})
+    for (const float v : window_mean(constant, size, reach)) EXPECT_NEAR(v, 3.0f, 1e-5f);
+  std::vector<float> one(kValues, 0.0f);
+  one[3 * (30 * kWidth + 40)] = 1.0f;
+  const std::vector<float> mean = window_mean(one, {kWidth, kHeight, 3}, 2);
+  EXPECT_NEAR(mean[3 * (30 * kWidth + 40)], 1.0f / 25.0f, 1e-6f);
+  EXPECT_NEAR(mean[3 * (30 * kWidth + 44)], 1.0f / 125.0f, 1e-6f);
+  EXPECT_EQ(mean[3 * (30 * kWidth + 45)], 0.0f);
+  double squares = 0.0;
+  for (const float v : mean) squares += double(v) * double(v);
+  EXPECT_NEAR(1.0 / squares, window_count(2), 0.1 * window_count(2));
+}
+
+TEST(Denoise, the_result_converges_although_the_denoiser_is_wrong) {
+  const std::vector<float> clean = truth();
+  const double bias = relative_error(dark_blur(clean), clean);
+  EXPECT_GT(bias, 0.01);
+  double before = 1e9;
+  for (const int samples : {16, 256, 4096, 65536 * 16}) {
+    const int drawn = std::min(samples, 4096);
+    Rendered r = rendered(clean, drawn, 7);
+    if (drawn < samples)  // the same noise, scaled
+      for (size_t i = 0; i < kValues; ++i) {
+        const float scale = std::sqrt(float(drawn) / float(samples));
+        for (size_t half = 0; half < 2; ++half) {
+          float& v = r.halves[6 * (i / 3) + 3 * half + i % 3];
+          v = clean[i] + scale * (v - clean[i]);
+        }
+        r.image[i] = clean[i] + scale * (r.image[i] - clean[i]);
+      }
+    const double noisy = relative_error(r.image, clean),
+                 error = relative_error(denoise(r.image, r.halves, kWidth, kHeight, dark_blur), clean);
+    EXPECT_LT(error, before) << samples;
+    EXPECT_LT(error, 1.02 * noisy + 1e-9) << samples;
+    before = error;
+  }
+  EXPECT_LT(before, 1e-3 * bias);
+}
+
+TEST(Denoise, a_good_denoiser_is_not_made_noisy) {
+  const std::vector<float> clean = truth();
+  const auto perfect = [&](const std::vector<float>&) { return clean; };
+  RunningMoments ratio;
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    const Rendered r = rendered(clean, 4, seed);
+    ratio.add(relative_error(denoise(r.image, r.halves, kWidth, kHeight, perfect), clean) /
+              relative_error(r.image, clean));
+  }
+  EXPECT_LT(ratio.mean(), 0.01);
+}
+
+TEST(Denoise, light_that_the_denoiser_takes_away_returns) {
+  const std::vector<float> clean = truth();
+  const Rendered r = rendered(clean, 64, 3);
+  EXPECT_NEAR(sum_of(dark_blur(r.image)) / sum_of(clean), 0.9, 0.02);
+  EXPECT_NEAR(sum_of(denoise(r.image, r.halves, kWidth, kHeight, dark_blur)) / sum_of(r.image), 1.0, 0.005);
+}
+
+TEST(Denoise, only_pixels_that_are_bright_in_one_half_are_darkened) {
+  std::vector<float> one(kValues, 0.5f), two = one;
+  for (size_t c = 0; c < 3; ++c) {
+    one[3 * 700 + c] = 100.0f;                       // a firefly
+    one[3 * 2000 + c] = two[3 * 2000 + c] = 100.0f;  // a highlight
+  }
+  const std::vector<float> result = limited(one, two, kWidth, kHeight);
+  EXPECT_NEAR(result[3 * 700], 1.5f, 1e-5f);
+  EXPECT_EQ(result[3 * 2000], 100.0f);
+  EXPECT_EQ(result[3 * 300], 0.5f);
+}
+
+TEST(Denoise, a_firefly_of_one_half_is_not_restored) {
+  const std::vector<float> clean = truth();
+  Rendered r = rendered(clean, 64, 5);
+  const size_t pixel = 50 * kWidth + 10;
+  for (size_t c = 0; c < 3; ++c) {
+    r.halves[6 * pixel + c] += 1000.0f;
+    r.image[3 * pixel + c] += 500.0f;
+  }
+  const auto identity = [](const std::vector<float>& image) { return image; };
+  EXPECT_LT(denoise(r.image, r.halves, kWidth, kHeight, identity)[3 * pixel], 5.0f);
+}
+
+TEST(Denoise, without_halves_the_image_of_the_denoiser_is_returned) {
+  const std::vector<float> clean = truth();
+  Rendered r = rendered(clean, 4, 9);
+  EXPECT_EQ(denoise(r.image, {}, kWidth, kHeight, dark_blur), dark_blur(r.image));
+  r.halves[100] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(denoise(r.image, r.halves, kWidth, kHeight, dark_blur), dark_blur(r.image));
+}
+
+TEST(Denoise, negative_light_is_kept) {
+  const std::vector<float> dark(kValues, -0.5f);
+  std::vector<float> halves(2 * kValues, -0.5f);
+  for (const float v : denoise(dark, halves, kWidth, kHeight, dark_blur)) EXPECT_NEAR(v, -0.5f, 1e-5f);
+}
+
+}  // namespace
+
+}  // namespace ajar::test_denoise
