@@ -10,7 +10,7 @@ and BVH building, which are `sync_seconds`. All versions of Cycles write both to
 by less than the rounding.
 
 "Best settings" are those with which Cycles solves the problem of an unbiased path tracer as fast as possible: caustics on, no clamping, no filtering
-of glossy bounces, no denoising, no fast GI, light tree and guiding if the version has them. Bounce limits, pixel filter, light thresholds and all
+of glossy bounces, no denoising (unless --denoise on), no fast GI, light tree and guiding if the version has them. Bounce limits, pixel filter, light thresholds and all
 other settings are those of the file.
 """
 
@@ -39,6 +39,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--adaptive", choices=["off", "on"], default="off", help="adaptive sampling")
     parser.add_argument("--noise-threshold", type=float, default=0.01, help="of adaptive sampling")
     parser.add_argument("--guiding", choices=["off", "on"], default="off", help="path guiding, where the version has it")
+    parser.add_argument("--denoise", choices=["off", "on"], default="off", help="Open Image Denoise with albedo, normal and accurate prefilter")
     return parser.parse_args(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else [])
 
 
@@ -53,10 +54,13 @@ def apply_settings(scene, options: argparse.Namespace) -> None:
     scene.render.engine = "CYCLES"
     set_if_known(
         scene.cycles, device="CPU", caustics_reflective=True, caustics_refractive=True, blur_glossy=0.0, sample_clamp_direct=0.0,
-        sample_clamp_indirect=0.0, use_denoising=False, use_fast_gi=False, use_light_tree=True, use_animated_seed=False,
+        sample_clamp_indirect=0.0, use_denoising=options.denoise == "on", use_fast_gi=False, use_light_tree=True, use_animated_seed=False,
         time_limit=0.0, use_auto_tile=False, use_adaptive_sampling=options.adaptive == "on",
         adaptive_threshold=options.noise_threshold, adaptive_min_samples=0, use_guiding=options.guiding == "on",
         use_sample_subset=False)
+    if options.denoise == "on":
+        scene.cycles.denoiser, scene.cycles.denoising_prefilter, scene.cycles.denoising_input_passes = "OPENIMAGEDENOISE", "ACCURATE", "RGB_ALBEDO_NORMAL"
+        set_if_known(scene.cycles, denoising_quality="HIGH", denoising_use_gpu=False)
     render = scene.render
     set_if_known(render, use_compositing=False, use_sequencer=False, use_persistent_data=False, use_stamp=False,
                  use_overwrite=True, use_file_extension=True, use_multiview=False)

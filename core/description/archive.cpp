@@ -13,7 +13,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'C'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'D'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.

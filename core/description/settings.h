@@ -53,6 +53,7 @@ struct RenderSettings {
   int memory_limit = 0;
   std::vector<std::string> passes{"Combined"};
   MistDescription mist;
+  bool denoised = false;  ///< the owner denoises the image
   bool operator==(const RenderSettings&) const = default;
 };
 

@@ -226,7 +226,12 @@ constexpr Setting<RenderSettings> kRenderSettings[] = {
     {.name = "bump_terminator",
      .field = in_settings<&S::bump_terminator>,
      .text = "How light fades at grazing angles on bumped surfaces.",
-     .since = 'C'}};
+     .since = 'C'},
+    {.name = "denoised",
+     .field = in_settings<&S::denoised>,
+     .text = "Whether the image will be denoised. Then `auto` chooses the technique by the noise that a denoiser "
+             "leaves. The render itself does not denoise.",
+     .since = 'D'}};
 
 constexpr Setting<BounceLimits> kBounceLimits[] = {
     {.name = "total",

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <functional>
 
+#include "denoise/denoise.h"
+
 namespace ajar {
 
 namespace {
@@ -73,6 +75,24 @@ std::vector<float> max_light(const std::vector<const PilotImages*>& pilots, int 
   return max_found;
 }
 
+PilotImages as_denoised(const PilotImages& pilot, int width, int height) {
+  constexpr int kReach = 2;
+  const size_t pixels = size_t(width) * size_t(height);
+  const auto rgb_of = [&](const std::vector<float>& image) {
+    std::vector<float> rgb(3 * pixels);
+    for (size_t i = 0; i < rgb.size(); ++i) rgb[i] = image[4 * (i / 3) + i % 3];
+    return rgb;
+  };
+  const auto shown = [&](const std::vector<float>& one, const std::vector<float>& other) {
+    const std::vector<float> smooth = window_mean(limited(one, other, width, height), {width, height, 3}, kReach);
+    std::vector<float> rgba(4 * pixels, 1.0f);
+    for (size_t i = 0; i < smooth.size(); ++i) rgba[4 * (i / 3) + i % 3] = smooth[i];
+    return rgba;
+  };
+  const std::vector<float> first = rgb_of(pilot.first), second = rgb_of(pilot.second);
+  return {shown(first, second), shown(second, first)};
+}
+
 PilotNoise noise_of(const PilotImages& pilot, const std::vector<float>& light) {
   std::vector<double> errors = squared_differences(pilot.first, pilot.second, light);
   const size_t pixels = errors.size(), worst = std::min(pixels, size_t(std::ceil(kWorst * double(pixels))));
@@ -107,8 +127,8 @@ double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const
     if (square > 0.0 && missed[0] < 0.0) continue;
     total += (square > 0.0 ? square : 0.5 * square) / (double(light[i]) * double(light[i]) + kDarkest) / 3.0;
   }
-  constexpr double kNeighbours = (2.0 * kBlur + 1.0) * (2.0 * kBlur + 1.0);
-  return std::max(0.0, kNeighbours * total / (0.25 * double(light.size())));
+  static_assert(kUnseenPixels == (2 * kBlur + 1) * (2 * kBlur + 1));
+  return std::max(0.0, kUnseenPixels * total / (0.25 * double(light.size())));
 }
 
 size_t clearly_best(const std::vector<PilotNoise>& techniques) {

@@ -23,6 +23,9 @@ std::vector<float> mean_of(const PilotImages& pilot);
 /// The maximum of the blurred means of all techniques, for each pixel.
 std::vector<float> max_light(const std::vector<const PilotImages*>& pilots, int width, int height);
 
+/// About what a denoiser would show of both images: means over small windows, without single bright pixels.
+PilotImages as_denoised(const PilotImages& pilot, int width, int height);
+
 /// relMSE, or a prediction of it.
 struct PilotNoise {
   double whole = 0.0;
@@ -39,6 +42,7 @@ double bias_of(const PilotImages& pilot, const PilotImages& unbiased, const std:
 /// images, and `pilot` in neither. If the n pixels around a pixel are too dark by e, fewer than one in n of their
 /// samples found that light, and the variance of each pixel is at least n e^2. 0 if the techniques differ only by
 /// noise.
+constexpr double kUnseenPixels = 49.0;  ///< n
 double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const std::vector<float>& light, int width,
                        int height);
 

@@ -24,11 +24,13 @@ struct Candidate {
   /// maximum for each sample of the pilot, unless 0: with fewer, discs grow until they hold this number, so that bias
   /// grows and noise does not
   int photons;
+  bool for_denoising;  ///< only tried if the image will be denoised: its noise is large but not correlated
 };
 /// The first is the default.
-constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0},
-                                     {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0},
-                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000}};
+constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0, false},
+                                     {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0, false},
+                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000, false},
+                                     {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 4, 0, true}};
 constexpr int kPilotPixels = 12288, kMinPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;  // of path tracing
 /// Maximum share of the pilot in the requested samples.
@@ -40,7 +42,7 @@ constexpr double kBiasRate = -2.0 / 3.0;
 constexpr double kUsualSamples = 512.0;
 /// Work of all candidates per pixel and sample of path tracing in the pilot, relative to path tracing: measured on
 /// `room` in CPU time, without the work for photons.
-constexpr double kPilotWork = 4.0;
+constexpr double kPilotWork = 4.0, kDenoisedPilotWork = 6.0;
 /// Number of pixels and samples per pixel that measure the speed of path tracing if there is a time limit.
 constexpr int kTimedPixels = 1024, kTimedSamples = 4;
 /// Path tracing does well if its relMSE after the pilot, plus the share of unlit pixels, is below this. The share
@@ -161,16 +163,20 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
   const std::vector<float> light = max_light(pictures, small.width, small.height);
   const double pixels = double(asked.width) * asked.height, few = double(small.width) * small.height;
   std::vector<TechniqueTrial> trials;
-  std::vector<PilotNoise> noises;
+  std::vector<PilotNoise> noises, shown;
   size_t calmest = 0;  // the unbiased one with the minimum noise
   for (size_t k = 0; k < pilots.size(); ++k) {
     noises.push_back(noise_of(pilots[k], light));
+    shown.push_back(asked.denoised ? noise_of(as_denoised(pilots[k], small.width, small.height), light) : noises[k]);
     // Missed light is not a measure of the noise of chains, because neighbouring pixels share it.
     for (size_t j = 0; j < pilots.size() && kCandidates[k].unbiased && !kCandidates[k].spreads; ++j) {
       if (j == k || !kCandidates[j].unbiased) continue;
       const double unseen = unseen_noise_of(pilots[k], pilots[j], light, small.width, small.height);
       noises[k].whole += unseen;
       noises[k].typical += unseen;
+      const double unseen_by_denoiser = asked.denoised ? unseen / kUnseenPixels : unseen;
+      shown[k].whole += unseen_by_denoiser;
+      shown[k].typical += unseen_by_denoiser;
     }
     trials.push_back({kCandidates[k].name, noises[k].whole, pilots[k].rays});
     if (kCandidates[k].unbiased && noises[k].whole < noises[calmest].whole) calmest = k;
@@ -184,7 +190,7 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
     const double crowded = candidate.spreads ? crowding(few) / crowding(pixels) : 1.0;
     const double noise_left = candidate.tail / (longer * crowded),
                  bias_left = trials[k].bias * std::pow(longer, kBiasRate);
-    trials[k].cost = {noise_left * noises[k].whole + bias_left, noise_left * noises[k].typical + bias_left};
+    trials[k].cost = {noise_left * shown[k].whole + bias_left, noise_left * shown[k].typical + bias_left};
   }
   return trials;
 }
@@ -231,8 +237,9 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   const Tried tried{scene, camera, asked, std::move(hints)};
   const double samples_asked = samples_of_render(asked, asked.seconds > 0.0 ? samples_per_second(tried, stop) : 0.0);
   // The pilot costs at most its share of the render.
-  const double pixels = std::min({kPilotShare * samples_asked / (kPilotSamples * kPilotWork), double(kPilotPixels),
-                                  double(asked.width) * asked.height});
+  const double work = asked.denoised ? kDenoisedPilotWork : kPilotWork;
+  const double pixels = std::min(
+      {kPilotShare * samples_asked / (kPilotSamples * work), double(kPilotPixels), double(asked.width) * asked.height});
   if (pixels < kMinPixels) {
     scene->change_view(camera, asked);
     choice.reason = "too few samples for a pilot";
@@ -242,6 +249,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   const RenderSettings small = smaller(asked, pixels);
   std::vector<Pilot> pilots;
   for (const Candidate& candidate : kCandidates) {
+    if (candidate.for_denoising && !asked.denoised) continue;
     pilots.push_back(run_pilot(candidate, tried, small, stop));
     if (stop.load()) break;
     choice.trials = trials_of(pilots, asked, small, samples_asked);

@@ -9,6 +9,9 @@
 //
 // The pilot is skipped if it cannot be efficient, because nothing can bounce or few samples are requested. It ends
 // early if path tracing has a small error.
+//
+// If the image will be denoised (RenderSettings::denoised), the noise that counts is the noise that a denoiser leaves:
+// that of means over small windows. Independent noise nearly vanishes there, that of chains does not.
 #pragma once
 
 #include <atomic>

@@ -143,7 +143,7 @@ TEST(Archive, lists_longer_than_the_file_are_refused_before_memory_is_allocated)
   for (ImageDescription& image : empty.images) image.color_space.clear();
   empty.lights.resize(1000);
   empty.hints.resize(1000);
-  for (char version : {'2', '9', 'A', 'B', 'C'})
+  for (char version : {'2', '9', 'A', 'B', 'C', 'D'})
     EXPECT_EQ(to_bytes(from_bytes(to_bytes(empty, version))), to_bytes(empty));
 }
 
