@@ -1,7 +1,7 @@
 """Denoising by Open Image Denoise, which the core loads (ajar/denoiser.py): Blender's own copy, the bundled one or that of the system.
 
 The final image is combined with the rendered one, so that it converges to the correct image (core/denoise/denoise.h). The albedo and the normals of
-the first surface guide the denoiser. Without the library, `AJAR_OT_denoise_in_compositor` adds the Denoise node to the compositor.
+the first rough surface guide the denoiser. Without the library, `AJAR_OT_denoise_in_compositor` adds the Denoise node to the compositor.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from . import compat, passes
 from .ajar_module import ajar
 from .translations import report
 
-GUIDES = (passes.OWN["use_pass_albedo"], passes.BUILT_IN["use_pass_normal"])
+GUIDES = passes.GUIDES
 HALVES = "Halves"        # the pass of the core that the combination needs
 CALIBRATION_SIDE = 256   # pixels
 
@@ -90,7 +90,7 @@ class AJAR_OT_denoise_in_compositor(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         layer = context.view_layer
-        layer.use_pass_normal = layer.ajar.use_pass_albedo = True
+        layer.ajar.use_pass_denoising = True
         tree, target = compat.compositor_output(context.scene)
         if any(link.from_node.bl_idname == "CompositorNodeDenoise" for link in target.links):
             self.report({"INFO"}, report("The compositor denoises already"))
@@ -102,7 +102,7 @@ class AJAR_OT_denoise_in_compositor(bpy.types.Operator):
         node.location = (layers.location.x + 300.0, layers.location.y)
         tree.links.new(source, node.inputs["Image"])
         for name in ("Albedo", "Normal"):
-            tree.links.new(layers.outputs[name], node.inputs[name])
+            tree.links.new(layers.outputs[f"Denoising {name}"], node.inputs[name])
         tree.links.new(node.outputs["Image"], target)
         return {"FINISHED"}
 

@@ -15,10 +15,11 @@ class Pass:
     name: str       # name in the film; `shown` is that of Blender
     letters: str    # one per channel
     kind: str       # type of the socket in the compositor
+    label: str = ""   # name in Blender, if it is not that of the film
 
     @property
     def shown(self) -> str:
-        return compat.pass_name(self.name)
+        return self.label or compat.pass_name(self.name)
 
 
 COMBINED = Pass("Combined", "RGBA", "COLOR")
@@ -48,13 +49,17 @@ OWN = {  # property of Ajar's settings -> pass
 }
 
 
+# The data of a denoiser, with the names that they have in Cycles.
+GUIDES = (Pass("Denoising Albedo", "RGB", "COLOR"), Pass("Denoising Normal", "XYZ", "VECTOR"))
+DENOISING = (*GUIDES, Pass("Depth", "Z", "VALUE", "Denoising Depth"))
 NOISY = Pass("Noisy Image", "RGBA", "COLOR")   # name of the image before denoising, as in Cycles
 
 
 def wanted(view_layer: bpy.types.ViewLayer) -> list[Pass]:
     ours = plain.of(view_layer.ajar)
     return ([COMBINED] + [item for name, item in BUILT_IN.items() if getattr(view_layer, name)]
-            + [item for name, item in OWN.items() if getattr(ours, name)])
+            + [item for name, item in OWN.items() if getattr(ours, name)]
+            + list(DENOISING if ours.use_pass_denoising or compat.cycles_value(view_layer, "denoising_store_passes", False) else ()))
 
 
 def fitted(values: np.ndarray, channels: int) -> np.ndarray:

@@ -164,6 +164,8 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_volume_direct: bpy.props.BoolProperty(name="Volume Direct", description="Light of lamps and sky that volumes scatter directly to the camera")
     use_pass_volume_indirect: bpy.props.BoolProperty(name="Volume Indirect", description="Light that volumes scatter to the camera after earlier bounces")
     use_pass_sample_count: bpy.props.BoolProperty(name="Sample Count", description="Samples that each pixel received")
+    use_pass_denoising: bpy.props.BoolProperty(
+        name="Denoising Data", description="Albedo, normal and depth for a denoiser: those of the first rough surface, seen through mirrors and glass")
     use_pass_variance: bpy.props.BoolProperty(name="Variance", description="Estimated variance of each pixel's mean")
     use_pass_error: bpy.props.BoolProperty(name="Error", description="Estimated standard deviation of each pixel, relative to its brightness")
     use_pass_perceptual_error: bpy.props.BoolProperty(

@@ -49,7 +49,6 @@ VIEW_LAYER = (
     Setting("cycles.use_pass_shadow_catcher", False, "the pass Shadow Catcher is not supported"),
     *(Setting(f"cycles.use_pass_volume_{name}", False, "the pass {name} is not supported", values={"name": f"Volume {name.title()}"}) for name in ("scatter", "transmit", "majorant")),
     Setting("cycles.pass_render_time", False, "the pass Render Time is not supported"),
-    Setting("cycles.denoising_store_passes", False, "Denoising Data is not supported: use the passes Albedo and Normal instead"),
 )
 OBJECT = (
     Setting("is_shadow_catcher", False, "shadow catchers are not supported: the object is rendered as it is"),

@@ -23,7 +23,8 @@ constexpr int64_t kCarried = int64_t(1) << 62;
 /// Passes that are made from SampleAux.
 bool is_aux_pass(const std::string& pass) {
   return pass == "Mist" || pass == "IndexOB" || pass == "IndexMA" || pass == "Depth" || pass == "Normal" ||
-         pass == "Position" || pass == "UV" || pass == "Albedo" || pass.starts_with("Share ");
+         pass == "Position" || pass == "UV" || pass == "Albedo" || pass == "Denoising Albedo" ||
+         pass == "Denoising Normal" || pass.starts_with("Share ");
 }
 
 std::string names_of(const std::vector<PassInfo>& passes) {
@@ -68,6 +69,8 @@ const std::vector<PassInfo>& known_passes() {
                                             {"VolumeInd", 3},
                                             {"Sample Count", 1},
                                             {"Halves", 6},
+                                            {"Denoising Albedo", 3},
+                                            {"Denoising Normal", 3},
                                             {"Variance", 1},
                                             {"Error", 1},
                                             {"Perceptual Error", 1},
@@ -148,6 +151,8 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
       a.normal[c] += double(aux->normal[c]);
       a.uv[c] += double(aux->uv[c]);
       a.albedo[c] += double(aux->albedo[c]);
+      a.guide_albedo[c] += double(aux->guide_albedo[c]);
+      a.guide_normal[c] += double(aux->guide_normal[c]);
     }
     for (size_t k = 0; k < aux->shares.size(); ++k) a.shares[k] += double(aux->shares[k]);
     a.mist += double(aux->mist);
@@ -310,10 +315,12 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       }
     } else {
       const AuxPixel& a = aux_[i];
-      const double* source = pass == "Normal"     ? a.normal
-                             : pass == "Position" ? a.position
-                             : pass == "UV"       ? a.uv
-                                                  : a.albedo;
+      const double* source = pass == "Normal"             ? a.normal
+                             : pass == "Position"         ? a.position
+                             : pass == "UV"               ? a.uv
+                             : pass == "Denoising Albedo" ? a.guide_albedo
+                             : pass == "Denoising Normal" ? a.guide_normal
+                                                          : a.albedo;
       const double s = pass == "Position" ? 1.0 : scale;
       for (int c = 0; c < 3; ++c) o[c] = float(source[c] * s);
     }

@@ -43,6 +43,11 @@ struct SampleAux {
   /// Shares of a learned mixture: BSDF, first and second light or half of the light tree, cone, and the lobes of the
   /// BSDF from the widest to the sharpest.
   std::array<float, 7> shares{};
+  bool has_first = false;  ///< the first hit was recorded
+  /// Guides of a denoiser: the albedo and the normal of the first surface that is not nearly a mirror, seen through
+  /// mirrors and glass, whose colours the albedo contains.
+  Color guide_albedo{0.0f}, guide_throughput{1.0f};
+  Vec3 guide_normal{0.0f};
 };
 
 /// The radiance of a sample in the parts of Blender's passes: emission that is seen directly, and light that the first
@@ -135,7 +140,7 @@ class Film {
   };
   struct AuxPixel {
     double depth = 0.0, normal[3] = {0, 0, 0}, position[3] = {0, 0, 0}, uv[3] = {0, 0, 0}, albedo[3] = {0, 0, 0},
-           shares[7] = {}, mist = 0.0;
+           shares[7] = {}, mist = 0.0, guide_albedo[3] = {0, 0, 0}, guide_normal[3] = {0, 0, 0};
     float object_index = 0.0f, material_index = 0.0f;
     bool has_first = false;
   };

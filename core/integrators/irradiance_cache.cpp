@@ -312,13 +312,6 @@ class IrradianceCache final : public Integrator {
 
   // ---- Paths ---------------------------------------------------------------------------------
 
-  /// The first hit of a path is recorded once. Returns `aux` at the first hit, else null.
-  SampleAux* record_if_first(const ShadingPoint& point, const Bsdf& bsdf, SampleAux*& aux) const {
-    SampleAux* const vertex_aux = point.ray_depth == 0 ? std::exchange(aux, nullptr) : nullptr;
-    if (vertex_aux) record_first_hit(*scene_, point, bsdf, *vertex_aux);
-    return vertex_aux;
-  }
-
   static bool pass_through(EyeWalk& walk, EyeMedia& media, const BsdfSample& sample, Color& to_lights, Color& beta) {
     const Color through = sample.f_cos / sample.pdf_solid_angle;
     to_lights *= through;
@@ -428,7 +421,7 @@ class IrradianceCache final : public Integrator {
       const Bsdf& bsdf = shading.bsdf;
       if (!is_black(shading.emission) && !is_black(to_lights))
         radiance += to_lights * shading.emission * walk.emission_weight(weight_of_hit);
-      SampleAux* const vertex_aux = record_if_first(point, bsdf, aux);
+      SampleAux* const vertex_aux = record_vertex(*scene_, point, bsdf, aux);
       const Color transparency = bsdf.transparency();
       if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
       if (bsdf.empty()) break;

@@ -55,7 +55,7 @@ struct PathStart {
   Ray ray;
   int pixel_x, pixel_y;  ///< of the full frame
   Sampler& sampler;
-  SampleAux* aux;  ///< null if no pass needs the first hit
+  SampleAux* aux;  ///< null if no pass needs it
   PathCounters& counters;
   bool ends_early;  ///< RenderPlan::ends_early
 };
@@ -270,11 +270,7 @@ class PathWalk {
           [&](uint32_t light, Vec3 position, Vec3 normal) { return weight_of_hit(light, position, normal); });
       add(beta_ * walk_.shading.emission * weight, point.ray_depth);
     }
-    vertex_aux_ = point.ray_depth == 0 ? aux_ : nullptr;
-    if (vertex_aux_) {
-      record_first_hit(scene_, point, bsdf, *aux_);
-      aux_ = nullptr;
-    }
+    vertex_aux_ = record_vertex(scene_, point, bsdf, aux_);
     if constexpr (kParts) {
       if (point.ray_depth == 0) {
         const auto color = bsdf.albedo_of_kinds();
@@ -456,7 +452,7 @@ class PathWalk {
   const RenderSettings& settings_;
   const PathStart& start_;
   Sampler& sampler_;
-  SampleAux* aux_;                   ///< null after the first hit
+  SampleAux* aux_;                   ///< null when nothing more is recorded
   SampleAux* vertex_aux_ = nullptr;  ///< set at the first hit only
   EyeWalk walk_;
   Color radiance_{0.0f}, beta_{1.0f};

@@ -349,6 +349,9 @@ TEXTS = {
     "Volumes": "Volumen",
     "Grease Pencil": "Grease Pencil",
     "Albedo": "Albedo",
+    "Denoising Data": "Entrauschungsdaten",
+    "Albedo, normal and depth for a denoiser: those of the first rough surface, seen through mirrors and glass":
+        "Albedo, Normale und Tiefe für einen Entrauscher: die der ersten rauen Oberfläche, durch Spiegel und Glas gesehen",
     "Colour of the first surface without its light": "Farbe der ersten Oberfläche ohne ihr Licht",
     "Volume Direct": "Volumen direkt",
     "Light of lamps and sky that volumes scatter directly to the camera": "Licht von Lampen und Himmel, das Volumen direkt zur Kamera streuen",
@@ -534,8 +537,6 @@ TEXTS = {
     "the pass Shadow Catcher is not supported": "der Durchgang Schattenfänger wird nicht unterstützt",
     "the pass Render Time is not supported": "der Durchgang Renderzeit wird nicht unterstützt",
     "the pass {name} is not supported: AOV Output nodes are ignored": "der Durchgang {name} wird nicht unterstützt: AOV-Ausgabeknoten werden ignoriert",
-    "Denoising Data is not supported: use the passes Albedo and Normal instead":
-        "Daten zum Entrauschen werden nicht unterstützt: stattdessen die Durchgänge Albedo und Normal verwenden",
     "shadow catchers are not supported: the object is rendered as it is": "Schattenfänger werden nicht unterstützt: das Objekt wird gerendert, wie es ist",
     "adaptive subdivision is not supported: the modifier's own levels are used": "adaptive Unterteilung wird nicht unterstützt: die Stufen des Modifikators gelten",
     "its Shadow Terminator Shading Offset is not supported and is ignored": "sein Schattierungsversatz der Schattengrenze wird nicht unterstützt und ignoriert",

@@ -52,6 +52,7 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
             column.prop(view_layer, name)
         for name in passes.OWN:
             column.prop(view_layer.ajar, name)
+        column.prop(view_layer.ajar, "use_pass_denoising")
 
 
 class AJAR_VIEWLAYER_PT_light_groups(AjarPanel, Panel):

@@ -79,6 +79,7 @@ layer.use_pass_diffuse_direct = layer.use_pass_diffuse_indirect = layer.use_pass
 layer.use_pass_glossy_direct = layer.use_pass_transmission_color = True
 square.pass_index = 7
 layer.ajar.use_pass_albedo = layer.ajar.use_pass_sample_count = layer.ajar.use_pass_variance = True
+layer.ajar.use_pass_denoising = True
 """
     result = blender("--python", script(tmp_path, text), "-o", tmp_path / "out", "-F", "OPEN_EXR_MULTILAYER", "-f", 1)
     assert result.returncode == 0, result.stdout
@@ -89,6 +90,9 @@ layer.ajar.use_pass_albedo = layer.ajar.use_pass_sample_count = layer.ajar.use_p
     assert center[layer + "Position.Z"] == pytest.approx(0, abs=1e-4)
     assert 0.0 <= center[layer + "UV.U"] <= 1.0
     assert center[layer + "Albedo.R"] == pytest.approx(0.8, abs=0.01)
+    assert center[layer + "Denoising Albedo.R"] == pytest.approx(0.8, abs=0.01)
+    assert center[layer + "Denoising Normal.Z"] == pytest.approx(1, abs=1e-4)
+    assert center[layer + "Denoising Depth.Z"] == pytest.approx(4, abs=0.01)
     # The mist of Blender's world starts at 5 metres and is quadratic; the distance of the square is 4 metres.
     assert (center[layer + "Mist.Z"], center[layer + "IndexOB.X"], center[layer + "IndexMA.X"]) == (0, 7, 0)
     assert center[layer + "DiffCol.R"] == pytest.approx(0.8, abs=1e-5)

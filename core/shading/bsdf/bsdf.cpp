@@ -458,6 +458,17 @@ Color Bsdf::albedo() const {
   return sum;
 }
 
+Color Bsdf::albedo_of_sharp() const {
+  constexpr float kSharp = 0.075f;  // microfacet roughness, as for the guides of Cycles' denoiser
+  Color sum(0.0f);
+  for (int i = 0; i < count_; ++i) {
+    const Lobe& lobe = lobes()[i];
+    if (lobe.kind != LobeKind::Transparent && (lobe.delta || std::max(lobe.alpha_x, lobe.alpha_y) <= kSharp))
+      sum += lobe_albedo(lobe, glm::dot(lobe.frame.n, prepared_wo_));
+  }
+  return sum;
+}
+
 Color Layer::transmittance(Vec3 eye) const {
   const float cosine = saturate(std::abs(glm::dot(lobe.frame.n, eye)));
   Color factor(saturate(1.0f - max_component(lobe_albedo(lobe, cosine))));

@@ -243,8 +243,9 @@ class Bsdf {
   /// The value of `albedo`, divided in the same way.
   std::array<Color, 3> albedo_of_kinds() const;
 
-  Color transparency() const;  ///< sum of the weights of the Transparent lobes
-  Color albedo() const;        ///< estimate of the fraction that is reflected or transmitted, without transparency
+  Color transparency() const;     ///< sum of the weights of the Transparent lobes
+  Color albedo() const;           ///< estimate of the fraction that is reflected or transmitted, without transparency
+  Color albedo_of_sharp() const;  ///< the part of `albedo` that comes from nearly mirror-like lobes
   bool has_non_delta() const { return has_non_delta_; }
   bool has_subsurface() const { return has_subsurface_; }
   /// All subsurface lobes together: weight, normal of the first one, probability of being chosen. Valid after

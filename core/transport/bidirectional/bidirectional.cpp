@@ -104,7 +104,8 @@ void BidirectionalWalks::walk_from_eye(Vec2 film, Sampler& sampler, SampleAux* a
     set_edge(next.edge, through, previous.vertex, vertex, true);
     next.beta = beta * through.transmittance / (through.pass * next.edge.stop_light_end);
     next.fwd = pdf_direction * next.edge.to_light_area() * through.pass * next.edge.stop_light_end;
-    if (i == 1) note_first(vertex, aux);
+    if (vertex.kind == VertexKind::Surface) record_vertex(scene_, vertex.point, vertex.shading.bsdf, aux);
+    if (i == 1) alpha_ = 1.0f - vertex.shading.holdout;
     if (vertex.emits()) meet_emitter(i, next, pdf_direction);
     if (!vertex.scatters() || i + 1 >= max_vertices_) break;
     eye_count_ = i + 1;
@@ -175,12 +176,6 @@ void BidirectionalWalks::meet_lamp(int t, const LightMet& met, Vec3 direction, c
   PathEdge edge = join(light, previous);
   set_edge(edge, before, previous, light, true);
   meet(t, light, edge, beta, pdf_direction);
-}
-
-/// Alpha, and what the first vertex leaves in the passes.
-void BidirectionalWalks::note_first(const PathVertex& vertex, SampleAux* aux) {
-  if (aux && vertex.kind == VertexKind::Surface) record_first_hit(scene_, vertex.point, vertex.shading.bsdf, *aux);
-  alpha_ = 1.0f - vertex.shading.holdout;
 }
 
 /// The walk from the eye has hit a surface that emits.

@@ -105,7 +105,6 @@ class BidirectionalWalks {
   void walk_from_light(Sampler& sampler);
   std::optional<BsdfSample> sample_bounce(const PathVertex& vertex, TransportMode mode, Sampler& sampler) const;
   void meet_lamp(int t, const LightMet& met, Vec3 direction, const Through& before, Color beta, float pdf_direction);
-  void note_first(const PathVertex& vertex, SampleAux* aux);
   void meet_emitter(int t, const WalkVertex& at, float pdf_direction);
   Color emitted_in_media(const Ray& ray, float t_end, const PathVertex& vertex, Sampler& sampler) const;
   void meet(int t, const PathVertex& light, const PathEdge& edge, Color beta, float pdf_direction);

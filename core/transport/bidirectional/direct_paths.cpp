@@ -86,11 +86,8 @@ class DirectTracer {
       const float stop = vertex_.kind == VertexKind::Medium ? through.end_rate : 1.0f - vertex_.pass;
       if (!(stop > 0.0f)) break;
       beta *= through.transmittance / ((last ? through.surface_pass : through.pass) * stop);
-      if (i == 1) {
-        if (aux_ && vertex_.kind == VertexKind::Surface)
-          record_first_hit(scene_, vertex_.point, vertex_.shading.bsdf, *aux_);
-        found_.alpha = 1.0f - vertex_.shading.holdout;
-      }
+      if (vertex_.kind == VertexKind::Surface) record_vertex(scene_, vertex_.point, vertex_.shading.bsdf, aux_);
+      if (i == 1) found_.alpha = 1.0f - vertex_.shading.holdout;
       if (vertex_.emits()) meet_emitter(beta);
       const bool exceeded = vertex_.point.glossy_depth > limits_.glossy ||
                             vertex_.point.transmission_depth > limits_.transmission;

@@ -117,6 +117,32 @@ inline void record_first_hit(const Scene& scene, const ShadingPoint& point, cons
     const Attribute& uv = point.mesh->attributes[size_t(point.mesh->active_uv)];
     aux.uv = Vec3(Vec2(point.mesh->interpolate(uv, point.primitive, point.barycentric)), 1.0f);
   }
+  aux.has_first = true;
+}
+
+/// The guides of a denoiser at a vertex of a path from the eye. Returns whether they are found.
+inline bool record_guides(const ShadingPoint& point, const Bsdf& bsdf, SampleAux& aux) {
+  constexpr float kMinRough = 0.25f;  // share of the albedo
+  constexpr int kMaxMirrors = 8;
+  const Color albedo = bsdf.albedo(), sharp = bsdf.albedo_of_sharp();
+  if (luminance(albedo - sharp) < kMinRough * luminance(albedo) && point.ray_depth < kMaxMirrors) {
+    aux.guide_throughput *= glm::min(sharp, Color(1.0f));
+    return false;
+  }
+  aux.guide_albedo = aux.guide_throughput * glm::min(albedo, Color(1.0f));
+  aux.guide_normal = bsdf.n;
+  return true;
+}
+
+/// Records what the passes need of a surface on a path from the eye: of the first hit, and of the denoiser's guides.
+/// Returns `aux` at the first hit, else null. `aux` becomes null when nothing more is needed.
+inline SampleAux* record_vertex(const Scene& scene, const ShadingPoint& point, const Bsdf& bsdf, SampleAux*& aux) {
+  if (!aux) return nullptr;
+  SampleAux* const now = aux;
+  const bool first = point.ray_depth == 0 && !now->has_first;
+  if (first) record_first_hit(scene, point, bsdf, *now);
+  if (record_guides(point, bsdf, *now)) aux = nullptr;
+  return first ? now : nullptr;
 }
 
 }  // namespace ajar

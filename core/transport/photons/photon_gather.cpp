@@ -100,7 +100,7 @@ Color PhotonGatherer::trace(Ray ray, SampleAux* aux, float& alpha, Color& seen) 
     walk.shade();
     if (!is_black(shading.emission))
       (specular ? seen : radiance) += beta * shading.emission * walk.emission_weight(weight_of_hit);
-    if (aux && point.ray_depth == 0) record_first_hit(scene_, point, shading.bsdf, *std::exchange(aux, nullptr));
+    record_vertex(scene_, point, shading.bsdf, aux);
     const Color transparency = shading.bsdf.transparency();
     if (point.ray_depth == 0) alpha += walk.alpha_of_surface(beta, transparency);
     if (at_bounce_limit && is_black(transparency)) break;

@@ -44,6 +44,7 @@ REPLACED = {
     ("CyclesRenderLayerSettings", "use_pass_volume_direct"): ("AjarViewLayerSettings", "use_pass_volume_direct"),
     ("CyclesRenderLayerSettings", "use_pass_volume_indirect"): ("AjarViewLayerSettings", "use_pass_volume_indirect"),
     ("CyclesRenderLayerSettings", "pass_debug_sample_count"): ("AjarViewLayerSettings", "use_pass_sample_count"),
+    ("CyclesRenderLayerSettings", "denoising_store_passes"): ("AjarViewLayerSettings", "use_pass_denoising"),
 }
 
 REPORTED = "not supported yet; python_addon/unsupported.py reports it"
@@ -103,12 +104,12 @@ ABSENT = {
     ("CyclesObjectSettings", "use_adaptive_subdivision"): REPORTED,
     ("CyclesObjectSettings", "dicing_rate"): "setting of adaptive subdivision, which is reported for the object",
     ("CyclesRenderSettings", "use_pixel_jitter"): "setting for debugging Cycles",
-    ("CyclesRenderLayerSettings", "denoising_pass_follow_reflections"): "setting of Denoising Data, which is reported",
-    ("CyclesRenderLayerSettings", "denoising_pass_use_albedo_roughness_weighting"): "setting of Denoising Data, which is reported",
+    ("CyclesRenderLayerSettings", "denoising_pass_follow_reflections"): "Denoising Data always follows reflections",
+    ("CyclesRenderLayerSettings", "denoising_pass_use_albedo_roughness_weighting"): "detail of Cycles' Denoising Data",
     ("CyclesObjectSettings", "use_camera_cull"): "setting of culling, which is reported",
     ("CyclesObjectSettings", "use_distance_cull"): "setting of culling, which is reported",
     **{("CyclesRenderLayerSettings", name): REPORTED for name in (
-        "use_pass_shadow_catcher", "denoising_store_passes", "use_pass_volume_scatter", "use_pass_volume_transmit", "use_pass_volume_majorant", "pass_render_time")},
+        "use_pass_shadow_catcher", "use_pass_volume_scatter", "use_pass_volume_transmit", "use_pass_volume_majorant", "pass_render_time")},
     ("CyclesRenderLayerSettings", "use_denoising"): DENOISER,
     **{("ViewLayer", name): REPORTED for name in (
         "use_pass_vector", "use_pass_ambient_occlusion", "use_pass_shadow", "use_pass_cryptomatte_object", "use_pass_cryptomatte_material",

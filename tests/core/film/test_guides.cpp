@@ -1,0 +1,51 @@
+// The guides of a denoiser show what is behind glass and in mirrors.
+#include <gtest/gtest.h>
+
+#include "film/film.h"
+#include "integrators/integrator.h"
+#include "transport_scenes.h"
+
+namespace ajar::test_guides {
+
+namespace {
+
+using namespace fixtures;
+
+class GuidesOf : public testing::TestWithParam<const char*> {};
+
+TEST_P(GuidesOf, are_those_of_the_surface_in_a_mirror) {
+  // The camera looks at a mirror. A red wall is behind the camera.
+  SceneDescription d = grey_room();
+  d.objects.clear();
+  d.instances.clear();
+  set_camera(d, Vec3(0, -0.5f, 0), Vec3(0, 1, 0), 8, 0.2f);
+  const Mat4 facing(Vec4(1, 0, 0, 0), Vec4(0, 0, 1, 0), Vec4(0, -1, 0, 0), Vec4(0, 0, 0, 1));
+  Mat4 front = facing, back = facing;
+  front[3] = Vec4(0, 1, 0, 1);
+  back[3] = Vec4(0, -2, 0, 1);
+  add_object(d, plane(3.0f), add_glossy(d, 0.0f, Color(1.0f)), front);
+  add_object(d, plane(3.0f), add_diffuse(d, Color(0.7f, 0.2f, 0.1f)), back);
+  d.lights.push_back(point_light(Vec3(0.5f, -1, 0.5f), 5.0f, 0.1f));
+  const auto scene = build(d);
+  const std::atomic<bool> stop{false};
+  const auto integrator = make_integrator(GetParam());
+  integrator->prepare(scene, 1);
+  Film film(0, 0, d.settings.width, d.settings.height, {"Combined", "Albedo", "Denoising Albedo", "Denoising Normal"});
+  integrator->run_iteration(film, 2, stop);
+  const auto guide = film.resolve("Denoising Albedo", 1.0f), normal = film.resolve("Denoising Normal", 1.0f),
+             first = film.resolve("Albedo", 1.0f);
+  for (size_t i = 0; i < guide.size(); i += 3) {
+    EXPECT_NEAR(guide[i], 0.7f, 0.02f);
+    EXPECT_NEAR(guide[i + 1], 0.2f, 0.02f);
+    EXPECT_NEAR(normal[i + 1], 1.0f, 1e-3f);
+    EXPECT_GT(first[i + 1], 0.9f);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, GuidesOf,
+                         testing::Values("path", "bdpt", "erpt", "metropolis", "photon_map", "irradiance_cache"),
+                         [](const auto& test) { return std::string(test.param); });
+
+}  // namespace
+
+}  // namespace ajar::test_guides
