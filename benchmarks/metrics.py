@@ -88,6 +88,28 @@ def mps_error(image, reference) -> float:
     return float(np.sqrt((((luminance(image) - true)[lit] / true[lit]) ** 2).mean()))
 
 
+def structural_similarity(image, reference) -> float:
+    """SSIM of the display luminance (sRGB curve, clipped to 0..1): the mean over windows of 7 x 7 pixels [Wang et al. 2004]. 1: equal."""
+    def display(picture) -> np.ndarray:
+        light = np.clip(luminance(picture), 0.0, 1.0)
+        return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return np.lib.stride_tricks.sliding_window_view(values, (7, 7)).mean(axis=(-1, -2))
+    x, y = display(image), display(reference)
+    mx, my = mean(x), mean(y)
+    vx, vy, both = mean(x * x) - mx * mx, mean(y * y) - my * my, mean(x * y) - mx * my
+    c1, c2 = 0.01**2, 0.03**2
+    return float((((2 * mx * my + c1) * (2 * both + c2)) / ((mx * mx + my * my + c1) * (vx + vy + c2))).mean())
+
+
+def worst_block(image, reference, side: int = 16) -> float:
+    """The largest relMSE of a square of `side` pixels."""
+    errors = relative_squared_errors(image, reference)
+    height, width = (size - size % side for size in errors.shape)
+    return float(errors[:height, :width].reshape(height // side, side, width // side, side).mean(axis=(1, 3)).max())
+
+
 # ---- Efficiency --------------------------------------------------------------------------------------
 
 

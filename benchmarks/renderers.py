@@ -58,17 +58,17 @@ def parse_cycles_log(log: str) -> list[Render]:
             record = json.loads(line[7:])
             seconds = wall if wall is not None else record["seconds"]
             renders.append(Render(record["renderer"], Path(record["path"]), record["samples"], record["seed"], record["threads"],
-                                  seconds, record["sync_seconds"], {"frame": record["frame"]}))
+                                  seconds, record["sync_seconds"], {"frame": record["frame"], "cpu_seconds": record.get("cpu_seconds", 0.0)}))
             wall = None
     return renders
 
 
 def render_cycles(blend: Path, out: Path, samples: list[int], seeds: list[int], threads: int, percentage: int | None = None,
-                  adaptive: bool = False, guiding: bool = False, python: str | None = None) -> list[Render]:
+                  adaptive: bool = False, guiding: bool = False, python: str | None = None, denoise: bool = False) -> list[Render]:
     """All pairs of samples and seeds in one start of Blender, or of the bpy wheel of the interpreter `python`."""
     script = [str(HERE / "cycles_render.py"), "--", "--out", str(out), "--samples", ",".join(map(str, samples)),
               "--seeds", ",".join(map(str, seeds)), "--threads", str(threads), "--adaptive", "on" if adaptive else "off",
-              "--guiding", "on" if guiding else "off"]
+              "--guiding", "on" if guiding else "off", "--denoise", "on" if denoise else "off"]
     if percentage:
         script += ["--percentage", str(percentage)]
     if python:

@@ -31,87 +31,83 @@ void for_pixels(size_t count, const Work& work) {
   });
 }
 
-/// What a pixel of a plane tells. With the error e of the denoised image and the noises m and n of the halves, the
-/// product (e + m) (e + n) has the noise e (m + n) + m n. `noise` is (m - n)^2, which has the mean of m^2 + n^2.
-struct PlanePixel {
-  float product, noise, energy;
+/// Images of the relative error, as fractions of the light of each pixel, or one plane of them.
+struct Residuals {
+  std::vector<float> first, second;  ///< B - D(A) and A - D(B)
+  std::vector<float> halves;         ///< A - B
+  std::vector<float> mean;           ///< N - D
+
+  std::array<std::vector<float>*, 4> all() { return {&first, &second, &halves, &mean}; }
 };
-PlanePixel plane_pixel(const std::vector<float>& own, const std::vector<float>& other, float inverse_square, size_t i) {
-  double product = 0.0, noise = 0.0, energy = 0.0;
+
+/// What a pixel of a plane tells: the energies of the residuals and of A - B, and the product of the residuals of D(A).
+struct PlanePixel {
+  float energy = 0.0f, noise = 0.0f, product = 0.0f;
+};
+PlanePixel plane_pixel(const Residuals& plane, size_t i) {
+  PlanePixel p;
   for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
-    const double one = double(own[c]), two = double(other[c]);
-    product += one * two;
-    noise += (one - two) * (one - two);
-    energy += one * one;
+    const float one = plane.first[c], two = plane.second[c], n = plane.halves[c];
+    p.energy += 0.5f * (one * one + two * two);
+    p.noise += n * n;
+    p.product += 0.5f * (one * (one + n) + two * (two - n));  // A - D(A) is B - D(A) + (A - B)
   }
-  const double scale = double(inverse_square);
-  return {float(product * scale), float(noise * scale), float(energy * scale)};
+  p.product = std::abs(p.product);
+  return p;
 }
 
-/// The weights g of a plane, one for each pixel. `own` is the plane of the residual to which they apply and `other` that
-/// of the other half; `inverse_square`: one over the squared light of each pixel.
-std::vector<float> weights_of(const std::vector<float>& own, const std::vector<float>& other,
-                              const std::vector<float>& inverse_square, int width, int height, int level) {
-  const size_t pixels = inverse_square.size();
+/// The weights g of a plane, one for each pixel.
+std::vector<float> weights_of(const Residuals& plane, int width, int height, int level) {
+  const size_t pixels = size_t(width) * size_t(height);
   const int reach = (4 << level) - 1;
   std::vector<float> roots(2 * pixels);
   for_pixels(pixels, [&](size_t i) {
-    const PlanePixel p = plane_pixel(own, other, inverse_square[i], i);
+    const PlanePixel p = plane_pixel(plane, i);
     roots[2 * i] = std::sqrt(p.noise);
-    roots[2 * i + 1] = std::sqrt(std::abs(p.product));
+    roots[2 * i + 1] = std::sqrt(p.product);
   });
   roots = window_mean(roots, {width, height, 2}, reach);
   // A pixel counts less if its noise is far above the usual noise and error of the window, and above its own error.
   std::vector<float> trust(pixels), terms(3 * pixels);
   for_pixels(pixels, [&](size_t i) {
-    const PlanePixel p = plane_pixel(own, other, inverse_square[i], i);
+    const PlanePixel p = plane_pixel(plane, i);
     const float noise = roots[2 * i], error = roots[2 * i + 1],
-                usual = kUsualNoise * kUsualNoise * noise * noise + error * error + std::abs(p.product);
+                usual = kUsualNoise * kUsualNoise * noise * noise + error * error + p.product;
     const float w = usual > 0.0f ? usual / (usual + p.noise) : 1.0f;
     trust[i] = w;
-    terms[3 * i] = w * p.product;
-    terms[3 * i + 1] = w * w * p.noise * (std::abs(p.product) + 0.25f * p.noise);  // variance of the product
-    terms[3 * i + 2] = w * p.energy;
+    terms[3 * i] = w * (p.energy - 0.5f * p.noise);
+    terms[3 * i + 1] = w * w * p.noise * (p.product + 0.25f * p.noise);  // variance
+    terms[3 * i + 2] = w * p.noise;
   });
   const std::vector<float> means = window_mean(terms, {width, height, 3}, reach);
   // Neighbouring values of a plane are correlated over its step.
   const double independent = std::max(1.0, window_count(reach) / double(size_t(1) << (2 * level)));
   for_pixels(pixels, [&](size_t i) {
-    const double mean = double(means[3 * i]), energy = double(means[3 * i + 2]),
-                 variance = double(means[3 * i + 1]) / independent;
-    const double safe = mean > 0.0 ? mean - kMinSignificance * kMinSignificance * variance / mean : 0.0;
-    trust[i] *= energy > 0.0 ? float(std::clamp(safe / energy, 0.0, 1.0)) : 0.0f;
+    const double mean = double(means[3 * i]), variance = double(means[3 * i + 1]) / independent,
+                 noise_of_mean = 0.25 * double(means[3 * i + 2]);
+    const double error = mean > 0.0 ? mean - kMinSignificance * kMinSignificance * variance / mean : 0.0;
+    trust[i] *= error > 0.0 ? float(error / (error + std::max(0.0, noise_of_mean))) : 0.0f;
   });
   return trust;
 }
 
-std::vector<float> difference(const std::vector<float>& a, const std::vector<float>& b) {
-  std::vector<float> result(a.size());
-  for_pixels(a.size(), [&](size_t i) { result[i] = a[i] - b[i]; });
-  return result;
-}
-
-/// `denoised` plus the part of (own - denoised) that is not noise. `other`: the half that was denoised.
-std::vector<float> corrected(std::vector<float> denoised, const std::vector<float>& own,
-                             const std::vector<float>& other, const std::vector<float>& inverse_square, int width,
-                             int height) {
-  std::vector<float> own_rest = difference(own, denoised), other_rest = difference(other, denoised);
+/// The sum of the planes of the mean residual, with their weights.
+std::vector<float> significant_part(Residuals rest, int width, int height) {
   const ImageSize size{width, height, 3};
   const int planes = plane_count(width, height);
+  std::vector<float> sum(size.values());
   for (int level = 0; level <= planes; ++level) {
-    std::vector<float> own_smooth, other_smooth;
-    if (level < planes) {
-      own_smooth = smoothed(own_rest, size, 1 << level);
-      other_smooth = smoothed(other_rest, size, 1 << level);
-      own_rest = difference(own_rest, own_smooth);
-      other_rest = difference(other_rest, other_smooth);
+    Residuals smooth;
+    for (size_t k = 0; k < 4 && level < planes; ++k) {
+      std::vector<float>&of_rest = *rest.all()[k], &of_smooth = *smooth.all()[k];
+      of_smooth = smoothed(of_rest, size, 1 << level);
+      for_pixels(size.values(), [&](size_t i) { of_rest[i] -= of_smooth[i]; });
     }
-    const std::vector<float> weights = weights_of(own_rest, other_rest, inverse_square, width, height, level);
-    for_pixels(denoised.size(), [&](size_t i) { denoised[i] += weights[i / 3] * own_rest[i]; });
-    own_rest = std::move(own_smooth);
-    other_rest = std::move(other_smooth);
+    const std::vector<float> weights = weights_of(rest, width, height, level);
+    for_pixels(size.values(), [&](size_t i) { sum[i] += weights[i / 3] * rest.mean[i]; });
+    rest = std::move(smooth);
   }
-  return denoised;
+  return sum;
 }
 
 /// The denoiser's image of non-negative light. Light of negative lamps is added again as it is.
@@ -175,16 +171,26 @@ std::vector<float> denoise(const std::vector<float>& image, const std::vector<fl
   });
   std::vector<float> from_a = run(denoiser, limited(a, b, width, height)),
                      from_b = run(denoiser, limited(b, a, width, height));
-  std::vector<float> inverse_square(pixels);
+  std::vector<float> light(pixels);
   for_pixels(pixels, [&](size_t i) {
-    const float light = 0.5f * (luminance_at(from_a, i) + luminance_at(from_b, i));
-    inverse_square[i] = 1.0f / (light * light + kDarkest);
+    const float y = 0.5f * (luminance_at(from_a, i) + luminance_at(from_b, i));
+    light[i] = std::sqrt(y * y + kDarkest);
   });
-  std::vector<float> result = corrected(std::move(from_a), b, a, inverse_square, width, height);
-  const std::vector<float> second = corrected(std::move(from_b), a, b, inverse_square, width, height);
+  const size_t values = 3 * pixels;
+  Residuals residuals{std::vector<float>(values), std::vector<float>(values), std::vector<float>(values),
+                      std::vector<float>(values)};
+  for_pixels(values, [&](size_t i) {
+    const float scale = 1.0f / light[i / 3];
+    residuals.first[i] = scale * (b[i] - from_a[i]);
+    residuals.second[i] = scale * (a[i] - from_b[i]);
+    residuals.halves[i] = scale * (a[i] - b[i]);
+    residuals.mean[i] = scale * (image[i] - 0.5f * (from_a[i] + from_b[i]));
+  });
+  std::vector<float> result = significant_part(std::move(residuals), width, height);
   // A residual can be larger than the light. Only negative lamps make an image negative.
-  for_pixels(result.size(),
-             [&](size_t i) { result[i] = std::max(0.5f * (result[i] + second[i]), std::min(0.0f, image[i])); });
+  for_pixels(values, [&](size_t i) {
+    result[i] = std::max(0.5f * (from_a[i] + from_b[i]) + light[i / 3] * result[i], std::min(0.0f, image[i]));
+  });
   return result;
 }
 

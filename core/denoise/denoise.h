@@ -2,16 +2,16 @@
 //
 // The thesis combines estimators by weights that are learned from their samples [Fan 2006, chapter 6]. Here one
 // estimator is biased (the image D of a neural denoiser) and one is noisy (the rendered image N). The combination is
-// D + sum over planes j of g_j * plane j of (N - D), with planes from fine to coarse (denoise/planes.h). The weight g_j
-// of a place is the part of the energy of the plane there that is an error of D and not noise of N, 0 to 1.
+// D + sum over planes j of g_j * plane j of (N - D), with planes from fine to coarse (denoise/planes.h). All residuals
+// are divided by the light of the pixel before, so that a coarse plane does not carry the error of a bright surface
+// to a dark one. The weight g_j of a place is e^2 / (e^2 + noise), with the energy e^2 of D's error and that of N's noise.
 //
-// The render keeps the means A and B of two independent halves of its samples. D(A) is combined with B, D(B) with A,
-// and the result is the mean of both. In a window of pixels, B - D(A) has the energy e^2 + noise, and the product of
-// B - D(A) and A - D(A) has the mean e^2 minus what the denoiser has kept of the noise of A. With the mean p of the
-// product and its standard error s, g is p (1 - (2.5 s / p)^2) over the energy, 0 if p < 2.5 s: a shrinkage estimator [James
-// and Stein 1961]. It needs no model of the noise, so that the correlated noise of chains is treated correctly. Pixels
-// whose halves differ far more than usual in the window count less, for g and in the sum. As the number of samples
-// grows, the noise vanishes and g becomes 1 wherever D is wrong: the image is consistent.
+// The render keeps the means A and B of two independent halves of its samples, and D is the mean of D(A) and D(B). The
+// residual B - D(A) of independent images has the energy e^2 plus the noise of B; (A - B)^2 has twice that noise. Their
+// means over a window give both, without a model of the noise, so that the correlated noise of chains is treated
+// correctly [James and Stein 1961]. With the standard error s of the estimate p of e^2, p (1 - (2.5 s / p)^2) is used, and
+// 0 if p < 2.5 s. Pixels whose halves differ far more than usual in the window count less, for g and in the sum. As the
+// number of samples grows, the noise vanishes and g becomes 1 wherever D is wrong: the image is consistent.
 //
 // Single pixels that are far brighter than all their neighbours, and bright in one half only, are darkened before the
 // denoiser sees them. They stay in N: coarse planes return their energy where it is significant.

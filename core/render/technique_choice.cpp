@@ -268,6 +268,8 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   for (const TechniqueTrial& trial : choice.trials) costs.push_back(trial.cost);
   const size_t best = clearly_best(costs);
   choice.settings.integrator = kCandidates[best].integrator;
+  // Guiding makes the independent noise of path tracing smaller, and is measured before it is used.
+  if (asked.denoised && best == 0 && asked.guiding == Guiding::Off) choice.settings.guiding = Guiding::Auto;
   choice.name = kCandidates[best].name;
   choice.reason = costs.size() == 1 ? "its error in the pilot is small"
                   : best == 0       ? "no other technique is clearly better"

@@ -130,6 +130,23 @@ TEST(Denoise, light_that_the_denoiser_takes_away_returns) {
   EXPECT_NEAR(sum_of(denoise(r.image, r.halves, kWidth, kHeight, dark_blur)) / sum_of(r.image), 1.0, 0.005);
 }
 
+TEST(Denoise, the_error_of_a_bright_surface_does_not_reach_a_dark_one) {
+  // A dark half beside a bright one, of which the denoiser takes a tenth of the light.
+  std::vector<float> clean(kValues);
+  for (size_t i = 0; i < kValues; ++i) clean[i] = (i / 3) % kWidth < kWidth / 2 ? 0.05f : 50.0f;
+  const auto dims_bright = [&](const std::vector<float>&) {
+    std::vector<float> image = clean;
+    for (float& v : image) v *= v > 1.0f ? 0.9f : 1.0f;
+    return image;
+  };
+  const Rendered r = rendered(clean, 16, 11);
+  const std::vector<float> result = denoise(r.image, r.halves, kWidth, kHeight, dims_bright);
+  double dark = 0.0, bright = 0.0;
+  for (size_t i = 0; i < kValues; ++i) (clean[i] < 1.0f ? dark : bright) += std::abs(result[i] / clean[i] - 1.0f);
+  EXPECT_LT(dark / (kValues / 2), 0.02);
+  EXPECT_LT(bright / (kValues / 2), 0.05);
+}
+
 TEST(Denoise, only_pixels_that_are_bright_in_one_half_are_darkened) {
   std::vector<float> one(kValues, 0.5f), two = one;
   for (size_t c = 0; c < 3; ++c) {

@@ -1,0 +1,255 @@
+#!/usr/bin/python3
+"""Compares the denoised pictures of Ajar and Cycles at equal CPU time, denoising included:
+
+    benchmarks/denoised.py [SCENE ...] [--seconds 10] [--factors 1,4,16] [--techniques auto,path,...] [--repeats 1] --wheel PYTHON
+
+Cycles is that of a bpy wheel with its own denoiser (albedo, normal, accurate prefilter, high quality), without clamping, with and without path guiding;
+the better of the two counts. Ajar denoises with the library of the extension (`make extension`) or AJAR_DENOISER. Both use two threads. T is CPU
+seconds of rendering and denoising, without export and build.
+
+A reference is the mean of independent renders by the technique that is best for the scene. The variance of that mean is subtracted from every error.
+References are stored in build/denoised and rendered again when the .blend changes. Writes docs/benchmarks/denoised.md and build/denoised/results.json.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import statistics
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import agreement
+import images
+import machine
+import metrics
+import numpy as np
+import renderers
+from scenes import PROJECT, Scene, find_scenes
+
+# The technique of a reference: the one that converges fastest. Vertex merging is on where it has caustics in mirrors.
+REFERENCES = {"room": "erpt", "rooms": "erpt", "lantern": "erpt", "bar": "erpt", "keyhole": "erpt", "box": "bdpt"}
+REPLICATES = 10
+ENDLESS = 1 << 20   # samples; the time limit stops the render
+DENOISER = PROJECT / "build" / "extension" / "package" / "ajar" / "lib" / "libajar_OpenImageDenoise.so"
+CYCLES = {"Cycles": False, "Cycles, guided": True}
+
+
+@dataclass(frozen=True)
+class Reference:
+    mean: np.ndarray
+    variance: np.ndarray   # of the mean
+
+    @property
+    def noise(self) -> float:
+        return float((self.variance / (self.mean**2 + 0.01)).mean())
+
+
+@dataclass
+class Picture:
+    """The same render before and after denoising."""
+
+    noisy: np.ndarray | None
+    denoised: np.ndarray
+    cpu: float
+    samples: float
+    technique: str
+
+
+def cpu_seconds() -> float:
+    used = os.times()
+    return used.user + used.system
+
+
+def render(scene_file: Path, integrator: str, seconds: float, seed: int, threads: int, denoised: bool = True) -> tuple[dict[str, np.ndarray], dict, float]:
+    """Passes (top row first), statistics and CPU seconds of a render in this process."""
+    import ajar
+
+    description = ajar.load_description(str(scene_file))
+    settings = description.settings
+    settings.integrator, settings.samples, settings.seconds, settings.target_error = integrator, ENDLESS, seconds, 0.0
+    settings.seed, settings.threads, settings.denoised = seed, threads, denoised
+    passes = ["Combined", "Halves", "Denoising Albedo", "Denoising Normal"] if denoised else ["Combined"]
+    settings.passes = passes
+    session = ajar.Session()
+    session.start(description)
+    started = cpu_seconds()
+    while not session.wait(0.01):
+        if session.progress().phase == ajar.Progress.Phase.Building:
+            started = cpu_seconds()
+    used = cpu_seconds() - started
+    if error := session.take_error():
+        raise renderers.RenderFailed(error)
+    return {name: np.asarray(session.snapshot(name))[::-1].copy() for name in passes}, json.loads(session.statistics_json()), used
+
+
+def denoise(found: dict[str, np.ndarray], threads: int) -> tuple[np.ndarray, float]:
+    import ajar
+
+    started = cpu_seconds()
+    image = ajar.denoise(found["Combined"], found["Halves"], found["Denoising Albedo"], found["Denoising Normal"], threads)
+    return image[..., :3].astype(np.float64), cpu_seconds() - started
+
+
+def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, threads: int, denoising: float) -> Picture:
+    found, stats, used = render(scene_file, integrator, max(0.1, (cpu - denoising) / threads), seed, threads)
+    image, extra = denoise(found, threads)
+    return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], stats["integrator"])
+
+
+class CyclesRenders:
+    """Cycles of a wheel at given CPU times: the number of samples follows from short trials."""
+
+    def __init__(self, scene: Scene, folder: Path, wheel: str, threads: int, guided: bool) -> None:
+        self.scene, self.folder, self.wheel, self.threads, self.guided = scene, folder, wheel, threads, guided
+        few, some = (self._render(samples, 99) for samples in (1, 33))
+        clean = renderers.render_cycles(scene.path, folder, [1], [99], threads, scene.percentage, python=wheel, guiding=guided)[0]
+        self.per_sample = max(1e-4, (some.statistics["cpu_seconds"] - few.statistics["cpu_seconds"]) / 32)
+        self.denoising = max(0.0, few.statistics["cpu_seconds"] - clean.statistics["cpu_seconds"])
+
+    def _render(self, samples: int, seed: int) -> renderers.Render:
+        return renderers.render_cycles(self.scene.path, self.folder, [samples], [seed], self.threads, self.scene.percentage, python=self.wheel,
+                                       guiding=self.guided, denoise=True)[0]
+
+    def picture(self, cpu: float, seed: int) -> Picture:
+        samples = max(1, round((cpu - self.denoising) / self.per_sample))
+        done = self._render(samples, seed)
+        return Picture(None, done.image().astype(np.float64), done.statistics["cpu_seconds"], samples, "Cycles")
+
+
+def reference_of(scene: Scene, scene_file: Path, folder: Path, seconds: float, threads: int) -> Reference:
+    kept = folder / "reference.npz"
+    key = f"{hashlib.sha256(scene.path.read_bytes()).hexdigest()} at {scene.percentage} %"
+    if kept.exists():
+        data = np.load(kept)
+        if str(data["key"]) == key and float(data["seconds"]) >= seconds:
+            return Reference(data["mean"].astype(np.float64), data["variance"].astype(np.float64))
+    integrator = REFERENCES.get(scene.name, "path")
+    replicates = [render(scene_file, integrator, seconds / REPLICATES, 5000 + i, threads, denoised=False)[0]["Combined"][..., :3]
+                  for i in range(REPLICATES)]
+    mean, variance = agreement.mean_and_variance(replicates)
+    np.savez_compressed(kept, mean=mean.astype(np.float32), variance=variance.astype(np.float32), key=key, seconds=seconds)
+    return Reference(mean, variance)
+
+
+def measures(image: np.ndarray, reference: Reference) -> dict[str, float]:
+    """relMSE, structural similarity, energy of the whole picture, and the worst relative error of its sixteenths."""
+    ours, true = metrics.luminance(image), metrics.luminance(reference.mean)
+    parts = [(a.mean(), b.mean()) for rows in zip(np.array_split(ours, 4), np.array_split(true, 4), strict=True)
+             for a, b in zip(np.array_split(rows[0], 4, axis=1), np.array_split(rows[1], 4, axis=1), strict=True)]
+    return {"relmse": metrics.relmse(image, reference.mean, reference.variance), "ssim": metrics.structural_similarity(image, reference.mean),
+            "energy": float(ours.mean() / true.mean()), "worst_part": float(max(abs(a - b) / max(b, 1e-4) for a, b in parts)),
+            "worst_block": metrics.worst_block(image, reference.mean)}
+
+
+def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, options: argparse.Namespace) -> dict:
+    folder = work / scene.name
+    scene_file, _ = ajar_build.dump(scene.path, folder, scene.percentage)
+    reference = reference_of(scene, scene_file, folder, options.reference_seconds, options.threads)
+    warm, _, _ = render(scene_file, "path", 0.2, 1, options.threads)
+    denoising = min(denoise(warm, options.threads)[1] for _ in range(2))
+    rivals = {name: CyclesRenders(scene, folder / name.replace(", ", "_"), options.wheel, options.threads, guided) for name, guided in CYCLES.items()}
+    runs = []
+    for factor in options.factors:
+        cpu = options.seconds * factor
+        for seed in range(1, options.repeats + 1):
+            pictures = {name: rival.picture(cpu, seed) for name, rival in rivals.items()}
+            for name in options.techniques:
+                pictures[name] = ajar_picture(scene_file, name, cpu, seed, options.threads, denoising)
+            for name, picture in pictures.items():
+                run = {"name": name, "factor": factor, "seed": seed, "cpu": picture.cpu, "samples": picture.samples, "technique": picture.technique,
+                       **measures(picture.denoised, reference)}
+                if picture.noisy is not None:
+                    run["noisy"] = metrics.relmse(picture.noisy, reference.mean, reference.variance)
+                runs.append(run)
+                print(f"{scene.name} {factor}T {name}: {run['cpu']:.1f} s, relMSE {run['relmse']:.3g}, noisy {run.get('noisy', float('nan')):.3g}, "
+                      f"energy {run['energy']:.3f}, worst part {run['worst_part']:.3f}, {run['technique']}", flush=True)
+        write_sheet(folder / f"{factor}T.png", reference, pictures)
+    return {"scene": scene.name, "width": reference.mean.shape[1], "height": reference.mean.shape[0], "reference_noise": reference.noise,
+            "denoising_seconds": denoising, "runs": runs}
+
+
+def write_sheet(path: Path, reference: Reference, pictures: dict[str, Picture]) -> None:
+    """The reference, then the denoised pictures."""
+    panels = [reference.mean, *(picture.denoised for picture in pictures.values())]
+    panels += [np.ones_like(reference.mean)] * (-len(panels) % 3)
+    rows = [np.concatenate(panels[i:i + 3], axis=1) for i in range(0, len(panels), 3)]
+    images.write_png(path, images.srgb_bytes(np.concatenate(rows)))
+
+
+def median(found: dict, name: str, factor: int, key: str) -> float:
+    values = [run[key] for run in found["runs"] if run["name"] == name and run["factor"] == factor and key in run]
+    return statistics.median(values) if values else float("nan")
+
+
+def best_cycles(found: dict, factor: int) -> float:
+    return min(median(found, name, factor, "relmse") for name in CYCLES)
+
+
+def page(results: dict) -> str:
+    factors, techniques = results["factors"], results["techniques"]
+    lines = ["# Denoised pictures at equal CPU time", "",
+             "The relMSE of Cycles over that of Ajar's `auto`, both denoised. More than 1: Ajar has the smaller error.", "",
+             "| scene | " + " | ".join(f"{factor}T" for factor in factors) + " |", "|---" * (len(factors) + 1) + "|"]
+    for found in results["scenes"]:
+        ratios = [best_cycles(found, factor) / median(found, techniques[0], factor, "relmse") for factor in factors]
+        lines.append(f"| {found['scene']} | " + " | ".join(f"{ratio:.2f}" for ratio in ratios) + " |")
+    lines += ["", "## Method", "",
+              f"`benchmarks/denoised.py` writes this page; do not edit it. T is {results['seconds']:g} CPU seconds for rendering and denoising, without export and "
+              f"build, on {results['machine']['threads']} threads; {results['repeats']} seeds, medians. Cycles is that of the bpy wheel with its own denoiser "
+              "(albedo, normal, accurate prefilter, high quality), without clamping; the better of guided and not guided counts. Errors are relMSE, "
+              "mean((I−R)²/(R²+0.01)), from which the variance of the reference is subtracted. *noisy* is the error before denoising. *energy* is the mean of "
+              "the picture over that of the reference, *worst part* the largest relative error of the mean of a sixteenth of the picture, *worst block* that of "
+              "the relMSE of a block of 16 × 16 pixels. *SSIM* is the structural similarity of the sRGB luminance.", "", "## Machine", ""]
+    lines += [f"* {key}: {value}" for key, value in results["machine"].items()]
+    for found in results["scenes"]:
+        lines += ["", f"## {found['scene']}", "",
+                  f"{found['width']}×{found['height']}. The reference's own relMSE is {found['reference_noise']:.2g}. Ajar's denoising took "
+                  f"{found['denoising_seconds']:.2f} CPU seconds.", "",
+                  "| time | renderer | technique | CPU s | noisy | relMSE | SSIM | energy | worst part | worst block |", "|---|---|---|---|---|---|---|---|---|---|"]
+        for factor in factors:
+            for name in dict.fromkeys(run["name"] for run in found["runs"]):
+                chosen = next(run["technique"] for run in found["runs"] if run["name"] == name and run["factor"] == factor)
+                cells = [median(found, name, factor, key) for key in ("cpu", "noisy", "relmse", "ssim", "energy", "worst_part", "worst_block")]
+                form = ("{:.1f}", "{:.2e}", "{:.2e}", "{:.4f}", "{:.4f}", "{:.3f}", "{:.3f}")
+                lines.append(f"| {factor}T | {name} | {chosen if chosen != name else ''} | "
+                             + " | ".join("–" if np.isnan(cell) else text.format(cell) for text, cell in zip(form, cells, strict=True)) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Measure denoised pictures against Cycles at equal CPU time.")
+    parser.add_argument("scenes", nargs="*", default=[], help="names; without any, the hard scenes")
+    parser.add_argument("--build", type=Path, default=PROJECT / "build" / "release")
+    parser.add_argument("--seconds", type=float, default=10.0, help="T, in CPU seconds")
+    parser.add_argument("--factors", type=lambda text: [int(item) for item in text.split(",")], default=[1, 4, 16])
+    parser.add_argument("--techniques", type=lambda text: text.split(","), default=["auto", "path", "bdpt", "erpt"], help="the first is compared")
+    parser.add_argument("--reference-seconds", type=float, default=300.0, help="of each scene's reference")
+    parser.add_argument("--repeats", type=int, default=1)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--wheel", required=True, help="a Python with the bpy wheel of a newer Blender")
+    options = parser.parse_args()
+    sys.path.insert(0, str(options.build.resolve() / "python"))
+    import ajar
+
+    os.environ.setdefault(ajar.denoiser.VARIABLE, str(DENOISER))
+    if not ajar.denoiser.load():
+        print(f"{ajar.denoiser.reason()}. `make extension` makes {DENOISER}.", file=sys.stderr)
+        return 2
+    work, start = PROJECT / "build" / "denoised", time.monotonic()
+    results = {"machine": machine.describe(options.threads) | {"denoiser": f"Open Image Denoise {ajar.denoiser_version()}"}, "seconds": options.seconds,
+               "factors": options.factors, "techniques": options.techniques, "repeats": options.repeats, "scenes": []}
+    for scene in find_scenes(options.scenes or ["room", "rooms", "lantern", "bar", "keyhole", "box"]):
+        results["scenes"].append(measure_scene(scene, renderers.AjarBuild(options.build.resolve()), work, options))
+        (work / "results.json").write_text(json.dumps(results, indent=1))
+        (PROJECT / "docs" / "benchmarks" / "denoised.md").write_text(page(results))
+    print(f"{time.monotonic() - start:.0f} s")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
