@@ -25,12 +25,13 @@ struct Candidate {
   /// grows and noise does not
   int photons;
   bool for_denoising;  ///< only tried if the image will be denoised: its noise is large but not correlated
+  double kept;         ///< minimum part of the noise of pixels that a denoiser keeps
 };
 /// The first is the default.
-constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0, false},
-                                     {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0, false},
-                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000, false},
-                                     {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 4, 0, true}};
+constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0, false, 0.0},
+                                     {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0, false, 0.0},
+                                     {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000, false, 0.1},
+                                     {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 4, 0, true, 0.0}};
 constexpr int kPilotPixels = 12288, kMinPixels = 768;
 constexpr int kPilotSamples = 2 * kCandidates[0].samples;  // of path tracing
 /// Maximum share of the pilot in the requested samples.
@@ -167,7 +168,13 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
   size_t calmest = 0;  // the unbiased one with the minimum noise
   for (size_t k = 0; k < pilots.size(); ++k) {
     noises.push_back(noise_of(pilots[k], light));
-    shown.push_back(asked.denoised ? noise_of(as_denoised(pilots[k], small.width, small.height), light) : noises[k]);
+    shown.push_back(noises[k]);
+    if (asked.denoised) {
+      const PilotNoise left = noise_of(as_denoised(pilots[k], small.width, small.height), light);
+      shown[k].whole = std::max(left.whole, kCandidates[k].kept * noises[k].whole);
+      shown[k].typical = std::max(left.typical, kCandidates[k].kept * noises[k].typical);
+    }
+
     // Missed light is not a measure of the noise of chains, because neighbouring pixels share it.
     for (size_t j = 0; j < pilots.size() && kCandidates[k].unbiased && !kCandidates[k].spreads; ++j) {
       if (j == k || !kCandidates[j].unbiased) continue;
