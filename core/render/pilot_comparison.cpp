@@ -75,24 +75,6 @@ std::vector<float> max_light(const std::vector<const PilotImages*>& pilots, int 
   return max_found;
 }
 
-PilotImages as_denoised(const PilotImages& pilot, int width, int height) {
-  constexpr int kReach = 2;
-  const size_t pixels = size_t(width) * size_t(height);
-  const auto rgb_of = [&](const std::vector<float>& image) {
-    std::vector<float> rgb(3 * pixels);
-    for (size_t i = 0; i < rgb.size(); ++i) rgb[i] = image[4 * (i / 3) + i % 3];
-    return rgb;
-  };
-  const auto shown = [&](const std::vector<float>& one, const std::vector<float>& other) {
-    const std::vector<float> smooth = window_mean(limited(one, other, width, height), {width, height, 3}, kReach);
-    std::vector<float> rgba(4 * pixels, 1.0f);
-    for (size_t i = 0; i < smooth.size(); ++i) rgba[4 * (i / 3) + i % 3] = smooth[i];
-    return rgba;
-  };
-  const std::vector<float> first = rgb_of(pilot.first), second = rgb_of(pilot.second);
-  return {shown(first, second), shown(second, first)};
-}
-
 PilotNoise noise_of(const PilotImages& pilot, const std::vector<float>& light) {
   std::vector<double> errors = squared_differences(pilot.first, pilot.second, light);
   const size_t pixels = errors.size(), worst = std::min(pixels, size_t(std::ceil(kWorst * double(pixels))));
@@ -102,6 +84,27 @@ PilotNoise noise_of(const PilotImages& pilot, const std::vector<float>& light) {
   errors.erase(errors.begin(), errors.begin() + std::ptrdiff_t(worst));
   noise.typical = errors.empty() ? 0.0 : 0.25 * sum(errors) / double(errors.size());
   return noise;
+}
+
+PilotNoise denoised_noise_of(const PilotImages& pilot, const std::vector<float>& light, int width, int height) {
+  constexpr int kReach = 2;
+  const size_t pixels = size_t(width) * size_t(height);
+  const auto rgb_of = [&](const std::vector<float>& image) {
+    std::vector<float> rgb(3 * pixels);
+    for (size_t i = 0; i < rgb.size(); ++i) rgb[i] = image[4 * (i / 3) + i % 3];
+    return rgb;
+  };
+  const auto smooth = [&](const std::vector<float>& rgb) {
+    const std::vector<float> mean = window_mean(rgb, {width, height, 3}, kReach);
+    std::vector<float> rgba(4 * pixels, 1.0f);
+    for (size_t i = 0; i < mean.size(); ++i) rgba[4 * (i / 3) + i % 3] = mean[i];
+    return rgba;
+  };
+  const std::vector<float> first = rgb_of(pilot.first), second = rgb_of(pilot.second);
+  const PilotNoise with = noise_of({smooth(first), smooth(second)}, light);
+  const PilotNoise without = noise_of(
+      {smooth(limited(first, second, width, height)), smooth(limited(second, first, width, height))}, light);
+  return {std::sqrt(with.whole * without.whole), std::sqrt(with.typical * without.typical)};
 }
 
 double bias_of(const PilotImages& pilot, const PilotImages& unbiased, const std::vector<float>& light, int width,
@@ -131,13 +134,12 @@ double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const
   return std::max(0.0, kUnseenPixels * total / (0.25 * double(light.size())));
 }
 
-size_t clearly_best(const std::vector<PilotNoise>& techniques) {
+size_t clearly_best(const std::vector<PilotNoise>& techniques, double factor) {
   size_t best = 0;
   const auto by_both = [&](size_t k) { return techniques[k].whole * techniques[k].typical; };
   for (size_t k = 1; k < techniques.size(); ++k) {
     if (!(by_both(k) > 0.0)) continue;  // nearly nothing was found
-    if (techniques[k].whole * kClearlyBetter >= techniques[0].whole || techniques[k].typical >= techniques[0].typical)
-      continue;
+    if (techniques[k].whole * factor >= techniques[0].whole || techniques[k].typical >= techniques[0].typical) continue;
     if (best == 0 || by_both(k) < by_both(best)) best = k;
   }
   return best;

@@ -23,9 +23,6 @@ std::vector<float> mean_of(const PilotImages& pilot);
 /// The maximum of the blurred means of all techniques, for each pixel.
 std::vector<float> max_light(const std::vector<const PilotImages*>& pilots, int width, int height);
 
-/// About what a denoiser would show of both images: means over small windows, without single bright pixels.
-PilotImages as_denoised(const PilotImages& pilot, int width, int height);
-
 /// relMSE, or a prediction of it.
 struct PilotNoise {
   double whole = 0.0;
@@ -33,6 +30,10 @@ struct PilotNoise {
 };
 /// Noise of the mean of both images, relative to `light`.
 PilotNoise noise_of(const PilotImages& pilot, const std::vector<float>& light);
+/// About the noise that a denoiser leaves: that of means over small windows. A denoiser removes single bright pixels; but
+/// where most light arrives in such pixels, it cannot do without them. The result is the geometric mean of the noises
+/// with and without them.
+PilotNoise denoised_noise_of(const PilotImages& pilot, const std::vector<float>& light, int width, int height);
 /// relMSE that is not noise: the difference of the blurred image to that of an unbiased technique, beyond the noise of
 /// both.
 double bias_of(const PilotImages& pilot, const PilotImages& unbiased, const std::vector<float>& light, int width,
@@ -49,9 +50,11 @@ double unseen_noise_of(const PilotImages& pilot, const PilotImages& other, const
 /// The factor by which another technique must be better than the first. The first is stratified, and a small image
 /// shows this advantage least.
 constexpr double kClearlyBetter = 1.6;
+/// The same if the image will be denoised: the noise that is left is less certain.
+constexpr double kClearlyBetterDenoised = 2.0;
 /// Index of the best technique: the first, unless others are clearly better, also without the worst pixels. Of these,
 /// it is the best one by both sums.
-size_t clearly_best(const std::vector<PilotNoise>& techniques);
+size_t clearly_best(const std::vector<PilotNoise>& techniques, double factor = kClearlyBetter);
 /// Whether a technique is so much worse than the first, by both sums, that similar ones need not be tried.
 bool is_hopeless(const PilotNoise& technique, const PilotNoise& first);
 

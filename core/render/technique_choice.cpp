@@ -170,7 +170,7 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
     noises.push_back(noise_of(pilots[k], light));
     shown.push_back(noises[k]);
     if (asked.denoised) {
-      const PilotNoise left = noise_of(as_denoised(pilots[k], small.width, small.height), light);
+      const PilotNoise left = denoised_noise_of(pilots[k], light, small.width, small.height);
       shown[k].whole = std::max(left.whole, kCandidates[k].kept * noises[k].whole);
       shown[k].typical = std::max(left.typical, kCandidates[k].kept * noises[k].typical);
     }
@@ -273,7 +273,7 @@ TechniqueChoice choose_technique(const std::shared_ptr<Scene>& scene, const Came
   }
   std::vector<PilotNoise> costs;
   for (const TechniqueTrial& trial : choice.trials) costs.push_back(trial.cost);
-  const size_t best = clearly_best(costs);
+  const size_t best = clearly_best(costs, asked.denoised ? kClearlyBetterDenoised : kClearlyBetter);
   choice.settings.integrator = kCandidates[best].integrator;
   // Guiding makes the independent noise of path tracing smaller, and is measured before it is used.
   if (asked.denoised && best == 0 && asked.guiding == Guiding::Off) choice.settings.guiding = Guiding::Auto;
