@@ -243,6 +243,9 @@ def main() -> int:
     work, start = PROJECT / "build" / "denoised", time.monotonic()
     results = {"machine": machine.describe(options.threads) | {"denoiser": f"Open Image Denoise {ajar.denoiser_version()}"}, "seconds": options.seconds,
                "factors": options.factors, "techniques": options.techniques, "repeats": options.repeats, "scenes": []}
+    kept = json.loads((work / "results.json").read_text()) if (work / "results.json").exists() else {}
+    if all(kept.get(key) == results[key] for key in ("seconds", "factors", "techniques", "repeats")):
+        results["scenes"] = [found for found in kept["scenes"] if found["scene"] not in options.scenes]   # measured before
     for scene in find_scenes(options.scenes or ["room", "rooms", "lantern", "bar", "keyhole", "box"]):
         results["scenes"].append(measure_scene(scene, renderers.AjarBuild(options.build.resolve()), work, options))
         (work / "results.json").write_text(json.dumps(results, indent=1))

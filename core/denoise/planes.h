@@ -5,6 +5,7 @@
 // are rows of interleaved channels; beyond the border they are mirrored.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace ajar {

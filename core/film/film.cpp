@@ -21,10 +21,10 @@ constexpr SplatRange kSplatRanges[] = {{0x1p-20f, 0x1p60}, {0x1p20f, 0x1p32}, {0
 constexpr int64_t kCarried = int64_t(1) << 62;
 
 /// Passes that are made from SampleAux.
+bool is_guide_pass(const std::string& pass) { return pass == "Denoising Albedo" || pass == "Denoising Normal"; }
 bool is_aux_pass(const std::string& pass) {
   return pass == "Mist" || pass == "IndexOB" || pass == "IndexMA" || pass == "Depth" || pass == "Normal" ||
-         pass == "Position" || pass == "UV" || pass == "Albedo" || pass == "Denoising Albedo" ||
-         pass == "Denoising Normal" || pass.starts_with("Share ");
+         pass == "Position" || pass == "UV" || pass == "Albedo" || is_guide_pass(pass) || pass.starts_with("Share ");
 }
 
 std::string names_of(const std::vector<PassInfo>& passes) {
@@ -86,7 +86,7 @@ const std::vector<PassInfo>& known_passes() {
 
 Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passes)
     : x0_(x0), y0_(y0), x1_(x1), y1_(y1) {
-  bool wants_parts = false;
+  bool wants_parts = false, wants_guides = false;
   for (const std::string& pass : passes) {
     const auto& known = known_passes();
     if (std::none_of(known.begin(), known.end(), [&](const PassInfo& info) { return info.name == pass; })) {
@@ -94,23 +94,27 @@ Film::Film(int x0, int y0, int x1, int y1, const std::vector<std::string>& passe
     }
     wants_aux_ |= is_aux_pass(pass);
     wants_parts |= is_part_pass(pass);
+    wants_guides |= is_guide_pass(pass);
   }
   pixels_.resize(size_t(width()) * size_t(height()));
   if (wants_aux_) aux_.resize(pixels_.size());
+  if (wants_guides) guides_.resize(pixels_.size());
   if (wants_parts) parts_.resize(pixels_.size());
 }
 
 uint64_t Film::bytes_per_pixel(const std::vector<std::string>& passes, bool splats) {
   const bool aux = std::any_of(passes.begin(), passes.end(), is_aux_pass),
+             guides = std::any_of(passes.begin(), passes.end(), is_guide_pass),
              parts = std::any_of(passes.begin(), passes.end(), is_part_pass);
-  return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (parts ? sizeof(PartsPixel) : 0) +
-         kMaxRemembered * 3 * sizeof(float) +
+  return sizeof(Pixel) + (aux ? sizeof(AuxPixel) : 0) + (guides ? sizeof(GuidePixel) : 0) +
+         (parts ? sizeof(PartsPixel) : 0) + kMaxRemembered * 3 * sizeof(float) +
          (splats ? sizeof(SplatPixel) + std::tuple_size_v<decltype(pending_)> * sizeof(PendingPixel) : 0);
 }
 
 uint64_t Film::memory_bytes() const {
   uint64_t bytes = pixels_.size() * sizeof(Pixel) + aux_.size() * sizeof(AuxPixel) +
-                   parts_.size() * sizeof(PartsPixel) + goals_.size() * sizeof(uint32_t);
+                   guides_.size() * sizeof(GuidePixel) + parts_.size() * sizeof(PartsPixel) +
+                   goals_.size() * sizeof(uint32_t);
   if (splats_) bytes += pixels_.size() * sizeof(SplatPixel);
   for (const PendingSplats& pending : pending_) bytes += pending.pixels ? pixels_.size() * sizeof(PendingPixel) : 0;
   for (const Remembered& one : remembered_)
@@ -151,9 +155,12 @@ bool Film::add_sample(int x, int y, Color radiance, float alpha, const SampleAux
       a.normal[c] += double(aux->normal[c]);
       a.uv[c] += double(aux->uv[c]);
       a.albedo[c] += double(aux->albedo[c]);
-      a.guide_albedo[c] += double(aux->guide_albedo[c]);
-      a.guide_normal[c] += double(aux->guide_normal[c]);
     }
+    if (!guides_.empty())
+      for (int c = 0; c < 3; ++c) {
+        guides_[index].albedo[c] += double(aux->guide_albedo[c]);
+        guides_[index].normal[c] += double(aux->guide_normal[c]);
+      }
     for (size_t k = 0; k < aux->shares.size(); ++k) a.shares[k] += double(aux->shares[k]);
     a.mist += double(aux->mist);
   }
@@ -260,7 +267,9 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
   if (info == known.end()) throw std::invalid_argument("Unknown pass '" + pass + "'.");
   const size_t channels = size_t(info->channels);
   std::vector<float> out(pixels_.size() * channels, 0.0f);
-  if ((is_aux_pass(pass) && aux_.empty()) || (is_part_pass(pass) && parts_.empty())) return out;
+  if ((is_aux_pass(pass) && aux_.empty()) || (is_guide_pass(pass) && guides_.empty()) ||
+      (is_part_pass(pass) && parts_.empty()))
+    return out;
   const size_t kind = pass.starts_with("Diff") ? 0 : pass.starts_with("Gloss") ? 1 : 2;
   std::vector<float> variance;
   if (pass == "Variance" || pass == "Error" || pass == "Perceptual Error") variance = variance_of_mean();
@@ -318,8 +327,8 @@ std::vector<float> Film::resolve(const std::string& pass, float exposure) const 
       const double* source = pass == "Normal"             ? a.normal
                              : pass == "Position"         ? a.position
                              : pass == "UV"               ? a.uv
-                             : pass == "Denoising Albedo" ? a.guide_albedo
-                             : pass == "Denoising Normal" ? a.guide_normal
+                             : pass == "Denoising Albedo" ? guides_[i].albedo
+                             : pass == "Denoising Normal" ? guides_[i].normal
                                                           : a.albedo;
       const double s = pass == "Position" ? 1.0 : scale;
       for (int c = 0; c < 3; ++c) o[c] = float(source[c] * s);

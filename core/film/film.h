@@ -140,9 +140,12 @@ class Film {
   };
   struct AuxPixel {
     double depth = 0.0, normal[3] = {0, 0, 0}, position[3] = {0, 0, 0}, uv[3] = {0, 0, 0}, albedo[3] = {0, 0, 0},
-           shares[7] = {}, mist = 0.0, guide_albedo[3] = {0, 0, 0}, guide_normal[3] = {0, 0, 0};
+           shares[7] = {}, mist = 0.0;
     float object_index = 0.0f, material_index = 0.0f;
     bool has_first = false;
+  };
+  struct GuidePixel {
+    double albedo[3] = {0, 0, 0}, normal[3] = {0, 0, 0};
   };
   struct PartsPixel {
     double emission[3] = {0, 0, 0}, environment[3] = {0, 0, 0}, direct[3][3] = {}, indirect[3][3] = {},
@@ -192,6 +195,7 @@ class Film {
   bool wants_aux_ = false;
   std::vector<Pixel> pixels_;
   std::vector<AuxPixel> aux_;
+  std::vector<GuidePixel> guides_;
   std::vector<PartsPixel> parts_;
   static constexpr size_t kMaxRemembered = 3;
   std::vector<Remembered> remembered_;  // in the order of time

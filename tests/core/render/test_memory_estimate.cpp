@@ -257,6 +257,7 @@ TEST(MemoryEstimate, sizes_are_those_in_the_manual) {
   EXPECT_EQ(Film::bytes_per_pixel({"Combined"}, false), 72u + 36u);
   EXPECT_EQ(Film::bytes_per_pixel({"Combined"}, true), 72u + 36u + 192u);
   EXPECT_EQ(Film::bytes_per_pixel({"Combined", "Normal"}, false), 72u + 36u + 184u);
+  EXPECT_EQ(Film::bytes_per_pixel({"Combined", "Denoising Albedo"}, false), 72u + 36u + 184u + 48u);
   EXPECT_EQ(Film::bytes_per_pixel({"Combined", "DiffDir"}, false), 72u + 36u + 312u);
   EXPECT_EQ(GuideTree::kBytesPerCell, 536u);
   EXPECT_EQ(sizeof(GuideSample), 60u);
