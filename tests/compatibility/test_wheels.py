@@ -86,15 +86,15 @@ def test_self_check_works_when_the_renderer_cannot_be_loaded(zips, tmp_path):
     assert "FAILED: the renderer cannot be loaded:" in result["self_check"] and "x86-64-v9" in result["self_check"][-1], result
 
 
-def test_denoising_by_the_library_is_equal_to_that_of_the_compositor(zips, tmp_path):
-    """The same library with the same guides gives the same result by its C interface and by Blender's node, and it reduces the error."""
+def test_denoising_by_the_library_is_not_worse_than_that_of_the_compositor(zips, tmp_path):
+    """Ajar combines the image of the same library with the rendered one; Blender's node does not."""
     common = compatibility.jobs(["checker"], AJAR)[0]
     jobs = [common | {"samples": 8}, common | {"samples": 8, "denoise": "library"}, common | {"samples": 512}, common | {"samples": 8, "denoise": "compositor"}]
     result = compatibility.run(wheel_or_skip(OFFICIAL, zips[0]), jobs, tmp_path / "out")
     assert "error" not in result, result["error"]
     noisy, by_library, reference, by_compositor = (picture[..., :3] for picture in result["pictures"])
-    np.testing.assert_allclose(by_library, by_compositor, rtol=1e-3, atol=1e-4)
-
     def error(picture):
         return float((((picture - reference) ** 2) / (reference**2 + 0.01)).mean())
     assert error(by_library) < 0.5 * error(noisy)
+    assert error(by_library) < 1.1 * error(by_compositor)
+    assert not np.array_equal(by_library, by_compositor)

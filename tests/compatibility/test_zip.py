@@ -8,7 +8,8 @@ import tomllib
 
 import isolate
 
-MAX_MEGABYTES = 60
+MAX_MEGABYTES = 75   # 44 of them are the weights of Open Image Denoise
+FOUND_AT_RUN_TIME = {"libajar_OpenImageDenoise.so", "libOpenImageDenoise_device_cpu.so.2.5.1"}
 NEWEST_GLIBC = (2, 35)
 NEWEST_LIBSTDCXX = (3, 4, 25)   # the version of GCC 8, as on the system for which official Blender is built (VFX platform, glibc 2.28)
 SYSTEM = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "libgcc_s.so.1", "libstdc++.so.6", "libz.so.1", "ld-linux-x86-64.so.2"}
@@ -57,9 +58,9 @@ def test_no_name_is_shared_with_blender_or_another_add_on(unpacked):
     for library in libraries(unpacked):
         text = subprocess.run(["readelf", "-d", library], text=True, check=True, stdout=subprocess.PIPE).stdout
         for name in isolate.needed(library) + re.findall(r"\(SONAME\).*\[(.*)\]", text):
-            assert not isolate.soname_for(name), (library, name)
+            assert isolate.soname_for(name) in (None, name), (library, name)
         for symbol in isolate.exported(library):
-            assert symbol.startswith((isolate.PREFIX, "PyInit__ajar")), (library, symbol)
+            assert symbol.startswith((isolate.PREFIX, isolate.KEPT, "PyInit__ajar")), (library, symbol)
 
 
 def test_modules_have_the_instructions_of_their_level(unpacked):
@@ -73,4 +74,4 @@ def test_modules_have_the_instructions_of_their_level(unpacked):
 def test_bundled_libraries_are_used_by_the_module(unpacked):
     """The zip has no unused library of a wheel."""
     wanted = {name for library in libraries(unpacked) for name in isolate.needed(library)}
-    assert {path.name for path in (unpacked / "ajar" / "lib").iterdir()} <= wanted
+    assert {path.name for path in (unpacked / "ajar" / "lib").iterdir()} <= wanted | FOUND_AT_RUN_TIME
