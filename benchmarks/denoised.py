@@ -16,6 +16,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import math
 import os
 import statistics
 import sys
@@ -87,17 +88,19 @@ def render(scene_file: Path, integrator: str, seconds: float, seed: int, threads
     return {name: np.asarray(session.snapshot(name))[::-1].copy() for name in passes}, json.loads(session.statistics_json()), used
 
 
-def denoise(found: dict[str, np.ndarray], threads: int) -> tuple[np.ndarray, float]:
+def denoise(found: dict[str, np.ndarray], rays: float, threads: int) -> tuple[np.ndarray, float]:
     import ajar
 
     started = cpu_seconds()
-    image = ajar.denoise(found["Combined"], found["Halves"], found["Denoising Albedo"], found["Denoising Normal"], threads)
+    noisy = found["Combined"]
+    quality = ajar.denoiser.quality_for(rays, noisy.shape[0] * noisy.shape[1])
+    image = ajar.denoise(noisy, found["Halves"], found["Denoising Albedo"], found["Denoising Normal"], quality, threads)
     return image[..., :3].astype(np.float64), cpu_seconds() - started
 
 
 def ajar_picture(scene_file: Path, integrator: str, cpu: float, seed: int, threads: int, denoising: float) -> Picture:
     found, stats, used = render(scene_file, integrator, max(0.1, (cpu - denoising) / threads), seed, threads)
-    image, extra = denoise(found, threads)
+    image, extra = denoise(found, stats["rays"], threads)
     return Picture(found["Combined"][..., :3].astype(np.float64), image, used + extra, stats["samples_per_pixel"]["mean"], stats["integrator"])
 
 
@@ -151,7 +154,7 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
     scene_file, _ = ajar_build.dump(scene.path, folder, scene.percentage)
     reference = reference_of(scene, scene_file, folder, options.reference_seconds, options.threads)
     warm, _, _ = render(scene_file, "path", 0.2, 1, options.threads)
-    denoising = min(denoise(warm, options.threads)[1] for _ in range(2))
+    denoising = min(denoise(warm, math.inf, options.threads)[1] for _ in range(2))
     rivals = {name: CyclesRenders(scene, folder / name.replace(", ", "_"), options.wheel, options.threads, guided) for name, guided in CYCLES.items()}
     runs = []
     for factor in options.factors:

@@ -23,8 +23,14 @@ std::vector<float> rgb_of(const std::optional<Floats>& array, size_t height, siz
   return result;
 }
 
+/// A flag that another thread sets.
+struct Cancellation {
+  std::atomic<bool> is_set = false;
+};
+
 py::object denoised(const Floats& image, const std::optional<Floats>& halves, const std::optional<Floats>& albedo,
-                    const std::optional<Floats>& normal, int threads) {
+                    const std::optional<Floats>& normal, DenoiseQuality quality, int threads,
+                    const Cancellation* cancellation) {
   if (image.ndim() != 3 || image.shape(2) < 3)
     throw py::value_error("image must be an array [height, width, 3 or more], not " + shape_text(image));
   const size_t height = size_t(image.shape(0)), width = size_t(image.shape(1)), channels = size_t(image.shape(2));
@@ -37,13 +43,17 @@ py::object denoised(const Floats& image, const std::optional<Floats>& halves, co
     both = copy_numbers(*halves);
   }
   std::vector<float> result = copy_numbers(image);
-  {
+  const Cancellation never;
+  try {
     py::gil_scoped_release release;
-    const OpenImageDenoise library(int(width), int(height), std::move(guides[0]), std::move(guides[1]), threads);
+    const OpenImageDenoise library(int(width), int(height), std::move(guides[0]), std::move(guides[1]), quality,
+                                   threads, (cancellation ? *cancellation : never).is_set);
     color = denoise(color, both, int(width), int(height),
                     [&](std::vector<float> noisy) { return library(std::move(noisy)); });
     for (size_t i = 0; i < height * width; ++i)
       for (size_t c = 0; c < 3; ++c) result[channels * i + c] = color[3 * i + c];
+  } catch (const DenoisingCancelled&) {
+    return py::none();
   }
   return take_array(std::move(result), {height, width, channels});
 }
@@ -51,6 +61,14 @@ py::object denoised(const Floats& image, const std::optional<Floats>& halves, co
 }  // namespace
 
 void bind_denoise(py::module_& module) {
+  py::enum_<DenoiseQuality>(module, "DenoiseQuality", "How much time a denoiser takes for a smaller error.")
+      .value("High", DenoiseQuality::High, "The guides are denoised first; a large network.")
+      .value("Balanced", DenoiseQuality::Balanced, "The guides are used as they are.")
+      .value("Fast", DenoiseQuality::Fast, "As Balanced, with a small network.");
+  py::class_<Cancellation>(module, "Cancellation", "A request to stop, which another thread makes.")
+      .def(py::init<>(), "A request that is not made yet.")
+      .def(
+          "set", [](Cancellation& c) { c.is_set = true; }, "Make the request.");
   module.def(
       "load_denoiser", [](const std::string& file) { OpenImageDenoise::load(file); }, py::arg("file"),
       py::call_guard<py::gil_scoped_release>(),
@@ -59,11 +77,14 @@ void bind_denoise(py::module_& module) {
   module.def("denoiser_version", &OpenImageDenoise::version,
              "The version of Open Image Denoise, such as \"2.5.1\"; \"\" before `load_denoiser`.");
   module.def("denoise", &denoised, py::arg("image"), py::arg("halves") = py::none(), py::arg("albedo") = py::none(),
-             py::arg("normal") = py::none(), py::arg("threads") = 0,
+             py::arg("normal") = py::none(), py::arg("quality") = DenoiseQuality::High, py::arg("threads") = 0,
+             py::arg("cancellation") = py::none(),
              "Return the image without noise, float32[height, width, channels]. image: float32[height, width, 3 or "
              "more], linear; only the first three channels change. halves: the pass \"Halves\", float32[height, width, "
              "6]. With it, the result is consistent: it becomes the correct image as the number of samples grows. "
-             "albedo and normal: float32[height, width, 3 or more], the guides. threads: 0 uses all. Raises "
+             "albedo and normal: float32[height, width, 3 or more], the guides. quality: time against error; a lower "
+             "one does not denoise the guides. threads: 0 uses all. cancellation: Cancellation or None; the result is "
+             "None if it is set during the call. Raises "
              "RuntimeError when no denoiser is loaded or when it fails, and ValueError for a wrong shape.");
 }
 

@@ -6,6 +6,7 @@ the first rough surface guide the denoiser. Without the library, `AJAR_OT_denois
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 
@@ -16,70 +17,65 @@ from . import compat, passes
 from .ajar_module import ajar
 from .translations import report
 
-GUIDES = passes.GUIDES
-HALVES = "Halves"        # the pass of the core that the combination needs
+NEEDED = (*(guide.name for guide in passes.GUIDES), passes.HALVES)   # passes of the core
 CALIBRATION_SIDE = 256   # pixels
+RAYS_PER_SECOND = 2e6    # of a core; it determines only the time that is reserved
 
 
 def is_available() -> bool:
     return ajar.denoiser.load()
 
 
-_seconds_per_pixel = 0.0   # of the last call; 0: not known
+def expected_seconds(pixels: int, render_seconds: float, threads: int) -> float:
+    """The expected time to denoise the image of a render that takes this time. Small images are denoised to measure it."""
+    cores = threads or os.cpu_count() or 1
+    quality = ajar.denoiser.quality_for(RAYS_PER_SECOND * cores * render_seconds, pixels)
+    image = np.zeros((CALIBRATION_SIDE, CALIBRATION_SIDE, 6), dtype=np.float32)
 
-
-def expected_seconds(pixels: int) -> float:
-    """The expected time to denoise an image. The first call denoises a small image to measure it."""
-    if _seconds_per_pixel == 0.0:
-        side = np.zeros((CALIBRATION_SIDE, CALIBRATION_SIDE, 6), dtype=np.float32)
-        denoised(side[..., :3], side[..., :3], side[..., :3], side)
-    return pixels * _seconds_per_pixel
-
-
-def denoised(color: np.ndarray, albedo: np.ndarray | None, normal: np.ndarray | None, halves: np.ndarray | None = None) -> np.ndarray:
-    """Denoise `color`, linear [height, width, 3 or 4]; a fourth channel is not changed. With `halves` [height, width, 6], the result is consistent.
-
-    Raises RuntimeError if the library fails.
-    """
-    global _seconds_per_pixel
-    started = time.monotonic()
-    result = ajar.denoise(color, halves, albedo, normal)
-    _seconds_per_pixel = (time.monotonic() - started) / (color.shape[0] * color.shape[1])
-    return result
+    def seconds_of(side: int) -> float:
+        started = time.monotonic()
+        ajar.denoise(image[:side, :side, :3], image[:side, :side], image[:side, :side, :3], image[:side, :side, :3], quality, threads)
+        return time.monotonic() - started
+    seconds_of(CALIBRATION_SIDE // 4)   # starts the library's threads
+    return seconds_of(CALIBRATION_SIDE) * max(1.0, pixels / CALIBRATION_SIDE**2)
 
 
 class Background:
-    """Denoises one image at a time in its own thread, while the 3D view continues."""
+    """Denoises one image in its own thread."""
 
-    def __init__(self) -> None:
-        self._thread: threading.Thread | None = None
-        self._of: object = None
+    def __init__(self, pictures: dict[str, np.ndarray], rays: float, threads: int = 0) -> None:
+        """Start to denoise the pass Combined of `pictures`, [height, width, 4]; its alpha is not changed. With the passes `NEEDED`, the result is
+        consistent. rays: the number that the render took; it determines the quality."""
+        self._cancellation = ajar.Cancellation()
         self._result: np.ndarray | None = None
-
-    def is_busy(self) -> bool:
-        """True from `start` until `take`."""
-        return self._thread is not None
-
-    def is_ready(self) -> bool:
-        return self._thread is not None and not self._thread.is_alive()
-
-    def start(self, of: object, color: np.ndarray, albedo: np.ndarray, normal: np.ndarray) -> None:
-        """Start to denoise. `take` returns `of` with the result."""
-        def work() -> None:
-            try:
-                self._result = denoised(color, albedo, normal)
-            except RuntimeError as error:
-                print(f"Ajar: {error}", flush=True)
-                self._result = color
-        self._of, self._thread = of, threading.Thread(target=work, daemon=True)
+        self._error = ""
+        self._thread = threading.Thread(target=self._work, args=(pictures, rays, threads), daemon=True)
         self._thread.start()
 
-    def take(self) -> tuple[object, np.ndarray | None]:
-        assert self._thread is not None   # checked by is_ready() or is_busy()
+    def _work(self, pictures: dict[str, np.ndarray], rays: float, threads: int) -> None:
+        color = pictures[passes.COMBINED.name]
+        albedo, normal, halves = (pictures.get(name) for name in NEEDED)
+        quality = ajar.denoiser.quality_for(rays, color.shape[0] * color.shape[1])
+        try:
+            self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation)
+        except RuntimeError as error:
+            self._error = str(error)
+
+    def wait(self, seconds: float) -> bool:
+        """Whether it ends in this time."""
+        self._thread.join(seconds)
+        return not self._thread.is_alive()
+
+    def cancel(self) -> None:
+        """Stop soon. Does not wait; the result is None."""
+        self._cancellation.set()
+
+    def result(self) -> np.ndarray | None:
+        """The image; None if denoising was cancelled. Waits for the end. Raises RuntimeError if the library failed."""
         self._thread.join()
-        self._thread = None
-        result, self._result = self._result, None
-        return self._of, result
+        if self._error:
+            raise RuntimeError(self._error)
+        return self._result
 
 
 class AJAR_OT_denoise_in_compositor(bpy.types.Operator):

@@ -89,7 +89,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         scene = depsgraph.scene_eval
         wanted = passes.wanted(depsgraph.view_layer_eval)
         denoises = denoise.is_available() and self._denoises(scene, options)
-        needed = [*(guide.name for guide in denoise.GUIDES), denoise.HALVES] if denoises else []
+        needed = denoise.NEEDED if denoises else ()
         exported = export_scene(depsgraph, options, list(dict.fromkeys([*(item.name for item in wanted), *needed])), self.camera_override or scene.camera,
                                 is_cancelled, lambda step: self._show(depsgraph, interface("Exporting {step}", step=interface(step))),
                                 None if self.is_preview else self.frame_set)
@@ -101,7 +101,8 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             self.report({"WARNING"}, report("{name}: the picture is not denoised: {reason}", name=scene.name, reason=ajar.denoiser.reason()))
         settings = exported.description.settings
         if denoises and settings.seconds > 0.0:   # the time limit includes denoising
-            settings.seconds = max(0.5 * settings.seconds, settings.seconds - denoise.expected_seconds(settings.width * settings.height))
+            expected = denoise.expected_seconds(settings.width * settings.height, settings.seconds, settings.threads)
+            settings.seconds = max(0.5 * settings.seconds, settings.seconds - expected)
         if options.dump_scene is not None:
             ajar.save_description(exported.description, str(options.dump_scene))
 
@@ -138,7 +139,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         hints.remember(session.hint_reports(), hint_points)
         last_render.remember(scene.name, statistics)
         photon_overlay.remember(scene, session)
-        if not self._hand_over(depsgraph, session, wanted, statistics, denoises):
+        if not self._hand_over(depsgraph, session, wanted, statistics, denoises, is_cancelled):
             return  # cancelled before the first sample
         if options.stats is not None:
             options.stats.write_text(json.dumps(statistics, indent=2) + "\n", encoding="utf-8")
@@ -193,7 +194,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
                 next_image = time.monotonic() + IMAGE_SECONDS
 
     def _hand_over(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, wanted: list[passes.Pass],
-                   statistics: dict | None, is_denoised: bool = False) -> bool:
+                   statistics: dict | None, is_denoised: bool = False, is_cancelled=lambda: False) -> bool:
         """Pass the current image to Blender. Returns False if there is none yet."""
         if session.snapshot("Combined") is None:
             return False
@@ -202,11 +203,11 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         for item in wanted:
             target = layer.passes.get(item.shown)
             values = session.snapshot(item.name)
-            if is_denoised and item is passes.COMBINED:
+            if is_denoised and statistics is not None and item is passes.COMBINED:
                 noisy = layer.passes.get(passes.NOISY.shown)
                 if noisy is not None:
                     compat.write_pass(noisy, passes.fitted(values, noisy.channels))
-                values = self._denoised(depsgraph, session, values, statistics)
+                values = self._denoised(depsgraph, session, values, statistics, is_cancelled)
             if target is not None and values is not None:
                 compat.write_pass(target, passes.fitted(values, target.channels))
         self.end_result(result)
@@ -214,15 +215,23 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             self._stamp(depsgraph.view_layer.name, statistics)
         return True
 
-    def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, values: np.ndarray, statistics: dict | None) -> np.ndarray:
+    def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, noisy: np.ndarray, statistics: dict, is_cancelled) -> np.ndarray:
+        """The denoised image; the noisy one if the user cancels or if the library fails."""
         self._next_words = 0.0
         self._show(depsgraph, interface("Denoising"))
         started = time.monotonic()
-        albedo, normal = (session.snapshot(guide.name) for guide in denoise.GUIDES)
-        values = denoise.denoised(values, albedo, normal, session.snapshot(denoise.HALVES))
-        if statistics is not None:
-            statistics["denoise_seconds"] = time.monotonic() - started
-        return values
+        work = denoise.Background({passes.COMBINED.name: noisy} | {name: session.snapshot(name) for name in denoise.NEEDED},
+                                  statistics["rays"], statistics["threads"])
+        while not work.wait(POLL_SECONDS):
+            if is_cancelled():
+                work.cancel()
+        statistics["denoise_seconds"] = time.monotonic() - started
+        try:
+            image = work.result()
+        except RuntimeError as error:
+            self.report({"WARNING"}, report("{name}: the picture is not denoised: {reason}", name=depsgraph.scene.name, reason=str(error)))
+            return noisy
+        return noisy if image is None else image
 
     def _stamp(self, view_layer: str, statistics: dict) -> None:
         """Write the statistics to the metadata of the image, if its format supports metadata."""

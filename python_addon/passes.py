@@ -52,6 +52,7 @@ OWN = {  # property of Ajar's settings -> pass
 # The data of a denoiser, with the names that they have in Cycles.
 GUIDES = (Pass("Denoising Albedo", "RGB", "COLOR"), Pass("Denoising Normal", "XYZ", "VECTOR"))
 DENOISING = (*GUIDES, Pass("Depth", "Z", "VALUE", "Denoising Depth"))
+HALVES = "Halves"   # the pass of the core with two independent images; it is not shown
 NOISY = Pass("Noisy Image", "RGBA", "COLOR")   # name of the image before denoising, as in Cycles
 
 

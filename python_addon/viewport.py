@@ -51,13 +51,14 @@ class Viewport:
         self._number = 0                               # number of the current render
         self._divider = 1
         self._asked = 0.0
+        self._pauses = False                           # the user has paused the render, and an image is shown
         self._rate = 1e6                               # pixels per second with one sample each
         self._uploaded = (0, 0)                        # render and iteration that the texture shows
         self._denoises = False                         # enabled and possible
-        self._denoiser = denoise.Background()
-        self._noisy: tuple[int, float, list[np.ndarray]] | None = None   # the newest render, samples, image and guides
+        self._denoiser: denoise.Background | None = None
+        self._noisy: tuple[int, float, dict[str, np.ndarray]] | None = None   # the newest render, samples, passes
         self._denoised = (0, 0.0)                      # render and samples of the last image that was passed to the denoiser
-        self._clean = 0                                # the render whose denoised image is shown
+        self._clean = 0                                # the render whose denoised image is shown or follows soon
         self._hints_of = -1                            # number of the update whose attached hints are shown
         self._shows_density = False                    # shows the sample density instead of the image
         self._texture: Any = None                      # of `gpu`, created at the first drawing
@@ -98,8 +99,7 @@ class Viewport:
         exported = ExportContext(depsgraph, lambda: False, lambda step: None, self.meshes, is_hidden)
         exported.known, exported.revisions = self.known, revisions
         self._denoises = depsgraph.scene.ajar.use_viewport_denoise and denoise.is_available()
-        guides = denoise.GUIDES if self._denoises else ()
-        settings.export(exported, Options(), ["Combined", *(guide.name for guide in guides)])
+        settings.export(exported, Options(), ["Combined", *(denoise.NEEDED if self._denoises else ())])
         if revisions is None:
             self.meshes.begin()
         export_contents(exported)
@@ -124,13 +124,13 @@ class Viewport:
     def is_busy(self) -> bool:
         waits = self._wanted_view is not None or self._description is not None
         coarse = self._divider > 1 and self.session.progress().phase != ajar.Progress.Phase.Failed
-        return waits or coarse or self._denoiser.is_busy() or not (self.session.wait(0.0) or self.session.is_paused())
+        return waits or coarse or self._denoiser is not None or not (self.session.wait(0.0) or self._is_paused())
 
     def poll(self) -> bool:
         """Continue. Returns True if there is a new image to draw."""
         self._proceed()
         progress = self.session.progress()
-        return self._denoiser.is_ready() or ((progress.render, progress.iteration) > self._uploaded and progress.iteration > 0)
+        return self._is_denoised() or ((progress.render, progress.iteration) > self._uploaded and progress.iteration > 0)
 
     def _proceed(self) -> None:
         """Start the waiting change if it is time for it, or the next finer image."""
@@ -143,16 +143,28 @@ class Viewport:
         if self._description is not None or self._wanted_view is not None:
             target = self._wanted_view or self.view
             impatient = time.monotonic() - self._asked > PATIENCE_SECONDS
-            if target is not None and (shown or impatient or self.session.wait(0.0)):
+            if target is not None and not self._waits_for_denoiser() and (shown or impatient or self.session.wait(0.0)):
                 self.view, self._wanted_view = target, None
                 self._render(self._first_divider())
-        elif shown and self._divider > 1 and self._uploaded[0] == self._number:
+        elif shown and self._divider > 1 and self._uploaded[0] == self._number and self._denoiser is None:
             # The full image directly if it is fast, otherwise in steps.
             quick = self.view.pixels() / self._rate < QUICK_SECONDS
             self._render(1 if quick else self._divider // 2)
-        # A paused view first shows the full image of an edit.
+        # A paused view first shows the full image of an edit. The denoiser uses all cores.
         progress = self.session.progress()
-        self.session.pause(pausing.is_wanted_in_views() and self._divider == 1 and progress.render == self._number and progress.iteration > 0)
+        self._pauses = pausing.is_wanted_in_views() and self._divider == 1 and progress.render == self._number and progress.iteration > 0
+        self.session.pause(self._pauses or self._denoiser is not None)
+
+    def _is_paused(self) -> bool:
+        """Whether the user has paused the render, and it has stopped."""
+        return self._pauses and self.session.is_paused()
+
+    def _waits_for_denoiser(self) -> bool:
+        """Whether the image of a move of the view is being denoised: otherwise a quick series of moves would show nothing."""
+        return self._denoiser is not None and self._divider > 1 and not self._is_denoised()
+
+    def _is_denoised(self) -> bool:
+        return self._denoiser is not None and self._denoiser.wait(0.0)
 
     def _first_divider(self) -> int:
         divider = 1
@@ -161,6 +173,9 @@ class Viewport:
         return divider
 
     def _render(self, divider: int) -> None:
+        if self._denoiser is not None:
+            self._denoiser.cancel()
+            self._denoiser = None
         wanted = copy.copy(self._settings)
         (wanted.width, wanted.height), wanted.region = self.view.resolution(divider)
         camera = self.view.camera()
@@ -190,7 +205,7 @@ class Viewport:
             return f"Building: {progress.step}"
         if progress.phase == ajar.Progress.Phase.Done and self._divider == 1:
             return f"Rendering done | {progress.samples:.0f} samples"
-        if self.session.is_paused():
+        if self._is_paused():
             return f"Paused | {progress.samples:.0f} samples"
         return f"Sample {progress.samples:.0f} of {self._settings.samples}" if self._settings else ""
 
@@ -205,12 +220,8 @@ class Viewport:
 
     def _upload(self, scene: bpy.types.Scene) -> None:
         """Upload the newest image to the texture. It must be called during drawing, since `gpu` needs a window."""
-        if self._denoiser.is_ready():
-            of, pixels = self._denoiser.take()
-            if of == self._number and pixels is not None and not self._shows_density:
-                self._clean = of
-                self._show(pixels)
-            self._denoise()
+        if self._is_denoised():
+            self._take_denoised()
         progress = self.session.progress()
         state = (progress.render, progress.iteration)
         if progress.render != self._number or progress.iteration == 0 or state == self._uploaded:
@@ -225,11 +236,12 @@ class Viewport:
         if pixels is None:
             return
         self._uploaded = state
-        guides = [self.session.snapshot(guide.name) for guide in denoise.GUIDES] if self._denoises and self._divider == 1 else []
-        if guides and all(guide is not None and guide.shape[:2] == pixels.shape[:2] for guide in guides):
-            self._noisy = (self._number, progress.samples, [pixels, *guides])
-            self._denoise()
-        if self._clean != self._number:
+        if self._denoises:
+            pictures = {"Combined": pixels} | {name: self.session.snapshot(name) for name in denoise.NEEDED}
+            if all(picture is not None and picture.shape[:2] == pixels.shape[:2] for picture in pictures.values()):
+                self._noisy = (self._number, progress.samples, pictures)
+                self._denoise()
+        if self._clean != self._number:   # otherwise the denoised image follows
             self._show(pixels)
         if self._hints_of != self.updates:
             self._hints_of = self.updates
@@ -238,15 +250,29 @@ class Viewport:
 
     def _denoise(self) -> None:
         """Denoise when the number of samples has doubled and at the end, one image at a time."""
-        if self._noisy is None or self._noisy[0] != self._number or self._denoiser.is_busy():
+        if self._noisy is None or self._noisy[0] != self._number or self._denoiser is not None:
             return
         number, samples, pictures = self._noisy
         known = self._denoised[1] if self._denoised[0] == number else 0.0
         if samples >= 2.0 * known or (samples > known and self.session.wait(0.0)):
-            self._denoised = (number, samples)
-            self._denoiser.start(number, *pictures)
+            self._denoised, self._clean = (number, samples), number
+            self._denoiser = denoise.Background(pictures, self.statistics()["rays"])
         if self.session.wait(0.0) and samples == self._denoised[1]:
             self._noisy = None
+
+    def _take_denoised(self) -> None:
+        """Show the image of the denoiser, which has ended. It is that of the current render."""
+        work, self._denoiser = self._denoiser, None
+        try:
+            pixels = work.result()
+        except RuntimeError as error:
+            print(f"Ajar: {error}", flush=True)
+            pixels = None
+        if pixels is None:
+            self._clean = 0
+        elif not self._shows_density:
+            self._show(pixels)
+        self._denoise()
 
     def _show(self, pixels: np.ndarray) -> None:
         import gpu

@@ -7,11 +7,13 @@ import ctypes.util
 import os
 from pathlib import Path
 
-from ._ajar import denoiser_version, load_denoiser
+from ._ajar import DenoiseQuality, denoiser_version, load_denoiser
 
 VARIABLE = "AJAR_DENOISER"
 NAME = "libOpenImageDenoise.so.2"
 BUNDLED = Path(__file__).parent / "lib" / "libajar_OpenImageDenoise.so"   # its symbols are renamed (tools/extension/isolate.py)
+# Rays per pixel from which a quality costs less than about a tenth of the render, at two million rays per second and core.
+HIGH_RAYS, BALANCED_RAYS = 220.0, 75.0
 _reasons: list[str] = []   # why the last `load` failed
 
 
@@ -54,3 +56,9 @@ def load() -> bool:
 def reason() -> str:
     """Why `load` failed; "" if it did not."""
     return "".join(_reasons)
+
+
+def quality_for(rays: float, pixels: int) -> DenoiseQuality:
+    """The quality for an image that took this number of rays. It does not depend on the speed of the machine: frames of a render farm agree."""
+    per_pixel = rays / pixels
+    return DenoiseQuality.High if per_pixel >= HIGH_RAYS else DenoiseQuality.Balanced if per_pixel >= BALANCED_RAYS else DenoiseQuality.Fast

@@ -31,81 +31,126 @@ void for_pixels(size_t count, const Work& work) {
   });
 }
 
-/// Images of the relative error, as fractions of the light of each pixel, or one plane of them.
+std::vector<float> luminances(const std::vector<float>& image) {
+  std::vector<float> result(image.size() / 3);
+  for_pixels(result.size(), [&](size_t i) { result[i] = luminance_at(image, i); });
+  return result;
+}
+
+/// The luminance of the neighbour of this rank, or a smaller one that is at least `enough`.
+float bright_neighbour(const std::vector<float>& light, int x, int y, int width, int height, float enough) {
+  std::array<float, kRank> brightest{};
+  for (int v = std::max(0, y - kNeighbours); v <= std::min(height - 1, y + kNeighbours); ++v)
+    for (int u = std::max(0, x - kNeighbours); u <= std::min(width - 1, x + kNeighbours); ++u) {
+      if (u == x && v == y) continue;
+      float value = light[size_t(v) * size_t(width) + size_t(u)];
+      for (float& place : brightest)
+        if (value > place) std::swap(value, place);
+      if (brightest.back() >= enough) return brightest.back();
+    }
+  return brightest.back();
+}
+
+/// Images of the relative error, as fractions of the light of each pixel, or their means over a neighbourhood.
 struct Residuals {
   std::vector<float> first, second;  ///< B - D(A) and A - D(B)
   std::vector<float> halves;         ///< A - B
-  std::vector<float> mean;           ///< N - D
 
-  std::array<std::vector<float>*, 4> all() { return {&first, &second, &halves, &mean}; }
+  std::array<std::vector<float>*, 3> all() { return {&first, &second, &halves}; }
 };
 
 /// What a pixel of a plane tells: the energies of the residuals and of A - B, and the product of the residuals of D(A).
 struct PlanePixel {
   float energy = 0.0f, noise = 0.0f, product = 0.0f;
 };
-PlanePixel plane_pixel(const Residuals& plane, size_t i) {
-  PlanePixel p;
-  for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
-    const float one = plane.first[c], two = plane.second[c], n = plane.halves[c];
-    p.energy += 0.5f * (one * one + two * two);
-    p.noise += n * n;
-    p.product += 0.5f * (one * (one + n) + two * (two - n));  // A - D(A) is B - D(A) + (A - B)
-  }
-  p.product = std::abs(p.product);
-  return p;
+/// The combination of the planes. Its images are reused for all planes.
+class Combination {
+ public:
+  Combination(Residuals residuals, int width, int height);
+  /// The sum of the planes of the mean residual, with their weights.
+  std::vector<float> significant_part();
+
+ private:
+  void find_plane();
+  void find_weights(int level);
+
+  int width_, height_;
+  Residuals rest_, smooth_;  ///< the plane is their difference
+  std::vector<PlanePixel> plane_;
+  std::vector<float> weights_;  ///< g, one for each pixel
+  std::vector<float> roots_, terms_, scratch_;
+};
+
+Combination::Combination(Residuals residuals, int width, int height)
+    : width_(width),
+      height_(height),
+      rest_(std::move(residuals)),
+      plane_(size_t(width) * size_t(height)),
+      weights_(plane_.size()),
+      roots_(2 * plane_.size()),
+      terms_(3 * plane_.size()) {}
+
+void Combination::find_plane() {
+  for_pixels(plane_.size(), [&](size_t i) {
+    PlanePixel p;
+    for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
+      const float one = rest_.first[c] - smooth_.first[c], two = rest_.second[c] - smooth_.second[c],
+                  n = rest_.halves[c] - smooth_.halves[c];
+      p.energy += 0.5f * (one * one + two * two);
+      p.noise += n * n;
+      p.product += 0.5f * (one * (one + n) + two * (two - n));  // A - D(A) is B - D(A) + (A - B)
+    }
+    p.product = std::abs(p.product);
+    plane_[i] = p;
+  });
 }
 
-/// The weights g of a plane, one for each pixel.
-std::vector<float> weights_of(const Residuals& plane, int width, int height, int level) {
-  const size_t pixels = size_t(width) * size_t(height);
+void Combination::find_weights(int level) {
   const int reach = (4 << level) - 1;
-  std::vector<float> roots(2 * pixels);
-  for_pixels(pixels, [&](size_t i) {
-    const PlanePixel p = plane_pixel(plane, i);
-    roots[2 * i] = std::sqrt(p.noise);
-    roots[2 * i + 1] = std::sqrt(p.product);
+  for_pixels(plane_.size(), [&](size_t i) {
+    roots_[2 * i] = std::sqrt(plane_[i].noise);
+    roots_[2 * i + 1] = std::sqrt(plane_[i].product);
   });
-  roots = window_mean(roots, {width, height, 2}, reach);
+  window_mean(roots_, {width_, height_, 2}, reach, scratch_);
   // A pixel counts less if its noise is far above the usual noise and error of the window, and above its own error.
-  std::vector<float> trust(pixels), terms(3 * pixels);
-  for_pixels(pixels, [&](size_t i) {
-    const PlanePixel p = plane_pixel(plane, i);
-    const float noise = roots[2 * i], error = roots[2 * i + 1],
+  for_pixels(plane_.size(), [&](size_t i) {
+    const PlanePixel p = plane_[i];
+    const float noise = roots_[2 * i], error = roots_[2 * i + 1],
                 usual = kUsualNoise * kUsualNoise * noise * noise + error * error + p.product;
     const float w = usual > 0.0f ? usual / (usual + p.noise) : 1.0f;
-    trust[i] = w;
-    terms[3 * i] = w * (p.energy - 0.5f * p.noise);
-    terms[3 * i + 1] = w * w * p.noise * (p.product + 0.25f * p.noise);  // variance
-    terms[3 * i + 2] = w * p.noise;
+    weights_[i] = w;
+    terms_[3 * i] = w * (p.energy - 0.5f * p.noise);
+    terms_[3 * i + 1] = w * w * p.noise * (p.product + 0.25f * p.noise);  // variance
+    terms_[3 * i + 2] = w * p.noise;
   });
-  const std::vector<float> means = window_mean(terms, {width, height, 3}, reach);
+  window_mean(terms_, {width_, height_, 3}, reach, scratch_);
   // Neighbouring values of a plane are correlated over its step.
   const double independent = std::max(1.0, window_count(reach) / double(size_t(1) << (2 * level)));
-  for_pixels(pixels, [&](size_t i) {
-    const double mean = double(means[3 * i]), variance = double(means[3 * i + 1]) / independent,
-                 noise_of_mean = 0.25 * double(means[3 * i + 2]);
+  for_pixels(plane_.size(), [&](size_t i) {
+    const double mean = double(terms_[3 * i]), variance = double(terms_[3 * i + 1]) / independent,
+                 noise_of_mean = 0.25 * double(terms_[3 * i + 2]);
     const double error = mean > 0.0 ? mean - kMinSignificance * kMinSignificance * variance / mean : 0.0;
-    trust[i] *= error > 0.0 ? float(error / (error + std::max(0.0, noise_of_mean))) : 0.0f;
+    weights_[i] *= error > 0.0 ? float(error / (error + std::max(0.0, noise_of_mean))) : 0.0f;
   });
-  return trust;
 }
 
-/// The sum of the planes of the mean residual, with their weights.
-std::vector<float> significant_part(Residuals rest, int width, int height) {
-  const ImageSize size{width, height, 3};
-  const int planes = plane_count(width, height);
+std::vector<float> Combination::significant_part() {
+  const ImageSize size{width_, height_, 3};
+  const int planes = plane_count(width_, height_);
   std::vector<float> sum(size.values());
   for (int level = 0; level <= planes; ++level) {
-    Residuals smooth;
-    for (size_t k = 0; k < 4 && level < planes; ++k) {
-      std::vector<float>&of_rest = *rest.all()[k], &of_smooth = *smooth.all()[k];
-      of_smooth = smoothed(of_rest, size, 1 << level);
-      for_pixels(size.values(), [&](size_t i) { of_rest[i] -= of_smooth[i]; });
+    for (size_t k = 0; k < 3; ++k) {
+      if (level < planes)
+        smooth(*rest_.all()[k], size, 1 << level, *smooth_.all()[k]);
+      else
+        std::fill(smooth_.all()[k]->begin(), smooth_.all()[k]->end(), 0.0f);
     }
-    const std::vector<float> weights = weights_of(rest, width, height, level);
-    for_pixels(size.values(), [&](size_t i) { sum[i] += weights[i / 3] * rest.mean[i]; });
-    rest = std::move(smooth);
+    find_plane();
+    find_weights(level);
+    for_pixels(sum.size(), [&](size_t i) {
+      sum[i] += 0.5f * weights_[i / 3] * (rest_.first[i] - smooth_.first[i] + rest_.second[i] - smooth_.second[i]);
+    });
+    std::swap(rest_, smooth_);
   }
   return sum;
 }
@@ -135,24 +180,18 @@ int plane_count(int width, int height) {
 }
 
 std::vector<float> limited(const std::vector<float>& image, const std::vector<float>& other, int width, int height) {
+  const std::vector<float> light = luminances(image);
   std::vector<float> result = image;
-  tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
-    for (int y = rows.begin(); y < rows.end(); ++y)
-      for (int x = 0; x < width; ++x) {
-        std::array<float, kRank> brightest{};
-        for (int v = std::max(0, y - kNeighbours); v <= std::min(height - 1, y + kNeighbours); ++v)
-          for (int u = std::max(0, x - kNeighbours); u <= std::min(width - 1, x + kNeighbours); ++u) {
-            if (u == x && v == y) continue;
-            float value = luminance_at(image, size_t(v) * size_t(width) + size_t(u));
-            for (float& place : brightest)
-              if (value > place) std::swap(value, place);
-          }
-        const size_t pixel = size_t(y) * size_t(width) + size_t(x);
-        const float limit = std::max(kMaxRatio * brightest.back(), luminance_at(other, pixel)),
-                    own = luminance_at(image, pixel);
-        if (own > limit)
-          for (size_t c = 3 * pixel; c < 3 * pixel + 3; ++c) result[c] *= limit / own;
-      }
+  for_rows(height, [&](int y) {
+    for (int x = 0; x < width; ++x) {
+      const size_t pixel = size_t(y) * size_t(width) + size_t(x);
+      const float there = luminance_at(other, pixel);
+      if (light[pixel] <= there) continue;
+      const float around = bright_neighbour(light, x, y, width, height, light[pixel] / kMaxRatio),
+                  limit = std::max(kMaxRatio * around, there);
+      if (light[pixel] > limit)
+        for (size_t c = 3 * pixel; c < 3 * pixel + 3; ++c) result[c] *= limit / light[pixel];
+    }
   });
   return result;
 }
@@ -176,20 +215,19 @@ std::vector<float> denoise(const std::vector<float>& image, const std::vector<fl
     const float y = 0.5f * (luminance_at(from_a, i) + luminance_at(from_b, i));
     light[i] = std::sqrt(y * y + kDarkest);
   });
-  const size_t values = 3 * pixels;
-  Residuals residuals{std::vector<float>(values), std::vector<float>(values), std::vector<float>(values),
-                      std::vector<float>(values)};
-  for_pixels(values, [&](size_t i) {
+  Residuals residuals;
+  for (std::vector<float>* one : residuals.all()) one->resize(3 * pixels);
+  for_pixels(3 * pixels, [&](size_t i) {
     const float scale = 1.0f / light[i / 3];
     residuals.first[i] = scale * (b[i] - from_a[i]);
     residuals.second[i] = scale * (a[i] - from_b[i]);
     residuals.halves[i] = scale * (a[i] - b[i]);
-    residuals.mean[i] = scale * (image[i] - 0.5f * (from_a[i] + from_b[i]));
   });
-  std::vector<float> result = significant_part(std::move(residuals), width, height);
+  std::vector<float> result = Combination(std::move(residuals), width, height).significant_part();
   // A residual can be larger than the light. Only negative lamps make an image negative.
-  for_pixels(values, [&](size_t i) {
-    result[i] = std::max(0.5f * (from_a[i] + from_b[i]) + light[i / 3] * result[i], std::min(0.0f, image[i]));
+  for_pixels(3 * pixels, [&](size_t i) {
+    const float lowest = std::min(0.0f, std::min(a[i], b[i]));
+    result[i] = std::max(0.5f * (from_a[i] + from_b[i]) + light[i / 3] * result[i], lowest);
   });
   return result;
 }

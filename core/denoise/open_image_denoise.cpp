@@ -10,7 +10,8 @@ namespace ajar {
 namespace {
 
 // The C interface of the library [https://www.openimagedenoise.org/documentation.html], as far as it is used.
-constexpr int kCpu = 1, kFloat3 = 3;
+constexpr int kCpu = 1, kFloat3 = 3, kCancelled = 6, kFast = 4, kBalanced = 5, kHigh = 6;
+constexpr int kFirstWithFast = 20300;  // version number
 struct Interface {
   void* (*new_device)(int type);
   void (*set_device_int)(void* device, const char* name, int value);
@@ -23,6 +24,8 @@ struct Interface {
   void (*set_shared_filter_image)(void* filter, const char* name, void* data, int format, size_t width, size_t height,
                                   size_t offset, size_t pixel_stride, size_t row_stride);
   void (*set_filter_bool)(void* filter, const char* name, bool value);
+  void (*set_filter_int)(void* filter, const char* name, int value);
+  void (*set_filter_progress)(void* filter, bool (*goes_on)(void* user, double done), void* user);
   void (*commit_filter)(void* filter);
   void (*execute_filter)(void* filter);
   void (*release_filter)(void* filter);
@@ -33,6 +36,7 @@ struct Loaded {
   bool done = false;
   Interface functions{};
   std::string version;
+  bool has_fast = false;
 };
 Loaded& loaded() {
   static Loaded one;
@@ -58,7 +62,9 @@ struct OpenImageDenoise::Device {
   Device(const Device&) = delete;
   void check() const {
     const char* message = nullptr;
-    if (use.get_device_error(handle, &message) != 0)
+    const int error = use.get_device_error(handle, &message);
+    if (error == kCancelled) throw DenoisingCancelled();
+    if (error != 0)
       throw std::runtime_error(std::string("Open Image Denoise: ") + (message ? message : "unknown error"));
   }
 };
@@ -80,6 +86,8 @@ void OpenImageDenoise::load(const std::string& file) {
   find(library, "oidnNewFilter", f.new_filter);
   find(library, "oidnSetSharedFilterImage", f.set_shared_filter_image);
   find(library, "oidnSetFilterBool", f.set_filter_bool);
+  find(library, "oidnSetFilterInt", f.set_filter_int);
+  find(library, "oidnSetFilterProgressMonitorFunction", f.set_filter_progress);
   find(library, "oidnCommitFilter", f.commit_filter);
   find(library, "oidnExecuteFilter", f.execute_filter);
   find(library, "oidnReleaseFilter", f.release_filter);
@@ -88,6 +96,7 @@ void OpenImageDenoise::load(const std::string& file) {
   device.check();
   for (const char* part : {"versionMajor", "versionMinor", "versionPatch"})
     l.version += (l.version.empty() ? "" : ".") + std::to_string(f.get_device_int(device.handle, part));
+  l.has_fast = f.get_device_int(device.handle, "version") >= kFirstWithFast;
   l.done = true;
 }
 
@@ -98,8 +107,13 @@ std::string OpenImageDenoise::version() {
 }
 
 OpenImageDenoise::OpenImageDenoise(int width, int height, std::vector<float> albedo, std::vector<float> normal,
-                                   int threads)
-    : width_(width), height_(height), albedo_(std::move(albedo)), normal_(std::move(normal)) {
+                                   DenoiseQuality quality, int threads, const std::atomic<bool>& cancelled)
+    : width_(width),
+      height_(height),
+      quality_(quality),
+      cancelled_(cancelled),
+      albedo_(std::move(albedo)),
+      normal_(std::move(normal)) {
   if (version().empty()) throw std::runtime_error("Open Image Denoise is not loaded.");
   device_ = std::make_unique<Device>(loaded().functions);
   const Interface& f = device_->use;
@@ -107,19 +121,23 @@ OpenImageDenoise::OpenImageDenoise(int width, int height, std::vector<float> alb
   f.set_device_bool(device_->handle, "setAffinity", false);
   f.commit_device(device_->handle);
   device_->check();
-  if (!albedo_.empty()) run("albedo", albedo_, false);
-  if (!normal_.empty()) run("normal", normal_, false);
+  if (quality_ != DenoiseQuality::High) return;
+  if (!albedo_.empty()) run("albedo", albedo_, kBalanced);
+  if (!normal_.empty()) run("normal", normal_, kBalanced);
 }
 
 OpenImageDenoise::~OpenImageDenoise() = default;
 
 std::vector<float> OpenImageDenoise::operator()(std::vector<float> image) const {
-  run("color", image, true);
+  run("color", image,
+      quality_ == DenoiseQuality::High                        ? kHigh
+      : quality_ == DenoiseQuality::Fast && loaded().has_fast ? kFast
+                                                              : kBalanced);
   return image;
 }
 
-/// Denoises the image `name` in place.
-void OpenImageDenoise::run(const char* name, std::vector<float>& image, bool with_guides) const {
+/// Denoises the image `name` in place. `quality`: number of the library.
+void OpenImageDenoise::run(const char* name, std::vector<float>& image, int quality) const {
   const Interface& f = device_->use;
   void* filter = f.new_filter(device_->handle, "RT");
   const auto set = [&](const char* slot, const std::vector<float>& data) {
@@ -128,12 +146,16 @@ void OpenImageDenoise::run(const char* name, std::vector<float>& image, bool wit
   };
   set(name, image);
   set("output", image);
-  if (with_guides) {
+  f.set_filter_int(filter, "quality", quality);
+  if (&image != &albedo_ && &image != &normal_) {
     f.set_filter_bool(filter, "hdr", true);
     if (!albedo_.empty()) set("albedo", albedo_);
     if (!albedo_.empty() && !normal_.empty()) set("normal", normal_);
-    if (!albedo_.empty()) f.set_filter_bool(filter, "cleanAux", true);
+    if (!albedo_.empty()) f.set_filter_bool(filter, "cleanAux", quality == kHigh);
   }
+  f.set_filter_progress(
+      filter, [](void* user, double) { return !static_cast<const std::atomic<bool>*>(user)->load(); },
+      const_cast<std::atomic<bool>*>(&cancelled_));
   f.commit_filter(filter);
   f.execute_filter(filter);
   f.release_filter(filter);

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include <tbb/enumerable_thread_specific.h>
 
 namespace ajar {
 
@@ -17,22 +16,15 @@ int mirrored(int i, int count) {
   return i < count ? i : period - 1 - i;
 }
 
-/// Calls `work(y)` for each row in parallel.
-template <class Work>
-void for_rows(int height, const Work& work) {
-  tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
-    for (int y = rows.begin(); y < rows.end(); ++y) work(y);
-  });
-}
+}  // namespace
 
-/// One pass of a square window, with running sums.
-std::vector<float> square_mean(const std::vector<float>& image, ImageSize size, int reach) {
+void square_mean(std::vector<float>& image, ImageSize size, int reach, std::vector<float>& scratch) {
   const auto& [w, h, channels] = size;
   const size_t row = size_t(w) * size_t(channels);
-  std::vector<float> across(size.values()), result(size.values());
+  scratch.resize(size.values());
   for_rows(h, [&, w = w, channels = channels](int y) {
     const float* in = image.data() + size_t(y) * row;
-    float* out = across.data() + size_t(y) * row;
+    float* out = scratch.data() + size_t(y) * row;
     for (int c = 0; c < channels; ++c) {
       double sum = 0.0;
       for (int x = 0; x <= std::min(reach, w - 1); ++x) sum += double(in[x * channels + c]);
@@ -49,50 +41,43 @@ std::vector<float> square_mean(const std::vector<float>& image, ImageSize size, 
       const size_t first = block * kColumns, last = std::min(row, first + kColumns);
       std::vector<double> sums(last - first, 0.0);
       const auto add = [&](int y, double sign) {
-        for (size_t i = first; i < last; ++i) sums[i - first] += sign * double(across[size_t(y) * row + i]);
+        for (size_t i = first; i < last; ++i) sums[i - first] += sign * double(scratch[size_t(y) * row + i]);
       };
       for (int y = 0; y <= std::min(reach, h - 1); ++y) add(y, 1.0);
       for (int y = 0; y < h; ++y) {
         const double count = std::min(h - 1, y + reach) - std::max(0, y - reach) + 1;
-        for (size_t i = first; i < last; ++i) result[size_t(y) * row + i] = float(sums[i - first] / count);
+        for (size_t i = first; i < last; ++i) image[size_t(y) * row + i] = float(sums[i - first] / count);
         if (y + reach + 1 < h) add(y + reach + 1, 1.0);
         if (y - reach >= 0) add(y - reach, -1.0);
       }
     }
   });
-  return result;
 }
 
-}  // namespace
-
-std::vector<float> smoothed(const std::vector<float>& image, ImageSize size, int step) {
+void smooth(const std::vector<float>& image, ImageSize size, int step, std::vector<float>& result) {
   const auto& [w, h, channels] = size;
-  const size_t row = size_t(w) * size_t(channels);
-  std::vector<float> across(size.values()), result(size.values());
-  constexpr float kWeights[5] = {0.0625f, 0.25f, 0.375f, 0.25f, 0.0625f};
-  for_rows(h, [&, w = w, channels = channels](int y) {
-    const float* in = image.data() + size_t(y) * row;
-    float* out = across.data() + size_t(y) * row;
-    for (int x = 0; x < w; ++x) {
-      for (int c = 0; c < channels; ++c) out[x * channels + c] = 0.0f;
-      for (int k = 0; k < 5; ++k) {
-        const int from = mirrored(x + (k - 2) * step, w);
-        for (int c = 0; c < channels; ++c) out[x * channels + c] += kWeights[k] * in[from * channels + c];
-      }
-    }
+  const size_t row = size_t(w) * size_t(channels), between = size_t(step) * size_t(channels);
+  result.resize(size.values());
+  tbb::enumerable_thread_specific<std::vector<float>> wide([&] { return std::vector<float>(row + 4 * between); });
+  const auto weighted = [](float a, float b, float c, float d, float e) {
+    return 0.0625f * (a + e) + 0.25f * (b + d) + 0.375f * c;
+  };
+  for_rows(h, [&, w = w, h = h, channels = channels](int y) {
+    const float* in[5];
+    for (int k = 0; k < 5; ++k) in[k] = image.data() + size_t(mirrored(y + (k - 2) * step, h)) * row;
+    // The row between its mirror images.
+    float *const begin = wide.local().data(), *const middle = begin + 2 * between;
+    for (size_t i = 0; i < row; ++i) middle[i] = weighted(in[0][i], in[1][i], in[2][i], in[3][i], in[4][i]);
+    for (int x = -2 * step; x < w + 2 * step; x += x == -1 ? w + 1 : 1)
+      std::copy_n(middle + mirrored(x, w) * channels, channels, middle + x * channels);
+    float* const out = result.data() + size_t(y) * row;
+    for (size_t i = 0; i < row; ++i)
+      out[i] = weighted(begin[i], begin[i + between], middle[i], middle[i + between], middle[i + 2 * between]);
   });
-  for_rows(h, [&, h = h](int y) {
-    float* out = result.data() + size_t(y) * row;
-    for (int k = 0; k < 5; ++k) {
-      const float* in = across.data() + size_t(mirrored(y + (k - 2) * step, h)) * row;
-      for (size_t i = 0; i < row; ++i) out[i] += kWeights[k] * in[i];
-    }
-  });
-  return result;
 }
 
-std::vector<float> window_mean(const std::vector<float>& image, ImageSize size, int reach) {
-  return square_mean(square_mean(image, size, reach), size, reach);
+void window_mean(std::vector<float>& image, ImageSize size, int reach, std::vector<float>& scratch) {
+  for (int pass = 0; pass < 2; ++pass) square_mean(image, size, reach, scratch);
 }
 
 double window_count(int reach) {

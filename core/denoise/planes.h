@@ -8,6 +8,9 @@
 #include <cstddef>
 #include <vector>
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 namespace ajar {
 
 struct ImageSize {
@@ -15,11 +18,23 @@ struct ImageSize {
   size_t values() const { return size_t(width) * size_t(height) * size_t(channels); }
 };
 
-/// The image smoothed with the weights 1, 4, 6, 4, 1 (sixteenths) at a distance of `step` pixels, in both directions.
-std::vector<float> smoothed(const std::vector<float>& image, ImageSize size, int step);
+/// Calls `work(y)` for each row in parallel.
+template <class Work>
+void for_rows(int height, const Work& work) {
+  tbb::parallel_for(tbb::blocked_range<int>(0, height, 8), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y < rows.end(); ++y) work(y);
+  });
+}
 
-/// Mean over a window: a square of 2 * reach + 1 pixels, applied twice. Where the window leaves the image, it is smaller.
-std::vector<float> window_mean(const std::vector<float>& image, ImageSize size, int reach);
+/// `result`: the image smoothed with the weights 1, 4, 6, 4, 1 (sixteenths) at a distance of `step` pixels, in both
+/// directions.
+void smooth(const std::vector<float>& image, ImageSize size, int step, std::vector<float>& result);
+
+/// Replaces the image by its mean over a square of 2 * reach + 1 pixels. Where the square leaves the image, it is
+/// smaller. `scratch` is any image; a caller with many images reuses it.
+void square_mean(std::vector<float>& image, ImageSize size, int reach, std::vector<float>& scratch);
+/// Replaces the image by its mean over a window: the mean over a square, applied twice.
+void window_mean(std::vector<float>& image, ImageSize size, int reach, std::vector<float>& scratch);
 /// Number of equal weights with the variance of a window's mean, in pixels.
 double window_count(int reach);
 

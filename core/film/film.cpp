@@ -20,8 +20,8 @@ constexpr SplatRange kSplatRanges[] = {{0x1p-20f, 0x1p60}, {0x1p20f, 0x1p32}, {0
 /// A sum beyond this is moved to the carry table. Before that, a thousand more splats fit into the integer.
 constexpr int64_t kCarried = int64_t(1) << 62;
 
-/// Passes that are made from SampleAux.
 bool is_guide_pass(const std::string& pass) { return pass == "Denoising Albedo" || pass == "Denoising Normal"; }
+/// Passes that are made from SampleAux.
 bool is_aux_pass(const std::string& pass) {
   return pass == "Mist" || pass == "IndexOB" || pass == "IndexMA" || pass == "Depth" || pass == "Normal" ||
          pass == "Position" || pass == "UV" || pass == "Albedo" || is_guide_pass(pass) || pass.starts_with("Share ");

@@ -39,25 +39,10 @@ double squared_difference(const std::vector<float>& a, const std::vector<float>&
 
 }  // namespace
 
-std::vector<float> blurred(const std::vector<float>& image, int width, int height) {
-  const size_t row = 4 * size_t(width);
-  std::vector<float> result(image.size()), columns(row);  // columns: sums of the rows in the square around a pixel
-  for (int y = 0; y < height; ++y) {
-    const int top = std::max(0, y - kBlur), bottom = std::min(height - 1, y + kBlur);
-    std::fill(columns.begin(), columns.end(), 0.0f);
-    for (int v = top; v <= bottom; ++v)
-      for (size_t i = 0; i < row; ++i) columns[i] += image[size_t(v) * row + i];
-    for (int x = 0; x < width; ++x) {
-      const int left = std::max(0, x - kBlur), right = std::min(width - 1, x + kBlur);
-      const float share = 1.0f / float((right - left + 1) * (bottom - top + 1));
-      for (size_t c = 0; c < 4; ++c) {
-        float total = 0.0f;
-        for (int u = left; u <= right; ++u) total += columns[4 * size_t(u) + c];
-        result[size_t(y) * row + 4 * size_t(x) + c] = total * share;
-      }
-    }
-  }
-  return result;
+std::vector<float> blurred(std::vector<float> image, int width, int height) {
+  std::vector<float> scratch;
+  square_mean(image, {width, height, 4}, kBlur, scratch);
+  return image;
 }
 
 std::vector<float> mean_of(const PilotImages& pilot) {
@@ -94,10 +79,11 @@ PilotNoise denoised_noise_of(const PilotImages& pilot, const std::vector<float>&
     for (size_t i = 0; i < rgb.size(); ++i) rgb[i] = image[4 * (i / 3) + i % 3];
     return rgb;
   };
-  const auto smooth = [&](const std::vector<float>& rgb) {
-    const std::vector<float> mean = window_mean(rgb, {width, height, 3}, kReach);
+  std::vector<float> scratch;
+  const auto smooth = [&](std::vector<float> rgb) {
+    window_mean(rgb, {width, height, 3}, kReach, scratch);
     std::vector<float> rgba(4 * pixels, 1.0f);
-    for (size_t i = 0; i < mean.size(); ++i) rgba[4 * (i / 3) + i % 3] = mean[i];
+    for (size_t i = 0; i < rgb.size(); ++i) rgba[4 * (i / 3) + i % 3] = rgb[i];
     return rgba;
   };
   const std::vector<float> first = rgb_of(pilot.first), second = rgb_of(pilot.second);

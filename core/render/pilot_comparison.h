@@ -17,7 +17,7 @@ struct PilotImages {
 };
 
 /// Means over windows of a few pixels.
-std::vector<float> blurred(const std::vector<float>& image, int width, int height);
+std::vector<float> blurred(std::vector<float> image, int width, int height);
 /// The mean of both.
 std::vector<float> mean_of(const PilotImages& pilot);
 /// The maximum of the blurred means of all techniques, for each pixel.

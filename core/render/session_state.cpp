@@ -32,9 +32,12 @@ void SessionState::begin(const Job& job) {
   film_idle = false;
   sample_counts = {};
   film_bytes = 0;
+  // Passes that the owner read from the last render are published from the first iteration on.
+  wanted = {"Combined"};
+  for (const std::string& pass : settings.passes)
+    if (published.contains(pass)) wanted.insert(pass);
   published.clear();
   published_checkpoint.reset();
-  wanted = {"Combined"};
   published_photons = {};
   wanted_photons = 0;
   statistics = {};

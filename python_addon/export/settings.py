@@ -7,6 +7,7 @@ import bpy
 from .. import compat, core_settings, inherited, plain, unsupported
 from ..ajar_module import ajar
 from ..headless import Options
+from ..passes import HALVES
 from .context import ExportContext
 
 _FILTERS = {"box": ajar.FilterKind.Box, "gaussian": ajar.FilterKind.Gaussian, "blackman_harris": ajar.FilterKind.BlackmanHarris}
@@ -31,7 +32,7 @@ def export(context: ExportContext, options: Options, passes: list[str]) -> None:
     out.bump_terminator = ajar.BumpTerminator.Microfacet if compat.softens_bumps_by_microfacets() else ajar.BumpTerminator.Cubic
     out.importance_region = (*ours.importance_min, *ours.importance_max)
     out.threads = options.threads if options.threads is not None else render.threads if render.threads_mode == "FIXED" else 0
-    out.passes, out.denoised = passes, "Halves" in passes
+    out.passes, out.denoised = passes, HALVES in passes
     if context.world is not None:
         mist = context.world.mist_settings
         out.mist = (mist.start, mist.depth, _FALLOFFS[mist.falloff])

@@ -14,6 +14,7 @@ import bpy
 import numpy as np
 import window
 from ajar_render import denoise, hints, photon_overlay, viewport
+from ajar_render.ajar_module import ajar
 from ajar_render.export import KnownObjects
 from mathutils import Quaternion
 
@@ -247,11 +248,12 @@ def denoise_view(result):
     scene, calls = bpy.context.scene, []
     scene.ajar.viewport_samples = 16
 
-    def blue(color, albedo, normal):
-        calls.append({"of": views[-1]._denoised, "albedo": list(albedo.shape), "brightest": float(albedo.max()), "normal": list(normal.shape)})
+    def blue(color, halves, albedo, normal, quality, threads, cancellation):
+        calls.append({"of": views[-1]._denoised, "albedo": list(albedo.shape), "brightest": float(albedo.max()), "normal": list(normal.shape),
+                      "halves": list(halves.shape), "quality": str(quality)})
         return np.broadcast_to(np.float32([0, 0, 1, 1]), color.shape)
-    real = denoise.is_available, denoise.denoised
-    denoise.is_available, denoise.denoised = lambda: True, blue
+    real = denoise.is_available, ajar.denoise
+    denoise.is_available, ajar.denoise = lambda: True, blue
     window.shade("RENDERED")
     yield from wait_until_done()
     result["denoise"] = {"unasked": len(calls)}
@@ -262,7 +264,7 @@ def denoise_view(result):
     pixels = window.pixels_of_view()
     result["denoise"] |= {"calls": calls, "samples": views[-1].session.progress().samples, "render": views[-1]._number, "size": views[-1].view.size,
                           "blue": float(((pixels[..., 2] > 0.9) & (pixels[..., 0] < 0.1)).mean())}
-    denoise.is_available, denoise.denoised = real
+    denoise.is_available, ajar.denoise = real
 
 
 # ---- Random edits of an artist -------------------------------------------------------------------------------------------------

@@ -90,6 +90,25 @@ TEST(Session, a_changed_view_gives_the_image_of_a_new_scene) {
   EXPECT_EQ(picture(session, session.change_view(here.camera, here.settings)), first);
 }
 
+TEST(Session, a_pass_that_is_read_is_there_from_the_first_iteration_of_another_view) {
+  SceneDescription d = Stage().scene(1.0f);
+  d.settings.samples = 1 << 24;  // no end
+  d.settings.passes = {"Combined", "Normal"};
+  Session session;
+  uint64_t render = session.update(d);
+  const auto wait_for_image = [&] {
+    while (session.progress().render != render || session.progress().iteration == 0) session.wait(0.001);
+  };
+  wait_for_image();
+  while (session.snapshot("Normal").empty()) session.wait(0.001);
+  for (int i = 1; i < 20; ++i) {
+    d.settings.width = 40 + i;
+    render = session.change_view(d.camera, d.settings);
+    wait_for_image();
+    EXPECT_EQ(session.snapshot("Normal").size(), size_t(d.settings.width * d.settings.height * 3));
+  }
+}
+
 TEST(Session, an_edited_scene_gives_the_image_of_a_new_scene) {
   const Stage stage;
   Session session;
