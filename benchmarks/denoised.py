@@ -94,7 +94,7 @@ def denoise(found: dict[str, np.ndarray], rays: float, threads: int) -> tuple[np
     started = cpu_seconds()
     noisy = found["Combined"]
     quality = ajar.denoiser.quality_for(rays, noisy.shape[0] * noisy.shape[1])
-    image = ajar.denoise(noisy, found["Halves"], found["Denoising Albedo"], found["Denoising Normal"], quality, threads)
+    image, _ = ajar.denoise(noisy, found["Halves"], found["Denoising Albedo"], found["Denoising Normal"], quality, threads)
     return image[..., :3].astype(np.float64), cpu_seconds() - started
 
 

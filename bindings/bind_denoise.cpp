@@ -43,19 +43,23 @@ py::object denoised(const Floats& image, const std::optional<Floats>& halves, co
     both = copy_numbers(*halves);
   }
   std::vector<float> result = copy_numbers(image);
+  std::vector<float> error;
   const Cancellation never;
   try {
     py::gil_scoped_release release;
     const OpenImageDenoise library(int(width), int(height), std::move(guides[0]), std::move(guides[1]), quality,
                                    threads, (cancellation ? *cancellation : never).is_set);
-    color = denoise(color, both, int(width), int(height),
-                    [&](std::vector<float> noisy) { return library(std::move(noisy)); });
+    Denoised image = denoise(color, both, int(width), int(height),
+                             [&](std::vector<float> noisy) { return library(std::move(noisy)); });
     for (size_t i = 0; i < height * width; ++i)
-      for (size_t c = 0; c < 3; ++c) result[channels * i + c] = color[3 * i + c];
+      for (size_t c = 0; c < 3; ++c) result[channels * i + c] = image.image[3 * i + c];
+    error = std::move(image.error);
   } catch (const DenoisingCancelled&) {
     return py::none();
   }
-  return take_array(std::move(result), {height, width, channels});
+  const bool has_error = !error.empty();
+  return py::make_tuple(take_array(std::move(result), {height, width, channels}),
+                        has_error ? py::object(take_array(std::move(error), {height, width})) : py::none());
 }
 
 }  // namespace
@@ -79,7 +83,9 @@ void bind_denoise(py::module_& module) {
   module.def("denoise", &denoised, py::arg("image"), py::arg("halves") = py::none(), py::arg("albedo") = py::none(),
              py::arg("normal") = py::none(), py::arg("quality") = DenoiseQuality::High, py::arg("threads") = 0,
              py::arg("cancellation") = py::none(),
-             "Return the image without noise, float32[height, width, channels]. image: float32[height, width, 3 or "
+             "Return (image, error). The image has no noise, float32[height, width, channels]; its error is None or "
+             "float32[height, width], an estimate of the relMSE of each pixel, which needs `halves`. image: "
+             "float32[height, width, 3 or "
              "more], linear; only the first three channels change. halves: the pass \"Halves\", float32[height, width, "
              "6]. With it, the result is consistent: it becomes the correct image as the number of samples grows. "
              "albedo and normal: float32[height, width, 3 or more], the guides. quality: time against error; a lower "

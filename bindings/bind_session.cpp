@@ -94,6 +94,12 @@ void bind_reports(py::module_& module) {
       .def_readonly(
           "estimated_relmse", &Progress::estimated_relmse,
           "float, relMSE. The estimated relative mean squared error of the image. Negative when it is not known.")
+      .def_readonly("denoised_relmse", &Progress::denoised_relmse,
+                    "float, relMSE. The estimated error of the denoised image, which ends a render with a noise target "
+                    "and `settings.denoised`. Negative when it is not known.")
+      .def_property_readonly("shown_relmse", &Progress::shown_relmse,
+                             "float, relMSE. The estimated error of the image that the artist sees: `denoised_relmse` "
+                             "or `estimated_relmse`. Negative when it is not known.")
       .def_readonly("estimated_perceptual_error", &Progress::estimated_perceptual_error,
                     "float, cd/m^2. The estimated mean of e^2 / tvi(L) over the pixels. Negative when it is not known.")
       .def("__repr__", [](const Progress& p) {

@@ -47,7 +47,7 @@ class Background:
         """Start to denoise the pass Combined of `pictures`, [height, width, 4]; its alpha is not changed. With the passes `NEEDED`, the result is
         consistent. rays: the number that the render took; it determines the quality."""
         self._cancellation = ajar.Cancellation()
-        self._result: np.ndarray | None = None
+        self._result: tuple[np.ndarray, np.ndarray | None] | None = None
         self._error = ""
         self._thread = threading.Thread(target=self._work, args=(pictures, rays, threads), daemon=True)
         self._thread.start()
@@ -70,8 +70,8 @@ class Background:
         """Stop soon. Does not wait; the result is None."""
         self._cancellation.set()
 
-    def result(self) -> np.ndarray | None:
-        """The image; None if denoising was cancelled. Waits for the end. Raises RuntimeError if the library failed."""
+    def result(self) -> tuple[np.ndarray, np.ndarray | None] | None:
+        """The image, and the estimated relMSE of its pixels if `pictures` had halves; None if denoising was cancelled. Waits for the end. Raises RuntimeError if the library failed."""
         self._thread.join()
         if self._error:
             raise RuntimeError(self._error)

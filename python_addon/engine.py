@@ -82,7 +82,9 @@ class AjarRenderEngine(bpy.types.RenderEngine):
         for item in passes.wanted(renderlayer):
             self.register_pass(scene, renderlayer, item.shown, len(item.letters), item.letters, item.kind)
         if plain.of(scene.ajar).use_denoise and denoise.is_available():
-            self.register_pass(scene, renderlayer, passes.NOISY.shown, 4, passes.NOISY.letters, passes.NOISY.kind)
+            for item in (passes.NOISY, passes.DENOISING_ERROR):
+                if item is passes.NOISY or plain.of(renderlayer.ajar).use_pass_denoising_error:
+                    self.register_pass(scene, renderlayer, item.shown, len(item.letters), item.letters, item.kind)
 
     def _render(self, depsgraph: bpy.types.Depsgraph, options: headless.Options, is_cancelled) -> None:
         started = time.monotonic()
@@ -204,10 +206,7 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             target = layer.passes.get(item.shown)
             values = session.snapshot(item.name)
             if is_denoised and statistics is not None and item is passes.COMBINED:
-                noisy = layer.passes.get(passes.NOISY.shown)
-                if noisy is not None:
-                    compat.write_pass(noisy, passes.fitted(values, noisy.channels))
-                values = self._denoised(depsgraph, session, values, statistics, is_cancelled)
+                values = self._denoised(depsgraph, session, layer, statistics, is_cancelled)
             if target is not None and values is not None:
                 compat.write_pass(target, passes.fitted(values, target.channels))
         self.end_result(result)
@@ -215,23 +214,31 @@ class AjarRenderEngine(bpy.types.RenderEngine):
             self._stamp(depsgraph.view_layer.name, statistics)
         return True
 
-    def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, noisy: np.ndarray, statistics: dict, is_cancelled) -> np.ndarray:
-        """The denoised image; the noisy one if the user cancels or if the library fails."""
+    def _denoised(self, depsgraph: bpy.types.Depsgraph, session: ajar.Session, layer: bpy.types.RenderLayer, statistics: dict, is_cancelled) -> np.ndarray:
+        """The denoised image; the noisy one if the user cancels or if the library fails. Writes the passes of denoising."""
         self._next_words = 0.0
         self._show(depsgraph, interface("Denoising"))
         started = time.monotonic()
-        work = denoise.Background({passes.COMBINED.name: noisy} | {name: session.snapshot(name) for name in denoise.NEEDED},
-                                  statistics["rays"], statistics["threads"])
+        pictures = {name: session.snapshot(name) for name in (passes.COMBINED.name, *denoise.NEEDED)}
+        image = noisy = pictures[passes.COMBINED.name]
+        work = denoise.Background(pictures, statistics["rays"], statistics["threads"])
         while not work.wait(POLL_SECONDS):
             if is_cancelled():
                 work.cancel()
         statistics["denoise_seconds"] = time.monotonic() - started
+        error = None
         try:
-            image = work.result()
-        except RuntimeError as error:
-            self.report({"WARNING"}, report("{name}: the picture is not denoised: {reason}", name=depsgraph.scene.name, reason=str(error)))
-            return noisy
-        return noisy if image is None else image
+            image, error = work.result() or (noisy, None)
+        except RuntimeError as failure:
+            self.report({"WARNING"}, report("{name}: the picture is not denoised: {reason}", name=depsgraph.scene.name, reason=str(failure)))
+        written = {passes.NOISY: noisy}
+        if error is not None:
+            statistics["denoising_error"] = float(error.mean())
+            written[passes.DENOISING_ERROR] = np.sqrt(error)[..., None]
+        for item, values in written.items():
+            if (target := layer.passes.get(item.shown)) is not None:
+                compat.write_pass(target, passes.fitted(values, target.channels))
+        return image
 
     def _stamp(self, view_layer: str, statistics: dict) -> None:
         """Write the statistics to the metadata of the image, if its format supports metadata."""
@@ -270,8 +277,8 @@ def describe(progress: ajar.Progress, noise_target: float) -> str:
     if progress.phase == ajar.Progress.Phase.Building:
         return interface("Building: {step}", step=interface(progress.step))
     words = [interface("{number:.4g} samples", number=progress.samples)]
-    if progress.estimated_relmse >= 0.0:
-        words.append(interface("Noise {noise}", noise=render_progress.noise_words(progress.estimated_relmse ** 0.5, max(0.0, noise_target) ** 0.5)))
+    if progress.shown_relmse >= 0.0:
+        words.append(interface("Noise {noise}", noise=render_progress.noise_words(progress.shown_relmse ** 0.5, max(0.0, noise_target) ** 0.5)))
     if progress.remaining_seconds >= 0.0:
         words.append(interface("Remaining {time}", time=render_progress.clock(progress.remaining_seconds)))
     return " | ".join(words)

@@ -54,6 +54,7 @@ GUIDES = (Pass("Denoising Albedo", "RGB", "COLOR"), Pass("Denoising Normal", "XY
 DENOISING = (*GUIDES, Pass("Depth", "Z", "VALUE", "Denoising Depth"))
 HALVES = "Halves"   # the pass of the core with two independent images; it is not shown
 NOISY = Pass("Noisy Image", "RGBA", "COLOR")   # name of the image before denoising, as in Cycles
+DENOISING_ERROR = Pass("Denoising Error", "X", "VALUE")
 
 
 def wanted(view_layer: bpy.types.ViewLayer) -> list[Pass]:

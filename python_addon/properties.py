@@ -18,7 +18,7 @@ CURVE_SHAPES = [("RIBBONS", "Rounded Ribbons", "Flat, with the shading of a tube
 # Name -> relative mean squared error. The percentage that artists see is its square root.
 NOISE_LEVELS = {"OFF": 0.0, "DRAFT": 1e-2, "GOOD": 1e-3, "CLEAN": 1e-4, "FINAL": 2.5e-5}
 NOISE_ITEMS = [("OFF", "Any", "The noise does not end the render", 0), ("DRAFT", "Draft", "10 %: for a first look", 1),
-               ("GOOD", "Good", "3 %: little grain, or clean after denoising", 2), ("CLEAN", "Clean", "1 %: no grain at normal size", 3),
+               ("GOOD", "Good", "3 %: little grain", 2), ("CLEAN", "Clean", "1 %: no grain at normal size", 3),
                ("FINAL", "Final", "0.5 %: no grain in close-ups", 4), ("CUSTOM", "Custom", "The number below", 5)]
 
 
@@ -72,7 +72,7 @@ class AjarSceneSettings(bpy.types.PropertyGroup):
         "use_denoise", "Denoise", "Remove the remaining noise with Open Image Denoise when the render is done. The noisy picture is kept as a pass. Consistent",
         False, "use_denoising")
     use_viewport_denoise: bpy.props.BoolProperty(
-        name="Denoise Viewport", description="Denoise the rendered 3D view whenever the number of samples has doubled. Biased", default=False)
+        name="Denoise Viewport", description="Denoise the rendered 3D view whenever the number of samples has doubled. Consistent", default=False)
     viewport_samples: inherited.integer("viewport_samples", "Viewport Samples", "Samples per pixel in the rendered 3D view", 1024, "preview_samples",
                            1, 2**24)
     viewport_integrator: bpy.props.EnumProperty(name="Viewport Integrator", description="Rendering technique of the rendered 3D view",
@@ -166,6 +166,8 @@ class AjarViewLayerSettings(bpy.types.PropertyGroup):
     use_pass_sample_count: bpy.props.BoolProperty(name="Sample Count", description="Samples that each pixel received")
     use_pass_denoising: bpy.props.BoolProperty(
         name="Denoising Data", description="Albedo, normal and depth for a denoiser: those of the first rough surface, seen through mirrors and glass")
+    use_pass_denoising_error: bpy.props.BoolProperty(
+        name="Denoising Error", description="Estimated error of the denoised picture, relative to its brightness: where not to trust it. Needs Denoise")
     use_pass_variance: bpy.props.BoolProperty(name="Variance", description="Estimated variance of each pixel's mean")
     use_pass_error: bpy.props.BoolProperty(name="Error", description="Estimated standard deviation of each pixel, relative to its brightness")
     use_pass_perceptual_error: bpy.props.BoolProperty(

@@ -264,14 +264,14 @@ class Viewport:
         """Show the image of the denoiser, which has ended. It is that of the current render."""
         work, self._denoiser = self._denoiser, None
         try:
-            pixels = work.result()
+            found = work.result()
         except RuntimeError as error:
             print(f"Ajar: {error}", flush=True)
-            pixels = None
-        if pixels is None:
+            found = None
+        if found is None:
             self._clean = 0
         elif not self._shows_density:
-            self._show(pixels)
+            self._show(found[0])
         self._denoise()
 
     def _show(self, pixels: np.ndarray) -> None:

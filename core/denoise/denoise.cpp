@@ -18,6 +18,7 @@ constexpr size_t kRank = 3;               // the neighbour with which it is comp
 constexpr float kMaxRatio = 3.0f;         // of the brightness of a pixel to that neighbour
 constexpr float kDarkest = 0.01f;         // added to squares of light, as in relMSE
 constexpr float kUsualNoise = 3.0f;       // times the mean of |m - n| in a window
+constexpr int kErrorReach = 2;            // pixels to each side of the window of the error
 constexpr double kMinSignificance = 2.5;  // the mean of the products over its standard error, below which g is 0
 
 float luminance_at(const std::vector<float>& image, size_t pixel) {
@@ -67,8 +68,8 @@ struct PlanePixel {
 class Combination {
  public:
   Combination(Residuals residuals, int width, int height);
-  /// The sum of the planes of the mean residual, with their weights.
-  std::vector<float> significant_part();
+  /// The sums of the planes of A - D(A) and of B - D(B), with their weights.
+  std::array<std::vector<float>, 2> significant_parts();
 
  private:
   void find_plane();
@@ -134,10 +135,10 @@ void Combination::find_weights(int level) {
   });
 }
 
-std::vector<float> Combination::significant_part() {
+std::array<std::vector<float>, 2> Combination::significant_parts() {
   const ImageSize size{width_, height_, 3};
   const int planes = plane_count(width_, height_);
-  std::vector<float> sum(size.values());
+  std::array<std::vector<float>, 2> sums{std::vector<float>(size.values()), std::vector<float>(size.values())};
   for (int level = 0; level <= planes; ++level) {
     for (size_t k = 0; k < 3; ++k) {
       if (level < planes)
@@ -147,12 +148,14 @@ std::vector<float> Combination::significant_part() {
     }
     find_plane();
     find_weights(level);
-    for_pixels(sum.size(), [&](size_t i) {
-      sum[i] += 0.5f * weights_[i / 3] * (rest_.first[i] - smooth_.first[i] + rest_.second[i] - smooth_.second[i]);
+    for_pixels(size.values(), [&](size_t i) {
+      const float n = rest_.halves[i] - smooth_.halves[i];
+      sums[0][i] += weights_[i / 3] * (rest_.first[i] - smooth_.first[i] + n);
+      sums[1][i] += weights_[i / 3] * (rest_.second[i] - smooth_.second[i] - n);
     });
     std::swap(rest_, smooth_);
   }
-  return sum;
+  return sums;
 }
 
 /// The denoiser's image of non-negative light. Light of negative lamps is added again as it is.
@@ -196,11 +199,11 @@ std::vector<float> limited(const std::vector<float>& image, const std::vector<fl
   return result;
 }
 
-std::vector<float> denoise(const std::vector<float>& image, const std::vector<float>& halves, int width, int height,
-                           const DenoiseFunction& denoiser) {
+Denoised denoise(const std::vector<float>& image, const std::vector<float>& halves, int width, int height,
+                 const DenoiseFunction& denoiser) {
   const size_t pixels = size_t(width) * size_t(height);
   if (halves.empty() || std::any_of(halves.begin(), halves.end(), [](float v) { return std::isnan(v); }))
-    return run(denoiser, image);
+    return {run(denoiser, image), {}};
   std::vector<float> a(3 * pixels), b(3 * pixels);
   for_pixels(pixels, [&](size_t i) {
     for (size_t c = 0; c < 3; ++c) {
@@ -223,12 +226,19 @@ std::vector<float> denoise(const std::vector<float>& image, const std::vector<fl
     residuals.second[i] = scale * (a[i] - from_b[i]);
     residuals.halves[i] = scale * (a[i] - b[i]);
   });
-  std::vector<float> result = Combination(std::move(residuals), width, height).significant_part();
-  // A residual can be larger than the light. Only negative lamps make an image negative.
-  for_pixels(3 * pixels, [&](size_t i) {
-    const float lowest = std::min(0.0f, std::min(a[i], b[i]));
-    result[i] = std::max(0.5f * (from_a[i] + from_b[i]) + light[i / 3] * result[i], lowest);
+  const auto parts = Combination(std::move(residuals), width, height).significant_parts();
+  Denoised result{std::vector<float>(3 * pixels), std::vector<float>(pixels)};
+  for_pixels(pixels, [&](size_t i) {
+    for (size_t c = 3 * i; c < 3 * i + 3; ++c) {
+      const float of_a = from_a[c] + light[i] * parts[0][c], of_b = from_b[c] + light[i] * parts[1][c];
+      // A residual can be larger than the light. Only negative lamps make an image negative.
+      const float value = std::max(0.5f * (of_a + of_b), std::min(0.0f, std::min(a[c], b[c])));
+      result.image[c] = value;
+      result.error[i] += 0.5f * (of_a - of_b) * (of_a - of_b) / (value * value + kDarkest) / 3.0f;
+    }
   });
+  std::vector<float> scratch;
+  window_mean(result.error, {width, height, 1}, kErrorReach, scratch);
   return result;
 }
 

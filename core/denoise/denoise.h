@@ -13,6 +13,10 @@
 // 0 if p < 2.5 s. Pixels whose halves differ far more than usual in the window count less, for g and in the sum. As the
 // number of samples grows, the noise vanishes and g becomes 1 wherever D is wrong: the image is consistent.
 //
+// With the weights, each half alone gives an image G(A) = D(A) + sum of g_j * plane j of (A - D(A)), and the result is
+// (G(A) + G(B)) / 2. Its variance is |G(A) - G(B)|^2 / 4. The estimate of the squared error is twice as much: the bias
+// that is left cannot be separated from the noise, and in test renders it is about as large (docs/research/denoising.md).
+//
 // Single pixels that are far brighter than all their neighbours, and bright in one half only, are darkened before the
 // denoiser sees them. They stay in N: coarse planes return their energy where it is significant.
 #pragma once
@@ -27,10 +31,16 @@ namespace ajar {
 /// Takes the noise out of a linear RGB image.
 using DenoiseFunction = std::function<std::vector<float>(std::vector<float>)>;
 
-/// The image, RGB. `halves`: the means of the even and of the odd samples of each pixel, six channels. A pixel without
-/// two halves is NaN there; then, and if `halves` is empty, `image` is denoised without a combination.
-std::vector<float> denoise(const std::vector<float>& image, const std::vector<float>& halves, int width, int height,
-                           const DenoiseFunction& denoiser);
+struct Denoised {
+  std::vector<float> image;  ///< RGB
+  /// Of each pixel: estimate of the relMSE, squared error / (squared light + 0.01), mean over a window.
+  std::vector<float> error;
+};
+
+/// `image`: RGB. `halves`: the means of the even and of the odd samples of each pixel, six channels. A pixel without two
+/// halves is NaN there; then, and if `halves` is empty, `image` is denoised without a combination, and `error` is empty.
+Denoised denoise(const std::vector<float>& image, const std::vector<float>& halves, int width, int height,
+                 const DenoiseFunction& denoiser);
 
 /// The image, RGB, in which single pixels are darkened that are bright here and not in `other`.
 std::vector<float> limited(const std::vector<float>& image, const std::vector<float>& other, int width, int height);

@@ -138,6 +138,7 @@ void add_acceptance_rates(const SessionState& d, json& j) {
 
 /// Estimates of the error over time.
 void add_errors(const SessionState& d, json& j) {
+  if (d.progress.denoised_relmse >= 0.0) j["denoised_relmse"] = d.progress.denoised_relmse;
   j["estimated_error"] = json::array();
   j["estimated_perceptual_error"] = json::array();
   for (const ErrorPoint& point : d.error_over_time) {

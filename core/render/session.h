@@ -35,6 +35,15 @@ struct Progress {
   double build_seconds = 0.0, render_seconds = 0.0;
   double remaining_seconds = -1.0;  ///< until the first end in the settings; negative: unknown
   double estimated_relmse = -1.0, estimated_perceptual_error = -1.0;  ///< estimated by the film
+  /// Of the denoised image. Estimated only if it can end the render (denoise/shown_error.h).
+  double denoised_relmse = -1.0;
+
+  /// The estimated error of the image that the artist sees; negative: unknown.
+  double shown_relmse() const {
+    return denoised_relmse >= 0.0 && !(estimated_relmse >= 0.0 && estimated_relmse < denoised_relmse)
+               ? denoised_relmse
+               : estimated_relmse;
+  }
 };
 
 /// An estimate of the error, and its time.

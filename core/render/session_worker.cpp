@@ -5,6 +5,7 @@
 
 #include <tbb/task_arena.h>
 
+#include "denoise/shown_error.h"
 #include "math/random.h"
 #include "render/deadline.h"
 #include "render/importance_map.h"
@@ -78,6 +79,15 @@ void estimate_error(SessionState& state, double seconds, uint64_t done) {
   if (estimate.relmse >= 0.0)
     state.error_over_time.push_back({seconds, state.progress.samples, estimate.relmse, estimate.perceptual});
   state.policy.error_looked_at(start);
+}
+
+DenoiserInput denoiser_input(const SessionState& state) {
+  const auto guide = [&](const char* pass) {
+    const auto& passes = state.settings.passes;
+    return std::find(passes.begin(), passes.end(), pass) == passes.end() ? std::vector<float>() : state.resolve(pass);
+  };
+  return {state.resolve("Combined"), state.resolve("Halves"), guide("Denoising Albedo"),
+          guide("Denoising Normal"), state.film->width(),     state.film->height()};
 }
 
 }  // namespace
@@ -342,6 +352,7 @@ void SessionWorker::wait_while_paused() {
 /// finished. The first sample of each pixel is always taken, so that the image has no holes.
 void SessionWorker::render_all() {
   uint64_t done = 0;
+  ShownErrorSchedule shown_error;
   double rendering;  // time of the iterations and of the choice of a technique, without publishing
   const auto owned = [this, &rendering] {
     const auto state = state_.lock();
@@ -368,8 +379,14 @@ void SessionWorker::render_all() {
     if (!cut) done += uint64_t(samples);
     const double so_far = elapsed();
     publish(so_far, done, cut);
+    if (render.settings.denoised && render.settings.target_error > 0.0 && !cut && shown_error.due(done)) {
+      shown_error.looked_at(done);
+      const DenoiserInput input = denoiser_input(*state_.lock());
+      const double relmse = shown_relmse(input, render.settings.threads, stop_);
+      state_.lock()->progress.denoised_relmse = relmse;
+    }
     const auto state = state_.lock();
-    if (cut || state->policy.enough(so_far, double(done), state->progress.estimated_relmse)) break;
+    if (cut || state->policy.enough(so_far, double(done), state->progress.shown_relmse())) break;
   }
 }
 
@@ -389,7 +406,7 @@ void SessionWorker::publish(double seconds, uint64_t done, bool cut) {
   progress.render_seconds = seconds;
   if (!cut && state->policy.error_due(seconds, done)) estimate_error(*state, seconds, done);
   state->policy.remaining_time.add(seconds_since(limit_start_), double(done));
-  progress.remaining_seconds = state->policy.remaining_seconds(seconds, progress.estimated_relmse);
+  progress.remaining_seconds = state->policy.remaining_seconds(seconds, progress.shown_relmse());
   progress.fraction = 0.05f + 0.95f * state->policy.fraction(seconds, done);
   ++progress.iteration;
   for (const std::string& pass : state->wanted) state->published[pass] = state->resolve(pass);

@@ -76,7 +76,7 @@ TEXTS = {
     "Draft": "Entwurf",
     "10 %: for a first look": "10 %: für einen ersten Eindruck",
     "Good": "Gut",
-    "3 %: little grain, or clean after denoising": "3 %: wenig Körnung, nach dem Entrauschen sauber",
+    "3 %: little grain": "3 %: wenig Körnung",
     "Clean": "Sauber",
     "1 %: no grain at normal size": "1 %: keine Körnung bei normaler Größe",
     "Final": "Endergebnis",
@@ -119,7 +119,7 @@ TEXTS = {
     "Viewport Integrator": "Integrator im Ansichtsfenster",
     "Rendering technique of the rendered 3D view": "Renderverfahren der gerenderten 3D-Ansicht",
     "Denoise Viewport": "Ansichtsfenster entrauschen",
-    "Denoise the rendered 3D view whenever the number of samples has doubled. Biased":
+    "Denoise the rendered 3D view whenever the number of samples has doubled. Consistent":
         "Die gerenderte 3D-Ansicht jedes Mal entrauschen, wenn sich die Zahl der Abtastwerte verdoppelt hat. Verzerrt",
 
     # ---- Integrator -----------------------------------------------------------------------------------------------------
@@ -350,6 +350,10 @@ TEXTS = {
     "Grease Pencil": "Grease Pencil",
     "Albedo": "Albedo",
     "Denoising Data": "Entrauschungsdaten",
+    "Denoising Error": "Entrauschungsfehler",
+    "Estimated error of the denoised picture, relative to its brightness: where not to trust it. Needs Denoise":
+        "Geschätzter Fehler des entrauschten Bildes, relativ zu seiner Helligkeit: wo ihm nicht zu trauen ist. Benötigt Entrauschen",
+    "Error after denoising": "Fehler nach dem Entrauschen",
     "Albedo, normal and depth for a denoiser: those of the first rough surface, seen through mirrors and glass":
         "Albedo, Normale und Tiefe für einen Entrauscher: die der ersten rauen Oberfläche, durch Spiegel und Glas gesehen",
     "Colour of the first surface without its light": "Farbe der ersten Oberfläche ohne ihr Licht",

@@ -318,6 +318,9 @@ def _statistics(values: dict) -> list[tuple[str, str]]:
     if values.get("estimated_error"):
         relmse = values["estimated_error"][-1][2]
         rows.append(("Estimated error", interface("{percent:.2g} % of the brightness (relMSE {relmse:.2g})", percent=100.0 * math.sqrt(relmse), relmse=relmse)))
+    if "denoising_error" in values:
+        relmse = values["denoising_error"]
+        rows.append(("Error after denoising", interface("{percent:.2g} % of the brightness (relMSE {relmse:.2g})", percent=100.0 * math.sqrt(relmse), relmse=relmse)))
     if "refused_samples" in values:
         rows.append(("Refused samples", f"{values['refused_samples']}"))
     rows.append(("Export and build", f"{values['export_seconds'] + values['build_seconds']:.2f} s"))

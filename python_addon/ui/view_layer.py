@@ -53,6 +53,9 @@ class AJAR_VIEWLAYER_PT_passes(AjarPanel, Panel):
         for name in passes.OWN:
             column.prop(view_layer.ajar, name)
         column.prop(view_layer.ajar, "use_pass_denoising")
+        row = column.row()
+        row.active = context.scene.ajar.use_denoise
+        row.prop(view_layer.ajar, "use_pass_denoising_error")
 
 
 class AJAR_VIEWLAYER_PT_light_groups(AjarPanel, Panel):

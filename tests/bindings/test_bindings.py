@@ -29,11 +29,11 @@ def emission(strength: float = 1.0) -> ajar.NodeGraph:
     return graph
 
 
-def square(samples: int = 4, width: int = 16, height: int = 12) -> ajar.SceneDescription:
-    """An emissive square that fills the frame."""
+def square(samples: int = 4, width: int = 16, height: int = 12, reach: float = 9.0) -> ajar.SceneDescription:
+    """An emissive square, which fills the frame unless `reach` is small."""
     description = ajar.SceneDescription()
     material = description.add_material(name="Glow", graph=emission(2.0))
-    mesh = description.add_mesh(name="Square", positions=[(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)],
+    mesh = description.add_mesh(name="Square", positions=[(-reach, -reach, 0), (reach, -reach, 0), (reach, reach, 0), (-reach, reach, 0)],
                                 triangles=[(0, 1, 2), (0, 2, 3)])
     thing = description.add_object(name="Square", mesh=mesh, materials=[material])
     description.add_instances([thing], IDENTITY)
@@ -266,12 +266,31 @@ def test_every_quality_denoises_and_a_cancelled_call_returns_none():
     image = (0.5 + 0.2 * rng.standard_normal((64, 64, 4))).astype(np.float32)
     guide = np.full((64, 64, 3), 0.5, dtype=np.float32)
     for quality in (ajar.DenoiseQuality.Fast, ajar.DenoiseQuality.Balanced, ajar.DenoiseQuality.High):
-        result = ajar.denoise(image, albedo=guide, normal=guide, quality=quality)
+        result, error = ajar.denoise(image, albedo=guide, normal=guide, quality=quality)
+        assert error is None
         assert result[8:-8, 8:-8, :3].std() < 0.05
         assert abs(result[..., :3].mean() - 0.5) < 0.02
+    noise = rng.standard_normal((64, 64, 6)).astype(np.float32)
+    _, error = ajar.denoise(image, 0.5 + 0.1 * noise, guide, guide)
+    assert error.shape == (64, 64) and 0 < error.mean() < 0.01
     cancellation = ajar.Cancellation()
     cancellation.set()
     assert ajar.denoise(image, cancellation=cancellation) is None
+
+
+@pytest.mark.skipif(not ajar.denoiser.load(), reason="needs Open Image Denoise 2 (AJAR_DENOISER)")
+def test_a_noise_target_refers_to_the_denoised_image():
+    samples = {}
+    for denoised in (False, True):
+        description = square(samples=1 << 16, width=64, height=48, reach=0.5)
+        description.camera.aperture_radius, description.camera.focus_distance = 1.0, 1.0
+        description.settings.target_error, description.settings.denoised = 1e-3, denoised
+        description.settings.passes = ["Combined", "Halves"]
+        session = render(description)
+        samples[denoised] = session.progress().samples
+        assert (session.progress().denoised_relmse >= 0) == denoised
+        assert 0 <= session.progress().shown_relmse <= 1e-3
+    assert 16 <= samples[True] < 0.7 * samples[False], samples
 
 
 def test_halves_are_two_means_of_the_image_and_unknown_for_one_sample():

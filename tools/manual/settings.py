@@ -56,7 +56,8 @@ PANELS: dict[str, dict[str, tuple[str, tuple[str, ...]]]] = {
         "AJAR_VIEWLAYER_PT_override": (f"A material, a world and a number of samples that replace those of the scene in this view layer. {BLENDERS}", ()),
         "AJAR_VIEWLAYER_PT_passes": ("The passes that the view layer renders. Those below are of Ajar; the others are Blender's own. More: [Passes](rendering.md#passes).", (
             "ViewLayer.use_pass_albedo", "ViewLayer.use_pass_volume_direct", "ViewLayer.use_pass_volume_indirect", "ViewLayer.use_pass_sample_count",
-            "ViewLayer.use_pass_variance", "ViewLayer.use_pass_error", "ViewLayer.use_pass_perceptual_error", "ViewLayer.use_pass_denoising")),
+            "ViewLayer.use_pass_variance", "ViewLayer.use_pass_error", "ViewLayer.use_pass_perceptual_error", "ViewLayer.use_pass_denoising",
+            "ViewLayer.use_pass_denoising_error")),
         "AJAR_VIEWLAYER_PT_light_groups": ("Groups of lamps, emitting objects and the world, and the importance of the active group. More: [Sampling](rendering.md#sampling).", (
             "ViewLayer.light_group_importance", "ViewLayer.light_groups", "LightGroup.importance")),
     },

@@ -202,7 +202,7 @@ def test_reports_and_states_are_german(german, scene):
     assert hints.status_of(curve) == translations.german.TEXTS["Not checked yet"]
     curve.ajar.hint_enabled = False
     assert hints.status_of(curve) == translations.german.TEXTS["Not used"]
-    progress = types.SimpleNamespace(phase=ajar.Progress.Phase.Building, step="shaders", samples=8.0, estimated_relmse=1e-4, remaining_seconds=75.0)
+    progress = types.SimpleNamespace(phase=ajar.Progress.Phase.Building, step="shaders", samples=8.0, shown_relmse=1e-4, remaining_seconds=75.0)
     assert engine.describe(progress, 0.0).startswith("Aufbau: ")
     progress.phase = None
     assert engine.describe(progress, 1e-4) == "8 Abtastwerte | Rauschen 1 % von 1 % | Verbleibend 01:15"

@@ -251,7 +251,7 @@ def denoise_view(result):
     def blue(color, halves, albedo, normal, quality, threads, cancellation):
         calls.append({"of": views[-1]._denoised, "albedo": list(albedo.shape), "brightest": float(albedo.max()), "normal": list(normal.shape),
                       "halves": list(halves.shape), "quality": str(quality)})
-        return np.broadcast_to(np.float32([0, 0, 1, 1]), color.shape)
+        return np.broadcast_to(np.float32([0, 0, 1, 1]), color.shape), None
     real = denoise.is_available, ajar.denoise
     denoise.is_available, ajar.denoise = lambda: True, blue
     window.shade("RENDERED")

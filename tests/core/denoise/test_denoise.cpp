@@ -110,12 +110,36 @@ TEST(Denoise, the_result_converges_although_the_denoiser_is_wrong) {
         r.image[i] = clean[i] + scale * (r.image[i] - clean[i]);
       }
     const double noisy = relative_error(r.image, clean),
-                 error = relative_error(denoise(r.image, r.halves, kWidth, kHeight, dark_blur), clean);
+                 error = relative_error(denoise(r.image, r.halves, kWidth, kHeight, dark_blur).image, clean);
     EXPECT_LT(error, before) << samples;
     EXPECT_LT(error, 1.02 * noisy + 1e-9) << samples;
     before = error;
   }
   EXPECT_LT(before, 1e-3 * bias);
+}
+
+TEST(Denoise, the_estimated_error_is_that_of_the_image_or_twice_as_large) {
+  // The blur leaves noise, and a bias at the border of the disc. The identity leaves all noise. The one bright pixel is
+  // taken out: the blur spreads it, and its error cannot be seen in the noise of few samples.
+  std::vector<float> clean = truth();
+  for (float& v : clean) v = std::min(v, 3.0f);
+  const auto blur = [](const std::vector<float>& image) {
+    std::vector<float> result = image, scratch;
+    window_mean(result, {kWidth, kHeight, 3}, 1, scratch);
+    return result;
+  };
+  const auto identity = [](const std::vector<float>& image) { return image; };
+  for (const DenoiseFunction& denoiser : {DenoiseFunction(blur), DenoiseFunction(identity)})
+    for (const int samples : {16, 1024}) {
+      RunningMoments ratio;
+      for (uint64_t seed = 1; seed <= 5; ++seed) {
+        const Rendered r = rendered(clean, samples, seed);
+        const Denoised result = denoise(r.image, r.halves, kWidth, kHeight, denoiser);
+        ratio.add(sum_of(result.error) / double(result.error.size()) / relative_error(result.image, clean));
+      }
+      EXPECT_GT(ratio.mean(), 0.8) << samples;
+      EXPECT_LT(ratio.mean(), 2.2) << samples;
+    }
 }
 
 TEST(Denoise, a_good_denoiser_is_not_made_noisy) {
@@ -124,7 +148,7 @@ TEST(Denoise, a_good_denoiser_is_not_made_noisy) {
   RunningMoments ratio;
   for (uint64_t seed = 1; seed <= 5; ++seed) {
     const Rendered r = rendered(clean, 4, seed);
-    ratio.add(relative_error(denoise(r.image, r.halves, kWidth, kHeight, perfect), clean) /
+    ratio.add(relative_error(denoise(r.image, r.halves, kWidth, kHeight, perfect).image, clean) /
               relative_error(r.image, clean));
   }
   EXPECT_LT(ratio.mean(), 0.01);
@@ -134,7 +158,7 @@ TEST(Denoise, light_that_the_denoiser_takes_away_returns) {
   const std::vector<float> clean = truth();
   const Rendered r = rendered(clean, 64, 3);
   EXPECT_NEAR(sum_of(dark_blur(r.image)) / sum_of(clean), 0.9, 0.02);
-  EXPECT_NEAR(sum_of(denoise(r.image, r.halves, kWidth, kHeight, dark_blur)) / sum_of(r.image), 1.0, 0.005);
+  EXPECT_NEAR(sum_of(denoise(r.image, r.halves, kWidth, kHeight, dark_blur).image) / sum_of(r.image), 1.0, 0.005);
 }
 
 TEST(Denoise, the_error_of_a_bright_surface_does_not_reach_a_dark_one) {
@@ -147,7 +171,7 @@ TEST(Denoise, the_error_of_a_bright_surface_does_not_reach_a_dark_one) {
     return image;
   };
   const Rendered r = rendered(clean, 16, 11);
-  const std::vector<float> result = denoise(r.image, r.halves, kWidth, kHeight, dims_bright);
+  const std::vector<float> result = denoise(r.image, r.halves, kWidth, kHeight, dims_bright).image;
   double dark = 0.0, bright = 0.0;
   for (size_t i = 0; i < kValues; ++i) (clean[i] < 1.0f ? dark : bright) += std::abs(result[i] / clean[i] - 1.0f);
   EXPECT_LT(dark / (kValues / 2), 0.02);
@@ -175,21 +199,23 @@ TEST(Denoise, a_firefly_of_one_half_is_not_restored) {
     r.image[3 * pixel + c] += 500.0f;
   }
   const auto identity = [](const std::vector<float>& image) { return image; };
-  EXPECT_LT(denoise(r.image, r.halves, kWidth, kHeight, identity)[3 * pixel], 5.0f);
+  EXPECT_LT(denoise(r.image, r.halves, kWidth, kHeight, identity).image[3 * pixel], 5.0f);
 }
 
 TEST(Denoise, without_halves_the_image_of_the_denoiser_is_returned) {
   const std::vector<float> clean = truth();
   Rendered r = rendered(clean, 4, 9);
-  EXPECT_EQ(denoise(r.image, {}, kWidth, kHeight, dark_blur), dark_blur(r.image));
+  EXPECT_EQ(denoise(r.image, {}, kWidth, kHeight, dark_blur).image, dark_blur(r.image));
   r.halves[100] = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_EQ(denoise(r.image, r.halves, kWidth, kHeight, dark_blur), dark_blur(r.image));
+  const Denoised result = denoise(r.image, r.halves, kWidth, kHeight, dark_blur);
+  EXPECT_EQ(result.image, dark_blur(r.image));
+  EXPECT_TRUE(result.error.empty());
 }
 
 TEST(Denoise, negative_light_is_kept) {
   const std::vector<float> dark(kValues, -0.5f);
   std::vector<float> halves(2 * kValues, -0.5f);
-  for (const float v : denoise(dark, halves, kWidth, kHeight, dark_blur)) EXPECT_NEAR(v, -0.5f, 1e-5f);
+  for (const float v : denoise(dark, halves, kWidth, kHeight, dark_blur).image) EXPECT_NEAR(v, -0.5f, 1e-5f);
 }
 
 }  // namespace

@@ -1,0 +1,30 @@
+#include "denoise/shown_error.h"
+
+#include <stdexcept>
+
+#include "denoise/denoise.h"
+#include "denoise/open_image_denoise.h"
+#include "math/statistics.h"
+
+namespace ajar {
+
+double shown_relmse(const DenoiserInput& input, int threads, const std::atomic<bool>& stop) {
+  if (OpenImageDenoise::version().empty()) return -1.0;
+  std::vector<float> rgb(3 * size_t(input.width) * size_t(input.height));
+  for (size_t i = 0; i < rgb.size(); ++i) rgb[i] = input.combined[4 * (i / 3) + i % 3];
+  Denoised image;
+  try {
+    const OpenImageDenoise library(input.width, input.height, input.albedo, input.normal, DenoiseQuality::Fast, threads,
+                                   stop);
+    image = denoise(rgb, input.halves, input.width, input.height,
+                    [&](std::vector<float> noisy) { return library(std::move(noisy)); });
+  } catch (const std::runtime_error&) {
+    return -1.0;  // the owner reports the failure when it denoises the final image
+  }
+  if (image.error.empty()) return -1.0;
+  CompensatedSum sum;
+  for (const float error : image.error) sum.add(double(error));
+  return sum.value() / double(image.error.size());
+}
+
+}  // namespace ajar
