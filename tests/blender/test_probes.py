@@ -30,7 +30,8 @@ def test_nodes_agree_with_cycles(tmp_path):
     assert sum(verdict.has_effect for verdict in found) > 0.8 * len(found)   # otherwise the probes test little
 
 
-def test_settings_agree_with_cycles(tmp_path):
+def test_settings_agree_with_cycles(tmp_path, monkeypatch):
+    monkeypatch.setenv("AJAR_SHORT_PROBES", "1")   # the changes are for `make coverage`
     program = os.environ.get("BLENDER", "blender")
     result = probed([program, "-b", "--factory-startup", "--python", COVERAGE / "settings_probe.py", "--"], BUILD / "python", tmp_path / "settings.json")
     assert judge.faults(result) == []

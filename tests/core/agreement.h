@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "integrators/integrator.h"
+#include "once.h"
 #include "render/session.h"
 #include "statistical.h"
 #include "transport_scenes.h"
@@ -42,10 +43,17 @@ inline std::vector<RunningMoments> blocks(const SceneDescription& d, const std::
   return moments;
 }
 
+/// The blocks of this scene by path tracing. The number of samples decides the number of seeds.
+inline const std::vector<RunningMoments>& reference(SceneDescription d, int samples, int seeds) {
+  d.settings.photons = RenderSettings{}.photons;  // path tracing uses none
+  d.settings.samples = samples;
+  return once(d, [&] { return blocks(d, "path", samples, seeds, 100); });
+}
+
 /// Welch's tests of all blocks. All `tests` calls together have the level 0.01.
 inline void expect_agreement(const TransportScene& scene, const std::string& integrator, int samples, int tests) {
-  const auto expected = blocks(scene.description, "path", 64, 16, 100),
-             actual = blocks(scene.description, integrator, samples, 16, 200);
+  const auto& expected = reference(scene.description, 64, 16);
+  const auto actual = blocks(scene.description, integrator, samples, 16, 200);
   for (int i = 0; i < kValues; ++i) {
     if (i % 4 == 3 && std::abs(expected[size_t(i)].mean() - actual[size_t(i)].mean()) < 1e-5)
       continue;  // alpha differs by rounding
@@ -59,8 +67,8 @@ inline void expect_agreement(const TransportScene& scene, const std::string& int
 /// four standard errors. Fails as inconclusive if the standard error exceeds 0.8 %: a bias of `bias` + 3.2 % would show.
 inline void expect_agreement_within_bias(const TransportScene& scene, const std::string& integrator, double bias,
                                          int samples = 48) {
-  const auto expected = blocks(scene.description, "path", 256, 8, 100),
-             actual = blocks(scene.description, integrator, samples, 8, 200);
+  const auto& expected = reference(scene.description, 256, 8);
+  const auto actual = blocks(scene.description, integrator, samples, 8, 200);
   double sum_expected = 0.0, sum_actual = 0.0, variance = 0.0;
   for (size_t i = 0; i < expected.size(); ++i) {
     if (i % 4 == 3) continue;

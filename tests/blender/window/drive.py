@@ -15,8 +15,6 @@ import traceback
 
 import bpy
 
-REFUSED = "can't modify blend data in this state"
-
 parser = argparse.ArgumentParser(prog="drive.py", description=__doc__.splitlines()[0])
 parser.add_argument("script", help="defines steps(arguments, result)")
 parser.add_argument("output", help="JSON file of the results")
@@ -25,34 +23,7 @@ options = parser.parse_args(sys.argv[sys.argv.index("--") + 1:])
 script, output, arguments = options.script, options.output, options.arguments
 result: dict = {"errors": []}
 sys.path[:0] = [os.path.dirname(os.path.abspath(__file__)), os.path.dirname(os.path.abspath(script))]
-
-
-refused: list = []    # an operator that Blender refused, with its arguments; afterwards its result
-
-
-def call_again(_manager: bpy.types.WindowManager) -> bool:
-    call, arguments = refused.pop()
-    refused.append(call(*arguments))
-    return True
-
-
-bpy.types.WindowManager.calls_again = bpy.props.BoolProperty(get=call_again)
-
-
-def allowed(call):
-    """Blender has one flag for all threads that permits Python to write. A render thread that enters Python while a panel is drawn saves the state of
-    the panel and restores it when it leaves. After this, Blender refuses every operator that a timer calls. Within the getter of a property it
-    permits them."""
-    def called(*arguments):
-        try:
-            return call(*arguments)
-        except RuntimeError as error:
-            if REFUSED not in str(error):
-                raise
-        refused.append((call, arguments))
-        assert bpy.context.window_manager.calls_again
-        return refused.pop()
-    return called
+from permission import allowed  # noqa: E402
 
 
 def remember_error(kind, error, trace) -> None:

@@ -10,6 +10,7 @@ import bpy
 import window
 from ajar_render import render_progress, viewport
 from ajar_render.ui import progress
+from permission import set_value
 
 LONG = 300.0          # seconds; a limit that only a hang reaches
 TAB_WIDTH, TAB_STEP, TABS_END = 10, 12, 400   # pixels: distance from the right edge of the sidebar, distance between two clicks, distance from its top to the end of the tabs
@@ -86,7 +87,7 @@ def steps(arguments, result):
     result["without_density"] = state(scene)
 
     # The map is switched on while the render runs.
-    settings.show_sample_density = True
+    set_value(settings, "show_sample_density", True)
     editor.tag_redraw()
     yield from until(lambda: render_progress.of(scene).density is not None and render_progress.of(scene).samples > 40)
     yield 0.7
@@ -106,7 +107,8 @@ def steps(arguments, result):
 
     # The same test for a rendered view, without another render.
     editor.type = "VIEW_3D"
-    settings.viewport_samples, settings.viewport_integrator = 64, "path"
+    set_value(settings, "viewport_samples", 64)
+    set_value(settings, "viewport_integrator", "path")
     window.look_through_camera()
     editor.spaces.active.overlay.show_overlays = False
     window.shade("RENDERED")

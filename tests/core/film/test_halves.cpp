@@ -24,6 +24,7 @@ Variances variances_of(const char* integrator_name, int samples, int seeds) {
   d.settings.width = d.settings.height = 24;
   d.lights.push_back(area_lamp(Vec3(0.1f, 0.1f, 0.95f), Vec3(0, 0, -1), 0.5f, 8.0f));
   d.settings.integrator = integrator_name;
+  d.settings.photons = 2000;  // enough for a ratio of variances
   const auto scene = build(d);
   const std::atomic<bool> stop{false};
   const auto integrator = make_integrator(integrator_name);
