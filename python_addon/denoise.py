@@ -19,7 +19,6 @@ from .translations import report
 
 NEEDED = (*(guide.name for guide in passes.GUIDES), passes.HALVES)   # passes of the core
 CALIBRATION_SIDE = 256   # pixels
-RAYS_PER_SECOND = 2e6    # of a core; it determines only the time that is reserved
 
 
 def is_available() -> bool:
@@ -29,7 +28,7 @@ def is_available() -> bool:
 def expected_seconds(pixels: int, render_seconds: float, threads: int) -> float:
     """The expected time to denoise the image of a render that takes this time. Small images are denoised to measure it."""
     cores = threads or os.cpu_count() or 1
-    quality = ajar.denoiser.quality_for(RAYS_PER_SECOND * cores * render_seconds, pixels)
+    quality = ajar.denoiser.quality_for(cores * render_seconds / ajar.denoiser.SECONDS_PER_RAY, pixels)
     image = np.zeros((CALIBRATION_SIDE, CALIBRATION_SIDE, 6), dtype=np.float32)
 
     def seconds_of(side: int) -> float:
@@ -43,19 +42,19 @@ def expected_seconds(pixels: int, render_seconds: float, threads: int) -> float:
 class Background:
     """Denoises one image in its own thread."""
 
-    def __init__(self, pictures: dict[str, np.ndarray], rays: float, threads: int = 0) -> None:
+    def __init__(self, pictures: dict[str, np.ndarray], rays: float, threads: int = 0, is_view: bool = False) -> None:
         """Start to denoise the pass Combined of `pictures`, [height, width, 4]; its alpha is not changed. With the passes `NEEDED`, the result is
-        consistent. rays: the number that the render took; it determines the quality."""
+        consistent. rays: the number that the render took; with `is_view`, only they determine the quality."""
         self._cancellation = ajar.Cancellation()
         self._result: tuple[np.ndarray, np.ndarray | None] | None = None
         self._error = ""
-        self._thread = threading.Thread(target=self._work, args=(pictures, rays, threads), daemon=True)
+        self._thread = threading.Thread(target=self._work, args=(pictures, rays, threads, is_view), daemon=True)
         self._thread.start()
 
-    def _work(self, pictures: dict[str, np.ndarray], rays: float, threads: int) -> None:
+    def _work(self, pictures: dict[str, np.ndarray], rays: float, threads: int, is_view: bool) -> None:
         color = pictures[passes.COMBINED.name]
         albedo, normal, halves = (pictures.get(name) for name in NEEDED)
-        quality = ajar.denoiser.quality_for(rays, color.shape[0] * color.shape[1])
+        quality = ajar.denoiser.quality_for(rays, color.shape[0] * color.shape[1], 0.0 if is_view else ajar.denoiser.FREE_SECONDS)
         try:
             self._result = ajar.denoise(color, halves, albedo, normal, quality, threads, self._cancellation)
         except RuntimeError as error:

@@ -256,7 +256,7 @@ class Viewport:
         known = self._denoised[1] if self._denoised[0] == number else 0.0
         if samples >= 2.0 * known or (samples > known and self.session.wait(0.0)):
             self._denoised, self._clean = (number, samples), number
-            self._denoiser = denoise.Background(pictures, self.statistics()["rays"])
+            self._denoiser = denoise.Background(pictures, self.statistics()["rays"], is_view=True)
         if self.session.wait(0.0) and samples == self._denoised[1]:
             self._noisy = None
 

@@ -12,8 +12,10 @@ from ._ajar import DenoiseQuality, denoiser_version, load_denoiser
 VARIABLE = "AJAR_DENOISER"
 NAME = "libOpenImageDenoise.so.2"
 BUNDLED = Path(__file__).parent / "lib" / "libajar_OpenImageDenoise.so"   # its symbols are renamed (tools/extension/isolate.py)
-# Rays per pixel from which a quality costs less than about a tenth of the render, at two million rays per second and core.
-HIGH_RAYS, BALANCED_RAYS = 220.0, 75.0
+SECONDS_PER_PIXEL = {DenoiseQuality.High: 11e-6, DenoiseQuality.Balanced: 3.6e-6, DenoiseQuality.Fast: 2.1e-6}   # of a core, with two halves
+SECONDS_PER_RAY = 0.5e-6   # of a core
+MAX_SHARE = 0.1            # of the render
+FREE_SECONDS = 5.0         # of a core: 2.5 seconds on two
 _reasons: list[str] = []   # why the last `load` failed
 
 
@@ -58,7 +60,8 @@ def reason() -> str:
     return "".join(_reasons)
 
 
-def quality_for(rays: float, pixels: int) -> DenoiseQuality:
-    """The quality for an image that took this number of rays. It does not depend on the speed of the machine: frames of a render farm agree."""
-    per_pixel = rays / pixels
-    return DenoiseQuality.High if per_pixel >= HIGH_RAYS else DenoiseQuality.Balanced if per_pixel >= BALANCED_RAYS else DenoiseQuality.Fast
+def quality_for(rays: float, pixels: int, free_seconds: float = FREE_SECONDS) -> DenoiseQuality:
+    """The best quality that takes at most a tenth of a render with this number of rays, or `free_seconds` of a core. It follows from fixed costs, not
+    from the clock: frames of different machines agree."""
+    allowed = max(MAX_SHARE * SECONDS_PER_RAY * rays, free_seconds)
+    return next((quality for quality, cost in SECONDS_PER_PIXEL.items() if cost * pixels <= allowed), DenoiseQuality.Fast)
