@@ -8,7 +8,7 @@ the better of the two counts. Ajar denoises with the library of the extension (`
 seconds of rendering and denoising, without export and build.
 
 A reference is the mean of independent renders by the technique that is best for the scene. The variance of that mean is subtracted from every error.
-References are stored in build/denoised and rendered again when the .blend changes. Writes docs/benchmarks/denoised.md and build/denoised/results.json.
+References are stored in build/denoised and rendered again when the .blend changes. Earlier results of other scenes, times and techniques are kept. Writes docs/benchmarks/denoised.md and build/denoised/results.json.
 """
 
 from __future__ import annotations
@@ -159,6 +159,7 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
     runs = []
     for factor in options.factors:
         cpu = options.seconds * factor
+        denoised: dict[str, list[np.ndarray]] = {}
         for seed in range(1, options.repeats + 1):
             pictures = {name: rival.picture(cpu, seed) for name, rival in rivals.items()}
             for name in options.techniques:
@@ -169,8 +170,13 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
                 if picture.noisy is not None:
                     run["noisy"] = metrics.relmse(picture.noisy, reference.mean, reference.variance)
                 runs.append(run)
+                denoised.setdefault(name, []).append(picture.denoised)
                 print(f"{scene.name} {factor}T {name}: {run['cpu']:.1f} s, relMSE {run['relmse']:.3g}, noisy {run.get('noisy', float('nan')):.3g}, "
                       f"energy {run['energy']:.3f}, worst part {run['worst_part']:.3f}, {run['technique']}", flush=True)
+        if options.repeats > 1:
+            for run in runs:
+                if run["factor"] == factor:
+                    run["flicker"] = float((np.var(denoised[run["name"]], axis=0, ddof=1) / (reference.mean**2 + 0.01)).mean())
         write_sheet(folder / f"{factor}T.png", reference, pictures)
     return {"scene": scene.name, "width": reference.mean.shape[1], "height": reference.mean.shape[0], "reference_noise": reference.noise,
             "denoising_seconds": denoising, "runs": runs}
@@ -193,32 +199,41 @@ def best_cycles(found: dict, factor: int) -> float:
     return min(median(found, name, factor, "relmse") for name in CYCLES)
 
 
+def merged(known: list[dict], new: dict) -> list[dict]:
+    """The scenes with the runs of `new`, which replace those of the same renderer and time."""
+    measured = {(run["name"], run["factor"]) for run in new["runs"]}
+    before = [run for found in known if found["scene"] == new["scene"] for run in found["runs"] if (run["name"], run["factor"]) not in measured]
+    return [found for found in known if found["scene"] != new["scene"]] + [new | {"runs": before + new["runs"]}]
+
+
 def page(results: dict) -> str:
-    factors, techniques = results["factors"], results["techniques"]
+    factors = sorted({run["factor"] for found in results["scenes"] for run in found["runs"]})
+    seeds = max(run["seed"] for found in results["scenes"] for run in found["runs"])
     lines = ["# Denoised pictures at equal CPU time", "",
              "The relMSE of Cycles over that of Ajar's `auto`, both denoised. More than 1: Ajar has the smaller error.", "",
              "| scene | " + " | ".join(f"{factor}T" for factor in factors) + " |", "|---" * (len(factors) + 1) + "|"]
     for found in results["scenes"]:
-        ratios = [best_cycles(found, factor) / median(found, techniques[0], factor, "relmse") for factor in factors]
-        lines.append(f"| {found['scene']} | " + " | ".join(f"{ratio:.2f}" for ratio in ratios) + " |")
+        ratios = [best_cycles(found, factor) / median(found, "auto", factor, "relmse") for factor in factors]
+        lines.append(f"| {found['scene']} | " + " | ".join("–" if math.isnan(ratio) else f"{ratio:.2f}" for ratio in ratios) + " |")
     lines += ["", "## Method", "",
               f"`benchmarks/denoised.py` writes this page; do not edit it. T is {results['seconds']:g} CPU seconds for rendering and denoising, without export and "
-              f"build, on {results['machine']['threads']} threads; {results['repeats']} seeds, medians. Cycles is that of the bpy wheel with its own denoiser "
+              f"build, on {results['machine']['threads']} threads; {seeds} seeds at most, medians. Cycles is that of the bpy wheel with its own denoiser "
               "(albedo, normal, accurate prefilter, high quality), without clamping; the better of guided and not guided counts. Errors are relMSE, "
               "mean((I−R)²/(R²+0.01)), from which the variance of the reference is subtracted. *noisy* is the error before denoising. *energy* is the mean of "
               "the picture over that of the reference, *worst part* the largest relative error of the mean of a sixteenth of the picture, *worst block* that of "
-              "the relMSE of a block of 16 × 16 pixels. *SSIM* is the structural similarity of the sRGB luminance.", "", "## Machine", ""]
+              "the relMSE of a block of 16 × 16 pixels. *flicker* is the variance of a pixel over the seeds, relative as the error: that of the frames of an animation "
+              "without movement. *SSIM* is the structural similarity of the sRGB luminance.", "", "## Machine", ""]
     lines += [f"* {key}: {value}" for key, value in results["machine"].items()]
     for found in results["scenes"]:
         lines += ["", f"## {found['scene']}", "",
                   f"{found['width']}×{found['height']}. The reference's own relMSE is {found['reference_noise']:.2g}. Ajar's denoising took "
                   f"{found['denoising_seconds']:.2f} CPU seconds.", "",
-                  "| time | renderer | technique | CPU s | noisy | relMSE | SSIM | energy | worst part | worst block |", "|---|---|---|---|---|---|---|---|---|---|"]
+                  "| time | renderer | technique | CPU s | noisy | relMSE | SSIM | energy | worst part | worst block | flicker |", "|---" * 11 + "|"]
         for factor in factors:
-            for name in dict.fromkeys(run["name"] for run in found["runs"]):
+            for name in dict.fromkeys(run["name"] for run in found["runs"] if run["factor"] == factor):
                 chosen = next(run["technique"] for run in found["runs"] if run["name"] == name and run["factor"] == factor)
-                cells = [median(found, name, factor, key) for key in ("cpu", "noisy", "relmse", "ssim", "energy", "worst_part", "worst_block")]
-                form = ("{:.1f}", "{:.2e}", "{:.2e}", "{:.4f}", "{:.4f}", "{:.3f}", "{:.3f}")
+                cells = [median(found, name, factor, key) for key in ("cpu", "noisy", "relmse", "ssim", "energy", "worst_part", "worst_block", "flicker")]
+                form = ("{:.1f}", "{:.2e}", "{:.2e}", "{:.4f}", "{:.4f}", "{:.3f}", "{:.3f}", "{:.2e}")
                 lines.append(f"| {factor}T | {name} | {chosen if chosen != name else ''} | "
                              + " | ".join("–" if np.isnan(cell) else text.format(cell) for text, cell in zip(form, cells, strict=True)) + " |")
     return "\n".join(lines) + "\n"
@@ -230,7 +245,7 @@ def main() -> int:
     parser.add_argument("--build", type=Path, default=PROJECT / "build" / "release")
     parser.add_argument("--seconds", type=float, default=10.0, help="T, in CPU seconds")
     parser.add_argument("--factors", type=lambda text: [int(item) for item in text.split(",")], default=[1, 4, 16])
-    parser.add_argument("--techniques", type=lambda text: text.split(","), default=["auto", "path", "bdpt", "erpt"], help="the first is compared")
+    parser.add_argument("--techniques", type=lambda text: text.split(","), default=["auto", "path", "bdpt", "erpt"], help="`auto` is compared")
     parser.add_argument("--reference-seconds", type=float, default=300.0, help="of each scene's reference")
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--threads", type=int, default=2)
@@ -244,13 +259,13 @@ def main() -> int:
         print(f"{ajar.denoiser.reason()}. `make extension` makes {DENOISER}.", file=sys.stderr)
         return 2
     work, start = PROJECT / "build" / "denoised", time.monotonic()
-    results = {"machine": machine.describe(options.threads) | {"denoiser": f"Open Image Denoise {ajar.denoiser_version()}"}, "seconds": options.seconds,
-               "factors": options.factors, "techniques": options.techniques, "repeats": options.repeats, "scenes": []}
+    results = {"machine": machine.describe(options.threads) | {"denoiser": f"Open Image Denoise {ajar.denoiser_version()}"}, "seconds": options.seconds, "scenes": []}
     kept = json.loads((work / "results.json").read_text()) if (work / "results.json").exists() else {}
-    if all(kept.get(key) == results[key] for key in ("seconds", "factors", "techniques", "repeats")):
-        results["scenes"] = [found for found in kept["scenes"] if found["scene"] not in options.scenes]   # measured before
+    if kept.get("seconds") == options.seconds:
+        results["scenes"] = kept["scenes"]
     for scene in find_scenes(options.scenes or ["room", "rooms", "lantern", "bar", "keyhole", "box"]):
-        results["scenes"].append(measure_scene(scene, renderers.AjarBuild(options.build.resolve()), work, options))
+        found = measure_scene(scene, renderers.AjarBuild(options.build.resolve()), work, options)
+        results["scenes"] = merged(results["scenes"], found)
         (work / "results.json").write_text(json.dumps(results, indent=1))
         (PROJECT / "docs" / "benchmarks" / "denoised.md").write_text(page(results))
     print(f"{time.monotonic() - start:.0f} s")

@@ -37,6 +37,17 @@ double squared_difference(const std::vector<float>& a, const std::vector<float>&
   return sum(squared_differences(a, b, light)) / (0.25 * double(light.size()));
 }
 
+/// `errors`: squared differences of the two images of a pilot.
+PilotNoise noise_of_errors(std::vector<double> errors) {
+  const size_t pixels = errors.size(), worst = std::min(pixels, size_t(std::ceil(kWorst * double(pixels))));
+  PilotNoise noise;
+  noise.whole = 0.25 * sum(errors) / double(pixels);
+  std::nth_element(errors.begin(), errors.begin() + std::ptrdiff_t(worst), errors.end(), std::greater<>());
+  errors.erase(errors.begin(), errors.begin() + std::ptrdiff_t(worst));
+  noise.typical = errors.empty() ? 0.0 : 0.25 * sum(errors) / double(errors.size());
+  return noise;
+}
+
 }  // namespace
 
 std::vector<float> blurred(std::vector<float> image, int width, int height) {
@@ -61,14 +72,7 @@ std::vector<float> max_light(const std::vector<const PilotImages*>& pilots, int 
 }
 
 PilotNoise noise_of(const PilotImages& pilot, const std::vector<float>& light) {
-  std::vector<double> errors = squared_differences(pilot.first, pilot.second, light);
-  const size_t pixels = errors.size(), worst = std::min(pixels, size_t(std::ceil(kWorst * double(pixels))));
-  PilotNoise noise;
-  noise.whole = 0.25 * sum(errors) / double(pixels);
-  std::nth_element(errors.begin(), errors.begin() + std::ptrdiff_t(worst), errors.end(), std::greater<>());
-  errors.erase(errors.begin(), errors.begin() + std::ptrdiff_t(worst));
-  noise.typical = errors.empty() ? 0.0 : 0.25 * sum(errors) / double(errors.size());
-  return noise;
+  return noise_of_errors(squared_differences(pilot.first, pilot.second, light));
 }
 
 PilotNoise denoised_noise_of(const PilotImages& pilot, const std::vector<float>& light, int width, int height) {
@@ -80,16 +84,20 @@ PilotNoise denoised_noise_of(const PilotImages& pilot, const std::vector<float>&
     return rgb;
   };
   std::vector<float> scratch;
-  const auto smooth = [&](std::vector<float> rgb) {
-    window_mean(rgb, {width, height, 3}, kReach, scratch);
-    std::vector<float> rgba(4 * pixels, 1.0f);
-    for (size_t i = 0; i < rgb.size(); ++i) rgba[4 * (i / 3) + i % 3] = rgb[i];
-    return rgba;
+  // The noise of a bright surface does not reach a dark one: it is divided by the light first.
+  const auto smooth_noise = [&](std::vector<float> a, const std::vector<float>& b) {
+    for (size_t i = 0; i < a.size(); ++i) {
+      const double here = double(light[4 * (i / 3) + i % 3]);
+      a[i] = float((double(a[i]) - double(b[i])) / std::sqrt(here * here + kDarkest));
+    }
+    window_mean(a, {width, height, 3}, kReach, scratch);
+    std::vector<double> errors(pixels, 0.0);
+    for (size_t i = 0; i < a.size(); ++i) errors[i / 3] += double(a[i]) * double(a[i]) / 3.0;
+    return noise_of_errors(std::move(errors));
   };
   const std::vector<float> first = rgb_of(pilot.first), second = rgb_of(pilot.second);
-  const PilotNoise with = noise_of({smooth(first), smooth(second)}, light);
-  const PilotNoise without = noise_of(
-      {smooth(limited(first, second, width, height)), smooth(limited(second, first, width, height))}, light);
+  const PilotNoise with = smooth_noise(first, second),
+                   without = smooth_noise(limited(first, second, width, height), limited(second, first, width, height));
   return {std::sqrt(with.whole * without.whole), std::sqrt(with.typical * without.typical)};
 }
 

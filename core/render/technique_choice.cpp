@@ -29,7 +29,7 @@ struct Candidate {
 };
 /// The first is the default.
 constexpr Candidate kCandidates[] = {{"path tracing", "path", 1.0, 1.75, true, false, 4, 0, false, 0.0},
-                                     {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0, false, 0.0},
+                                     {"energy redistribution", "erpt", 1.4, 1.5, true, true, 4, 0, false, 0.1},
                                      {"photon mapping", "photon_map", 2.5, 0.85, false, false, 1, 5000, false, 0.1},
                                      {"bidirectional path tracing", "bdpt", 1.7, 3.0, true, false, 4, 0, true, 0.0}};
 constexpr int kPilotPixels = 12288, kMinPixels = 768;
@@ -181,9 +181,9 @@ std::vector<TechniqueTrial> trials_of(const std::vector<Pilot>& pilots, const Re
       const double unseen = unseen_noise_of(pilots[k], pilots[j], light, small.width, small.height);
       noises[k].whole += unseen;
       noises[k].typical += unseen;
-      const double unseen_by_denoiser = asked.denoised ? unseen / kUnseenPixels : unseen;
-      shown[k].whole += unseen_by_denoiser;
-      shown[k].typical += unseen_by_denoiser;
+      const double kept = asked.denoised ? unseen / kUnseenPixels : unseen;
+      shown[k].whole += kept;
+      shown[k].typical += kept;
     }
     trials.push_back({kCandidates[k].name, noises[k].whole, pilots[k].rays});
     if (kCandidates[k].unbiased && noises[k].whole < noises[calmest].whole) calmest = k;

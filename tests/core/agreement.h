@@ -3,35 +3,22 @@
 
 #include <gtest/gtest.h>
 
-#include "integrators/integrator.h"
 #include "once.h"
-#include "render/session.h"
+#include "renders.h"
 #include "statistical.h"
 #include "transport_scenes.h"
 
 namespace ajar::fixtures {
 
-inline std::vector<float> render(SceneDescription d, const std::string& integrator, int samples, uint32_t seed,
-                                 int threads = 2) {
-  d.settings.integrator = integrator;
-  d.settings.samples = samples;
-  d.settings.seed = seed;
-  d.settings.threads = threads;
-  Session session;
-  session.start(std::move(d));
-  EXPECT_TRUE(session.wait(kHang));
-  EXPECT_EQ(session.take_error(), "");
-  return session.snapshot("Combined");
-}
-
 /// Means of 3 x 3 blocks of the image, for three colours and alpha. The moments are over independent seeds.
 inline constexpr int kBlocks = 3, kValues = kBlocks * kBlocks * 4;
-inline std::vector<RunningMoments> blocks(const SceneDescription& d, const std::string& integrator, int samples,
-                                          int seeds, uint32_t first_seed) {
+inline std::vector<RunningMoments> blocks(SceneDescription d, const std::string& integrator, int samples, int seeds,
+                                          uint32_t first_seed) {
+  Renders renders(with(std::move(d), integrator, samples));
   std::vector<RunningMoments> moments(kValues);
-  const int size = d.settings.width;
+  const int size = renders.width();
   for (int seed = 0; seed < seeds; ++seed) {
-    const auto image = render(d, integrator, samples, first_seed + uint32_t(seed));
+    const auto image = renders.combined(first_seed + uint32_t(seed));
     std::vector<double> sums(kValues, 0.0);
     for (int y = 0; y < size; ++y)
       for (int x = 0; x < size; ++x)

@@ -5,8 +5,7 @@
 
 #include "math/statistics.h"
 #include "once.h"
-#include "render/session.h"
-#include "scene_fixtures.h"
+#include "renders.h"
 #include "transport/photons/photon_map.h"
 
 namespace ajar::test_photon_mapping {
@@ -15,27 +14,16 @@ using namespace fixtures;
 
 namespace {
 
-std::vector<float> render(SceneDescription d, const char* integrator, int samples, uint32_t seed, int threads = 2) {
-  d.settings.integrator = integrator;
-  d.settings.samples = samples;
-  d.settings.seed = seed;
-  d.settings.threads = threads;
-  Session session;
-  session.start(std::move(d));
-  EXPECT_TRUE(session.wait(kHang));
-  EXPECT_EQ(session.take_error(), "");
-  return session.snapshot("Combined");
-}
-
 double mean_of(const std::vector<float>& image) {
   double sum = 0.0;
   for (size_t i = 0; i < image.size(); i += 4) sum += double(image[i] + image[i + 1] + image[i + 2]) / 3.0;
   return sum / double(image.size() / 4);
 }
 
-RunningMoments mean_over_seeds(const SceneDescription& d, const char* integrator, int samples, int seeds) {
+RunningMoments mean_over_seeds(SceneDescription d, const char* integrator, int samples, int seeds) {
+  Renders renders(with(std::move(d), integrator, samples));
   RunningMoments moments;
-  for (int seed = 1; seed <= seeds; ++seed) moments.add(mean_of(render(d, integrator, samples, uint32_t(seed))));
+  for (int seed = 1; seed <= seeds; ++seed) moments.add(mean_of(renders.combined(uint32_t(seed))));
   return moments;
 }
 

@@ -70,6 +70,17 @@ TEST(PilotComparison, an_advantage_in_all_pixels_counts) {
   EXPECT_EQ(clearly_best(noises_of({&path, &chains, &photons})), 2u) << "a technique with fireflies is not chosen";
 }
 
+TEST(PilotComparison, the_noise_of_a_bright_strip_does_not_count_on_dark_neighbours) {
+  PilotImages pilot = noisy(0.05f, 4);
+  for (std::vector<float>* picture : {&pilot.first, &pilot.second})
+    for (size_t i = 0; i < picture->size(); ++i)
+      if (i % 4 != 3) (*picture)[i] *= (i / 4) % kWidth < 4 ? 1000.0f : 0.1f;
+  const std::vector<float> light = max_light({&pilot}, kWidth, kHeight);
+  const PilotNoise noise = noise_of(pilot, light), left = denoised_noise_of(pilot, light, kWidth, kHeight);
+  EXPECT_GT(left.whole, 0.0);
+  EXPECT_LT(left.whole, 0.1 * noise.whole);  // a mean over 56 pixels
+}
+
 TEST(PilotComparison, the_blur_uses_only_pixels_inside_the_image) {
   std::vector<float> image(4 * 9 * 10, 0.0f);
   image[4 * (1 * 9 + 2) + 1] = 20.0f;  // at (2, 1)

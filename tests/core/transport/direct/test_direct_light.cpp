@@ -1,8 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "integrators/integrator.h"
-#include "render/session.h"
-#include "scene_fixtures.h"
+#include "renders.h"
 #include "statistical.h"
 #include "transport/direct/direct_light.h"
 #include "transport/direct/light_cut_cache.h"
@@ -55,18 +54,16 @@ SceneDescription assorted_lights(bool glossy) {
   return d;
 }
 
-std::vector<float> render(SceneDescription d, DirectMethod method, int direct_samples, int samples, uint32_t seed,
-                          int threads = 1) {
+SceneDescription with(SceneDescription d, DirectMethod method, int direct_samples, int samples, int threads = 1) {
   d.settings.direct = method;
   d.settings.direct_samples = direct_samples;
   d.settings.samples = samples;
-  d.settings.seed = seed;
   d.settings.threads = threads;
-  Session session;
-  session.start(std::move(d));
-  EXPECT_TRUE(session.wait(kHang));
-  EXPECT_EQ(session.take_error(), "");
-  return session.snapshot("Combined");
+  return d;
+}
+std::vector<float> render(SceneDescription d, DirectMethod method, int direct_samples, int samples, uint32_t seed,
+                          int threads = 1) {
+  return Renders(with(std::move(d), method, direct_samples, samples, threads)).combined(seed);
 }
 
 /// Mean luminance of the image over independent seeds, and the summed variance of its pixels.
@@ -74,11 +71,12 @@ struct Replicates {
   RunningMoments mean;
   double variance = 0.0;
 };
-Replicates replicate(const SceneDescription& d, DirectMethod method, int direct_samples, int samples, int seeds) {
+Replicates replicate(SceneDescription d, DirectMethod method, int direct_samples, int samples, int seeds) {
+  Renders renders(with(std::move(d), method, direct_samples, samples));
   Replicates r;
   std::vector<RunningMoments> pixels;
   for (int seed = 1; seed <= seeds; ++seed) {
-    const auto image = render(d, method, direct_samples, samples, uint32_t(seed) * 7919u + uint32_t(direct_samples));
+    const auto image = renders.combined(uint32_t(seed) * 7919u + uint32_t(direct_samples));
     pixels.resize(image.size() / 4);
     double sum = 0.0;
     for (size_t i = 0; i < pixels.size(); ++i) {
