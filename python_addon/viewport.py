@@ -150,10 +150,16 @@ class Viewport:
             # The full image directly if it is fast, otherwise in steps.
             quick = self.view.pixels() / self._rate < QUICK_SECONDS
             self._render(1 if quick else self._divider // 2)
-        # A paused view first shows the full image of an edit. The denoiser uses all cores.
-        progress = self.session.progress()
-        self._pauses = pausing.is_wanted_in_views() and self._divider == 1 and progress.render == self._number and progress.iteration > 0
-        self.session.pause(self._pauses or self._denoiser is not None)
+        # A paused view first shows the full image of an edit. The denoiser uses all cores, and a coarse image is denoised once.
+        self._pauses = pausing.is_wanted_in_views() and self._divider == 1
+        self.session.pause(self._pauses or self._awaits_denoiser() or self._denoiser is not None)
+
+    def _awaits_denoiser(self) -> bool:
+        """Whether the first image of the render will be denoised: the render waits after it. It goes on if the guides are not there yet."""
+        is_uploaded = self._uploaded[0] == self._number
+        has_guides = self._noisy is not None and self._noisy[0] == self._number
+        is_due = self._divider > 1 or self._denoised[0] != self._number
+        return self._denoises and not self._shows_density and (not is_uploaded or (has_guides and is_due))
 
     def _is_paused(self) -> bool:
         """Whether the user has paused the render, and it has stopped."""
@@ -168,7 +174,8 @@ class Viewport:
 
     def _first_divider(self) -> int:
         divider = 1
-        while divider < COARSEST and self.view.pixels() / divider**2 / self._rate > FIRST_SECONDS:
+        seconds = 0.25 * FIRST_SECONDS if self._denoises else FIRST_SECONDS   # the rest is for the denoiser
+        while divider < COARSEST and self.view.pixels() / divider**2 / self._rate > seconds:
             divider *= 2
         return divider
 
@@ -272,7 +279,8 @@ class Viewport:
             self._clean = 0
         elif not self._shows_density:
             self._show(found[0])
-        self._denoise()
+        if self._divider == 1:
+            self._denoise()
 
     def _show(self, pixels: np.ndarray) -> None:
         import gpu

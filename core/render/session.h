@@ -79,7 +79,7 @@ class Session {
   std::optional<Checkpoint> checkpoint() const;
   void cancel();
   /// Lets the render wait after the present iteration, or continue. The time limit does not count this time. A cancel
-  /// ends the wait.
+  /// ends the wait. The first iteration is always rendered.
   void pause(bool paused);
   bool is_paused() const;
   /// Waits until the render is done or `seconds` have passed. Returns true if it is done, cancelled or failed.

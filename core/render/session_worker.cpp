@@ -338,7 +338,8 @@ void SessionWorker::prepare(std::unique_ptr<Integrator> chosen, Clock::time_poin
   state->progress.build_seconds = seconds_since(start);
 }
 
-/// Waits while the owner has paused the render. The time limit does not count this time.
+/// Waits while the owner has paused the render. The time limit does not count this time. The first iteration does not
+/// wait, so that there is an image.
 void SessionWorker::wait_while_paused() {
   const auto start = Clock::now();
   auto state = state_.lock();
@@ -365,7 +366,7 @@ void SessionWorker::render_all() {
   // A time limit counts all the time since the build.
   const auto elapsed = [&] { return limit > 0.0 ? seconds_since(limit_start_) : rendering; };
   while (!stop_.load()) {
-    wait_while_paused();
+    if (done > 0) wait_while_paused();
     std::optional<Deadline> deadline;
     if (limit > 0.0) deadline.emplace(limit_start_ + seconds_of(limit), state_, stop_);
     const int samples = state_.lock()->policy.next_samples(elapsed(), done, render.image_plan,
