@@ -118,6 +118,13 @@ class CyclesRenders:
         return renderers.render_cycles(self.scene.path, self.folder, [samples], [seed], self.threads, self.scene.percentage, python=self.wheel,
                                        guiding=self.guided, denoise=True)[0]
 
+    def reference(self, cpu: float) -> Reference:
+        """Two renders without denoising."""
+        samples = max(1, round(0.5 * cpu / self.per_sample))
+        done = renderers.render_cycles(self.scene.path, self.folder / "reference", [samples], [5, 6], self.threads, self.scene.percentage,
+                                       python=self.wheel, guiding=self.guided)
+        return Reference(*agreement.mean_and_variance([render.image().astype(np.float64) for render in done]))
+
     def picture(self, cpu: float, seed: int) -> Picture:
         samples = max(1, round((cpu - self.denoising) / self.per_sample))
         done = self._render(samples, seed)
@@ -156,6 +163,7 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
     warm, _, _ = render(scene_file, "path", 0.2, 1, options.threads)
     denoising = min(denoise(warm, math.inf, options.threads)[1] for _ in range(2))
     rivals = {name: CyclesRenders(scene, folder / name.replace(", ", "_"), options.wheel, options.threads, guided) for name, guided in CYCLES.items()}
+    own = rivals["Cycles"].reference(2.0 * options.reference_seconds) if scene.name not in REFERENCES else reference
     runs = []
     for factor in options.factors:
         cpu = options.seconds * factor
@@ -166,7 +174,7 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
                 pictures[name] = ajar_picture(scene_file, name, cpu, seed, options.threads, denoising)
             for name, picture in pictures.items():
                 run = {"name": name, "factor": factor, "seed": seed, "cpu": picture.cpu, "samples": picture.samples, "technique": picture.technique,
-                       **measures(picture.denoised, reference)}
+                       **measures(picture.denoised, own if name in rivals else reference)}
                 if picture.noisy is not None:
                     run["noisy"] = metrics.relmse(picture.noisy, reference.mean, reference.variance)
                 runs.append(run)
@@ -179,7 +187,7 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
                     run["flicker"] = float((np.var(denoised[run["name"]], axis=0, ddof=1) / (reference.mean**2 + 0.01)).mean())
         write_sheet(folder / f"{factor}T.png", reference, pictures)
     return {"scene": scene.name, "width": reference.mean.shape[1], "height": reference.mean.shape[0], "reference_noise": reference.noise,
-            "denoising_seconds": denoising, "runs": runs}
+            "denoising_seconds": denoising, "cycles_energy": float(own.mean.mean() / reference.mean.mean()), "runs": runs}
 
 
 def write_sheet(path: Path, reference: Reference, pictures: dict[str, Picture]) -> None:
@@ -219,7 +227,8 @@ def page(results: dict) -> str:
               f"`benchmarks/denoised.py` writes this page; do not edit it. T is {results['seconds']:g} CPU seconds for rendering and denoising, without export and "
               f"build, on {results['machine']['threads']} threads; {seeds} seeds at most, medians. Cycles is that of the bpy wheel with its own denoiser "
               "(albedo, normal, accurate prefilter, high quality), without clamping; the better of guided and not guided counts. Errors are relMSE, "
-              "mean((I−R)²/(R²+0.01)), from which the variance of the reference is subtracted. *noisy* is the error before denoising. *energy* is the mean of "
+              "mean((I−R)²/(R²+0.01)), from which the variance of the reference is subtracted. Newer versions of Cycles shade some materials differently, so that Cycles has its own "
+              "reference (not denoised) in scenes where it converges: all but the hard ones. *noisy* is the error before denoising. *energy* is the mean of "
               "the picture over that of the reference, *worst part* the largest relative error of the mean of a sixteenth of the picture, *worst block* that of "
               "the relMSE of a block of 16 × 16 pixels. *flicker* is the variance of a pixel over the seeds, relative as the error: that of the frames of an animation "
               "without movement. *SSIM* is the structural similarity of the sRGB luminance.", "", "## Machine", ""]
