@@ -8,7 +8,8 @@ the better of the two counts. Ajar denoises with the library of the extension (`
 seconds of rendering and denoising, without export and build.
 
 A reference is the mean of independent renders by the technique that is best for the scene. The variance of that mean is subtracted from every error.
-References are stored in build/denoised and rendered again when the .blend changes. Earlier results of other scenes, times and techniques are kept. Writes docs/benchmarks/denoised.md and build/denoised/results.json.
+References are stored in build/denoised and rendered again when the .blend changes. Earlier results of other scenes,
+times and techniques are kept. Writes docs/benchmarks/denoised.md and build/denoised/results.json.
 """
 
 from __future__ import annotations
@@ -187,7 +188,7 @@ def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, opt
                     run["flicker"] = float((np.var(denoised[run["name"]], axis=0, ddof=1) / (reference.mean**2 + 0.01)).mean())
         write_sheet(folder / f"{factor}T.png", reference, pictures)
     return {"scene": scene.name, "width": reference.mean.shape[1], "height": reference.mean.shape[0], "reference_noise": reference.noise,
-            "denoising_seconds": denoising, "cycles_energy": float(own.mean.mean() / reference.mean.mean()), "runs": runs}
+            "denoising_seconds": denoising, "runs": runs}
 
 
 def write_sheet(path: Path, reference: Reference, pictures: dict[str, Picture]) -> None:

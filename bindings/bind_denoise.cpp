@@ -49,8 +49,7 @@ py::object denoised(const Floats& image, const std::optional<Floats>& halves, co
     py::gil_scoped_release release;
     const OpenImageDenoise library(int(width), int(height), std::move(guides[0]), std::move(guides[1]), quality,
                                    threads, (cancellation ? *cancellation : never).is_set);
-    Denoised image = denoise(color, both, int(width), int(height),
-                             [&](std::vector<float> noisy) { return library(std::move(noisy)); });
+    Denoised image = denoise(color, both, int(width), int(height), std::cref(library));
     for (size_t i = 0; i < height * width; ++i)
       for (size_t c = 0; c < 3; ++c) result[channels * i + c] = image.image[3 * i + c];
     error = std::move(image.error);
@@ -85,13 +84,13 @@ void bind_denoise(py::module_& module) {
              py::arg("cancellation") = py::none(),
              "Return (image, error). The image has no noise, float32[height, width, channels]; its error is None or "
              "float32[height, width], an estimate of the relMSE of each pixel, which needs `halves`. image: "
-             "float32[height, width, 3 or "
-             "more], linear; only the first three channels change. halves: the pass \"Halves\", float32[height, width, "
-             "6]. With it, the result is consistent: it becomes the correct image as the number of samples grows. "
+             "float32[height, width, 3 or more], linear; only the first three channels change. halves: the pass "
+             "\"Halves\", float32[height, width, 6]. With it, the result is consistent: it becomes the correct image "
+             "as the number of samples grows. "
              "albedo and normal: float32[height, width, 3 or more], the guides. quality: time against error; a lower "
              "one does not denoise the guides. threads: 0 uses all. cancellation: Cancellation or None; the result is "
-             "None if it is set during the call. Raises "
-             "RuntimeError when no denoiser is loaded or when it fails, and ValueError for a wrong shape.");
+             "None if it is set during the call. Raises RuntimeError when no denoiser is loaded or when it fails, and "
+             "ValueError for a wrong shape.");
 }
 
 }  // namespace ajar::python

@@ -222,8 +222,7 @@ void bind_session(py::module_& module) {
            "End the render. Returns at once; wait returns True when the threads have stopped.")
       .def("pause", &Session::pause, py::arg("paused"), Release(),
            "Pause the render after the present iteration, or continue it. The first iteration is always rendered. A "
-           "time "
-           "limit does not count the pause.")
+           "time limit does not count the pause.")
       .def("is_paused", &Session::is_paused, "Return whether the session is paused.")
       .def("wait", &Session::wait, py::arg("seconds"), Release(),
            "Wait until the render is done, cancelled or failed, and return True, or return False after this number of "

@@ -276,7 +276,7 @@ class Viewport:
             print(f"Ajar: {error}", flush=True)
             found = None
         if found is None:
-            self._clean = 0
+            self._clean, self._uploaded = 0, (0, 0)   # the noisy image is shown
         elif not self._shows_density:
             self._show(found[0])
         if self._divider == 1:

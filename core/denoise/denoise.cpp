@@ -176,6 +176,12 @@ std::vector<float> run(const DenoiseFunction& denoiser, std::vector<float> image
 
 }  // namespace
 
+std::vector<float> rgb_of(const std::vector<float>& rgba) {
+  std::vector<float> rgb(rgba.size() / 4 * 3);
+  for (size_t i = 0; i < rgb.size(); ++i) rgb[i] = rgba[4 * (i / 3) + i % 3];
+  return rgb;
+}
+
 int plane_count(int width, int height) {
   int count = 1;
   while ((8 << count) <= std::min(width, height)) ++count;

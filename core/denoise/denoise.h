@@ -31,6 +31,9 @@ namespace ajar {
 /// Takes the noise out of a linear RGB image.
 using DenoiseFunction = std::function<std::vector<float>(std::vector<float>)>;
 
+/// The colors of an image with four channels.
+std::vector<float> rgb_of(const std::vector<float>& rgba);
+
 struct Denoised {
   std::vector<float> image;  ///< RGB
   /// Of each pixel: estimate of the relMSE, squared error / (squared light + 0.01), mean over a window.

@@ -1,5 +1,6 @@
 #include "denoise/shown_error.h"
 
+#include <functional>
 #include <stdexcept>
 
 #include "denoise/denoise.h"
@@ -10,14 +11,11 @@ namespace ajar {
 
 double shown_relmse(const DenoiserInput& input, int threads, const std::atomic<bool>& stop) {
   if (OpenImageDenoise::version().empty()) return -1.0;
-  std::vector<float> rgb(3 * size_t(input.width) * size_t(input.height));
-  for (size_t i = 0; i < rgb.size(); ++i) rgb[i] = input.combined[4 * (i / 3) + i % 3];
   Denoised image;
   try {
     const OpenImageDenoise library(input.width, input.height, input.albedo, input.normal, DenoiseQuality::Fast, threads,
                                    stop);
-    image = denoise(rgb, input.halves, input.width, input.height,
-                    [&](std::vector<float> noisy) { return library(std::move(noisy)); });
+    image = denoise(rgb_of(input.combined), input.halves, input.width, input.height, std::cref(library));
   } catch (const std::runtime_error&) {
     return -1.0;  // the owner reports the failure when it denoises the final image
   }

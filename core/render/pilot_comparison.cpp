@@ -78,11 +78,6 @@ PilotNoise noise_of(const PilotImages& pilot, const std::vector<float>& light) {
 PilotNoise denoised_noise_of(const PilotImages& pilot, const std::vector<float>& light, int width, int height) {
   constexpr int kReach = 2;
   const size_t pixels = size_t(width) * size_t(height);
-  const auto rgb_of = [&](const std::vector<float>& image) {
-    std::vector<float> rgb(3 * pixels);
-    for (size_t i = 0; i < rgb.size(); ++i) rgb[i] = image[4 * (i / 3) + i % 3];
-    return rgb;
-  };
   std::vector<float> scratch;
   // The noise of a bright surface does not reach a dark one: it is divided by the light first.
   const auto smooth_noise = [&](std::vector<float> a, const std::vector<float>& b) {

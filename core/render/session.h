@@ -8,6 +8,7 @@
 // thread is reported once, as text, by `take_error`.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <memory>
@@ -40,9 +41,8 @@ struct Progress {
 
   /// The estimated error of the image that the artist sees; negative: unknown.
   double shown_relmse() const {
-    return denoised_relmse >= 0.0 && !(estimated_relmse >= 0.0 && estimated_relmse < denoised_relmse)
-               ? denoised_relmse
-               : estimated_relmse;
+    if (denoised_relmse < 0.0) return estimated_relmse;
+    return estimated_relmse < 0.0 ? denoised_relmse : std::min(denoised_relmse, estimated_relmse);
   }
 };
 
