@@ -109,7 +109,16 @@ def light_energy(light: bpy.types.Light) -> float:
         energy *= _extent(light) or 1.0
     if light.type == "AREA" and bpy.app.version >= (4, 0):
         energy *= 4.0 / math.pi   # since 4.0 the value is the emitted power; 3.4 divides it by 4 instead of pi
+    if light.type == "SUN" and bpy.app.version >= (4, 0):
+        energy *= _mean_of_sun(0.5 * light.angle)
     return energy
+
+
+def _mean_of_sun(half_angle: float) -> float:
+    """Since 4.0 the strength of a sun is the irradiance of a surface that faces it. In 3.4 the sun is a disk that emits 1 / cos^3, and the irradiance is the
+    strength times the mean cosine over the disk: 2 (1 / cos - 1) / tan^2. Returns the inverse of this factor."""
+    squared = math.tan(min(half_angle, 1.55)) ** 2
+    return squared / (2.0 * (math.sqrt(1.0 + squared) - 1.0)) if squared > 1e-6 else 1.0
 
 
 def _extent(light: bpy.types.Light) -> float:

@@ -13,8 +13,12 @@ namespace ajar {
 
 // Emission and transparency have closure lists and code of their own, because light sampling and shadow rays need
 // nothing else. All pieces of code use the same register numbers.
+namespace {
+struct Values;
+}
 struct ShaderProgram::Data {
   std::vector<Closure> scattering, emission, transparency, holdout;
+  std::vector<Closure> thin_walls;  // those of `scattering` through which light may pass straight
   std::vector<VolumeClosure> volumes;
   std::vector<Instruction> code, emission_code, transparency_code, volume_code;
   ProgramTables tables;
@@ -23,9 +27,11 @@ struct ShaderProgram::Data {
   Operand displaced_normal = kNoOperand;  // normal of the displaced surface; kNoOperand: the smooth normal is used
 
   bool plain_diffuse = false;  // the only scattering closure is a Lambert closure with the surface's own normal
-  bool may_be_transparent = false, depends_on_view = false;
+  bool may_be_transparent = false, depends_on_view = false, subsurface_has_normal = false;
   bool has_surface = false, has_volume = false, medium_varies = false;
   int register_count = 0;
+
+  Color through_thin_walls(const Values& values) const;
 };
 
 namespace {
@@ -63,15 +69,56 @@ void append_operands(const Closures& closures, std::vector<Operand>& operands) {
 
 Color color_of(const Closure& closure, const float* registers, const float* constants) {
   Color color = closure.inputs.base_color;
-  for (const InputPatch& patch : closure.patches) color = load3(operand(patch.from, registers, constants));
+  for (const InputPatch& patch : closure.patches)
+    if (patch.offset == offsetof(closures::PrincipledInputs, base_color))
+      color = load3(operand(patch.from, registers, constants));
   return glm::max(color, 0.0f) * *operand(closure.weight, registers, constants);
 }
 
-/// The sum of coloured closures (emission, transparency), whose only input is their colour.
-Color sum(const Closures& closures, const float* registers, const float* constants) {
+/// The registers and constants of a program at a point.
+struct Values {
+  const ShadingPoint& point;
+  const float *registers, *constants;
+
+  /// The normal of a closure, `fallback` if it has none.
+  Vec3 normal(Operand o, Vec3 fallback) const {
+    if (o == kNoOperand) return fallback;
+    const Vec3 n = load3(operand(o, registers, constants));
+    const float length2 = length_squared(n);
+    if (!(length2 > 1e-20f && length2 < 1e20f)) return fallback;
+    return closures::safe_shading_normal(point.ng, point.wo, n / std::sqrt(length2));
+  }
+};
+
+closures::Surface surface_at(const ShadingPoint& point) { return {point.wo, point.ng, point.backfacing}; }
+
+void apply_patches(const Closure& closure, const float* registers, closures::PrincipledInputs& inputs) {
+  for (const InputPatch& patch : closure.patches) {
+    char* at = reinterpret_cast<char*>(&inputs) + patch.offset;
+    for (int i = 0; i < patch.count; ++i, at += sizeof(float)) {
+      const float x = valid_input(registers[patch.from + i], patch.low, patch.high);
+      std::memcpy(at, &x, sizeof(float));
+    }
+  }
+}
+
+/// The fraction of a closure's emission that passes the layers above it.
+Color through_coat(const Closure& closure, const Values& values) {
+  closures::PrincipledInputs inputs = closure.inputs;
+  apply_patches(closure, values.registers, inputs);
+  const ShadingPoint& point = values.point;
+  const Vec3 smooth = closures::safe_shading_normal(point.ng, point.wo, point.ns);
+  inputs.normal = values.normal(closure.normal, smooth);
+  inputs.clearcoat_normal = values.normal(closure.coat_normal, smooth);
+  return closures::emission_through_coat(surface_at(point), inputs);
+}
+
+/// The sum of closures of emission or transparency.
+Color sum(const Closures& closures, const Values& values) {
   Color total(0.0f);
   for (const Closure& closure : closures) {
-    const Color color = color_of(closure, registers, constants);
+    Color color = color_of(closure, values.registers, values.constants);
+    if (closure.kind == ClosureKind::CoatedEmission) color *= through_coat(closure, values);
     if (is_finite(color)) total += color;
   }
   return total;
@@ -92,56 +139,61 @@ bool patches(const Closure& closure, size_t offset) {
                      [=](const InputPatch& patch) { return patch.offset == offset; });
 }
 
-void apply_patches(const Closure& closure, const float* registers, closures::PrincipledInputs& inputs) {
-  for (const InputPatch& patch : closure.patches) {
-    char* at = reinterpret_cast<char*>(&inputs) + patch.offset;
-    for (int i = 0; i < patch.count; ++i, at += sizeof(float)) {
-      const float x = valid_input(registers[patch.from + i], patch.low, patch.high);
-      std::memcpy(at, &x, sizeof(float));
-    }
-  }
+/// Whether light can enter the closure and scatter below the surface.
+bool has_walk(const Closure& closure) {
+  return closure.kind == ClosureKind::Subsurface ||
+         (closure.kind == ClosureKind::Principled &&
+          (closure.inputs.subsurface > 0.0f || patches(closure, offsetof(closures::PrincipledInputs, subsurface))));
 }
 
 /// Adds the scattering closures of a program to the BSDF at a point.
 struct ScatteringBuilder {
-  const ShadingPoint& point;
+  const Values& values;
   closures::Surface surface;
-  const float *registers, *constants;
   bool reflective, refractive;  ///< whether caustics of these kinds are rendered
   SurfaceShading& out;
 
-  Vec3 normal_of(Operand o) const {
-    if (o == kNoOperand) return out.bsdf.n;
-    const Vec3 n = load3(operand(o, registers, constants));
-    const float length2 = length_squared(n);
-    if (!(length2 > 1e-20f && length2 < 1e20f)) return out.bsdf.n;
-    return closures::safe_shading_normal(point.ng, point.wo, n / std::sqrt(length2));
+  Vec3 normal_of(Operand o) const { return values.normal(o, out.bsdf.n); }
+  /// Whether light can enter a closure with subsurface scattering. After a diffuse bounce it leaves where it enters, as
+  /// in Cycles before Blender 5.0. The same holds for the second medium of a surface.
+  bool may_enter(const closures::PrincipledInputs& inputs) const {
+    return (values.point.diffuse_depth == 0 || inputs.enters_after_diffuse) && !out.bsdf.has_subsurface();
   }
-  /// After a diffuse bounce, light leaves where it enters, as in Cycles. The same holds for the second medium of a
-  /// surface.
-  bool may_enter() const { return point.diffuse_depth == 0 && !out.bsdf.has_subsurface(); }
   static closures::RoughBoundary boundary_of(const closures::PrincipledInputs& inputs) {
-    return {inputs.distribution, inputs.roughness, inputs.ior};
+    return {inputs.distribution, inputs.roughness, inputs.ior, inputs.correlated, film_of(inputs)};
+  }
+  static closures::FilmInputs film_of(const closures::PrincipledInputs& inputs) {
+    return {inputs.thin_film_thickness, inputs.thin_film_ior};
+  }
+  static closures::Anisotropy anisotropy_of(const closures::PrincipledInputs& inputs) {
+    return {inputs.tangent, inputs.anisotropic, inputs.anisotropic_rotation};
   }
 
   void add(const Closure& closure) const {
-    const float weight = *operand(closure.weight, registers, constants);
+    const float weight = *operand(closure.weight, values.registers, values.constants);
     if (!(weight > 0.0f)) return;
     closures::PrincipledInputs inputs = closure.inputs;
-    apply_patches(closure, registers, inputs);
+    apply_patches(closure, values.registers, inputs);
     inputs.normal = normal_of(closure.normal);
-    if (closure.tangent != kNoOperand) inputs.tangent = load3(operand(closure.tangent, registers, constants));
+    if (closure.tangent != kNoOperand)
+      inputs.tangent = load3(operand(closure.tangent, values.registers, values.constants));
     const Color color = inputs.base_color * weight;
+    const closures::Facets facets{inputs.distribution, inputs.roughness, inputs.correlated};
     switch (closure.kind) {
       case ClosureKind::Diffuse:
-        closures::add_diffuse(out.bsdf, surface, color, inputs.normal, inputs.roughness);
+        closures::add_diffuse(out.bsdf, surface, color, inputs.normal, inputs.roughness,
+                              inputs.multiple_scattering ? inputs.base_color : Color(0.0f));
         break;
       case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
       case ClosureKind::Glossy:
-        if (reflective)
-          closures::add_glossy(out.bsdf, surface, color, inputs.normal, inputs.distribution, inputs.roughness,
-                               {inputs.tangent, inputs.anisotropic, inputs.anisotropic_rotation});
+        if (reflective) closures::add_glossy(out.bsdf, surface, color, inputs.normal, facets, anisotropy_of(inputs));
         break;
+      case ClosureKind::Metallic:
+        if (reflective)
+          closures::add_metallic(out.bsdf, Color(weight), inputs.normal, facets, anisotropy_of(inputs),
+                                 {inputs.is_conductor, inputs.base_color, inputs.specular_tint_color, film_of(inputs)});
+        break;
+      case ClosureKind::Sheen: closures::add_sheen(out.bsdf, color, inputs.normal, inputs.roughness); break;
       case ClosureKind::Refraction:
         if (refractive) closures::add_refraction(out.bsdf, surface, color, inputs.normal, boundary_of(inputs));
         break;
@@ -152,7 +204,7 @@ struct ScatteringBuilder {
         inputs.clearcoat_normal = normal_of(closure.coat_normal);
         inputs.reflective_caustics = reflective;
         inputs.refractive_caustics = refractive;
-        inputs.enters = inputs.version == 1 && inputs.subsurface > 0.0f && may_enter();
+        inputs.enters = inputs.subsurface > 0.0f && may_enter(inputs);
         if (inputs.enters) out.medium = closures::principled_medium(inputs);
         closures::add_principled(out.bsdf, surface, Color(weight), inputs);
         break;
@@ -166,23 +218,42 @@ struct ScatteringBuilder {
         break;
       }
       case ClosureKind::Subsurface:
-        if (may_enter()) {
-          out.medium = closures::make_medium(inputs.base_color, inputs.subsurface_radius * inputs.subsurface_scale,
-                                             inputs.subsurface_anisotropy, inputs.subsurface_ior,
-                                             inputs.subsurface_method);
+        if (may_enter(inputs)) {
+          out.medium = closures::make_medium({inputs.subsurface_method, inputs.base_color,
+                                              inputs.subsurface_radius * inputs.subsurface_scale,
+                                              inputs.subsurface_anisotropy, inputs.subsurface_ior, inputs.roughness});
           closures::add_subsurface(out.bsdf, surface, color, inputs.normal, out.medium);
         } else {
           closures::add_diffuse(out.bsdf, surface, color, inputs.normal, 0.0f);
         }
         break;
       case ClosureKind::Emission:
+      case ClosureKind::CoatedEmission:
       case ClosureKind::Transparent:
       case ClosureKind::Holdout: break;  // these are in lists of their own
     }
   }
 };
 
+/// Whether light may pass a Principled closure straight, because it is a smooth thin sheet.
+bool is_thin_wall(const Closure& closure) {
+  using Inputs = closures::PrincipledInputs;
+  return closure.kind == ClosureKind::Principled &&
+         (closure.inputs.thin_wall != 0.0f || patches(closure, offsetof(Inputs, thin_wall))) &&
+         (closure.inputs.transmission > 0.0f || patches(closure, offsetof(Inputs, transmission)));
+}
+
 }  // namespace
+
+/// The weight of the transparent lobes of thin walls. Light that is hindered by other lobes is not transmitted.
+Color ShaderProgram::Data::through_thin_walls(const Values& values) const {
+  const ShadingPoint& point = values.point;
+  SurfaceShading shading;
+  shading.bsdf.start(point.ng, closures::safe_shading_normal(point.ng, point.wo, point.ns));
+  const ScatteringBuilder builder{values, surface_at(point), true, true, shading};
+  for (const Closure& closure : thin_walls) builder.add(closure);
+  return shading.bsdf.transparency();
+}
 
 ShaderProgram::ShaderProgram() : data_(std::make_unique<Data>()) {}
 ShaderProgram::ShaderProgram(ShaderProgram&&) noexcept = default;
@@ -199,7 +270,8 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   ProgramBuilder builder(node_catalog(), graph, owner, textures, diagnostics, context);
   nodes::add_displacement(builder);
   for (Closure& closure : flatten_closures(builder)) {
-    Closures& list = closure.kind == ClosureKind::Emission      ? data.emission
+    const bool emits = closure.kind == ClosureKind::Emission || closure.kind == ClosureKind::CoatedEmission;
+    Closures& list = emits                                      ? data.emission
                      : closure.kind == ClosureKind::Transparent ? data.transparency
                      : closure.kind == ClosureKind::Holdout     ? data.holdout
                                                                 : data.scattering;
@@ -221,23 +293,27 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   };
   data.code = code_for({&data.scattering, &data.emission, &data.transparency, &data.holdout}, data.displaced_normal);
   data.emission_code = code_for({&data.emission});
-  data.transparency_code = code_for({&data.transparency});
+  std::copy_if(data.scattering.begin(), data.scattering.end(), std::back_inserter(data.thin_walls), is_thin_wall);
+  data.transparency_code = code_for({&data.transparency, &data.thin_walls});
   std::vector<Operand> of_volumes;
   for (const VolumeClosure& closure : data.volumes)
     for (const Operand o : closure.operands()) of_volumes.push_back(o);
   data.volume_code = needed_code(builder.code, data.register_count, of_volumes);
   for (const Instruction& i : data.volume_code) data.medium_varies |= varies_inside(i.op);
   data.tables = std::move(builder.tables);
-  data.may_be_transparent = !data.transparency.empty();
+  data.may_be_transparent = !data.transparency.empty() || !data.thin_walls.empty();
   data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() &&
                        is_plain_diffuse(data.scattering.front());
   for (const Instruction& i : data.code)
     for (const Op op : {Op::Incoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection, Op::ShadingNormal,
                         Op::TrueNormal, Op::Bump})
       data.depends_on_view |= i.op == op;
-  for (const Closure& closure : data.scattering)
+  for (const Closure& closure : data.scattering) {
     data.depends_on_view |= closure.normal != kNoOperand || closure.coat_normal != kNoOperand ||
                             (closure.kind == ClosureKind::Principled && closure.inputs.version >= 2);
+    data.subsurface_has_normal |= has_walk(closure) &&
+                                  (closure.normal != kNoOperand || data.displaced_normal != kNoOperand);
+  }
   return program;
 }
 
@@ -249,7 +325,8 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
 
   const Vec3 normal = d.displaced_normal == kNoOperand ? point.ns : load3(registers + d.displaced_normal);
   out.bsdf.start(point.ng, closures::safe_shading_normal(point.ng, point.wo, normal));
-  out.emission = sum(d.emission, registers, constants);
+  const Values values{point, registers, constants};
+  out.emission = sum(d.emission, values);
   out.holdout = 0.0f;
   for (const Closure& closure : d.holdout) out.holdout += *operand(closure.weight, registers, constants);
 
@@ -264,10 +341,8 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
 
   out.bsdf.bump_terminator = d.bump_terminator;
   const bool after_diffuse = point.ray_kind & kRayDiffuse;
-  const ScatteringBuilder builder{
-      point,     {point.wo, point.ng, point.backfacing},  registers,
-      constants, d.reflective_caustics || !after_diffuse, d.refractive_caustics || !after_diffuse,
-      out};
+  const ScatteringBuilder builder{values, surface_at(point), d.reflective_caustics || !after_diffuse,
+                                  d.refractive_caustics || !after_diffuse, out};
   for (const Closure& closure : d.scattering) builder.add(closure);
   for (const Closure& closure : d.transparency)
     closures::add_transparent(out.bsdf, color_of(closure, registers, constants));
@@ -279,15 +354,18 @@ Color ShaderProgram::evaluate_emission(const ShadingPoint& point) const {
   if (d.emission.empty()) return Color(0.0f);
   float registers[kMaxRegisters];
   run(d.emission_code.data(), d.emission_code.size(), d.tables, point, registers);
-  return sum(d.emission, registers, d.tables.constants.data());
+  return sum(d.emission, {point, registers, d.tables.constants.data()});
 }
 
 Color ShaderProgram::evaluate_transparency(const ShadingPoint& point) const {
   const Data& d = *data_;
-  if (d.transparency.empty()) return Color(0.0f);
+  if (!d.may_be_transparent) return Color(0.0f);
   float registers[kMaxRegisters];
   run(d.transparency_code.data(), d.transparency_code.size(), d.tables, point, registers);
-  return sum(d.transparency, registers, d.tables.constants.data());
+  const Values values{point, registers, d.tables.constants.data()};
+  Color total = sum(d.transparency, values);
+  if (!d.thin_walls.empty()) total += d.through_thin_walls(values);
+  return total;
 }
 
 void ShaderProgram::add_medium(const ShadingPoint& point, MediumPoint& medium) const {
@@ -300,7 +378,11 @@ void ShaderProgram::add_medium(const ShadingPoint& point, MediumPoint& medium) c
 
 bool ShaderProgram::is_constant() const { return data_->code.empty(); }
 bool ShaderProgram::emits() const { return !data_->emission.empty(); }
-bool ShaderProgram::emission_is_constant() const { return data_->emission_code.empty(); }
+bool ShaderProgram::emission_is_constant() const {
+  return data_->emission_code.empty() &&
+         std::none_of(data_->emission.begin(), data_->emission.end(),
+                      [](const Closure& closure) { return closure.kind == ClosureKind::CoatedEmission; });
+}
 bool ShaderProgram::has_volume() const { return data_->has_volume; }
 bool ShaderProgram::has_surface() const { return data_->has_surface; }
 bool ShaderProgram::medium_varies() const { return data_->medium_varies; }
@@ -308,12 +390,10 @@ bool ShaderProgram::may_be_transparent() const { return data_->may_be_transparen
 bool ShaderProgram::scatters() const { return !data_->scattering.empty(); }
 
 bool ShaderProgram::has_subsurface() const {
-  return std::any_of(data_->scattering.begin(), data_->scattering.end(), [](const Closure& c) {
-    return c.kind == ClosureKind::Subsurface ||
-           (c.kind == ClosureKind::Principled && c.inputs.version == 1 &&
-            (c.inputs.subsurface > 0.0f || patches(c, offsetof(closures::PrincipledInputs, subsurface))));
-  });
+  return std::any_of(data_->scattering.begin(), data_->scattering.end(), has_walk);
 }
+
+bool ShaderProgram::subsurface_has_normal() const { return data_->subsurface_has_normal; }
 
 bool ShaderProgram::may_be_rough(float roughness) const {
   return std::any_of(data_->scattering.begin(), data_->scattering.end(), [=](const Closure& c) {
@@ -324,7 +404,9 @@ bool ShaderProgram::may_be_rough(float roughness) const {
       case ClosureKind::ToonDiffuse:
       case ClosureKind::ToonGlossy:
       case ClosureKind::Subsurface:
+      case ClosureKind::Sheen:
       case ClosureKind::Principled: return true;
+      case ClosureKind::Metallic:
       case ClosureKind::Glossy:
       case ClosureKind::Glass:
       case ClosureKind::Refraction:
@@ -342,6 +424,7 @@ bool ShaderProgram::may_be_smooth(float roughness) const {
     const bool smooth = !c.patches.empty() || c.inputs.roughness < roughness ||
                         c.inputs.distribution == closures::Distribution::Sharp;
     switch (c.kind) {
+      case ClosureKind::Metallic:
       case ClosureKind::Glossy: return reflective && smooth;
       case ClosureKind::Refraction: return refractive && smooth;
       case ClosureKind::Glass: return (reflective || refractive) && smooth;

@@ -298,6 +298,21 @@ def _voronoi(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, 
     return [("cells", "PCG" if bpy.app.version >= (5, 0) else "LOOKUP3")]
 
 
+def _subsurface(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+    if bpy.app.version < (4, 0):
+        return []
+    return [("random_walk", "MEAN_FREE_PATH" if bpy.app.version >= (5, 2) else "FIXED_RADIUS"),
+            ("enters_after_diffuse", [float(bpy.app.version >= (5, 0))])]
+
+
+def _facets(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [("facets", "CORRELATED" if bpy.app.version >= (4, 0) else "SEPARABLE")]
+
+
+def _diffuse(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [("multiple_scattering", [float(bpy.app.version >= (4, 3))])]
+
+
 def _object_of_coordinates(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
     if node.object is None:
         return []
@@ -356,6 +371,13 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeTexCoord": _object_of_coordinates,
     "ShaderNodeTexIES": _ies,
     "ShaderNodeTexVoronoi": _voronoi,
+    "ShaderNodeBsdfDiffuse": _diffuse,
+    "ShaderNodeBsdfGlossy": _facets,
+    "ShaderNodeBsdfAnisotropic": _facets,
+    "ShaderNodeBsdfGlass": _facets,
+    "ShaderNodeBsdfRefraction": _facets,
+    "ShaderNodeBsdfPrincipled": _subsurface,
+    "ShaderNodeSubsurfaceScattering": _subsurface,
     "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeAmbientOcclusion": _distance_of_world,
     "ShaderNodeAttribute": _attribute,

@@ -72,11 +72,11 @@ inline std::vector<Material> all_materials() {
     for (const auto& [roughness, label] : {std::pair(0.15f, "smooth"), {0.5f, "medium"}, {1.0f, "rough"}})
       list.push_back({std::string("glossy_") + name + "_" + label,
                       [=, d = d, roughness = roughness](Bsdf& b, const Surface& s) {
-                        add_glossy(b, s, white, s.ng, d, roughness, {tangent, 0.0f, 0.0f});
+                        add_glossy(b, s, white, s.ng, {d, roughness}, {tangent, 0.0f, 0.0f});
                       },
                       multiple, false, 12.0f});
     list.push_back({std::string("glossy_") + name + "_anisotropic", [=, d = d](Bsdf& b, const Surface& s) {
-                      add_glossy(b, s, tint, s.ng, d, 0.5f, {tangent, 0.6f, 0.1f});
+                      add_glossy(b, s, tint, s.ng, {d, 0.5f}, {tangent, 0.6f, 0.1f});
                     }});
     if (d == Distribution::AshikhminShirley) continue;
     for (const auto& [roughness, label] : {std::pair(0.2f, "smooth"), {0.7f, "rough"}})
@@ -90,6 +90,38 @@ inline std::vector<Material> all_materials() {
                       add_refraction(b, s, white, s.ng, {d, 0.4f, 1.33f});
                     }});
   }
+
+  // The models of Blender 4.0 and later.
+  list.push_back({"diffuse_rough_multiple",
+                  [=](Bsdf& b, const Surface& s) { add_diffuse(b, s, white, s.ng, 0.8f, white); }, true, false, 60.0f});
+  for (const float roughness : {0.1f, 0.6f})
+    list.push_back({roughness < 0.5f ? "sheen_fine" : "sheen",
+                    [=](Bsdf& b, const Surface& s) { add_sheen(b, white, s.ng, roughness); }, false, false, 300.0f});
+  for (const Distribution d : {Distribution::Ggx, Distribution::Beckmann, Distribution::MultiGgx}) {
+    const bool multiple = d == Distribution::MultiGgx;
+    const std::string name = multiple ? "multi_ggx" : d == Distribution::Ggx ? "ggx" : "beckmann";
+    list.push_back({"correlated_glossy_" + name,
+                    [=](Bsdf& b, const Surface& s) {
+                      add_glossy(b, s, white, s.ng, {d, 0.6f, true}, {tangent, multiple ? 0.0f : 0.6f, 0.1f});
+                    },
+                    multiple, false, 12.0f});
+    list.push_back({"correlated_glass_" + name,
+                    [=](Bsdf& b, const Surface& s) {
+                      add_glass(b, s, white, s.ng, {d, 0.5f, 1.5f, true});
+                    },
+                    multiple});
+  }
+  list.push_back({"glass_with_film", [=](Bsdf& b, const Surface& s) {
+                    add_glass(b, s, white, s.ng, {Distribution::Ggx, 0.3f, 1.5f, true, {400.0f, 1.8f}});
+                  }});
+  for (const bool is_conductor : {false, true})
+    for (const float thickness : {0.0f, 300.0f})
+      list.push_back(
+          {std::string(is_conductor ? "conductor" : "metal") + (thickness > 0.0f ? "_with_film" : ""),
+           [=](Bsdf& b, const Surface& s) {
+             const Metal metal{is_conductor, Color(0.9f, 0.6f, 0.3f), Color(2.5f, 1.5f, 0.7f), {thickness, 1.6f}};
+             add_metallic(b, white, s.ng, {Distribution::MultiGgx, 0.4f, true}, {tangent, 0.5f, 0.1f}, metal);
+           }});
 
   const auto principled = [&](const char* name, float largest, auto&& change) {
     for (int version : {1, 2}) {
@@ -120,6 +152,13 @@ inline std::vector<Material> all_materials() {
     in.metallic = 0.3f, in.transmission = 0.4f, in.clearcoat = 0.8f, in.clearcoat_roughness = 0.2f, in.sheen = 0.3f;
     in.specular_tint_color = Color(0.9f, 0.8f, 0.7f), in.coat_tint = Color(0.9f, 0.95f, 1.0f), in.base_color = tint,
     in.anisotropic = 0.3f;
+  });
+  principled("film", 8.0f, [=](PrincipledInputs& in) {
+    in.thin_film_thickness = 350.0f, in.thin_film_ior = 1.7f, in.metallic = 0.3f, in.transmission = 0.4f;
+  });
+  principled("thin_wall", 8.0f, [=](PrincipledInputs& in) {
+    in.thin_wall = 1.0f, in.transmission = 0.6f, in.subsurface = 0.7f, in.subsurface_anisotropy = 0.4f;
+    in.diffuse_roughness = 0.5f, in.base_color = tint;
   });
   return list;
 }

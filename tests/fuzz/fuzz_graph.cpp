@@ -12,12 +12,16 @@ using namespace ajar;
 
 namespace {
 
-constexpr const char* kShaders[] = {
-    "ShaderNodeBsdfDiffuse",      "ShaderNodeBsdfGlossy",      "ShaderNodeBsdfGlass",      "ShaderNodeBsdfRefraction",
-    "ShaderNodeBsdfTranslucent",  "ShaderNodeBsdfTransparent", "ShaderNodeBsdfPrincipled", "ShaderNodeBsdfAnisotropic",
-    "ShaderNodeBsdfSheen",        "ShaderNodeEmission",        "ShaderNodeBackground",     "ShaderNodeMixShader",
-    "ShaderNodeAddShader",        "ShaderNodeHoldout",         "ShaderNodeNotANode",       "ShaderNodeVolumeScatter",
-    "ShaderNodeVolumeAbsorption", "ShaderNodeVolumePrincipled"};
+constexpr const char* kShaders[] = {"ShaderNodeBsdfDiffuse",      "ShaderNodeBsdfGlossy",
+                                    "ShaderNodeBsdfGlass",        "ShaderNodeBsdfRefraction",
+                                    "ShaderNodeBsdfTranslucent",  "ShaderNodeBsdfTransparent",
+                                    "ShaderNodeBsdfPrincipled",   "ShaderNodeBsdfAnisotropic",
+                                    "ShaderNodeBsdfMetallic",     "ShaderNodeSubsurfaceScattering",
+                                    "ShaderNodeBsdfSheen",        "ShaderNodeEmission",
+                                    "ShaderNodeBackground",       "ShaderNodeMixShader",
+                                    "ShaderNodeAddShader",        "ShaderNodeHoldout",
+                                    "ShaderNodeNotANode",         "ShaderNodeVolumeScatter",
+                                    "ShaderNodeVolumeAbsorption", "ShaderNodeVolumePrincipled"};
 constexpr const char* kSockets[] = {"Color",
                                     "Color1",
                                     "Color2",

@@ -42,6 +42,13 @@ float transmitted(Vec3 wo, Vec3 m, float alpha, float eta) {
   Vec3 wi;
   return fresnel::refract(wo, m, eta, wi) && wi.z < 0.0f ? masking(wi, alpha) : 0.0f;
 }
+float transmitted_correlated(Vec3 wo, Vec3 m, float alpha, float eta) {
+  Vec3 wi;
+  if (!fresnel::refract(wo, m, eta, wi) || !(wi.z < 0.0f)) return 0.0f;
+  wi.z = -wi.z;
+  return wi.z * microfacet::ggx_correlated_over_cosines(wo, wi, alpha, alpha) /
+         microfacet::ggx_masking_over_cos(wo, alpha, alpha);
+}
 
 // Both axes are uniform in cos and in roughness = sqrt(alpha). The first cosine is above zero.
 constexpr float kSmallestCosine = 1e-3f;
@@ -106,7 +113,9 @@ struct GlassTable {
   std::array<std::array<std::array<Row, kRoughnesses>, kEtas>, 2> albedo;
   std::array<std::array<std::array<float, kRoughnesses>, kEtas>, 2> mean;
 
-  GlassTable() {
+  bool correlated;
+
+  explicit GlassTable(bool is_correlated) : correlated(is_correlated) {
     for (int side = 0; side < 2; ++side)
       for (int e = 0; e < kEtas; ++e) {
         const float z2 = std::min(sqr(float(e) / float(kEtas - 1)), 0.99f);
@@ -121,7 +130,9 @@ struct GlassTable {
       const float cosine = std::max(float(c) / float(kCosines - 1), kSmallestCosine);
       const float value = mean_over_visible(cosine, alpha, kLattice, [&](Vec3 wo, Vec3 m) {
         const float f = fresnel::dielectric(glm::dot(wo, m), eta);
-        return f * reflected(wo, m, alpha) + (1.0f - f) * transmitted(wo, m, alpha, eta);
+        return correlated
+                   ? f * reflected_correlated(wo, m, alpha) + (1.0f - f) * transmitted_correlated(wo, m, alpha, eta)
+                   : f * reflected(wo, m, alpha) + (1.0f - f) * transmitted(wo, m, alpha, eta);
       });
       albedo[side][e][r][c] = value;
       const double share = (c == 0 || c == kCosines - 1) ? 0.5 : 1.0;
@@ -133,19 +144,15 @@ struct GlassTable {
 };
 
 const GlassTable& glass_table() {
-  static const auto table = std::make_unique<const GlassTable>();
+  static const auto table = std::make_unique<const GlassTable>(false);
+  return *table;
+}
+const GlassTable& correlated_glass_table() {
+  static const auto table = std::make_unique<const GlassTable>(true);
   return *table;
 }
 
-}  // namespace
-
-float ggx(float cosine, float alpha) { return lookup(mirror_table(), cosine, alpha); }
-float ggx_mean(float alpha) { return lookup_mean(mirror_table(), alpha); }
-float ggx_correlated(float cosine, float alpha) { return lookup(correlated_table(), cosine, alpha); }
-float ggx_correlated_mean(float alpha) { return lookup_mean(correlated_table(), alpha); }
-
-float ggx_glass(float cosine, float alpha, float eta) {
-  const auto& t = glass_table();
+float lookup(const GlassTable& t, float cosine, float alpha, float eta) {
   const int side = eta >= 1.0f ? 0 : 1;
   const auto c = locate(cosine, t.kCosines), r = locate(std::sqrt(alpha), t.kRoughnesses);
   const auto e = locate(std::sqrt(std::abs(eta - 1.0f) / (eta + 1.0f)), t.kEtas);
@@ -155,14 +162,26 @@ float ggx_glass(float cosine, float alpha, float eta) {
   const auto plane = [&](int k) { return lerp(row(k, r.index), row(k, r.index + 1), r.fraction); };
   return lerp(plane(e.index), plane(e.index + 1), e.fraction);
 }
-
-float ggx_glass_mean(float alpha, float eta) {
-  const auto& t = glass_table();
+float lookup_mean(const GlassTable& t, float alpha, float eta) {
   const int side = eta >= 1.0f ? 0 : 1;
   const auto r = locate(std::sqrt(alpha), t.kRoughnesses);
   const auto e = locate(std::sqrt(std::abs(eta - 1.0f) / (eta + 1.0f)), t.kEtas);
   const auto plane = [&](int k) { return lerp(t.mean[side][k][r.index], t.mean[side][k][r.index + 1], r.fraction); };
   return lerp(plane(e.index), plane(e.index + 1), e.fraction);
 }
+
+}  // namespace
+
+float ggx(float cosine, float alpha) { return lookup(mirror_table(), cosine, alpha); }
+float ggx_mean(float alpha) { return lookup_mean(mirror_table(), alpha); }
+float ggx_correlated(float cosine, float alpha) { return lookup(correlated_table(), cosine, alpha); }
+float ggx_correlated_mean(float alpha) { return lookup_mean(correlated_table(), alpha); }
+
+float ggx_glass(float cosine, float alpha, float eta) { return lookup(glass_table(), cosine, alpha, eta); }
+float ggx_glass_mean(float alpha, float eta) { return lookup_mean(glass_table(), alpha, eta); }
+float ggx_glass_correlated(float cosine, float alpha, float eta) {
+  return lookup(correlated_glass_table(), cosine, alpha, eta);
+}
+float ggx_glass_correlated_mean(float alpha, float eta) { return lookup_mean(correlated_glass_table(), alpha, eta); }
 
 }  // namespace ajar::albedo_table

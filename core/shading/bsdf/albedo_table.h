@@ -17,5 +17,7 @@ float ggx_correlated_mean(float alpha);
 /// Albedo of reflection and transmission together; eta as in fresnel.h.
 float ggx_glass(float cosine, float alpha, float eta);
 float ggx_glass_mean(float alpha, float eta);
+float ggx_glass_correlated(float cosine, float alpha, float eta);
+float ggx_glass_correlated_mean(float alpha, float eta);
 
 }  // namespace ajar::albedo_table

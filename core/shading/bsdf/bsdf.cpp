@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "math/warps.h"
+#include "shading/bsdf/diffuse.h"
 #include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/lobe.h"
 
@@ -68,9 +69,7 @@ void Bsdf::prepare(Vec3 wo) {
   for (int i = 0; i < count_; ++i) {
     const Lobe& lobe = lobes()[i];
     if (lobe.delta) continue;
-    const bool transmits = lobe.kind == LobeKind::Translucent || lobe.kind == LobeKind::MicrofacetRefraction ||
-                           lobe.kind == LobeKind::MicrofacetGlass;
-    if (transmits || (has_non_delta_ && lobe.frame.n != receiving_normal_)) {
+    if (transmits(lobe.kind) || (has_non_delta_ && lobe.frame.n != receiving_normal_)) {
       receiving_normal_ = Vec3(0.0f);
       has_non_delta_ = true;
       break;
@@ -444,7 +443,7 @@ std::array<Color, 3> Bsdf::albedo_of_kinds() const {
       kinds[1] += albedo * reflected;
       kinds[2] += albedo * (1.0f - reflected);
     } else {
-      kinds[lobe.kind == LobeKind::MicrofacetRefraction ? 2 : 1] += albedo;
+      kinds[transmits(lobe.kind) ? 2 : 1] += albedo;
     }
   }
   return kinds;

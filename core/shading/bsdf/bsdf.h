@@ -51,8 +51,19 @@ enum class LobeKind : uint8_t {
   MicrofacetReflection,
   MicrofacetRefraction,  ///< transmission part only
   MicrofacetGlass,       ///< reflection and transmission; dielectric Fresnel chooses between them
+  MicrofacetThin,        ///< transmission through a thin sheet: a reflection lobe, mirrored to the other side
   Transparent,           ///< straight through, no change of direction
 };
+
+constexpr bool is_microfacet(LobeKind kind) {
+  return kind == LobeKind::MicrofacetReflection || kind == LobeKind::MicrofacetRefraction ||
+         kind == LobeKind::MicrofacetGlass || kind == LobeKind::MicrofacetThin;
+}
+/// Whether the lobe scatters light to the other side, except straight through.
+constexpr bool transmits(LobeKind kind) {
+  return kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass ||
+         kind == LobeKind::MicrofacetThin;
+}
 
 enum class Microfacet : uint8_t { Ggx, Beckmann, Gtr1, AshikhminShirley };
 /// How the colour of a reflection lobe varies with the angle to the facet.
@@ -60,10 +71,12 @@ enum class FresnelKind : uint8_t {
   None,            ///< white; a glass lobe then splits light without a tint
   DielectricTint,  ///< from f0 to f90 as the exact dielectric curve of `eta` goes from its own f0 to 1
   Dielectric,      ///< exact dielectric curve of `eta`
-  F82Tint          ///< Schlick from f0 to white, minus a dip at 82 degrees with the coefficient f90 (fresnel::f82)
+  F82Tint,         ///< Schlick from f0 to white, minus a dip at 82 degrees with the coefficient f90 (fresnel::f82)
+  Conductor        ///< exact curve of the complex index f0 + i f90
 };
 /// Blender 3.x splits glass by the Fresnel reflectance for the lobe's normal, 4.x by that for the facet's normal.
-enum class NormalFresnel : uint8_t { None, Reflected, Transmitted };
+/// Thin sheets are always split there; they have the sum over all bounces inside the sheet.
+enum class NormalFresnel : uint8_t { None, Reflected, Transmitted, ThinReflected, ThinTransmitted };
 
 /// How a lobe compensates the energy that single scattering loses between facets.
 enum class Compensation : uint8_t {
@@ -88,19 +101,21 @@ struct Lobe {
   FresnelKind fresnel = FresnelKind::None;
   NormalFresnel normal_fresnel = NormalFresnel::None;  ///< factor: reflectance of `eta` at n (glass: split there)
   Compensation compensation = Compensation::None;      ///< its colour is `multiple_scattering`
-  bool delta = false;                                  ///< value of is_delta(), set by Bsdf::add
-  bool subsurface = false;  ///< represents light that enters here and leaves elsewhere (SubsurfaceMedium)
-  uint8_t layers = 0;       ///< bit mask of the Bsdf's layers that are above the lobe
-  Color weight{0.0f};       ///< product of all mix factors and the closure's colour
-  Color f0{1.0f}, f90{1.0f};
+  bool correlated = false;          ///< masking and shadowing depend on each other (Blender 4.0 and later)
+  bool delta = false;               ///< value of is_delta(), set by Bsdf::add
+  bool subsurface = false;          ///< represents light that enters here and leaves elsewhere (SubsurfaceMedium)
+  uint8_t layers = 0;               ///< bit mask of the Bsdf's layers that are above the lobe
+  Color weight{0.0f};               ///< product of all mix factors and the closure's colour
+  Color f0{1.0f}, f90{1.0f};        ///< reflectance of facets; f0 of rough Diffuse: colour of multiple scattering
   Color transmission_tint{1.0f};    ///< glass: colour of the transmitted light
   Color multiple_scattering{1.0f};  ///< reflectance of all bounces after the first, taken together
   Color mean_fresnel{1.0f};  ///< reflectance of the first bounce, for the part of the light that loses its direction
-  float alpha_x = 1.0f, alpha_y = 1.0f;  ///< microfacet roughness (already squared)
-  float roughness = 0.0f;                ///< Oren-Nayar sigma, sheen and principled diffuse roughness
-  float eta = 1.0f;                      ///< relative index of refraction: transmitted side over incident side
-  float selection = 0.0f;                ///< probability that the lobe is sampled; set by Bsdf::prepare
-  Frame frame;                           ///< n: the lobe's normal on wo's side; s: the tangent of anisotropy
+  float alpha_x = 1.0f, alpha_y = 1.0f;          ///< microfacet roughness (already squared)
+  float roughness = 0.0f;                        ///< Oren-Nayar sigma, sheen and principled diffuse roughness
+  float eta = 1.0f;                              ///< relative index of refraction: transmitted side over incident side
+  float film_thickness = 0.0f, film_ior = 1.0f;  ///< thin film on the facets (thin_film.h); nm, relative to wo's side
+  float selection = 0.0f;                        ///< probability that the lobe is sampled; set by Bsdf::prepare
+  Frame frame;                                   ///< n: the lobe's normal on wo's side; s: the tangent of anisotropy
   bool is_delta() const;
 };
 
@@ -114,12 +129,22 @@ struct Layer {
   Color transmittance(Vec3 eye) const;
 };
 
+/// The direction in which light enters a surface with subsurface scattering.
+enum class SubsurfaceEntry : uint8_t {
+  Diffuse,    ///< proportional to the cosine (Blender 3.x)
+  Refracted,  ///< refracted by a GGX facet
+  Mixed       ///< either, with equal probabilities
+};
+
 /// The medium below a surface that has a `subsurface` lobe. Lengths are in metres.
 struct SubsurfaceMedium {
   Color albedo{0.0f};       ///< albedo of the surface for uniform light from all directions
-  Color radius{0.0f};       ///< mean free path
-  float anisotropy = 0.0f;  ///< mean cosine of scattering, in [0, 0.9]
-  bool fresnel = false;     ///< light is dimmed at grazing angles where it enters and leaves (Principled)
+  Color radius{0.0f};       ///< mean free path; of the reduced medium unless `van_de_hulst`
+  float anisotropy = 0.0f;  ///< mean cosine of scattering
+  bool fresnel = false;  ///< light is dimmed at grazing angles where it enters and leaves (Principled of Blender 3.x)
+  bool van_de_hulst = false;  ///< how the single scattering albedo follows from `albedo` (walk_medium)
+  SubsurfaceEntry entry = SubsurfaceEntry::Diffuse;
+  float eta = 1.4f, alpha = 0.0f;  ///< of the boundary that refracts: index of refraction, roughness of GGX
 };
 
 struct BsdfSample {

@@ -17,5 +17,9 @@ Vec3 rotate_about(Vec3 v, Vec3 axis, float angle);
 /// light that bounces more than once (Kulla and Conty 2017).
 void compensate(Lobe& lobe, Compensation compensation, Color mean_fresnel);
 float eta_from_ior(const Surface& surface, float ior);
+/// Roughness along and across the tangent, by the rule of the Principled and Metallic BSDF.
+void set_principled_anisotropy(Lobe& lobe, float roughness, const Anisotropy& anisotropy);
+/// Puts a film on the outer side of a boundary with this index of refraction.
+void set_film(Lobe& lobe, const Surface& surface, const FilmInputs& film, float ior);
 
 }  // namespace ajar::closures

@@ -5,6 +5,7 @@
 
 #include "shading/bsdf/albedo_table.h"
 #include "shading/bsdf/closure_parts.h"
+#include "shading/bsdf/fresnel.h"
 
 namespace ajar::closures {
 
@@ -43,10 +44,12 @@ void compensate(Lobe& lobe, Compensation compensation, Color mean_fresnel) {
   if (lobe.is_delta()) return;
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
   // For glass, the mean for the outer side is used for both sides, so that light and eye see the same lobe.
-  const float mean = lobe.kind == LobeKind::MicrofacetGlass
-                         ? albedo_table::ggx_glass_mean(alpha, std::max(lobe.eta, 1.0f / lobe.eta))
-                     : compensation == Compensation::Mixed ? albedo_table::ggx_correlated_mean(alpha)
-                                                           : albedo_table::ggx_mean(alpha);
+  const float outer_eta = std::max(lobe.eta, 1.0f / lobe.eta);
+  const bool correlated = lobe.correlated || compensation == Compensation::Mixed;
+  float mean = correlated ? albedo_table::ggx_correlated_mean(alpha) : albedo_table::ggx_mean(alpha);
+  if (lobe.kind == LobeKind::MicrofacetGlass)
+    mean = correlated ? albedo_table::ggx_glass_correlated_mean(alpha, outer_eta)
+                      : albedo_table::ggx_glass_mean(alpha, outer_eta);
   mean_fresnel = glm::clamp(mean_fresnel, 0.0f, 1.0f);
   lobe.compensation = compensation;
   lobe.multiple_scattering = mean_fresnel * mean / (1.0f - mean_fresnel * (1.0f - mean));
@@ -58,9 +61,10 @@ float eta_from_ior(const Surface& surface, float ior) {
   return surface.backfacing ? 1.0f / eta : eta;
 }
 
-void add_diffuse(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, float roughness) {
+void add_diffuse(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, float roughness, Color albedo) {
   Lobe lobe = make_lobe(LobeKind::Diffuse, weight, normal);
-  lobe.roughness = saturate(roughness);
+  lobe.roughness = roughness < 1e-5f ? 0.0f : saturate(roughness);
+  lobe.f0 = glm::clamp(albedo, 0.0f, 1.0f);
   bsdf.add(lobe);
 }
 
@@ -81,7 +85,8 @@ void add_toon(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, bool glossy
   if (lobe.alpha_x + lobe.alpha_y > 0.0f) bsdf.add(lobe);
 }
 
-void add_subsurface(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, const SubsurfaceMedium& medium) {
+void add_subsurface(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, const SubsurfaceMedium& medium,
+                    uint8_t layers) {
   constexpr float kMinRadius = 1e-8f;
   Color shallow(0.0f);
   for (int i = 0; i < 3; ++i) {
@@ -90,8 +95,10 @@ void add_subsurface(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, const
     weight[i] = 0.0f;
   }
   const LobeKind kind = medium.fresnel ? LobeKind::PrincipledDiffuse : LobeKind::Diffuse;
-  bsdf.add(make_lobe(kind, shallow, normal));
-  Lobe lobe = make_lobe(kind, weight, normal);
+  Lobe lobe = make_lobe(kind, shallow, normal);
+  lobe.layers = layers;
+  bsdf.add(lobe);
+  lobe.weight = weight;
   lobe.subsurface = true;
   bsdf.add(lobe);
 }
@@ -115,37 +122,93 @@ float dipole_albedo(float reflectance, float boundary) {
 
 }  // namespace
 
-SubsurfaceMedium make_medium(Color albedo, Color radius, float anisotropy, float ior, SubsurfaceMethod method) {
+SubsurfaceMedium make_medium(const SubsurfaceInputs& inputs) {
+  using Method = SubsurfaceMethod;
   SubsurfaceMedium medium;
-  medium.albedo = albedo;
-  medium.anisotropy = std::clamp(anisotropy, 0.0f, 0.9f);
-  const float eta = std::clamp(ior, 1.01f, 3.8f), inside = 1.0f / eta;
+  medium.albedo = inputs.albedo;
+  medium.van_de_hulst = inputs.method == Method::Refracted;
+  // The fit for the reduced medium does not know negative anisotropies; profiles are isotropic.
+  medium.anisotropy = medium.van_de_hulst ? std::clamp(inputs.anisotropy, -0.99f, 0.99f)
+                                          : std::clamp(inputs.anisotropy, 0.0f, 0.9f);
+  if (inputs.method == Method::Burley) medium.anisotropy = 0.0f;
+  medium.eta = std::clamp(inputs.ior, 1.01f, 3.8f);
+  medium.alpha = inputs.method == Method::Skin ? 1.0f : saturate(inputs.alpha);
+  if (inputs.method == Method::Skin) medium.entry = SubsurfaceEntry::Mixed;
+  if (inputs.method == Method::Refracted || inputs.method == Method::RefractedFixedRadius)
+    medium.entry = SubsurfaceEntry::Refracted;
   // Diffuse reflectance of the boundary from inside: the rational fit of Egan and Hilgeman.
-  const float fdr = inside * (-1.440f * inside + 0.710f) + 0.668f + 0.0636f * eta;
+  const float inside = 1.0f / medium.eta;
+  const float fdr = inside * (-1.440f * inside + 0.710f) + 0.668f + 0.0636f * medium.eta;
   const float boundary = (4.0f / 3.0f) * (1.0f + fdr) / (1.0f - fdr);
-  for (int i = 0; i < 3; ++i)
-    medium.radius[i] = std::max(radius[i], 0.0f) *
-                       (method == SubsurfaceMethod::FixedRadius
-                            ? 0.25f * kInvPi
-                            : std::sqrt(3.0f * (1.0f - dipole_albedo(albedo[i], boundary))));
+  for (int i = 0; i < 3; ++i) {
+    float factor = 1.0f;
+    if (inputs.method == Method::RandomWalk || inputs.method == Method::Skin)
+      factor = std::sqrt(3.0f * (1.0f - dipole_albedo(inputs.albedo[i], boundary)));
+    else if (inputs.method != Method::Refracted)
+      factor = 0.25f * kInvPi;
+    medium.radius[i] = std::max(inputs.radius[i], 0.0f) * factor;
+  }
   return medium;
 }
 
 void add_transparent(Bsdf& bsdf, Color weight) { bsdf.add(make_lobe(LobeKind::Transparent, weight, bsdf.n)); }
 
-void add_glossy(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, Distribution distribution, float roughness,
+void add_glossy(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, const Facets& facets,
                 const Anisotropy& anisotropy) {
   Lobe lobe = make_lobe(LobeKind::MicrofacetReflection, weight, normal);
-  lobe.microfacet = microfacet_of(distribution);
-  const float alpha = distribution == Distribution::Sharp ? 0.0f : sqr(roughness);
+  lobe.microfacet = microfacet_of(facets.distribution);
+  lobe.correlated = facets.correlated;
+  const float alpha = facets.distribution == Distribution::Sharp ? 0.0f : sqr(facets.roughness);
   const float amount = std::clamp(anisotropy.amount, -0.99f, 0.99f);
   if (amount < 0.0f)
     set_roughness(lobe, alpha / (1.0f + amount), alpha * (1.0f + amount));
   else
     set_roughness(lobe, alpha * (1.0f - amount), alpha / (1.0f - amount));
   if (lobe.alpha_x != lobe.alpha_y) set_tangent(lobe, anisotropy.tangent, anisotropy.rotation);
-  if (distribution == Distribution::MultiGgx) compensate(lobe, Compensation::Mixed, weight);
+  if (facets.distribution == Distribution::MultiGgx)
+    compensate(lobe, facets.correlated ? Compensation::Scaled : Compensation::Mixed, weight);
   bsdf.add(lobe);
+}
+
+void set_principled_anisotropy(Lobe& lobe, float roughness, const Anisotropy& anisotropy) {
+  const float aspect = safe_sqrt(1.0f - 0.9f * saturate(anisotropy.amount)), alpha = sqr(roughness);
+  set_roughness(lobe, alpha / aspect, alpha * aspect);
+  if (lobe.alpha_x != lobe.alpha_y) set_tangent(lobe, anisotropy.tangent, anisotropy.rotation);
+}
+
+void add_metallic(Bsdf& bsdf, Color weight, Vec3 normal, const Facets& facets, const Anisotropy& anisotropy,
+                  const Metal& metal, uint8_t layers) {
+  Lobe lobe = make_lobe(LobeKind::MicrofacetReflection, weight, normal);
+  lobe.layers = layers;
+  lobe.microfacet = microfacet_of(facets.distribution);
+  lobe.correlated = facets.correlated;
+  set_principled_anisotropy(lobe, saturate(facets.roughness), anisotropy);
+  lobe.film_thickness = metal.film.thickness;
+  lobe.film_ior = metal.film.ior;
+  Color f0 = metal.color_or_n, dip = metal.tint_or_k;  // of the F82 curve
+  lobe.fresnel = metal.is_conductor ? FresnelKind::Conductor : FresnelKind::F82Tint;
+  if (metal.is_conductor) {
+    lobe.f0 = f0;
+    lobe.f90 = dip;
+    f0 = fresnel::conductor(1.0f, lobe.f0, lobe.f90);
+    dip = fresnel::f82_coefficient_of(f0, fresnel::conductor(fresnel::kF82Cosine, lobe.f0, lobe.f90));
+  } else {
+    lobe.f0 = f0 = glm::clamp(f0, 0.0f, 1.0f);
+    lobe.f90 = dip = fresnel::f82_coefficient(f0, glm::clamp(dip, 0.0f, 1.0f));
+  }
+  if (facets.distribution == Distribution::MultiGgx) compensate(lobe, Compensation::Scaled, fresnel::f82_mean(f0, dip));
+  bsdf.add(lobe);
+}
+
+void add_sheen(Bsdf& bsdf, Color weight, Vec3 normal, float roughness) {
+  Lobe lobe = make_lobe(LobeKind::MicrofiberSheen, weight, normal);
+  lobe.roughness = saturate(roughness);
+  bsdf.add(lobe);
+}
+
+void set_film(Lobe& lobe, const Surface& surface, const FilmInputs& film, float ior) {
+  lobe.film_thickness = film.thickness;
+  lobe.film_ior = surface.backfacing ? film.ior / ior : film.ior;
 }
 
 namespace {
@@ -155,6 +218,8 @@ void set_boundary(Lobe& lobe, const Surface& surface, const RoughBoundary& bound
   const float alpha = boundary.distribution == Distribution::Sharp ? 0.0f : sqr(boundary.roughness);
   set_roughness(lobe, alpha, alpha);
   lobe.eta = eta_from_ior(surface, boundary.ior);
+  lobe.correlated = boundary.correlated;
+  set_film(lobe, surface, boundary.film, boundary.ior);
 }
 
 }  // namespace
@@ -169,15 +234,17 @@ void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, co
                bool reflects, bool refracts) {
   if (!reflects && !refracts) return;
   const bool compensated = boundary.distribution == Distribution::MultiGgx && reflects;
-  const LobeKind kind = (reflects && refracts) || compensated ? LobeKind::MicrofacetGlass
-                        : reflects                            ? LobeKind::MicrofacetReflection
-                                                              : LobeKind::MicrofacetRefraction;
+  const bool at_facets = boundary.correlated && reflects;
+  const LobeKind kind = (reflects && refracts) || compensated || at_facets ? LobeKind::MicrofacetGlass
+                        : reflects                                         ? LobeKind::MicrofacetReflection
+                                                                           : LobeKind::MicrofacetRefraction;
   Lobe lobe = make_lobe(kind, weight, normal);
   set_boundary(lobe, surface, boundary);
-  if (compensated) {
-    lobe.fresnel = FresnelKind::Dielectric;
+  if (compensated || at_facets) {
+    lobe.fresnel = FresnelKind::DielectricTint;
+    lobe.f0 = Color(fresnel::f0_from_eta(boundary.ior));
     if (!refracts) lobe.transmission_tint = Color(0.0f);
-    compensate(lobe, Compensation::Scaled, weight);
+    if (compensated) compensate(lobe, Compensation::Scaled, weight);
   } else {
     lobe.normal_fresnel = reflects ? NormalFresnel::Reflected : NormalFresnel::Transmitted;
   }

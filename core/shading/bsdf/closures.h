@@ -16,7 +16,9 @@ struct Surface {
   bool backfacing;  ///< wo is on the back of the face; indices of refraction are inverted
 };
 
-void add_diffuse(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, float roughness);
+/// `albedo` is the colour of the light that bounces between rough facets more than once; black for single scattering.
+void add_diffuse(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, float roughness,
+                 Color albedo = Color(0.0f));
 void add_translucent(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal);
 void add_transparent(Bsdf& bsdf, Color weight);
 /// Roughness that differs along the tangent and across it.
@@ -24,13 +26,33 @@ struct Anisotropy {
   Vec3 tangent{1.0f, 0.0f, 0.0f};
   float amount = 0.0f, rotation = 0.0f;  ///< -1 .. 1, and of the tangent in full turns
 };
-void add_glossy(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, Distribution distribution,
-                float roughness, const Anisotropy& anisotropy);
+struct Facets {
+  Distribution distribution;
+  float roughness;
+  bool correlated = false;  ///< the models of Blender 4.0 and later: masking and shadowing depend on each other
+};
+void add_glossy(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const Facets& facets,
+                const Anisotropy& anisotropy);
+struct FilmInputs {
+  float thickness = 0.0f, ior = 1.33f;  ///< nanometres
+};
 /// A rough boundary between two transparent materials.
 struct RoughBoundary {
   Distribution distribution;
   float roughness, ior;
+  bool correlated = false;  ///< as in Facets; light is split into reflection and refraction at each facet
+  FilmInputs film{};
 };
+/// A metal: either its colour along the normal and a tint at 82 degrees (F82), or its complex index n + ik.
+struct Metal {
+  bool is_conductor = false;
+  Color color_or_n{0.8f}, tint_or_k{1.0f};
+  FilmInputs film{};
+};
+void add_metallic(Bsdf& bsdf, Color weight, Vec3 normal, const Facets& facets, const Anisotropy& anisotropy,
+                  const Metal& metal, uint8_t layers = 0);
+/// Microfibers (Blender 4.0 and later).
+void add_sheen(Bsdf& bsdf, Color weight, Vec3 normal, float roughness);
 void add_refraction(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const RoughBoundary& boundary);
 void add_glass(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const RoughBoundary& boundary,
                bool reflects = true, bool refracts = true);
@@ -39,15 +61,28 @@ void add_velvet(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, f
 /// `size` and `smooth` are the values of the sockets, 0 to 1, as fractions of a right angle.
 void add_toon(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, bool glossy, float size, float smooth);
 /// Light enters the surface, scatters in `medium` and leaves elsewhere. Integrators that cannot follow it see a diffuse
-/// lobe. Channels with a negligible radius become diffuse.
-void add_subsurface(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const SubsurfaceMedium& medium);
+/// lobe. Channels with a negligible radius become diffuse. `layers` are those of the Bsdf that cover the closure.
+void add_subsurface(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const SubsurfaceMedium& medium,
+                    uint8_t layers = 0);
 
-/// How the socket Radius of a closure determines the mean free path below the surface.
+/// Blender's kinds of random walks. They differ in the mean free path that follows from the socket Radius, and in the
+/// direction in which light enters.
 enum class SubsurfaceMethod : uint8_t {
-  RandomWalk,  ///< `radius` is the mean free path of the reduced medium of a dipole with this albedo and index
-  FixedRadius  ///< `radius` has the meaning that it has in Blender's earlier profiles
+  RandomWalk,            ///< 3.x: that of the reduced medium of a dipole with this albedo and index; diffuse entry
+  FixedRadius,           ///< 3.x: a constant factor, as in Blender's earlier profiles; diffuse entry
+  Burley,                ///< a profile, for which the isotropic walk of FixedRadius is used
+  Skin,                  ///< 4.0 and later: as RandomWalk, but half of the light is refracted by a rough boundary
+  RefractedFixedRadius,  ///< Random Walk of 4.0 to 5.1: a constant factor; light is refracted
+  Refracted              ///< Random Walk of 5.2: Radius is the mean free path; light is refracted
 };
-SubsurfaceMedium make_medium(Color albedo, Color radius, float anisotropy, float ior, SubsurfaceMethod method);
+/// The sockets of a closure with subsurface scattering.
+struct SubsurfaceInputs {
+  SubsurfaceMethod method = SubsurfaceMethod::RandomWalk;
+  Color albedo{0.8f}, radius{1.0f};  ///< radius: socket Radius times Scale, in metres
+  float anisotropy = 0.0f, ior = 1.4f;
+  float alpha = 1.0f;  ///< roughness of the boundary (GGX), for methods in which light is refracted
+};
+SubsurfaceMedium make_medium(const SubsurfaceInputs& inputs);
 
 /// The sockets of the Principled BSDF. `version` 1 is Blender 3.x (Disney 2012 with Blender's changes); 2 is Blender
 /// 4.0 and later. Sockets that a version does not have are ignored.
@@ -69,15 +104,23 @@ struct PrincipledInputs {
   Color subsurface_radius{1.0f, 0.2f, 0.1f};  ///< metres
   float subsurface_scale = 1.0f, subsurface_ior = 1.4f, subsurface_anisotropy = 0.0f;
   SubsurfaceMethod subsurface_method = SubsurfaceMethod::RandomWalk;
-  bool enters = false;  ///< version 1: subsurface light is followed and not approximated by diffuse reflection
-  float diffuse_roughness = 0.0f;  ///< version 2 (Blender 4.3 and later)
+  bool enters_after_diffuse = false;  ///< light enters the surface after a diffuse bounce as well (Blender 5.0)
+  bool enters = false;                ///< subsurface light is followed and not approximated by diffuse reflection
+  float diffuse_roughness = 0.0f;     ///< version 2 (Blender 4.3 and later)
+  float thin_film_thickness = 0.0f, thin_film_ior = 1.33f;  ///< nanometres
+  float thin_wall = 0.0f;                                   ///< not 0: the surface is a thin sheet (Blender 5.2)
+  bool correlated = false;                                  ///< as in Facets
+  bool is_conductor = false;         ///< metallic closures: base_color and specular_tint_color are n and k
+  bool multiple_scattering = false;  ///< rough diffuse closures: light bounces between facets (Blender 4.3 and later)
   Vec3 normal{0, 0, 1}, clearcoat_normal{0, 0, 1}, tangent{1, 0, 0};
   bool reflective_caustics = true, refractive_caustics = true;  ///< these lobes are allowed after a diffuse bounce
 };
-/// The medium below a Principled surface of version 1.
+/// The medium below a Principled surface.
 SubsurfaceMedium principled_medium(const PrincipledInputs& inputs);
 /// Adds the lobes of the Principled BSDF. The caller handles emission and alpha.
 void add_principled(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& inputs);
+/// The fraction of the emission that passes the sheen and the coat of a Principled surface of version 2.
+Color emission_through_coat(const Surface& surface, const PrincipledInputs& inputs);
 
 Vec3 bend_shading_normal(Vec3 ng, Vec3 wo, Vec3 ns);
 /// The shading normal, bent by the smallest angle for which the mirror direction of wo is above ng. `ng` is on wo's

@@ -38,6 +38,8 @@ inline float dielectric_position(float cos_incident, float eta) {
   return f0 < 1.0f ? saturate((dielectric(cos_incident, eta) - f0) / (1.0f - f0)) : 0.0f;
 }
 
+/// The cosine of 82 degrees, as the F82 model defines it.
+constexpr float kF82Cosine = 1.0f / 7.0f;
 /// Schlick's curve with a dip at 82 degrees, whose cosine is 1/7 (Kutz et al. 2021, "Novel aspects of the Adobe
 /// Standard Material"). `b` is the result of f82_coefficient.
 inline Color f82(float cos_incident, Color f0, Color b) {
@@ -46,8 +48,33 @@ inline Color f82(float cos_incident, Color f0, Color b) {
 }
 /// `tint` is the reflectance at 82 degrees, as a fraction of the value of Schlick's curve at this angle.
 inline Color f82_coefficient(Color f0, Color tint) {
-  constexpr float kCos = 1.0f / 7.0f, kM = 6.0f / 7.0f, kM5 = kM * kM * kM * kM * kM;
-  return (f0 + (1.0f - f0) * kM5) * (1.0f - tint) / (kCos * kM5 * kM);
+  constexpr float kM = 1.0f - kF82Cosine, kM5 = kM * kM * kM * kM * kM;
+  return (f0 + (1.0f - f0) * kM5) * (1.0f - tint) / (kF82Cosine * kM5 * kM);
+}
+
+/// The same coefficient, from the reflectance at 82 degrees itself.
+inline Color f82_coefficient_of(Color f0, Color at_82) {
+  constexpr float kM = 1.0f - kF82Cosine, kM5 = kM * kM * kM * kM * kM;
+  return (f0 + (1.0f - f0) * kM5 - at_82) / (kF82Cosine * kM5 * kM);
+}
+/// The cosine-weighted mean of `f82`: 1/21 of the rise of Schlick's curve, 1/126 of the dip.
+inline Color f82_mean(Color f0, Color b) { return glm::mix(f0, Color(1.0f), 1.0f / 21.0f) - b / 126.0f; }
+
+/// The reflectance of a conductor of index n + ik along the normal.
+inline float f0_of_conductor(float n, float k) { return (sqr(n - 1.0f) + k * k) / (sqr(n + 1.0f) + k * k); }
+/// The same for unpolarised light at any angle (Born and Wolf, Principles of Optics, section 14.4): u + iv is the index
+/// times the cosine of the refracted wave.
+inline float conductor(float cosine, float n, float k) {
+  const float squares = n * n - k * k, t = squares - 1.0f + cosine * cosine;
+  const float length = std::sqrt(t * t + sqr(2.0f * n * k));
+  const float u = std::sqrt(std::max(0.5f * (length + t), 0.0f)), v = std::sqrt(std::max(0.5f * (length - t), 0.0f));
+  const auto ratio = [](float above, float below) { return below > 0.0f ? above / below : 1.0f; };
+  const float s = ratio(sqr(cosine - u) + v * v, sqr(cosine + u) + v * v);
+  const float re = squares * cosine, im = 2.0f * n * k * cosine;
+  return 0.5f * (s + ratio(sqr(re - u) + sqr(im - v), sqr(re + u) + sqr(im + v)));
+}
+inline Color conductor(float cosine, Color n, Color k) {
+  return {conductor(cosine, n.x, k.x), conductor(cosine, n.y, k.y), conductor(cosine, n.z, k.z)};
 }
 
 /// The cosine-weighted mean of `dielectric` over the hemisphere (fits of Kulla and Conty 2017, within 0.006).

@@ -5,9 +5,11 @@
 
 #include "math/warps.h"
 #include "shading/bsdf/albedo_table.h"
+#include "shading/bsdf/diffuse.h"
 #include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/microfacet.h"
 #include "shading/bsdf/sheen.h"
+#include "shading/bsdf/thin_film.h"
 #include "shading/bsdf/toon.h"
 
 namespace ajar {
@@ -19,38 +21,54 @@ bool is_delta_roughness(const Lobe& lobe) { return lobe.alpha_x * lobe.alpha_y <
 float eta_from(const Lobe& lobe, bool flipped) {
   const bool shapes_reflection = lobe.kind == LobeKind::MicrofacetReflection &&
                                  lobe.normal_fresnel == NormalFresnel::None;
-  return flipped && !shapes_reflection ? 1.0f / lobe.eta : lobe.eta;
+  const bool is_thin = lobe.normal_fresnel >= NormalFresnel::ThinReflected;  // a sheet has the same index on both sides
+  return flipped && !shapes_reflection && !is_thin ? 1.0f / lobe.eta : lobe.eta;
 }
 
 bool is_index_matched(float eta) { return std::abs(eta - 1.0f) < 1e-4f; }
 
-/// The Oren-Nayar model in Fujii's form, which Cycles uses.
-float oren_nayar(float sigma, float cos_o, float cos_i, float cos_between) {
-  const float scale = 1.0f / (kPi + ((3.0f * kPi - 4.0f) / 6.0f) * sigma);
-  float t = cos_between - cos_o * cos_i;
-  if (t > 0.0f) t /= std::max(cos_o, cos_i);
-  return scale * (1.0f + sigma * t);
+LobeValue rough_diffuse(const Lobe& lobe, float cos_o, float cos_i, float cos_between) {
+  const OrenNayar model(lobe.roughness);
+  const Color f = model.single(cos_o, cos_i, cos_between) + model.multiple(lobe.f0, cos_o, cos_i);
+  return {lobe.weight * f * cos_i, cos_i * kInvPi};
 }
 
-/// Burley 2015, sections 2.2 (Lambert with Fresnel) and 2.3 (retro-reflection).
-float principled_diffuse(float roughness, float cos_o, float cos_i, float cos_between) {
-  const float fo = fresnel::schlick(cos_o), fi = fresnel::schlick(cos_i);
-  const float rr = roughness * (cos_between + 1.0f);
-  return kInvPi * ((1.0f - 0.5f * fo) * (1.0f - 0.5f * fi) + rr * (fo + fi + fo * fi * (rr - 1.0f)));
+/// The film on the facets of a lobe. `eta` is the lobe's index, or its inverse for light from the other side.
+thin_film::Film film_of(const Lobe& lobe, float eta) {
+  return {lobe.film_thickness, eta == lobe.eta ? lobe.film_ior : lobe.film_ior * eta};
 }
 
-/// The second summand of principled_diffuse (retro-reflection) alone.
-float principled_retro(float roughness, float cos_o, float cos_i, float cos_between) {
-  const float fo = fresnel::schlick(cos_o), fi = fresnel::schlick(cos_i);
-  const float rr = roughness * (cos_between + 1.0f);
-  return kInvPi * rr * (fo + fi + fo * fi * (rr - 1.0f));
+/// The reflectance of a dielectric with a film. Where it is near the reflectance f of the bare facet along the normal,
+/// it is scaled by f0 / f; where it is near 1, it stays as it is. (As in Cycles; there is no physical model.)
+Color dielectric_tint_with_film(const Lobe& lobe, float cosine, float eta) {
+  Color reflected = thin_film::on_dielectric(film_of(lobe, eta), cosine, eta);
+  const float at_normal = fresnel::f0_from_eta(eta);
+  if (!(at_normal > 1e-5f)) return reflected;
+  const Color closeness = glm::clamp((1.0f - reflected) / (1.0f - at_normal), 0.0f, 1.0f);
+  return reflected * glm::mix(Color(1.0f), lobe.f0 / at_normal, closeness);
+}
+
+Color fresnel_with_film(const Lobe& lobe, float cosine, float eta) {
+  switch (lobe.fresnel) {
+    case FresnelKind::DielectricTint: return dielectric_tint_with_film(lobe, cosine, eta);
+    case FresnelKind::Conductor: return thin_film::on_conductor(film_of(lobe, eta), cosine, lobe.f0, lobe.f90);
+    case FresnelKind::F82Tint:
+      return thin_film::on_metal(film_of(lobe, eta), cosine, lobe.f0,
+                                 fresnel::f82(fresnel::kF82Cosine, lobe.f0, lobe.f90));
+    case FresnelKind::Dielectric:
+    case FresnelKind::None: break;
+  }
+  return Color(1.0f);
 }
 
 Color fresnel_color(const Lobe& lobe, float cosine, float eta) {
+  if (lobe.film_thickness > thin_film::kThinnest) [[unlikely]]
+    return fresnel_with_film(lobe, cosine, eta);
   switch (lobe.fresnel) {
     case FresnelKind::DielectricTint: return glm::mix(lobe.f0, lobe.f90, fresnel::dielectric_position(cosine, eta));
     case FresnelKind::Dielectric: return Color(fresnel::dielectric(cosine, eta));
     case FresnelKind::F82Tint: return fresnel::f82(cosine, lobe.f0, lobe.f90);
+    case FresnelKind::Conductor: return fresnel::conductor(cosine, lobe.f0, lobe.f90);
     case FresnelKind::None: break;
   }
   return Color(1.0f);
@@ -72,7 +90,7 @@ Split split_glass(const Lobe& lobe, float cos_facet, float cos_normal, float eta
     // be large.
     if (at_normal && !lobe.delta) split.probability_reflected = std::clamp(f, 0.02f, 0.95f);
   } else {
-    split.reflected = glm::mix(lobe.f0, lobe.f90, fresnel::dielectric_position(cos_facet, eta));
+    split.reflected = fresnel_color(lobe, cos_facet, eta);
     split.transmitted = f < 1.0f ? glm::max(1.0f - split.reflected, 0.0f) * lobe.transmission_tint : Color(0.0f);
   }
   const float r = luminance(split.reflected), t = luminance(split.transmitted);
@@ -81,6 +99,18 @@ Split split_glass(const Lobe& lobe, float cos_facet, float cos_normal, float eta
     split.probability_reflected = std::clamp(r / (r + t), 0.5f * f, 0.5f + 0.5f * f);
   if (!at_normal && f >= 1.0f) split.probability_reflected = 1.0f;
   return split;
+}
+
+LobeValue microfiber(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode) {
+  const Vec3 n = lobe.frame.n;
+  const float cos_o = glm::dot(n, wo), cos_i = glm::dot(n, wi);
+  const sheen::Microfiber for_wo(lobe.roughness, cos_o);
+  const float pdf = for_wo.density(Frame(n, wo).to_local(wi));
+  if (mode == TransportMode::Radiance) return {lobe.weight * (for_wo.albedo * pdf), pdf};
+  // The eye is at wi, and the cosine of the light is exchanged for that of wi.
+  const sheen::Microfiber for_wi(lobe.roughness, cos_i);
+  const float value = for_wi.albedo * for_wi.density(Frame(n, wi).to_local(wo));
+  return {lobe.weight * (value * cos_i / cos_o), pdf};
 }
 
 float density_of_normal(const Lobe& lobe, Vec3 m) {
@@ -101,6 +131,12 @@ float masking_over_cos(const Lobe& lobe, Vec3 w) {
   }
 }
 
+/// G(wo, wi) / (cos(wo) cos(wi)); wi.z > 0. The correlated form is that of Heitz 2014, eq. 99, written with G1 / cos.
+float masking_over_cosines(const Lobe& lobe, Vec3 wo, Vec3 wi) {
+  const float o = masking_over_cos(lobe, wo), i = masking_over_cos(lobe, wi);
+  return lobe.correlated ? 1.0f / (wi.z / o + wo.z / i - wo.z * wi.z) : o * i;
+}
+
 Vec3 sample_normal(const Lobe& lobe, Vec3 wo, Vec2 u) {
   switch (lobe.microfacet) {
     case Microfacet::Ggx: break;
@@ -111,12 +147,19 @@ Vec3 sample_normal(const Lobe& lobe, Vec3 wo, Vec2 u) {
   return microfacet::ggx_sample_visible(wo, lobe.alpha_x, lobe.alpha_y, u);
 }
 
+/// The albedo of single scattering by white facets.
+float single_albedo(const Lobe& lobe, float cosine, float alpha, float eta) {
+  if (lobe.kind == LobeKind::MicrofacetGlass)
+    return lobe.correlated ? albedo_table::ggx_glass_correlated(cosine, alpha, eta)
+                           : albedo_table::ggx_glass(cosine, alpha, eta);
+  return lobe.correlated ? albedo_table::ggx_correlated(cosine, alpha) : albedo_table::ggx(cosine, alpha);
+}
+
 /// Compensation of the light that is lost between facets, in the shape of single scattering (Turquin 2019), for the
 /// eye's direction.
 Color scaled_compensation(const Lobe& lobe, float cos_eye, float eta_eye) {
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
-  const float albedo = lobe.kind == LobeKind::MicrofacetGlass ? albedo_table::ggx_glass(cos_eye, alpha, eta_eye)
-                                                              : albedo_table::ggx(cos_eye, alpha);
+  const float albedo = single_albedo(lobe, cos_eye, alpha, eta_eye);
   return 1.0f + lobe.multiple_scattering * ((1.0f - albedo) / albedo);
 }
 
@@ -138,10 +181,33 @@ MixedCompensation mixed_compensation(const Lobe& lobe, float cos_o, float cos_i,
           diffuse * lost_o};
 }
 
-float normal_fresnel(const Lobe& lobe, float cos_eye, float eta_eye) {
-  if (lobe.normal_fresnel == NormalFresnel::None) return 1.0f;
-  const float f = fresnel::dielectric(cos_eye, eta_eye);
-  return lobe.normal_fresnel == NormalFresnel::Reflected ? f : 1.0f - f;
+/// A thin sheet of glass whose absorption along the normal is `transmission_tint`. Light bounces inside it: with
+/// reflectances r1 and r2 at the outer and the inner side and absorption c on each way, the sheet transmits t =
+/// c (1 - r1) (1 - r2) / (1 - (r2 c)^2) and reflects r1 + t r2 c.
+Color thin_sheet(const Lobe& lobe, float cosine) {
+  const float sin2 = (1.0f - cosine * cosine) / sqr(lobe.eta);
+  Lobe outer = lobe;
+  outer.fresnel = FresnelKind::DielectricTint;
+  const Color r1 = fresnel_color(outer, cosine, lobe.eta);
+  Color transmitted(0.0f), again(0.0f);
+  if (sin2 < 1.0f) {
+    const float cos_inside = std::sqrt(1.0f - sin2);
+    Color r2 = r1;
+    if (lobe.film_thickness > thin_film::kThinnest) r2 = fresnel_color(outer, cos_inside, 1.0f / lobe.eta);
+    const Color absorption = glm::pow(lobe.transmission_tint, Color(1.0f / cos_inside)), inside = r2 * absorption;
+    transmitted = absorption * (1.0f - r1) * (1.0f - r2) / glm::max(1.0f - inside * inside, 1e-6f);
+    again = transmitted * inside;
+  }
+  return lobe.normal_fresnel == NormalFresnel::ThinReflected ? r1 + again : transmitted;
+}
+
+Color normal_fresnel(const Lobe& lobe, float cos_eye, float eta_eye) {
+  switch (lobe.normal_fresnel) {
+    case NormalFresnel::None: return Color(1.0f);
+    case NormalFresnel::Reflected: return Color(fresnel::dielectric(cos_eye, eta_eye));
+    case NormalFresnel::Transmitted: return Color(1.0f - fresnel::dielectric(cos_eye, eta_eye));
+    default: return thin_sheet(lobe, cos_eye);
+  }
 }
 
 LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode, float eta) {
@@ -160,7 +226,7 @@ LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
     const float common = 0.25f * density * masking_over_cos(lobe, wo);
     f_cos = lobe.compensation == Compensation::Mixed
                 ? 0.25f * density * wi.z * microfacet::ggx_correlated_over_cosines(wo, wi, lobe.alpha_x, lobe.alpha_y)
-                : common * masking_over_cos(lobe, wi) * wi.z;
+                : 0.25f * density * wi.z * masking_over_cosines(lobe, wo, wi);
     pdf = lobe.microfacet == Microfacet::Gtr1 ? 0.25f * density * m.z / cos_facet : common;
   }
   Color color = lobe.weight * f_cos;
@@ -191,8 +257,9 @@ LobeValue refract_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
   const float cos_o = glm::dot(wo, m), cos_i = glm::dot(wi, m);
   if (!(cos_o > 0.0f && cos_i < 0.0f)) return {};
   const float jacobian = eta * eta * -cos_i / sqr(cos_o + eta * cos_i);
-  const float common = density_of_normal(lobe, m) * masking_over_cos(lobe, wo) * cos_o * jacobian;
-  float f_cos = common * masking_over_cos(lobe, {wi.x, wi.y, -wi.z}) * -wi.z, pdf = common;
+  const float common = density_of_normal(lobe, m) * cos_o * jacobian;
+  float f_cos = common * masking_over_cosines(lobe, wo, {wi.x, wi.y, -wi.z}) * -wi.z;
+  float pdf = common * masking_over_cos(lobe, wo);
   const bool radiance = mode == TransportMode::Radiance;
   const float cos_eye = radiance ? wo.z : -wi.z, eta_eye = radiance ? eta : 1.0f / eta;
   if (!radiance) f_cos /= eta * eta;
@@ -252,6 +319,13 @@ bool sample_microfacet(const Lobe& lobe, Vec3 wo_world, float u_branch, Vec2 u, 
       if (!sample_reflection(lobe, wo, m, sample)) return false;
       if (delta) sample.weight = lobe.weight * fresnel_color(lobe, wo.z, eta) * normal_fresnel(lobe, wo.z, eta);
       return true;
+    case LobeKind::MicrofacetThin: {
+      if (!sample_reflection(lobe, wo, m, sample)) return false;
+      sample.wi -= 2.0f * glm::dot(sample.wi, lobe.frame.n) * lobe.frame.n;
+      sample.flags = kTransmission | glossy_or_specular(lobe);
+      if (delta) sample.weight = lobe.weight * normal_fresnel(lobe, wo.z, eta);
+      return true;
+    }
     case LobeKind::MicrofacetRefraction:
       if (!sample_refraction(lobe, wo, m, eta, sample)) return false;
       if (delta) sample.weight = lobe.weight * (normal_fresnel(lobe, wo.z, eta) * importance_scale);
@@ -271,7 +345,8 @@ bool sample_microfacet(const Lobe& lobe, Vec3 wo_world, float u_branch, Vec2 u, 
 bool Lobe::is_delta() const {
   switch (kind) {
     case LobeKind::Transparent: return true;
-    case LobeKind::MicrofacetReflection: return is_delta_roughness(*this);
+    case LobeKind::MicrofacetReflection:
+    case LobeKind::MicrofacetThin: return is_delta_roughness(*this);
     case LobeKind::MicrofacetRefraction:
     case LobeKind::MicrofacetGlass: return is_delta_roughness(*this) || is_index_matched(eta);
     default: return false;
@@ -285,7 +360,7 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
   switch (lobe.kind) {
     case LobeKind::Diffuse:
       if (!reflection) return {};
-      return cosine_lobe(lobe.roughness > 0.0f ? oren_nayar(lobe.roughness, cos_o, cos_i, glm::dot(wo, wi)) : kInvPi);
+      return lobe.roughness > 0.0f ? rough_diffuse(lobe, cos_o, cos_i, glm::dot(wo, wi)) : cosine_lobe(kInvPi);
     case LobeKind::PrincipledDiffuse:
       if (!reflection) return {};
       return cosine_lobe(principled_diffuse(lobe.roughness, cos_o, cos_i, glm::dot(wo, wi)));
@@ -294,8 +369,7 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
       return cosine_lobe(sheen::disney(glm::dot(wo, wi)));
     case LobeKind::MicrofiberSheen:
       if (!reflection) return {};
-      return cosine_lobe(
-          sheen::microfiber(lobe.roughness, lobe.frame.n, wo, wi, mode == TransportMode::Radiance ? cos_o : cos_i));
+      return microfiber(lobe, wo, wi, mode);
     case LobeKind::PrincipledRetro:
       if (!reflection) return {};
       return cosine_lobe(principled_retro(lobe.roughness, cos_o, cos_i, glm::dot(wo, wi)));
@@ -320,6 +394,7 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
     }
     case LobeKind::Translucent:
       if (reflection) return {};
+      if (lobe.roughness > 0.0f) return rough_diffuse(lobe, cos_o, -cos_i, glm::dot(wo, wi) - 2.0f * cos_o * cos_i);
       return {lobe.weight * (-cos_i * kInvPi), -cos_i * kInvPi};
     case LobeKind::MicrofacetReflection:
       if (!reflection) return {};
@@ -328,6 +403,11 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
       if (reflection) return {};
       break;
     case LobeKind::MicrofacetGlass: break;
+    case LobeKind::MicrofacetThin: {
+      if (reflection) return {};
+      const Vec3 mirrored = lobe.frame.to_local(wi) * Vec3(1.0f, 1.0f, -1.0f);
+      return reflect_microfacet(lobe, lobe.frame.to_local(wo), mirrored, mode, lobe.eta);
+    }
     case LobeKind::Transparent: return {};
   }
   const Vec3 local_o = lobe.frame.to_local(wo), local_i = lobe.frame.to_local(wi);
@@ -342,11 +422,16 @@ bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMod
     case LobeKind::Diffuse:
     case LobeKind::PrincipledDiffuse:
     case LobeKind::Sheen:
-    case LobeKind::MicrofiberSheen:
     case LobeKind::PrincipledRetro:
       sample.wi = lobe.frame.to_world(warp::square_to_cosine_hemisphere(u));
       sample.flags = kReflection | kDiffuse;
       return true;
+    case LobeKind::MicrofiberSheen: {
+      const float cosine = glm::dot(lobe.frame.n, wo);
+      sample.wi = Frame(lobe.frame.n, wo).to_world(sheen::Microfiber(lobe.roughness, cosine).sample(u));
+      sample.flags = kReflection | kDiffuse;
+      return true;
+    }
     case LobeKind::Velvet:
       sample.wi = lobe.frame.to_world(warp::square_to_hemisphere(u));
       sample.flags = kReflection | kDiffuse;
@@ -379,9 +464,10 @@ Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped) {
   cos_wo = saturate(cos_wo);
   switch (lobe.kind) {
     case LobeKind::Sheen: return lobe.weight * sheen::disney_albedo(cos_wo);
-    case LobeKind::MicrofiberSheen: return lobe.weight * sheen::microfiber_albedo(lobe.roughness, cos_wo);
+    case LobeKind::MicrofiberSheen: return lobe.weight * sheen::Microfiber(lobe.roughness, cos_wo).albedo;
     case LobeKind::MicrofacetReflection:
     case LobeKind::MicrofacetRefraction:
+    case LobeKind::MicrofacetThin:
     case LobeKind::MicrofacetGlass: break;
     default: return lobe.weight;
   }
@@ -398,43 +484,11 @@ Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped) {
 
 Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped) {
   const Color scattered = lobe_scattered(lobe, cos_wo, flipped);
-  const bool microfacet = lobe.kind == LobeKind::MicrofacetReflection || lobe.kind == LobeKind::MicrofacetRefraction ||
-                          lobe.kind == LobeKind::MicrofacetGlass;
-  if (!microfacet || lobe.microfacet == Microfacet::Gtr1 || lobe.delta) return scattered;
+  if (!is_microfacet(lobe.kind) || lobe.microfacet == Microfacet::Gtr1 || lobe.delta) return scattered;
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
-  const float single = lobe.kind == LobeKind::MicrofacetGlass
-                           ? albedo_table::ggx_glass(saturate(cos_wo), alpha, eta_from(lobe, flipped))
-                           : albedo_table::ggx(saturate(cos_wo), alpha);
+  const float single = single_albedo(lobe, saturate(cos_wo), alpha, eta_from(lobe, flipped));
   if (lobe.compensation == Compensation::None) return scattered * single;
   return scattered * (single + lobe.multiple_scattering * (1.0f - single));
-}
-
-namespace {
-
-/// [Conty Estevez, Lecocq and Stein 2019, "A Microfacet-Based Shadowing Function to Solve the Bump Terminator Problem",
-/// section 12.3]: the light is shadowed by a GGX distribution whose width makes the bumped normal one in eight.
-float microfacet_bump_shadowing(Vec3 n, Vec3 bumped, Vec3 light) {
-  const float cos_light = glm::dot(n, light), cos_bump = glm::dot(n, bumped);
-  // Without this test, light from the other side of the smooth surface would pass through it.
-  if (cos_light * cos_bump * glm::dot(bumped, light) < 0.0f) return 0.0f;
-  const float c2 = sqr(cos_light), d2 = sqr(cos_bump);
-  if (c2 >= 1.0f || d2 >= 1.0f) return 1.0f;
-  if (c2 < 1e-12f || d2 < 1e-12f) return 0.0f;
-  const float alpha2 = saturate(0.125f * (1.0f / d2 - 1.0f));
-  return 2.0f / (1.0f + std::sqrt(1.0f + alpha2 * (1.0f / c2 - 1.0f)));
-}
-
-}  // namespace
-
-float bump_shadowing(BumpTerminator terminator, Vec3 n, Vec3 bumped, Vec3 light) {
-  if (terminator == BumpTerminator::Microfacet) return microfacet_bump_shadowing(n, bumped, light);
-  const float cos_light = glm::dot(bumped, light);
-  if (cos_light < 0.0f) n = -n;
-  const float denominator = cos_light * glm::dot(n, bumped);
-  const float g = denominator != 0.0f ? glm::dot(n, light) / denominator : 0.0f;
-  if (g >= 1.0f) return 1.0f;
-  if (g < 0.0f) return 0.0f;
-  return g * (1.0f + g - g * g);
 }
 
 }  // namespace ajar

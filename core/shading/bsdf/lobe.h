@@ -32,8 +32,5 @@ bool sample_lobe(const Lobe& lobe, Vec3 wo, float u_branch, Vec2 u, TransportMod
 Color lobe_scattered(const Lobe& lobe, float cos_wo, bool flipped = false);
 /// The same without the light that is lost between facets: an estimate of the albedo.
 Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped = false);
-/// Factor on a diffuse lobe whose normal `bumped` differs from the surface's normal `n`. `light` is the direction
-/// towards the light.
-float bump_shadowing(BumpTerminator terminator, Vec3 n, Vec3 bumped, Vec3 light);
 
 }  // namespace ajar

@@ -5,6 +5,7 @@
 #include "shading/bsdf/closure_parts.h"
 #include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/lobe.h"
+#include "shading/bsdf/thin_film.h"
 
 namespace ajar::closures {
 namespace {
@@ -12,10 +13,10 @@ namespace {
 /// A colour of luminance 1 with the same hue and saturation.
 Color hue_of(Color color, float luminance) { return luminance > 0.0f ? color / luminance : Color(1.0f); }
 
+Anisotropy anisotropy_of(const PrincipledInputs& in) { return {in.tangent, in.anisotropic, in.anisotropic_rotation}; }
+
 void set_anisotropy(Lobe& lobe, const PrincipledInputs& in) {
-  const float aspect = safe_sqrt(1.0f - 0.9f * saturate(in.anisotropic)), alpha = sqr(in.roughness);
-  set_roughness(lobe, alpha / aspect, alpha * aspect);
-  if (lobe.alpha_x != lobe.alpha_y) set_tangent(lobe, in.tangent, in.anisotropic_rotation);
+  set_principled_anisotropy(lobe, in.roughness, anisotropy_of(in));
 }
 
 /// The mean over the hemisphere of a reflectance that goes from f0 to f90 along the dielectric curve of eta.
@@ -138,6 +139,13 @@ void add_covering(Bsdf& bsdf, const Surface& surface, Below& below, Lobe& lobe, 
 }
 
 bool compensated_v2(const PrincipledInputs& in) { return in.distribution == Distribution::MultiGgx; }
+bool is_thin(const PrincipledInputs& in) { return in.thin_wall != 0.0f; }
+FilmInputs film_of(const PrincipledInputs& in) { return {in.thin_film_thickness, in.thin_film_ior}; }
+
+/// The reflectance of a transmitting surface along its normal.
+Color transmission_f0(const PrincipledInputs& in) {
+  return glm::clamp(fresnel::f0_from_eta(std::max(in.ior, 1e-5f)) * glm::max(in.specular_tint_color, 0.0f), 0.0f, 1.0f);
+}
 
 void add_sheen_v2(Bsdf& bsdf, const Surface& surface, Below& below, const PrincipledInputs& in) {
   Lobe lobe = make_lobe(LobeKind::MicrofiberSheen, below.weight * in.sheen * glm::max(in.sheen_tint_color, 0.0f),
@@ -148,32 +156,33 @@ void add_sheen_v2(Bsdf& bsdf, const Surface& surface, Below& below, const Princi
 
 void add_coat_v2(Bsdf& bsdf, const Surface& surface, Below& below, const PrincipledInputs& in) {
   Lobe lobe = make_lobe(LobeKind::MicrofacetReflection, below.weight * in.clearcoat, in.clearcoat_normal);
+  lobe.correlated = true;
   lobe.fresnel = FresnelKind::Dielectric;
   lobe.eta = std::max(in.coat_ior, 1.0f);
   set_roughness(lobe, sqr(saturate(in.clearcoat_roughness)), sqr(saturate(in.clearcoat_roughness)));
+  compensate(lobe, Compensation::Scaled, Color(fresnel::dielectric_mean(lobe.eta)));
   if (!in.reflective_caustics) lobe.weight = Color(0.0f);
   const float tint_share = in.coat_tint == Color(1.0f) ? 0.0f : saturate(in.clearcoat);
   add_covering(bsdf, surface, below, lobe, tint_share, glm::max(in.coat_tint, 0.0f));
 }
 
 void add_metal_v2(Bsdf& bsdf, const Below& below, float metallic, const PrincipledInputs& in) {
-  Lobe lobe = make_lobe(LobeKind::MicrofacetReflection, below.weight * metallic, in.normal);
-  lobe.fresnel = FresnelKind::F82Tint;
-  lobe.f0 = glm::clamp(in.base_color, 0.0f, 1.0f);
-  lobe.f90 = fresnel::f82_coefficient(lobe.f0, glm::clamp(in.specular_tint_color, 0.0f, 1.0f));
-  set_anisotropy(lobe, in);
-  // Means over the hemisphere: 1/21 of the rise of Schlick's curve, 1/126 of the dip.
-  if (compensated_v2(in))
-    compensate(lobe, Compensation::Scaled, glm::mix(lobe.f0, Color(1.0f), 1.0f / 21.0f) - lobe.f90 / 126.0f);
-  add_below(bsdf, below, lobe);
+  Metal metal;
+  metal.color_or_n = in.base_color;
+  metal.tint_or_k = in.specular_tint_color;
+  metal.film = film_of(in);
+  add_metallic(bsdf, below.weight * metallic, in.normal, {in.distribution, in.roughness, true}, anisotropy_of(in),
+               metal, below.layers);
 }
 
 void add_transmission_v2(Bsdf& bsdf, const Surface& surface, const Below& below, float transmission,
                          const PrincipledInputs& in) {
   Lobe lobe = make_lobe(LobeKind::MicrofacetGlass, below.weight * transmission, in.normal);
+  lobe.correlated = true;
   lobe.fresnel = FresnelKind::DielectricTint;
   lobe.eta = eta_from_ior(surface, in.ior);
-  lobe.f0 = fresnel::f0_from_eta(std::max(in.ior, 1e-5f)) * glm::max(in.specular_tint_color, 0.0f);
+  lobe.f0 = transmission_f0(in);
+  set_film(lobe, surface, film_of(in), std::max(in.ior, 1e-5f));
   // Light passes the surface twice, in and out. Each time the factor is the square root of the colour.
   lobe.transmission_tint = glm::sqrt(glm::clamp(in.base_color, 0.0f, 1.0f));
   if (!in.refractive_caustics) lobe.transmission_tint = Color(0.0f);
@@ -185,20 +194,93 @@ void add_transmission_v2(Bsdf& bsdf, const Surface& surface, const Below& below,
   add_below(bsdf, below, lobe);
 }
 
-void add_specular_v2(Bsdf& bsdf, const Surface& surface, Below& below, const PrincipledInputs& in) {
-  float eta = std::max(in.ior, 1e-5f), f0 = fresnel::f0_from_eta(eta);
-  if (in.specular_ior_level != 0.5f) {
-    f0 *= 2.0f * std::max(in.specular_ior_level, 0.0f);
-    eta = in.ior < 1.0f ? 1.0f / fresnel::eta_from_f0(f0) : fresnel::eta_from_f0(f0);
+/// Reflection and transmission by a thin sheet, with all bounces inside it (ThinSheet). Light that is refracted twice
+/// leaves in its direction; the width of the transmitted lobe is that of Kulla and Conty 2017 ("Revisiting Physically
+/// Based Shading at Imageworks", page 40, with 3.4 for 3.7). A smooth sheet is transparent.
+void add_thin_glass_v2(Bsdf& bsdf, const Surface& surface, const Below& below, float transmission,
+                       const PrincipledInputs& in) {
+  const float alpha = sqr(saturate(in.roughness)), eta = std::max(in.ior, 1e-5f);
+  Lobe lobe = make_lobe(LobeKind::MicrofacetReflection, below.weight * transmission, in.normal);
+  lobe.correlated = true;
+  lobe.eta = eta;
+  lobe.f0 = transmission_f0(in);
+  lobe.transmission_tint = glm::clamp(in.base_color, 0.0f, 1.0f);
+  lobe.film_thickness = in.thin_film_thickness;
+  lobe.film_ior = in.thin_film_ior;
+  set_roughness(lobe, alpha, alpha);
+  lobe.normal_fresnel = NormalFresnel::ThinReflected;
+  compensate(lobe, Compensation::Scaled, glm::max(in.specular_tint_color, 0.0f));
+  if (in.reflective_caustics) {
+    Lobe reflection = lobe;
+    add_below(bsdf, below, reflection);
   }
-  if (eta == 1.0f || !in.reflective_caustics) return;
+  if (!in.refractive_caustics) return;
+  const float through = saturate(alpha * safe_sqrt(3.4f * (eta - 1.0f) * sqr(eta - 0.5f) / (eta * eta * eta)));
+  lobe.kind = LobeKind::MicrofacetThin;
+  lobe.normal_fresnel = NormalFresnel::ThinTransmitted;
+  lobe.compensation = Compensation::None;
+  set_roughness(lobe, through, through);
+  if (lobe.is_delta()) {
+    Lobe straight = make_lobe(LobeKind::Transparent, lobe_scattered(lobe, glm::dot(in.normal, surface.wo)), in.normal);
+    add_below(bsdf, below, straight);
+    return;
+  }
+  compensate(lobe, Compensation::Scaled, Color(1.0f));
+  add_below(bsdf, below, lobe);
+}
+
+/// The index of refraction, and the reflectance at normal incidence, after the change by Specular IOR Level.
+struct Specular {
+  float eta, f0;
+};
+Specular specular_of(const PrincipledInputs& in) {
+  Specular specular{std::max(in.ior, 1e-5f), 0.0f};
+  specular.f0 = fresnel::f0_from_eta(specular.eta);
+  if (in.specular_ior_level == 0.5f) return specular;
+  specular.f0 *= 2.0f * std::max(in.specular_ior_level, 0.0f);
+  specular.eta = fresnel::eta_from_f0(specular.f0);
+  if (in.ior < 1.0f) specular.eta = 1.0f / specular.eta;
+  return specular;
+}
+
+void add_specular_v2(Bsdf& bsdf, const Surface& surface, Below& below, const PrincipledInputs& in) {
+  const auto [eta, f0] = specular_of(in);
+  if ((eta == 1.0f && !(in.thin_film_thickness > thin_film::kThinnest)) || !in.reflective_caustics) return;
   Lobe lobe = make_lobe(LobeKind::MicrofacetReflection, below.weight, in.normal);
   lobe.fresnel = FresnelKind::DielectricTint;
   lobe.eta = eta;
   lobe.f0 = glm::min(f0 * glm::max(in.specular_tint_color, 0.0f), 1.0f);
+  lobe.correlated = true;
+  lobe.film_thickness = in.thin_film_thickness;
+  lobe.film_ior = in.thin_film_ior;
   set_anisotropy(lobe, in);
   if (compensated_v2(in)) compensate(lobe, Compensation::Scaled, mean_dielectric_tint(lobe.f0, lobe.f90, eta));
   add_covering(bsdf, surface, below, lobe, 0.0f, Color(1.0f));
+}
+
+/// Diffuse reflection and subsurface scattering, which both have the base colour. Light that does not enter is
+/// reflected.
+void add_base_v2(Bsdf& bsdf, const Surface& surface, const Below& below, const PrincipledInputs& in) {
+  const float subsurface = in.subsurface > kWeightCutoff ? saturate(in.subsurface) : 0.0f;
+  const Color color = below.weight * glm::clamp(in.base_color, 0.0f, 1.0f);
+  const float diffuse_roughness = in.diffuse_roughness < 1e-5f ? 0.0f : saturate(in.diffuse_roughness);
+  const auto add_diffuse_lobe = [&](LobeKind kind, Color weight, float roughness) {
+    Lobe lobe = make_lobe(kind, weight, in.normal);
+    lobe.roughness = roughness;
+    lobe.f0 = glm::clamp(in.base_color, 0.0f, 1.0f);
+    add_below(bsdf, below, lobe);
+  };
+  if (subsurface > 0.0f && is_thin(in)) {
+    // Dense scattering in a sheet: the anisotropy divides light between both sides (OpenPBR 1.1, "Thin-walled case").
+    const float forwards = saturate(0.5f * (1.0f + in.subsurface_anisotropy));
+    add_diffuse_lobe(LobeKind::Diffuse, color * subsurface * (1.0f - forwards), diffuse_roughness);
+    add_diffuse_lobe(LobeKind::Translucent, color * subsurface * forwards, diffuse_roughness);
+  } else if (subsurface > 0.0f && in.enters) {
+    add_subsurface(bsdf, surface, color * subsurface, in.normal, principled_medium(in), below.layers);
+  } else if (subsurface > 0.0f) {
+    add_diffuse_lobe(LobeKind::Diffuse, color * subsurface, 0.0f);
+  }
+  add_diffuse_lobe(LobeKind::Diffuse, color * (1.0f - subsurface), diffuse_roughness);
 }
 
 void add_principled_v2(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& in) {
@@ -208,25 +290,38 @@ void add_principled_v2(Bsdf& bsdf, const Surface& surface, Color weight, const P
   if (in.clearcoat > kWeightCutoff) add_coat_v2(bsdf, surface, below, in);
   if (metallic > kWeightCutoff && in.reflective_caustics) add_metal_v2(bsdf, below, metallic, in);
   below.weight *= 1.0f - metallic;
-  if (transmission > kWeightCutoff && (in.reflective_caustics || in.refractive_caustics))
+  if (transmission > kWeightCutoff && is_thin(in))
+    add_thin_glass_v2(bsdf, surface, below, transmission, in);
+  else if (transmission > kWeightCutoff && (in.reflective_caustics || in.refractive_caustics))
     add_transmission_v2(bsdf, surface, below, transmission, in);
   below.weight *= 1.0f - transmission;
   if (!(max_component(below.weight) > kWeightCutoff)) return;
   add_specular_v2(bsdf, surface, below, in);
-  // Subsurface scattering is approximated by diffuse reflection of the base colour. In Blender 4.x its colour is the
-  // base colour too.
-  Lobe diffuse = make_lobe(LobeKind::Diffuse, below.weight * glm::clamp(in.base_color, 0.0f, 1.0f), in.normal);
-  diffuse.roughness = saturate(in.diffuse_roughness);
-  add_below(bsdf, below, diffuse);
+  add_base_v2(bsdf, surface, below, in);
 }
 
 }  // namespace
 
 SubsurfaceMedium principled_medium(const PrincipledInputs& in) {
-  SubsurfaceMedium medium = make_medium(diffuse_color_v1(in), in.subsurface_radius * saturate(in.subsurface),
-                                        in.subsurface_anisotropy, in.subsurface_ior, in.subsurface_method);
-  medium.fresnel = true;
+  const bool is_v2 = in.version >= 2;
+  SubsurfaceInputs inputs{in.subsurface_method};
+  inputs.albedo = is_v2 ? glm::clamp(in.base_color, 0.0f, 1.0f) : diffuse_color_v1(in);
+  inputs.radius = in.subsurface_radius * (is_v2 ? in.subsurface_scale : saturate(in.subsurface));
+  inputs.anisotropy = in.subsurface_anisotropy;
+  inputs.ior = is_v2 && in.subsurface_method != SubsurfaceMethod::Skin ? specular_of(in).eta : in.subsurface_ior;
+  inputs.alpha = sqr(saturate(in.roughness));
+  SubsurfaceMedium medium = make_medium(inputs);
+  medium.fresnel = !is_v2;
   return medium;
+}
+
+Color emission_through_coat(const Surface& surface, const PrincipledInputs& in) {
+  Bsdf covers;
+  covers.start(surface.ng, in.normal);
+  Below below{Color(1.0f)};
+  if (in.sheen > kWeightCutoff) add_sheen_v2(covers, surface, below, in);
+  if (in.clearcoat > kWeightCutoff) add_coat_v2(covers, surface, below, in);
+  return below.weight;
 }
 
 void add_principled(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& inputs) {

@@ -15,11 +15,20 @@ inline float disney_albedo(float cosine) {
   return 0.00025745f + m * (0.00640908f + m * (0.02906721f + m * (0.02492564f + m * 0.0279597f)));
 }
 
-/// Upright fibres: the shape of Estevez and Kulla 2017, with the directional albedo of Blender 4.x' microfiber sheen
-/// (Zeltner et al. 2022) for the eye's cosine. The angular distribution differs from Blender's; the energy is equal.
-float microfiber(float roughness, Vec3 n, Vec3 wo, Vec3 wi, float cos_eye);
-/// A fit of that albedo. Mean error 0.005, maximum error 0.026.
-float microfiber_albedo(float roughness, float cosine);
+/// A layer of fibres, with multiple scattering: a linearly transformed cosine for each direction of the eye (Zeltner,
+/// Burley and Chiang 2022, "Practical Multiple-Scattering Sheen Using Linearly Transformed Cosines", eq. 2 to 4).
+struct Microfiber {
+  float a, b;    ///< of the transformation in the plane of the eye: (x, y, z) -> (a x + b z, a y, z)
+  float albedo;  ///< fraction of the light that is scattered to this eye
+
+  Microfiber(float roughness, float cos_eye);
+  /// Density of the direction `w` of light per solid angle, in the frame whose x axis points to the eye. The value of
+  /// the lobe with its cosine is this density times the albedo.
+  float density(Vec3 w) const;
+  Vec3 sample(Vec2 u) const;
+};
+constexpr int kTableSize = 32;
+extern const float kLinearlyTransformedCosines[3 * kTableSize * kTableSize];
 
 /// Ashikhmin, Premoze and Shirley 2000, section 4 (velvet), with Blender's normalisation. The minimum of sigma is 0.01.
 float velvet(float sigma, Vec3 n, Vec3 wo, Vec3 wi);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "math/observer.h"
 #include "math/types.h"
 
 namespace ajar {
@@ -48,12 +49,6 @@ Color hsl_to_rgb(Color hsl);
 /// Blends `a` and `b`. `t` is not clamped.
 Color blend(Blend mode, float t, Color a, Color b);
 Color blackbody(float kelvin);
-/// Converts CIE XYZ relative to D65 to the working space, Rec. 709. The result is not clamped.
-inline Color xyz_to_rgb(Color xyz) {
-  return {3.2404542f * xyz.x - 1.5371385f * xyz.y - 0.4985314f * xyz.z,
-          -0.9692660f * xyz.x + 1.8760108f * xyz.y + 0.0415560f * xyz.z,
-          0.0556434f * xyz.x - 0.2040259f * xyz.y + 1.0572252f * xyz.z};
-}
 
 enum class ColorModel : uint8_t { Rgb, Hsv, Hsl };
 inline Color combine(ColorModel model, Color c) {

@@ -6,9 +6,10 @@
 namespace ajar {
 
 std::string_view name_of(ClosureKind kind) {
-  static constexpr std::string_view kNames[] = {"Diffuse",     "Glossy",   "Glass",  "Refraction",  "Translucent",
-                                                "Principled",  "Velvet",   "Toon",   "Glossy Toon", "Subsurface",
-                                                "Transparent", "Emission", "Holdout"};
+  static constexpr std::string_view kNames[] = {"Diffuse",     "Glossy",     "Glass",           "Refraction",
+                                                "Translucent", "Principled", "Velvet",          "Toon",
+                                                "Glossy Toon", "Subsurface", "Transparent",     "Metallic",
+                                                "Sheen",       "Emission",   "Coated Emission", "Holdout"};
   return kNames[size_t(kind)];
 }
 
@@ -30,7 +31,7 @@ constexpr InputLimits kInputLimits[] = {{AJAR_INPUT(metallic), 0.0f, 1.0f},
                                         {AJAR_INPUT(clearcoat_roughness), 0.0f, 1.0f},
                                         {AJAR_INPUT(diffuse_roughness), 0.0f, 1.0f},
                                         {AJAR_INPUT(subsurface), 0.0f, 1.0f},
-                                        {AJAR_INPUT(subsurface_anisotropy), 0.0f, 1.0f},
+                                        {AJAR_INPUT(subsurface_anisotropy), -1.0f, 1.0f},
                                         {AJAR_INPUT(specular), 0.0f, 12.0f},
                                         {AJAR_INPUT(specular_ior_level), 0.0f, 12.0f},
                                         {AJAR_INPUT(sheen), 0.0f, 12.0f},
@@ -43,6 +44,8 @@ constexpr InputLimits kInputLimits[] = {{AJAR_INPUT(metallic), 0.0f, 1.0f},
                                         {AJAR_INPUT(coat_ior), 1.0f, 1e4f},
                                         {AJAR_INPUT(subsurface_ior), 1.01f, 3.8f},
                                         {AJAR_INPUT(subsurface_scale), 0.0f, 1e12f},
+                                        {AJAR_INPUT(thin_film_thickness), 0.0f, 1e6f},
+                                        {AJAR_INPUT(thin_film_ior), 1e-5f, 1e4f},
                                         {AJAR_INPUT(base_color), 0.0f, 1e12f, 3},
                                         {AJAR_INPUT(specular_tint_color), 0.0f, 1e12f, 3},
                                         {AJAR_INPUT(sheen_tint_color), 0.0f, 1e12f, 3},

@@ -23,7 +23,10 @@ enum class ClosureKind : uint8_t {
   ToonGlossy,
   Subsurface,
   Transparent,
+  Metallic,
+  Sheen,
   Emission,
+  CoatedEmission,  ///< emission below the coat and the sheen of a Principled BSDF
   Holdout
 };
 
@@ -41,8 +44,8 @@ struct InputPatch {
 };
 
 /// A closure with its constant inputs. All kinds use the inputs of the Principled BSDF. The simple kinds use
-/// base_color, roughness, ior, anisotropic, anisotropic_rotation and distribution. Emission has its strength in
-/// base_color.
+/// base_color, roughness, ior, anisotropic, anisotropic_rotation, distribution and the thin film. Emission has its
+/// strength in base_color.
 struct Closure {
   ClosureKind kind = ClosureKind::Diffuse;
   Operand weight = 0;

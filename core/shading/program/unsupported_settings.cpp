@@ -12,14 +12,10 @@ struct UnsupportedSetting {
   const char* message;
 };
 
-constexpr const char* kThinFilm = "Thin Film is not supported yet: it is rendered without the film";
 constexpr const char* kPhase = "its Phase is not supported yet: Henyey-Greenstein is used";
 constexpr const char* kFromInstancer = "From Instancer is not supported yet: the object's own coordinates are used";
 
 constexpr UnsupportedSetting kSettings[] = {
-    {"ShaderNodeBsdfGlass", "Thin Film Thickness", 0.0f, "", kThinFilm},
-    {"ShaderNodeBsdfPrincipled", "Thin Film Thickness", 0.0f, "", kThinFilm},
-    {"ShaderNodeBsdfPrincipled", "Thin Wall", 0.0f, "", "Thin Wall is not supported yet: it is rendered as a solid"},
     {"ShaderNodeVolumeScatter", "phase", 0.0f, "HENYEY_GREENSTEIN", kPhase},
     {"ShaderNodeTexCoord", "from_instancer", 0.0f, "", kFromInstancer},
     {"ShaderNodeUVMap", "from_instancer", 0.0f, "", kFromInstancer},

@@ -29,13 +29,9 @@ Shape shape_of(const Lobe& lobe) {
   shape.normal = lobe.frame.n;
   switch (lobe.kind) {
     case LobeKind::MicrofacetGlass: shape.sides = kSameSide | kOtherSide; break;
-    case LobeKind::MicrofacetRefraction:
-    case LobeKind::Translucent: shape.sides = kOtherSide; break;
-    default: break;
+    default: shape.sides = transmits(lobe.kind) ? kOtherSide : kSameSide; break;
   }
-  const bool microfacet = lobe.kind == LobeKind::MicrofacetReflection || lobe.kind == LobeKind::MicrofacetRefraction ||
-                          lobe.kind == LobeKind::MicrofacetGlass;
-  if (microfacet) shape.width = std::min(1.0f, std::sqrt(lobe.alpha_x * lobe.alpha_y));
+  if (is_microfacet(lobe.kind)) shape.width = std::min(1.0f, std::sqrt(lobe.alpha_x * lobe.alpha_y));
   if (lobe.kind == LobeKind::ToonGlossy) shape.width = std::min(1.0f, 0.5f * (lobe.alpha_x + lobe.alpha_y));
   return shape;
 }

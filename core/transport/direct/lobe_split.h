@@ -13,9 +13,7 @@ constexpr float kSharpRoughness = 0.25f;
 
 inline bool is_rough(const Lobe& lobe) {
   if (lobe.is_delta() || lobe.kind == LobeKind::Transparent) return false;
-  const bool microfacet = lobe.kind == LobeKind::MicrofacetReflection || lobe.kind == LobeKind::MicrofacetRefraction ||
-                          lobe.kind == LobeKind::MicrofacetGlass;
-  return !microfacet || lobe.alpha_x * lobe.alpha_y >= sqr(sqr(kSharpRoughness));
+  return !is_microfacet(lobe.kind) || lobe.alpha_x * lobe.alpha_y >= sqr(sqr(kSharpRoughness));
 }
 
 /// Whether the radiance from these lobes is their weight over pi times the irradiance at bsdf.n.

@@ -8,13 +8,14 @@
 #include "math/warps.h"
 #include "shading/bsdf/closure_parts.h"
 #include "shading/bsdf/fresnel.h"
+#include "shading/bsdf/microfacet.h"
 #include "transport/media/phase_function.h"
 
 namespace ajar {
 
 namespace {
 
-constexpr int kMaxSteps = 256;
+constexpr int kMaxSteps = 256, kAnisotropicSteps = 9;
 constexpr float kMinAlbedo = 0.2f, kNothingLeft = 1e-6f;
 /// For light inside an object, the object's visibility by type of ray does not matter.
 constexpr uint32_t kEveryKind = kRayCamera | kRayDiffuse | kRayGlossy | kRayTransmission | kRayShadow |
@@ -68,6 +69,53 @@ float single_scattering_albedo(float albedo, float g) {
   return std::clamp(glm::mix(kDark.at(albedo, g), kBright.at(albedo, g), std::pow(albedo, 0.25f)), 0.0f, 0.999999f);
 }
 
+/// The same by the van de Hulst relation between both albedos [d'Eon, A Hitchhiker's Guide to Multiple Scattering,
+/// v0.3.2, eq. 53.7].
+float van_de_hulst_albedo(float albedo, float g) {
+  const float s = 4.20863f * albedo - std::sqrt(9.59217f + albedo * (41.6808f + albedo * 17.7126f)) + 4.09712f;
+  const float s2 = s * s, denominator = 1.0f - g * s2;
+  return denominator > 0.0f ? std::clamp((1.0f - s2) / denominator, 0.0f, 0.999999f) : 0.0f;
+}
+
+/// Samples the direction in which light that arrives along -wo enters the medium. False if there is none.
+bool sample_entry(const SubsurfaceMedium& medium, Vec3 normal, Vec3 wo, Pcg32& rng, Vec3& direction) {
+  const Vec2 u{rng.next_float(), rng.next_float()};
+  const Frame frame(normal);
+  bool diffuse = medium.entry == SubsurfaceEntry::Diffuse;
+  if (medium.entry == SubsurfaceEntry::Mixed) diffuse = rng.next_float() < 0.5f;
+  if (diffuse) {
+    direction = -frame.to_world(warp::square_to_cosine_hemisphere(u));
+    return true;
+  }
+  const Vec3 local = frame.to_local(wo);
+  Vec3 refracted;
+  if (!(local.z > 0.0f)) return false;
+  // The weight of the sample is that of a boundary without masking: all light enters.
+  const Vec3 facet = microfacet::ggx_sample_visible(local, medium.alpha, medium.alpha, u);
+  if (!fresnel::refract(local, facet, medium.eta, refracted)) return false;
+  direction = frame.to_world(refracted);
+  return true;
+}
+
+/// Makes the surface a diffuse lobe by which light leaves at `point`. The normal of the lobe is that of the closures
+/// with subsurface scattering there.
+void leave_surface(const ShaderProgram& program, const ShadingPoint& point, SurfaceShading& shading) {
+  Vec3 normal = point.ns;
+  if (program.subsurface_has_normal()) {
+    ShadingPoint exit = point;
+    exit.diffuse_depth = 0;
+    SurfaceShading at_exit;
+    program.evaluate_surface(exit, at_exit);
+    const Bsdf::SubsurfacePart part = at_exit.bsdf.subsurface_part();
+    if (part.selection > 0.0f) normal = part.normal;
+  }
+  shading.bsdf.start(point.ng, point.ns);
+  // For roughness 0 and a view along the normal, this lobe has only the Fresnel factor of the exit direction.
+  const LobeKind kind = shading.medium.fresnel ? LobeKind::PrincipledDiffuse : LobeKind::Diffuse;
+  shading.bsdf.add(closures::make_lobe(kind, Color(1.0f), normal));
+  shading.bsdf.prepare(point.wo);
+}
+
 /// Finds the first surface of this instance along the ray. Surfaces of other instances are ignored.
 Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& rays) {
   float travelled = 0.0f;
@@ -90,9 +138,16 @@ Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& r
 
 WalkMedium walk_medium(const SubsurfaceMedium& medium) {
   WalkMedium walk;
+  walk.anisotropy = medium.anisotropy;
   for (int i = 0; i < 3; ++i) {
-    walk.albedo[i] = single_scattering_albedo(std::clamp(medium.albedo[i], 0.0f, 1.0f), medium.anisotropy);
-    walk.extinction[i] = 1.0f / (std::max(medium.radius[i], 1e-16f) * (1.0f - medium.anisotropy));
+    const float albedo = std::clamp(medium.albedo[i], 0.0f, 1.0f);
+    walk.extinction[i] = 1.0f / std::max(medium.radius[i], 1e-16f);
+    if (medium.van_de_hulst) {
+      walk.albedo[i] = van_de_hulst_albedo(albedo, medium.anisotropy);
+    } else {
+      walk.albedo[i] = single_scattering_albedo(albedo, medium.anisotropy);
+      walk.extinction[i] /= 1.0f - medium.anisotropy;
+    }
     if (walk.albedo[i] < kMinAlbedo) {
       walk.factor[i] = walk.albedo[i] / kMinAlbedo;
       walk.albedo[i] = kMinAlbedo;
@@ -101,15 +156,23 @@ WalkMedium walk_medium(const SubsurfaceMedium& medium) {
   return walk;
 }
 
-bool walk_below_surface(const Scene& scene, const SubsurfaceEntry& entry, Pcg32& rng, ShadingPoint& point,
+WalkMedium similar_isotropic(const WalkMedium& medium) {
+  WalkMedium similar = medium;
+  similar.anisotropy = 0.0f;
+  const Color scattering = medium.extinction * medium.albedo * (1.0f - medium.anisotropy);
+  similar.extinction = medium.extinction * (1.0f - medium.albedo) + scattering;
+  similar.albedo = scattering / similar.extinction;
+  return similar;
+}
+
+bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng, ShadingPoint& point,
                         SurfaceShading& shading, Color& weight, uint64_t& rays) {
   const SubsurfaceMedium& medium = shading.medium;
-  Bsdf& bsdf = shading.bsdf;
-  const WalkMedium inside = walk_medium(medium);
+  WalkMedium inside = walk_medium(medium);
   Color carried = inside.factor;
   if (medium.fresnel) carried *= 1.0f - 0.5f * fresnel::schlick(saturate(glm::dot(entry.normal, point.wo)));
-  const Vec2 u{rng.next_float(), rng.next_float()};
-  Vec3 direction = -Frame(entry.normal).to_world(warp::square_to_cosine_hemisphere(u));
+  Vec3 direction;
+  if (!sample_entry(medium, entry.normal, point.wo, rng, direction)) return false;
   if (!(glm::dot(direction, point.ng) < 0.0f)) return false;
   Ray ray = scene.spawn_ray(point, direction);
   for (int step = 0; step < kMaxSteps; ++step) {
@@ -130,14 +193,7 @@ bool walk_below_surface(const Scene& scene, const SubsurfaceEntry& entry, Pcg32&
       if (!(glm::dot(point.ns, point.ng) > 0.0f)) point.ns = point.ng;
       point.wo = point.ns;
       weight *= carried;
-      bsdf.start(point.ng, point.ns);
-      if (medium.fresnel) {
-        // For roughness 0 and a view along the normal, the lobe has only the Fresnel factor of the exit direction.
-        bsdf.add(closures::make_lobe(LobeKind::PrincipledDiffuse, Color(1.0f), point.ns));
-        bsdf.prepare(point.wo);
-      } else {
-        bsdf.set_lambert(Color(1.0f), point.wo);
-      }
+      leave_surface(scene.material(hit), point, shading);
       return is_finite(weight);
     }
     // Balance heuristic over the channels [Veach 1997, section 9.2.4].
@@ -145,7 +201,8 @@ bool walk_below_surface(const Scene& scene, const SubsurfaceEntry& entry, Pcg32&
     carried *= inside.albedo * density / glm::dot(probability, density);
     if (!(max_component(carried) > kNothingLeft)) return false;
     ray.origin += ray.t_max * ray.direction;
-    const float cosine = sample_henyey_greenstein(medium.anisotropy, rng.next_float()),
+    if (step == kAnisotropicSteps) inside = similar_isotropic(inside);
+    const float cosine = sample_henyey_greenstein(inside.anisotropy, rng.next_float()),
                 sine = safe_sqrt(1.0f - cosine * cosine);
     const float phi = 2.0f * kPi * rng.next_float();
     ray.direction = Frame(ray.direction).to_world(Vec3(sine * std::cos(phi), sine * std::sin(phi), cosine));

@@ -2,9 +2,10 @@
 // [Chiang, Kutz and Burley 2016].
 //
 // The single scattering albedo of the medium is computed from the surface albedo that the artist sets, by the fit of
-// Kulla and Chiang (with anisotropy; Blender's coefficients). Distances are sampled for one channel and weighted by the
-// balance heuristic over all three channels. Walks of more than 256 steps, and walks that leave the object through a
-// hole, contribute nothing, as in Cycles.
+// Kulla and Chiang (with anisotropy; Blender's coefficients), or since Blender 5.2 by the equation of d'Eon. Distances
+// are sampled for one channel and weighted by the balance heuristic over all three channels. After ten steps, an
+// anisotropic medium is replaced by the isotropic one of equal diffusion (similarity; Wyman et al. 1989). Walks of more
+// than 256 steps, and walks that leave the object through a hole, contribute nothing. Both as in Cycles.
 #pragma once
 
 #include "math/random.h"
@@ -12,16 +13,19 @@
 
 namespace ajar {
 
-/// Coefficients of the medium below the surface, from the surface albedo and the mean free path of the reduced medium.
+/// Coefficients of the medium below the surface, from the surface albedo and the mean free path.
 struct WalkMedium {
-  Color extinction{0.0f};  ///< per metre
-  Color albedo{0.0f};      ///< single scattering albedo
-  Color factor{1.0f};      ///< factor on the result of the walk; less than 1 if `albedo` had to be raised
+  Color extinction{0.0f};   ///< per metre
+  Color albedo{0.0f};       ///< single scattering albedo
+  float anisotropy = 0.0f;  ///< mean cosine of scattering
+  Color factor{1.0f};       ///< factor on the result of the walk; less than 1 if `albedo` had to be raised
 };
 WalkMedium walk_medium(const SubsurfaceMedium& medium);
+/// The isotropic medium in which light diffuses in the same way.
+WalkMedium similar_isotropic(const WalkMedium& medium);
 
 /// Where a walk goes below the surface.
-struct SubsurfaceEntry {
+struct EntryPoint {
   uint32_t instance;
   Vec3 normal;  ///< of the subsurface lobes
 };
@@ -29,7 +33,7 @@ struct SubsurfaceEntry {
 /// A walk inside the instance that is entered at `point`. Returns true if the walk leaves the object. Then `point` is
 /// the exit, with normals outwards, `shading.bsdf` is the lobe by which the light leaves, and `weight` is multiplied by
 /// the throughput of the walk per weight of the subsurface lobes over `shading.medium.albedo`.
-bool walk_below_surface(const Scene& scene, const SubsurfaceEntry& entry, Pcg32& rng, ShadingPoint& point,
+bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng, ShadingPoint& point,
                         SurfaceShading& shading, Color& weight, uint64_t& rays);
 
 /// Random numbers for the choice below, and for the walk.

@@ -9,11 +9,8 @@
 namespace ajar {
 
 bool transmits(const Bsdf& bsdf) {
-  for (int i = 0; i < bsdf.lobe_count(); ++i) {
-    const LobeKind kind = bsdf.lobe(i).kind;
-    if (kind == LobeKind::Translucent || kind == LobeKind::MicrofacetRefraction || kind == LobeKind::MicrofacetGlass)
-      return true;
-  }
+  for (int i = 0; i < bsdf.lobe_count(); ++i)
+    if (transmits(bsdf.lobe(i).kind)) return true;
   return false;
 }
 

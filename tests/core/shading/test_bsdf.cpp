@@ -127,14 +127,19 @@ TEST_P(EveryMaterial, importance_is_the_adjoint_of_radiance) {
 }
 
 TEST_P(EveryMaterial, swapped_arguments_give_the_density_of_the_reverse_step) {
-  // The lobes of version 2 depend on the wo with which the layers were built, so that the bound is larger.
-  const float tolerance = GetParam().name.starts_with("principled_2") ? 0.6f : 2e-3f;
+  // The lobes of version 2 depend on the wo with which the layers were built. Walks build them again for the other
+  // direction (ShaderProgram::depends_on_view). So only the support of the densities is compared.
+  const bool is_layered = GetParam().name.starts_with("principled_2");
   Pcg32 rng(13);
   for (int i = 0; i < 400; ++i) {
     const Vec3 wo = uniform_direction(rng), wi = uniform_direction(rng);
     const Bsdf there = make_bsdf(GetParam(), wo), back = make_bsdf(GetParam(), wi);
     const float expected = back.pdf_solid_angle(wi, wo), actual = there.pdf_solid_angle(wi, wo);
-    EXPECT_NEAR(actual, expected, tolerance * std::max(expected, 1e-3f)) << wo.z << " " << wi.z;
+    if (is_layered) {
+      EXPECT_EQ(actual > 1e-3f, expected > 1e-3f) << wo.z << " " << wi.z << ": " << actual << ", " << expected;
+    } else {
+      EXPECT_NEAR(actual, expected, 2e-3f * std::max(expected, 1e-3f)) << wo.z << " " << wi.z;
+    }
   }
 }
 
@@ -251,7 +256,7 @@ TEST(Bsdf, a_small_roughness_becomes_a_delta_lobe_at_the_limit_of_cycles) {
   for (float alpha : {3.0e-4f, 3.3e-4f}) {
     Bsdf bsdf;
     closures::Surface surface{direction(0.5f), {0, 0, 1}, false};
-    closures::add_glossy(bsdf, surface, Color(1.0f), {0, 0, 1}, closures::Distribution::Ggx, std::sqrt(alpha),
+    closures::add_glossy(bsdf, surface, Color(1.0f), {0, 0, 1}, {closures::Distribution::Ggx, std::sqrt(alpha)},
                          {{1, 0, 0}, 0.0f, 0.0f});
     bsdf.prepare(surface.wo);
     EXPECT_EQ(bsdf.has_non_delta(), alpha > 3.2e-4f);
@@ -266,7 +271,7 @@ TEST(Bsdf, delta_lobes_take_part_in_sampling_and_not_in_the_density) {
   Bsdf bsdf;
   closures::Surface surface{wo, {0, 0, 1}, false};
   closures::add_diffuse(bsdf, surface, Color(0.5f), {0, 0, 1}, 0.0f);
-  closures::add_glossy(bsdf, surface, Color(0.25f), {0, 0, 1}, closures::Distribution::Sharp, 0.0f,
+  closures::add_glossy(bsdf, surface, Color(0.25f), {0, 0, 1}, {closures::Distribution::Sharp, 0.0f},
                        {{1, 0, 0}, 0.0f, 0.0f});
   closures::add_transparent(bsdf, Color(0.25f));
   bsdf.prepare(wo);
@@ -293,9 +298,6 @@ TEST(Bsdf, delta_lobes_take_part_in_sampling_and_not_in_the_density) {
 TEST(Bsdf, no_light_passes_where_shading_and_geometric_normals_differ) {
   Pcg32 rng(2);
   for (const Material& m : all_materials()) {
-    const bool transmits = m.name.starts_with("translucent") || m.name.starts_with("glass") ||
-                           m.name.starts_with("refraction") || m.name.ends_with("glass") ||
-                           m.name.ends_with("everything");
     for (int i = 0; i < 300; ++i) {
       const Vec3 wo = direction(0.05f + 0.9f * rng.next_float(), 6.28f * rng.next_float());
       const Vec3 ns = glm::normalize(Vec3(0, 0, 1) + 0.7f * uniform_direction(rng));
@@ -304,6 +306,9 @@ TEST(Bsdf, no_light_passes_where_shading_and_geometric_normals_differ) {
       bsdf.n = surface.ng;
       m.add(bsdf, surface);
       bsdf.prepare(wo);
+      bool transmits = false;
+      for (int k = 0; k < bsdf.lobe_count(); ++k)
+        transmits |= ajar::transmits(bsdf.lobe(k).kind) || bsdf.lobe(k).kind == LobeKind::Transparent;
       const Vec3 wi = uniform_direction(rng);
       const auto e = bsdf.evaluate(wo, wi);
       const bool reflection = wi.z > 0.0f;
@@ -331,7 +336,7 @@ TEST(Bsdf, importance_with_shading_normals_times_the_correction_equals_radiance)
     bsdf.n = glm::normalize(ng + 0.2f * uniform_direction(rng));
     closures::Surface surface{eye, ng, false};
     const Vec3 bumped = glm::normalize(ng + 0.2f * uniform_direction(rng));
-    closures::add_glossy(bsdf, surface, Color(1.0f), bumped, closures::Distribution::Ggx, 0.7f,
+    closures::add_glossy(bsdf, surface, Color(1.0f), bumped, {closures::Distribution::Ggx, 0.7f},
                          {{1, 0, 0}, 0.0f, 0.0f});
     closures::add_diffuse(bsdf, surface, Color(1.0f), bsdf.n, 0.0f);
     bsdf.prepare(eye);

@@ -4,6 +4,7 @@
 
 #include "bsdf_fixtures.h"
 #include "graph_fixtures.h"
+#include "shading/bsdf/diffuse.h"
 #include "shading/bsdf/lobe.h"
 #include "statistical.h"
 
@@ -93,41 +94,41 @@ TEST(Closures, agree_with_pixels_of_cycles) {
         {{82.0f, 150.0f, 20.0f, {0.66455f, 0.369195f, 0.147678f}},
          {-50.0f, 110.0f, 170.0f, {2.371378f, 1.317473f, 0.526981f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::Ggx, 0.3f, {tangent, 0.0f, 0.0f});
+          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, {Distribution::Ggx, 0.3f}, {tangent, 0.0f, 0.0f});
         });
-  check(
-      "glossy beckmann 0.5",
-      {{-50.0f, 110.0f, 170.0f, {3.815677f, 2.119829f, 0.847923f}},
-       {-80.0f, 110.0f, 170.0f, {0.537165f, 0.298426f, 0.119366f}}},
-      [=](Bsdf& b, const Surface& s) {
-        closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::Beckmann, 0.5f, {tangent, 0.0f, 0.0f});
-      });
+  check("glossy beckmann 0.5",
+        {{-50.0f, 110.0f, 170.0f, {3.815677f, 2.119829f, 0.847923f}},
+         {-80.0f, 110.0f, 170.0f, {0.537165f, 0.298426f, 0.119366f}}},
+        [=](Bsdf& b, const Surface& s) {
+          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, {Distribution::Beckmann, 0.5f},
+                               {tangent, 0.0f, 0.0f});
+        });
   check("glossy ashikhmin_shirley 0.5",
         {{70.0f, 150.0f, 20.0f, {0.935273f, 0.519599f, 0.207838f}},
          {-8.0f, 60.0f, 160.0f, {0.223181f, 0.12399f, 0.049595f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::AshikhminShirley, 0.5f,
+          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, {Distribution::AshikhminShirley, 0.5f},
                                {tangent, 0.0f, 0.0f});
         });
   check("glossy ggx 0.8",
         {{12.0f, 75.0f, 90.0f, {0.123814f, 0.068787f, 0.027514f}},
          {-80.0f, 110.0f, 170.0f, {0.769006f, 0.427226f, 0.17089f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, Distribution::Ggx, 0.8f, {tangent, 0.0f, 0.0f});
+          closures::add_glossy(b, s, Color(0.9f, 0.5f, 0.2f), s.ng, {Distribution::Ggx, 0.8f}, {tangent, 0.0f, 0.0f});
         });
   check("aniso ggx 0.6 0.1",
         {{55.0f, 30.0f, 20.0f, {0.382805f, 0.382805f, 0.382805f}},
          {-35.0f, 110.0f, 170.0f, {0.821061f, 0.821061f, 0.821061f}}},
         [=](Bsdf& b, const Surface& s) {
-          closures::add_glossy(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, Distribution::Ggx, 0.4f, {tangent, 0.6f, 0.1f});
+          closures::add_glossy(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, {Distribution::Ggx, 0.4f}, {tangent, 0.6f, 0.1f});
         });
-  check(
-      "aniso beckmann -0.6 0.1",
-      {{12.0f, 30.0f, 20.0f, {8.491507f, 8.491507f, 8.491507f}},
-       {70.0f, 150.0f, 20.0f, {0.411305f, 0.411305f, 0.411305f}}},
-      [=](Bsdf& b, const Surface& s) {
-        closures::add_glossy(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, Distribution::Beckmann, 0.4f, {tangent, -0.6f, 0.1f});
-      });
+  check("aniso beckmann -0.6 0.1",
+        {{12.0f, 30.0f, 20.0f, {8.491507f, 8.491507f, 8.491507f}},
+         {70.0f, 150.0f, 20.0f, {0.411305f, 0.411305f, 0.411305f}}},
+        [=](Bsdf& b, const Surface& s) {
+          closures::add_glossy(b, s, Color(1.0f, 1.0f, 1.0f), s.ng, {Distribution::Beckmann, 0.4f},
+                               {tangent, -0.6f, 0.1f});
+        });
   check("glass ggx 0.5",
         {{-50.0f, 150.0f, 20.0f, {1.533879f, 0.85218f, 0.340868f}},
          {-80.0f, 150.0f, 20.0f, {3.554004f, 1.974456f, 0.789818f}}},
@@ -227,7 +228,7 @@ TEST(Closures, glossy_is_symmetric_under_a_tangent_rotation_of_180_degrees_and_s
   const auto value = [](float anisotropy, float rotation) {
     Bsdf b;
     const Surface s{direction(0.6f), {0, 0, 1}, false};
-    closures::add_glossy(b, s, Color(1.0f), {0, 0, 1}, Distribution::Ggx, 0.5f, {{1, 0, 0}, anisotropy, rotation});
+    closures::add_glossy(b, s, Color(1.0f), {0, 0, 1}, {Distribution::Ggx, 0.5f}, {{1, 0, 0}, anisotropy, rotation});
     b.prepare(s.wo);
     return b.f(s.wo, direction(0.7f, 2.5f)).x;
   };

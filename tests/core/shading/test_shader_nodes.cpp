@@ -630,12 +630,6 @@ TEST(ShaderNodes, unsupported_settings_of_known_nodes_are_reported) {
     compile(g.graph, &diagnostics);
     return diagnostics.empty() ? std::string() : diagnostics[0].message;
   };
-  EXPECT_EQ(said("ShaderNodeBsdfGlass", {value_input("Thin Film Thickness", 0.0f)}), "");
-  EXPECT_NE(
-      said("ShaderNodeBsdfGlass", {value_input("Thin Film Thickness", 400.0f)}).find("Thin Film is not supported"),
-      std::string::npos);
-  EXPECT_NE(said("ShaderNodeBsdfPrincipled", {value_input("Thin Wall", 1.0f)}).find("Thin Wall is not supported"),
-            std::string::npos);
   EXPECT_EQ(said("ShaderNodeVolumeScatter", {}, {text_property("phase", "HENYEY_GREENSTEIN")}, true), "");
   EXPECT_NE(
       said("ShaderNodeVolumeScatter", {}, {text_property("phase", "RAYLEIGH")}, true).find("Phase is not supported"),
@@ -643,17 +637,6 @@ TEST(ShaderNodes, unsupported_settings_of_known_nodes_are_reported) {
   EXPECT_NE(said("ShaderNodeVolumeCoefficients", {}, {}, true)
                 .find("is not supported yet; this part of the volume is left out"),
             std::string::npos);
-
-  GraphBuilder g;  // a linked input can have any value
-  const int thickness = g.node("ShaderNodeValue", {}, {number_property("value", {0.0f})});
-  const int glass = g.node("ShaderNodeBsdfGlass", {linked_input("Thin Film Thickness", thickness, "Value")});
-  g.graph.surface = {glass, "BSDF"};
-  Diagnostics diagnostics;
-  compile(g.graph, &diagnostics);
-  ASSERT_EQ(diagnostics.size(), 1u);
-  EXPECT_EQ(
-      diagnostics[0].message,
-      "node 'BsdfGlass 1' (ShaderNodeBsdfGlass): Thin Film is not supported yet: it is rendered without the film");
 }
 
 }  // namespace ajar::test_shader_nodes

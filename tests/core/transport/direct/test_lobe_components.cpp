@@ -19,7 +19,7 @@ const Vec3 kTangent(1, 0, 0);
 Material coated_diffuse(float roughness, float share) {
   return {"coated diffuse", [=](Bsdf& b, const closures::Surface& s) {
             closures::add_diffuse(b, s, (1.0f - share) * kWhite, s.ng, 0.0f);
-            closures::add_glossy(b, s, share * kWhite, s.ng, closures::Distribution::Ggx, roughness,
+            closures::add_glossy(b, s, share * kWhite, s.ng, {closures::Distribution::Ggx, roughness},
                                  {kTangent, 0.0f, 0.0f});
           }};
 }
@@ -47,9 +47,9 @@ std::vector<Material> several_lobes() {
                     add_diffuse(b, s, 0.2f * kWhite, s.ng, 0.0f);
                     add_translucent(b, s, 0.2f * kWhite, s.ng);
                     for (float roughness : {0.1f, 0.4f})
-                      add_glossy(b, s, 0.2f * kWhite, s.ng, Distribution::Ggx, roughness, {kTangent, 0.0f, 0.0f});
+                      add_glossy(b, s, 0.2f * kWhite, s.ng, {Distribution::Ggx, roughness}, {kTangent, 0.0f, 0.0f});
                     const Vec3 turned = glm::normalize(s.ng + 0.3f * kTangent);
-                    add_glossy(b, s, 0.2f * kWhite, turned, Distribution::Ggx, 0.3f, {Frame(turned).s, 0.0f, 0.0f});
+                    add_glossy(b, s, 0.2f * kWhite, turned, {Distribution::Ggx, 0.3f}, {Frame(turned).s, 0.0f, 0.0f});
                   }});
   return list;
 }
@@ -122,7 +122,7 @@ TEST(LobeComponents, similar_lobes_are_one_component_and_mirrors_none) {
     return lobes.count();
   };
   const auto glossy = [](Bsdf& b, const Surface& s, float roughness) {
-    add_glossy(b, s, kWhite, s.ng, Distribution::Ggx, roughness, {kTangent, 0.0f, 0.0f});
+    add_glossy(b, s, kWhite, s.ng, {Distribution::Ggx, roughness}, {kTangent, 0.0f, 0.0f});
   };
   EXPECT_EQ(components([](Bsdf& b, const Surface& s) {
               add_diffuse(b, s, kWhite, s.ng, 0.0f), add_velvet(b, s, kWhite, s.ng, 0.5f);

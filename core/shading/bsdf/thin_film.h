@@ -1,0 +1,28 @@
+// Interference in a thin film on a facet, after Belcour and Barla 2017 ("A Practical Extension to Microfacet Theory for
+// the Modeling of Varying Iridescence"). The reflectance is a series over the number of passes through the film. Its
+// terms are integrated over the spectrum in advance, as Fourier transforms of the colour matching functions over
+// frequencies.
+#pragma once
+
+#include "math/types.h"
+
+namespace ajar::thin_film {
+
+/// Thinner films have no effect, as in Cycles.
+constexpr float kThinnest = 0.1f;
+
+struct Film {
+  float thickness = 0.0f;  ///< nanometres
+  float ior = 1.0f;        ///< relative to the side from which light arrives
+};
+
+/// The reflectance of a film on a dielectric of index `eta`, without polarization. 1 beyond a critical angle.
+Color on_dielectric(const Film& film, float cos_incident, float eta);
+/// The same on a conductor of index n + ik.
+Color on_conductor(const Film& film, float cos_incident, Color n, Color k);
+/// The same on a metal with the reflectance `f0` along the normal and `f82` at the cosine 1/7. Its index is estimated
+/// from both (Gulbrandsen 2014, "Artist Friendly Metallic Fresnel"), and its reflectance below the film is the curve
+/// fresnel::f82.
+Color on_metal(const Film& film, float cos_incident, Color f0, Color f82);
+
+}  // namespace ajar::thin_film
