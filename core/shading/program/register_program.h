@@ -18,8 +18,8 @@
 #include "shading/functions/color_functions.h"
 #include "shading/functions/ies.h"
 #include "shading/functions/patterns.h"
-#include "shading/functions/sky.h"
 #include "shading/functions/texture.h"
+#include "shading/skies/sky.h"
 
 namespace ajar {
 
