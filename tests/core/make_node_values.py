@@ -170,6 +170,31 @@ def define_voronoi_of_blender_5() -> None:
                     case("TexVoronoi", output, {"voronoi_dimensions": dimensions, "feature": feature, "cells": "PCG"}, Detail=detail, **common)
 
 
+def define_new_nodes_of_blender_5() -> None:
+    place = (0.37, -1.24, 2.71)
+    for kind in enum("TexGabor", "gabor_type"):
+        for output in ("Value", "Phase", "Intensity"):
+            for anisotropy in (1.0, 0.6, 0.0):
+                case("TexGabor", output, {"gabor_type": kind}, Vector=place, Scale=1.7, Frequency=2.3, Anisotropy=anisotropy, Orientation__2D=0.9,
+                     Orientation__3D=(0.3, -0.8, 0.5))
+        case("TexGabor", "Value", {"gabor_type": kind}, Vector=(-3.1, 0.0, 12.8), Scale=5.0, Frequency=-1.0, Anisotropy=1.7, Orientation__2D=-4.0,
+             Orientation__3D=(-2.0, 0.0, 1.0))
+    # Every kind of side and corner, and the sector that is left if the number of sides is not whole.
+    for sides in (2.0, 3.0, 5.0, 2.3, 4.6):
+        for roundness in (0.0, 0.4, 1.0):
+            if sides == 2.0 and roundness > 0.0:
+                continue      # not defined
+            for turn in (0.03, 0.35, 0.9, 2.2, 4.1, 5.3, 5.8, 6.1, 6.25):
+                for normalize in (False, True):
+                    case("RadialTiling", "Segment Coordinates", {"normalize": normalize}, Vector=(1.4 * math.cos(turn), 1.4 * math.sin(turn)), Sides=sides,
+                         Roundness=roundness)
+            for output in ("Segment ID", "Segment Width", "Segment Rotation"):
+                for turn in (0.35, 4.1, 6.1):
+                    case("RadialTiling", output, {}, Vector=(0.6 * math.cos(turn), 0.6 * math.sin(turn)), Sides=sides, Roundness=roundness)
+    case("RadialTiling", "Segment Coordinates", {"normalize": True}, Vector=(0.0, 0.0), Sides=3.5, Roundness=1.5)
+    case("RadialTiling", "Segment Coordinates", {"normalize": False}, Vector=(-1.0, 0.0), Sides=1.0, Roundness=-1.0)
+
+
 def define_skies_of_blender_5() -> None:
     def sky(kind: str, directions: tuple, **properties: object) -> None:
         for elevation, azimuth in directions:
@@ -316,6 +341,7 @@ def main(path: str) -> None:
         define_skies_of_blender_5()
     elif bpy.app.version >= (5, 0):
         define_voronoi_of_blender_5()
+        define_new_nodes_of_blender_5()
     else:
         define()
         define_bumps()

@@ -162,7 +162,8 @@ bool light_path_node(ProgramBuilder& b, int, std::string_view output, Value& val
     value = b.emit(Op::LightPath, Float, {}, i);
     return true;
   }
-  return false;
+  value = b.constant(0.0f);  // no path passes a portal, because Ray Portals are not rendered
+  return output == "Portal Depth";
 }
 
 bool light_falloff(ProgramBuilder& b, int node, std::string_view output, Value& value) {
