@@ -7,10 +7,10 @@
 #include "shading/functions/gabor.h"
 #include "shading/functions/math_functions.h"
 #include "shading/functions/noise.h"
-#include "shading/functions/occlusion.h"
 #include "shading/functions/patterns.h"
 #include "shading/functions/point_functions.h"
 #include "shading/functions/radial_tiling.h"
+#include "shading/functions/ray_functions.h"
 #include "shading/functions/texture_functions.h"
 #include "shading/functions/voronoi.h"
 
@@ -347,6 +347,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         *out = nodes::openness(point, parameters, v(0));
         break;
       }
+      case Op::Bevel: store3(nodes::bevelled_normal(point, f(0), int(i->data))); break;
       case Op::Wireframe:
         *out = nodes::is_near_edge(point, i->variant ? f(0) * nodes::pixel_width(point, tables.bump) : f(0)) ? 1.0f
                                                                                                              : 0.0f;
