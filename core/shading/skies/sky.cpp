@@ -96,10 +96,12 @@ Sky Sky::hosek_wilkie(Vec3 to_sun, float turbidity, float ground_albedo) {
 
 namespace {
 
-/// Angles in the ranges that the tables need, for the same sun, as in Blender.
+/// Values in the ranges of Blender, and angles in those that the tables need, for the same sun.
 Atmosphere normalized(Atmosphere a, float end) {
   a.altitude = std::clamp(a.altitude, 1.0f, end - 1.0f);  // above the ground and below the end of the atmosphere
-  a.sun_size = std::max(a.sun_size, 0.0005f);
+  a.sun_size = std::clamp(a.sun_size, 0.0005f, 0.5f * kPi);
+  for (float* density : {&a.air_density, &a.dust_density, &a.ozone_density})
+    *density = std::clamp(*density, 0.0f, 1000.0f);
   a.sun_elevation = std::remainder(a.sun_elevation, 2.0f * kPi);
   if (std::abs(a.sun_elevation) >= 0.5f * kPi) {  // behind the zenith or the nadir
     a.sun_elevation = std::copysign(kPi, a.sun_elevation) - a.sun_elevation;

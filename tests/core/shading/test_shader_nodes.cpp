@@ -447,6 +447,14 @@ TEST(ShaderNodes, the_sky_is_black_in_the_shadow_of_the_earth) {
   EXPECT_EQ(overhead(-0.15f), Color(0.0f));
 }
 
+TEST(ShaderNodes, skies_of_values_beyond_the_range_of_blender_are_finite) {
+  nodes::Atmosphere a;
+  a.air_density = a.dust_density = a.ozone_density = a.sun_size = a.altitude = a.sun_elevation = 1e30f;
+  const nodes::Sky sky = nodes::Sky::multiple_scattering(a);
+  for (const float z : {-1.0f, -0.01f, 0.01f, 1.0f})
+    EXPECT_TRUE(is_finite(sky.radiance(Vec3(safe_sqrt(1.0f - z * z), 0.0f, z)))) << z;
+}
+
 TEST(ShaderNodes, voronoi_of_blender_4_sums_octaves) {
   const auto at = [&](float detail, float scale, float normalize) {
     GraphBuilder g;
