@@ -69,9 +69,6 @@ void Environment::build_map() {
     }
   });
 
-  const auto solid_angle = [&](int y) {  // of one cell; the sphere has 1
-    return 0.5f * (cos_rows_[size_t(y)] - cos_rows_[size_t(y) + 1]) / float(kWidth);
-  };
   std::vector<float> cells(size_t(kWidth) * kHeight);
   double sum = 0.0;
   for (int y = 0; y < kHeight; ++y) {
@@ -81,27 +78,10 @@ void Environment::build_map() {
       const int next = (x + 1) % kWidth;
       const float mean = 0.25f * (above[x] + above[next] + below[x] + below[next]);
       cells[size_t(y) * kWidth + size_t(x)] = mean;
-      sum += double(mean) * solid_angle(y);
+      sum += double(mean) * part_of_sphere(y);
     }
   }
-  // A sun is about as large as a cell. Corners would miss it, or count it for whole cells. Its light is therefore added
-  // to the cells that it covers.
-  constexpr int kAcross = 32;
-  for (const SkyDisc& disc : discs) {
-    const Frame frame(disc.direction);
-    const float z_edge = std::cos(disc.angular_radius), part = 0.5f * (1.0f - z_edge) / float(kAcross * kAcross);
-    for (int i = 0; i < kAcross * kAcross; ++i) {
-      const float z = 1.0f - (1.0f - z_edge) * (float(i / kAcross) + 0.5f) / kAcross, r = safe_sqrt(1.0f - z * z);
-      const float phi = 2.0f * kPi * (float(i % kAcross) + 0.5f) / kAcross;
-      const Vec3 wi = frame.to_world({r * std::cos(phi), r * std::sin(phi), z});
-      const float azimuth = std::atan2(wi.y, wi.x) * (0.5f * kInvPi);
-      const int x = std::clamp(int((azimuth < 0.0f ? azimuth + 1.0f : azimuth) * kWidth), 0, kWidth - 1);
-      const int y = std::clamp(int(std::acos(std::clamp(wi.z, -1.0f, 1.0f)) * kInvPi * kHeight), 0, kHeight - 1);
-      const float sent = weight(evaluate(*program_, wi, 0)) * part;
-      cells[size_t(y) * kWidth + size_t(x)] += sent / solid_angle(y);
-      sum += double(sent);
-    }
-  }
+  for (const SkyDisc& disc : discs) sum += add_disc(disc, cells);
   // If all corners are black, there can still be radiance between them. The density then has only the floor.
   mean_luminance_ = sum > 0.0 ? float(sum) : 1e-6f;
   double excess = 0.0;
@@ -109,12 +89,52 @@ void Environment::build_map() {
     for (int x = 0; x < kWidth; ++x) {
       float& cell = cells[size_t(y) * kWidth + size_t(x)];
       const float above_mean = std::max(0.0f, cell - mean_luminance_);
-      excess += double(above_mean) * solid_angle(y);
-      cell = (above_mean + kFloor * mean_luminance_) * solid_angle(y);
+      excess += double(above_mean) * part_of_sphere(y);
+      cell = (above_mean + kFloor * mean_luminance_) * part_of_sphere(y);
     }
   }
   excess_luminance_ = float(excess);
   map_ = Distribution2D(cells, kWidth, kHeight);
+}
+
+float Environment::part_of_sphere(int row) const {
+  return 0.5f * (cos_rows_[size_t(row)] - cos_rows_[size_t(row) + 1]) / float(kWidth);
+}
+
+// A small sun can be between the corners of cells, or count for whole cells. The light of suns is therefore added at
+// points of spirals with equal areas (Vogel 1979). A cell of the rim that got no light would be sampled too rarely for
+// its radiance, so the points of the rim are denser.
+double Environment::add_disc(const SkyDisc& disc, std::vector<float>& cells) const {
+  constexpr float kInside = 16.0f, kRim = 256.0f;  // points for each cell at the horizon
+  constexpr float kRimWidth = 2.0f * kPi / kHeight;
+  constexpr double kGoldenTurn = 0.6180339887498949;
+  const Frame frame(disc.direction);
+  double sum = 0.0;
+  const auto add = [&](float inner, float outer, float density) {
+    const float low = warp::one_minus_cos(inner),
+                area = 0.5f * (warp::one_minus_cos(outer) - low);  // as a part of the sphere
+    const int count = std::max(1024, int(density * area / part_of_sphere(kHeight / 2)));
+    for (int i = 0; i < count; ++i) {
+      const float height = low + 2.0f * area * (float(i) + 0.5f) / float(count),
+                  r = safe_sqrt(height * (2.0f - height));
+      const float phi = 2.0f * kPi * float(i * kGoldenTurn - std::floor(i * kGoldenTurn));
+      const Vec3 wi = frame.to_world({r * std::cos(phi), r * std::sin(phi), 1.0f - height});
+      const float azimuth = std::atan2(wi.y, wi.x) * (0.5f * kInvPi);
+      const int x = int((azimuth < 0.0f ? azimuth + 1.0f : azimuth) * kWidth);
+      const int y = std::clamp(int(std::acos(std::clamp(wi.z, -1.0f, 1.0f)) * kInvPi * kHeight), 0, kHeight - 1);
+      const float sent = weight(evaluate(*program_, wi, 0)) * area / float(count);
+      // Near the poles, a point stands for all the narrow cells that are as wide as one at the horizon.
+      const int wide = std::clamp(int(1.0f / std::max(std::hypot(wi.x, wi.y), 1e-4f)), 1, kWidth);
+      for (int k = 0; k < wide; ++k)
+        cells[size_t(y) * kWidth + size_t((x - wide / 2 + k + kWidth) % kWidth)] += sent /
+                                                                                    (part_of_sphere(y) * float(wide));
+      sum += double(sent);
+    }
+  };
+  const float inside = std::max(disc.angular_radius - kRimWidth, 0.0f);
+  if (inside > 0.0f) add(0.0f, inside, kInside);
+  add(inside, disc.angular_radius, kRim);
+  return sum;
 }
 
 Color Environment::radiance(Vec3 wi, uint32_t ray_kind) const {

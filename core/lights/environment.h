@@ -38,6 +38,9 @@ class Environment {
   static constexpr int kWidth = 1024, kHeight = 512;
   static constexpr float kFloor = 0.05f;
   void build_map();
+  /// Adds the light of a sun to the cells of the map. Returns it as a mean over the sphere.
+  double add_disc(const SkyDisc& disc, std::vector<float>& cells) const;
+  float part_of_sphere(int row) const;  ///< the solid angle of a cell; the sphere has 1
 
   const ShaderProgram* program_ = nullptr;
   uint32_t visibility_ = 0;

@@ -91,6 +91,19 @@ Point<N> hash_cell(Point<N> cell) {
   return unit;
 }
 
+/// Visits the cells up to `reach` away on every axis, x fastest. On ties the first cell wins.
+template <int N, class F>
+void for_each_cell(int reach, F&& visit) {
+  int count = 1;
+  for (int axis = 0; axis < N; ++axis) count *= 2 * reach + 1;
+  for (int i = 0; i < count; ++i) {
+    Point<N> offset;
+    for (int axis = 0, rest = i; axis < N; ++axis, rest /= 2 * reach + 1)
+      offset[axis] = float(rest % (2 * reach + 1) - reach);
+    visit(offset);
+  }
+}
+
 /// Calls `f` with the coordinates that a texture node uses in each number of dimensions: W, XY, XYZ, or XYZW.
 template <class F>
 auto with_dimensions(int dimensions, Vec3 p, float w, F&& f) {

@@ -70,10 +70,6 @@ struct Device {
   ~Device() { rtcReleaseDevice(handle); }
 };
 
-}  // namespace
-
-namespace {
-
 /// Tubes are visible from outside only, as in Cycles. Their closures describe how light passes through them.
 void reject_from_inside(const RTCFilterFunctionNArguments* args) {
   const unsigned n = args->N;
@@ -388,15 +384,21 @@ inline bool is_traceable(const Ray& ray, float farthest = kFarthest) {
          ray.t_max <= kInfinity && ray.time >= 0.0f && ray.time <= 1.0f;
 }
 
+/// The nearest hit; its geomID is invalid if there is none.
+inline RTCRayHit nearest(RTCScene scene, const Ray& ray, uint32_t mask, bool coherent) {
+  RTCRayHit query;
+  fill(query.ray, ray, mask);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree::intersect(scene, query, coherent);
+  return query;
+}
+
 }  // namespace
 
 void Accel::intersect(const Ray& ray, uint32_t ray_kind, Hit& hit) const {
   if (!is_traceable(ray, data_->farthest)) return;
-  RTCRayHit query;
-  fill(query.ray, ray, visibility_mask(ray_kind));
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  embree::intersect(data_->top, query, (ray_kind & kRayCamera) != 0);
+  const RTCRayHit query = nearest(data_->top, ray, visibility_mask(ray_kind), (ray_kind & kRayCamera) != 0);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
     hit.instance = ~0u;
     hit.t = ray.t_max;
@@ -416,18 +418,39 @@ bool Accel::occluded(const Ray& ray) const {
   return query.tfar < 0.0f;
 }
 
-bool Accel::occluded_by(const BuiltInstance& instance, const BuiltMesh& mesh, const Ray& ray) const {
-  if (!mesh.structure) return false;
+namespace {
+
+Ray in_space_of(const BuiltInstance& instance, const Ray& ray) {
   Mat4 moved;
   const Mat4& m = object_from_world(instance, ray.time, moved);
   Ray inside = ray;
   inside.origin = transform_point(m, ray.origin);
   inside.direction = transform_vector(m, ray.direction);
+  return inside;
+}
+
+}  // namespace
+
+bool Accel::occluded_by(const BuiltInstance& instance, const BuiltMesh& mesh, const Ray& ray) const {
+  if (!mesh.structure) return false;
+  const Ray inside = in_space_of(instance, ray);
   if (!is_traceable(inside)) return true;
   RTCRay query;
   fill(query, inside, ~0u);
   embree::occluded(static_cast<RTCScene>(mesh.structure.get()), query);
   return query.tfar < 0.0f;
+}
+
+bool Accel::intersect_own(const BuiltInstance& instance, const BuiltMesh& mesh, const Ray& ray, Hit& hit) const {
+  if (!mesh.structure) return false;
+  const Ray inside = in_space_of(instance, ray);
+  if (!is_traceable(inside)) return false;
+  const RTCRayHit query = nearest(static_cast<RTCScene>(mesh.structure.get()), inside, ~0u, false);
+  if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+  hit.t = query.ray.tfar;
+  hit.primitive = query.hit.primID;
+  hit.barycentric = Vec2(query.hit.u, query.hit.v);
+  return true;
 }
 
 void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) const {
@@ -446,11 +469,7 @@ void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) cons
     return;
   }
   if (!data_->lamps || !is_traceable(ray)) return;
-  RTCRayHit query;
-  fill(query.ray, ray, visibility_mask(ray_kind));
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  embree::intersect(data_->lamps, query, false);
+  const RTCRayHit query = nearest(data_->lamps, ray, visibility_mask(ray_kind), false);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
   hit.t = query.ray.tfar;
   hit.light = data_->lamp_of_geometry[query.hit.geomID];

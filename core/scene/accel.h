@@ -35,6 +35,9 @@ class Accel {
   /// Occlusion by this instance alone, whatever its visibility. Baked meshes have no structure of their own and never
   /// occlude here.
   bool occluded_by(const BuiltInstance& instance, const BuiltMesh& mesh, const Ray& ray) const;
+  /// The nearest hit on this instance alone, whatever its visibility, and never on baked meshes. It fills all of `hit` but
+  /// the instance.
+  bool intersect_own(const BuiltInstance& instance, const BuiltMesh& mesh, const Ray& ray, Hit& hit) const;
   void intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) const;
   bool has_lamps() const;
   size_t placed_instances() const;  ///< those put into the top-level structure; the others were in the previous one

@@ -1,10 +1,8 @@
-#include "shading/functions/occlusion.h"
-
-#include <bit>
+#include "shading/functions/ray_functions.h"
 
 #include "math/frame.h"
-#include "math/random.h"
 #include "math/warps.h"
+#include "scene/place.h"
 #include "scene/scene.h"
 
 namespace ajar::nodes {
@@ -14,9 +12,7 @@ float openness(const ShadingPoint& point, const OcclusionParameters& parameters,
   if (!point.scene || !point.instance || parameters.samples < 1 || !(parameters.distance > 0.0f) || !(length2 > 0.0f))
     return 1.0f;
   const Frame frame(normal * ((parameters.inside ? -1.0f : 1.0f) / std::sqrt(length2)));
-  uint32_t seed = std::bit_cast<uint32_t>(point.time);
-  for (int k = 0; k < 3; ++k) seed = hash_combine(seed, std::bit_cast<uint32_t>(point.position[k]));
-  Pcg32 rng(seed);
+  Pcg32 rng(seed_of_place(point));
   const Vec2 offset(rng.next_float(), rng.next_float());
   int open = 0;
   for (int i = 0; i < parameters.samples; ++i) {

@@ -32,6 +32,13 @@ bool Scene::is_blocked_by(const BuiltInstance& instance, const Ray& ray) const {
   return accel_->occluded_by(instance, meshes_[instance.mesh], ray);
 }
 
+Hit Scene::intersect_own(const BuiltInstance& instance, const Ray& ray) const {
+  Hit hit;
+  if (accel_->intersect_own(instance, meshes_[instance.mesh], ray, hit))
+    hit.instance = uint32_t(&instance - instances_.data());
+  return hit;
+}
+
 bool Scene::has_lamp_shapes() const { return accel_->has_lamps(); }
 
 Color Scene::transmittance(const Ray& shadow_ray, int max_transparent) const {

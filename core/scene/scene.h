@@ -108,6 +108,8 @@ class Scene {
   bool is_blocked(const Ray& ray) const;
   /// Whether the ray hits this instance.
   bool is_blocked_by(const BuiltInstance& instance, const Ray& ray) const;
+  /// The nearest hit on this instance. Only materials with nodes that ask for it get one (`asks_for_itself`).
+  Hit intersect_own(const BuiltInstance& instance, const Ray& ray) const;
   /// Transmittance along the segment (0 if blocked). Evaluates transparent surfaces, at most `max_transparent` of them.
   Color transmittance(const Ray& ray, int max_transparent) const;
 

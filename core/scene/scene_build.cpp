@@ -43,10 +43,11 @@ NodeGraph default_surface() {
 /// Whether the material traces rays at its own object only. The mesh then needs its own structure.
 bool asks_for_itself(const MaterialDescription& material) {
   return std::any_of(material.graph.nodes.begin(), material.graph.nodes.end(), [](const Node& node) {
-    return node.type == "ShaderNodeAmbientOcclusion" &&
-           std::any_of(node.properties.begin(), node.properties.end(), [](const NodeProperty& p) {
-             return p.name == "only_local" && !p.numbers.empty() && p.numbers[0] != 0.0f;
-           });
+    return node.type == "ShaderNodeBevel" ||
+           (node.type == "ShaderNodeAmbientOcclusion" &&
+            std::any_of(node.properties.begin(), node.properties.end(), [](const NodeProperty& p) {
+              return p.name == "only_local" && !p.numbers.empty() && p.numbers[0] != 0.0f;
+            }));
   });
 }
 

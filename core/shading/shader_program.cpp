@@ -306,7 +306,7 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
                        is_plain_diffuse(data.scattering.front());
   for (const Instruction& i : data.code)
     for (const Op op : {Op::Incoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection, Op::ShadingNormal,
-                        Op::TrueNormal, Op::Bump})
+                        Op::TrueNormal, Op::Bump, Op::Bevel})
       data.depends_on_view |= i.op == op;
   for (const Closure& closure : data.scattering) {
     data.depends_on_view |= closure.normal != kNoOperand || closure.coat_normal != kNoOperand ||

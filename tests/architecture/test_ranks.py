@@ -4,14 +4,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 # The folders of the core from the lowest to the highest; each has its own rank.
-ROOMS = ["math", "sampling", "description", "geometry", "shading/bsdf", "shading/functions", "shading/program", "shading/nodes", "shading", "lights",
+ROOMS = ["math", "sampling", "description", "geometry", "shading/bsdf", "shading/functions", "shading/skies", "shading/program", "shading/nodes", "shading", "lights",
          "film", "denoise", "scene", "transport/media", "transport/paths", "transport/guiding", "transport/direct", "transport/direct/estimators", "transport/photons", "transport/bidirectional",
          "transport/hints", "transport/chains/mutations", "transport/chains", "integrators", "render"]
 RANKS = {room: rank for rank, room in enumerate(ROOMS)}
 MAX_FILES = 25
 MAX_LINES = 500
 # The coefficients of the sky model of Hosek and Wilkie: a table of numbers.
-DATA = {"core/shading/functions/sky_hosek_data.cpp"}
+DATA = {"core/shading/skies/sky_hosek_data.cpp"}
 SOURCES = [p for p in (ROOT / "core").rglob("*") if p.suffix in {".h", ".cpp"}]
 
 

@@ -2,8 +2,9 @@
 
     blender -b --factory-startup --python tests/core/make_node_values.py -- tests/core/node_values.txt
     python tests/core/make_node_values.py -- tests/core/node_values_5.txt        (in the environment of a bpy wheel of Blender 5)
+    python tests/core/make_node_values.py -- tests/core/sky_values_5.txt
 
-The second table has the nodes that Blender 5 defines differently from Blender 3.
+The second table has the nodes that Blender 5 defines differently from Blender 3, the third its skies.
 
 Every case is a small plane that emits the output of the node and covers at least one pixel. Cycles renders all cases in one image without light
 transport.
@@ -169,6 +170,51 @@ def define_voronoi_of_blender_5() -> None:
                     case("TexVoronoi", output, {"voronoi_dimensions": dimensions, "feature": feature, "cells": "PCG"}, Detail=detail, **common)
 
 
+def define_new_nodes_of_blender_5() -> None:
+    place = (0.37, -1.24, 2.71)
+    for kind in enum("TexGabor", "gabor_type"):
+        for output in ("Value", "Phase", "Intensity"):
+            for anisotropy in (1.0, 0.6, 0.0):
+                case("TexGabor", output, {"gabor_type": kind}, Vector=place, Scale=1.7, Frequency=2.3, Anisotropy=anisotropy, Orientation__2D=0.9,
+                     Orientation__3D=(0.3, -0.8, 0.5))
+        case("TexGabor", "Value", {"gabor_type": kind}, Vector=(-3.1, 0.0, 12.8), Scale=5.0, Frequency=-1.0, Anisotropy=1.7, Orientation__2D=-4.0,
+             Orientation__3D=(-2.0, 0.0, 1.0))
+    # Every kind of side and corner, and the sector that is left if the number of sides is not whole.
+    for sides in (2.0, 3.0, 5.0, 2.3, 4.6):
+        for roundness in (0.0, 0.4, 1.0):
+            if sides == 2.0 and roundness > 0.0:
+                continue      # not defined
+            for turn in (0.03, 0.35, 0.9, 2.2, 4.1, 5.3, 5.8, 6.1, 6.25):
+                for normalize in (False, True):
+                    case("RadialTiling", "Segment Coordinates", {"normalize": normalize}, Vector=(1.4 * math.cos(turn), 1.4 * math.sin(turn)), Sides=sides,
+                         Roundness=roundness)
+            for output in ("Segment ID", "Segment Width", "Segment Rotation"):
+                for turn in (0.35, 4.1, 6.1):
+                    case("RadialTiling", output, {}, Vector=(0.6 * math.cos(turn), 0.6 * math.sin(turn)), Sides=sides, Roundness=roundness)
+    case("RadialTiling", "Segment Coordinates", {"normalize": True}, Vector=(0.0, 0.0), Sides=3.5, Roundness=1.5)
+    case("RadialTiling", "Segment Coordinates", {"normalize": False}, Vector=(-1.0, 0.0), Sides=1.0, Roundness=-1.0)
+
+
+def define_skies_of_blender_5() -> None:
+    def sky(kind: str, directions: tuple, **properties: object) -> None:
+        for elevation, azimuth in directions:
+            case("TexSky", "Color", {"sky_type": kind, **properties}, Vector=(math.cos(elevation) * math.cos(azimuth),
+                                                                              math.cos(elevation) * math.sin(azimuth), math.sin(elevation)))
+
+    around = ((1.2, 0.4), (0.3, 1.6), (0.02, -1.5), (-0.03, 2.0), (-0.6, 0.7))
+    for kind in ("SINGLE_SCATTERING", "MULTIPLE_SCATTERING"):
+        without = {"sun_disc": False}
+        sky(kind, around, sun_elevation=0.05, **without)
+        sky(kind, around, sun_elevation=0.7, sun_rotation=2.0, altitude=30.0, air_density=3.0, aerosol_density=0.1, ozone_density=5.0, **without)
+        sky(kind, around, sun_elevation=-0.06, sun_rotation=-1.0, altitude=3000.0, aerosol_density=8.0, ozone_density=0.0, **without)
+        sky(kind, around, sun_elevation=4.0, altitude=70000.0, air_density=0.2, **without)
+        # As above, the vector of a node with a sun disc is not linked.
+        for sun in ({"sun_elevation": 0.5, "sun_size": 0.3, "altitude": 0.0, "aerosol_density": 2.0},
+                    {"sun_elevation": 0.4, "sun_size": 1.2, "altitude": 15000.0, "ozone_density": 4.0},
+                    {"sun_elevation": math.pi - 0.55, "sun_rotation": math.pi + 0.8, "sun_size": 0.2, "altitude": 200.0, "air_density": 3.0}):
+            case("TexSky", "Color", {"sky_type": kind, "sun_rotation": 0.8, "sun_intensity": 0.003, "sun_disc": True, **sun}, Vector=(0.625, 0.625, 0.5))
+
+
 # The slope of the plane in tests of bumped normals: z = SLOPE * (x, y).
 SLOPE = (0.3, -0.2)
 BUMPS: list[tuple[str, dict]] = []     # node, inputs and properties
@@ -291,8 +337,11 @@ def main(path: str) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     if "cycles" not in bpy.context.preferences.addons:
         bpy.ops.preferences.addon_enable(module="cycles")
-    if bpy.app.version >= (5, 0):
+    if Path(path).stem.startswith("sky_values"):
+        define_skies_of_blender_5()
+    elif bpy.app.version >= (5, 0):
         define_voronoi_of_blender_5()
+        define_new_nodes_of_blender_5()
     else:
         define()
         define_bumps()

@@ -87,6 +87,8 @@ constexpr const char* kTexts[] = {"GGX",
                                   "HOSEK_WILKIE",
                                   "NISHITA",
                                   "PREETHAM",
+                                  "SINGLE_SCATTERING",
+                                  "MULTIPLE_SCATTERING",
                                   "TILT=NONE\n1 1 1 2 1 1 1 1 1 1 1 1 1 0 90 0 5 7"};
 constexpr const char* kProperties[] = {"operation",
                                        "distribution",

@@ -7,19 +7,6 @@
 namespace ajar::nodes {
 namespace {
 
-/// Visits the cells up to `reach` away on every axis, x fastest. On ties the first cell wins.
-template <int N, class F>
-void for_each_cell(int reach, F&& visit) {
-  int count = 1;
-  for (int axis = 0; axis < N; ++axis) count *= 2 * reach + 1;
-  for (int i = 0; i < count; ++i) {
-    Point<N> offset;
-    for (int axis = 0, rest = i; axis < N; ++axis, rest /= 2 * reach + 1)
-      offset[axis] = float(rest % (2 * reach + 1) - reach);
-    visit(offset);
-  }
-}
-
 template <int N>
 float distance(const VoronoiParameters& v, Point<N> d) {
   if constexpr (N == 1) return std::abs(d.x);

@@ -162,7 +162,8 @@ bool light_path_node(ProgramBuilder& b, int, std::string_view output, Value& val
     value = b.emit(Op::LightPath, Float, {}, i);
     return true;
   }
-  return false;
+  value = b.constant(0.0f);  // no path passes a portal, because Ray Portals are not rendered
+  return output == "Portal Depth";
 }
 
 bool light_falloff(ProgramBuilder& b, int node, std::string_view output, Value& value) {
@@ -217,6 +218,22 @@ bool ambient_occlusion(ProgramBuilder& b, int node, std::string_view output, Val
   value = b.emit(Op::AmbientOcclusion, Float, {normal_input(b, node), distance}, variant, uint32_t(samples));
   if (output == "Color") value = b.emit(Op::Scale, Color, {b.input(node, "Color", Color, Vec4(1.0f)), value});
   return output == "AO" || output == "Color";
+}
+
+/// A linked normal gets the difference that the bevel makes to the normal of the surface.
+bool bevel_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  constexpr int kMaxSamples = 128;
+  const int samples = std::clamp(int(b.number(node, "samples", 4.0f)), 0, kMaxSamples);
+  value = b.emit(Op::Bevel, Vector, {b.input(node, "Radius", Float, Vec4(0.05f))}, 0, uint32_t(samples));
+  if (b.is_linked(node, "Normal")) {
+    const auto combine = [&](VectorOperation operation, Value x, Value y) {
+      return b.emit(Op::VectorMath, Vector, {x, y, b.constant(Vec3(0.0f), Vector), b.constant(1.0f)}, int(operation));
+    };
+    const Value change = combine(VectorOperation::Subtract, value, b.surface_normal());
+    value = combine(VectorOperation::Add, b.input(node, "Normal", Vector), change);
+    value = b.emit(Op::Normalize, Vector, {value});
+  }
+  return output == "Normal";
 }
 
 bool tangent_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
@@ -291,6 +308,7 @@ constexpr NodeType kNodes[] = {
     {"ShaderNodeNormalMap", normal_map_node},
     {"ShaderNodeWireframe", wireframe},
     {"ShaderNodeAmbientOcclusion", ambient_occlusion},
+    {"ShaderNodeBevel", bevel_node},
     {"ShaderNodeHairInfo", hair_info_node},
     {"ShaderNodePointInfo", nothing_of_surfaces},
     {"ShaderNodeVolumeInfo", nothing_of_surfaces},

@@ -1,4 +1,4 @@
-// Procedural textures: Noise, Musgrave, White Noise, Voronoi, Wave, Magic, Brick. Their scalar inputs are packed three
+// Procedural textures: Noise, Musgrave, White Noise, Voronoi, Wave, Magic, Brick, Gabor. Their scalar inputs are packed three
 // to a vector, so that each of them can be linked without more operands per instruction.
 #include "shading/functions/noise.h"
 #include "shading/functions/patterns.h"
@@ -151,6 +151,20 @@ bool brick_texture(ProgramBuilder& b, int node, std::string_view output, Value& 
   return output == "Fac" || output == "Color";
 }
 
+bool gabor_texture(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  TextureInputs in(b, node);
+  const Value direction = b.input(node, "Orientation 3D", Vector, Vec4(1.414214f, 1.414214f, 0.0f, 0.0f));
+  const Value whole = b.emit(
+      Op::Gabor, Vector,
+      {in.place(),
+       in.three(in.number("Frequency", 2.0f), in.number("Anisotropy", 1.0f), in.number("Orientation 2D", 0.25f * kPi)),
+       direction},
+      b.choice(node, "gabor_type", {"2D", "3D"}) + 2);
+  const int part = output == "Value" ? 0 : output == "Phase" ? 1 : output == "Intensity" ? 2 : -1;
+  if (part >= 0) value = b.part(whole, part);
+  return part >= 0;
+}
+
 constexpr NodeType kNodes[] = {
     {"ShaderNodeTexNoise", noise_texture},
     {"ShaderNodeTexMusgrave", musgrave_texture},
@@ -159,6 +173,7 @@ constexpr NodeType kNodes[] = {
     {"ShaderNodeTexWave", wave_texture},
     {"ShaderNodeTexMagic", magic_texture},
     {"ShaderNodeTexBrick", brick_texture},
+    {"ShaderNodeTexGabor", gabor_texture},
 };
 
 }  // namespace

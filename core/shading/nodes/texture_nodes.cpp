@@ -71,10 +71,9 @@ bool sky_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
     index = found->second;
   } else {
     const auto number = [&](const char* property, float fallback) { return b.number(node, property, fallback); };
-    // Blender 5 renamed Nishita's model and added one with multiple scattering.
+    // Blender before 5.0 has NISHITA, and since then the last two.
     const int model = b.choice(node, "sky_type",
                                {"PREETHAM", "HOSEK_WILKIE", "NISHITA", "SINGLE_SCATTERING", "MULTIPLE_SCATTERING"}, 2);
-    if (model == 4) b.report(node, "multiple scattering is not supported yet; single scattering is used");
     if (model < 2) {
       const std::vector<float>* sun = b.numbers(node, "sun_direction");
       Vec3 to_sun = sun && sun->size() >= 3 ? Vec3((*sun)[0], (*sun)[1], (*sun)[2]) : Vec3(0, 0, 1);
@@ -86,14 +85,16 @@ bool sky_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
       Atmosphere a;
       a.sun_elevation = number("sun_elevation", a.sun_elevation);
       a.sun_rotation = number("sun_rotation", a.sun_rotation);
-      a.altitude = number("altitude", a.altitude);
+      a.altitude = number("altitude", model == 2 ? a.altitude : 100.0f);
       a.air_density = number("air_density", a.air_density);
       a.dust_density = number("dust_density", number("aerosol_density", a.dust_density));
       a.ozone_density = number("ozone_density", a.ozone_density);
       a.sun_disc = number("sun_disc", 1.0f) != 0.0f;
       a.sun_size = number("sun_size", a.sun_size);
       a.sun_intensity = number("sun_intensity", a.sun_intensity);
-      b.tables.skies.push_back(Sky::nishita(a));
+      b.tables.skies.push_back(model == 2   ? Sky::nishita(a)
+                               : model == 3 ? Sky::single_scattering(a)
+                                            : Sky::multiple_scattering(a));
     }
     index = b.node_data[node] = uint32_t(b.tables.skies.size() - 1);
   }

@@ -1,4 +1,4 @@
-// Vector nodes: Vector Math, Mapping, rotations, transforms, separating and combining, curves.
+// Vector nodes: Vector Math, Mapping, rotations, transforms, separating and combining, curves, tilings.
 #include "shading/functions/math_functions.h"
 #include "shading/functions/point_functions.h"
 #include "shading/nodes/curve_tables.h"
@@ -108,11 +108,22 @@ bool vector_curve(ProgramBuilder& b, int node, std::string_view output, Value& v
   return output == "Vector";
 }
 
+bool radial_tiling(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  const Value whole = b.emit(
+      Op::RadialTiling, Vector,
+      {b.input(node, "Vector", Vector), b.input(node, "Sides", Float, Vec4(5.0f)), b.input(node, "Roundness", Float)},
+      b.number(node, "normalize") != 0.0f);
+  const int part = output == "Segment ID" ? 3 : output == "Segment Width" ? 4 : output == "Segment Rotation" ? 5 : 0;
+  value = part ? b.part(whole, part) : whole;
+  return part || output == "Segment Coordinates";
+}
+
 constexpr NodeType kNodes[] = {
     {"ShaderNodeVectorMath", vector_math_node}, {"ShaderNodeMapping", mapping_node},
     {"ShaderNodeVectorRotate", vector_rotate},  {"ShaderNodeVectorTransform", vector_transform},
     {"ShaderNodeCombineXYZ", combine_xyz},      {"ShaderNodeSeparateXYZ", separate_xyz},
     {"ShaderNodeNormal", normal_node},          {"ShaderNodeVectorCurve", vector_curve},
+    {"ShaderNodeRadialTiling", radial_tiling},
 };
 
 }  // namespace

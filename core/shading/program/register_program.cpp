@@ -4,11 +4,13 @@
 #include "math/hash.h"
 #include "shading/functions/bump.h"
 #include "shading/functions/color_functions.h"
+#include "shading/functions/gabor.h"
 #include "shading/functions/math_functions.h"
 #include "shading/functions/noise.h"
-#include "shading/functions/occlusion.h"
 #include "shading/functions/patterns.h"
 #include "shading/functions/point_functions.h"
+#include "shading/functions/radial_tiling.h"
+#include "shading/functions/ray_functions.h"
 #include "shading/functions/texture_functions.h"
 #include "shading/functions/voronoi.h"
 
@@ -241,6 +243,17 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         out[0] = result.x, out[1] = result.y;
         break;
       }
+      case Op::Gabor: {  // position, (frequency, anisotropy, angle), direction; variant: dimensions
+        const Vec3 shape = v(1);
+        store3(nodes::gabor({i->variant, shape.x, shape.y, shape.z, v(2)}, v(0)));
+        break;
+      }
+      case Op::RadialTiling: {  // position, sides, roundness; variant: normalised
+        const nodes::RadialTile tile = nodes::radial_tile(f(1), f(2), i->variant != 0, Vec2(v(0)));
+        store3(Vec3(tile.place, 0.0f));
+        out[3] = tile.sector, out[4] = tile.width, out[5] = tile.turn;
+        break;
+      }
       case Op::Sky: store3(tables.skies[i->data].radiance(v(0))); break;
       case Op::Ies: *out = tables.ies_profiles[i->data].towards(v(0)); break;
       case Op::Wavelength: store3(nodes::wavelength(f(0))); break;
@@ -334,6 +347,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         *out = nodes::openness(point, parameters, v(0));
         break;
       }
+      case Op::Bevel: store3(nodes::bevelled_normal(point, f(0), int(i->data))); break;
       case Op::Wireframe:
         *out = nodes::is_near_edge(point, i->variant ? f(0) * nodes::pixel_width(point, tables.bump) : f(0)) ? 1.0f
                                                                                                              : 0.0f;

@@ -18,8 +18,8 @@
 #include "shading/functions/color_functions.h"
 #include "shading/functions/ies.h"
 #include "shading/functions/patterns.h"
-#include "shading/functions/sky.h"
 #include "shading/functions/texture.h"
+#include "shading/skies/sky.h"
 
 namespace ajar {
 
@@ -49,7 +49,7 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(Checker, 1, false) OP(SelectColor, 3, false) OP(Gradient, 1, false)                                              \
   OP(Noise, 1, false) OP(NoiseColor, 3, false) OP(WhiteNoise, 3, false) OP(Voronoi, 8, false)                         \
   OP(Wave, 1, false) OP(Magic, 3, false) OP(Brick, 2, false) OP(Wavelength, 3, false) OP(Sky, 3, false)               \
-  OP(Ies, 1, false)                                                                                                   \
+  OP(Ies, 1, false) OP(Gabor, 3, false) OP(RadialTiling, 6, false)                                                                                               \
   OP(Image, 4, false) OP(ImageBox, 4, true) OP(Environment, 4, false)                                                 \
   OP(ProjectSphere, 3, false) OP(ProjectTube, 3, false)                                                               \
   OP(Position, 3, true) OP(ShadingNormal, 3, true) OP(TrueNormal, 3, true) OP(Incoming, 3, true)                      \
@@ -61,7 +61,7 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(ObjectProperty, 4, true)                                                                                         \
   OP(LightPath, 1, true) OP(LightFalloff, 1, true) OP(Fresnel, 1, true) OP(LayerWeight, 1, true)                      \
   OP(NormalMap, 3, true) OP(VectorTransform, 3, true) OP(Wireframe, 1, true) OP(HairInfo, 1, true)                    \
-  OP(HairTangentNormal, 3, true) OP(AmbientOcclusion, 1, true)                                                        \
+  OP(HairTangentNormal, 3, true) OP(AmbientOcclusion, 1, true) OP(Bevel, 3, true)                                                     \
   OP(Bump, 3, true) OP(Displacement, 3, true) OP(VectorDisplacement, 3, true)
 // clang-format on
 

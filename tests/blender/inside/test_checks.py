@@ -57,14 +57,14 @@ def test_the_fix_of_a_check_removes_its_warning(plain, name):
 def test_check_lists_the_warnings_of_the_core(plain, build):
     thing = build.object(build.mesh())
     material = build.material("Odd")
-    bevel = material.node_tree.nodes.new("ShaderNodeBevel")
+    odd = material.node_tree.nodes.new("ShaderNodeShaderToRGB")
     diffuse = material.node_tree.nodes.new("ShaderNodeBsdfDiffuse")
-    material.node_tree.links.new(bevel.outputs[0], diffuse.inputs["Normal"])
+    material.node_tree.links.new(odd.outputs["Color"], diffuse.inputs["Color"])
     material.node_tree.links.new(diffuse.outputs[0], material.node_tree.nodes["Material Output"].inputs[0])
     thing.data.materials.append(material)
     assert checks.messages_of(plain) is None
     bpy.ops.ajar.check_scene()
-    assert any("Odd" in name and "Bevel" in text for name, text in checks.messages_of(plain)), checks.messages_of(plain)
+    assert any("Odd" in name and "Shader to RGB" in text for name, text in checks.messages_of(plain)), checks.messages_of(plain)
     thing.data.materials.clear()
     bpy.ops.ajar.check_scene()
     assert checks.messages_of(plain) == []

@@ -2,6 +2,8 @@
 
 #include "graph_fixtures.h"
 #include "lights/environment.h"
+#include "math/frame.h"
+#include "math/warps.h"
 
 namespace ajar::test_environment {
 
@@ -45,6 +47,37 @@ TEST(Environment, a_sun_between_the_corners_of_the_map_is_sampled) {
   }
   EXPECT_GT(near, kSide * kSide / 5);  // most of the light comes from the sun
   EXPECT_NEAR(sampled, exact, 0.02 * exact);
+}
+
+// The second moment of estimates of the light of a sun, by quadrature over its disc. It would be large if the cells of
+// the map at the rim of a large sun, or near the zenith, were sampled too rarely.
+TEST(Environment, suns_of_all_sizes_and_elevations_are_sampled_by_their_radiance) {
+  for (const Vec2 sun :
+       {Vec2(0.0095f, 0.3f), Vec2(0.1f, 0.3f), Vec2(0.3f, 0.9f), Vec2(0.1f, 1.52f), Vec2(1.0f, 0.4f)}) {
+    GraphBuilder g;
+    const int sky = g.node("ShaderNodeTexSky", {},
+                           {text_property("sky_type", "MULTIPLE_SCATTERING"), number_property("sun_elevation", {sun.y}),
+                            number_property("sun_rotation", {1.0f}), number_property("sun_size", {sun.x})});
+    const int background = g.node("ShaderNodeBackground",
+                                  {linked_input("Color", sky, "Color"), value_input("Strength", 1.0f)});
+    g.graph.surface = {background, "Background"};
+    const ShaderProgram program = compile(g.graph);
+    const auto discs = program.sky_discs();
+    ASSERT_EQ(discs.size(), 1u);
+    const Environment environment(program, kVisibleAll);
+    const Frame frame(discs[0].direction);
+    constexpr int kCount = 50000;
+    const float height = warp::one_minus_cos(discs[0].angular_radius);
+    double mean = 0.0, squares = 0.0;
+    for (int i = 0; i < kCount; ++i) {
+      const float h = height * (float(i) + 0.5f) / kCount, r = safe_sqrt(h * (2.0f - h)), phi = 2.4f * float(i % 9973);
+      const Vec3 wi = frame.to_world({r * std::cos(phi), r * std::sin(phi), 1.0f - h});
+      const double radiance = luminance(environment.radiance(wi, 0)), solid_angle = 2.0 * kPi * height / kCount;
+      mean += radiance * solid_angle;
+      squares += radiance * radiance * solid_angle / environment.pdf_solid_angle(wi);
+    }
+    EXPECT_LT(squares, 3.0 * mean * mean) << sun.x << " at " << sun.y;
+  }
 }
 
 }  // namespace ajar::test_environment
