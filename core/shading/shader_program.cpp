@@ -29,6 +29,7 @@ struct ShaderProgram::Data {
   bool plain_diffuse = false;  // the only scattering closure is a Lambert closure with the surface's own normal
   bool may_be_transparent = false, depends_on_view = false, subsurface_has_normal = false;
   bool has_surface = false, has_volume = false, medium_varies = false;
+  bool keeps_normal = false;  // the displaced normal is not bent towards the eye for diffuse closures
   int register_count = 0;
 
   Color through_thin_walls(const Values& values) const;
@@ -82,11 +83,13 @@ struct Values {
 
   /// The normal of a closure, `fallback` if it has none.
   Vec3 normal(Operand o, Vec3 fallback) const {
-    if (o == kNoOperand) return fallback;
+    return o == kNoOperand ? fallback : closures::safe_shading_normal(point.ng, point.wo, tilted(o, fallback));
+  }
+  /// The same without bending it towards the eye.
+  Vec3 tilted(Operand o, Vec3 fallback) const {
     const Vec3 n = load3(operand(o, registers, constants));
     const float length2 = length_squared(n);
-    if (!(length2 > 1e-20f && length2 < 1e20f)) return fallback;
-    return closures::safe_shading_normal(point.ng, point.wo, n / std::sqrt(length2));
+    return length2 > 1e-20f && length2 < 1e20f ? n / std::sqrt(length2) : fallback;
   }
 };
 
@@ -159,6 +162,12 @@ struct ScatteringBuilder {
   bool may_enter(const closures::PrincipledInputs& inputs) const {
     return (values.point.diffuse_depth == 0 || inputs.enters_after_diffuse) && !out.bsdf.has_subsurface();
   }
+  /// The normal of diffuse lobes that is not bent towards the eye.
+  void set_diffuse_normal(const Closure& closure, closures::PrincipledInputs& inputs) const {
+    const Vec3 base = out.bsdf.bump_base;
+    inputs.diffuse_normal = closure.normal == kNoOperand ? base : values.tilted(closure.normal, base);
+    inputs.keeps_normal = inputs.diffuse_normal != inputs.normal;
+  }
   static closures::RoughBoundary boundary_of(const closures::PrincipledInputs& inputs) {
     return {inputs.distribution, inputs.roughness, inputs.ior, inputs.correlated, film_of(inputs)};
   }
@@ -175,14 +184,16 @@ struct ScatteringBuilder {
     closures::PrincipledInputs inputs = closure.inputs;
     apply_patches(closure, values.registers, inputs);
     inputs.normal = normal_of(closure.normal);
+    if (inputs.keeps_normal) set_diffuse_normal(closure, inputs);
     if (closure.tangent != kNoOperand)
       inputs.tangent = load3(operand(closure.tangent, values.registers, values.constants));
     const Color color = inputs.base_color * weight;
     const closures::Facets facets{inputs.distribution, inputs.roughness, inputs.correlated};
     switch (closure.kind) {
       case ClosureKind::Diffuse:
-        closures::add_diffuse(out.bsdf, surface, color, inputs.normal, inputs.roughness,
-                              inputs.multiple_scattering ? inputs.base_color : Color(0.0f));
+        closures::add_diffuse(out.bsdf, surface, color, inputs.keeps_normal ? inputs.diffuse_normal : inputs.normal,
+                              inputs.roughness, inputs.multiple_scattering ? inputs.base_color : Color(0.0f),
+                              inputs.keeps_normal);
         break;
       case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
       case ClosureKind::Glossy:
@@ -286,6 +297,8 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
 
   data.register_count = builder.register_count();
   if (!data.scattering.empty()) data.displaced_normal = builder.displaced_normal();
+  data.keeps_normal = data.displaced_normal != kNoOperand &&
+                      builder.number(graph.displacement.node, "keeps_normal") != 0.0f;
   const auto code_for = [&](std::initializer_list<const Closures*> lists, Operand also = kNoOperand) {
     std::vector<Operand> operands{also};
     for (const Closures* list : lists) append_operands(*list, operands);
@@ -325,12 +338,13 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
 
   const Vec3 normal = d.displaced_normal == kNoOperand ? point.ns : load3(registers + d.displaced_normal);
   out.bsdf.start(point.ng, closures::safe_shading_normal(point.ng, point.wo, normal));
+  if (d.keeps_normal) out.bsdf.bump_base = normal;
   const Values values{point, registers, constants};
   out.emission = sum(d.emission, values);
   out.holdout = 0.0f;
   for (const Closure& closure : d.holdout) out.holdout += *operand(closure.weight, registers, constants);
 
-  if (d.plain_diffuse) {
+  if (d.plain_diffuse && !d.keeps_normal) {
     const Closure& diffuse = d.scattering.front();
     Color color = diffuse.inputs.base_color;
     if (!diffuse.patches.empty()) color = glm::max(load3(registers + diffuse.patches.front().from), Color(0.0f));

@@ -309,8 +309,16 @@ def _facets(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, C
     return [("facets", "CORRELATED" if bpy.app.version >= (4, 0) else "SEPARABLE")]
 
 
+def _displacement(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [("filter_width", [0.1 if bpy.app.version >= (4, 3) else 1.0]), *_bumped(_context, _node)]
+
+
+def _bumped(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [("keeps_normal", [float(bpy.app.version >= (4, 0))])]
+
+
 def _diffuse(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
-    return [("multiple_scattering", [float(bpy.app.version >= (4, 3))])]
+    return [("multiple_scattering", [float(bpy.app.version >= (4, 3))]), *_bumped(_context, _node)]
 
 
 def _object_of_coordinates(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
@@ -372,6 +380,9 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeTexIES": _ies,
     "ShaderNodeTexVoronoi": _voronoi,
     "ShaderNodeBsdfDiffuse": _diffuse,
+    "ShaderNodeBump": _bumped,
+    "ShaderNodeDisplacement": _displacement,
+    "ShaderNodeVectorDisplacement": _displacement,
     "ShaderNodeBsdfGlossy": _facets,
     "ShaderNodeBsdfAnisotropic": _facets,
     "ShaderNodeBsdfGlass": _facets,

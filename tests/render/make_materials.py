@@ -59,6 +59,28 @@ def bumped(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
     return closure.outputs[0]
 
 
+def bump(closure: str, distance: float, is_displacement: bool = False) -> Maker:
+    """A closure with a noise as bump, or as displacement that is shown as bump."""
+    def make(tree: bpy.types.NodeTree) -> bpy.types.NodeSocket:
+        shader, noise = tree.nodes.new(closure), tree.nodes.new("ShaderNodeTexNoise")
+        node_of_height = tree.nodes.new("ShaderNodeDisplacement" if is_displacement else "ShaderNodeBump")
+        node_of_height.inputs["Scale" if is_displacement else "Distance"].default_value = distance
+        tree.links.new(noise.outputs[0], node_of_height.inputs["Height"])
+        if is_displacement:
+            output = next(other for other in tree.nodes if other.bl_idname == "ShaderNodeOutputMaterial")
+            tree.links.new(node_of_height.outputs[0], output.inputs["Displacement"])
+        else:
+            tree.links.new(node_of_height.outputs[0], shader.inputs["Normal"])
+        return shader.outputs[0]
+    return make
+
+
+def bumps() -> list[tuple[str, Maker]]:
+    diffuse, principled_node = "ShaderNodeBsdfDiffuse", "ShaderNodeBsdfPrincipled"
+    return [("Bump, diffuse", bump(diffuse, 0.3)), ("Steep bump, diffuse", bump(diffuse, 1.5)), ("Steep bump, Principled", bump(principled_node, 1.5)),
+            ("Displacement as bump, diffuse", bump(diffuse, 0.8, True)), ("Displacement as bump, Principled", bump(principled_node, 0.8, True))]
+
+
 def subsurface() -> list[tuple[str, Maker]]:
     made = []
     for method in ("RANDOM_WALK", "RANDOM_WALK_SKIN", "RANDOM_WALK_LEGACY"):
@@ -128,12 +150,13 @@ def main() -> None:
         bpy.ops.preferences.addon_enable(module="cycles")
     properties.register()
     names = []
-    for name, make in (*layers(), *films(), *closures(), *subsurface()):
+    for name, make in (*layers(), *films(), *closures(), *subsurface(), *bumps()):
         material = bpy.data.materials.new(name)
         material.use_nodes = True
         tree = material.node_tree
         tree.nodes.clear()
-        tree.links.new(make(tree), tree.nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+        output = tree.nodes.new("ShaderNodeOutputMaterial")
+        tree.links.new(make(tree), output.inputs["Surface"])
         names.append(name)
     row = probe.build_scene(names)
     scene = bpy.context.scene

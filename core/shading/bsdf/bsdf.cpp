@@ -22,6 +22,7 @@ bool is_diffuse(LobeKind kind) {
 Bsdf& Bsdf::operator=(const Bsdf& other) {
   ng = other.ng;
   n = other.n;
+  bump_base = other.bump_base;
   bump_terminator = other.bump_terminator;
   count_ = other.count_;
   layer_count_ = other.layer_count_;
@@ -98,7 +99,7 @@ void Bsdf::select(Vec3 wo, float (&selection)[kMaxLobes]) const {
     const float cosine = flipped ? -glm::dot(lobe.frame.n, wo) : glm::dot(lobe.frame.n, wo);
     const float floor = 0.01f * luminance(lobe.weight);
     selection[i] = std::max(luminance(lobe_scattered(lobe, cosine, flipped)), floor);
-    if (!(cosine > 0.0f) && lobe.kind != LobeKind::Transparent) selection[i] = floor;
+    if (!(cosine > 0.0f) && lobe.kind != LobeKind::Transparent && !lobe.ignores_eye) selection[i] = floor;
     sum += selection[i];
   }
   const float scale = sum > 0.0f ? 1.0f / sum : 0.0f;
@@ -110,6 +111,10 @@ float Bsdf::importance_factor(const Lobe& lobe, Vec3 wo, Vec3 wi) const {
   if (lobe.frame.n == n) return 1.0f;
   const float denominator = glm::dot(wi, lobe.frame.n) * glm::dot(wo, n);
   return denominator != 0.0f ? std::abs(glm::dot(wo, lobe.frame.n) * glm::dot(wi, n) / denominator) : 0.0f;
+}
+
+bool Bsdf::is_bumped(const Lobe& lobe) const {
+  return lobe.frame.n != n && is_diffuse(lobe.kind) && lobe.frame.n != bump_base;
 }
 
 /// The weights contain the dimming by the layers for the wo of the makers. Importance needs it for the eye at wi.
@@ -144,13 +149,14 @@ Bsdf::Evaluation Bsdf::sum_lobes(Vec3 wo, Vec3 wi, TransportMode mode) const {
     const Lobe& lobe = lobes()[i];
     if (lobe.delta) continue;
     LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, mode, flipped);
-    if (!(value.pdf_solid_angle > 0.0f)) continue;
+    if (!(value.pdf_solid_angle > 0.0f) && !lobe.ignores_eye) continue;
     if (mode == TransportMode::Importance) {
       value.f_cos *= importance_factor(lobe, wo, wi);
       if (lobe.layers != 0) value.f_cos *= layer_factor(lobe, wo, wi);
     }
-    if (is_diffuse(lobe.kind) && lobe.frame.n != n)
-      value.f_cos *= bump_shadowing(bump_terminator, n, lobe.frame.n, mode == TransportMode::Radiance ? wi : wo);
+    if (is_bumped(lobe))
+      value.f_cos *= bump_shadowing(bump_terminator, bump_base, lobe.frame.n,
+                                    mode == TransportMode::Radiance ? wi : wo);
     if (!kWithCosine) value.f_cos /= std::abs(glm::dot(lobe.frame.n, wi));
     sum.f_cos += value.f_cos;
     sum.pdf_solid_angle += selection_for(i, recomputed) * value.pdf_solid_angle;
@@ -174,9 +180,7 @@ Color Bsdf::evaluate_beyond_horizon(Vec3 wo, Vec3 wi) const {
     if (lobe.delta) continue;
     const LobeValue value = evaluate_lobe(lobe, wo, wi, side > 0.0f, TransportMode::Radiance, flipped);
     if (!(value.pdf_solid_angle > 0.0f)) continue;
-    sum += is_diffuse(lobe.kind) && lobe.frame.n != n
-               ? value.f_cos * bump_shadowing(bump_terminator, n, lobe.frame.n, wi)
-               : value.f_cos;
+    sum += is_bumped(lobe) ? value.f_cos * bump_shadowing(bump_terminator, bump_base, lobe.frame.n, wi) : value.f_cos;
   }
   return sum;
 }

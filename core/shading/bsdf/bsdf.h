@@ -101,6 +101,7 @@ struct Lobe {
   FresnelKind fresnel = FresnelKind::None;
   NormalFresnel normal_fresnel = NormalFresnel::None;  ///< factor: reflectance of `eta` at n (glass: split there)
   Compensation compensation = Compensation::None;      ///< its colour is `multiple_scattering`
+  bool ignores_eye = false;         ///< Diffuse: the eye may be behind the normal, which is not bent towards it
   bool correlated = false;          ///< masking and shadowing depend on each other (Blender 4.0 and later)
   bool delta = false;               ///< value of is_delta(), set by Bsdf::add
   bool subsurface = false;          ///< represents light that enters here and leaves elsewhere (SubsurfaceMedium)
@@ -166,6 +167,7 @@ class Bsdf {
 
   Vec3 ng{0, 0, 1};                                        ///< geometric normal on wo's side
   Vec3 n{0, 0, 1};                                         ///< shading normal of the surface, on wo's side
+  Vec3 bump_base{0, 0, 1};                                 ///< n, but not bent towards the eye
   BumpTerminator bump_terminator = BumpTerminator::Cubic;  ///< for diffuse lobes with other normals than n
 
   Bsdf() = default;
@@ -175,7 +177,7 @@ class Bsdf {
   /// Removes all lobes and sets the normals, both on wo's side.
   void start(Vec3 geometric_normal, Vec3 shading_normal) {
     ng = geometric_normal;
-    n = shading_normal;
+    n = bump_base = shading_normal;
     count_ = layer_count_ = 0;
     dropped_ = 0;
     has_non_delta_ = single_lambert_ = has_subsurface_ = false;
@@ -206,6 +208,7 @@ class Bsdf {
   void assign_lobes(const Bsdf& other, Wanted&& wanted) {
     ng = other.ng;
     n = other.n;
+    bump_base = other.bump_base;
     count_ = 0;
     has_subsurface_ = other.has_subsurface_;
     layer_count_ = other.layer_count_;
@@ -293,6 +296,8 @@ class Bsdf {
   uint32_t dropped_lobes() const { return dropped_; }
 
  private:
+  /// Whether the lobe is diffuse with a normal other than that of the surface.
+  bool is_bumped(const Lobe& lobe) const;
   // The storage is not initialised. Construction and copies touch only the lobes in use.
   Lobe* lobes() { return reinterpret_cast<Lobe*>(lobe_bytes_); }
   const Lobe* lobes() const { return reinterpret_cast<const Lobe*>(lobe_bytes_); }

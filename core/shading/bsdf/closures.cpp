@@ -61,10 +61,12 @@ float eta_from_ior(const Surface& surface, float ior) {
   return surface.backfacing ? 1.0f / eta : eta;
 }
 
-void add_diffuse(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, float roughness, Color albedo) {
+void add_diffuse(Bsdf& bsdf, const Surface&, Color weight, Vec3 normal, float roughness, Color albedo,
+                 bool keeps_normal) {
   Lobe lobe = make_lobe(LobeKind::Diffuse, weight, normal);
   lobe.roughness = roughness < 1e-5f ? 0.0f : saturate(roughness);
   lobe.f0 = glm::clamp(albedo, 0.0f, 1.0f);
+  lobe.ignores_eye = keeps_normal;
   bsdf.add(lobe);
 }
 

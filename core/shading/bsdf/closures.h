@@ -18,7 +18,7 @@ struct Surface {
 
 /// `albedo` is the colour of the light that bounces between rough facets more than once; black for single scattering.
 void add_diffuse(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, float roughness,
-                 Color albedo = Color(0.0f));
+                 Color albedo = Color(0.0f), bool keeps_normal = false);
 void add_translucent(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal);
 void add_transparent(Bsdf& bsdf, Color weight);
 /// Roughness that differs along the tangent and across it.
@@ -113,6 +113,8 @@ struct PrincipledInputs {
   bool is_conductor = false;         ///< metallic closures: base_color and specular_tint_color are n and k
   bool multiple_scattering = false;  ///< rough diffuse closures: light bounces between facets (Blender 4.3 and later)
   Vec3 normal{0, 0, 1}, clearcoat_normal{0, 0, 1}, tangent{1, 0, 0};
+  Vec3 diffuse_normal{0, 0, 1};  ///< of diffuse lobes, if `keeps_normal`
+  bool keeps_normal = false;     ///< diffuse lobes have a normal that is not bent towards the eye (Blender 4.0)
   bool reflective_caustics = true, refractive_caustics = true;  ///< these lobes are allowed after a diffuse bounce
 };
 /// The medium below a Principled surface.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "description/bump_terminator.h"
 #include "math/types.h"
@@ -22,7 +23,7 @@ struct OrenNayar {
 
   float single(float cos_o, float cos_i, float cos_between) const {
     float t = cos_between - cos_o * cos_i;
-    if (t > 0.0f) t /= std::max(cos_o, cos_i);
+    if (t > 0.0f) t /= std::max({cos_o, cos_i, std::numeric_limits<float>::min()});
     return scale * (1.0f + sigma * t);
   }
   /// The fraction of white light that single scattering reflects.

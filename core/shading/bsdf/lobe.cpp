@@ -27,10 +27,19 @@ float eta_from(const Lobe& lobe, bool flipped) {
 
 bool is_index_matched(float eta) { return std::abs(eta - 1.0f) < 1e-4f; }
 
-LobeValue rough_diffuse(const Lobe& lobe, float cos_o, float cos_i, float cos_between) {
+Color rough_diffuse(const Lobe& lobe, float cos_o, float cos_i, float cos_between) {
   const OrenNayar model(lobe.roughness);
-  const Color f = model.single(cos_o, cos_i, cos_between) + model.multiple(lobe.f0, cos_o, cos_i);
-  return {lobe.weight * f * cos_i, cos_i * kInvPi};
+  return lobe.weight * (model.single(cos_o, cos_i, cos_between) + model.multiple(lobe.f0, cos_o, cos_i));
+}
+
+/// A diffuse lobe for which only the light has to be above the normal. In importance the eye is at wi.
+LobeValue diffuse_for_any_eye(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode mode) {
+  const float cos_o = glm::dot(lobe.frame.n, wo), cos_i = glm::dot(lobe.frame.n, wi);
+  if (!((mode == TransportMode::Radiance ? cos_i : cos_o) > 0.0f)) return {};
+  const float above_o = std::max(cos_o, 0.0f), above_i = std::max(cos_i, 0.0f);
+  const Color f = lobe.roughness > 0.0f ? rough_diffuse(lobe, above_o, above_i, glm::dot(wo, wi))
+                                        : lobe.weight * kInvPi;
+  return {f * std::abs(cos_i), above_i * kInvPi};
 }
 
 /// The film on the facets of a lobe. `eta` is the lobe's index, or its inverse for light from the other side.
@@ -355,12 +364,15 @@ bool Lobe::is_delta() const {
 
 LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, TransportMode mode, bool flipped) {
   const float cos_o = glm::dot(lobe.frame.n, wo), cos_i = glm::dot(lobe.frame.n, wi);
+  if (lobe.ignores_eye) [[unlikely]]
+    return reflection ? diffuse_for_any_eye(lobe, wo, wi, mode) : LobeValue{};
   if (!(cos_o > 0.0f) || (reflection ? !(cos_i > 0.0f) : !(cos_i < 0.0f))) return {};
   const auto cosine_lobe = [&](float f) { return LobeValue{lobe.weight * (f * cos_i), cos_i * kInvPi}; };
   switch (lobe.kind) {
     case LobeKind::Diffuse:
       if (!reflection) return {};
-      return lobe.roughness > 0.0f ? rough_diffuse(lobe, cos_o, cos_i, glm::dot(wo, wi)) : cosine_lobe(kInvPi);
+      if (lobe.roughness > 0.0f) return {rough_diffuse(lobe, cos_o, cos_i, glm::dot(wo, wi)) * cos_i, cos_i * kInvPi};
+      return cosine_lobe(kInvPi);
     case LobeKind::PrincipledDiffuse:
       if (!reflection) return {};
       return cosine_lobe(principled_diffuse(lobe.roughness, cos_o, cos_i, glm::dot(wo, wi)));
@@ -394,7 +406,8 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
     }
     case LobeKind::Translucent:
       if (reflection) return {};
-      if (lobe.roughness > 0.0f) return rough_diffuse(lobe, cos_o, -cos_i, glm::dot(wo, wi) - 2.0f * cos_o * cos_i);
+      if (lobe.roughness > 0.0f)
+        return {rough_diffuse(lobe, cos_o, -cos_i, glm::dot(wo, wi) - 2.0f * cos_o * cos_i) * -cos_i, -cos_i * kInvPi};
       return {lobe.weight * (-cos_i * kInvPi), -cos_i * kInvPi};
     case LobeKind::MicrofacetReflection:
       if (!reflection) return {};

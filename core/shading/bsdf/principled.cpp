@@ -265,7 +265,9 @@ void add_base_v2(Bsdf& bsdf, const Surface& surface, const Below& below, const P
   const Color color = below.weight * glm::clamp(in.base_color, 0.0f, 1.0f);
   const float diffuse_roughness = in.diffuse_roughness < 1e-5f ? 0.0f : saturate(in.diffuse_roughness);
   const auto add_diffuse_lobe = [&](LobeKind kind, Color weight, float roughness) {
-    Lobe lobe = make_lobe(kind, weight, in.normal);
+    const bool keeps_normal = in.keeps_normal && kind == LobeKind::Diffuse;
+    Lobe lobe = make_lobe(kind, weight, keeps_normal ? in.diffuse_normal : in.normal);
+    lobe.ignores_eye = keeps_normal;
     lobe.roughness = roughness;
     lobe.f0 = glm::clamp(in.base_color, 0.0f, 1.0f);
     add_below(bsdf, below, lobe);

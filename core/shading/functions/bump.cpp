@@ -1,7 +1,6 @@
 #include "shading/functions/bump.h"
 
 #include "geometry/geometry.h"
-#include "shading/bsdf/closures.h"
 #include "shading/functions/math_functions.h"
 #include "shading/functions/point_functions.h"
 
@@ -26,7 +25,7 @@ BumpOffsets bump_offsets(const ShadingPoint& point, const BumpFootprint& footpri
   // that Cycles uses.
   Vec3 x = n.x != n.y || n.x != n.z ? Vec3(n.z - n.y, n.x - n.z, n.y - n.x) : Vec3(n.z - n.y, n.x + n.z, -n.y - n.x);
   x = normalize_or_zero(x);
-  const float size = pixel_width(point, footprint);
+  const float size = pixel_width(point, footprint) * footprint.filter_width;
   return {size * x, size * glm::cross(n, x)};
 }
 
@@ -53,7 +52,7 @@ Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, const BumpH
     strength = std::max(strength, 0.0f);
     n = normalize_or_zero(strength * turned + (1.0f - strength) * normal);
   }
-  return n == Vec3(0.0f) ? normal : closures::safe_shading_normal(point.ng, point.wo, n);
+  return n == Vec3(0.0f) ? normal : n;
 }
 
 Vec3 displacement(const ShadingPoint& point, DisplacementSpace space, float amount, Vec3 normal) {

@@ -7,13 +7,15 @@
 
 namespace ajar {
 
-/// The step of the finite differences: about the width of a camera pixel, as in Cycles. It depends only on the
-/// position, so that paths from the eye and from lights get the same normal. Cycles measures it along the path.
+/// The step of the finite differences: the width of a camera pixel times the socket Filter Width, as in Cycles. It
+/// depends only on the position, so that paths from the eye and from lights get the same normal. Cycles measures the
+/// pixel along the path.
 struct BumpFootprint {
   bool used = false, measured = false;
   CameraKind camera = CameraKind::Perspective;
   Mat4 camera_from_world{1.0f};
   float pixel = 1e-3f;  ///< width of a pixel: at distance 1, or everywhere for an orthographic camera
+  float filter_width = 1.0f;
 };
 
 }  // namespace ajar
@@ -23,7 +25,7 @@ namespace ajar::nodes {
 enum class DisplacementSpace : uint8_t { World, Object, Tangent };
 
 struct BumpOffsets {
-  Vec3 x, y;  ///< perpendicular to each other and to the geometric normal; their length is the footprint
+  Vec3 x, y;  ///< perpendicular to each other and to the geometric normal; their length is the step
 };
 /// The width of a camera pixel at the point: the mean over both directions of the image.
 float pixel_width(const ShadingPoint& point, const BumpFootprint& footprint);
@@ -35,7 +37,7 @@ ShadingPoint shifted(const ShadingPoint& point, Vec3 offset);
 struct BumpHeights {
   float here, x, y;
 };
-/// `normal`, tilted against the slope of the heights.
+/// `normal`, tilted against the slope of the heights, with length 1.
 Vec3 bump(const ShadingPoint& point, const BumpFootprint& footprint, const BumpHeights& heights, float strength,
           float distance, Vec3 normal);
 

@@ -82,6 +82,7 @@ void diffuse(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& ou
   w.color(offsetof(Inputs, base_color), "Color", ::ajar::Color(0.8f));
   w.number(offsetof(Inputs, roughness), "Roughness", 0.0f);
   w.closure.inputs.multiple_scattering = b.number(node, "multiple_scattering") != 0.0f;
+  w.closure.inputs.keeps_normal = b.number(node, "keeps_normal") != 0.0f;
   w.normal("Normal", w.closure.normal);
   out.push_back(std::move(w.closure));
 }
@@ -262,6 +263,7 @@ void principled(ProgramBuilder& b, int node, Value weight, std::vector<Closure>&
 
   ClosureWriter w(b, node, ClosureKind::Principled, weight);
   w.closure.inputs.version = v2 ? 2 : 1;
+  w.closure.inputs.keeps_normal = v2;
   w.closure.inputs.distribution = distribution(b, node, v2 ? Distribution::MultiGgx : Distribution::Ggx);
   w.color(offsetof(Inputs, base_color), "Base Color", ::ajar::Color(0.8f));
   w.number(offsetof(Inputs, metallic), "Metallic", 0.0f);

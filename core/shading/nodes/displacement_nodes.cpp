@@ -13,11 +13,20 @@ Value normal_input(ProgramBuilder& b, int node) {
   return b.is_linked(node, "Normal") ? b.input(node, "Normal", Vector) : b.surface_normal();
 }
 
+/// As in Cycles, the value of the socket counts even if it is linked. Blender before 4.3 compares heights a pixel apart.
+void set_filter_width(ProgramBuilder& b, int node) {
+  for (const NodeInput& input : b.node(node).inputs)
+    if (input.socket == "Filter Width" && !b.set_filter_width(input.value.x))
+      b.report(node, "all bumps of a material have the Filter Width of its first one");
+}
+
 bool bump_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  set_filter_width(b, node);
   Value distance = b.input(node, "Distance", Float, Vec4(1.0f));
   if (b.number(node, "invert") != 0.0f) distance = b.emit(Op::Product, Float, {distance, b.constant(-1.0f)});
   value = b.bumped([&] { return b.input(node, "Height", Float, Vec4(1.0f)); },
-                   b.input(node, "Strength", Float, Vec4(1.0f)), distance, normal_input(b, node));
+                   b.input(node, "Strength", Float, Vec4(1.0f)), distance, normal_input(b, node),
+                   b.number(node, "keeps_normal") != 0.0f);
   return output == "Normal";
 }
 
@@ -66,7 +75,9 @@ void add_displacement(ProgramBuilder& b) {
     if (moved.type == Closure) return b.constant(0.0f);
     return b.emit(Op::VectorMathValue, Float, {b.convert(moved, Vector), normal}, int(VectorOperation::DotProduct));
   };
-  const Value one = b.constant(1.0f), displaced = b.bumped(height, one, one, normal);
+  b.set_filter_width(b.number(link.node, "filter_width", 1.0f));
+  const bool keeps_normal = b.number(link.node, "keeps_normal") != 0.0f;
+  const Value one = b.constant(1.0f), displaced = b.bumped(height, one, one, normal, keeps_normal);
   if (displaced.at != normal.at) b.set_displaced_normal(displaced);
 }
 

@@ -101,6 +101,12 @@ int ProgramBuilder::choice(int node, std::string_view property, std::initializer
   return fallback;
 }
 
+bool ProgramBuilder::set_filter_width(float pixels) {
+  pixels = std::clamp(pixels, 1e-3f, 1e3f);
+  if (!filter_width_) tables.bump.filter_width = *(filter_width_ = pixels);
+  return *filter_width_ == pixels;
+}
+
 void ProgramBuilder::report(int node, const std::string& message) {
   const Node& n = graph_.nodes[node];
   report_once(diagnostics_, {Diagnostic::Severity::Warning, owner_,

@@ -82,10 +82,14 @@ class ProgramBuilder {
   Value object_normal();
   Operand displaced_normal() const { return surface_normal_ ? surface_normal_->at : kNoOperand; }
   void set_displaced_normal(Value normal) { surface_normal_ = normal; }
+  /// Sets the distance of the heights that `bumped` compares, in pixels. All bumps of a program have the distance of
+  /// the first one. Returns false if this one is another.
+  bool set_filter_width(float pixels);
   /// A normal that is tilted by a height field. `height()` is called for the point and for the two points beside it,
   /// which are selected by shift_.
+  /// With `keeps_normal` it is not bent towards the eye.
   template <class Height>
-  Value bumped(Height&& height, Value strength, Value distance, Value normal) {
+  Value bumped(Height&& height, Value strength, Value distance, Value normal, bool keeps_normal) {
     const Shift outer = shift_;
     Value h[3];
     for (const Shift shift : {Shift::None, Shift::X, Shift::Y}) {
@@ -96,7 +100,7 @@ class ProgramBuilder {
     if (h[0].at == h[1].at && h[0].at == h[2].at) return normal;
     measure_pixels();
     tables.bump.used = true;
-    return emit(Op::Bump, SocketType::Vector, {h[0], h[1], h[2], strength, distance, normal});
+    return emit(Op::Bump, SocketType::Vector, {h[0], h[1], h[2], strength, distance, normal}, keeps_normal);
   }
 
   /// Gives instructions access to the width of a camera pixel at a point.
@@ -147,6 +151,7 @@ class ProgramBuilder {
   std::map<std::pair<int, std::string>, bool> read_;
   int depth_ = 0, register_count_ = 0;
   bool overflowed_ = false;
+  std::optional<float> filter_width_;
 };
 
 }  // namespace ajar

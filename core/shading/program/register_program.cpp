@@ -2,6 +2,7 @@
 
 #include "geometry/geometry.h"
 #include "math/hash.h"
+#include "shading/bsdf/closures.h"
 #include "shading/functions/bump.h"
 #include "shading/functions/color_functions.h"
 #include "shading/functions/gabor.h"
@@ -333,9 +334,11 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::NormalMap:
         store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant), tables.names[i->data], f(0), v(1)));
         break;
-      case Op::Bump:  // height at the point, heights beside it, strength, distance, normal
-        store3(nodes::bump(point, tables.bump, {f(0), f(1), f(2)}, f(3), f(4), v(5)));
+      case Op::Bump: {  // height at the point, heights beside it, strength, distance, normal; variant: keep the normal
+        const Vec3 n = nodes::bump(point, tables.bump, {f(0), f(1), f(2)}, f(3), f(4), v(5));
+        store3(i->variant != 0 ? n : closures::safe_shading_normal(point.ng, point.wo, n));
         break;
+      }
       case Op::Displacement:
         store3(nodes::displacement(point, nodes::DisplacementSpace(i->variant), f(0), v(1)));
         break;

@@ -6,8 +6,8 @@ namespace ajar::nodes {
 namespace {
 
 struct UnsupportedSetting {
-  std::string_view node, name;     ///< bl_idname, and the identifier of an input or a property
-  float harmless_number;           ///< neutral value of an input or of a number
+  std::string_view node, name;     ///< bl_idname, and the identifier of a property
+  float harmless_number;           ///< neutral value of a number
   std::string_view harmless_text;  ///< neutral choice; empty if the setting is a number
   const char* message;
 };
@@ -20,16 +20,11 @@ constexpr UnsupportedSetting kSettings[] = {
     {"ShaderNodeTexCoord", "from_instancer", 0.0f, "", kFromInstancer},
     {"ShaderNodeUVMap", "from_instancer", 0.0f, "", kFromInstancer},
     {"ShaderNodeNormalMap", "base", 0.0f, "DISPLACED", "Base is not supported yet: the displaced surface is used"},
-    {"ShaderNodeBump", "Filter Width", 0.1f, "",
-     "Filter Width is not supported yet: heights a pixel apart are compared"},
 };
 
 bool asks(const ProgramBuilder& builder, int node, const UnsupportedSetting& setting) {
   if (!setting.harmless_text.empty())
     return builder.text(node, setting.name, setting.harmless_text) != setting.harmless_text;
-  for (const NodeInput& input : builder.node(node).inputs)
-    if (input.socket == setting.name)
-      return builder.is_linked(node, setting.name) || input.value.x != setting.harmless_number;
   return builder.number(node, setting.name, setting.harmless_number) != setting.harmless_number;
 }
 
