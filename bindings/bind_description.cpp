@@ -187,6 +187,10 @@ void set_motion(SceneDescription& description, const Array<int32_t>& instances, 
   }
 }
 
+void set_color_spaces(SceneDescription& description, std::string config, std::string working_space) {
+  description.color = {std::move(config), std::move(working_space)};
+}
+
 int add_image(SceneDescription& description, const std::string& name, const std::string& path, const py::bytes& packed,
               const OptionalFloats& pixels, int width, int height, const std::string& color_space,
               AlphaMode alpha_mode) {
@@ -205,6 +209,15 @@ int add_image(SceneDescription& description, const std::string& name, const std:
   image.height = height;
   image.color_space = color_space;
   image.alpha_mode = alpha_mode;
+  description.images.push_back(std::move(image));
+  return index_of_last(description.images.size());
+}
+
+int add_tiled_image(SceneDescription& description, const std::string& name,
+                    const std::vector<std::pair<int, int>>& tiles) {
+  ImageDescription image;
+  image.name = name;
+  for (const auto& [number, index] : tiles) image.tiles.push_back({number, index});
   description.images.push_back(std::move(image));
   return index_of_last(description.images.size());
 }
@@ -372,8 +385,16 @@ void bind_geometry(py::module_& module) {
       .def_readonly("height", &ImageDescription::height,
                     "int, pixels, >= 0. The height of `pixels`; 0 when there are none.")
       .def_readonly("color_space", &ImageDescription::color_space,
-                    "str. Blender's name of the colour space: \"sRGB\", \"Non-Color\", \"Linear\" and others. Linear "
-                    "Rec. 709 results.")
+                    "str. The name of the colour space in the OpenColorIO configuration, such as \"sRGB\". "
+                    "\"Non-Color\" are no colours, \"scene_linear\" is the working space.")
+      .def_property_readonly(
+          "tiles",
+          [](const ImageDescription& i) {
+            std::vector<std::pair<int, int>> tiles;
+            for (const ImageTile& tile : i.tiles) tiles.emplace_back(tile.number, tile.image);
+            return tiles;
+          },
+          "Tuples (number, index of the image) of a tiled image. Empty when the image has another source.")
       .def_readonly("alpha_mode", &ImageDescription::alpha_mode,
                     "AlphaMode. How the colours and the alpha of the image are related.");
 }
@@ -537,6 +558,10 @@ void bind_description(py::module_& module) {
   def_strands(scene, "add_strands", strands_adder(&make_strands),
               "Add hair and return the index of its mesh. Arguments and errors are those of make_strands.");
   scene.def(py::init<>(), "Make one with default values.")
+      .def("set_color_spaces", &set_color_spaces, py::arg("config"), py::arg("working_space"),
+           "Set the meaning of all colours. config: the path of an OpenColorIO configuration, which gives the colour "
+           "spaces of images their meaning. working_space: the name, in the configuration, of the linear space of all "
+           "colours in the scene and of the rendered image; by default \"Linear Rec.709\".")
       .def("add_shared_mesh", &add_shared_mesh, py::arg("mesh"),
            "Add a mesh that make_mesh or make_strands has made, without a copy, and return its index. Session.update "
            "keeps the structures of a mesh that the next description contains again.")
@@ -567,6 +592,10 @@ void bind_description(py::module_& module) {
            "float32[height, width, 4] or flat, RGBA, rows from the bottom up, with width and height in pixels. Raises "
            "ValueError, which names the image, when pixels does not have width * height * 4 numbers. An image that "
            "cannot be read renders magenta and is reported by name.")
+      .def("add_tiled_image", &add_tiled_image, py::arg("name"), py::arg("tiles"),
+           "Add an image of tiles and return its index. tiles: tuples (number, index of an image without tiles). Tile "
+           "1001 + u + 10 v covers the square from (u, v) to (u + 1, v + 1), u being 0 to 9. Places without a tile are "
+           "magenta.")
       .def(
           "add_material",
           [](SceneDescription& description, std::string name, const NodeGraph& graph, int pass_index) {

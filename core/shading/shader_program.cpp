@@ -8,6 +8,7 @@
 #include "shading/nodes/displacement_nodes.h"
 #include "shading/nodes/node_registry.h"
 #include "shading/nodes/volume_closures.h"
+#include "shading/program/register_allocation.h"
 
 namespace ajar {
 
@@ -26,6 +27,11 @@ struct ShaderProgram::Data {
   bool may_be_transparent = false, depends_on_view = false;
   bool has_surface = false, has_volume = false, medium_varies = false;
   int register_count = 0;
+  std::vector<SkyDisc> sky_discs;
+
+  /// Selects the code of each kind of evaluation from the whole program, and assigns the registers.
+  void divide_code(const std::vector<Instruction>& all, int value_count);
+  void shade(const ShadingPoint& point, float* registers, SurfaceShading& out) const;
 };
 
 namespace {
@@ -33,15 +39,14 @@ namespace {
 using Closures = std::vector<Closure>;
 
 /// The instructions on which these operands depend, in the order of the program.
-std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int register_count,
+std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int value_count,
                                      const std::vector<Operand>& operands) {
-  std::vector<bool> live(size_t(register_count), false);
+  std::vector<bool> live(size_t(value_count), false);
   const auto mark = [&](Operand o) {
     if (o >= 0 && o != kNoOperand) live[o] = true;
   };
   for (const Operand o : operands) mark(o);
-  // An operand always lies within the output of one instruction. So the instruction that writes a live register is
-  // kept.
+  // An operand always lies within the output of one instruction. So the instruction that writes a live value is kept.
   std::vector<Instruction> needed;
   for (auto i = code.rbegin(); i != code.rend(); ++i) {
     bool is_live = false;
@@ -59,6 +64,27 @@ void append_operands(const Closures& closures, std::vector<Operand>& operands) {
     operands.insert(operands.end(), {closure.weight, closure.normal, closure.coat_normal, closure.tangent});
     for (const InputPatch& patch : closure.patches) operands.push_back(patch.from);
   }
+}
+
+void assign_registers(const RegisterAllocation& register_of, Closures& closures) {
+  for (Closure& closure : closures) {
+    for (Operand* o : {&closure.weight, &closure.normal, &closure.coat_normal, &closure.tangent}) *o = register_of(*o);
+    for (InputPatch& patch : closure.patches) patch.from = register_of(patch.from);
+  }
+}
+
+/// The discs of the skies that `code` evaluates in their own coordinates.
+std::vector<SkyDisc> find_sky_discs(const std::vector<Instruction>& code, const ProgramTables& tables) {
+  std::vector<SkyDisc> discs;
+  for (const Instruction& sky : code) {
+    if (sky.op != Op::Sky) continue;
+    const auto sun = tables.skies[sky.data].sun();
+    // The node knows the direction of the sun only if the coordinates of the sky are not rotated.
+    const bool as_it_is = std::any_of(
+        code.begin(), code.end(), [&](const Instruction& i) { return i.op == Op::Generated && i.out == sky.in[0]; });
+    if (sun && as_it_is) discs.push_back({sun->direction, sun->angular_radius});
+  }
+  return discs;
 }
 
 Color color_of(const Closure& closure, const float* registers, const float* constants) {
@@ -189,6 +215,38 @@ ShaderProgram::ShaderProgram(ShaderProgram&&) noexcept = default;
 ShaderProgram& ShaderProgram::operator=(ShaderProgram&&) noexcept = default;
 ShaderProgram::~ShaderProgram() = default;
 
+void ShaderProgram::Data::divide_code(const std::vector<Instruction>& all, int value_count) {
+  const auto operands_of = [](std::initializer_list<const Closures*> lists) {
+    std::vector<Operand> operands;
+    for (const Closures* list : lists) append_operands(*list, operands);
+    return operands;
+  };
+  std::vector<Operand> of_volumes, of_surface = operands_of({&scattering, &emission, &transparency, &holdout});
+  of_surface.push_back(displaced_normal);
+  for (const VolumeClosure& closure : volumes)
+    for (const Operand o : closure.operands()) of_volumes.push_back(o);
+  code = needed_code(all, value_count, of_surface);
+  emission_code = needed_code(all, value_count, operands_of({&emission}));
+  transparency_code = needed_code(all, value_count, operands_of({&transparency}));
+  volume_code = needed_code(all, value_count, of_volumes);
+  sky_discs = find_sky_discs(emission_code, tables);
+
+  // A point is shaded either as a surface or as a volume.
+  const auto assign = [&](const std::vector<Instruction>& whole, const std::vector<Operand>& kept) {
+    RegisterAllocation allocation(whole, value_count, kept);
+    register_count = std::max(register_count, allocation.register_count());
+    return allocation;
+  };
+  const RegisterAllocation on_surface = assign(code, of_surface), inside = assign(volume_code, of_volumes);
+  for (std::vector<Instruction>* part : {&code, &emission_code, &transparency_code}) on_surface.apply(*part);
+  inside.apply(volume_code);
+  for (Closures* list : {&scattering, &emission, &transparency, &holdout}) assign_registers(on_surface, *list);
+  displaced_normal = on_surface(displaced_normal);
+  for (VolumeClosure& closure : volumes)
+    for (Operand* o : {&closure.weight, &closure.color, &closure.second, &closure.density, &closure.anisotropy})
+      *o = inside(*o);
+}
+
 ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& owner, TextureStore& textures,
                                      Diagnostics& diagnostics, const ShaderContext& context) {
   ShaderProgram program;
@@ -208,26 +266,10 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.has_surface = graph.surface.node >= 0;
   data.has_volume = graph.volume.node >= 0;
   data.volumes = flatten_volumes(builder);
-  if (builder.overflowed())
-    report_once(diagnostics, {Diagnostic::Severity::Warning, owner,
-                              "its node graph is too large; values beyond the limit are grey"});
-
-  data.register_count = builder.register_count();
   if (!data.scattering.empty()) data.displaced_normal = builder.displaced_normal();
-  const auto code_for = [&](std::initializer_list<const Closures*> lists, Operand also = kNoOperand) {
-    std::vector<Operand> operands{also};
-    for (const Closures* list : lists) append_operands(*list, operands);
-    return needed_code(builder.code, data.register_count, operands);
-  };
-  data.code = code_for({&data.scattering, &data.emission, &data.transparency, &data.holdout}, data.displaced_normal);
-  data.emission_code = code_for({&data.emission});
-  data.transparency_code = code_for({&data.transparency});
-  std::vector<Operand> of_volumes;
-  for (const VolumeClosure& closure : data.volumes)
-    for (const Operand o : closure.operands()) of_volumes.push_back(o);
-  data.volume_code = needed_code(builder.code, data.register_count, of_volumes);
-  for (const Instruction& i : data.volume_code) data.medium_varies |= varies_inside(i.op);
   data.tables = std::move(builder.tables);
+  data.divide_code(builder.code, builder.register_count());
+  for (const Instruction& i : data.volume_code) data.medium_varies |= varies_inside(i.op);
   data.may_be_transparent = !data.transparency.empty();
   data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() &&
                        is_plain_diffuse(data.scattering.front());
@@ -242,8 +284,11 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
 }
 
 void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& out) const {
-  const Data& d = *data_;
-  float registers[kMaxRegisters];
+  with_registers(data_->register_count, [&](float* registers) { data_->shade(point, registers, out); });
+}
+
+void ShaderProgram::Data::shade(const ShadingPoint& point, float* registers, SurfaceShading& out) const {
+  const Data& d = *this;
   const float* constants = d.tables.constants.data();
   run(d.code.data(), d.code.size(), d.tables, point, registers);
 
@@ -277,25 +322,30 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
 Color ShaderProgram::evaluate_emission(const ShadingPoint& point) const {
   const Data& d = *data_;
   if (d.emission.empty()) return Color(0.0f);
-  float registers[kMaxRegisters];
-  run(d.emission_code.data(), d.emission_code.size(), d.tables, point, registers);
-  return sum(d.emission, registers, d.tables.constants.data());
+  return with_registers(
+      d.register_count, [&](float* registers) __attribute__((always_inline)) {
+        run(d.emission_code.data(), d.emission_code.size(), d.tables, point, registers);
+        return sum(d.emission, registers, d.tables.constants.data());
+      });
 }
 
 Color ShaderProgram::evaluate_transparency(const ShadingPoint& point) const {
   const Data& d = *data_;
   if (d.transparency.empty()) return Color(0.0f);
-  float registers[kMaxRegisters];
-  run(d.transparency_code.data(), d.transparency_code.size(), d.tables, point, registers);
-  return sum(d.transparency, registers, d.tables.constants.data());
+  return with_registers(
+      d.register_count, [&](float* registers) __attribute__((always_inline)) {
+        run(d.transparency_code.data(), d.transparency_code.size(), d.tables, point, registers);
+        return sum(d.transparency, registers, d.tables.constants.data());
+      });
 }
 
 void ShaderProgram::add_medium(const ShadingPoint& point, MediumPoint& medium) const {
   const Data& d = *data_;
   if (d.volumes.empty()) return;
-  float registers[kMaxRegisters];
-  run_inside(d.volume_code.data(), d.volume_code.size(), d.tables, point, registers);
-  add_volumes(d.volumes, registers, d.tables.constants.data(), medium);
+  with_registers(d.register_count, [&](float* registers) {
+    run_inside(d.volume_code.data(), d.volume_code.size(), d.tables, point, registers);
+    add_volumes(d.volumes, registers, d.tables.constants.data(), medium);
+  });
 }
 
 bool ShaderProgram::is_constant() const { return data_->code.empty(); }
@@ -359,21 +409,9 @@ std::vector<std::pair<int, const Texture*>> ShaderProgram::images() const {
   return all;
 }
 
-std::vector<SkyDisc> ShaderProgram::sky_discs() const {
-  std::vector<SkyDisc> discs;
-  const Data& d = *data_;
-  for (const Instruction& sky : d.emission_code) {
-    if (sky.op != Op::Sky) continue;
-    const auto sun = d.tables.skies[sky.data].sun();
-    // The node knows the direction of the sun only if the coordinates of the sky are not rotated.
-    const bool as_it_is = std::any_of(d.emission_code.begin(), d.emission_code.end(), [&](const Instruction& i) {
-      return i.op == Op::Generated && i.out == sky.in[0];
-    });
-    if (sun && as_it_is) discs.push_back({sun->direction, sun->angular_radius});
-  }
-  return discs;
-}
+std::vector<SkyDisc> ShaderProgram::sky_discs() const { return data_->sky_discs; }
 
+int ShaderProgram::register_count() const { return data_->register_count; }
 int ShaderProgram::instruction_count() const { return int(data_->code.size()); }
 
 std::string ShaderProgram::listing() const {

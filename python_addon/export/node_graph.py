@@ -33,17 +33,21 @@ class Scope:
     parent: Scope | None = None
     prefix: str = ""
     feeding: dict[int, bpy.types.NodeLink] = field(default_factory=dict)   # address of an input -> its link
-    children: dict[int, Scope] = field(default_factory=dict)               # address of a group node -> its scope
+    children: dict[int, Scope | None] = field(default_factory=dict)        # address of a group node -> its scope
 
     def __post_init__(self) -> None:
         for link in self.tree.links:
             if link.is_valid and not link.is_muted and link.from_socket.enabled and link.to_socket.enabled:
                 self.feeding[link.to_socket.as_pointer()] = link
 
-    def child(self, group_node: bpy.types.Node) -> Scope:
+    def child(self, group_node: bpy.types.Node) -> Scope | None:
+        """The scope of a group node, or None if its tree contains itself."""
         key = group_node.as_pointer()
         if key not in self.children:
-            self.children[key] = Scope(group_node.node_tree, group_node, self, f"{self.prefix}{group_node.name}/")
+            outer: Scope | None = self
+            while outer is not None and not is_same_tree(outer.tree, group_node.node_tree):
+                outer = outer.parent
+            self.children[key] = Scope(group_node.node_tree, group_node, self, f"{self.prefix}{group_node.name}/") if outer is None else None
         return self.children[key]
 
 
@@ -127,6 +131,10 @@ class GraphExporter:
                 self.context.warn(self.owner, 'node group "{group}" has lost its tree', group=scope.prefix + node.name)
                 return None, scope
             inner = scope.child(node)
+            if inner is None:
+                self.context.warn(self.owner, 'node group "{group}" contains itself: it is left out inside itself (object "{thing}")',
+                                  group=scope.prefix + node.name, thing=self.context.user)
+                return None, scope
             outputs = [other for other in inner.tree.nodes if other.bl_idname == "NodeGroupOutput"]
             active = next((other for other in outputs if other.is_active_output), outputs[0] if outputs else None)
             return (with_identifier(active.inputs, output.identifier) if active is not None else None), inner
@@ -211,6 +219,10 @@ class GraphExporter:
         index = self.graph.add_node("ShaderNodeRGB", f"{self.owner} constant")
         self.graph.add_property(index, "value", numbers=list(converted(source.value, source.type, "RGBA")))
         return ajar.NodeLink(index, "Color")
+
+
+def is_same_tree(a: bpy.types.NodeTree, b: bpy.types.NodeTree) -> bool:
+    return a == b
 
 
 def has_texture_mapping(node: bpy.types.Node) -> bool:

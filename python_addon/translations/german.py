@@ -569,6 +569,8 @@ TEXTS = {
     "it is invisible to some rays ({kinds}), but where it is sampled directly, it illuminates surfaces that scatter such rays":
         "es ist für manche Strahlen ({kinds}) unsichtbar, beleuchtet aber, wo es direkt abgetastet wird, Oberflächen, die solche Strahlen streuen",
     "its displacement is shown as bump; the surface itself is not moved yet": "seine Verschiebung wird als Bump dargestellt; die Oberfläche selbst wird noch nicht bewegt",
+    "node group \"{group}\" contains itself: it is left out inside itself (object \"{thing}\")":
+        "die Knotengruppe „{group}“ enthält sich selbst: in sich selbst wird sie weggelassen (Objekt „{thing}“)",
     "node group \"{group}\" has lost its tree": "die Knotengruppe „{group}“ hat ihren Knotenbaum verloren",
     "light linking is not supported: it illuminates all objects, and all objects block its light":
         "Lichtverknüpfung wird nicht unterstützt: es beleuchtet alle Objekte, und alle Objekte verdecken sein Licht",

@@ -47,8 +47,9 @@ Color rgb_to_hsl(Color rgb);
 Color hsl_to_rgb(Color hsl);
 /// Blends `a` and `b`. `t` is not clamped.
 Color blend(Blend mode, float t, Color a, Color b);
-Color blackbody(float kelvin);
-/// Converts CIE XYZ relative to D65 to the working space, Rec. 709. The result is not clamped.
+/// In linear Rec. 709. Without `clip`, colours outside of it have negative components.
+Color blackbody(float kelvin, bool clip = true);
+/// Converts CIE XYZ relative to D65 to linear Rec. 709. The result is not clamped.
 inline Color xyz_to_rgb(Color xyz) {
   return {3.2404542f * xyz.x - 1.5371385f * xyz.y - 0.4985314f * xyz.z,
           -0.9692660f * xyz.x + 1.8760108f * xyz.y + 0.0415560f * xyz.z,

@@ -172,14 +172,15 @@ constexpr float kObserver[kObserverCount][3] = {{0.0014f, 0, 0.0065f},
                                                 {0.0001f, 0, 0},
                                                 {0, 0, 0}};
 
-Color wavelength(float nanometres) {
+Color wavelength(float nanometres, bool clip) {
   const float place = (nanometres - 380.0f) / 5.0f;
   if (!(place >= 0.0f && place < float(kObserverCount - 1))) return Color(0.0f);
   const int i = int(place);
   const float t = place - float(i);
   Color xyz;
   for (int k = 0; k < 3; ++k) xyz[k] = (1.0f - t) * kObserver[i][k] + t * kObserver[i + 1][k];
-  return glm::max(xyz_to_rgb(xyz) / 2.52f, 0.0f);  // this scale keeps all components below 1
+  const Color c = xyz_to_rgb(xyz) / 2.52f;  // this scale keeps all components below 1
+  return clip ? glm::max(c, 0.0f) : c;
 }
 
 }  // namespace ajar::nodes

@@ -1,4 +1,4 @@
-#include "shading/functions/texture.h"
+#include "shading/images/texture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -130,6 +130,20 @@ Vec4 Texture::interpolate(Vec2 uv, Interpolation interpolation, Extension extens
   return to_vec4(sum);
 }
 
+/// The tile at `uv`, which becomes relative to it. As in Cycles, coordinates above -1 belong to the first tiles.
+const Texture& Texture::tile(Vec2& uv) const {
+  const size_t missing = tiles_.size() - 1;
+  if (!(uv.x > -1.0f && uv.x < 10.0f && uv.y > -1.0f && uv.y < float(missing))) return *tiles_[missing];
+  const int x = int(uv.x), y = int(uv.y);
+  uv -= Vec2(float(x), float(y));
+  return *tiles_[std::min(size_t(x + 10 * y), missing)];
+}
+
+Vec4 Texture::sample_tile(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const {
+  const Texture& part = tile(uv);
+  return part.sample(uv, interpolation, extension, unassociate);
+}
+
 Vec4 Texture::sample(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const {
   Vec4 value;
   switch (storage_) {
@@ -137,6 +151,7 @@ Vec4 Texture::sample(Vec2 uv, Interpolation interpolation, Extension extension, 
     case Storage::Short: value = interpolate<uint16_t>(uv, interpolation, extension); break;
     case Storage::Half: value = interpolate<_Float16>(uv, interpolation, extension); break;
     case Storage::Float: value = interpolate<float>(uv, interpolation, extension); break;
+    case Storage::Tiles: return sample_tile(uv, interpolation, extension, unassociate);
   }
   if (unassociate && has_alpha_ && value.w != 0.0f && value.w != 1.0f) value = Vec4(Vec3(value) / value.w, value.w);
   if (srgb_) value = Vec4(kSrgb(value.x), kSrgb(value.y), kSrgb(value.z), value.w);
