@@ -7,6 +7,7 @@
 #include "description/archive.h"
 #include "description/scene_description.h"
 #include "geometry/mesh_analysis.h"
+#include "geometry/uv_tangents.h"
 
 namespace ajar::python {
 namespace {
@@ -227,7 +228,9 @@ void bind_enums(py::module_& module) {
       .value("Straight", AlphaMode::Straight, "Colours are not multiplied by alpha.")
       .value("Premultiplied", AlphaMode::Premultiplied, "Colours are multiplied by alpha.")
       .value("ChannelPacked", AlphaMode::ChannelPacked, "Alpha is a separate channel; colours are read unchanged.")
-      .value("None_", AlphaMode::None, "Alpha is ignored and read as 1.");
+      .value("None_", AlphaMode::None, "Alpha is ignored and read as 1.")
+      .value("AlwaysStraight", AlphaMode::AlwaysStraight, "Straight, whatever the file says.")
+      .value("AlwaysPremultiplied", AlphaMode::AlwaysPremultiplied, "Premultiplied, whatever the file says.");
   py::enum_<Domain>(module, "Domain", "The elements of a mesh that values belong to.")
       .value("Vertex", Domain::Vertex, "A vertex, or a point of a strand.")
       .value("Corner", Domain::Corner, "A corner of a triangle.")
@@ -264,6 +267,7 @@ void bind_enums(py::module_& module) {
   module.attr("UNDEFORMED_POSITION") = kUndeformedPosition;
   module.attr("RANDOM_PER_ISLAND") = kRandomPerIsland;
   module.attr("POINTINESS") = kPointiness;
+  module.attr("TANGENT_OF") = kTangentOf;
   module.attr("VISIBLE_CAMERA") = int(kVisibleCamera);
   module.attr("VISIBLE_DIFFUSE") = int(kVisibleDiffuse);
   module.attr("VISIBLE_GLOSSY") = int(kVisibleGlossy);
@@ -687,6 +691,35 @@ void bind_description(py::module_& module) {
       "Return float32[n]: the pointiness of each vertex, 0 to 1, 0.5 where the mesh is flat, as in Cycles. positions "
       "and normals: float32[n, 3]. edges: uint32[e, 2] of vertices. Raises ValueError for an array of the wrong "
       "shape.");
+  module.def(
+      "uv_tangents",
+      [](const Floats& positions, const Array<uint32_t>& triangles, const Floats& normals, const OptionalFloats& uvs) {
+        const auto places = copy_rows<Vec3>(positions, "positions"), directions = copy_rows<Vec3>(normals, "normals");
+        const auto corners = copy_rows<UVec3>(triangles, "triangles");
+        const auto coordinates = uvs ? copy_rows<Vec2>(*uvs, "uvs") : std::vector<Vec2>();
+        const size_t count = 3 * corners.size();
+        if (directions.size() != count || (uvs && coordinates.size() != count))
+          throw py::value_error("normals and uvs must have three rows for each triangle");
+        for (const UVec3& triangle : corners)
+          if (std::max({triangle.x, triangle.y, triangle.z}) >= places.size())
+            throw py::value_error("triangles refer to positions that do not exist");
+        std::vector<Vec4> found;
+        {
+          py::gil_scoped_release release;
+          found = uv_tangents(places, corners, directions, coordinates);
+        }
+        return to_array<float>(found);
+      },
+      py::arg("positions"), py::arg("triangles"), py::arg("normals"), py::arg("uvs") = py::none(),
+      "Return float32[3 t, 4]: for each corner of t triangles the tangent along u of a UV map, in object space, and "
+      "the "
+      "sign of the bitangent, as in Cycles. positions: float32[n, 3]. triangles: uint32[t, 3]. normals: float32[3 t, "
+      "3], "
+      "of corners. uvs: float32[3 t, 2]; None: coordinates on a sphere. The attribute `TANGENT_OF` + name of the UV "
+      "map "
+      "(Domain.Corner), or without a name for the active one, gives them to the nodes. Raises ValueError for an array "
+      "of "
+      "the wrong shape.");
   module.def("save_description", &save_description, py::arg("description"), py::arg("path"),
              py::call_guard<py::gil_scoped_release>(),
              "Write a description to a file. Raises SceneError, which names the file, when it cannot be written.");

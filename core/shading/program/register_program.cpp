@@ -318,7 +318,8 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         break;
       }
       case Op::NormalMap:
-        store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant), tables.names[i->data], f(0), v(1)));
+        store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant & 7),
+                                 nodes::NormalMapGeneration(i->variant >> 3), tables.names[i->data], f(0), v(1)));
         break;
       case Op::Bump:  // height at the point, heights beside it, strength, distance, normal
         store3(nodes::bump(point, tables.bump, {f(0), f(1), f(2)}, f(3), f(4), v(5)));
