@@ -318,7 +318,7 @@ void check_enums(const SceneDescription& d) {
     check_enum(mesh.strand_shape, StrandShape::Round);
     for (const Attribute& attribute : mesh.attributes) check_enum(attribute.domain, Domain::Face);
   }
-  for (const ImageDescription& image : d.images) check_enum(image.alpha_mode, AlphaMode::None);
+  for (const ImageDescription& image : d.images) check_enum(image.alpha_mode, AlphaMode::AlwaysPremultiplied);
   for (const LightDescription& light : d.lights) {
     check_enum(light.kind, LightKind::Area);
     check_enum(light.area_shape, AreaShape::Ellipse);

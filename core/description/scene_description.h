@@ -60,7 +60,16 @@ struct MaterialDescription {
   int pass_index = 0;
 };
 
-enum class AlphaMode : uint8_t { Straight, Premultiplied, ChannelPacked, None };
+/// How the colours and the alpha of an image are related. With the first two, an image file decides by itself whether
+/// its colours are multiplied by alpha; with the last two, it does not.
+enum class AlphaMode : uint8_t {
+  Straight,            ///< not multiplied
+  Premultiplied,       ///< multiplied
+  ChannelPacked,       ///< alpha is a channel of its own
+  None,                ///< alpha is 1
+  AlwaysStraight,      ///< not multiplied, whatever the file says
+  AlwaysPremultiplied  ///< multiplied, whatever the file says
+};
 
 /// A tile of an image: 1001 + u + 10 v covers the square from (u, v) to (u + 1, v + 1), with u from 0 to 9.
 struct ImageTile {

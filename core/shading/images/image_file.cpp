@@ -158,7 +158,8 @@ DecodedImage from_pixels(const ImageDescription& image) {
   decoded.width = image.width;
   decoded.height = image.height;
   decoded.channels = 4;
-  decoded.straight_alpha = image.alpha_mode != AlphaMode::Premultiplied;
+  decoded.straight_alpha = image.alpha_mode != AlphaMode::Premultiplied &&
+                           image.alpha_mode != AlphaMode::AlwaysPremultiplied;
   const bool bytes = std::all_of(image.pixels.begin(), image.pixels.end(), [](float x) {
     return x >= 0.0f && x <= 1.0f && std::abs(x * 255.0f - std::round(x * 255.0f)) < 1e-4f;
   });
@@ -191,7 +192,10 @@ DecodedImage header_of(OIIO::ImageInput& input) {
 
 DecodedImage decode(const ImageDescription& image) {
   if (!image.pixels.empty()) return from_pixels(image);
-  return with_reader(image, [](OIIO::ImageInput& input) { return read(input, input.spec()); });
+  DecodedImage decoded = with_reader(image, [](OIIO::ImageInput& input) { return read(input, input.spec()); });
+  if (image.alpha_mode == AlphaMode::AlwaysStraight) decoded.straight_alpha = true;
+  if (image.alpha_mode == AlphaMode::AlwaysPremultiplied) decoded.straight_alpha = false;
+  return decoded;
 }
 
 DecodedImage read_header(const ImageDescription& image) { return with_reader(image, header_of); }

@@ -103,9 +103,7 @@ Vec4 Texture::interpolate(Vec2 uv, Interpolation interpolation, Extension extens
   const uint8_t* texels = texels_.data();
   const auto texel = [&](int x, int y) {
     if ((x | y) < 0) return Float4{};
-    Float4 t = fetch<Texel>(texels, int64_t(y) * width_ + x);
-    if (associate_) t *= Float4{t[3], t[3], t[3], 1.0f};
-    return t;
+    return fetch<Texel>(texels, int64_t(y) * width_ + x);
   };
   if (extension == Extension::Repeat) uv -= glm::floor(uv);  // keeps the precision far from the origin
   float tx, ty;
@@ -140,7 +138,10 @@ const Texture& Texture::tile(Vec2& uv) const {
 }
 
 Vec4 Texture::sample_tile(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const {
+  const Vec4 magenta(1.0f, 0.0f, 1.0f, 1.0f);
+  if (tiles_.empty()) return magenta;
   const Texture& part = tile(uv);
+  if (&part == tiles_.back()) return magenta;
   return part.sample(uv, interpolation, extension, unassociate);
 }
 

@@ -78,7 +78,6 @@ class Texture {
   Storage storage_ = Storage::Byte;
   bool srgb_ = false;            ///< sRGB is decoded after interpolation
   bool has_alpha_ = false;       ///< some alpha is not 1 and applies to the colour (not a data or channel-packed image)
-  bool associate_ = false;       ///< texels have straight alpha and are multiplied by it when they are fetched
   std::vector<uint8_t> texels_;  ///< RGBA, rows from the bottom up
   std::vector<const Texture*> tiles_;  ///< by number - 1001; the last one replaces those that are missing
 };

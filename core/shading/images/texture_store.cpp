@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -58,31 +59,57 @@ auto with_type_of(Texture::Storage storage, Use&& use) {
   }
 }
 
-/// Converts texels to the working space. `colored` is set if the colour belongs to alpha, and `straight` if it is not
-/// multiplied by it; the results are. T: the type of the texels, R: that of the results.
-template <typename T, typename R>
-std::vector<uint8_t> convert(const std::vector<uint8_t>& texels, T one, bool colored, bool straight,
-                             ColorSpaces& spaces, const std::string& space) {
-  constexpr size_t kAtOnce = size_t(1) << 18;
-  constexpr float kLargest = std::is_same_v<R, _Float16> ? 65504.0f : std::numeric_limits<float>::max();
-  const size_t count = texels.size() / sizeof(T);
+/// A result of a computation as a texel. Half floats are rounded towards zero, as in Cycles.
+template <typename T>
+T texel_of(float value) {
+  if constexpr (std::is_same_v<T, _Float16>) {
+    value = glm::clamp(value, -65504.0f, 65504.0f);
+    constexpr uint32_t kKept = ~uint32_t(0) << 13;  // bits of the mantissa that a half float has
+    if (std::abs(value) >= 0x1p-14f) value = std::bit_cast<float>(std::bit_cast<uint32_t>(value) & kKept);
+  }
+  return T(value);
+}
+
+/// Multiplies colours by alpha. Integers are rounded down, as in Cycles.
+template <typename T>
+void associate(std::vector<uint8_t>& texels, [[maybe_unused]] T one) {
+  T* values = reinterpret_cast<T*>(texels.data());
+  for (size_t i = 0; i < texels.size() / sizeof(T); i += 4)
+    for (size_t k = 0; k < 3; ++k) {
+      if constexpr (std::is_integral_v<T>)
+        values[i + k] = T(uint32_t(values[i + k]) * uint32_t(values[i + 3]) / uint32_t(one));
+      else
+        values[i + k] = texel_of<T>(float(values[i + k]) * float(values[i + 3]));
+    }
+}
+
+template <typename T>
+std::vector<uint8_t> halves_of(const std::vector<uint8_t>& texels, T one) {
   const T* in = reinterpret_cast<const T*>(texels.data());
-  std::vector<uint8_t> results(count * sizeof(R));
-  R* out = reinterpret_cast<R*>(results.data());
+  std::vector<uint8_t> results(texels.size() / sizeof(T) * sizeof(_Float16));
+  _Float16* out = reinterpret_cast<_Float16*>(results.data());
+  for (size_t i = 0; i < texels.size() / sizeof(T); ++i) out[i] = _Float16(float(in[i]) / float(one));
+  return results;
+}
+
+/// Converts texels to the working space. `associated` is set if the colour is multiplied by alpha.
+template <typename T>
+void convert(std::vector<uint8_t>& texels, bool associated, ColorSpaces& spaces, const std::string& space) {
+  constexpr size_t kAtOnce = size_t(1) << 18;
+  T* const all = reinterpret_cast<T*>(texels.data());
+  const size_t count = texels.size() / sizeof(T);
   std::vector<float> values(std::min(count, kAtOnce));
+  const auto is_colored = [&](size_t i) { return associated && i % 4 != 3 && values[i | 3] > 0.0f; };
   for (size_t done = 0; done < count; done += values.size()) {
     const size_t n = std::min(values.size(), count - done);
-    for (size_t i = 0; i < n; ++i) values[i] = float(in[done + i]) / float(one);
-    for (size_t i = 0; colored && !straight && i < n; i += 4)
-      if (values[i + 3] > 0.0f)
-        for (size_t k = 0; k < 3; ++k) values[i + k] /= values[i + 3];
+    for (size_t i = 0; i < n; ++i) values[i] = float(all[done + i]);
+    for (size_t i = 0; i < n; ++i)
+      if (is_colored(i)) values[i] /= values[i | 3];
     spaces.convert(space, values.data(), int64_t(n / 4));
     for (size_t i = 0; i < n; ++i) {
-      const float alpha = values[i | 3], factor = colored && (i & 3) != 3 && alpha > 0.0f ? alpha : 1.0f;
-      out[done + i] = R(glm::clamp(values[i] * factor, -kLargest, kLargest));
+      all[done + i] = texel_of<T>(is_colored(i) ? values[i] * values[i | 3] : values[i]);
     }
   }
-  return results;
 }
 
 /// The time when the file was last written; the default value if it cannot be read.
@@ -145,8 +172,7 @@ TextureStore::~TextureStore() = default;
 const Texture& TextureStore::magenta() {
   static const Texture texture = [] {
     Texture t;
-    t.width_ = t.height_ = 1;
-    t.texels_ = {255, 0, 255, 255};
+    t.storage_ = Texture::Storage::Tiles;  // without any tile, it is magenta even where images are clipped
     return t;
   }();
   return texture;
@@ -210,16 +236,16 @@ void TextureStore::fill(Texture& texture, const ImageDescription& image, const D
   const bool color_belongs_to_alpha = encoding != ColorEncoding::Data && image.alpha_mode != AlphaMode::ChannelPacked &&
                                       image.alpha_mode != AlphaMode::None;
   texture.has_alpha_ = has_alpha && color_belongs_to_alpha;
-  texture.associate_ = texture.has_alpha_ && decoded.straight_alpha;
-  if (encoding == ColorEncoding::Other) {
-    with_type_of(decoded.storage, [&](auto one) {
-      using Result = std::conditional_t<std::is_same_v<decltype(one), float>, float, _Float16>;
-      texture.texels_ = convert<decltype(one), Result>(texture.texels_, one, texture.has_alpha_, texture.associate_,
-                                                       data_->spaces, image.color_space);
-    });
-    texture.associate_ = false;
-    if (decoded.storage != Texture::Storage::Float) texture.storage_ = Texture::Storage::Half;
+  if (encoding == ColorEncoding::Other && !is_float) {
+    with_type_of(decoded.storage, [&](auto one) { texture.texels_ = halves_of(texture.texels_, one); });
+    texture.storage_ = Texture::Storage::Half;
   }
+  with_type_of(texture.storage_, [&](auto one) {
+    if (texture.has_alpha_ && decoded.straight_alpha) associate<decltype(one)>(texture.texels_, one);
+    if constexpr (!std::is_integral_v<decltype(one)>)
+      if (encoding == ColorEncoding::Other)
+        convert<decltype(one)>(texture.texels_, texture.has_alpha_, data_->spaces, image.color_space);
+  });
   const int64_t repaired = texture.storage_ == Texture::Storage::Half    ? repair<_Float16>(texture.texels_)
                            : texture.storage_ == Texture::Storage::Float ? repair<float>(texture.texels_)
                                                                          : 0;

@@ -200,8 +200,9 @@ TEST(Texture, alpha_modes_define_the_association_of_color) {
   };
   const float k = 1.0f / 255.0f;
   const Vec4 file(204 * k, 102 * k, 51 * k, 0.2f);
-  const Vec4 times_alpha(Vec3(file) * 0.2f, 0.2f);
-  for (const Case& c : {Case{AlphaMode::Straight, "Linear", file, times_alpha},
+  // Bytes are multiplied by alpha and rounded down, as in Cycles: 40.8, 20.4, 10.2.
+  const Vec4 times_alpha(40 * k, 20 * k, 10 * k, 0.2f), divided(Vec3(times_alpha) / 0.2f, 0.2f);
+  for (const Case& c : {Case{AlphaMode::Straight, "Linear", divided, times_alpha},
                         Case{AlphaMode::Straight, "Non-Color", file, file},  // data are not multiplied by alpha
                         Case{AlphaMode::ChannelPacked, "Linear", file, file},
                         Case{AlphaMode::None, "Linear", Vec4(Vec3(file), 1.0f), Vec4(Vec3(file), 1.0f)}}) {
