@@ -59,27 +59,28 @@ auto with_type_of(Texture::Storage storage, Use&& use) {
   }
 }
 
-/// A result of a computation as a texel. Half floats are rounded towards zero, as in Cycles.
+/// A result of a computation as a texel. Cycles rounds half floats towards zero, and since 5.1 to the nearest.
 template <typename T>
-T texel_of(float value) {
+T texel_of(float value, bool to_nearest) {
   if constexpr (std::is_same_v<T, _Float16>) {
     value = glm::clamp(value, -65504.0f, 65504.0f);
     constexpr uint32_t kKept = ~uint32_t(0) << 13;  // bits of the mantissa that a half float has
-    if (std::abs(value) >= 0x1p-14f) value = std::bit_cast<float>(std::bit_cast<uint32_t>(value) & kKept);
+    if (!to_nearest && std::abs(value) >= 0x1p-14f)
+      value = std::bit_cast<float>(std::bit_cast<uint32_t>(value) & kKept);
   }
   return T(value);
 }
 
 /// Multiplies colours by alpha. Integers are rounded down, as in Cycles.
 template <typename T>
-void associate(std::vector<uint8_t>& texels, [[maybe_unused]] T one) {
+void associate(std::vector<uint8_t>& texels, [[maybe_unused]] T one, [[maybe_unused]] bool to_nearest) {
   T* values = reinterpret_cast<T*>(texels.data());
   for (size_t i = 0; i < texels.size() / sizeof(T); i += 4)
     for (size_t k = 0; k < 3; ++k) {
       if constexpr (std::is_integral_v<T>)
         values[i + k] = T(uint32_t(values[i + k]) * uint32_t(values[i + 3]) / uint32_t(one));
       else
-        values[i + k] = texel_of<T>(float(values[i + k]) * float(values[i + 3]));
+        values[i + k] = texel_of<T>(float(values[i + k]) * float(values[i + 3]), to_nearest);
     }
 }
 
@@ -92,22 +93,32 @@ std::vector<uint8_t> halves_of(const std::vector<uint8_t>& texels, T one) {
   return results;
 }
 
-/// Converts texels to the working space. `associated` is set if the colour is multiplied by alpha.
+struct Conversion {
+  ColorSpaces& spaces;
+  const std::string& from;
+  bool associated;  ///< the colour is multiplied by alpha
+  bool is_grey;     ///< of one channel: the result is the average of the channels
+  bool to_nearest;  ///< see texel_of
+};
+
+/// Converts texels to the working space.
 template <typename T>
-void convert(std::vector<uint8_t>& texels, bool associated, ColorSpaces& spaces, const std::string& space) {
+void convert(std::vector<uint8_t>& texels, const Conversion& c) {
   constexpr size_t kAtOnce = size_t(1) << 18;
   T* const all = reinterpret_cast<T*>(texels.data());
   const size_t count = texels.size() / sizeof(T);
   std::vector<float> values(std::min(count, kAtOnce));
-  const auto is_colored = [&](size_t i) { return associated && i % 4 != 3 && values[i | 3] > 0.0f; };
+  const auto is_colored = [&](size_t i) { return c.associated && i % 4 != 3 && values[i | 3] > 0.0f; };
   for (size_t done = 0; done < count; done += values.size()) {
     const size_t n = std::min(values.size(), count - done);
     for (size_t i = 0; i < n; ++i) values[i] = float(all[done + i]);
     for (size_t i = 0; i < n; ++i)
       if (is_colored(i)) values[i] /= values[i | 3];
-    spaces.convert(space, values.data(), int64_t(n / 4));
+    c.spaces.convert(c.from, values.data(), int64_t(n / 4));
+    for (size_t i = 0; c.is_grey && i < n; i += 4)
+      values[i] = values[i + 1] = values[i + 2] = (values[i] + values[i + 1] + values[i + 2]) / 3.0f;
     for (size_t i = 0; i < n; ++i) {
-      all[done + i] = texel_of<T>(is_colored(i) ? values[i] * values[i | 3] : values[i]);
+      all[done + i] = texel_of<T>(is_colored(i) ? values[i] * values[i | 3] : values[i], c.to_nearest);
     }
   }
 }
@@ -240,11 +251,15 @@ void TextureStore::fill(Texture& texture, const ImageDescription& image, const D
     with_type_of(decoded.storage, [&](auto one) { texture.texels_ = halves_of(texture.texels_, one); });
     texture.storage_ = Texture::Storage::Half;
   }
+  // Images of newer Blenders have these alpha modes.
+  const bool to_nearest = image.alpha_mode == AlphaMode::AlwaysStraight ||
+                          image.alpha_mode == AlphaMode::AlwaysPremultiplied;
   with_type_of(texture.storage_, [&](auto one) {
-    if (texture.has_alpha_ && decoded.straight_alpha) associate<decltype(one)>(texture.texels_, one);
+    if (texture.has_alpha_ && decoded.straight_alpha) associate<decltype(one)>(texture.texels_, one, to_nearest);
     if constexpr (!std::is_integral_v<decltype(one)>)
       if (encoding == ColorEncoding::Other)
-        convert<decltype(one)>(texture.texels_, texture.has_alpha_, data_->spaces, image.color_space);
+        convert<decltype(one)>(
+            texture.texels_, {data_->spaces, image.color_space, texture.has_alpha_, decoded.channels == 1, to_nearest});
   });
   const int64_t repaired = texture.storage_ == Texture::Storage::Half    ? repair<_Float16>(texture.texels_)
                            : texture.storage_ == Texture::Storage::Float ? repair<float>(texture.texels_)

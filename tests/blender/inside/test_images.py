@@ -3,6 +3,7 @@
 import bpy
 import numpy as np
 import pytest
+from ajar_render import checks
 
 SIZE, MOST = 48, 1e-3
 
@@ -47,19 +48,20 @@ class Plane:
             tree.links.new(texture.outputs["Alpha"], emission.inputs["Strength"])
         return texture
 
+    def render(self, engine, tmp_path):
+        """The colours of the pixels, rows from the bottom up."""
+        scene = bpy.context.scene
+        scene.render.engine, scene.render.filepath = engine, str(tmp_path / "picture.exr")
+        bpy.ops.render.render(write_still=True)
+        picture = bpy.data.images.load(scene.render.filepath)
+        pixels = np.empty(SIZE * SIZE * 4, dtype=np.float32)
+        picture.pixels.foreach_get(pixels)
+        bpy.data.images.remove(picture)
+        return pixels.reshape(-1, 4)[:, :3]
+
     def difference(self, tmp_path):
         """The largest difference of a channel, relative where it is above 1, and the mean of the image of Cycles. Ajar emits no negative light."""
-        pictures = []
-        for engine in ("CYCLES", "AJAR"):
-            scene = bpy.context.scene
-            scene.render.engine, scene.render.filepath = engine, str(tmp_path / "picture.exr")
-            bpy.ops.render.render(write_still=True)
-            picture = bpy.data.images.load(scene.render.filepath)
-            pixels = np.empty(SIZE * SIZE * 4, dtype=np.float32)
-            picture.pixels.foreach_get(pixels)
-            bpy.data.images.remove(picture)
-            pictures.append(np.maximum(pixels.reshape(-1, 4)[:, :3], 0.0))
-        cycles, ajar = pictures
+        cycles, ajar = (np.maximum(self.render(engine, tmp_path), 0.0) for engine in ("CYCLES", "AJAR"))
         return float((np.abs(cycles - ajar) / np.maximum(cycles, 1.0)).max()), float(cycles.mean())
 
 
@@ -218,3 +220,45 @@ def test_two_frames_of_one_movie(plane, movie, tmp_path):
     tree.links.new(mixed.outputs[0], next(node for node in tree.nodes if node.type == "EMISSION").inputs["Color"])
     bpy.context.scene.frame_set(2)
     assert plane.difference(tmp_path)[0] <= MOST
+
+
+def test_a_missing_tile_is_reported_with_the_material_and_the_object(plane, write, tmp_path):
+    write("tile.1001.png")
+    image = bpy.data.images.load(str(tmp_path / "tile.1001.png"))
+    image.source, image.filepath = "TILED", str(tmp_path / "tile.<UDIM>.png")
+    image.tiles.new(tile_number=1012)
+    plane.show(image)
+    messages = [(name, text) for name, text in checks.check(bpy.context) if "is missing" in text]
+    path = tmp_path / "tile.1012.png"
+    assert messages == [(f"{image.name} 1012", f"is missing: {path}; magenta is used (material '{plane.material.name}' of object 'Object')")]
+
+
+def test_ten_thousand_nodes(plane, tmp_path):
+    """A chain of groups in groups: ten nodes in each, four levels deep."""
+    tree = None
+    for level in range(4):
+        inner, tree = tree, bpy.data.node_groups.new(f"Level {level}", "ShaderNodeTree")
+        tree.inputs.new("NodeSocketFloat", "In")
+        tree.outputs.new("NodeSocketFloat", "Out")
+        last = tree.nodes.new("NodeGroupInput").outputs[0]
+        for _ in range(10):
+            node = tree.nodes.new("ShaderNodeMath" if inner is None else "ShaderNodeGroup")
+            if inner is None:
+                node.operation, node.inputs[1].default_value = "ADD", 1e-4
+            else:
+                node.node_tree = inner
+            tree.links.new(last, node.inputs[0])
+            last = node.outputs[0]
+        tree.links.new(last, tree.nodes.new("NodeGroupOutput").inputs[0])
+    texture = plane.show(None)
+    nodes, links = plane.material.node_tree.nodes, plane.material.node_tree.links
+    coordinates, group, emission = nodes.new("ShaderNodeTexCoord"), nodes.new("ShaderNodeGroup"), next(node for node in nodes if node.type == "EMISSION")
+    nodes.remove(texture)
+    group.node_tree = tree
+    links.new(coordinates.outputs["Generated"], group.inputs[0])
+    links.new(group.outputs[0], emission.inputs["Color"])
+    pixels = plane.render("AJAR", tmp_path)[:, 0]
+    x = (np.arange(SIZE) + 0.5) / SIZE
+    expected = (x[None, :] + x[:, None]) / 3.0 + 1.0   # the mean of a vector; z is 0.5 or 0 on a flat object
+    assert np.abs(pixels.reshape(SIZE, SIZE) - expected - (pixels[0] - expected[0, 0])).max() < 2e-3
+    assert not [text for _, text in checks.check(bpy.context) if "too large" in text or "deeper" in text]
