@@ -7,6 +7,7 @@
 #include "description/archive.h"
 #include "description/scene_description.h"
 #include "geometry/mesh_analysis.h"
+#include "geometry/uv_tangents.h"
 
 namespace ajar::python {
 namespace {
@@ -187,6 +188,10 @@ void set_motion(SceneDescription& description, const Array<int32_t>& instances, 
   }
 }
 
+void set_color_spaces(SceneDescription& description, std::string config, std::string working_space) {
+  description.color = {std::move(config), std::move(working_space)};
+}
+
 int add_image(SceneDescription& description, const std::string& name, const std::string& path, const py::bytes& packed,
               const OptionalFloats& pixels, int width, int height, const std::string& color_space,
               AlphaMode alpha_mode) {
@@ -209,12 +214,23 @@ int add_image(SceneDescription& description, const std::string& name, const std:
   return index_of_last(description.images.size());
 }
 
+int add_tiled_image(SceneDescription& description, const std::string& name,
+                    const std::vector<std::pair<int, int>>& tiles) {
+  ImageDescription image;
+  image.name = name;
+  for (const auto& [number, index] : tiles) image.tiles.push_back({number, index});
+  description.images.push_back(std::move(image));
+  return index_of_last(description.images.size());
+}
+
 void bind_enums(py::module_& module) {
   py::enum_<AlphaMode>(module, "AlphaMode", "How the colours and the alpha of an image are related.")
       .value("Straight", AlphaMode::Straight, "Colours are not multiplied by alpha.")
       .value("Premultiplied", AlphaMode::Premultiplied, "Colours are multiplied by alpha.")
       .value("ChannelPacked", AlphaMode::ChannelPacked, "Alpha is a separate channel; colours are read unchanged.")
-      .value("None_", AlphaMode::None, "Alpha is ignored and read as 1.");
+      .value("None_", AlphaMode::None, "Alpha is ignored and read as 1.")
+      .value("AlwaysStraight", AlphaMode::AlwaysStraight, "Straight, whatever the file says.")
+      .value("AlwaysPremultiplied", AlphaMode::AlwaysPremultiplied, "Premultiplied, whatever the file says.");
   py::enum_<Domain>(module, "Domain", "The elements of a mesh that values belong to.")
       .value("Vertex", Domain::Vertex, "A vertex, or a point of a strand.")
       .value("Corner", Domain::Corner, "A corner of a triangle.")
@@ -251,6 +267,7 @@ void bind_enums(py::module_& module) {
   module.attr("UNDEFORMED_POSITION") = kUndeformedPosition;
   module.attr("RANDOM_PER_ISLAND") = kRandomPerIsland;
   module.attr("POINTINESS") = kPointiness;
+  module.attr("TANGENT_OF") = kTangentOf;
   module.attr("VISIBLE_CAMERA") = int(kVisibleCamera);
   module.attr("VISIBLE_DIFFUSE") = int(kVisibleDiffuse);
   module.attr("VISIBLE_GLOSSY") = int(kVisibleGlossy);
@@ -372,8 +389,16 @@ void bind_geometry(py::module_& module) {
       .def_readonly("height", &ImageDescription::height,
                     "int, pixels, >= 0. The height of `pixels`; 0 when there are none.")
       .def_readonly("color_space", &ImageDescription::color_space,
-                    "str. Blender's name of the colour space: \"sRGB\", \"Non-Color\", \"Linear\" and others. Linear "
-                    "Rec. 709 results.")
+                    "str. The name of the colour space in the OpenColorIO configuration, such as \"sRGB\". "
+                    "\"Non-Color\" are no colours, \"scene_linear\" is the working space.")
+      .def_property_readonly(
+          "tiles",
+          [](const ImageDescription& i) {
+            std::vector<std::pair<int, int>> tiles;
+            for (const ImageTile& tile : i.tiles) tiles.emplace_back(tile.number, tile.image);
+            return tiles;
+          },
+          "Tuples (number, index of the image) of a tiled image. Empty when the image has another source.")
       .def_readonly("alpha_mode", &ImageDescription::alpha_mode,
                     "AlphaMode. How the colours and the alpha of the image are related.");
 }
@@ -537,6 +562,10 @@ void bind_description(py::module_& module) {
   def_strands(scene, "add_strands", strands_adder(&make_strands),
               "Add hair and return the index of its mesh. Arguments and errors are those of make_strands.");
   scene.def(py::init<>(), "Make one with default values.")
+      .def("set_color_spaces", &set_color_spaces, py::arg("config"), py::arg("working_space"),
+           "Set the meaning of all colours. config: the path of an OpenColorIO configuration, which gives the colour "
+           "spaces of images their meaning. working_space: the name, in the configuration, of the linear space of all "
+           "colours in the scene and of the rendered image; by default \"Linear Rec.709\".")
       .def("add_shared_mesh", &add_shared_mesh, py::arg("mesh"),
            "Add a mesh that make_mesh or make_strands has made, without a copy, and return its index. Session.update "
            "keeps the structures of a mesh that the next description contains again.")
@@ -567,6 +596,10 @@ void bind_description(py::module_& module) {
            "float32[height, width, 4] or flat, RGBA, rows from the bottom up, with width and height in pixels. Raises "
            "ValueError, which names the image, when pixels does not have width * height * 4 numbers. An image that "
            "cannot be read renders magenta and is reported by name.")
+      .def("add_tiled_image", &add_tiled_image, py::arg("name"), py::arg("tiles"),
+           "Add an image of tiles and return its index. tiles: tuples (number, index of an image without tiles). Tile "
+           "1001 + u + 10 v covers the square from (u, v) to (u + 1, v + 1), u being 0 to 9. Places without a tile are "
+           "magenta.")
       .def(
           "add_material",
           [](SceneDescription& description, std::string name, const NodeGraph& graph, int pass_index) {
@@ -658,6 +691,35 @@ void bind_description(py::module_& module) {
       "Return float32[n]: the pointiness of each vertex, 0 to 1, 0.5 where the mesh is flat, as in Cycles. positions "
       "and normals: float32[n, 3]. edges: uint32[e, 2] of vertices. Raises ValueError for an array of the wrong "
       "shape.");
+  module.def(
+      "uv_tangents",
+      [](const Floats& positions, const Array<uint32_t>& triangles, const Floats& normals, const OptionalFloats& uvs) {
+        const auto places = copy_rows<Vec3>(positions, "positions"), directions = copy_rows<Vec3>(normals, "normals");
+        const auto corners = copy_rows<UVec3>(triangles, "triangles");
+        const auto coordinates = uvs ? copy_rows<Vec2>(*uvs, "uvs") : std::vector<Vec2>();
+        const size_t count = 3 * corners.size();
+        if (directions.size() != count || (uvs && coordinates.size() != count))
+          throw py::value_error("normals and uvs must have three rows for each triangle");
+        for (const UVec3& triangle : corners)
+          if (std::max({triangle.x, triangle.y, triangle.z}) >= places.size())
+            throw py::value_error("triangles refer to positions that do not exist");
+        std::vector<Vec4> found;
+        {
+          py::gil_scoped_release release;
+          found = uv_tangents(places, corners, directions, coordinates);
+        }
+        return to_array<float>(found);
+      },
+      py::arg("positions"), py::arg("triangles"), py::arg("normals"), py::arg("uvs") = py::none(),
+      "Return float32[3 t, 4]: for each corner of t triangles the tangent along u of a UV map, in object space, and "
+      "the "
+      "sign of the bitangent, as in Cycles. positions: float32[n, 3]. triangles: uint32[t, 3]. normals: float32[3 t, "
+      "3], "
+      "of corners. uvs: float32[3 t, 2]; None: coordinates on a sphere. The attribute `TANGENT_OF` + name of the UV "
+      "map "
+      "(Domain.Corner), or without a name for the active one, gives them to the nodes. Raises ValueError for an array "
+      "of "
+      "the wrong shape.");
   module.def("save_description", &save_description, py::arg("description"), py::arg("path"),
              py::call_guard<py::gil_scoped_release>(),
              "Write a description to a file. Raises SceneError, which names the file, when it cannot be written.");

@@ -39,7 +39,8 @@ PYBIND11_MODULE(_ajar, module) {
       "of ray that see an object. Three constants are names of attributes of a mesh: `UNDEFORMED_POSITION` for the "
       "positions before modifiers (Domain.Vertex, 3 components), `RANDOM_PER_ISLAND` for results of "
       "`random_per_island` (Domain.Face, 1 component) and `POINTINESS` for results of `pointiness` (Domain.Vertex, 1 "
-      "component). `version` and `__version__` are the version of Ajar, `instruction_set` is the instruction set that "
+      "component). `TANGENT_OF` begins the names of attributes for results of `uv_tangents`. `version` and "
+      "`__version__` are the version of Ajar, `instruction_set` is the instruction set that "
       "the module was compiled for.";
   module.attr("__version__") = AJAR_VERSION;
   module.attr("version") = AJAR_VERSION;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from typing import Any
 
 import bpy
@@ -85,6 +86,26 @@ def node_tree(owner: bpy.types.Material | bpy.types.World | bpy.types.Light) -> 
     return owner.node_tree if bpy.app.version >= always or owner.use_nodes else None
 
 
+_PLAIN_NODES = {"NodeReroute", "NodeFrame", "NodeGroupInput", "NodeGroupOutput", "NodeUndefined"}
+
+
+def inlined(owner: bpy.types.Material | bpy.types.World | bpy.types.Light, tree: bpy.types.NodeTree) -> Any | None:
+    """What Blender makes of a tree with repeat zones, closures, bundles or menus: a tree without them, `node_tree`, which lives as long as the result.
+    None for a tree that has none of them, and before 5.0."""
+    return owner.inline_shader_nodes() if hasattr(owner, "inline_shader_nodes") and _has_zones(tree, set()) else None
+
+
+def _has_zones(tree: bpy.types.NodeTree, seen: set[bpy.types.NodeTree]) -> bool:
+    seen.add(tree)
+    for node in tree.nodes:
+        if not node.bl_idname.startswith("ShaderNode") and node.bl_idname not in _PLAIN_NODES:
+            return True
+        inner = getattr(node, "node_tree", None)
+        if inner is not None and inner not in seen and _has_zones(inner, seen):
+            return True
+    return False
+
+
 def default_is_principled() -> bool:
     """Whether objects without a material are shown with the default Principled BSDF (since 5.0) or with a diffuse BSDF."""
     return bpy.app.version >= (5, 0)
@@ -93,6 +114,11 @@ def default_is_principled() -> bool:
 def softens_bumps_by_microfacets() -> bool:
     """Whether Cycles uses the microfacet formula for the falloff of light at bumps, which it has since 4.5."""
     return bpy.app.version >= (4, 5)
+
+
+def normal_map_generation() -> str:
+    """How Cycles uses the strength of a normal map: "1" up to 3.6, "2" up to 5.0, "3" later (docs/developer/node_contract.md)."""
+    return "3" if bpy.app.version >= (5, 1) else "2" if bpy.app.version >= (4, 0) else "1"
 
 
 # ---- Lights -------------------------------------------------------------------------------------------------------------
@@ -227,8 +253,34 @@ def write_pass(target: bpy.types.RenderPass, values: np.ndarray) -> None:
 
 def packed_bytes(image: bpy.types.Image) -> bytes:
     """The bytes of the file that is packed into the .blend, or no bytes."""
-    packed = image.packed_file or (image.packed_files[0] if len(image.packed_files) else None)
+    packed = image.packed_file or (image.packed_files[0].packed_file if len(image.packed_files) else None)
+    return _bytes(packed)
+
+
+def packed_tiles(image: bpy.types.Image) -> dict[int, bytes]:
+    """The bytes of the packed files of tiles, by the numbers of the tiles."""
+    return {packed.tile_number: _bytes(packed.packed_file) for packed in image.packed_files}
+
+
+def _bytes(packed: bpy.types.PackedFile | None) -> bytes:
     return bytes(packed.data) if packed is not None and packed.size > 0 else b""
+
+
+def image_decides_about_alpha() -> bool:
+    """Whether the alpha mode of an image, instead of its file, states if colours are multiplied by alpha."""
+    return bpy.app.version >= (5, 1)
+
+
+def color_spaces() -> tuple[str, str]:
+    """The path of the OpenColorIO configuration, and the name of the working space in it."""
+    folder = bpy.utils.system_resource("DATAFILES", path="colormanagement")
+    config = os.environ.get("OCIO") or os.path.join(folder or "", "config.ocio")
+    if hasattr(bpy.data, "colorspace"):   # 5.0
+        return config, bpy.data.colorspace.working_space
+    if "OCIO" in os.environ:
+        return config, "scene_linear"
+    # The name of Linear Rec. 709 in Blender's own configuration.
+    return config, "Linear Rec.709" if bpy.app.version >= (4, 0) else "Linear"
 
 
 # ---- Compositor ---------------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'D'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'E'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -193,8 +193,17 @@ void fields(A& a, MaterialDescription& v) {
   all(a, v.name, v.graph, v.pass_index);
 }
 template <class A>
+void fields(A& a, ImageTile& v) {
+  all(a, v.number, v.image);
+}
+template <class A>
 void fields(A& a, ImageDescription& v) {
   all(a, v.name, v.path, v.packed, v.pixels, v.width, v.height, v.color_space, v.alpha_mode);
+  if (a.has('E')) visit(a, v.tiles);
+}
+template <class A>
+void fields(A& a, ColorDescription& v) {
+  all(a, v.config, v.working_space);
 }
 template <class A>
 void fields(A& a, Attribute& v) {
@@ -285,6 +294,7 @@ template <class A>
 void fields(A& a, SceneDescription& v) {
   all(a, v.meshes, v.objects, v.instances, v.materials, v.images, v.lights, v.world, v.camera, v.hints, v.settings);
   if (a.has('6')) visit(a, v.motion_keys);
+  if (a.has('E')) visit(a, v.color);
 }
 
 template <class A, class T>
@@ -308,7 +318,7 @@ void check_enums(const SceneDescription& d) {
     check_enum(mesh.strand_shape, StrandShape::Round);
     for (const Attribute& attribute : mesh.attributes) check_enum(attribute.domain, Domain::Face);
   }
-  for (const ImageDescription& image : d.images) check_enum(image.alpha_mode, AlphaMode::None);
+  for (const ImageDescription& image : d.images) check_enum(image.alpha_mode, AlphaMode::AlwaysPremultiplied);
   for (const LightDescription& light : d.lights) {
     check_enum(light.kind, LightKind::Area);
     check_enum(light.area_shape, AreaShape::Ellipse);
@@ -324,14 +334,20 @@ void check_enums(const SceneDescription& d) {
 uint64_t fingerprint(const SceneDescription& description) {
   Hasher hasher;
   auto& d = const_cast<SceneDescription&>(description);
-  all(hasher, d.meshes, d.objects, d.instances, d.motion_keys, d.materials, d.images, d.lights, d.world, d.hints,
-      d.settings.reflective_caustics, d.settings.refractive_caustics, d.settings.bump_terminator);
+  all(hasher, d.meshes, d.objects, d.instances, d.motion_keys, d.materials, d.images, d.color, d.lights, d.world,
+      d.hints, d.settings.reflective_caustics, d.settings.refractive_caustics, d.settings.bump_terminator);
   return hasher.state;
 }
 
 uint64_t fingerprint(const NodeGraph& graph) {
   Hasher hasher;
   visit(hasher, const_cast<NodeGraph&>(graph));
+  return hasher.state;
+}
+
+uint64_t fingerprint(const ColorDescription& color) {
+  Hasher hasher;
+  visit(hasher, const_cast<ColorDescription&>(color));
   return hasher.state;
 }
 

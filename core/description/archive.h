@@ -21,6 +21,7 @@ SceneDescription load_description(const std::string& path);
 uint64_t fingerprint(const SceneDescription& description);
 uint64_t fingerprint(const NodeGraph& graph);
 uint64_t fingerprint(const MaterialDescription& material);
+uint64_t fingerprint(const ColorDescription& color);
 
 /// `version` selects an older format, without the fields that were added later; 0 is the newest.
 std::vector<char> to_bytes(const SceneDescription& description, char version = 0);

@@ -60,18 +60,44 @@ struct MaterialDescription {
   int pass_index = 0;
 };
 
-enum class AlphaMode : uint8_t { Straight, Premultiplied, ChannelPacked, None };
+/// How the colours and the alpha of an image are related. With the first two, an image file decides by itself whether
+/// its colours are multiplied by alpha; with the last two, it does not.
+enum class AlphaMode : uint8_t {
+  Straight,            ///< not multiplied
+  Premultiplied,       ///< multiplied
+  ChannelPacked,       ///< alpha is a channel of its own
+  None,                ///< alpha is 1
+  AlwaysStraight,      ///< not multiplied, whatever the file says
+  AlwaysPremultiplied  ///< multiplied, whatever the file says
+};
 
-/// An image for textures. It has exactly one source: `path`, `packed` (bytes of an image file) or `pixels` (float RGBA,
-/// rows from the bottom up). An image that has no source or cannot be read renders magenta and is reported by its name.
+/// A tile of an image: 1001 + u + 10 v covers the square from (u, v) to (u + 1, v + 1), with u from 0 to 9.
+struct ImageTile {
+  int number = 1001;
+  int image = -1;  ///< index of an image without tiles
+  bool operator==(const ImageTile&) const = default;
+};
+
+/// An image for textures. It has exactly one source: `path`, `packed` (bytes of an image file), `pixels` (float RGBA,
+/// rows from the bottom up) or `tiles`. An image that has no source or cannot be read renders magenta and is reported
+/// by its name, as is the place of a tile that is missing.
 struct ImageDescription {
   std::string name;
   std::string path;
   std::vector<uint8_t> packed;
   std::vector<float> pixels;
-  int width = 0, height = 0;         ///< of `pixels`
-  std::string color_space = "sRGB";  ///< Blender's name; "Non-Color", "Linear", "sRGB", ...
+  int width = 0, height = 0;  ///< of `pixels`
+  /// Its name in the OpenColorIO configuration. "Non-Color" are no colours, "scene_linear" is the working space.
+  std::string color_space = "sRGB";
   AlphaMode alpha_mode = AlphaMode::Straight;
+  std::vector<ImageTile> tiles;
+};
+
+/// The meaning of the names of colour spaces, and of all colours in the scene.
+struct ColorDescription {
+  std::string config;                            ///< path of an OpenColorIO configuration; empty: none
+  std::string working_space = "Linear Rec.709";  ///< its name in the configuration
+  bool operator==(const ColorDescription&) const = default;
 };
 
 // ---- Geometry ------------------------------------------------------------------------
@@ -260,6 +286,7 @@ struct SceneDescription {
   std::vector<std::array<float, 12>> motion_keys;
   std::vector<MaterialDescription> materials;
   std::vector<ImageDescription> images;
+  ColorDescription color;
   std::vector<LightDescription> lights;
   WorldDescription world;
   CameraDescription camera;

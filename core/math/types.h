@@ -43,6 +43,7 @@ inline bool is_finite(Vec3 v) { return std::isfinite(v.x) && std::isfinite(v.y) 
 
 /// CIE Y of a linear Rec. 709 colour; code decides about colours by this scalar.
 inline float luminance(Color c) { return 0.2126729f * c.x + 0.7151522f * c.y + 0.0721750f * c.z; }
+inline const Color kRec709Luminance{0.2126729f, 0.7151522f, 0.0721750f};
 
 inline Vec3 transform_point(const Mat4& m, Vec3 p) { return Vec3(m * Vec4(p, 1.0f)); }
 inline Vec3 transform_vector(const Mat4& m, Vec3 v) { return Vec3(m * Vec4(v, 0.0f)); }

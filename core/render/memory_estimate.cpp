@@ -6,7 +6,7 @@
 #include "integrators/gather_passes.h"
 #include "integrators/integrator.h"
 #include "scene/scene.h"
-#include "shading/functions/texture.h"
+#include "shading/images/texture.h"
 #include "transport/bidirectional/further_samples.h"
 #include "transport/bidirectional/vertex_merging.h"
 #include "transport/guiding/path_guide.h"

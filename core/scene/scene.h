@@ -15,7 +15,7 @@
 #include "geometry/camera.h"
 #include "geometry/geometry.h"
 #include "lights/light_set.h"
-#include "shading/functions/texture.h"
+#include "shading/images/texture.h"
 #include "shading/shader_program.h"
 
 namespace ajar {
@@ -192,7 +192,7 @@ class Scene {
   /// shading_point for hits on strands.
   void strand_point(const Ray& ray, const Hit& hit, ShadingPoint& point) const;
   bool shows_the_world_of(const Scene& previous) const;
-  void compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context,
+  void compile_materials(const SceneDescription& d, const std::vector<int>& shown_by, ShaderContext context,
                          Scene* previous, Diagnostics& diagnostics);
   void compile(CameraShader::Of of, size_t index, const NodeGraph& graph, const std::string& owner,
                ShaderContext context, Diagnostics& diagnostics);
@@ -211,6 +211,7 @@ class Scene {
   ShaderProgram world_program_;
   uint64_t world_fingerprint_ = 0;
   std::vector<CameraShader> camera_shaders_;
+  Mat3 working_from_rec709_{1.0f};
   std::unique_ptr<TextureStore> textures_;
   LightSet lights_;
   std::vector<float> lamp_importances_;

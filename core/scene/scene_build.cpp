@@ -9,6 +9,7 @@
 #include "description/validate.h"
 #include "math/random.h"
 #include "scene/accel.h"
+#include "shading/images/color_spaces.h"
 
 namespace ajar {
 
@@ -116,9 +117,9 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
                                context.world_from_lamp ? *context.world_from_lamp : std::array<float, 12>{}});
 }
 
-/// Compiles the materials in `used`. Programs of materials that are equal in `previous` are taken over, with their
+/// Compiles the materials that an object shows; `shown_by` has an object for each, or -1. Programs of materials that are equal in `previous` are taken over, with their
 /// diagnostics.
-void Scene::compile_materials(const SceneDescription& d, const std::vector<uint8_t>& used, ShaderContext context,
+void Scene::compile_materials(const SceneDescription& d, const std::vector<int>& shown_by, ShaderContext context,
                               Scene* previous, Diagnostics& diagnostics) {
   std::map<uint64_t, size_t> at_hand;
   for (size_t i = 0; previous && i < previous->material_fingerprints_.size(); ++i)
@@ -134,10 +135,10 @@ void Scene::compile_materials(const SceneDescription& d, const std::vector<uint8
     programs_.emplace_back();
     material_fingerprints_.push_back(0);
     material_diagnostics_.emplace_back();
-    if (!used[i]) continue;
-    const uint64_t number = hash64(fingerprint(material) + (context.reflective_caustics ? 1 : 0) +
-                                   (context.refractive_caustics ? 2 : 0) +
-                                   (context.bump_terminator == BumpTerminator::Microfacet ? 4 : 0));
+    if (shown_by[i] < 0) continue;
+    const uint64_t number = hash64(
+        fingerprint(material) + (context.reflective_caustics ? 1 : 0) + (context.refractive_caustics ? 2 : 0) +
+        (context.bump_terminator == BumpTerminator::Microfacet ? 4 : 0) + fingerprint(d.color));
     const auto found = at_hand.find(number);
     if (found != at_hand.end() && shows_the_same_images(previous->programs_[found->second])) {
       programs_[i] = std::move(previous->programs_[found->second]);
@@ -149,6 +150,7 @@ void Scene::compile_materials(const SceneDescription& d, const std::vector<uint8
       ++statistics_.compiled_programs;
       const size_t seeing_camera = camera_shaders_.size();
       context.material_pass_index = material.pass_index;
+      context.user = d.objects[size_t(shown_by[i])].name;
       compile(CameraShader::Of::Material, i, material.graph, material.name, context, material_diagnostics_[i]);
       if (camera_shaders_.size() == seeing_camera) material_fingerprints_[i] = number;
     }
@@ -173,6 +175,7 @@ void Scene::change_view(const CameraDescription& camera, RenderSettings settings
   context.reflective_caustics = settings.reflective_caustics = settings_.reflective_caustics;
   context.refractive_caustics = settings.refractive_caustics = settings_.refractive_caustics;
   context.bump_terminator = settings.bump_terminator = settings_.bump_terminator;
+  context.working_from_rec709 = working_from_rec709_;
   Diagnostics repeated;  // the build has reported these
   for (const CameraShader& shader : std::exchange(camera_shaders_, {})) {
     context.material_pass_index = shader.material_pass_index;
@@ -237,7 +240,7 @@ class Scene::Builder {
   std::vector<BuiltMesh*> kept_;                         // meshes of the previous scene that are moved to this one
   std::vector<uint32_t> users_;                          // instances of each mesh
   std::vector<uint32_t> first_material_;                 // of each object, in the table
-  std::vector<uint8_t> used_;                            // materials of instances; the last is the default
+  std::vector<int> shown_by_;                            // an object with each material, or -1; the last is the default
   std::vector<std::pair<size_t, size_t>> first_motion_;  // instance, index of its first matrix
 };
 
@@ -275,7 +278,7 @@ void Scene::Builder::take_meshes() {
 void Scene::Builder::add_instances() {
   const uint32_t default_material = uint32_t(d_.materials.size());
   first_material_.resize(d_.objects.size());
-  used_.assign(d_.materials.size() + 1, 0);
+  shown_by_.assign(d_.materials.size() + 1, -1);
   for (size_t i = 0; i < d_.objects.size(); ++i) {
     first_material_[i] = uint32_t(s_.material_table_.size());
     if (d_.objects[i].materials.empty()) s_.material_table_.push_back(default_material);
@@ -328,7 +331,8 @@ void Scene::Builder::add_instance(const InstanceDescription& in) {
   instance.random = in.random;
   s_.instances_.push_back(instance);
   s_.statistics_.instanced_triangles += s_.meshes_[instance.mesh].triangles.size();
-  for (uint32_t k = 0; k < instance.material_count; ++k) used_[s_.material_table_[instance.first_material + k]] = 1;
+  for (uint32_t k = 0; k < instance.material_count; ++k)
+    shown_by_[s_.material_table_[instance.first_material + k]] = in.object;
 }
 
 void Scene::Builder::add_motion(const InstanceDescription& in, BuiltInstance& instance) {
@@ -352,17 +356,19 @@ void Scene::Builder::add_motion(const InstanceDescription& in, BuiltInstance& in
 
 /// Of the materials, only those that are used.
 void Scene::Builder::compile_shaders() {
-  s_.textures_ = std::make_unique<TextureStore>(std::move(d_.images), previous_ ? previous_->textures_.get() : nullptr);
+  s_.textures_ = std::make_unique<TextureStore>(std::move(d_.images), previous_ ? previous_->textures_.get() : nullptr,
+                                                d_.color);
   ShaderContext context;
   context.camera = &d_.camera;
   context.image_width = d_.settings.width;
   context.reflective_caustics = d_.settings.reflective_caustics;
   context.refractive_caustics = d_.settings.refractive_caustics;
   context.bump_terminator = d_.settings.bump_terminator;
-  s_.compile_materials(d_, used_, context, previous_.get(), diagnostics_);
+  context.working_from_rec709 = s_.working_from_rec709_ = ajar::working_from_rec709(d_.color);
+  s_.compile_materials(d_, shown_by_, context, previous_.get(), diagnostics_);
   if (!options_.walks_below_surfaces) {
     for (size_t i = 0; i < d_.materials.size(); ++i)
-      if (used_[i] && s_.programs_[i].has_subsurface())
+      if (shown_by_[i] >= 0 && s_.programs_[i].has_subsurface())
         report_once(diagnostics_,
                     {Diagnostic::Severity::Warning, d_.materials[i].name,
                      "its subsurface scattering is approximated by diffuse reflection; Path Tracing walks "
@@ -370,7 +376,8 @@ void Scene::Builder::compile_shaders() {
   }
   s_.material_pass_indices_.push_back(0);
   s_.programs_.push_back(ShaderProgram::compile(default_surface(), "Default Surface", *s_.textures_, diagnostics_));
-  for (size_t i = 0; i < used_.size(); ++i) s_.any_transparent_ |= used_[i] && s_.programs_[i].may_be_transparent();
+  for (size_t i = 0; i < shown_by_.size(); ++i)
+    s_.any_transparent_ |= shown_by_[i] >= 0 && s_.programs_[i].may_be_transparent();
   s_.statistics_.transparent_shadows = s_.any_transparent_;
   for (size_t i = 0; i < d_.lights.size(); ++i) {
     s_.lamp_programs_.emplace_back();
@@ -379,7 +386,7 @@ void Scene::Builder::compile_shaders() {
   }
   context.world_from_lamp = nullptr;
   compile_world(context);
-  for (size_t i = 0; i < used_.size(); ++i) s_.has_media_ |= used_[i] && s_.programs_[i].has_volume();
+  for (size_t i = 0; i < shown_by_.size(); ++i) s_.has_media_ |= shown_by_[i] >= 0 && s_.programs_[i].has_volume();
   s_.textures_->forget_previous();
   s_.statistics_.kept_textures = uint64_t(s_.textures_->kept_count());
   s_.statistics_.texture_bytes = s_.textures_->memory_bytes();
@@ -394,7 +401,7 @@ void Scene::Builder::compile_world(const ShaderContext& context) {
     d_.world.graph.nodes.push_back(std::move(background));
     d_.world.graph.surface = {0, "Background"};
   }
-  s_.world_fingerprint_ = fingerprint(d_.world.graph);
+  s_.world_fingerprint_ = hash64(fingerprint(d_.world.graph) + fingerprint(d_.color));
   s_.compile(CameraShader::Of::World, 0, d_.world.graph, d_.world.name, context, diagnostics_);
   s_.has_media_ = s_.world_program_.has_volume();
   if (s_.world_program_.medium_varies())

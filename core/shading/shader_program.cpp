@@ -4,18 +4,17 @@
 #include <cstring>
 #include <sstream>
 
+#include "shading/closure_evaluation.h"
 #include "shading/nodes/closure_list.h"
 #include "shading/nodes/displacement_nodes.h"
 #include "shading/nodes/node_registry.h"
 #include "shading/nodes/volume_closures.h"
+#include "shading/program/register_allocation.h"
 
 namespace ajar {
 
 // Emission and transparency have closure lists and code of their own, because light sampling and shadow rays need
 // nothing else. All pieces of code use the same register numbers.
-namespace {
-struct Values;
-}
 struct ShaderProgram::Data {
   std::vector<Closure> scattering, emission, transparency, holdout;
   std::vector<Closure> thin_walls;  // those of `scattering` through which light may pass straight
@@ -33,22 +32,24 @@ struct ShaderProgram::Data {
   int register_count = 0;
 
   Color through_thin_walls(const Values& values) const;
+  std::vector<SkyDisc> sky_discs;
+
+  /// Selects the code of each kind of evaluation from the whole program, and assigns the registers.
+  void divide_code(const std::vector<Instruction>& all, int value_count);
+  void shade(const ShadingPoint& point, float* registers, SurfaceShading& out) const;
 };
 
 namespace {
 
-using Closures = std::vector<Closure>;
-
 /// The instructions on which these operands depend, in the order of the program.
-std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int register_count,
+std::vector<Instruction> needed_code(const std::vector<Instruction>& code, int value_count,
                                      const std::vector<Operand>& operands) {
-  std::vector<bool> live(size_t(register_count), false);
+  std::vector<bool> live(size_t(value_count), false);
   const auto mark = [&](Operand o) {
     if (o >= 0 && o != kNoOperand) live[o] = true;
   };
   for (const Operand o : operands) mark(o);
-  // An operand always lies within the output of one instruction. So the instruction that writes a live register is
-  // kept.
+  // An operand always lies within the output of one instruction. So the instruction that writes a live value is kept.
   std::vector<Instruction> needed;
   for (auto i = code.rbegin(); i != code.rend(); ++i) {
     bool is_live = false;
@@ -68,63 +69,25 @@ void append_operands(const Closures& closures, std::vector<Operand>& operands) {
   }
 }
 
-Color color_of(const Closure& closure, const float* registers, const float* constants) {
-  Color color = closure.inputs.base_color;
-  for (const InputPatch& patch : closure.patches)
-    if (patch.offset == offsetof(closures::PrincipledInputs, base_color))
-      color = load3(operand(patch.from, registers, constants));
-  return glm::max(color, 0.0f) * *operand(closure.weight, registers, constants);
-}
-
-/// The registers and constants of a program at a point.
-struct Values {
-  const ShadingPoint& point;
-  const float *registers, *constants;
-
-  /// The normal of a closure, `fallback` if it has none.
-  Vec3 normal(Operand o, Vec3 fallback) const {
-    return o == kNoOperand ? fallback : closures::safe_shading_normal(point.ng, point.wo, tilted(o, fallback));
-  }
-  /// The same without bending it towards the eye.
-  Vec3 tilted(Operand o, Vec3 fallback) const {
-    const Vec3 n = load3(operand(o, registers, constants));
-    const float length2 = length_squared(n);
-    return length2 > 1e-20f && length2 < 1e20f ? n / std::sqrt(length2) : fallback;
-  }
-};
-
-closures::Surface surface_at(const ShadingPoint& point) { return {point.wo, point.ng, point.backfacing}; }
-
-void apply_patches(const Closure& closure, const float* registers, closures::PrincipledInputs& inputs) {
-  for (const InputPatch& patch : closure.patches) {
-    char* at = reinterpret_cast<char*>(&inputs) + patch.offset;
-    for (int i = 0; i < patch.count; ++i, at += sizeof(float)) {
-      const float x = valid_input(registers[patch.from + i], patch.low, patch.high);
-      std::memcpy(at, &x, sizeof(float));
-    }
+void assign_registers(const RegisterAllocation& register_of, Closures& closures) {
+  for (Closure& closure : closures) {
+    for (Operand* o : {&closure.weight, &closure.normal, &closure.coat_normal, &closure.tangent}) *o = register_of(*o);
+    for (InputPatch& patch : closure.patches) patch.from = register_of(patch.from);
   }
 }
 
-/// The fraction of a closure's emission that passes the layers above it.
-Color through_coat(const Closure& closure, const Values& values) {
-  closures::PrincipledInputs inputs = closure.inputs;
-  apply_patches(closure, values.registers, inputs);
-  const ShadingPoint& point = values.point;
-  const Vec3 smooth = closures::safe_shading_normal(point.ng, point.wo, point.ns);
-  inputs.normal = values.normal(closure.normal, smooth);
-  inputs.clearcoat_normal = values.normal(closure.coat_normal, smooth);
-  return closures::emission_through_coat(surface_at(point), inputs);
-}
-
-/// The sum of closures of emission or transparency.
-Color sum(const Closures& closures, const Values& values) {
-  Color total(0.0f);
-  for (const Closure& closure : closures) {
-    Color color = color_of(closure, values.registers, values.constants);
-    if (closure.kind == ClosureKind::CoatedEmission) color *= through_coat(closure, values);
-    if (is_finite(color)) total += color;
+/// The discs of the skies that `code` evaluates in their own coordinates.
+std::vector<SkyDisc> find_sky_discs(const std::vector<Instruction>& code, const ProgramTables& tables) {
+  std::vector<SkyDisc> discs;
+  for (const Instruction& sky : code) {
+    if (sky.op != Op::Sky) continue;
+    const auto sun = tables.skies[sky.data].sun();
+    // The node knows the direction of the sun only if the coordinates of the sky are not rotated.
+    const bool as_it_is = std::any_of(
+        code.begin(), code.end(), [&](const Instruction& i) { return i.op == Op::Generated && i.out == sky.in[0]; });
+    if (sun && as_it_is) discs.push_back({sun->direction, sun->angular_radius});
   }
-  return total;
+  return discs;
 }
 
 /// A Lambert closure of which at most the colour is computed at the hit.
@@ -135,123 +98,6 @@ bool is_plain_diffuse(const Closure& closure) {
   const InputPatch& patch = closure.patches.front();
   return closure.patches.size() == 1 && patch.count == 3 &&
          patch.offset == offsetof(closures::PrincipledInputs, base_color) && patch.from >= 0;
-}
-
-bool patches(const Closure& closure, size_t offset) {
-  return std::any_of(closure.patches.begin(), closure.patches.end(),
-                     [=](const InputPatch& patch) { return patch.offset == offset; });
-}
-
-/// Whether light can enter the closure and scatter below the surface.
-bool has_walk(const Closure& closure) {
-  return closure.kind == ClosureKind::Subsurface ||
-         (closure.kind == ClosureKind::Principled &&
-          (closure.inputs.subsurface > 0.0f || patches(closure, offsetof(closures::PrincipledInputs, subsurface))));
-}
-
-/// Adds the scattering closures of a program to the BSDF at a point.
-struct ScatteringBuilder {
-  const Values& values;
-  closures::Surface surface;
-  bool reflective, refractive;  ///< whether caustics of these kinds are rendered
-  SurfaceShading& out;
-
-  Vec3 normal_of(Operand o) const { return values.normal(o, out.bsdf.n); }
-  /// Whether light can enter a closure with subsurface scattering. After a diffuse bounce it leaves where it enters, as
-  /// in Cycles before Blender 5.0. The same holds for the second medium of a surface.
-  bool may_enter(const closures::PrincipledInputs& inputs) const {
-    return (values.point.diffuse_depth == 0 || inputs.enters_after_diffuse) && !out.bsdf.has_subsurface();
-  }
-  /// The normal of diffuse lobes that is not bent towards the eye.
-  void set_diffuse_normal(const Closure& closure, closures::PrincipledInputs& inputs) const {
-    const Vec3 base = out.bsdf.bump_base;
-    inputs.diffuse_normal = closure.normal == kNoOperand ? base : values.tilted(closure.normal, base);
-    inputs.keeps_normal = inputs.diffuse_normal != inputs.normal;
-  }
-  static closures::RoughBoundary boundary_of(const closures::PrincipledInputs& inputs) {
-    return {inputs.distribution, inputs.roughness, inputs.ior, inputs.correlated, film_of(inputs)};
-  }
-  static closures::FilmInputs film_of(const closures::PrincipledInputs& inputs) {
-    return {inputs.thin_film_thickness, inputs.thin_film_ior};
-  }
-  static closures::Anisotropy anisotropy_of(const closures::PrincipledInputs& inputs) {
-    return {inputs.tangent, inputs.anisotropic, inputs.anisotropic_rotation};
-  }
-
-  void add(const Closure& closure) const {
-    const float weight = *operand(closure.weight, values.registers, values.constants);
-    if (!(weight > 0.0f)) return;
-    closures::PrincipledInputs inputs = closure.inputs;
-    apply_patches(closure, values.registers, inputs);
-    inputs.normal = normal_of(closure.normal);
-    if (inputs.keeps_normal) set_diffuse_normal(closure, inputs);
-    if (closure.tangent != kNoOperand)
-      inputs.tangent = load3(operand(closure.tangent, values.registers, values.constants));
-    const Color color = inputs.base_color * weight;
-    const closures::Facets facets{inputs.distribution, inputs.roughness, inputs.correlated};
-    switch (closure.kind) {
-      case ClosureKind::Diffuse:
-        closures::add_diffuse(out.bsdf, surface, color, inputs.keeps_normal ? inputs.diffuse_normal : inputs.normal,
-                              inputs.roughness, inputs.multiple_scattering ? inputs.base_color : Color(0.0f),
-                              inputs.keeps_normal);
-        break;
-      case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
-      case ClosureKind::Glossy:
-        if (reflective) closures::add_glossy(out.bsdf, surface, color, inputs.normal, facets, anisotropy_of(inputs));
-        break;
-      case ClosureKind::Metallic:
-        if (reflective)
-          closures::add_metallic(out.bsdf, Color(weight), inputs.normal, facets, anisotropy_of(inputs),
-                                 {inputs.is_conductor, inputs.base_color, inputs.specular_tint_color, film_of(inputs)});
-        break;
-      case ClosureKind::Sheen: closures::add_sheen(out.bsdf, color, inputs.normal, inputs.roughness); break;
-      case ClosureKind::Refraction:
-        if (refractive) closures::add_refraction(out.bsdf, surface, color, inputs.normal, boundary_of(inputs));
-        break;
-      case ClosureKind::Glass:
-        closures::add_glass(out.bsdf, surface, color, inputs.normal, boundary_of(inputs), reflective, refractive);
-        break;
-      case ClosureKind::Principled:
-        inputs.clearcoat_normal = normal_of(closure.coat_normal);
-        inputs.reflective_caustics = reflective;
-        inputs.refractive_caustics = refractive;
-        inputs.enters = inputs.subsurface > 0.0f && may_enter(inputs);
-        if (inputs.enters) out.medium = closures::principled_medium(inputs);
-        closures::add_principled(out.bsdf, surface, Color(weight), inputs);
-        break;
-      case ClosureKind::Velvet: closures::add_velvet(out.bsdf, surface, color, inputs.normal, inputs.roughness); break;
-      case ClosureKind::ToonDiffuse:
-      case ClosureKind::ToonGlossy: {
-        const bool glossy = closure.kind == ClosureKind::ToonGlossy;
-        if (reflective || !glossy)
-          closures::add_toon(out.bsdf, surface, color, inputs.normal, glossy, inputs.roughness,
-                             inputs.transmission_roughness);
-        break;
-      }
-      case ClosureKind::Subsurface:
-        if (may_enter(inputs)) {
-          out.medium = closures::make_medium({inputs.subsurface_method, inputs.base_color,
-                                              inputs.subsurface_radius * inputs.subsurface_scale,
-                                              inputs.subsurface_anisotropy, inputs.subsurface_ior, inputs.roughness});
-          closures::add_subsurface(out.bsdf, surface, color, inputs.normal, out.medium);
-        } else {
-          closures::add_diffuse(out.bsdf, surface, color, inputs.normal, 0.0f);
-        }
-        break;
-      case ClosureKind::Emission:
-      case ClosureKind::CoatedEmission:
-      case ClosureKind::Transparent:
-      case ClosureKind::Holdout: break;  // these are in lists of their own
-    }
-  }
-};
-
-/// Whether light may pass a Principled closure straight, because it is a smooth thin sheet.
-bool is_thin_wall(const Closure& closure) {
-  using Inputs = closures::PrincipledInputs;
-  return closure.kind == ClosureKind::Principled &&
-         (closure.inputs.thin_wall != 0.0f || patches(closure, offsetof(Inputs, thin_wall))) &&
-         (closure.inputs.transmission > 0.0f || patches(closure, offsetof(Inputs, transmission)));
 }
 
 }  // namespace
@@ -270,6 +116,39 @@ ShaderProgram::ShaderProgram() : data_(std::make_unique<Data>()) {}
 ShaderProgram::ShaderProgram(ShaderProgram&&) noexcept = default;
 ShaderProgram& ShaderProgram::operator=(ShaderProgram&&) noexcept = default;
 ShaderProgram::~ShaderProgram() = default;
+
+void ShaderProgram::Data::divide_code(const std::vector<Instruction>& all, int value_count) {
+  const auto operands_of = [](std::initializer_list<const Closures*> lists) {
+    std::vector<Operand> operands;
+    for (const Closures* list : lists) append_operands(*list, operands);
+    return operands;
+  };
+  std::vector<Operand> of_volumes, of_surface = operands_of({&scattering, &emission, &transparency, &holdout});
+  of_surface.push_back(displaced_normal);
+  for (const VolumeClosure& closure : volumes)
+    for (const Operand o : closure.operands()) of_volumes.push_back(o);
+  code = needed_code(all, value_count, of_surface);
+  emission_code = needed_code(all, value_count, operands_of({&emission}));
+  transparency_code = needed_code(all, value_count, operands_of({&transparency, &thin_walls}));
+  volume_code = needed_code(all, value_count, of_volumes);
+  sky_discs = find_sky_discs(emission_code, tables);
+
+  // A point is shaded either as a surface or as a volume.
+  const auto assign = [&](const std::vector<Instruction>& whole, const std::vector<Operand>& kept) {
+    RegisterAllocation allocation(whole, value_count, kept);
+    register_count = std::max(register_count, allocation.register_count());
+    return allocation;
+  };
+  const RegisterAllocation on_surface = assign(code, of_surface), inside = assign(volume_code, of_volumes);
+  for (std::vector<Instruction>* part : {&code, &emission_code, &transparency_code}) on_surface.apply(*part);
+  inside.apply(volume_code);
+  for (Closures* list : {&scattering, &emission, &transparency, &holdout, &thin_walls})
+    assign_registers(on_surface, *list);
+  displaced_normal = on_surface(displaced_normal);
+  for (VolumeClosure& closure : volumes)
+    for (Operand* o : {&closure.weight, &closure.color, &closure.second, &closure.density, &closure.anisotropy})
+      *o = inside(*o);
+}
 
 ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& owner, TextureStore& textures,
                                      Diagnostics& diagnostics, const ShaderContext& context) {
@@ -291,29 +170,13 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.has_surface = graph.surface.node >= 0;
   data.has_volume = graph.volume.node >= 0;
   data.volumes = flatten_volumes(builder);
-  if (builder.overflowed())
-    report_once(diagnostics, {Diagnostic::Severity::Warning, owner,
-                              "its node graph is too large; values beyond the limit are grey"});
-
-  data.register_count = builder.register_count();
   if (!data.scattering.empty()) data.displaced_normal = builder.displaced_normal();
   data.keeps_normal = data.displaced_normal != kNoOperand &&
                       builder.number(graph.displacement.node, "keeps_normal") != 0.0f;
-  const auto code_for = [&](std::initializer_list<const Closures*> lists, Operand also = kNoOperand) {
-    std::vector<Operand> operands{also};
-    for (const Closures* list : lists) append_operands(*list, operands);
-    return needed_code(builder.code, data.register_count, operands);
-  };
-  data.code = code_for({&data.scattering, &data.emission, &data.transparency, &data.holdout}, data.displaced_normal);
-  data.emission_code = code_for({&data.emission});
   std::copy_if(data.scattering.begin(), data.scattering.end(), std::back_inserter(data.thin_walls), is_thin_wall);
-  data.transparency_code = code_for({&data.transparency, &data.thin_walls});
-  std::vector<Operand> of_volumes;
-  for (const VolumeClosure& closure : data.volumes)
-    for (const Operand o : closure.operands()) of_volumes.push_back(o);
-  data.volume_code = needed_code(builder.code, data.register_count, of_volumes);
-  for (const Instruction& i : data.volume_code) data.medium_varies |= varies_inside(i.op);
   data.tables = std::move(builder.tables);
+  data.divide_code(builder.code, builder.register_count());
+  for (const Instruction& i : data.volume_code) data.medium_varies |= varies_inside(i.op);
   data.may_be_transparent = !data.transparency.empty() || !data.thin_walls.empty();
   data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() &&
                        is_plain_diffuse(data.scattering.front());
@@ -331,8 +194,11 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
 }
 
 void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& out) const {
-  const Data& d = *data_;
-  float registers[kMaxRegisters];
+  with_registers(data_->register_count, [&](float* registers) { data_->shade(point, registers, out); });
+}
+
+void ShaderProgram::Data::shade(const ShadingPoint& point, float* registers, SurfaceShading& out) const {
+  const Data& d = *this;
   const float* constants = d.tables.constants.data();
   run(d.code.data(), d.code.size(), d.tables, point, registers);
 
@@ -366,28 +232,32 @@ void ShaderProgram::evaluate_surface(const ShadingPoint& point, SurfaceShading& 
 Color ShaderProgram::evaluate_emission(const ShadingPoint& point) const {
   const Data& d = *data_;
   if (d.emission.empty()) return Color(0.0f);
-  float registers[kMaxRegisters];
-  run(d.emission_code.data(), d.emission_code.size(), d.tables, point, registers);
-  return sum(d.emission, {point, registers, d.tables.constants.data()});
+  return with_registers(
+      d.register_count, [&](float* registers) __attribute__((always_inline)) {
+        run(d.emission_code.data(), d.emission_code.size(), d.tables, point, registers);
+        return sum(d.emission, {point, registers, d.tables.constants.data()});
+      });
 }
 
 Color ShaderProgram::evaluate_transparency(const ShadingPoint& point) const {
   const Data& d = *data_;
   if (!d.may_be_transparent) return Color(0.0f);
-  float registers[kMaxRegisters];
-  run(d.transparency_code.data(), d.transparency_code.size(), d.tables, point, registers);
-  const Values values{point, registers, d.tables.constants.data()};
-  Color total = sum(d.transparency, values);
-  if (!d.thin_walls.empty()) total += d.through_thin_walls(values);
-  return total;
+  return with_registers(
+      d.register_count, [&](float* registers) __attribute__((always_inline)) {
+        run(d.transparency_code.data(), d.transparency_code.size(), d.tables, point, registers);
+        const Values values{point, registers, d.tables.constants.data()};
+        const Color total = sum(d.transparency, values);
+        return d.thin_walls.empty() ? total : total + d.through_thin_walls(values);
+      });
 }
 
 void ShaderProgram::add_medium(const ShadingPoint& point, MediumPoint& medium) const {
   const Data& d = *data_;
   if (d.volumes.empty()) return;
-  float registers[kMaxRegisters];
-  run_inside(d.volume_code.data(), d.volume_code.size(), d.tables, point, registers);
-  add_volumes(d.volumes, registers, d.tables.constants.data(), medium);
+  with_registers(d.register_count, [&](float* registers) {
+    run_inside(d.volume_code.data(), d.volume_code.size(), d.tables, point, registers);
+    add_volumes(d.volumes, registers, d.tables.constants.data(), medium);
+  });
 }
 
 bool ShaderProgram::is_constant() const { return data_->code.empty(); }
@@ -456,21 +326,9 @@ std::vector<std::pair<int, const Texture*>> ShaderProgram::images() const {
   return all;
 }
 
-std::vector<SkyDisc> ShaderProgram::sky_discs() const {
-  std::vector<SkyDisc> discs;
-  const Data& d = *data_;
-  for (const Instruction& sky : d.emission_code) {
-    if (sky.op != Op::Sky) continue;
-    const auto sun = d.tables.skies[sky.data].sun();
-    // The node knows the direction of the sun only if the coordinates of the sky are not rotated.
-    const bool as_it_is = std::any_of(d.emission_code.begin(), d.emission_code.end(), [&](const Instruction& i) {
-      return i.op == Op::Generated && i.out == sky.in[0];
-    });
-    if (sun && as_it_is) discs.push_back({sun->direction, sun->angular_radius});
-  }
-  return discs;
-}
+std::vector<SkyDisc> ShaderProgram::sky_discs() const { return data_->sky_discs; }
 
+int ShaderProgram::register_count() const { return data_->register_count; }
 int ShaderProgram::instruction_count() const { return int(data_->code.size()); }
 
 std::string ShaderProgram::listing() const {

@@ -81,6 +81,7 @@ class ShaderProgram {
   /// The images that the program looks up: their indices in the scene's list, and their textures.
   std::vector<std::pair<int, const Texture*>> images() const;
   int instruction_count() const;
+  int register_count() const;   ///< floats that an evaluation stores at the same time
   std::string listing() const;  ///< the program as text, for tests and for debugging
 
  private:

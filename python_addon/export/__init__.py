@@ -10,7 +10,7 @@ from collections.abc import Callable
 import bpy
 
 from ..headless import Options
-from . import camera, hints, motion, objects, settings, world
+from . import camera, hints, images, motion, objects, settings, world
 from .context import ExportCancelled, ExportContext
 from .known_objects import KnownObjects, OutOfDate
 from .mesh_cache import MeshCache
@@ -38,6 +38,7 @@ def export_scene(depsgraph: bpy.types.Depsgraph, options: Options, passes: list[
 
 def export_contents(context: ExportContext) -> None:
     """Export all that does not depend on the camera."""
+    images.export_color_spaces(context)
     world.export(context)
     objects.export(context)
     hints.export(context)

@@ -34,6 +34,7 @@ class ExportContext:
         self.world: bpy.types.World | None = getattr(self.view_layer, "world_override", None) or self.scene.world
         self.description = ajar.SceneDescription()
         self.materials: dict[int, int] = {}              # address of a material -> index
+        self.user = ""                                   # the object whose materials are exported, for messages
         self.images: dict[tuple, int] = {}
         self.uses_generated = False                      # whether a material can use Generated coordinates
         self.attribute_names: set[str] = set()           # attributes that materials use

@@ -28,7 +28,7 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list
     _KINDS[light.type](out, light)
     tree = compat.node_tree(light)
     if tree is not None:
-        out.graph = _graph(context, tree, light.name)
+        out.graph = _graph(context, tree, light)
     hidden = [kind for bit, kind in _SEEN_BY if not visibility & bit]
     if 0 < len(hidden) < len(_SEEN_BY):
         context.warn(name, "it is invisible to some rays ({kinds}), but where it is sampled directly, it illuminates surfaces that scatter such rays", kinds=", ".join(hidden))
@@ -65,8 +65,8 @@ _SEEN_BY = ((ajar.VISIBLE_DIFFUSE, "diffuse"), (ajar.VISIBLE_GLOSSY, "glossy"), 
 _KINDS = {"POINT": _point, "SPOT": _spot, "SUN": _sun, "AREA": _area}
 
 
-def _graph(context: ExportContext, tree: bpy.types.NodeTree, name: str) -> ajar.NodeGraph:
-    graph = node_graph.export(context, tree, name)
+def _graph(context: ExportContext, tree: bpy.types.NodeTree, light: bpy.types.Light) -> ajar.NodeGraph:
+    graph = node_graph.export(context, tree, light, light.name)
     if graph.surface.node < 0:  # nothing is linked, so that the lamp is dark
         node = graph.add_node("ShaderNodeEmission", "Emission")
         graph.add_input(node, "Strength", (0.0, 0.0, 0.0, 0.0))

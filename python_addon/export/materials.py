@@ -21,7 +21,7 @@ def export(context: ExportContext, material: bpy.types.Material | None) -> int:
         context.warn_all(material.name, unsupported.asked_of(material, unsupported.MATERIAL))
         tree = compat.node_tree(material)
         if tree is not None:
-            graph = node_graph.export(context, tree, material.name)
+            graph = node_graph.export(context, tree, material, material.name)
             if graph.displacement.node >= 0 and plain.of(compat.displacement_owner(material)).displacement_method != "BUMP":
                 context.warn(material.name, "its displacement is shown as bump; the surface itself is not moved yet")
             # An output without links neither reflects nor emits. With a volume only, the surface is invisible.

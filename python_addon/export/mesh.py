@@ -40,6 +40,7 @@ def arrays(context: ExportContext, mesh: bpy.types.Mesh, name: str, is_modified:
     slots = materials[polygons].astype(np.uint16) if materials is not None and materials.any() else None
     attributes = _uv_maps(mesh, loops) + _colors(mesh, loops, polygons) + _requested(context, mesh, loops, polygons)
     attributes += _analysed(context, mesh, positions, triangles)
+    attributes += _tangents(context, mesh, positions, triangles, (normal_domain, normals), loops)
     if is_modified and context.uses_generated:
         attributes += _undeformed(mesh, positions)
     context.check_cancelled()
@@ -73,11 +74,15 @@ def _normals(mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray,
     flat = ~smooth[polygons]
     if flat.any():
         # The normal of the triangle, not of its polygon, since polygons need not be planar.
-        a, b, c = (positions[triangles[flat, k]] for k in range(3))
-        normal = np.cross(b - a, c - a)
-        length = np.linalg.norm(normal, axis=1, keepdims=True)
-        corners[flat] = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)[:, None, :]
+        corners[flat] = _triangle_normals(positions, triangles[flat])[:, None, :]
     return ajar.Domain.Corner, corners.reshape(-1, 3)
+
+
+def _triangle_normals(positions: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = (positions[triangles[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
 
 
 def _uv_maps(mesh: bpy.types.Mesh, loops: np.ndarray) -> list[tuple]:
@@ -101,6 +106,30 @@ def _analysed(context: ExportContext, mesh: bpy.types.Mesh, positions: np.ndarra
     if ajar.POINTINESS in context.attribute_names:
         values = ajar.pointiness(positions, compat.vertex_normals(mesh), _read(mesh.edges, "vertices", 2, np.uint32))
         found.append((ajar.POINTINESS, ajar.Domain.Vertex, values.reshape(-1, 1)))
+    return found
+
+
+def _tangents(context: ExportContext, mesh: bpy.types.Mesh, positions: np.ndarray, triangles: np.ndarray,
+              normals: tuple[ajar.Domain, np.ndarray | None], loops: np.ndarray) -> list[tuple]:
+    """The smooth tangents of the UV maps whose normal maps, tangents or displacements materials use. Without a name, of the active map."""
+    wanted = [name for name in sorted(context.attribute_names) if name.startswith(ajar.TANGENT_OF)]
+    if not wanted:
+        return []
+    domain, values = normals
+    if values is None:
+        values = np.repeat(_triangle_normals(positions, triangles), 3, axis=0)
+    elif domain == ajar.Domain.Vertex:
+        values = values[triangles.reshape(-1)]
+    layers = {layer.name: layer for layer in mesh.uv_layers if len(layer.data) == len(mesh.loops)}
+    rendered = next((layer for layer in mesh.uv_layers if layer.active_render), mesh.uv_layers.active)
+    found = []
+    for name in wanted:
+        uv_map = name[len(ajar.TANGENT_OF):]
+        layer = layers.get(uv_map) if uv_map else rendered
+        if layer is not None or (not uv_map and not layers):   # without UV maps: coordinates on a sphere
+            uvs = np.take(_read(layer.data, "uv", 2, np.float32), loops.reshape(-1), axis=0) if layer is not None else None
+            context.check_cancelled()
+            found.append((name, ajar.Domain.Corner, ajar.uv_tangents(positions, triangles, values, uvs)))
     return found
 
 

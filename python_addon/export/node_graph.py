@@ -7,11 +7,13 @@ another node, a constant, or nothing.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import bpy
 
+from .. import compat
 from ..ajar_module import ajar
 from . import images, named_values
 from .context import ExportContext, rows_3x4
@@ -32,18 +34,27 @@ class Scope:
     group_node: bpy.types.Node | None = None
     parent: Scope | None = None
     prefix: str = ""
+    is_inlined: bool = False
     feeding: dict[int, bpy.types.NodeLink] = field(default_factory=dict)   # address of an input -> its link
-    children: dict[int, Scope] = field(default_factory=dict)               # address of a group node -> its scope
+    children: dict[int, Scope | None] = field(default_factory=dict)        # address of a group node -> its scope
 
     def __post_init__(self) -> None:
         for link in self.tree.links:
             if link.is_valid and not link.is_muted and link.from_socket.enabled and link.to_socket.enabled:
                 self.feeding[link.to_socket.as_pointer()] = link
 
-    def child(self, group_node: bpy.types.Node) -> Scope:
+    def label(self, node: bpy.types.Node) -> str:
+        """The name of a node for messages. Blender puts a number before the names in a tree that it has inlined."""
+        return self.prefix + (re.sub(r"^\d+_", "", node.name) if self.is_inlined else node.name)
+
+    def child(self, group_node: bpy.types.Node) -> Scope | None:
+        """The scope of a group node, or None if its tree contains itself."""
         key = group_node.as_pointer()
         if key not in self.children:
-            self.children[key] = Scope(group_node.node_tree, group_node, self, f"{self.prefix}{group_node.name}/")
+            outer: Scope | None = self
+            while outer is not None and not is_same_tree(outer.tree, group_node.node_tree):
+                outer = outer.parent
+            self.children[key] = Scope(group_node.node_tree, group_node, self, f"{self.prefix}{group_node.name}/") if outer is None else None
         return self.children[key]
 
 
@@ -58,16 +69,18 @@ class Source:
     type: str = "VALUE"
 
 
-def export(context: ExportContext, tree: bpy.types.NodeTree, owner: str) -> ajar.NodeGraph:
-    """The graph of the active output of `tree`. It is empty if there is no output or nothing is linked to it."""
-    return GraphExporter(context, tree, owner).run()
+def export(context: ExportContext, tree: bpy.types.NodeTree, owner: bpy.types.ID, name: str) -> ajar.NodeGraph:
+    """The graph of the active output of `tree`, which `owner` has. It is empty if there is no output or nothing is linked to it. `name`: for messages."""
+    inlined = compat.inlined(owner, tree)
+    root = Scope(tree) if inlined is None else Scope(inlined.node_tree, is_inlined=True)
+    return GraphExporter(context, root, name).run()
 
 
 class GraphExporter:
-    def __init__(self, context: ExportContext, tree: bpy.types.NodeTree, owner: str) -> None:
+    def __init__(self, context: ExportContext, root: Scope, owner: str) -> None:
         self.context = context
         self.owner = owner
-        self.root = Scope(tree)
+        self.root = root
         self.graph = ajar.NodeGraph()
         self.indices: dict[tuple[int, int], int] = {}
         self.pending: list[tuple[int, bpy.types.Node, Scope]] = []
@@ -124,9 +137,13 @@ class GraphExporter:
             return with_identifier(scope.group_node.inputs, output.identifier), scope.parent
         if node.bl_idname == "ShaderNodeGroup" or node.type == "GROUP":
             if node.node_tree is None:
-                self.context.warn(self.owner, 'node group "{group}" has lost its tree', group=scope.prefix + node.name)
+                self.context.warn(self.owner, 'node group "{group}" has lost its tree', group=scope.label(node))
                 return None, scope
             inner = scope.child(node)
+            if inner is None:
+                self.context.warn(self.owner, 'node group "{group}" contains itself: it is left out inside itself (object "{thing}")',
+                                  group=scope.label(node), thing=self.context.user)
+                return None, scope
             outputs = [other for other in inner.tree.nodes if other.bl_idname == "NodeGroupOutput"]
             active = next((other for other in outputs if other.is_active_output), outputs[0] if outputs else None)
             return (with_identifier(active.inputs, output.identifier) if active is not None else None), inner
@@ -135,7 +152,7 @@ class GraphExporter:
     def link_to(self, source: Source) -> ajar.NodeLink:
         key = (id(source.scope), source.node.as_pointer())
         if key not in self.indices:
-            index = self.graph.add_node(source.node.bl_idname, source.scope.prefix + source.node.name)
+            index = self.graph.add_node(source.node.bl_idname, source.scope.label(source.node))
             self.indices[key] = index
             self.pending.append((index, source.node, source.scope))
         return ajar.NodeLink(self.indices[key], source.socket.identifier)
@@ -182,7 +199,7 @@ class GraphExporter:
 
     def mapped(self, node: bpy.types.Node, scope: Scope, source: Source | None) -> ajar.NodeLink:
         """The coordinates of a texture after its Texture Mapping, which is exported as a Mapping node."""
-        name, mapping = f"{scope.prefix}{node.name}", node.texture_mapping
+        name, mapping = scope.label(node), node.texture_mapping
         if (mapping.mapping_x, mapping.mapping_y, mapping.mapping_z) != ("X", "Y", "Z"):
             self.context.warn(self.owner, "node '{name}' ({kind}): the Projection of its Texture Mapping is not supported: X, Y and Z are used",
                               name=name, kind=node.bl_idname)
@@ -211,6 +228,10 @@ class GraphExporter:
         index = self.graph.add_node("ShaderNodeRGB", f"{self.owner} constant")
         self.graph.add_property(index, "value", numbers=list(converted(source.value, source.type, "RGBA")))
         return ajar.NodeLink(index, "Color")
+
+
+def is_same_tree(a: bpy.types.NodeTree, b: bpy.types.NodeTree) -> bool:
+    return a == b
 
 
 def has_texture_mapping(node: bpy.types.Node) -> bool:
@@ -366,6 +387,17 @@ def _attribute(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, 
     return []
 
 
+def _tangent(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    """A tangent or a vector displacement: ask for the tangents of its UV map."""
+    if getattr(node, "space", "TANGENT") == "TANGENT" and getattr(node, "direction_type", "UV_MAP") == "UV_MAP":
+        context.attribute_names.add(ajar.TANGENT_OF + getattr(node, "uv_map", ""))
+    return []
+
+
+def _normal_map(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [*_tangent(context, node), ("generation", compat.normal_map_generation())]
+
+
 SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Content]]]] = {
     "ShaderNodeValue": _output_value,
     "ShaderNodeRGB": _output_value,
@@ -392,4 +424,7 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeAmbientOcclusion": _distance_of_world,
     "ShaderNodeAttribute": _attribute,
+    "ShaderNodeNormalMap": _normal_map,
+    "ShaderNodeTangent": _tangent,
+    "ShaderNodeVectorDisplacement": _tangent,
 }

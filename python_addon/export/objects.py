@@ -279,6 +279,7 @@ def _export_lamps(context: ExportContext, collected: Collected) -> None:
 def _export_meshes(context: ExportContext, collected: Collected) -> None:
     """Export every mesh once. Materials are exported first, since they define the needed attributes."""
     for geometry in collected.order:
+        context.user = geometry.owner.name
         geometry.material_indices = [materials.export(context, material) for material in geometry.materials]
     collected.asked = _asked(context)
     numbers: dict[tuple[int, int], tuple[int, ajar.MeshDescription | None]] = {}
@@ -349,6 +350,7 @@ def _revise(context: ExportContext, collected: Collected, changed: list[bpy.type
         thing = lamp.owner.evaluated_get(depsgraph)
         lights.export(context, thing.data, thing.name, lamp.rows, lamp.visibility, context.light_importance(thing))
     for geometry in collected.order:
+        context.user = geometry.owner.name
         geometry.material_indices = [materials.export(context, material.evaluated_get(depsgraph) if material is not None else None)
                                      for material in geometry.materials]
     if _asked(context) != collected.asked:

@@ -19,7 +19,7 @@ def export(context: ExportContext) -> None:
     out.name = world.name
     tree = compat.node_tree(world)
     if tree is not None:
-        out.graph = node_graph.export(context, tree, world.name)
+        out.graph = node_graph.export(context, tree, world, world.name)
     else:
         out.color = tuple(world.color)
     out.visibility = _visibility(world)

@@ -564,11 +564,12 @@ TEXTS = {
     "it deforms while the shutter is open; motion blur supports only moving objects, not deformation":
         "es verformt sich bei offenem Verschluss; Bewegungsunschärfe gibt es nur für bewegte Objekte, nicht für Verformung",
     "the panorama type {kind} is not supported; it renders as equirectangular": "der Panoramatyp {kind} wird nicht unterstützt; sie rendert äquirektangular",
-    "tiled images (UDIM) are not yet supported: the first tile is used everywhere":
-        "gekachelte Bilder (UDIM) werden noch nicht unterstützt: die erste Kachel gilt überall",
+    "it has unsaved changes: the files of its tiles are used": "es hat ungespeicherte Änderungen: die Dateien seiner Kacheln werden verwendet",
     "it is invisible to some rays ({kinds}), but where it is sampled directly, it illuminates surfaces that scatter such rays":
         "es ist für manche Strahlen ({kinds}) unsichtbar, beleuchtet aber, wo es direkt abgetastet wird, Oberflächen, die solche Strahlen streuen",
     "its displacement is shown as bump; the surface itself is not moved yet": "seine Verschiebung wird als Bump dargestellt; die Oberfläche selbst wird noch nicht bewegt",
+    "node group \"{group}\" contains itself: it is left out inside itself (object \"{thing}\")":
+        "die Knotengruppe „{group}“ enthält sich selbst: in sich selbst wird sie weggelassen (Objekt „{thing}“)",
     "node group \"{group}\" has lost its tree": "die Knotengruppe „{group}“ hat ihren Knotenbaum verloren",
     "light linking is not supported: it illuminates all objects, and all objects block its light":
         "Lichtverknüpfung wird nicht unterstützt: es beleuchtet alle Objekte, und alle Objekte verdecken sein Licht",

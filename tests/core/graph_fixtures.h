@@ -4,7 +4,7 @@
 #include <initializer_list>
 
 #include "description/scene_description.h"
-#include "shading/functions/texture.h"
+#include "shading/images/texture.h"
 #include "shading/shader_program.h"
 
 namespace ajar::fixtures {

@@ -26,8 +26,6 @@ NOTES = {
     "Bump": "heights a pixel apart as seen by the camera; Cycles measures the pixel along the path",
     "Displacement": "shown as bump: the surface stays where it is",
     "VectorDisplacement": "shown as bump: the surface stays where it is",
-    "NormalMap": "each triangle has its own tangent; Cycles smooths them",
-    "Tangent": "each triangle has its own tangent along a UV map; Cycles smooths them",
     "TexNoise": "Blender 4.2 and later repeat it beyond 100 000",
     "Wireframe": "with Pixel Size: pixels as seen by the camera; Cycles measures them along the path",
     "VolumePrincipled": "its attributes are of grids, which are not rendered yet",

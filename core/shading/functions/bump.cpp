@@ -69,9 +69,11 @@ Vec3 vector_displacement(const ShadingPoint& point, DisplacementSpace space, Vec
   Mat4 moved;
   if (space == DisplacementSpace::Tangent) {  // tangent, normal, bitangent
     const Vec3 n = normal_to_object(instance, point.time, point.ns);
-    const Vec3 t = normalize_or_zero(
-        transform_vector(object_from_world(instance, point.time, moved), uv_tangent(point, "")));
-    vector = vector.x * t + vector.y * n + vector.z * normalize_or_zero(glm::cross(n, t));
+    Vec3 t;
+    float sign = 1.0f;
+    if (!smooth_tangent(point, "", t, sign))
+      t = normalize_or_zero(transform_vector(object_from_world(instance, point.time, moved), uv_tangent(point, "")));
+    vector = vector.x * t + vector.y * n + vector.z * sign * normalize_or_zero(glm::cross(n, t));
   }
   return transform_vector(world_from_object(instance, point.time, moved), vector);
 }

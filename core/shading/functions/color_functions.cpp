@@ -126,7 +126,7 @@ Color blend(Blend mode, float t, Color a, Color b) {
 
 // Piecewise fit of the Planckian locus in Rec. 709, which Blender's Blackbody node uses (Cycles, kernel/tables.h): red
 // and green as a / T + b T + c, blue as a cubic.
-Color blackbody(float kelvin) {
+Color blackbody(float kelvin, bool clip) {
   static constexpr float kUpper[6] = {965, 1167, 1449, 1902, 3315, 6365};
   static constexpr float kRed[7][3] = {
       {1.61919106e+03f, -2.05010916e-03f, 5.02995757e+00f}, {2.48845471e+03f, -1.11330907e-03f, 3.22621544e+00f},
@@ -157,7 +157,7 @@ Color blackbody(float kelvin) {
     const float* b = kBlue[i];
     c = {rational(kRed[i]), rational(kGreen[i]), ((b[0] * kelvin + b[1]) * kelvin + b[2]) * kelvin + b[3]};
   }
-  return glm::max(c, 0.0f);
+  return clip ? glm::max(c, 0.0f) : c;
 }
 
 Vec4 table_lookup(const CurveTable& table, float x) {

@@ -48,7 +48,8 @@ Color rgb_to_hsl(Color rgb);
 Color hsl_to_rgb(Color hsl);
 /// Blends `a` and `b`. `t` is not clamped.
 Color blend(Blend mode, float t, Color a, Color b);
-Color blackbody(float kelvin);
+/// In linear Rec. 709. Without `clip`, colours outside of it have negative components.
+Color blackbody(float kelvin, bool clip = true);
 
 enum class ColorModel : uint8_t { Rgb, Hsv, Hsl };
 inline Color combine(ColorModel model, Color c) {

@@ -88,9 +88,9 @@ Vec2 brick(const BrickParameters& b, Vec3 p) {
   return {tint, depth < b.mortar_smooth ? t * t * (3.0f - 2.0f * t) : 1.0f};
 }
 
-Color wavelength(float nanometres) {
-  // This scale keeps all components below 1.
-  return glm::max(xyz_to_rgb(observer::xyz(nanometres)) / 2.52f, 0.0f);
+Color wavelength(float nanometres, bool clip) {
+  const Color c = xyz_to_rgb(observer::xyz(nanometres)) / 2.52f;  // this scale keeps all components below 1
+  return clip ? glm::max(c, 0.0f) : c;
 }
 
 }  // namespace ajar::nodes

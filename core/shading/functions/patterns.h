@@ -37,6 +37,6 @@ struct BrickParameters {
 /// x: the share of the second colour in the brick. y: the share of mortar.
 Vec2 brick(const BrickParameters& parameters, Vec3 p);
 
-Color wavelength(float nanometres);
+Color wavelength(float nanometres, bool clip = true);
 
 }  // namespace ajar::nodes

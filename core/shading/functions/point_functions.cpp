@@ -1,6 +1,7 @@
 #include "shading/functions/point_functions.h"
 
 #include "geometry/geometry.h"
+#include "geometry/uv_tangents.h"
 #include "math/hash.h"
 #include "shading/functions/math_functions.h"
 
@@ -149,11 +150,44 @@ bool triangle_tangent(const ShadingPoint& point, const std::string& name, Vec3& 
   return true;
 }
 
+/// The normal of the front in object space, interpolated there. In a mesh that was moved to world space, this is not
+/// the transformed world-space normal if the scale differs between the axes.
+Vec3 front_in_object_space(const ShadingPoint& point, Vec3 front) {
+  const BuiltMesh& mesh = *point.mesh;
+  const auto in_object = [&](Vec3 n) { return point.instance ? normal_to_object(*point.instance, point.time, n) : n; };
+  if (mesh.normals.empty()) return in_object(front);
+  const uint32_t t = point.primitive;
+  const UVec3 i = mesh.normal_domain == Domain::Vertex ? mesh.triangles[t] : UVec3(3 * t, 3 * t + 1, 3 * t + 2);
+  Vec3 n[3] = {mesh.normals[i.x], mesh.normals[i.y], mesh.normals[i.z]};
+  if (mesh.baked)
+    for (Vec3& normal : n) normal = in_object(normal);
+  const Vec2 b = point.barycentric;
+  const Vec3 sum = (1.0f - b.x - b.y) * n[0] + b.x * n[1] + b.y * n[2];
+  return sum == Vec3(0.0f) ? in_object(front) : sum;
+}
+
 }  // namespace
+
+bool smooth_tangent(const ShadingPoint& point, const std::string& uv, Vec3& tangent, float& sign) {
+  if (!point.mesh || point.primitive == kInsideVolume || point.mesh->strands) return false;
+  constexpr std::string_view kPrefix = kTangentOf;
+  for (const Attribute& attribute : point.mesh->attributes) {
+    if (attribute.name.size() != kPrefix.size() + uv.size() || !attribute.name.starts_with(kPrefix) ||
+        !attribute.name.ends_with(uv) || attribute.components != 4)
+      continue;
+    const Vec4 value = point.mesh->interpolate(attribute, point.primitive, point.barycentric);
+    tangent = Vec3(value);
+    sign = value.w;
+    return true;
+  }
+  return false;
+}
 
 Vec3 uv_tangent(const ShadingPoint& point, const std::string& name) {
   Vec3 tangent;
   float sign;
+  if (smooth_tangent(point, name, tangent, sign))
+    return tangent_of(point.ns, point.instance ? normal_to_world(*point.instance, point.time, tangent) : tangent);
   return triangle_tangent(point, name, tangent, sign) ? tangent_of(point.ns, tangent) : Vec3(0.0f);
 }
 
@@ -162,15 +196,37 @@ Vec3 reflection(const ShadingPoint& point) {
   return 2.0f * glm::dot(point.ns, point.wo) * point.ns - point.wo;
 }
 
-Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::string& uv, float strength, Vec3 color) {
+namespace {
+
+/// `n`, or a normal between it and that of the surface; the latter if `n` is 0.
+Vec3 with_strength(Vec3 surface, Vec3 n, float strength) {
+  if (strength != 1.0f) n = normalize_or_zero(surface + (n - surface) * std::max(strength, 0.0f));
+  return n == Vec3(0.0f) ? surface : n;
+}
+
+}  // namespace
+
+Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, NormalMapGeneration generation, const std::string& uv,
+                float strength, Vec3 color) {
   const Vec3 surface = point.ns;
   const float side = point.backfacing ? -1.0f : 1.0f;
   Vec3 c = 2.0f * color - 1.0f, n;
   if (space == NormalMapSpace::Tangent) {
     Vec3 tangent;
     float sign;
-    if (!triangle_tangent(point, uv, tangent, sign)) return surface;
     const Vec3 front = surface * side;
+    if (generation != NormalMapGeneration::First) {
+      c = {c.x * strength, c.y * strength, 1.0f + (c.z - 1.0f) * saturate(strength)};
+      strength = 1.0f;
+    }
+    if (smooth_tangent(point, uv, tangent, sign)) {
+      Vec3 up = front_in_object_space(point, front);
+      if (generation == NormalMapGeneration::Third) up = normalize_or_zero(up);
+      n = c.x * tangent + c.y * sign * glm::cross(up, tangent) + c.z * up;
+      if (point.instance) n = normal_to_world(*point.instance, point.time, n);
+      return with_strength(surface, normalize_or_zero(n) * side, strength);
+    }
+    if (!triangle_tangent(point, uv, tangent, sign)) return surface;
     if (point.instance && point.instance->flips_orientation) sign = -sign;
     tangent = tangent_of(front, tangent);
     n = c.x * tangent + c.y * sign * glm::cross(front, tangent) + c.z * front;
@@ -179,9 +235,7 @@ Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::stri
     const bool object = space == NormalMapSpace::Object || space == NormalMapSpace::BlenderObject;
     n = object && point.instance ? normal_to_world(*point.instance, point.time, c) : c;
   }
-  n = normalize_or_zero(n) * side;
-  if (strength != 1.0f) n = normalize_or_zero(surface + (n - surface) * std::max(strength, 0.0f));
-  return n == Vec3(0.0f) ? surface : n;
+  return with_strength(surface, normalize_or_zero(n) * side, strength);
 }
 
 bool is_near_edge(const ShadingPoint& point, float width) {

@@ -29,6 +29,9 @@ enum class LightPathOutput : uint8_t {
 enum class HairOutput : uint8_t { IsStrand, Intercept, Length, Thickness, Random };
 enum class Axis : uint8_t { X, Y, Z };
 enum class Space : uint8_t { World, Object, Camera };
+/// First: the strength blends the normals. Second (Blender 4): in tangent space, it multiplies the slope. Third (Blender
+/// 5.1): and the interpolated normal, to which the slope is added, is normalized.
+enum class NormalMapGeneration : uint8_t { First, Second, Third };
 enum class NormalMapSpace : uint8_t { Tangent, Object, World, BlenderObject, BlenderWorld };
 
 Vec3 object_position(const ShadingPoint& point);
@@ -54,10 +57,14 @@ Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found);
 /// Zero if the object has no property of this name. Black if there is no object, as in Cycles.
 Vec4 object_property(const ShadingPoint& point, const std::string& name, bool of_instancer);
 Vec3 radial_tangent(const ShadingPoint& point, Axis axis);
+/// The interpolated tangent of a UV map (geometry/uv_tangents.h) in object space, and the sign of the bitangent. False
+/// if the mesh does not have it.
+bool smooth_tangent(const ShadingPoint& point, const std::string& uv, Vec3& tangent, float& sign);
 /// The direction in which u of the UV map `name` (empty: the active one) increases, in world space.
 Vec3 uv_tangent(const ShadingPoint& point, const std::string& name);
 Vec3 reflection(const ShadingPoint& point);
-Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, const std::string& uv, float strength, Vec3 color);
+Vec3 normal_map(const ShadingPoint& point, NormalMapSpace space, NormalMapGeneration generation, const std::string& uv,
+                float strength, Vec3 color);
 /// Returns true if the distance to an edge of the triangle is less than half of `width` (metres).
 bool is_near_edge(const ShadingPoint& point, float width);
 float light_path(const ShadingPoint& point, LightPathOutput output);

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "math/types.h"
-#include "shading/functions/texture.h"
+#include "shading/images/texture.h"
 
 namespace ajar::nodes {
 

@@ -160,12 +160,12 @@ bool rgb_to_bw(ProgramBuilder& b, int node, std::string_view output, Value& valu
 }
 
 bool blackbody_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  value = b.emit(Op::Blackbody, Color, {b.input(node, "Temperature", Float, Vec4(1500.0f))});
+  value = b.spectral(Op::Blackbody, b.input(node, "Temperature", Float, Vec4(1500.0f)));
   return output == "Color";
 }
 
 bool wavelength_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  value = b.emit(Op::Wavelength, Color, {b.input(node, "Wavelength", Float, Vec4(500.0f))});
+  value = b.spectral(Op::Wavelength, b.input(node, "Wavelength", Float, Vec4(500.0f)));
   return output == "Color";
 }
 

@@ -252,7 +252,8 @@ bool normal_map_node(ProgramBuilder& b, int node, std::string_view output, Value
     const Value turned = b.emit(Op::Combine, Vector, {b.part(color, 0), green, b.part(color, 2)});
     color = {Color, turned.at};
   }
-  value = b.emit(Op::NormalMap, Vector, {b.input(node, "Strength", Float, Vec4(1.0f)), color}, space,
+  const int generation = b.choice(node, "generation", {"1", "2", "3"});
+  value = b.emit(Op::NormalMap, Vector, {b.input(node, "Strength", Float, Vec4(1.0f)), color}, space | generation << 3,
                  b.add_name(b.text(node, "uv_map")));
   return output == "Normal";
 }

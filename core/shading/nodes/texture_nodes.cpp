@@ -26,7 +26,7 @@ uint32_t image_lookup(ProgramBuilder& b, int node, bool environment) {
   const float index = b.number(node, "image", -1.0f);
   if (index < 0.0f) b.report(node, "has no image; magenta is used");
   lookup.image = index >= 0.0f && index < 1e9f ? int(index) : -1;
-  lookup.texture = b.textures().load(lookup.image, "", b.diagnostics());
+  lookup.texture = b.textures().load(lookup.image, b.shown_by(), b.diagnostics());
   b.tables.images.push_back(lookup);
   return b.node_data[node] = uint32_t(b.tables.images.size() - 1);
 }
@@ -98,7 +98,7 @@ bool sky_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
     }
     index = b.node_data[node] = uint32_t(b.tables.skies.size() - 1);
   }
-  value = b.emit(Op::Sky, Color, {coordinate(b, node, Op::Generated)}, 0, index);
+  value = b.in_working_space(b.emit(Op::Sky, Color, {coordinate(b, node, Op::Generated)}, 0, index));
   return output == "Color";
 }
 
@@ -115,7 +115,8 @@ bool ies_texture(ProgramBuilder& b, int node, std::string_view output, Value& va
     else
       problem = "it has no IES file";
     if (profile.empty()) {
-      b.report(node, "its IES file cannot be used (" + problem + "); the light is equal in all directions");
+      b.report(node, "its IES file cannot be used (" + problem + "); the light of " + b.shown_by() +
+                         " is equal in all directions");
       b.node_data[node] = kNoProfile;
     } else {
       b.tables.ies_profiles.push_back(std::move(profile));

@@ -69,7 +69,7 @@ class VolumeReader {
     if (is_zero(intensity)) return;
     const Value temperature = b_.input(node, "Temperature", Float, Vec4(1000.0f));
     closures_.push_back({VolumeKind::Blackbody, weight.at, b_.input(node, "Blackbody Tint", Vector, Vec4(1.0f)).at,
-                         b_.emit(Op::Blackbody, Vector, {temperature}).at, intensity.at, temperature.at});
+                         b_.spectral(Op::Blackbody, temperature).at, intensity.at, temperature.at});
   }
 
   void value(int node, const std::string& output, Value weight) {

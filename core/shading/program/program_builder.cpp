@@ -4,13 +4,14 @@
 #include <cstring>
 #include <utility>
 
+#include "shading/functions/math_functions.h"
 #include "shading/program/unsupported_settings.h"
 
 namespace ajar {
 
 namespace {
 
-constexpr int kMaxDepth = 1000;  ///< maximum number of nodes on a path of links; bounds the recursion
+constexpr int kMaxDepth = 250;  ///< nodes on a path of links that are computed by recursion
 
 float finite_or_zero(float x) { return std::isfinite(x) ? x : 0.0f; }
 
@@ -113,6 +114,11 @@ void ProgramBuilder::report(int node, const std::string& message) {
                              "node '" + (n.name.empty() ? n.type : n.name) + "' (" + n.type + "): " + message});
 }
 
+std::string ProgramBuilder::shown_by() const {
+  if (context_.user.empty()) return "'" + owner_ + "'";
+  return "material '" + owner_ + "' of object '" + context_.user + "'";
+}
+
 // ---- Values -------------------------------------------------------------------------------
 
 Value ProgramBuilder::input(int node, std::string_view socket, SocketType type, Vec4 fallback) {
@@ -139,10 +145,41 @@ Value ProgramBuilder::value_of(const NodeLink& link) {
     report(link.node, "is linked to itself through other nodes; the loop is cut");
     return nothing;
   }
-  if (depth_ >= kMaxDepth) {
-    report(link.node, "the graph is deeper than " + std::to_string(kMaxDepth) + " nodes; the rest is ignored");
-    return nothing;
+  if (depth_ >= kMaxDepth) compute_inputs(link);
+  return values[key] = compute(link);
+}
+
+/// Computes the values that lead to `link`, inputs first, with a stack of its own. The recursion of `compute` then ends
+/// at values that are known.
+void ProgramBuilder::compute_inputs(const NodeLink& link) {
+  struct Visit {
+    const NodeLink* link;
+    size_t next;  ///< input of the node
+  };
+  auto& values = values_[size_t(shift_)];
+  std::vector<Visit> open{{&link, 0}};
+  on_stack_[link.node] = true;
+  while (true) {
+    Visit& top = open.back();
+    const Node& node = graph_.nodes[top.link->node];
+    if (top.next < node.inputs.size()) {
+      const NodeLink& from = node.inputs[top.next++].link;
+      if (from.node < 0 || from.node >= int(graph_.nodes.size()) || on_stack_[from.node]) continue;
+      if (catalog_.is_closure(graph_.nodes[from.node].type) || values.contains({from.node, from.socket})) continue;
+      on_stack_[from.node] = true;
+      open.push_back({&from, 0});
+      continue;
+    }
+    const NodeLink& done = *top.link;
+    open.pop_back();
+    if (open.empty()) break;
+    values[{done.node, done.socket}] = compute(done);
   }
+  on_stack_[link.node] = false;
+}
+
+Value ProgramBuilder::compute(const NodeLink& link) {
+  const Value nothing{SocketType::Closure, 0};
   on_stack_[link.node] = true;
   ++depth_;
   Value value = nothing;
@@ -157,7 +194,6 @@ Value ProgramBuilder::value_of(const NodeLink& link) {
   }
   --depth_;
   on_stack_[link.node] = false;
-  values[key] = value;
   return value;
 }
 
@@ -186,10 +222,28 @@ Value ProgramBuilder::unknown_value(int index, std::string_view output) {
 
 Value ProgramBuilder::convert(Value value, SocketType type) {
   if (value.type == type) return value;
+  if (type == SocketType::Float && value.type == SocketType::Color && !context_.works_in_rec709()) {
+    const Color y = kRec709Luminance * glm::inverse(context_.working_from_rec709);
+    return emit(Op::VectorMathValue, type, {value, constant(y, SocketType::Color)},
+                int(nodes::VectorOperation::DotProduct));
+  }
   if (type == SocketType::Float)
     return emit(value.type == SocketType::Color ? Op::Luminance : Op::Average, type, {value});
   if (value.type == SocketType::Float) return emit(Op::Splat, type, {value});
   return {type, value.at};
+}
+
+Value ProgramBuilder::spectral(Op op, Value input) {
+  if (context_.works_in_rec709()) return emit(op, SocketType::Color, {input});
+  return in_working_space(emit(op, SocketType::Color, {input}, 1));
+}
+
+Value ProgramBuilder::in_working_space(Value rec709) {
+  if (context_.works_in_rec709()) return rec709;
+  const Value moved = emit(Op::Affine, SocketType::Color, {rec709}, 0, add_matrix(Mat4(context_.working_from_rec709)));
+  const Value zero = constant(Vec3(0.0f), SocketType::Vector);
+  return emit(Op::VectorMath, SocketType::Color, {moved, zero, zero, constant(0.0f)},
+              int(nodes::VectorOperation::Maximum));
 }
 
 // ---- Constants and instructions ----------------------------------------------------------------
@@ -197,10 +251,6 @@ Value ProgramBuilder::convert(Value value, SocketType type) {
 Operand ProgramBuilder::add_constant(const float* values, int count) {
   const std::string key(reinterpret_cast<const char*>(values), size_t(count) * sizeof(float));
   if (const auto found = constants_.find(key); found != constants_.end()) return found->second;
-  if (int(tables.constants.size()) + count > kMaxConstants) {
-    overflowed_ = true;
-    return -1;
-  }
   const auto at = Operand(-1 - int(tables.constants.size()));
   tables.constants.insert(tables.constants.end(), values, values + count);
   constants_.emplace(key, at);
@@ -257,7 +307,7 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
     constant_inputs = constant_inputs && value.is_constant();
   }
   Value result{type, 0};
-  if (constant_inputs && !op_info.needs_point && !overflowed_) {
+  if (constant_inputs && !op_info.needs_point) {
     float out[kMaxWidth] = {};
     Instruction folded = instruction;
     folded.out = 0;
@@ -275,13 +325,6 @@ Value ProgramBuilder::emit(Op op, SocketType type, std::initializer_list<Value> 
   key.append(reinterpret_cast<const char*>(instruction.in.data()), sizeof instruction.in);
   key.append(reinterpret_cast<const char*>(&data), sizeof data);
   if (const auto found = instructions_.find(key); found != instructions_.end()) return {type, found->second};
-  if (register_count_ + op_info.width > kMaxRegisters) {
-    overflowed_ = true;
-    float grey[kMaxWidth];
-    std::fill_n(grey, kMaxWidth, 0.5f);
-    result.at = add_constant(grey, op_info.width);
-    return result;
-  }
   instruction.out = result.at = Operand(register_count_);
   register_count_ += op_info.width;
   code.push_back(instruction);

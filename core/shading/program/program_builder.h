@@ -63,6 +63,10 @@ class ProgramBuilder {
   Value constant(Vec3 value, SocketType type);
   Value emit(Op op, SocketType type, std::initializer_list<Value> inputs, int variant = 0, uint32_t data = 0);
   Value convert(Value value, SocketType type);
+  /// Blackbody or Wavelength, in the working space.
+  Value spectral(Op op, Value input);
+  /// A colour in linear Rec. 709, converted to the working space and clipped there.
+  Value in_working_space(Value rec709);
   Value part(Value whole, int i) const { return {SocketType::Float, component(whole.at, i)}; }
   Value clamped(Value value) {
     return value.type == SocketType::Float ? emit(Op::Saturate, value.type, {value})
@@ -109,6 +113,8 @@ class ProgramBuilder {
   uint32_t add_name(std::string_view name);
   uint32_t add_matrix(const Mat4& matrix);
   void report(int node, const std::string& message);
+  /// The owner of the graph and an object that shows it, for messages about files.
+  std::string shown_by() const;
 
   /// The link of an input, or null if it does not lead to an existing node.
   const NodeLink* link(int node, std::string_view socket) const;
@@ -123,8 +129,7 @@ class ProgramBuilder {
   Diagnostics& diagnostics() { return diagnostics_; }
   const std::string& owner() const { return owner_; }
   const NodeCatalog& catalog() const { return catalog_; }
-  bool overflowed() const { return overflowed_; }
-  int register_count() const { return register_count_; }
+  int register_count() const { return register_count_; }  ///< before registers are used again
 
   std::vector<Instruction> code;
   ProgramTables tables;
@@ -132,6 +137,8 @@ class ProgramBuilder {
 
  private:
   Value value_of(const NodeLink& link);
+  Value compute(const NodeLink& link);
+  void compute_inputs(const NodeLink& link);
   Value unknown_value(int node, std::string_view output);
   Operand add_constant(const float* values, int count);
   /// Simplifies a * 1, a * 0, a + 0 and similar expressions to values without an instruction.
@@ -150,7 +157,6 @@ class ProgramBuilder {
   std::vector<bool> on_stack_;
   std::map<std::pair<int, std::string>, bool> read_;
   int depth_ = 0, register_count_ = 0;
-  bool overflowed_ = false;
   std::optional<float> filter_width_;
 };
 

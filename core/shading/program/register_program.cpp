@@ -205,7 +205,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::HueSaturation: store3(nodes::hue_saturation(v(4), f(0), f(1), f(2), f(3))); break;
       case Op::CombineColor: store3(nodes::combine(nodes::ColorModel(i->variant), v(0))); break;
       case Op::SeparateColor: store3(nodes::separate(nodes::ColorModel(i->variant), v(0))); break;
-      case Op::Blackbody: store3(nodes::blackbody(f(0))); break;
+      case Op::Blackbody: store3(nodes::blackbody(f(0), i->variant == 0)); break;
       case Op::Ramp: store4(nodes::table_lookup(tables.curves[i->data], f(0))); break;
       case Op::Curve: {
         const CurveTable& table = tables.curves[i->data];
@@ -257,7 +257,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       }
       case Op::Sky: store3(tables.skies[i->data].radiance(v(0))); break;
       case Op::Ies: *out = tables.ies_profiles[i->data].towards(v(0)); break;
-      case Op::Wavelength: store3(nodes::wavelength(f(0))); break;
+      case Op::Wavelength: store3(nodes::wavelength(f(0), i->variant == 0)); break;
       case Op::Image: store4(nodes::image(tables.images[i->data], Vec2(v(0)))); break;
       case Op::ImageBox: store4(nodes::image_box(tables.images[i->data], v(0), nodes::object_normal(point))); break;
       case Op::Environment: {
@@ -332,7 +332,8 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
         break;
       }
       case Op::NormalMap:
-        store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant), tables.names[i->data], f(0), v(1)));
+        store3(nodes::normal_map(point, nodes::NormalMapSpace(i->variant & 7),
+                                 nodes::NormalMapGeneration(i->variant >> 3), tables.names[i->data], f(0), v(1)));
         break;
       case Op::Bump: {  // height at the point, heights beside it, strength, distance, normal; variant: keep the normal
         const Vec3 n = nodes::bump(point, tables.bump, {f(0), f(1), f(2)}, f(3), f(4), v(5));

@@ -1,9 +1,11 @@
 // A shader as a list of instructions over a file of float registers.
 //
-// Single assignment: each register is written by one instruction only, and operands are ready before they are read. An
-// operand is an integer. If it is >= 0, it is the index of a register. If it is < 0, it is a constant with the index -1
-// - operand. Vectors and colours are three consecutive floats, results of textures four. So component i has the operand
-// of the whole plus i (minus i for constants).
+// An operand is an integer. If it is >= 0, it is the index of a register. If it is < 0, it is a constant with the index
+// -1 - operand. Vectors and colours are three consecutive floats, results of textures four. So component i has the
+// operand of the whole plus i (minus i for constants).
+//
+// While a program is built, each value has registers of its own, and operands are ready before they are read.
+// register_allocation.h then assigns registers that several values use one after the other.
 #pragma once
 
 #include <array>
@@ -18,15 +20,13 @@
 #include "shading/functions/color_functions.h"
 #include "shading/functions/ies.h"
 #include "shading/functions/patterns.h"
-#include "shading/functions/texture.h"
+#include "shading/images/texture.h"
 #include "shading/skies/sky.h"
 
 namespace ajar {
 
-using Operand = int16_t;
-constexpr Operand kNoOperand = INT16_MAX;
-constexpr int kMaxRegisters = 1024;
-constexpr int kMaxConstants = 16384;
+using Operand = int32_t;
+constexpr Operand kNoOperand = INT32_MAX;
 constexpr int kMaxWidth = 8;  ///< maximum number of floats that one instruction writes
 
 /// The operand of component `i` of a vector operand.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 
 #include "description/scene_description.h"
 
@@ -13,9 +14,13 @@ struct ShaderContext {
   int image_width = 0;                        ///< pixels of the full frame
   bool* sees_camera = nullptr;                ///< set to true if the program depends on the camera
   const std::array<float, 12>* world_from_lamp = nullptr;       ///< only for the shader of a lamp
+  std::string user;                                             ///< an object that shows the material, for messages
   int material_pass_index = 0;                                  ///< value of Object Info > Material Index
   bool reflective_caustics = true, refractive_caustics = true;  ///< switches of RenderSettings
   BumpTerminator bump_terminator = BumpTerminator::Cubic;
+  /// From linear Rec. 709 to the working space.
+  Mat3 working_from_rec709{1.0f};
+  bool works_in_rec709() const { return working_from_rec709 == Mat3(1.0f); }
 };
 
 }  // namespace ajar

@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from ajar_render.ajar_module import ajar
+from ajar_render.export import node_graph
 
 
 @pytest.fixture
@@ -416,3 +417,23 @@ def test_the_projection_of_a_texture_mapping_is_reported(shader, build, export_c
     build.object(mesh)
     assert [(name, text) for name, text in export_context().warnings if "'Clouds'" in text and "Projection" in text] == [
         (shader.material.name, "node 'Clouds' (ShaderNodeTexNoise): the Projection of its Texture Mapping is not supported: X, Y and Z are used")]
+
+
+def test_a_group_that_contains_itself_is_cut_and_reported(shader, build, export_context, monkeypatch):
+    """Blender 3.4 refuses such groups, or crashes. So the inner tree only says that it is the outer one."""
+    outer, inner = float_group("Outer"), float_group("Inner")
+    nested = outer.nodes.new("ShaderNodeGroup")
+    nested.name, nested.node_tree = "Snake", inner
+    outer.links.new(nested.outputs[0], next(node for node in outer.nodes if node.type == "MATH").inputs[1])
+    group = shader.nodes.new("ShaderNodeGroup")
+    group.node_tree = outer
+    shader.links.new(group.outputs[0], shader.emission.inputs["Strength"])
+    mesh = build.mesh()
+    mesh.materials.append(shader.material)
+    build.object(mesh, "Rope")
+    monkeypatch.setattr(node_graph, "is_same_tree", lambda a, b: {a.name, b.name} <= {"Outer", "Inner"})
+    context = export_context()
+    assert [(name, text) for name, text in context.warnings if "contains itself" in text] == [
+        ("Material", 'node group "Group/Snake" contains itself: it is left out inside itself (object "Rope")')]
+    graph = context.description.materials[0].graph
+    assert [node.type for node in graph.nodes].count("ShaderNodeMath") == 1

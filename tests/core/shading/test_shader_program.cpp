@@ -211,38 +211,102 @@ TEST(ShaderProgram, malformed_graphs_fall_back_without_crashing) {
   EXPECT_GE(diagnostics.size(), 4u);
 }
 
-TEST(ShaderProgram, very_deep_and_very_wide_graphs_are_bounded) {
+TEST(ShaderProgram, deep_graphs_are_computed_without_deep_recursion) {
   Diagnostics diagnostics;
-  GraphBuilder deep;
-  int last = deep.node("ShaderNodeLightPath");
+  GraphBuilder chain;
+  int last = chain.node("ShaderNodeLightPath");
   for (int i = 0; i < 20000; ++i)
-    last = deep.node("ShaderNodeMath",
-                     {linked_input("Value", last, i ? "Value" : "Ray Length"), value_input("Value_001", 1.0f)});
-  deep.emit(last, "Value");
-  compile(deep.graph, &diagnostics);
-  EXPECT_FALSE(diagnostics.empty());
+    last = chain.node("ShaderNodeMath",
+                      {linked_input("Value", last, i ? "Value" : "Ray Length"), value_input("Value_001", 1.0f)},
+                      {text_property("operation", "ADD")});
+  chain.emit(last, "Value");
+  ShadingPoint point;
+  point.ray_length = 3.0f;
+  EXPECT_FLOAT_EQ(compile(chain.graph, &diagnostics).evaluate_emission(point).x, 20003.0f);
+  EXPECT_TRUE(diagnostics.empty());
 
+  // A loop at the end of the chain is cut as in a short graph.
+  chain.graph.nodes[1].inputs[0] = linked_input("Value", last, "Value");
+  EXPECT_TRUE(is_finite(compile(chain.graph, &diagnostics).evaluate_emission(point)));
+  ASSERT_EQ(diagnostics.size(), 1u);
+  EXPECT_NE(diagnostics[0].message.find("is linked to itself"), std::string::npos);
+
+  // Every second node compares its heights at three points.
+  GraphBuilder bumps;
+  last = bumps.node("ShaderNodeNewGeometry");
+  for (int i = 0; i < 3000; ++i) {
+    const int height = bumps.node(
+        "ShaderNodeMath", {linked_input("Value", last, i ? "Normal" : "Position"), value_input("Value_001", 1.0f)});
+    last = bumps.node("ShaderNodeBump", {linked_input("Height", height, "Value")});
+  }
+  bumps.emit(last, "Normal");
+  diagnostics.clear();
+  EXPECT_TRUE(is_finite(compile(bumps.graph, &diagnostics).evaluate_emission(point)));
+  EXPECT_TRUE(diagnostics.empty());
+}
+
+TEST(ShaderProgram, many_paths_through_a_graph_cost_nothing) {
   GraphBuilder wide;  // every node uses the previous one twice: 2^60 paths through the graph
-  last = wide.node("ShaderNodeEmission", {value_input("Color", 1.0f), value_input("Strength", 1.0f)});
+  int last = wide.node("ShaderNodeEmission", {value_input("Color", 1.0f), value_input("Strength", 1.0f)});
   for (int i = 0; i < 60; ++i)
     last = wide.node("ShaderNodeMixShader", {value_input("Fac", 0.5f), linked_input("Shader", last, "Shader"),
                                              linked_input("Shader_001", last, "Shader")});
   wide.graph.surface = {last, "Shader"};
   EXPECT_FLOAT_EQ(compile(wide.graph).evaluate_emission(ShadingPoint()).x, 1.0f);
+}
 
-  GraphBuilder many;  // more values than registers
-  last = many.node("ShaderNodeLightPath");
-  const int ray = last;
-  for (int i = 0; i < 900; ++i)
-    last = many.node("ShaderNodeMixRGB",
-                     {value_input("Fac", 0.1f), linked_input("Color1", last, i ? "Color" : "Ray Length"),
-                      linked_input("Color2", ray, "Ray Length")});
-  many.emit(last, "Color");
-  diagnostics.clear();
+TEST(ShaderProgram, ten_thousand_values_can_be_in_use_at_once) {
+  // v_i = ray length + c_i. They are added in one order and, weighted, in the reverse order, so that all of them are in
+  // use between the two sums.
+  constexpr int kCount = 10000;
+  GraphBuilder graph;
+  const int ray = graph.node("ShaderNodeLightPath");
+  std::vector<int> values;
+  for (int i = 0; i < kCount; ++i)
+    values.push_back(graph.node(
+        "ShaderNodeMath", {linked_input("Value", ray, "Ray Length"), value_input("Value_001", 1e-3f * float(i + 1))},
+        {text_property("operation", "MULTIPLY")}));
+  const auto add = [&](int a, int b) {
+    return graph.node("ShaderNodeMath", {linked_input("Value", a, "Value"), linked_input("Value_001", b, "Value")},
+                      {text_property("operation", "ADD")});
+  };
+  int forwards = values.front(), backwards = values.back();
+  for (int i = 1; i < kCount; ++i) forwards = add(forwards, values[size_t(i)]);
+  for (int i = kCount - 2; i >= 0; --i) backwards = add(backwards, values[size_t(i)]);
+  const int difference = graph.node(
+      "ShaderNodeMath", {linked_input("Value", forwards, "Value"), linked_input("Value_001", backwards, "Value")},
+      {text_property("operation", "DIVIDE")});
+  graph.emit(difference, "Value");
+  Diagnostics diagnostics;
+  const ShaderProgram program = compile(graph.graph, &diagnostics);
   ShadingPoint point;
-  point.ray_length = 1.0f;
-  EXPECT_TRUE(is_finite(compile(many.graph, &diagnostics).evaluate_emission(point)));
-  ASSERT_FALSE(diagnostics.empty());
+  for (const float length : {1.0f, 2.5f}) {
+    point.ray_length = length;
+    EXPECT_NEAR(program.evaluate_emission(point).x, 1.0f, 1e-4f);
+    SurfaceShading shading;
+    program.evaluate_surface(point, shading);
+    EXPECT_NEAR(shading.emission.x, 1.0f, 1e-4f);
+  }
+  EXPECT_TRUE(diagnostics.empty());
+}
+
+TEST(ShaderProgram, a_long_program_uses_few_registers) {
+  GraphBuilder graph;
+  const int ray = graph.node("ShaderNodeLightPath");
+  int last = ray;
+  for (int i = 0; i < 900; ++i)
+    last = graph.node("ShaderNodeMixRGB",
+                      {value_input("Fac", 0.1f), linked_input("Color1", last, i ? "Color" : "Ray Length"),
+                       linked_input("Color2", ray, "Ray Length")});
+  graph.emit(last, "Color");
+  Diagnostics diagnostics;
+  ShadingPoint point;
+  point.ray_length = 2.0f;
+  const ShaderProgram program = compile(graph.graph, &diagnostics);
+  EXPECT_NEAR(program.evaluate_emission(point).x, 2.0f, 1e-3f);
+  EXPECT_GE(program.instruction_count(), 900);
+  EXPECT_LE(program.register_count(), 16);
+  EXPECT_TRUE(diagnostics.empty());
 }
 
 TEST(ShaderProgram, random_graphs_never_crash_and_never_give_nan) {

@@ -1,4 +1,4 @@
-#include "shading/functions/texture.h"
+#include "shading/images/texture.h"
 
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "shading/images/color_spaces.h"
 #include "shading/shader_program.h"
 
 namespace ajar::test_texture {
@@ -199,8 +200,9 @@ TEST(Texture, alpha_modes_define_the_association_of_color) {
   };
   const float k = 1.0f / 255.0f;
   const Vec4 file(204 * k, 102 * k, 51 * k, 0.2f);
-  const Vec4 times_alpha(Vec3(file) * 0.2f, 0.2f);
-  for (const Case& c : {Case{AlphaMode::Straight, "Linear", file, times_alpha},
+  // Bytes are multiplied by alpha and rounded down, as in Cycles: 40.8, 20.4, 10.2.
+  const Vec4 times_alpha(40 * k, 20 * k, 10 * k, 0.2f), divided(Vec3(times_alpha) / 0.2f, 0.2f);
+  for (const Case& c : {Case{AlphaMode::Straight, "Linear", divided, times_alpha},
                         Case{AlphaMode::Straight, "Non-Color", file, file},  // data are not multiplied by alpha
                         Case{AlphaMode::ChannelPacked, "Linear", file, file},
                         Case{AlphaMode::None, "Linear", Vec4(Vec3(file), 1.0f), Vec4(Vec3(file), 1.0f)}}) {
@@ -281,6 +283,90 @@ TEST(Texture, each_image_is_decoded_once_and_only_when_needed) {
   const Texture* first = store.load(0, "", diagnostics);
   EXPECT_EQ(store.load(0, "", diagnostics), first);
   EXPECT_EQ(store.decoded_count(), 1);
+}
+
+TEST(Texture, tiles_are_found_by_the_whole_part_of_the_coordinates) {
+  const auto constant = [](float red) { return linear_pixels(1, 1, {red, 0, 0, 1}); };
+  std::vector<ImageDescription> images = {constant(0.25f), constant(0.5f), constant(0.75f)};
+  ImageDescription tiled;
+  tiled.name = "Tiled";
+  tiled.tiles = {{1001, 0}, {1002, 1}, {1011, 2}, {1012, 9}, {7, 0}, {1003, 3}};  // the last three have no image
+  images.push_back(tiled);
+  TextureStore store(std::move(images));
+  Diagnostics diagnostics;
+  const Texture* t = store.load(3, "", diagnostics);
+  EXPECT_TRUE(diagnostics.empty());
+  const auto at = [&](float u, float v) { return Vec3(t->lookup({u, v}, Interpolation::Linear, Extension::Repeat)); };
+  const Vec3 magenta(1.0f, 0.0f, 1.0f);
+  EXPECT_NEAR(at(0.5f, 0.5f).x, 0.25f, 1e-6f);
+  EXPECT_NEAR(at(1.5f, 0.9f).x, 0.5f, 1e-6f);
+  EXPECT_NEAR(at(0.1f, 1.1f).x, 0.75f, 1e-6f);
+  EXPECT_NEAR(at(-0.5f, 0.5f).x, 0.25f, 1e-6f);  // as in Cycles
+  for (const Vec2 p : {Vec2(1.5f, 1.5f), Vec2(2.5f, 0.5f), Vec2(-1.5f, 0.5f), Vec2(10.5f, 0.5f), Vec2(0.5f, 9.5f),
+                       Vec2(NAN, 0.0f), Vec2(0.0f, 1e30f)})
+    EXPECT_EQ(at(p.x, p.y), magenta) << p.x << ' ' << p.y;
+  EXPECT_EQ(store.decoded_count(), 3);
+}
+
+TEST(Texture, messages_about_images_name_who_shows_them) {
+  ImageDescription image;
+  image.name = "Poster";
+  image.path = "/no/such/file.png";
+  Diagnostics diagnostics;
+  store_of(image).load(0, "material 'Wall' of object 'House'", diagnostics);
+  ASSERT_EQ(diagnostics.size(), 1u);
+  EXPECT_EQ(diagnostics[0].object, "Poster");
+  EXPECT_EQ(diagnostics[0].message,
+            "is missing: /no/such/file.png; magenta is used (material 'Wall' of object 'House')");
+}
+
+TEST(Texture, color_spaces_are_converted_by_the_configuration) {
+  const Directory directory;
+  const std::string config = directory.file("config.ocio");
+  std::ofstream(config) << R"(ocio_profile_version: 2
+strictparsing: true
+roles: {default: Linear, scene_linear: Linear, aces_interchange: ACES}
+file_rules: [!<Rule> {name: Default, colorspace: default}]
+displays: {sRGB: [!<View> {name: Standard, colorspace: Linear}]}
+active_displays: []
+active_views: []
+colorspaces:
+  - !<ColorSpace> {name: Linear, family: "", bitdepth: 32f, isdata: false}
+  - !<ColorSpace>
+    name: Swapped
+    family: ""
+    bitdepth: 32f
+    isdata: false
+    to_scene_reference: !<MatrixTransform> {matrix: [0, 2, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}
+  - !<ColorSpace>
+    name: ACES
+    family: ""
+    bitdepth: 32f
+    isdata: false
+    to_scene_reference: !<MatrixTransform> {matrix: [2.5216494, -1.1368885, -0.3849175, 0, -0.2752135, 1.3697051, -0.0943924, 0, -0.0159250, -0.1478063, 1.1638058, 0, 0, 0, 0, 1]}
+)";
+  ColorDescription color{config, "Linear"};
+  for (const AlphaMode mode : {AlphaMode::Straight, AlphaMode::ChannelPacked}) {
+    ImageDescription image = linear_pixels(1, 1, {0.2f, 0.4f, 0.6f, 0.5f});
+    image.color_space = "Swapped";
+    image.alpha_mode = mode;
+    std::vector<ImageDescription> images;
+    images.push_back(std::move(image));
+    TextureStore store(std::move(images), nullptr, color);
+    Diagnostics diagnostics;
+    const Texture* t = load(store, &diagnostics);
+    EXPECT_TRUE(diagnostics.empty()) << diagnostics[0].message;
+    const float k = mode == AlphaMode::Straight ? 0.5f : 1.0f;
+    const Vec4 c = t->sample({0.5f, 0.5f}, Interpolation::Linear, Extension::Extend, false);
+    EXPECT_NEAR(c.x, 0.8f * k, 1e-3f);
+    EXPECT_NEAR(c.y, 0.2f * k, 1e-3f);
+    EXPECT_NEAR(c.z, 0.6f * k, 1e-3f);
+    EXPECT_NEAR(c.w, 0.5f, 1e-3f);
+  }
+  EXPECT_EQ(working_from_rec709(color), Mat3(1.0f));
+  const Vec3 white = working_from_rec709({config, "ACES"}) * Vec3(1.0f);
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(white[i], 1.0f, 2e-3f);
+  EXPECT_GT(std::abs(working_from_rec709({config, "ACES"})[0][0] - 1.0f), 0.1f);
 }
 
 TEST(Texture, unknown_color_spaces_are_approximated_and_reported) {

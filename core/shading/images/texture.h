@@ -1,10 +1,12 @@
-// Images as textures. texture_store.cpp reads them. It is the only file that includes OpenImageIO.
+// Images as textures. image_file.cpp reads them, and texture_store.cpp keeps them.
 //
 // An image is decoded at build time, when a visible material first uses it, and stored in the format of its file (8 or
 // 16 bits, half, float). As in Cycles, values are interpolated while they are encoded and multiplied by alpha; sRGB is
-// converted to linear afterwards. A missing or unreadable image is magenta and is reported.
+// converted to linear afterwards. Images in other colour spaces are converted before (color_spaces.h), and those of
+// integers are stored as half floats. A missing or unreadable image is magenta and is reported.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,6 +15,7 @@
 
 namespace ajar {
 
+struct DecodedImage;
 struct Diagnostic;
 enum class Interpolation : uint8_t { Closest, Linear, Cubic };
 enum class Extension : uint8_t { Repeat, Extend, Clip, Mirror };
@@ -22,13 +25,14 @@ class Texture;
 class TextureStore {
  public:
   /// Textures that `previous` has decoded from the same images are moved to this store.
-  explicit TextureStore(std::vector<ImageDescription> images, TextureStore* previous = nullptr);
+  explicit TextureStore(std::vector<ImageDescription> images, TextureStore* previous = nullptr,
+                        const ColorDescription& color = {});
   TextureStore(TextureStore&&) noexcept;
   ~TextureStore();
 
   /// Decodes image `index` once and returns its handle, which is valid as long as the store. An index out of range or a
-  /// broken image gives the magenta texture and a diagnostic.
-  const Texture* load(int index, const std::string& color_space_override, std::vector<Diagnostic>& diagnostics);
+  /// broken image gives the magenta texture and a diagnostic, in which `shown_by` names the material and an object.
+  const Texture* load(int index, const std::string& shown_by, std::vector<Diagnostic>& diagnostics);
   size_t memory_bytes() const;
   int decoded_count() const;  ///< number of images in use that could be read
   int kept_count() const;     ///< number of these that came from the previous store
@@ -36,6 +40,11 @@ class TextureStore {
   void forget_previous();
 
  private:
+  static const Texture& magenta();
+  const Texture* load_tiles(int index, const std::string& shown_by, std::vector<Diagnostic>& diagnostics);
+  void fill(Texture& texture, const ImageDescription& image, const DecodedImage& decoded,
+            const std::function<void(const std::string&)>& report);
+
   struct Data;
   std::unique_ptr<Data> data_;
 };
@@ -45,7 +54,7 @@ uint64_t texture_bytes(const ImageDescription& image);
 
 class Texture {
  public:
-  enum class Storage : uint8_t { Byte, Short, Half, Float };
+  enum class Storage : uint8_t { Byte, Short, Half, Float, Tiles };
 
   /// Linear RGBA at `uv` (v points up). The colour is unassociated (straight), as from Blender's Image Texture node if
   /// its alpha output is used.
@@ -62,13 +71,15 @@ class Texture {
   friend class TextureStore;
   template <typename Texel>
   Vec4 interpolate(Vec2 uv, Interpolation interpolation, Extension extension) const;
+  const Texture& tile(Vec2& uv) const;
+  [[gnu::noinline]] Vec4 sample_tile(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const;
 
   int width_ = 0, height_ = 0;
   Storage storage_ = Storage::Byte;
   bool srgb_ = false;            ///< sRGB is decoded after interpolation
   bool has_alpha_ = false;       ///< some alpha is not 1 and applies to the colour (not a data or channel-packed image)
-  bool associate_ = false;       ///< texels have straight alpha and are multiplied by it when they are fetched
   std::vector<uint8_t> texels_;  ///< RGBA, rows from the bottom up
+  std::vector<const Texture*> tiles_;  ///< by number - 1001; the last one replaces those that are missing
 };
 
 /// The parameters of an image instruction.

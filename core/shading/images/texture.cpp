@@ -1,4 +1,4 @@
-#include "shading/functions/texture.h"
+#include "shading/images/texture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -103,9 +103,7 @@ Vec4 Texture::interpolate(Vec2 uv, Interpolation interpolation, Extension extens
   const uint8_t* texels = texels_.data();
   const auto texel = [&](int x, int y) {
     if ((x | y) < 0) return Float4{};
-    Float4 t = fetch<Texel>(texels, int64_t(y) * width_ + x);
-    if (associate_) t *= Float4{t[3], t[3], t[3], 1.0f};
-    return t;
+    return fetch<Texel>(texels, int64_t(y) * width_ + x);
   };
   if (extension == Extension::Repeat) uv -= glm::floor(uv);  // keeps the precision far from the origin
   float tx, ty;
@@ -130,6 +128,23 @@ Vec4 Texture::interpolate(Vec2 uv, Interpolation interpolation, Extension extens
   return to_vec4(sum);
 }
 
+/// The tile at `uv`, which becomes relative to it. As in Cycles, coordinates above -1 belong to the first tiles.
+const Texture& Texture::tile(Vec2& uv) const {
+  const size_t missing = tiles_.size() - 1;
+  if (!(uv.x > -1.0f && uv.x < 10.0f && uv.y > -1.0f && uv.y < float(missing))) return *tiles_[missing];
+  const int x = int(uv.x), y = int(uv.y);
+  uv -= Vec2(float(x), float(y));
+  return *tiles_[std::min(size_t(x + 10 * y), missing)];
+}
+
+Vec4 Texture::sample_tile(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const {
+  const Vec4 magenta(1.0f, 0.0f, 1.0f, 1.0f);
+  if (tiles_.empty()) return magenta;
+  const Texture& part = tile(uv);
+  if (&part == tiles_.back()) return magenta;
+  return part.sample(uv, interpolation, extension, unassociate);
+}
+
 Vec4 Texture::sample(Vec2 uv, Interpolation interpolation, Extension extension, bool unassociate) const {
   Vec4 value;
   switch (storage_) {
@@ -137,6 +152,7 @@ Vec4 Texture::sample(Vec2 uv, Interpolation interpolation, Extension extension, 
     case Storage::Short: value = interpolate<uint16_t>(uv, interpolation, extension); break;
     case Storage::Half: value = interpolate<_Float16>(uv, interpolation, extension); break;
     case Storage::Float: value = interpolate<float>(uv, interpolation, extension); break;
+    case Storage::Tiles: return sample_tile(uv, interpolation, extension, unassociate);
   }
   if (unassociate && has_alpha_ && value.w != 0.0f && value.w != 1.0f) value = Vec4(Vec3(value) / value.w, value.w);
   if (srgb_) value = Vec4(kSrgb(value.x), kSrgb(value.y), kSrgb(value.z), value.w);
