@@ -1,0 +1,172 @@
+"""Runs in the Python of a bpy wheel of Blender 5 with Ajar from a zip: renders a plane that emits a value with both engines, and writes the largest
+difference of each case to OUT, as JSON. Negative light, which Ajar does not emit, counts as 0.
+
+    python images_inside.py ZIP OUT
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+SIZE = 32
+SPACES = ("sRGB", "Linear Rec.709", "Linear Rec.2020", "ACEScg", "Linear CIE-XYZ D65", "Filmic Log", "Rec.2100-PQ", "Display P3", "Non-Color")
+FOLDER = Path(tempfile.mkdtemp())
+
+
+def scene_with_plane() -> tuple[bpy.types.Scene, bpy.types.NodeTree, bpy.types.Mesh]:
+    for thing in list(bpy.data.objects):
+        bpy.data.objects.remove(thing)
+    scene = bpy.context.scene
+    mesh = bpy.data.meshes.new("Plane")
+    mesh.from_pydata([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [], [(0, 1, 2, 3)])
+    mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", [0, 0, 1, 0, 1, 1, 0, 1])
+    material = bpy.data.materials.new("Material")
+    mesh.materials.append(material)
+    camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
+    camera.location, camera.data.type, camera.data.ortho_scale = (0.5, 0.5, 3.0), "ORTHO", 1.0
+    for thing in (camera, bpy.data.objects.new("Plane", mesh)):
+        scene.collection.objects.link(thing)
+    scene.camera = camera
+    scene.render.resolution_x = scene.render.resolution_y = SIZE
+    scene.render.resolution_percentage = 100
+    scene.cycles.samples = scene.ajar.samples = 1
+    scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", 0.01
+    scene.render.use_compositing = scene.render.use_sequencer = False
+    image = scene.render.image_settings
+    image.media_type = "IMAGE"
+    image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGBA", "32"
+    return scene, material.node_tree, mesh
+
+
+class Cases:
+    def __init__(self) -> None:
+        self.scene, self.tree, self.mesh = scene_with_plane()
+        self.found: dict[str, float] = {}
+
+    def emission_of(self, type_: str) -> tuple[bpy.types.Node, bpy.types.Node]:
+        """A new node of this type and an Emission node linked to the output."""
+        self.tree.nodes.clear()
+        output, emission, node = (self.tree.nodes.new(f"ShaderNode{name}") for name in ("OutputMaterial", "Emission", type_))
+        self.tree.links.new(emission.outputs[0], output.inputs[0])
+        return node, emission
+
+    def show(self, image: bpy.types.Image, alpha: bool = False) -> None:
+        texture, emission = self.emission_of("TexImage")
+        texture.image, texture.interpolation = image, "Closest"
+        self.tree.links.new(texture.outputs["Color"], emission.inputs["Color"])
+        if alpha:
+            self.tree.links.new(texture.outputs["Alpha"], emission.inputs["Strength"])
+
+    def along_u(self, type_: str, low: float, high: float) -> None:
+        node, emission = self.emission_of(type_)
+        coordinates, parts, values = (self.tree.nodes.new(f"ShaderNode{name}") for name in ("TexCoord", "SeparateXYZ", "MapRange"))
+        values.inputs["To Min"].default_value, values.inputs["To Max"].default_value = low, high
+        for start, end in ((coordinates.outputs["UV"], parts.inputs[0]), (parts.outputs[0], values.inputs[0]), (values.outputs[0], node.inputs[0]),
+                           (node.outputs[0], emission.inputs[0])):
+            self.tree.links.new(start, end)
+
+    def measure(self, name: str) -> None:
+        cycles, ajar = (np.maximum(self.render(engine), 0.0) for engine in ("CYCLES", "AJAR"))
+        self.found[name] = float((np.abs(cycles - ajar) / np.maximum(cycles, 1.0)).max()) if cycles.max() > 0.0 else 1.0
+
+    def render(self, engine: str) -> np.ndarray:
+        self.scene.render.engine, self.scene.render.filepath = engine, str(FOLDER / "picture.exr")
+        bpy.ops.render.render(write_still=True)
+        picture = bpy.data.images.load(self.scene.render.filepath)
+        picture.colorspace_settings.name = "Non-Color"
+        pixels = np.empty(SIZE * SIZE * 4, dtype=np.float32)
+        picture.pixels.foreach_get(pixels)
+        bpy.data.images.remove(picture)
+        return pixels.reshape(-1, 4)[:, :3]
+
+
+def written(name: str, kind: str, depth: str) -> bpy.types.Image:
+    """A file of random pixels."""
+    image = bpy.data.images.new("Pixels", 6, 5, alpha=True, float_buffer=True)
+    image.colorspace_settings.name = "Non-Color"
+    image.pixels.foreach_set(np.random.default_rng(1).uniform(0.3, 0.9, 120).astype(np.float32))
+    image.update()
+    scene = bpy.data.scenes.new("Writer")
+    scene.view_settings.view_transform = "Standard"
+    settings = scene.render.image_settings
+    settings.media_type = "IMAGE"
+    settings.file_format, settings.color_mode, settings.color_depth = kind, "RGBA", depth
+    image.save_render(str(FOLDER / name), scene=scene)
+    bpy.data.scenes.remove(scene)
+    return bpy.data.images.load(str(FOLDER / name))
+
+
+def colors(cases: Cases, images: dict[str, bpy.types.Image]) -> None:
+    for working in ("Linear Rec.709", "Linear Rec.2020", "ACEScg"):
+        bpy.ops.wm.set_working_color_space(working_space=working)
+        for name, image in images.items():
+            for space in SPACES:
+                image.colorspace_settings.name = space
+                cases.show(image)
+                cases.measure(f"{working}: {name} in {space}")
+            image.colorspace_settings.name = "sRGB"
+        cases.along_u("Blackbody", 900.0, 9000.0)
+        cases.measure(f"{working}: Blackbody")
+        cases.along_u("Wavelength", 400.0, 700.0)
+        cases.measure(f"{working}: Wavelength")
+    bpy.ops.wm.set_working_color_space(working_space="Linear Rec.709")
+
+
+def alpha_modes(cases: Cases, images: dict[str, bpy.types.Image]) -> None:
+    for name, image in images.items():
+        for mode in ("STRAIGHT", "PREMUL", "CHANNEL_PACKED", "NONE"):
+            image.alpha_mode = mode
+            for alpha in (False, True):
+                cases.show(image, alpha)
+                cases.measure(f"{name}, {mode}, {'with' if alpha else 'without'} alpha")
+
+
+def repeat_zone(cases: Cases) -> None:
+    cases.along_u("Math", 0.0, 1.0)
+    nodes, links = cases.tree.nodes, cases.tree.links
+    math, emission = (next(node for node in nodes if node.type == type_) for type_ in ("MATH", "EMISSION"))
+    start, end = nodes.new("GeometryNodeRepeatInput"), nodes.new("GeometryNodeRepeatOutput")
+    start.pair_with_output(end)
+    end.repeat_items.clear()
+    end.repeat_items.new("FLOAT", "Value")
+    start.inputs[0].default_value, math.inputs[1].default_value = 4, 0.1
+    links.new(next(node for node in nodes if node.type == "MAP_RANGE").outputs[0], start.inputs["Value"])
+    links.new(start.outputs["Value"], math.inputs[0])
+    links.new(math.outputs[0], end.inputs["Value"])
+    links.new(end.outputs["Value"], emission.inputs[0])
+    cases.measure("a repeat zone")
+
+
+def normal_map(cases: Cases) -> None:
+    node, emission = cases.emission_of("NormalMap")
+    node.inputs["Color"].default_value, node.inputs["Strength"].default_value = (0.7, 0.6, 0.9, 1.0), 0.7
+    cases.tree.links.new(node.outputs[0], emission.inputs[0])
+    cases.measure("a normal map")
+    cases.mesh.uv_layers[0].data.foreach_set("uv", [0.0] * 8)
+    cases.mesh.update()
+    cases.measure("a normal map without coordinates")
+
+
+def main() -> None:
+    bpy.ops.extensions.package_install_files(filepath=sys.argv[1], repo="user_default", enable_on_install=True)
+    bpy.ops.preferences.addon_enable(module="cycles")
+    cases = Cases()
+    images = {"png": written("a.png", "PNG", "8"), "exr": written("b.exr", "OPEN_EXR", "32")}
+    colors(cases, images)
+    alpha_modes(cases, images)
+    repeat_zone(cases)
+    normal_map(cases)
+    Path(sys.argv[2]).write_text(json.dumps(cases.found, indent=2))
+    sys.stdout.flush()
+    os._exit(0)
+
+
+main()
