@@ -13,7 +13,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'D'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'E'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -235,6 +235,7 @@ void fields(A& a, LightDescription& v) {
   all(a, v.name, v.kind, v.world_from_light, v.color, v.energy, v.radius, v.spot_angle, v.spot_blend, v.sun_angle,
       v.area_shape, v.area_size, v.spread, v.graph, v.visibility, v.cast_shadow, v.multiple_importance);
   if (a.has('9')) visit(a, v.light_importance);
+  if (a.has('E')) visit(a, v.soft_falloff);
 }
 template <class A>
 void fields(A& a, WorldDescription& v) {

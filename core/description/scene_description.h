@@ -187,6 +187,7 @@ struct LightDescription {
   uint32_t visibility = kVisibleAll;
   bool cast_shadow = true, multiple_importance = true;
   float light_importance = 1.0f;  ///< see ObjectDescription
+  bool soft_falloff = false;      ///< point, spot: a disk that faces the lit point instead of the sphere
 };
 
 struct WorldDescription {

@@ -72,7 +72,25 @@ LightSample towards(const Light& light, Vec3 p, Vec3 position, Vec3 normal) {
   return s;
 }
 
+std::optional<LightSample> sample_soft(const Light& light, Vec3 p, Vec2 u) {
+  const Vec3 to_center = light.position - p;
+  const float d = glm::length(to_center), size = sphere_one_minus_cos(sqr(light.radius), sqr(d) + sqr(light.radius));
+  if (!(d > 0.0f)) return std::nullopt;
+  LightSample s;
+  s.delta = false;
+  s.normal = to_center / -d;
+  const Vec3 local = warp::square_to_cone(u, size);
+  s.wi = Frame(-s.normal).to_world(local);
+  s.distance = d / local.z;
+  s.pdf_solid_angle = warp::cone_pdf_solid_angle(size);
+  if (!std::isfinite(s.pdf_solid_angle) || !std::isfinite(s.distance)) return std::nullopt;
+  s.position = p + s.wi * s.distance;
+  s.radiance = light.radiance * lamp_profile(light, -s.wi);
+  return s;
+}
+
 std::optional<LightSample> sample_sphere(const Light& light, Vec3 p, Vec2 u) {
+  if (light.soft) return sample_soft(light, p, u);
   const Vec3 to_center = light.position - p;
   const float d2 = length_squared(to_center), r2 = sqr(light.radius);
   LightSample s;
@@ -198,6 +216,7 @@ Light make_lamp(const LightDescription& d) {
         light.type = spot ? LightType::SpotSphere : LightType::Sphere;
         light.area = 4.0f * kPi * sqr(light.radius);
         light.radiance = power / (kPi * light.area);
+        light.soft = d.soft_falloff;
       } else {
         light.type = spot ? LightType::Spot : LightType::Point;
         light.radiance = power / (4.0f * kPi);
@@ -319,8 +338,9 @@ float pdf_lamp_li(const Light& light, Vec3 p, Vec3 wi, float distance, Vec3) {
     case LightType::Sphere:
     case LightType::SpotSphere: {
       const float d2 = length_squared(light.position - p), r2 = sqr(light.radius);
-      const float pdf = d2 > r2 ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2))
-                                : warp::sphere_pdf_solid_angle();
+      const float pdf = light.soft ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2 + r2))
+                        : d2 > r2  ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2))
+                                   : warp::sphere_pdf_solid_angle();
       return std::isfinite(pdf) ? pdf : 0.0f;
     }
     case LightType::Rectangle:
@@ -343,7 +363,7 @@ std::optional<LightRay> sample_lamp_le(const Light& light, Vec2 u_position, Vec2
     case LightType::Sphere:
     case LightType::SpotSphere:
       r.normal = warp::square_to_sphere(u_position);
-      r.ray.origin = light.position + light.radius * r.normal;
+      r.ray.origin = light.position + (light.soft ? -light.radius : light.radius) * r.normal;
       r.ray.direction = sample_le_direction(light, r.normal, u_direction);
       if (!(glm::dot(r.ray.direction, r.normal) > 0.0f)) return std::nullopt;
       break;
@@ -393,6 +413,13 @@ void pdf_lamp_le(const Light& light, Vec3 normal, Vec3 direction, float scene_ra
 }
 
 std::optional<LampCrossing> intersect_lamp_shape(const Light& light, const Ray& ray) {
+  if (light.soft) {
+    const Vec3 from = ray.origin - ray.travelled * ray.direction;
+    const auto distance = soft_lamp_distance(light, from, ray.direction);
+    const float t = distance ? *distance - ray.travelled : 0.0f;
+    if (!distance || !(t > ray.t_min && t < ray.t_max)) return std::nullopt;
+    return LampCrossing{t, glm::normalize(from - light.position)};
+  }
   const Vec3 to_center = light.position - ray.origin;
   if (light.type == LightType::Sphere || light.type == LightType::SpotSphere) {
     const float b = glm::dot(to_center, ray.direction), d2 = length_squared(to_center), r2 = sqr(light.radius);
@@ -417,6 +444,25 @@ std::optional<LampCrossing> intersect_lamp_shape(const Light& light, const Ray& 
     return LampCrossing{t, light.frame.n};
   }
   return std::nullopt;
+}
+
+std::optional<float> soft_lamp_distance(const Light& light, Vec3 p, Vec3 wi) {
+  const Vec3 to_center = light.position - p;
+  const float distance = length_squared(to_center) / glm::dot(to_center, wi);
+  if (!(distance > 0.0f && distance < kInfinity)) return std::nullopt;
+  if (!(length_squared(distance * wi - to_center) <= sqr(light.radius))) return std::nullopt;
+  return distance;
+}
+
+std::optional<Vec3> soft_lamp_normal(const Light& light, Vec3 position, Vec3 wo) {
+  const Vec3 beside = soft_lamp_start(light, position, wo) - light.position;
+  const float left = sqr(light.radius) - length_squared(beside);
+  if (!(left >= 0.0f)) return std::nullopt;
+  return glm::normalize(std::sqrt(left) * wo - beside);
+}
+
+Vec3 soft_lamp_start(const Light& light, Vec3 position, Vec3 wo) {
+  return position - glm::dot(position - light.position, wo) * wo;
 }
 
 }  // namespace ajar

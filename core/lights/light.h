@@ -70,6 +70,7 @@ struct LightFlags {
   uint32_t visibility = 63;
   bool cast_shadow = true;
   bool mis = true;  ///< may also be found by BSDF sampling
+  bool soft = false;
   /// Whether only some kinds of lobes see the light (VisibilityBits of diffuse, glossy and transmission). Rough lobes
   /// are then lit by light sampling alone, which distinguishes the kinds. Rays of sharp lobes see the light if it is
   /// visible to their kind.
@@ -82,6 +83,7 @@ struct Light {
   uint32_t visibility = 63;
   bool cast_shadow = true;
   bool mis = true;                              ///< may also be found by BSDF sampling
+  bool soft = false;                            ///< sphere: shines as a disk (lamp.h)
   Vec3 position{0.0f};                          ///< centre; first vertex of a triangle
   Frame frame;                                  ///< n: direction of emission; s, t: local x and y
   Vec3 edge1{0.0f}, edge2{0.0f};                ///< triangle edges; half axes of rectangle and ellipse

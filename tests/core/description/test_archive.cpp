@@ -101,6 +101,10 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   bumped.settings.bump_terminator = BumpTerminator::Microfacet;
   EXPECT_EQ(from_bytes(to_bytes(bumped)).settings.bump_terminator, BumpTerminator::Microfacet);
   for (char version : {'2', '9', 'A', 'B'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(bumped, version))), written);
+  SceneDescription soft = d;
+  soft.lights[0].soft_falloff = true;
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(soft))), to_bytes(soft));
+  for (char version : {'2', '9', 'A', 'D'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(soft, version))), written);
   SceneDescription named = d;
   named.objects[0].properties = {{"tint", true, Vec4(1, 2, 3, 4)}};
   EXPECT_EQ(from_bytes(to_bytes(named)).objects[0].properties.at(0).value, Vec4(1, 2, 3, 4));
@@ -143,7 +147,7 @@ TEST(Archive, lists_longer_than_the_file_are_refused_before_memory_is_allocated)
   for (ImageDescription& image : empty.images) image.color_space.clear();
   empty.lights.resize(1000);
   empty.hints.resize(1000);
-  for (char version : {'2', '9', 'A', 'B', 'C', 'D'})
+  for (char version : {'2', '9', 'A', 'B', 'C', 'D', 'E'})
     EXPECT_EQ(to_bytes(from_bytes(to_bytes(empty, version))), to_bytes(empty));
 }
 
