@@ -127,6 +127,11 @@ def has_soft_falloff(light: bpy.types.Light) -> bool:
     return getattr(light, "use_soft_falloff", bpy.app.version < (4, 0))
 
 
+def spots_are_even() -> bool:
+    """Whether spot lamps are as strong everywhere in their cone, which has the scale of the lamp (since 4.0), or fall with the cosine."""
+    return bpy.app.version >= (4, 0)
+
+
 def light_color(light: bpy.types.Light) -> tuple[float, float, float]:
     """The colour of the light, times that of its temperature if it is used."""
     color = light.color

@@ -9,13 +9,17 @@ namespace ajar {
 
 namespace {
 
-/// Spot cone of Cycles 3.4: cosine times a smooth step inside the cone.
-float spot_profile(const Light& light, float cos_theta) {
-  if (cos_theta <= light.cos_outer) return 0.0f;
-  const float x = cos_theta - light.cos_outer;
-  if (x >= light.spot_smooth) return cos_theta;
+/// A smooth step inside the cone, times the cosine for the spots of Cycles 3.4.
+float spot_profile(const Light& light, Vec3 wo) {
+  const float along = glm::dot(wo, light.frame.n);
+  float cos_theta = along;  // in the space of the lamp
+  if (light.even_spot)
+    cos_theta /= std::sqrt(sqr(glm::dot(wo, light.edge1)) + sqr(glm::dot(wo, light.edge2)) + sqr(along));
+  if (!(cos_theta > light.cos_outer)) return 0.0f;
+  const float x = cos_theta - light.cos_outer, scale = light.even_spot ? 1.0f : along;
+  if (x >= light.spot_smooth) return scale;
   const float t = x / light.spot_smooth;
-  return cos_theta * t * t * (3.0f - 2.0f * t);
+  return scale * t * t * (3.0f - 2.0f * t);
 }
 
 /// Soft-box grid in front of an area lamp: the fraction of the light that passes its slats.
@@ -95,6 +99,7 @@ std::optional<LightSample> sample_sphere(const Light& light, Vec3 p, Vec2 u) {
   const float d2 = length_squared(to_center), r2 = sqr(light.radius);
   LightSample s;
   s.delta = false;
+  bool inside = false;
   if (d2 > r2) {
     const float d = std::sqrt(d2), size = sphere_one_minus_cos(r2, d2);
     const Vec3 local = warp::square_to_cone(u, size);
@@ -108,11 +113,12 @@ std::optional<LightSample> sample_sphere(const Light& light, Vec3 p, Vec2 u) {
     const float b = glm::dot(to_center, s.wi);
     s.distance = b + safe_sqrt(b * b - d2 + r2);
     s.pdf_solid_angle = warp::sphere_pdf_solid_angle();
+    inside = true;
   }
   if (!std::isfinite(s.pdf_solid_angle)) return std::nullopt;  // the solid angle is too small for floats
   s.position = p + s.wi * s.distance;
   s.normal = glm::normalize(s.position - light.position);
-  s.radiance = light.radiance * lamp_profile(light, -s.wi);
+  s.radiance = light.radiance * (inside && light.even_spot ? 1.0f : lamp_profile(light, -s.wi));
   return s;
 }
 
@@ -166,7 +172,7 @@ Vec3 sample_le_direction(const Light& light, Vec3 n, Vec2 u) {
   switch (light.type) {
     case LightType::Point: return warp::square_to_sphere(u);
     case LightType::Spot:
-    case LightType::SpotSphere: return light.frame.to_world(warp::square_to_cone(u, 1.0f - light.cos_outer));
+    case LightType::SpotSphere: return light.frame.to_world(warp::square_to_cone(u, 1.0f - light.cos_widest));
     case LightType::Rectangle:
     case LightType::Ellipse: {
       // Cosine-weighted inside the cone that passes the spread.
@@ -181,8 +187,8 @@ float pdf_le_direction(const Light& light, Vec3 n, Vec3 direction) {
     case LightType::Point: return warp::sphere_pdf_solid_angle();
     case LightType::Spot:
     case LightType::SpotSphere:
-      return glm::dot(direction, light.frame.n) > light.cos_outer ? warp::cone_pdf_solid_angle(1.0f - light.cos_outer)
-                                                                  : 0.0f;
+      return glm::dot(direction, light.frame.n) > light.cos_widest ? warp::cone_pdf_solid_angle(1.0f - light.cos_widest)
+                                                                   : 0.0f;
     case LightType::Rectangle:
     case LightType::Ellipse: {
       const float cos_theta = glm::dot(direction, light.frame.n), sin2_max = spread_sin2(light);
@@ -190,6 +196,17 @@ float pdf_le_direction(const Light& light, Vec3 n, Vec3 direction) {
     }
     default: return warp::cosine_hemisphere_pdf_solid_angle(glm::dot(direction, n));
   }
+}
+
+/// The cone of a spot in the space of its lamp, whose axes have these lengths.
+void set_scaled_cone(Light& light, Vec3 scale) {
+  const auto ratio = [](float a, float b) { return a > 0.0f && b > 0.0f ? a / b : 1.0f; };
+  const Vec2 shrink(ratio(scale.z, scale.x), ratio(scale.z, scale.y));
+  light.even_spot = true;
+  light.edge1 = light.frame.s * shrink.x;
+  light.edge2 = light.frame.t * shrink.y;
+  const float cosine = std::max(light.cos_outer, 0.0f), widest = 1.0f / std::min(shrink.x, shrink.y);
+  light.cos_widest = cosine > 0.0f ? cosine / std::sqrt(sqr(cosine) + (1.0f - sqr(cosine)) * sqr(widest)) : 0.0f;
 }
 
 }  // namespace
@@ -224,6 +241,8 @@ Light make_lamp(const LightDescription& d) {
       if (spot) {
         light.cos_outer = std::cos(0.5f * d.spot_angle);
         light.spot_smooth = (1.0f - light.cos_outer) * d.spot_blend;
+        light.cos_widest = light.cos_outer;
+        if (d.even_spot) set_scaled_cone(light, Vec3(glm::length(x), glm::length(y), glm::length(z)));
       }
       break;
     }
@@ -269,13 +288,16 @@ Color lamp_flux(const Light& light, float scene_radius) {
     case LightType::Sphere: return light.radiance * (kPi * light.area);
     case LightType::Spot:
     case LightType::SpotSphere: {
-      // Integral of the profile over the cone in cos(theta). The projected area of a sphere is pi r^2 in every
-      // direction.
-      constexpr int kSteps = 256;
+      // Integral of the profile over the cone. The projected area of a sphere is pi r^2 in every direction.
+      constexpr int kSteps = 256, kTurns = 32;
+      const int turns = light.even_spot ? kTurns : 1;
       double sum = 0.0;
-      for (int i = 0; i < kSteps; ++i)
-        sum += spot_profile(light, light.cos_outer + (1.0f - light.cos_outer) * (float(i) + 0.5f) / float(kSteps));
-      const float integral = 2.0f * kPi * (1.0f - light.cos_outer) * float(sum / kSteps);
+      for (int i = 0; i < kSteps * turns; ++i) {
+        const float z = light.cos_widest + (1.0f - light.cos_widest) * (float(i / turns) + 0.5f) / float(kSteps);
+        const float phi = 2.0f * kPi * (float(i % turns) + 0.5f) / float(turns), r = safe_sqrt(1.0f - z * z);
+        sum += spot_profile(light, light.frame.to_world({r * std::cos(phi), r * std::sin(phi), z}));
+      }
+      const float integral = 2.0f * kPi * (1.0f - light.cos_widest) * float(sum / (kSteps * turns));
       return light.radiance * (integral * (light.type == LightType::Spot ? 1.0f : 0.25f * light.area));
     }
     case LightType::Rectangle:
@@ -289,7 +311,7 @@ Color lamp_flux(const Light& light, float scene_radius) {
 float lamp_profile(const Light& light, Vec3 wo) {
   switch (light.type) {
     case LightType::Spot:
-    case LightType::SpotSphere: return spot_profile(light, glm::dot(wo, light.frame.n));
+    case LightType::SpotSphere: return spot_profile(light, wo);
     case LightType::Rectangle:
     case LightType::Ellipse: return spread_profile(light, glm::dot(wo, light.frame.n));
     case LightType::DistantDisk: {

@@ -2,13 +2,14 @@
 //
 // Units (as in Cycles 3.4; P = color * energy):
 //   point, spot  W       intensity P / (4 pi); with a radius r, the radiance of the sphere is P / (4 pi^2 r^2)
-//   spot         -       times cos(theta) and, in the outer `blend` part of the cone, a smoothstep. The cosine is that
-//                        of Cycles; theta is measured from the axis, at the light.
+//   spot         -       times, in the outer `blend` part of the cone, a smoothstep, and times cos(theta) unless
+//                        LightDescription::even_spot; theta is measured from the axis, at the light. A point inside an
+//                        even spot's sphere sees all of it.
 //   area         W       radiance P / (4 A) on one side, times max(0, 1 - tan(theta) tan((pi - spread) / 2)) by the
 //                        spread, normalised to the same flux
 //   sun          W/m^2   irradiance P on a surface that faces the sun; radiance P / (pi tan^2(angle / 2) cos^3(theta)):
 //                        a disk tangent to the sphere of directions, with a uniform sampling density
-// The scale of the lamp's matrix scales area lamps only.
+// The scale of the lamp's matrix scales area lamps and the cones of even spots, not the spheres.
 //
 // Lamps never block rays. A sphere also emits inwards: a point inside sees its inner side. A ray hits it once, where it
 // enters or, from inside, where it leaves.

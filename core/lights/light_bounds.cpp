@@ -71,7 +71,7 @@ LightBounds lamp_bounds(const Light& lamp, float watts) {
     case LightType::Spot:
     case LightType::SpotSphere:
       b.axis = lamp.frame.n;
-      b.cos_beyond = lamp.cos_outer - 1e-4f;
+      b.cos_beyond = lamp.cos_widest - 1e-4f;
       peak = lamp.type == LightType::Spot ? 1.0f : kPi * sqr(lamp.radius);
       break;
     default: b.cos_normals = -1.0f; peak = lamp.type == LightType::Point ? 1.0f : kPi * sqr(lamp.radius);

@@ -143,7 +143,10 @@ struct LightSet::Data {
   void make_tables(const std::vector<Source>& sources, const std::vector<double>& inside, bool has_media);
 
   Color lamp_radiance(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
-    const Color radiance = light.radiance * lamp_profile(light, wo);
+    // Of a point lamp or a soft one, the profile is the same inside and outside.
+    const bool all_of_it = light.even_spot && light.type == LightType::SpotSphere && !light.soft &&
+                           length_squared(position + distance * wo - light.position) < sqr(light.radius);
+    const Color radiance = all_of_it ? light.radiance : light.radiance * lamp_profile(light, wo);
     return light.shader < 0 || is_black(radiance)
                ? radiance
                : radiance * shader_factor(light, position, wo, time, distance, ray_kind);

@@ -102,7 +102,7 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   EXPECT_EQ(from_bytes(to_bytes(bumped)).settings.bump_terminator, BumpTerminator::Microfacet);
   for (char version : {'2', '9', 'A', 'B'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(bumped, version))), written);
   SceneDescription soft = d;
-  soft.lights[0].soft_falloff = true;
+  soft.lights[0].soft_falloff = soft.lights[0].even_spot = true;
   EXPECT_EQ(to_bytes(from_bytes(to_bytes(soft))), to_bytes(soft));
   for (char version : {'2', '9', 'A', 'D'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(soft, version))), written);
   SceneDescription named = d;

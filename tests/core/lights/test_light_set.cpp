@@ -52,6 +52,11 @@ LightDescription softened(LightDescription light) {
   return light;
 }
 
+LightDescription evened(LightDescription light) {
+  light.even_spot = true;
+  return light;
+}
+
 LightDescription sun(Vec3 shines, float angle, float energy = 3.0f) {
   LightDescription light = lamp(LightKind::Sun, placed(Vec3(0.0f), shines), energy);
   light.sun_angle = angle;
@@ -154,6 +159,7 @@ std::vector<Case> extended_lights() {
       {"soft lamp near", soft, {0, 0, 1.49f}},
       {"soft lamp inside", soft, {0.1f, 0.2f, 1.8f}},
       {"soft lamp far", soft, {300, 200, 100}},
+      {"even spot inside", with_lamp(evened(spot(tilted, 0.5f))), {0.1f, 0.2f, 1.8f}},
       {"soft spot", with_lamp(softened(spot(tilted, 0.3f))), {0, 0, 0}},
       {"rectangle", rectangle, {0, 0, 0}},
       {"rectangle near", rectangle, {0.3f, 0.2f, 1.99f}},
@@ -288,6 +294,13 @@ TEST(LightSet, irradiance_agrees_with_closed_forms) {
   EXPECT_TRUE(mean_agrees(e(spot(above, 0.0f)), w / (4.0 * M_PI) / 4.0, level));
   EXPECT_TRUE(mean_agrees(e(spot(placed({0, 0, 2}, {1, 0, -1}), 0.0f, 2.0f, 0.0f)),
                           w / (4.0 * M_PI) / 4.0 * std::sqrt(0.5), level));
+  // Even spots: no cosine, and a cone in the space of the lamp.
+  EXPECT_TRUE(
+      mean_agrees(e(evened(spot(placed({0, 0, 2}, {1, 0, -1}), 0.0f, 2.0f, 0.0f))), w / (4.0 * M_PI) / 4.0, level));
+  for (const bool wide : {false, true}) {
+    Mat4 tilted = placed({0, 0, 2}, {1, 0, -1}, {1, 1, wide ? 0.5f : 1.0f});
+    EXPECT_TRUE(mean_agrees(e(evened(spot(tilted, 0.0f, 1.2f, 0.0f))), wide ? w / (4.0 * M_PI) / 4.0 : 0.0, level));
+  }
   // In the middle of the blend, smoothstep is one half.
   const float outer = std::cos(0.5f), middle = outer + 0.5f * (1.0f - outer) * 0.4f;
   const Vec3 axis(std::sqrt(1.0f - middle * middle), 0.0f, -middle);
@@ -451,6 +464,10 @@ std::vector<std::pair<const char*, SceneDescription>> all_kinds() {
   add("spot sphere", spot(tilted, 0.3f));
   add("soft lamp", softened(point_light({0, 0, 1}, 10.0f, 0.7f)));
   add("soft spot", softened(spot(tilted, 0.3f)));
+  add("even spot", evened(spot(tilted, 0.3f)));
+  const Mat4 stretched = placed({0.3f, 0.2f, 2.0f}, {0.2f, 0.1f, -1.0f}, {2.0f, 0.4f, 0.8f});
+  add("stretched spot", evened(spot(stretched, 0.0f)));
+  add("soft stretched spot", softened(evened(spot(stretched, 0.2f))));
   add("rectangle", area_lamp(AreaShape::Rectangle, {2, 1}, tilted));
   add("beam", area_lamp(AreaShape::Rectangle, {2, 1}, tilted, 0.6f));
   add("ellipse", area_lamp(AreaShape::Ellipse, {2, 1}, tilted));
