@@ -28,6 +28,8 @@ LightBounds join(const LightBounds& a, const LightBounds& b) {
   sum.upper = glm::max(a.upper, b.upper);
   sum.two_sided = a.two_sided || b.two_sided;
   sum.intensity = a.intensity + b.intensity;
+  sum.grown = a.grown + b.grown;
+  sum.growing = a.growing + b.growing;
   sum.cos_beyond = std::min(a.cos_beyond, b.cos_beyond);
   const LightBounds& wide = a.cos_normals <= b.cos_normals ? a : b;
   const LightBounds& narrow = a.cos_normals <= b.cos_normals ? b : a;
@@ -53,6 +55,12 @@ LightBounds join(const LightBounds& a, const LightBounds& b) {
   sum.axis = glm::normalize(std::cos(turn) * wide.axis + std::sin(turn) / std::sqrt(length2) * across);
   sum.cos_normals = std::cos(half);
   return sum;
+}
+
+void let_grow(LightBounds& bounds, int power, float distance) {
+  if (power < 1) return;
+  bounds.grown = bounds.intensity;
+  bounds.growing[power - 1] = bounds.intensity / (power == 1 ? distance : sqr(distance));
 }
 
 LightBounds lamp_bounds(const Light& lamp, float watts) {

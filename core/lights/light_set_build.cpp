@@ -19,6 +19,16 @@ constexpr float kEqualDistant = 0.25f;
 
 double luminous(Color c) { return luminance(glm::abs(c)); }
 
+/// The distances at which emission that depends on the distance of the lit point is compared, as fractions of the radius
+/// of the scene.
+constexpr float kFar = 0.5f, kNear = kFar / 8.0f;
+
+/// The power of the distance, 0 to 2, with which an emission grows from kNear to kFar.
+int growth_of(double near, double far) {
+  if (!(near > 0.0)) return far > 0.0 ? 2 : 0;
+  return std::clamp(int(std::lround(std::log2(std::max(far / near, 1.0)) / 3.0)), 0, 2);
+}
+
 }  // namespace
 
 /// A lamp, an emissive instance or the environment, for the tables of choice.
@@ -26,7 +36,18 @@ struct LightSet::Data::Source {
   uint32_t first, count;
   double power;         // 0: may emit although the estimate found nothing
   double chosen = 1.0;  // fraction of the power that counts for the choice
+  int growth = 0;       // power of the distance with which it grows; `power` is that at kFar
 };
+
+/// Mean of a lamp's shader over directions, at the centre.
+double LightSet::Data::mean_factor(const Light& lamp, float distance) const {
+  double sum = 0.0;
+  for (int k = 0; k < 64; ++k) {
+    const Vec3 wo = warp::square_to_sphere({(float(k % 8) + 0.5f) / 8.0f, (float(k / 8) + 0.5f) / 8.0f});
+    sum += luminous(shader_factor(lamp, lamp.position, wo, 0.0f, distance, 0)) / 64.0;
+  }
+  return sum;
+}
 
 void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources) {
   for (size_t i = 0; i < in.description.lights.size(); ++i) {
@@ -34,6 +55,7 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
     Light light = make_lamp(description);
     bool may_emit = true;
     double factor = 1.0;
+    int growth = 0;
     if (!description.graph.empty()) {
       const ShaderProgram& program = in.lamp_programs[i];
       may_emit = program.emits();
@@ -41,12 +63,9 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
         light.radiance *= program.evaluate_emission(ShadingPoint());
       } else if (may_emit) {
         light.shader = int(i);
-        // Mean of the shader over directions, at the centre.
-        factor = 0.0;
-        for (int k = 0; k < 64; ++k) {
-          const Vec3 wo = warp::square_to_sphere({(float(k % 8) + 0.5f) / 8.0f, (float(k / 8) + 0.5f) / 8.0f});
-          factor += luminous(shader_factor(light, light.position, wo, 0.0f, kUsualDistance, 0)) / 64.0;
-        }
+        const bool grows = program.emission_depends_on_distance() && !is_distant(light.type);
+        factor = mean_factor(light, grows ? kFar * scene_radius : kUsualDistance);
+        if (grows) growth = ajar::growth_of(mean_factor(light, kNear * scene_radius), factor);
         if (!std::isfinite(factor)) factor = 0.0;
       }
     }
@@ -58,7 +77,7 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
       light.radiance = Color(0.0f);
     } else if (power > 0.0) {
       light.power = float(power * factor);
-      sources.push_back({uint32_t(i), 1, power * factor});
+      sources.push_back({uint32_t(i), 1, power * factor, 1.0, growth});
     }
     if (light.type == LightType::DistantDisk && !is_black(light.radiance) && light.mis)
       distant_disks.push_back(uint32_t(i));
@@ -77,7 +96,7 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
     block.instance = uint32_t(i);
     block.first = uint32_t(weights.size());
     block.count = count;
-    bool emits = false, constant = true;
+    bool emits = false, constant = true, grows = false;
     for (uint32_t slot = 0; slot < std::max(1u, instance.material_count); ++slot) {
       SlotEmission emission;
       const ShaderProgram& program = in.programs[in.material_table[instance.first_material + slot]];
@@ -93,6 +112,7 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
         }
         emits |= emission.program && (!emission.constant || !is_black(emission.radiance));
         constant &= emission.constant;
+        grows |= program.emission_depends_on_distance();
       }
       block.slots.push_back(emission);
     }
@@ -118,7 +138,7 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
         const WorldTriangle triangle = world_triangle(mesh, instance, t);
         const Color radiance = emission.constant ? emission.radiance
                                                  : mean_emission(*emission.program, in.objects[instance.object], mesh,
-                                                                 instance, t, triangle);
+                                                                 instance, t, triangle, kFar * scene_radius);
         const double watts = 2.0 * M_PI * double(triangle.area) * luminous(radiance);
         power[t] = std::isfinite(watts) ? watts : 0.0;
         if (!constant && !emission.constant && std::isfinite(triangle.area)) areas[t] = triangle.area;
@@ -137,9 +157,29 @@ void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagn
     }
     instance.first_light = block.first;
     any_partial |= LightFlags{LightType::Triangle, instance.visibility}.partial();
-    sources.push_back({block.first, count, total});
+    sources.push_back({block.first, count, total, 1.0, grows ? growth_of(block, in) : 0});
     blocks.push_back(std::move(block));
   }
+}
+
+/// The growth of the emission of some triangles of a block.
+int LightSet::Data::growth_of(const TriangleBlock& block, const LightBuildInput& in) const {
+  double near = 0.0, far = 0.0;
+  const BuiltInstance& instance = instances[block.instance];
+  const BuiltMesh& mesh = meshes[instance.mesh];
+  for (uint32_t t = 0; t < block.count; t += std::max(1u, block.count / 64)) {
+    const SlotEmission& emission = emission_of(block, t);
+    if (!emission.program) continue;
+    const WorldTriangle triangle = world_triangle(mesh, instance, t);
+    const auto mean_at = [&](float distance) {
+      const double mean = luminous(mean_emission(*emission.program, in.objects[instance.object], mesh, instance, t,
+                                                 triangle, distance * scene_radius));
+      return std::isfinite(mean) ? mean * double(triangle.area) : 0.0;
+    };
+    near += mean_at(kNear);
+    far += mean_at(kFar);
+  }
+  return ajar::growth_of(near, far);
 }
 
 void LightSet::Data::add_environment(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
@@ -191,15 +231,18 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
                          cosine, sun.radius * cosine});
     } else if (is_lamp(s.first)) {
       entries.push_back({s.first, lamp_bounds(lamps[s.first], float(power))});
+      let_grow(entries.back().bounds, s.growth, kFar * scene_radius);
     } else {
       const TriangleBlock& block = block_of(s.first);
       const BuiltInstance& instance = instances[block.instance];
       const size_t start = entries.size();
       entries.resize(start + s.count);
       tbb::parallel_for(tbb::blocked_range<uint32_t>(0, s.count, 4096), [&](const tbb::blocked_range<uint32_t>& range) {
-        for (uint32_t t = range.begin(); t != range.end(); ++t)
+        for (uint32_t t = range.begin(); t != range.end(); ++t) {
           entries[start + t] = {s.first + t, triangle_bounds(world_triangle(meshes[instance.mesh], instance, t),
                                                              float(watts[s.first + t]))};
+          let_grow(entries[start + t].bounds, s.growth, kFar * scene_radius);
+        }
       });
     }
   }

@@ -135,6 +135,8 @@ struct LightSet::Data {
   bool is_lamp(uint32_t index) const { return index < lamps.size(); }
   bool is_environment(uint32_t index) const { return int(index) == environment_index; }
 
+  double mean_factor(const Light& lamp, float distance) const;
+  int growth_of(const TriangleBlock& block, const LightBuildInput& in) const;
   void add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources);
   void add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
                      std::vector<double>& weights);

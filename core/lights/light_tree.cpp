@@ -94,7 +94,9 @@ uint64_t LightTree::fingerprint() const {
   for (const Node& node : nodes_) {
     for (const Vec3& v : {node.center, node.axis})
       for (int axis = 0; axis < 3; ++axis) add(v[axis]);
-    for (const float x : {node.radius_squared, node.cos_normals, node.cos_beyond, node.intensity}) add(x);
+    for (const float x :
+         {node.radius_squared, node.cos_normals, node.cos_beyond, node.intensity, node.growing.x, node.growing.y})
+      add(x);
     hash = hash64(hash ^ node.second ^ (uint64_t(node.leaf) << 32) ^ (uint64_t(node.two_sided) << 33));
   }
   return hash;
@@ -117,7 +119,8 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
   n.cos_normals = all.cos_normals;
   n.sin_normals = std::sqrt(std::max(0.0f, 1.0f - sqr(all.cos_normals)));
   n.cos_beyond = all.cos_beyond;
-  n.intensity = all.intensity;
+  n.intensity = std::max(all.intensity - all.grown, 0.0f);
+  n.growing = all.growing;
   n.two_sided = all.two_sided;
   n.leaf = end - begin == 1;
   if (n.leaf) {
@@ -159,15 +162,23 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
   }
 }
 
+/// The intensity for a point at this squared distance.
+float LightTree::strength(const Node& node, float distance2) {
+  if (node.growing == Vec2(0.0f)) return node.intensity;
+  return node.intensity + node.growing.x * std::sqrt(distance2) + node.growing.y * distance2;
+}
+
 float LightTree::importance(const Node& node, const Vec3& p, const Vec3& n) {
   const Vec3 d = node.center - p;
   const float distance2 = glm::dot(d, d);
-  if (!(distance2 > node.radius_squared)) return node.intensity / std::max(node.radius_squared, 1e-30f);
+  if (!(distance2 > node.radius_squared))
+    return strength(node, node.radius_squared) / std::max(node.radius_squared, 1e-30f);
   const float inverse = 1.0f / std::sqrt(distance2);
   // `size` is the half-angle of the sphere around the lights, seen from p.
   const float sin2_size = node.radius_squared / distance2;
   const float cos_size = std::sqrt(1.0f - sin2_size), sin_size = std::sqrt(sin2_size);
-  float result = node.intensity / distance2;
+  const float intensity = strength(node, distance2);
+  float result = intensity / distance2;
   // If there are normals in all directions, one of them points to p.
   if (node.cos_normals > -1.0f) {
     float cos_axis = -glm::dot(node.axis, d) * inverse;
@@ -175,7 +186,7 @@ float LightTree::importance(const Node& node, const Vec3& p, const Vec3& n) {
     if (cos_axis < node.cos_normals) {
       const float cos_out = cos_of_rest(cos_of_rest(cos_axis, node.cos_normals, node.sin_normals), cos_size, sin_size);
       if (cos_out < node.cos_beyond) return 0.0f;
-      result = node.intensity * std::max(cos_out, 0.0f) / distance2;
+      result = intensity * std::max(cos_out, 0.0f) / distance2;
     }
   }
   if (length_squared(n) > 0.0f)

@@ -62,12 +62,14 @@ class LightTree {
     Vec3 center, axis;
     float radius_squared;  // of the sphere around the box
     float cos_normals, sin_normals, cos_beyond;
-    float intensity;
+    float intensity;  // LightBounds::intensity without the part that grows
+    Vec2 growing;
     uint32_t second;  // inner node: index of the second child (the first one follows the node); leaf: the light
     bool leaf, two_sided;
   };
   static constexpr uint64_t kNoTrail = 0;
 
+  static float strength(const Node& node, float distance2);
   static float importance(const Node& node, const Vec3& p, const Vec3& n);
   static float importance_nearby(const Node& node, Vec3 p, float radius, Vec3 n);
   /// Probability of the first child; negative if neither reaches p.

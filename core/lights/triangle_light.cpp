@@ -102,15 +102,18 @@ ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& me
 }
 
 Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const BuiltMesh& mesh,
-                    const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle) {
+                    const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle, float distance) {
   // Centres of the four similar quarters.
   constexpr float a = 1.0f / 6.0f, b = 2.0f / 3.0f, c = 1.0f / 3.0f;
   const Vec2 points[4] = {{c, c}, {a, a}, {b, a}, {a, b}};
   Color sum(0.0f);
   for (Vec2 barycentric : points)
-    for (float side : {1.0f, -1.0f})
-      sum += program.evaluate_emission(
-          triangle_point(object, mesh, instance, primitive, triangle, barycentric, side * triangle.normal));
+    for (float side : {1.0f, -1.0f}) {
+      ShadingPoint point = triangle_point(object, mesh, instance, primitive, triangle, barycentric,
+                                          side * triangle.normal);
+      point.ray_length = distance;
+      sum += program.evaluate_emission(point);
+    }
   return sum / 8.0f;
 }
 

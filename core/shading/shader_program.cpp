@@ -1,4 +1,5 @@
 #include "shading/shader_program.h"
+#include "shading/functions/point_functions.h"
 
 #include <algorithm>
 #include <cstring>
@@ -301,6 +302,12 @@ void ShaderProgram::add_medium(const ShadingPoint& point, MediumPoint& medium) c
 bool ShaderProgram::is_constant() const { return data_->code.empty(); }
 bool ShaderProgram::emits() const { return !data_->emission.empty(); }
 bool ShaderProgram::emission_is_constant() const { return data_->emission_code.empty(); }
+bool ShaderProgram::emission_depends_on_distance() const {
+  return std::any_of(data_->emission_code.begin(), data_->emission_code.end(), [](const Instruction& i) {
+    return i.op == Op::LightFalloff ||
+           (i.op == Op::LightPath && nodes::LightPathOutput(i.variant) == nodes::LightPathOutput::RayLength);
+  });
+}
 bool ShaderProgram::has_volume() const { return data_->has_volume; }
 bool ShaderProgram::has_surface() const { return data_->has_surface; }
 bool ShaderProgram::medium_varies() const { return data_->medium_varies; }

@@ -942,6 +942,47 @@ TEST(LightSet, shaders_of_lamps_can_depend_on_the_distance) {
   EXPECT_NEAR(far->radiance.x / near->radiance.x, 3.0f / 9.0f, 1e-5f);
 }
 
+/// Lights of the same strength at the distance 1, of which the emission of some grows with the distance, are chosen by the
+/// light that arrives.
+TEST(LightSet, lights_whose_emission_grows_with_the_distance_are_chosen_by_what_arrives) {
+  const char* const outputs[] = {"Quadratic", "Linear", "Constant"};
+  const auto graph_of = [](const char* output, float strength) {
+    Node falloff{
+        "ShaderNodeLightFalloff", "Light Falloff", {{"Strength", {}, Vec4(strength)}, {"Smooth", {}, Vec4(0.0f)}}, {}};
+    Node emission{
+        "ShaderNodeEmission", "Emission", {{"Color", {}, Vec4(1.0f)}, {"Strength", {0, output}, Vec4(1.0f)}}, {}};
+    NodeGraph graph;
+    graph.nodes = {falloff, emission};
+    graph.surface = {1, "Emission"};
+    return graph;
+  };
+  SceneDescription lamps = dark(), meshes = dark();
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 place(std::cos(float(i) * 2.1f), std::sin(float(i) * 2.1f), 0.0f);
+    lamps.lights.push_back(point_light(place, 10.0f));
+    lamps.lights.back().graph = graph_of(outputs[i], 1.0f);
+    meshes.materials.push_back({outputs[i], graph_of(outputs[i], 3.0f), 0});
+    add_object(meshes, triangle({-0.05f, 0, 0}, {0.05f, 0, 0}, {0, 0.05f, 0}), int(meshes.materials.size()) - 1,
+               placed(place, {0, 0, 1}));
+  }
+  for (const SceneDescription& d : {lamps, meshes}) {
+    const auto scene = build(d);
+    for (const float z : {0.5f, 2.0f, 6.0f}) {
+      const Vec3 p(0, 0, z);
+      const float distance = std::sqrt(1.0f + z * z), still = scene->lights().choice_pmf(p, Vec3(0.0f), 0);
+      float sum = still;
+      for (uint32_t i = 1; i < 3; ++i) {
+        const float pmf = scene->lights().choice_pmf(p, Vec3(0.0f), i), expected = std::pow(distance, float(i));
+        // A node of two lights bounds them together.
+        EXPECT_GT(pmf / still, 0.4f * expected) << i << " from " << z;
+        EXPECT_LT(pmf / still, 2.5f * expected) << i << " from " << z;
+        sum += pmf;
+      }
+      EXPECT_NEAR(sum, 1.0f, 1e-5f);
+    }
+  }
+}
+
 }  // namespace
 
 }  // namespace ajar::test_light_set
