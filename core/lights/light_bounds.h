@@ -20,6 +20,8 @@ struct LightBounds {
   float grown = 0.0f;
   Vec2 growing{0.0f};
 };
+/// The same without the cone, for which a two-sided sum has no use in the cost of a split.
+void widen(LightBounds& sum, const LightBounds& other);
 /// Bounds of both.
 LightBounds join(const LightBounds& a, const LightBounds& b);
 /// Bounds of a local lamp that emits `watts` (luminance), which can differ from its own power by a factor of a shader.

@@ -302,6 +302,33 @@ void ShaderProgram::add_medium(const ShadingPoint& point, MediumPoint& medium) c
 bool ShaderProgram::is_constant() const { return data_->code.empty(); }
 bool ShaderProgram::emits() const { return !data_->emission.empty(); }
 bool ShaderProgram::emission_is_constant() const { return data_->emission_code.empty(); }
+bool ShaderProgram::emission_is_slow() const {
+  const auto has = [&](std::initializer_list<Op> ops) {
+    return std::any_of(data_->emission_code.begin(), data_->emission_code.end(),
+                       [&](const Instruction& i) { return std::find(ops.begin(), ops.end(), i.op) != ops.end(); });
+  };
+  return has({Op::Noise, Op::NoiseColor, Op::Voronoi, Op::Wave}) && !has({Op::Image, Op::ImageBox, Op::Environment});
+}
+bool ShaderProgram::emission_depends_on_side() const {
+  return std::any_of(data_->emission_code.begin(), data_->emission_code.end(), [](const Instruction& i) {
+    switch (i.op) {
+      case Op::ShadingNormal:
+      case Op::TrueNormal:
+      case Op::ObjectNormal:
+      case Op::Incoming:
+      case Op::Backfacing:
+      case Op::Reflection:
+      case Op::Fresnel:
+      case Op::LayerWeight:
+      case Op::NormalMap:
+      case Op::AmbientOcclusion:
+      case Op::Bump:
+      case Op::Displacement:
+      case Op::VectorDisplacement: return true;
+      default: return false;
+    }
+  });
+}
 bool ShaderProgram::emission_depends_on_distance() const {
   return std::any_of(data_->emission_code.begin(), data_->emission_code.end(), [](const Instruction& i) {
     return i.op == Op::LightFalloff ||

@@ -62,6 +62,8 @@ class ShaderProgram {
   bool is_constant() const;  ///< no instruction is executed at a hit
   bool emits() const;        ///< the emission can be non-zero
   bool emission_is_constant() const;
+  bool emission_is_slow() const;          ///< it computes noise, and looks up no image, which could have small lights
+  bool emission_depends_on_side() const;  ///< or on the direction to the eye
   bool emission_depends_on_distance() const;  ///< of the lit point: Light Falloff, Ray Length
   bool may_be_transparent() const;            ///< has a Transparent closure with a non-zero weight
   bool scatters() const;                      ///< has a closure other than emission and transparency
