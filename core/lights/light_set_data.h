@@ -157,6 +157,7 @@ struct LightSet::Data {
 
   double mean_factor(const Light& lamp, float distance) const;
   std::vector<Pending> gather_blocks(const LightBuildInput& in, Diagnostics& diagnostics) const;
+  void find_luminances(const LightBuildInput& in, std::vector<Pending>& blocks) const;
   void rate(const LightBuildInput& in, std::vector<Pending>& blocks) const;
   int growth_of(const TriangleBlock& block, const LightBuildInput& in) const;
   void add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources);

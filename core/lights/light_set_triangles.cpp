@@ -1,6 +1,9 @@
 // The emissive triangles of a LightSet: which instances emit, and the power of each triangle.
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -22,6 +25,7 @@ constexpr uint32_t kChunk = 1024;  ///< triangles in a task
 struct LightSet::Data::Pending {
   TriangleBlock block;
   bool constant = true, grows = false;
+  std::shared_ptr<std::vector<float>> luminances;  ///< of triangles of varying emission
   std::vector<double> power;
   double total = 0.0;     ///< without what is added to triangles of varying emission
   bool may_emit = false;  ///< some power, or a program that can emit
@@ -82,51 +86,70 @@ std::vector<LightSet::Data::Pending> LightSet::Data::gather_blocks(const LightBu
   return blocks;
 }
 
-/// Watts of every triangle, both sides. Where the emission varies, a fraction of the mean is added.
-void LightSet::Data::rate(const LightBuildInput& in, std::vector<Pending>& blocks) const {
+/// Mean luminances of the triangles of varying emission. Instances of a mesh share them if the emission depends on the
+/// mesh alone.
+void LightSet::Data::find_luminances(const LightBuildInput& in, std::vector<Pending>& blocks) const {
   struct Chunk {
     uint32_t block, begin, end;
   };
   std::vector<Chunk> chunks;
+  std::map<std::pair<uint32_t, std::vector<const ShaderProgram*>>, uint32_t> known;
   size_t varying = 0;
   for (uint32_t i = 0; i < blocks.size(); ++i) {
-    const uint32_t count = blocks[i].block.count;
-    blocks[i].power.resize(count);
-    varying += blocks[i].constant ? 0 : count;
+    Pending& pending = blocks[i];
+    if (pending.constant) continue;
+    std::pair<uint32_t, std::vector<const ShaderProgram*>> key{in.instances[pending.block.instance].mesh, {}};
+    bool shares = true;
+    for (const SlotEmission& slot : pending.block.slots) {
+      key.second.push_back(slot.program);
+      shares &= !slot.program || slot.program->emission_depends_on_mesh_alone();
+    }
+    if (shares) {
+      const auto [found, is_new] = known.emplace(std::move(key), i);
+      if (!is_new) {
+        pending.luminances = blocks[found->second].luminances;
+        continue;
+      }
+    }
+    const uint32_t count = pending.block.count;
+    pending.luminances = std::make_shared<std::vector<float>>(count, 0.0f);
+    varying += count;
     for (uint32_t t = 0; t < count; t += kChunk) chunks.push_back({i, t, std::min(t + kChunk, count)});
   }
   const int points = varying > kManyVarying ? 1 : 4;
   tbb::parallel_for(size_t(0), chunks.size(), [&](size_t c) {
-    Pending& pending = blocks[chunks[c].block];
+    const Pending& pending = blocks[chunks[c].block];
     const BuiltInstance& instance = in.instances[pending.block.instance];
     const BuiltMesh& mesh = in.meshes[instance.mesh];
     for (uint32_t t = chunks[c].begin; t != chunks[c].end; ++t) {
       const SlotEmission& emission = emission_of(pending.block, t);
-      if (!emission.program) continue;
+      if (!emission.program || emission.constant) continue;
       const WorldTriangle triangle = world_triangle(mesh, instance, t);
-      const Color radiance = emission.constant
-                                 ? emission.radiance
-                                 : mean_emission(*emission.program, in.objects[instance.object],
-                                                 {mesh, instance, t, triangle, kFar * scene_radius}, points);
-      const double watts = 2.0 * M_PI * double(triangle.area) * luminous(radiance);
-      pending.power[t] = std::isfinite(watts) ? watts : 0.0;
+      (*pending.luminances)[t] = float(luminous(mean_emission(
+          *emission.program, in.objects[instance.object], {mesh, instance, t, triangle, kFar * scene_radius}, points)));
     }
   });
+}
+
+/// Watts of every triangle, both sides. Where the emission varies, a fraction of the mean is added.
+void LightSet::Data::rate(const LightBuildInput& in, std::vector<Pending>& blocks) const {
+  find_luminances(in, blocks);
   tbb::parallel_for(size_t(0), blocks.size(), [&](size_t i) {
     Pending& pending = blocks[i];
-    for (const double watts : pending.power) pending.total += watts;
-    pending.may_emit = pending.total > 0.0;
-    if (pending.constant) return;
     const BuiltInstance& instance = in.instances[pending.block.instance];
-    std::vector<float> areas(pending.block.count, 0.0f);
+    std::vector<float> areas(pending.constant ? 0 : pending.block.count, 0.0f);
+    pending.power.resize(pending.block.count);
     double area = 0.0;
     for (uint32_t t = 0; t < pending.block.count; ++t) {
       const SlotEmission& emission = emission_of(pending.block, t);
-      if (!emission.program || emission.constant) continue;
+      if (!emission.program) continue;
       const float a = world_triangle(in.meshes[instance.mesh], instance, t).area;
-      if (std::isfinite(a)) areas[t] = a;
-      area += double(areas[t]);
+      const double watts = 2.0 * M_PI * double(a) *
+                           (emission.constant ? luminous(emission.radiance) : double((*pending.luminances)[t]));
+      pending.total += pending.power[t] = std::isfinite(watts) ? watts : 0.0;
+      if (!emission.constant && std::isfinite(a)) area += double(areas[t] = a);
     }
+    pending.may_emit = pending.total > 0.0;
     if (!(area > 0.0)) return;
     pending.may_emit = true;
     const double floor = pending.total > 0.0 ? double(kTriangleFloor) * pending.total / area : 1.0;

@@ -17,6 +17,7 @@ namespace {
 constexpr int kBins = 12;
 constexpr int kDeepestByCost = 32;  ///< below this depth, nodes are halved by number: a trail has at most 63 branches
 constexpr uint32_t kParallelBuild = 8192;
+constexpr size_t kSampled = 2048;  ///< about so many lights of a node decide its split
 /// Minimum cosine at the receiver: shading normals differ from geometric ones, and coats have normals of their own.
 constexpr float kMinReceiverCosine = 0.02f;
 
@@ -59,13 +60,13 @@ void join_for_cost(LightBounds& sum, const LightBounds& other) {
 
 void Split::find_cheapest(std::span<const LightTree::Entry> entries) {
   const float longest = std::max({extent.x, extent.y, extent.z});
+  const size_t step = std::max<size_t>(1, entries.size() / kSampled);
   float best_cost = kInfinity;
   for (int a = 0; a < 3; ++a) {
     if (!(extent[a] > 0.0f) || !std::isfinite(extent[a])) continue;
     std::array<LightBounds, kBins> bins, above;
-    for (const LightTree::Entry& entry : entries) {
-      join_for_cost(bins[size_t(bin_of(entry, a))], entry.bounds);
-    }
+    for (size_t i = 0; i < entries.size(); i += step)
+      join_for_cost(bins[size_t(bin_of(entries[i], a))], entries[i].bounds);
     above[kBins - 1] = bins[kBins - 1];
     for (int b = kBins - 2; b > 0; --b) {
       above[size_t(b)] = bins[size_t(b)];

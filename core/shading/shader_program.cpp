@@ -309,6 +309,12 @@ bool ShaderProgram::emission_is_slow() const {
   };
   return has({Op::Noise, Op::NoiseColor, Op::Voronoi, Op::Wave}) && !has({Op::Image, Op::ImageBox, Op::Environment});
 }
+bool ShaderProgram::emission_depends_on_mesh_alone() const {
+  return std::all_of(data_->emission_code.begin(), data_->emission_code.end(), [](const Instruction& i) {
+    return !info(i.op).needs_point || i.op == Op::Generated || i.op == Op::ActiveUv || i.op == Op::NamedUv ||
+           i.op == Op::NamedAttribute;
+  });
+}
 bool ShaderProgram::emission_depends_on_side() const {
   return std::any_of(data_->emission_code.begin(), data_->emission_code.end(), [](const Instruction& i) {
     switch (i.op) {
