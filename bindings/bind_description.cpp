@@ -418,6 +418,14 @@ void bind_light_world_camera(py::module_& module) {
                      "values remove light.")
       .def_readwrite("radius", &LightDescription::radius,
                      "float, metres, >= 0. The radius of the sphere of a point or spot lamp. 0 is a delta light.")
+      .def_readwrite(
+          "soft_falloff", &LightDescription::soft_falloff,
+          "bool. Whether a point or spot lamp is a disk of this radius that faces each lit point, instead of "
+          "a sphere. It illuminates what is close to it less, and what is inside it as well.")
+      .def_readwrite(
+          "even_spot", &LightDescription::even_spot,
+          "bool. Whether the light of a spot lamp is as strong everywhere in its cone, which has the scale of "
+          "the lamp, as since Blender 4.0. Otherwise it falls with the cosine to the axis.")
       .def_readwrite("spot_angle", &LightDescription::spot_angle,
                      "float, radians, 0 to pi. The full angle of the cone of a spot lamp.")
       .def_readwrite("spot_blend", &LightDescription::spot_blend,

@@ -157,6 +157,16 @@ def _extent(light: bpy.types.Light) -> float:
     return light.size * height * (0.25 * math.pi if light.shape in ("DISK", "ELLIPSE") else 1.0)
 
 
+def has_soft_falloff(light: bpy.types.Light) -> bool:
+    """Whether a lamp is a disk that faces the lit point, or a sphere. Until 3.6 all lamps are disks, in 4.0 and 4.1 spheres."""
+    return getattr(light, "use_soft_falloff", bpy.app.version < (4, 0))
+
+
+def spots_are_even() -> bool:
+    """Whether spot lamps are as strong everywhere in their cone, which has the scale of the lamp (since 4.0), or fall with the cosine."""
+    return bpy.app.version >= (4, 0)
+
+
 def light_color(light: bpy.types.Light) -> tuple[float, float, float]:
     """The colour of the light, times that of its temperature if it is used."""
     color = light.color

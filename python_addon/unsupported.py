@@ -58,7 +58,6 @@ OBJECT = (
 )
 LIGHT = (
     Setting("cycles.max_bounces", 1024, "Max Bounces of a lamp is not supported: its light is followed like any other"),
-    Setting("use_soft_falloff", True, "lamps without Soft Falloff are not supported"),
 )
 WORLD = (
     Setting("cycles.max_bounces", 1024, "Max Bounces of a world is not supported: its light is followed like any other"),

@@ -244,6 +244,7 @@ void fields(A& a, LightDescription& v) {
   all(a, v.name, v.kind, v.world_from_light, v.color, v.energy, v.radius, v.spot_angle, v.spot_blend, v.sun_angle,
       v.area_shape, v.area_size, v.spread, v.graph, v.visibility, v.cast_shadow, v.multiple_importance);
   if (a.has('9')) visit(a, v.light_importance);
+  if (a.has('E')) all(a, v.soft_falloff, v.even_spot);
 }
 template <class A>
 void fields(A& a, WorldDescription& v) {

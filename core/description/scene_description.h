@@ -213,6 +213,9 @@ struct LightDescription {
   uint32_t visibility = kVisibleAll;
   bool cast_shadow = true, multiple_importance = true;
   float light_importance = 1.0f;  ///< see ObjectDescription
+  /// spot: the intensity does not fall with the cosine to the axis, and the cone has the scale of the lamp
+  bool even_spot = false;
+  bool soft_falloff = false;  ///< point, spot: a disk that faces the lit point instead of the sphere
 };
 
 struct WorldDescription {

@@ -158,6 +158,7 @@ Ray Camera::panoramic_ray(Vec2 film, Vec2 lens, float time) const {
   ray.origin = origin;
   ray.direction = direction;
   ray.t_min = clip_start_;
+  ray.travelled = -ray.t_min;  // lengths of rays start at the clipping plane, as in Cycles
   ray.t_max = clip_end_;
   return to_world(ray);
 }
@@ -182,6 +183,7 @@ Ray Camera::ray_through(Vec2 film, Vec2 lens, float time) const {
   // Clipping planes are perpendicular to the view axis.
   const float along = len / std::abs(direction.z);
   ray.t_min = (clip_start_ - lens_depth_) * along;
+  ray.travelled = -ray.t_min;
   ray.t_max = (clip_end_ - lens_depth_) * along;
   ray.time = time;
   return to_world(ray);

@@ -46,28 +46,61 @@ Environment::Environment(Environment&& same, const ShaderProgram& program, uint3
   visibility_ = visibility;
 }
 
+std::vector<float> Environment::evaluate_corners(const std::vector<SkyDisc>& discs) const {
+  std::vector<float> corners(size_t(kWidth) * (kHeight + 1));
+  const auto corner = [&](int x, int y) -> float& { return corners[size_t(y) * kWidth + size_t(x % kWidth)]; };
+  const auto evaluate_at = [&](int x, int y) {
+    const double theta = M_PI * y / kHeight, phi = 2.0 * M_PI * x / kWidth, sin_theta = std::sin(theta);
+    const Vec3 wi(float(sin_theta * std::cos(phi)), float(sin_theta * std::sin(phi)), float(std::cos(theta)));
+    const bool in_disc = std::any_of(discs.begin(), discs.end(), [&](const SkyDisc& disc) {
+      return glm::dot(wi, disc.direction) > std::cos(disc.angular_radius);
+    });
+    corner(x, y) = in_disc ? 0.0f : weight(evaluate(*program_, wi, 0));
+  };
+  const int step = program_->emission_is_slow() ? kCoarse : 1, columns = kWidth / step, rows = kHeight / step;
+  tbb::parallel_for(0, rows + 1, [&](int y) {
+    for (int x = 0; x < columns; ++x) evaluate_at(x * step, y * step);
+  });
+  if (step == 1) return corners;
+
+  double mean = 0.0;
+  for (int y = 0; y <= rows; ++y)
+    for (int x = 0; x < columns; ++x)
+      mean += double(corner(x * step, y * step)) * std::sin(M_PI * y / rows) * 0.5 * M_PI / (double(rows) * columns);
+  std::vector<uint8_t> fine(size_t(columns) * size_t(rows), 0);
+  for (int y = 0; y < rows; ++y)
+    for (int x = 0; x < columns; ++x) {
+      const auto [least,
+                  most] = std::minmax({corner(x * step, y * step), corner((x + 1) * step, y * step),
+                                       corner(x * step, (y + 1) * step), corner((x + 1) * step, (y + 1) * step)});
+      if (!(double(most - least) > kContrast * mean)) continue;
+      for (int v = std::max(y - 1, 0); v <= std::min(y + 1, rows - 1); ++v)
+        for (int u = x - 1; u <= x + 1; ++u) fine[size_t(v) * size_t(columns) + size_t((u + columns) % columns)] = 1;
+    }
+  tbb::parallel_for(0, rows + 1, [&](int row) {
+    for (int x = 0; x < kWidth; ++x)
+      for (int y = row * step; y < std::min((row + 1) * step, kHeight + 1); ++y) {
+        const int dx = x % step, dy = y % step, left = x - dx, top = y - dy;
+        if (dx == 0 && dy == 0) continue;
+        if (row < rows && fine[size_t(row) * size_t(columns) + size_t(x / step)]) {
+          evaluate_at(x, y);
+          continue;
+        }
+        const float u = float(dx) / float(step), v = float(dy) / float(step);
+        const int bottom = std::min(top + step, kHeight);
+        corner(x, y) = (1.0f - v) * ((1.0f - u) * corner(left, top) + u * corner(left + step, top)) +
+                       v * ((1.0f - u) * corner(left, bottom) + u * corner(left + step, bottom));
+      }
+  });
+  return corners;
+}
+
 void Environment::build_map() {
   cos_rows_.resize(kHeight + 1);
   for (int y = 0; y <= kHeight; ++y) cos_rows_[size_t(y)] = float(std::cos(M_PI * y / kHeight));
 
   const std::vector<SkyDisc> discs = program_->sky_discs();
-  std::vector<float> corners(size_t(kWidth) * (kHeight + 1));
-  std::vector<double> cos_columns(kWidth), sin_columns(kWidth);
-  for (int x = 0; x < kWidth; ++x) {
-    cos_columns[size_t(x)] = std::cos(2.0 * M_PI * x / kWidth);
-    sin_columns[size_t(x)] = std::sin(2.0 * M_PI * x / kWidth);
-  }
-  tbb::parallel_for(0, kHeight + 1, [&](int y) {
-    const double theta = M_PI * y / kHeight, sin_theta = std::sin(theta), cos_theta = std::cos(theta);
-    for (int x = 0; x < kWidth; ++x) {
-      const Vec3 wi(float(sin_theta * cos_columns[size_t(x)]), float(sin_theta * sin_columns[size_t(x)]),
-                    float(cos_theta));
-      const bool in_disc = std::any_of(discs.begin(), discs.end(), [&](const SkyDisc& disc) {
-        return glm::dot(wi, disc.direction) > std::cos(disc.angular_radius);
-      });
-      if (!in_disc) corners[size_t(y) * kWidth + size_t(x)] = weight(evaluate(*program_, wi, 0));
-    }
-  });
+  const std::vector<float> corners = evaluate_corners(discs);
 
   std::vector<float> cells(size_t(kWidth) * kHeight);
   double sum = 0.0;

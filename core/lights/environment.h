@@ -2,7 +2,8 @@
 //
 // Importance sampling by luminance on an equirectangular grid (z up; rows of equal polar angle). The density is
 // constant over the solid angle of each cell, so poles need no special case. The program is evaluated at the corners of
-// the cells. Light sampling is always combined with BSDF sampling, which is better for an even sky. The density
+// the cells; a program that computes noise is evaluated at each fourth corner of a row and a column, and at all of them
+// where these differ much. Light sampling is always combined with BSDF sampling, which is better for an even sky. The density
 // therefore follows the luminance above the mean (MIS compensation, Karlik et al. 2019), plus a floor of kFloor of the
 // mean, so that it is positive wherever there can be radiance. A constant world has no grid, is sampled uniformly over
 // the sphere and never exceeds its mean.
@@ -37,6 +38,10 @@ class Environment {
  private:
   static constexpr int kWidth = 1024, kHeight = 512;
   static constexpr float kFloor = 0.05f;
+  static constexpr int kCoarse = 4;
+  static constexpr double
+      kContrast = 0.5;  ///< between corners, as a fraction of the mean, above which all are evaluated
+  std::vector<float> evaluate_corners(const std::vector<SkyDisc>& discs) const;
   void build_map();
   /// Adds the light of a sun to the cells of the map. Returns it as a mean over the sphere.
   double add_disc(const SkyDisc& disc, std::vector<float>& cells) const;

@@ -9,13 +9,17 @@ namespace ajar {
 
 namespace {
 
-/// Spot cone of Cycles 3.4: cosine times a smooth step inside the cone.
-float spot_profile(const Light& light, float cos_theta) {
-  if (cos_theta <= light.cos_outer) return 0.0f;
-  const float x = cos_theta - light.cos_outer;
-  if (x >= light.spot_smooth) return cos_theta;
+/// A smooth step inside the cone, times the cosine for the spots of Cycles 3.4.
+float spot_profile(const Light& light, Vec3 wo) {
+  const float along = glm::dot(wo, light.frame.n);
+  float cos_theta = along;  // in the space of the lamp
+  if (light.even_spot)
+    cos_theta /= std::sqrt(sqr(glm::dot(wo, light.edge1)) + sqr(glm::dot(wo, light.edge2)) + sqr(along));
+  if (!(cos_theta > light.cos_outer)) return 0.0f;
+  const float x = cos_theta - light.cos_outer, scale = light.even_spot ? 1.0f : along;
+  if (x >= light.spot_smooth) return scale;
   const float t = x / light.spot_smooth;
-  return cos_theta * t * t * (3.0f - 2.0f * t);
+  return scale * t * t * (3.0f - 2.0f * t);
 }
 
 /// Soft-box grid in front of an area lamp: the fraction of the light that passes its slats.
@@ -72,11 +76,30 @@ LightSample towards(const Light& light, Vec3 p, Vec3 position, Vec3 normal) {
   return s;
 }
 
+std::optional<LightSample> sample_soft(const Light& light, Vec3 p, Vec2 u) {
+  const Vec3 to_center = light.position - p;
+  const float d = glm::length(to_center), size = sphere_one_minus_cos(sqr(light.radius), sqr(d) + sqr(light.radius));
+  if (!(d > 0.0f)) return std::nullopt;
+  LightSample s;
+  s.delta = false;
+  s.normal = to_center / -d;
+  const Vec3 local = warp::square_to_cone(u, size);
+  s.wi = Frame(-s.normal).to_world(local);
+  s.distance = d / local.z;
+  s.pdf_solid_angle = warp::cone_pdf_solid_angle(size);
+  if (!std::isfinite(s.pdf_solid_angle) || !std::isfinite(s.distance)) return std::nullopt;
+  s.position = p + s.wi * s.distance;
+  s.radiance = light.radiance * lamp_profile(light, -s.wi);
+  return s;
+}
+
 std::optional<LightSample> sample_sphere(const Light& light, Vec3 p, Vec2 u) {
+  if (light.soft) return sample_soft(light, p, u);
   const Vec3 to_center = light.position - p;
   const float d2 = length_squared(to_center), r2 = sqr(light.radius);
   LightSample s;
   s.delta = false;
+  bool inside = false;
   if (d2 > r2) {
     const float d = std::sqrt(d2), size = sphere_one_minus_cos(r2, d2);
     const Vec3 local = warp::square_to_cone(u, size);
@@ -90,11 +113,12 @@ std::optional<LightSample> sample_sphere(const Light& light, Vec3 p, Vec2 u) {
     const float b = glm::dot(to_center, s.wi);
     s.distance = b + safe_sqrt(b * b - d2 + r2);
     s.pdf_solid_angle = warp::sphere_pdf_solid_angle();
+    inside = true;
   }
   if (!std::isfinite(s.pdf_solid_angle)) return std::nullopt;  // the solid angle is too small for floats
   s.position = p + s.wi * s.distance;
   s.normal = glm::normalize(s.position - light.position);
-  s.radiance = light.radiance * lamp_profile(light, -s.wi);
+  s.radiance = light.radiance * (inside && light.even_spot ? 1.0f : lamp_profile(light, -s.wi));
   return s;
 }
 
@@ -148,7 +172,7 @@ Vec3 sample_le_direction(const Light& light, Vec3 n, Vec2 u) {
   switch (light.type) {
     case LightType::Point: return warp::square_to_sphere(u);
     case LightType::Spot:
-    case LightType::SpotSphere: return light.frame.to_world(warp::square_to_cone(u, 1.0f - light.cos_outer));
+    case LightType::SpotSphere: return light.frame.to_world(warp::square_to_cone(u, 1.0f - light.cos_widest));
     case LightType::Rectangle:
     case LightType::Ellipse: {
       // Cosine-weighted inside the cone that passes the spread.
@@ -163,8 +187,8 @@ float pdf_le_direction(const Light& light, Vec3 n, Vec3 direction) {
     case LightType::Point: return warp::sphere_pdf_solid_angle();
     case LightType::Spot:
     case LightType::SpotSphere:
-      return glm::dot(direction, light.frame.n) > light.cos_outer ? warp::cone_pdf_solid_angle(1.0f - light.cos_outer)
-                                                                  : 0.0f;
+      return glm::dot(direction, light.frame.n) > light.cos_widest ? warp::cone_pdf_solid_angle(1.0f - light.cos_widest)
+                                                                   : 0.0f;
     case LightType::Rectangle:
     case LightType::Ellipse: {
       const float cos_theta = glm::dot(direction, light.frame.n), sin2_max = spread_sin2(light);
@@ -172,6 +196,17 @@ float pdf_le_direction(const Light& light, Vec3 n, Vec3 direction) {
     }
     default: return warp::cosine_hemisphere_pdf_solid_angle(glm::dot(direction, n));
   }
+}
+
+/// The cone of a spot in the space of its lamp, whose axes have these lengths.
+void set_scaled_cone(Light& light, Vec3 scale) {
+  const auto ratio = [](float a, float b) { return a > 0.0f && b > 0.0f ? a / b : 1.0f; };
+  const Vec2 shrink(ratio(scale.z, scale.x), ratio(scale.z, scale.y));
+  light.even_spot = true;
+  light.edge1 = light.frame.s * shrink.x;
+  light.edge2 = light.frame.t * shrink.y;
+  const float cosine = std::max(light.cos_outer, 0.0f), widest = 1.0f / std::min(shrink.x, shrink.y);
+  light.cos_widest = cosine > 0.0f ? cosine / std::sqrt(sqr(cosine) + (1.0f - sqr(cosine)) * sqr(widest)) : 0.0f;
 }
 
 }  // namespace
@@ -198,6 +233,7 @@ Light make_lamp(const LightDescription& d) {
         light.type = spot ? LightType::SpotSphere : LightType::Sphere;
         light.area = 4.0f * kPi * sqr(light.radius);
         light.radiance = power / (kPi * light.area);
+        light.soft = d.soft_falloff;
       } else {
         light.type = spot ? LightType::Spot : LightType::Point;
         light.radiance = power / (4.0f * kPi);
@@ -205,6 +241,8 @@ Light make_lamp(const LightDescription& d) {
       if (spot) {
         light.cos_outer = std::cos(0.5f * d.spot_angle);
         light.spot_smooth = (1.0f - light.cos_outer) * d.spot_blend;
+        light.cos_widest = light.cos_outer;
+        if (d.even_spot) set_scaled_cone(light, Vec3(glm::length(x), glm::length(y), glm::length(z)));
       }
       break;
     }
@@ -250,13 +288,16 @@ Color lamp_flux(const Light& light, float scene_radius) {
     case LightType::Sphere: return light.radiance * (kPi * light.area);
     case LightType::Spot:
     case LightType::SpotSphere: {
-      // Integral of the profile over the cone in cos(theta). The projected area of a sphere is pi r^2 in every
-      // direction.
-      constexpr int kSteps = 256;
+      // Integral of the profile over the cone. The projected area of a sphere is pi r^2 in every direction.
+      constexpr int kSteps = 256, kTurns = 32;
+      const int turns = light.even_spot ? kTurns : 1;
       double sum = 0.0;
-      for (int i = 0; i < kSteps; ++i)
-        sum += spot_profile(light, light.cos_outer + (1.0f - light.cos_outer) * (float(i) + 0.5f) / float(kSteps));
-      const float integral = 2.0f * kPi * (1.0f - light.cos_outer) * float(sum / kSteps);
+      for (int i = 0; i < kSteps * turns; ++i) {
+        const float z = light.cos_widest + (1.0f - light.cos_widest) * (float(i / turns) + 0.5f) / float(kSteps);
+        const float phi = 2.0f * kPi * (float(i % turns) + 0.5f) / float(turns), r = safe_sqrt(1.0f - z * z);
+        sum += spot_profile(light, light.frame.to_world({r * std::cos(phi), r * std::sin(phi), z}));
+      }
+      const float integral = 2.0f * kPi * (1.0f - light.cos_widest) * float(sum / (kSteps * turns));
       return light.radiance * (integral * (light.type == LightType::Spot ? 1.0f : 0.25f * light.area));
     }
     case LightType::Rectangle:
@@ -270,7 +311,7 @@ Color lamp_flux(const Light& light, float scene_radius) {
 float lamp_profile(const Light& light, Vec3 wo) {
   switch (light.type) {
     case LightType::Spot:
-    case LightType::SpotSphere: return spot_profile(light, glm::dot(wo, light.frame.n));
+    case LightType::SpotSphere: return spot_profile(light, wo);
     case LightType::Rectangle:
     case LightType::Ellipse: return spread_profile(light, glm::dot(wo, light.frame.n));
     case LightType::DistantDisk: {
@@ -319,8 +360,9 @@ float pdf_lamp_li(const Light& light, Vec3 p, Vec3 wi, float distance, Vec3) {
     case LightType::Sphere:
     case LightType::SpotSphere: {
       const float d2 = length_squared(light.position - p), r2 = sqr(light.radius);
-      const float pdf = d2 > r2 ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2))
-                                : warp::sphere_pdf_solid_angle();
+      const float pdf = light.soft ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2 + r2))
+                        : d2 > r2  ? warp::cone_pdf_solid_angle(sphere_one_minus_cos(r2, d2))
+                                   : warp::sphere_pdf_solid_angle();
       return std::isfinite(pdf) ? pdf : 0.0f;
     }
     case LightType::Rectangle:
@@ -343,7 +385,7 @@ std::optional<LightRay> sample_lamp_le(const Light& light, Vec2 u_position, Vec2
     case LightType::Sphere:
     case LightType::SpotSphere:
       r.normal = warp::square_to_sphere(u_position);
-      r.ray.origin = light.position + light.radius * r.normal;
+      r.ray.origin = light.position + (light.soft ? -light.radius : light.radius) * r.normal;
       r.ray.direction = sample_le_direction(light, r.normal, u_direction);
       if (!(glm::dot(r.ray.direction, r.normal) > 0.0f)) return std::nullopt;
       break;
@@ -393,6 +435,13 @@ void pdf_lamp_le(const Light& light, Vec3 normal, Vec3 direction, float scene_ra
 }
 
 std::optional<LampCrossing> intersect_lamp_shape(const Light& light, const Ray& ray) {
+  if (light.soft) {
+    const Vec3 from = ray.origin - ray.travelled * ray.direction;
+    const auto distance = soft_lamp_distance(light, from, ray.direction);
+    const float t = distance ? *distance - ray.travelled : 0.0f;
+    if (!distance || !(t > ray.t_min && t < ray.t_max)) return std::nullopt;
+    return LampCrossing{t, glm::normalize(from - light.position)};
+  }
   const Vec3 to_center = light.position - ray.origin;
   if (light.type == LightType::Sphere || light.type == LightType::SpotSphere) {
     const float b = glm::dot(to_center, ray.direction), d2 = length_squared(to_center), r2 = sqr(light.radius);
@@ -417,6 +466,25 @@ std::optional<LampCrossing> intersect_lamp_shape(const Light& light, const Ray& 
     return LampCrossing{t, light.frame.n};
   }
   return std::nullopt;
+}
+
+std::optional<float> soft_lamp_distance(const Light& light, Vec3 p, Vec3 wi) {
+  const Vec3 to_center = light.position - p;
+  const float distance = length_squared(to_center) / glm::dot(to_center, wi);
+  if (!(distance > 0.0f && distance < kInfinity)) return std::nullopt;
+  if (!(length_squared(distance * wi - to_center) <= sqr(light.radius))) return std::nullopt;
+  return distance;
+}
+
+std::optional<Vec3> soft_lamp_normal(const Light& light, Vec3 position, Vec3 wo) {
+  const Vec3 beside = soft_lamp_start(light, position, wo) - light.position;
+  const float left = sqr(light.radius) - length_squared(beside);
+  if (!(left >= 0.0f)) return std::nullopt;
+  return glm::normalize(std::sqrt(left) * wo - beside);
+}
+
+Vec3 soft_lamp_start(const Light& light, Vec3 position, Vec3 wo) {
+  return position - glm::dot(position - light.position, wo) * wo;
 }
 
 }  // namespace ajar

@@ -2,17 +2,23 @@
 //
 // Units (as in Cycles 3.4; P = color * energy):
 //   point, spot  W       intensity P / (4 pi); with a radius r, the radiance of the sphere is P / (4 pi^2 r^2)
-//   spot         -       times cos(theta) and, in the outer `blend` part of the cone, a smoothstep. The cosine is that
-//                        of Cycles; theta is measured from the axis, at the light.
+//   spot         -       times, in the outer `blend` part of the cone, a smoothstep, and times cos(theta) unless
+//                        LightDescription::even_spot; theta is measured from the axis, at the light. A point inside an
+//                        even spot's sphere sees all of it.
 //   area         W       radiance P / (4 A) on one side, times max(0, 1 - tan(theta) tan((pi - spread) / 2)) by the
 //                        spread, normalised to the same flux
 //   sun          W/m^2   irradiance P on a surface that faces the sun; radiance P / (pi tan^2(angle / 2) cos^3(theta)):
 //                        a disk tangent to the sphere of directions, with a uniform sampling density
-// The scale of the lamp's matrix scales area lamps only.
+// The scale of the lamp's matrix scales area lamps and the cones of even spots, not the spheres.
 //
-// Lamps never block rays. A sphere lamp is a sphere. Cycles 3.4 has a disk that faces the lit point, which is equal at
-// a distance. A sphere also emits inwards: a point inside sees its inner side. A ray hits it once, where it enters or,
-// from inside, where it leaves.
+// Lamps never block rays. A sphere also emits inwards: a point inside sees its inner side. A ray hits it once, where it
+// enters or, from inside, where it leaves.
+//
+// A soft lamp (LightDescription::soft_falloff) is a disk of the same radius r and radiance around the centre, which faces
+// the lit point. From the distance d it fills the cone sin^2 = r^2 / (r^2 + d^2), as a sphere does whose radius shrinks
+// near the point. Whole paths and rays that leave lamps place their light end on the far side of the lamp's sphere, where
+// the line of light comes in; this does not depend on the lit point, which may be inside. The normal there is the inward
+// one, and the density is that of a sphere. `soft_lamp_distance` tells whether the line illuminates a point.
 #pragma once
 
 #include <vector>
@@ -45,5 +51,12 @@ struct LampCrossing {
   Vec3 normal;
 };
 std::optional<LampCrossing> intersect_lamp_shape(const Light& light, const Ray& ray);
+
+/// For soft lamps. The distance of the disk from p in direction wi; nothing if that misses the disk.
+std::optional<float> soft_lamp_distance(const Light& light, Vec3 p, Vec3 wi);
+/// The inward normal where the line through `position` towards wo enters the sphere; nothing if it misses the sphere.
+std::optional<Vec3> soft_lamp_normal(const Light& light, Vec3 position, Vec3 wo);
+/// Where rays of the lamp's light start, which are on the line from `position` towards wo: beside the centre.
+Vec3 soft_lamp_start(const Light& light, Vec3 position, Vec3 wo);
 
 }  // namespace ajar

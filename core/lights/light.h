@@ -70,6 +70,7 @@ struct LightFlags {
   uint32_t visibility = 63;
   bool cast_shadow = true;
   bool mis = true;  ///< may also be found by BSDF sampling
+  bool soft = false;
   /// Whether only some kinds of lobes see the light (VisibilityBits of diffuse, glossy and transmission). Rough lobes
   /// are then lit by light sampling alone, which distinguishes the kinds. Rays of sharp lobes see the light if it is
   /// visible to their kind.
@@ -81,14 +82,19 @@ struct Light {
   LightType type = LightType::Point;
   uint32_t visibility = 63;
   bool cast_shadow = true;
-  bool mis = true;                              ///< may also be found by BSDF sampling
-  Vec3 position{0.0f};                          ///< centre; first vertex of a triangle
-  Frame frame;                                  ///< n: direction of emission; s, t: local x and y
-  Vec3 edge1{0.0f}, edge2{0.0f};                ///< triangle edges; half axes of rectangle and ellipse
+  bool mis = true;      ///< may also be found by BSDF sampling
+  bool soft = false;    ///< sphere: shines as a disk (lamp.h)
+  Vec3 position{0.0f};  ///< centre; first vertex of a triangle
+  Frame frame;          ///< n: direction of emission; s, t: local x and y
+  /// triangle edges; half axes of rectangle and ellipse; spot in a scaled space: local x and y, multiplied by the scale
+  /// of z over theirs
+  Vec3 edge1{0.0f}, edge2{0.0f};
   Color radiance{0.0f};                         ///< emitted (intensity for delta positions, irradiance for the suns)
   float radius = 0.0f;                          ///< of the sphere; of the sun's disk at distance 1
   float area = 0.0f;                            ///< one side; of the sun's disk at distance 1
   float cos_outer = -1.0f, spot_smooth = 0.0f;  ///< spot: edge of the cone, width of the blend in cosine
+  float cos_widest = -1.0f;                     ///< spot: cone around the axis that contains all its light
+  bool even_spot = false;                       ///< see LightDescription
   float spread_tan = 0.0f, spread_norm = 1.0f;  ///< area: slope and scale of the attenuation
   int shader = -1;                              ///< program that multiplies `radiance` at the light point; -1: none
   uint32_t instance = 0, primitive = 0;         ///< of a triangle

@@ -20,17 +20,26 @@ float orientation_measure(const LightBounds& b) {
          0.5f * kPi * (2.0f * w * std::sin(o) - std::cos(o - 2.0f * w) - 2.0f * o * std::sin(o) + b.cos_normals);
 }
 
+void widen(LightBounds& sum, const LightBounds& other) {
+  sum.lower = glm::min(sum.lower, other.lower);
+  sum.upper = glm::max(sum.upper, other.upper);
+  sum.two_sided |= other.two_sided;
+  sum.intensity += other.intensity;
+  sum.grown += other.grown;
+  sum.growing += other.growing;
+  sum.cos_beyond = std::min(sum.cos_beyond, other.cos_beyond);
+}
+
 LightBounds join(const LightBounds& a, const LightBounds& b) {
   if (!(a.intensity > 0.0f)) return b;
   if (!(b.intensity > 0.0f)) return a;
-  LightBounds sum;
-  sum.lower = glm::min(a.lower, b.lower);
-  sum.upper = glm::max(a.upper, b.upper);
-  sum.two_sided = a.two_sided || b.two_sided;
-  sum.intensity = a.intensity + b.intensity;
-  sum.cos_beyond = std::min(a.cos_beyond, b.cos_beyond);
+  LightBounds sum = a;
+  widen(sum, b);
   const LightBounds& wide = a.cos_normals <= b.cos_normals ? a : b;
   const LightBounds& narrow = a.cos_normals <= b.cos_normals ? b : a;
+  sum.axis = wide.axis;
+  sum.cos_normals = wide.cos_normals;
+  if (!(wide.cos_normals > -1.0f)) return sum;
   // For two-sided emission, a normal may be reversed.
   float cosine = std::clamp(glm::dot(wide.axis, narrow.axis), -1.0f, 1.0f);
   Vec3 other = narrow.axis;
@@ -39,8 +48,6 @@ LightBounds join(const LightBounds& a, const LightBounds& b) {
     other = -other;
   }
   const float between = angle_of(cosine), o = angle_of(wide.cos_normals), o_narrow = angle_of(narrow.cos_normals);
-  sum.axis = wide.axis;
-  sum.cos_normals = wide.cos_normals;
   if (std::min(between + o_narrow, kPi) <= o) return sum;
   const float half = 0.5f * (o + between + o_narrow);
   const Vec3 across = other - cosine * wide.axis;
@@ -53,6 +60,12 @@ LightBounds join(const LightBounds& a, const LightBounds& b) {
   sum.axis = glm::normalize(std::cos(turn) * wide.axis + std::sin(turn) / std::sqrt(length2) * across);
   sum.cos_normals = std::cos(half);
   return sum;
+}
+
+void let_grow(LightBounds& bounds, int power, float distance) {
+  if (power < 1) return;
+  bounds.grown = bounds.intensity;
+  bounds.growing[power - 1] = bounds.intensity / (power == 1 ? distance : sqr(distance));
 }
 
 LightBounds lamp_bounds(const Light& lamp, float watts) {
@@ -71,7 +84,7 @@ LightBounds lamp_bounds(const Light& lamp, float watts) {
     case LightType::Spot:
     case LightType::SpotSphere:
       b.axis = lamp.frame.n;
-      b.cos_beyond = lamp.cos_outer - 1e-4f;
+      b.cos_beyond = lamp.cos_widest - 1e-4f;
       peak = lamp.type == LightType::Spot ? 1.0f : kPi * sqr(lamp.radius);
       break;
     default: b.cos_normals = -1.0f; peak = lamp.type == LightType::Point ? 1.0f : kPi * sqr(lamp.radius);

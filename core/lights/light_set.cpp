@@ -60,7 +60,7 @@ LightFlags LightSet::flags(uint32_t index) const {
   const Data& d = *data_;
   if (d.is_lamp(index)) {
     const Light& lamp = d.lamps[index];
-    return {lamp.type, lamp.visibility, lamp.cast_shadow, lamp.mis};
+    return {lamp.type, lamp.visibility, lamp.cast_shadow, lamp.mis, lamp.soft};
   }
   if (d.is_environment(index)) return {LightType::Environment, d.environment_visibility, true, true};
   return {LightType::Triangle, d.instances[d.block_of(index).instance].visibility, true, true};

@@ -9,24 +9,23 @@ namespace ajar {
 
 namespace {
 
-/// Triangles with varying emission also get this fraction of the mean of their instance.
-constexpr float kTriangleFloor = 0.05f;
 /// With media and at most so many lights, half of the choices are uniform.
 constexpr size_t kMaxLightsForEven = 8;
 /// Share of the probability of distant lights that is divided equally among them: a sky matters where the sun is
 /// hidden.
 constexpr float kEqualDistant = 0.25f;
 
-double luminous(Color c) { return luminance(glm::abs(c)); }
-
 }  // namespace
 
-/// A lamp, an emissive instance or the environment, for the tables of choice.
-struct LightSet::Data::Source {
-  uint32_t first, count;
-  double power;         // 0: may emit although the estimate found nothing
-  double chosen = 1.0;  // fraction of the power that counts for the choice
-};
+/// Mean of a lamp's shader over directions, at the centre.
+double LightSet::Data::mean_factor(const Light& lamp, float distance) const {
+  double sum = 0.0;
+  for (int k = 0; k < 64; ++k) {
+    const Vec3 wo = warp::square_to_sphere({(float(k % 8) + 0.5f) / 8.0f, (float(k / 8) + 0.5f) / 8.0f});
+    sum += luminous(shader_factor(lamp, lamp.position, wo, 0.0f, distance, 0)) / 64.0;
+  }
+  return sum;
+}
 
 void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources) {
   for (size_t i = 0; i < in.description.lights.size(); ++i) {
@@ -34,6 +33,7 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
     Light light = make_lamp(description);
     bool may_emit = true;
     double factor = 1.0;
+    int growth = 0;
     if (!description.graph.empty()) {
       const ShaderProgram& program = in.lamp_programs[i];
       may_emit = program.emits();
@@ -41,12 +41,9 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
         light.radiance *= program.evaluate_emission(ShadingPoint());
       } else if (may_emit) {
         light.shader = int(i);
-        // Mean of the shader over directions, at the centre.
-        factor = 0.0;
-        for (int k = 0; k < 64; ++k) {
-          const Vec3 wo = warp::square_to_sphere({(float(k % 8) + 0.5f) / 8.0f, (float(k / 8) + 0.5f) / 8.0f});
-          factor += luminous(shader_factor(light, light.position, wo, 0.0f, kUsualDistance, 0)) / 64.0;
-        }
+        const bool grows = program.emission_depends_on_distance() && !is_distant(light.type);
+        factor = mean_factor(light, grows ? kFar * scene_radius : kUsualDistance);
+        if (grows) growth = growth_between(mean_factor(light, kNear * scene_radius), factor);
         if (!std::isfinite(factor)) factor = 0.0;
       }
     }
@@ -58,87 +55,12 @@ void LightSet::Data::add_lamps(const LightBuildInput& in, Diagnostics& diagnosti
       light.radiance = Color(0.0f);
     } else if (power > 0.0) {
       light.power = float(power * factor);
-      sources.push_back({uint32_t(i), 1, power * factor});
+      sources.push_back({uint32_t(i), 1, power * factor, 1.0, growth});
     }
     if (light.type == LightType::DistantDisk && !is_black(light.radiance) && light.mis)
       distant_disks.push_back(uint32_t(i));
     any_partial |= !is_black(light.radiance) && LightFlags{light.type, light.visibility}.partial();
     lamps.push_back(light);
-  }
-}
-
-void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
-                                   std::vector<double>& weights) {
-  for (size_t i = 0; i < in.instances.size(); ++i) {
-    BuiltInstance& instance = in.instances[i];
-    const BuiltMesh& mesh = in.meshes[instance.mesh];
-    const uint32_t count = uint32_t(mesh.triangles.size());
-    TriangleBlock block;
-    block.instance = uint32_t(i);
-    block.first = uint32_t(weights.size());
-    block.count = count;
-    bool emits = false, constant = true;
-    for (uint32_t slot = 0; slot < std::max(1u, instance.material_count); ++slot) {
-      SlotEmission emission;
-      const ShaderProgram& program = in.programs[in.material_table[instance.first_material + slot]];
-      if (program.emits()) {
-        emission.program = &program;
-        emission.constant = program.emission_is_constant();
-        if (emission.constant) emission.radiance = program.evaluate_emission(ShadingPoint());
-        if (!is_finite(emission.radiance)) {
-          report_once(diagnostics,
-                      {Diagnostic::Severity::Error, in.objects[instance.object].name,
-                       "The emission of a material is not a finite number; the object is not used as a light."});
-          emission.program = nullptr;
-        }
-        emits |= emission.program && (!emission.constant || !is_black(emission.radiance));
-        constant &= emission.constant;
-      }
-      block.slots.push_back(emission);
-    }
-    if (emits && mesh.strands)
-      report_once(diagnostics, {Diagnostic::Severity::Warning, in.objects[instance.object].name,
-                                "The object's hair emits light, which only random rays find: expect noise."});
-    // Only a ray at its time finds the positions of the triangles of a moving object.
-    if (!emits || count == 0 || instance.motion) continue;
-    if (uint64_t(block.first) + count > 0x7fffffffu) {
-      report_once(diagnostics, {Diagnostic::Severity::Error, in.objects[instance.object].name,
-                                "Too many emissive triangles; the object is not used as a light."});
-      continue;
-    }
-
-    // Watts of every triangle, both sides. Where the emission varies, a fraction of the mean is added.
-    weights.resize(block.first + size_t(count), 0.0);
-    double* const power = weights.data() + block.first;
-    std::vector<float> areas(constant ? 0 : count, 0.0f);
-    tbb::parallel_for(tbb::blocked_range<uint32_t>(0, count, 4096), [&](const tbb::blocked_range<uint32_t>& range) {
-      for (uint32_t t = range.begin(); t != range.end(); ++t) {
-        const SlotEmission& emission = emission_of(block, t);
-        if (!emission.program) continue;
-        const WorldTriangle triangle = world_triangle(mesh, instance, t);
-        const Color radiance = emission.constant ? emission.radiance
-                                                 : mean_emission(*emission.program, in.objects[instance.object], mesh,
-                                                                 instance, t, triangle);
-        const double watts = 2.0 * M_PI * double(triangle.area) * luminous(radiance);
-        power[t] = std::isfinite(watts) ? watts : 0.0;
-        if (!constant && !emission.constant && std::isfinite(triangle.area)) areas[t] = triangle.area;
-      }
-    });
-    double total = 0.0, area = 0.0;
-    for (uint32_t t = 0; t < count; ++t) total += power[t];
-    for (float a : areas) area += a;
-    if (area > 0.0) {
-      const double floor = total > 0.0 ? kTriangleFloor * total / area : 1.0;
-      for (uint32_t t = 0; t < count; ++t) power[t] += floor * areas[t];
-    }
-    if (!(total > 0.0) && !(area > 0.0)) {
-      weights.resize(block.first);
-      continue;
-    }
-    instance.first_light = block.first;
-    any_partial |= LightFlags{LightType::Triangle, instance.visibility}.partial();
-    sources.push_back({block.first, count, total});
-    blocks.push_back(std::move(block));
   }
 }
 
@@ -191,15 +113,18 @@ void LightSet::Data::make_tables(const std::vector<Source>& sources, const std::
                          cosine, sun.radius * cosine});
     } else if (is_lamp(s.first)) {
       entries.push_back({s.first, lamp_bounds(lamps[s.first], float(power))});
+      let_grow(entries.back().bounds, s.growth, kFar * scene_radius);
     } else {
       const TriangleBlock& block = block_of(s.first);
       const BuiltInstance& instance = instances[block.instance];
       const size_t start = entries.size();
       entries.resize(start + s.count);
       tbb::parallel_for(tbb::blocked_range<uint32_t>(0, s.count, 4096), [&](const tbb::blocked_range<uint32_t>& range) {
-        for (uint32_t t = range.begin(); t != range.end(); ++t)
+        for (uint32_t t = range.begin(); t != range.end(); ++t) {
           entries[start + t] = {s.first + t, triangle_bounds(world_triangle(meshes[instance.mesh], instance, t),
                                                              float(watts[s.first + t]))};
+          let_grow(entries[start + t].bounds, s.growth, kFar * scene_radius);
+        }
       });
     }
   }

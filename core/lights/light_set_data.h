@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -15,6 +16,24 @@
 #include "math/warps.h"
 
 namespace ajar {
+
+/// The distances at which emission that depends on the distance of the lit point is compared, as fractions of the radius
+/// of the scene.
+inline constexpr float kFar = 0.5f, kNear = kFar / 8.0f;
+/// The power of the distance, 0 to 2, with which an emission grows from kNear to kFar.
+inline int growth_between(double near, double far) {
+  if (!(near > 0.0)) return far > 0.0 ? 2 : 0;
+  return std::clamp(int(std::lround(std::log2(std::max(far / near, 1.0)) / 3.0)), 0, 2);
+}
+inline double luminous(Color c) { return luminance(glm::abs(c)); }
+
+/// A lamp, an emissive instance or the environment, for the tables of choice.
+struct LightSource {
+  uint32_t first, count;
+  double power;         // 0: may emit although the estimate found nothing
+  double chosen = 1.0;  // fraction of the power that counts for the choice
+  int growth = 0;       // power of the distance with which it grows; `power` is that at kFar
+};
 
 struct LightSet::Data {
   /// Minimum and maximum probability of all distant lights together if there are other lights: occlusion is not known.
@@ -46,7 +65,8 @@ struct LightSet::Data {
       return irradiance * (cosine >= cos_size ? 1.0f : std::max(cosine * cos_size + sine * sin_size, kMinSunCosine));
     }
   };
-  struct Source;
+  using Source = LightSource;
+  struct Pending;
 
   const ObjectDescription* objects = nullptr;
   const BuiltMesh* meshes = nullptr;
@@ -135,6 +155,11 @@ struct LightSet::Data {
   bool is_lamp(uint32_t index) const { return index < lamps.size(); }
   bool is_environment(uint32_t index) const { return int(index) == environment_index; }
 
+  double mean_factor(const Light& lamp, float distance) const;
+  std::vector<Pending> gather_blocks(const LightBuildInput& in, Diagnostics& diagnostics) const;
+  void find_luminances(const LightBuildInput& in, std::vector<Pending>& blocks) const;
+  void rate(const LightBuildInput& in, std::vector<Pending>& blocks) const;
+  int growth_of(const TriangleBlock& block, const LightBuildInput& in) const;
   void add_lamps(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources);
   void add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
                      std::vector<double>& weights);
@@ -143,7 +168,10 @@ struct LightSet::Data {
   void make_tables(const std::vector<Source>& sources, const std::vector<double>& inside, bool has_media);
 
   Color lamp_radiance(const Light& light, Vec3 position, Vec3 wo, float time, float distance, uint32_t ray_kind) const {
-    const Color radiance = light.radiance * lamp_profile(light, wo);
+    // Of a point lamp or a soft one, the profile is the same inside and outside.
+    const bool all_of_it = light.even_spot && light.type == LightType::SpotSphere && !light.soft &&
+                           length_squared(position + distance * wo - light.position) < sqr(light.radius);
+    const Color radiance = all_of_it ? light.radiance : light.radiance * lamp_profile(light, wo);
     return light.shader < 0 || is_black(radiance)
                ? radiance
                : radiance * shader_factor(light, position, wo, time, distance, ray_kind);

@@ -17,6 +17,7 @@ namespace {
 constexpr int kBins = 12;
 constexpr int kDeepestByCost = 32;  ///< below this depth, nodes are halved by number: a trail has at most 63 branches
 constexpr uint32_t kParallelBuild = 8192;
+constexpr size_t kSampled = 2048;  ///< about so many lights of a node decide its split
 /// Minimum cosine at the receiver: shading normals differ from geometric ones, and coats have normals of their own.
 constexpr float kMinReceiverCosine = 0.02f;
 
@@ -49,21 +50,31 @@ struct Split {
   void find_cheapest(std::span<const LightTree::Entry> entries);
 };
 
+/// Joins for the cost of a split, where the cone of a two-sided sum does not count.
+void join_for_cost(LightBounds& sum, const LightBounds& other) {
+  if (sum.intensity > 0.0f && (sum.two_sided || other.two_sided))
+    widen(sum, other);
+  else
+    sum = join(sum, other);
+}
+
 void Split::find_cheapest(std::span<const LightTree::Entry> entries) {
   const float longest = std::max({extent.x, extent.y, extent.z});
+  const size_t step = std::max<size_t>(1, entries.size() / kSampled);
   float best_cost = kInfinity;
   for (int a = 0; a < 3; ++a) {
     if (!(extent[a] > 0.0f) || !std::isfinite(extent[a])) continue;
     std::array<LightBounds, kBins> bins, above;
-    for (const LightTree::Entry& entry : entries) {
-      LightBounds& bounds = bins[size_t(bin_of(entry, a))];
-      bounds = join(bounds, entry.bounds);
-    }
+    for (size_t i = 0; i < entries.size(); i += step)
+      join_for_cost(bins[size_t(bin_of(entries[i], a))], entries[i].bounds);
     above[kBins - 1] = bins[kBins - 1];
-    for (int b = kBins - 2; b > 0; --b) above[size_t(b)] = join(bins[size_t(b)], above[size_t(b) + 1]);
+    for (int b = kBins - 2; b > 0; --b) {
+      above[size_t(b)] = bins[size_t(b)];
+      join_for_cost(above[size_t(b)], above[size_t(b) + 1]);
+    }
     LightBounds below;
     for (int b = 0; b + 1 < kBins; ++b) {
-      below = join(below, bins[size_t(b)]);
+      join_for_cost(below, bins[size_t(b)]);
       const LightBounds& rest = above[size_t(b) + 1];
       if (!(below.intensity > 0.0f) || !(rest.intensity > 0.0f)) continue;
       // Thin slices make needle-shaped nodes, so their cost is scaled by their longest side.
@@ -94,38 +105,42 @@ uint64_t LightTree::fingerprint() const {
   for (const Node& node : nodes_) {
     for (const Vec3& v : {node.center, node.axis})
       for (int axis = 0; axis < 3; ++axis) add(v[axis]);
-    for (const float x : {node.radius_squared, node.cos_normals, node.cos_beyond, node.intensity}) add(x);
+    for (const float x :
+         {node.radius_squared, node.cos_normals, node.cos_beyond, node.intensity, node.growing.x, node.growing.y})
+      add(x);
     hash = hash64(hash ^ node.second ^ (uint64_t(node.leaf) << 32) ^ (uint64_t(node.two_sided) << 33));
   }
   return hash;
 }
 
-void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail) {
-  LightBounds all;
+void LightTree::set_bounds(Node& n, const LightBounds& bounds) {
+  n.center = center_of(bounds);
+  const Vec3 half = 0.5f * bounds.upper - 0.5f * bounds.lower;
+  n.radius_squared = glm::dot(half, half);
+  n.axis = bounds.axis;
+  n.cos_normals = bounds.cos_normals;
+  n.sin_normals = std::sqrt(std::max(0.0f, 1.0f - sqr(bounds.cos_normals)));
+  n.cos_beyond = bounds.cos_beyond;
+  n.intensity = std::max(bounds.intensity - bounds.grown, 0.0f);
+  n.growing = bounds.growing;
+  n.two_sided = bounds.two_sided;
+}
+
+LightBounds LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail) {
+  Node& n = nodes_[node];
+  n.leaf = end - begin == 1;
+  if (n.leaf) {
+    set_bounds(n, entries[begin].bounds);
+    n.second = entries[begin].light;
+    trails_[n.second] = trail;
+    return entries[begin].bounds;
+  }
   Vec3 lower(kInfinity), upper(-kInfinity);
   for (uint32_t i = begin; i < end; ++i) {
-    all = join(all, entries[i].bounds);
     const Vec3 c = center_of(entries[i].bounds);
     lower = glm::min(lower, c);
     upper = glm::max(upper, c);
   }
-  Node& n = nodes_[node];
-  n.center = center_of(all);
-  const Vec3 half = 0.5f * all.upper - 0.5f * all.lower;
-  n.radius_squared = glm::dot(half, half);
-  n.axis = all.axis;
-  n.cos_normals = all.cos_normals;
-  n.sin_normals = std::sqrt(std::max(0.0f, 1.0f - sqr(all.cos_normals)));
-  n.cos_beyond = all.cos_beyond;
-  n.intensity = all.intensity;
-  n.two_sided = all.two_sided;
-  n.leaf = end - begin == 1;
-  if (n.leaf) {
-    n.second = entries[begin].light;
-    trails_[n.second] = trail;
-    return;
-  }
-
   const Vec3 extent = upper - lower;
   int depth = 0;
   for (uint64_t t = trail; t > 1; t >>= 1) ++depth;
@@ -149,25 +164,37 @@ void LightTree::build(std::vector<Entry>& entries, uint32_t begin, uint32_t end,
   // The trail grows at its top: the bit that ends it moves up.
   const uint64_t end_bit = uint64_t(1) << depth, deeper = end_bit << 1;
   const uint64_t to_first = (trail ^ end_bit) | deeper, to_second = trail | deeper;
-  const auto build_first = [&] { build(entries, begin, middle, node + 1, to_first); };
-  const auto build_second = [&] { build(entries, middle, end, second, to_second); };
+  LightBounds of_first, of_second;
+  const auto build_first = [&] { of_first = build(entries, begin, middle, node + 1, to_first); };
+  const auto build_second = [&] { of_second = build(entries, middle, end, second, to_second); };
   if (end - begin > kParallelBuild) {
     tbb::parallel_invoke(build_first, build_second);
   } else {
     build_first();
     build_second();
   }
+  const LightBounds both = join(of_first, of_second);
+  set_bounds(n, both);
+  return both;
+}
+
+/// The intensity for a point at this squared distance.
+float LightTree::strength(const Node& node, float distance2) {
+  if (node.growing == Vec2(0.0f)) return node.intensity;
+  return node.intensity + node.growing.x * std::sqrt(distance2) + node.growing.y * distance2;
 }
 
 float LightTree::importance(const Node& node, const Vec3& p, const Vec3& n) {
   const Vec3 d = node.center - p;
   const float distance2 = glm::dot(d, d);
-  if (!(distance2 > node.radius_squared)) return node.intensity / std::max(node.radius_squared, 1e-30f);
+  if (!(distance2 > node.radius_squared))
+    return strength(node, node.radius_squared) / std::max(node.radius_squared, 1e-30f);
   const float inverse = 1.0f / std::sqrt(distance2);
   // `size` is the half-angle of the sphere around the lights, seen from p.
   const float sin2_size = node.radius_squared / distance2;
   const float cos_size = std::sqrt(1.0f - sin2_size), sin_size = std::sqrt(sin2_size);
-  float result = node.intensity / distance2;
+  const float intensity = strength(node, distance2);
+  float result = intensity / distance2;
   // If there are normals in all directions, one of them points to p.
   if (node.cos_normals > -1.0f) {
     float cos_axis = -glm::dot(node.axis, d) * inverse;
@@ -175,7 +202,7 @@ float LightTree::importance(const Node& node, const Vec3& p, const Vec3& n) {
     if (cos_axis < node.cos_normals) {
       const float cos_out = cos_of_rest(cos_of_rest(cos_axis, node.cos_normals, node.sin_normals), cos_size, sin_size);
       if (cos_out < node.cos_beyond) return 0.0f;
-      result = node.intensity * std::max(cos_out, 0.0f) / distance2;
+      result = intensity * std::max(cos_out, 0.0f) / distance2;
     }
   }
   if (length_squared(n) > 0.0f)

@@ -62,17 +62,21 @@ class LightTree {
     Vec3 center, axis;
     float radius_squared;  // of the sphere around the box
     float cos_normals, sin_normals, cos_beyond;
-    float intensity;
+    float intensity;  // LightBounds::intensity without the part that grows
+    Vec2 growing;
     uint32_t second;  // inner node: index of the second child (the first one follows the node); leaf: the light
     bool leaf, two_sided;
   };
   static constexpr uint64_t kNoTrail = 0;
 
+  static float strength(const Node& node, float distance2);
   static float importance(const Node& node, const Vec3& p, const Vec3& n);
   static float importance_nearby(const Node& node, Vec3 p, float radius, Vec3 n);
   /// Probability of the first child; negative if neither reaches p.
   float first_share(uint32_t node, const Vec3& p, const Vec3& n) const;
-  void build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail);
+  static void set_bounds(Node& node, const LightBounds& bounds);
+  /// Returns the bounds of these entries.
+  LightBounds build(std::vector<Entry>& entries, uint32_t begin, uint32_t end, uint32_t node, uint64_t trail);
 
   std::vector<Node> nodes_;
   // For each light: the branches from the root to it, lowest bit first, and above them a bit that marks the end. 0: not

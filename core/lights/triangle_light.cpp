@@ -101,17 +101,22 @@ ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& me
   return point;
 }
 
-Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const BuiltMesh& mesh,
-                    const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle) {
-  // Centres of the four similar quarters.
+Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const SeenTriangle& seen,
+                    int points) {
+  // Centres of the four similar quarters; the first is that of the whole.
   constexpr float a = 1.0f / 6.0f, b = 2.0f / 3.0f, c = 1.0f / 3.0f;
-  const Vec2 points[4] = {{c, c}, {a, a}, {b, a}, {a, b}};
+  const Vec2 places[4] = {{c, c}, {a, a}, {b, a}, {a, b}};
+  const int sides = program.emission_depends_on_side() ? 2 : 1;
   Color sum(0.0f);
-  for (Vec2 barycentric : points)
-    for (float side : {1.0f, -1.0f})
-      sum += program.evaluate_emission(
-          triangle_point(object, mesh, instance, primitive, triangle, barycentric, side * triangle.normal));
-  return sum / 8.0f;
+  for (int i = 0; i < points; ++i)
+    for (int side = 0; side < sides; ++side) {
+      const Vec3 wo = side == 0 ? seen.triangle.normal : -seen.triangle.normal;
+      ShadingPoint point = triangle_point(object, seen.mesh, seen.instance, seen.primitive, seen.triangle, places[i],
+                                          wo);
+      point.ray_length = seen.distance;
+      sum += program.evaluate_emission(point);
+    }
+  return sum / float(points * sides);
 }
 
 }  // namespace ajar

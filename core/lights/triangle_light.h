@@ -35,8 +35,16 @@ float pdf_triangle_li(const WorldTriangle& triangle, Vec3 p, Vec3 wi, float dist
 ShadingPoint triangle_point(const ObjectDescription& object, const BuiltMesh& mesh, const BuiltInstance& instance,
                             uint32_t primitive, const WorldTriangle& triangle, Vec2 barycentric, Vec3 wo);
 
-/// Mean emitted radiance over the triangle and both sides, estimated at a few points.
-Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const BuiltMesh& mesh,
-                    const BuiltInstance& instance, uint32_t primitive, const WorldTriangle& triangle);
+/// A triangle of an instance, and the distance from which it is seen.
+struct SeenTriangle {
+  const BuiltMesh& mesh;
+  const BuiltInstance& instance;
+  uint32_t primitive;
+  const WorldTriangle& triangle;
+  float distance;
+};
+/// Mean emitted radiance over the triangle and both sides, estimated at 4 points or at 1.
+Color mean_emission(const ShaderProgram& program, const ObjectDescription& object, const SeenTriangle& seen,
+                    int points);
 
 }  // namespace ajar

@@ -53,7 +53,8 @@ struct Ray {
   Vec3 direction{0.0f, 0.0f, 1.0f};  ///< unit length
   float t_min = 0.0f;
   float t_max = kInfinity;
-  float time = 0.0f;  ///< in [0, 1] over the shutter interval
+  float time = 0.0f;       ///< in [0, 1] over the shutter interval
+  float travelled = 0.0f;  ///< before the origin, in the same direction, through surfaces that it has passed straight
 };
 
 }  // namespace ajar

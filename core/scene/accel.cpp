@@ -1,8 +1,8 @@
 #include "scene/accel.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstdlib>
-#include <cstring>
 #include <mutex>
 #include <utility>
 
@@ -10,7 +10,7 @@
 #include <tbb/version.h>
 
 #include "lights/lamp.h"
-#include "scene/embree.h"
+#include "scene/lamp_geometry.h"
 #include "scene/scene.h"
 
 namespace ajar {
@@ -96,7 +96,7 @@ struct Accel::Data {
   std::vector<uint32_t> lamp_of_geometry;
   std::vector<Light> few_lamps;  // a loop over few lamps is faster than a structure
   std::vector<uint32_t> few_lamp_indices;
-  std::vector<Vec4> lamp_spheres;  // centre and radius, for their filter; never reallocated
+  std::vector<Light> lamp_shapes;  // of geometries; never reallocated
   const std::atomic<bool>* stop = nullptr;
 
   ~Data() {
@@ -278,43 +278,13 @@ size_t Accel::placed_instances() const { return data_->placed; }
 
 Accel::~Accel() = default;
 
-namespace {
-
-/// Ellipses are quads without their corners.
-void reject_outside_ellipse(const RTCFilterFunctionNArguments* args) {
-  for (unsigned i = 0; i < args->N; ++i) {
-    if (args->valid[i] != -1) continue;
-    const float u = 2.0f * RTCHitN_u(args->hit, args->N, i) - 1.0f, v = 2.0f * RTCHitN_v(args->hit, args->N, i) - 1.0f;
-    if (u * u + v * v > 1.0f) args->valid[i] = 0;
-  }
-}
-
-/// A ray sees a sphere once: where it enters or, with an origin inside, where it leaves.
-void accept_one_side_of_sphere(const RTCFilterFunctionNArguments* args) {
-  const Vec4& sphere = *static_cast<const Vec4*>(args->geometryUserPtr);
-  const unsigned n = args->N;
-  for (unsigned i = 0; i < n; ++i) {
-    if (args->valid[i] != -1) continue;
-    const Vec3 origin(RTCRayN_org_x(args->ray, n, i), RTCRayN_org_y(args->ray, n, i), RTCRayN_org_z(args->ray, n, i));
-    const Vec3 direction(RTCRayN_dir_x(args->ray, n, i), RTCRayN_dir_y(args->ray, n, i),
-                         RTCRayN_dir_z(args->ray, n, i));
-    const Vec3 ng(RTCHitN_Ng_x(args->hit, n, i), RTCHitN_Ng_y(args->hit, n, i), RTCHitN_Ng_z(args->hit, n, i));
-    const bool inside = length_squared(origin - Vec3(sphere)) <= sqr(sphere.w), leaves = glm::dot(ng, direction) > 0.0f;
-    if (inside != leaves) args->valid[i] = 0;
-  }
-}
-
-}  // namespace
-
 void Accel::build_lamps(const LightSet& lights) {
   Data& d = *data_;
   constexpr size_t kFew = 8;
   std::vector<uint32_t> shapes;
   for (uint32_t i = 0; i < lights.lamp_count(); ++i) {
     const Light light = lights.light(i);
-    const bool has_shape = light.type == LightType::Sphere || light.type == LightType::SpotSphere ||
-                           light.type == LightType::Rectangle || light.type == LightType::Ellipse;
-    if (has_shape && light.mis && !is_black(light.radiance)) shapes.push_back(i);
+    if (has_shape(light) && light.mis && !is_black(light.radiance)) shapes.push_back(i);
   }
   if (shapes.size() <= kFew) {
     for (uint32_t i : shapes) d.few_lamps.push_back(lights.light(i));
@@ -322,34 +292,10 @@ void Accel::build_lamps(const LightSet& lights) {
     return;
   }
   d.lamps = d.new_scene();
-  d.lamp_spheres.reserve(shapes.size());
+  d.lamp_shapes.reserve(shapes.size());
   for (uint32_t i : shapes) {
-    const Light light = lights.light(i);
-    const bool sphere = light.type == LightType::Sphere || light.type == LightType::SpotSphere;
-    RTCGeometry geometry;
-    if (sphere) {
-      geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
-      auto* point = static_cast<float*>(
-          rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 16, 1));
-      std::memcpy(point, &light.position, 12);
-      point[3] = light.radius;
-      d.lamp_spheres.emplace_back(light.position, light.radius);
-      rtcSetGeometryUserData(geometry, &d.lamp_spheres.back());
-      rtcSetGeometryIntersectFilterFunction(geometry, accept_one_side_of_sphere);
-    } else {
-      geometry = rtcNewGeometry(d.device, RTC_GEOMETRY_TYPE_QUAD);
-      auto* corners = static_cast<Vec3*>(
-          rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, 4));
-      auto* index = static_cast<uint32_t*>(
-          rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 16, 1));
-      corners[0] = light.position - light.edge1 - light.edge2;
-      corners[1] = light.position + light.edge1 - light.edge2;
-      corners[2] = light.position + light.edge1 + light.edge2;
-      corners[3] = light.position - light.edge1 + light.edge2;
-      for (uint32_t k = 0; k < 4; ++k) index[k] = k;
-      if (light.type == LightType::Ellipse) rtcSetGeometryIntersectFilterFunction(geometry, reject_outside_ellipse);
-    }
-    rtcSetGeometryMask(geometry, light.visibility);
+    d.lamp_shapes.push_back(lights.light(i));
+    RTCGeometry geometry = lamp_geometry(d.device, d.lamp_shapes.back());
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(d.lamps, geometry, unsigned(d.lamp_of_geometry.size()));
     rtcReleaseGeometry(geometry);
@@ -469,7 +415,12 @@ void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) cons
     return;
   }
   if (!data_->lamps || !is_traceable(ray)) return;
-  const RTCRayHit query = nearest(data_->lamps, ray, visibility_mask(ray_kind), false);
+  RTCRayHit query;
+  fill(query.ray, ray, visibility_mask(ray_kind));
+  query.ray.id = std::bit_cast<unsigned>(ray.travelled);
+  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  embree::intersect(data_->lamps, query, false);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
   hit.t = query.ray.tfar;
   hit.light = data_->lamp_of_geometry[query.hit.geomID];

@@ -1,4 +1,4 @@
-// Ray queries on the built geometry. Only accel.cpp includes Embree.
+// Ray queries on the built geometry. Only accel.cpp and lamp_geometry.cpp include Embree.
 //
 // A hit names the instance (index into Scene::instances) and the triangle of its mesh. Baked meshes are in the
 // top-level structure. Other meshes have one structure each, which Embree instances share. Lamps with extent have a

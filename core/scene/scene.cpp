@@ -70,7 +70,7 @@ void Scene::shading_point(const Ray& ray, const Hit& hit, ShadingPoint& point) c
   point.instance = &instance;
   point.scene = this;
   point.object = &objects_[instance.object];
-  point.ray_length = hit.t;
+  point.ray_length = ray.travelled + hit.t;
   point.time = ray.time;
   if (mesh.strands) [[unlikely]] {
     strand_point(ray, hit, point);

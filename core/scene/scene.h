@@ -139,6 +139,7 @@ class Scene {
     const float left = ray.t_max - t;
     Ray next = spawn_ray(point, ray.direction);
     next.t_max = left;
+    next.travelled = ray.travelled + t;
     return next;
   }
   /// The same for a shadow ray: the distance to its end is measured from the new origin. t_max is not positive if

@@ -1,4 +1,5 @@
 #include "shading/shader_program.h"
+#include "shading/functions/point_functions.h"
 
 #include <algorithm>
 #include <cstring>
@@ -32,6 +33,10 @@ struct ShaderProgram::Data {
   int register_count = 0;
 
   Color through_thin_walls(const Values& values) const;
+  bool has_coated_emission() const {
+    return std::any_of(emission.begin(), emission.end(),
+                       [](const Closure& closure) { return closure.kind == ClosureKind::CoatedEmission; });
+  }
   std::vector<SkyDisc> sky_discs;
 
   /// Selects the code of each kind of evaluation from the whole program, and assigns the registers.
@@ -263,9 +268,47 @@ void ShaderProgram::add_medium(const ShadingPoint& point, MediumPoint& medium) c
 bool ShaderProgram::is_constant() const { return data_->code.empty(); }
 bool ShaderProgram::emits() const { return !data_->emission.empty(); }
 bool ShaderProgram::emission_is_constant() const {
-  return data_->emission_code.empty() &&
-         std::none_of(data_->emission.begin(), data_->emission.end(),
-                      [](const Closure& closure) { return closure.kind == ClosureKind::CoatedEmission; });
+  return data_->emission_code.empty() && !data_->has_coated_emission();
+}
+bool ShaderProgram::emission_is_slow() const {
+  const auto has = [&](std::initializer_list<Op> ops) {
+    return std::any_of(data_->emission_code.begin(), data_->emission_code.end(),
+                       [&](const Instruction& i) { return std::find(ops.begin(), ops.end(), i.op) != ops.end(); });
+  };
+  return has({Op::Noise, Op::NoiseColor, Op::Voronoi, Op::Wave}) && !has({Op::Image, Op::ImageBox, Op::Environment});
+}
+bool ShaderProgram::emission_depends_on_mesh_alone() const {
+  return std::all_of(data_->emission_code.begin(), data_->emission_code.end(), [](const Instruction& i) {
+    return !info(i.op).needs_point || i.op == Op::Generated || i.op == Op::ActiveUv || i.op == Op::NamedUv ||
+           i.op == Op::NamedAttribute;
+  });
+}
+bool ShaderProgram::emission_depends_on_side() const {
+  return data_->has_coated_emission() ||
+         std::any_of(data_->emission_code.begin(), data_->emission_code.end(), [](const Instruction& i) {
+           switch (i.op) {
+             case Op::ShadingNormal:
+             case Op::TrueNormal:
+             case Op::ObjectNormal:
+             case Op::Incoming:
+             case Op::Backfacing:
+             case Op::Reflection:
+             case Op::Fresnel:
+             case Op::LayerWeight:
+             case Op::NormalMap:
+             case Op::AmbientOcclusion:
+             case Op::Bump:
+             case Op::Displacement:
+             case Op::VectorDisplacement: return true;
+             default: return false;
+           }
+         });
+}
+bool ShaderProgram::emission_depends_on_distance() const {
+  return std::any_of(data_->emission_code.begin(), data_->emission_code.end(), [](const Instruction& i) {
+    return i.op == Op::LightFalloff ||
+           (i.op == Op::LightPath && nodes::LightPathOutput(i.variant) == nodes::LightPathOutput::RayLength);
+  });
 }
 bool ShaderProgram::has_volume() const { return data_->has_volume; }
 bool ShaderProgram::has_surface() const { return data_->has_surface; }

@@ -62,9 +62,13 @@ class ShaderProgram {
   bool is_constant() const;  ///< no instruction is executed at a hit
   bool emits() const;        ///< the emission can be non-zero
   bool emission_is_constant() const;
-  bool may_be_transparent() const;     ///< has a Transparent closure with a non-zero weight
-  bool scatters() const;               ///< has a closure other than emission and transparency
-  bool has_subsurface() const;         ///< light can enter the surface
+  bool emission_is_slow() const;  ///< it computes noise, and looks up no image, which could have small lights
+  bool emission_depends_on_mesh_alone() const;  ///< it is the same for all instances
+  bool emission_depends_on_side() const;        ///< or on the direction to the eye
+  bool emission_depends_on_distance() const;    ///< of the lit point: Light Falloff, Ray Length
+  bool may_be_transparent() const;              ///< has a Transparent closure with a non-zero weight
+  bool scatters() const;                        ///< has a closure other than emission and transparency
+  bool has_subsurface() const;                  ///< light can enter the surface
   bool subsurface_has_normal() const;  ///< closures with subsurface scattering have other normals than the surface
   bool has_volume() const;             ///< encloses a volume, which may be empty
   bool has_surface() const;            ///< false for an object that only encloses a volume: its surface is invisible

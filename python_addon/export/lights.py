@@ -38,11 +38,14 @@ def export(context: ExportContext, light: bpy.types.Light, name: str, rows: list
 def _point(out: ajar.LightDescription, light: bpy.types.PointLight) -> None:
     out.kind = ajar.LightKind.Point
     out.radius = light.shadow_soft_size
+    out.soft_falloff = compat.has_soft_falloff(light)
 
 
 def _spot(out: ajar.LightDescription, light: bpy.types.SpotLight) -> None:
     out.kind = ajar.LightKind.Spot
     out.radius = light.shadow_soft_size
+    out.soft_falloff = compat.has_soft_falloff(light)
+    out.even_spot = compat.spots_are_even()
     out.spot_angle = light.spot_size
     out.spot_blend = light.spot_blend
 

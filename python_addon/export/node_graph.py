@@ -394,6 +394,10 @@ def _tangent(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Co
     return []
 
 
+def _vector_displacement(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [*_displacement(context, node), *_tangent(context, node)]
+
+
 def _normal_map(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
     return [*_tangent(context, node), ("generation", compat.normal_map_generation())]
 
@@ -414,7 +418,6 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeBsdfDiffuse": _diffuse,
     "ShaderNodeBump": _bumped,
     "ShaderNodeDisplacement": _displacement,
-    "ShaderNodeVectorDisplacement": _displacement,
     "ShaderNodeBsdfGlossy": _facets,
     "ShaderNodeBsdfAnisotropic": _facets,
     "ShaderNodeBsdfGlass": _facets,
@@ -426,5 +429,5 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeAttribute": _attribute,
     "ShaderNodeNormalMap": _normal_map,
     "ShaderNodeTangent": _tangent,
-    "ShaderNodeVectorDisplacement": _tangent,
+    "ShaderNodeVectorDisplacement": _vector_displacement,
 }

@@ -546,7 +546,6 @@ TEXTS = {
     "its Shadow Terminator Shading Offset is not supported and is ignored": "sein Schattierungsversatz der Schattengrenze wird nicht unterstützt und ignoriert",
     "Max Bounces of a lamp is not supported: its light is followed like any other":
         "eine Höchstzahl von Reflexionen einer Lampe wird nicht unterstützt: ihr Licht wird wie jedes andere verfolgt",
-    "lamps without Soft Falloff are not supported": "Lampen ohne weichen Abfall werden nicht unterstützt",
     "Max Bounces of a world is not supported: its light is followed like any other":
         "eine Höchstzahl von Reflexionen einer Welt wird nicht unterstützt: ihr Licht wird wie jedes andere verfolgt",
     "a world that casts no shadows is not supported": "eine Welt ohne Schatten wird nicht unterstützt",

@@ -57,6 +57,8 @@ def _draw_size(column: bpy.types.UILayout, light: bpy.types.Light) -> None:
             sizes.prop(light, "size_y", text="Y")
     else:
         column.prop(light, "shadow_soft_size", text="Radius")
+        if hasattr(light, "use_soft_falloff"):
+            column.prop(light, "use_soft_falloff")
 
 
 class BeamPanel(LightPanel):

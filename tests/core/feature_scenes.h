@@ -94,6 +94,14 @@ inline std::vector<TransportScene> feature_scenes() {
     d.camera.aperture_radius = 0.05f;
     d.camera.focus_distance = 1.0f;
   });
+  add("soft_lamp_with_a_shade", [&](SceneDescription& d) {
+    add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), moved(Vec3(0.3f, 0.3f, -0.5f), 0.3f));
+    add_object(d, plane(0.2f), add_diffuse(d, Color(0.3f, 0.6f, 0.2f)), moved(Vec3(0.1f, 0.1f, 0.05f), 1.0f));
+    add_object(d, plane(0.3f), add_half_diffuse(d, "ShaderNodeBsdfTransparent", 0.0f),
+               moved(Vec3(-0.1f, 0.1f, -0.35f), 1.0f));
+    d.lights.push_back(point_light(Vec3(0.1f, 0.1f, 0.2f), 8.0f, 0.4f));
+    d.lights.back().soft_falloff = true;
+  });
   add("negative_lamp", [&](SceneDescription& d) {
     add_object(d, sphere(8), add_diffuse(d, Color(0.8f, 0.4f, 0.2f)), ball);
     d.lights.push_back(lamp);

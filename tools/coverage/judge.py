@@ -53,7 +53,7 @@ KNOWN = (
     Known("VectorDisplacement", "*", "*", NEW, LEANING),
     Known("BsdfPrincipled", "*", "*", NEW, "layers attenuate lower layers by their albedo in the direction of the eye; differences of up to 6 % with coats, sheen and emission"),
     Known("CyclesRenderSettings", "sample_clamp_direct", "*", OLD + NEW, "both engines clamp samples, but they divide samples differently into those of lights and surfaces"),
-    Known("PointLight", "shadow_soft_size", "*", OLD + NEW, "close to a lamp of this size, Cycles uses a disk that faces the point, Ajar a sphere (docs/agreement.md)"),
+    Known("PointLight", "shadow_soft_size", "*", OLD, "close to a lamp of this size, Cycles weighs samples of its disk as if they faced the point (docs/agreement.md)"),
     Known("SunLight", "angle", "*", NEW, "a wide sun is brighter towards its rim, as in Blender 3; in newer Blenders its radiance is constant"),
     Known("TexIES", "*", "*", NEW, "without a vector on a mesh, newer Blenders use the direction to the eye, Ajar uses the normal as Blender 3"),
 )

@@ -42,37 +42,9 @@ LobeValue diffuse_for_any_eye(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode 
   return {f * std::abs(cos_i), above_i * kInvPi};
 }
 
-/// The film on the facets of a lobe. `eta` is the lobe's index, or its inverse for light from the other side.
-thin_film::Film film_of(const Lobe& lobe, float eta) {
-  return {lobe.film_thickness, eta == lobe.eta ? lobe.film_ior : lobe.film_ior * eta};
-}
-
-/// The reflectance of a dielectric with a film. Where it is near the reflectance f of the bare facet along the normal,
-/// it is scaled by f0 / f; where it is near 1, it stays as it is. (As in Cycles; there is no physical model.)
-Color dielectric_tint_with_film(const Lobe& lobe, float cosine, float eta) {
-  Color reflected = thin_film::on_dielectric(film_of(lobe, eta), cosine, eta);
-  const float at_normal = fresnel::f0_from_eta(eta);
-  if (!(at_normal > 1e-5f)) return reflected;
-  const Color closeness = glm::clamp((1.0f - reflected) / (1.0f - at_normal), 0.0f, 1.0f);
-  return reflected * glm::mix(Color(1.0f), lobe.f0 / at_normal, closeness);
-}
-
-Color fresnel_with_film(const Lobe& lobe, float cosine, float eta) {
-  switch (lobe.fresnel) {
-    case FresnelKind::DielectricTint: return dielectric_tint_with_film(lobe, cosine, eta);
-    case FresnelKind::Conductor: return thin_film::on_conductor(film_of(lobe, eta), cosine, lobe.f0, lobe.f90);
-    case FresnelKind::F82Tint:
-      return thin_film::on_metal(film_of(lobe, eta), cosine, lobe.f0,
-                                 fresnel::f82(fresnel::kF82Cosine, lobe.f0, lobe.f90));
-    case FresnelKind::Dielectric:
-    case FresnelKind::None: break;
-  }
-  return Color(1.0f);
-}
-
 Color fresnel_color(const Lobe& lobe, float cosine, float eta) {
   if (lobe.film_thickness > thin_film::kThinnest) [[unlikely]]
-    return fresnel_with_film(lobe, cosine, eta);
+    return thin_film::on_lobe(lobe, cosine, eta);
   switch (lobe.fresnel) {
     case FresnelKind::DielectricTint: return glm::mix(lobe.f0, lobe.f90, fresnel::dielectric_position(cosine, eta));
     case FresnelKind::Dielectric: return Color(fresnel::dielectric(cosine, eta));

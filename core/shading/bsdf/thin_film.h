@@ -5,6 +5,7 @@
 #pragma once
 
 #include "math/types.h"
+#include "shading/bsdf/bsdf.h"
 
 namespace ajar::thin_film {
 
@@ -24,5 +25,9 @@ Color on_conductor(const Film& film, float cos_incident, Color n, Color k);
 /// from both (Gulbrandsen 2014, "Artist Friendly Metallic Fresnel"), and its reflectance below the film is the curve
 /// fresnel::f82.
 Color on_metal(const Film& film, float cos_incident, Color f0, Color f82);
+
+/// The reflectance of the facets of a lobe with a film, by its kind of Fresnel curve; white if it has none. `eta` is the
+/// index of the lobe, or its inverse for light from the other side.
+Color on_lobe(const Lobe& lobe, float cosine, float eta);
 
 }  // namespace ajar::thin_film

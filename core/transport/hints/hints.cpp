@@ -252,7 +252,7 @@ void Hints::sample_position(const Hint& hint, const Light& light, Vec2 u, Vec3& 
     case LightType::SpotSphere:
       normal = warp::square_to_sphere(u);
       if (glm::dot(normal, hint.axis) < 0.0f) normal = -normal;
-      position += light.radius * normal;
+      position += (light.soft ? -light.radius : light.radius) * normal;
       return;
     case LightType::Rectangle:
     case LightType::Ellipse: {

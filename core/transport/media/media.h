@@ -10,7 +10,7 @@
 //
 // Media that vary: weighted delta tracking (spectral, with absorption by weights); shadow rays use ratio tracking
 // [Kutz, Habel, Li and Novák 2017, "Spectral and Decomposition Tracking"; Novák, Selle and Jarosz 2014]. The majorants
-// are constant in the cells of a grid over the volume's bounds. They are found by sampling the shader, because the
+// are constant in the cells of a grid over the volume's bounds, whose cells are small along axes of strong variation. They are found by sampling the shader, because the
 // extinction of a node graph cannot be bounded in general. Where the extinction exceeds its majorant, null collisions
 // have negative weights and the estimate stays unbiased [Galtier et al. 2013]; such points are counted. Extinction that
 // exceeds the optical depth kMaxOpticalDepthPerCell in a cell is reduced to it and counted.
@@ -139,6 +139,8 @@ class Media {
   uint32_t medium_of(const Hit& hit) const;
   void add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, MediaCounters& counters) const;
   void evaluate(const MediaStack& stack, ShadingPoint& inside, MediumPoint& point, MediaCounters& counters) const;
+  struct Samples;
+  Samples sample_cells(Medium& medium, Vec3 extent) const;
   void find_majorants(Medium& medium, int cells_along);
   void find_emission();
   float majorant(const Medium& medium, Vec3 position, Vec3 direction, float& reach) const;

@@ -1,6 +1,7 @@
 #include <bit>
 #include <cmath>
 
+#include "lights/lamp.h"
 #include "transport/paths/path_vertex.h"
 #include "transport/paths/shadow_terminator.h"
 
@@ -8,8 +9,15 @@ namespace ajar {
 
 namespace {
 
-/// The point on the light or surface of `to`, as it is seen along `direction`.
-LightPlace place_of(const PathVertex& to, Vec3 direction, float distance) {
+/// The point on the light or surface of `to`, as it is seen along `direction`. Soft lamps are seen as the disk that
+/// faces `p`.
+LightPlace place_of(const Scene& scene, const PathVertex& to, Vec3 p, Vec3 direction, float distance) {
+  if (to.kind == VertexKind::Light && to.light >= 0 && scene.lights().flags(uint32_t(to.light)).soft) {
+    const Light lamp = scene.lights().light(uint32_t(to.light));
+    if (const auto along = soft_lamp_distance(lamp, p, direction))
+      return {direction, *along, p + *along * direction, glm::normalize(p - lamp.position),
+              max_component(to.point.position_error)};
+  }
   return {direction, distance, to.position(), to.delta ? -direction : to.point.ng,
           max_component(to.point.position_error)};
 }
@@ -47,7 +55,7 @@ bool look_ray(const Scene& scene, const PathVertex& light_end, const PathVertex&
   if (to.kind == VertexKind::Lens)
     ray.t_max = distance;
   else
-    ray = end_before(ray, place_of(to, direction, distance));
+    ray = end_before(ray, place_of(scene, to, from.position(), direction, distance));
   // Ribbons face each ray: the ray ends where it enters the tube that they stand for.
   if (on_strand(to.point)) [[unlikely]]
     ray.t_max -= way_out_of_strand(to.point, -direction);
@@ -179,11 +187,10 @@ Color light_beyond_terminator(const PathScene& where, const PathVertex& light, c
   const bool lamp = light.light >= 0 && !light.program && light.light != scene.lights().environment_index();
   const bool shadows = !lamp || scene.lights().flags(uint32_t(light.light)).cast_shadow;
   const float distance = light.distant ? kInfinity : 1.0f / std::sqrt(edge.inverse_square);
+  const LightPlace place = place_of(scene, light, vertex.position(), -edge.to_eye, distance);
   if (media) {
     Ray ray;
-    if (!beyond_terminator(scene, vertex.point, vertex.shading.bsdf, place_of(light, -edge.to_eye, distance), shadows,
-                           f_cos, ray))
-      return Color(0.0f);
+    if (!beyond_terminator(scene, vertex.point, vertex.shading.bsdf, place, shadows, f_cos, ray)) return Color(0.0f);
     if (ray.t_max > 0.0f) {
       ++rays;
       Pcg32 rng = numbers_of(vertex, light);
@@ -193,8 +200,7 @@ Color light_beyond_terminator(const PathScene& where, const PathVertex& light, c
     return end.radiance * edge.to_light_area() * f_cos;
   }
   return end.radiance * edge.to_light_area() *
-         beyond_terminator(scene, vertex.point, vertex.shading.bsdf, place_of(light, -edge.to_eye, distance), f_cos,
-                           shadows, rays);
+         beyond_terminator(scene, vertex.point, vertex.shading.bsdf, place, f_cos, shadows, rays);
 }
 
 }  // namespace ajar

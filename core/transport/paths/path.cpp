@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "film/film.h"
+#include "lights/lamp.h"
 
 namespace ajar {
 
@@ -147,7 +148,12 @@ bool PathSpace::complete(Path& path, int first, int last) const {
     path.hit_choice = kLampStop;
   }
   if (scene.has_lamp_shapes()) {
-    const float distance = distant ? kInfinity : (1.0f - 1e-4f) / std::sqrt(path.edges[0].inverse_square);
+    const PathVertex& light = path.vertices[0];
+    float distance = distant ? kInfinity : (1.0f - 1e-4f) / std::sqrt(path.edges[0].inverse_square);
+    if (light.light >= 0 && scene.lights().flags(uint32_t(light.light)).soft)
+      distance = (1.0f - 1e-4f) * soft_lamp_distance(scene.lights().light(uint32_t(light.light)),
+                                                     path.vertices[1].position(), ray.direction)
+                                      .value_or(kInfinity);
     for_each_lamp_crossed(scene, ray, distance, kind, [&](const LightMet&) { path.hit_choice *= 1.0f - kLampStop; });
   }
   return true;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "film/filter.h"
+#include "lights/lamp.h"
 #include "shading/bsdf/closures.h"
 #include "transport/paths/light_walk_guide.h"
 #include "transport/paths/ray_events.h"
@@ -187,11 +188,14 @@ LightEnd light_end(const Scene& scene, const PathVertex& light, const PathVertex
     end.radiance = lights.environment_radiance(-edge.to_eye, 0);
     end.can_be_hit = true;
   } else {
-    end.radiance = lights.lamp_radiance(uint32_t(light.light), light.position(), edge.to_eye, light.point.time,
-                                        light.distant ? 0.0f : 1.0f / std::sqrt(edge.inverse_square));
-    // The far side of a sphere emits away from the vertex, so the sphere itself blocks it.
     const LightFlags flags = lights.flags(uint32_t(light.light));
-    if (is_sphere(flags.type) && !(glm::dot(light.point.ng, edge.to_eye) > 0.0f)) end.radiance = Color(0.0f);
+    std::optional<float> distance = light.distant ? 0.0f : 1.0f / std::sqrt(edge.inverse_square);
+    if (flags.soft && !next.distant)
+      distance = soft_lamp_distance(lights.light(uint32_t(light.light)), next.position(), -edge.to_eye);
+    // The far side of a sphere emits away from the vertex, so the sphere itself blocks it.
+    if (distance && !(is_sphere(flags.type) && !(glm::dot(light.point.ng, edge.to_eye) > 0.0f)))
+      end.radiance = lights.lamp_radiance(uint32_t(light.light), light.position(), edge.to_eye, light.point.time,
+                                          *distance);
     end.can_be_hit = !light.delta && flags.mis;
   }
   if (light.light < 0) return end;  // it emits but is not in the list of lights

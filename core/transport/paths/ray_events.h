@@ -75,7 +75,8 @@ void for_each_lamp_crossed(const Scene& scene, const Ray& ray, float t_end, uint
   for (LampHit lamp = scene.intersect_lamp(segment, ray_kind); lamp.light != ~0u;
        lamp = scene.intersect_lamp(segment, ray_kind)) {
     const Vec3 on_lamp = ray.origin + ray.direction * lamp.t;
-    const Color emitted = scene.lights().lamp_radiance(lamp.light, on_lamp, -ray.direction, ray.time, lamp.t);
+    const Color emitted = scene.lights().lamp_radiance(lamp.light, on_lamp, -ray.direction, ray.time,
+                                                       ray.travelled + lamp.t);
     if (!is_black(emitted)) visit(LightMet{lamp.light, emitted, on_lamp, lamp.normal});
     segment.t_min = std::nextafter(lamp.t, kInfinity) * (1.0f + 1e-6f);
     if (!(segment.t_min < segment.t_max)) break;

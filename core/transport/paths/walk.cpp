@@ -1,5 +1,6 @@
 #include "transport/paths/walk.h"
 
+#include "lights/lamp.h"
 #include "transport/paths/light_walk_guide.h"
 
 namespace ajar {
@@ -140,6 +141,11 @@ void make_light_vertex(const Scene& scene, uint32_t index, Vec3 position, Vec3 n
   light.delta = is_delta(flags.type);
   light.point.time = time;
   light.point.position = position;
+  if (flags.soft) {
+    const Light lamp = lights.light(index);
+    normal = soft_lamp_normal(lamp, position, to_eye).value_or(normal);
+    light.point.position = position = lamp.position - lamp.radius * normal;
+  }
   if (!light.distant) light.point.position_error = Vec3(lamp_position_error(position));
   light.point.ng = light.distant ? to_eye : normal;
   light.point.wo = to_eye;
@@ -173,6 +179,8 @@ Ray leave_light(const Scene& scene, const PathVertex& light, Vec3 to_eye) {
   if (light.program) return scene.spawn_ray(light.point, to_eye);
   Ray ray;
   ray.origin = light.position();
+  if (const LightSet& lights = scene.lights(); light.light >= 0 && lights.flags(uint32_t(light.light)).soft)
+    ray.origin = soft_lamp_start(lights.light(uint32_t(light.light)), ray.origin, to_eye);
   ray.direction = to_eye;
   ray.time = light.point.time;
   return ray;
@@ -194,7 +202,7 @@ bool start_at_light(const Scene& scene, const LightWalkGuide* guide, const Light
   const auto sample = lights.sample_le(choice.light, u.position, u.direction, time);
   if (!sample || is_black(sample->radiance)) return false;
   make_light_vertex(scene, choice.light, sample->ray.origin, sample->normal, sample->ray.direction, time, light);
-  ray = light.program ? scene.spawn_ray(light.point, sample->ray.direction) : sample->ray;
+  ray = leave_light(scene, light, sample->ray.direction);
   return true;
 }
 

@@ -1,9 +1,11 @@
 #include "transport/photons/photon_tracer.h"
 
 #include <algorithm>
+#include <optional>
 
 #include <tbb/parallel_for.h>
 
+#include "lights/lamp.h"
 #include "sampling/sampler.h"
 #include "transport/direct/lobe_split.h"
 #include "transport/media/path_media.h"
@@ -43,7 +45,9 @@ struct Bounces {
 /// Rounding can place the start of a ray from a triangle below the triangle.
 Ray leave_light(const LightSet& lights, uint32_t index, const LightRay& start) {
   Ray ray = start.ray;
-  if (lights.flags(index).type != LightType::Triangle) return ray;
+  const LightFlags flags = lights.flags(index);
+  if (flags.soft) ray.origin = soft_lamp_start(lights.light(index), ray.origin, ray.direction);
+  if (flags.type != LightType::Triangle) return ray;
   const Light light = lights.light(index);
   const Vec3 extent = glm::abs(light.position) + glm::abs(light.edge1) + glm::abs(light.edge2);
   const float error = 16.0f * 0x1p-24f * max_component(extent);
@@ -79,6 +83,8 @@ class BlockTracer {
     }
     if (!start) return;
     visibility_ = lights.flags(light).partial() ? lights.flags(light).visibility : uint32_t(kVisibleAll);
+    soft_lamp_.reset();
+    if (lights.flags(light).soft) soft_lamp_ = lights.light(light);
     LightEnd end;
     end.pdf_origin = pmf * start->pdf_area;
     end.pdf_direction = start->pdf_solid_angle;
@@ -154,7 +160,8 @@ class BlockTracer {
       const LobeSplit split(shading_.bsdf, point.wo, hair);
       // Lookups would not separate the kinds of lobes that see the light: they sample such a light themselves.
       const bool separated = visibility_ != kVisibleAll && bounces.total == 0;
-      if (split.rough() && !separated) store(point, *split.rough(), flux, bounces, limits, out);
+      const bool lit = is_lit(point.position, ray.direction);
+      if (split.rough() && !separated && lit) store(point, *split.rough(), flux, bounces, limits, out);
 
       sampler_.set_dimension(kEmissionDimensions + kBounceDimensions * vertex);
       const auto sample = scatter(point, split, flux);
@@ -165,6 +172,8 @@ class BlockTracer {
         ray = scene_.straight_on(point, ray, hit.t);
         continue;
       }
+      if (!lit) return;
+      soft_lamp_.reset();
       if (separated && !keep_visible(point, *(was_rough_ ? split.rough() : split.sharp()), *sample, flux)) return;
       bounces.add(*sample);
       bounces.only_sharp &= !was_rough_ && !hair;
@@ -174,6 +183,9 @@ class BlockTracer {
       ray = scene_.spawn_ray(point, sample->wi);
     }
   }
+
+  /// Whether the light that a photon brings on its first ray illuminates p.
+  bool is_lit(Vec3 p, Vec3 direction) const { return !soft_lamp_ || soft_lamp_distance(*soft_lamp_, p, -direction); }
 
   enum class InMedia : uint8_t { Passed, Scattered, End };
   /// The media up to the hit. If a photon scatters, `ray` is the new one.
@@ -199,6 +211,9 @@ class BlockTracer {
     flux = after / survival;
     if (!scatters) return InMedia::Passed;
     ray.origin += t * ray.direction;
+    if (!is_lit(ray.origin, ray.direction)) return InMedia::End;
+    soft_lamp_.reset();
+    ray.travelled = 0.0f;
     ray.direction = direction;
     ray.t_min = 0.0f;
     ray.t_max = kInfinity;
@@ -279,6 +294,7 @@ class BlockTracer {
   SurfaceShading shading_;
   bool was_rough_ = false;
   MediaStack stack_;                   ///< of the present ray
+  std::optional<Light> soft_lamp_;     ///< of the present ray, if it comes straight from one
   uint32_t visibility_ = kVisibleAll;  ///< of the photon's light, if only some kinds of lobes see it
 };
 

@@ -82,8 +82,6 @@ ABSENT = {
     ("CyclesMaterialSettings", "use_transparent_shadow"): REPORTED,
     ("CyclesMaterialSettings", "use_bump_map_correction"): REPORTED,
     ("Material", "use_transparent_shadow"): REPORTED,
-    ("PointLight", "use_soft_falloff"): REPORTED,
-    ("SpotLight", "use_soft_falloff"): REPORTED,
     ("RenderSettings", "use_texture_cache"): DEVICE,
     ("RenderSettings", "use_auto_generate_texture_cache"): DEVICE,
     ("CyclesMaterialSettings", "sample_as_light"): NOISE,

@@ -36,7 +36,7 @@ READ = {
               "hide_render hide_viewport lightgroup cycles shadow_terminator_geometry_offset modifiers particle_systems dimensions",
     "Mesh": "use_auto_smooth auto_smooth_angle use_auto_texspace auto_texspace texspace_* cycles",
     "Curves": "surface surface_uv_map",
-    "*Light": "type color energy shadow_soft_size angle shape size size_y spread spot_size spot_blend use_nodes node_tree cycles use_shadow use_temperature temperature exposure normalize",
+    "*Light": "type color energy shadow_soft_size angle shape size size_y spread spot_size spot_blend use_nodes node_tree cycles use_shadow use_temperature temperature exposure normalize use_soft_falloff",
     "CyclesRenderSettings": "use_layer_samples",
     "World": "color use_nodes node_tree mist_settings lightgroup cycles cycles_visibility",
     "WorldMistSettings": "start depth falloff",

@@ -107,6 +107,10 @@ TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   EXPECT_EQ(from_bytes(to_bytes(wide)).color, wide.color);
   EXPECT_EQ(from_bytes(to_bytes(wide)).images[0].tiles, wide.images[0].tiles);
   for (char version : {'2', '9', 'A', 'D'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(wide, version))), written);
+  SceneDescription soft = d;
+  soft.lights[0].soft_falloff = soft.lights[0].even_spot = true;
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(soft))), to_bytes(soft));
+  for (char version : {'2', '9', 'A', 'D'}) EXPECT_EQ(to_bytes(from_bytes(to_bytes(soft, version))), written);
   SceneDescription named = d;
   named.objects[0].properties = {{"tint", true, Vec4(1, 2, 3, 4)}};
   EXPECT_EQ(from_bytes(to_bytes(named)).objects[0].properties.at(0).value, Vec4(1, 2, 3, 4));

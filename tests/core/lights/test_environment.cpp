@@ -80,4 +80,43 @@ TEST(Environment, suns_of_all_sizes_and_elevations_are_sampled_by_their_radiance
   }
 }
 
+// A program with noise is evaluated at few corners, except where they differ. The density stays positive, and follows a
+// small bright spot.
+TEST(Environment, a_bright_spot_in_a_slow_sky_is_sampled_by_its_own_shape) {
+  GraphBuilder g;
+  const int coordinates = g.node("ShaderNodeTexCoord");
+  const int noise = g.node("ShaderNodeTexNoise",
+                           {linked_input("Vector", coordinates, "Generated"), value_input("Scale", 5.0f)});
+  const int towards = g.node(
+      "ShaderNodeVectorMath",
+      {linked_input("Vector", coordinates, "Generated"), value_input("Vector_001", Vec4(0.6f, 0.0f, 0.8f, 0.0f))},
+      {text_property("operation", "DOT_PRODUCT")});
+  const int spot = g.node("ShaderNodeMapRange",
+                          {linked_input("Value", towards, "Value"), value_input("From Min", 0.998f),
+                           value_input("From Max", 0.999f), value_input("To Max", 500.0f)});
+  const int sum = g.node("ShaderNodeMath",
+                         {linked_input("Value", noise, "Fac"), linked_input("Value_001", spot, "Result")},
+                         {text_property("operation", "ADD")});
+  const int background = g.node("ShaderNodeBackground", {linked_input("Strength", sum, "Value")});
+  g.graph.surface = {background, "Background"};
+  const ShaderProgram program = compile(g.graph);
+  ASSERT_TRUE(program.emission_is_slow());
+  const Environment environment(program, kVisibleAll);
+  constexpr int kSide = 200;
+  double sampled = 0.0, squares = 0.0;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    float pdf;
+    const Vec3 wi = environment.sample({(float(i % kSide) + 0.5f) / kSide, (float(i / kSide) + 0.5f) / kSide}, pdf);
+    ASSERT_GT(pdf, 0.0f);
+    EXPECT_NEAR(environment.pdf_solid_angle(wi) / pdf, 1.0f, 2e-2f);
+    const double value = luminance(environment.radiance(wi, 0)) / pdf;
+    sampled += value / (kSide * kSide);
+    squares += value * value / (kSide * kSide);
+  }
+  // About 500 over a cone of cos 0.9985, and a half everywhere.
+  EXPECT_NEAR(sampled, 2.0 * M_PI * (500.0 * 0.0015 + 1.0), 0.5);
+  EXPECT_NEAR(sampled, 4.0 * M_PI * double(environment.mean_luminance()), 0.02 * sampled);
+  EXPECT_LT(squares / (sampled * sampled), 8.0);  // uniform directions have about 150
+}
+
 }  // namespace ajar::test_environment

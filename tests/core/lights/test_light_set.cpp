@@ -47,6 +47,16 @@ LightDescription spot(const Mat4& matrix, float radius, float angle = 1.0f, floa
   return light;
 }
 
+LightDescription softened(LightDescription light) {
+  light.soft_falloff = true;
+  return light;
+}
+
+LightDescription evened(LightDescription light) {
+  light.even_spot = true;
+  return light;
+}
+
 LightDescription sun(Vec3 shines, float angle, float energy = 3.0f) {
   LightDescription light = lamp(LightKind::Sun, placed(Vec3(0.0f), shines), energy);
   light.sun_angle = angle;
@@ -134,6 +144,7 @@ struct Case {
 std::vector<Case> extended_lights() {
   const Mat4 tilted = placed({0.3f, 0.2f, 2.0f}, {0.2f, 0.1f, -1.0f}), down = placed({0, 0, 1}, {0, 0, -1});
   const auto sphere = with_lamp(point_light({0, 0, 2}, 10.0f, 0.5f));
+  const auto soft = with_lamp(softened(point_light({0, 0, 2}, 10.0f, 0.5f)));
   const auto rectangle = with_lamp(area_lamp(AreaShape::Rectangle, {2.0f, 1.0f}, tilted));
   const auto ellipse = with_lamp(area_lamp(AreaShape::Ellipse, {2.0f, 1.0f}, tilted));
   const auto beam = with_lamp(area_lamp(AreaShape::Rectangle, {2.0f, 1.0f}, tilted, 0.6f));
@@ -144,6 +155,12 @@ std::vector<Case> extended_lights() {
       {"sphere inside", sphere, {0.1f, 0.2f, 1.8f}},
       {"sphere far", sphere, {300, 200, 100}},
       {"spot sphere", with_lamp(spot(tilted, 0.3f)), {0, 0, 0}},
+      {"soft lamp", soft, {0, 0, 0}},
+      {"soft lamp near", soft, {0, 0, 1.49f}},
+      {"soft lamp inside", soft, {0.1f, 0.2f, 1.8f}},
+      {"soft lamp far", soft, {300, 200, 100}},
+      {"even spot inside", with_lamp(evened(spot(tilted, 0.5f))), {0.1f, 0.2f, 1.8f}},
+      {"soft spot", with_lamp(softened(spot(tilted, 0.3f))), {0, 0, 0}},
       {"rectangle", rectangle, {0, 0, 0}},
       {"rectangle near", rectangle, {0.3f, 0.2f, 1.99f}},
       {"rectangle grazing", rectangle, {3.0f, 0.0f, 2.4f}},
@@ -269,10 +286,21 @@ TEST(LightSet, irradiance_agrees_with_closed_forms) {
   EXPECT_TRUE(mean_agrees(e(point_light({0, 0, 2}, 10.0f)), w / (4.0 * M_PI) / 4.0, level));
   // A sphere that is completely above the horizon gives the irradiance of a point light at its centre.
   EXPECT_TRUE(mean_agrees(e(point_light({1, 0, 2}, 10.0f, 0.7f)), w / (4.0 * M_PI) * 2.0 / std::pow(5.0, 1.5), level));
+  // A disk of radius r that faces the point: pi L r^2 / (r^2 + d^2), also from inside the sphere.
+  for (const float radius : {0.7f, 3.0f})
+    EXPECT_TRUE(mean_agrees(e(softened(point_light({1, 0, 2}, 10.0f, radius)), glm::normalize(Vec3(1, 0, 2))),
+                            w / (4.0 * M_PI) / (5.0 + sqr(radius)), level));
   // On the axis of a spot, whose profile is the cosine, here 1.
   EXPECT_TRUE(mean_agrees(e(spot(above, 0.0f)), w / (4.0 * M_PI) / 4.0, level));
   EXPECT_TRUE(mean_agrees(e(spot(placed({0, 0, 2}, {1, 0, -1}), 0.0f, 2.0f, 0.0f)),
                           w / (4.0 * M_PI) / 4.0 * std::sqrt(0.5), level));
+  // Even spots: no cosine, and a cone in the space of the lamp.
+  EXPECT_TRUE(
+      mean_agrees(e(evened(spot(placed({0, 0, 2}, {1, 0, -1}), 0.0f, 2.0f, 0.0f))), w / (4.0 * M_PI) / 4.0, level));
+  for (const bool wide : {false, true}) {
+    Mat4 tilted = placed({0, 0, 2}, {1, 0, -1}, {1, 1, wide ? 0.5f : 1.0f});
+    EXPECT_TRUE(mean_agrees(e(evened(spot(tilted, 0.0f, 1.2f, 0.0f))), wide ? w / (4.0 * M_PI) / 4.0 : 0.0, level));
+  }
   // In the middle of the blend, smoothstep is one half.
   const float outer = std::cos(0.5f), middle = outer + 0.5f * (1.0f - outer) * 0.4f;
   const Vec3 axis(std::sqrt(1.0f - middle * middle), 0.0f, -middle);
@@ -434,6 +462,12 @@ std::vector<std::pair<const char*, SceneDescription>> all_kinds() {
   add("sphere", point_light({0, 0, 2}, 10.0f, 0.5f));
   add("spot", spot(tilted, 0.0f));
   add("spot sphere", spot(tilted, 0.3f));
+  add("soft lamp", softened(point_light({0, 0, 1}, 10.0f, 0.7f)));
+  add("soft spot", softened(spot(tilted, 0.3f)));
+  add("even spot", evened(spot(tilted, 0.3f)));
+  const Mat4 stretched = placed({0.3f, 0.2f, 2.0f}, {0.2f, 0.1f, -1.0f}, {2.0f, 0.4f, 0.8f});
+  add("stretched spot", evened(spot(stretched, 0.0f)));
+  add("soft stretched spot", softened(evened(spot(stretched, 0.2f))));
   add("rectangle", area_lamp(AreaShape::Rectangle, {2, 1}, tilted));
   add("beam", area_lamp(AreaShape::Rectangle, {2, 1}, tilted, 0.6f));
   add("ellipse", area_lamp(AreaShape::Ellipse, {2, 1}, tilted));
@@ -531,7 +565,9 @@ TEST(LightSet, emitted_rays_and_light_samples_give_the_same_flux) {
         const LightType type = lights.flags(choice.light).type;
         const float cosine = is_delta(type) || is_distant(type) ? 1.0f
                                                                 : std::abs(glm::dot(r->normal, r->ray.direction));
-        if (std::abs(p.x) < 1.0f && std::abs(p.y) < 1.0f)
+        const bool reaches = !lights.flags(choice.light).soft ||
+                             soft_lamp_distance(lights.light(choice.light), p, -r->ray.direction);
+        if (std::abs(p.x) < 1.0f && std::abs(p.y) < 1.0f && reaches)
           flux = r->radiance.y * cosine / (double(r->pdf_area) * r->pdf_solid_angle * choice.pmf);
       }
       sent.add(flux);
@@ -856,6 +892,35 @@ TEST(LampShape, a_ray_hits_a_sphere_lamp_once) {
   }
 }
 
+/// The disk faces the point from which the light is followed, not the surface that the ray passed last. One lamp is
+/// tested by itself, more than eight are in a structure.
+TEST(LampShape, a_soft_lamp_faces_the_start_of_a_straight_path) {
+  SceneDescription few = dark(), many = dark();
+  few.lights = {softened(point_light({0, 0, 2}, 10.0f, 1.0f))};
+  many.lights = few.lights;
+  for (int i = 0; i < 9; ++i) many.lights.push_back(softened(point_light({20.0f + float(i), 0, 2}, 10.0f, 0.1f)));
+  const auto alone = build(few), structured = build(many);
+  Ray ray;
+  ray.origin = Vec3(0.6f, 0, 0);
+  ray.direction = Vec3(0, 0, 1);
+  for (const auto& scene : {alone, structured}) {
+    const LampHit hit = scene->intersect_lamp(ray, kRayCamera);
+    ASSERT_EQ(hit.light, 0u);
+    // The plane through (0, 0, 2) that is perpendicular to (-0.6, 0, 2).
+    EXPECT_NEAR(hit.t, 2.0f + 0.6f * 0.6f / 2.0f, 1e-5f);
+    EXPECT_LT(glm::length(hit.normal - glm::normalize(Vec3(0.6f, 0, -2))), 1e-5f);
+    Ray further = ray;
+    further.origin.z = 1.8f;
+    further.travelled = 1.8f;
+    EXPECT_NEAR(scene->intersect_lamp(further, kRayCamera).t, hit.t - 1.8f, 1e-5f);
+    further.travelled = 0.0f;  // from here, the disk fills less of the view
+    EXPECT_EQ(scene->intersect_lamp(further, kRayCamera).light, ~0u);
+    further.travelled = 1.8f;
+    further.t_max = hit.t - 1.9f;
+    EXPECT_EQ(scene->intersect_lamp(further, kRayCamera).light, ~0u);
+  }
+}
+
 TEST(LightSet, shaders_of_lamps_can_depend_on_the_distance) {
   SceneDescription d;
   add_object(d, plane(1.0f), add_diffuse(d, Color(0.5f)));
@@ -875,6 +940,47 @@ TEST(LightSet, shaders_of_lamps_can_depend_on_the_distance) {
   // With linear falloff, the intensity is proportional to the distance, which cancels one of its two powers.
   EXPECT_GT(near->radiance.x, 0.0f);
   EXPECT_NEAR(far->radiance.x / near->radiance.x, 3.0f / 9.0f, 1e-5f);
+}
+
+/// Lights of the same strength at the distance 1, of which the emission of some grows with the distance, are chosen by the
+/// light that arrives.
+TEST(LightSet, lights_whose_emission_grows_with_the_distance_are_chosen_by_what_arrives) {
+  const char* const outputs[] = {"Quadratic", "Linear", "Constant"};
+  const auto graph_of = [](const char* output, float strength) {
+    Node falloff{
+        "ShaderNodeLightFalloff", "Light Falloff", {{"Strength", {}, Vec4(strength)}, {"Smooth", {}, Vec4(0.0f)}}, {}};
+    Node emission{
+        "ShaderNodeEmission", "Emission", {{"Color", {}, Vec4(1.0f)}, {"Strength", {0, output}, Vec4(1.0f)}}, {}};
+    NodeGraph graph;
+    graph.nodes = {falloff, emission};
+    graph.surface = {1, "Emission"};
+    return graph;
+  };
+  SceneDescription lamps = dark(), meshes = dark();
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 place(std::cos(float(i) * 2.1f), std::sin(float(i) * 2.1f), 0.0f);
+    lamps.lights.push_back(point_light(place, 10.0f));
+    lamps.lights.back().graph = graph_of(outputs[i], 1.0f);
+    meshes.materials.push_back({outputs[i], graph_of(outputs[i], 3.0f), 0});
+    add_object(meshes, triangle({-0.05f, 0, 0}, {0.05f, 0, 0}, {0, 0.05f, 0}), int(meshes.materials.size()) - 1,
+               placed(place, {0, 0, 1}));
+  }
+  for (const SceneDescription& d : {lamps, meshes}) {
+    const auto scene = build(d);
+    for (const float z : {0.5f, 2.0f, 6.0f}) {
+      const Vec3 p(0, 0, z);
+      const float distance = std::sqrt(1.0f + z * z), still = scene->lights().choice_pmf(p, Vec3(0.0f), 0);
+      float sum = still;
+      for (uint32_t i = 1; i < 3; ++i) {
+        const float pmf = scene->lights().choice_pmf(p, Vec3(0.0f), i), expected = std::pow(distance, float(i));
+        // A node of two lights bounds them together.
+        EXPECT_GT(pmf / still, 0.4f * expected) << i << " from " << z;
+        EXPECT_LT(pmf / still, 2.5f * expected) << i << " from " << z;
+        sum += pmf;
+      }
+      EXPECT_NEAR(sum, 1.0f, 1e-5f);
+    }
+  }
 }
 
 }  // namespace

@@ -29,10 +29,10 @@ void expect_color(Color actual, Color expected) {
 }
 
 /// How the density of a test medium varies.
-enum class Density { Constant, NearlyConstant, AlongX, Sheet };
+enum class Density { Constant, NearlyConstant, AlongX, Steep, Sheet };
 
-/// The input socket of the density: `amount`, `amount` plus a millionth of x, `amount` times x of the unit cube, or
-/// `amount` in a thin sheet.
+/// The input socket of the density: `amount`, `amount` plus a millionth of x, `amount` times x of the unit cube or times
+/// its 32nd power, or `amount` in a thin sheet.
 NodeInput density_input(GraphBuilder& b, Density kind, float amount) {
   if (kind == Density::Constant) return value_input("Density", amount);
   const int coordinates = b.node("ShaderNodeTexCoord");
@@ -43,6 +43,10 @@ NodeInput density_input(GraphBuilder& b, Density kind, float amount) {
   };
   if (kind == Density::AlongX)
     return linked_input("Density", math("MULTIPLY", linked_input("", x, "X"), amount), "Value");
+  if (kind == Density::Steep) {
+    const int power = math("POWER", linked_input("", x, "X"), 32.0f);
+    return linked_input("Density", math("MULTIPLY", linked_input("", power, "Value"), amount), "Value");
+  }
   if (kind == Density::NearlyConstant) {
     const int tiny = math("MULTIPLY", linked_input("", x, "X"), 1e-6f);
     return linked_input("Density", math("ADD", linked_input("", tiny, "Value"), amount), "Value");
@@ -260,6 +264,20 @@ TEST(Media, extinction_above_its_majorant_is_unbiased_and_counted) {
   const Measured measured = measure(d, 512);
   expect_mean(measured, Color(std::exp(-0.04f)), 1);
   EXPECT_GT(measured.extra.at("media_majorant_exceeded"), 0.0);
+}
+
+TEST(Media, a_steep_density_is_looked_up_where_it_is_dense) {
+  SceneDescription d = through_a_cube();
+  add_cube(d, add_volume(d, "ShaderNodeVolumeAbsorption", Color(0.0f), 1000.0f, Density::Steep));
+  const auto lookups_at = [&](float x, double transmittance) {
+    set_camera(d, Vec3(x, -5, 0), Vec3(x, 0, 0), 6, 1e-4f);
+    const Measured measured = measure(d, 64);
+    expect_mean(measured, Color(float(transmittance)), 2);
+    return measured.extra.at("media_lookups") / (16.0 * 64 * 36);
+  };
+  EXPECT_LT(lookups_at(0.0f, 1.0), 10.0);  // in the thin half; the density at the side is 1000
+  const double depth = 2.0 * 1000.0 * std::pow(0.85, 32.0);
+  EXPECT_LT(lookups_at(0.7f, std::exp(-depth)), 3.0 * depth);
 }
 
 TEST(Media, white_furnaces_stay_white) {

@@ -1,0 +1,196 @@
+// The emissive triangles of a LightSet: which instances emit, and the power of each triangle.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <utility>
+
+#include <tbb/parallel_for.h>
+
+#include "lights/light_set_data.h"
+
+namespace ajar {
+
+namespace {
+
+/// Triangles with varying emission also get this fraction of the mean of their instance.
+constexpr float kTriangleFloor = 0.05f;
+/// With more triangles of varying emission than this in the scene, each is rated by its centre alone.
+constexpr size_t kManyVarying = 20000;
+constexpr uint32_t kChunk = 1024;  ///< triangles in a task
+
+}  // namespace
+
+/// An instance that may emit, and the watts of its triangles.
+struct LightSet::Data::Pending {
+  TriangleBlock block;
+  bool constant = true, grows = false;
+  std::shared_ptr<std::vector<float>> luminances;  ///< of triangles of varying emission
+  std::vector<double> power;
+  double total = 0.0;     ///< without what is added to triangles of varying emission
+  bool may_emit = false;  ///< some power, or a program that can emit
+  int growth = 0;
+};
+
+std::vector<LightSet::Data::Pending> LightSet::Data::gather_blocks(const LightBuildInput& in,
+                                                                   Diagnostics& diagnostics) const {
+  std::vector<SlotEmission> emissions(in.programs.size());  // of each program
+  for (size_t i = 0; i < in.programs.size(); ++i) {
+    const ShaderProgram& program = in.programs[i];
+    if (!program.emits()) continue;
+    emissions[i].program = &program;
+    emissions[i].constant = program.emission_is_constant();
+    if (emissions[i].constant) emissions[i].radiance = program.evaluate_emission(ShadingPoint());
+  }
+  std::vector<Pending> blocks;
+  uint64_t triangles = lamps.size();
+  for (size_t i = 0; i < in.instances.size(); ++i) {
+    const BuiltInstance& instance = in.instances[i];
+    const BuiltMesh& mesh = in.meshes[instance.mesh];
+    const uint32_t count = uint32_t(mesh.triangles.size()), slots = std::max(1u, instance.material_count);
+    const uint32_t* const materials = &in.material_table[instance.first_material];
+    if (std::none_of(materials, materials + slots, [&](uint32_t m) { return emissions[m].program != nullptr; }))
+      continue;
+    Pending pending;
+    bool emits = false;
+    for (uint32_t slot = 0; slot < slots; ++slot) {
+      SlotEmission emission = emissions[materials[slot]];
+      if (emission.program && !is_finite(emission.radiance)) {
+        report_once(diagnostics,
+                    {Diagnostic::Severity::Error, in.objects[instance.object].name,
+                     "The emission of a material is not a finite number; the object is not used as a light."});
+        emission.program = nullptr;
+      }
+      if (emission.program) {
+        emits |= !emission.constant || !is_black(emission.radiance);
+        pending.constant &= emission.constant;
+        pending.grows |= emission.program->emission_depends_on_distance();
+      }
+      pending.block.slots.push_back(emission);
+    }
+    if (emits && mesh.strands)
+      report_once(diagnostics, {Diagnostic::Severity::Warning, in.objects[instance.object].name,
+                                "The object's hair emits light, which only random rays find: expect noise."});
+    // Only a ray at its time finds the positions of the triangles of a moving object.
+    if (!emits || count == 0 || instance.motion) continue;
+    if (triangles + count > 0x7fffffffu) {
+      report_once(diagnostics, {Diagnostic::Severity::Error, in.objects[instance.object].name,
+                                "Too many emissive triangles; the object is not used as a light."});
+      continue;
+    }
+    triangles += count;
+    pending.block.instance = uint32_t(i);
+    pending.block.count = count;
+    blocks.push_back(std::move(pending));
+  }
+  return blocks;
+}
+
+/// Mean luminances of the triangles of varying emission. Instances of a mesh share them if the emission depends on the
+/// mesh alone.
+void LightSet::Data::find_luminances(const LightBuildInput& in, std::vector<Pending>& blocks) const {
+  struct Chunk {
+    uint32_t block, begin, end;
+  };
+  std::vector<Chunk> chunks;
+  std::map<std::pair<uint32_t, std::vector<const ShaderProgram*>>, uint32_t> known;
+  size_t varying = 0;
+  for (uint32_t i = 0; i < blocks.size(); ++i) {
+    Pending& pending = blocks[i];
+    if (pending.constant) continue;
+    std::pair<uint32_t, std::vector<const ShaderProgram*>> key{in.instances[pending.block.instance].mesh, {}};
+    bool shares = true;
+    for (const SlotEmission& slot : pending.block.slots) {
+      key.second.push_back(slot.program);
+      shares &= !slot.program || slot.program->emission_depends_on_mesh_alone();
+    }
+    if (shares) {
+      const auto [found, is_new] = known.emplace(std::move(key), i);
+      if (!is_new) {
+        pending.luminances = blocks[found->second].luminances;
+        continue;
+      }
+    }
+    const uint32_t count = pending.block.count;
+    pending.luminances = std::make_shared<std::vector<float>>(count, 0.0f);
+    varying += count;
+    for (uint32_t t = 0; t < count; t += kChunk) chunks.push_back({i, t, std::min(t + kChunk, count)});
+  }
+  const int points = varying > kManyVarying ? 1 : 4;
+  tbb::parallel_for(size_t(0), chunks.size(), [&](size_t c) {
+    const Pending& pending = blocks[chunks[c].block];
+    const BuiltInstance& instance = in.instances[pending.block.instance];
+    const BuiltMesh& mesh = in.meshes[instance.mesh];
+    for (uint32_t t = chunks[c].begin; t != chunks[c].end; ++t) {
+      const SlotEmission& emission = emission_of(pending.block, t);
+      if (!emission.program || emission.constant) continue;
+      const WorldTriangle triangle = world_triangle(mesh, instance, t);
+      (*pending.luminances)[t] = float(luminous(mean_emission(
+          *emission.program, in.objects[instance.object], {mesh, instance, t, triangle, kFar * scene_radius}, points)));
+    }
+  });
+}
+
+/// Watts of every triangle, both sides. Where the emission varies, a fraction of the mean is added.
+void LightSet::Data::rate(const LightBuildInput& in, std::vector<Pending>& blocks) const {
+  find_luminances(in, blocks);
+  tbb::parallel_for(size_t(0), blocks.size(), [&](size_t i) {
+    Pending& pending = blocks[i];
+    const BuiltInstance& instance = in.instances[pending.block.instance];
+    std::vector<float> areas(pending.constant ? 0 : pending.block.count, 0.0f);
+    pending.power.resize(pending.block.count);
+    double area = 0.0;
+    for (uint32_t t = 0; t < pending.block.count; ++t) {
+      const SlotEmission& emission = emission_of(pending.block, t);
+      if (!emission.program) continue;
+      const float a = world_triangle(in.meshes[instance.mesh], instance, t).area;
+      const double watts = 2.0 * M_PI * double(a) *
+                           (emission.constant ? luminous(emission.radiance) : double((*pending.luminances)[t]));
+      pending.total += pending.power[t] = std::isfinite(watts) ? watts : 0.0;
+      if (!emission.constant && std::isfinite(a)) area += double(areas[t] = a);
+    }
+    pending.may_emit = pending.total > 0.0;
+    if (!(area > 0.0)) return;
+    pending.may_emit = true;
+    const double floor = pending.total > 0.0 ? double(kTriangleFloor) * pending.total / area : 1.0;
+    for (uint32_t t = 0; t < pending.block.count; ++t) pending.power[t] += floor * double(areas[t]);
+    if (pending.grows) pending.growth = growth_of(pending.block, in);
+  });
+}
+
+void LightSet::Data::add_triangles(const LightBuildInput& in, Diagnostics& diagnostics, std::vector<Source>& sources,
+                                   std::vector<double>& weights) {
+  std::vector<Pending> pending = gather_blocks(in, diagnostics);
+  rate(in, pending);
+  for (Pending& p : pending) {
+    if (!p.may_emit) continue;
+    BuiltInstance& instance = in.instances[p.block.instance];
+    p.block.first = instance.first_light = uint32_t(weights.size());
+    weights.insert(weights.end(), p.power.begin(), p.power.end());
+    any_partial |= LightFlags{LightType::Triangle, instance.visibility}.partial();
+    sources.push_back({p.block.first, p.block.count, p.total, 1.0, p.growth});
+    blocks.push_back(std::move(p.block));
+  }
+}
+
+/// The growth of the emission of some triangles of a block.
+int LightSet::Data::growth_of(const TriangleBlock& block, const LightBuildInput& in) const {
+  double near = 0.0, far = 0.0;
+  const BuiltInstance& instance = in.instances[block.instance];
+  const BuiltMesh& mesh = in.meshes[instance.mesh];
+  for (uint32_t t = 0; t < block.count; t += std::max(1u, block.count / 64)) {
+    const SlotEmission& emission = emission_of(block, t);
+    if (!emission.program) continue;
+    const WorldTriangle triangle = world_triangle(mesh, instance, t);
+    const auto mean_at = [&](float distance) {
+      const double mean = luminous(mean_emission(*emission.program, in.objects[instance.object],
+                                                 {mesh, instance, t, triangle, distance * scene_radius}, 1));
+      return std::isfinite(mean) ? mean * double(triangle.area) : 0.0;
+    };
+    near += mean_at(kNear);
+    far += mean_at(kFar);
+  }
+  return growth_between(near, far);
+}
+
+}  // namespace ajar
