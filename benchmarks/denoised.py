@@ -132,9 +132,10 @@ class CyclesRenders:
         return Picture(None, done.image().astype(np.float64), done.statistics["cpu_seconds"], samples, "Cycles")
 
 
-def reference_of(scene: Scene, scene_file: Path, folder: Path, seconds: float, threads: int) -> Reference:
-    kept = folder / "reference.npz"
-    key = f"{hashlib.sha256(scene.path.read_bytes()).hexdigest()} at {scene.percentage} %"
+def reference_of(scene: Scene, scene_file: Path, options: argparse.Namespace) -> Reference:
+    kept, seconds, threads = scene_file.parent / "reference.npz", options.reference_seconds, options.threads
+    exporter = f", exported by {options.wheel}" if options.extension else ""
+    key = f"{hashlib.sha256(scene.path.read_bytes()).hexdigest()} at {scene.percentage} %{exporter}"
     if kept.exists():
         data = np.load(kept)
         if str(data["key"]) == key and float(data["seconds"]) >= seconds:
@@ -159,8 +160,11 @@ def measures(image: np.ndarray, reference: Reference) -> dict[str, float]:
 
 def measure_scene(scene: Scene, ajar_build: renderers.AjarBuild, work: Path, options: argparse.Namespace) -> dict:
     folder = work / scene.name
-    scene_file, _ = ajar_build.dump(scene.path, folder, scene.percentage)
-    reference = reference_of(scene, scene_file, folder, options.reference_seconds, options.threads)
+    if options.extension:
+        scene_file = renderers.export_by_wheel(scene.path, folder, options.wheel, options.extension, scene.percentage)
+    else:
+        scene_file, _ = ajar_build.dump(scene.path, folder, scene.percentage)
+    reference = reference_of(scene, scene_file, options)
     warm, _, _ = render(scene_file, "path", 0.2, 1, options.threads)
     denoising = min(denoise(warm, math.inf, options.threads)[1] for _ in range(2))
     rivals = {name: CyclesRenders(scene, folder / name.replace(", ", "_"), options.wheel, options.threads, guided) for name, guided in CYCLES.items()}
@@ -260,6 +264,7 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--wheel", required=True, help="a Python with the bpy wheel of a newer Blender")
+    parser.add_argument("--extension", type=Path, help="an unpacked extension: the wheel exports the scenes, so that both engines have the materials of its Blender")
     options = parser.parse_args()
     sys.path.insert(0, str(options.build.resolve() / "python"))
     import ajar

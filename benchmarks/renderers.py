@@ -83,6 +83,17 @@ def render_cycles(blend: Path, out: Path, samples: list[int], seeds: list[int], 
     return renders
 
 
+def export_by_wheel(blend: Path, out: Path, python: str, extension: Path, percentage: int | None = None) -> Path:
+    """The scene file for the core, exported by the newer Blender of a bpy wheel with an unpacked extension. Its materials are those of that Blender."""
+    out.mkdir(parents=True, exist_ok=True)
+    scene = out / "scene.ajar"
+    command = [python, str(HERE / "wheel_export.py"), str(blend), str(scene), str(percentage or 0)]
+    log = run(command, f"the export of {blend.name}", environment=os.environ | {"PYTHONPATH": str(extension)})
+    if not scene.exists():
+        raise RenderFailed(f"the export of {blend.name} left no scene file:\n{log}")
+    return scene
+
+
 # ---- Ajar ----------------------------------------------------------------------------------------------
 
 # Render the current frame of the file, as F12 does (-f would change it). Without clamping, the problem is that of cycles_render.py.
