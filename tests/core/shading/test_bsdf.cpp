@@ -1,4 +1,5 @@
 #include "shading/bsdf/bsdf.h"
+#include "shading/bsdf/diffuse.h"
 
 #include <gtest/gtest.h>
 
@@ -346,6 +347,33 @@ TEST(Bsdf, importance_with_shading_normals_times_the_correction_equals_radiance)
     if (max_component(radiance) > 1e-3f)
       expect_close(radiance * std::abs(eye.z) / std::abs(light.z), importance, 2e-3f, "");
   }
+}
+
+TEST(Bsdf, a_diffuse_lobe_that_keeps_its_normal_is_lit_even_if_the_eye_is_behind_it) {
+  Pcg32 rng(5);
+  const Vec3 ng(0, 0, 1);
+  int behind = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 eye = direction(0.1f + 0.8f * rng.next_float(), 6.0f * rng.next_float()),
+               light = direction(0.1f + 0.8f * rng.next_float(), 6.0f * rng.next_float()),
+               tilted = glm::normalize(ng + 1.5f * uniform_direction(rng));
+    const float roughness = i % 2 == 0 ? 0.0f : 0.5f;
+    Bsdf bsdf;
+    bsdf.start(ng, ng);
+    closures::add_diffuse(bsdf, {eye, ng, false}, Color(1.0f), tilted, roughness, Color(0.0f), true);
+    bsdf.prepare(eye);
+    const Color radiance = bsdf.evaluate(eye, light).f_cos;
+    const float cosine = glm::dot(tilted, light);
+    if (roughness == 0.0f) {
+      const float shadowed = bump_shadowing(BumpTerminator::Cubic, ng, tilted, light);
+      EXPECT_NEAR(radiance.x, std::max(cosine, 0.0f) * kInvPi * shadowed, 1e-5f);
+    }
+    const Color importance = bsdf.evaluate(light, eye, TransportMode::Importance).f_cos *
+                             shading_normal_correction(bsdf, light, eye);
+    expect_close(radiance * eye.z / light.z, importance, 2e-3f, "");
+    behind += glm::dot(tilted, eye) < 0.0f && radiance.x > 1e-3f;
+  }
+  EXPECT_GT(behind, 20);
 }
 
 TEST(Bsdf, full_storage_drops_the_weakest_lobe_and_counts_it) {
