@@ -211,7 +211,7 @@ void ShaderProgram::Data::shade(const ShadingPoint& point, float* registers, Sur
   out.bsdf.start(point.ng, closures::safe_shading_normal(point.ng, point.wo, normal));
   if (d.keeps_normal) out.bsdf.bump_base = normal;
   const Values values{point, registers, constants};
-  out.emission = sum(d.emission, values);
+  out.emission = d.emission.empty() ? Color(0.0f) : sum(d.emission, values);
   out.holdout = 0.0f;
   for (const Closure& closure : d.holdout) out.holdout += *operand(closure.weight, registers, constants);
 

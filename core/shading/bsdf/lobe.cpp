@@ -112,10 +112,9 @@ float masking_over_cos(const Lobe& lobe, Vec3 w) {
   }
 }
 
-/// G(wo, wi) / (cos(wo) cos(wi)); wi.z > 0. The correlated form is that of Heitz 2014, eq. 99, written with G1 / cos.
-float masking_over_cosines(const Lobe& lobe, Vec3 wo, Vec3 wi) {
-  const float o = masking_over_cos(lobe, wo), i = masking_over_cos(lobe, wi);
-  return lobe.correlated ? 1.0f / (wi.z / o + wo.z / i - wo.z * wi.z) : o * i;
+/// G(wo, wi) / (cos(wo) cos(wi)), from masking_over_cos for both. The correlated form is that of Heitz 2014, eq. 99.
+float masking_over_cosines(const Lobe& lobe, float masking_o, float masking_i, float cos_o, float cos_i) {
+  return lobe.correlated ? 1.0f / (cos_i / masking_o + cos_o / masking_i - cos_o * cos_i) : masking_o * masking_i;
 }
 
 Vec3 sample_normal(const Lobe& lobe, Vec3 wo, Vec2 u) {
@@ -204,11 +203,12 @@ LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
     pdf = density / (4.0f * cos_facet);
     f_cos = pdf * wi.z / std::max(wo.z, wi.z);
   } else {
-    const float common = 0.25f * density * masking_over_cos(lobe, wo);
-    f_cos = lobe.compensation == Compensation::Mixed
-                ? 0.25f * density * wi.z * microfacet::ggx_correlated_over_cosines(wo, wi, lobe.alpha_x, lobe.alpha_y)
-                : 0.25f * density * wi.z * masking_over_cosines(lobe, wo, wi);
-    pdf = lobe.microfacet == Microfacet::Gtr1 ? 0.25f * density * m.z / cos_facet : common;
+    const float common = 0.25f * density, masking_o = masking_over_cos(lobe, wo);
+    f_cos = common * wi.z *
+            (lobe.compensation == Compensation::Mixed
+                 ? microfacet::ggx_correlated_over_cosines(wo, wi, lobe.alpha_x, lobe.alpha_y)
+                 : masking_over_cosines(lobe, masking_o, masking_over_cos(lobe, wi), wo.z, wi.z));
+    pdf = common * (lobe.microfacet == Microfacet::Gtr1 ? m.z / cos_facet : masking_o);
   }
   Color color = lobe.weight * f_cos;
   if (lobe.kind == LobeKind::MicrofacetGlass) {
@@ -239,8 +239,9 @@ LobeValue refract_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
   if (!(cos_o > 0.0f && cos_i < 0.0f)) return {};
   const float jacobian = eta * eta * -cos_i / sqr(cos_o + eta * cos_i);
   const float common = density_of_normal(lobe, m) * cos_o * jacobian;
-  float f_cos = common * masking_over_cosines(lobe, wo, {wi.x, wi.y, -wi.z}) * -wi.z;
-  float pdf = common * masking_over_cos(lobe, wo);
+  const float masking_o = masking_over_cos(lobe, wo), masking_i = masking_over_cos(lobe, {wi.x, wi.y, -wi.z});
+  float f_cos = common * masking_over_cosines(lobe, masking_o, masking_i, wo.z, -wi.z) * -wi.z;
+  float pdf = common * masking_o;
   const bool radiance = mode == TransportMode::Radiance;
   const float cos_eye = radiance ? wo.z : -wi.z, eta_eye = radiance ? eta : 1.0f / eta;
   if (!radiance) f_cos /= eta * eta;
@@ -388,15 +389,18 @@ LobeValue evaluate_lobe(const Lobe& lobe, Vec3 wo, Vec3 wi, bool reflection, Tra
       if (reflection) return {};
       break;
     case LobeKind::MicrofacetGlass: break;
-    case LobeKind::MicrofacetThin: {
+    case LobeKind::MicrofacetThin:
       if (reflection) return {};
-      const Vec3 mirrored = lobe.frame.to_local(wi) * Vec3(1.0f, 1.0f, -1.0f);
-      return reflect_microfacet(lobe, lobe.frame.to_local(wo), mirrored, mode, lobe.eta);
-    }
+      break;
     case LobeKind::Transparent: return {};
   }
-  const Vec3 local_o = lobe.frame.to_local(wo), local_i = lobe.frame.to_local(wi);
+  const Vec3 local_o = lobe.frame.to_local(wo);
+  Vec3 local_i = lobe.frame.to_local(wi);
   const float eta = eta_from(lobe, flipped);
+  if (lobe.kind == LobeKind::MicrofacetThin) {
+    local_i.z = -local_i.z;
+    reflection = true;
+  }
   return reflection ? reflect_microfacet(lobe, local_o, local_i, mode, eta)
                     : refract_microfacet(lobe, local_o, local_i, mode, eta);
 }
