@@ -95,7 +95,7 @@ def subsurface() -> list[tuple[str, Maker]]:
 def layers() -> list[tuple[str, Maker]]:
     metal = {"Metallic": 1.0}
     return [
-        ("Principled", principled()), ("Principled tint", principled(Specular_Tint=(0.2, 0.5, 1.0, 1.0))), ("Principled IOR", principled(IOR=2.0)),
+        ("Principled", principled()), ("Principled GGX", principled({"distribution": "GGX"})), ("Principled tint", principled(Specular_Tint=(0.2, 0.5, 1.0, 1.0))), ("Principled IOR", principled(IOR=2.0)),
         ("Principled diffuse roughness", principled(Diffuse_Roughness=1.0)), ("Principled alpha", principled(Alpha=0.5)),
         ("Principled metal", principled(**metal, Roughness=0.3)), ("Principled rough metal", principled(**metal, Roughness=1.0)),
         ("Principled metal GGX", principled({"distribution": "GGX"}, **metal, Roughness=0.7)),

@@ -476,7 +476,8 @@ Color lobe_albedo(const Lobe& lobe, float cos_wo, bool flipped) {
   if (!is_microfacet(lobe.kind) || lobe.microfacet == Microfacet::Gtr1 || lobe.delta) return scattered;
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
   const float single = single_albedo(lobe, saturate(cos_wo), alpha, eta_from(lobe, flipped));
-  if (lobe.compensation == Compensation::None) return scattered * single;
+  // Since Blender 4.0, Cycles ignores the lost light where it estimates how much a layer lets through.
+  if (lobe.compensation == Compensation::None) return lobe.correlated ? scattered : scattered * single;
   return scattered * (single + lobe.multiple_scattering * (1.0f - single));
 }
 
