@@ -7,12 +7,10 @@
 #include <cstdint>
 #include <stdexcept>
 
+#include "math/srgb.h"
+
 namespace ajar {
 namespace {
-
-// IEC 61966-2-1.
-float srgb_from_linear(float x) { return x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f; }
-float linear_from_srgb(float x) { return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
 
 bool has_alpha(int channels) { return channels == 2 || channels == 4; }
 

@@ -35,6 +35,10 @@ Color lamp_flux(const Light& light, float scene_radius);
 /// Factor on `light.radiance` in direction wo: cone, spread, side, profile of the sun.
 float lamp_profile(const Light& light, Vec3 wo);
 
+/// Limits the part from `begin` to `end` of a ray to that in a cone which contains the light from all points of a lamp
+/// with a cone. If there is none, both are equal.
+void clip_to_cone(const Light& light, const Ray& ray, float& begin, float& end);
+
 std::optional<LightSample> sample_lamp_li(const Light& light, Vec3 p, Vec2 u);
 float pdf_lamp_li(const Light& light, Vec3 p, Vec3 wi, float distance, Vec3 light_normal);
 

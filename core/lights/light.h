@@ -29,6 +29,11 @@ enum class LightType : uint8_t {
 inline bool is_delta(LightType type) {
   return type == LightType::Point || type == LightType::Spot || type == LightType::DistantDelta;
 }
+/// Whether all light leaves within a cone around the axis of the lamp.
+inline bool has_cone(LightType type) {
+  return type == LightType::Spot || type == LightType::SpotSphere || type == LightType::Rectangle ||
+         type == LightType::Ellipse;
+}
 inline bool is_sphere(LightType type) { return type == LightType::Sphere || type == LightType::SpotSphere; }
 inline bool is_distant(LightType type) {
   return type == LightType::DistantDelta || type == LightType::DistantDisk || type == LightType::Environment;

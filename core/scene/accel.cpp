@@ -330,10 +330,11 @@ inline bool is_traceable(const Ray& ray, float farthest = kFarthest) {
          ray.t_max <= kInfinity && ray.time >= 0.0f && ray.time <= 1.0f;
 }
 
-/// The nearest hit; its geomID is invalid if there is none.
-inline RTCRayHit nearest(RTCScene scene, const Ray& ray, uint32_t mask, bool coherent) {
+/// The nearest hit; its geomID is invalid if there is none. Geometries of our own find `id` in the ray.
+inline RTCRayHit nearest(RTCScene scene, const Ray& ray, uint32_t mask, bool coherent, unsigned id = 0) {
   RTCRayHit query;
   fill(query.ray, ray, mask);
+  query.ray.id = id;
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
   embree::intersect(scene, query, coherent);
@@ -415,12 +416,8 @@ void Accel::intersect_lamp(const Ray& ray, uint32_t ray_kind, LampHit& hit) cons
     return;
   }
   if (!data_->lamps || !is_traceable(ray)) return;
-  RTCRayHit query;
-  fill(query.ray, ray, visibility_mask(ray_kind));
-  query.ray.id = std::bit_cast<unsigned>(ray.travelled);
-  query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  embree::intersect(data_->lamps, query, false);
+  const auto travelled = std::bit_cast<unsigned>(ray.travelled);
+  const RTCRayHit query = nearest(data_->lamps, ray, visibility_mask(ray_kind), false, travelled);
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return;
   hit.t = query.ray.tfar;
   hit.light = data_->lamp_of_geometry[query.hit.geomID];

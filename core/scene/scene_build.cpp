@@ -117,8 +117,8 @@ void Scene::compile(CameraShader::Of of, size_t index, const NodeGraph& graph, c
                                context.world_from_lamp ? *context.world_from_lamp : std::array<float, 12>{}});
 }
 
-/// Compiles the materials that an object shows; `shown_by` has an object for each, or -1. Programs of materials that are equal in `previous` are taken over, with their
-/// diagnostics.
+/// Compiles the materials that an object shows; `shown_by` has an object for each, or -1. Programs of materials that are
+/// equal in `previous` are taken over, with their diagnostics.
 void Scene::compile_materials(const SceneDescription& d, const std::vector<int>& shown_by, ShaderContext context,
                               Scene* previous, Diagnostics& diagnostics) {
   std::map<uint64_t, size_t> at_hand;

@@ -36,14 +36,8 @@ Color through_coat(const Closure& closure, const Values& values) {
   return closures::emission_through_coat(surface_at(point), inputs);
 }
 
-closures::FilmInputs film_of(const closures::PrincipledInputs& inputs) {
-  return {inputs.thin_film_thickness, inputs.thin_film_ior};
-}
-closures::Anisotropy anisotropy_of(const closures::PrincipledInputs& inputs) {
-  return {inputs.tangent, inputs.anisotropic, inputs.anisotropic_rotation};
-}
 closures::RoughBoundary boundary_of(const closures::PrincipledInputs& inputs) {
-  return {inputs.distribution, inputs.roughness, inputs.ior, inputs.correlated, film_of(inputs)};
+  return {inputs.distribution, inputs.roughness, inputs.ior, inputs.correlated, inputs.film};
 }
 
 }  // namespace
@@ -95,12 +89,12 @@ void ScatteringBuilder::add(const Closure& closure) const {
       break;
     case ClosureKind::Translucent: closures::add_translucent(out.bsdf, surface, color, inputs.normal); break;
     case ClosureKind::Glossy:
-      if (reflective) closures::add_glossy(out.bsdf, surface, color, inputs.normal, facets, anisotropy_of(inputs));
+      if (reflective) closures::add_glossy(out.bsdf, surface, color, inputs.normal, facets, inputs.anisotropy());
       break;
     case ClosureKind::Metallic:
       if (reflective)
-        closures::add_metallic(out.bsdf, Color(weight), inputs.normal, facets, anisotropy_of(inputs),
-                               {inputs.is_conductor, inputs.base_color, inputs.specular_tint_color, film_of(inputs)});
+        closures::add_metallic(out.bsdf, Color(weight), inputs.normal, facets, inputs.anisotropy(),
+                               {inputs.is_conductor, inputs.base_color, inputs.specular_tint_color, inputs.film});
       break;
     case ClosureKind::Sheen: closures::add_sheen(out.bsdf, color, inputs.normal, inputs.roughness); break;
     case ClosureKind::Refraction:

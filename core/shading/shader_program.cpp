@@ -130,8 +130,8 @@ void ShaderProgram::Data::divide_code(const std::vector<Instruction>& all, int v
   };
   std::vector<Operand> of_volumes, of_surface = operands_of({&scattering, &emission, &transparency, &holdout});
   of_surface.push_back(displaced_normal);
-  for (const VolumeClosure& closure : volumes)
-    for (const Operand o : closure.operands()) of_volumes.push_back(o);
+  for (VolumeClosure& closure : volumes)
+    for (const Operand* o : closure.operands()) of_volumes.push_back(*o);
   code = needed_code(all, value_count, of_surface);
   emission_code = needed_code(all, value_count, operands_of({&emission}));
   transparency_code = needed_code(all, value_count, operands_of({&transparency, &thin_walls}));
@@ -151,8 +151,7 @@ void ShaderProgram::Data::divide_code(const std::vector<Instruction>& all, int v
     assign_registers(on_surface, *list);
   displaced_normal = on_surface(displaced_normal);
   for (VolumeClosure& closure : volumes)
-    for (Operand* o : {&closure.weight, &closure.color, &closure.second, &closure.density, &closure.anisotropy})
-      *o = inside(*o);
+    for (Operand* o : closure.operands()) *o = inside(*o);
 }
 
 ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& owner, TextureStore& textures,

@@ -15,6 +15,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "blender" / "inside"))
+from plane_view import look_at_plane
+
 SIZE = 32
 SPACES = ("sRGB", "Linear Rec.709", "Linear Rec.2020", "ACEScg", "Linear CIE-XYZ D65", "Filmic Log", "Rec.2100-PQ", "Display P3", "Non-Color")
 FOLDER = Path(tempfile.mkdtemp())
@@ -30,19 +33,10 @@ def scene_with_plane() -> tuple[bpy.types.Scene, bpy.types.NodeTree, bpy.types.M
     material = bpy.data.materials.new("Material")
     mesh.materials.append(material)
     camera = bpy.data.objects.new("Camera", bpy.data.cameras.new("Camera"))
-    camera.location, camera.data.type, camera.data.ortho_scale = (0.5, 0.5, 3.0), "ORTHO", 1.0
     for thing in (camera, bpy.data.objects.new("Plane", mesh)):
         scene.collection.objects.link(thing)
     scene.camera = camera
-    scene.render.resolution_x = scene.render.resolution_y = SIZE
-    scene.render.resolution_percentage = 100
-    scene.cycles.samples = scene.ajar.samples = 1
-    scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", 0.01
-    scene.render.use_compositing = scene.render.use_sequencer = False
-    image = scene.render.image_settings
-    image.media_type = "IMAGE"
-    image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGBA", "32"
+    look_at_plane(scene, SIZE)
     return scene, material.node_tree, mesh
 
 

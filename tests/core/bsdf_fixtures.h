@@ -154,7 +154,7 @@ inline std::vector<Material> all_materials() {
     in.anisotropic = 0.3f;
   });
   principled("film", 8.0f, [=](PrincipledInputs& in) {
-    in.thin_film_thickness = 350.0f, in.thin_film_ior = 1.7f, in.metallic = 0.3f, in.transmission = 0.4f;
+    in.film = {350.0f, 1.7f}, in.metallic = 0.3f, in.transmission = 0.4f;
   });
   principled("thin_wall", 8.0f, [=](PrincipledInputs& in) {
     in.thin_wall = 1.0f, in.transmission = 0.6f, in.subsurface = 0.7f, in.subsurface_anisotropy = 0.4f;

@@ -83,7 +83,7 @@ def bumps() -> list[tuple[str, Maker]]:
 
 def subsurface() -> list[tuple[str, Maker]]:
     made = []
-    for method in ("RANDOM_WALK", "RANDOM_WALK_SKIN", "RANDOM_WALK_LEGACY"):
+    for method in ("RANDOM_WALK", "RANDOM_WALK_SKIN", "RANDOM_WALK_LEGACY", "BURLEY"):
         common = {"Subsurface_Radius": (1.0, 0.4, 0.2), "Subsurface_Scale": 0.3}
         made += [(f"Principled {method}", principled({"subsurface_method": method}, Subsurface_Weight=1.0, **common)),
                  (f"Principled {method} anisotropy", principled({"subsurface_method": method}, Subsurface_Weight=0.5, Subsurface_Anisotropy=0.8, **common)),
@@ -97,6 +97,7 @@ def layers() -> list[tuple[str, Maker]]:
     return [
         ("Principled", principled()), ("Principled GGX", principled({"distribution": "GGX"})), ("Principled tint", principled(Specular_Tint=(0.2, 0.5, 1.0, 1.0))), ("Principled IOR", principled(IOR=2.0)),
         ("Principled diffuse roughness", principled(Diffuse_Roughness=1.0)), ("Principled alpha", principled(Alpha=0.5)),
+        ("Principled bright colour", principled(Base_Color=(2.0, 1.0, 0.5, 1.0))),
         ("Principled metal", principled(**metal, Roughness=0.3)), ("Principled rough metal", principled(**metal, Roughness=1.0)),
         ("Principled metal GGX", principled({"distribution": "GGX"}, **metal, Roughness=0.7)),
         ("Principled coat", principled(Coat_Weight=1.0)), ("Principled coat tint", principled(Coat_Weight=1.0, Coat_Tint=(0.3, 0.6, 0.9, 1.0), Coat_IOR=1.8)),

@@ -40,8 +40,6 @@ KNOWN = (
     Known("BsdfToon", "*", "*", OLD + NEW, "with a smooth edge, Cycles evaluates the falloff at another angle than that of the sampled direction"),
     Known("BsdfTranslucent", "Normal", "", OLD + NEW, "with a tilted normal, Cycles attenuates directions below the surface differently"),
     Known("BsdfPrincipled", "Clearcoat*", "", OLD, "Cycles samples one distribution of the coat and uses the density of another (docs/agreement.md)"),
-    Known("BsdfPrincipled", "Subsurface*", "", OLD, "a random walk; for Burley's profile, a random walk of the same radius"),
-    Known("SubsurfaceScattering", "*", "*", OLD + NEW, "Burley's profile is replaced by a random walk of the same radius, Skin by a plain random walk"),
     Known("BsdfDiffuse", "Roughness", "", NEW, OREN_NAYAR),
     Known("BsdfPrincipled", "Diffuse Roughness", "", NEW, OREN_NAYAR),
     Known("BsdfDiffuse", "Normal", "", NEW, LEANING),
@@ -81,20 +79,23 @@ def known_reason(node: str, name: str, value: str, blender: str) -> str | None:
     return None
 
 
+def differs(probe: dict) -> bool:
+    return probe["difference"] > math.hypot(MIN_DIFFERENCE, probe["error"])
+
+
 def verdict(probe: dict, blender: str) -> Verdict:
     node = probe["node"].removeprefix("ShaderNode")
-    differs = probe["difference"] > math.hypot(MIN_DIFFERENCE, probe["error"])
     effect = probe["kind"] in ("plain", "output", "context") or probe["change"] > max(EFFECT, probe["change_error"])
-    found = Verdict(node, probe["kind"], probe["name"], probe["value"], probe["shown"], "exact", [], probe["difference"] if differs else 0.0, effect)
+    found = Verdict(node, probe["kind"], probe["name"], probe["value"], probe["shown"], "exact", [], probe["difference"] if differs(probe) else 0.0, effect)
     said = [message.split("): ", 1)[-1] for message in probe["said"]]
     reason = known_reason(node, probe["name"], probe["value"], blender)
     if any("not supported" in message for message in said):
         found.state, found.reasons = "missing", said
     elif said:
         found.state, found.reasons = "approximated", said
-    elif differs and reason is not None:
+    elif differs(probe) and reason is not None:
         found.state, found.reasons = "approximated", [reason]
-    elif differs:
+    elif differs(probe):
         found.state = "wrong"
     return found
 

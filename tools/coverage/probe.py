@@ -3,7 +3,9 @@
     PYTHONPATH=build/release/python blender -b --factory-startup --python-exit-code 1 --python tools/coverage/probe.py -- OUT.json
     PYTHONPATH=<unpacked zip> python tools/coverage/probe.py OUT.json          (in the environment of a bpy wheel)
 
-Each probe is a sphere 10 pixels wide below a lamp and a sky with a gradient. Both engines render all spheres in one image, with two seeds.
+Each probe is a sphere 10 pixels wide below a lamp and a sky with a gradient. Both engines render all spheres in one image, with two seeds. The spheres
+that differ without a known reason are rendered again with more samples, and the second images decide: with a thousand probes, noise alone makes some
+differ.
 
 The difference of two images a and b of a sphere, each rendered twice, is the root of the mean of (a1 - b1)(a2 - b2) over its pixels and colours,
 relative to its brightness. The noise of the two factors is independent, so that it adds nothing in expectation. The error of this mean is also
@@ -24,6 +26,7 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[2])]
 
+import judge                                                   # noqa: E402
 import probes                                                  # noqa: E402
 from python_addon import properties                            # noqa: E402
 from python_addon.ajar_module import ajar                     # noqa: E402
@@ -31,12 +34,14 @@ from python_addon.export import export_scene                   # noqa: E402
 from python_addon.headless import Options                      # noqa: E402
 
 TILE, BLOCK, SPACING = 12, 2, 2.4   # in pixels, the last in radii: distance between spheres
-SAMPLES = 64
+SAMPLES, SAMPLES_AGAIN = 64, 1024
 
 
-def build_scene(materials: list[str]) -> int:
-    """Build a grid of spheres, seen vertically from above. Returns the number of spheres in a row."""
+def build_scene(materials: list[str], samples: int) -> int:
+    """Build a grid of spheres, seen vertically from above, in a scene without other objects. Returns the number of spheres in a row."""
     scene = bpy.context.scene
+    for left in list(scene.collection.objects):
+        bpy.data.objects.remove(left)
     row = math.ceil(math.sqrt(len(materials)))
     bpy.ops.mesh.primitive_uv_sphere_add(segments=24, ring_count=12, radius=1.0)
     model = bpy.context.object
@@ -76,7 +81,7 @@ def build_scene(materials: list[str]) -> int:
     render.resolution_percentage = 100
     render.engine = "CYCLES"
     cycles = scene.cycles
-    cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = SAMPLES, False, False
+    cycles.samples, cycles.use_adaptive_sampling, cycles.use_denoising = samples, False, False
     cycles.max_bounces = cycles.transmission_bounces = cycles.glossy_bounces = cycles.volume_bounces = 4
     cycles.sample_clamp_indirect, cycles.blur_glossy = 0.0, 0.0
     render.image_settings.file_format, render.image_settings.color_depth = "OPEN_EXR", "32"
@@ -101,7 +106,7 @@ def by_cycles(seed: int) -> np.ndarray:
 def by_ajar(seed: int) -> tuple[np.ndarray, list[tuple[str, str]]]:
     scene = bpy.context.scene
     frame = scene.frame_current
-    context = export_scene(bpy.context.evaluated_depsgraph_get(), Options({"samples": SAMPLES, "integrator": "path", "seed": seed}), ["Combined"], scene.camera,
+    context = export_scene(bpy.context.evaluated_depsgraph_get(), Options({"samples": scene.cycles.samples, "integrator": "path", "seed": seed}), ["Combined"], scene.camera,
                            lambda: False, lambda step: None, lambda at, part: scene.frame_set(at, subframe=part))
     if scene.render.use_motion_blur:
         scene.frame_set(frame)
@@ -131,6 +136,26 @@ def difference(a: list[np.ndarray], b: list[np.ndarray]) -> tuple[float, float]:
     return math.sqrt(max(products.mean(), 0.0)), math.sqrt(3.0 * noise / math.sqrt(products.size))
 
 
+class Rendered:
+    """The images of some materials by both engines, each with two seeds."""
+
+    def __init__(self, materials: list[str], samples: int) -> None:
+        self.row = build_scene(materials, samples)
+        pictures = [by_ajar(seed) for seed in (1, 2)]
+        self.ours, self.theirs = [picture for picture, _ in pictures], [by_cycles(seed) for seed in (1, 2)]
+        self.said: dict[str, list[str]] = {}
+        for name, message in pictures[0][1]:
+            self.said.setdefault(name, []).append(message)
+
+    def spheres(self, pictures: list[np.ndarray], index: int) -> list[np.ndarray]:
+        return [blocks(picture, index, self.row) for picture in pictures]
+
+    def compared(self, index: int) -> dict[str, Any]:
+        ours, theirs = self.spheres(self.ours, index), self.spheres(self.theirs, index)
+        found, error = difference(ours, theirs)
+        return {"difference": found, "error": error, "means": [float(np.mean(ours)), float(np.mean(theirs))]}
+
+
 def main(path: str) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     if "cycles" not in bpy.context.preferences.addons:
@@ -139,24 +164,23 @@ def main(path: str) -> None:
     builder = probes.Builder()
     builder.add_all()
     asked = builder.probes
-    row = build_scene([probe.material for probe in asked])
-    pictures = [by_ajar(seed) for seed in (1, 2)]
-    ours, theirs = [picture for picture, _ in pictures], [by_cycles(seed) for seed in (1, 2)]
-    said: dict[str, list[str]] = {}
-    for name, message in pictures[0][1]:
-        said.setdefault(name, []).append(message)
-    result, plain, context = [], 0, 0
+    rendered = Rendered([probe.material for probe in asked], SAMPLES)
+    result: list[dict[str, Any]] = []
+    plain, context = 0, 0
     for i, probe in enumerate(asked):
         plain = i if probe.kind == "plain" else plain
         context = i if probe.kind == "context" else context
         same = (probe.node, probe.name, probe.value) == (asked[context].node, asked[context].name, asked[context].value)
         reference = context if same and context < i else plain
-        entry: dict[str, Any] = {"node": probe.node, "kind": probe.kind, "name": probe.name, "value": probe.value, "shown": probe.shown, "said": said.get(probe.material, [])}
-        ajar_, cycles = [blocks(picture, i, row) for picture in ours], [blocks(picture, i, row) for picture in theirs]
-        entry["difference"], entry["error"] = difference(ajar_, cycles)
-        entry["change"], entry["change_error"] = difference(cycles, [blocks(picture, reference, row) for picture in theirs])
-        entry["means"] = [float(np.mean(ajar_)), float(np.mean(cycles))]
-        result.append(entry)
+        change, change_error = difference(rendered.spheres(rendered.theirs, i), rendered.spheres(rendered.theirs, reference))
+        result.append({"node": probe.node, "kind": probe.kind, "name": probe.name, "value": probe.value, "shown": probe.shown,
+                       "said": rendered.said.get(probe.material, []), "change": change, "change_error": change_error} | rendered.compared(i))
+    # Spheres that differ for known reasons are left out: they light their neighbours.
+    wrong = [i for i, entry in enumerate(result) if judge.verdict(entry, bpy.app.version_string).state == "wrong"]
+    if wrong:
+        again = Rendered([asked[i].material for i in wrong], SAMPLES_AGAIN)
+        for index, i in enumerate(wrong):
+            result[i] |= again.compared(index)
     Path(path).write_text(json.dumps({"blender": bpy.app.version_string, "probes": result}, indent=0), encoding="utf-8")
 
 

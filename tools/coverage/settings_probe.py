@@ -218,7 +218,7 @@ class Setter:
 
 def pictures(seeds: tuple[int, int] = (1, 2), samples: int = SAMPLES) -> dict:
     """Images of both engines with two seeds, and the messages of Ajar."""
-    probe.SAMPLES = bpy.context.scene.cycles.samples = samples
+    bpy.context.scene.cycles.samples = samples
     for block in (*bpy.data.objects, *bpy.data.lights, *bpy.data.worlds, *bpy.data.cameras, *bpy.data.materials, *bpy.data.meshes, *bpy.data.scenes):
         block.update_tag()   # changes of the groups of Cycles cause no update
     bpy.context.view_layer.update()

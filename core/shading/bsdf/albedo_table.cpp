@@ -27,27 +27,22 @@ float masking(Vec3 w, float alpha) {
   return std::abs(w.z) * microfacet::ggx_masking_over_cos({w.x, w.y, std::abs(w.z)}, alpha, alpha);
 }
 
-float reflected(Vec3 wo, Vec3 m, float alpha) {
-  const Vec3 wi = 2.0f * glm::dot(wo, m) * m - wo;
-  return wi.z > 0.0f ? masking(wi, alpha) : 0.0f;
-}
-float reflected_correlated(Vec3 wo, Vec3 m, float alpha) {
-  const Vec3 wi = 2.0f * glm::dot(wo, m) * m - wo;
-  if (!(wi.z > 0.0f)) return 0.0f;
+/// The fraction of the light from a visible facet towards wi that is not shadowed. `wi` is above the surface.
+float unshadowed(Vec3 wo, Vec3 wi, float alpha, bool correlated) {
+  if (!correlated) return masking(wi, alpha);
   return wi.z * microfacet::ggx_correlated_over_cosines(wo, wi, alpha, alpha) /
          microfacet::ggx_masking_over_cos(wo, alpha, alpha);
 }
 
-float transmitted(Vec3 wo, Vec3 m, float alpha, float eta) {
-  Vec3 wi;
-  return fresnel::refract(wo, m, eta, wi) && wi.z < 0.0f ? masking(wi, alpha) : 0.0f;
+float reflected(Vec3 wo, Vec3 m, float alpha, bool correlated) {
+  const Vec3 wi = 2.0f * glm::dot(wo, m) * m - wo;
+  return wi.z > 0.0f ? unshadowed(wo, wi, alpha, correlated) : 0.0f;
 }
-float transmitted_correlated(Vec3 wo, Vec3 m, float alpha, float eta) {
+
+float transmitted(Vec3 wo, Vec3 m, float alpha, float eta, bool correlated) {
   Vec3 wi;
   if (!fresnel::refract(wo, m, eta, wi) || !(wi.z < 0.0f)) return 0.0f;
-  wi.z = -wi.z;
-  return wi.z * microfacet::ggx_correlated_over_cosines(wo, wi, alpha, alpha) /
-         microfacet::ggx_masking_over_cos(wo, alpha, alpha);
+  return unshadowed(wo, {wi.x, wi.y, -wi.z}, alpha, correlated);
 }
 
 // Both axes are uniform in cos and in roughness = sqrt(alpha). The first cosine is above zero.
@@ -69,14 +64,14 @@ struct MirrorTable {
   std::array<std::array<float, kCosines>, kRoughnesses> albedo;
   std::array<float, kRoughnesses> mean;
 
-  explicit MirrorTable(float (*reflected_by_facet)(Vec3 wo, Vec3 m, float alpha)) {
+  explicit MirrorTable(bool correlated) {
     for (int r = 0; r < kRoughnesses; ++r) {
       const float alpha = std::max(sqr(float(r) / float(kRoughnesses - 1)), 1e-4f);
       double sum = 0.0, weight = 0.0;
       for (int c = 0; c < kCosines; ++c) {
         const float cosine = std::max(float(c) / float(kCosines - 1), kSmallestCosine);
         albedo[r][c] = mean_over_visible(cosine, alpha, kLattice,
-                                         [&](Vec3 wo, Vec3 m) { return reflected_by_facet(wo, m, alpha); });
+                                         [&](Vec3 wo, Vec3 m) { return reflected(wo, m, alpha, correlated); });
         const double share = (c == 0 || c == kCosines - 1) ? 0.5 : 1.0;
         sum += share * albedo[r][c] * cosine;
         weight += share * cosine;
@@ -87,11 +82,11 @@ struct MirrorTable {
 };
 
 const MirrorTable& mirror_table() {
-  static const MirrorTable table(reflected);
+  static const MirrorTable table(false);
   return table;
 }
 const MirrorTable& correlated_table() {
-  static const MirrorTable table(reflected_correlated);
+  static const MirrorTable table(true);
   return table;
 }
 
@@ -113,26 +108,22 @@ struct GlassTable {
   std::array<std::array<std::array<Row, kRoughnesses>, kEtas>, 2> albedo;
   std::array<std::array<std::array<float, kRoughnesses>, kEtas>, 2> mean;
 
-  bool correlated;
-
-  explicit GlassTable(bool is_correlated) : correlated(is_correlated) {
+  explicit GlassTable(bool correlated) {
     for (int side = 0; side < 2; ++side)
       for (int e = 0; e < kEtas; ++e) {
         const float z2 = std::min(sqr(float(e) / float(kEtas - 1)), 0.99f);
         const float above = (1.0f + z2) / (1.0f - z2), eta = side == 0 ? above : 1.0f / above;
-        for (int r = 0; r < kRoughnesses; ++r) fill(side, e, r, eta);
+        for (int r = 0; r < kRoughnesses; ++r) fill(side, e, r, eta, correlated);
       }
   }
-  void fill(int side, int e, int r, float eta) {
+  void fill(int side, int e, int r, float eta, bool correlated) {
     const float alpha = std::max(sqr(float(r) / float(kRoughnesses - 1)), 1e-4f);
     double sum = 0.0, weight = 0.0;
     for (int c = 0; c < kCosines; ++c) {
       const float cosine = std::max(float(c) / float(kCosines - 1), kSmallestCosine);
       const float value = mean_over_visible(cosine, alpha, kLattice, [&](Vec3 wo, Vec3 m) {
         const float f = fresnel::dielectric(glm::dot(wo, m), eta);
-        return correlated
-                   ? f * reflected_correlated(wo, m, alpha) + (1.0f - f) * transmitted_correlated(wo, m, alpha, eta)
-                   : f * reflected(wo, m, alpha) + (1.0f - f) * transmitted(wo, m, alpha, eta);
+        return f * reflected(wo, m, alpha, correlated) + (1.0f - f) * transmitted(wo, m, alpha, eta, correlated);
       });
       albedo[side][e][r][c] = value;
       const double share = (c == 0 || c == kCosines - 1) ? 0.5 : 1.0;

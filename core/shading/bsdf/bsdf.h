@@ -94,6 +94,12 @@ enum LobeFlags : uint32_t {
   kTransparent = 32
 };
 
+/// A film on facets, in which light interferes (thin_film.h).
+struct ThinFilm {
+  float thickness = 0.0f;  ///< nanometres
+  float ior = 1.33f;       ///< relative to the side from which light arrives
+};
+
 /// One lobe. The makers in closures.h create lobes and keep their invariants.
 struct Lobe {
   LobeKind kind = LobeKind::Diffuse;
@@ -111,12 +117,12 @@ struct Lobe {
   Color transmission_tint{1.0f};    ///< glass: colour of the transmitted light
   Color multiple_scattering{1.0f};  ///< reflectance of all bounces after the first, taken together
   Color mean_fresnel{1.0f};  ///< reflectance of the first bounce, for the part of the light that loses its direction
-  float alpha_x = 1.0f, alpha_y = 1.0f;          ///< microfacet roughness (already squared)
-  float roughness = 0.0f;                        ///< Oren-Nayar sigma, sheen and principled diffuse roughness
-  float eta = 1.0f;                              ///< relative index of refraction: transmitted side over incident side
-  float film_thickness = 0.0f, film_ior = 1.0f;  ///< thin film on the facets (thin_film.h); nm, relative to wo's side
-  float selection = 0.0f;                        ///< probability that the lobe is sampled; set by Bsdf::prepare
-  Frame frame;                                   ///< n: the lobe's normal on wo's side; s: the tangent of anisotropy
+  float alpha_x = 1.0f, alpha_y = 1.0f;  ///< microfacet roughness (already squared)
+  float roughness = 0.0f;                ///< Oren-Nayar sigma, sheen and principled diffuse roughness
+  float eta = 1.0f;                      ///< relative index of refraction: transmitted side over incident side
+  ThinFilm film;                         ///< on the facets, for light from wo's side
+  float selection = 0.0f;                ///< probability that the lobe is sampled; set by Bsdf::prepare
+  Frame frame;                           ///< n: the lobe's normal on wo's side; s: the tangent of anisotropy
   bool is_delta() const;
 };
 
@@ -143,6 +149,7 @@ struct SubsurfaceMedium {
   Color radius{0.0f};       ///< mean free path; of the reduced medium unless `van_de_hulst`
   float anisotropy = 0.0f;  ///< mean cosine of scattering
   bool fresnel = false;  ///< light is dimmed at grazing angles where it enters and leaves (Principled of Blender 3.x)
+  bool profile = false;  ///< light leaves by a profile (subsurface_profile.h), `radius` is its width
   bool van_de_hulst = false;  ///< how the single scattering albedo follows from `albedo` (walk_medium)
   SubsurfaceEntry entry = SubsurfaceEntry::Diffuse;
   float eta = 1.4f, alpha = 0.0f;  ///< of the boundary that refracts: index of refraction, roughness of GGX

@@ -20,6 +20,6 @@ float eta_from_ior(const Surface& surface, float ior);
 /// Roughness along and across the tangent, by the rule of the Principled and Metallic BSDF.
 void set_principled_anisotropy(Lobe& lobe, float roughness, const Anisotropy& anisotropy);
 /// Puts a film on the outer side of a boundary with this index of refraction.
-void set_film(Lobe& lobe, const Surface& surface, const FilmInputs& film, float ior);
+void set_film(Lobe& lobe, const Surface& surface, const ThinFilm& film, float ior);
 
 }  // namespace ajar::closures

@@ -45,11 +45,11 @@ void compensate(Lobe& lobe, Compensation compensation, Color mean_fresnel) {
   const float alpha = std::sqrt(lobe.alpha_x * lobe.alpha_y);
   // For glass, the mean for the outer side is used for both sides, so that light and eye see the same lobe.
   const float outer_eta = std::max(lobe.eta, 1.0f / lobe.eta);
-  const bool correlated = lobe.correlated || compensation == Compensation::Mixed;
-  float mean = correlated ? albedo_table::ggx_correlated_mean(alpha) : albedo_table::ggx_mean(alpha);
+  if (compensation == Compensation::Mixed) lobe.correlated = true;
+  float mean = lobe.correlated ? albedo_table::ggx_correlated_mean(alpha) : albedo_table::ggx_mean(alpha);
   if (lobe.kind == LobeKind::MicrofacetGlass)
-    mean = correlated ? albedo_table::ggx_glass_correlated_mean(alpha, outer_eta)
-                      : albedo_table::ggx_glass_mean(alpha, outer_eta);
+    mean = lobe.correlated ? albedo_table::ggx_glass_correlated_mean(alpha, outer_eta)
+                           : albedo_table::ggx_glass_mean(alpha, outer_eta);
   mean_fresnel = glm::clamp(mean_fresnel, 0.0f, 1.0f);
   lobe.compensation = compensation;
   lobe.multiple_scattering = mean_fresnel * mean / (1.0f - mean_fresnel * (1.0f - mean));
@@ -129,10 +129,10 @@ SubsurfaceMedium make_medium(const SubsurfaceInputs& inputs) {
   SubsurfaceMedium medium;
   medium.albedo = inputs.albedo;
   medium.van_de_hulst = inputs.method == Method::Refracted;
-  // The fit for the reduced medium does not know negative anisotropies; profiles are isotropic.
+  // The fit for the reduced medium does not know negative anisotropies.
   medium.anisotropy = medium.van_de_hulst ? std::clamp(inputs.anisotropy, -0.99f, 0.99f)
                                           : std::clamp(inputs.anisotropy, 0.0f, 0.9f);
-  if (inputs.method == Method::Burley) medium.anisotropy = 0.0f;
+  medium.profile = inputs.method == Method::Burley;
   medium.eta = std::clamp(inputs.ior, 1.01f, 3.8f);
   medium.alpha = inputs.method == Method::Skin ? 1.0f : saturate(inputs.alpha);
   if (inputs.method == Method::Skin) medium.entry = SubsurfaceEntry::Mixed;
@@ -185,8 +185,7 @@ void add_metallic(Bsdf& bsdf, Color weight, Vec3 normal, const Facets& facets, c
   lobe.microfacet = microfacet_of(facets.distribution);
   lobe.correlated = facets.correlated;
   set_principled_anisotropy(lobe, saturate(facets.roughness), anisotropy);
-  lobe.film_thickness = metal.film.thickness;
-  lobe.film_ior = metal.film.ior;
+  lobe.film = metal.film;
   Color f0 = metal.color_or_n, dip = metal.tint_or_k;  // of the F82 curve
   lobe.fresnel = metal.is_conductor ? FresnelKind::Conductor : FresnelKind::F82Tint;
   if (metal.is_conductor) {
@@ -208,9 +207,9 @@ void add_sheen(Bsdf& bsdf, Color weight, Vec3 normal, float roughness) {
   bsdf.add(lobe);
 }
 
-void set_film(Lobe& lobe, const Surface& surface, const FilmInputs& film, float ior) {
-  lobe.film_thickness = film.thickness;
-  lobe.film_ior = surface.backfacing ? film.ior / ior : film.ior;
+void set_film(Lobe& lobe, const Surface& surface, const ThinFilm& film, float ior) {
+  lobe.film = film;
+  if (surface.backfacing) lobe.film.ior /= ior;
 }
 
 namespace {

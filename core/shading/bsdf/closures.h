@@ -33,21 +33,18 @@ struct Facets {
 };
 void add_glossy(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const Facets& facets,
                 const Anisotropy& anisotropy);
-struct FilmInputs {
-  float thickness = 0.0f, ior = 1.33f;  ///< nanometres
-};
 /// A rough boundary between two transparent materials.
 struct RoughBoundary {
   Distribution distribution;
   float roughness, ior;
   bool correlated = false;  ///< as in Facets; light is split into reflection and refraction at each facet
-  FilmInputs film{};
+  ThinFilm film{};
 };
 /// A metal: either its colour along the normal and a tint at 82 degrees (F82), or its complex index n + ik.
 struct Metal {
   bool is_conductor = false;
   Color color_or_n{0.8f}, tint_or_k{1.0f};
-  FilmInputs film{};
+  ThinFilm film{};
 };
 void add_metallic(Bsdf& bsdf, Color weight, Vec3 normal, const Facets& facets, const Anisotropy& anisotropy,
                   const Metal& metal, uint8_t layers = 0);
@@ -65,12 +62,12 @@ void add_toon(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, boo
 void add_subsurface(Bsdf& bsdf, const Surface& surface, Color weight, Vec3 normal, const SubsurfaceMedium& medium,
                     uint8_t layers = 0);
 
-/// Blender's kinds of random walks. They differ in the mean free path that follows from the socket Radius, and in the
+/// Blender's kinds of subsurface scattering. Random walks differ in the mean free path that follows from the socket Radius, and in the
 /// direction in which light enters.
 enum class SubsurfaceMethod : uint8_t {
   RandomWalk,            ///< 3.x: that of the reduced medium of a dipole with this albedo and index; diffuse entry
   FixedRadius,           ///< 3.x: a constant factor, as in Blender's earlier profiles; diffuse entry
-  Burley,                ///< a profile, for which the isotropic walk of FixedRadius is used
+  Burley,                ///< no walk, but a profile with the radius of FixedRadius
   Skin,                  ///< 4.0 and later: as RandomWalk, but half of the light is refracted by a rough boundary
   RefractedFixedRadius,  ///< Random Walk of 4.0 to 5.1: a constant factor; light is refracted
   Refracted              ///< Random Walk of 5.2: Radius is the mean free path; light is refracted
@@ -107,15 +104,17 @@ struct PrincipledInputs {
   bool enters_after_diffuse = false;  ///< light enters the surface after a diffuse bounce as well (Blender 5.0)
   bool enters = false;                ///< subsurface light is followed and not approximated by diffuse reflection
   float diffuse_roughness = 0.0f;     ///< version 2 (Blender 4.3 and later)
-  float thin_film_thickness = 0.0f, thin_film_ior = 1.33f;  ///< nanometres
-  float thin_wall = 0.0f;                                   ///< not 0: the surface is a thin sheet (Blender 5.2)
-  bool correlated = false;                                  ///< as in Facets
-  bool is_conductor = false;         ///< metallic closures: base_color and specular_tint_color are n and k
-  bool multiple_scattering = false;  ///< rough diffuse closures: light bounces between facets (Blender 4.3 and later)
+  ThinFilm film;                      ///< its index is relative to air
+  float thin_wall = 0.0f;             ///< not 0: the surface is a thin sheet (Blender 5.2)
+  bool correlated = false;            ///< as in Facets
+  bool is_conductor = false;          ///< metallic closures: base_color and specular_tint_color are n and k
+  bool multiple_scattering = false;   ///< rough diffuse closures: light bounces between facets (Blender 4.3 and later)
   Vec3 normal{0, 0, 1}, clearcoat_normal{0, 0, 1}, tangent{1, 0, 0};
   Vec3 diffuse_normal{0, 0, 1};  ///< of diffuse lobes, if `keeps_normal`
   bool keeps_normal = false;     ///< diffuse lobes have a normal that is not bent towards the eye (Blender 4.0)
   bool reflective_caustics = true, refractive_caustics = true;  ///< these lobes are allowed after a diffuse bounce
+
+  Anisotropy anisotropy() const { return {tangent, anisotropic, anisotropic_rotation}; }
 };
 /// The medium below a Principled surface.
 SubsurfaceMedium principled_medium(const PrincipledInputs& inputs);

@@ -46,16 +46,14 @@ inline Color f82(float cos_incident, Color f0, Color b) {
   const float m = saturate(1.0f - cos_incident), m5 = sqr(sqr(m)) * m;
   return glm::clamp(f0 + (1.0f - f0) * m5 - b * (cos_incident * m5 * m), 0.0f, 1.0f);
 }
-/// `tint` is the reflectance at 82 degrees, as a fraction of the value of Schlick's curve at this angle.
-inline Color f82_coefficient(Color f0, Color tint) {
-  constexpr float kM = 1.0f - kF82Cosine, kM5 = kM * kM * kM * kM * kM;
-  return (f0 + (1.0f - f0) * kM5) * (1.0f - tint) / (kF82Cosine * kM5 * kM);
-}
-
-/// The same coefficient, from the reflectance at 82 degrees itself.
+/// The coefficient for which the reflectance at 82 degrees is `at_82`.
 inline Color f82_coefficient_of(Color f0, Color at_82) {
   constexpr float kM = 1.0f - kF82Cosine, kM5 = kM * kM * kM * kM * kM;
   return (f0 + (1.0f - f0) * kM5 - at_82) / (kF82Cosine * kM5 * kM);
+}
+/// The same if this reflectance is a fraction, `tint`, of the value of Schlick's curve.
+inline Color f82_coefficient(Color f0, Color tint) {
+  return f82_coefficient_of(f0, f82(kF82Cosine, f0, Color(0.0f)) * tint);
 }
 /// The cosine-weighted mean of `f82`: 1/21 of the rise of Schlick's curve, 1/126 of the dip.
 inline Color f82_mean(Color f0, Color b) { return glm::mix(f0, Color(1.0f), 1.0f / 21.0f) - b / 126.0f; }

@@ -42,10 +42,11 @@ LobeValue diffuse_for_any_eye(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode 
   return {f * std::abs(cos_i), above_i * kInvPi};
 }
 
-Color fresnel_color(const Lobe& lobe, float cosine, float eta) {
-  if (lobe.film_thickness > thin_film::kThinnest) [[unlikely]]
-    return thin_film::on_lobe(lobe, cosine, eta);
-  switch (lobe.fresnel) {
+/// The reflectance of a facet by a kind of Fresnel curve.
+Color fresnel_color(const Lobe& lobe, FresnelKind kind, float cosine, float eta) {
+  if (lobe.film.thickness > thin_film::kThinnest) [[unlikely]]
+    return thin_film::on_lobe(lobe, kind, cosine, eta);
+  switch (kind) {
     case FresnelKind::DielectricTint: return glm::mix(lobe.f0, lobe.f90, fresnel::dielectric_position(cosine, eta));
     case FresnelKind::Dielectric: return Color(fresnel::dielectric(cosine, eta));
     case FresnelKind::F82Tint: return fresnel::f82(cosine, lobe.f0, lobe.f90);
@@ -53,6 +54,9 @@ Color fresnel_color(const Lobe& lobe, float cosine, float eta) {
     case FresnelKind::None: break;
   }
   return Color(1.0f);
+}
+Color fresnel_color(const Lobe& lobe, float cosine, float eta) {
+  return fresnel_color(lobe, lobe.fresnel, cosine, eta);
 }
 
 /// The reflected and transmitted fractions of a glass lobe. They depend on the facet, or only on n if light is split
@@ -166,14 +170,13 @@ MixedCompensation mixed_compensation(const Lobe& lobe, float cos_o, float cos_i,
 /// c (1 - r1) (1 - r2) / (1 - (r2 c)^2) and reflects r1 + t r2 c.
 Color thin_sheet(const Lobe& lobe, float cosine) {
   const float sin2 = (1.0f - cosine * cosine) / sqr(lobe.eta);
-  Lobe outer = lobe;
-  outer.fresnel = FresnelKind::DielectricTint;
-  const Color r1 = fresnel_color(outer, cosine, lobe.eta);
+  const Color r1 = fresnel_color(lobe, FresnelKind::DielectricTint, cosine, lobe.eta);
   Color transmitted(0.0f), again(0.0f);
   if (sin2 < 1.0f) {
     const float cos_inside = std::sqrt(1.0f - sin2);
     Color r2 = r1;
-    if (lobe.film_thickness > thin_film::kThinnest) r2 = fresnel_color(outer, cos_inside, 1.0f / lobe.eta);
+    if (lobe.film.thickness > thin_film::kThinnest)
+      r2 = fresnel_color(lobe, FresnelKind::DielectricTint, cos_inside, 1.0f / lobe.eta);
     const Color absorption = glm::pow(lobe.transmission_tint, Color(1.0f / cos_inside)), inside = r2 * absorption;
     transmitted = absorption * (1.0f - r1) * (1.0f - r2) / glm::max(1.0f - inside * inside, 1e-6f);
     again = transmitted * inside;
@@ -204,10 +207,7 @@ LobeValue reflect_microfacet(const Lobe& lobe, Vec3 wo, Vec3 wi, TransportMode m
     f_cos = pdf * wi.z / std::max(wo.z, wi.z);
   } else {
     const float common = 0.25f * density, masking_o = masking_over_cos(lobe, wo);
-    f_cos = common * wi.z *
-            (lobe.compensation == Compensation::Mixed
-                 ? microfacet::ggx_correlated_over_cosines(wo, wi, lobe.alpha_x, lobe.alpha_y)
-                 : masking_over_cosines(lobe, masking_o, masking_over_cos(lobe, wi), wo.z, wi.z));
+    f_cos = common * wi.z * masking_over_cosines(lobe, masking_o, masking_over_cos(lobe, wi), wo.z, wi.z);
     pdf = common * (lobe.microfacet == Microfacet::Gtr1 ? m.z / cos_facet : masking_o);
   }
   Color color = lobe.weight * f_cos;

@@ -13,10 +13,8 @@ namespace {
 /// A colour of luminance 1 with the same hue and saturation.
 Color hue_of(Color color, float luminance) { return luminance > 0.0f ? color / luminance : Color(1.0f); }
 
-Anisotropy anisotropy_of(const PrincipledInputs& in) { return {in.tangent, in.anisotropic, in.anisotropic_rotation}; }
-
 void set_anisotropy(Lobe& lobe, const PrincipledInputs& in) {
-  set_principled_anisotropy(lobe, in.roughness, anisotropy_of(in));
+  set_principled_anisotropy(lobe, in.roughness, in.anisotropy());
 }
 
 /// The mean over the hemisphere of a reflectance that goes from f0 to f90 along the dielectric curve of eta.
@@ -140,7 +138,6 @@ void add_covering(Bsdf& bsdf, const Surface& surface, Below& below, Lobe& lobe, 
 
 bool compensated_v2(const PrincipledInputs& in) { return in.distribution == Distribution::MultiGgx; }
 bool is_thin(const PrincipledInputs& in) { return in.thin_wall != 0.0f; }
-FilmInputs film_of(const PrincipledInputs& in) { return {in.thin_film_thickness, in.thin_film_ior}; }
 
 /// The reflectance of a transmitting surface along its normal.
 Color transmission_f0(const PrincipledInputs& in) {
@@ -170,9 +167,9 @@ void add_metal_v2(Bsdf& bsdf, const Below& below, float metallic, const Principl
   Metal metal;
   metal.color_or_n = in.base_color;
   metal.tint_or_k = in.specular_tint_color;
-  metal.film = film_of(in);
-  add_metallic(bsdf, below.weight * metallic, in.normal, {in.distribution, in.roughness, true}, anisotropy_of(in),
-               metal, below.layers);
+  metal.film = in.film;
+  add_metallic(bsdf, below.weight * metallic, in.normal, {in.distribution, in.roughness, true}, in.anisotropy(), metal,
+               below.layers);
 }
 
 void add_transmission_v2(Bsdf& bsdf, const Surface& surface, const Below& below, float transmission,
@@ -182,7 +179,7 @@ void add_transmission_v2(Bsdf& bsdf, const Surface& surface, const Below& below,
   lobe.fresnel = FresnelKind::DielectricTint;
   lobe.eta = eta_from_ior(surface, in.ior);
   lobe.f0 = transmission_f0(in);
-  set_film(lobe, surface, film_of(in), std::max(in.ior, 1e-5f));
+  set_film(lobe, surface, in.film, std::max(in.ior, 1e-5f));
   // Light passes the surface twice, in and out. Each time the factor is the square root of the colour.
   lobe.transmission_tint = glm::sqrt(glm::clamp(in.base_color, 0.0f, 1.0f));
   if (!in.refractive_caustics) lobe.transmission_tint = Color(0.0f);
@@ -205,8 +202,7 @@ void add_thin_glass_v2(Bsdf& bsdf, const Surface& surface, const Below& below, f
   lobe.eta = eta;
   lobe.f0 = transmission_f0(in);
   lobe.transmission_tint = glm::clamp(in.base_color, 0.0f, 1.0f);
-  lobe.film_thickness = in.thin_film_thickness;
-  lobe.film_ior = in.thin_film_ior;
+  lobe.film = in.film;
   set_roughness(lobe, alpha, alpha);
   lobe.normal_fresnel = NormalFresnel::ThinReflected;
   compensate(lobe, Compensation::Scaled, glm::max(in.specular_tint_color, 0.0f));
@@ -245,14 +241,13 @@ Specular specular_of(const PrincipledInputs& in) {
 
 void add_specular_v2(Bsdf& bsdf, const Surface& surface, Below& below, const PrincipledInputs& in) {
   const auto [eta, f0] = specular_of(in);
-  if ((eta == 1.0f && !(in.thin_film_thickness > thin_film::kThinnest)) || !in.reflective_caustics) return;
+  if ((eta == 1.0f && !(in.film.thickness > thin_film::kThinnest)) || !in.reflective_caustics) return;
   Lobe lobe = make_lobe(LobeKind::MicrofacetReflection, below.weight, in.normal);
   lobe.fresnel = FresnelKind::DielectricTint;
   lobe.eta = eta;
   lobe.f0 = glm::min(f0 * glm::max(in.specular_tint_color, 0.0f), 1.0f);
   lobe.correlated = true;
-  lobe.film_thickness = in.thin_film_thickness;
-  lobe.film_ior = in.thin_film_ior;
+  lobe.film = in.film;
   set_anisotropy(lobe, in);
   if (compensated_v2(in)) compensate(lobe, Compensation::Scaled, mean_dielectric_tint(lobe.f0, lobe.f90, eta));
   add_covering(bsdf, surface, below, lobe, 0.0f, Color(1.0f));
@@ -262,7 +257,7 @@ void add_specular_v2(Bsdf& bsdf, const Surface& surface, Below& below, const Pri
 /// reflected.
 void add_base_v2(Bsdf& bsdf, const Surface& surface, const Below& below, const PrincipledInputs& in) {
   const float subsurface = in.subsurface > kWeightCutoff ? saturate(in.subsurface) : 0.0f;
-  const Color color = below.weight * glm::clamp(in.base_color, 0.0f, 1.0f);
+  const Color color = below.weight * glm::clamp(in.base_color, 0.0f, 1.0f);  // of subsurface scattering
   const float diffuse_roughness = in.diffuse_roughness < 1e-5f ? 0.0f : saturate(in.diffuse_roughness);
   const auto add_diffuse_lobe = [&](LobeKind kind, Color weight, float roughness) {
     const bool keeps_normal = in.keeps_normal && kind == LobeKind::Diffuse;
@@ -282,7 +277,8 @@ void add_base_v2(Bsdf& bsdf, const Surface& surface, const Below& below, const P
   } else if (subsurface > 0.0f) {
     add_diffuse_lobe(LobeKind::Diffuse, color * subsurface, 0.0f);
   }
-  add_diffuse_lobe(LobeKind::Diffuse, color * (1.0f - subsurface), diffuse_roughness);
+  const Color reflected = below.weight * glm::max(in.base_color, 0.0f);  // may amplify light, as in Cycles
+  add_diffuse_lobe(LobeKind::Diffuse, reflected * (1.0f - subsurface), diffuse_roughness);
 }
 
 void add_principled_v2(Bsdf& bsdf, const Surface& surface, Color weight, const PrincipledInputs& in) {

@@ -104,7 +104,7 @@ struct Path {
   Polarized top;
   bool enters;
 };
-Path path_into(const Film& film, float cosine) {
+Path path_into(const ThinFilm& film, float cosine) {
   Path path{film.ior, 0.0f, 0.0f, {}, false};
   if (film.thickness < 1.0f) {
     const float t = saturate(film.thickness);
@@ -125,7 +125,7 @@ float reflectance(int channel, const Path& path, const Polarized& bottom) {
 
 }  // namespace
 
-Color on_dielectric(const Film& film, float cos_incident, float eta) {
+Color on_dielectric(const ThinFilm& film, float cos_incident, float eta) {
   const float cosine = std::min(cos_incident, 1.0f);
   const Path path = path_into(film, cosine);
   if (!path.enters || 1.0f - cosine * cosine >= eta * eta) return Color(1.0f);
@@ -133,7 +133,7 @@ Color on_dielectric(const Film& film, float cos_incident, float eta) {
   return {reflectance(0, path, bottom), reflectance(1, path, bottom), reflectance(2, path, bottom)};
 }
 
-Color on_conductor(const Film& film, float cos_incident, Color n, Color k) {
+Color on_conductor(const ThinFilm& film, float cos_incident, Color n, Color k) {
   const Path path = path_into(film, std::min(cos_incident, 1.0f));
   Color result(1.0f);
   if (!path.enters) return result;
@@ -141,7 +141,7 @@ Color on_conductor(const Film& film, float cos_incident, Color n, Color k) {
   return result;
 }
 
-Color on_metal(const Film& film, float cos_incident, Color f0, Color f82) {
+Color on_metal(const ThinFilm& film, float cos_incident, Color f0, Color f82) {
   const Path path = path_into(film, std::min(cos_incident, 1.0f));
   Color result(1.0f);
   if (!path.enters) return result;
@@ -162,8 +162,8 @@ Color on_metal(const Film& film, float cos_incident, Color f0, Color f82) {
 namespace {
 
 /// The film on the facets of a lobe. `eta` is the lobe's index, or its inverse for light from the other side.
-Film film_of(const Lobe& lobe, float eta) {
-  return {lobe.film_thickness, eta == lobe.eta ? lobe.film_ior : lobe.film_ior * eta};
+ThinFilm film_of(const Lobe& lobe, float eta) {
+  return {lobe.film.thickness, eta == lobe.eta ? lobe.film.ior : lobe.film.ior * eta};
 }
 
 /// The reflectance of a dielectric with a film. Where it is near the reflectance f of the bare facet along the normal,
@@ -178,8 +178,8 @@ Color dielectric_tint_with_film(const Lobe& lobe, float cosine, float eta) {
 
 }  // namespace
 
-Color on_lobe(const Lobe& lobe, float cosine, float eta) {
-  switch (lobe.fresnel) {
+Color on_lobe(const Lobe& lobe, FresnelKind kind, float cosine, float eta) {
+  switch (kind) {
     case FresnelKind::DielectricTint: return dielectric_tint_with_film(lobe, cosine, eta);
     case FresnelKind::Conductor: return on_conductor(film_of(lobe, eta), cosine, lobe.f0, lobe.f90);
     case FresnelKind::F82Tint:

@@ -7,6 +7,8 @@
 #include <map>
 #include <mutex>
 
+#include "math/srgb.h"
+
 namespace ajar {
 
 namespace {
@@ -41,8 +43,6 @@ Color converted(OIIO::ColorProcessor& processor, Color c) {
   processor.apply(rgb);
   return {rgb[0], rgb[1], rgb[2]};
 }
-
-float srgb_to_linear(float x) { return x < 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f); }
 
 bool is_near(Color a, Color b, float tolerance) {
   return max_component(glm::abs(a - b)) <= tolerance * (1.0f + max_component(glm::abs(b)));
@@ -111,7 +111,7 @@ ColorEncoding ColorSpaces::encoding(const std::string& name, bool is_float, std:
   const Processor& processor = data_->processor(name);
   if (processor) {
     if (applies(*processor, 1e-6f, [](float x) { return x; })) return ColorEncoding::Working;
-    return applies(*processor, 1e-4f, srgb_to_linear) ? ColorEncoding::Srgb : ColorEncoding::Other;
+    return applies(*processor, 1e-4f, linear_from_srgb) ? ColorEncoding::Srgb : ColorEncoding::Other;
   }
   const bool linear = name.find("Linear") != std::string::npos || name == "XYZ";
   problem = "colour space '" + name + "' is not in the OpenColorIO configuration; it is approximated by " +

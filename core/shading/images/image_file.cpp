@@ -18,6 +18,10 @@ namespace {
 constexpr int64_t kMaxTexels = int64_t(1) << 28;  ///< 16384 squared; larger images are treated as errors
 constexpr int kMaxSide = 65536;
 
+bool is_too_large(int64_t width, int64_t height) {
+  return width > kMaxSide || height > kMaxSide || width * height > kMaxTexels;
+}
+
 }  // namespace
 
 size_t value_size(Texture::Storage storage) {
@@ -50,7 +54,7 @@ DecodedImage read(OIIO::ImageInput& input, const OIIO::ImageSpec& spec) {
     image.error = "has no pixels";
     return image;
   }
-  if (spec.width > kMaxSide || spec.height > kMaxSide || int64_t(spec.width) * spec.height > kMaxTexels) {
+  if (is_too_large(spec.width, spec.height)) {
     image.error = "is too large (" + std::to_string(spec.width) + " x " + std::to_string(spec.height) + ")";
     return image;
   }
@@ -149,7 +153,7 @@ DecodedImage with_reader(const ImageDescription& image, Use&& use) {
 DecodedImage from_pixels(const ImageDescription& image) {
   DecodedImage decoded;
   const int64_t count = int64_t(image.width) * image.height;
-  if (image.width < 1 || image.height < 1 || image.width > kMaxSide || image.height > kMaxSide || count > kMaxTexels ||
+  if (image.width < 1 || image.height < 1 || is_too_large(image.width, image.height) ||
       int64_t(image.pixels.size()) != count * 4) {
     decoded.error = "has " + std::to_string(image.pixels.size()) + " values for " + std::to_string(image.width) +
                     " x " + std::to_string(image.height) + " pixels";
@@ -179,9 +183,7 @@ DecodedImage from_pixels(const ImageDescription& image) {
 DecodedImage header_of(OIIO::ImageInput& input) {
   DecodedImage header;
   const OIIO::ImageSpec& spec = input.spec();
-  if (spec.width < 1 || spec.height < 1 || spec.width > kMaxSide || spec.height > kMaxSide ||
-      int64_t(spec.width) * spec.height > kMaxTexels)
-    return header;
+  if (spec.width < 1 || spec.height < 1 || is_too_large(spec.width, spec.height)) return header;
   header.width = spec.width;
   header.height = spec.height;
   header.storage = storage_of(spec);

@@ -4,26 +4,23 @@
 #include <cmath>
 #include <cstring>
 
+#include "math/srgb.h"
+
 namespace ajar {
 
 namespace {
 
 // ---- sRGB -----------------------------------------------------------------------------
 
-float srgb_to_linear(float x) {
-  if (x < 0.04045f) return x < 0.0f ? 0.0f : x / 12.92f;
-  return std::pow((x + 0.055f) / 1.055f, 2.4f);
-}
-
 /// The curve at 1025 points. The error of linear interpolation between them is less than 4e-7.
 struct SrgbTable {
   float values[1026];
   SrgbTable() {
-    for (int i = 0; i < 1026; ++i) values[i] = srgb_to_linear(i / 1024.0f);
+    for (int i = 0; i < 1026; ++i) values[i] = linear_from_srgb(i / 1024.0f);
   }
   float operator()(float x) const {
     if (!(x > 0.0f)) return 0.0f;
-    if (x > 1.0f) return srgb_to_linear(x);
+    if (x > 1.0f) return linear_from_srgb(x);
     const float position = x * 1024.0f;
     const int i = int(position);
     return values[i] + (position - i) * (values[i + 1] - values[i]);

@@ -73,8 +73,8 @@ bool has_correlated_facets(ProgramBuilder& b, int node) {
 }
 
 void thin_film(ClosureWriter& w) {
-  w.number(offsetof(Inputs, thin_film_thickness), "Thin Film Thickness", 0.0f);
-  w.number(offsetof(Inputs, thin_film_ior), "Thin Film IOR", 1.33f);
+  w.number(offsetof(Inputs, film.thickness), "Thin Film Thickness", 0.0f);
+  w.number(offsetof(Inputs, film.ior), "Thin Film IOR", 1.33f);
 }
 
 void diffuse(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) {
@@ -177,8 +177,8 @@ void toon(ProgramBuilder& b, int node, Value weight, std::vector<Closure>& out) 
   out.push_back(std::move(w.closure));
 }
 
-/// Sets the kind of random walk. Burley's profile is approximated by a random walk with the same radius. Random Walk
-/// has had three meanings; the exporter names the one of its Blender in the property `random_walk`.
+/// Sets the method of subsurface scattering. Random Walk has had three meanings; the exporter names the one of its
+/// Blender in the property `random_walk`.
 void set_subsurface_method(ProgramBuilder& b, int node, std::string_view property, Inputs& inputs) {
   using Method = closures::SubsurfaceMethod;
   constexpr Method kMethods[] = {Method::RandomWalk, Method::FixedRadius, Method::Burley, Method::Skin,

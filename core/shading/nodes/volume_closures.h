@@ -6,6 +6,7 @@
 // - Absorption: absorption of density * (1 - colour).
 // - Principled: scattering of density * colour, absorption of density * max(0, 1 - colour) * max(0, 1 - sqrt(absorption
 //   colour)), and emission that does not depend on the density.
+// - Coefficients (Blender 5): scattering and absorption per metre.
 // - Blackbody: the radiance per metre is that of a surface, times 1e-6 and the strength.
 //
 // Grids (smoke, OpenVDB) and the nodes that read them are not supported.
@@ -16,17 +17,21 @@
 
 namespace ajar {
 
-enum class VolumeKind : uint8_t { Scatter, Absorption, Principled, Emission, Blackbody };
+enum class VolumeKind : uint8_t { Scatter, Absorption, Principled, Coefficients, Emission, Blackbody };
+/// Of scattering. The order is that of VolumeReader::phase.
+enum class PhaseKind : uint8_t { HenyeyGreenstein, FournierForand, Draine, Rayleigh, Mie };
 
 /// The inputs are operands, constant or not. Inputs that a kind does not have are kNoOperand.
 struct VolumeClosure {
   VolumeKind kind = VolumeKind::Scatter;
+  PhaseKind phase = PhaseKind::HenyeyGreenstein;
   Operand weight = kNoOperand;
   Operand color = kNoOperand;       ///< of scattering or absorption; emitted radiance per metre; tint of the blackbody
-  Operand second = kNoOperand;      ///< Principled: absorption colour; Blackbody: colour for the temperature
+  Operand second = kNoOperand;      ///< Principled: absorption colour; Coefficients: absorption; Blackbody: its colour
   Operand density = kNoOperand;     ///< Blackbody: intensity
-  Operand anisotropy = kNoOperand;  ///< Blackbody: temperature
-  std::array<Operand, 5> operands() const { return {weight, color, second, density, anisotropy}; }
+  Operand anisotropy = kNoOperand;  ///< Fournier-Forand: backscatter; Mie: diameter; Blackbody: temperature
+  Operand shape = kNoOperand;       ///< Draine: alpha; Fournier-Forand: index of refraction
+  std::array<Operand*, 6> operands() { return {&weight, &color, &second, &density, &anisotropy, &shape}; }
 };
 
 bool is_volume_node(std::string_view type);

@@ -12,11 +12,9 @@ struct UnsupportedSetting {
   const char* message;
 };
 
-constexpr const char* kPhase = "its Phase is not supported yet: Henyey-Greenstein is used";
 constexpr const char* kFromInstancer = "From Instancer is not supported yet: the object's own coordinates are used";
 
 constexpr UnsupportedSetting kSettings[] = {
-    {"ShaderNodeVolumeScatter", "phase", 0.0f, "HENYEY_GREENSTEIN", kPhase},
     {"ShaderNodeTexCoord", "from_instancer", 0.0f, "", kFromInstancer},
     {"ShaderNodeUVMap", "from_instancer", 0.0f, "", kFromInstancer},
     {"ShaderNodeNormalMap", "base", 0.0f, "DISPLACED", "Base is not supported yet: the displaced surface is used"},

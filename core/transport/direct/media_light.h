@@ -8,6 +8,7 @@
 // scatters. `State` is the state of a path: media, counters, random numbers, stack.
 #pragma once
 
+#include "lights/lamp.h"
 #include "transport/direct/direct_light.h"
 #include "transport/media/media.h"
 #include "transport/media/phase_function.h"
@@ -111,8 +112,8 @@ Color estimate_direct_at(const MediumLightContext<State>& c, Vec3 place, MediumL
 }
 
 /// Direct light along a part of a ray in one medium. `beta` is the throughput at its start. The light is chosen for a
-/// point that is sampled by transmittance. The distance is sampled by a mixture of transmittance and the angle at the
-/// light. The path's own scattering is weighted against this estimate for the same point.
+/// point that is sampled by transmittance. The distance is sampled by a mixture of transmittance and, within the cone of
+/// a spot or area lamp, the angle at the light. The path's own scattering is weighted against this estimate for the same point.
 template <class State>
 Color estimate_direct_along(const MediumLightContext<State>& c, float t_end, const MediumPoint& medium, Color beta,
                             MediumLight& sampled) {
@@ -147,12 +148,14 @@ Color estimate_direct_along(const MediumLightContext<State>& c, float t_end, con
   // Distances towards a point on the light.
   const auto towards = c.scene.lights().sample_li(choice.light, chosen_from, u, ray.time);
   float share = 0.0f, nearest = 0.0f, apart = 0.0f, angle_begin = 0.0f, angles = 0.0f;
+  float lit_begin = ray.t_min, lit_end = t_end;
   if (towards && towards->distance < kInfinity) {
     const Vec3 to_light = chosen_from + towards->distance * towards->wi - ray.origin;
+    if (has_cone(light.type)) clip_to_cone(c.scene.lights().light(choice.light), ray, lit_begin, lit_end);
     nearest = glm::dot(to_light, ray.direction);
     apart = glm::length(to_light - nearest * ray.direction);
-    angle_begin = std::atan2(ray.t_min - nearest, apart);
-    angles = std::atan2(t_end - nearest, apart) - angle_begin;
+    angle_begin = std::atan2(lit_begin - nearest, apart);
+    angles = std::atan2(lit_end - nearest, apart) - angle_begin;
     if (apart > 0.0f && angles > 0.0f) share = 0.5f;
   }
   float u_distance = c.sampler.get_1d(), distance;
@@ -168,10 +171,12 @@ Color estimate_direct_along(const MediumLightContext<State>& c, float t_end, con
   for (int k = 0; k < 3; ++k)
     pdf += probability[k] > 0.0f ? probability[k] * medium.extinction[k] * reaching[k] / lost[k] : 0.0f;
   pdf *= 1.0f - share;
-  if (share > 0.0f) pdf += share * apart / (angles * (apart * apart + sqr(ray.t_min + distance - nearest)));
+  const float t = ray.t_min + distance;
+  if (share > 0.0f && t >= lit_begin && t <= lit_end)
+    pdf += share * apart / (angles * (apart * apart + sqr(t - nearest)));
   const Color weight = beta * medium.scattering * reaching / pdf;
   if (!(max_component(glm::abs(weight)) > 0.0f) || !is_finite(weight)) return Color(0.0f);
-  const Vec3 place = ray.origin + (ray.t_min + distance) * ray.direction;
+  const Vec3 place = ray.origin + t * ray.direction;
   return weight * light_scattered(c, choice, light, place, u);
 }
 

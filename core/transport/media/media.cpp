@@ -276,7 +276,7 @@ void Media::add(const Medium& medium, ShadingPoint& inside, MediumPoint& point, 
   const Color scattering = own.scattering * scale;
   point.extinction += own.extinction * scale - scattering;
   for (int i = 0; i < own.lobe_count; ++i)
-    point.add_scattering(own.lobes[size_t(i)].scattering * scale, own.lobes[size_t(i)].anisotropy);
+    point.add_scattering(own.lobes[size_t(i)].scattering * scale, own.lobes[size_t(i)].shape);
   point.emission += own.emission;
   point.refused += own.refused;
 }

@@ -1,4 +1,4 @@
-// Phase functions: a mixture of Henyey-Greenstein lobes [Henyey and Greenstein 1941].
+// Phase functions: mixtures of the shapes of phase_shape.h.
 //
 // The cosine is between the directions of travel before and after scattering. Densities are per solid angle.
 #pragma once
@@ -11,10 +11,6 @@
 
 namespace ajar {
 
-float henyey_greenstein(float cosine, float anisotropy);
-/// Samples a cosine with that density.
-float sample_henyey_greenstein(float anisotropy, float u);
-
 /// The phase function of a point that scatters.
 class PhaseFunction {
  public:
@@ -26,22 +22,20 @@ class PhaseFunction {
   /// mixture.
   Color evaluate(float cosine) const {
     Color value(0.0f);
-    for (int i = 0; i < medium_.lobe_count; ++i)
-      value += lobe(i).scattering * henyey_greenstein(cosine, lobe(i).anisotropy);
+    for (int i = 0; i < medium_.lobe_count; ++i) value += lobe(i).scattering * lobe(i).shape.evaluate(cosine);
     for (int c = 0; c < 3; ++c) value[c] = medium_.scattering[c] > 0.0f ? value[c] / medium_.scattering[c] : 0.0f;
     return value;
   }
   float pdf_solid_angle(float cosine) const {
     float value = 0.0f;
-    for (int i = 0; i < medium_.lobe_count; ++i) value += share(i) * henyey_greenstein(cosine, lobe(i).anisotropy);
+    for (int i = 0; i < medium_.lobe_count; ++i) value += share(i) * lobe(i).shape.evaluate(cosine);
     return value / sum_;
   }
   Vec3 sample(Vec3 direction, float u_lobe, Vec2 u) const {
     int chosen = 0;
     for (float left = u_lobe * sum_ - share(0); left >= 0.0f && chosen + 1 < medium_.lobe_count; left -= share(chosen))
       ++chosen;
-    const float cosine = sample_henyey_greenstein(lobe(chosen).anisotropy, u.x),
-                sine = safe_sqrt(1.0f - cosine * cosine);
+    const float cosine = lobe(chosen).shape.sample(u.x), sine = safe_sqrt(1.0f - cosine * cosine);
     const float phi = 2.0f * kPi * u.y;
     return Frame(direction).to_world(Vec3(sine * std::cos(phi), sine * std::sin(phi), cosine));
   }

@@ -10,6 +10,7 @@
 #include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/microfacet.h"
 #include "transport/media/phase_function.h"
+#include "transport/media/subsurface_profile.h"
 
 namespace ajar {
 
@@ -97,8 +98,8 @@ bool sample_entry(const SubsurfaceMedium& medium, Vec3 normal, Vec3 wo, Pcg32& r
   return true;
 }
 
-/// Makes the surface a diffuse lobe by which light leaves at `point`. The normal of the lobe is that of the closures
-/// with subsurface scattering there.
+}  // namespace
+
 void leave_surface(const ShaderProgram& program, const ShadingPoint& point, SurfaceShading& shading) {
   Vec3 normal = point.ns;
   if (program.subsurface_has_normal()) {
@@ -116,7 +117,6 @@ void leave_surface(const ShaderProgram& program, const ShadingPoint& point, Surf
   shading.bsdf.prepare(point.wo);
 }
 
-/// Finds the first surface of this instance along the ray. Surfaces of other instances are ignored.
 Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& rays) {
   float travelled = 0.0f;
   ShadingPoint other;
@@ -133,8 +133,6 @@ Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& r
     if (!(ray.t_max > 0.0f)) return {};
   }
 }
-
-}  // namespace
 
 WalkMedium walk_medium(const SubsurfaceMedium& medium) {
   WalkMedium walk;
@@ -202,7 +200,7 @@ bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng,
     if (!(max_component(carried) > kNothingLeft)) return false;
     ray.origin += ray.t_max * ray.direction;
     if (step == kAnisotropicSteps) inside = similar_isotropic(inside);
-    const float cosine = sample_henyey_greenstein(inside.anisotropy, rng.next_float()),
+    const float cosine = PhaseShape::henyey_greenstein(inside.anisotropy).sample(rng.next_float()),
                 sine = safe_sqrt(1.0f - cosine * cosine);
     const float phi = 2.0f * kPi * rng.next_float();
     ray.direction = Frame(ray.direction).to_world(Vec3(sine * std::cos(phi), sine * std::sin(phi), cosine));
@@ -220,7 +218,8 @@ bool walk_below_or_stay(const Scene& scene, uint32_t instance, SubsurfaceNumbers
   }
   Pcg32 rng(uint64_t(numbers.u * 0x1p32f), numbers.stream);
   Color weight = beta * part.weight / (glm::max(shading.medium.albedo, Color(1e-6f)) * part.selection);
-  if (!walk_below_surface(scene, {instance, part.normal}, rng, point, shading, weight, rays)) return false;
+  const auto scatter = shading.medium.profile ? scatter_by_profile : walk_below_surface;
+  if (!scatter(scene, {instance, part.normal}, rng, point, shading, weight, rays)) return false;
   beta = weight;
   return true;
 }

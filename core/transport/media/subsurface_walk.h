@@ -36,13 +36,19 @@ struct EntryPoint {
 bool walk_below_surface(const Scene& scene, const EntryPoint& entry, Pcg32& rng, ShadingPoint& point,
                         SurfaceShading& shading, Color& weight, uint64_t& rays);
 
+/// The first surface of this instance along the ray. Surfaces of other instances are ignored.
+Hit find_own_surface(const Scene& scene, uint32_t instance, Ray ray, uint64_t& rays);
+/// Makes the surface a diffuse lobe by which light leaves at `point`. The normal of the lobe is that of the closures
+/// with subsurface scattering there.
+void leave_surface(const ShaderProgram& program, const ShadingPoint& point, SurfaceShading& shading);
+
 /// Random numbers for the choice below, and for the walk.
 struct SubsurfaceNumbers {
   float u;
   uint32_t stream;
 };
-/// Either walks below the surface at `point`, which becomes the exit (walk_below_surface), or stays with its other
-/// lobes. `beta` is weighted by the probability of the choice. False if the walk is lost, or no other lobes remain.
+/// Either scatters below the surface at `point`, which becomes the exit (walk_below_surface or scatter_by_profile), or
+/// stays with its other lobes. `beta` is weighted by the probability of the choice. False if the walk is lost, or no other lobes remain.
 bool walk_below_or_stay(const Scene& scene, uint32_t instance, SubsurfaceNumbers numbers, ShadingPoint& point,
                         SurfaceShading& shading, Color& beta, uint64_t& rays);
 

@@ -4,6 +4,7 @@ import bpy
 import numpy as np
 import pytest
 from ajar_render import checks
+from plane_view import look_at_plane
 
 SIZE, MOST = 48, 1e-3
 
@@ -21,18 +22,7 @@ class Plane:
         places = np.array([mesh.vertices[loop.vertex_index].co[:2] for loop in mesh.loops], dtype=np.float32)
         mesh.uv_layers.new(name="UVMap").data.foreach_set("uv", (low + (high - low) * places + (0.003, 0.0017)).ravel())
         build.object(mesh)
-        self.prepare(bpy.context.scene)
-
-    def prepare(self, scene):
-        scene.camera.location, scene.camera.data.type, scene.camera.data.ortho_scale = (0.5, 0.5, 3.0), "ORTHO", 1.0
-        scene.render.resolution_x = scene.render.resolution_y = SIZE
-        scene.render.resolution_percentage = 100
-        scene.cycles.samples = scene.ajar.samples = 1
-        scene.cycles.use_adaptive_sampling = scene.cycles.use_denoising = False
-        scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", 0.01
-        scene.render.use_compositing = scene.render.use_sequencer = False
-        image = scene.render.image_settings
-        image.file_format, image.color_mode, image.color_depth = "OPEN_EXR", "RGBA", "32"
+        look_at_plane(bpy.context.scene, SIZE)
 
     def show(self, image, alpha=False, **settings):
         """Let the plane emit the image, times its alpha if `alpha` is set. Returns the texture node."""

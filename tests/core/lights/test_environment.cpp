@@ -9,18 +9,21 @@ namespace ajar::test_environment {
 
 using namespace fixtures;
 
-// The sun disc is smaller than a cell of the map and at its centre, so that no corner of the map lies in it.
-TEST(Environment, a_sun_between_the_corners_of_the_map_is_sampled) {
-  const float pi = kPi, azimuth = 100.5f * 2.0f * pi / 1024.0f, elevation = 0.5f * pi - 150.5f * pi / 512.0f;
+ShaderProgram sky_program(const char* type, float sun_elevation, float sun_rotation, float sun_size) {
   GraphBuilder g;
-  const int sky = g.node(
-      "ShaderNodeTexSky", {},
-      {text_property("sky_type", "NISHITA"), number_property("sun_elevation", {elevation}),
-       number_property("sun_rotation", {0.5f * pi - azimuth}), number_property("sun_size", {0.003f})});
+  const int sky = g.node("ShaderNodeTexSky", {},
+                         {text_property("sky_type", type), number_property("sun_elevation", {sun_elevation}),
+                          number_property("sun_rotation", {sun_rotation}), number_property("sun_size", {sun_size})});
   const int background = g.node("ShaderNodeBackground",
                                 {linked_input("Color", sky, "Color"), value_input("Strength", 1.0f)});
   g.graph.surface = {background, "Background"};
-  const ShaderProgram program = compile(g.graph);
+  return compile(g.graph);
+}
+
+// The sun disc is smaller than a cell of the map and at its centre, so that no corner of the map lies in it.
+TEST(Environment, a_sun_between_the_corners_of_the_map_is_sampled) {
+  const float pi = kPi, azimuth = 100.5f * 2.0f * pi / 1024.0f, elevation = 0.5f * pi - 150.5f * pi / 512.0f;
+  const ShaderProgram program = sky_program("NISHITA", elevation, 0.5f * pi - azimuth, 0.003f);
   const auto discs = program.sky_discs();
   ASSERT_EQ(discs.size(), 1u);
   const Environment environment(program, kVisibleAll);
@@ -54,14 +57,7 @@ TEST(Environment, a_sun_between_the_corners_of_the_map_is_sampled) {
 TEST(Environment, suns_of_all_sizes_and_elevations_are_sampled_by_their_radiance) {
   for (const Vec2 sun :
        {Vec2(0.0095f, 0.3f), Vec2(0.1f, 0.3f), Vec2(0.3f, 0.9f), Vec2(0.1f, 1.52f), Vec2(1.0f, 0.4f)}) {
-    GraphBuilder g;
-    const int sky = g.node("ShaderNodeTexSky", {},
-                           {text_property("sky_type", "MULTIPLE_SCATTERING"), number_property("sun_elevation", {sun.y}),
-                            number_property("sun_rotation", {1.0f}), number_property("sun_size", {sun.x})});
-    const int background = g.node("ShaderNodeBackground",
-                                  {linked_input("Color", sky, "Color"), value_input("Strength", 1.0f)});
-    g.graph.surface = {background, "Background"};
-    const ShaderProgram program = compile(g.graph);
+    const ShaderProgram program = sky_program("MULTIPLE_SCATTERING", sun.y, 1.0f, sun.x);
     const auto discs = program.sky_discs();
     ASSERT_EQ(discs.size(), 1u);
     const Environment environment(program, kVisibleAll);

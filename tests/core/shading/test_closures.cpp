@@ -257,6 +257,16 @@ TEST(Closures, specular_of_principled_has_the_reflectance_of_its_socket_at_norma
   }
 }
 
+TEST(Closures, a_base_color_above_one_amplifies_diffuse_light_as_in_cycles) {
+  PrincipledInputs in;
+  in.version = 2, in.specular_ior_level = 0.0f, in.base_color = Color(9.0f, 1.0f, 0.5f);
+  Bsdf b;
+  add_principled(b, {{0, 0, 1}, {0, 0, 1}, false}, Color(1.0f), in);
+  b.prepare({0, 0, 1});
+  ASSERT_EQ(b.lobe_count(), 1);
+  EXPECT_EQ(b.lobe(0).weight, in.base_color);
+}
+
 TEST(Closures, caustics_switches_remove_their_lobes) {
   PrincipledInputs in;
   in.transmission = 0.5f;

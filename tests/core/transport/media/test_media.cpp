@@ -136,7 +136,7 @@ TEST(Volume, coefficients_are_those_of_cycles) {
   expect_color(m.scattering, Color(1.6f, 1.0f, 0.4f));
   expect_color(m.extinction, Color(1.6f, 1.0f, 0.4f));
   ASSERT_EQ(m.lobe_count, 1);
-  EXPECT_FLOAT_EQ(m.lobes[0].anisotropy, 0.3f);
+  EXPECT_FLOAT_EQ(m.lobes[0].shape.mean_cosine(), 0.3f);
 
   GraphBuilder absorb;
   absorb.graph.volume = {absorb.node("ShaderNodeVolumeAbsorption",
@@ -158,7 +158,7 @@ TEST(Volume, coefficients_are_those_of_cycles) {
   expect_color(m.scattering, Color(1.0f, 0.4f, 3.0f));
   expect_color(m.extinction, Color(1.0f + 2.0f * 0.5f * 0.5f, 0.4f + 2.0f * 0.8f, 3.0f));
   expect_color(m.emission, Color(3.0f, 1.5f, 0.0f));
-  EXPECT_FLOAT_EQ(m.lobes[0].anisotropy, -0.999f);
+  EXPECT_FLOAT_EQ(m.lobes[0].shape.mean_cosine(), -0.999f);
 
   GraphBuilder mixed;
   const int a = mixed.node("ShaderNodeVolumeScatter", {value_input("Color", Vec4(1.0f)), value_input("Density", 4.0f)});
@@ -207,22 +207,23 @@ TEST(Volume, invalid_values_are_treated_as_zero) {
   // Invalid values that a program computes are counted.
   const float constants[] = {1.0f, NAN, NAN, NAN, INFINITY};
   MediumPoint m;
-  add_volumes({{VolumeKind::Scatter, -1, -2, kNoOperand, -5, -1}}, nullptr, constants, m);
+  add_volumes({{.kind = VolumeKind::Scatter, .weight = -1, .color = -2, .density = -5, .anisotropy = -1}}, nullptr,
+              constants, m);
   EXPECT_TRUE(m.empty());
   EXPECT_GT(m.refused, 0);
 }
 
 TEST(Volume, lobes_of_many_anisotropies_are_merged) {
   MediumPoint m;
-  for (int i = 0; i < 9; ++i) m.add_scattering(Color(1.0f), -0.8f + 0.2f * float(i));
+  for (int i = 0; i < 9; ++i) m.add_scattering(Color(1.0f), PhaseShape::henyey_greenstein(-0.8f + 0.2f * float(i)));
   EXPECT_EQ(m.lobe_count, MediumPoint::kMaxMixtureLobes);
   expect_color(m.scattering, Color(9.0f));
 }
 
 TEST(Volume, phase_functions_are_sampled_with_their_density) {
   MediumPoint m;
-  m.add_scattering(Color(1.0f, 0.5f, 0.0f), 0.7f);
-  m.add_scattering(Color(0.2f, 0.5f, 1.0f), -0.4f);
+  m.add_scattering(Color(1.0f, 0.5f, 0.0f), PhaseShape::henyey_greenstein(0.7f));
+  m.add_scattering(Color(0.2f, 0.5f, 1.0f), PhaseShape::henyey_greenstein(-0.4f));
   const PhaseFunction phase(m);
   const Vec3 direction = glm::normalize(Vec3(1, 2, -0.5f));
   statistical::DensityTest test;
@@ -378,7 +379,8 @@ TEST(Media, single_scattering_is_the_integral_along_the_ray) {
       const float rise = (1.0f - p.z) / sample->wi.z;
       const float depth = density(p) * (p.y + 1.0f) + density(p + 0.5f * rise * sample->wi) * rise;
       expected += 2.0 / kSteps *
-                  double(density(p) * std::exp(-depth) * henyey_greenstein(sample->wi.y, g) * sample->radiance.x);
+                  double(density(p) * std::exp(-depth) * PhaseShape::henyey_greenstein(g).evaluate(sample->wi.y) *
+                         sample->radiance.x);
     }
     expect_mean(measure(d, 512), Color(float(expected)), 4, 1e-3);
   }
@@ -403,7 +405,8 @@ TEST(Media, lobes_of_overlapping_media_are_weighted_by_their_scattering) {
     const float through = std::exp(-0.9f * (p.y + 1.0f + 1.0f / sample->wi.z));
     for (int k = 0; k < 2; ++k)
       expected += 2.0 / kSteps *
-                  double(amounts[k] * through * henyey_greenstein(sample->wi.y, g[k]) * sample->radiance.x);
+                  double(amounts[k] * through * PhaseShape::henyey_greenstein(g[k]).evaluate(sample->wi.y) *
+                         sample->radiance.x);
   }
   expect_mean(measure(d, 512), Color(float(expected)), 1, 2e-3);
 }
@@ -428,7 +431,7 @@ TEST(Media, light_of_a_lamp_in_fog_of_the_world_is_the_integral_to_infinity) {
     const auto sample = scene->lights().sample_li(0, p, Vec2(0.5f), 0.0f);
     ASSERT_TRUE(sample);
     expected += 300.0 / kSteps * double(sigma) * std::exp(-double(sigma) * (t + double(sample->distance))) *
-                double(henyey_greenstein(sample->wi.y, g) * sample->radiance.x);
+                double(PhaseShape::henyey_greenstein(g).evaluate(sample->wi.y) * sample->radiance.x);
   }
   expect_mean(measure(d, 512), Color(float(expected)), 1, 1e-4);
 }

@@ -2,6 +2,7 @@
 
 #include "agreement.h"
 #include "transport/media/phase_function.h"
+#include "transport/media/subsurface_profile.h"
 #include "transport/media/subsurface_walk.h"
 
 namespace ajar::test_subsurface {
@@ -22,9 +23,9 @@ int add_subsurface_material(SceneDescription& d, Color albedo, float radius,
 }
 
 /// A large cube in a white world, seen from near, so that its edges are many mean free paths away.
-SceneDescription half_space(Color albedo, float anisotropy) {
+SceneDescription half_space(Color albedo, float anisotropy, const char* falloff = "RANDOM_WALK_FIXED_RADIUS") {
   SceneDescription d;
-  add_object(d, cube(), add_subsurface_material(d, albedo, 0.02f, "RANDOM_WALK_FIXED_RADIUS", anisotropy));
+  add_object(d, cube(), add_subsurface_material(d, albedo, 0.02f, falloff, anisotropy));
   set_world(d, Color(1.0f));
   set_camera(d, Vec3(0, -0.4f, 2.0f), Vec3(0, 0, 1.0f), 6, 0.2f);
   d.settings.bounces = {8, 8, 8, 8, 8, 0};
@@ -32,19 +33,6 @@ SceneDescription half_space(Color albedo, float anisotropy) {
 }
 
 }  // namespace
-
-TEST(Subsurface, phase_function_is_sampled_with_its_density) {
-  for (const float g : {0.0f, 0.3f, 0.9f}) {
-    Pcg32 rng(7);
-    RunningMoments mean;
-    for (int i = 0; i < 100000; ++i) mean.add(double(sample_henyey_greenstein(g, rng.next_float())));
-    EXPECT_TRUE(statistical::mean_agrees(mean, double(g), {0.01, 3})) << g;
-    double integral = 0.0;
-    for (int i = 0; i < 4000; ++i)
-      integral += 2.0 * double(kPi) * double(henyey_greenstein(-1.0f + (float(i) + 0.5f) / 2000.0f, g)) / 2000.0;
-    EXPECT_NEAR(integral, 1.0, 2e-3) << g;
-  }
-}
 
 // The expected values are those of the published formula in double precision.
 TEST(Subsurface, coefficients_of_the_medium_are_those_of_the_fit) {
@@ -90,6 +78,55 @@ TEST(Subsurface, a_half_space_has_the_specified_albedo) {
     for (size_t i = 0; i < image.size(); i += 4)
       mean += Color(image[i], image[i + 1], image[i + 2]) / float(image.size() / 4);
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], albedo[c], 0.04f) << "anisotropy " << g << " channel " << c;
+  }
+}
+
+TEST(Subsurface, the_profile_integrates_to_one_and_is_sampled_with_its_density) {
+  constexpr int kBins = 32, kSamples = 32000, kSteps = 200;
+  constexpr float kWidth = 0.3f, kEnd = 16.0f * kWidth;
+  double expected[kBins] = {}, counts[kBins] = {}, total = 0.0;
+  for (int i = 0; i < kBins * kSteps; ++i)
+    expected[i / kSteps] += double(profile_density(kWidth, (float(i) + 0.5f) * kEnd / (kBins * kSteps))) *
+                            double(kEnd) / (kBins * kSteps);
+  for (int i = 0; i < kSamples; ++i)
+    ++counts[std::min(int(sample_profile(kWidth, (float(i) + 0.5f) / kSamples) / kEnd * kBins), kBins - 1)];
+  for (int bin = 0; bin < kBins; ++bin) {
+    total += expected[bin];
+    EXPECT_NEAR(counts[bin] / kSamples, expected[bin], 2.0 / kSamples + 1e-4 * expected[bin]) << bin;
+  }
+  EXPECT_NEAR(total, 1.0, 1e-4);
+  EXPECT_EQ(profile_density(kWidth, kEnd), 0.0f);
+}
+
+// On a plane, every probe along the normal finds the surface, and those across it find nothing.
+TEST(Subsurface, a_half_space_with_a_profile_has_exactly_the_specified_albedo) {
+  const Color albedo(0.8f, 0.5f, 0.2f);
+  const auto image = render(half_space(albedo, 0.0f, "BURLEY"), "path", 1024, 1);
+  Color mean(0.0f);
+  for (size_t i = 0; i < image.size(); i += 4)
+    mean += Color(image[i], image[i + 1], image[i + 2]) / float(image.size() / 4);
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(mean[c], albedo[c], 0.015f * albedo[c]) << "channel " << c;
+}
+
+TEST(Subsurface, light_of_a_profile_leaves_the_side_on_which_it_entered) {
+  SceneDescription d = half_space(Color(0.9f), 0.0f, "BURLEY");
+  for (const bool from_below : {false, true}) {
+    SceneDescription lit = d;
+    set_world(lit, Color(0.0f));
+    LightDescription sun;
+    sun.name = "Sun";
+    sun.kind = LightKind::Sun;
+    sun.world_from_light = rows(shining(Vec3(0), Vec3(0, 0, from_below ? 1 : -1)));
+    sun.energy = 3.0f;
+    lit.lights.push_back(sun);
+    const auto image = render(lit, "path", 64, 1);
+    double sum = 0.0;
+    for (size_t i = 0; i < image.size(); i += 4) sum += double(image[i]);
+    if (from_below) {
+      EXPECT_EQ(sum, 0.0);  // the cube is thicker than the profile is long
+    } else {
+      EXPECT_GT(sum, 1.0);
+    }
   }
 }
 
