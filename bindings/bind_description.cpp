@@ -168,6 +168,19 @@ void add_instances(SceneDescription& description, const Array<int32_t>& objects,
   }
 }
 
+/// Sets what instances have from their instancers.
+void set_origins(SceneDescription& description, const Array<int32_t>& instances, const Floats& values) {
+  const size_t count = check_rows(instances, 1, "instances");
+  if (check_rows(values, 18, "values") != count) throw py::value_error("values must have one row of 18 per instance");
+  const float* row = values.data();
+  const auto vector = [&](int at) { return Vec3(row[at], row[at + 1], row[at + 2]); };
+  for (size_t i = 0; i < count; ++i, row += 18) {
+    description.instances.at(size_t(instances.data()[i])).origin = int(description.instance_origins.size());
+    description.instance_origins.push_back(
+        {vector(0), {row[3], row[4]}, row[5], row[6], row[7], row[8], vector(9), vector(12), vector(15)});
+  }
+}
+
 /// Sets the keys of instances that move while the shutter is open.
 void set_motion(SceneDescription& description, const Array<int32_t>& instances, const Floats& world_from_object) {
   const size_t count = check_rows(instances, 1, "instances");
@@ -592,6 +605,12 @@ void bind_description(py::module_& module) {
            "Add n instances. objects: int32[n], indices from add_object. world_from_object: float32[n, 12], three rows "
            "of four of each affine transform, lengths in metres. random: float32[n] in 0 to 1 for Object Info > "
            "Random, or None for 0. Raises ValueError for an array of the wrong shape or length.")
+      .def("set_origins", &set_origins, py::arg("instances"), py::arg("values"),
+           "Set what m instances have from the instancers that placed them. instances: int32[m], numbers in the order "
+           "of add_instances. values: float32[m, 18]: Generated coordinates and UV on the instancer (3, 2); of the "
+           "particle, index, age and lifetime in frames, size, location, velocity and angular velocity (1, 1, 1, 1, 3, "
+           "3, 3). Raises ValueError for an array of the wrong shape or length, and IndexError for an instance that "
+           "does not exist.")
       .def("set_motion", &set_motion, py::arg("instances"), py::arg("world_from_object"),
            "Set the transforms of m moving instances at k evenly spaced times while the shutter is open. instances: "
            "int32[m], numbers in the order of add_instances. world_from_object: float32[m, k, 12], k from 2 to 129. "

@@ -13,7 +13,7 @@ namespace ajar {
 
 namespace {
 
-constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'E'};
+constexpr char kMagic[] = {'A', 'J', 'A', 'R', 'S', 'C', 'N', 'F'};
 constexpr char kOldestVersion = '2';
 
 /// Types that are stored as their bytes.
@@ -235,9 +235,14 @@ void fields(A& a, ObjectDescription& v) {
   if (a.has('A')) visit(a, v.properties);
 }
 template <class A>
+void fields(A& a, InstanceOrigin& v) {
+  all(a, v.generated, v.uv, v.index, v.age, v.lifetime, v.size, v.location, v.velocity, v.angular_velocity);
+}
+template <class A>
 void fields(A& a, InstanceDescription& v) {
   all(a, v.object, v.world_from_object, v.random);
   if (a.has('6')) all(a, v.first_motion_key, v.motion_key_count);
+  if (a.has('F')) visit(a, v.origin);
 }
 template <class A>
 void fields(A& a, LightDescription& v) {
@@ -296,6 +301,7 @@ void fields(A& a, SceneDescription& v) {
   all(a, v.meshes, v.objects, v.instances, v.materials, v.images, v.lights, v.world, v.camera, v.hints, v.settings);
   if (a.has('6')) visit(a, v.motion_keys);
   if (a.has('E')) visit(a, v.color);
+  if (a.has('F')) visit(a, v.instance_origins);
 }
 
 template <class A, class T>
@@ -335,8 +341,9 @@ void check_enums(const SceneDescription& d) {
 uint64_t fingerprint(const SceneDescription& description) {
   Hasher hasher;
   auto& d = const_cast<SceneDescription&>(description);
-  all(hasher, d.meshes, d.objects, d.instances, d.motion_keys, d.materials, d.images, d.color, d.lights, d.world,
-      d.hints, d.settings.reflective_caustics, d.settings.refractive_caustics, d.settings.bump_terminator);
+  all(hasher, d.meshes, d.objects, d.instances, d.motion_keys, d.instance_origins, d.materials, d.images, d.color,
+      d.lights, d.world, d.hints, d.settings.reflective_caustics, d.settings.refractive_caustics,
+      d.settings.bump_terminator);
   return hasher.state;
 }
 

@@ -181,6 +181,16 @@ struct ObjectDescription {
   std::vector<ObjectProperty> properties;  ///< the properties that materials read
 };
 
+/// Data of an instance from the instancer that placed it, for the nodes Particle Info, and Texture Coordinate and UV Map
+/// with From Instancer. All numbers are 0 if the instancer does not have them.
+struct InstanceOrigin {
+  Vec3 generated{0.0f};  ///< Generated coordinates of the place on the instancer
+  Vec2 uv{0.0f};
+  // Particles; lengths in metres, times in frames:
+  float index = 0.0f, age = 0.0f, lifetime = 0.0f, size = 0.0f;
+  Vec3 location{0.0f}, velocity{0.0f}, angular_velocity{0.0f};
+};
+
 struct InstanceDescription {
   int object = -1;
   std::array<float, 12> world_from_object{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};  ///< three rows of four
@@ -188,6 +198,7 @@ struct InstanceDescription {
   /// Transforms at evenly spaced times while the shutter is open: a range of SceneDescription::motion_keys. Count 0:
   /// the instance does not move.
   int first_motion_key = 0, motion_key_count = 0;
+  int origin = -1;  ///< index into SceneDescription::instance_origins; -1: all numbers are 0
 };
 
 // ---- Lights, world, camera --------------------------------------------------------------
@@ -287,6 +298,7 @@ struct SceneDescription {
   std::vector<ObjectDescription> objects;
   std::vector<InstanceDescription> instances;
   std::vector<std::array<float, 12>> motion_keys;
+  std::vector<InstanceOrigin> instance_origins;  ///< only if a material reads them
   std::vector<MaterialDescription> materials;
   std::vector<ImageDescription> images;
   ColorDescription color;

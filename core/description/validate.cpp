@@ -245,6 +245,18 @@ void validate_camera(const CameraDescription& camera) {
     throw SceneError("Camera '" + camera.name + "': Clip End must be greater than Clip Start.");
 }
 
+/// Numbers from instancers that are not finite become 0, and so do all numbers of an instance with an invalid index.
+void validate_origins(SceneDescription& d) {
+  const auto mend = [](float& x) { x = std::isfinite(x) ? x : 0.0f; };
+  for (InstanceOrigin& origin : d.instance_origins) {
+    for (float* x : {&origin.uv.x, &origin.uv.y, &origin.index, &origin.age, &origin.lifetime, &origin.size}) mend(*x);
+    for (Vec3* v : {&origin.generated, &origin.location, &origin.velocity, &origin.angular_velocity})
+      for (int axis = 0; axis < 3; ++axis) mend((*v)[axis]);
+  }
+  for (InstanceDescription& instance : d.instances)
+    if (instance.origin >= int(d.instance_origins.size())) instance.origin = -1;
+}
+
 /// Removes the motion of instances whose keys cannot be used.
 void validate_motion(SceneDescription& d, Diagnostics& diagnostics) {
   const auto usable = [&](int first, int count) {
@@ -314,6 +326,7 @@ ValidationCounts validate(SceneDescription& d, Diagnostics& diagnostics) {
     return true;
   });
   validate_motion(d, diagnostics);
+  validate_origins(d);
   std::erase_if(d.lights, [&](LightDescription& light) {
     const float shape[] = {light.energy,    light.radius,      light.spot_angle,  light.spot_blend,
                            light.sun_angle, light.area_size.x, light.area_size.y, light.spread};

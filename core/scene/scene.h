@@ -202,6 +202,7 @@ class Scene {
   std::vector<BuiltMesh> meshes_;
   std::vector<BuiltInstance> instances_;
   std::vector<Mat4> motion_;  // of moving instances
+  std::vector<InstanceOrigin> instance_origins_;
   std::vector<ObjectDescription> objects_;
   std::vector<uint32_t> material_table_;
   std::vector<ShaderProgram> programs_, lamp_programs_;

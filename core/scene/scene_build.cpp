@@ -45,7 +45,7 @@ NodeGraph default_surface() {
 bool asks_for_itself(const MaterialDescription& material) {
   return std::any_of(material.graph.nodes.begin(), material.graph.nodes.end(), [](const Node& node) {
     return node.type == "ShaderNodeBevel" ||
-           (node.type == "ShaderNodeAmbientOcclusion" &&
+           ((node.type == "ShaderNodeAmbientOcclusion" || node.type == "ShaderNodeRaycast") &&
             std::any_of(node.properties.begin(), node.properties.end(), [](const NodeProperty& p) {
               return p.name == "only_local" && !p.numbers.empty() && p.numbers[0] != 0.0f;
             }));
@@ -286,6 +286,7 @@ void Scene::Builder::add_instances() {
       s_.material_table_.push_back(material < 0 ? default_material : uint32_t(material));
   }
   s_.instances_.reserve(d_.instances.size());
+  s_.instance_origins_ = std::move(d_.instance_origins);
   for (const InstanceDescription& in : d_.instances) add_instance(in);
   for (const auto& [index, first] : first_motion_) s_.instances_[index].motion = &s_.motion_[first];
   s_.statistics_.moving_instances = first_motion_.size();
@@ -329,6 +330,7 @@ void Scene::Builder::add_instance(const InstanceDescription& in) {
   instance.material_count = std::max<uint32_t>(1, uint32_t(object.materials.size()));
   instance.visibility = object.visibility;
   instance.random = in.random;
+  if (in.origin >= 0) instance.origin = &s_.instance_origins_[size_t(in.origin)];
   s_.instances_.push_back(instance);
   s_.statistics_.instanced_triangles += s_.meshes_[instance.mesh].triangles.size();
   for (uint32_t k = 0; k < instance.material_count; ++k)

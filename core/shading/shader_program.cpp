@@ -185,8 +185,8 @@ ShaderProgram ShaderProgram::compile(const NodeGraph& graph, const std::string& 
   data.plain_diffuse = data.scattering.size() == 1 && data.transparency.empty() &&
                        is_plain_diffuse(data.scattering.front());
   for (const Instruction& i : data.code)
-    for (const Op op : {Op::Incoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection, Op::ShadingNormal,
-                        Op::TrueNormal, Op::Bump, Op::Bevel})
+    for (const Op op : {Op::Incoming, Op::ObjectIncoming, Op::Backfacing, Op::Fresnel, Op::LayerWeight, Op::Reflection,
+                        Op::ShadingNormal, Op::TrueNormal, Op::Bump, Op::Bevel, Op::Raycast})
       data.depends_on_view |= i.op == op;
   for (const Closure& closure : data.scattering) {
     data.depends_on_view |= closure.normal != kNoOperand || closure.coat_normal != kNoOperand ||
@@ -290,12 +290,14 @@ bool ShaderProgram::emission_depends_on_side() const {
              case Op::TrueNormal:
              case Op::ObjectNormal:
              case Op::Incoming:
+             case Op::ObjectIncoming:
              case Op::Backfacing:
              case Op::Reflection:
              case Op::Fresnel:
              case Op::LayerWeight:
              case Op::NormalMap:
              case Op::AmbientOcclusion:
+             case Op::Raycast:
              case Op::Bump:
              case Op::Displacement:
              case Op::VectorDisplacement: return true;

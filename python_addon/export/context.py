@@ -40,6 +40,7 @@ class ExportContext:
         self.attribute_names: set[str] = set()           # attributes that materials use
         self.object_properties: set[str] = set()         # properties of objects that materials use
         self.instancer_properties: frozenset[str] = frozenset()   # properties of instancers that materials use
+        self.uses_origins = False                                 # whether materials use Particle Info or From Instancer
         self.warnings: list[tuple[str, str]] = []        # (name of the datablock, message)
         self.meshes = meshes                             # of a viewport, kept between exports
         self.is_hidden = is_hidden                       # whether a viewport hides an instance that is in the dependency graph

@@ -34,10 +34,22 @@ def of_view_layer(view_layer: bpy.types.ViewLayer, scene: bpy.types.Scene, name:
 
 def asked_of_instancers() -> frozenset[str]:
     """Names of instancer attributes that materials use. They must be known before the instances are collected."""
-    trees = [material.node_tree for material in bpy.data.materials if material.node_tree is not None]
-    trees += [tree for tree in bpy.data.node_groups if tree.bl_idname == "ShaderNodeTree"]
-    return frozenset(node.attribute_name for tree in trees for node in tree.nodes
+    return frozenset(node.attribute_name for node in _shader_nodes()
                      if node.bl_idname == "ShaderNodeAttribute" and node.attribute_type == "INSTANCER")
+
+
+def origins_are_asked() -> bool:
+    """Whether a material uses Particle Info or From Instancer."""
+    return any(node.bl_idname == "ShaderNodeParticleInfo" or getattr(node, "from_instancer", False) for node in _shader_nodes())
+
+
+def _shader_nodes() -> Iterable[bpy.types.Node]:
+    for material in bpy.data.materials:
+        if material.node_tree is not None:
+            yield from material.node_tree.nodes
+    for tree in bpy.data.node_groups:
+        if tree.bl_idname == "ShaderNodeTree":
+            yield from tree.nodes
 
 
 def _of(owner: bpy.types.bpy_struct, name: str) -> Value | None:

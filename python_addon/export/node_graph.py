@@ -326,6 +326,10 @@ def _subsurface(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[st
             ("enters_after_diffuse", [float(bpy.app.version >= (5, 0))])]
 
 
+def _principled(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [*_subsurface(context, node), ("film_on_metal", [float(bpy.app.version >= (5, 0))])]
+
+
 def _facets(_context: ExportContext, _node: bpy.types.Node) -> list[tuple[str, Content]]:
     return [("facets", "CORRELATED" if bpy.app.version >= (4, 0) else "SEPARABLE")]
 
@@ -356,6 +360,11 @@ def _geometry(context: ExportContext, node: bpy.types.Node) -> list[tuple[str, C
 
 
 def _ies(_context: ExportContext, node: bpy.types.Node) -> list[tuple[str, Content]]:
+    return [*_ies_content(node), ("seen_from_eye", [float(compat.ies_is_seen_from_eye())])]
+
+
+def _ies_content(node: bpy.types.Node) -> list[tuple[str, Content]]:
+    """The text of the profile, or why there is none."""
     if node.mode == "INTERNAL":
         return [("ies", node.ies.as_string())] if node.ies is not None else []
     if not node.filepath:
@@ -422,7 +431,7 @@ SPECIAL: dict[str, Callable[[ExportContext, bpy.types.Node], list[tuple[str, Con
     "ShaderNodeBsdfAnisotropic": _facets,
     "ShaderNodeBsdfGlass": _facets,
     "ShaderNodeBsdfRefraction": _facets,
-    "ShaderNodeBsdfPrincipled": _subsurface,
+    "ShaderNodeBsdfPrincipled": _principled,
     "ShaderNodeSubsurfaceScattering": _subsurface,
     "ShaderNodeNewGeometry": _geometry,
     "ShaderNodeAmbientOcclusion": _distance_of_world,

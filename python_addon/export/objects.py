@@ -16,7 +16,7 @@ import numpy as np
 from .. import compat, plain, unsupported
 from ..ajar_module import ajar
 from ..translations import interface
-from . import lights, materials, mesh, motion, named_values, strands
+from . import lights, materials, mesh, motion, named_values, origins, strands
 from .context import ExportContext, rows_3x4
 from .known_objects import OutOfDate, look_of
 
@@ -59,6 +59,7 @@ class Collected:
         self.geometry_of = array("i")
         self.rows = array("f")
         self.random = array("f")
+        self.origins = origins.Origins()
         self.lamps_in_order: list[Lamp] = []
         # The keys are original objects:
         self.alone: dict[bpy.types.Object, tuple[Geometry, int]] = {}   # objects with a single instance, and the number of this instance
@@ -70,6 +71,7 @@ class Collected:
 def export(context: ExportContext) -> None:
     context.report_step("objects")
     context.instancer_properties = named_values.asked_of_instancers()
+    context.uses_origins = named_values.origins_are_asked()
     known = context.known
     if known is not None and known.collected is not None and context.revisions is not None:
         collected, known.collected = known.collected, None   # kept only if the export succeeds
@@ -95,7 +97,7 @@ def _collect(context: ExportContext, collected: Collected) -> None:
     hairs: dict[tuple[int, int, int], Geometry | None] = {}
     kind_of_parent: dict[int | tuple, int] = {}
     from_instancers: list[dict[str, named_values.Value]] = []   # of each instancer key
-    asked_of_instancers = context.instancer_properties
+    asked_of_instancers, uses_origins = context.instancer_properties, context.uses_origins
     kinds: dict[tuple, int] = {}
     add_geometry, add_row, add_random = collected.geometry_of.append, collected.rows.extend, collected.random.append
 
@@ -103,6 +105,8 @@ def _collect(context: ExportContext, collected: Collected) -> None:
         x, y, z, _ = instance.matrix_world
         add_row((*x, *y, *z))
         add_random(((instance.random_id & 0xFFFFFFFF) if instance.is_instance else name_hash(instance.object.name)) / 0xFFFFFFFF)
+        if uses_origins and instance.is_instance:
+            collected.origins.add(len(collected.geometry_of), instance, context.scene.frame_current_final)
         add_geometry(geometry.index)
         if appearances is not None:
             appearances.append(motion.identity(instance))
@@ -293,7 +297,7 @@ def _export_meshes(context: ExportContext, collected: Collected) -> None:
 
 
 def _asked(context: ExportContext) -> tuple:
-    return context.uses_generated, frozenset(context.attribute_names), context.instancer_properties
+    return context.uses_generated, frozenset(context.attribute_names), context.instancer_properties, context.uses_origins
 
 
 def _add_objects(context: ExportContext, collected: Collected) -> None:
@@ -430,5 +434,6 @@ def _add_instances(context: ExportContext, collected: Collected) -> None:
     rows = np.frombuffer(collected.rows, dtype=np.float32).reshape(-1, 12)
     random = np.frombuffer(collected.random, dtype=np.float32)
     context.description.add_instances(objects[shown], rows[shown], random[shown])
+    collected.origins.export(context, shown)
     if context.appearances is not None:
         context.appearances = [context.appearances[i] for i in np.flatnonzero(shown)]

@@ -52,7 +52,7 @@ def test_a_difference_is_a_fault_unless_it_is_reported_listed_or_noise():
     assert faults(difference=0.06) == 1
     assert faults(difference=0.06, error=0.06) == 0
     assert faults(difference=0.06, said=["node 'Gamma' (ShaderNodeGamma): its Gamma is not supported yet"]) == 0
-    assert faults(difference=0.06, node="ShaderNodeBsdfDiffuse", name="Roughness") == 0
+    assert faults(difference=0.06, node="ShaderNodeBsdfToon", name="Smooth") == 0
 
 
 def test_probes_without_an_effect_in_cycles_are_marked():

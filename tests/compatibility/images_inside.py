@@ -16,7 +16,7 @@ import bpy
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "blender" / "inside"))
-from plane_view import look_at_plane
+from plane_view import difference, look_at_plane
 
 SIZE = 32
 SPACES = ("sRGB", "Linear Rec.709", "Linear Rec.2020", "ACEScg", "Linear CIE-XYZ D65", "Filmic Log", "Rec.2100-PQ", "Display P3", "Non-Color")
@@ -68,18 +68,8 @@ class Cases:
             self.tree.links.new(start, end)
 
     def measure(self, name: str) -> None:
-        cycles, ajar = (np.maximum(self.render(engine), 0.0) for engine in ("CYCLES", "AJAR"))
-        self.found[name] = float((np.abs(cycles - ajar) / np.maximum(cycles, 1.0)).max()) if cycles.max() > 0.0 else 1.0
-
-    def render(self, engine: str) -> np.ndarray:
-        self.scene.render.engine, self.scene.render.filepath = engine, str(FOLDER / "picture.exr")
-        bpy.ops.render.render(write_still=True)
-        picture = bpy.data.images.load(self.scene.render.filepath)
-        picture.colorspace_settings.name = "Non-Color"
-        pixels = np.empty(SIZE * SIZE * 4, dtype=np.float32)
-        picture.pixels.foreach_get(pixels)
-        bpy.data.images.remove(picture)
-        return pixels.reshape(-1, 4)[:, :3]
+        found, brightness = difference(self.scene, FOLDER)
+        self.found[name] = found if brightness > 0.0 else 1.0
 
 
 def written(name: str, kind: str, depth: str) -> bpy.types.Image:

@@ -19,8 +19,6 @@ EFFECT = 0.002    # a smaller change counts as no effect
 
 OLD, NEW = "3", "45"      # first digits of the Blender versions with a difference
 COMPENSATED = "Multiscatter GGX: the energy that a single bounce loses is compensated; Blender 3 simulates bounces between facets (docs/agreement.md)"
-LEANING = "shading normals that point away from the eye are corrected for diffuse light as well, as in Blender 3; newer Blenders correct them for reflections only"
-OREN_NAYAR = "the Oren-Nayar model of Blender 3; newer Blenders include the energy of multiple bounces"
 
 
 @dataclass(frozen=True)
@@ -36,25 +34,17 @@ KNOWN = (
     Known("BsdfAnisotropic", "distribution", "MULTI_GGX", OLD, COMPENSATED),
     Known("BsdfAnisotropic", "*", "*", OLD, "anisotropic highlights differ by up to 5 % near the rim of a sphere, with Beckmann by 15 %; the cause is not known"),
     Known("BsdfAnisotropic", "*", "*", NEW, COMPENSATED),
-    Known("BsdfGlossy", "*", "*", NEW, COMPENSATED),
     Known("BsdfToon", "*", "*", OLD + NEW, "with a smooth edge, Cycles evaluates the falloff at another angle than that of the sampled direction"),
     Known("BsdfTranslucent", "Normal", "", OLD + NEW, "with a tilted normal, Cycles attenuates directions below the surface differently"),
     Known("BsdfPrincipled", "Clearcoat*", "", OLD, "Cycles samples one distribution of the coat and uses the density of another (docs/agreement.md)"),
-    Known("BsdfDiffuse", "Roughness", "", NEW, OREN_NAYAR),
-    Known("BsdfPrincipled", "Diffuse Roughness", "", NEW, OREN_NAYAR),
-    Known("BsdfDiffuse", "Normal", "", NEW, LEANING),
-    Known("BsdfPrincipled", "Normal", "", NEW, LEANING),
-    Known("BsdfPrincipled", "Coat Normal", "", NEW, LEANING),
-    Known("NormalMap", "*", "*", NEW, LEANING),
-    Known("Bump", "*", "*", NEW, LEANING),
-    Known("Displacement", "*", "*", NEW, LEANING),
-    Known("VectorDisplacement", "*", "*", NEW, LEANING),
-    Known("BsdfPrincipled", "*", "*", NEW, "layers attenuate lower layers by their albedo in the direction of the eye; differences of up to 6 % with coats, sheen and emission"),
     Known("CyclesRenderSettings", "sample_clamp_direct", "*", OLD + NEW, "both engines clamp samples, but they divide samples differently into those of lights and surfaces"),
     Known("PointLight", "shadow_soft_size", "*", OLD, "close to a lamp of this size, Cycles weighs samples of its disk as if they faced the point (docs/agreement.md)"),
     Known("SunLight", "angle", "*", NEW, "a wide sun is brighter towards its rim, as in Blender 3; in newer Blenders its radiance is constant"),
-    Known("TexIES", "*", "*", NEW, "without a vector on a mesh, newer Blenders use the direction to the eye, Ajar uses the normal as Blender 3"),
 )
+
+# Nodes that Cycles does not have. It renders black, or 0, for them.
+NOT_OF_CYCLES = {"EeveeSpecular", "ShaderToRGB", "Squeeze", "UVAlongStroke"}
+NO_NODE_OF_CYCLES = "Cycles does not have this node: it renders black, or uses 0"
 
 
 @dataclass
@@ -89,7 +79,9 @@ def verdict(probe: dict, blender: str) -> Verdict:
     found = Verdict(node, probe["kind"], probe["name"], probe["value"], probe["shown"], "exact", [], probe["difference"] if differs(probe) else 0.0, effect)
     said = [message.split("): ", 1)[-1] for message in probe["said"]]
     reason = known_reason(node, probe["name"], probe["value"], blender)
-    if any("not supported" in message for message in said):
+    if node in NOT_OF_CYCLES and said:
+        found.state, found.reasons = "approximated", [*said, NO_NODE_OF_CYCLES]
+    elif any("not supported" in message for message in said):
         found.state, found.reasons = "missing", said
     elif said:
         found.state, found.reasons = "approximated", said

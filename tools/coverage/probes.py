@@ -26,8 +26,8 @@ STRUCTURE = {"NodeGroupInput", "NodeGroupOutput", "NodeReroute", "NodeFrame", "S
 OUTPUTS = {"ShaderNodeOutputMaterial", "ShaderNodeOutputWorld", "ShaderNodeOutputLight", "ShaderNodeOutputLineStyle", "ShaderNodeOutputAOV"}
 BRANCHES = {"ShaderNodeMixShader", "ShaderNodeAddShader"}
 DISPLACEMENTS = {"ShaderNodeDisplacement", "ShaderNodeVectorDisplacement"}
-# Inputs that Blender never shows, a switch of the compositor, and properties of the editor.
-INTERNAL = {"Weight", "use_alpha", "SurfaceID", "active_item", "active_index", "is_active_output"}
+# Sockets that Blender never shows or that add others, a switch of the compositor, and properties of the editor.
+INTERNAL = {"Weight", "use_alpha", "SurfaceID", "active_item", "active_index", "is_active_output", "__extend__"}
 COMMON = set(bpy.types.Node.bl_rna.properties.keys())
 
 # Other settings that are required for a setting to have an effect: node type, then name of the setting.
@@ -63,6 +63,7 @@ CONTEXT: dict[str, dict[str, dict[str, object]]] = {
                       "A_Vector": {"data_type": "VECTOR"}, "B_Vector": {"data_type": "VECTOR"},
                       "Result_Color": {"data_type": "RGBA"}, "Result_Vector": {"data_type": "VECTOR"}, "factor_mode": {"data_type": "VECTOR"}, "Factor_Vector": {"data_type": "VECTOR", "factor_mode": "NON_UNIFORM"}},
     "ShaderNodeMixRGB": {"use_clamp": {"blend_type": "ADD"}},
+    "ShaderNodeNormalMap": {"base": {"Strength": 0.5}},
     "ShaderNodeWireframe": {"use_pixel_size": {"Size": 2.0}},
     "ShaderNodeTangent": {"uv_map": {"direction_type": "UV_MAP"}, "axis": {"direction_type": "RADIAL"}},
     "ShaderNodeTexSky": {"turbidity": {"sky_type": "PREETHAM"}, "ground_albedo": {"sky_type": "HOSEK_WILKIE"}, "sun_direction": {"sky_type": "PREETHAM"}},
@@ -117,7 +118,7 @@ def parts(node: bpy.types.Node) -> Iterator[tuple[str, str, str, str]]:
     """(kind, name, choice, name in the user interface) of all outputs and inputs of a node and of its own properties."""
     first = next((socket.identifier for socket in node.outputs if socket.enabled), None)
     for output in node.outputs:
-        if output.identifier:
+        if output.identifier and output.identifier not in INTERNAL:
             yield "plain" if output.identifier == first else "output", output.identifier, "", output.name
     for socket in node.inputs:
         if socket.identifier and socket.identifier not in INTERNAL:

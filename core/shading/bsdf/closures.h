@@ -105,6 +105,7 @@ struct PrincipledInputs {
   bool enters = false;                ///< subsurface light is followed and not approximated by diffuse reflection
   float diffuse_roughness = 0.0f;     ///< version 2 (Blender 4.3 and later)
   ThinFilm film;                      ///< its index is relative to air
+  bool film_on_metal = true;          ///< the film covers the metal too (Blender 5.0)
   float thin_wall = 0.0f;             ///< not 0: the surface is a thin sheet (Blender 5.2)
   bool correlated = false;            ///< as in Facets
   bool is_conductor = false;          ///< metallic closures: base_color and specular_tint_color are n and k

@@ -167,7 +167,7 @@ void add_metal_v2(Bsdf& bsdf, const Below& below, float metallic, const Principl
   Metal metal;
   metal.color_or_n = in.base_color;
   metal.tint_or_k = in.specular_tint_color;
-  metal.film = in.film;
+  if (in.film_on_metal) metal.film = in.film;
   add_metallic(bsdf, below.weight * metallic, in.normal, {in.distribution, in.roughness, true}, in.anisotropy(), metal,
                below.layers);
 }

@@ -63,6 +63,10 @@ Vec3 tangent_of(Vec3 normal, Vec3 tangent) {
 
 }  // namespace
 
+Vec3 object_incoming(const ShadingPoint& point) {
+  return point.instance ? normal_to_object(*point.instance, point.time, point.wo) : object_normal(point);
+}
+
 Vec3 object_normal(const ShadingPoint& point) {
   return point.instance ? normal_to_object(*point.instance, point.time, point.ns) : point.ns;
 }
@@ -120,6 +124,24 @@ Vec4 object_property(const ShadingPoint& point, const std::string& name, bool of
   for (const ObjectProperty& property : point.object->properties)
     if (property.of_instancer == of_instancer && property.name == name) return property.value;
   return Vec4(0.0f);
+}
+
+Vec3 from_instancer(const ShadingPoint& point, InstancerValue value) {
+  static const InstanceOrigin kNothing;
+  const InstanceOrigin& origin = point.instance && point.instance->origin ? *point.instance->origin : kNothing;
+  switch (value) {
+    case InstancerValue::Generated: return origin.generated;
+    case InstancerValue::Uv: return {origin.uv, 0.0f};
+    case InstancerValue::Index: return Vec3(origin.index);
+    case InstancerValue::Random: return Vec3(float(hash_words<2>({uint32_t(int64_t(origin.index)), 0u})) * 0x1p-32f);
+    case InstancerValue::Age: return Vec3(origin.age);
+    case InstancerValue::Lifetime: return Vec3(origin.lifetime);
+    case InstancerValue::Location: return origin.location;
+    case InstancerValue::Size: return Vec3(origin.size);
+    case InstancerValue::Velocity: return origin.velocity;
+    case InstancerValue::AngularVelocity: return origin.angular_velocity;
+  }
+  return Vec3(0.0f);
 }
 
 Vec3 radial_tangent(const ShadingPoint& point, Axis axis) {

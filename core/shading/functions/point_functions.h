@@ -10,6 +10,21 @@
 
 namespace ajar::nodes {
 
+/// The values of an InstanceOrigin (description/scene_description.h), in the order of the outputs of Particle Info. Random
+/// is a hash of the index, as in Cycles.
+enum class InstancerValue : uint8_t {
+  Generated,
+  Uv,
+  Index,
+  Random,
+  Age,
+  Lifetime,
+  Location,
+  Size,
+  Velocity,
+  AngularVelocity
+};
+
 enum class LightPathOutput : uint8_t {
   IsCamera,
   IsShadow,
@@ -43,6 +58,8 @@ float hair_info(const ShadingPoint& point, HairOutput output);
 /// The normal of a strand that is perpendicular to it and faces the eye.
 Vec3 hair_tangent_normal(const ShadingPoint& point);
 Vec3 object_normal(const ShadingPoint& point);
+/// The direction to the eye, transformed like a normal to the instance's space. The normal of lamps and of the world.
+Vec3 object_incoming(const ShadingPoint& point);
 /// The normal of the triangle, towards the eye. Ribbons of hair face the eye, so theirs is the direction to the eye, as
 /// in Cycles.
 Vec3 true_normal(const ShadingPoint& point);
@@ -56,6 +73,8 @@ Vec3 active_uv(const ShadingPoint& point);
 Vec4 attribute(const ShadingPoint& point, const std::string& name, bool* found);
 /// Zero if the object has no property of this name. Black if there is no object, as in Cycles.
 Vec4 object_property(const ShadingPoint& point, const std::string& name, bool of_instancer);
+/// A value of the InstanceOrigin. Numbers have three equal components. Zero if there is none.
+Vec3 from_instancer(const ShadingPoint& point, InstancerValue value);
 Vec3 radial_tangent(const ShadingPoint& point, Axis axis);
 /// The interpolated tangent of a UV map (geometry/uv_tangents.h) in object space, and the sign of the bitangent. False
 /// if the mesh does not have it.

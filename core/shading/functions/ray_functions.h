@@ -21,4 +21,14 @@ float openness(const ShadingPoint& point, const OcclusionParameters& parameters,
 /// scene.
 Vec3 bevelled_normal(const ShadingPoint& point, float radius, int samples);
 
+struct RaycastHit {
+  bool found = false, own = false;  ///< own: the ray hit the point's object
+  float distance = 0.0f;            ///< in lengths of the direction; without a hit, the length of the ray
+  Vec3 normal{0.0f};                ///< smooth, towards the origin of the ray; zero without a hit
+};
+
+/// Raycast of Blender 5.2: the nearest object on the ray from `origin`, whatever its visibility. A ray from the point itself
+/// does not hit the surface of the point. Nothing is found if there is no scene.
+RaycastHit raycast(const ShadingPoint& point, Vec3 origin, Vec3 direction, float length, bool only_local);
+
 }  // namespace ajar::nodes

@@ -285,6 +285,7 @@ void principled(ProgramBuilder& b, int node, Value weight, std::vector<Closure>&
     w.color(offsetof(Inputs, coat_tint), "Coat Tint", ::ajar::Color(1.0f));
     w.number(offsetof(Inputs, thin_wall), "Thin Wall", 0.0f);
     thin_film(w);
+    w.closure.inputs.film_on_metal = b.number(node, "film_on_metal", 1.0f) != 0.0f;
   } else {
     w.number(offsetof(Inputs, specular), "Specular", 0.5f);
     w.number(offsetof(Inputs, specular_tint), "Specular Tint", 0.0f);

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <map>
 
-#include "shading/program/unsupported_settings.h"
-
 namespace ajar {
 
 namespace {
@@ -93,7 +91,6 @@ void for_each_closure(ProgramBuilder& b, const NodeLink& root, const char* what,
       const Value weight = entry->second;
       if (weight.is_constant() && b.constant_value(weight) == 0.0f) continue;
       if (!is_branch(type)) {
-        nodes::report_unsupported_settings(b, node);
         visit(node, entry->first.second, weight);
         continue;
       }

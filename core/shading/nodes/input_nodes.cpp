@@ -45,8 +45,15 @@ bool rgb_node(ProgramBuilder& b, int node, std::string_view, Value& value) {
   return true;
 }
 
+Value from_instancer(ProgramBuilder& b, InstancerValue which) {
+  return b.emit(Op::FromInstancer, Vector, {}, int(which));
+}
+
 bool texture_coordinate(ProgramBuilder& b, int node, std::string_view output, Value& value) {
-  if (output == "Generated")
+  const bool of_instancer = b.number(node, "from_instancer") != 0.0f;
+  if (of_instancer && (output == "Generated" || output == "UV"))
+    value = from_instancer(b, output == "UV" ? InstancerValue::Uv : InstancerValue::Generated);
+  else if (output == "Generated")
     value = b.emit(Op::Generated, Vector, {});
   else if (output == "Normal")
     value = b.object_normal();
@@ -74,7 +81,10 @@ bool texture_coordinate(ProgramBuilder& b, int node, std::string_view output, Va
 
 bool uv_map(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   const std::string_view name = b.text(node, "uv_map");
-  value = name.empty() ? b.emit(Op::ActiveUv, Vector, {}) : b.emit(Op::NamedUv, Vector, {}, 0, b.add_name(name));
+  if (b.number(node, "from_instancer") != 0.0f)
+    value = from_instancer(b, InstancerValue::Uv);
+  else
+    value = name.empty() ? b.emit(Op::ActiveUv, Vector, {}) : b.emit(Op::NamedUv, Vector, {}, 0, b.add_name(name));
   return output == "UV";
 }
 
@@ -236,6 +246,35 @@ bool bevel_node(ProgramBuilder& b, int node, std::string_view output, Value& val
   return output == "Normal";
 }
 
+bool raycast_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
+  const Value position = b.is_linked(node, "Position") ? b.input(node, "Position", Vector)
+                                                       : b.emit(Op::Position, Vector, {});
+  const Value direction = b.is_linked(node, "Direction") ? b.input(node, "Direction", Vector) : b.surface_normal();
+  const Value hit = b.emit(Op::Raycast, Vector, {position, direction, b.input(node, "Length", Float, Vec4(1.0f))},
+                           b.number(node, "only_local") != 0.0f);
+  const Value found = b.part(hit, 0), distance = b.part(hit, 2);
+  if (output == "Is Hit")
+    value = found;
+  else if (output == "Self Hit")
+    value = b.part(hit, 1);
+  else if (output == "Hit Distance")
+    value = distance;
+  else if (output == "Hit Normal")
+    value = {Vector, component(hit.at, 3)};
+  else if (output == "Hit Position") {
+    const auto combine = [&](VectorOperation operation, Value x, Value y, Value scale) {
+      return b.emit(Op::VectorMath, Vector, {x, y, b.constant(Vec3(0.0f), Vector), scale}, int(operation));
+    };
+    const Value way = combine(VectorOperation::Scale, direction, direction, distance);
+    const Value place = combine(VectorOperation::Add, position, way, distance);
+    value = combine(VectorOperation::Scale, place, place, found);
+  } else {
+    b.report(node, "its output '" + std::string(output) + "' is not supported yet; 0 is used");
+    value = b.constant(Vec3(0.0f), Color);
+  }
+  return true;
+}
+
 bool tangent_node(ProgramBuilder& b, int node, std::string_view output, Value& value) {
   if (b.choice(node, "direction_type", {"RADIAL", "UV_MAP"}) == 1)
     value = b.emit(Op::UvTangent, Vector, {}, 0, b.add_name(b.text(node, "uv_map")));
@@ -280,6 +319,28 @@ bool hair_info_node(ProgramBuilder& b, int, std::string_view output, Value& valu
   return false;
 }
 
+bool particle_info(ProgramBuilder& b, int, std::string_view output, Value& value) {
+  constexpr struct {
+    std::string_view output;
+    InstancerValue value;
+    bool is_vector = false;
+  } kOutputs[] = {{"Index", InstancerValue::Index},
+                  {"Random", InstancerValue::Random},
+                  {"Age", InstancerValue::Age},
+                  {"Lifetime", InstancerValue::Lifetime},
+                  {"Location", InstancerValue::Location, true},
+                  {"Size", InstancerValue::Size},
+                  {"Velocity", InstancerValue::Velocity, true},
+                  {"Angular Velocity", InstancerValue::AngularVelocity, true}};
+  for (const auto& known : kOutputs) {
+    if (output != known.output) continue;
+    value = from_instancer(b, known.value);
+    if (!known.is_vector) value = b.part(value, 0);
+    return true;
+  }
+  return false;
+}
+
 /// On surfaces, properties of points and grids are zero.
 bool nothing_of_surfaces(ProgramBuilder& b, int, std::string_view output, Value& value) {
   if (output == "Color")
@@ -310,7 +371,9 @@ constexpr NodeType kNodes[] = {
     {"ShaderNodeWireframe", wireframe},
     {"ShaderNodeAmbientOcclusion", ambient_occlusion},
     {"ShaderNodeBevel", bevel_node},
+    {"ShaderNodeRaycast", raycast_node},
     {"ShaderNodeHairInfo", hair_info_node},
+    {"ShaderNodeParticleInfo", particle_info},
     {"ShaderNodePointInfo", nothing_of_surfaces},
     {"ShaderNodeVolumeInfo", nothing_of_surfaces},
 };

@@ -151,9 +151,11 @@ bool varies_inside(Op op) {
     case Op::ObjectColor:
     case Op::ObjectIndex:
     case Op::ObjectRandom:
+    case Op::FromInstancer:
     case Op::LightPath:
     case Op::LightFalloff:
     case Op::Incoming:
+    case Op::ObjectIncoming:
     case Op::Backfacing: return false;
     default: return info(op).needs_point;
   }

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "shading/functions/math_functions.h"
-#include "shading/program/unsupported_settings.h"
 
 namespace ajar {
 
@@ -183,7 +182,6 @@ Value ProgramBuilder::compute(const NodeLink& link) {
   on_stack_[link.node] = true;
   ++depth_;
   Value value = nothing;
-  nodes::report_unsupported_settings(*this, link.node);
   if (const NodeFunction function = catalog_.value(graph_.nodes[link.node].type)) {
     if (!function(*this, link.node, link.socket, value)) {
       report(link.node, "has no output '" + link.socket + "'");

@@ -279,6 +279,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::Generated: store3(nodes::generated(point)); break;
       case Op::ObjectPosition: store3(nodes::object_position(point)); break;
       case Op::TransformPosition: store3(transform_point(tables.matrices[i->data], point.position)); break;
+      case Op::ObjectIncoming: store3(nodes::object_incoming(point)); break;
       case Op::ObjectNormal: store3(nodes::object_normal(point)); break;
       case Op::CameraPosition: store3(camera_position(point, tables.matrices[i->data])); break;
       case Op::WindowPosition:
@@ -301,6 +302,7 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::ObjectColor: store4(point.object ? point.object->color : Vec4(1.0f)); break;
       case Op::ObjectIndex: *out = point.object ? float(point.object->pass_index) : 0.0f; break;
       case Op::ObjectRandom: *out = point.instance ? point.instance->random : 0.0f; break;
+      case Op::FromInstancer: store3(nodes::from_instancer(point, nodes::InstancerValue(i->variant))); break;
       case Op::ObjectProperty: store4(nodes::object_property(point, tables.names[i->data], i->variant != 0)); break;
       case Op::LightPath: *out = nodes::light_path(point, nodes::LightPathOutput(i->variant)); break;
       case Op::LightFalloff: {  // strength, smooth; variant: power of the distance (0, 1 or 2)
@@ -349,6 +351,14 @@ void run_at(const Instruction* code, size_t count, const ProgramTables& tables, 
       case Op::AmbientOcclusion: {  // normal, distance; variant: inside, only local
         const nodes::OcclusionParameters parameters{f(1), int(i->data), (i->variant & 1) != 0, (i->variant & 2) != 0};
         *out = nodes::openness(point, parameters, v(0));
+        break;
+      }
+      case Op::Raycast: {  // position, direction, length; variant: only local
+        const nodes::RaycastHit hit = nodes::raycast(point, v(0), v(1), f(2), i->variant != 0);
+        out[0] = hit.found ? 1.0f : 0.0f;
+        out[1] = hit.own ? 1.0f : 0.0f;
+        out[2] = hit.distance;
+        for (int k = 0; k < 3; ++k) out[3 + k] = hit.normal[k];
         break;
       }
       case Op::Bevel: store3(nodes::bevelled_normal(point, f(0), int(i->data))); break;

@@ -49,7 +49,7 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(Checker, 1, false) OP(SelectColor, 3, false) OP(Gradient, 1, false)                                              \
   OP(Noise, 1, false) OP(NoiseColor, 3, false) OP(WhiteNoise, 3, false) OP(Voronoi, 8, false)                         \
   OP(Wave, 1, false) OP(Magic, 3, false) OP(Brick, 2, false) OP(Wavelength, 3, false) OP(Sky, 3, false)               \
-  OP(Ies, 1, false) OP(Gabor, 3, false) OP(RadialTiling, 6, false)                                                                                               \
+  OP(Ies, 1, false) OP(Gabor, 3, false) OP(RadialTiling, 6, false)                                                    \
   OP(Image, 4, false) OP(ImageBox, 4, true) OP(Environment, 4, false)                                                 \
   OP(ProjectSphere, 3, false) OP(ProjectTube, 3, false)                                                               \
   OP(Position, 3, true) OP(ShadingNormal, 3, true) OP(TrueNormal, 3, true) OP(Incoming, 3, true)                      \
@@ -58,10 +58,10 @@ constexpr Operand component(Operand vector, int i) { return Operand(vector >= 0 
   OP(CameraPosition, 3, true) OP(WindowPosition, 3, true) OP(Reflection, 3, true)                                     \
   OP(ActiveUv, 3, true) OP(NamedUv, 3, true) OP(NamedAttribute, 4, true)                                              \
   OP(ObjectLocation, 3, true) OP(ObjectColor, 4, true) OP(ObjectIndex, 1, true) OP(ObjectRandom, 1, true)             \
-  OP(ObjectProperty, 4, true)                                                                                         \
+  OP(ObjectProperty, 4, true) OP(FromInstancer, 3, true) OP(ObjectIncoming, 3, true)                                      \
   OP(LightPath, 1, true) OP(LightFalloff, 1, true) OP(Fresnel, 1, true) OP(LayerWeight, 1, true)                      \
   OP(NormalMap, 3, true) OP(VectorTransform, 3, true) OP(Wireframe, 1, true) OP(HairInfo, 1, true)                    \
-  OP(HairTangentNormal, 3, true) OP(AmbientOcclusion, 1, true) OP(Bevel, 3, true)                                                     \
+  OP(HairTangentNormal, 3, true) OP(AmbientOcclusion, 1, true) OP(Bevel, 3, true) OP(Raycast, 6, true)                \
   OP(Bump, 3, true) OP(Displacement, 3, true) OP(VectorDisplacement, 3, true)
 // clang-format on
 

@@ -51,6 +51,15 @@ TEST(Archive, round_trip_keeps_every_byte) {
   EXPECT_EQ(again.lights.at(0).radius, 0.1f);
 }
 
+TEST(Archive, what_instances_have_from_instancers_is_kept_since_version_f) {
+  SceneDescription d = rich_description();
+  d.instance_origins.push_back({{1, 2, 3}, {4, 5}, 6, 7, 8, 9, {10, 11, 12}, {13, 14, 15}, {16, 17, 18}});
+  d.instances[0].origin = 0;
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(d))), to_bytes(d));
+  EXPECT_EQ(to_bytes(from_bytes(to_bytes(d, 'E'))), to_bytes(rich_description()));
+  EXPECT_NE(fingerprint(d), fingerprint(rich_description()));
+}
+
 TEST(Archive, files_of_older_versions_are_read_with_defaults) {
   const SceneDescription d = rich_description();
   SceneDescription panorama = d, moving = d;  // data that files before version 4, 5, 6, 7, 8, 9 and A lack

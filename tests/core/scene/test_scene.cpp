@@ -372,6 +372,24 @@ TEST(Scene, instances_that_make_rays_infinite_do_not_terminate_the_program) {
   for (int i = 0; i <= 100; ++i) EXPECT_NEAR(shoot(*still, Vec3(0.1f, -5, 0), float(i) / 100.0f).t, 4.0f, 0.01f);
 }
 
+TEST(Scene, invalid_values_from_instancers_become_zero) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  SceneDescription d = one_object(cube(), Mat4(1.0f));
+  d.instances.push_back(d.instances[0]);
+  d.instance_origins.push_back({{1, nan, 3}, {nan, 5}, nan, 7, nan, 9, {nan, 11, 12}, {13, nan, 15}, {16, 17, nan}});
+  d.instances[0].origin = 0;
+  d.instances[1].origin = 1;  // there is none
+  const auto scene = build(std::move(d));
+  const InstanceOrigin& mended = *scene->instances()[0].origin;
+  EXPECT_EQ(mended.generated, Vec3(1, 0, 3));
+  EXPECT_EQ(mended.uv, Vec2(0, 5));
+  EXPECT_EQ(Vec4(mended.index, mended.age, mended.lifetime, mended.size), Vec4(0, 7, 0, 9));
+  EXPECT_EQ(mended.location, Vec3(0, 11, 12));
+  EXPECT_EQ(mended.velocity, Vec3(13, 0, 15));
+  EXPECT_EQ(mended.angular_velocity, Vec3(16, 17, 0));
+  EXPECT_EQ(scene->instances()[1].origin, nullptr);
+}
+
 TEST(Scene, empty_scenes_build) {
   SceneDescription d;
   set_camera(d, Vec3(0, -5, 0), Vec3(0), 1);

@@ -544,6 +544,44 @@ TEST(ShaderNodes, attributes_and_data_of_geometry_and_object_reach_the_graph) {
   expect_near(read(s, "ShaderNodeObjectInfo", "Random"), Color(0.625f), 5e-5f);
 }
 
+TEST(ShaderNodes, ies_textures_without_a_vector_use_the_normal_or_the_direction_to_the_eye) {
+  Surface s;
+  s.point.wo = glm::normalize(Vec3(0.4f, 0.1f, -0.8f));
+  const NodeProperty profile = text_property("ies", text_of_file(AJAR_TEST_DIRECTORY "/ies/half_1991.ies"));
+  const auto without_vector = [&](float seen_from_eye) {
+    return read(s, "ShaderNodeTexIES", "Fac", {value_input("Strength", 1e-3f)},
+                {profile, number_property("seen_from_eye", {seen_from_eye})});
+  };
+  const Color by_normal = without_vector(0.0f), by_eye = without_vector(1.0f);
+  EXPECT_GT(by_eye.x, by_normal.x + 0.02f);
+  s.point.ns = s.point.wo;
+  EXPECT_EQ(without_vector(0.0f), by_eye);
+  s.point.instance = nullptr;  // lamps have a normal in their own space
+  s.point.wo = Vec3(0, 0, 1);
+  EXPECT_EQ(without_vector(1.0f), without_vector(0.0f));
+}
+
+TEST(ShaderNodes, values_from_the_instancer) {
+  Surface s;
+  const auto uv = [&] { return read(s, "ShaderNodeUVMap", "UV", {}, {number_property("from_instancer", {1.0f})}); };
+  expect_near(read(s, "ShaderNodeParticleInfo", "Location"), Color(0.0f), 5e-5f);
+  expect_near(uv(), Color(0.0f), 5e-5f);
+  const InstanceOrigin origin{{0.1f, 0.2f, 0.3f}, {0.4f, 0.5f}, 6, 7, 8, 9, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}};
+  s.instance.origin = &origin;
+  const std::initializer_list<NodeProperty> asked = {number_property("from_instancer", {1.0f})};
+  expect_near(read(s, "ShaderNodeTexCoord", "Generated", {}, asked), Color(0.1f, 0.2f, 0.3f), 5e-5f);
+  expect_near(read(s, "ShaderNodeTexCoord", "UV", {}, asked), Color(0.4f, 0.5f, 0.0f), 5e-5f);
+  EXPECT_EQ(read(s, "ShaderNodeTexCoord", "Object", {}, asked), read(s, "ShaderNodeTexCoord", "Object"));
+  expect_near(uv(), Color(0.4f, 0.5f, 0.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeParticleInfo", "Index"), Color(6.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeParticleInfo", "Age"), Color(7.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeParticleInfo", "Lifetime"), Color(8.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeParticleInfo", "Size"), Color(9.0f), 5e-5f);
+  expect_near(read(s, "ShaderNodeParticleInfo", "Location"), Color(1, 2, 3), 5e-5f);
+  expect_near(read(s, "ShaderNodeParticleInfo", "Velocity"), Color(4, 5, 6), 5e-5f);
+  expect_near(read(s, "ShaderNodeParticleInfo", "Angular Velocity"), Color(7, 8, 9), 5e-5f);
+}
+
 TEST(ShaderNodes, fresnel_inverts_the_index_inside) {
   Surface s;
   s.point.wo = Vec3(0, 0, 1);
@@ -661,7 +699,7 @@ TEST(ShaderNodes, green_of_a_directx_normal_map_points_down) {
                 5e-6f, space);
 }
 
-TEST(ShaderNodes, unsupported_settings_of_known_nodes_are_reported) {
+TEST(ShaderNodes, phase_functions_are_supported_and_unknown_volume_shaders_are_reported) {
   const auto said = [](const char* type, std::initializer_list<NodeInput> inputs,
                        std::initializer_list<NodeProperty> properties = {}, bool volume = false) {
     GraphBuilder g;

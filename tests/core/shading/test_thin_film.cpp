@@ -3,6 +3,7 @@
 #include <cmath>
 #include <complex>
 
+#include "bsdf_fixtures.h"
 #include "math/observer.h"
 #include "shading/bsdf/fresnel.h"
 #include "shading/bsdf/thin_film.h"
@@ -59,6 +60,24 @@ TEST(ThinFilm, a_film_that_is_not_there_changes_nothing) {
 
 TEST(ThinFilm, light_is_reflected_completely_beyond_the_critical_angle) {
   EXPECT_EQ(thin_film::on_dielectric({300.0f, 1.2f}, 0.5f, 1.0f / 1.5f), Color(1.0f));
+}
+
+TEST(ThinFilm, before_blender_5_no_film_covers_the_metal_of_a_principled_bsdf) {
+  const auto reflected = [](float thickness, bool film_on_metal) {
+    const fixtures::Material metal = {"metal", [=](Bsdf& bsdf, const closures::Surface& surface) {
+                                        closures::PrincipledInputs inputs;
+                                        inputs.version = 2;
+                                        inputs.metallic = 1.0f;
+                                        inputs.normal = surface.ng;
+                                        inputs.film = {thickness, 1.5f};
+                                        inputs.film_on_metal = film_on_metal;
+                                        closures::add_principled(bsdf, surface, Color(1.0f), inputs);
+                                      }};
+    const Vec3 wo = fixtures::direction(0.6f);
+    return fixtures::make_bsdf(metal, wo).evaluate(wo, fixtures::direction(0.6f, 3.3f)).f_cos;
+  };
+  EXPECT_EQ(reflected(400.0f, false), reflected(0.0f, true));
+  EXPECT_GT(glm::distance(reflected(400.0f, true), reflected(0.0f, true)), 0.02f);
 }
 
 }  // namespace ajar::test_thin_film
