@@ -93,7 +93,7 @@ MemoryEstimate estimate_memory(const SceneDescription& d) {
             (mesh.strands.empty() ? 0 : segments_of(mesh) * kStructureBytesPerSegment));
   }
   instances.bytes = d.instances.size() * (sizeof(BuiltInstance) + kStructureBytesPerInstance) +
-                    d.motion_keys.size() * sizeof(Mat4);
+                    d.motion_keys.size() * sizeof(Mat4) + d.instance_origins.size() * sizeof(InstanceOrigin);
   for (const ImageDescription& image : d.images)
     add(textures, image.name.empty() ? image.path : image.name, texture_bytes(image));
   volumes.bytes = bytes_of_volumes(d);

@@ -253,7 +253,7 @@ TEST(MemoryEstimate, of_irradiance_records_is_at_least_their_memory) {
 
 TEST(MemoryEstimate, sizes_are_those_in_the_manual) {
   EXPECT_EQ(sizeof(Photon), 32u);
-  EXPECT_EQ(sizeof(BuiltInstance), 176u);
+  EXPECT_EQ(sizeof(BuiltInstance), 192u);
   EXPECT_EQ(Film::bytes_per_pixel({"Combined"}, false), 72u + 36u);
   EXPECT_EQ(Film::bytes_per_pixel({"Combined"}, true), 72u + 36u + 192u);
   EXPECT_EQ(Film::bytes_per_pixel({"Combined", "Normal"}, false), 72u + 36u + 184u);
