@@ -25,7 +25,7 @@ class Origins:
 
     def add(self, number: int, instance: bpy.types.DepsgraphObjectInstance, frame: float) -> None:
         self.instances.append(number)
-        # The range of the coordinates is -1 to 1 in Blender's interface for scripts. Cycles uses them halved, and then moved by half a unit.
+        # Cycles halves Blender's coordinates and subtracts a half.
         self.values.extend(0.5 * x - 0.5 for x in instance.orco)
         self.values.extend(instance.uv)
         self.values.extend(_particle(instance, frame))

@@ -18,7 +18,7 @@
 namespace ajar {
 
 enum class VolumeKind : uint8_t { Scatter, Absorption, Principled, Coefficients, Emission, Blackbody };
-/// Of scattering. The order is that of VolumeReader::phase.
+/// Of scattering. The order is that of VolumeReader::set_phase.
 enum class PhaseKind : uint8_t { HenyeyGreenstein, FournierForand, Draine, Rayleigh, Mie };
 
 /// The inputs are operands, constant or not. Inputs that a kind does not have are kNoOperand.
